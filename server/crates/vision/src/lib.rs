@@ -1,0 +1,14 @@
+//! Image in, sub-pixel points with standard deviations out: laser centrelines and board corners.
+//!
+//! Pixel (0, 0) is the centre of the top-left pixel; u runs along rows (right), v down columns.
+//! Nothing here knows about cameras, gratings or millimetres.
+
+pub mod centreline;
+pub mod corners;
+pub mod image;
+
+pub use centreline::{
+    Centrelines, CentrelineMethod, CentrelineParams, CentrelinePoint, LineDirection, Segment, find_centrelines,
+};
+pub use corners::{BoardCorners, Corner, CornerError, CornerParams, find_corners};
+pub use image::{GreyImage, ImageError, Pixels};
