@@ -1,1 +1,23 @@
-//! optics
+//! What light does on its way from the laser through the grating onto the part and into the camera.
+//!
+//! Units: millimetres, pixels, radians. Pixel (0, 0) is the centre of the top-left pixel.
+//! Camera frame: x right, y down, z forward. Mathematics: `server/docs/maths/`.
+
+pub mod calibration;
+pub mod camera;
+pub mod frames;
+pub mod grating;
+pub mod pencil;
+pub mod plane;
+pub mod rotation;
+pub mod stage;
+pub mod surface;
+
+pub use calibration::{Calibration, DepthRangeMm, TriangulatedPoint};
+pub use camera::{CAMERA_PARAMETER_NAMES, CAMERA_PARAMETERS, Camera};
+pub use frames::{BoardFrame, CameraFrame, PartFrame, PointMm, Rigid};
+pub use grating::{GRATING_PARAMETERS, Grating, LightRay};
+pub use pencil::{PENCIL_PARAMETERS, Pencil};
+pub use plane::Plane;
+pub use stage::StageAxis;
+pub use surface::{LightModelKind, LightSurfaces, SurfaceHit};

@@ -1,1 +1,5 @@
-//! scanning
+//! From centrelines to a measured surface: order labels, triangulation, registration, clouds, meshes, files.
+
+pub mod cloud;
+
+pub use cloud::{Cloud, CloudPoint};

@@ -1,0 +1,172 @@
+//! Everything needed to turn a labelled pixel into a point with its uncertainty.
+
+use nalgebra::{DMatrix, DVector, Vector2, Vector3};
+
+use crate::camera::{CAMERA_PARAMETER_NAMES, CAMERA_PARAMETERS, Camera};
+use crate::frames::{CameraFrame, PointMm};
+use crate::stage::StageAxis;
+use crate::surface::{LightSurfaces, SurfaceHit};
+
+/// Parameters of the stage axis.
+pub const STAGE_PARAMETERS: usize = 3;
+
+/// z of the camera frame between which the calibration has seen its target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DepthRangeMm {
+    /// Nearest depth.
+    pub near_mm: f64,
+    /// Farthest depth.
+    pub far_mm: f64,
+}
+
+impl DepthRangeMm {
+    /// Whether `depth_mm` lies inside.
+    pub fn contains(&self, depth_mm: f64) -> bool {
+        (self.near_mm..=self.far_mm).contains(&depth_mm)
+    }
+}
+
+/// A calibrated station: camera, light sheets, stage, and the joint covariance of all their parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// Identifies the document this value came from.
+    pub id: String,
+    /// The camera.
+    pub camera: Camera,
+    /// Diffraction orders, from the top (left) of the image downwards (rightwards).
+    pub orders: Vec<i8>,
+    /// The light sheets.
+    pub light: LightSurfaces,
+    /// The stage, if it was calibrated.
+    pub stage: Option<StageAxis>,
+    /// Depths covered by the calibration.
+    pub depth_range_mm: DepthRangeMm,
+    /// Covariance of [`Calibration::parameter_names`], square; rows and columns of fixed parameters are zero.
+    pub covariance: DMatrix<f64>,
+}
+
+/// A triangulated pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TriangulatedPoint {
+    /// Where the light hit.
+    pub hit_in_camera: PointMm<CameraFrame>,
+    /// The camera ray (x_h, y_h, 1).
+    pub ray: Vector3<f64>,
+    /// The sheet at the hit.
+    pub hit: SurfaceHit,
+    /// Distance along the ray per pixel, d|X| / d(u, v), mm/px.
+    pub reach_by_pixel: Vector2<f64>,
+}
+
+impl TriangulatedPoint {
+    /// Standard deviation along the ray, mm, of a pixel noise of `sigma_px` along the image direction `normal`.
+    pub fn noise_sigma_mm(&self, normal: &[f64; 2], sigma_px: f64) -> f64 {
+        (self.reach_by_pixel.x * normal[0] + self.reach_by_pixel.y * normal[1]).abs() * sigma_px
+    }
+}
+
+impl Calibration {
+    /// Names of all parameters: camera, light, stage (if any).
+    pub fn parameter_names(&self) -> Vec<String> {
+        let mut names: Vec<String> = CAMERA_PARAMETER_NAMES.map(String::from).to_vec();
+        names.extend(self.light.parameter_names());
+        if self.stage.is_some() {
+            names.extend(["stage_x", "stage_y", "stage_z"].map(String::from));
+        }
+        names
+    }
+
+    /// Triangulates a raw pixel on the line of `order`; `None` if its ray misses the sheet.
+    ///
+    /// `phi_guess_rad`: fan angle of a neighbour on the same line, to save Newton steps.
+    pub fn triangulate(
+        &self,
+        order: i8,
+        pixel: &Vector2<f64>,
+        phi_guess_rad: Option<f64>,
+    ) -> Option<TriangulatedPoint> {
+        let ray = self.camera.ray_from_pixel(pixel)?;
+        let hit = self.light.hit(order, &ray, phi_guess_rad)?;
+        let ray_by_pixel = self.camera.pixel_by_ideal(&ray.xy()).try_inverse()?;
+        let normal = hit.normal;
+        let steepness = normal.dot(&ray);
+        let length = ray.norm();
+        // The hit stays on the sheet: N·(dλ·D + λ·dD) = 0. |X| = λ|D| moves by dλ|D|: the part along the ray.
+        let reach_by_ray = Vector2::new(normal.x, normal.y) * (-hit.depth_mm / steepness * length);
+        Some(TriangulatedPoint {
+            hit_in_camera: PointMm::new(ray * hit.depth_mm),
+            ray,
+            hit,
+            reach_by_pixel: ray_by_pixel.transpose() * reach_by_ray,
+        })
+    }
+
+    /// How far the hit moves along its ray per parameter (mm per unit), for the camera and light parameters.
+    pub fn reach_by_parameters(&self, order: i8, point: &TriangulatedPoint) -> Option<DVector<f64>> {
+        let ideal = point.ray.xy();
+        let distorted = self.camera.distort(&ideal);
+        let ideal_by_camera =
+            -(self.camera.pixel_by_ideal(&ideal).try_inverse()? * self.camera.pixel_by_camera(&ideal, &distorted));
+        let light = self.light.normal_motion_by_parameters(order, &point.ray, &point.hit)?;
+        let normal = point.hit.normal;
+        let per_normal = point.ray.norm() / normal.dot(&point.ray);
+        let mut reach = DVector::zeros(CAMERA_PARAMETERS + light.len());
+        for column in 0..CAMERA_PARAMETERS {
+            let ray_step = ideal_by_camera.column(column);
+            let slide = normal.x * ray_step[0] + normal.y * ray_step[1];
+            reach[column] = -point.hit.depth_mm * slide * per_normal;
+        }
+        for (slot, motion) in reach.iter_mut().skip(CAMERA_PARAMETERS).zip(light) {
+            *slot = motion * per_normal;
+        }
+        Some(reach)
+    }
+
+    /// Standard deviation along the ray, mm, that the calibration's own covariance leaves at a point.
+    pub fn systematic_sigma_mm(&self, order: i8, point: &TriangulatedPoint) -> Option<f64> {
+        let reach = self.reach_by_parameters(order, point)?;
+        let n = reach.len();
+        let covariance = self.covariance.view((0, 0), (n, n));
+        Some((reach.transpose() * covariance * &reach)[(0, 0)].max(0.0).sqrt())
+    }
+
+    /// The calibration moved by a parameter step in the order of [`Calibration::parameter_names`].
+    pub fn stepped(&self, step: &[f64]) -> Self {
+        let mut parameters = self.camera.parameters();
+        for (value, change) in parameters.iter_mut().zip(step) {
+            *value += change;
+        }
+        let light_end = CAMERA_PARAMETERS + self.light.parameters();
+        let stage = self.stage.map(|stage| {
+            let change = Vector3::from_iterator(step[light_end..light_end + STAGE_PARAMETERS].iter().copied());
+            StageAxis { direction: stage.direction + change }
+        });
+        Self {
+            camera: self.camera.with_parameters(&parameters),
+            light: self.light.stepped(&step[CAMERA_PARAMETERS..light_end]),
+            stage,
+            ..self.clone()
+        }
+    }
+
+    /// Independent one-σ parameter steps whose outer products add up to the covariance, largest first.
+    ///
+    /// Re-evaluating any result at `stepped(mode)` and adding the squared changes propagates the covariance.
+    pub fn sigma_modes(&self) -> Vec<Vec<f64>> {
+        let scale: DVector<f64> = self.covariance.diagonal().map(|v| if v > 0.0 { v.sqrt() } else { 1.0 });
+        let correlation = DMatrix::from_fn(scale.len(), scale.len(), |row, column| {
+            self.covariance[(row, column)] / (scale[row] * scale[column])
+        });
+        let eigen = correlation.symmetric_eigen();
+        let mut modes: Vec<(f64, Vec<f64>)> = (0..scale.len())
+            .filter(|&idx| eigen.eigenvalues[idx] > 0.0)
+            .map(|idx| {
+                let size = eigen.eigenvalues[idx].sqrt();
+                let mode = eigen.eigenvectors.column(idx).component_mul(&scale) * size;
+                (eigen.eigenvalues[idx], mode.iter().copied().collect())
+            })
+            .collect();
+        modes.sort_by(|a, b| b.0.total_cmp(&a.0));
+        modes.into_iter().map(|(_, mode)| mode).collect()
+    }
+}

@@ -1,0 +1,105 @@
+//! Points and transforms that know their frame.
+
+use std::marker::PhantomData;
+use std::ops::Mul;
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+/// The camera: x right, y down, z forward, origin at the centre of projection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraFrame;
+
+/// The chessboard: x along its columns, y along its rows, z into the board; origin at corner (0, 0).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoardFrame;
+
+/// The part on the stage: the camera frame at stage position 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PartFrame;
+
+/// A point in millimetres in frame `F`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointMm<F> {
+    /// Coordinates.
+    pub xyz: Vector3<f64>,
+    frame: PhantomData<F>,
+}
+
+impl<F> PointMm<F> {
+    /// A point from its coordinates.
+    pub fn new(xyz: Vector3<f64>) -> Self {
+        Self { xyz, frame: PhantomData }
+    }
+}
+
+/// A rigid motion that takes points of frame `From` to frame `To`; named `to_from_from` so that neighbours cancel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rigid<To, From> {
+    /// Rotation part.
+    pub rotation: Rotation3<f64>,
+    /// Position of the origin of `From` in `To`.
+    pub translation_mm: Vector3<f64>,
+    frames: PhantomData<(To, From)>,
+}
+
+impl<To, From> Rigid<To, From> {
+    /// A motion from rotation and translation.
+    pub fn new(rotation: Rotation3<f64>, translation_mm: Vector3<f64>) -> Self {
+        Self { rotation, translation_mm, frames: PhantomData }
+    }
+
+    /// The motion that does nothing.
+    pub fn identity() -> Self {
+        Self::new(Rotation3::identity(), Vector3::zeros())
+    }
+
+    /// The motion back.
+    pub fn inverse(&self) -> Rigid<From, To> {
+        let back = self.rotation.inverse();
+        Rigid::new(back, -(back * self.translation_mm))
+    }
+
+    /// The rotation as a matrix whose columns are the axes of `From` seen in `To`.
+    pub fn axes(&self) -> &Matrix3<f64> {
+        self.rotation.matrix()
+    }
+
+    /// Moved by a small step: translation by the first three entries (mm, in `To`), rotation about the origin
+    /// of `From` by the last three (radians, axes of `To`).
+    pub fn stepped(&self, step: &[f64; 6]) -> Self {
+        let turn = Rotation3::new(Vector3::new(step[3], step[4], step[5]));
+        let mut rotation = turn * self.rotation;
+        rotation.renormalize();
+        Self::new(rotation, self.translation_mm + Vector3::new(step[0], step[1], step[2]))
+    }
+}
+
+impl<To, From> Mul<PointMm<From>> for Rigid<To, From> {
+    type Output = PointMm<To>;
+
+    fn mul(self, point: PointMm<From>) -> PointMm<To> {
+        PointMm::new(self.rotation * point.xyz + self.translation_mm)
+    }
+}
+
+impl<To, Mid, From> Mul<Rigid<Mid, From>> for Rigid<To, Mid> {
+    type Output = Rigid<To, From>;
+
+    fn mul(self, first: Rigid<Mid, From>) -> Rigid<To, From> {
+        Rigid::new(self.rotation * first.rotation, self.rotation * first.translation_mm + self.translation_mm)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_motion_and_its_inverse_cancel() {
+        let camera_from_board: Rigid<CameraFrame, BoardFrame> =
+            Rigid::new(Rotation3::new(Vector3::new(0.1, -0.4, 0.2)), Vector3::new(3.0, -2.0, 400.0));
+        let there_and_back = camera_from_board.inverse() * camera_from_board;
+        let point = PointMm::<BoardFrame>::new(Vector3::new(12.0, 24.0, 0.0));
+        assert!(((there_and_back * point).xyz - point.xyz).norm() < 1e-12);
+    }
+}
