@@ -1,0 +1,84 @@
+//! What a calibration is made from: features of every picture, the data sheets, the choices.
+
+use optics::LightModelKind;
+use vision::{BoardCorners, Centrelines, LineDirection};
+
+/// The chessboard.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoardGeometry {
+    /// Inner corners along a board row.
+    pub inner_columns: usize,
+    /// Inner corners along a board column.
+    pub inner_rows: usize,
+    /// Side of a square.
+    pub square_mm: f64,
+}
+
+/// Laser and grating by their data sheets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProjectorSheet {
+    /// Wavelength of the laser.
+    pub wavelength_nm: f64,
+    /// Grooves per millimetre.
+    pub grating_lines_per_mm: f64,
+    /// Orders from the top (left) of the image downwards (rightwards); strictly rising or falling.
+    pub orders: Vec<i8>,
+    /// Which way the lines run in the image.
+    pub line_direction: LineDirection,
+}
+
+/// Features of the board at rest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoseInput {
+    /// Name for reports, such as `board/003.png`.
+    pub name: String,
+    /// Corners found at normal exposure.
+    pub corners: BoardCorners,
+    /// Laser lines found at low exposure; `None` if the pose serves the camera alone.
+    pub centrelines: Option<Centrelines>,
+}
+
+/// Features of the board carried by the stage.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageViewInput {
+    /// Name for reports.
+    pub name: String,
+    /// Corners.
+    pub corners: BoardCorners,
+    /// Nominal stage position.
+    pub position_mm: f64,
+}
+
+/// Everything a calibration is computed from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationInput {
+    /// Image width.
+    pub width_px: usize,
+    /// Image height.
+    pub height_px: usize,
+    /// The target.
+    pub board: BoardGeometry,
+    /// The light source.
+    pub projector: ProjectorSheet,
+    /// Board poses.
+    pub poses: Vec<PoseInput>,
+    /// Stage views.
+    pub stage_views: Vec<StageViewInput>,
+}
+
+/// Which light model goes into the result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LightModelChoice {
+    /// The one that cross-validation recommends.
+    #[default]
+    Auto,
+    /// This one.
+    Fixed(LightModelKind),
+}
+
+/// The caller's choices.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CalibrationOptions {
+    /// Which light model goes into the result.
+    pub light_model: LightModelChoice,
+}
