@@ -1,0 +1,168 @@
+//! Seeds: labelled corners from `calib-targets` (ChESS responses, topological grid), in several views of the image.
+//!
+//! Its grids are starting points only: it may lose rim corners of a dim board and add false ones beyond the rim.
+
+use std::collections::BTreeMap;
+
+use calib_targets::chessboard::{ChessboardDetection, ChessboardDetector, ChessboardParams, detect_corners};
+use calib_targets::detect::{DetectorConfig, ImageRefiner, default_chess_config};
+
+use crate::{GreyImage, Pixels};
+
+use super::lattice::Node;
+use super::params::{DETECTION_THRESHOLDS, MIN_SEED_CORNERS, STRETCH_CLIP_SHARE};
+
+/// Corner positions (px of the original image) by lattice index.
+pub(super) type Seed = BTreeMap<Node, [f64; 2]>;
+
+/// One way to look at the image, from the cheapest to the most forgiving.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum View {
+    /// Grey levels stretched to 8 bit.
+    Plain,
+    /// Two by two pixels averaged: large, blurred or noisy boards.
+    Half,
+    /// Every pixel against its surroundings: uneven light.
+    Flattened,
+    /// Four by four pixels averaged.
+    Quarter,
+    /// Twice enlarged: squares of a few pixels.
+    Double,
+}
+
+/// All views, in the order they are worth trying.
+pub(super) const VIEWS: [View; 5] = [View::Plain, View::Half, View::Flattened, View::Quarter, View::Double];
+
+/// An 8-bit picture for the detector.
+struct Picture {
+    width: usize,
+    height: usize,
+    levels: Vec<f32>,
+    /// Pixels of the original per pixel of the picture.
+    scale: f64,
+}
+
+/// Grids seen in one view, the largest first.
+pub(super) fn seeds(image: &GreyImage, view: View) -> Vec<Seed> {
+    let picture = picture(image, view);
+    let bytes = stretched(&picture.levels);
+    let frame = calib_targets::core::GrayImageView { width: picture.width, height: picture.height, data: &bytes };
+    let mut found = Vec::new();
+    for threshold in DETECTION_THRESHOLDS {
+        let config: DetectorConfig =
+            default_chess_config().with_threshold(threshold).with_refiner(ImageRefiner::saddle_point());
+        let corners = detect_corners(&frame, &config);
+        for mut params in ChessboardParams::sweep_default() {
+            params.min_corner_strength = threshold;
+            let Ok(detector) = ChessboardDetector::new(params) else { continue };
+            let seed_sets = detector.detect_all(&corners);
+            found.extend(seed_sets.iter().map(|d| seed_from_detection(d, picture.scale)));
+        }
+    }
+    found.retain(|seed| seed.len() >= MIN_SEED_CORNERS);
+    found.sort_by_key(|seed| std::cmp::Reverse(seed.len()));
+    found.dedup();
+    found
+}
+
+fn seed_from_detection(detection: &ChessboardDetection, scale: f64) -> Seed {
+    let to_original = |x: f32| (f64::from(x) + 0.5) * scale - 0.5;
+    let corner = |c: &calib_targets::chessboard::ChessboardCorner| {
+        ((c.grid.u, c.grid.v), [to_original(c.position.x), to_original(c.position.y)])
+    };
+    detection.corners.iter().map(corner).collect()
+}
+
+fn picture(image: &GreyImage, view: View) -> Picture {
+    match view {
+        View::Plain => plain(image),
+        View::Half => binned(&plain(image)),
+        View::Quarter => binned(&binned(&plain(image))),
+        View::Flattened => flattened(&binned(&plain(image))),
+        View::Double => doubled(&plain(image)),
+    }
+}
+
+fn plain(image: &GreyImage) -> Picture {
+    let levels = match image.pixels() {
+        Pixels::Eight(p) => p.iter().map(|&l| f32::from(l)).collect(),
+        Pixels::Sixteen(p) => p.iter().map(|&l| f32::from(l)).collect(),
+    };
+    Picture { width: image.width(), height: image.height(), levels, scale: 1.0 }
+}
+
+fn binned(picture: &Picture) -> Picture {
+    let (width, height) = ((picture.width / 2).max(1), (picture.height / 2).max(1));
+    let at =
+        |u: usize, v: usize| picture.levels[v.min(picture.height - 1) * picture.width + u.min(picture.width - 1)];
+    let mean = |u: usize, v: usize| {
+        0.25 * (at(2 * u, 2 * v) + at(2 * u + 1, 2 * v) + at(2 * u, 2 * v + 1) + at(2 * u + 1, 2 * v + 1))
+    };
+    let levels = (0..height).flat_map(|v| (0..width).map(move |u| (u, v))).map(|(u, v)| mean(u, v)).collect();
+    Picture { width, height, levels, scale: 2.0 * picture.scale }
+}
+
+fn doubled(picture: &Picture) -> Picture {
+    let (width, height) = (2 * picture.width, 2 * picture.height);
+    // Bilinear: weights 3/4 and 1/4 of the two nearest pixels.
+    let pair = |k: usize, side: usize| {
+        let near = k / 2;
+        let far = if k % 2 == 0 { near.saturating_sub(1) } else { (near + 1).min(side - 1) };
+        (near, far)
+    };
+    let mut levels = Vec::with_capacity(width * height);
+    for v in 0..height {
+        let (v0, v1) = pair(v, picture.height);
+        for u in 0..width {
+            let (u0, u1) = pair(u, picture.width);
+            let at = |u: usize, v: usize| picture.levels[v * picture.width + u];
+            let rows = [0.75 * at(u0, v0) + 0.25 * at(u1, v0), 0.75 * at(u0, v1) + 0.25 * at(u1, v1)];
+            levels.push(0.75 * rows[0] + 0.25 * rows[1]);
+        }
+    }
+    Picture { width, height, levels, scale: 0.5 * picture.scale }
+}
+
+/// Each pixel's difference from its surroundings over their spread, in a square of a twelfth of the image.
+fn flattened(picture: &Picture) -> Picture {
+    let (w, h) = (picture.width, picture.height);
+    let radius = (w.max(h) / 24).max(4);
+    let mut sums = vec![[0.0f64; 2]; (w + 1) * (h + 1)];
+    for v in 0..h {
+        let mut row = [0.0; 2];
+        for u in 0..w {
+            let level = f64::from(picture.levels[v * w + u]);
+            row = [row[0] + level, row[1] + level * level];
+            let above = sums[v * (w + 1) + u + 1];
+            sums[(v + 1) * (w + 1) + u + 1] = [above[0] + row[0], above[1] + row[1]];
+        }
+    }
+    let all = sums[(w + 1) * (h + 1) - 1].map(|s| s / (w * h) as f64);
+    let spread_floor = 0.1 * (all[1] - all[0] * all[0]).max(1e-6).sqrt();
+    let mut levels = Vec::with_capacity(w * h);
+    for v in 0..h {
+        let (v0, v1) = (v.saturating_sub(radius), (v + radius + 1).min(h));
+        for u in 0..w {
+            let (u0, u1) = (u.saturating_sub(radius), (u + radius + 1).min(w));
+            let n = ((u1 - u0) * (v1 - v0)) as f64;
+            let sum = |k: usize| {
+                let at = |u: usize, v: usize| sums[v * (w + 1) + u][k];
+                (at(u1, v1) - at(u0, v1) - at(u1, v0) + at(u0, v0)) / n
+            };
+            let spread = (sum(1) - sum(0) * sum(0)).max(0.0).sqrt().max(spread_floor);
+            levels.push(((f64::from(picture.levels[v * w + u]) - sum(0)) / spread).clamp(-2.0, 2.0) as f32);
+        }
+    }
+    Picture { width: w, height: h, levels, scale: picture.scale }
+}
+
+/// Grey levels between the darkest and the brightest half per cent, spread over 0–255.
+fn stretched(levels: &[f32]) -> Vec<u8> {
+    let mut sorted = levels.to_vec();
+    let clipped = (STRETCH_CLIP_SHARE * levels.len() as f64) as usize;
+    let low = *sorted.select_nth_unstable_by(clipped, f32::total_cmp).1;
+    let last = levels.len() - 1 - clipped;
+    let high = *sorted.select_nth_unstable_by(last, f32::total_cmp).1;
+    let gain = if high > low { 255.0 / (high - low) } else { 0.0 };
+    levels.iter().map(|l| ((l - low) * gain).round().clamp(0.0, 255.0) as u8).collect()
+}

@@ -1,0 +1,214 @@
+//! From a detector's labelled corners to every corner of the board, each verified against the image.
+//!
+//! The detector only gives the seed. Its corners are fitted and those that do not look like a chessboard
+//! corner are dropped; then holes are filled and the lattice grows outwards, as long as a corner of the right
+//! colouring and contrast is found where the neighbours predict one.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::GreyImage;
+
+use super::fit::{CornerFit, fit_corner};
+use super::model::CrossShape;
+use super::params::{
+    BLUR_START_PX, FIRST_WINDOW_MAX_PX, FIRST_WINDOW_SQUARES, MAX_RESIDUAL_RATIO, MAX_SHIFT_SQUARES, MAX_TURN_RAD,
+    MIN_CONTRAST_RATIO, MIN_SEED_CORNERS,
+};
+use super::warp::edge_normals;
+use super::window::{Reach, window_around};
+
+/// Lattice index (i, j); the axes are the detector's, not yet the board's.
+pub(super) type Node = (i32, i32);
+
+/// Verified corners of one board.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Lattice {
+    /// Fits by lattice index.
+    pub corners: BTreeMap<Node, CornerFit>,
+    /// Sign of the contrast at even nodes.
+    parity_sign: f64,
+    /// Median contrast (levels).
+    contrast: f64,
+    /// Median blur of the corners (px).
+    blur_px: f64,
+}
+
+const AXES: [Node; 2] = [(1, 0), (0, 1)];
+
+impl Lattice {
+    /// Verifies the seed's corners, then fills and grows.
+    ///
+    /// `None` if fewer than [`MIN_SEED_CORNERS`] of the seed are chessboard corners.
+    pub(super) fn from_seed(image: &GreyImage, seed: &BTreeMap<Node, [f64; 2]>) -> Option<Self> {
+        let mut lattice = Self { blur_px: BLUR_START_PX, ..Self::default() };
+        let mut fits = BTreeMap::new();
+        for &node in seed.keys() {
+            let Some(square_px) = spacing(node, |n| seed.get(&n).copied()) else { continue };
+            if let Some(fit) = lattice.fit_at(image, seed[&node], square_px) {
+                fits.insert(node, fit);
+            }
+        }
+        lattice.learn(&fits)?;
+        fits.retain(|node, fit| lattice.fits_in(*node, fit));
+        lattice.corners = fits;
+        lattice.keep_main_component();
+        (lattice.corners.len() >= MIN_SEED_CORNERS).then(|| {
+            lattice.grow(image);
+            lattice
+        })
+    }
+
+    /// Sign, contrast and blur of the board, from corners among which some may be false.
+    fn learn(&mut self, fits: &BTreeMap<Node, CornerFit>) -> Option<()> {
+        let vote: f64 = fits.iter().map(|(node, fit)| parity(*node) * fit.contrast).sum();
+        self.parity_sign = vote.signum();
+        self.contrast = median(fits.values().map(|fit| fit.contrast.abs()))?;
+        self.blur_px = median(fits.values().map(|fit| fit.shape.blur_px))?;
+        Some(())
+    }
+
+    fn fits_in(&self, node: Node, fit: &CornerFit) -> bool {
+        let contrast = fit.contrast * parity(node) * self.parity_sign;
+        contrast >= MIN_CONTRAST_RATIO * self.contrast && fit.residual_rms <= MAX_RESIDUAL_RATIO * contrast
+    }
+
+    /// Fits the corner near `start_px`; `None` if what is there is no crossing of the expected directions.
+    fn fit_at(&self, image: &GreyImage, start_px: [f64; 2], square_px: [[f64; 2]; 2]) -> Option<CornerFit> {
+        let shortest = square_px.iter().map(|s| s[0].hypot(s[1])).fold(f64::INFINITY, f64::min);
+        let normal_rad = edge_normals(square_px);
+        let shape =
+            CrossShape { normal_rad, curvature_per_px: [0.0; 2], blur_px: self.blur_px.max(BLUR_START_PX) };
+        let reach = Reach { squares: FIRST_WINDOW_SQUARES, max_px: FIRST_WINDOW_MAX_PX };
+        let mut fit: Option<CornerFit> = None;
+        for _ in 0..2 {
+            let centre = fit.map_or(start_px, |f| f.position_px);
+            let window = window_around(image, centre, square_px, reach, None);
+            let start = fit.map_or(shape, |f| f.shape);
+            let found = fit_corner(&window, centre, start, None)?;
+            let shift = (found.position_px[0] - start_px[0]).hypot(found.position_px[1] - start_px[1]);
+            let turn = [0, 1].map(|k| angle_between(found.shape.normal_rad[k], normal_rad[k]));
+            if shift > MAX_SHIFT_SQUARES * shortest || turn.iter().any(|t| t.abs() > MAX_TURN_RAD) {
+                return None;
+            }
+            fit = Some(found);
+        }
+        fit
+    }
+
+    /// Drops corners not connected with the largest connected group.
+    fn keep_main_component(&mut self) {
+        let mut left: BTreeSet<Node> = self.corners.keys().copied().collect();
+        let mut largest = BTreeSet::new();
+        while let Some(first) = left.pop_first() {
+            let mut group = BTreeSet::from([first]);
+            let mut open = vec![first];
+            while let Some(node) = open.pop() {
+                for neighbour in neighbours(node) {
+                    if left.remove(&neighbour) {
+                        group.insert(neighbour);
+                        open.push(neighbour);
+                    }
+                }
+            }
+            if group.len() > largest.len() {
+                largest = group;
+            }
+        }
+        self.corners.retain(|node, _| largest.contains(node));
+    }
+
+    /// Adds neighbours that verify until nothing more is found.
+    fn grow(&mut self, image: &GreyImage) {
+        let mut refused = BTreeSet::new();
+        loop {
+            let found: Vec<_> = self
+                .frontier()
+                .into_iter()
+                .filter(|node| !refused.contains(node))
+                .map(|node| (node, self.try_node(image, node)))
+                .collect();
+            if found.is_empty() {
+                return;
+            }
+            let before = self.corners.len();
+            for (node, fit) in found {
+                match fit {
+                    Some(fit) => drop(self.corners.insert(node, fit)),
+                    None => drop(refused.insert(node)),
+                }
+            }
+            if self.corners.len() == before {
+                return;
+            }
+        }
+    }
+
+    /// Empty nodes beside a corner.
+    fn frontier(&self) -> BTreeSet<Node> {
+        self.corners.keys().flat_map(|&n| neighbours(n)).filter(|n| !self.corners.contains_key(n)).collect()
+    }
+
+    fn try_node(&self, image: &GreyImage, node: Node) -> Option<CornerFit> {
+        let position = |n: Node| self.corners.get(&n).map(|c| c.position_px);
+        let predicted = predict(node, position)?;
+        let square_px = spacing(node, |n| if n == node { Some(predicted) } else { position(n) })?;
+        let fit = self.fit_at(image, predicted, square_px)?;
+        self.fits_in(node, &fit).then_some(fit)
+    }
+}
+
+fn parity((i, j): Node) -> f64 {
+    if (i + j).rem_euclid(2) == 0 { 1.0 } else { -1.0 }
+}
+
+fn neighbours((i, j): Node) -> [Node; 4] {
+    [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)]
+}
+
+/// Steps from `node` to the next node along both axes, from whichever neighbours are known.
+///
+/// At the rim, where an axis has no neighbour, a parallel step beside it serves.
+fn spacing(node: Node, position: impl Fn(Node) -> Option<[f64; 2]>) -> Option<[[f64; 2]; 2]> {
+    let step = |at: Node, axis: Node| {
+        let ahead = position((at.0 + axis.0, at.1 + axis.1));
+        let behind = position((at.0 - axis.0, at.1 - axis.1));
+        match (behind, position(at), ahead) {
+            (Some(a), _, Some(b)) => Some([0.5 * (b[0] - a[0]), 0.5 * (b[1] - a[1])]),
+            (Some(a), Some(b), _) | (_, Some(a), Some(b)) => Some([b[0] - a[0], b[1] - a[1]]),
+            _ => None,
+        }
+    };
+    let along = |axis: Node| step(node, axis).or_else(|| neighbours(node).into_iter().find_map(|n| step(n, axis)));
+    Some([along(AXES[0])?, along(AXES[1])?])
+}
+
+/// Where the neighbours expect `node`: between two, or continued along a line; averaged over the axes.
+fn predict((i, j): Node, position: impl Fn(Node) -> Option<[f64; 2]>) -> Option<[f64; 2]> {
+    let mut guesses = Vec::new();
+    for (di, dj) in AXES {
+        let at = |k: i32| position((i + k * di, j + k * dj));
+        let combine = |weights: &[(i32, f64)]| {
+            weights
+                .iter()
+                .try_fold([0.0, 0.0], |sum, &(k, w)| at(k).map(|p| [sum[0] + w * p[0], sum[1] + w * p[1]]))
+        };
+        let between = combine(&[(-1, 0.5), (1, 0.5)]);
+        let continued = [-1, 1].map(|s| {
+            combine(&[(s, 3.0), (2 * s, -3.0), (3 * s, 1.0)]).or_else(|| combine(&[(s, 2.0), (2 * s, -1.0)]))
+        });
+        guesses.extend(between.or(continued[0]).or(continued[1]));
+    }
+    let n = guesses.len() as f64;
+    (n > 0.0).then(|| [0, 1].map(|k| guesses.iter().map(|g| g[k]).sum::<f64>() / n))
+}
+
+fn angle_between(a: f64, b: f64) -> f64 {
+    let d = a - b;
+    d.sin().atan2(d.cos())
+}
+
+pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
+}

@@ -1,0 +1,72 @@
+//! Constants of the corner search, each with its unit and its reason.
+
+/// Refinement window, as a fraction of the neighbour distance to each side. Below one half so that the
+/// next edge, blurred, stays outside.
+pub(super) const WINDOW_SQUARES: f64 = 0.4;
+
+/// Longest half-side of the refinement window. Beyond it light and edge curvature leave the model.
+pub(super) const WINDOW_MAX_PX: f64 = 32.0;
+
+/// Shortest half-side of the refinement window: fewer pixels do not determine the model.
+pub(super) const WINDOW_MIN_PX: f64 = 3.0;
+
+/// Half-side of the first, exploratory window, as a fraction of the neighbour distance.
+pub(super) const FIRST_WINDOW_SQUARES: f64 = 0.3;
+
+/// Longest half-side of the exploratory window: edges count as straight within it.
+pub(super) const FIRST_WINDOW_MAX_PX: f64 = 9.0;
+
+/// Pixels farther from both edges than this many blur sigmas (plus `EDGE_BAND_MIN_PX`) say nothing about
+/// the position and are left out of the refinement window.
+pub(super) const EDGE_BAND_SIGMAS: f64 = 3.0;
+
+/// Smallest half-width of the band of used pixels along an edge: enough plateau to fix the grey levels.
+pub(super) const EDGE_BAND_MIN_PX: f64 = 2.5;
+
+/// Blur (sigma) with which the first fit starts: wide, so that a start some pixels off still feels the edges.
+pub(super) const BLUR_START_PX: f64 = 1.5;
+
+/// Admitted blur (sigma): below, the pixel itself is wider (√(1/12) = 0.29); above, no edge is left.
+pub(super) const BLUR_RANGE_PX: (f64, f64) = (0.25, 8.0);
+
+/// Iterations of one corner fit; from a usable start fewer than ten are needed.
+pub(super) const MAX_ITERATIONS: usize = 30;
+
+/// A step shorter than this ends the fit: a hundredth of the best corner's sigma.
+pub(super) const STEP_TOLERANCE_PX: f64 = 5e-5;
+
+/// Pixels whose residual exceeds this many noise sigmas lose all weight (Tukey's bisquare).
+pub(super) const TUKEY_SIGMAS: f64 = 6.0;
+
+/// A fit whose residual RMS exceeds this fraction of the corner's contrast is no chessboard corner.
+pub(super) const MAX_RESIDUAL_RATIO: f64 = 0.22;
+
+/// A corner with less than this fraction of the board's median contrast is no corner of the board.
+pub(super) const MIN_CONTRAST_RATIO: f64 = 0.2;
+
+/// A fit that leaves its start by more than this fraction of the neighbour distance found something else.
+pub(super) const MAX_SHIFT_SQUARES: f64 = 0.2;
+
+/// Edges that turned by more than this from the directions of the neighbours belong to something else.
+pub(super) const MAX_TURN_RAD: f64 = 0.3;
+
+/// Share of a side's corners that must be verified for the row (column) to count as part of the board.
+pub(super) const FULL_LINE_SHARE: f64 = 0.6;
+
+/// Fewest corners of a detection worth growing from.
+pub(super) const MIN_SEED_CORNERS: usize = 6;
+
+/// Share of the darkest and of the brightest pixels clipped when the grey levels are stretched for detection.
+pub(super) const STRETCH_CLIP_SHARE: f64 = 0.005;
+
+/// ChESS response thresholds tried in turn, strict first: a blurred or dim board answers weakly.
+pub(super) const DETECTION_THRESHOLDS: [f32; 2] = [20.0, 5.0];
+
+/// Variance of an ideal quantiser in grey levels squared; no image is less noisy.
+pub(super) const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
+
+/// Corners needed to fit a cubic (ten coefficients per axis) to the lens distortion of one view.
+pub(super) const MIN_CORNERS_CUBIC: usize = 30;
+
+/// Corners needed to fit a quadratic (six coefficients per axis).
+pub(super) const MIN_CORNERS_QUADRATIC: usize = 15;

@@ -1,0 +1,67 @@
+//! The accurate pass: every corner fitted in a window as long as its squares allow.
+//!
+//! Directions and curvatures of the edges start from the whole board's smooth [`BoardWarp`]; position, blur and
+//! grey levels are each corner's own, so that the corners' errors are independent.
+
+use crate::GreyImage;
+
+use super::fit::{CornerFit, NoiseModel, Window, fit_corner, residuals};
+use super::lattice::median;
+use super::model::CrossShape;
+use super::params::{QUANTISATION_VARIANCE, WINDOW_MAX_PX, WINDOW_SQUARES};
+use super::warp::BoardWarp;
+use super::window::{Reach, window_around};
+
+/// Refits all corners (row by row, `columns` in a row).
+///
+/// A corner whose refit fails keeps its first fit, with the larger sigma that goes with it.
+pub(super) fn refine(image: &GreyImage, first: &[CornerFit], columns: usize) -> Vec<CornerFit> {
+    let Some(warp) = BoardWarp::fit(&indexed(first, columns)) else { return first.to_vec() };
+    let windows: Vec<Window> = (0..first.len()).map(|k| window_for(image, &warp, &first[k], k, columns)).collect();
+    let noise = noise_from(&windows, first);
+    let refit = |k: usize| {
+        let start = with_board_edges(&warp, &first[k], k, columns);
+        fit_corner(&windows[k], first[k].position_px, start, Some(&noise)).unwrap_or(first[k])
+    };
+    (0..first.len()).map(refit).collect()
+}
+
+fn indexed(fits: &[CornerFit], columns: usize) -> Vec<([f64; 2], [f64; 2])> {
+    fits.iter().enumerate().map(|(k, fit)| (index_of(k, columns), fit.position_px)).collect()
+}
+
+fn index_of(k: usize, columns: usize) -> [f64; 2] {
+    [(k % columns) as f64, (k / columns) as f64]
+}
+
+fn with_board_edges(warp: &BoardWarp, fit: &CornerFit, k: usize, columns: usize) -> CrossShape {
+    let local = warp.shape_at(index_of(k, columns));
+    CrossShape {
+        normal_rad: local.normal_rad,
+        curvature_per_px: local.curvature_per_px,
+        blur_px: fit.shape.blur_px,
+    }
+}
+
+fn window_for(image: &GreyImage, warp: &BoardWarp, fit: &CornerFit, k: usize, columns: usize) -> Window {
+    let reach = Reach { squares: WINDOW_SQUARES, max_px: WINDOW_MAX_PX };
+    let edges = with_board_edges(warp, fit, k, columns);
+    window_around(image, fit.position_px, warp.shape_at(index_of(k, columns)).square_px, reach, Some(&edges))
+}
+
+/// Variance over grey level from the residuals of all corners: a line through its values in the dark and in the
+/// bright half (median absolute deviation, so that dirt does not count).
+fn noise_from(windows: &[Window], fits: &[CornerFit]) -> NoiseModel {
+    let mut samples: Vec<[f64; 2]> = windows.iter().zip(fits).flat_map(|(w, f)| residuals(w, f)).collect();
+    samples.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let (dark, bright) = samples.split_at(samples.len() / 2);
+    let level = |half: &[[f64; 2]]| median(half.iter().map(|s| s[0])).unwrap_or(0.0);
+    let variance = |half: &[[f64; 2]]| {
+        let deviation = 1.4826 * median(half.iter().map(|s| s[1].abs())).unwrap_or(1.0);
+        (deviation * deviation).max(QUANTISATION_VARIANCE)
+    };
+    let (x0, x1) = (level(dark), level(bright));
+    let (y0, y1) = (variance(dark), variance(bright));
+    let per_level = if x1 > x0 { ((y1 - y0) / (x1 - x0)).max(0.0) } else { 0.0 };
+    NoiseModel { offset: y0 - per_level * x0, per_level, floor: (0.5 * y0.min(y1)).max(QUANTISATION_VARIANCE) }
+}
