@@ -3,10 +3,18 @@
 //! Reading validates everything the manifest says and names the entry that is wrong; writing is the twin's and
 //! the recorder's side of the same format.
 
+pub mod error;
+pub mod folder;
 pub mod image_file;
 pub mod manifest;
+pub mod params;
 
-pub use image_file::{ImageFileError, read_grey_image, write_png};
-pub use manifest::{
-    BoardTarget, CameraFormat, Capture, CaptureError, Frame, Manifest, Pose, Projector, Scan, StageView,
-};
+mod checks;
+mod contained_path;
+mod json_text;
+mod known_keys;
+
+pub use error::CaptureError;
+pub use folder::{Capture, NamedFile, write_manifest};
+pub use image_file::{ImageFileError, ImageHeader, read_grey_image, sha256_of, write_png};
+pub use manifest::{BoardTarget, CameraFormat, Frame, Manifest, Pose, Projector, Scan, StageView};

@@ -1,11 +1,15 @@
 //! `capture.json`: the manifest of a capture folder.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use vision::{GreyImage, LineDirection};
+use vision::LineDirection;
 
-use crate::image_file::ImageFileError;
+/// How `projector.line_direction` says that the lines run along image columns.
+pub(crate) const COLUMNS: &str = "columns";
+
+/// How `projector.line_direction` says that the lines run along image rows.
+pub(crate) const ROWS: &str = "rows";
 
 /// The manifest's text form; see `server/docs/schemas/capture.schema.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -102,13 +106,24 @@ pub struct Frame {
     pub position_mm: f64,
 }
 
-/// A validated capture folder.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Capture {
-    /// The folder.
-    pub folder: PathBuf,
-    /// Its manifest, validated.
-    pub manifest: Manifest,
-    /// Unknown keys and other oddities that were ignored, in words for the operator.
-    pub warnings: Vec<String>,
+impl Manifest {
+    /// Which way the lines run across the image; along rows unless the projector says otherwise.
+    pub fn line_direction(&self) -> LineDirection {
+        match self.projector.line_direction.as_deref() {
+            Some(COLUMNS) => LineDirection::Columns,
+            _ => LineDirection::Rows,
+        }
+    }
+}
+
+impl Projector {
+    /// λ/d_g, the sine by which neighbouring orders part at normal incidence.
+    pub fn wavelength_over_period(&self) -> f64 {
+        self.wavelength_nm * 1e-6 * self.grating_lines_per_mm
+    }
+
+    /// The manifest's word for a line direction: nothing for rows, the default.
+    pub fn word_for(direction: LineDirection) -> Option<String> {
+        (direction == LineDirection::Columns).then(|| COLUMNS.to_owned())
+    }
 }

@@ -1,0 +1,125 @@
+//! What the manifest's values must satisfy before any image is looked at.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use crate::error::CaptureError;
+use crate::manifest::{BoardTarget, COLUMNS, Manifest, Projector, ROWS};
+use crate::params::{CORNERS_MAX, CORNERS_MIN, FORMAT, IMAGE_LIMIT_PX, ORDER_LIMIT};
+
+/// The kind of target this version knows.
+const CHESSBOARD: &str = "chessboard";
+
+/// Checks every value of the manifest read from `file`; the first that is wrong is the error.
+pub(crate) fn check_values(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
+    if manifest.format != FORMAT {
+        return Err(CaptureError::UnknownFormat { file: file.to_owned(), found: manifest.format.clone() });
+    }
+    check_camera(file, manifest)?;
+    check_target(file, &manifest.target)?;
+    check_projector(file, &manifest.projector)?;
+    check_positions(file, manifest)?;
+    check_scan_names(file, manifest)
+}
+
+fn check_camera(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
+    let (width_px, height_px) = (manifest.camera.width_px, manifest.camera.height_px);
+    check_range(file, "camera.width_px", width_px as f64, width_px > 0, "a number of pixels above 0")?;
+    check_range(file, "camera.height_px", height_px as f64, height_px > 0, "a number of pixels above 0")?;
+    match width_px.checked_mul(height_px) {
+        Some(n_pixels) if n_pixels <= IMAGE_LIMIT_PX => Ok(()),
+        _ => Err(CaptureError::ImagesTooLarge { file: file.to_owned(), width_px, height_px }),
+    }
+}
+
+fn check_target(file: &Path, target: &BoardTarget) -> Result<(), CaptureError> {
+    if target.kind != CHESSBOARD {
+        return Err(unknown_word(file, "target.kind", &target.kind, "\"chessboard\""));
+    }
+    let corners = "the number of inner corners along that side, between 2 and 1000";
+    for (entry, count) in
+        [("target.inner_columns", target.inner_columns), ("target.inner_rows", target.inner_rows)]
+    {
+        check_range(file, entry, count as f64, (CORNERS_MIN..=CORNERS_MAX).contains(&count), corners)?;
+    }
+    check_positive(file, "target.square_mm", target.square_mm)
+}
+
+fn check_projector(file: &Path, projector: &Projector) -> Result<(), CaptureError> {
+    check_positive(file, "projector.wavelength_nm", projector.wavelength_nm)?;
+    check_positive(file, "projector.grating_lines_per_mm", projector.grating_lines_per_mm)?;
+    if let Some(direction) = &projector.line_direction
+        && direction != ROWS
+        && direction != COLUMNS
+    {
+        return Err(unknown_word(file, "projector.line_direction", direction, "\"rows\" or \"columns\""));
+    }
+    check_orders(file, &projector.orders)
+}
+
+fn check_orders(file: &Path, orders: &[i8]) -> Result<(), CaptureError> {
+    if orders.is_empty() {
+        return Err(CaptureError::NoOrders { file: file.to_owned() });
+    }
+    for (idx, &order) in orders.iter().enumerate() {
+        let entry = format!("projector.orders[{idx}]");
+        if !(-ORDER_LIMIT..=ORDER_LIMIT).contains(&order) {
+            return Err(CaptureError::OrderTooHigh { file: file.to_owned(), entry, order });
+        }
+        if idx == 0 {
+            continue;
+        }
+        let (previous, rising) = (orders[idx - 1], orders[1] > orders[0]);
+        if order == previous || (order > previous) != rising {
+            return Err(CaptureError::OrdersNotMonotonic { file: file.to_owned(), entry, order, previous });
+        }
+    }
+    Ok(())
+}
+
+fn check_positions(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
+    let views = manifest.stage_views.iter().enumerate();
+    let views = views.map(|(idx, view)| (format!("stage_views[{idx}].position_mm"), view.position_mm));
+    let frames = manifest.scans.iter().enumerate().flat_map(|(scan_idx, scan)| {
+        scan.frames
+            .iter()
+            .enumerate()
+            .map(move |(idx, frame)| (format!("scans[{scan_idx}].frames[{idx}].position_mm"), frame.position_mm))
+    });
+    for (entry, position_mm) in views.chain(frames) {
+        check_range(file, &entry, position_mm, position_mm.is_finite(), "a finite position in millimetres")?;
+    }
+    Ok(())
+}
+
+fn check_scan_names(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
+    let mut seen = HashSet::new();
+    for (idx, scan) in manifest.scans.iter().enumerate() {
+        if scan.name.trim().is_empty() || !seen.insert(scan.name.as_str()) {
+            let entry = format!("scans[{idx}].name");
+            return Err(CaptureError::ScanName { file: file.to_owned(), entry, name: scan.name.clone() });
+        }
+    }
+    Ok(())
+}
+
+fn check_positive(file: &Path, entry: &str, value: f64) -> Result<(), CaptureError> {
+    check_range(file, entry, value, value.is_finite() && value > 0.0, "a finite number above 0")
+}
+
+fn check_range(
+    file: &Path,
+    entry: &str,
+    value: f64,
+    allowed: bool,
+    expected: &'static str,
+) -> Result<(), CaptureError> {
+    if allowed {
+        return Ok(());
+    }
+    Err(CaptureError::OutOfRange { file: file.to_owned(), entry: entry.to_owned(), value, expected })
+}
+
+fn unknown_word(file: &Path, entry: &'static str, found: &str, allowed: &'static str) -> CaptureError {
+    CaptureError::UnknownWord { file: file.to_owned(), entry, found: found.to_owned(), allowed }
+}

@@ -1,0 +1,229 @@
+//! What can be wrong with a capture folder: each error names the file, the entry and the remedy.
+
+use std::path::PathBuf;
+
+use crate::image_file::ImageFileError;
+use crate::params::{FORMAT, IMAGE_LIMIT_PX, ORDER_LIMIT};
+
+/// Why a capture folder cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum CaptureError {
+    /// There is no manifest.
+    #[error("no capture manifest {}: name a folder that holds capture.json", file.display())]
+    ManifestMissing {
+        /// Where it was looked for.
+        file: PathBuf,
+    },
+    /// The manifest or its folder cannot be read or written.
+    #[error("cannot access {}: check that it exists and that its permissions allow it", file.display())]
+    Inaccessible {
+        /// The file or folder.
+        file: PathBuf,
+        /// The operating system's reason.
+        #[source]
+        cause: std::io::Error,
+    },
+    /// The manifest is absurdly large.
+    #[error("{} has {size_bytes} bytes, more than the {limit_bytes} a manifest may have: name a capture folder",
+        file.display())]
+    ManifestTooLarge {
+        /// The manifest.
+        file: PathBuf,
+        /// Its size.
+        size_bytes: u64,
+        /// The limit.
+        limit_bytes: u64,
+    },
+    /// A bare NaN or Infinity, as Python's `json` writes them.
+    #[error("{}, line {line}: {entry} is {found}, which is not a number: write the true value or remove the entry",
+        file.display())]
+    NotFinite {
+        /// The manifest.
+        file: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Path of keys.
+        entry: String,
+        /// As written.
+        found: String,
+    },
+    /// The manifest is not JSON, misses a key or has a value of the wrong type.
+    #[error("{}, line {line}, column {column}, {entry}: correct the entry as described in capture.schema.json",
+        file.display())]
+    Malformed {
+        /// The manifest.
+        file: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// Path of keys; `the document` at the top.
+        entry: String,
+        /// What the parser expected.
+        #[source]
+        cause: serde_json::Error,
+    },
+    /// Another format or version.
+    #[error("{}: format is \"{found}\", this program reads \"{FORMAT}\": convert the capture or update the program",
+        file.display())]
+    UnknownFormat {
+        /// The manifest.
+        file: PathBuf,
+        /// The format it states.
+        found: String,
+    },
+    /// A size, count or length outside its range.
+    #[error("{}: {entry} is {value}: give {expected}", file.display())]
+    OutOfRange {
+        /// The manifest.
+        file: PathBuf,
+        /// Path of keys.
+        entry: String,
+        /// As written.
+        value: f64,
+        /// What is allowed, in words.
+        expected: &'static str,
+    },
+    /// More pixels than an image may have.
+    #[error("{}: camera.width_px × camera.height_px is {width_px}×{height_px}, more than {IMAGE_LIMIT_PX} pixels: \
+        give the true size of the images", file.display())]
+    ImagesTooLarge {
+        /// The manifest.
+        file: PathBuf,
+        /// Columns.
+        width_px: usize,
+        /// Rows.
+        height_px: usize,
+    },
+    /// A word that is not one of the allowed ones.
+    #[error("{}: {entry} is \"{found}\": write {allowed}", file.display())]
+    UnknownWord {
+        /// The manifest.
+        file: PathBuf,
+        /// Path of keys.
+        entry: &'static str,
+        /// As written.
+        found: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// No diffraction order is listed.
+    #[error("{}: projector.orders is empty: list the orders from the top of the image downwards", file.display())]
+    NoOrders {
+        /// The manifest.
+        file: PathBuf,
+    },
+    /// An impossible order.
+    #[error("{}: {entry} is {order}: list orders between −{ORDER_LIMIT} and {ORDER_LIMIT}", file.display())]
+    OrderTooHigh {
+        /// The manifest.
+        file: PathBuf,
+        /// Path of keys.
+        entry: String,
+        /// As written.
+        order: i8,
+    },
+    /// The orders neither rise nor fall throughout.
+    #[error("{}: {entry} is {order} after {previous}: list each order once, from the top of the image downwards, \
+        so that they rise or fall throughout", file.display())]
+    OrdersNotMonotonic {
+        /// The manifest.
+        file: PathBuf,
+        /// Path of keys.
+        entry: String,
+        /// The order out of line.
+        order: i8,
+        /// The one before it.
+        previous: i8,
+    },
+    /// Two scans of the same name, or a scan without one.
+    #[error("{}: {entry} is \"{name}\": give every scan a name of its own", file.display())]
+    ScanName {
+        /// The manifest.
+        file: PathBuf,
+        /// Path of keys.
+        entry: String,
+        /// As written.
+        name: String,
+    },
+    /// A path that leaves the folder.
+    #[error("{}: {entry} names \"{}\", which {reason}: copy the image into the capture folder and name it relative \
+        to that", file.display(), path.display())]
+    PathOutside {
+        /// The manifest.
+        file: PathBuf,
+        /// Path of keys.
+        entry: String,
+        /// As written.
+        path: PathBuf,
+        /// How it leaves.
+        reason: &'static str,
+    },
+    /// An image that is not there.
+    #[error("missing image \"{}\" named by {entry} of {}: restore the file or remove the {removable}",
+        path.display(), file.display())]
+    ImageMissing {
+        /// The manifest.
+        file: PathBuf,
+        /// Path of keys.
+        entry: String,
+        /// Relative to the folder.
+        path: PathBuf,
+        /// What to take out of the manifest instead.
+        removable: &'static str,
+    },
+    /// An image that cannot be used; the cause says why and what to do.
+    #[error("image \"{}\" named by {entry} cannot be used", path.display())]
+    ImageUnusable {
+        /// Path of keys.
+        entry: String,
+        /// Relative to the folder.
+        path: PathBuf,
+        /// Why, and the remedy.
+        #[source]
+        cause: ImageFileError,
+    },
+    /// An image of another size than the camera's.
+    #[error("image \"{}\" named by {entry} has {width_px}×{height_px} pixels, but camera says \
+        {camera_width_px}×{camera_height_px}: restore the original image or correct camera.width_px and \
+        camera.height_px", path.display())]
+    ImageSize {
+        /// Path of keys.
+        entry: String,
+        /// Relative to the folder.
+        path: PathBuf,
+        /// Columns of the image.
+        width_px: usize,
+        /// Rows of the image.
+        height_px: usize,
+        /// Columns of the camera.
+        camera_width_px: usize,
+        /// Rows of the camera.
+        camera_height_px: usize,
+    },
+    /// 8-bit and 16-bit images in one capture.
+    #[error("image \"{}\" named by {entry} has {bits} bits per pixel, but {first_entry} has {first_bits}: record the \
+        whole capture with one bit depth", path.display())]
+    MixedBitDepth {
+        /// Path of keys.
+        entry: String,
+        /// Relative to the folder.
+        path: PathBuf,
+        /// Of this image.
+        bits: u32,
+        /// The entry that set the depth.
+        first_entry: String,
+        /// Its depth.
+        first_bits: u32,
+    },
+    /// A scan that the capture does not hold.
+    #[error("{} holds no scan \"{name}\": choose one of {available:?}", file.display())]
+    UnknownScan {
+        /// The manifest.
+        file: PathBuf,
+        /// As asked for.
+        name: String,
+        /// What there is.
+        available: Vec<String>,
+    },
+}

@@ -1,0 +1,25 @@
+//! Limits of what is read, each with its reason.
+
+/// The only format this crate reads and writes.
+pub const FORMAT: &str = "sheaf-capture/1";
+
+/// Name of the manifest inside a capture folder.
+pub const MANIFEST_FILE: &str = "capture.json";
+
+/// Largest manifest, bytes: a hundred thousand frames need about 10 MB.
+pub const MANIFEST_LIMIT_BYTES: u64 = 64 << 20;
+
+/// Largest image: twice the largest sensors in use for laser profiling (25 Mpx).
+pub const IMAGE_LIMIT_PX: usize = 50_000_000;
+
+/// Memory a decoder may take, bytes: 50 Mpx of 16-bit grey plus the decoder's own rows.
+pub const DECODE_LIMIT_BYTES: u64 = 256 << 20;
+
+/// Highest diffraction order; real line gratings carry light in fewer than ten on each side.
+pub const ORDER_LIMIT: i8 = 20;
+
+/// Fewest inner corners along a side that still define a pose and a lattice.
+pub const CORNERS_MIN: usize = 2;
+
+/// Most inner corners along a side; finer boards cannot be resolved within [`IMAGE_LIMIT_PX`].
+pub const CORNERS_MAX: usize = 1000;
