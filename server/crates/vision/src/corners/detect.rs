@@ -4,7 +4,9 @@
 
 use std::collections::BTreeMap;
 
-use calib_targets::chessboard::{ChessboardDetection, ChessboardDetector, ChessboardParams, detect_corners};
+use calib_targets::chessboard::{
+    ChessCorner, ChessboardDetection, ChessboardDetector, ChessboardParams, detect_corners,
+};
 use calib_targets::detect::{DetectorConfig, ImageRefiner, default_chess_config};
 
 use crate::{GreyImage, Pixels};
@@ -17,7 +19,7 @@ pub(super) type Seed = BTreeMap<Node, [f64; 2]>;
 
 /// One way to look at the image, from the cheapest to the most forgiving.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum View {
+enum View {
     /// Grey levels stretched to 8 bit.
     Plain,
     /// Two by two pixels averaged: large, blurred or noisy boards.
@@ -31,7 +33,7 @@ pub(super) enum View {
 }
 
 /// All views, in the order they are worth trying.
-pub(super) const VIEWS: [View; 5] = [View::Plain, View::Half, View::Flattened, View::Quarter, View::Double];
+const VIEWS: [View; 5] = [View::Plain, View::Half, View::Flattened, View::Quarter, View::Double];
 
 /// An 8-bit picture for the detector.
 struct Picture {
@@ -42,27 +44,43 @@ struct Picture {
     scale: f64,
 }
 
-/// Grids seen in one view, the largest first.
-pub(super) fn seeds(image: &GreyImage, view: View) -> Vec<Seed> {
-    let picture = picture(image, view);
-    let bytes = stretched(&picture.levels);
-    let frame = calib_targets::core::GrayImageView { width: picture.width, height: picture.height, data: &bytes };
-    let mut found = Vec::new();
-    for threshold in DETECTION_THRESHOLDS {
-        let config: DetectorConfig =
-            default_chess_config().with_threshold(threshold).with_refiner(ImageRefiner::saddle_point());
-        let corners = detect_corners(&frame, &config);
-        for mut params in ChessboardParams::sweep_default() {
-            params.min_corner_strength = threshold;
-            let Ok(detector) = ChessboardDetector::new(params) else { continue };
-            let seed_sets = detector.detect_all(&corners);
-            found.extend(seed_sets.iter().map(|d| seed_from_detection(d, picture.scale)));
+/// Offers `accept` one seed after another, from the cheapest view to the most forgiving, until it returns a value.
+///
+/// Within a view the detector's own alternatives follow each other: thresholds of the corner response, then
+/// tolerances of the grid; the largest grid of each comes first. No seed is offered twice.
+pub(super) fn search_seeds<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
+    for view in VIEWS {
+        let picture = picture(image, view);
+        let bytes = stretched(&picture.levels);
+        let frame =
+            calib_targets::core::GrayImageView { width: picture.width, height: picture.height, data: &bytes };
+        let mut offered = Vec::new();
+        for threshold in DETECTION_THRESHOLDS {
+            let corners = detect_corners(&frame, &front_end(threshold));
+            for seed in grids(&corners, threshold).map(|grid| seed_from_detection(&grid, picture.scale)) {
+                if seed.len() < MIN_SEED_CORNERS || offered.contains(&seed) {
+                    continue;
+                }
+                if let Some(accepted) = accept(&seed) {
+                    return Some(accepted);
+                }
+                offered.push(seed);
+            }
         }
     }
-    found.retain(|seed| seed.len() >= MIN_SEED_CORNERS);
-    found.sort_by_key(|seed| std::cmp::Reverse(seed.len()));
-    found.dedup();
-    found
+    None
+}
+
+fn front_end(threshold: f32) -> DetectorConfig {
+    default_chess_config().with_threshold(threshold).with_refiner(ImageRefiner::saddle_point())
+}
+
+/// Grids among the corners, computed as they are asked for.
+fn grids(corners: &[ChessCorner], threshold: f32) -> impl Iterator<Item = ChessboardDetection> + '_ {
+    ChessboardParams::sweep_default().into_iter().flat_map(move |mut params| {
+        params.min_corner_strength = threshold;
+        ChessboardDetector::new(params).map(|detector| detector.detect_all(corners)).unwrap_or_default()
+    })
 }
 
 fn seed_from_detection(detection: &ChessboardDetection, scale: f64) -> Seed {

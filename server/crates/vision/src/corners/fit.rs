@@ -7,7 +7,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::model::{Cross, CrossShape};
-use super::params::{BLUR_RANGE_PX, MAX_ITERATIONS, STEP_TOLERANCE_PX, TUKEY_SIGMAS};
+use super::params::{BLUR_RANGE_PX, FIRST_STEP_TOLERANCE_PX, MAX_ITERATIONS, STEP_TOLERANCE_PX, TUKEY_SIGMAS};
 
 /// u, v, two normals, blur, then the six linear grey-level parameters.
 const N: usize = 11;
@@ -75,6 +75,8 @@ struct Sums {
 }
 
 /// Fits the corner near `start_px`; `None` if the pixels do not determine it.
+///
+/// Without a noise model the fit is exploratory: plain least squares, ended early.
 pub(super) fn fit_corner(
     window: &Window,
     start_px: [f64; 2],
@@ -89,6 +91,7 @@ pub(super) fn fit_corner(
     let mut damping = 1e-3;
     solve_levels(window, &mut state)?;
     let mut sums = accumulate(window, &state, noise);
+    let tolerance_px = if noise.is_some() { STEP_TOLERANCE_PX } else { FIRST_STEP_TOLERANCE_PX };
     for _ in 0..MAX_ITERATIONS {
         let mut damped = sums.normal;
         for k in 0..N {
@@ -97,7 +100,7 @@ pub(super) fn fit_corner(
         let step = damped.cholesky()?.solve(&sums.gradient);
         let candidate = state.moved(&step);
         let candidate_sums = accumulate(window, &candidate, noise);
-        let short = step[0].hypot(step[1]) < STEP_TOLERANCE_PX;
+        let short = step[0].hypot(step[1]) < tolerance_px;
         if candidate_sums.cost <= sums.cost {
             (state, sums) = (candidate, candidate_sums);
             damping = (damping * 0.1).max(1e-9);

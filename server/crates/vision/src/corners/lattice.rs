@@ -6,13 +6,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rayon::prelude::*;
+
 use crate::GreyImage;
 
 use super::fit::{CornerFit, fit_corner};
 use super::model::CrossShape;
 use super::params::{
     BLUR_START_PX, FIRST_WINDOW_MAX_PX, FIRST_WINDOW_SQUARES, MAX_RESIDUAL_RATIO, MAX_SHIFT_SQUARES, MAX_TURN_RAD,
-    MIN_CONTRAST_RATIO, MIN_SEED_CORNERS,
+    MIN_CONTRAST_RATIO, MIN_SEED_CORNERS, RECENTRE_PX,
 };
 use super::warp::edge_normals;
 use super::window::{Reach, window_around};
@@ -41,13 +43,12 @@ impl Lattice {
     /// `None` if fewer than [`MIN_SEED_CORNERS`] of the seed are chessboard corners.
     pub(super) fn from_seed(image: &GreyImage, seed: &BTreeMap<Node, [f64; 2]>) -> Option<Self> {
         let mut lattice = Self { blur_px: BLUR_START_PX, ..Self::default() };
-        let mut fits = BTreeMap::new();
-        for &node in seed.keys() {
-            let Some(square_px) = spacing(node, |n| seed.get(&n).copied()) else { continue };
-            if let Some(fit) = lattice.fit_at(image, seed[&node], square_px) {
-                fits.insert(node, fit);
-            }
-        }
+        let nodes: Vec<Node> = seed.keys().copied().collect();
+        let verify = |&node: &Node| {
+            let square_px = spacing(node, |n| seed.get(&n).copied())?;
+            Some((node, lattice.fit_at(image, seed[&node], square_px)?))
+        };
+        let mut fits: BTreeMap<Node, CornerFit> = nodes.par_iter().filter_map(verify).collect();
         lattice.learn(&fits)?;
         fits.retain(|node, fit| lattice.fits_in(*node, fit));
         lattice.corners = fits;
@@ -79,20 +80,20 @@ impl Lattice {
         let shape =
             CrossShape { normal_rad, curvature_per_px: [0.0; 2], blur_px: self.blur_px.max(BLUR_START_PX) };
         let reach = Reach { squares: FIRST_WINDOW_SQUARES, max_px: FIRST_WINDOW_MAX_PX };
-        let mut fit: Option<CornerFit> = None;
-        for _ in 0..2 {
-            let centre = fit.map_or(start_px, |f| f.position_px);
-            let window = window_around(image, centre, square_px, reach, None);
-            let start = fit.map_or(shape, |f| f.shape);
-            let found = fit_corner(&window, centre, start, None)?;
-            let shift = (found.position_px[0] - start_px[0]).hypot(found.position_px[1] - start_px[1]);
-            let turn = [0, 1].map(|k| angle_between(found.shape.normal_rad[k], normal_rad[k]));
-            if shift > MAX_SHIFT_SQUARES * shortest || turn.iter().any(|t| t.abs() > MAX_TURN_RAD) {
-                return None;
-            }
-            fit = Some(found);
+        let fit_from = |centre: [f64; 2], shape: CrossShape| {
+            fit_corner(&window_around(image, centre, square_px, reach, None), centre, shape, None)
+        };
+        let mut fit = fit_from(start_px, shape)?;
+        let shift_px =
+            |fit: &CornerFit| (fit.position_px[0] - start_px[0]).hypot(fit.position_px[1] - start_px[1]);
+        if shift_px(&fit) > MAX_SHIFT_SQUARES * shortest {
+            return None;
         }
-        fit
+        if shift_px(&fit) > RECENTRE_PX {
+            fit = fit_from(fit.position_px, fit.shape)?;
+        }
+        let turned = |k: usize| angle_between(fit.shape.normal_rad[k], normal_rad[k]).abs() > MAX_TURN_RAD;
+        (shift_px(&fit) <= MAX_SHIFT_SQUARES * shortest && !turned(0) && !turned(1)).then_some(fit)
     }
 
     /// Drops corners not connected with the largest connected group.
@@ -121,20 +122,20 @@ impl Lattice {
     fn grow(&mut self, image: &GreyImage) {
         let mut refused = BTreeSet::new();
         loop {
-            let found: Vec<_> = self
-                .frontier()
-                .into_iter()
-                .filter(|node| !refused.contains(node))
-                .map(|node| (node, self.try_node(image, node)))
-                .collect();
+            let open: Vec<Node> = self.frontier().into_iter().filter(|node| !refused.contains(node)).collect();
+            let found: Vec<_> = open.par_iter().map(|&node| (node, self.try_node(image, node))).collect();
             if found.is_empty() {
                 return;
             }
             let before = self.corners.len();
             for (node, fit) in found {
                 match fit {
-                    Some(fit) => drop(self.corners.insert(node, fit)),
-                    None => drop(refused.insert(node)),
+                    Some(fit) => {
+                        self.corners.insert(node, fit);
+                    }
+                    None => {
+                        refused.insert(node);
+                    }
                 }
             }
             if self.corners.len() == before {

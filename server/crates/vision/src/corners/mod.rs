@@ -25,7 +25,7 @@ mod window;
 
 use crate::GreyImage;
 
-use detect::{VIEWS, seeds};
+use detect::search_seeds;
 use lattice::Lattice;
 use orientation::{Board, read_board};
 
@@ -115,29 +115,24 @@ pub enum CornerError {
 pub fn find_corners(image: &GreyImage, params: &CornerParams) -> Result<BoardCorners, CornerError> {
     let CornerParams { inner_columns, inner_rows } = *params;
     let mut failure = (0, CornerError::NotFound { inner_columns, inner_rows });
-    for view in VIEWS {
-        for seed in seeds(image, view) {
-            let Some(lattice) = Lattice::from_seed(image, &seed) else { continue };
-            let error = match read_board(&lattice, inner_columns, inner_rows) {
-                Board::Whole(first) => {
-                    return Ok(board_from_fits(&refine::refine(image, &first, inner_columns), params));
-                }
-                Board::Incomplete { found } => CornerError::Incomplete {
-                    inner_columns,
-                    inner_rows,
-                    found,
-                    needed: inner_columns * inner_rows,
-                },
-                Board::OtherSize { columns, rows } => {
-                    CornerError::WrongSize { inner_columns, inner_rows, found_columns: columns, found_rows: rows }
-                }
-            };
-            if lattice.corners.len() > failure.0 {
-                failure = (lattice.corners.len(), error);
+    let whole = search_seeds(image, |seed| {
+        let lattice = Lattice::from_seed(image, seed)?;
+        let error = match read_board(&lattice, inner_columns, inner_rows) {
+            Board::Whole(first) => return Some(first),
+            Board::Incomplete { found } => {
+                CornerError::Incomplete { inner_columns, inner_rows, found, needed: inner_columns * inner_rows }
             }
+            Board::OtherSize { columns, rows } => {
+                CornerError::WrongSize { inner_columns, inner_rows, found_columns: columns, found_rows: rows }
+            }
+        };
+        if lattice.corners.len() > failure.0 {
+            failure = (lattice.corners.len(), error);
         }
-    }
-    Err(failure.1)
+        None
+    });
+    let first = whole.ok_or(failure.1)?;
+    Ok(board_from_fits(&refine::refine(image, &first, inner_columns), params))
 }
 
 fn board_from_fits(fits: &[fit::CornerFit], params: &CornerParams) -> BoardCorners {

@@ -32,8 +32,14 @@ pub(super) const BLUR_RANGE_PX: (f64, f64) = (0.25, 8.0);
 /// Iterations of one corner fit; from a usable start fewer than ten are needed.
 pub(super) const MAX_ITERATIONS: usize = 30;
 
-/// A step shorter than this ends the fit: a hundredth of the best corner's sigma.
-pub(super) const STEP_TOLERANCE_PX: f64 = 5e-5;
+/// A step shorter than this ends an exploratory fit: far below what the checks on it resolve.
+pub(super) const FIRST_STEP_TOLERANCE_PX: f64 = 0.02;
+
+/// A step shorter than this ends a refinement: a tenth of the best corners' sigma, and the next step is far shorter.
+pub(super) const STEP_TOLERANCE_PX: f64 = 5e-4;
+
+/// An exploratory fit that moved farther than this is repeated in a window around its new place.
+pub(super) const RECENTRE_PX: f64 = 1.0;
 
 /// Pixels whose residual exceeds this many noise sigmas lose all weight (Tukey's bisquare).
 pub(super) const TUKEY_SIGMAS: f64 = 6.0;
@@ -70,3 +76,9 @@ pub(super) const MIN_CORNERS_CUBIC: usize = 30;
 
 /// Corners needed to fit a quadratic (six coefficients per axis).
 pub(super) const MIN_CORNERS_QUADRATIC: usize = 15;
+
+/// Neighbourhood (board squares) over which corners must agree with the smooth board as well as their sigmas say.
+pub(super) const DISAGREEMENT_REACH: f64 = 2.0;
+
+/// Differences needed for a local estimate of the corners' scatter: fewer say less than the noise model does.
+pub(super) const DISAGREEMENT_MIN_SAMPLES: f64 = 12.0;
