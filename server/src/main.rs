@@ -1,1 +1,53 @@
-fn main() {}
+//! `sheaf`: the command line of the scanner. Parses, dispatches, prints, and ends with a documented exit code.
+
+mod cli;
+mod commands;
+mod failure;
+mod output;
+mod palette;
+mod picture;
+mod progress;
+mod refusal;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+use cli::Cli;
+use failure::{Exit, Failure};
+use progress::Reporter;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
+    let reporter = Reporter::new(cli.voice.quiet);
+    match commands::run(cli.command, cli.voice.json, &reporter) {
+        Ok(answer) => {
+            let printed = if cli.voice.json { answer.print_json() } else { answer.print_text() };
+            let exit = if printed { answer.exit } else { Exit::Done };
+            ExitCode::from(exit as u8)
+        }
+        Err(failure) => {
+            if cli.voice.json {
+                println!("{}", failure.to_json());
+            }
+            eprintln!("{}", failure.to_text());
+            ExitCode::from(failure.exit() as u8)
+        }
+    }
+}
+
+/// Help and version go to stdout with exit code 0; a wrong command line to stderr with 2.
+fn usage(error: &clap::Error) -> ExitCode {
+    if error.use_stderr() && std::env::args().any(|argument| argument == "--json") {
+        let what = error.to_string();
+        let first = what.lines().next().unwrap_or_default().trim_start_matches("error: ");
+        println!("{}", Failure::new(Exit::Usage, first).remedy("see sheaf --help").to_json());
+    }
+    let exit = if error.use_stderr() { Exit::Usage } else { Exit::Done };
+    // A closed pipe is no reason to fail while printing help.
+    let _ = error.print();
+    ExitCode::from(exit as u8)
+}

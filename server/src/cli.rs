@@ -1,0 +1,329 @@
+//! The command line: what can be asked of `sheaf`, as types.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use optics::LightModelKind;
+
+/// Printed below every `--help`.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done (with a tolerance: pass)
+  1  internal error
+  2  wrong usage of the command line
+  3  bad input: a file is missing, damaged, malformed or of the wrong size
+  4  the data cannot carry the result: the quantity that stays undetermined is named
+  5  measured, verdict: fail
+  6  measured, verdict: undecided (the tolerance lies inside the uncertainty)
+
+Results go to stdout, progress and messages to stderr. With --json stdout holds exactly one JSON value:
+the result, or {\"problem\": …} naming what, file, entry, cause and remedy.";
+
+/// Multi-line laser scanning: a folder of pictures in, a calibrated scanner and measured parts out.
+#[derive(Debug, Parser)]
+#[command(name = "sheaf", version, about, after_help = EXIT_CODES, propagate_version = true)]
+pub struct Cli {
+    /// How to talk.
+    #[command(flatten)]
+    pub voice: Voice,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// How to talk.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Voice {
+    /// Print the result as one JSON value on stdout.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// No progress and no notes on stderr; warnings and errors remain.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Calibrate camera, light sheets and stage from a capture folder.
+    #[command(after_help = EXIT_CODES)]
+    Calibrate(CalibrateArgs),
+    /// Turn a scan of a capture folder into a point cloud, and into a mesh if asked.
+    #[command(after_help = EXIT_CODES)]
+    Scan(ScanArgs),
+    /// Triangulate labelled pixels: CSV with order,u_px,v_px on stdin, the same rows with x_mm,y_mm,z_mm,sigma_mm
+    /// (camera frame) on stdout.
+    #[command(after_help = EXIT_CODES)]
+    Triangulate(TriangulateArgs),
+    /// Find the laser lines of images with sub-pixel accuracy.
+    #[command(after_help = EXIT_CODES)]
+    Centrelines(CentrelinesArgs),
+    /// Find the inner corners of a chessboard in images.
+    #[command(after_help = EXIT_CODES)]
+    Corners(CornersArgs),
+    /// Measure a point cloud: value, uncertainty and, with a tolerance, the verdict.
+    #[command(after_help = EXIT_CODES)]
+    Measure(MeasureArgs),
+    /// Numerical studies of the method.
+    #[command(after_help = EXIT_CODES)]
+    Study(StudyArgs),
+    /// The simulated station.
+    #[command(after_help = EXIT_CODES)]
+    Twin(TwinArgs),
+    /// Render a small station, calibrate it by all three models, scan two parts, compare with the truth.
+    #[command(after_help = EXIT_CODES)]
+    Demo(DemoArgs),
+}
+
+/// Light model on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum LightModelArg {
+    /// The one that cross-validation over the poses recommends.
+    #[default]
+    Auto,
+    /// One free plane per order.
+    Planes,
+    /// Planes through one line at the angles of the grating equation.
+    Pencil,
+    /// The exact curved sheets of the vector grating equation.
+    Grating,
+}
+
+impl LightModelArg {
+    /// The model asked for; `None` for `auto`.
+    pub fn kind(self) -> Option<LightModelKind> {
+        match self {
+            Self::Auto => None,
+            Self::Planes => Some(LightModelKind::Planes),
+            Self::Pencil => Some(LightModelKind::Pencil),
+            Self::Grating => Some(LightModelKind::Grating),
+        }
+    }
+}
+
+/// `sheaf calibrate`.
+#[derive(Debug, Args)]
+pub struct CalibrateArgs {
+    /// Capture folder, with `capture.json`.
+    pub capture: PathBuf,
+    /// Where the calibration document goes.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub output: PathBuf,
+    /// Light model of the result.
+    #[arg(long, value_enum, default_value_t)]
+    pub light_model: LightModelArg,
+    /// Also write a self-contained HTML report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub report: Option<PathBuf>,
+    /// Go on without board and laser pictures that cannot be read, instead of refusing.
+    #[arg(long)]
+    pub leave_out_unreadable: bool,
+}
+
+/// `sheaf scan`.
+#[derive(Debug, Args)]
+pub struct ScanArgs {
+    /// Capture folder, with `capture.json`.
+    pub capture: PathBuf,
+    /// Calibration document.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: PathBuf,
+    /// Name of the scan in the capture.
+    #[arg(long, value_name = "NAME")]
+    pub scan: String,
+    /// Where the cloud goes: .ply, .csv, .pcd or .e57.
+    #[arg(short, long, value_name = "CLOUD.ply")]
+    pub output: PathBuf,
+    /// Also write a mesh: .stl, .glb or .ply.
+    #[arg(long, value_name = "PART.stl")]
+    pub mesh: Option<PathBuf>,
+    /// Also write a self-contained HTML report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// `sheaf triangulate`.
+#[derive(Debug, Args)]
+pub struct TriangulateArgs {
+    /// Calibration document.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: PathBuf,
+    /// Standard deviation of the pixels across their line; adds image noise to sigma_mm, which otherwise states
+    /// the calibration's own uncertainty.
+    #[arg(long, value_name = "PX", default_value_t = 0.0)]
+    pub pixel_sigma: f64,
+}
+
+/// Line direction on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum LineDirectionArg {
+    /// Lines run along rows: one crossing per column and line.
+    #[default]
+    Rows,
+    /// Lines run along columns: one crossing per row and line.
+    Columns,
+}
+
+impl From<LineDirectionArg> for vision::LineDirection {
+    fn from(arg: LineDirectionArg) -> Self {
+        match arg {
+            LineDirectionArg::Rows => Self::Rows,
+            LineDirectionArg::Columns => Self::Columns,
+        }
+    }
+}
+
+/// Centreline method on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum CentrelineMethodArg {
+    /// Gaussian derivatives, Hessian, offset along the normal.
+    #[default]
+    Steger,
+    /// Grey-level centroid per scan column.
+    CentreOfGravity,
+}
+
+impl From<CentrelineMethodArg> for vision::CentrelineMethod {
+    fn from(arg: CentrelineMethodArg) -> Self {
+        match arg {
+            CentrelineMethodArg::Steger => Self::Steger,
+            CentrelineMethodArg::CentreOfGravity => Self::CentreOfGravity,
+        }
+    }
+}
+
+/// `sheaf centrelines`.
+#[derive(Debug, Args)]
+pub struct CentrelinesArgs {
+    /// Images: PNG, TIFF or JPEG, 8 or 16 bit.
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Folder for one CSV per image: u_px,v_px,sigma_px,intensity,width_px.
+    #[arg(long, value_name = "DIR")]
+    pub csv: PathBuf,
+    /// Which way the lines run.
+    #[arg(long, value_enum, default_value_t)]
+    pub line_direction: LineDirectionArg,
+    /// How the centre is found.
+    #[arg(long, value_enum, default_value_t)]
+    pub method: CentrelineMethodArg,
+    /// Folder for one picture per image with the lines drawn over it.
+    #[arg(long, value_name = "DIR")]
+    pub picture: Option<PathBuf>,
+}
+
+/// `sheaf corners`.
+#[derive(Debug, Args)]
+pub struct CornersArgs {
+    /// Images: PNG, TIFF or JPEG, 8 or 16 bit.
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Inner corners along a board row.
+    #[arg(long)]
+    pub columns: usize,
+    /// Inner corners along a board column.
+    #[arg(long)]
+    pub rows: usize,
+    /// Folder for one CSV per image: row,column,u_px,v_px,sigma_px.
+    #[arg(long, value_name = "DIR")]
+    pub csv: PathBuf,
+}
+
+/// What to measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ToolArg {
+    /// Height of one face above another.
+    Step,
+    /// Radius of a sphere.
+    Sphere,
+    /// Flatness of the dominant plane.
+    Flatness,
+    /// Radius of a cylinder.
+    Cylinder,
+    /// Distance between two parallel faces or two spheres.
+    Distance,
+    /// Angle between two planes.
+    Angle,
+}
+
+/// `sheaf measure`.
+#[derive(Debug, Args)]
+pub struct MeasureArgs {
+    /// Point cloud written by `sheaf scan`.
+    pub cloud: PathBuf,
+    /// What to measure.
+    #[arg(long, value_enum)]
+    pub tool: ToolArg,
+    /// Nominal value (mm; degrees for an angle).
+    #[arg(long, value_name = "MM")]
+    pub nominal_mm: Option<f64>,
+    /// Symmetric tolerance around the nominal; asks for a verdict by ISO 14253-1.
+    #[arg(long, value_name = "MM", requires = "nominal_mm")]
+    pub tolerance_mm: Option<f64>,
+}
+
+/// `sheaf study`.
+#[derive(Debug, Args)]
+pub struct StudyArgs {
+    /// Which study.
+    #[command(subcommand)]
+    pub study: Study,
+}
+
+/// The studies.
+#[derive(Debug, Subcommand)]
+pub enum Study {
+    /// The paper's regime by Monte Carlo: the three models side by side, where planes break, the Cramér–Rao bound.
+    Paper(StudyPaperArgs),
+}
+
+/// `sheaf study paper`.
+#[derive(Debug, Args)]
+pub struct StudyPaperArgs {
+    /// Seeds per case.
+    #[arg(long, default_value_t = 24)]
+    pub seeds: u64,
+    /// Where the plot goes.
+    #[arg(long, value_name = "PLOT.svg", default_value = "study-paper.svg")]
+    pub plot: PathBuf,
+}
+
+/// `sheaf twin`.
+#[derive(Debug, Args)]
+pub struct TwinArgs {
+    /// What the twin does.
+    #[command(subcommand)]
+    pub action: TwinAction,
+}
+
+/// What the twin does.
+#[derive(Debug, Subcommand)]
+pub enum TwinAction {
+    /// Render a capture folder with the truth beside it.
+    Capture(TwinCaptureArgs),
+}
+
+/// `sheaf twin capture`.
+#[derive(Debug, Args)]
+pub struct TwinCaptureArgs {
+    /// What lies on the stage.
+    #[arg(long, default_value = "gauge")]
+    pub scene: String,
+    /// Seed of the station and of its noise.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Capture folder to make.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+}
+
+/// `sheaf demo`.
+#[derive(Debug, Args)]
+pub struct DemoArgs {
+    /// Folder for captures, clouds, mesh and report.
+    #[arg(long, value_name = "DIR", default_value = "sheaf-demo")]
+    pub out: PathBuf,
+    /// Seed of the station and of its noise.
+    #[arg(long, default_value_t = 7)]
+    pub seed: u64,
+}

@@ -1,0 +1,12 @@
+//! `sheaf calibrate`.
+
+use crate::cli::CalibrateArgs;
+use crate::commands::Answer;
+use crate::failure::{Exit, Failure};
+use crate::progress::Reporter;
+
+/// Not built yet.
+pub fn run(args: &CalibrateArgs, reporter: &Reporter) -> Result<Answer, Failure> {
+    let _ = (args, reporter);
+    Err(Failure::new(Exit::Internal, "this command is not built yet"))
+}

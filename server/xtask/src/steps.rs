@@ -1,0 +1,116 @@
+//! The steps behind the commands: each is one child process whose failure ends the run.
+
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+/// Lines of the test runner repeated at the very end, where a person looks first.
+const CLOSING_LINES: usize = 3;
+
+type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
+
+/// Builds with optimisation and runs the demo.
+pub fn run_demo(arguments: &[String]) -> Outcome {
+    let mut command = cargo(&["run", "--release", "--package", "sheaf", "--", "demo"]);
+    command.args(arguments);
+    run("demo", &mut command)
+}
+
+/// Every check, cheapest first.
+pub fn test() -> Outcome {
+    let started = Instant::now();
+    ensure_component("fmt", "rustfmt")?;
+    ensure_component("clippy", "clippy")?;
+    tell_about_data();
+    run("format", &mut cargo(&["fmt", "--all", "--", "--check"]))?;
+    run("clippy", &mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+    let closing = run_tests()?;
+    run("doc tests", &mut cargo(&["test", "--workspace", "--doc", "--quiet"]))?;
+    let mut doc = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
+    run("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"))?;
+    println!("\n── all checks passed in {} s; the test runner said:", started.elapsed().as_secs());
+    for line in closing {
+        println!("{line}");
+    }
+    Ok(())
+}
+
+/// Runs the tests (with nextest where it is installed) and returns the runner's closing lines.
+fn run_tests() -> Outcome<Vec<String>> {
+    let nextest = succeeds(Command::new("cargo").args(["nextest", "--version"]));
+    let mut command = if nextest {
+        cargo(&["nextest", "run", "--workspace", "--no-fail-fast", "--color", "never"])
+    } else {
+        println!("── cargo-nextest is not installed: using cargo test");
+        cargo(&["test", "--workspace", "--all-targets", "--no-fail-fast", "--color", "never"])
+    };
+    title("tests", &command);
+    // Both runners are read on one pipe, so that their lines stay in order.
+    let (reader, writer) = std::io::pipe()?;
+    command.stdout(writer.try_clone()?).stderr(writer);
+    let mut child = command.spawn()?;
+    drop(command);
+    let mut closing: Vec<String> = Vec::new();
+    for line in BufReader::new(reader).lines() {
+        let line = line?;
+        println!("{line}");
+        if line.contains("Summary") || line.contains("test result:") || line.contains(" tests run:") {
+            closing.push(line);
+        }
+    }
+    let status = child.wait()?;
+    if !status.success() {
+        return Err(format!("tests failed: {status}").into());
+    }
+    let first = if nextest { closing.len().saturating_sub(CLOSING_LINES) } else { 0 };
+    Ok(closing.split_off(first))
+}
+
+/// Installs a toolchain component if the machine lacks it, and says so.
+fn ensure_component(subcommand: &str, component: &str) -> Outcome {
+    if succeeds(Command::new("cargo").args([subcommand, "--version"])) {
+        return Ok(());
+    }
+    println!("── installing the toolchain component {component}");
+    run("component", Command::new("rustup").args(["component", "add", component]))
+}
+
+/// Some tests need data that is not part of the repository; their silence must not pass for success.
+fn tell_about_data() {
+    let folder = std::env::var_os("SHEAF_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from);
+    if folder.join("rig-a/capture.json").is_file() {
+        println!("── reference data: {}", folder.display());
+    } else {
+        println!(
+            "── NO REFERENCE DATA at {}: the tests on rig-a and on real photographs will check nothing.\n   \
+             Set SHEAF_DATA to the folder that holds rig-a/ and real/.",
+            folder.display()
+        );
+    }
+}
+
+fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn cargo(arguments: &[&str]) -> Command {
+    let mut command = Command::new("cargo");
+    command.args(arguments).current_dir(workspace());
+    command
+}
+
+fn run(name: &str, command: &mut Command) -> Outcome {
+    title(name, command);
+    let status = command.status().map_err(|error| format!("{name} could not be started: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("{name} failed: {status}").into()) }
+}
+
+fn title(name: &str, command: &Command) {
+    let arguments: Vec<_> = command.get_args().map(|argument| argument.to_string_lossy()).collect();
+    println!("── {name}: {} {}", command.get_program().to_string_lossy(), arguments.join(" "));
+}
+
+fn succeeds(command: &mut Command) -> bool {
+    command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+}
