@@ -12,28 +12,30 @@ use calib_targets::detect::{DetectorConfig, ImageRefiner, default_chess_config};
 use crate::{GreyImage, Pixels};
 
 use super::lattice::Node;
-use super::params::{DETECTION_THRESHOLDS, MIN_SEED_CORNERS, STRETCH_CLIP_SHARE};
+use super::params::{
+    DETECTION_THRESHOLDS, DOUBLE_MAX_PIXELS, MIN_SEED_CORNERS, STRETCH_CLIP_SHARE, STRETCH_SAMPLE_STEP,
+};
 
 /// Corner positions (px of the original image) by lattice index.
 pub(super) type Seed = BTreeMap<Node, [f64; 2]>;
 
-/// One way to look at the image, from the cheapest to the most forgiving.
+/// One way to look at the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum View {
-    /// Grey levels stretched to 8 bit.
-    Plain,
-    /// Two by two pixels averaged: large, blurred or noisy boards.
+    /// Two by two pixels averaged: enough for a seed, and a quarter of the work.
     Half,
-    /// Every pixel against its surroundings: uneven light.
+    /// Every pixel: squares of ten to twenty pixels.
+    Plain,
+    /// Half, every pixel against its surroundings: uneven light.
     Flattened,
-    /// Four by four pixels averaged.
+    /// Four by four pixels averaged: large, blurred or noisy boards.
     Quarter,
     /// Twice enlarged: squares of a few pixels.
     Double,
 }
 
 /// All views, in the order they are worth trying.
-const VIEWS: [View; 5] = [View::Plain, View::Half, View::Flattened, View::Quarter, View::Double];
+const VIEWS: [View; 5] = [View::Half, View::Plain, View::Flattened, View::Quarter, View::Double];
 
 /// An 8-bit picture for the detector.
 struct Picture {
@@ -49,7 +51,8 @@ struct Picture {
 /// Within a view the detector's own alternatives follow each other: thresholds of the corner response, then
 /// tolerances of the grid; the largest grid of each comes first. No seed is offered twice.
 pub(super) fn search_seeds<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
-    for view in VIEWS {
+    let too_large = |view: View| view == View::Double && image.width() * image.height() > DOUBLE_MAX_PIXELS;
+    for view in VIEWS.into_iter().filter(|view| !too_large(*view)) {
         let picture = picture(image, view);
         let bytes = stretched(&picture.levels);
         let frame =
@@ -174,13 +177,12 @@ fn flattened(picture: &Picture) -> Picture {
     Picture { width: w, height: h, levels, scale: picture.scale }
 }
 
-/// Grey levels between the darkest and the brightest half per cent, spread over 0–255.
+/// Grey levels between the darkest and the brightest half per cent (of a sample), spread over 0–255.
 fn stretched(levels: &[f32]) -> Vec<u8> {
-    let mut sorted = levels.to_vec();
-    let clipped = (STRETCH_CLIP_SHARE * levels.len() as f64) as usize;
-    let low = *sorted.select_nth_unstable_by(clipped, f32::total_cmp).1;
-    let last = levels.len() - 1 - clipped;
-    let high = *sorted.select_nth_unstable_by(last, f32::total_cmp).1;
+    let mut sorted: Vec<f32> = levels.iter().step_by(STRETCH_SAMPLE_STEP).copied().collect();
+    sorted.sort_unstable_by(f32::total_cmp);
+    let clipped = (STRETCH_CLIP_SHARE * sorted.len() as f64) as usize;
+    let (low, high) = (sorted[clipped], sorted[sorted.len() - 1 - clipped]);
     let gain = if high > low { 255.0 / (high - low) } else { 0.0 };
     levels.iter().map(|l| ((l - low) * gain).round().clamp(0.0, 255.0) as u8).collect()
 }

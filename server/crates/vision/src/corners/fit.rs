@@ -51,8 +51,10 @@ pub(super) struct CornerFit {
     pub shape: CrossShape,
     /// Half the grey-level step between the squares, positive where the +column/+row square is bright.
     pub contrast: f64,
-    /// Root mean square of the weighted residuals (levels).
-    pub residual_rms: f64,
+    /// Largest slope of brightness or contrast over the window's half-side, as a share of `contrast`.
+    pub slope_ratio: f64,
+    /// Root mean square of what the model leaves unexplained beyond pixel noise (levels).
+    pub misfit_rms: f64,
     /// Weighted chi-square per degree of freedom against the noise model.
     pub reduced_chi2: f64,
     /// Standard deviation of the position per axis, from the normal equations and the noise model.
@@ -71,7 +73,6 @@ struct Sums {
     cost: f64,
     weight: f64,
     chi2: f64,
-    square: f64,
 }
 
 /// Fits the corner near `start_px`; `None` if the pixels do not determine it.
@@ -153,8 +154,7 @@ fn level_basis(x: f64, y: f64, s: f64) -> [f64; 6] {
 /// Normal equations and robust cost at `state`.
 fn accumulate(window: &Window, state: &State, noise: Option<&NoiseModel>) -> Sums {
     let cross = Cross::new(&state.shape);
-    let mut sums =
-        Sums { normal: Normal::zeros(), gradient: Step::zeros(), cost: 0.0, weight: 0.0, chi2: 0.0, square: 0.0 };
+    let mut sums = Sums { normal: Normal::zeros(), gradient: Step::zeros(), cost: 0.0, weight: 0.0, chi2: 0.0 };
     let mut normal = [[0.0; N]; N];
     let mut gradient = [0.0; N];
     for &[x, y, level] in &window.pixels {
@@ -188,7 +188,6 @@ fn accumulate(window: &Window, state: &State, noise: Option<&NoiseModel>) -> Sum
         sums.cost += loss;
         sums.weight += weight;
         sums.chi2 += scale * residual * residual;
-        sums.square += weight * residual * residual;
     }
     sums.normal = Normal::from_fn(|i, j| normal[i.min(j)][i.max(j)]);
     sums.gradient = Step::from(gradient);
@@ -220,11 +219,30 @@ fn finished(window: &Window, state: &State, sums: &Sums) -> Option<CornerFit> {
         position_px: [window.centre[0] + state.position[0], window.centre[1] + state.position[1]],
         shape: state.shape,
         contrast: state.levels[3],
-        residual_rms: (sums.square / freedom).sqrt(),
+        slope_ratio: [1, 2, 4, 5]
+            .map(|k| (state.levels[k] / state.levels[3]).abs())
+            .into_iter()
+            .fold(0.0, f64::max),
+        misfit_rms: misfit_rms(window, state),
         reduced_chi2,
         sigma_px: variance.sqrt(),
     };
     (fit.sigma_px.is_finite() && fit.position_px.iter().all(|p| p.is_finite())).then_some(fit)
+}
+
+/// Residuals shared by neighbouring pixels: their mean square less half that of their differences, which white pixel
+/// noise makes equal.
+fn misfit_rms(window: &Window, state: &State) -> f64 {
+    let residuals = residuals_at(window, state);
+    let square = residuals.iter().map(|r| r[1] * r[1]).sum::<f64>() / residuals.len() as f64;
+    let (mut noise, mut count) = (0.0, 0.0);
+    for (pair, r) in window.pixels.windows(2).zip(residuals.windows(2)) {
+        if pair[0][1] == pair[1][1] && pair[1][0] - pair[0][0] == 1.0 {
+            noise += 0.5 * (r[1][1] - r[0][1]).powi(2);
+            count += 1.0;
+        }
+    }
+    (square - noise / f64::max(count, 1.0)).max(0.0).sqrt()
 }
 
 /// Grey level the fit expects at each pixel of the window, and the residual there.
@@ -234,9 +252,13 @@ pub(super) fn residuals(window: &Window, fit: &CornerFit) -> Vec<[f64; 2]> {
     if solve_levels(window, &mut state).is_none() {
         return Vec::new();
     }
+    residuals_at(window, &state)
+}
+
+fn residuals_at(window: &Window, state: &State) -> Vec<[f64; 2]> {
     let cross = Cross::new(&state.shape);
     let residual = |&[x, y, level]: &[f64; 3]| {
-        let s = cross.at([x - position[0], y - position[1]]).value;
+        let s = cross.at([x - state.position[0], y - state.position[1]]).value;
         let basis = level_basis(x / window.half_side_px, y / window.half_side_px, s);
         let expected: f64 = basis.iter().zip(&state.levels).map(|(b, l)| b * l).sum();
         [expected, level - expected]

@@ -13,8 +13,8 @@ use crate::GreyImage;
 use super::fit::{CornerFit, fit_corner};
 use super::model::CrossShape;
 use super::params::{
-    BLUR_START_PX, FIRST_WINDOW_MAX_PX, FIRST_WINDOW_SQUARES, MAX_RESIDUAL_RATIO, MAX_SHIFT_SQUARES, MAX_TURN_RAD,
-    MIN_CONTRAST_RATIO, MIN_SEED_CORNERS, RECENTRE_PX,
+    BLUR_START_PX, FIRST_WINDOW_BLURS, FIRST_WINDOW_MAX_PX, FIRST_WINDOW_SQUARES, MAX_MISFIT_RATIO,
+    MAX_SHIFT_SQUARES, MAX_SLOPE_RATIO, MAX_TURN_RAD, MIN_CONTRAST_RATIO, MIN_SEED_CORNERS, RECENTRE_PX,
 };
 use super::warp::edge_normals;
 use super::window::{Reach, window_around};
@@ -70,7 +70,9 @@ impl Lattice {
 
     fn fits_in(&self, node: Node, fit: &CornerFit) -> bool {
         let contrast = fit.contrast * parity(node) * self.parity_sign;
-        contrast >= MIN_CONTRAST_RATIO * self.contrast && fit.residual_rms <= MAX_RESIDUAL_RATIO * contrast
+        contrast >= MIN_CONTRAST_RATIO * self.contrast
+            && fit.slope_ratio <= MAX_SLOPE_RATIO
+            && fit.misfit_rms <= MAX_MISFIT_RATIO * contrast
     }
 
     /// Fits the corner near `start_px`; `None` if what is there is no crossing of the expected directions.
@@ -79,7 +81,8 @@ impl Lattice {
         let normal_rad = edge_normals(square_px);
         let shape =
             CrossShape { normal_rad, curvature_per_px: [0.0; 2], blur_px: self.blur_px.max(BLUR_START_PX) };
-        let reach = Reach { squares: FIRST_WINDOW_SQUARES, max_px: FIRST_WINDOW_MAX_PX };
+        let max_px = FIRST_WINDOW_MAX_PX.max(FIRST_WINDOW_BLURS * shape.blur_px);
+        let reach = Reach { squares: FIRST_WINDOW_SQUARES, max_px };
         let fit_from = |centre: [f64; 2], shape: CrossShape| {
             fit_corner(&window_around(image, centre, square_px, reach, None), centre, shape, None)
         };

@@ -28,6 +28,7 @@ use crate::GreyImage;
 use detect::search_seeds;
 use lattice::Lattice;
 use orientation::{Board, read_board};
+use params::VERDICT_SHARE;
 
 /// Settings of the corner search.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,25 +115,38 @@ pub enum CornerError {
 /// size (also when the board reaches out of the image), [`CornerError::Incomplete`] if corners are covered.
 pub fn find_corners(image: &GreyImage, params: &CornerParams) -> Result<BoardCorners, CornerError> {
     let CornerParams { inner_columns, inner_rows } = *params;
-    let mut failure = (0, CornerError::NotFound { inner_columns, inner_rows });
-    let whole = search_seeds(image, |seed| {
+    let mut failure = CornerError::NotFound { inner_columns, inner_rows };
+    let mut largest = 0;
+    let verdict = search_seeds(image, |seed| {
         let lattice = Lattice::from_seed(image, seed)?;
-        let error = match read_board(&lattice, inner_columns, inner_rows) {
-            Board::Whole(first) => return Some(first),
-            Board::Incomplete { found } => {
-                CornerError::Incomplete { inner_columns, inner_rows, found, needed: inner_columns * inner_rows }
-            }
-            Board::OtherSize { columns, rows } => {
-                CornerError::WrongSize { inner_columns, inner_rows, found_columns: columns, found_rows: rows }
-            }
+        let error = match board_from_lattice(&lattice, params) {
+            Ok(first) => return Some(Ok(first)),
+            Err(error) => error,
         };
-        if lattice.corners.len() > failure.0 {
-            failure = (lattice.corners.len(), error);
+        let substantial = lattice.corners.len() as f64 >= VERDICT_SHARE * (inner_columns * inner_rows) as f64;
+        if substantial && error == failure {
+            return Some(Err(error));
+        }
+        if lattice.corners.len() > largest {
+            (largest, failure) = (lattice.corners.len(), error);
         }
         None
     });
-    let first = whole.ok_or(failure.1)?;
+    let first = verdict.unwrap_or(Err(failure))?;
     Ok(board_from_fits(&refine::refine(image, &first, inner_columns), params))
+}
+
+/// The first fits of all corners, row by row, if the lattice is the configured board.
+fn board_from_lattice(lattice: &Lattice, params: &CornerParams) -> Result<Vec<fit::CornerFit>, CornerError> {
+    let CornerParams { inner_columns, inner_rows } = *params;
+    let needed = inner_columns * inner_rows;
+    match read_board(lattice, inner_columns, inner_rows) {
+        Board::Whole(first) => Ok(first),
+        Board::Incomplete { found } => Err(CornerError::Incomplete { inner_columns, inner_rows, found, needed }),
+        Board::OtherSize { columns, rows } => {
+            Err(CornerError::WrongSize { inner_columns, inner_rows, found_columns: columns, found_rows: rows })
+        }
+    }
 }
 
 fn board_from_fits(fits: &[fit::CornerFit], params: &CornerParams) -> BoardCorners {

@@ -74,8 +74,10 @@ impl Cross {
         let series = rho + 0.5 * rho * rho * x * y + rho * rho * rho / 6.0 * (x * x - 1.0) * (y * y - 1.0);
         let value = e1 * e2 + 2.0 / PI * gauss1 * gauss2 * series;
         let slope = 2.0 * self.inverse_blur / (2.0 * PI).sqrt();
-        let by_d1 = slope * gauss1 * erf_and_gauss((y - rho * x) * self.inverse_residual).0;
-        let by_d2 = slope * gauss2 * erf_and_gauss((x - rho * y) * self.inverse_residual).0;
+        let by_distance = |gauss: f64, other: f64| {
+            if gauss > 0.0 { slope * gauss * erf_and_gauss(other * self.inverse_residual).0 } else { 0.0 }
+        };
+        let (by_d1, by_d2) = (by_distance(gauss1, y - rho * x), by_distance(gauss2, x - rho * y));
         let [g1, g2] = [self.gradient(0, along1), self.gradient(1, along2)];
         CrossValue {
             value,
@@ -93,8 +95,11 @@ impl Cross {
     }
 }
 
-/// erf(x/√2) and exp(−x²/2). Abramowitz & Stegun 7.1.26, absolute error below 1.5·10⁻⁷.
+/// erf(x/√2) and exp(−x²/2). Abramowitz & Stegun 7.1.26, absolute error below 1.5·10⁻⁷; beyond six sigmas 1 and 0.
 fn erf_and_gauss(x: f64) -> (f64, f64) {
+    if x.abs() > 6.0 {
+        return (1f64.copysign(x), 0.0);
+    }
     let gauss = (-0.5 * x * x).exp();
     let t = 1.0 / (1.0 + 0.327_591_1 * FRAC_1_SQRT_2 * x.abs());
     let poly = t

@@ -11,7 +11,7 @@ pub(super) const WINDOW_MAX_PX: f64 = 32.0;
 pub(super) const WINDOW_MIN_PX: f64 = 3.0;
 
 /// Half-side of the first, exploratory window, as a fraction of the neighbour distance.
-pub(super) const FIRST_WINDOW_SQUARES: f64 = 0.3;
+pub(super) const FIRST_WINDOW_SQUARES: f64 = 0.4;
 
 /// Longest half-side of the exploratory window: edges count as straight within it.
 pub(super) const FIRST_WINDOW_MAX_PX: f64 = 9.0;
@@ -22,6 +22,9 @@ pub(super) const EDGE_BAND_SIGMAS: f64 = 3.0;
 
 /// Smallest half-width of the band of used pixels along an edge: enough plateau to fix the grey levels.
 pub(super) const EDGE_BAND_MIN_PX: f64 = 2.5;
+
+/// Half-side of the exploratory window in blur sigmas, where that is more: a defocused edge must show its plateaus.
+pub(super) const FIRST_WINDOW_BLURS: f64 = 4.0;
 
 /// Blur (sigma) with which the first fit starts: wide, so that a start some pixels off still feels the edges.
 pub(super) const BLUR_START_PX: f64 = 1.5;
@@ -44,8 +47,13 @@ pub(super) const RECENTRE_PX: f64 = 1.0;
 /// Pixels whose residual exceeds this many noise sigmas lose all weight (Tukey's bisquare).
 pub(super) const TUKEY_SIGMAS: f64 = 6.0;
 
-/// A fit whose residual RMS exceeds this fraction of the corner's contrast is no chessboard corner.
-pub(super) const MAX_RESIDUAL_RATIO: f64 = 0.22;
+/// A fit that leaves more than this fraction of the corner's contrast unexplained (RMS, pixel noise apart) is no
+/// chessboard corner.
+pub(super) const MAX_MISFIT_RATIO: f64 = 0.22;
+
+/// A fit whose brightness or contrast changes over half the window by more than this share of the contrast mistakes the
+/// corner of a single square, or a border, for a crossing.
+pub(super) const MAX_SLOPE_RATIO: f64 = 0.5;
 
 /// A corner with less than this fraction of the board's median contrast is no corner of the board.
 pub(super) const MIN_CONTRAST_RATIO: f64 = 0.2;
@@ -58,6 +66,10 @@ pub(super) const MAX_TURN_RAD: f64 = 0.3;
 
 /// Share of a side's corners that must be verified for the row (column) to count as part of the board.
 pub(super) const FULL_LINE_SHARE: f64 = 0.6;
+
+/// A verdict (wrong size, incomplete) on at least this share of the configured corners is final when a second seed
+/// confirms it; verdicts on less may come from clutter.
+pub(super) const VERDICT_SHARE: f64 = 0.5;
 
 /// Fewest corners of a detection worth growing from.
 pub(super) const MIN_SEED_CORNERS: usize = 6;
@@ -82,3 +94,9 @@ pub(super) const DISAGREEMENT_REACH: f64 = 2.0;
 
 /// Differences needed for a local estimate of the corners' scatter: fewer say less than the noise model does.
 pub(super) const DISAGREEMENT_MIN_SAMPLES: f64 = 12.0;
+
+/// Every how many pixels one is looked at for the grey-level stretch; a prime, so as not to fall in step with rows.
+pub(super) const STRETCH_SAMPLE_STEP: usize = 31;
+
+/// Largest image (pixels) that is looked at enlarged: in more pixels, squares this small are no calibration board.
+pub(super) const DOUBLE_MAX_PIXELS: usize = 700_000;
