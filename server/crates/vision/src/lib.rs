@@ -6,6 +6,7 @@
 pub mod centreline;
 pub mod corners;
 pub mod image;
+pub mod params;
 
 pub use centreline::{
     Centrelines, CentrelineMethod, CentrelineParams, CentrelinePoint, LineDirection, Segment, find_centrelines,

@@ -1,6 +1,31 @@
 //! Laser lines in an image to sub-pixel centrelines.
+//!
+//! Noise map → typical line width → candidates (a box brighter than both flanks) → traces linked column by column
+//! → one crossing per column by Gaussian derivatives → scatter of the crossings → local parabolas along the line.
+//! Positions are measured per column and averaged along the line afterwards, so that changes of intensity along the
+//! line (the squares of a board) do not move it.
 
-use crate::GreyImage;
+mod along;
+mod candidates;
+mod crossing;
+mod noise;
+mod scatter;
+mod segments;
+mod steger;
+mod view;
+mod width;
+
+use crate::params::{END_INTENSITY_FRACTION, MIN_SEGMENT_COLUMNS};
+use crate::{GreyImage, Pixels};
+use along::{Averaged, Averager};
+use candidates::{Boxes, find_candidates};
+use crossing::{Crossing, Measurer};
+use noise::NoiseMap;
+use scatter::Scatter;
+use segments::link_traces;
+use steger::Kernels;
+use view::{Level, View};
+use width::typical_width_px;
 
 /// Which way the laser lines run across the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -72,6 +97,116 @@ pub struct Centrelines {
 ///
 /// An image without light gives no segments; that is not an error.
 pub fn find_centrelines(image: &GreyImage, params: &CentrelineParams) -> Centrelines {
-    let _ = (image, params);
-    Centrelines::default()
+    match params.line_direction {
+        LineDirection::Rows => along_rows(image, params.method),
+        LineDirection::Columns => exchanged(along_rows(&image.transposed(), params.method)),
+    }
+}
+
+fn along_rows(image: &GreyImage, method: CentrelineMethod) -> Centrelines {
+    let (width, height, full_scale) = (image.width(), image.height(), image.full_scale());
+    match image.pixels() {
+        Pixels::Eight(pixels) => extract(View { pixels, width, height, full_scale }, method),
+        Pixels::Sixteen(pixels) => extract(View { pixels, width, height, full_scale }, method),
+    }
+}
+
+/// Rows become columns again.
+fn exchanged(mut centrelines: Centrelines) -> Centrelines {
+    for point in centrelines.segments.iter_mut().flat_map(|segment| &mut segment.points) {
+        (point.u_px, point.v_px) = (point.v_px, point.u_px);
+        point.normal.reverse();
+    }
+    centrelines
+}
+
+fn extract<T: Level>(view: View<T>, method: CentrelineMethod) -> Centrelines {
+    let noise = NoiseMap::measure(&view);
+    let width_px = typical_width_px(&view, &noise);
+    let boxes = Boxes::for_width(width_px);
+    let candidates = find_candidates(&view, &noise, boxes, width_px);
+    let traces = link_traces(&candidates, width_px);
+    let kernels = Kernels::new();
+    let measurer = Measurer { view, noise: &noise, boxes, width_px, method, kernels: &kernels };
+    let lines: Vec<Vec<Crossing>> = traces.iter().flat_map(|trace| pieces(&measurer.measure(trace))).collect();
+    described(&lines, width_px, method, &kernels)
+}
+
+/// Cuts measured steps where the line is missing, and its blurred ends off.
+fn pieces(steps: &[Option<Crossing>]) -> Vec<Vec<Crossing>> {
+    steps
+        .split(Option::is_none)
+        .map(|run| run.iter().flatten().copied().collect::<Vec<_>>())
+        .map(|run| without_blurred_ends(&run).to_vec())
+        .filter(|piece| piece.len() >= MIN_SEGMENT_COLUMNS)
+        .collect()
+}
+
+/// Leaves out the ends over which an interrupted line fades: they are blur, and lie where no line is.
+fn without_blurred_ends(line: &[Crossing]) -> &[Crossing] {
+    let n_fading = |inward: &mut dyn Iterator<Item = &Crossing>| -> usize {
+        let mut intensities = Vec::new();
+        for crossing in inward {
+            if intensities.len() as f32 > 2.0 * crossing.width_px + 1.0 {
+                break;
+            }
+            intensities.push(crossing.intensity);
+        }
+        let mut sorted = intensities.clone();
+        sorted.sort_unstable_by(f32::total_cmp);
+        let full = sorted.get(sorted.len() * 3 / 4).copied().unwrap_or(0.0);
+        intensities.iter().take_while(|&&i| i < END_INTENSITY_FRACTION * full).count()
+    };
+    let start = n_fading(&mut line.iter());
+    let end = line.len() - n_fading(&mut line.iter().rev());
+    &line[start.min(end)..end]
+}
+
+fn described(lines: &[Vec<Crossing>], width_px: f32, method: CentrelineMethod, kernels: &Kernels) -> Centrelines {
+    let along_variance_px2 = match method {
+        CentrelineMethod::Steger => f64::from(kernels.along_variance_px2()),
+        CentrelineMethod::CentreOfGravity => 0.0,
+    };
+    let scatter = Scatter::measure(lines, along_variance_px2.sqrt());
+    let averager = Averager::new(width_px, &scatter, along_variance_px2);
+    let mut gains = Vec::new();
+    let mut segments = Vec::with_capacity(lines.len());
+    for line in lines {
+        let averaged = averager.average(line, &scatter);
+        let points = line.iter().zip(&averaged).map(|(crossing, fit)| {
+            let raw_variance = scatter.variance(crossing);
+            match method {
+                CentrelineMethod::Steger => {
+                    gains.push(raw_variance / fit.variance);
+                    point(crossing, fit)
+                }
+                CentrelineMethod::CentreOfGravity => {
+                    gains.push(1.0);
+                    point(crossing, &Averaged { v: crossing.v, variance: raw_variance, ..*fit })
+                }
+            }
+        });
+        segments.push(Segment { points: points.collect() });
+    }
+    // A fit that keeps the mean keeps the noise at long waves: variance × correlation length is conserved.
+    let gain = median(&mut gains).unwrap_or(1.0);
+    Centrelines { segments, correlation_px: (gain * scatter.correlation_px()).max(1.0) }
+}
+
+fn point(crossing: &Crossing, fit: &Averaged) -> CentrelinePoint {
+    let across = 1.0 / fit.slope.hypot(1.0);
+    CentrelinePoint {
+        u_px: crossing.u as f64,
+        v_px: fit.v,
+        normal: [-fit.slope * across, across],
+        sigma_px: fit.variance.sqrt() * across,
+        intensity: crossing.intensity,
+        width_px: crossing.width_px * across as f32,
+        saturated: crossing.saturated,
+    }
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }

@@ -1,0 +1,129 @@
+//! Candidates joined, column by column, into traces of one line each.
+
+use super::candidates::Candidate;
+use crate::params::{
+    LINK_GATE_MIN_PX, LINK_GATE_WIDTHS, LINK_HEADING_COLUMNS, LINK_MAX_GAP_COLUMNS, LONG_SEGMENT_COLUMNS,
+    MIN_SEGMENT_COLUMNS, SHORT_SEGMENT_MIN_SNR,
+};
+
+/// One line followed over neighbouring columns, at whole-pixel accuracy.
+#[derive(Debug, Clone)]
+pub struct Trace {
+    /// Column of the first step.
+    pub first_u: usize,
+    /// One step per column, without gaps.
+    pub steps: Vec<Step>,
+}
+
+/// A trace in one column.
+#[derive(Debug, Clone, Copy)]
+pub struct Step {
+    /// Row, interpolated where the column had no candidate.
+    pub v: f32,
+    /// Grey levels above the brighter flank.
+    pub contrast: f32,
+    /// Contrast over its standard deviation; 0 where interpolated.
+    pub snr: f32,
+}
+
+/// A trace that may still grow.
+struct Open {
+    trace: Trace,
+    /// Rows per column the trace is heading.
+    heading: f32,
+}
+
+impl Open {
+    fn begin(candidate: &Candidate) -> Self {
+        let step = Step { v: candidate.v as f32, contrast: candidate.contrast, snr: candidate.snr };
+        Self { trace: Trace { first_u: candidate.u as usize, steps: vec![step] }, heading: 0.0 }
+    }
+
+    fn last(&self) -> Step {
+        self.trace.steps[self.trace.steps.len() - 1]
+    }
+
+    fn next_u(&self) -> usize {
+        self.trace.first_u + self.trace.steps.len()
+    }
+
+    /// Row expected in column `u`.
+    fn expected(&self, u: usize) -> f32 {
+        self.last().v + self.heading * (u + 1 - self.next_u()) as f32
+    }
+
+    fn grow(&mut self, candidate: &Candidate) {
+        let from = self.last();
+        let n = candidate.u as usize + 1 - self.next_u();
+        let slope = (candidate.v as f32 - from.v) / n as f32;
+        for i in 1..n {
+            let contrast = from.contrast.min(candidate.contrast);
+            self.trace.steps.push(Step { v: from.v + slope * i as f32, contrast, snr: 0.0 });
+        }
+        self.trace.steps.push(Step { v: candidate.v as f32, contrast: candidate.contrast, snr: candidate.snr });
+        let memory = LINK_HEADING_COLUMNS.min(self.trace.steps.len() as f32 - 1.0).max(1.0);
+        self.heading += (slope - self.heading) / memory;
+    }
+}
+
+/// Joins candidates (ordered by column, then row) into traces, ordered by first column, then row.
+///
+/// A candidate continues the trace that expected it nearest by, if that trace has no nearer candidate, within
+/// the link gate; a jump ends the trace. Short or faint traces are dropped.
+pub fn link_traces(candidates: &[Candidate], width_px: f32) -> Vec<Trace> {
+    let gate = (LINK_GATE_WIDTHS * width_px).max(LINK_GATE_MIN_PX);
+    let mut open: Vec<Open> = Vec::new();
+    let mut closed: Vec<Trace> = Vec::new();
+    for column in candidates.chunk_by(|a, b| a.u == b.u) {
+        let u = column[0].u as usize;
+        close_stale(&mut open, &mut closed, u);
+        let n_open = open.len();
+        for candidate in column {
+            match nearest(&open[..n_open], candidate, gate, column) {
+                Some(idx) => open[idx].grow(candidate),
+                None => open.push(Open::begin(candidate)),
+            }
+        }
+    }
+    closed.extend(open.into_iter().map(|o| o.trace));
+    closed.retain(believable);
+    closed.sort_by(|a, b| {
+        (a.first_u, a.steps[0].v).partial_cmp(&(b.first_u, b.steps[0].v)).unwrap_or(std::cmp::Ordering::Equal)
+    });
+    closed
+}
+
+fn close_stale(open: &mut Vec<Open>, closed: &mut Vec<Trace>, u: usize) {
+    let mut idx = 0;
+    while idx < open.len() {
+        if open[idx].next_u() + LINK_MAX_GAP_COLUMNS < u {
+            let done = open.swap_remove(idx).trace;
+            if done.steps.len() >= MIN_SEGMENT_COLUMNS {
+                closed.push(done);
+            }
+        } else {
+            idx += 1;
+        }
+    }
+}
+
+/// The trace that `candidate` continues: nearest to it and, among the column's candidates, with none nearer.
+fn nearest(open: &[Open], candidate: &Candidate, gate: f32, column: &[Candidate]) -> Option<usize> {
+    let u = candidate.u as usize;
+    let miss = |o: &Open, c: &Candidate| (c.v as f32 - o.expected(u)).abs();
+    let free = open.iter().enumerate().filter(|(_, o)| o.next_u() <= u);
+    let (idx, distance) = free.map(|(idx, o)| (idx, miss(o, candidate))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let rival = column.iter().any(|c| c.v != candidate.v && miss(&open[idx], c) < distance);
+    (distance <= gate && !rival).then_some(idx)
+}
+
+/// Whether a trace is a line rather than a chance row of noise.
+fn believable(trace: &Trace) -> bool {
+    let n = trace.steps.len();
+    if n < MIN_SEGMENT_COLUMNS {
+        return false;
+    }
+    let mut snrs: Vec<f32> = trace.steps.iter().map(|s| s.snr).collect();
+    let median = *snrs.select_nth_unstable_by(n / 2, f32::total_cmp).1;
+    median >= SHORT_SEGMENT_MIN_SNR || n >= LONG_SEGMENT_COLUMNS && median > 0.0
+}

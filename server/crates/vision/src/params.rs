@@ -1,0 +1,94 @@
+//! Constants of the centreline extraction, each with its unit and its reason.
+
+/// Side of the square tiles in which the noise level is estimated. Small against the changes of ambient
+/// light over a scene, large enough for 200 samples on a subsampled grid.
+pub const NOISE_TILE_PX: usize = 64;
+/// Distance between sampled pixels inside a noise tile: 256 samples give the noise to 5 %.
+pub const NOISE_STRIDE_PX: usize = 4;
+/// Smallest noise believed, as a fraction of full scale: the rounding to 8 bits (1/√12 grey levels).
+pub const NOISE_FLOOR: f32 = 0.29 / 255.0;
+
+/// Columns looked at to learn how wide the lines are: every scene shows its lines in far fewer.
+pub const WIDTH_SAMPLE_COLUMNS: usize = 80;
+/// How far a peak's surroundings are searched for its base while measuring widths. Wider lines than
+/// half of this are not laser lines.
+pub const WIDTH_SEARCH_PX: usize = 32;
+/// Prominence, in noise standard deviations, of peaks that may vote on the width.
+pub const WIDTH_MIN_SNR: f32 = 8.0;
+/// Line width (full width at half height) assumed when no peak votes, and the limits of what is believed.
+pub const WIDTH_DEFAULT_PX: f32 = 4.0;
+/// See [`WIDTH_DEFAULT_PX`]: narrower than the pixel grid resolves.
+pub const WIDTH_MIN_PX: f32 = 2.0;
+/// See [`WIDTH_DEFAULT_PX`].
+pub const WIDTH_MAX_PX: f32 = 24.0;
+
+/// Height of the detection box in line widths: nearly a matched filter for a bell-shaped line.
+pub const BOX_HEIGHT_WIDTHS: f32 = 0.7;
+/// Distance of the flanking boxes in line widths: the line's own light has fallen below 1 % there.
+pub const FLANK_DISTANCE_WIDTHS: f32 = 1.5;
+/// Detection threshold on box minus brighter flank, in its standard deviations. Pure noise passes a few
+/// dozen times per megapixel, never in [`MIN_SEGMENT_COLUMNS`] neighbouring columns.
+pub const CANDIDATE_MIN_SNR: f32 = 4.0;
+/// Two candidates of one column closer than this, in line widths, are two looks at the same line.
+pub const CANDIDATE_SEPARATION_WIDTHS: f32 = 0.75;
+
+/// Largest departure of a candidate from where its segment was heading, in line widths. Beyond it the
+/// line has jumped and a new segment begins.
+pub const LINK_GATE_WIDTHS: f32 = 0.5;
+/// Smallest link gate: candidates sit on whole pixels.
+pub const LINK_GATE_MIN_PX: f32 = 2.0;
+/// Columns a segment may cross without a candidate (a dark speckle); the line is measured there all the same.
+pub const LINK_MAX_GAP_COLUMNS: usize = 3;
+/// Columns over which the heading of a segment is averaged.
+pub const LINK_HEADING_COLUMNS: f32 = 6.0;
+/// Shortest segment kept. A slot of 1 mm seen at 6 px/mm is as long.
+pub const MIN_SEGMENT_COLUMNS: usize = 6;
+/// Median signal-to-noise a short segment needs.
+pub const SHORT_SEGMENT_MIN_SNR: f32 = 6.0;
+/// Segments longer than this are believed at the candidate threshold.
+pub const LONG_SEGMENT_COLUMNS: usize = 24;
+/// At its ends a segment is cut back to where the line has this fraction of its intensity further in:
+/// beyond lies the blur of the end, not a line.
+pub const END_INTENSITY_FRACTION: f32 = 0.3;
+
+/// Smoothing along the line by the Gaussian derivatives, in columns. Just enough for a trustworthy Hessian;
+/// noise is averaged afterwards, along the line as found.
+pub const STEGER_SIGMA_ALONG_PX: f32 = 1.0;
+/// Scale of the Gaussian derivatives across the line, in standard deviations of the line's profile.
+/// 1 is best for pure camera noise, ∞ for pure speckle; 1.6 loses 18 % to the one and 27 % to the other.
+pub const STEGER_SIGMA_PER_LINE_SIGMA: f32 = 1.6;
+/// Steps between the kernel scales kept ready.
+pub const STEGER_SCALE_STEP: f32 = 1.25;
+/// Smallest scale across the line: below it the sampled derivatives are no longer Gaussian ones.
+pub const STEGER_SIGMA_MIN_PX: f32 = 1.2;
+/// Largest scale across the line.
+pub const STEGER_SIGMA_MAX_PX: f32 = 16.0;
+/// Kernels are cut at this many standard deviations.
+pub const STEGER_CUT_SIGMAS: f32 = 3.0;
+/// Steps allowed from a candidate to the pixel that holds the ridge.
+pub const STEGER_MAX_STEPS: usize = 6;
+/// Half-height of the centroid window in line widths.
+pub const CENTROID_HALF_HEIGHT_WIDTHS: f32 = 1.2;
+
+/// Half-length of the longest window of the fit along the line, in line widths.
+pub const ALONG_HALF_LENGTH_WIDTHS: f32 = 2.2;
+/// Largest half-length of that window, in columns.
+pub const ALONG_MAX_HALF_LENGTH: usize = 32;
+/// Half-length of the shortest window, in columns: six points for three unknowns.
+pub const ALONG_MIN_HALF_LENGTH: usize = 3;
+/// A longer window is used while its estimate agrees with the shorter one's within this many standard
+/// deviations of their difference; otherwise the line bends there and detail is kept.
+pub const ALONG_AGREEMENT_SIGMAS: f64 = 2.5;
+
+/// Lag, in columns, of the third differences that measure the scatter of the points.
+pub const SCATTER_LAG: usize = 4;
+/// Lag of the third differences that measure how far the noise is shared between columns.
+pub const SCATTER_SHORT_LAG: usize = 2;
+/// Most third differences used per image: the scatter is known to 3 % then.
+pub const SCATTER_MAX_SAMPLES: usize = 2000;
+/// Fewest third differences that may speak; with fewer the prior holds.
+pub const SCATTER_MIN_SAMPLES: usize = 40;
+/// Squared normalised differences are cut here (3σ), so that corners and jumps do not pass for noise.
+pub const SCATTER_CLIP: f64 = 9.0;
+/// Speckle coefficient assumed when an image holds too few points to measure it: contrast 0.3, grain 2 px.
+pub const SPECKLE_PRIOR: f64 = 0.2;
