@@ -50,12 +50,21 @@ pub struct Failure {
     entry: Option<String>,
     causes: Vec<String>,
     remedy: Option<String>,
+    about_content: bool,
 }
 
 impl Failure {
     /// A failure with its exit code and one line of what failed.
     pub fn new(exit: Exit, what: impl Into<String>) -> Self {
-        Self { exit, what: what.into(), file: None, entry: None, causes: Vec::new(), remedy: None }
+        Self {
+            exit,
+            what: what.into(),
+            file: None,
+            entry: None,
+            causes: Vec::new(),
+            remedy: None,
+            about_content: false,
+        }
     }
 
     /// Something in the input is wrong.
@@ -105,6 +114,22 @@ impl Failure {
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(remedy.into());
         self
+    }
+
+    /// Marks a picture that was read well and shows the wrong thing: one may choose to go on without it.
+    pub fn about_content(mut self) -> Self {
+        self.about_content = true;
+        self
+    }
+
+    /// See [`Failure::about_content`].
+    pub fn is_about_content(&self) -> bool {
+        self.about_content
+    }
+
+    /// What failed, in one line.
+    pub fn what(&self) -> &str {
+        &self.what
     }
 
     /// The exit code.

@@ -1,13 +1,18 @@
 //! `sheaf`: the command line of the scanner. Parses, dispatches, prints, and ends with a documented exit code.
 
+mod calibration_file;
 mod cli;
 mod commands;
 mod failure;
+mod features;
 mod output;
 mod palette;
 mod picture;
+mod pixel_row;
 mod progress;
 mod refusal;
+mod report;
+mod tables;
 
 use std::process::ExitCode;
 

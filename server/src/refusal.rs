@@ -1,5 +1,8 @@
 //! The core's errors as failures of a command: exit code, place and remedy.
 
+use std::path::Path;
+
+use calibration::{CalibrationError, DocumentError};
 use capture::{CaptureError, ImageFileError};
 
 use crate::failure::Failure;
@@ -31,6 +34,21 @@ impl From<ImageFileError> for Failure {
     }
 }
 
+impl From<CalibrationError> for Failure {
+    fn from(error: CalibrationError) -> Self {
+        let (what, remedy) = split_remedy(&error.to_string());
+        with_remedy(Self::unobservable(what), remedy)
+    }
+}
+
+/// A calibration document that cannot be used.
+pub fn unusable_document(path: &Path, error: &DocumentError) -> Failure {
+    Failure::bad_input(format!("cannot use the calibration document {}", path.display()))
+        .in_file(path)
+        .because(error)
+        .remedy("name a document written by sheaf calibrate, or calibrate again")
+}
+
 /// The chain behind an error, without the error itself.
 fn behind(failure: Failure, error: &dyn std::error::Error) -> Failure {
     match error.source() {
@@ -39,9 +57,9 @@ fn behind(failure: Failure, error: &dyn std::error::Error) -> Failure {
     }
 }
 
-/// The errors of `capture` say what is wrong and, after the last colon, what to do about it.
+/// The core's errors say what is wrong and, after the last semicolon or colon, what to do about it.
 fn split_remedy(text: &str) -> (String, Option<String>) {
-    match text.rsplit_once(": ") {
+    match text.rsplit_once("; ").or_else(|| text.rsplit_once(": ")) {
         Some((what, remedy)) => (what.to_owned(), Some(remedy.to_owned())),
         None => (text.to_owned(), None),
     }

@@ -1,0 +1,283 @@
+//! Small plots as SVG: axes with round ticks, dots, lines, bars, cells.
+
+use std::fmt::Write as _;
+
+use super::page::escape;
+
+/// Room for tick labels, left.
+const LEFT: f64 = 52.0;
+/// Room for tick labels and the axis title, below.
+const BELOW: f64 = 38.0;
+/// Room above and right of the plane.
+const RIM: f64 = 12.0;
+/// About how many ticks an axis gets.
+const TICKS: f64 = 5.0;
+
+/// An axis: its range and its title with unit.
+pub struct Axis {
+    low: f64,
+    high: f64,
+    title: String,
+}
+
+impl Axis {
+    /// An axis from `low` to `high`; `low > high` turns it round (image rows grow downwards).
+    pub fn new(low: f64, high: f64, title: &str) -> Self {
+        let high = if (high - low).abs() > 0.0 { high } else { low + 1.0 };
+        Self { low, high, title: title.to_owned() }
+    }
+
+    /// An axis that holds all values, with a little room.
+    pub fn around(values: impl Iterator<Item = f64>, title: &str) -> Self {
+        let (low, high) = values
+            .filter(|value| value.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        if low > high {
+            return Self::new(0.0, 1.0, title);
+        }
+        let room = ((high - low) * 0.06).max(1e-12);
+        Self::new(low - room, high + room, title)
+    }
+
+    /// An axis centred on zero that reaches `extent` either way.
+    pub fn symmetric(extent: f64, title: &str) -> Self {
+        Self::new(-extent, extent, title)
+    }
+
+    fn share(&self, value: f64) -> f64 {
+        (value - self.low) / (self.high - self.low)
+    }
+
+    fn ticks(&self) -> Vec<f64> {
+        let step = round_step((self.high - self.low).abs() / TICKS);
+        let (low, high) = (self.low.min(self.high), self.low.max(self.high));
+        let first = (low / step).ceil() as i64;
+        let last = (high / step).floor() as i64;
+        (first..=last).map(|tick| tick as f64 * step).collect()
+    }
+}
+
+/// 1, 2 or 5 times a power of ten, at least `rough`.
+fn round_step(rough: f64) -> f64 {
+    let power = 10f64.powf(rough.log10().floor());
+    let lead = rough / power;
+    let round = if lead <= 1.0 {
+        1.0
+    } else if lead <= 2.0 {
+        2.0
+    } else if lead <= 5.0 {
+        5.0
+    } else {
+        10.0
+    };
+    round * power
+}
+
+/// A plot under construction.
+pub struct Plot {
+    x: Axis,
+    y: Axis,
+    width: f64,
+    height: f64,
+    body: String,
+}
+
+impl Plot {
+    /// A plot whose plane has the given size in SVG units.
+    pub fn new(x: Axis, y: Axis, width: f64, height: f64) -> Self {
+        Self { x, y, width, height, body: String::new() }
+    }
+
+    /// Small dots of one colour, drawn as one path.
+    pub fn dots(&mut self, points: impl Iterator<Item = (f64, f64)>, size: f64, style: &str) {
+        let mut path = String::new();
+        for (x, y) in points {
+            if self.inside(x, y) {
+                let _ = write!(path, "M{:.1} {:.1}h0", self.place_x(x), self.place_y(y));
+            }
+        }
+        let _ = write!(
+            self.body,
+            "<path d=\"{path}\" fill=none stroke-width={size} stroke-linecap=round style=\"{style}\"/>"
+        );
+    }
+
+    /// A line through the points.
+    pub fn line(&mut self, points: &[(f64, f64)], style: &str) {
+        let mut path = String::new();
+        for (idx, (x, y)) in points.iter().enumerate() {
+            let command = if idx == 0 { 'M' } else { 'L' };
+            let _ = write!(path, "{command}{:.1} {:.1}", self.place_x(*x), self.place_y(*y));
+        }
+        let _ = write!(self.body, "<path d=\"{path}\" fill=none stroke-linejoin=round style=\"{style}\"/>");
+    }
+
+    /// Short lines from (x, y) along (dx, dy), all in axis units.
+    pub fn arrows(&mut self, arrows: impl Iterator<Item = [f64; 4]>, style: &str) {
+        let mut path = String::new();
+        for [x, y, dx, dy] in arrows {
+            let (x0, y0) = (self.place_x(x), self.place_y(y));
+            let _ =
+                write!(path, "M{x0:.1} {y0:.1}l{:.1} {:.1}", self.place_x(x + dx) - x0, self.place_y(y + dy) - y0);
+        }
+        let _ = write!(self.body, "<path d=\"{path}\" class=thin style=\"{style}\"/>");
+    }
+
+    /// A rectangle between two corners, with a text shown when pointed at.
+    pub fn cell(&mut self, from: (f64, f64), to: (f64, f64), class: &str, opacity: f64, tip: &str) {
+        let (x0, x1) = (self.place_x(from.0), self.place_x(to.0));
+        let (y0, y1) = (self.place_y(from.1), self.place_y(to.1));
+        let _ = write!(
+            self.body,
+            "<rect x={:.1} y={:.1} width={:.1} height={:.1} class={class} opacity={opacity:.3}><title>{}</title></rect>",
+            x0.min(x1),
+            y0.min(y1),
+            (x1 - x0).abs(),
+            (y1 - y0).abs(),
+            escape(tip)
+        );
+    }
+
+    /// A horizontal dashed line.
+    pub fn rule_at(&mut self, y: f64) {
+        let place = self.place_y(y);
+        let _ = write!(
+            self.body,
+            "<line x1={LEFT} x2={} y1={place:.1} y2={place:.1} class=zero />",
+            LEFT + self.width
+        );
+    }
+
+    /// Words inside the plane.
+    pub fn label(&mut self, x: f64, y: f64, text: &str) {
+        let _ = write!(
+            self.body,
+            "<text class=ink x={:.1} y={:.1}>{}</text>",
+            self.place_x(x),
+            self.place_y(y),
+            escape(text)
+        );
+    }
+
+    /// A picture that fills the plane; `uri` is a data URI.
+    pub fn backdrop(&mut self, uri: &str) {
+        let _ = write!(
+            self.body,
+            "<image href=\"{uri}\" x={LEFT} y={RIM} width={} height={} preserveAspectRatio=none />",
+            self.width, self.height
+        );
+    }
+
+    /// The drawing as an SVG element.
+    pub fn svg(&self) -> String {
+        let (full_width, full_height) = (LEFT + self.width + RIM, RIM + self.height + BELOW);
+        let mut svg = format!("<svg viewBox=\"0 0 {full_width:.0} {full_height:.0}\" role=img>");
+        self.draw_axes(&mut svg);
+        svg.push_str(&self.body);
+        svg.push_str("</svg>");
+        svg
+    }
+
+    fn draw_axes(&self, svg: &mut String) {
+        let (bottom, right) = (RIM + self.height, LEFT + self.width);
+        for tick in self.x.ticks() {
+            let x = self.place_x(tick);
+            let _ = write!(svg, "<line class=rule x1={x:.1} x2={x:.1} y1={RIM} y2={bottom:.1} />");
+            let _ = write!(
+                svg,
+                "<text x={x:.1} y={:.1} text-anchor=middle>{}</text>",
+                bottom + 14.0,
+                tick_text(tick, &self.x)
+            );
+        }
+        for tick in self.y.ticks() {
+            let y = self.place_y(tick);
+            let _ = write!(svg, "<line class=rule x1={LEFT} x2={right:.1} y1={y:.1} y2={y:.1} />");
+            let _ = write!(
+                svg,
+                "<text x={:.1} y={:.1} text-anchor=end>{}</text>",
+                LEFT - 6.0,
+                y + 4.0,
+                tick_text(tick, &self.y)
+            );
+        }
+        let _ = write!(
+            svg,
+            "<text x={:.1} y={:.1} text-anchor=middle>{}</text>",
+            LEFT + self.width / 2.0,
+            bottom + 31.0,
+            escape(&self.x.title)
+        );
+        let middle = RIM + self.height / 2.0;
+        let _ = write!(
+            svg,
+            "<text x=11 y={middle:.1} text-anchor=middle transform=\"rotate(-90 11 {middle:.1})\">{}</text>",
+            escape(&self.y.title)
+        );
+        let _ =
+            write!(svg, "<rect class=axis x={LEFT} y={RIM} width={:.1} height={:.1} />", self.width, self.height);
+    }
+
+    fn inside(&self, x: f64, y: f64) -> bool {
+        (0.0..=1.0).contains(&self.x.share(x)) && (0.0..=1.0).contains(&self.y.share(y))
+    }
+
+    fn place_x(&self, x: f64) -> f64 {
+        LEFT + self.x.share(x) * self.width
+    }
+
+    fn place_y(&self, y: f64) -> f64 {
+        RIM + (1.0 - self.y.share(y)) * self.height
+    }
+}
+
+/// As many decimals as the axis needs, a true minus sign, no negative zero.
+fn tick_text(tick: f64, axis: &Axis) -> String {
+    let step = round_step((axis.high - axis.low).abs() / TICKS);
+    let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{:.decimals$}", tick.abs());
+    if tick < -step / 2.0 { format!("−{text}") } else { text }
+}
+
+/// One horizontal bar per name, with its figure at the end. `marked` bars stand out.
+pub fn bars(entries: &[(String, f64)], unit: &str, decimals: usize, marked: impl Fn(usize) -> bool) -> String {
+    const ROW: f64 = 19.0;
+    const NAMES: f64 = 128.0;
+    const WIDTH: f64 = 520.0;
+    const FIGURES: f64 = 84.0;
+    let largest = entries.iter().map(|(_, value)| *value).fold(f64::MIN_POSITIVE, f64::max);
+    let mut svg = format!("<svg viewBox=\"0 0 {WIDTH} {:.0}\" role=img>", entries.len() as f64 * ROW + 4.0);
+    for (idx, (name, value)) in entries.iter().enumerate() {
+        let y = idx as f64 * ROW;
+        let length = (value / largest * (WIDTH - NAMES - FIGURES)).max(1.0);
+        let opacity = if marked(idx) { 1.0 } else { 0.55 };
+        let _ = write!(
+            svg,
+            "<text x={:.0} y={:.1} text-anchor=end>{}</text>\
+             <rect class=bar x={NAMES} y={:.1} width={length:.1} height={:.1} rx=2 opacity={opacity} />\
+             <text class=ink x={:.1} y={:.1}>{value:.decimals$} {unit}</text>",
+            NAMES - 8.0,
+            y + 14.0,
+            escape(name),
+            y + 3.0,
+            ROW - 5.0,
+            NAMES + length + 6.0,
+            y + 14.0
+        );
+    }
+    svg.push_str("</svg>");
+    svg
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_inside_the_axis() {
+        assert_eq!(Axis::new(0.0, 1280.0, "").ticks(), [0.0, 500.0, 1000.0]);
+        assert_eq!(Axis::new(1024.0, 0.0, "").ticks().len(), 3);
+        let ticks = Axis::new(-0.31, 0.29, "").ticks();
+        assert!(ticks.len() >= 3 && ticks.iter().all(|tick| (-0.31..=0.29).contains(tick)), "{ticks:?}");
+    }
+}

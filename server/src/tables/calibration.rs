@@ -1,0 +1,233 @@
+//! What a calibration found, in a page of text.
+
+use std::fmt::Write as _;
+
+use calibration::{CalibrationResult, CrossValidation, LightReport, StageReport};
+use optics::CAMERA_PARAMETER_NAMES;
+use serde_json::{Value, json};
+
+/// The figures a person looks at first.
+pub fn calibration_text(result: &CalibrationResult, id: &str) -> String {
+    let mut text = String::new();
+    camera_text(&mut text, result);
+    if let Some(light) = &result.report.light {
+        light_text(&mut text, light);
+    }
+    if let Some(cross_validation) = &result.report.cross_validation {
+        models_text(&mut text, cross_validation);
+    }
+    if let Some(stage) = &result.report.stage {
+        stage_text(&mut text, stage);
+    }
+    for warning in &result.report.warnings {
+        let _ = writeln!(text, "\nnote: {warning}");
+    }
+    let _ = id;
+    text
+}
+
+fn camera_text(text: &mut String, result: &CalibrationResult) {
+    let camera = &result.report.camera;
+    let n_corners: usize = camera.poses.iter().map(|pose| pose.n_corners).sum();
+    let _ = writeln!(
+        text,
+        "camera   RMS {:.4} px over {} pictures, {n_corners} corners; corner noise {:.4} px per axis",
+        camera.rms_px,
+        camera.poses.len(),
+        camera.corner_sigma_px
+    );
+    let values = result.calibration.camera.parameters();
+    for ((name, value), sigma) in CAMERA_PARAMETER_NAMES.iter().zip(values).zip(camera.sigma) {
+        let fixed = if sigma == 0.0 { "fixed".to_owned() } else { format!("± {sigma:.6}") };
+        let _ = writeln!(text, "  {name:<6} {value:>14.6}  {fixed}");
+    }
+    let _ = writeln!(text, "  k3: {}", camera.k3_reason);
+}
+
+fn light_text(text: &mut String, light: &LightReport) {
+    let n_points: usize = light.residuals.iter().map(|residual| residual.n_points).sum();
+    let _ = writeln!(
+        text,
+        "\nlight    model {}, RMS {:.4} px over {n_points} points; systematic depth σ {:.1} µm",
+        light.model,
+        light.rms_px,
+        light.systematic_sigma_mm * 1e3
+    );
+    let rejected = &light.rejections;
+    let _ = writeln!(
+        text,
+        "  rejected: {} off the board, {} at square edges, {} unlabelled, {} outliers",
+        rejected.off_board, rejected.square_edge, rejected.unlabelled, rejected.outlier
+    );
+    if let Some([value, sigma, sheet]) = light.wavelength_over_period {
+        let _ = writeln!(text, "  λ/d {value:.6} ± {sigma:.6} (data sheet {sheet:.6})");
+    }
+    let _ = writeln!(
+        text,
+        "  {:<7}{:>9}{:>12}{:>11}{:>12}{:>10}",
+        "order", "points", "mean px", "RMS px", "RMS/σ", "outliers"
+    );
+    for order in order_sums(light) {
+        let _ = writeln!(
+            text,
+            "  {:<7}{:>9}{:>12.4}{:>11.4}{:>12.2}{:>10}",
+            format!("{:+}", order.order),
+            order.n_points,
+            order.mean_px,
+            order.rms_px,
+            order.normalised_rms,
+            order.n_outliers
+        );
+    }
+}
+
+fn models_text(text: &mut String, models: &CrossValidation) {
+    let _ = writeln!(text, "\nmodels, each pose predicted from the others");
+    let _ = writeln!(
+        text,
+        "  {:<9}{:>14}{:>14}{:>16}{:>12}",
+        "", "held-out px", "held-out µm", "of it bias µm", "fit px"
+    );
+    for score in &models.scores {
+        let mark = if score.model == models.recommended { "← recommended" } else { "" };
+        match &score.failure {
+            Some(reason) => {
+                let _ = writeln!(text, "  {:<9}not fitted: {reason}", score.model.name());
+            }
+            None => {
+                let _ = writeln!(
+                    text,
+                    "  {:<9}{:>14.4}{:>14.1}{:>16.1}{:>12.4}  {mark}",
+                    score.model.name(),
+                    score.held_out_rms_px,
+                    score.held_out_rms_mm * 1e3,
+                    score.held_out_bias_mm * 1e3,
+                    score.fit_rms_px
+                );
+            }
+        }
+    }
+    let _ = writeln!(text, "  {}", models.reason);
+}
+
+fn stage_text(text: &mut String, stage: &StageReport) {
+    let [x, y, z] = stage.direction;
+    let [sx, sy, sz] = stage.sigma;
+    let _ = writeln!(text, "\nstage    ({x:+.6}, {y:+.6}, {z:+.6}) ± ({sx:.6}, {sy:.6}, {sz:.6}) mm per mm");
+    let _ = writeln!(
+        text,
+        "  scale error {:+.4} % ± {:.4} %, straightness {:.1} µm RMS over {} views",
+        stage.scale_error * 100.0,
+        stage.scale_sigma * 100.0,
+        stage.straightness_rms_um,
+        stage.straightness_um.len()
+    );
+}
+
+/// Residuals of one order over all poses.
+pub struct OrderSum {
+    /// The order.
+    pub order: i8,
+    /// Points used.
+    pub n_points: usize,
+    /// Mean signed residual.
+    pub mean_px: f64,
+    /// RMS residual.
+    pub rms_px: f64,
+    /// RMS of residual over predicted σ.
+    pub normalised_rms: f64,
+    /// Outliers.
+    pub n_outliers: usize,
+}
+
+/// Residuals per order, in the orders' own sequence.
+pub fn order_sums(light: &LightReport) -> Vec<OrderSum> {
+    let mut orders: Vec<i8> = light.residuals.iter().map(|residual| residual.order).collect();
+    orders.sort_unstable();
+    orders.dedup();
+    orders
+        .into_iter()
+        .map(|order| {
+            let of_order = || light.residuals.iter().filter(move |residual| residual.order == order);
+            let n_points: usize = of_order().map(|residual| residual.n_points).sum();
+            let mean = |value: &dyn Fn(&calibration::OrderResidual) -> f64| {
+                of_order().map(|r| value(r) * r.n_points as f64).sum::<f64>() / n_points.max(1) as f64
+            };
+            OrderSum {
+                order,
+                n_points,
+                mean_px: mean(&|r| r.mean_px),
+                rms_px: mean(&|r| r.rms_px * r.rms_px).sqrt(),
+                normalised_rms: mean(&|r| r.normalised_rms * r.normalised_rms).sqrt(),
+                n_outliers: of_order().map(|residual| residual.n_outliers).sum(),
+            }
+        })
+        .collect()
+}
+
+/// The same figures for a machine.
+pub fn calibration_json(result: &CalibrationResult, id: &str) -> Value {
+    let camera = &result.report.camera;
+    let values = result.calibration.camera.parameters();
+    let parameters: serde_json::Map<String, Value> = CAMERA_PARAMETER_NAMES
+        .iter()
+        .zip(values.iter().zip(camera.sigma))
+        .map(|(name, (value, sigma))| ((*name).to_owned(), json!({ "value": value, "sigma": sigma })))
+        .collect();
+    let poses: Vec<Value> = camera
+        .poses
+        .iter()
+        .map(|pose| json!({ "picture": pose.name, "rms_px": pose.rms_px, "n_corners": pose.n_corners }))
+        .collect();
+    json!({
+        "calibration_id": id,
+        "camera": { "rms_px": camera.rms_px, "corner_sigma_px": camera.corner_sigma_px,
+            "k3_reason": camera.k3_reason, "parameters": parameters, "pictures": poses },
+        "light": result.report.light.as_ref().map(light_json),
+        "models": result.report.cross_validation.as_ref().map(models_json),
+        "stage": result.report.stage.as_ref().map(stage_json),
+        "warnings": result.report.warnings,
+    })
+}
+
+fn light_json(light: &LightReport) -> Value {
+    let residuals: Vec<Value> = light
+        .residuals
+        .iter()
+        .map(|r| {
+            json!({ "picture": r.pose, "order": r.order, "n_points": r.n_points, "mean_px": r.mean_px,
+                "rms_px": r.rms_px, "normalised_rms": r.normalised_rms, "n_outliers": r.n_outliers })
+        })
+        .collect();
+    let rejected = &light.rejections;
+    json!({
+        "model": light.model.name(),
+        "rms_px": light.rms_px,
+        "systematic_sigma_mm": light.systematic_sigma_mm,
+        "rejected": { "off_board": rejected.off_board, "square_edge": rejected.square_edge,
+            "unlabelled": rejected.unlabelled, "outlier": rejected.outlier },
+        "wavelength_over_period": light.wavelength_over_period.map(|[value, sigma, sheet]| {
+            json!({ "value": value, "sigma": sigma, "data_sheet": sheet })
+        }),
+        "residuals": residuals,
+    })
+}
+
+fn models_json(models: &CrossValidation) -> Value {
+    let scores: Vec<Value> = models
+        .scores
+        .iter()
+        .map(|s| {
+            json!({ "model": s.model.name(), "held_out_rms_px": s.held_out_rms_px,
+                "held_out_rms_mm": s.held_out_rms_mm, "held_out_bias_mm": s.held_out_bias_mm,
+                "fit_rms_px": s.fit_rms_px, "failure": s.failure })
+        })
+        .collect();
+    json!({ "scores": scores, "recommended": models.recommended.name(), "reason": models.reason })
+}
+
+fn stage_json(stage: &StageReport) -> Value {
+    json!({ "direction": stage.direction, "sigma": stage.sigma, "scale_error": stage.scale_error,
+        "scale_sigma": stage.scale_sigma, "straightness_rms_um": stage.straightness_rms_um,
+        "straightness_um": stage.straightness_um })
+}
