@@ -1,0 +1,312 @@
+//! Clouds and meshes as files.
+//!
+//! | format | positions | order, frame, u, v, intensity, σ | comments |
+//! |---|---|---|---|
+//! | PLY (binary little endian) | mm, float64 | all | all |
+//! | CSV | mm, shortest exact decimal | all | all |
+//! | PCD (binary) | mm, float64 | all | all |
+//! | E57 | **metres**, float64 (1 ulp lost in the conversion) | intensity as E57's own, the others as attributes of the extension `sheaf`: other programs ignore them | in the description |
+//! | mesh PLY | mm, float64 | – | all |
+//! | mesh STL (binary) | mm, float32, vertices repeated per triangle | – | lost |
+//! | mesh GLB | **metres**, float32; a node turns y down into glTF's y up | – | in `asset.extras` |
+//!
+//! Writing to a path is atomic: the bytes go to a hidden neighbour which is synced and renamed.
+//! Readers never trust a count in a header: memory grows with the bytes that are really there.
+
+mod csv;
+mod e57;
+mod error;
+mod glb;
+mod pcd;
+mod ply;
+mod ply_reader;
+mod stl;
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, BufWriter, Read, Write};
+use std::path::Path;
+
+pub use error::{ContentError, FileError};
+
+use crate::cloud::{Cloud, CloudPoint};
+use crate::mesh::Mesh;
+
+/// Room made in advance for at most this many records, whatever a header claims.
+const MAX_TRUSTED_COUNT: u64 = 1 << 16;
+
+/// A line of a text header may carry a whole calibration, but no more than this.
+const MAX_LINE_BYTES: u64 = 16 << 20;
+
+/// The formats a cloud can be written in and read from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum CloudFormat {
+    /// Polygon File Format, binary little endian; the product's own cloud format.
+    Ply,
+    /// Comma-separated text with `#` comments.
+    Csv,
+    /// Point Cloud Library's format, binary.
+    Pcd,
+    /// ASTM E2807.
+    E57,
+}
+
+impl CloudFormat {
+    /// All formats.
+    pub const ALL: [Self; 4] = [Self::Ply, Self::Csv, Self::Pcd, Self::E57];
+
+    /// The file name extension, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Ply => "ply",
+            Self::Csv => "csv",
+            Self::Pcd => "pcd",
+            Self::E57 => "e57",
+        }
+    }
+
+    /// The format a path's extension stands for.
+    ///
+    /// # Errors
+    /// [`FileError::UnknownFormat`].
+    pub fn from_path(path: &Path) -> Result<Self, FileError> {
+        by_extension(path, &Self::ALL, Self::extension)
+    }
+}
+
+/// The formats a mesh can be written in and read from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum MeshFormat {
+    /// Stereolithography, binary.
+    Stl,
+    /// glTF 2.0, binary container.
+    Glb,
+    /// Polygon File Format, binary little endian.
+    Ply,
+}
+
+impl MeshFormat {
+    /// All formats.
+    pub const ALL: [Self; 3] = [Self::Stl, Self::Glb, Self::Ply];
+
+    /// The file name extension, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Stl => "stl",
+            Self::Glb => "glb",
+            Self::Ply => "ply",
+        }
+    }
+
+    /// The format a path's extension stands for.
+    ///
+    /// # Errors
+    /// [`FileError::UnknownFormat`].
+    pub fn from_path(path: &Path) -> Result<Self, FileError> {
+        by_extension(path, &Self::ALL, Self::extension)
+    }
+}
+
+fn by_extension<F: Copy>(path: &Path, known: &[F], name: impl Fn(F) -> &'static str) -> Result<F, FileError> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    known.iter().copied().find(|format| name(*format) == extension).ok_or_else(|| FileError::UnknownFormat {
+        path: path.to_owned(),
+        known: known.iter().map(|format| format!(".{}", name(*format))).collect::<Vec<_>>().join(", "),
+    })
+}
+
+/// Writes a cloud to `path`, whole or not at all.
+///
+/// # Errors
+/// [`FileError::Write`] if the disk refuses.
+pub fn write_cloud(path: &Path, format: CloudFormat, cloud: &Cloud) -> Result<(), FileError> {
+    atomically(path, |out| write_cloud_to(out, format, cloud))
+}
+
+/// Streams a cloud to `out` (E57 is assembled in memory first: its header holds offsets known last).
+///
+/// # Errors
+/// [`ContentError::Io`] if `out` refuses.
+pub fn write_cloud_to(out: &mut impl Write, format: CloudFormat, cloud: &Cloud) -> Result<(), ContentError> {
+    match format {
+        CloudFormat::Ply => ply::write_cloud(out, cloud),
+        CloudFormat::Csv => csv::write(out, cloud),
+        CloudFormat::Pcd => pcd::write(out, cloud),
+        CloudFormat::E57 => e57::write(out, cloud),
+    }
+}
+
+/// Reads a cloud in the format its extension names.
+///
+/// Points of other programs' files need only x, y and z; what is missing reads as 0 (a σ of 0 means "unknown").
+///
+/// # Errors
+/// [`FileError::UnknownFormat`], [`FileError::Read`], or [`FileError::Malformed`] with the place and the remedy.
+pub fn read_cloud(path: &Path) -> Result<Cloud, FileError> {
+    let format = CloudFormat::from_path(path)?;
+    let file = File::open(path).map_err(|cause| FileError::Read { path: path.to_owned(), cause })?;
+    let content = match format {
+        CloudFormat::E57 => e57::read(BufReader::new(file)),
+        _ => read_cloud_from(BufReader::new(file), format),
+    };
+    content.map_err(|error| FileError::reading(path, error))
+}
+
+/// Reads a cloud from bytes of a known format (E57 is read into memory first).
+///
+/// # Errors
+/// As [`read_cloud`], without the path.
+pub fn read_cloud_from(mut input: impl BufRead, format: CloudFormat) -> Result<Cloud, ContentError> {
+    match format {
+        CloudFormat::Ply => ply::read_cloud(input),
+        CloudFormat::Csv => csv::read(input),
+        CloudFormat::Pcd => pcd::read(input),
+        CloudFormat::E57 => {
+            let mut bytes = Vec::new();
+            input.read_to_end(&mut bytes)?;
+            e57::read(std::io::Cursor::new(bytes))
+        }
+    }
+}
+
+/// Writes a mesh to `path`, whole or not at all.
+///
+/// # Errors
+/// [`FileError::Write`] if the disk refuses, [`FileError::Malformed`] if the format cannot hold so large a mesh.
+pub fn write_mesh(path: &Path, format: MeshFormat, mesh: &Mesh) -> Result<(), FileError> {
+    atomically(path, |out| write_mesh_to(out, format, mesh))
+}
+
+/// Streams a mesh to `out`.
+///
+/// # Errors
+/// [`ContentError::Io`] if `out` refuses, [`ContentError::Malformed`] if the format cannot hold so large a mesh.
+pub fn write_mesh_to(out: &mut impl Write, format: MeshFormat, mesh: &Mesh) -> Result<(), ContentError> {
+    match format {
+        MeshFormat::Stl => stl::write(out, mesh),
+        MeshFormat::Glb => glb::write(out, mesh),
+        MeshFormat::Ply => ply::write_mesh(out, mesh),
+    }
+}
+
+/// Reads a mesh in the format its extension names.
+///
+/// STL repeats every vertex per triangle; identical positions are joined again.
+///
+/// # Errors
+/// [`FileError::UnknownFormat`], [`FileError::Read`], or [`FileError::Malformed`] with the place and the remedy.
+pub fn read_mesh(path: &Path) -> Result<Mesh, FileError> {
+    let format = MeshFormat::from_path(path)?;
+    let file = File::open(path).map_err(|cause| FileError::Read { path: path.to_owned(), cause })?;
+    let input = BufReader::new(file);
+    let content = match format {
+        MeshFormat::Stl => stl::read(input),
+        MeshFormat::Glb => glb::read(input),
+        MeshFormat::Ply => ply::read_mesh(input),
+    };
+    content.map_err(|error| FileError::reading(path, error))
+}
+
+/// Runs `write` on a hidden neighbour of `path`, syncs it and renames it into place.
+fn atomically(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), ContentError>,
+) -> Result<(), FileError> {
+    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let partial = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
+    let written = write_and_sync(&partial, write).and_then(|()| Ok(std::fs::rename(&partial, path)?));
+    written.map_err(|error| {
+        // The failure to write is what the caller must hear about, not a failure to tidy up.
+        let _ = std::fs::remove_file(&partial);
+        FileError::writing(path, error)
+    })
+}
+
+fn write_and_sync(
+    partial: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), ContentError>,
+) -> Result<(), ContentError> {
+    let mut out = BufWriter::with_capacity(1 << 18, File::create(partial)?);
+    write(&mut out)?;
+    out.flush()?;
+    Ok(out.get_ref().sync_all()?)
+}
+
+/// How many records to make room for when a header promises `count`.
+fn trusted_capacity(count: u64) -> usize {
+    count.min(MAX_TRUSTED_COUNT) as usize
+}
+
+/// A comment as one line of text.
+fn one_line(comment: &str) -> String {
+    comment.replace(['\r', '\n'], " ").trim().to_owned()
+}
+
+/// Reads one line of a text header without its line end; `None` at the end of the file.
+fn header_line(input: &mut impl BufRead, line_number: &mut u64) -> Result<Option<String>, ContentError> {
+    let mut bytes = Vec::new();
+    input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut bytes)?;
+    *line_number += 1;
+    if bytes.is_empty() {
+        return Ok(None);
+    }
+    if bytes.len() as u64 == MAX_LINE_BYTES {
+        return Err(ContentError::malformed(
+            format!("line {line_number}"),
+            "line without an end",
+            "check that the file is what its extension says",
+        ));
+    }
+    while matches!(bytes.last(), Some(b'\n' | b'\r')) {
+        bytes.pop();
+    }
+    String::from_utf8(bytes).map(Some).map_err(|_| {
+        ContentError::malformed(
+            format!("line {line_number}"),
+            "text is not UTF-8",
+            "check that the file is what its extension says",
+        )
+    })
+}
+
+/// The named numbers of a point, as every table-like format holds them.
+const FIELDS: [&str; 9] = ["x", "y", "z", "order", "frame", "u", "v", "intensity", "sigma_mm"];
+
+/// Builds a point from values in the order of [`FIELDS`].
+fn point_from_fields(values: &[f64; 9], place: impl Fn() -> String) -> Result<CloudPoint, ContentError> {
+    if values.iter().any(|value| !value.is_finite()) {
+        return Err(ContentError::malformed(
+            place(),
+            "a value is not a finite number",
+            "remove points without a position before handing the file over",
+        ));
+    }
+    let (order, frame) = (values[3], values[4]);
+    if order.fract() != 0.0 || !(-128.0..=127.0).contains(&order) {
+        return Err(ContentError::malformed(
+            place(),
+            format!("order {order} is no whole number from -128 to 127"),
+            "write the diffraction order as int8",
+        ));
+    }
+    if frame.fract() != 0.0 || !(0.0..=f64::from(u32::MAX)).contains(&frame) {
+        return Err(ContentError::malformed(
+            place(),
+            format!("frame {frame} is no index"),
+            "write the frame index as uint32",
+        ));
+    }
+    Ok(CloudPoint {
+        x_mm: values[0],
+        y_mm: values[1],
+        z_mm: values[2],
+        order: order as i8,
+        frame: frame as u32,
+        u_px: values[5] as f32,
+        v_px: values[6] as f32,
+        intensity: values[7] as f32,
+        sigma_mm: values[8] as f32,
+    })
+}
+
+#[cfg(test)]
+mod tests;

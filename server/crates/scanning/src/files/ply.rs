@@ -1,0 +1,174 @@
+//! PLY, the product's own cloud format (`sheaf-capture/1`), and meshes in the same container.
+
+use std::io::{BufRead, Write};
+
+use super::ply_reader::{Element, PlyReader};
+use super::{ContentError, FIELDS, one_line, point_from_fields, trusted_capacity};
+use crate::cloud::{Cloud, CloudPoint};
+use crate::mesh::Mesh;
+
+/// Vertex properties of a cloud, in file order.
+const CLOUD_PROPERTIES: [(&str, &str); 9] = [
+    ("double", "x"),
+    ("double", "y"),
+    ("double", "z"),
+    ("char", "order"),
+    ("uint", "frame"),
+    ("float", "u"),
+    ("float", "v"),
+    ("float", "intensity"),
+    ("float", "sigma_mm"),
+];
+
+/// Bytes of one vertex.
+const VERTEX_BYTES: usize = 3 * 8 + 1 + 4 + 4 * 4;
+
+pub(super) fn write_cloud(out: &mut impl Write, cloud: &Cloud) -> Result<(), ContentError> {
+    write_preamble(out, &cloud.comments)?;
+    writeln!(out, "element vertex {}", cloud.points.len())?;
+    for (kind, name) in CLOUD_PROPERTIES {
+        writeln!(out, "property {kind} {name}")?;
+    }
+    writeln!(out, "end_header")?;
+    for point in &cloud.points {
+        out.write_all(&vertex_bytes(point))?;
+    }
+    Ok(())
+}
+
+fn write_preamble(out: &mut impl Write, comments: &[String]) -> Result<(), ContentError> {
+    writeln!(out, "ply\nformat binary_little_endian 1.0")?;
+    for comment in comments {
+        writeln!(out, "comment {}", one_line(comment))?;
+    }
+    Ok(())
+}
+
+/// One vertex as little-endian bytes in the order of [`CLOUD_PROPERTIES`]; PCD uses the same layout.
+pub(super) fn vertex_bytes(point: &CloudPoint) -> [u8; VERTEX_BYTES] {
+    let mut bytes = [0; VERTEX_BYTES];
+    bytes[0..8].copy_from_slice(&point.x_mm.to_le_bytes());
+    bytes[8..16].copy_from_slice(&point.y_mm.to_le_bytes());
+    bytes[16..24].copy_from_slice(&point.z_mm.to_le_bytes());
+    bytes[24..25].copy_from_slice(&point.order.to_le_bytes());
+    bytes[25..29].copy_from_slice(&point.frame.to_le_bytes());
+    bytes[29..33].copy_from_slice(&point.u_px.to_le_bytes());
+    bytes[33..37].copy_from_slice(&point.v_px.to_le_bytes());
+    bytes[37..41].copy_from_slice(&point.intensity.to_le_bytes());
+    bytes[41..45].copy_from_slice(&point.sigma_mm.to_le_bytes());
+    bytes
+}
+
+pub(super) fn read_cloud(input: impl BufRead) -> Result<Cloud, ContentError> {
+    let mut reader = PlyReader::open(input)?;
+    let vertex = reader.skip_to("vertex")?;
+    let slots = slots_of(&vertex)?;
+    let mut points = Vec::with_capacity(trusted_capacity(vertex.count));
+    let mut row = Vec::new();
+    for idx in 0..vertex.count {
+        reader.scalars(&vertex, idx, &mut row)?;
+        let mut values = [0.0; 9];
+        for (slot, value) in slots.iter().zip(&row) {
+            if let Some(field) = slot {
+                values[*field] = *value;
+            }
+        }
+        points.push(point_from_fields(&values, || format!("vertex {idx}"))?);
+    }
+    Ok(Cloud { points, comments: reader.comments })
+}
+
+/// For every property of the file, which of [`FIELDS`] it is.
+fn slots_of(vertex: &Element) -> Result<Vec<Option<usize>>, ContentError> {
+    let slots: Vec<Option<usize>> = vertex
+        .properties
+        .iter()
+        .map(|property| {
+            FIELDS.iter().position(|field| *field == property.name || alias(field) == Some(property.name.as_str()))
+        })
+        .collect();
+    for axis in 0..3 {
+        if !slots.contains(&Some(axis)) {
+            return Err(ContentError::malformed(
+                "header",
+                format!("vertices have no property `{}`", FIELDS[axis]),
+                "write the positions as x, y and z in millimetres",
+            ));
+        }
+    }
+    Ok(slots)
+}
+
+/// Names other programs use for the same thing.
+fn alias(field: &str) -> Option<&'static str> {
+    (field == "intensity").then_some("scalar_intensity")
+}
+
+pub(super) fn write_mesh(out: &mut impl Write, mesh: &Mesh) -> Result<(), ContentError> {
+    write_preamble(out, &mesh.comments)?;
+    writeln!(out, "element vertex {}", mesh.vertices_mm.len())?;
+    for axis in ["x", "y", "z"] {
+        writeln!(out, "property double {axis}")?;
+    }
+    writeln!(out, "element face {}\nproperty list uchar uint vertex_indices", mesh.triangles.len())?;
+    writeln!(out, "end_header")?;
+    for value in mesh.vertices_mm.iter().flatten() {
+        out.write_all(&value.to_le_bytes())?;
+    }
+    for triangle in &mesh.triangles {
+        out.write_all(&[3])?;
+        for index in triangle {
+            out.write_all(&index.to_le_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn read_mesh(input: impl BufRead) -> Result<Mesh, ContentError> {
+    let mut reader = PlyReader::open(input)?;
+    let vertex = reader.skip_to("vertex")?;
+    let slots = slots_of(&vertex)?;
+    let mut mesh = Mesh { vertices_mm: Vec::with_capacity(trusted_capacity(vertex.count)), ..Mesh::default() };
+    let mut row = Vec::new();
+    for idx in 0..vertex.count {
+        reader.scalars(&vertex, idx, &mut row)?;
+        let mut position = [0.0; 3];
+        for (slot, value) in slots.iter().zip(&row) {
+            if let Some(axis @ 0..3) = slot {
+                position[*axis] = *value;
+            }
+        }
+        mesh.vertices_mm.push(position);
+    }
+    read_faces(&mut reader, &mut mesh)?;
+    mesh.comments = reader.comments;
+    mesh.checked()
+}
+
+/// Polygons become fans of triangles.
+fn read_faces(reader: &mut PlyReader<impl BufRead>, mesh: &mut Mesh) -> Result<(), ContentError> {
+    let face = reader.skip_to("face")?;
+    if !face.properties.iter().any(|property| property.name.starts_with("vertex_ind")) {
+        return Err(ContentError::malformed(
+            "header",
+            "faces have no list `vertex_indices`",
+            "export the mesh again with its faces",
+        ));
+    }
+    let mut polygon = Vec::new();
+    for idx in 0..face.count {
+        reader.list(&face, idx, "vertex_ind", &mut polygon)?;
+        for pair in polygon.windows(2).skip(1) {
+            let corners = [polygon[0], pair[0], pair[1]];
+            if corners.iter().any(|c| !(0.0..=f64::from(u32::MAX)).contains(c)) {
+                return Err(ContentError::malformed(
+                    format!("face {idx}"),
+                    "a vertex index is negative or too large",
+                    "export the mesh again",
+                ));
+            }
+            mesh.triangles.push(corners.map(|corner| corner as u32));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,68 @@
+//! Which places across the view already have a skin, and at what depth.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+/// A grid over x and y; a cell holds the depths of the triangles over its centre.
+pub(super) struct Coverage {
+    cell_mm: f64,
+    /// Skins nearer than this in depth are the same skin.
+    same_depth_mm: f64,
+    depths_mm: HashMap<(i64, i64), Vec<f64>>,
+}
+
+impl Coverage {
+    pub(super) fn new(cell_mm: f64, same_depth_mm: f64) -> Self {
+        Self { cell_mm, same_depth_mm, depths_mm: HashMap::new() }
+    }
+
+    /// Whether the centre of a triangle lies on a skin.
+    pub(super) fn covers(&self, corners: &[Vector3<f64>; 3]) -> bool {
+        let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+        self.depths_mm
+            .get(&self.cell(centre.x, centre.y))
+            .is_some_and(|depths| depths.iter().any(|depth| (depth - centre.z).abs() <= self.same_depth_mm))
+    }
+
+    /// Lays a triangle down on every cell whose centre it contains.
+    pub(super) fn add(&mut self, corners: &[Vector3<f64>; 3]) {
+        let xs = corners.map(|c| c.x);
+        let ys = corners.map(|c| c.y);
+        let (low, high) = (self.cell(least(&xs), least(&ys)), self.cell(greatest(&xs), greatest(&ys)));
+        for column in low.0..=high.0 {
+            for row in low.1..=high.1 {
+                let x = (column as f64 + 0.5) * self.cell_mm;
+                let y = (row as f64 + 0.5) * self.cell_mm;
+                if let Some(depth) = depth_inside(corners, x, y) {
+                    let depths = self.depths_mm.entry((column, row)).or_default();
+                    if !depths.iter().any(|known| (known - depth).abs() <= self.same_depth_mm) {
+                        depths.push(depth);
+                    }
+                }
+            }
+        }
+    }
+
+    fn cell(&self, x: f64, y: f64) -> (i64, i64) {
+        ((x / self.cell_mm).floor() as i64, (y / self.cell_mm).floor() as i64)
+    }
+}
+
+fn least(values: &[f64; 3]) -> f64 {
+    values.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+fn greatest(values: &[f64; 3]) -> f64 {
+    values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// The depth of a triangle over (x, y), by barycentric coordinates; `None` outside it.
+fn depth_inside(corners: &[Vector3<f64>; 3], x: f64, y: f64) -> Option<f64> {
+    let [a, b, c] = corners;
+    let area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
+    let second = ((x - a.x) * (c.y - a.y) - (c.x - a.x) * (y - a.y)) / area;
+    let third = ((b.x - a.x) * (y - a.y) - (x - a.x) * (b.y - a.y)) / area;
+    let inside = second >= 0.0 && third >= 0.0 && second + third <= 1.0;
+    inside.then(|| a.z + second * (b.z - a.z) + third * (c.z - a.z))
+}
