@@ -44,12 +44,21 @@ pub const LINK_HEADING_COLUMNS: f32 = 6.0;
 /// Shortest segment kept. A slot of 1 mm seen at 6 px/mm is as long.
 pub const MIN_SEGMENT_COLUMNS: usize = 6;
 /// Median signal-to-noise a short segment needs.
-pub const SHORT_SEGMENT_MIN_SNR: f32 = 6.0;
+pub const SHORT_SEGMENT_MIN_SNR: f32 = 8.0;
 /// Segments longer than this are believed at the candidate threshold.
 pub const LONG_SEGMENT_COLUMNS: usize = 24;
 /// At its ends a segment is cut back to where the line has this fraction of its intensity further in:
 /// beyond lies the blur of the end, not a line.
 pub const END_INTENSITY_FRACTION: f32 = 0.3;
+
+/// Reach of the blur of an end, in line widths: so many columns are checked against the line further in.
+pub const END_CHECK_WIDTHS: f32 = 1.2;
+/// Length, in line widths, of the line further in that an end is compared with.
+pub const END_REFERENCE_WIDTHS: f32 = 3.0;
+/// An end is cut where it leaves the parabola of the line further in by this many standard deviations.
+pub const END_DEPARTURE_SIGMAS: f64 = 3.0;
+/// Smaller departures are left, in pixels: a bend, not a blurred end.
+pub const END_DEPARTURE_MIN_PX: f64 = 0.5;
 
 /// Smoothing along the line by the Gaussian derivatives, in columns. Just enough for a trustworthy Hessian;
 /// noise is averaged afterwards, along the line as found.

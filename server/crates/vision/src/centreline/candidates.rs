@@ -76,7 +76,7 @@ impl SumRows {
     }
 }
 
-/// Finds all candidates, ordered by column, then by row.
+/// Finds all candidates, ordered by column, then by row. `noise` is that of box differences.
 ///
 /// A candidate is a row whose box sum exceeds the *brighter* of its two flanks by
 /// [`CANDIDATE_MIN_SNR`] standard deviations and is a local maximum of that difference: an edge of ambient
@@ -125,7 +125,7 @@ fn pick_maxima(
 ) {
     let n_rows = boxes.rows() as f32;
     for (tile, &sigma) in noise.row(v).iter().enumerate() {
-        let sum_sigma = sigma * (2.0 * n_rows).sqrt();
+        let sum_sigma = sigma * n_rows;
         let threshold = (CANDIDATE_MIN_SNR * sum_sigma).ceil() as i32;
         let start = tile * NOISE_TILE_PX;
         let end = (start + NOISE_TILE_PX).min(here.len());

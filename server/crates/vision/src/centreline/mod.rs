@@ -8,6 +8,7 @@
 mod along;
 mod candidates;
 mod crossing;
+mod ends;
 mod noise;
 mod scatter;
 mod segments;
@@ -15,11 +16,12 @@ mod steger;
 mod view;
 mod width;
 
-use crate::params::{END_INTENSITY_FRACTION, MIN_SEGMENT_COLUMNS};
+use crate::params::MIN_SEGMENT_COLUMNS;
 use crate::{GreyImage, Pixels};
 use along::{Averaged, Averager};
 use candidates::{Boxes, find_candidates};
 use crossing::{Crossing, Measurer};
+use ends::{without_bent_ends, without_faded_ends};
 use noise::NoiseMap;
 use scatter::Scatter;
 use segments::link_traces;
@@ -121,13 +123,14 @@ fn exchanged(mut centrelines: Centrelines) -> Centrelines {
 }
 
 fn extract<T: Level>(view: View<T>, method: CentrelineMethod) -> Centrelines {
-    let noise = NoiseMap::measure(&view);
-    let width_px = typical_width_px(&view, &noise);
+    let pixel_noise = NoiseMap::of_pixels(&view);
+    let width_px = typical_width_px(&view, &pixel_noise);
     let boxes = Boxes::for_width(width_px);
-    let candidates = find_candidates(&view, &noise, boxes, width_px);
+    let box_noise = NoiseMap::of_boxes(&view, boxes, &pixel_noise);
+    let candidates = find_candidates(&view, &box_noise, boxes, width_px);
     let traces = link_traces(&candidates, width_px);
     let kernels = Kernels::new();
-    let measurer = Measurer { view, noise: &noise, boxes, width_px, method, kernels: &kernels };
+    let measurer = Measurer { view, noise: &pixel_noise, boxes, width_px, method, kernels: &kernels };
     let lines: Vec<Vec<Crossing>> = traces.iter().flat_map(|trace| pieces(&measurer.measure(trace))).collect();
     described(&lines, width_px, method, &kernels)
 }
@@ -137,29 +140,9 @@ fn pieces(steps: &[Option<Crossing>]) -> Vec<Vec<Crossing>> {
     steps
         .split(Option::is_none)
         .map(|run| run.iter().flatten().copied().collect::<Vec<_>>())
-        .map(|run| without_blurred_ends(&run).to_vec())
+        .map(|run| without_faded_ends(&run).to_vec())
         .filter(|piece| piece.len() >= MIN_SEGMENT_COLUMNS)
         .collect()
-}
-
-/// Leaves out the ends over which an interrupted line fades: they are blur, and lie where no line is.
-fn without_blurred_ends(line: &[Crossing]) -> &[Crossing] {
-    let n_fading = |inward: &mut dyn Iterator<Item = &Crossing>| -> usize {
-        let mut intensities = Vec::new();
-        for crossing in inward {
-            if intensities.len() as f32 > 2.0 * crossing.width_px + 1.0 {
-                break;
-            }
-            intensities.push(crossing.intensity);
-        }
-        let mut sorted = intensities.clone();
-        sorted.sort_unstable_by(f32::total_cmp);
-        let full = sorted.get(sorted.len() * 3 / 4).copied().unwrap_or(0.0);
-        intensities.iter().take_while(|&&i| i < END_INTENSITY_FRACTION * full).count()
-    };
-    let start = n_fading(&mut line.iter());
-    let end = line.len() - n_fading(&mut line.iter().rev());
-    &line[start.min(end)..end]
 }
 
 fn described(lines: &[Vec<Crossing>], width_px: f32, method: CentrelineMethod, kernels: &Kernels) -> Centrelines {
@@ -172,6 +155,7 @@ fn described(lines: &[Vec<Crossing>], width_px: f32, method: CentrelineMethod, k
     let mut gains = Vec::new();
     let mut segments = Vec::with_capacity(lines.len());
     for line in lines {
+        let line = without_bent_ends(line, &scatter);
         let averaged = averager.average(line, &scatter);
         let points = line.iter().zip(&averaged).map(|(crossing, fit)| {
             let raw_variance = scatter.variance(crossing);

@@ -1,27 +1,62 @@
 //! Noise level of the image, tile by tile.
 
+use super::candidates::Boxes;
 use super::view::{Level, View};
 use crate::params::{NOISE_FLOOR, NOISE_STRIDE_PX, NOISE_TILE_PX};
 
-/// Standard deviation of the pixel noise (grey levels) in tiles over the image.
+/// Standard deviations of noise (grey levels) in tiles over the image.
 pub struct NoiseMap {
     sigmas: Vec<f32>,
     tiles_across: usize,
 }
 
 impl NoiseMap {
-    /// Measures the noise from differences of pixels two rows apart: edges and lines fill only a small part
-    /// of a tile, and slow changes of ambient light cancel.
-    pub fn measure<T: Level>(view: &View<T>) -> Self {
-        let tiles_across = view.width.div_ceil(NOISE_TILE_PX);
-        let tiles_down = view.height.div_ceil(NOISE_TILE_PX);
+    /// Measures the noise of pixels from differences two rows apart: edges and lines fill only a small part of a
+    /// tile, and slow changes of ambient light cancel.
+    pub fn of_pixels<T: Level>(view: &View<T>) -> Self {
         let floor = NOISE_FLOOR * view.full_scale;
+        let difference = |u: usize, v: usize| {
+            (v + 2 < view.height)
+                .then(|| view.pixels[v * view.width + u].int() - view.pixels[(v + 2) * view.width + u].int())
+        };
+        Self::measure(view, difference, |_, _, difference_sigma| (difference_sigma / 2.0f32.sqrt()).max(floor))
+    }
+
+    /// Measures the noise of the mean of one box against another, as the search for candidates compares them.
+    /// Texture and compression make it larger than independent pixels would; it is never taken as smaller.
+    pub fn of_boxes<T: Level>(view: &View<T>, boxes: Boxes, pixels: &NoiseMap) -> Self {
+        let half = boxes.half_height;
+        let sum = |u: usize, v: usize| -> i32 {
+            (v - half..=v + half).map(|row| view.pixels[row * view.width + u].int()).sum()
+        };
+        let difference = |u: usize, v: usize| {
+            let inside = v >= half && v + boxes.flank + half < view.height;
+            inside.then(|| sum(u, v) - sum(u, v + boxes.flank))
+        };
+        let n_rows = boxes.rows() as f32;
+        Self::measure(view, difference, |u, v, difference_sigma| {
+            (difference_sigma / n_rows).max(pixels.at(u, v) * (2.0 / n_rows).sqrt())
+        })
+    }
+
+    /// Robust spread of `difference` in every tile, made a noise level by `finish` (tile's first column and row,
+    /// spread).
+    fn measure<T: Level>(
+        view: &View<T>,
+        difference: impl Fn(usize, usize) -> Option<i32>,
+        finish: impl Fn(usize, usize, f32) -> f32,
+    ) -> Self {
+        let tiles_across = view.width.div_ceil(NOISE_TILE_PX);
         let mut differences = Vec::with_capacity(NOISE_TILE_PX * NOISE_TILE_PX);
-        let mut sigmas = Vec::with_capacity(tiles_across * tiles_down);
-        for tile_v in 0..tiles_down {
-            for tile_u in 0..tiles_across {
-                gather(view, tile_u * NOISE_TILE_PX, tile_v * NOISE_TILE_PX, &mut differences);
-                sigmas.push(sigma_of(&mut differences).max(floor));
+        let mut sigmas = Vec::with_capacity(tiles_across * view.height.div_ceil(NOISE_TILE_PX));
+        for v0 in (0..view.height).step_by(NOISE_TILE_PX) {
+            for u0 in (0..view.width).step_by(NOISE_TILE_PX) {
+                differences.clear();
+                for v in (v0..(v0 + NOISE_TILE_PX).min(view.height)).step_by(NOISE_STRIDE_PX) {
+                    let columns = (u0..(u0 + NOISE_TILE_PX).min(view.width)).step_by(NOISE_STRIDE_PX);
+                    differences.extend(columns.filter_map(|u| difference(u, v)).map(i32::abs));
+                }
+                sigmas.push(finish(u0, v0, sigma_of(&mut differences)));
             }
         }
         Self { sigmas, tiles_across }
@@ -39,17 +74,7 @@ impl NoiseMap {
     }
 }
 
-fn gather<T: Level>(view: &View<T>, u0: usize, v0: usize, differences: &mut Vec<i32>) {
-    differences.clear();
-    let (u1, v1) = ((u0 + NOISE_TILE_PX).min(view.width), (v0 + NOISE_TILE_PX).min(view.height));
-    for v in (v0..v1.saturating_sub(2)).step_by(NOISE_STRIDE_PX) {
-        let (near, far) = (&view.row(v)[u0..u1], &view.row(v + 2)[u0..u1]);
-        let pairs = near.iter().zip(far).step_by(NOISE_STRIDE_PX);
-        differences.extend(pairs.map(|(a, b)| (a.int() - b.int()).abs()));
-    }
-}
-
-/// Standard deviation of one pixel from absolute differences of two: the root mean square of those below
+/// Standard deviation of differences from their absolute values: the root mean square of those below
 /// three times the median (at 2.02 σ for a Gaussian), which a line in the tile hardly touches.
 fn sigma_of(differences: &mut [i32]) -> f32 {
     /// Root mean square of a unit Gaussian cut at 3 · 0.6745 σ.
@@ -64,5 +89,5 @@ fn sigma_of(differences: &mut [i32]) -> f32 {
         .iter()
         .filter(|&&d| d <= cut)
         .fold((0.0f32, 0.0f32), |(sum, n), &d| (sum + (d as f32) * (d as f32), n + 1.0));
-    (sum / n.max(1.0) / 2.0).sqrt() / CUT_RMS
+    (sum / n.max(1.0)).sqrt() / CUT_RMS
 }
