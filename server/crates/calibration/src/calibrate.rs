@@ -1,14 +1,27 @@
-//! The procedure: camera, labels, light models, joint refinement, stage, report.
+//! The procedure: camera, labels, light models side by side, joint refinement, stage, report.
 
-use optics::Calibration;
+use nalgebra::{DMatrix, Vector2, Vector3};
+use optics::{
+    BoardFrame, CAMERA_PARAMETERS, Calibration, DepthRangeMm, LightModelKind, LightSurfaces, PointMm, StageAxis,
+};
 
-use crate::input::{CalibrationInput, CalibrationOptions};
-use crate::report::CalibrationReport;
+use crate::camera_fit::{CameraFit, fit_camera};
+use crate::cross_validation::cross_validate;
+use crate::error::CalibrationError;
+use crate::input::{BoardGeometry, CalibrationInput, CalibrationOptions, LightModelChoice};
+use crate::joint::{JointFit, fit_joint};
+use crate::laser_points::{LaserPoints, laser_points};
+use crate::light_fit::Scene;
+use crate::observation::{CornerObservation, CornerView};
+use crate::params::MIN_LASER_POSES;
+use crate::report::{CalibrationReport, CrossValidation};
+use crate::reporting::{camera_report, light_report, stage_section};
+use crate::stage_fit::stage_line;
 
 /// A calibration and what it says about itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationResult {
-    /// The calibrated station; `light` is empty planes for a camera-only calibration.
+    /// The calibrated station; `light` holds no planes for a camera-only calibration.
     pub calibration: Calibration,
     /// Residuals, covariance, cross-validation.
     pub report: CalibrationReport,
@@ -23,17 +36,10 @@ pub enum Stop {
     Cancel,
 }
 
-/// Why a calibration was refused.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum CalibrationError {
-    /// The caller asked to stop.
-    #[error("the calibration was cancelled")]
-    Cancelled,
-}
-
 /// Calibrates a station.
 ///
 /// `progress` is told the step in the operator's words and the fraction done, and may cancel.
+/// Without laser pictures the result is a camera (and stage) alone.
 ///
 /// # Errors
 /// [`CalibrationError`], which names what the data cannot determine.
@@ -42,6 +48,162 @@ pub fn calibrate(
     options: &CalibrationOptions,
     progress: &mut dyn FnMut(&str, f64) -> Stop,
 ) -> Result<CalibrationResult, CalibrationError> {
-    let _ = (input, options, progress);
-    Err(CalibrationError::Cancelled)
+    let mut step = |words: &str, done: f64| match progress(words, done) {
+        Stop::Continue => Ok(()),
+        Stop::Cancel => Err(CalibrationError::Cancelled),
+    };
+    check_orders(&input.projector.orders)?;
+    step("fitting the camera", 0.0)?;
+    let camera_fit = fit_camera(input.width_px, input.height_px, views(input), options.estimate_k3)?;
+    let n_laser_poses = input.poses.iter().filter(|pose| pose.centrelines.is_some()).count();
+    if n_laser_poses == 0 {
+        return Ok(camera_only(input, camera_fit));
+    }
+    if n_laser_poses < MIN_LASER_POSES {
+        return Err(CalibrationError::TooFewLaserPoses { needed: MIN_LASER_POSES, got: n_laser_poses });
+    }
+    step("finding the order of every line", 0.2)?;
+    let scene = Scene {
+        camera: &camera_fit.station.camera,
+        poses: &camera_fit.station.poses,
+        orders: &input.projector.orders,
+        sheet_wavelength_over_period: wavelength_over_period(input),
+    };
+    let points = laser_points(input, &scene)?;
+    step("comparing the light models on poses left out", 0.35)?;
+    let comparison = cross_validate(&scene, &points.observations);
+    let model = chosen(options.light_model, &comparison)?;
+    step("refining camera, boards, light and stage together", 0.7)?;
+    let joint = fit_joint(input, &camera_fit, &scene, &points, model)?;
+    step("writing the report", 0.95)?;
+    Ok(finish(input, &camera_fit, points, comparison, joint))
+}
+
+fn check_orders(orders: &[i8]) -> Result<(), CalibrationError> {
+    let rising = orders.windows(2).all(|pair| pair[0] < pair[1]);
+    let falling = orders.windows(2).all(|pair| pair[0] > pair[1]);
+    if orders.is_empty() || !(rising || falling) {
+        return Err(CalibrationError::OrdersUnsorted { orders: orders.to_vec() });
+    }
+    Ok(())
+}
+
+/// λ/d_g from the data sheets: nm × lines/mm.
+pub fn wavelength_over_period(input: &CalibrationInput) -> f64 {
+    input.projector.wavelength_nm * 1e-6 * input.projector.grating_lines_per_mm
+}
+
+/// One view per picture, poses first; view i is block i.
+fn views(input: &CalibrationInput) -> Vec<CornerView> {
+    let at_rest = input.poses.iter().map(|pose| (&pose.corners, 0.0));
+    let carried = input.stage_views.iter().map(|view| (&view.corners, view.position_mm));
+    at_rest
+        .chain(carried)
+        .enumerate()
+        .map(|(block, (corners, travel_mm))| CornerView {
+            block,
+            travel_mm,
+            corners: corners
+                .corners
+                .iter()
+                .map(|corner| CornerObservation {
+                    board_mm: Vector3::new(corner.column as f64, corner.row as f64, 0.0) * input.board.square_mm,
+                    pixel: Vector2::new(corner.u_px, corner.v_px),
+                    sigma_px: corner.sigma_px,
+                })
+                .collect(),
+        })
+        .collect()
+}
+
+/// Middle of the corners on the board, mm.
+pub fn board_centre_mm(board: &BoardGeometry) -> Vector3<f64> {
+    Vector3::new(board.inner_columns as f64 - 1.0, board.inner_rows as f64 - 1.0, 0.0) * (board.square_mm / 2.0)
+}
+
+fn chosen(choice: LightModelChoice, comparison: &CrossValidation) -> Result<LightModelKind, CalibrationError> {
+    let kind = match choice {
+        LightModelChoice::Auto => comparison.recommended,
+        LightModelChoice::Fixed(kind) => kind,
+    };
+    match comparison.scores.iter().find(|score| score.model == kind).and_then(|score| score.failure.clone()) {
+        Some(reason) => Err(CalibrationError::LightModel { model: kind.name(), reason }),
+        None => Ok(kind),
+    }
+}
+
+fn camera_only(input: &CalibrationInput, fit: CameraFit) -> CalibrationResult {
+    let n_poses = input.poses.len();
+    let positions: Vec<f64> = input.stage_views.iter().map(|view| view.position_mm).collect();
+    let line = stage_line(&fit.station.poses[n_poses..], &positions, &board_centre_mm(&input.board));
+    let light = LightSurfaces::Planes(Vec::new());
+    let n = CAMERA_PARAMETERS + if line.is_some() { 3 } else { 0 };
+    let mut covariance = DMatrix::zeros(n, n);
+    covariance.view_mut((0, 0), (CAMERA_PARAMETERS, CAMERA_PARAMETERS)).copy_from(&fit.covariance);
+    if let Some(line) = &line {
+        covariance.view_mut((CAMERA_PARAMETERS, CAMERA_PARAMETERS), (3, 3)).copy_from(&line.covariance);
+    }
+    let calibration = Calibration {
+        id: String::new(),
+        camera: fit.station.camera,
+        orders: input.projector.orders.clone(),
+        light,
+        stage: line.as_ref().map(|line| StageAxis { direction: line.direction }),
+        depth_range_mm: board_depths(input, &fit),
+        covariance,
+    };
+    let report = CalibrationReport {
+        camera: camera_report(input, &fit, &fit.station, &fit.views, &fit.covariance),
+        light: None,
+        cross_validation: None,
+        stage: line.as_ref().map(|line| crate::stage_fit::stage_report(line, &line.direction, &line.covariance)),
+        warnings: vec!["no laser pictures: camera and stage alone were calibrated".to_owned()],
+    };
+    CalibrationResult { calibration, report }
+}
+
+/// Depths of all board corners at rest.
+fn board_depths(input: &CalibrationInput, fit: &CameraFit) -> DepthRangeMm {
+    let mut range = DepthRangeMm { near_mm: f64::INFINITY, far_mm: 0.0 };
+    let used = if input.poses.is_empty() { &fit.views[..] } else { &fit.views[..input.poses.len()] };
+    for view in used {
+        for corner in &view.corners {
+            let seen = fit.station.pose_of(view) * PointMm::<BoardFrame>::new(corner.board_mm);
+            range.near_mm = range.near_mm.min(seen.xyz.z);
+            range.far_mm = range.far_mm.max(seen.xyz.z);
+        }
+    }
+    range
+}
+
+fn finish(
+    input: &CalibrationInput,
+    camera_fit: &CameraFit,
+    points: LaserPoints,
+    comparison: CrossValidation,
+    joint: JointFit,
+) -> CalibrationResult {
+    let light = joint.station.light.clone().unwrap_or(LightSurfaces::Planes(Vec::new()));
+    let calibration = Calibration {
+        id: String::new(),
+        camera: joint.station.camera,
+        orders: input.projector.orders.clone(),
+        light,
+        stage: joint.station.stage.map(|direction| StageAxis { direction }),
+        depth_range_mm: points.depth_range_mm,
+        covariance: joint.covariance.clone(),
+    };
+    let n = CAMERA_PARAMETERS;
+    let camera_covariance = joint.covariance.view((0, 0), (n, n)).into_owned();
+    let stage = stage_section(&joint);
+    let mut warnings = joint.warnings.clone();
+    warnings.extend(points.warnings.iter().cloned());
+    let report = CalibrationReport {
+        camera: camera_report(input, camera_fit, &joint.station, &joint.views, &camera_covariance),
+        light: Some(light_report(input, &calibration, &joint, &points)),
+        cross_validation: Some(comparison),
+        stage,
+        warnings,
+    };
+    CalibrationResult { calibration, report }
 }

@@ -81,4 +81,6 @@ pub enum LightModelChoice {
 pub struct CalibrationOptions {
     /// Which light model goes into the result.
     pub light_model: LightModelChoice,
+    /// Whether k3 is estimated (`true`), held at zero (`false`), or decided by its significance (`None`).
+    pub estimate_k3: Option<bool>,
 }

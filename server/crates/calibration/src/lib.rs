@@ -4,12 +4,36 @@
 //! `server/docs/maths/calibration.md`.
 
 pub mod calibrate;
-pub mod document;
+pub mod error;
 pub mod input;
 pub mod report;
 
-pub use calibrate::{CalibrationError, CalibrationResult, Stop, calibrate};
-pub use document::{CalibrationDocument, DocumentError};
+pub mod camera_fit;
+mod first_sheets;
+mod homography;
+mod zhang;
+
+mod board_lines;
+mod laser_points;
+pub mod light_fit;
+
+pub mod bundle;
+mod cross_validation;
+mod joint;
+pub mod normal;
+pub mod observation;
+pub mod prior;
+pub mod solver;
+mod stage_fit;
+
+pub mod document;
+mod document_report;
+mod params;
+mod reporting;
+
+pub use calibrate::{CalibrationResult, Stop, calibrate};
+pub use document::{CalibrationDocument, CalibrationText, DocumentError, InputHash};
+pub use error::CalibrationError;
 pub use input::{
     BoardGeometry, CalibrationInput, CalibrationOptions, LightModelChoice, PoseInput, ProjectorSheet,
     StageViewInput,

@@ -1,0 +1,299 @@
+//! The joint bundle adjustment: camera, light sheets, stage and board poses against all pixels at once
+//! (`docs/maths/calibration.md`, eq. 1–4).
+
+use nalgebra::{Vector2, Vector3, Vector6};
+use optics::{BoardFrame, CAMERA_PARAMETERS, Camera, CameraFrame, LightSurfaces, Rigid};
+use rayon::prelude::*;
+
+use crate::normal::{ArrowNormal, BlockNormal};
+use crate::observation::{CornerView, LaserObservation, huber};
+use crate::params::{CORNER_HUBER_SIGMAS, LASER_HUBER_SIGMAS};
+use crate::prior::Priors;
+use crate::solver::Problem;
+
+/// Board pose: takes board points to the camera frame.
+pub type BoardPose = Rigid<CameraFrame, BoardFrame>;
+
+/// Everything that is estimated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Station {
+    /// Intrinsics and distortion.
+    pub camera: Camera,
+    /// Light sheets; `None` while only the camera is fitted.
+    pub light: Option<LightSurfaces>,
+    /// Stage travel per mm; `None` while stage views are free poses.
+    pub stage: Option<Vector3<f64>>,
+    /// One pose per block.
+    pub poses: Vec<BoardPose>,
+}
+
+impl Station {
+    /// Number of light parameters.
+    pub fn light_parameters(&self) -> usize {
+        self.light.as_ref().map_or(0, LightSurfaces::parameters)
+    }
+
+    /// Number of global parameters: camera, light, stage.
+    pub fn globals(&self) -> usize {
+        CAMERA_PARAMETERS + self.light_parameters() + if self.stage.is_some() { 3 } else { 0 }
+    }
+
+    /// The pose of a view: its block's, moved by the stage.
+    pub fn pose_of(&self, view: &CornerView) -> BoardPose {
+        let pose = self.poses[view.block];
+        let travel = self.stage.map_or(Vector3::zeros(), |stage| stage * view.travel_mm);
+        Rigid::new(pose.rotation, pose.translation_mm + travel)
+    }
+}
+
+/// The observations and which parameters may move.
+pub struct Bundle {
+    /// Pictures of the board.
+    pub views: Vec<CornerView>,
+    /// Laser points, in any order.
+    pub laser: Vec<LaserObservation>,
+    /// Which globals are estimated.
+    pub free: Vec<bool>,
+    /// Whether the board poses are estimated.
+    pub free_poses: bool,
+    /// Weak knowledge from data sheets.
+    pub priors: Priors,
+    /// Laser points of each block, indices into `laser`.
+    laser_of_block: Vec<Vec<usize>>,
+    /// Views of each block, indices into `views`.
+    views_of_block: Vec<Vec<usize>>,
+}
+
+/// A laser residual with what its derivatives need.
+#[derive(Debug, Clone, Copy)]
+pub struct SheetResidual {
+    /// Distance of the observed point from the predicted curve in the image, px.
+    pub residual_px: f64,
+    /// The same along the camera ray: board depth − sheet depth, mm.
+    pub depth_error_mm: f64,
+    /// Unit gradient of the residual by (u, v).
+    pub direction: Vector2<f64>,
+    /// d(residual) / d(translation, rotation of the board).
+    pub by_pose: [f64; 6],
+    /// Factor from the sheet's motion along its normal (mm) to the residual (px).
+    pub by_sheet_motion: f64,
+    /// Ideal normalised coordinates of the pixel.
+    pub ideal: Vector2<f64>,
+    /// The sheet where the camera ray meets it.
+    pub hit: optics::SurfaceHit,
+}
+
+impl Bundle {
+    /// A bundle over `n_blocks` poses.
+    pub fn new(
+        views: Vec<CornerView>,
+        laser: Vec<LaserObservation>,
+        free: Vec<bool>,
+        free_poses: bool,
+        priors: Priors,
+        n_blocks: usize,
+    ) -> Self {
+        let mut laser_of_block = vec![Vec::new(); n_blocks];
+        for (idx, point) in laser.iter().enumerate() {
+            laser_of_block[point.block].push(idx);
+        }
+        let mut views_of_block = vec![Vec::new(); n_blocks];
+        for (idx, view) in views.iter().enumerate() {
+            views_of_block[view.block].push(idx);
+        }
+        Self { views, laser, free, free_poses, priors, laser_of_block, views_of_block }
+    }
+
+    fn add_corners(&self, station: &Station, view: &CornerView, sums: &mut BlockNormal) {
+        let pose = station.pose_of(view);
+        let stage_start = CAMERA_PARAMETERS + station.light_parameters();
+        for corner in &view.corners {
+            let arm = pose.rotation * corner.board_mm;
+            let Some(seen) = station.camera.project_with_jacobian(&(arm + pose.translation_mm)) else {
+                sums.cost = f64::INFINITY;
+                return;
+            };
+            let error = seen.pixel - corner.pixel;
+            let (rho, robust) = huber(error.norm() / corner.sigma_px, CORNER_HUBER_SIGMAS);
+            sums.cost += rho;
+            let weight = robust / (corner.sigma_px * corner.sigma_px);
+            for axis in 0..2 {
+                let by_point = seen.by_point.row(axis).transpose();
+                let by_turn = arm.cross(&by_point);
+                let by_pose = if self.free_poses { pose_row(&by_point, &by_turn) } else { [0.0; 6] };
+                let by_camera: [f64; CAMERA_PARAMETERS] = std::array::from_fn(|i| seen.by_camera[(axis, i)]);
+                let by_stage = by_point * view.travel_mm;
+                let runs: [(usize, &[f64]); 2] = [(0, &by_camera), (stage_start, by_stage.as_slice())];
+                let used = if station.stage.is_some() && view.travel_mm != 0.0 { 2 } else { 1 };
+                sums.add(&runs[..used], &by_pose, error[axis], weight);
+            }
+        }
+    }
+
+    fn add_laser(&self, station: &Station, light: &LightSurfaces, block: usize, sums: &mut BlockNormal) {
+        let mut phi_guess = None;
+        for &idx in &self.laser_of_block[block] {
+            let point = &self.laser[idx];
+            let Some(sheet) = sheet_residual(&station.camera, light, &station.poses[block], point, phi_guess)
+            else {
+                sums.cost += LOST_POINT_COST;
+                phi_guess = None;
+                continue;
+            };
+            phi_guess = Some(sheet.hit.phi_rad);
+            let (rho, robust) = huber(sheet.residual_px.abs() / point.sigma_px, LASER_HUBER_SIGMAS);
+            sums.cost += rho * point.independence;
+            let weight = robust * point.independence / (point.sigma_px * point.sigma_px);
+            let by_camera = by_camera(&station.camera, &sheet);
+            let ray = sheet.ideal.push(1.0);
+            let Some(motion) = light.normal_motion_by_parameters(point.order, &ray, &sheet.hit) else { continue };
+            let by_light: Vec<f64> = motion.iter().map(|m| m * sheet.by_sheet_motion).collect();
+            let by_pose = if self.free_poses { sheet.by_pose } else { [0.0; 6] };
+            sums.add(&[(0, &by_camera), (CAMERA_PARAMETERS, &by_light)], &by_pose, sheet.residual_px, weight);
+        }
+    }
+
+    fn block_sums(&self, station: &Station, block: usize) -> BlockNormal {
+        let mut sums = BlockNormal::zeros(station.globals());
+        for &view in &self.views_of_block[block] {
+            self.add_corners(station, &self.views[view], &mut sums);
+        }
+        if let Some(light) = &station.light {
+            self.add_laser(station, light, block, &mut sums);
+        }
+        if !self.free_poses {
+            sums.bb.fill_diagonal(1.0);
+        }
+        sums
+    }
+}
+
+/// Cost of a laser point whose ray misses its sheet: as bad as an outlier of thirty σ, so that no step gains by it.
+const LOST_POINT_COST: f64 = 30.0 * LASER_HUBER_SIGMAS;
+
+impl Problem for Bundle {
+    type State = Station;
+
+    fn linearise(&self, station: &Station) -> ArrowNormal {
+        let blocks: Vec<BlockNormal> =
+            (0..station.poses.len()).into_par_iter().map(|block| self.block_sums(station, block)).collect();
+        let mut priors = BlockNormal::zeros(station.globals());
+        self.priors.add_to(station, &mut priors);
+        ArrowNormal::new(priors, blocks, &self.free)
+    }
+
+    fn cost(&self, station: &Station) -> f64 {
+        let costs: Vec<f64> = (0..station.poses.len())
+            .into_par_iter()
+            .map(|block| {
+                let corners: f64 = self.views_of_block[block]
+                    .iter()
+                    .map(|&view| self.corner_cost(station, &self.views[view]))
+                    .sum();
+                corners + self.laser_cost(station, block)
+            })
+            .collect();
+        costs.iter().sum::<f64>() + self.priors.cost(station)
+    }
+
+    fn stepped(&self, station: &Station, globals: &[f64], blocks: &[Vector6<f64>]) -> Station {
+        let mut parameters = station.camera.parameters();
+        for (value, step) in parameters.iter_mut().zip(globals) {
+            *value += step;
+        }
+        let light_end = CAMERA_PARAMETERS + station.light_parameters();
+        let poses = station.poses.iter().zip(blocks).map(|(pose, step)| pose.stepped(&(*step).into())).collect();
+        Station {
+            camera: station.camera.with_parameters(&parameters),
+            light: station.light.as_ref().map(|light| light.stepped(&globals[CAMERA_PARAMETERS..light_end])),
+            stage: station
+                .stage
+                .map(|stage| stage + Vector3::from_column_slice(&globals[light_end..light_end + 3])),
+            poses: if self.free_poses { poses } else { station.poses.clone() },
+        }
+    }
+}
+
+impl Bundle {
+    fn corner_cost(&self, station: &Station, view: &CornerView) -> f64 {
+        let pose = station.pose_of(view);
+        view.corners
+            .iter()
+            .map(|corner| {
+                let point = pose.rotation * corner.board_mm + pose.translation_mm;
+                station.camera.project(&point).map_or(f64::INFINITY, |pixel| {
+                    huber((pixel - corner.pixel).norm() / corner.sigma_px, CORNER_HUBER_SIGMAS).0
+                })
+            })
+            .sum()
+    }
+
+    fn laser_cost(&self, station: &Station, block: usize) -> f64 {
+        let Some(light) = &station.light else { return 0.0 };
+        let mut phi_guess = None;
+        let mut cost = 0.0;
+        for &idx in &self.laser_of_block[block] {
+            let point = &self.laser[idx];
+            let sheet = sheet_residual(&station.camera, light, &station.poses[block], point, phi_guess);
+            phi_guess = sheet.map(|s| s.hit.phi_rad);
+            cost += sheet.map_or(LOST_POINT_COST, |s| {
+                huber(s.residual_px.abs() / point.sigma_px, LASER_HUBER_SIGMAS).0 * point.independence
+            });
+        }
+        cost
+    }
+}
+
+fn pose_row(by_point: &Vector3<f64>, by_turn: &Vector3<f64>) -> [f64; 6] {
+    [by_point.x, by_point.y, by_point.z, by_turn.x, by_turn.y, by_turn.z]
+}
+
+/// d(residual) / d(camera): the camera's parameters act through the pixel, r(u, v), alone.
+fn by_camera(camera: &Camera, sheet: &SheetResidual) -> [f64; CAMERA_PARAMETERS] {
+    let pixel_by_camera = camera.pixel_by_camera(&sheet.ideal, &camera.distort(&sheet.ideal));
+    let row = -(sheet.direction.transpose() * pixel_by_camera);
+    std::array::from_fn(|i| row[i])
+}
+
+/// First-order distance in the image between an observed laser point and the curve in which the sheet of its order
+/// cuts the board: (board depth − sheet depth) over the length of its gradient by (u, v).
+///
+/// `None` where the ray misses the board or the sheet.
+pub fn sheet_residual(
+    camera: &Camera,
+    light: &LightSurfaces,
+    pose: &BoardPose,
+    point: &LaserObservation,
+    phi_guess_rad: Option<f64>,
+) -> Option<SheetResidual> {
+    let ray = camera.ray_from_pixel(&point.pixel)?;
+    let board_normal = pose.axes().column(2).into_owned();
+    let board_steepness = board_normal.dot(&ray);
+    let board_depth = board_normal.dot(&pose.translation_mm) / board_steepness;
+    if !(board_depth.is_finite() && board_depth > 0.0) {
+        return None;
+    }
+    let hit = light.hit(point.order, &ray, phi_guess_rad).or_else(|| light.hit(point.order, &ray, None))?;
+    let sheet_steepness = hit.normal.dot(&ray);
+    let depth_error_mm = board_depth - hit.depth_mm;
+    let by_ray =
+        hit.normal.xy() * (hit.depth_mm / sheet_steepness) - board_normal.xy() * (board_depth / board_steepness);
+    let by_pixel = camera.pixel_by_ideal(&ray.xy()).try_inverse()?.transpose() * by_ray;
+    let gradient = by_pixel.norm();
+    if !(gradient.is_finite() && gradient > 0.0) {
+        return None;
+    }
+    let to_px = 1.0 / gradient;
+    let by_translation = board_normal * (to_px / board_steepness);
+    let lever = pose.translation_mm - ray * board_depth;
+    let by_turn = board_normal.cross(&lever) * (to_px / board_steepness);
+    Some(SheetResidual {
+        residual_px: depth_error_mm * to_px,
+        depth_error_mm,
+        direction: by_pixel * to_px,
+        by_pose: pose_row(&by_translation, &by_turn),
+        by_sheet_motion: -to_px / sheet_steepness,
+        ideal: ray.xy(),
+        hit,
+    })
+}

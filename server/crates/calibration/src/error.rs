@@ -1,0 +1,112 @@
+//! Why a calibration is refused, each with what to do about it.
+
+/// Why a calibration was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CalibrationError {
+    /// The caller asked to stop.
+    #[error("the calibration was cancelled")]
+    Cancelled,
+    /// Fewer pictures of the board than the camera needs.
+    #[error(
+        "the camera needs {needed} pictures of the board, got {got}: add poses of the board with different tilts"
+    )]
+    TooFewViews {
+        /// Pictures needed.
+        needed: usize,
+        /// Pictures given.
+        got: usize,
+    },
+    /// Fewer poses with laser light than the light sheets need.
+    #[error(
+        "the light sheets need {needed} board poses with laser light, got {got}: add poses at other depths and tilts"
+    )]
+    TooFewLaserPoses {
+        /// Poses needed.
+        needed: usize,
+        /// Poses given.
+        got: usize,
+    },
+    /// The boards are all parallel: focal length and distance cannot be told apart.
+    #[error(
+        "the focal length is unobservable: all boards are parallel within {spread_deg:.1}°, {needed_deg:.1}° are needed; \
+         tilt the board by 15–30° about both of its axes between poses"
+    )]
+    BoardsParallel {
+        /// Largest angle between two boards.
+        spread_deg: f64,
+        /// Angle needed.
+        needed_deg: f64,
+    },
+    /// The focal length has too large a σ.
+    #[error(
+        "the focal length is unobservable: {focal_px:.0} ± {sigma_px:.0} px; \
+         add poses with the board tilted by 15–30° about both of its axes and filling the image"
+    )]
+    FocalUnobservable {
+        /// Estimate.
+        focal_px: f64,
+        /// Its σ.
+        sigma_px: f64,
+    },
+    /// The corner positions do not fit any camera.
+    #[error(
+        "the camera is unobservable: the board's corners fit no pinhole camera; check the board's size in the capture"
+    )]
+    CameraUnobservable,
+    /// A laser picture without any line on the board.
+    #[error("{pose}: no laser line was found on the board; check exposure and laser, or remove the pose")]
+    NoLine {
+        /// The picture.
+        pose: String,
+    },
+    /// The orders of the data sheet are not in order.
+    #[error(
+        "the orders {orders:?} are not strictly rising or falling; list them from the top (left) of the image"
+    )]
+    OrdersUnsorted {
+        /// As given.
+        orders: Vec<i8>,
+    },
+    /// No picture shows all lines side by side, so no line can be told its order.
+    #[error(
+        "the orders are unobservable: no laser picture shows all {needed} lines side by side in enough columns \
+         (most seen at once: {seen}); check the listed orders, or take poses that show them all"
+    )]
+    OrdersUnobservable {
+        /// Lines listed.
+        needed: usize,
+        /// Most lines seen side by side in one picture.
+        seen: usize,
+    },
+    /// An order was never seen with certainty.
+    #[error(
+        "order {order} is unobservable: it was seen on {got} boards, {needed} are needed; add poses in which it falls on the board"
+    )]
+    OrderUnseen {
+        /// The order.
+        order: i8,
+        /// Boards it was seen on.
+        got: usize,
+        /// Boards needed.
+        needed: usize,
+    },
+    /// All boards at the same depth.
+    #[error(
+        "the direction of the light sheets is unobservable: along the lines the boards' depths span {span_mm:.1} mm, \
+         {needed_mm:.1} mm are needed; move the board nearer and farther between poses"
+    )]
+    NoDepthRange {
+        /// Range seen.
+        span_mm: f64,
+        /// Range needed.
+        needed_mm: f64,
+    },
+    /// The chosen light model does not fit, with the reason.
+    #[error("the light model `{model}` cannot be fitted: {reason}")]
+    LightModel {
+        /// The model's name.
+        model: &'static str,
+        /// Why, in words.
+        reason: String,
+    },
+}

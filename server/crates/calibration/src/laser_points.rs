@@ -1,0 +1,149 @@
+//! From the centrelines of all laser pictures to labelled, cleaned observations.
+
+use optics::{DepthRangeMm, LightModelKind, LightSurfaces};
+
+use crate::board_lines::{BoardPiece, label_by_prediction, observations, picture_lines};
+use crate::bundle::sheet_residual;
+use crate::error::CalibrationError;
+use crate::input::CalibrationInput;
+use crate::light_fit::{Scene, fit_light, lit_points};
+use crate::observation::{LaserObservation, huber};
+use crate::params::{
+    DEPTH_RANGE_MARGIN, LASER_HUBER_SIGMAS, LASER_REJECT_SIGMAS, MIN_LASER_POSES, MIN_LINE_COLUMNS,
+    MIN_RELATIVE_DEPTH_SPAN, POINTS_PER_CORRELATION,
+};
+use crate::report::Rejections;
+
+/// What the light fits are made from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaserPoints {
+    /// Labelled points with σ scaled to what their residuals show.
+    pub observations: Vec<LaserObservation>,
+    /// Points left out, by reason.
+    pub rejections: Rejections,
+    /// Outliers per (block, order).
+    pub outliers: Vec<(usize, i8)>,
+    /// Depths the lines have been seen at, with a margin.
+    pub depth_range_mm: DepthRangeMm,
+    /// Oddities in words.
+    pub warnings: Vec<String>,
+}
+
+/// Finds, labels and cleans the laser points of all poses.
+///
+/// # Errors
+/// A picture without lines, orders that cannot be told, boards without depth range.
+pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoints, CalibrationError> {
+    let mut rejections = Rejections::default();
+    let mut pieces: Vec<BoardPiece> = Vec::new();
+    let (mut most_side_by_side, mut correlation_px) = (0, 1.0_f64);
+    for (block, pose) in input.poses.iter().enumerate() {
+        let Some(centrelines) = &pose.centrelines else { continue };
+        let lines = picture_lines(
+            block,
+            centrelines,
+            scene.camera,
+            &scene.poses[block],
+            &input.board,
+            scene.orders,
+            input.projector.line_direction,
+        );
+        if lines.pieces.iter().map(|piece| piece.points.len()).sum::<usize>() < MIN_LINE_COLUMNS {
+            return Err(CalibrationError::NoLine { pose: pose.name.clone() });
+        }
+        rejections.off_board += lines.rejections.off_board;
+        rejections.square_edge += lines.rejections.square_edge;
+        most_side_by_side = most_side_by_side.max(lines.most_side_by_side);
+        correlation_px = correlation_px.max(lines.correlation_px);
+        pieces.extend(lines.pieces);
+    }
+    let spacing = (correlation_px / POINTS_PER_CORRELATION).round().max(1.0) as usize;
+    let ranked = observations(&pieces, spacing, correlation_px);
+    check_seen(scene, &ranked, most_side_by_side)?;
+    let kind = if scene.orders.len() >= 3 { LightModelKind::Grating } else { LightModelKind::Planes };
+    let light = fit_light(scene, &ranked, kind, None)?;
+    label_by_prediction(&mut pieces, scene.camera, scene.poses, &light, scene.orders);
+    rejections.unlabelled = pieces.iter().filter(|p| p.order.is_none()).map(|p| p.points.len()).sum();
+    let labelled = observations(&pieces, spacing, correlation_px);
+    check_seen(scene, &labelled, most_side_by_side)?;
+    let light = fit_light(scene, &labelled, kind, Some(&light))?;
+    let (observations, outliers) = without_outliers(scene, &light, labelled);
+    rejections.outlier = outliers.len();
+    let depth_range_mm = depth_range(scene, &observations)?;
+    Ok(LaserPoints { observations, rejections, outliers, depth_range_mm, warnings: Vec::new() })
+}
+
+/// Every order must have been seen with certainty on enough boards.
+fn check_seen(
+    scene: &Scene,
+    laser: &[LaserObservation],
+    most_side_by_side: usize,
+) -> Result<(), CalibrationError> {
+    if laser.is_empty() {
+        return Err(CalibrationError::OrdersUnobservable { needed: scene.orders.len(), seen: most_side_by_side });
+    }
+    for &order in scene.orders {
+        let mut blocks: Vec<usize> = laser.iter().filter(|p| p.order == order).map(|p| p.block).collect();
+        blocks.dedup();
+        if blocks.len() < MIN_LASER_POSES {
+            return Err(CalibrationError::OrderUnseen { order, got: blocks.len(), needed: MIN_LASER_POSES });
+        }
+    }
+    Ok(())
+}
+
+/// Scales σ to the residuals' scatter, then drops what is too far off.
+fn without_outliers(
+    scene: &Scene,
+    light: &LightSurfaces,
+    mut laser: Vec<LaserObservation>,
+) -> (Vec<LaserObservation>, Vec<(usize, i8)>) {
+    let z_of = |p: &LaserObservation| {
+        sheet_residual(scene.camera, light, &scene.poses[p.block], p, None)
+            .map_or(f64::INFINITY, |sheet| sheet.residual_px.abs() / p.sigma_px)
+    };
+    let z: Vec<f64> = laser.iter().map(z_of).collect();
+    let scale = robust_scale(&z);
+    for point in &mut laser {
+        point.sigma_px *= scale;
+    }
+    let mut outliers = Vec::new();
+    let mut kept = Vec::with_capacity(laser.len());
+    for (point, z) in laser.into_iter().zip(z) {
+        if z / scale <= LASER_REJECT_SIGMAS {
+            kept.push(point);
+        } else {
+            outliers.push((point.block, point.order));
+        }
+    }
+    (kept, outliers)
+}
+
+/// RMS of |z| with Huber weights around the current scale.
+fn robust_scale(z: &[f64]) -> f64 {
+    let mut sorted: Vec<f64> = z.iter().copied().filter(|z| z.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    // 1.4826 turns the median of |z| of a Gaussian into its σ.
+    let mut scale = sorted.get(sorted.len() / 2).map_or(1.0, |median| 1.4826 * median);
+    for _ in 0..10 {
+        let sum: f64 = sorted.iter().map(|z| huber(z / scale, LASER_HUBER_SIGMAS).1 * z * z).sum();
+        scale = (sum / sorted.len().max(1) as f64).sqrt();
+    }
+    if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
+}
+
+/// Depths of the lit points with a margin; refuses boards that are all at one depth.
+fn depth_range(scene: &Scene, laser: &[LaserObservation]) -> Result<DepthRangeMm, CalibrationError> {
+    let mut depths: Vec<f64> = lit_points(scene, laser).iter().map(|p| p.hit_in_camera.z).collect();
+    depths.sort_by(f64::total_cmp);
+    let (near, far) = match (depths.first(), depths.last()) {
+        (Some(near), Some(far)) => (*near, *far),
+        _ => (0.0, 0.0),
+    };
+    let (span_mm, needed_mm) = (far - near, MIN_RELATIVE_DEPTH_SPAN * far);
+    if span_mm < needed_mm {
+        return Err(CalibrationError::NoDepthRange { span_mm, needed_mm });
+    }
+    let margin = DEPTH_RANGE_MARGIN * span_mm;
+    Ok(DepthRangeMm { near_mm: near - margin, far_mm: far + margin })
+}

@@ -1,0 +1,181 @@
+//! Normal equations with the arrow shape of bundle adjustment: a few global parameters that every residual may
+//! touch, and blocks of six (poses) that never meet each other (`docs/maths/calibration.md`, eq. 5–8).
+
+use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
+
+/// Sums over the residuals of one block.
+#[derive(Debug, Clone)]
+pub struct BlockNormal {
+    /// Global–global, upper triangle filled.
+    pub gg: DMatrix<f64>,
+    /// Global–block, globals × 6.
+    pub gb: DMatrix<f64>,
+    /// Block–block, upper triangle filled.
+    pub bb: Matrix6<f64>,
+    /// Gradient, global part.
+    pub g: DVector<f64>,
+    /// Gradient, block part.
+    pub b: Vector6<f64>,
+    /// Robust cost: half the sum of ρ.
+    pub cost: f64,
+}
+
+impl BlockNormal {
+    /// Empty sums for `globals` global parameters.
+    pub fn zeros(globals: usize) -> Self {
+        Self {
+            gg: DMatrix::zeros(globals, globals),
+            gb: DMatrix::zeros(globals, 6),
+            bb: Matrix6::zeros(),
+            g: DVector::zeros(globals),
+            b: Vector6::zeros(),
+            cost: 0.0,
+        }
+    }
+
+    /// Adds one residual with its derivatives. `globals` holds (first index, derivatives) runs; `weight` is 1/σ²
+    /// times the robust weight.
+    pub fn add(&mut self, globals: &[(usize, &[f64])], block: &[f64; 6], residual: f64, weight: f64) {
+        for (run_idx, (start, run)) in globals.iter().enumerate() {
+            for (i, ji) in run.iter().enumerate() {
+                let row = start + i;
+                let weighted = weight * ji;
+                self.g[row] += weighted * residual;
+                for (column, jb) in block.iter().enumerate() {
+                    self.gb[(row, column)] += weighted * jb;
+                }
+                for (j, jj) in run.iter().enumerate().skip(i) {
+                    self.gg[(row, start + j)] += weighted * jj;
+                }
+                for (later_start, later) in &globals[run_idx + 1..] {
+                    for (j, jj) in later.iter().enumerate() {
+                        self.gg[(row, later_start + j)] += weighted * jj;
+                    }
+                }
+            }
+        }
+        for i in 0..6 {
+            let weighted = weight * block[i];
+            self.b[i] += weighted * residual;
+            for j in i..6 {
+                self.bb[(i, j)] += weighted * block[j];
+            }
+        }
+    }
+
+    fn mirror(&mut self) {
+        self.gg.fill_lower_triangle_with_upper_triangle();
+        self.bb.fill_lower_triangle_with_upper_triangle();
+    }
+}
+
+/// The whole system: global sums and one entry per block.
+#[derive(Debug, Clone)]
+pub struct ArrowNormal {
+    globals: BlockNormal,
+    blocks: Vec<BlockNormal>,
+}
+
+/// A step of all parameters.
+#[derive(Debug, Clone)]
+pub struct ArrowStep {
+    /// Global part.
+    pub globals: DVector<f64>,
+    /// One entry per block.
+    pub blocks: Vec<Vector6<f64>>,
+}
+
+impl ArrowNormal {
+    /// Collects the sums of all blocks and of the priors (a block whose `bb` and `gb` stay empty).
+    /// Parameters with `free[i] == false` are taken out of the system.
+    pub fn new(priors: BlockNormal, blocks: Vec<BlockNormal>, free: &[bool]) -> Self {
+        let mut system = Self { globals: priors, blocks };
+        for block in &mut system.blocks {
+            block.mirror();
+            let gg = std::mem::replace(&mut block.gg, DMatrix::zeros(0, 0));
+            system.globals.gg += gg.upper_triangle();
+            system.globals.g += &block.g;
+            system.globals.cost += block.cost;
+            for (idx, is_free) in free.iter().enumerate() {
+                if !is_free {
+                    block.gb.row_mut(idx).fill(0.0);
+                }
+            }
+        }
+        system.globals.mirror();
+        for (idx, is_free) in free.iter().enumerate() {
+            if !is_free {
+                system.globals.gg.row_mut(idx).fill(0.0);
+                system.globals.gg.column_mut(idx).fill(0.0);
+                system.globals.gg[(idx, idx)] = 1.0;
+                system.globals.g[idx] = 0.0;
+            }
+        }
+        system
+    }
+
+    /// Half the robust sum of squares.
+    pub fn cost(&self) -> f64 {
+        self.globals.cost
+    }
+
+    /// The Gauss–Newton step damped by `damping` × diagonal; `None` if the system is singular.
+    pub fn solve(&self, damping: f64) -> Option<ArrowStep> {
+        let (reduced, inverses) = self.reduced(damping)?;
+        let mut right = self.globals.g.clone();
+        for (block, inverse) in self.blocks.iter().zip(&inverses) {
+            right -= &block.gb * (inverse * block.b);
+        }
+        let globals = -solve_scaled(&reduced, &right)?;
+        let blocks = self
+            .blocks
+            .iter()
+            .zip(&inverses)
+            .map(|(block, inverse)| {
+                let coupled = block.gb.tr_mul(&globals);
+                -(inverse * (block.b + coupled.fixed_rows::<6>(0)))
+            })
+            .collect();
+        Some(ArrowStep { globals, blocks })
+    }
+
+    /// Covariance of the globals with the blocks integrated out; `None` if something is unobservable.
+    /// Rows and columns of fixed parameters are zero.
+    pub fn global_covariance(&self, free: &[bool]) -> Option<DMatrix<f64>> {
+        let (reduced, _) = self.reduced(0.0)?;
+        let scale = reduced.diagonal().map(|d| 1.0 / d.sqrt());
+        let scaled =
+            DMatrix::from_fn(reduced.nrows(), reduced.ncols(), |i, j| reduced[(i, j)] * scale[i] * scale[j]);
+        let inverse = scaled.cholesky()?.inverse();
+        Some(DMatrix::from_fn(reduced.nrows(), reduced.ncols(), |i, j| {
+            if free[i] && free[j] { inverse[(i, j)] * scale[i] * scale[j] } else { 0.0 }
+        }))
+    }
+
+    fn reduced(&self, damping: f64) -> Option<(DMatrix<f64>, Vec<Matrix6<f64>>)> {
+        let mut reduced = self.globals.gg.clone();
+        for i in 0..reduced.nrows() {
+            reduced[(i, i)] *= 1.0 + damping;
+        }
+        let mut inverses = Vec::with_capacity(self.blocks.len());
+        for block in &self.blocks {
+            let mut bb = block.bb;
+            for i in 0..6 {
+                bb[(i, i)] *= 1.0 + damping;
+            }
+            let inverse = bb.cholesky()?.inverse();
+            reduced -= &block.gb * inverse * block.gb.transpose();
+            inverses.push(inverse);
+        }
+        Some((reduced, inverses))
+    }
+}
+
+/// Cholesky solution with the diagonal scaled to one, so that pixels, millimetres and radians mix safely.
+fn solve_scaled(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let scale = matrix.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { f64::NAN });
+    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+    let solution = scaled.cholesky()?.solve(&right.component_mul(&scale));
+    let solution = solution.component_mul(&scale);
+    solution.iter().all(|v| v.is_finite()).then_some(solution)
+}

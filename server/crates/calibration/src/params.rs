@@ -1,0 +1,115 @@
+//! Every constant of the calibration, with unit and reason.
+
+/// Pictures of the board needed for the camera: Zhang's closed form has two equations a view, five unknowns.
+pub const MIN_CAMERA_VIEWS: usize = 3;
+
+/// Board poses with laser light needed for the light sheets: with two, a sheet is a line through two lines and
+/// nothing is left to tell a wrong pose by.
+pub const MIN_LASER_POSES: usize = 3;
+
+/// Normals of the boards must differ by this much, or focal length and distance cannot be told apart.
+pub const MIN_TILT_SPREAD_RAD: f64 = 0.05;
+
+/// A focal length with a relative σ above this is no calibration (depth error 1 % at any distance).
+pub const MAX_RELATIVE_FOCAL_SIGMA: f64 = 0.01;
+
+/// Depths of a line over all poses must span this part of the distance, or the sheet's direction is unknown.
+pub const MIN_RELATIVE_DEPTH_SPAN: f64 = 0.01;
+
+/// Corner residuals beyond this many σ count linearly: a few bad corners must not steer the camera.
+pub const CORNER_HUBER_SIGMAS: f64 = 4.0;
+
+/// Laser residuals beyond this many σ count linearly.
+pub const LASER_HUBER_SIGMAS: f64 = 3.0;
+
+/// Laser points farther than this many σ from the first fit are rejected and counted.
+pub const LASER_REJECT_SIGMAS: f64 = 6.0;
+
+/// k3 is estimated only if it is this many of its own σ away from zero; else it would only carry noise to the
+/// corners of the image.
+pub const K3_SIGNIFICANCE: f64 = 3.0;
+
+/// Weak priors that keep unobservable distortion finite (σ of k1, k2, p1, p2, k3). Lenses in use are inside.
+pub const DISTORTION_PRIOR_SIGMA: [f64; 5] = [1.0, 10.0, 0.1, 0.1, 100.0];
+
+/// Weak prior on focal lengths, relative to the first guess.
+pub const FOCAL_PRIOR_RELATIVE: f64 = 1.0;
+
+/// Weak prior on the principal point around the image's centre, relative to the image's side.
+pub const PRINCIPAL_POINT_PRIOR_RELATIVE: f64 = 0.25;
+
+/// λ/d_g of the data sheets, relative σ: laser diodes vary by a few nm between samples and with temperature.
+pub const WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA: f64 = 0.003;
+
+/// Typical distance from a line generator to its grating, and how far built projectors are from it, mm.
+pub const GAP_PRIOR_MM: (f64, f64) = (15.0, 20.0);
+
+/// Built projectors put the grating square to the axis, and its grooves along the line, to within this angle.
+pub const GRATING_ANGLE_PRIOR_RAD: f64 = 0.1;
+
+/// How far along the line the source may be from the middle of what it lights, relative to the distance.
+pub const SOURCE_ALONG_LINE_PRIOR_RELATIVE: f64 = 0.3;
+
+/// Points closer to a square's edge than this many line widths (full width at half height) carry the edge's
+/// intensity step in their centre and are left out …
+pub const EDGE_MARGIN_WIDTHS: f64 = 1.1;
+
+/// … plus this many pixels for the board image's own blur and the smoothing of the centreline.
+pub const EDGE_MARGIN_PX: f64 = 2.0;
+
+/// A line on the board needs this many columns to be used.
+pub const MIN_LINE_COLUMNS: usize = 24;
+
+/// This share of a line's columns with a full set of lines must agree on its rank.
+pub const MIN_RANK_AGREEMENT: f64 = 0.8;
+
+/// A line is given the label of a predicted curve if it lies within this share of the line pitch.
+pub const PREDICTED_LABEL_PITCH_SHARE: f64 = 0.2;
+
+/// Laser points kept for residual maps.
+pub const MAX_REPORT_POINTS: usize = 6000;
+
+/// Points per pose and order in cross-validation: enough for means to a thousandth of a pixel.
+pub const CROSS_VALIDATION_POINTS: usize = 150;
+
+/// Most folds of the cross-validation; more poses are left out in groups.
+pub const CROSS_VALIDATION_MAX_FOLDS: usize = 12;
+
+/// The exact model is recommended unless a simpler one beats its held-out error by this factor: it has the fewest
+/// ways to be wrong outside the calibrated volume.
+pub const RECOMMEND_SIMPLER_BELOW: f64 = 0.95;
+
+/// The travel of the stage is taken as straight in the joint fit if its corners fit that to this multiple of the
+/// corner noise.
+pub const STRAIGHT_STAGE_MAX_NOISE_RATIO: f64 = 1.15;
+
+/// Depths beyond the lit boards by this share of their range still count as calibrated.
+pub const DEPTH_RANGE_MARGIN: f64 = 0.1;
+
+/// Points kept per correlation length of the centreline noise: more would only repeat each other.
+pub const POINTS_PER_CORRELATION: f64 = 2.0;
+
+/// A parameter whose σ after the fit exceeds this share of its prior's σ was not determined by the data.
+pub const UNDETERMINED_PRIOR_SHARE: f64 = 0.7;
+
+/// The constants that shape a result, by name, for the calibration document.
+pub fn as_map() -> std::collections::BTreeMap<String, f64> {
+    [
+        ("corner_huber_sigmas", CORNER_HUBER_SIGMAS),
+        ("laser_huber_sigmas", LASER_HUBER_SIGMAS),
+        ("laser_reject_sigmas", LASER_REJECT_SIGMAS),
+        ("k3_significance", K3_SIGNIFICANCE),
+        ("wavelength_over_period_relative_sigma", WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA),
+        ("gap_prior_mean_mm", GAP_PRIOR_MM.0),
+        ("gap_prior_sigma_mm", GAP_PRIOR_MM.1),
+        ("grating_angle_prior_rad", GRATING_ANGLE_PRIOR_RAD),
+        ("source_along_line_prior_relative", SOURCE_ALONG_LINE_PRIOR_RELATIVE),
+        ("edge_margin_widths", EDGE_MARGIN_WIDTHS),
+        ("edge_margin_px", EDGE_MARGIN_PX),
+        ("points_per_correlation", POINTS_PER_CORRELATION),
+        ("straight_stage_max_noise_ratio", STRAIGHT_STAGE_MAX_NOISE_RATIO),
+    ]
+    .into_iter()
+    .map(|(name, value)| (name.to_owned(), value))
+    .collect()
+}

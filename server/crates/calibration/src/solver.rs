@@ -1,0 +1,92 @@
+//! Levenberg–Marquardt on the arrow-shaped normal equations.
+
+use nalgebra::Vector6;
+
+use crate::normal::{ArrowNormal, ArrowStep};
+
+/// First damping, relative to the diagonal.
+const FIRST_DAMPING: f64 = 1e-4;
+
+/// Damping beyond which no further step is tried.
+const MAX_DAMPING: f64 = 1e8;
+
+/// Converged when a step lowers the cost by less than this part of it.
+const RELATIVE_COST_TOLERANCE: f64 = 1e-10;
+
+/// Upper limit of accepted steps; bundle adjustments here take 5–20.
+const MAX_STEPS: usize = 60;
+
+/// A least-squares problem whose parameters are globals and blocks of six.
+pub trait Problem {
+    /// The parameters' current values.
+    type State: Clone;
+
+    /// Normal equations and robust cost at `state`.
+    fn linearise(&self, state: &Self::State) -> ArrowNormal;
+
+    /// Robust cost at `state`; infinite where the model has no prediction.
+    fn cost(&self, state: &Self::State) -> f64;
+
+    /// `state` moved by a step.
+    fn stepped(&self, state: &Self::State, globals: &[f64], blocks: &[Vector6<f64>]) -> Self::State;
+}
+
+/// A minimum, or as close as the solver came.
+#[derive(Debug, Clone)]
+pub struct Minimum<S> {
+    /// Parameters there.
+    pub state: S,
+    /// Half the robust sum of squares.
+    pub cost: f64,
+    /// Accepted steps.
+    pub n_steps: usize,
+    /// Whether the cost stopped falling, rather than the steps running out.
+    pub converged: bool,
+}
+
+/// Minimises from `state`; `None` if the very first system is singular.
+pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<P::State>> {
+    let mut damping = FIRST_DAMPING;
+    let mut normal = problem.linearise(&state);
+    let mut cost = normal.cost();
+    for n_steps in 0..MAX_STEPS {
+        let Some((next, next_cost)) = downhill(problem, &state, &normal, cost, &mut damping) else {
+            return (n_steps > 0 || normal.solve(0.0).is_some()).then_some(Minimum {
+                state,
+                cost,
+                n_steps,
+                converged: true,
+            });
+        };
+        let gain = cost - next_cost;
+        state = next;
+        if gain <= RELATIVE_COST_TOLERANCE * cost {
+            return Some(Minimum { state, cost: next_cost, n_steps: n_steps + 1, converged: true });
+        }
+        normal = problem.linearise(&state);
+        cost = normal.cost();
+    }
+    Some(Minimum { state, cost, n_steps: MAX_STEPS, converged: false })
+}
+
+/// The next state with a lower cost; damps harder until there is one, `None` if there is none.
+fn downhill<P: Problem>(
+    problem: &P,
+    state: &P::State,
+    normal: &ArrowNormal,
+    cost: f64,
+    damping: &mut f64,
+) -> Option<(P::State, f64)> {
+    while *damping <= MAX_DAMPING {
+        if let Some(ArrowStep { globals, blocks }) = normal.solve(*damping) {
+            let next = problem.stepped(state, globals.as_slice(), &blocks);
+            let next_cost = problem.cost(&next);
+            if next_cost <= cost {
+                *damping = (*damping * 0.1).max(1e-12);
+                return Some((next, next_cost));
+            }
+        }
+        *damping *= 10.0;
+    }
+    None
+}
