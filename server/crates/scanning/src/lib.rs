@@ -1,9 +1,22 @@
 //! From centrelines to a measured surface: order labels, triangulation, registration, clouds, meshes, files.
 
 pub mod cloud;
+pub mod compare;
+pub mod dropped;
+pub mod envelope;
+mod label;
+pub mod params;
+pub mod profile;
+pub mod scan;
+mod sigma_table;
 pub mod files;
 pub mod mesh;
 
 pub use cloud::{Cloud, CloudPoint};
+pub use compare::OrderPair;
+pub use dropped::{DropReason, Dropped};
+pub use envelope::{DepthEnvelope, depth_envelope};
+pub use profile::{Profile, ProfilePoint, label_frame};
+pub use scan::{ScanError, ScanFrame, ScanParams, ScanReport, ScanResult, scan_cloud};
 pub use files::{CloudFormat, ContentError, FileError, MeshFormat};
 pub use mesh::{Mesh, MeshParams, mesh_from_cloud};

@@ -1,0 +1,148 @@
+//! Which order is this line? (`docs/maths/labelling.md`)
+//!
+//! Every piece of a line is tried with every order. Four kinds of evidence speak for and against: the stated
+//! depths, the order of the lines across the image, the same line in the next frame or beyond a gap, and, above
+//! all, whether another order sees the same surface at the same place of the part from another stage position.
+
+mod agreement;
+mod evidence;
+mod hypotheses;
+mod patches;
+mod pieces;
+mod ranks;
+mod relax;
+mod tracks;
+
+use nalgebra::{Vector2, Vector3};
+use optics::{Calibration, DepthRangeMm, LightModelKind};
+use vision::{Centrelines, LineDirection};
+
+use crate::params::{
+    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, OUTSIDE_COST, SAMPLE_STRIDE_PX, UNLABELLED_COST,
+};
+use evidence::Evidence;
+use hypotheses::Samples;
+
+pub use agreement::{Outlook, gradient};
+pub use patches::{PatchGrid, ViewPoint};
+pub use pieces::{Piece, along_across, line_direction};
+pub use relax::Verdict;
+
+/// Pieces of all frames with what was decided about each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Labels {
+    /// Ordered by frame, segment, then along the line.
+    pub pieces: Vec<Piece>,
+    /// One per piece.
+    pub verdicts: Vec<Verdict>,
+    /// Which way the lines run.
+    pub direction: LineDirection,
+}
+
+/// Size of one sample of a piece in full samples: densely sampled pieces count by their length all the same.
+pub(crate) fn sample_weight(piece: &Piece) -> f64 {
+    piece.stride as f64 / SAMPLE_STRIDE_PX as f64
+}
+
+/// Labels all frames of a scan together. `shifts_mm[frame]` is what the stage has moved the part by.
+///
+/// With one frame, or a stage that does not move, geometry within `depth_range_mm` and ranks decide alone.
+pub fn label_frames(
+    frames: &[&Centrelines],
+    shifts_mm: &[Vector3<f64>],
+    calibration: &Calibration,
+    depth_range_mm: DepthRangeMm,
+) -> Labels {
+    let direction = line_direction(frames.iter().copied());
+    let pieces: Vec<Piece> = frames
+        .iter()
+        .enumerate()
+        .flat_map(|(frame, lines)| pieces::pieces_of_frame(lines, frame, direction))
+        .collect();
+    let view = hypotheses::View { calibration, depth_range_mm, direction };
+    let samples = view.samples(frames, shifts_mm, &pieces);
+    let travel = Travel::of(shifts_mm);
+    let partners = tracks::partners(&samples, &pieces, &travel.order);
+    let mut evidence = depth_evidence(&samples, &pieces, calibration.orders.len());
+    tracks::add_tracks(&mut evidence, &samples, &pieces, &partners);
+    tracks::add_continuations(&mut evidence, &samples, &pieces, frames, direction);
+    ranks::add_ranks(&mut evidence, &samples, &pieces);
+    let outlook = outlook(&travel, calibration, depth_range_mm, direction);
+    agreement::add_second_looks(&mut evidence, &samples, &pieces, &partners, &travel.rank, shifts_mm, &outlook);
+    Labels { verdicts: relax::settle(&evidence), pieces, direction }
+}
+
+/// Sizes of the pieces and the cost of depths that cannot be.
+fn depth_evidence(samples: &Samples, pieces: &[Piece], n_orders: usize) -> Evidence {
+    let size = |(idx, piece): (usize, &Piece)| samples.range(idx).len() as f64 * sample_weight(piece);
+    let sizes = pieces.iter().enumerate().map(size).map(|size| size.max(f64::MIN_POSITIVE)).collect();
+    let mut evidence = Evidence::new(n_orders, sizes, UNLABELLED_COST);
+    for sample in &samples.all {
+        for (label, hypothesis) in sample.by_order.iter().enumerate() {
+            if hypothesis.is_none() {
+                evidence.add_single(sample.piece, label, -OUTSIDE_COST * sample_weight(&pieces[sample.piece]));
+            }
+        }
+    }
+    evidence
+}
+
+/// The frames in the sequence of their stage positions.
+pub struct Travel {
+    /// Frames, sorted by position.
+    pub order: Vec<usize>,
+    /// Per frame: its place in `order`.
+    rank: Vec<usize>,
+    /// Typical shift from one to the next.
+    step_mm: Vector3<f64>,
+    /// Shift in the middle of the scan.
+    middle_mm: Vector3<f64>,
+}
+
+impl Travel {
+    /// The sequence along the stage's direction, from what it has moved the part by in each frame.
+    pub fn of(shifts_mm: &[Vector3<f64>]) -> Self {
+        let mut order: Vec<usize> = (0..shifts_mm.len()).collect();
+        let whole = shifts_mm.iter().fold(Vector3::zeros(), |longest: Vector3<f64>, shift| {
+            let apart = shift - shifts_mm[0];
+            if apart.norm() > longest.norm() { apart } else { longest }
+        });
+        order.sort_by(|&a, &b| shifts_mm[a].dot(&whole).total_cmp(&shifts_mm[b].dot(&whole)));
+        let mut rank = vec![0; order.len()];
+        for (place, &frame) in order.iter().enumerate() {
+            rank[frame] = place;
+        }
+        let mut steps: Vec<f64> =
+            order.windows(2).map(|pair| (shifts_mm[pair[1]] - shifts_mm[pair[0]]).norm()).collect();
+        steps.sort_by(f64::total_cmp);
+        let direction = whole.try_normalize(0.0).unwrap_or_default();
+        let step_mm = direction * steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        let middle_mm = order.get(order.len() / 2).map_or(Vector3::zeros(), |&frame| shifts_mm[frame]);
+        Self { order, rank, step_mm, middle_mm }
+    }
+}
+
+/// How the scan looks at the part, at the middle of the depth range and of the travel.
+pub fn outlook(
+    travel: &Travel,
+    calibration: &Calibration,
+    depth_range_mm: DepthRangeMm,
+    direction: LineDirection,
+) -> Outlook {
+    let reference_depth_mm = 0.5 * (depth_range_mm.near_mm + depth_range_mm.far_mm);
+    let focal_px = match direction {
+        LineDirection::Rows => calibration.camera.fx_px,
+        LineDirection::Columns => calibration.camera.fy_px,
+    };
+    let floor = match calibration.light.kind() {
+        LightModelKind::Grating => AGREEMENT_FLOOR_GRATING,
+        LightModelKind::Planes | LightModelKind::Pencil => AGREEMENT_FLOOR_PLANES,
+    };
+    Outlook {
+        middle_shift_mm: travel.middle_mm,
+        reference_depth_mm,
+        step_mm: Vector2::new(travel.step_mm.x, travel.step_mm.y),
+        column_mm: reference_depth_mm / focal_px,
+        floor_mm: floor * reference_depth_mm,
+    }
+}

@@ -1,0 +1,126 @@
+//! Segments cut at kinks into pieces that surely belong to one line, and the samples that speak for them.
+
+use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
+
+use crate::params::{KINK_SLOPE, KINK_SPAN_PX, KINK_STEP_PX, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX};
+
+/// A piece of a segment: the unit that carries one label.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Piece {
+    /// Frame the piece was seen in.
+    pub frame: usize,
+    /// Segment within the frame.
+    pub segment: usize,
+    /// First point within the segment.
+    pub first: usize,
+    /// One past the last point.
+    pub end: usize,
+    /// Scan column (row) of the first point; the others follow one by one.
+    pub along: i64,
+    /// Scan columns (rows) between samples.
+    pub stride: usize,
+}
+
+impl Piece {
+    /// Number of points.
+    pub fn n_points(&self) -> usize {
+        self.end - self.first
+    }
+
+    /// The points of the piece.
+    pub fn points<'a>(&self, lines: &'a Centrelines) -> &'a [CentrelinePoint] {
+        &lines.segments[self.segment].points[self.first..self.end]
+    }
+
+    /// The point in scan column (row) `along`, if the piece has one.
+    pub fn point_at<'a>(&self, lines: &'a Centrelines, along: i64) -> Option<&'a CentrelinePoint> {
+        let idx = usize::try_from(along - self.along).ok()?;
+        self.points(lines).get(idx)
+    }
+
+    /// Scan columns (rows) of the samples: multiples of the stride, so that frames sample alike.
+    pub fn samples(&self) -> impl Iterator<Item = i64> + use<> {
+        let stride = self.stride as i64;
+        let start = (self.along + stride - 1).div_euclid(stride) * stride;
+        (start..self.along + self.n_points() as i64).step_by(self.stride)
+    }
+}
+
+/// Position of a point along and across the lines, px.
+pub fn along_across(point: &CentrelinePoint, direction: LineDirection) -> (f64, f64) {
+    match direction {
+        LineDirection::Rows => (point.u_px, point.v_px),
+        LineDirection::Columns => (point.v_px, point.u_px),
+    }
+}
+
+/// Which way the lines run, from the points' normals.
+pub fn line_direction<'a>(frames: impl Iterator<Item = &'a Centrelines>) -> LineDirection {
+    let mut balance = 0.0;
+    for point in frames.flat_map(|lines| &lines.segments).flat_map(|segment| &segment.points) {
+        balance += point.normal[1].abs() - point.normal[0].abs();
+    }
+    if balance < 0.0 { LineDirection::Columns } else { LineDirection::Rows }
+}
+
+/// The pieces of one frame, ordered by segment, then along the line.
+pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirection) -> Vec<Piece> {
+    let mut pieces = Vec::new();
+    for (segment_idx, segment) in lines.segments.iter().enumerate() {
+        for (first, end) in cut_at_kinks(segment, direction) {
+            if end - first < MIN_PIECE_POINTS {
+                continue;
+            }
+            let along = along_across(&segment.points[first], direction).0.round() as i64;
+            let stride = stride_for(end - first);
+            pieces.push(Piece { frame, segment: segment_idx, first, end, along, stride });
+        }
+    }
+    pieces
+}
+
+/// The largest of 16, 8, 4, … that still gives enough samples: strides nest, so that pieces of neighbouring
+/// frames share their samples.
+fn stride_for(n_points: usize) -> usize {
+    let mut stride = SAMPLE_STRIDE_PX;
+    while stride > 1 && n_points < stride * MIN_SAMPLES {
+        stride /= 2;
+    }
+    stride
+}
+
+/// Index ranges between jumps and kinks.
+fn cut_at_kinks(segment: &Segment, direction: LineDirection) -> Vec<(usize, usize)> {
+    let across: Vec<f64> = segment.points.iter().map(|point| along_across(point, direction).1).collect();
+    let bend = |idx: usize| {
+        if idx < KINK_SPAN_PX || idx + KINK_SPAN_PX >= across.len() {
+            return 0.0;
+        }
+        let ahead = across[idx + KINK_SPAN_PX] - across[idx];
+        let behind = across[idx] - across[idx - KINK_SPAN_PX];
+        (ahead - behind).abs() / KINK_SPAN_PX as f64
+    };
+    let bends: Vec<f64> = (0..across.len()).map(bend).collect();
+    let mut ranges = Vec::new();
+    let mut first = 0;
+    for idx in 1..across.len() {
+        let jump = (across[idx] - across[idx - 1]).abs() > KINK_STEP_PX;
+        let kink = bends[idx] > KINK_SLOPE && is_peak(&bends, idx);
+        if jump || kink {
+            ranges.push((first, idx));
+            first = idx;
+        }
+    }
+    if first < across.len() {
+        ranges.push((first, across.len()));
+    }
+    ranges
+}
+
+/// Whether `idx` is the strongest bend within a span; the first of equals.
+fn is_peak(bends: &[f64], idx: usize) -> bool {
+    let from = idx.saturating_sub(KINK_SPAN_PX);
+    let to = (idx + KINK_SPAN_PX + 1).min(bends.len());
+    bends[from..idx].iter().all(|other| *other < bends[idx])
+        && bends[idx..to].iter().all(|other| *other <= bends[idx])
+}

@@ -1,0 +1,196 @@
+//! From evidence to labels: beliefs relaxed together, hardened, then asked whether another answer is as good.
+
+use rayon::prelude::*;
+
+use super::evidence::Evidence;
+use crate::params::{GROUP_MARGIN, LABEL_MARGIN, RELAX_ROUNDS, RELAX_SHARPNESS, SETTLE_SWEEPS};
+
+/// What became of a piece.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Index into the calibration's orders.
+    Order(usize),
+    /// Another answer is about as good.
+    Doubtful,
+    /// Every order is contradicted: a reflection, a ghost, a point outside the depth range.
+    Contradicted,
+}
+
+/// The best label of every piece, or why it has none.
+pub fn settle(evidence: &Evidence) -> Vec<Verdict> {
+    let mut labels = hardened(evidence, relaxed(evidence));
+    let doubtful_groups = challenge_groups(evidence, &mut labels);
+    let doubtful: Vec<bool> = (0..evidence.n_pieces())
+        .map(|piece| doubtful_groups[piece] || margin(evidence, &labels, piece) < LABEL_MARGIN)
+        .collect();
+    let verdict = |(label, doubtful): (&usize, bool)| match *label {
+        label if label == evidence.none() => Verdict::Contradicted,
+        _ if doubtful => Verdict::Doubtful,
+        label => Verdict::Order(label),
+    };
+    labels.iter().zip(doubtful).map(verdict).collect()
+}
+
+/// Mean-field beliefs, sharpened slowly: every label's support is averaged over what the others believe.
+fn relaxed(evidence: &Evidence) -> Vec<f64> {
+    let n = evidence.n_labels;
+    let mut beliefs = vec![1.0 / n as f64; evidence.n_pieces() * n];
+    for round in 0..RELAX_ROUNDS {
+        let progress = round as f64 / (RELAX_ROUNDS - 1) as f64;
+        let sharpness = RELAX_SHARPNESS[0] * (RELAX_SHARPNESS[1] / RELAX_SHARPNESS[0]).powf(progress);
+        let fresh: Vec<Vec<f64>> = (0..evidence.n_pieces())
+            .into_par_iter()
+            .map(|piece| {
+                let supports: Vec<f64> = (0..n)
+                    .map(|label| evidence.support(piece, label, |other, label| beliefs[other * n + label]))
+                    .collect();
+                softmax(&supports, sharpness)
+            })
+            .collect();
+        for (belief, fresh) in beliefs.iter_mut().zip(fresh.into_iter().flatten()) {
+            *belief = 0.5 * (*belief + fresh);
+        }
+    }
+    beliefs
+}
+
+fn softmax(supports: &[f64], sharpness: f64) -> Vec<f64> {
+    let top = supports.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = supports.iter().map(|support| ((support - top) * sharpness).exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.iter().map(|weight| weight / sum).collect()
+}
+
+/// Most believed labels, improved one by one until nothing changes.
+fn hardened(evidence: &Evidence, beliefs: Vec<f64>) -> Vec<usize> {
+    let n = evidence.n_labels;
+    let mut labels: Vec<usize> = beliefs.chunks_exact(n).map(largest).collect();
+    improve(evidence, &mut labels, |_| true);
+    labels
+}
+
+fn improve(evidence: &Evidence, labels: &mut [usize], chosen: impl Fn(usize) -> bool) {
+    for _ in 0..SETTLE_SWEEPS {
+        let mut changed = false;
+        for piece in (0..labels.len()).filter(|&piece| chosen(piece)) {
+            let best = largest(&supports(evidence, labels, piece));
+            changed |= best != labels[piece];
+            labels[piece] = best;
+        }
+        if !changed {
+            break;
+        }
+    }
+}
+
+fn supports(evidence: &Evidence, labels: &[usize], piece: usize) -> Vec<f64> {
+    (0..evidence.n_labels)
+        .map(|label| evidence.support(piece, label, |other, label| f64::from(labels[other] == label)))
+        .collect()
+}
+
+/// Index of the largest value, the first of equals.
+fn largest(values: &[f64]) -> usize {
+    let mut best = 0;
+    for (idx, value) in values.iter().enumerate() {
+        if *value > values[best] {
+            best = idx;
+        }
+    }
+    best
+}
+
+/// By how much the label of a piece beats the next best order, per sample.
+fn margin(evidence: &Evidence, labels: &[usize], piece: usize) -> f64 {
+    let supports = supports(evidence, labels, piece);
+    let rivals = supports[..evidence.none()].iter().enumerate().filter(|(label, _)| *label != labels[piece]);
+    let next = rivals.map(|(_, support)| *support).fold(f64::NEG_INFINITY, f64::max);
+    supports[labels[piece]] - next
+}
+
+/// Shifts whole groups of mutually supporting pieces by one and more orders; a better answer is taken, one nearly
+/// as good makes the group doubtful. Returns which pieces are in doubt.
+///
+/// Pieces of one group support each other, so that none of them alone would admit to a common error.
+fn challenge_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
+    let mut doubtful = vec![false; labels.len()];
+    for group in groups(evidence, labels) {
+        let in_group = membership(&group, labels.len());
+        let kept: Vec<usize> = labels.to_vec();
+        let n_orders = evidence.none() as isize;
+        let mut best = (group_support(evidence, &kept, &group), kept.clone());
+        let mut runner_up = f64::NEG_INFINITY;
+        for shift in (1 - n_orders..n_orders).filter(|shift| *shift != 0) {
+            let mut rival = kept.clone();
+            for &piece in &group {
+                let label = kept[piece] as isize + shift;
+                rival[piece] = if (0..n_orders).contains(&label) { label as usize } else { evidence.none() };
+            }
+            improve(evidence, &mut rival, |piece| in_group[piece]);
+            if rival == kept || mostly_same(&rival, &kept, &group) {
+                continue;
+            }
+            let support = group_support(evidence, &rival, &group);
+            if support > best.0 {
+                runner_up = best.0;
+                best = (support, rival);
+            } else {
+                runner_up = runner_up.max(support);
+            }
+        }
+        labels.copy_from_slice(&best.1);
+        let size: f64 = group.iter().map(|&piece| evidence.sizes[piece]).sum();
+        if best.0 - runner_up < GROUP_MARGIN * size {
+            group.iter().for_each(|&piece| doubtful[piece] = true);
+        }
+    }
+    doubtful
+}
+
+/// Whether the shifted group fell back to its labels.
+fn mostly_same(rival: &[usize], kept: &[usize], group: &[usize]) -> bool {
+    let same = group.iter().filter(|&&piece| rival[piece] == kept[piece]).count();
+    2 * same > group.len()
+}
+
+fn membership(group: &[usize], n_pieces: usize) -> Vec<bool> {
+    let mut member = vec![false; n_pieces];
+    group.iter().for_each(|&piece| member[piece] = true);
+    member
+}
+
+fn group_support(evidence: &Evidence, labels: &[usize], group: &[usize]) -> f64 {
+    let belief = |other: usize, label: usize| f64::from(labels[other] == label);
+    group.iter().map(|&piece| evidence.support(piece, labels[piece], belief) * evidence.sizes[piece]).sum()
+}
+
+/// Labelled pieces connected by pairs that speak for each other's labels.
+fn groups(evidence: &Evidence, labels: &[usize]) -> Vec<Vec<usize>> {
+    let mut root: Vec<usize> = (0..labels.len()).collect();
+    for piece in 0..labels.len() {
+        if labels[piece] == evidence.none() {
+            continue;
+        }
+        for pair in &evidence.pairs[piece * evidence.n_labels + labels[piece]] {
+            let other = pair.piece as usize;
+            if pair.weight > 0.0 && labels[other] == pair.label as usize {
+                let (a, b) = (find(&mut root, piece), find(&mut root, other));
+                root[a.max(b)] = a.min(b);
+            }
+        }
+    }
+    let mut groups: Vec<Vec<usize>> = vec![Vec::new(); labels.len()];
+    for piece in (0..labels.len()).filter(|&piece| labels[piece] != evidence.none()) {
+        groups[find(&mut root, piece)].push(piece);
+    }
+    groups.retain(|group| !group.is_empty());
+    groups
+}
+
+fn find(root: &mut [usize], mut piece: usize) -> usize {
+    while root[piece] != piece {
+        root[piece] = root[root[piece]];
+        piece = root[piece];
+    }
+    piece
+}

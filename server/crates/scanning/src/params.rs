@@ -1,0 +1,81 @@
+//! Constants of labelling, triangulation and statistics, each with its unit and its reason.
+
+/// Distance between the points of a piece that speak for its label, scan columns (rows). Neighbours share their
+/// noise over a few columns anyway; 16 keeps forty frames of a megapixel below 20 000 samples.
+pub const SAMPLE_STRIDE_PX: usize = 16;
+/// Fewest samples of a piece; shorter pieces are sampled more densely.
+pub const MIN_SAMPLES: usize = 4;
+
+/// Columns on either side over which the slope of a line is taken when looking for kinks.
+pub const KINK_SPAN_PX: usize = 5;
+/// Change of slope (across per along, px/px) at which a segment is cut in two: two lines may have been joined
+/// there. Cutting a line that merely bends costs nothing, its pieces are labelled alike.
+pub const KINK_SLOPE: f64 = 0.3;
+/// Largest step between neighbouring points that stays one line, px.
+pub const KINK_STEP_PX: f64 = 2.5;
+/// Shortest piece that is labelled, points: fewer have no slope.
+pub const MIN_PIECE_POINTS: usize = 4;
+
+/// A line that moves by less than this fraction of the line pitch between frames is taken for the same line.
+pub const TRACK_GATE_PITCHES: f64 = 0.15;
+/// Weight of one sample's bond to the same line in the next frame. Two bonds (before, after) weigh as much as one
+/// agreement with another order: continuity carries a label on, it does not overrule a second look.
+pub const TRACK_WEIGHT: f64 = 0.5;
+
+/// Longest gap a line is continued over within its frame, in line pitches (an object standing on a plate).
+pub const CONTINUATION_GAP_PITCHES: f64 = 4.0;
+/// Largest departure of the continued line, in line pitches.
+pub const CONTINUATION_GATE_PITCHES: f64 = 0.06;
+/// Points at the end of a piece through which the continuation is drawn.
+pub const CONTINUATION_POINTS: usize = 40;
+/// Weight of a continuation, in samples' worth of bonds at gap zero; it fades with the gap.
+pub const CONTINUATION_WEIGHT: f64 = 2.0;
+
+/// Cost of one sample per line of its own column that stands on the wrong side. Order lines never cross on solid
+/// parts, so this weighs more than a single agreement.
+pub const RANK_COST: f64 = 1.5;
+
+/// Cost of a sample that misses the sheet or lies outside the depth range.
+pub const OUTSIDE_COST: f64 = 6.0;
+/// Cost of leaving a piece unlabelled, per sample. A label must be contradicted by this much on balance
+/// before the piece is taken for a ghost.
+pub const UNLABELLED_COST: f64 = 0.4;
+
+/// Agreement tolerance between two orders in standard deviations of their difference.
+pub const AGREEMENT_SIGMAS: f64 = 5.0;
+/// Smallest tolerance as a fraction of depth: what stage, straightness and model may add (0.06 mm at 400 mm).
+pub const AGREEMENT_FLOOR_GRATING: f64 = 1.5e-4;
+/// The same for the plane models, which miss the bow of the outer lines (0.4 mm at 400 mm).
+pub const AGREEMENT_FLOOR_PLANES: f64 = 1.0e-3;
+/// Curvature allowed for when a surface patch is extended, 1/mm: a radius of 10 mm.
+pub const PATCH_CURVATURE_PER_MM: f64 = 0.1;
+/// Beyond this many tolerances apart two surfaces contradict each other; in between they say nothing.
+pub const CONTRADICTION_TOLERANCES: f64 = 2.0;
+/// Steepest patch (mm of depth per mm across the view) that may speak: at steeper ones depth is not a function.
+pub const PATCH_MAX_GRADIENT: f64 = 3.0;
+/// Radius of a patch in sample distances: patches overlap their neighbours without reaching past them.
+pub const PATCH_RADIUS_SPACINGS: f64 = 0.8;
+/// Lines of one order this many frames apart see different places; nearer ones are neighbours on a slope.
+pub const SAME_ORDER_MIN_FRAMES: u32 = 3;
+
+/// Rounds of relaxation; beliefs settle within twenty.
+pub const RELAX_ROUNDS: usize = 40;
+/// Sharpness of beliefs in the first and in the last round (inverse temperature, per sample).
+pub const RELAX_SHARPNESS: [f64; 2] = [0.7, 12.0];
+/// Sweeps of hard assignment after relaxation, until nothing changes.
+pub const SETTLE_SWEEPS: usize = 30;
+/// Advantage per sample that a label needs over the next best one; less is doubtful.
+pub const LABEL_MARGIN: f64 = 0.3;
+/// Advantage per sample that the labels of a connected group need over all of them shifted by an order.
+/// A fifth of what a second look brings: the group is seen twice over a good part of its area.
+pub const GROUP_MARGIN: f64 = 0.1;
+
+/// Distance between the nodes of the table of systematic σ, px. Interpolation error below 2 %.
+pub const SIGMA_TABLE_STEP_PX: f64 = 48.0;
+
+/// Distance along the line, in columns, between the points that are checked and compared between orders.
+pub const COMPARE_STRIDE_PX: usize = 4;
+/// Surfaces of other orders that must contradict a point before it is dropped.
+pub const CONTRADICTING_SURFACES: usize = 2;
+/// Largest bend of a line over a comparison patch, in standard deviations, that counts as smooth.
+pub const SMOOTH_SIGMAS: f64 = 4.0;

@@ -1,0 +1,57 @@
+//! The calibration's own σ at every point, from a coarse table: its exact value takes 19 × 19 products.
+
+use nalgebra::Vector2;
+use optics::Calibration;
+
+use crate::params::SIGMA_TABLE_STEP_PX;
+
+/// Systematic σ of one order over the image, bilinear between nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SigmaTable {
+    order: i8,
+    origin_px: [f64; 2],
+    n_nodes: [usize; 2],
+    /// σ along the ray at the nodes, mm; `None` where the ray misses the sheet.
+    sigmas_mm: Vec<Option<f64>>,
+}
+
+impl SigmaTable {
+    /// Fills the table over the pixels between `low_px` and `high_px` (u, v).
+    pub fn new(calibration: &Calibration, order: i8, low_px: [f64; 2], high_px: [f64; 2]) -> Self {
+        let n_nodes =
+            [0, 1].map(|axis| ((high_px[axis] - low_px[axis]) / SIGMA_TABLE_STEP_PX).ceil() as usize + 2);
+        let sigmas_mm = (0..n_nodes[0] * n_nodes[1])
+            .map(|idx| {
+                let (column, row) = (idx % n_nodes[0], idx / n_nodes[0]);
+                let u_px = low_px[0] + column as f64 * SIGMA_TABLE_STEP_PX;
+                let v_px = low_px[1] + row as f64 * SIGMA_TABLE_STEP_PX;
+                exact(calibration, order, u_px, v_px)
+            })
+            .collect();
+        Self { order, origin_px: low_px, n_nodes, sigmas_mm }
+    }
+
+    /// σ at a pixel, mm; computed outright where the table has no node.
+    pub fn sigma_mm(&self, calibration: &Calibration, u_px: f64, v_px: f64) -> f64 {
+        self.interpolated(u_px, v_px).or_else(|| exact(calibration, self.order, u_px, v_px)).unwrap_or(0.0)
+    }
+
+    fn interpolated(&self, u_px: f64, v_px: f64) -> Option<f64> {
+        let x = (u_px - self.origin_px[0]) / SIGMA_TABLE_STEP_PX;
+        let y = (v_px - self.origin_px[1]) / SIGMA_TABLE_STEP_PX;
+        if !(x >= 0.0 && y >= 0.0 && x < (self.n_nodes[0] - 1) as f64 && y < (self.n_nodes[1] - 1) as f64) {
+            return None;
+        }
+        let (column, row) = (x as usize, y as usize);
+        let (fx, fy) = (x - column as f64, y - row as f64);
+        let node = |dc: usize, dr: usize| self.sigmas_mm[(row + dr) * self.n_nodes[0] + column + dc];
+        let upper = node(0, 0)? * (1.0 - fx) + node(1, 0)? * fx;
+        let lower = node(0, 1)? * (1.0 - fx) + node(1, 1)? * fx;
+        Some(upper * (1.0 - fy) + lower * fy)
+    }
+}
+
+fn exact(calibration: &Calibration, order: i8, u_px: f64, v_px: f64) -> Option<f64> {
+    let point = calibration.triangulate(order, &Vector2::new(u_px, v_px), None)?;
+    calibration.systematic_sigma_mm(order, &point)
+}

@@ -1,0 +1,128 @@
+//! Small scenes lit order by order: a height field on the stage, shadows and occlusion included.
+
+use nalgebra::Vector3;
+use optics::{Calibration, Grating, LightSurfaces};
+use scanning::ScanFrame;
+use vision::LineDirection;
+
+use super::{KnownScan, SIGMA_PX, centrelines, segments};
+
+/// Fan angle between light rays: 0.4 columns of the test station.
+const PHI_STEP_RAD: f64 = 0.0006;
+/// March along light and camera rays, mm; thinner parts would be missed.
+const MARCH_MM: f64 = 1.0;
+
+/// Depth of the part's surface (part frame) at (x, y); nothing beyond `f64::INFINITY`.
+pub type Surface<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
+
+/// Scans `surface` at the given stage positions; `turned` stations have their lines along columns.
+pub fn scan(calibration: &Calibration, surface: Surface, positions_mm: &[f64], turned: bool) -> KnownScan {
+    let LightSurfaces::Grating(grating) = &calibration.light else { panic!("the scene needs a grating") };
+    let direction = if turned { LineDirection::Columns } else { LineDirection::Rows };
+    let stage = calibration.stage.unwrap().direction;
+    let mut known = KnownScan { frames: Vec::new(), orders: Vec::new() };
+    let mut noise = Noise(7);
+    for &position_mm in positions_mm {
+        let shift = stage * position_mm;
+        let depth = |p: &Vector3<f64>| p.z - surface(p.x - shift.x, p.y - shift.y) - shift.z;
+        let mut points = Vec::new();
+        for &order in &calibration.orders {
+            points.extend(line(calibration, grating, order, &depth, turned, &mut noise));
+        }
+        let (found, orders) = segments(&points, direction);
+        known.frames.push(ScanFrame { centrelines: centrelines(found), position_mm });
+        known.orders.push(orders);
+    }
+    known
+}
+
+/// The visible points of one order, one per column (row), with noise.
+fn line(
+    calibration: &Calibration,
+    grating: &Grating,
+    order: i8,
+    depth: &dyn Fn(&Vector3<f64>) -> f64,
+    turned: bool,
+    noise: &mut Noise,
+) -> Vec<(f64, f64, Option<i8>)> {
+    let mut points = Vec::new();
+    let mut last: Option<(f64, f64, f64)> = None;
+    for i in -500..=500 {
+        let here = grating.ray(f64::from(i) * PHI_STEP_RAD, order).and_then(|light| {
+            let hit = first_hit(&light.origin_mm, &light.direction, depth)?;
+            visible(&hit, depth).then_some(())?;
+            let pixel = calibration.camera.project(&hit)?;
+            let (along, across) = if turned { (pixel.y, pixel.x) } else { (pixel.x, pixel.y) };
+            Some((along, across, hit.z))
+        });
+        if let (Some(from), Some(to)) = (last, here)
+            && (from.2 - to.2).abs() < 2.0
+            && to.0 > from.0
+        {
+            let mut along = from.0.ceil();
+            while along < to.0 {
+                let across =
+                    from.1 + (to.1 - from.1) * (along - from.0) / (to.0 - from.0) + noise.next() * SIGMA_PX;
+                let (u, v) = if turned { (across, along) } else { (along, across) };
+                let camera = &calibration.camera;
+                if u >= 0.0 && v >= 0.0 && u < camera.width_px as f64 && v < camera.height_px as f64 {
+                    points.push((u, v, Some(order)));
+                }
+                along += 1.0;
+            }
+        }
+        last = here;
+    }
+    points
+}
+
+/// Where a light ray first meets the surface.
+fn first_hit(
+    origin: &Vector3<f64>,
+    direction: &Vector3<f64>,
+    depth: &dyn Fn(&Vector3<f64>) -> f64,
+) -> Option<Vector3<f64>> {
+    let at = |t: f64| origin + direction * t;
+    let mut t = (340.0 - origin.z) / direction.z;
+    let end = (460.0 - origin.z) / direction.z;
+    while t < end {
+        if depth(&at(t + MARCH_MM)) > 0.0 {
+            let (mut low, mut high) = (t, t + MARCH_MM);
+            for _ in 0..40 {
+                let middle = 0.5 * (low + high);
+                if depth(&at(middle)) > 0.0 { high = middle } else { low = middle }
+            }
+            // A wall is crossed from the side: its points are kept, they are part of the surface.
+            return Some(at(low));
+        }
+        t += MARCH_MM;
+    }
+    None
+}
+
+/// Whether nothing stands between the camera and the hit.
+fn visible(hit: &Vector3<f64>, depth: &dyn Fn(&Vector3<f64>) -> f64) -> bool {
+    let ray = hit / hit.z;
+    let mut z = hit.z - 0.2;
+    while z > 340.0 {
+        if depth(&(ray * z)) > 0.0 {
+            return false;
+        }
+        z -= MARCH_MM;
+    }
+    true
+}
+
+/// A fixed sequence of nearly normal numbers (sum of twelve uniform ones).
+pub struct Noise(pub u64);
+
+impl Noise {
+    pub fn next(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}

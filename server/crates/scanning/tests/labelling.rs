@@ -1,0 +1,103 @@
+//! Labels of scenes whose truth is known. What this does not show: how well lines are extracted.
+
+mod common;
+
+use common::scene::scan;
+use common::{assert_labelled, rig_a, station};
+
+/// Points at the rims of shadows lie on single-sample pieces; everything else must be found.
+const RECOVERED: f64 = 0.97;
+
+fn positions(n: usize, step_mm: f64) -> Vec<f64> {
+    (0..n).map(|i| (i as f64 - (n - 1) as f64 / 2.0) * step_mm).collect()
+}
+
+#[test]
+fn a_plate_is_labelled_by_any_number_of_orders() {
+    for n_orders in [3, 5, 9] {
+        let station = station(n_orders, false);
+        assert_labelled("plate", &scan(&station, &|_, _| 400.0, &positions(12, 1.6), false), &station, RECOVERED);
+    }
+}
+
+#[test]
+fn lines_along_columns_are_labelled_as_well() {
+    let station = station(5, true);
+    let step = |x: f64, y: f64| if x.abs() < 12.0 && y.abs() < 10.0 { 391.0 } else { 400.0 };
+    assert_labelled("turned", &scan(&station, &step, &positions(20, 1.2), true), &station, RECOVERED);
+}
+
+#[test]
+fn a_step_and_a_tilted_plane_are_labelled() {
+    let station = station(5, false);
+    let step = |x: f64, y: f64| if x.abs() < 12.0 && y.abs() < 10.0 { 391.0 } else { 400.0 };
+    assert_labelled("step", &scan(&station, &step, &positions(20, 1.2), false), &station, RECOVERED);
+    for slope in [-0.7, -0.3, 0.3, 0.7] {
+        let tilted = move |x: f64, y: f64| 400.0 + slope * y + 0.2 * x;
+        assert_labelled("tilted", &scan(&station, &tilted, &positions(20, 1.2), false), &station, RECOVERED);
+    }
+}
+
+#[test]
+fn a_sphere_higher_than_a_line_pitch_wraps_is_labelled() {
+    let station = station(5, false);
+    let sphere = |x: f64, y: f64| {
+        let squared = 18.9f64.powi(2) - x * x - y * y;
+        if squared > 0.0 { 381.1 - squared.sqrt() } else { 400.0 }
+    };
+    assert_labelled("sphere", &scan(&station, &sphere, &positions(30, 1.0), false), &station, RECOVERED);
+}
+
+#[test]
+fn stairs_thirty_millimetres_high_are_labelled() {
+    let station = station(5, false);
+    let stairs = |_: f64, y: f64| {
+        if y < -8.0 {
+            400.0
+        } else if y < 6.0 {
+            385.0
+        } else {
+            370.0
+        }
+    };
+    assert_labelled(
+        "stairs along travel",
+        &scan(&station, &stairs, &positions(30, 1.0), false),
+        &station,
+        RECOVERED,
+    );
+    let stairs = |x: f64, _: f64| {
+        if x < -15.0 {
+            400.0
+        } else if x < 15.0 {
+            385.0
+        } else {
+            370.0
+        }
+    };
+    assert_labelled(
+        "stairs along line",
+        &scan(&station, &stairs, &positions(30, 1.0), false),
+        &station,
+        RECOVERED,
+    );
+}
+
+#[test]
+fn small_islands_are_labelled() {
+    let station = station(5, false);
+    let islands = |x: f64, y: f64| {
+        let (dx, dy) = ((x + 90.0).rem_euclid(30.0) - 15.0, (y + 90.0).rem_euclid(25.0) - 12.5);
+        if dx.abs() < 3.0 && dy.abs() < 3.0 { 394.0 } else { 400.0 }
+    };
+    assert_labelled("islands", &scan(&station, &islands, &positions(30, 1.0), false), &station, RECOVERED);
+}
+
+#[test]
+fn the_true_pixels_of_rig_a_are_labelled() {
+    let Some(folder) = rig_a::folder() else { return };
+    let calibration = rig_a::calibration(&folder);
+    for scan in ["gauge", "sphere"] {
+        assert_labelled(scan, &rig_a::truth_scan(&folder, scan), &calibration, 0.99);
+    }
+}
