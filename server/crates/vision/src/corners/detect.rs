@@ -13,7 +13,8 @@ use crate::{GreyImage, Pixels};
 
 use super::lattice::Node;
 use super::params::{
-    DETECTION_THRESHOLDS, DOUBLE_MAX_PIXELS, MIN_SEED_CORNERS, STRETCH_CLIP_SHARE, STRETCH_SAMPLE_STEP,
+    DETECTION_MIN_SIDE_PX, DETECTION_THRESHOLDS, DOUBLE_MAX_PIXELS, MIN_SEED_CORNERS, STRETCH_CLIP_SHARE,
+    STRETCH_SAMPLE_STEP,
 };
 
 /// Corner positions (px of the original image) by lattice index.
@@ -54,6 +55,9 @@ pub(super) fn search_seeds<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -
     let too_large = |view: View| view == View::Double && image.width() * image.height() > DOUBLE_MAX_PIXELS;
     for view in VIEWS.into_iter().filter(|view| !too_large(*view)) {
         let picture = picture(image, view);
+        if picture.width.min(picture.height) < DETECTION_MIN_SIDE_PX {
+            continue;
+        }
         let bytes = stretched(&picture.levels);
         let frame =
             calib_targets::core::GrayImageView { width: picture.width, height: picture.height, data: &bytes };

@@ -55,8 +55,6 @@ pub(super) struct CornerFit {
     pub slope_ratio: f64,
     /// Root mean square of what the model leaves unexplained beyond pixel noise (levels).
     pub misfit_rms: f64,
-    /// Weighted chi-square per degree of freedom against the noise model.
-    pub reduced_chi2: f64,
     /// Standard deviation of the position per axis, from the normal equations and the noise model.
     pub sigma_px: f64,
 }
@@ -71,8 +69,12 @@ struct Sums {
     normal: Normal,
     gradient: Step,
     cost: f64,
+    /// Sum of the weights.
     weight: f64,
-    chi2: f64,
+    /// Sum of squared influences (weight × normalised residual).
+    influence2: f64,
+    /// Sum of the influences' derivatives.
+    response: f64,
 }
 
 /// Fits the corner near `start_px`; `None` if the pixels do not determine it.
@@ -154,7 +156,14 @@ fn level_basis(x: f64, y: f64, s: f64) -> [f64; 6] {
 /// Normal equations and robust cost at `state`.
 fn accumulate(window: &Window, state: &State, noise: Option<&NoiseModel>) -> Sums {
     let cross = Cross::new(&state.shape);
-    let mut sums = Sums { normal: Normal::zeros(), gradient: Step::zeros(), cost: 0.0, weight: 0.0, chi2: 0.0 };
+    let mut sums = Sums {
+        normal: Normal::zeros(),
+        gradient: Step::zeros(),
+        cost: 0.0,
+        weight: 0.0,
+        influence2: 0.0,
+        response: 0.0,
+    };
     let mut normal = [[0.0; N]; N];
     let mut gradient = [0.0; N];
     for &[x, y, level] in &window.pixels {
@@ -163,7 +172,7 @@ fn accumulate(window: &Window, state: &State, noise: Option<&NoiseModel>) -> Sum
         let contrast = state.levels[3] + state.levels[4] * basis[1] + state.levels[5] * basis[2];
         let expected: f64 = basis.iter().zip(&state.levels).map(|(b, l)| b * l).sum();
         let residual = level - expected;
-        let (variance, weight, loss) = robust(residual, expected, noise);
+        let Robust { variance, weight, loss, response } = robust(residual, expected, noise);
         let row = [
             contrast * s.by_position[0],
             contrast * s.by_position[1],
@@ -187,34 +196,53 @@ fn accumulate(window: &Window, state: &State, noise: Option<&NoiseModel>) -> Sum
         }
         sums.cost += loss;
         sums.weight += weight;
-        sums.chi2 += scale * residual * residual;
+        sums.influence2 += weight * weight * residual * residual / variance;
+        sums.response += response;
     }
     sums.normal = Normal::from_fn(|i, j| normal[i.min(j)][i.max(j)]);
     sums.gradient = Step::from(gradient);
     sums
 }
 
-/// Variance, Tukey weight and loss of one residual; plain least squares without a noise model.
-fn robust(residual: f64, expected: f64, noise: Option<&NoiseModel>) -> (f64, f64, f64) {
-    let Some(noise) = noise else { return (1.0, 1.0, residual * residual) };
+/// What one residual contributes.
+struct Robust {
+    variance: f64,
+    weight: f64,
+    loss: f64,
+    /// Derivative of the influence weight × residual.
+    response: f64,
+}
+
+/// Tukey's bisquare; plain least squares without a noise model.
+fn robust(residual: f64, expected: f64, noise: Option<&NoiseModel>) -> Robust {
+    let Some(noise) = noise else {
+        return Robust { variance: 1.0, weight: 1.0, loss: residual * residual, response: 1.0 };
+    };
     let variance = noise.variance(expected);
     let limit = TUKEY_SIGMAS * TUKEY_SIGMAS;
     let t = residual * residual / (variance * limit);
     if t >= 1.0 {
-        return (variance, 0.0, limit / 3.0);
+        return Robust { variance, weight: 0.0, loss: limit / 3.0, response: 0.0 };
     }
     let keep = 1.0 - t;
-    (variance, keep * keep, limit / 3.0 * (1.0 - keep * keep * keep))
+    Robust {
+        variance,
+        weight: keep * keep,
+        loss: limit / 3.0 * (1.0 - keep * keep * keep),
+        response: keep * (1.0 - 5.0 * t),
+    }
 }
 
+/// The result at the end of the iterations; its covariance is that of an M-estimator (Huber 1981, 7.6): the mean
+/// squared influence over the squared mean response, times the inverse of the unweighted normal matrix.
 fn finished(window: &Window, state: &State, sums: &Sums) -> Option<CornerFit> {
-    let freedom = sums.weight - N as f64;
-    if freedom < N as f64 {
+    let n = window.pixels.len() as f64;
+    if sums.weight < 2.0 * N as f64 || sums.response <= 0.0 {
         return None;
     }
     let covariance = sums.normal.cholesky()?.inverse();
-    let reduced_chi2 = sums.chi2 / freedom;
-    let variance = 0.5 * (covariance[(0, 0)] + covariance[(1, 1)]) * reduced_chi2;
+    let scatter = sums.influence2 / (n - N as f64) * (n / sums.response).powi(2);
+    let variance = 0.5 * (covariance[(0, 0)] + covariance[(1, 1)]) * (sums.weight / n) * scatter;
     let fit = CornerFit {
         position_px: [window.centre[0] + state.position[0], window.centre[1] + state.position[1]],
         shape: state.shape,
@@ -224,7 +252,6 @@ fn finished(window: &Window, state: &State, sums: &Sums) -> Option<CornerFit> {
             .into_iter()
             .fold(0.0, f64::max),
         misfit_rms: misfit_rms(window, state),
-        reduced_chi2,
         sigma_px: variance.sqrt(),
     };
     (fit.sigma_px.is_finite() && fit.position_px.iter().all(|p| p.is_finite())).then_some(fit)

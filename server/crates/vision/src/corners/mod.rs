@@ -23,6 +23,9 @@ mod refine;
 mod warp;
 mod window;
 
+#[cfg(test)]
+mod tests;
+
 use crate::GreyImage;
 
 use detect::search_seeds;

@@ -84,10 +84,10 @@ pub(super) const DETECTION_THRESHOLDS: [f32; 2] = [20.0, 5.0];
 pub(super) const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 
 /// Corners needed to fit a cubic (ten coefficients per axis) to the lens distortion of one view.
-pub(super) const MIN_CORNERS_CUBIC: usize = 30;
+pub(super) const MIN_CORNERS_CUBIC: usize = 20;
 
 /// Corners needed to fit a quadratic (six coefficients per axis).
-pub(super) const MIN_CORNERS_QUADRATIC: usize = 15;
+pub(super) const MIN_CORNERS_QUADRATIC: usize = 12;
 
 /// Neighbourhood (board squares) over which corners must agree with the smooth board as well as their sigmas say.
 pub(super) const DISAGREEMENT_REACH: f64 = 2.0;
@@ -100,3 +100,6 @@ pub(super) const STRETCH_SAMPLE_STEP: usize = 31;
 
 /// Largest image (pixels) that is looked at enlarged: in more pixels, squares this small are no calibration board.
 pub(super) const DOUBLE_MAX_PIXELS: usize = 700_000;
+
+/// Smallest side of a picture given to the detector: its corner kernel alone is eleven pixels wide.
+pub(super) const DETECTION_MIN_SIDE_PX: usize = 24;

@@ -76,8 +76,8 @@ fn noise_from(windows: &[Window], fits: &[CornerFit]) -> NoiseModel {
 /// Raises each sigma to what the neighbours show: along rows and columns the corners scatter about the smooth board
 /// by more than the noise where the print, the sensor or an edge parallel to the pixel grid disturbs them.
 ///
-/// Third differences of the deviation from the [`BoardWarp`] over four neighbours cancel everything smooth; with
-/// weights 1, −3, 3, −1 their variance is 20 σ².
+/// Fourth differences of the deviation from the [`BoardWarp`] over five neighbours cancel everything smooth; with
+/// weights 1, −4, 6, −4, 1 their variance is 70 σ². Boards of fewer than five corners in both directions have none.
 fn add_disagreement(fits: &mut [CornerFit], columns: usize) {
     let Some(warp) = BoardWarp::fit(&indexed(fits, columns)) else { return };
     let deviation: Vec<[f64; 2]> = fits
@@ -98,8 +98,8 @@ fn add_disagreement(fits: &mut [CornerFit], columns: usize) {
         for stencil in stencils.iter().filter(near) {
             for axis in 0..2 {
                 let d: f64 =
-                    stencil.corners.iter().zip([1.0, -3.0, 3.0, -1.0]).map(|(&n, w)| w * deviation[n][axis]).sum();
-                sum += d * d / 20.0;
+                    stencil.corners.iter().zip(FOURTH_DIFFERENCE).map(|(&n, w)| w * deviation[n][axis]).sum();
+                sum += d * d / FOURTH_DIFFERENCE_VARIANCE;
                 count += 1.0;
             }
         }
@@ -109,9 +109,13 @@ fn add_disagreement(fits: &mut [CornerFit], columns: usize) {
     }
 }
 
-/// Four corners in a line.
+/// Weights of the fourth difference, and the variance it makes of unit variance.
+const FOURTH_DIFFERENCE: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
+const FOURTH_DIFFERENCE_VARIANCE: f64 = 70.0;
+
+/// Five corners in a line.
 struct Stencil {
-    corners: [usize; 4],
+    corners: [usize; 5],
     centre: [f64; 2],
 }
 
@@ -120,15 +124,15 @@ fn stencils(columns: usize, rows: usize) -> Vec<Stencil> {
     for row in 0..rows {
         for column in 0..columns {
             let k = row * columns + column;
-            if column + 3 < columns {
+            if column + 4 < columns {
                 all.push(Stencil {
-                    corners: [0, 1, 2, 3].map(|s| k + s),
-                    centre: [column as f64 + 1.5, row as f64],
+                    corners: [0, 1, 2, 3, 4].map(|s| k + s),
+                    centre: [column as f64 + 2.0, row as f64],
                 });
             }
-            if row + 3 < rows {
-                let corners = [0, 1, 2, 3].map(|s| k + s * columns);
-                all.push(Stencil { corners, centre: [column as f64, row as f64 + 1.5] });
+            if row + 4 < rows {
+                let corners = [0, 1, 2, 3, 4].map(|s| k + s * columns);
+                all.push(Stencil { corners, centre: [column as f64, row as f64 + 2.0] });
             }
         }
     }

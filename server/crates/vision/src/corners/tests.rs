@@ -1,0 +1,377 @@
+//! Boards with known corners: rendered here, and the rendered and photographed ones in the data folder.
+//!
+//! The renderer below is independent of the fitted model: it averages sharp squares numerically over the pixel and a
+//! Gaussian. What it does not show: lenses whose blur is skewed, and boards that are not flat.
+
+use std::path::PathBuf;
+
+use super::*;
+use crate::Pixels;
+
+/// A board in front of a camera that looks at it askance, and what the camera adds.
+#[derive(Clone, Copy)]
+struct Scene {
+    width: usize,
+    height: usize,
+    columns: usize,
+    rows: usize,
+    /// Board index (column, row) to ideal pixel, up to scale.
+    homography: [[f64; 3]; 3],
+    /// Relative radial shift at a distance of half the image's width.
+    distortion: f64,
+    blur_px: f64,
+    noise_levels: f64,
+    seed: u64,
+}
+
+/// 7 × 4 corners, squares of about 45 px, tilted; edges at least 4° off the pixel grid.
+const SCENE: Scene = Scene {
+    width: 480,
+    height: 360,
+    columns: 7,
+    rows: 4,
+    homography: [[47.0, 4.0, 82.0], [-3.5, 49.0, 118.0], [2e-3, 8e-3, 1.0]],
+    distortion: -0.01,
+    blur_px: 0.8,
+    noise_levels: 2.0,
+    seed: 1,
+};
+
+const DARK: f64 = 40.0;
+const BRIGHT: f64 = 200.0;
+
+impl Scene {
+    fn params(&self) -> CornerParams {
+        CornerParams { inner_columns: self.columns, inner_rows: self.rows }
+    }
+
+    /// Ideal (undistorted) place of a pixel: the distortion is defined in this direction.
+    fn ideal(&self, p: [f64; 2]) -> [f64; 2] {
+        let centre = [0.5 * self.width as f64, 0.5 * self.height as f64];
+        let d = [p[0] - centre[0], p[1] - centre[1]];
+        let r2 = (d[0] * d[0] + d[1] * d[1]) / (centre[0] * centre[0]);
+        [0, 1].map(|k| centre[k] + d[k] * (1.0 - self.distortion * r2))
+    }
+
+    fn truth(&self, column: usize, row: usize) -> [f64; 2] {
+        let q = self.homography.map(|h| h[0] * column as f64 + h[1] * row as f64 + h[2]);
+        let target = [q[0] / q[2], q[1] / q[2]];
+        let mut p = target;
+        for _ in 0..50 {
+            let ideal = self.ideal(p);
+            p = [0, 1].map(|k| p[k] + target[k] - ideal[k]);
+        }
+        p
+    }
+
+    /// Light of the sharp board at a place of the image; dark outside corner (0, 0), bright margin of one square.
+    fn light(&self, inverse: &nalgebra::Matrix3<f64>, p: [f64; 2]) -> f64 {
+        let ideal = self.ideal(p);
+        let q = inverse * nalgebra::Vector3::new(ideal[0], ideal[1], 1.0);
+        let (c, r) = ((q.x / q.z).floor() as i64, (q.y / q.z).floor() as i64);
+        let inside = |x: i64, n: usize, margin: i64| (-1 - margin..n as i64 + margin).contains(&x);
+        if inside(c, self.columns, 0) && inside(r, self.rows, 0) {
+            return if (c + r).rem_euclid(2) == 0 { DARK } else { BRIGHT };
+        }
+        if inside(c, self.columns, 1) && inside(r, self.rows, 1) { BRIGHT } else { 90.0 }
+    }
+
+    /// Samples on a raster of a fifth of a pixel, shifted by a fraction of it from line to line so that edges along
+    /// the pixel grid are not all cut alike; then blur and pixel box by summation.
+    fn levels(&self) -> Vec<f64> {
+        const FINE: usize = 5;
+        let inverse = nalgebra::Matrix3::from_fn(|i, j| self.homography[i][j]).try_inverse().unwrap();
+        let (w, h) = (self.width * FINE, self.height * FINE);
+        let place = |k: usize, shift: f64| (k as f64 + 0.5 + shift) / FINE as f64 - 0.5;
+        let fine: Vec<f64> = (0..w * h)
+            .map(|k| {
+                let (u, v) = (k % w, k / w);
+                let shift = |n: usize| ((n * 7) % 11) as f64 / 11.0 - 5.0 / 11.0;
+                self.light(&inverse, [place(u, shift(v)), place(v, shift(u))])
+            })
+            .collect();
+        let kernel = blurred_box(self.blur_px, FINE);
+        let rows = summed(&fine, w, h, FINE, &kernel);
+        let turned: Vec<f64> = (0..self.width * h).map(|k| rows[(k % h) * self.width + k / h]).collect();
+        let columns = summed(&turned, h, self.width, FINE, &kernel);
+        (0..self.width * self.height).map(|k| columns[(k % self.width) * self.height + k / self.width]).collect()
+    }
+
+    fn image(&self) -> GreyImage {
+        let mut noise = Noise(self.seed);
+        let level = |l: &f64| (l + self.noise_levels * noise.next()).round().clamp(0.0, 255.0) as u8;
+        let bytes = self.levels().iter().map(level).collect();
+        GreyImage::new(self.width, self.height, Pixels::Eight(bytes)).unwrap()
+    }
+}
+
+/// Weights of a pixel's box convolved with a Gaussian, on the fine raster.
+fn blurred_box(blur_px: f64, fine: usize) -> Vec<f64> {
+    let reach = (5.0 * blur_px * fine as f64).ceil() as i64 + fine as i64;
+    let sigma = blur_px * fine as f64;
+    let half = fine as i64 / 2;
+    let gauss = |x: i64| (-0.5 * (x as f64 / sigma).powi(2)).exp();
+    let raw: Vec<f64> = (-reach..=reach).map(|x| (-half..=half).map(|b| gauss(x - b)).sum()).collect();
+    let sum: f64 = raw.iter().sum();
+    raw.iter().map(|r| r / sum).collect()
+}
+
+/// Each row convolved with `kernel` and taken at every `fine`-th place.
+fn summed(source: &[f64], width: usize, height: usize, fine: usize, kernel: &[f64]) -> Vec<f64> {
+    let mut target = Vec::with_capacity(width / fine * height);
+    for row in source.chunks_exact(width) {
+        for u in 0..width / fine {
+            let centre = (u * fine + fine / 2) as i64 - (kernel.len() / 2) as i64;
+            let at = |k: usize| row[(centre + k as i64).clamp(0, width as i64 - 1) as usize];
+            target.push(kernel.iter().enumerate().map(|(k, w)| w * at(k)).sum());
+        }
+    }
+    target
+}
+
+/// Standard normal numbers: splitmix64, twelve uniform ones summed.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        let mut uniform = || {
+            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mut z = self.0;
+            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// Error per axis (RMS, px) and RMS of error over stated sigma.
+fn errors(found: &[Corner], truth: impl Fn(&Corner) -> [f64; 2]) -> (f64, f64) {
+    let (mut square, mut normalised) = (0.0, 0.0);
+    for corner in found {
+        let t = truth(corner);
+        for e in [corner.u_px - t[0], corner.v_px - t[1]] {
+            square += e * e;
+            normalised += (e / corner.sigma_px).powi(2);
+        }
+    }
+    let n = 2.0 * found.len() as f64;
+    ((square / n).sqrt(), (normalised / n).sqrt())
+}
+
+fn mirrored_turn(image: &GreyImage, turn: usize) -> GreyImage {
+    let (w, h) = (image.width(), image.height());
+    let (tw, th) = if turn % 2 == 0 { (w, h) } else { (h, w) };
+    let Pixels::Eight(p) = image.pixels() else { panic!("8-bit test images only") };
+    let at = |u: usize, v: usize| match turn {
+        1 => p[(h - 1 - u) * w + v],
+        2 => p[(h - 1 - v) * w + w - 1 - u],
+        3 => p[u * w + w - 1 - v],
+        _ => p[v * w + u],
+    };
+    let bytes = (0..tw * th).map(|k| at(k % tw, k / tw)).collect();
+    GreyImage::new(tw, th, Pixels::Eight(bytes)).unwrap()
+}
+
+/// Where pixel (u, v) of the image lies after `turn` quarter turns clockwise.
+fn turned_place(image: &GreyImage, p: [f64; 2], turn: usize) -> [f64; 2] {
+    let (w, h) = (image.width() as f64 - 1.0, image.height() as f64 - 1.0);
+    match turn {
+        1 => [h - p[1], p[0]],
+        2 => [w - p[0], h - p[1]],
+        3 => [p[1], w - p[0]],
+        _ => p,
+    }
+}
+
+#[test]
+fn rendered_corners_are_found_within_their_stated_sigma() {
+    // Seven times the noise-limited error of a 19 × 19 window would be 0.05; a saddle finder reaches 0.02–0.04.
+    let sharp_px = 0.012;
+    for (blur_px, noise_levels, limit_px) in [(0.5, 1.0, sharp_px), (0.8, 2.0, sharp_px), (2.0, 4.0, 0.04)] {
+        let scene = Scene { blur_px, noise_levels, ..SCENE };
+        let board = find_corners(&scene.image(), &scene.params()).unwrap();
+        assert_eq!(board.corners.len(), 28);
+        let (rms_px, normalised) = errors(&board.corners, |c| scene.truth(c.column, c.row));
+        eprintln!("blur {blur_px} noise {noise_levels}: {rms_px:.4} px, {normalised:.2} sigma");
+        assert!(rms_px < limit_px, "blur {blur_px}: {rms_px} px RMS");
+        // 56 samples: 1 ± 0.1 (one sigma) if the stated sigma is right.
+        assert!((0.7..1.3).contains(&normalised), "blur {blur_px}: error/sigma {normalised}");
+    }
+}
+
+#[test]
+fn a_turned_image_gives_the_same_physical_corners() {
+    let image = SCENE.image();
+    let upright = find_corners(&image, &SCENE.params()).unwrap();
+    for turn in 1..4 {
+        let turned = find_corners(&mirrored_turn(&image, turn), &SCENE.params()).unwrap();
+        for (a, b) in upright.corners.iter().zip(&turned.corners) {
+            let expected = turned_place(&image, [a.u_px, a.v_px], turn);
+            // The window's pixels differ by rounding only.
+            assert!(
+                (b.u_px - expected[0]).hypot(b.v_px - expected[1]) < 0.01,
+                "turn {turn}: {b:?} not at {expected:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn an_ambiguous_board_has_its_columns_to_the_right() {
+    let scene = Scene { columns: 7, rows: 5, ..SCENE };
+    let image = scene.image();
+    for turn in [0, 2] {
+        let board = find_corners(&mirrored_turn(&image, turn), &scene.params()).unwrap();
+        assert!(board.corners[1].u_px > board.corners[0].u_px + 20.0);
+        assert!(board.corners[7].v_px > board.corners[0].v_px + 20.0);
+    }
+}
+
+#[test]
+fn sixteen_bit_grey_levels_give_the_same_corners() {
+    let image = SCENE.image();
+    let Pixels::Eight(p) = image.pixels() else { unreachable!() };
+    // A 12-bit camera in 16-bit words.
+    let words = p.iter().map(|&l| u16::from(l) * 16).collect();
+    let deep = GreyImage::new(image.width(), image.height(), Pixels::Sixteen(words)).unwrap();
+    let (a, b) = (find_corners(&image, &SCENE.params()).unwrap(), find_corners(&deep, &SCENE.params()).unwrap());
+    for (a, b) in a.corners.iter().zip(&b.corners) {
+        // The fit ends within its step tolerance, a tenth of sigma.
+        assert!((a.u_px - b.u_px).hypot(a.v_px - b.v_px) < 0.001);
+    }
+}
+
+#[test]
+fn a_board_of_another_size_is_refused_with_its_size() {
+    let refused = find_corners(&SCENE.image(), &CornerParams { inner_columns: 6, inner_rows: 4 });
+    assert_eq!(
+        refused,
+        Err(CornerError::WrongSize { inner_columns: 6, inner_rows: 4, found_columns: 7, found_rows: 4 })
+    );
+}
+
+#[test]
+fn a_covered_corner_makes_the_board_incomplete() {
+    let image = SCENE.image();
+    let Pixels::Eight(p) = image.pixels() else { unreachable!() };
+    let mut bytes = p.clone();
+    let covered = SCENE.truth(3, 2).map(|x| x as usize);
+    for v in covered[1] - 14..covered[1] + 14 {
+        bytes[v * image.width() + covered[0] - 14..][..28].fill(120);
+    }
+    let image = GreyImage::new(image.width(), image.height(), Pixels::Eight(bytes)).unwrap();
+    let refused = find_corners(&image, &SCENE.params());
+    assert_eq!(refused, Err(CornerError::Incomplete { inner_columns: 7, inner_rows: 4, found: 27, needed: 28 }));
+}
+
+#[test]
+fn a_board_reaching_out_of_the_image_is_refused() {
+    let scene = Scene { width: 300, ..SCENE };
+    let scene = Scene { homography: SCENE.homography, ..scene };
+    let refused = find_corners(&scene.image(), &scene.params()).unwrap_err();
+    assert!(matches!(refused, CornerError::WrongSize { .. } | CornerError::Incomplete { .. }), "{refused}");
+}
+
+#[test]
+fn an_image_without_a_board_is_refused() {
+    let mut noise = Noise(5);
+    let bytes = (0..320 * 240).map(|_| (128.0 + 40.0 * noise.next()).clamp(0.0, 255.0) as u8).collect();
+    let noisy = GreyImage::new(320, 240, Pixels::Eight(bytes)).unwrap();
+    let flat = GreyImage::new(320, 240, Pixels::Eight(vec![7; 320 * 240])).unwrap();
+    let tiny = GreyImage::new(1, 1, Pixels::Sixteen(vec![9])).unwrap();
+    for image in [noisy, flat, tiny] {
+        let refused = find_corners(&image, &SCENE.params());
+        assert_eq!(refused, Err(CornerError::NotFound { inner_columns: 7, inner_rows: 4 }));
+    }
+}
+
+/// The data folder, or `None` with a loud word when it is not there.
+fn data(part: &str) -> Option<PathBuf> {
+    let root = std::env::var_os("SHEAF_DATA")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../../shared/data"), PathBuf::from);
+    let folder = root.join(part);
+    if !folder.is_dir() {
+        eprintln!("NOT TESTED: no folder {}; set SHEAF_DATA to the data folder", folder.display());
+        return None;
+    }
+    Some(folder)
+}
+
+fn load(path: &std::path::Path) -> GreyImage {
+    let grey = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_luma8();
+    GreyImage::new(grey.width() as usize, grey.height() as usize, Pixels::Eight(grey.into_raw())).unwrap()
+}
+
+#[test]
+fn every_photographed_board_is_found_whole() {
+    let Some(real) = data("real") else { return };
+    let check = |path: PathBuf, inner_columns, inner_rows| {
+        let board = find_corners(&load(&path), &CornerParams { inner_columns, inner_rows });
+        let board = board.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        // Neighbours cannot be farther from the mean of theirs than a tenth of a square on a flat board:
+        // a false or swapped corner would be.
+        for row in 0..inner_rows {
+            for column in 1..inner_columns - 1 {
+                let [a, b, c] = [column - 1, column, column + 1].map(|k| board.corners[row * inner_columns + k]);
+                let off = (0.5 * (a.u_px + c.u_px) - b.u_px).hypot(0.5 * (a.v_px + c.v_px) - b.v_px);
+                let step = (c.u_px - a.u_px).hypot(c.v_px - a.v_px) / 2.0;
+                assert!(off < 0.1 * step, "{}: corner {row},{column} off by {off} px", path.display());
+            }
+        }
+    };
+    for n in (1..=14).filter(|n| *n != 10) {
+        check(real.join(format!("opencv-board/left{n:02}.jpg")), 9, 6);
+        check(real.join(format!("opencv-board/right{n:02}.jpg")), 9, 6);
+    }
+    for n in 0..16 {
+        check(real.join(format!("ciclop/camera/frame{n}.jpg")), 11, 6);
+    }
+}
+
+/// Truth of one view of `rig-a`: board rotation (3 × 3) and centre in the camera frame (mm), pinhole with
+/// Brown–Conrady distortion (k1 k2 p1 p2 k3).
+fn projected(truth: &serde_json::Value, view: &str, column: usize, row: usize) -> [f64; 2] {
+    let numbers = |v: &serde_json::Value| -> Vec<f64> {
+        v.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+    };
+    let (k, dist) = (numbers(&truth["K"]), numbers(&truth["dist"]));
+    let centre = numbers(&truth[format!("{view}_c")]);
+    let board = [12.0 * (column as f64 - 5.0), 12.0 * (row as f64 - 3.5)];
+    let p: Vec<f64> = (0..3)
+        .map(|i| {
+            let r = numbers(&truth[format!("{view}_R")][i]);
+            centre[i] + r[0] * board[0] + r[1] * board[1]
+        })
+        .collect();
+    let (x, y) = (p[0] / p[2], p[1] / p[2]);
+    let r2 = x * x + y * y;
+    let radial = 1.0 + r2 * (dist[0] + r2 * (dist[1] + r2 * dist[4]));
+    let (p1, p2) = (dist[2], dist[3]);
+    let xd = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
+    let yd = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
+    [k[0] * xd + k[2], k[1] * yd + k[3]]
+}
+
+#[test]
+fn the_rendered_station_is_read_within_a_hundredth_of_a_pixel_or_so() {
+    let Some(rig) = data("rig-a") else { return };
+    let truth: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(rig.join("truth.json")).unwrap()).unwrap();
+    let params = CornerParams { inner_columns: 11, inner_rows: 8 };
+    let (mut square, mut normalised) = (0.0, 0.0);
+    for n in 0..12 {
+        let board = find_corners(&load(&rig.join(format!("board/{n:03}.png"))), &params).unwrap();
+        let view = format!("pose{n}");
+        let (rms_px, sigmas) = errors(&board.corners, |c| projected(&truth, &view, c.column, c.row));
+        square += rms_px * rms_px / 12.0;
+        normalised += sigmas * sigmas / 12.0;
+    }
+    for n in 0..5 {
+        find_corners(&load(&rig.join(format!("stage/{n:03}.png"))), &params).unwrap();
+    }
+    // What the product promises; a saddle finder reaches 0.022.
+    assert!(square.sqrt() < 0.012, "{} px RMS per axis", square.sqrt());
+    // Honest sigmas, within a quarter.
+    assert!((0.8..1.25).contains(&normalised.sqrt()), "error/sigma {}", normalised.sqrt());
+}
