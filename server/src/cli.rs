@@ -101,6 +101,29 @@ impl LightModelArg {
     }
 }
 
+/// k3 on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum K3Arg {
+    /// Only if the pictures tell it apart from zero.
+    #[default]
+    Auto,
+    /// Always.
+    Free,
+    /// Never: k3 = 0.
+    Zero,
+}
+
+impl K3Arg {
+    /// The choice as the calibration takes it; `None` decides by significance.
+    pub fn estimate(self) -> Option<bool> {
+        match self {
+            Self::Auto => None,
+            Self::Free => Some(true),
+            Self::Zero => Some(false),
+        }
+    }
+}
+
 /// `sheaf calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArgs {
@@ -115,6 +138,9 @@ pub struct CalibrateArgs {
     /// Also write a self-contained HTML report.
     #[arg(long, value_name = "REPORT.html")]
     pub report: Option<PathBuf>,
+    /// Whether the sixth-power distortion k3 is estimated.
+    #[arg(long, value_enum, default_value_t)]
+    pub k3: K3Arg,
     /// Go on without board and laser pictures that cannot be read, instead of refusing.
     #[arg(long)]
     pub leave_out_unreadable: bool,

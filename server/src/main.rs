@@ -2,6 +2,7 @@
 
 mod calibration_file;
 mod cli;
+mod cloud_provenance;
 mod commands;
 mod failure;
 mod features;

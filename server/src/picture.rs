@@ -94,3 +94,12 @@ fn encode(picture: &RgbImage, format: ImageFormat) -> Result<Vec<u8>, Failure> {
         .map_err(|error| Failure::new(Exit::Internal, "cannot encode a picture").because(&error))?;
     Ok(bytes.into_inner())
 }
+
+/// A picture with transparency as a PNG file's bytes.
+pub fn encode_rgba_png(picture: &image::RgbaImage) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Cursor::new(Vec::new());
+    picture
+        .write_to(&mut bytes, ImageFormat::Png)
+        .map_err(|error| Failure::new(Exit::Internal, "cannot encode a picture").because(&error))?;
+    Ok(bytes.into_inner())
+}

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use calibration::{CalibrationError, DocumentError};
 use capture::{CaptureError, ImageFileError};
+use scanning::{FileError, ScanError};
 
 use crate::failure::Failure;
 
@@ -37,16 +38,37 @@ impl From<ImageFileError> for Failure {
 impl From<CalibrationError> for Failure {
     fn from(error: CalibrationError) -> Self {
         let (what, remedy) = split_remedy(&error.to_string());
-        with_remedy(Self::unobservable(what), remedy)
+        let failure = match error {
+            CalibrationError::OrdersUnsorted { .. } => Self::bad_input(what).at_entry("projector.orders"),
+            _ => Self::unobservable(what),
+        };
+        with_remedy(failure, remedy)
+    }
+}
+
+impl From<ScanError> for Failure {
+    fn from(error: ScanError) -> Self {
+        let (what, remedy) = split_remedy(&error.to_string());
+        let failure = match error {
+            ScanError::NoStage { .. } => Self::unobservable(what),
+            _ => Self::bad_input(what),
+        };
+        with_remedy(failure, remedy)
+    }
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        let (what, remedy) = split_remedy(&error.to_string());
+        with_remedy(behind(Self::bad_input(what), &error), remedy)
     }
 }
 
 /// A calibration document that cannot be used.
 pub fn unusable_document(path: &Path, error: &DocumentError) -> Failure {
-    Failure::bad_input(format!("cannot use the calibration document {}", path.display()))
-        .in_file(path)
-        .because(error)
-        .remedy("name a document written by sheaf calibrate, or calibrate again")
+    let (what, remedy) = split_remedy(&error.to_string());
+    let failure = Failure::bad_input(format!("{}: {what}", path.display())).in_file(path);
+    with_remedy(behind(failure, error), remedy)
 }
 
 /// The chain behind an error, without the error itself.

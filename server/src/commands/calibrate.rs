@@ -20,20 +20,23 @@ use crate::tables::{calibration_json, calibration_text};
 /// Calibrates and writes the document, then the report if asked for.
 pub fn run(args: &CalibrateArgs, reporter: &Reporter) -> Result<Answer, Failure> {
     let capture = open_capture(&args.capture, reporter)?;
-    let choice = args.light_model.kind().map_or(LightModelChoice::Auto, LightModelChoice::Fixed);
+    let options = CalibrationOptions {
+        light_model: args.light_model.kind().map_or(LightModelChoice::Auto, LightModelChoice::Fixed),
+        estimate_k3: args.k3.estimate(),
+    };
     let Calibrated { features, result, document } =
-        calibrate_capture(&capture, choice, args.leave_out_unreadable, reporter)?;
+        calibrate_capture(&capture, &options, args.leave_out_unreadable, reporter)?;
     write_file(&args.output, document.to_json().as_bytes())?;
     if let Some(path) = &args.report {
         let html = report::calibration_page(&capture, &features, &result, &document)?;
         write_file(path, html.as_bytes())?;
     }
-    let mut text = calibration_text(&result, &document.id);
-    text.push_str(&format!("\ncalibration {} → {}\n", document.id, args.output.display()));
+    let mut text = calibration_text(&result, &document.calibration.id);
+    text.push_str(&format!("\ncalibration {} → {}\n", document.calibration.id, args.output.display()));
     if let Some(path) = &args.report {
         text.push_str(&format!("report → {}\n", path.display()));
     }
-    let mut json = calibration_json(&result, &document.id);
+    let mut json = calibration_json(&result, &document.calibration.id);
     json["output"] = json!(args.output);
     json["report_file"] = json!(args.report);
     json["left_out"] = json!(features.left_out);
@@ -62,7 +65,7 @@ pub fn open_capture(folder: &Path, reporter: &Reporter) -> Result<Capture, Failu
 /// Reads the pictures and calibrates by the model of choice.
 pub fn calibrate_capture(
     capture: &Capture,
-    choice: LightModelChoice,
+    options: &CalibrationOptions,
     leave_out_unreadable: bool,
     reporter: &Reporter,
 ) -> Result<Calibrated, Failure> {
@@ -70,19 +73,18 @@ pub fn calibrate_capture(
     for picture in &features.left_out {
         reporter.warn(&format!("left out: {picture}"));
     }
-    calibrate_features(capture, features, choice, reporter)
+    calibrate_features(capture, features, options, reporter)
 }
 
 /// Calibrates what was read from the pictures.
 pub fn calibrate_features(
     capture: &Capture,
     features: Features,
-    choice: LightModelChoice,
+    options: &CalibrationOptions,
     reporter: &Reporter,
 ) -> Result<Calibrated, Failure> {
-    let options = CalibrationOptions { light_model: choice, ..CalibrationOptions::default() };
     let task = reporter.fraction("calibrating");
-    let result = calibrate(&features.input, &options, &mut |step, fraction| {
+    let result = calibrate(&features.input, options, &mut |step, fraction| {
         task.at(step, fraction);
         Stop::Continue
     })

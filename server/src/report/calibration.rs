@@ -24,7 +24,7 @@ pub fn calibration_page(
 ) -> Result<String, Failure> {
     let lead = format!(
         "Calibration {} of {}: camera, light sheets and stage with what they say about themselves.",
-        document.id,
+        document.calibration.id,
         capture.folder.display()
     );
     let mut page = Page::new("Calibration report", &lead);
