@@ -8,7 +8,8 @@ use crate::bundle::{BoardPose, sheet_residual};
 use crate::input::BoardGeometry;
 use crate::observation::LaserObservation;
 use crate::params::{
-    EDGE_MARGIN_PX, EDGE_MARGIN_WIDTHS, MIN_LINE_COLUMNS, MIN_RANK_AGREEMENT, PREDICTED_LABEL_PITCH_SHARE,
+    BOARD_MARGIN_SQUARES, EDGE_MARGIN_PX, EDGE_MARGIN_WIDTHS, MARGIN_REJECT_SIGMAS, MIN_LINE_COLUMNS,
+    MIN_RANK_AGREEMENT, PREDICTED_LABEL_PITCH_SHARE,
 };
 use crate::report::Rejections;
 
@@ -21,6 +22,8 @@ pub struct BoardPiece {
     pub points: Vec<CentrelinePoint>,
     /// Order, where known.
     pub order: Option<i8>,
+    /// Whether it lies on the squares, or on the one square's width around them that most boards leave blank.
+    pub on_pattern: bool,
 }
 
 /// The pieces of one picture.
@@ -52,31 +55,61 @@ pub fn picture_lines(
     let columns = Columns::of(centrelines, line_direction);
     lines.most_side_by_side = columns.most_side_by_side();
     for segment in &centrelines.segments {
-        let mut run: Vec<CentrelinePoint> = Vec::new();
-        let mut votes = vec![0usize; orders.len()];
-        let close = |run: &mut Vec<CentrelinePoint>, votes: &mut Vec<usize>, pieces: &mut Vec<BoardPiece>| {
-            if !run.is_empty() {
-                let order = voted(votes).map(|rank| orders[rank]);
-                pieces.push(BoardPiece { block, points: std::mem::take(run), order });
-            }
-            votes.fill(0);
-        };
+        let mut run = Run::new(block, orders);
         for point in &segment.points {
-            match place_on_board(point, camera, pose, board) {
-                Place::OffBoard => {
-                    lines.rejections.off_board += 1;
-                    close(&mut run, &mut votes, &mut lines.pieces);
-                }
+            let place = place_on_board(point, camera, pose, board);
+            match place {
+                Place::OffBoard => lines.rejections.off_board += 1,
                 Place::NearEdge => lines.rejections.square_edge += 1,
-                Place::Inside => run.push(*point),
+                Place::Square | Place::Margin => {}
             }
-            if let Some(rank) = columns.rank(point, orders.len()) {
-                votes[rank] += 1;
+            if let Some(closed) = run.advance(point, &place, columns.rank(point, orders.len())) {
+                lines.pieces.push(closed);
             }
         }
-        close(&mut run, &mut votes, &mut lines.pieces);
+        lines.pieces.extend(run.close());
     }
     lines
+}
+
+/// A piece in the making.
+struct Run<'a> {
+    orders: &'a [i8],
+    piece: BoardPiece,
+    votes: Vec<usize>,
+}
+
+impl<'a> Run<'a> {
+    fn new(block: usize, orders: &'a [i8]) -> Self {
+        let piece = BoardPiece { block, points: Vec::new(), order: None, on_pattern: true };
+        Self { orders, piece, votes: vec![0; orders.len()] }
+    }
+
+    /// Takes the next point of the segment; gives the piece that ends here, if one does.
+    fn advance(&mut self, point: &CentrelinePoint, place: &Place, rank: Option<usize>) -> Option<BoardPiece> {
+        let on_pattern = match place {
+            Place::OffBoard => return self.close(),
+            Place::NearEdge => None,
+            Place::Square => Some(true),
+            Place::Margin => Some(false),
+        };
+        let closed = on_pattern.filter(|on| *on != self.piece.on_pattern).and_then(|_| self.close());
+        if let Some(on_pattern) = on_pattern {
+            self.piece.on_pattern = on_pattern;
+            self.piece.points.push(*point);
+        }
+        if let Some(rank) = rank {
+            self.votes[rank] += 1;
+        }
+        closed
+    }
+
+    fn close(&mut self) -> Option<BoardPiece> {
+        let order = voted(&self.votes).map(|rank| self.orders[rank]);
+        self.votes.fill(0);
+        let points = std::mem::take(&mut self.piece.points);
+        (!points.is_empty()).then(|| BoardPiece { points, order, ..self.piece.clone() })
+    }
 }
 
 /// Labels every piece by the predicted curves of `light`; pieces between two curves lose their label.
@@ -119,6 +152,24 @@ pub fn observations(pieces: &[BoardPiece], spacing: usize, correlation_px: f64) 
         .collect()
 }
 
+/// Takes away the label of pieces on the board's margin that do not lie on the predicted curve to within the noise:
+/// there the board may have ended already.
+pub fn unlabel_beyond_board(
+    pieces: &mut [BoardPiece],
+    camera: &Camera,
+    poses: &[BoardPose],
+    light: &LightSurfaces,
+) {
+    for piece in pieces.iter_mut().filter(|piece| !piece.on_pattern) {
+        let Some(order) = piece.order else { continue };
+        let sigma = piece.points.iter().map(|p| p.sigma_px).sum::<f64>() / piece.points.len() as f64;
+        let distance = median_distance(piece, camera, &poses[piece.block], light, order);
+        if distance.is_none_or(|distance| distance > MARGIN_REJECT_SIGMAS * sigma) {
+            piece.order = None;
+        }
+    }
+}
+
 /// Median |distance| of a piece's points to the curve of `order` on its board, px.
 fn median_distance(
     piece: &BoardPiece,
@@ -146,7 +197,8 @@ fn median_distance(
 enum Place {
     OffBoard,
     NearEdge,
-    Inside,
+    Square,
+    Margin,
 }
 
 /// Where a centreline point lies on the board's pattern, its squares' edges widened by the line's own width.
@@ -154,7 +206,10 @@ fn place_on_board(point: &CentrelinePoint, camera: &Camera, pose: &BoardPose, bo
     let pixel = Vector2::new(point.u_px, point.v_px);
     let Some(here) = squares_from_pixel(&pixel, camera, pose, board) else { return Place::OffBoard };
     let limit = Vector2::new(board.inner_columns as f64, board.inner_rows as f64);
-    if here.x < -1.0 || here.y < -1.0 || here.x > limit.x || here.y > limit.y {
+    let outside = |margin: f64| {
+        here.x < -1.0 - margin || here.y < -1.0 - margin || here.x > limit.x + margin || here.y > limit.y + margin
+    };
+    if outside(BOARD_MARGIN_SQUARES) {
         return Place::OffBoard;
     }
     let reach_px = EDGE_MARGIN_WIDTHS * f64::from(point.width_px) + EDGE_MARGIN_PX;
@@ -169,7 +224,7 @@ fn place_on_board(point: &CentrelinePoint, camera: &Camera, pose: &BoardPose, bo
             return Place::NearEdge;
         }
     }
-    Place::Inside
+    if outside(0.0) { Place::Margin } else { Place::Square }
 }
 
 /// Board coordinates in squares from corner (0, 0) of a pixel.

@@ -2,7 +2,7 @@
 
 use optics::{DepthRangeMm, LightModelKind, LightSurfaces};
 
-use crate::board_lines::{BoardPiece, label_by_prediction, observations, picture_lines};
+use crate::board_lines::{BoardPiece, label_by_prediction, observations, picture_lines, unlabel_beyond_board};
 use crate::bundle::sheet_residual;
 use crate::error::CalibrationError;
 use crate::input::CalibrationInput;
@@ -48,7 +48,9 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
             scene.orders,
             input.projector.line_direction,
         );
-        if lines.pieces.iter().map(|piece| piece.points.len()).sum::<usize>() < MIN_LINE_COLUMNS {
+        if lines.pieces.iter().filter(|piece| piece.on_pattern).map(|piece| piece.points.len()).sum::<usize>()
+            < MIN_LINE_COLUMNS
+        {
             return Err(CalibrationError::NoLine { pose: pose.name.clone() });
         }
         rejections.off_board += lines.rejections.off_board;
@@ -58,11 +60,13 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
         pieces.extend(lines.pieces);
     }
     let spacing = (correlation_px / POINTS_PER_CORRELATION).round().max(1.0) as usize;
-    let ranked = observations(&pieces, spacing, correlation_px);
+    let on_pattern: Vec<BoardPiece> = pieces.iter().filter(|piece| piece.on_pattern).cloned().collect();
+    let ranked = observations(&on_pattern, spacing, correlation_px);
     check_seen(scene, &ranked, most_side_by_side)?;
     let kind = if scene.orders.len() >= 3 { LightModelKind::Grating } else { LightModelKind::Planes };
     let light = fit_light(scene, &ranked, kind, None)?;
     label_by_prediction(&mut pieces, scene.camera, scene.poses, &light, scene.orders);
+    unlabel_beyond_board(&mut pieces, scene.camera, scene.poses, &light);
     rejections.unlabelled = pieces.iter().filter(|p| p.order.is_none()).map(|p| p.points.len()).sum();
     let labelled = observations(&pieces, spacing, correlation_px);
     check_seen(scene, &labelled, most_side_by_side)?;

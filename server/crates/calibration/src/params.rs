@@ -57,6 +57,14 @@ pub const EDGE_MARGIN_WIDTHS: f64 = 1.1;
 /// … plus this many pixels for the board image's own blur and the smoothing of the centreline.
 pub const EDGE_MARGIN_PX: f64 = 2.0;
 
+/// Width of the blank margin around the squares that may carry laser points, in squares: boards leave about this much
+/// blank so that they can be detected.
+pub const BOARD_MARGIN_SQUARES: f64 = 1.0;
+
+/// A piece of line on the margin counts as on the board if its median distance from the predicted curve is below this
+/// many σ (the median of |z| is 0.67 on the board; a board thickness beyond it is hundreds).
+pub const MARGIN_REJECT_SIGMAS: f64 = 1.5;
+
 /// A line on the board needs this many columns to be used.
 pub const MIN_LINE_COLUMNS: usize = 24;
 
