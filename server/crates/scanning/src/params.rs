@@ -22,6 +22,12 @@ pub const TRACK_GATE_PITCHES: f64 = 0.15;
 /// agreement with another order: continuity carries a label on, it does not overrule a second look.
 pub const TRACK_WEIGHT: f64 = 0.5;
 
+/// Weight of the bond between pieces cut apart at a kink, per sample and at most one sample: a bend is likelier
+/// than two lines joined.
+pub const JOINT_WEIGHT: f64 = 1.0;
+/// Pieces shorter than this do not hold a label against the line they hang on, points.
+pub const STUB_POINTS: usize = 32;
+
 /// Longest gap a line is continued over within its frame, in line pitches (an object standing on a plate).
 pub const CONTINUATION_GAP_PITCHES: f64 = 4.0;
 /// Largest departure of the continued line, in line pitches.
@@ -35,8 +41,9 @@ pub const CONTINUATION_WEIGHT: f64 = 2.0;
 /// parts, so this weighs more than a single agreement.
 pub const RANK_COST: f64 = 1.5;
 
-/// Cost of a sample that misses the sheet or lies outside the depth range.
-pub const OUTSIDE_COST: f64 = 6.0;
+/// Cost of a sample that misses the sheet or lies outside the depth range. No more than a rank: parts may reach
+/// beyond the stated depths, and what hangs on such a line shall not be pressed into another order.
+pub const OUTSIDE_COST: f64 = 1.5;
 /// Cost of leaving a piece unlabelled, per sample. A label must be contradicted by this much on balance
 /// before the piece is taken for a ghost.
 pub const UNLABELLED_COST: f64 = 0.4;
@@ -56,7 +63,7 @@ pub const PATCH_MAX_GRADIENT: f64 = 3.0;
 /// Radius of a patch in sample distances: patches overlap their neighbours without reaching past them.
 pub const PATCH_RADIUS_SPACINGS: f64 = 0.8;
 /// Lines of one order this many frames apart see different places; nearer ones are neighbours on a slope.
-pub const SAME_ORDER_MIN_FRAMES: u32 = 3;
+pub const SAME_ORDER_MIN_FRAMES: usize = 3;
 
 /// Rounds of relaxation; beliefs settle within twenty.
 pub const RELAX_ROUNDS: usize = 40;

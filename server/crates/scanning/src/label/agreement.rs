@@ -5,46 +5,29 @@ use rayon::prelude::*;
 
 use super::evidence::Evidence;
 use super::hypotheses::{Hypothesis, Samples};
+use super::outlook::Outlook;
 use super::patches::{PatchGrid, ViewPoint};
 use super::pieces::Piece;
 use super::tracks::Partners;
 use crate::params::{
     AGREEMENT_SIGMAS, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM, PATCH_MAX_GRADIENT, PATCH_RADIUS_SPACINGS,
-    SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX,
+    SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX, SMOOTH_SIGMAS,
 };
 
-/// How the scan looks at the part.
-#[derive(Debug, Clone, Copy)]
-pub struct Outlook {
-    /// From the part frame to the camera in the middle of the scan: add this.
-    pub middle_shift_mm: Vector3<f64>,
-    /// Depth at which distances across the view are measured.
-    pub reference_depth_mm: f64,
-    /// Travel per frame as the camera sees it in (x, y), mm; zero if the stage does not move across the view.
-    pub step_mm: Vector2<f64>,
-    /// Width of a scan column (row) at the reference depth, mm.
-    pub column_mm: f64,
-    /// Smallest difference between two orders that counts, mm.
-    pub floor_mm: f64,
-}
-
-impl Outlook {
-    /// A point of the part as seen from the middle of the scan.
-    pub fn view_of(&self, in_part_mm: &Vector3<f64>) -> ViewPoint {
-        self.seen_from(&self.middle_shift_mm, in_part_mm)
-    }
-
-    /// A point of the part as seen while the stage has moved it by `shift_mm`.
-    pub fn seen_from(&self, shift_mm: &Vector3<f64>, in_part_mm: &Vector3<f64>) -> ViewPoint {
-        let seen = in_part_mm + shift_mm;
-        ViewPoint { xy_mm: seen.xy() * (self.reference_depth_mm / seen.z), depth_mm: seen.z }
-    }
-
-    /// Every how many frames a line is asked: steps much finer than the samples along the line add nothing.
-    pub fn frame_stride(&self) -> usize {
-        let sample_mm = self.column_mm * SAMPLE_STRIDE_PX as f64;
-        ((sample_mm / 4.0 / self.step_mm.norm()) as usize).max(1)
-    }
+/// Everything the second look needs to know.
+pub struct Scene<'a> {
+    /// Samples of all pieces.
+    pub samples: &'a Samples,
+    /// All pieces.
+    pub pieces: &'a [Piece],
+    /// The same line in neighbouring frames.
+    pub partners: &'a Partners,
+    /// Per frame: its place along the travel.
+    pub travel_rank: &'a [usize],
+    /// Per frame: what the stage has moved the part by.
+    pub shifts_mm: &'a [Vector3<f64>],
+    /// The common view.
+    pub outlook: &'a Outlook,
 }
 
 /// A surface patch under one hypothesis.
@@ -55,35 +38,32 @@ struct Patch {
     sigma_mm: f64,
     piece: u32,
     label: u32,
-    /// Frame by travel.
-    frame: u32,
+    /// Place of its frame along the travel.
+    place: u32,
+    /// Whether the surface goes on smoothly on all four sides: only then may it contradict.
+    interior: bool,
 }
 
+/// What other patches say about a label: (label, other piece, its label, weight).
+type Testimony = (u32, u32, u32, f64);
+
 /// Adds agreements and contradictions between all hypotheses of different orders.
-pub fn add_second_looks(
-    evidence: &mut Evidence,
-    samples: &Samples,
-    pieces: &[Piece],
-    partners: &Partners,
-    travel_rank: &[usize],
-    shifts_mm: &[Vector3<f64>],
-    outlook: &Outlook,
-) {
+pub fn add_second_looks(evidence: &mut Evidence, scene: &Scene) {
+    let outlook = scene.outlook;
     let step = outlook.step_mm.norm() * outlook.frame_stride() as f64;
     if !(step > 0.0 && step.is_finite()) {
         return;
     }
-    let patches = patches(samples, pieces, partners, travel_rank, outlook);
+    let patches = scene.patches();
     let stride_mm = outlook.column_mm * SAMPLE_STRIDE_PX as f64;
+    // Samples share their columns, so that patches along the line need not reach as far as along the travel.
     let radii = [stride_mm * PATCH_RADIUS_SPACINGS * 0.75, step * PATCH_RADIUS_SPACINGS];
     let grid = PatchGrid::new(patches.iter().map(|patch| patch.view.xy_mm), outlook.step_mm, radii);
     let density = std::f64::consts::PI * radii[0] * radii[1] / (stride_mm * step);
-    let links: Vec<Vec<(u32, u32, u32, f64)>> = (0..pieces.len())
-        .into_par_iter()
-        .map(|piece| links_of(piece, samples, pieces, travel_rank, shifts_mm, outlook, &patches, &grid))
-        .collect();
-    for (piece, links) in links.into_iter().enumerate() {
-        for (label, other, other_label, weight) in links {
+    let heard: Vec<Vec<Testimony>> =
+        (0..scene.pieces.len()).into_par_iter().map(|piece| scene.testimonies(piece, &patches, &grid)).collect();
+    for (piece, heard) in heard.into_iter().enumerate() {
+        for (label, other, other_label, weight) in heard {
             evidence.add_testimony(
                 (piece, label as usize),
                 (other as usize, other_label as usize),
@@ -93,61 +73,134 @@ pub fn add_second_looks(
     }
 }
 
-/// Patches of all hypotheses whose surroundings are known along the line and along the travel.
-fn patches(
-    samples: &Samples,
-    pieces: &[Piece],
-    partners: &Partners,
-    travel_rank: &[usize],
-    outlook: &Outlook,
-) -> Vec<Patch> {
-    let stride = outlook.frame_stride();
-    let per_piece: Vec<Vec<Patch>> = (0..pieces.len())
-        .into_par_iter()
-        .filter(|&piece| travel_rank[pieces[piece].frame].is_multiple_of(stride))
-        .map(|piece| {
-            let range = samples.range(piece);
-            let frame = travel_rank[pieces[piece].frame] as u32;
-            let mut found = Vec::new();
-            for idx in range.clone() {
-                for (label, hypothesis) in samples.all[idx].by_order.iter().enumerate() {
-                    let Some(hypothesis) = hypothesis else { continue };
-                    let at = |other: Option<usize>| {
-                        other
-                            .and_then(|other| samples.all[other].by_order[label])
-                            .map(|h| outlook.view_of(&h.in_part_mm))
-                    };
-                    let before = (idx > range.start).then(|| idx - 1);
-                    let after = (idx + 1 < range.end).then_some(idx + 1);
-                    let view = outlook.view_of(&hypothesis.in_part_mm);
-                    let along = difference(&view, at(before), at(after));
-                    let travel = difference(&view, at(partners.previous[idx]), at(partners.next[idx]));
-                    let gradient = along.zip(travel).and_then(|(along, travel)| gradient(&along, &travel));
-                    let Some(gradient) = gradient else { continue };
-                    let (piece, label) = (piece as u32, label as u32);
-                    found.push(Patch {
-                        in_part_mm: hypothesis.in_part_mm,
-                        view,
-                        gradient,
-                        sigma_mm: hypothesis.sigma_mm,
-                        piece,
-                        label,
-                        frame,
-                    });
-                }
+impl Scene<'_> {
+    fn place(&self, piece: usize) -> usize {
+        self.travel_rank[self.pieces[piece].frame]
+    }
+
+    /// Patches of all hypotheses whose surroundings are known along the line and along the travel.
+    fn patches(&self) -> Vec<Patch> {
+        let stride = self.outlook.frame_stride();
+        let of_piece = |piece: usize| -> Vec<Patch> {
+            let range = self.samples.range(piece);
+            range.clone().flat_map(|idx| self.patches_of_sample(idx, &range)).collect()
+        };
+        let speaking =
+            (0..self.pieces.len()).into_par_iter().filter(|&piece| self.place(piece).is_multiple_of(stride));
+        let per_piece: Vec<Vec<Patch>> = speaking.map(of_piece).collect();
+        per_piece.into_iter().flatten().collect()
+    }
+
+    fn patches_of_sample(&self, idx: usize, of_piece: &std::ops::Range<usize>) -> Vec<Patch> {
+        let sample = &self.samples.all[idx];
+        let line = [(idx > of_piece.start).then(|| idx - 1), (idx + 1 < of_piece.end).then_some(idx + 1)];
+        let travel = [self.partners.previous[idx], self.partners.next[idx]];
+        let patch = |label: usize| {
+            let hypothesis = sample.by_order[label].as_ref()?;
+            let at = |other: Option<usize>| {
+                Some(self.outlook.view_of(&self.samples.all[other?].by_order[label].as_ref()?.in_part_mm))
+            };
+            let view = self.outlook.view_of(&hypothesis.in_part_mm);
+            let (line, travel) = (line.map(at), travel.map(at));
+            let gradient = gradient(&difference(&view, &line)?, &difference(&view, &travel)?)?;
+            let interior = [line, travel].iter().all(|ends| goes_on(&view, ends, hypothesis.sigma_mm));
+            Some(Patch {
+                in_part_mm: hypothesis.in_part_mm,
+                view,
+                gradient,
+                sigma_mm: hypothesis.sigma_mm,
+                piece: sample.piece as u32,
+                label: label as u32,
+                place: self.place(sample.piece) as u32,
+                interior,
+            })
+        };
+        (0..sample.by_order.len()).filter_map(patch).collect()
+    }
+
+    /// Everything other patches say about one piece, merged and sorted.
+    fn testimonies(&self, piece: usize, patches: &[Patch], grid: &PatchGrid) -> Vec<Testimony> {
+        let share = super::sample_weight(&self.pieces[piece]);
+        let mut heard: Vec<Testimony> = Vec::new();
+        for sample in self.samples.of_piece(piece) {
+            for (label, hypothesis) in sample.by_order.iter().enumerate() {
+                let Some(hypothesis) = hypothesis else { continue };
+                let view = self.outlook.view_of(&hypothesis.in_part_mm);
+                grid.for_each_near(&view.xy_mm, |idx, _| {
+                    let patch = &patches[idx];
+                    let verdict = self.verdict(piece, label, hypothesis, &view, patch, grid);
+                    if verdict != 0.0 {
+                        heard.push((label as u32, patch.piece, patch.label, verdict * share));
+                    }
+                });
             }
-            found
-        })
-        .collect();
-    per_piece.into_iter().flatten().collect()
+        }
+        heard.sort_by_key(|testimony| (testimony.0, testimony.1, testimony.2));
+        heard.dedup_by(|next, kept| {
+            let same = (next.0, next.1, next.2) == (kept.0, kept.1, kept.2);
+            if same {
+                kept.3 += next.3;
+            }
+            same
+        });
+        heard
+    }
+
+    /// +1 … 0: the patch agrees; 0: it says nothing; −1: it contradicts.
+    fn verdict(
+        &self,
+        piece: usize,
+        label: usize,
+        hypothesis: &Hypothesis,
+        view: &ViewPoint,
+        patch: &Patch,
+        grid: &PatchGrid,
+    ) -> f64 {
+        let frames_apart = self.place(piece).abs_diff(patch.place as usize);
+        let same_order = patch.label as usize == label;
+        if frames_apart == 0 || same_order && frames_apart < SAME_ORDER_MIN_FRAMES * self.outlook.frame_stride() {
+            return 0.0;
+        }
+        let ratio = apart_in_tolerances(hypothesis, view, patch, self.outlook.floor_mm);
+        if ratio < 1.0 && !same_order {
+            return 1.0 - ratio * ratio;
+        }
+        let denied = ratio > CONTRADICTION_TOLERANCES && patch.interior;
+        if denied && self.hides(piece, hypothesis, view, patch, grid) { -1.0 } else { 0.0 }
+    }
+
+    /// Whether the nearer of the two would have hidden the other when that was seen.
+    fn hides(
+        &self,
+        piece: usize,
+        hypothesis: &Hypothesis,
+        view: &ViewPoint,
+        patch: &Patch,
+        grid: &PatchGrid,
+    ) -> bool {
+        let farther = if view.depth_mm > patch.view.depth_mm { piece } else { patch.piece as usize };
+        let shift_mm = &self.shifts_mm[self.pieces[farther].frame];
+        let seen = |in_part_mm: &Vector3<f64>| self.outlook.seen_from(shift_mm, in_part_mm).xy_mm;
+        grid.within(&(seen(&hypothesis.in_part_mm) - seen(&patch.in_part_mm)))
+    }
+}
+
+/// Distance in depth between a hypothesis and a patch, in tolerances.
+fn apart_in_tolerances(hypothesis: &Hypothesis, view: &ViewPoint, patch: &Patch, floor_mm: f64) -> f64 {
+    let offset = view.xy_mm - patch.view.xy_mm;
+    let apart = (view.depth_mm - patch.view.depth_mm - patch.gradient.dot(&offset)).abs();
+    let tolerance = AGREEMENT_SIGMAS * hypothesis.sigma_mm.hypot(patch.sigma_mm)
+        + floor_mm
+        + 0.5 * PATCH_CURVATURE_PER_MM * offset.norm_squared();
+    apart / tolerance
 }
 
 /// From one neighbour to the other, or between the point and its only neighbour: (x, y, depth).
-fn difference(at: &ViewPoint, before: Option<ViewPoint>, after: Option<ViewPoint>) -> Option<Vector3<f64>> {
-    if before.is_none() && after.is_none() {
+fn difference(at: &ViewPoint, ends: &[Option<ViewPoint>; 2]) -> Option<Vector3<f64>> {
+    if ends[0].is_none() && ends[1].is_none() {
         return None;
     }
-    let (from, to) = (before.unwrap_or(*at), after.unwrap_or(*at));
+    let [from, to] = ends.map(|end| end.unwrap_or(*at));
     let across = to.xy_mm - from.xy_mm;
     Some(Vector3::new(across.x, across.y, to.depth_mm - from.depth_mm))
 }
@@ -160,72 +213,11 @@ pub fn gradient(along: &Vector3<f64>, travel: &Vector3<f64>) -> Option<Vector2<f
     (normal.z.abs() > 0.1 * spread && gradient.norm() <= PATCH_MAX_GRADIENT).then_some(gradient)
 }
 
-/// Everything other patches say about one piece: (label, other piece, its label, weight), merged and sorted.
-fn links_of(
-    piece: usize,
-    samples: &Samples,
-    pieces: &[Piece],
-    travel_rank: &[usize],
-    shifts_mm: &[Vector3<f64>],
-    outlook: &Outlook,
-    patches: &[Patch],
-    grid: &PatchGrid,
-) -> Vec<(u32, u32, u32, f64)> {
-    let frame = travel_rank[pieces[piece].frame];
-    let stride = outlook.frame_stride();
-    let share = super::sample_weight(&pieces[piece]);
-    let mut links = Vec::new();
-    for sample in samples.of_piece(piece) {
-        for (label, hypothesis) in sample.by_order.iter().enumerate() {
-            let Some(hypothesis) = hypothesis else { continue };
-            let view = outlook.view_of(&hypothesis.in_part_mm);
-            grid.for_each_near(&view.xy_mm, |idx, _| {
-                let patch = &patches[idx];
-                let apart = frame.abs_diff(patch.frame as usize);
-                let same_order = patch.label as usize == label;
-                if apart == 0 || same_order && apart < SAME_ORDER_MIN_FRAMES as usize * stride {
-                    return;
-                }
-                let mut verdict = verdict(hypothesis, &view, patch, outlook.floor_mm);
-                if verdict < 0.0 {
-                    let seen_at = if view.depth_mm > patch.view.depth_mm { piece } else { patch.piece as usize };
-                    let shift_mm = &shifts_mm[pieces[seen_at].frame];
-                    let offset = outlook.seen_from(shift_mm, &hypothesis.in_part_mm).xy_mm
-                        - outlook.seen_from(shift_mm, &patch.in_part_mm).xy_mm;
-                    if !grid.within(&offset) {
-                        verdict = 0.0;
-                    }
-                }
-                if verdict < 0.0 || verdict > 0.0 && !same_order {
-                    links.push((label as u32, patch.piece, patch.label, verdict * share));
-                }
-            });
-        }
-    }
-    links.sort_by_key(|link| (link.0, link.1, link.2));
-    links.dedup_by(|next, kept| {
-        let same = (next.0, next.1, next.2) == (kept.0, kept.1, kept.2);
-        if same {
-            kept.3 += next.3;
-        }
-        same
-    });
-    links
-}
-
-/// +1 … 0: agrees; 0: says nothing; −1: contradicts.
-fn verdict(hypothesis: &Hypothesis, view: &ViewPoint, patch: &Patch, floor_mm: f64) -> f64 {
-    let offset = view.xy_mm - patch.view.xy_mm;
-    let apart = (view.depth_mm - patch.view.depth_mm - patch.gradient.dot(&offset)).abs();
-    let tolerance = AGREEMENT_SIGMAS * hypothesis.sigma_mm.hypot(patch.sigma_mm)
-        + floor_mm
-        + 0.5 * PATCH_CURVATURE_PER_MM * offset.norm_squared();
-    let ratio = apart / tolerance;
-    if ratio < 1.0 {
-        1.0 - ratio * ratio
-    } else if ratio > CONTRADICTION_TOLERANCES {
-        -1.0
-    } else {
-        0.0
-    }
+/// Whether both neighbours exist and the surface passes them without a bend beyond noise and curvature.
+fn goes_on(at: &ViewPoint, ends: &[Option<ViewPoint>; 2], sigma_mm: f64) -> bool {
+    let [Some(from), Some(to)] = ends else { return false };
+    let bend = (from.depth_mm + to.depth_mm - 2.0 * at.depth_mm).abs();
+    let reach = 0.25 * (to.xy_mm - from.xy_mm).norm_squared();
+    // A second difference has √6 times the noise of one point.
+    bend <= SMOOTH_SIGMAS * 6f64.sqrt() * sigma_mm + PATCH_CURVATURE_PER_MM * reach
 }

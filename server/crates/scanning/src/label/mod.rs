@@ -7,6 +7,7 @@
 mod agreement;
 mod evidence;
 mod hypotheses;
+mod outlook;
 mod patches;
 mod pieces;
 mod ranks;
@@ -18,12 +19,13 @@ use optics::{Calibration, DepthRangeMm, LightModelKind};
 use vision::{Centrelines, LineDirection};
 
 use crate::params::{
-    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, OUTSIDE_COST, SAMPLE_STRIDE_PX, UNLABELLED_COST,
+    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS, UNLABELLED_COST,
 };
 use evidence::Evidence;
 use hypotheses::Samples;
 
-pub use agreement::{Outlook, gradient};
+pub use agreement::gradient;
+pub use outlook::Outlook;
 pub use patches::{PatchGrid, ViewPoint};
 pub use pieces::{Piece, along_across, line_direction};
 pub use relax::Verdict;
@@ -37,6 +39,25 @@ pub struct Labels {
     pub verdicts: Vec<Verdict>,
     /// Which way the lines run.
     pub direction: LineDirection,
+}
+
+impl Labels {
+    /// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
+    fn doubt_stubs(&mut self, frames: &[&Centrelines]) {
+        let verdicts = self.verdicts.clone();
+        for idx in 1..self.pieces.len() {
+            let (a, b) = (&self.pieces[idx - 1], &self.pieces[idx]);
+            if verdicts[idx - 1] == verdicts[idx] || !tracks::joined(a, b, frames[a.frame], self.direction) {
+                continue;
+            }
+            for stub in [idx - 1, idx] {
+                let doubted = matches!(verdicts[stub], Verdict::Order(_));
+                if doubted && self.pieces[stub].n_points() < STUB_POINTS {
+                    self.verdicts[stub] = Verdict::Doubtful;
+                }
+            }
+        }
+    }
 }
 
 /// Size of one sample of a piece in full samples: densely sampled pieces count by their length all the same.
@@ -66,10 +87,21 @@ pub fn label_frames(
     let mut evidence = depth_evidence(&samples, &pieces, calibration.orders.len());
     tracks::add_tracks(&mut evidence, &samples, &pieces, &partners);
     tracks::add_continuations(&mut evidence, &samples, &pieces, frames, direction);
+    tracks::add_joints(&mut evidence, &pieces, frames, direction);
     ranks::add_ranks(&mut evidence, &samples, &pieces);
     let outlook = outlook(&travel, calibration, depth_range_mm, direction);
-    agreement::add_second_looks(&mut evidence, &samples, &pieces, &partners, &travel.rank, shifts_mm, &outlook);
-    Labels { verdicts: relax::settle(&evidence), pieces, direction }
+    let scene = agreement::Scene {
+        samples: &samples,
+        pieces: &pieces,
+        partners: &partners,
+        travel_rank: &travel.rank,
+        shifts_mm,
+        outlook: &outlook,
+    };
+    agreement::add_second_looks(&mut evidence, &scene);
+    let mut labels = Labels { verdicts: relax::settle(&evidence), pieces, direction };
+    labels.doubt_stubs(frames);
+    labels
 }
 
 /// Sizes of the pieces and the cost of depths that cannot be.
@@ -77,11 +109,11 @@ fn depth_evidence(samples: &Samples, pieces: &[Piece], n_orders: usize) -> Evide
     let size = |(idx, piece): (usize, &Piece)| samples.range(idx).len() as f64 * sample_weight(piece);
     let sizes = pieces.iter().enumerate().map(size).map(|size| size.max(f64::MIN_POSITIVE)).collect();
     let mut evidence = Evidence::new(n_orders, sizes, UNLABELLED_COST);
-    for sample in &samples.all {
-        for (label, hypothesis) in sample.by_order.iter().enumerate() {
-            if hypothesis.is_none() {
-                evidence.add_single(sample.piece, label, -OUTSIDE_COST * sample_weight(&pieces[sample.piece]));
-            }
+    for (idx, piece) in pieces.iter().enumerate() {
+        for label in 0..n_orders {
+            let samples = samples.of_piece(idx);
+            let n_outside = samples.iter().filter(|sample| sample.by_order[label].is_none()).count();
+            evidence.add_single(idx, label, -OUTSIDE_COST * n_outside as f64 * sample_weight(piece));
         }
     }
     evidence

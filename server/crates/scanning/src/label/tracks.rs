@@ -6,8 +6,8 @@ use super::evidence::Evidence;
 use super::hypotheses::Samples;
 use super::pieces::{Piece, along_across};
 use crate::params::{
-    CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT,
-    TRACK_GATE_PITCHES, TRACK_WEIGHT,
+    CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT, JOINT_WEIGHT,
+    KINK_STEP_PX, TRACK_GATE_PITCHES, TRACK_WEIGHT,
 };
 
 /// Per sample: the sample of the same line in the neighbouring frames.
@@ -104,6 +104,26 @@ pub fn add_continuations(
         }
         first = end;
     }
+}
+
+/// Bonds between pieces that were cut apart at a kink: usually the line merely bends there.
+pub fn add_joints(evidence: &mut Evidence, pieces: &[Piece], frames: &[&Centrelines], direction: LineDirection) {
+    for idx in 1..pieces.len() {
+        if joined(&pieces[idx - 1], &pieces[idx], frames[pieces[idx].frame], direction) {
+            let smaller = evidence.sizes[idx - 1].min(evidence.sizes[idx]);
+            evidence.add_bond(idx - 1, idx, JOINT_WEIGHT * smaller.min(1.0));
+        }
+    }
+}
+
+/// Whether `b` follows `a` in its segment without a jump.
+pub fn joined(a: &Piece, b: &Piece, lines: &Centrelines, direction: LineDirection) -> bool {
+    if (a.frame, a.segment, a.end) != (b.frame, b.segment, b.first) {
+        return false;
+    }
+    let points = &lines.segments[a.segment].points;
+    let across = |idx: usize| along_across(&points[idx], direction).1;
+    (across(b.first) - across(b.first - 1)).abs() <= KINK_STEP_PX
 }
 
 /// One end of a piece: its position and the line's slope there.

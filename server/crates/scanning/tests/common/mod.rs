@@ -70,6 +70,9 @@ pub fn assert_labelled(
     let result = scanning::scan_cloud(&scan.frames, calibration, &scanning::ScanParams::default()).unwrap();
     let (recovered, wrong) = scan.score(&result);
     eprintln!("{name}: recovered {:.3} %, wrong {wrong}, dropped {:?}", 100.0 * recovered, result.report.dropped);
+    if std::env::var_os("EXPLAIN").is_some() {
+        explain(scan, &result);
+    }
     for pair in &result.report.self_consistency {
         eprintln!("  {pair:?}");
     }
@@ -158,4 +161,41 @@ pub fn station(n_orders: i8, turned: bool) -> Calibration {
 /// Centrelines from segments.
 pub fn centrelines(segments: Vec<Segment>) -> Centrelines {
     Centrelines { segments, correlation_px: 2.0 }
+}
+
+/// Says per piece-sized run of points what was lost or wrong; for a person looking into a failure.
+pub fn explain(scan: &KnownScan, result: &scanning::ScanResult) {
+    let mut found = std::collections::HashMap::new();
+    for point in &result.cloud.points {
+        found.insert((point.frame, point.u_px.to_bits(), point.v_px.to_bits()), point.order);
+    }
+    for (frame, lines) in scan.frames.iter().enumerate() {
+        for (segment, orders) in lines.centrelines.segments.iter().zip(&scan.orders[frame]) {
+            let given: Vec<Option<i8>> = segment
+                .points
+                .iter()
+                .map(|p| found.get(&(frame as u32, (p.u_px as f32).to_bits(), (p.v_px as f32).to_bits())).copied())
+                .collect();
+            let mut first = 0;
+            for idx in 1..=given.len() {
+                if idx == given.len() || given[idx] != given[first] || orders[idx] != orders[first] {
+                    if given[first] != orders[first] {
+                        let (a, b) = (&segment.points[first], &segment.points[idx - 1]);
+                        eprintln!(
+                            "frame {frame}: true {:?} given {:?}, {} of {} points, ({:.0}, {:.0})–({:.0}, {:.0})",
+                            orders[first],
+                            given[first],
+                            idx - first,
+                            given.len(),
+                            a.u_px,
+                            a.v_px,
+                            b.u_px,
+                            b.v_px
+                        );
+                    }
+                    first = idx;
+                }
+            }
+        }
+    }
 }
