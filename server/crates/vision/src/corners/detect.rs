@@ -132,7 +132,7 @@ fn doubled(picture: &Picture) -> Picture {
     // Bilinear: weights 3/4 and 1/4 of the two nearest pixels.
     let pair = |k: usize, side: usize| {
         let near = k / 2;
-        let far = if k % 2 == 0 { near.saturating_sub(1) } else { (near + 1).min(side - 1) };
+        let far = if k.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(side - 1) };
         (near, far)
     };
     let mut levels = Vec::with_capacity(width * height);

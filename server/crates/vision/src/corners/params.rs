@@ -83,17 +83,11 @@ pub(super) const DETECTION_THRESHOLDS: [f32; 2] = [20.0, 5.0];
 /// Variance of an ideal quantiser in grey levels squared; no image is less noisy.
 pub(super) const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 
-/// Corners needed to fit a cubic (ten coefficients per axis) to the lens distortion of one view.
-pub(super) const MIN_CORNERS_CUBIC: usize = 20;
+/// Corners per term of the lens polynomial (and per image axis): with two, noise bends it less than the lens does.
+pub(super) const CORNERS_PER_TERM: usize = 2;
 
-/// Corners needed to fit a quadratic (six coefficients per axis).
-pub(super) const MIN_CORNERS_QUADRATIC: usize = 12;
-
-/// Neighbourhood (board squares) over which corners must agree with the smooth board as well as their sigmas say.
-pub(super) const DISAGREEMENT_REACH: f64 = 2.0;
-
-/// Differences needed for a local estimate of the corners' scatter: fewer say less than the noise model does.
-pub(super) const DISAGREEMENT_MIN_SAMPLES: f64 = 12.0;
+/// Highest degree of the lens polynomial: radial distortion to the fifth power.
+pub(super) const MAX_DEGREE: usize = 5;
 
 /// Every how many pixels one is looked at for the grey-level stretch; a prime, so as not to fall in step with rows.
 pub(super) const STRETCH_SAMPLE_STEP: usize = 31;
@@ -103,3 +97,9 @@ pub(super) const DOUBLE_MAX_PIXELS: usize = 700_000;
 
 /// Smallest side of a picture given to the detector: its corner kernel alone is eleven pixels wide.
 pub(super) const DETECTION_MIN_SIDE_PX: usize = 24;
+
+/// Neighbourhood (board squares) over which corners must agree with the smooth board as well as their sigmas say.
+pub(super) const DISAGREEMENT_REACH: f64 = 2.0;
+
+/// Differences needed for a local estimate of the corners' scatter: fewer say less than the noise model does.
+pub(super) const DISAGREEMENT_MIN_SAMPLES: usize = 12;

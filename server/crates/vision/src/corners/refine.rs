@@ -80,31 +80,19 @@ fn noise_from(windows: &[Window], fits: &[CornerFit]) -> NoiseModel {
 /// weights 1, −4, 6, −4, 1 their variance is 70 σ². Boards of fewer than five corners in both directions have none.
 fn add_disagreement(fits: &mut [CornerFit], columns: usize) {
     let Some(warp) = BoardWarp::fit(&indexed(fits, columns)) else { return };
-    let deviation: Vec<[f64; 2]> = fits
-        .iter()
-        .enumerate()
-        .map(|(k, fit)| {
-            let smooth = warp.at(index_of(k, columns));
-            [fit.position_px[0] - smooth[0], fit.position_px[1] - smooth[1]]
-        })
-        .collect();
+    let deviation = |(k, fit): (usize, &CornerFit)| {
+        let smooth = warp.at(index_of(k, columns));
+        [fit.position_px[0] - smooth[0], fit.position_px[1] - smooth[1]]
+    };
+    let deviations: Vec<[f64; 2]> = fits.iter().enumerate().map(deviation).collect();
     let stencils = stencils(columns, fits.len() / columns);
     for (k, fit) in fits.iter_mut().enumerate() {
-        let (column, row) = ((k % columns) as f64, (k / columns) as f64);
-        let near = |s: &&Stencil| {
-            (s.centre[0] - column).abs() <= DISAGREEMENT_REACH && (s.centre[1] - row).abs() <= DISAGREEMENT_REACH
-        };
-        let (mut sum, mut count) = (0.0, 0.0);
-        for stencil in stencils.iter().filter(near) {
-            for axis in 0..2 {
-                let d: f64 =
-                    stencil.corners.iter().zip(FOURTH_DIFFERENCE).map(|(&n, w)| w * deviation[n][axis]).sum();
-                sum += d * d / FOURTH_DIFFERENCE_VARIANCE;
-                count += 1.0;
-            }
-        }
-        if count >= DISAGREEMENT_MIN_SAMPLES {
-            fit.sigma_px = fit.sigma_px.max((sum / count).sqrt());
+        let index = index_of(k, columns);
+        let near = |s: &&Stencil| (0..2).all(|k| (s.centre[k] - index[k]).abs() <= DISAGREEMENT_REACH);
+        let samples: Vec<f64> = stencils.iter().filter(near).flat_map(|s| s.variances(&deviations)).collect();
+        if samples.len() >= DISAGREEMENT_MIN_SAMPLES {
+            let variance = samples.iter().sum::<f64>() / samples.len() as f64;
+            fit.sigma_px = fit.sigma_px.max(variance.sqrt());
         }
     }
 }
@@ -117,6 +105,17 @@ const FOURTH_DIFFERENCE_VARIANCE: f64 = 70.0;
 struct Stencil {
     corners: [usize; 5],
     centre: [f64; 2],
+}
+
+impl Stencil {
+    /// One estimate of the corners' variance per image axis (px²).
+    fn variances(&self, deviations: &[[f64; 2]]) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            let difference: f64 =
+                self.corners.iter().zip(FOURTH_DIFFERENCE).map(|(&n, w)| w * deviations[n][axis]).sum();
+            difference * difference / FOURTH_DIFFERENCE_VARIANCE
+        })
+    }
 }
 
 fn stencils(columns: usize, rows: usize) -> Vec<Stencil> {

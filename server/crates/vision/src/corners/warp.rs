@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::params::{MIN_CORNERS_CUBIC, MIN_CORNERS_QUADRATIC};
+use super::params::{CORNERS_PER_TERM, MAX_DEGREE};
 
 /// Board index (column, row) to pixel.
 #[derive(Debug, Clone)]
@@ -13,7 +13,8 @@ pub(super) struct BoardWarp {
     homography: Matrix3<f64>,
     centre: [f64; 2],
     scale: f64,
-    n_terms: usize,
+    /// Degree of the lens polynomial; 0 without one.
+    degree: usize,
     coefficients: [Vec<f64>; 2],
 }
 
@@ -36,13 +37,10 @@ impl BoardWarp {
         let centre = [0, 1].map(|k| pairs.iter().map(|p| p.1[k]).sum::<f64>() / n);
         let distance2 = |p: &[f64; 2]| (p[0] - centre[0]).powi(2) + (p[1] - centre[1]).powi(2);
         let scale = pairs.iter().map(|p| distance2(&p.1)).fold(0.0, f64::max).sqrt();
-        let n_terms = match pairs.len() {
-            n if n >= MIN_CORNERS_CUBIC => 10,
-            n if n >= MIN_CORNERS_QUADRATIC => 6,
-            _ => 0,
-        };
-        let mut warp = Self { homography, centre, scale, n_terms, coefficients: [Vec::new(), Vec::new()] };
-        if n_terms > 0 {
+        let degree = (2..=MAX_DEGREE).rev().find(|&d| pairs.len() >= CORNERS_PER_TERM * n_terms(d));
+        let degree = degree.unwrap_or(0);
+        let mut warp = Self { homography, centre, scale, degree, coefficients: [Vec::new(), Vec::new()] };
+        if degree > 0 {
             warp.fit_polynomial(pairs)?;
         }
         Some(warp)
@@ -50,18 +48,21 @@ impl BoardWarp {
 
     fn fit_polynomial(&mut self, pairs: &[([f64; 2], [f64; 2])]) -> Option<()> {
         let ideal: Vec<[f64; 2]> = pairs.iter().map(|p| project(&self.homography, p.0)).collect();
-        let rows = DMatrix::from_fn(pairs.len(), self.n_terms, |i, j| self.terms(ideal[i])[j]);
+        let terms: Vec<f64> = ideal.iter().flat_map(|&p| self.terms(p)).collect();
+        let rows = DMatrix::from_row_slice(pairs.len(), n_terms(self.degree), &terms);
         let normal = (rows.transpose() * &rows).cholesky()?;
-        for axis in 0..2 {
+        self.coefficients = [0, 1].map(|axis| {
             let right = DVector::from_fn(pairs.len(), |i, _| pairs[i].1[axis] - ideal[i][axis]);
-            self.coefficients[axis] = normal.solve(&(rows.transpose() * right)).as_slice().to_vec();
-        }
+            normal.solve(&(rows.transpose() * right)).as_slice().to_vec()
+        });
         Some(())
     }
 
-    fn terms(&self, p: [f64; 2]) -> [f64; 10] {
+    /// All products of powers of the normalised coordinates up to the degree.
+    fn terms(&self, p: [f64; 2]) -> Vec<f64> {
         let (x, y) = ((p[0] - self.centre[0]) / self.scale, (p[1] - self.centre[1]) / self.scale);
-        [1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y]
+        let powers = (0..=self.degree as i32).flat_map(|d| (0..=d).map(move |k| (d - k, k)));
+        powers.map(|(a, b)| x.powi(a) * y.powi(b)).collect()
     }
 
     /// Pixel of the board index (column, row).
@@ -112,6 +113,11 @@ pub(super) fn edge_normals(square_px: [[f64; 2]; 2]) -> [f64; 2] {
         (sign * normal[1]).atan2(sign * normal[0])
     };
     [towards(r, c), towards(c, r)]
+}
+
+/// Terms of a polynomial of `degree` in two variables.
+fn n_terms(degree: usize) -> usize {
+    (degree + 1) * (degree + 2) / 2
 }
 
 fn project(h: &Matrix3<f64>, p: [f64; 2]) -> [f64; 2] {
