@@ -8,6 +8,9 @@ pub const NOISE_STRIDE_PX: usize = 4;
 /// Smallest noise believed, as a fraction of full scale: the rounding to 8 bits (1/√12 grey levels).
 pub const NOISE_FLOOR: f32 = 0.29 / 255.0;
 
+/// Most by which a tile's box noise may exceed that of the quieter tiles around it.
+pub const NOISE_OVER_NEIGHBOURS: f32 = 2.0;
+
 /// Columns looked at to learn how wide the lines are: every scene shows its lines in far fewer.
 pub const WIDTH_SAMPLE_COLUMNS: usize = 80;
 /// How far a peak's surroundings are searched for its base while measuring widths. Wider lines than
@@ -76,6 +79,9 @@ pub const STEGER_SIGMA_MAX_PX: f32 = 16.0;
 pub const STEGER_CUT_SIGMAS: f32 = 3.0;
 /// Steps allowed from a candidate to the pixel that holds the ridge.
 pub const STEGER_MAX_STEPS: usize = 6;
+/// Crossings nearer than this, in line widths, to the first or last row are left out: part of the line's
+/// profile is outside the image, and what remains is off-centre.
+pub const BORDER_WIDTHS: f32 = 1.0;
 /// Half-height of the centroid window in line widths.
 pub const CENTROID_HALF_HEIGHT_WIDTHS: f32 = 1.2;
 
@@ -87,7 +93,10 @@ pub const ALONG_MAX_HALF_LENGTH: usize = 32;
 pub const ALONG_MIN_HALF_LENGTH: usize = 3;
 /// A longer window is used while its estimate agrees with the shorter one's within this many standard
 /// deviations of their difference; otherwise the line bends there and detail is kept.
-pub const ALONG_AGREEMENT_SIGMAS: f64 = 2.5;
+pub const ALONG_AGREEMENT_SIGMAS: f64 = 3.0;
+/// The curvature counts in the correction of steep, curved lines by 1 − this · variance / square, if positive: not
+/// at all below three standard deviations, where it would only add noise.
+pub const SKEW_DOUBT: f64 = 9.0;
 
 /// Lag, in columns, of the third differences that measure the scatter of the points.
 pub const SCATTER_LAG: usize = 4;

@@ -7,7 +7,7 @@
 use super::crossing::Crossing;
 use super::scatter::Scatter;
 use crate::params::{
-    ALONG_AGREEMENT_SIGMAS, ALONG_HALF_LENGTH_WIDTHS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH,
+    ALONG_AGREEMENT_SIGMAS, ALONG_HALF_LENGTH_WIDTHS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH, SKEW_DOUBT,
 };
 
 /// Farthest lag, in columns, at which noise is still taken as shared.
@@ -28,6 +28,7 @@ pub struct Averaged {
 pub struct Averager {
     half_lengths: Vec<usize>,
     correlations: [f64; MAX_LAG + 1],
+    correlation_px: f64,
     along_variance_px2: f64,
 }
 
@@ -50,7 +51,7 @@ impl Averager {
         }
         half_lengths.reverse();
         let correlations = std::array::from_fn(|lag| scatter.correlation(lag));
-        Self { half_lengths, correlations, along_variance_px2 }
+        Self { half_lengths, correlations, correlation_px: scatter.correlation_px(), along_variance_px2 }
     }
 
     /// The averaged line at every crossing of `line` (neighbouring columns, no gaps).
@@ -99,7 +100,7 @@ impl Averager {
         let [value, slope, bend] = inverse_rows(&s)?;
         // The value at the middle, with the displacement of a parabola by the earlier smoothing taken off.
         let value: [f64; 3] = std::array::from_fn(|i| value[i] - self.along_variance_px2 * bend[i]);
-        let (mut v, mut lean) = (0.0, 0.0);
+        let (mut v, mut lean, mut curl) = (0.0, 0.0, 0.0);
         let base = weighted.line[idx].v;
         for (k, h) in (from..to).zip(kernel.iter_mut()) {
             let (x, y) = (at(k), weighted.line[k].v - base);
@@ -107,9 +108,13 @@ impl Averager {
             *h = weight * (value[0] + x * (value[1] + x * value[2]));
             v += *h * y;
             lean += weight * (slope[0] + x * (slope[1] + x * slope[2])) * y;
+            curl += weight * (bend[0] + x * (bend[1] + x * bend[2])) * y;
         }
         let variance = self.variance_of(kernel, &weighted.variances[from..to]);
-        Some(Averaged { v: base + v, slope: lean, variance })
+        let bend_variance = bend[2] * self.correlation_px;
+        let sure = (1.0 - SKEW_DOUBT * bend_variance / (curl * curl)).max(0.0);
+        let skew = sure * skew_shift(lean, 2.0 * curl, weighted.line[idx].cross_variance_px2);
+        Some(Averaged { v: base + v - skew, slope: lean, variance })
     }
 
     /// Variance of Σ h v with correlated noise.
@@ -122,6 +127,16 @@ impl Averager {
         }
         sum.max(1e-10)
     }
+}
+
+/// How far (rows) the centre of a column's profile lies from a line that is steep and curved at once.
+///
+/// The column cuts such a line's bell at an angle, and its two flanks at different angles: to first order in the
+/// curvature v'' the centre moves by 3/2 · v'' · m² / (1 + m²)² · s², m the slope and s² the variance along the
+/// column of profile times window.
+fn skew_shift(slope: f64, curvature: f64, cross_variance_px2: f64) -> f64 {
+    let steep = slope * slope;
+    1.5 * curvature * steep / ((1.0 + steep) * (1.0 + steep)) * cross_variance_px2
 }
 
 /// A parabola through weighted points.

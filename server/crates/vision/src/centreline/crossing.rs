@@ -2,11 +2,11 @@
 
 use super::noise::NoiseMap;
 use super::segments::Trace;
-use super::steger::{Approach, Kernels, Ridge};
+use super::steger::{Approach, Kernels, Ridge, WIDTH_PER_SIGMA};
 use super::view::{Level, View};
 use super::width::crossing_width_px;
 use super::{CentrelineMethod, candidates::Boxes};
-use crate::params::{CENTROID_HALF_HEIGHT_WIDTHS, LINK_GATE_MIN_PX};
+use crate::params::{BORDER_WIDTHS, CENTROID_HALF_HEIGHT_WIDTHS, LINK_GATE_MIN_PX};
 
 /// A measured crossing.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +19,8 @@ pub struct Crossing {
     pub camera_variance: f64,
     /// Variance per unit of squared speckle contrast times speckle grain, px².
     pub speckle_variance: f64,
+    /// Variance along the column of the line's profile times the window that measured it, px².
+    pub cross_variance_px2: f64,
     /// Grey levels above the background.
     pub intensity: f32,
     /// Full width at half height along the column.
@@ -43,6 +45,20 @@ pub struct Measurer<'a, T> {
     pub kernels: &'a Kernels,
 }
 
+/// A centre as one of the methods found it.
+struct Centre {
+    /// Row.
+    v: f64,
+    /// Rows that entered.
+    rows: std::ops::Range<usize>,
+    /// What smoothing along the line leaves of the variance of white noise.
+    white: f32,
+    /// Movement per grey level and weight.
+    gain: f32,
+    /// Variance of the window across the line, px².
+    window_variance_px2: f32,
+}
+
 /// Light beside a line in one column.
 #[derive(Debug, Clone, Copy)]
 struct Beside {
@@ -60,6 +76,10 @@ impl<T: Level> Measurer<'_, T> {
 
     fn crossing(&self, trace: &Trace, idx: usize, width_px: f32, slope: f32) -> Option<Crossing> {
         let (u, v) = (trace.first_u + idx, trace.steps[idx].v);
+        let margin = BORDER_WIDTHS * width_px;
+        if v < margin || v > (self.view.height - 1) as f32 - margin {
+            return None;
+        }
         let beside = self.beside(u, v);
         let contrast = trace.steps[idx].contrast;
         let step = beside.below - beside.above;
@@ -84,8 +104,10 @@ impl<T: Level> Measurer<'_, T> {
         let Ridge { v, v_pixel, curvature } = self.kernels.ridge(&self.view, taps, from)?;
         let weights = |row: usize| taps.first[row + taps.reach() - v_pixel];
         let rows = self.rows_around(v_pixel, taps.reach());
-        let white = self.kernels.along_gain();
-        Some(self.described(from, width_px, v, rows, weights, white, 1.0 / curvature))
+        let window_variance_px2 = taps.sigma_px * taps.sigma_px;
+        let centre =
+            Centre { v, rows, white: self.kernels.along_gain(), gain: 1.0 / curvature, window_variance_px2 };
+        Some(self.described(from, width_px, centre, weights))
     }
 
     /// Grey-level centroid above the background, iterated until the window sits on the line.
@@ -113,24 +135,22 @@ impl<T: Level> Measurer<'_, T> {
         let v_pixel = v.round().max(0.0) as usize;
         let rows = self.rows_around(v_pixel, reach);
         let sum: f32 = rows.clone().map(|row| self.view.grey(from.u, row) - from.background).sum();
-        Some(self.described(from, width_px, f64::from(v), rows, |row| row as f32 - v, 1.0, 1.0 / sum.max(1.0)))
+        let gain = 1.0 / sum.max(1.0);
+        let centre = Centre { v: f64::from(v), rows, white: 1.0, gain, window_variance_px2: f32::INFINITY };
+        Some(self.described(from, width_px, centre, |row| row as f32 - v))
     }
 
     /// Attaches width, intensity, saturation and the propagated noise. A pixel of weight `weights(row)` moves the
-    /// centre by that much times `gain` per grey level; camera noise is independent between pixels (`white`
-    /// is what smoothing along the line leaves of it), speckle scales with the light and is absent where the
-    /// pixel is at full scale.
-    #[allow(clippy::too_many_arguments)]
+    /// centre by that much times the gain per grey level; camera noise is independent between pixels, speckle
+    /// scales with the light and is absent where the pixel is at full scale.
     fn described(
         &self,
         from: Approach,
         width_px: f32,
-        v: f64,
-        rows: std::ops::Range<usize>,
+        centre: Centre,
         weights: impl Fn(usize) -> f32,
-        white: f32,
-        gain: f32,
     ) -> Crossing {
+        let Centre { v, rows, white, gain, window_variance_px2 } = centre;
         let (mut camera, mut speckle) = (0.0f32, 0.0f32);
         for row in rows {
             let weight = weights(row) * gain;
@@ -148,6 +168,7 @@ impl<T: Level> Measurer<'_, T> {
             v,
             camera_variance: f64::from(camera * white * sigma * sigma),
             speckle_variance: f64::from(speckle),
+            cross_variance_px2: 1.0 / f64::from((WIDTH_PER_SIGMA / width_px).powi(2) + 1.0 / window_variance_px2),
             intensity: self.peak(from.u, v_pixel) - from.background,
             width_px,
             saturated: self.rows_around(v_pixel, 1).any(|row| self.view.saturated(from.u, row)),

@@ -2,7 +2,7 @@
 
 use super::candidates::Boxes;
 use super::view::{Level, View};
-use crate::params::{NOISE_FLOOR, NOISE_STRIDE_PX, NOISE_TILE_PX};
+use crate::params::{NOISE_FLOOR, NOISE_OVER_NEIGHBOURS, NOISE_STRIDE_PX, NOISE_TILE_PX};
 
 /// Standard deviations of noise (grey levels) in tiles over the image.
 pub struct NoiseMap {
@@ -19,7 +19,7 @@ impl NoiseMap {
             (v + 2 < view.height)
                 .then(|| view.pixels[v * view.width + u].int() - view.pixels[(v + 2) * view.width + u].int())
         };
-        Self::measure(view, difference, |_, _, difference_sigma| (difference_sigma / 2.0f32.sqrt()).max(floor))
+        Self::measure(view, difference, |difference_sigma| (difference_sigma / 2.0f32.sqrt()).max(floor))
     }
 
     /// Measures the noise of the mean of one box against another, as the search for candidates compares them.
@@ -34,17 +34,38 @@ impl NoiseMap {
             inside.then(|| sum(u, v) - sum(u, v + boxes.flank))
         };
         let n_rows = boxes.rows() as f32;
-        Self::measure(view, difference, |u, v, difference_sigma| {
-            (difference_sigma / n_rows).max(pixels.at(u, v) * (2.0 / n_rows).sqrt())
-        })
+        let measured = Self::measure(view, difference, |difference_sigma| difference_sigma / n_rows);
+        let mut map = measured.limited_by_neighbours();
+        for (box_sigma, pixel_sigma) in map.sigmas.iter_mut().zip(&pixels.sigmas) {
+            *box_sigma = box_sigma.max(pixel_sigma * (2.0 / n_rows).sqrt());
+        }
+        map
     }
 
-    /// Robust spread of `difference` in every tile, made a noise level by `finish` (tile's first column and row,
-    /// spread).
+    /// A broad line can fill most of a tile and pass for noise; the tiles above and below know better. No tile
+    /// counts for more than [`NOISE_OVER_NEIGHBOURS`] times the lower quartile of its surroundings.
+    fn limited_by_neighbours(&self) -> Self {
+        let tiles_down = self.sigmas.len() / self.tiles_across;
+        let mut near = Vec::with_capacity(9);
+        let mut sigmas = Vec::with_capacity(self.sigmas.len());
+        for (idx, &sigma) in self.sigmas.iter().enumerate() {
+            let (row, column) = (idx / self.tiles_across, idx % self.tiles_across);
+            near.clear();
+            for r in row.saturating_sub(1)..(row + 2).min(tiles_down) {
+                let columns = column.saturating_sub(1)..(column + 2).min(self.tiles_across);
+                near.extend(columns.map(|c| self.sigmas[r * self.tiles_across + c]));
+            }
+            near.sort_unstable_by(f32::total_cmp);
+            sigmas.push(sigma.min(NOISE_OVER_NEIGHBOURS * near[near.len() / 4]));
+        }
+        Self { sigmas, tiles_across: self.tiles_across }
+    }
+
+    /// Robust spread of `difference` in every tile, made a noise level by `finish`.
     fn measure<T: Level>(
         view: &View<T>,
         difference: impl Fn(usize, usize) -> Option<i32>,
-        finish: impl Fn(usize, usize, f32) -> f32,
+        finish: impl Fn(f32) -> f32,
     ) -> Self {
         let tiles_across = view.width.div_ceil(NOISE_TILE_PX);
         let mut differences = Vec::with_capacity(NOISE_TILE_PX * NOISE_TILE_PX);
@@ -56,7 +77,7 @@ impl NoiseMap {
                     let columns = (u0..(u0 + NOISE_TILE_PX).min(view.width)).step_by(NOISE_STRIDE_PX);
                     differences.extend(columns.filter_map(|u| difference(u, v)).map(i32::abs));
                 }
-                sigmas.push(finish(u0, v0, sigma_of(&mut differences)));
+                sigmas.push(finish(sigma_of(&mut differences)));
             }
         }
         Self { sigmas, tiles_across }
