@@ -54,6 +54,8 @@ pub const AGREEMENT_SIGMAS: f64 = 5.0;
 pub const AGREEMENT_FLOOR_GRATING: f64 = 1.5e-4;
 /// The same for the plane models, which miss the bow of the outer lines (0.4 mm at 400 mm).
 pub const AGREEMENT_FLOOR_PLANES: f64 = 1.0e-3;
+/// What the calibration's own error may add to it, in its standard deviations: orders share most of that error.
+pub const SYSTEMATIC_SIGMAS: f64 = 2.0;
 /// Curvature allowed for when a surface patch is extended, 1/mm: a radius of 10 mm.
 pub const PATCH_CURVATURE_PER_MM: f64 = 0.1;
 /// Beyond this many tolerances apart two surfaces contradict each other; in between they say nothing.

@@ -19,7 +19,8 @@ use optics::{Calibration, DepthRangeMm, LightModelKind};
 use vision::{Centrelines, LineDirection};
 
 use crate::params::{
-    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS, UNLABELLED_COST,
+    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
+    SYSTEMATIC_SIGMAS, UNLABELLED_COST,
 };
 use evidence::Evidence;
 use hypotheses::Samples;
@@ -175,6 +176,16 @@ pub fn outlook(
         reference_depth_mm,
         step_mm: Vector2::new(travel.step_mm.x, travel.step_mm.y),
         column_mm: reference_depth_mm / focal_px,
-        floor_mm: floor * reference_depth_mm,
+        floor_mm: floor * reference_depth_mm + SYSTEMATIC_SIGMAS * systematic_sigma_mm(calibration),
     }
+}
+
+/// The calibration's own σ in the middle of the image, the worst of all orders, mm.
+fn systematic_sigma_mm(calibration: &Calibration) -> f64 {
+    let camera = &calibration.camera;
+    let middle = Vector2::new(camera.width_px as f64, camera.height_px as f64) / 2.0;
+    let sigmas = calibration.orders.iter().filter_map(|&order| {
+        calibration.systematic_sigma_mm(order, &calibration.triangulate(order, &middle, None)?)
+    });
+    sigmas.fold(0.0, f64::max)
 }

@@ -154,7 +154,7 @@ pub fn station(n_orders: i8, turned: bool) -> Calibration {
         light: LightSurfaces::Grating(grating),
         stage: Some(StageAxis { direction: swap(Vector3::new(-0.005, 0.9998, -0.02)) }),
         depth_range_mm: DepthRangeMm { near_mm: 345.0, far_mm: 455.0 },
-        covariance: DMatrix::from_diagonal_element(22, 22, 1e-8),
+        covariance: DMatrix::from_diagonal_element(22, 22, 1e-10),
     }
 }
 

@@ -58,7 +58,7 @@ pub fn calibration(folder: &std::path::Path) -> Calibration {
         light: LightSurfaces::Grating(grating),
         stage: Some(StageAxis { direction: vector("stage") }),
         depth_range_mm: DepthRangeMm { near_mm: 345.0, far_mm: 455.0 },
-        covariance: DMatrix::from_diagonal_element(22, 22, 1e-8),
+        covariance: DMatrix::from_diagonal_element(22, 22, 1e-10),
     }
 }
 
