@@ -1,1 +1,34 @@
-//! twin
+//! The physically simulated station: camera, laser, grating, stage and parts, rendered to images with known truth.
+//!
+//! Everything follows from a [`StationModel`], which a seed and a [`StationShape`] determine. The same model gives
+//! the same bytes on any machine and with any number of threads.
+//! What the images show and leave out: `server/docs/maths/twin.md`.
+
+pub mod capture_folder;
+pub mod params;
+pub mod poses;
+pub mod renderer;
+pub mod scene;
+pub mod shape;
+pub mod station;
+pub mod truth;
+
+mod board;
+mod board_image;
+mod freeform;
+mod laser_image;
+mod lit_pixels;
+mod psf;
+mod random;
+mod sensor;
+mod sheet_map;
+mod speckle;
+
+pub use board::Board;
+pub use capture_folder::{CaptureRequest, Progress, ScanRequest, TwinCaptureError, capture_folder};
+pub use freeform::Freeform;
+pub use renderer::Renderer;
+pub use scene::{Gauge, Plate, Scene, SceneHit, SceneKind, Sphere};
+pub use shape::StationShape;
+pub use station::{StationError, StationModel};
+pub use truth::TruthPoint;

@@ -1,0 +1,77 @@
+//! Ordinary light on a scene: the target at normal exposure, or what ambient light adds to a laser image.
+
+use nalgebra::{Matrix2, Vector2, Vector3};
+use rayon::prelude::*;
+
+use crate::board::Board;
+use crate::laser_image::Placed;
+use crate::params::{BACKDROP_REFLECTANCE, EDGE_SAMPLES, ILLUMINATION_GRADIENT, VIGNETTING, WHITE_REFLECTANCE};
+use crate::renderer::Renderer;
+use crate::scene::Scene;
+
+/// Light of a whole picture before lens blur: `white_level` (of 255) on white at the picture's centre.
+pub(crate) fn ordinary_light(renderer: &Renderer, scene: Placed<'_>, white_level: f64) -> Vec<f32> {
+    let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
+    let mut levels = vec![0.0; width * height];
+    levels.par_chunks_mut(width).enumerate().for_each(|(v, row)| {
+        for (u, slot) in row.iter_mut().enumerate() {
+            let reflectance = seen_reflectance(renderer, scene, u, v);
+            *slot = (white_level / WHITE_REFLECTANCE * reflectance * illumination(renderer, u, v)) as f32;
+        }
+    });
+    levels
+}
+
+/// Light on the scene around a pixel against the picture's centre: a smooth gradient and vignetting.
+fn illumination(renderer: &Renderer, u: usize, v: usize) -> f64 {
+    let (width, height) = (renderer.model.camera.width_px as f64, renderer.model.camera.height_px as f64);
+    let at = Vector2::new(2.0 * u as f64 / width - 1.0, 2.0 * v as f64 / height - 1.0);
+    (1.0 + ILLUMINATION_GRADIENT * renderer.brighter_side.dot(&at)) * (1.0 - VIGNETTING / 2.0 * at.norm_squared())
+}
+
+/// Mean reflectance of what a pixel sees.
+fn seen_reflectance(renderer: &Renderer, scene: Placed<'_>, u: usize, v: usize) -> f64 {
+    let [x, y] = renderer.rays.at(u, v);
+    let ray = Vector3::new(x, y, 1.0);
+    if let Scene::Board(board) = scene.scene {
+        return board_reflectance(renderer, &board.moved(&scene.moved_mm), &ray);
+    }
+    let hit = scene.hit(&Vector3::zeros(), &ray);
+    hit.map_or(0.0, |hit| hit.reflectance * -hit.normal.dot(&ray.normalize()))
+}
+
+/// One sample where the target is plain around the pixel, a square of samples with soft edges elsewhere.
+fn board_reflectance(renderer: &Renderer, board: &Board, ray: &Vector3<f64>) -> f64 {
+    let Some((_, at)) = board.plane_hit(&Vector3::zeros(), ray) else { return BACKDROP_REFLECTANCE };
+    let Some(by_pixel) = board_by_pixel(renderer, board, ray) else { return BACKDROP_REFLECTANCE };
+    let span = Vector2::new(by_pixel.row(0).abs().sum(), by_pixel.row(1).abs().sum());
+    let mixed = |at: &Vector2<f64>, span: &Vector2<f64>| {
+        let (reflectance, share) = board.blurred_reflectance(at, span);
+        BACKDROP_REFLECTANCE + (reflectance - BACKDROP_REFLECTANCE) * share
+    };
+    if !board.edge_within(&at, &span) {
+        return mixed(&at, &span);
+    }
+    let n = EDGE_SAMPLES as f64;
+    let offset = |idx: usize| (idx as f64 + 0.5) / n - 0.5;
+    let samples = (0..EDGE_SAMPLES * EDGE_SAMPLES).map(|idx| {
+        let step = by_pixel * Vector2::new(offset(idx % EDGE_SAMPLES), offset(idx / EDGE_SAMPLES));
+        mixed(&(at + step), &(span / n))
+    });
+    samples.sum::<f64>() / (n * n)
+}
+
+/// d(x, y on the board) / d(u, v), mm/px.
+fn board_by_pixel(renderer: &Renderer, board: &Board, ray: &Vector3<f64>) -> Option<Matrix2<f64>> {
+    let ideal_by_pixel = renderer.model.camera.pixel_by_ideal(&ray.xy()).try_inverse()?;
+    let normal = board.axes.column(2);
+    let steepness = normal.dot(ray);
+    let reach = normal.dot(&board.centre_mm) / steepness;
+    // X = λ·D with n·X fixed: dX = λ·(dD − D·(n·dD)/(n·D)).
+    let column = |axis: usize| {
+        let ray_step = Vector3::new(ideal_by_pixel[(0, axis)], ideal_by_pixel[(1, axis)], 0.0);
+        let point_step = (ray_step - ray * (normal.dot(&ray_step) / steepness)) * reach;
+        Vector2::new(board.axes.column(0).dot(&point_step), board.axes.column(1).dot(&point_step))
+    };
+    Some(Matrix2::from_columns(&[column(0), column(1)]))
+}

@@ -1,0 +1,311 @@
+//! A capture folder as the simulated station would deliver it, with the truth beside it.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use capture::{
+    BoardTarget, CameraFormat, CaptureError, Frame, ImageFileError, Manifest, Pose, Projector, Scan, StageView,
+    params::FORMAT, write_manifest, write_png,
+};
+use rayon::prelude::*;
+
+use crate::poses::{BOARD_CORNERS, board_poses, stage_board};
+use crate::renderer::Renderer;
+use crate::scene::{Scene, SceneKind};
+use crate::station::StationModel;
+use crate::truth::{CSV_HEADER, csv_rows, truth_json};
+
+/// Truth is written for every fourth frame of a scan.
+pub const TRUTH_EVERY_FRAMES: usize = 4;
+
+/// Stream of the first part among those derived from a station's seed.
+const PART_STREAM: u64 = 0x100;
+
+/// What to record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CaptureRequest {
+    /// Board poses, each seen by ordinary light and by laser light.
+    pub n_poses: usize,
+    /// Stage positions at which the board is seen.
+    pub stage_positions_mm: Vec<f64>,
+    /// Scans of parts.
+    pub scans: Vec<ScanRequest>,
+}
+
+/// A scan to record; positions are centred on 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScanRequest {
+    /// Name of the scan and of its folder.
+    pub name: String,
+    /// What lies on the stage.
+    pub part: SceneKind,
+    /// Number of frames.
+    pub n_frames: usize,
+    /// Travel between frames.
+    pub step_mm: f64,
+}
+
+/// How far a recording has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Images written.
+    pub done: usize,
+    /// Images in all.
+    pub total: usize,
+}
+
+/// Why a capture folder was not completed.
+#[derive(Debug, thiserror::Error)]
+pub enum TwinCaptureError {
+    /// The folder holds something already.
+    #[error("{} is not empty: name a new folder", folder.display())]
+    FolderNotEmpty {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A name that cannot be a folder's.
+    #[error("scan name \"{name}\" cannot name a folder: use letters, digits, - and _, each name once")]
+    ScanName {
+        /// The name.
+        name: String,
+    },
+    /// A folder or file cannot be written.
+    #[error("cannot write {}: check that the disk has room and that its permissions allow it", path.display())]
+    Unwritable {
+        /// The folder or file.
+        path: PathBuf,
+        /// The operating system's reason.
+        #[source]
+        cause: std::io::Error,
+    },
+    /// An image cannot be written.
+    #[error("an image of the capture was not written")]
+    Image {
+        /// Which, and why.
+        #[source]
+        cause: ImageFileError,
+    },
+    /// The manifest cannot be written.
+    #[error("the manifest of the capture was not written")]
+    Manifest {
+        /// Why.
+        #[source]
+        cause: CaptureError,
+    },
+    /// The caller asked to stop.
+    #[error("recording was cancelled after {done} of {total} images")]
+    Cancelled {
+        /// Images written.
+        done: usize,
+        /// Images in all.
+        total: usize,
+    },
+}
+
+impl CaptureRequest {
+    /// What a calibration needs, and scans of a gauge block and a ball: 12 poses, 5 stage views, 2 × 40 frames.
+    pub fn standard(model: &StationModel) -> Self {
+        let scale = model.shape.field_scale().min(1.0);
+        let scan = |part: SceneKind| ScanRequest {
+            name: part.name().to_owned(),
+            part,
+            n_frames: 40,
+            step_mm: 0.8 * scale,
+        };
+        Self {
+            n_poses: 12,
+            stage_positions_mm: [-20.0, -10.0, 0.0, 10.0, 20.0].map(|at: f64| at * scale).to_vec(),
+            scans: vec![scan(SceneKind::Gauge { height_mm: 8.9 }), scan(SceneKind::Sphere { radius_mm: 18.9 })],
+        }
+    }
+}
+
+impl ScanRequest {
+    /// Stage position of a frame, to the nanometre, so that manifests show what was meant.
+    fn position_mm(&self, frame: usize) -> f64 {
+        let at = (frame as f64 - (self.n_frames as f64 - 1.0) / 2.0) * self.step_mm;
+        (at * 1e6).round() / 1e6
+    }
+}
+
+/// How a picture is taken.
+#[derive(Clone, Copy)]
+enum Light {
+    Ordinary,
+    Laser,
+}
+
+/// One image to write.
+struct Shot {
+    path: PathBuf,
+    scene_idx: usize,
+    position_mm: f64,
+    light: Light,
+}
+
+/// Records what `request` asks for into the new folder `folder`: images, `capture.json`, `truth.json` and
+/// `truth-<scan>.csv`.
+///
+/// `on_progress` is called after every image and may end the recording. The bytes do not depend on the number of threads.
+///
+/// # Errors
+/// [`TwinCaptureError`]; a folder that was not completed has no `capture.json`.
+pub fn capture_folder(
+    model: &StationModel,
+    request: &CaptureRequest,
+    folder: &Path,
+    on_progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+) -> Result<(), TwinCaptureError> {
+    check_names(request)?;
+    make_folders(request, folder)?;
+    let renderer = Renderer::new(model);
+    let poses = board_poses(model, request.n_poses);
+    let stage = (!request.stage_positions_mm.is_empty()).then(|| stage_board(model, &request.stage_positions_mm));
+    let parts: Vec<(String, Scene)> = request
+        .scans
+        .iter()
+        .zip(PART_STREAM..)
+        .map(|(scan, stream)| (scan.name.clone(), scan.part.placed(model, stream)))
+        .collect();
+    let boards = poses.iter().chain(&stage).map(|board| Scene::Board(*board));
+    let scenes: Vec<Scene> = boards.chain(parts.iter().map(|(_, scene)| scene.clone())).collect();
+    let manifest = manifest(model, request);
+    write_images(&renderer, &scenes, &shots(request, &manifest), folder, on_progress)?;
+    for (scan, (_, scene)) in request.scans.iter().zip(&parts) {
+        write_truth_points(&renderer, scan, scene, folder)?;
+    }
+    let truth = truth_json(model, &poses, stage.as_ref(), &parts);
+    write_text(&folder.join("truth.json"), &format!("{truth:#}\n"))?;
+    write_manifest(folder, &manifest).map_err(|cause| TwinCaptureError::Manifest { cause })
+}
+
+fn check_names(request: &CaptureRequest) -> Result<(), TwinCaptureError> {
+    let mut seen = std::collections::HashSet::new();
+    for ScanRequest { name, .. } in &request.scans {
+        let plain = name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_'));
+        if name.is_empty() || !plain || !seen.insert(name) {
+            return Err(TwinCaptureError::ScanName { name: name.clone() });
+        }
+    }
+    Ok(())
+}
+
+fn make_folders(request: &CaptureRequest, folder: &Path) -> Result<(), TwinCaptureError> {
+    let unwritable = |path: &Path, cause| TwinCaptureError::Unwritable { path: path.to_owned(), cause };
+    std::fs::create_dir_all(folder).map_err(|cause| unwritable(folder, cause))?;
+    if std::fs::read_dir(folder).map_err(|cause| unwritable(folder, cause))?.next().is_some() {
+        return Err(TwinCaptureError::FolderNotEmpty { folder: folder.to_owned() });
+    }
+    let scans = request.scans.iter().map(|scan| format!("scan-{}", scan.name));
+    for name in ["board", "laser", "stage"].map(String::from).into_iter().chain(scans) {
+        let path = folder.join(name);
+        std::fs::create_dir(&path).map_err(|cause| unwritable(&path, cause))?;
+    }
+    Ok(())
+}
+
+fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
+    let shape = &model.shape;
+    let (inner_columns, inner_rows) = BOARD_CORNERS;
+    let square_mm = crate::poses::square_mm(model);
+    Manifest {
+        format: FORMAT.to_owned(),
+        camera: CameraFormat { width_px: shape.width_px, height_px: shape.height_px },
+        target: BoardTarget { kind: "chessboard".to_owned(), inner_columns, inner_rows, square_mm },
+        projector: Projector {
+            wavelength_nm: shape.wavelength_nm,
+            grating_lines_per_mm: shape.lines_per_mm,
+            orders: model.orders.clone(),
+            line_direction: Projector::word_for(shape.line_direction),
+        },
+        poses: (0..request.n_poses)
+            .map(|idx| Pose {
+                board: format!("board/{idx:03}.png").into(),
+                laser: Some(format!("laser/{idx:03}.png").into()),
+            })
+            .collect(),
+        stage_views: (0..)
+            .zip(&request.stage_positions_mm)
+            .map(|(idx, &position_mm)| StageView { board: format!("stage/{idx:03}.png").into(), position_mm })
+            .collect(),
+        scans: request.scans.iter().map(scan_entry).collect(),
+    }
+}
+
+fn scan_entry(scan: &ScanRequest) -> Scan {
+    let frame = |idx| Frame {
+        image: format!("scan-{}/{idx:05}.png", scan.name).into(),
+        position_mm: scan.position_mm(idx),
+    };
+    Scan { name: scan.name.clone(), frames: (0..scan.n_frames).map(frame).collect() }
+}
+
+/// Every image of the manifest. Scenes: the poses, the board on the stage (if any), the parts.
+fn shots(request: &CaptureRequest, manifest: &Manifest) -> Vec<Shot> {
+    let mut shots = Vec::new();
+    for (scene_idx, pose) in manifest.poses.iter().enumerate() {
+        shots.push(Shot { path: pose.board.clone(), scene_idx, position_mm: 0.0, light: Light::Ordinary });
+        if let Some(laser) = &pose.laser {
+            shots.push(Shot { path: laser.clone(), scene_idx, position_mm: 0.0, light: Light::Laser });
+        }
+    }
+    let mut scene_idx = request.n_poses;
+    for view in &manifest.stage_views {
+        let (path, position_mm) = (view.board.clone(), view.position_mm);
+        shots.push(Shot { path, scene_idx, position_mm, light: Light::Ordinary });
+    }
+    scene_idx += usize::from(!manifest.stage_views.is_empty());
+    for (scene_idx, scan) in (scene_idx..).zip(&manifest.scans) {
+        shots.extend(scan.frames.iter().map(|frame| Shot {
+            path: frame.image.clone(),
+            scene_idx,
+            position_mm: frame.position_mm,
+            light: Light::Laser,
+        }));
+    }
+    shots
+}
+
+fn write_images(
+    renderer: &Renderer,
+    scenes: &[Scene],
+    shots: &[Shot],
+    folder: &Path,
+    on_progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+) -> Result<(), TwinCaptureError> {
+    let total = shots.len();
+    let done = Mutex::new(0);
+    shots.par_iter().enumerate().try_for_each(|(picture, shot)| {
+        let scene = &scenes[shot.scene_idx];
+        let image = match shot.light {
+            Light::Ordinary => renderer.board_image(scene, shot.position_mm, picture as u64),
+            Light::Laser => renderer.laser_image(scene, shot.position_mm, picture as u64),
+        };
+        write_png(&folder.join(&shot.path), &image).map_err(|cause| TwinCaptureError::Image { cause })?;
+        let mut done = done.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        *done += 1;
+        match on_progress(Progress { done: *done, total }) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(TwinCaptureError::Cancelled { done: *done, total }),
+        }
+    })
+}
+
+fn write_truth_points(
+    renderer: &Renderer,
+    scan: &ScanRequest,
+    scene: &Scene,
+    folder: &Path,
+) -> Result<(), TwinCaptureError> {
+    let frames: Vec<usize> = (0..scan.n_frames).step_by(TRUTH_EVERY_FRAMES).collect();
+    let rows: Vec<String> = frames
+        .par_iter()
+        .map(|&frame| csv_rows(frame, &renderer.truth_points(scene, scan.position_mm(frame))))
+        .collect();
+    write_text(&folder.join(format!("truth-{}.csv", scan.name)), &(CSV_HEADER.to_owned() + &rows.concat()))
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), TwinCaptureError> {
+    std::fs::write(path, text).map_err(|cause| TwinCaptureError::Unwritable { path: path.to_owned(), cause })
+}

@@ -1,0 +1,96 @@
+//! A smooth part: Gaussian hills and hollows on a plate.
+
+use nalgebra::Vector3;
+use rand::Rng;
+use rand_pcg::Pcg64;
+
+use crate::params::PART_REFLECTANCE;
+use crate::scene::{Plate, SceneHit};
+
+/// Number of hills.
+const HILLS: usize = 6;
+
+/// Steps of the march towards the surface; each at least halves what a straight slope leaves.
+const MARCH_MAX_STEPS: usize = 200;
+
+/// The march ends this close to the surface, mm.
+const MARCH_TOLERANCE_MM: f64 = 1e-10;
+
+/// One hill.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hill {
+    /// Where it stands, along the plate's first two axes.
+    pub at_mm: [f64; 2],
+    /// Standard deviation of its profile.
+    pub sigma_mm: f64,
+    /// Height; negative for a hollow, which the plate's own height fills up (see [`Freeform::height_mm`]).
+    pub height_mm: f64,
+}
+
+/// Gaussian hills on a plate: height(x, y) = Σ hᵢ exp(−|(x, y) − atᵢ|² / 2σᵢ²).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Freeform {
+    /// What the hills stand on.
+    pub plate: Plate,
+    /// The hills.
+    pub hills: Vec<Hill>,
+    /// Above the highest point.
+    ceiling_mm: f64,
+    /// Steepest slope, an upper bound.
+    slope: f64,
+}
+
+impl Freeform {
+    /// Hills over the inner half of a field, up to a tenth of its half-width high.
+    pub(crate) fn seeded(plate: Plate, field_half_width_mm: f64, rng: &mut Pcg64) -> Self {
+        let size = field_half_width_mm;
+        let hills = (0..HILLS)
+            .map(|_| Hill {
+                at_mm: [size * (rng.random::<f64>() - 0.5), size * 0.6 * (rng.random::<f64>() - 0.5)],
+                sigma_mm: size * (0.1 + 0.12 * rng.random::<f64>()),
+                height_mm: size * (0.1 * rng.random::<f64>() - 0.03),
+            })
+            .collect();
+        Self::new(plate, hills)
+    }
+
+    /// A part of these hills.
+    pub fn new(plate: Plate, hills: Vec<Hill>) -> Self {
+        let ceiling_mm = hills.iter().map(|hill| hill.height_mm.max(0.0)).sum::<f64>() + MARCH_TOLERANCE_MM;
+        // A Gaussian is steepest at one σ, where its slope is h/σ·e^(−1/2).
+        let slope = hills.iter().map(|hill| hill.height_mm.abs() / hill.sigma_mm).sum::<f64>() * (-0.5_f64).exp();
+        Self { plate, hills, ceiling_mm, slope }
+    }
+
+    /// Height above the plate and its derivatives along the plate's first two axes.
+    pub fn height_mm(&self, x_mm: f64, y_mm: f64) -> (f64, f64, f64) {
+        self.hills.iter().fold((0.0, 0.0, 0.0), |(h, hx, hy), hill| {
+            let (dx, dy) = (x_mm - hill.at_mm[0], y_mm - hill.at_mm[1]);
+            let curvature = 1.0 / (hill.sigma_mm * hill.sigma_mm);
+            let part = hill.height_mm * (-(dx * dx + dy * dy) * curvature / 2.0).exp();
+            (h + part, hx - part * dx * curvature, hy - part * dy * curvature)
+        })
+    }
+
+    /// Where a ray from above meets the part: steps that cannot overshoot, the slope being bounded.
+    pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
+        let from = self.plate.local(&(origin - self.plate.point_mm));
+        let way = self.plate.local(direction);
+        if way.z >= 0.0 {
+            return None;
+        }
+        let closing = -way.z + self.slope * way.xy().norm();
+        let mut reach = ((self.ceiling_mm - from.z) / way.z).max(0.0);
+        for _ in 0..MARCH_MAX_STEPS {
+            let at = from + way * reach;
+            let (height, slope_x, slope_y) = self.height_mm(at.x, at.y);
+            let above = at.z - height;
+            if above < MARCH_TOLERANCE_MM {
+                let normal = self.plate.axes * Vector3::new(-slope_x, -slope_y, 1.0).normalize();
+                return (reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE });
+            }
+            reach += above / closing;
+        }
+        None
+    }
+}

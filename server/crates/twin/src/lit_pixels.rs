@@ -1,0 +1,116 @@
+//! Which pixels light can fall on: a bit per pixel, so that the rest of a picture costs nothing.
+
+use crate::params::PSF_RADIUS_PX;
+
+/// Pixels per word of a row.
+pub(crate) const WORD_PX: usize = 64;
+
+/// A set of pixels of a picture.
+#[derive(Debug, Clone)]
+pub(crate) struct LitPixels {
+    width: usize,
+    height: usize,
+    words_per_row: usize,
+    words: Vec<u64>,
+}
+
+impl LitPixels {
+    pub(crate) fn none(width: usize, height: usize) -> Self {
+        let words_per_row = width.div_ceil(WORD_PX);
+        Self { width, height, words_per_row, words: vec![0; words_per_row * height] }
+    }
+
+    /// Empties the set.
+    pub(crate) fn clear(&mut self) {
+        self.words.fill(0);
+    }
+
+    /// Adds every pixel.
+    pub(crate) fn fill(&mut self) {
+        let (right, bottom) = (self.width as f64, self.height as f64);
+        self.add_rectangle([0.0, 0.0], [right, bottom], 0.0);
+    }
+
+    /// Adds the pixels of the rectangle between two corners (u, v), widened by `margin_px`; what lies outside is cut off.
+    pub(crate) fn add_rectangle(&mut self, a: [f64; 2], b: [f64; 2], margin_px: f64) {
+        let span = |axis: usize, size: usize| {
+            let low = (a[axis].min(b[axis]) - margin_px).floor().max(0.0);
+            let high = (a[axis].max(b[axis]) + margin_px).ceil().min(size as f64 - 1.0);
+            (low <= high).then_some((low as usize, high as usize))
+        };
+        let (Some((left, right)), Some((top, bottom))) = (span(0, self.width), span(1, self.height)) else {
+            return;
+        };
+        for v in top..=bottom {
+            for word in left / WORD_PX..=right / WORD_PX {
+                let from = left.max(word * WORD_PX) - word * WORD_PX;
+                let to = right.min(word * WORD_PX + WORD_PX - 1) - word * WORD_PX;
+                self.words[v * self.words_per_row + word] |= (u64::MAX >> (WORD_PX - 1 - (to - from))) << from;
+            }
+        }
+    }
+
+    /// Adds the pixels of another set over the same picture.
+    pub(crate) fn add(&mut self, other: &Self) {
+        for (word, more) in self.words.iter_mut().zip(&other.words) {
+            *word |= more;
+        }
+    }
+
+    /// Every pixel (u, v), row by row.
+    pub(crate) fn pixels(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.words.iter().enumerate().flat_map(|(idx, &word)| {
+            let (u, v) = (idx % self.words_per_row * WORD_PX, idx / self.words_per_row);
+            std::iter::successors(Some(word), |word| Some(word & word.wrapping_sub(1)))
+                .take_while(|&word| word != 0)
+                .map(move |word| (u + word.trailing_zeros() as usize, v))
+        })
+    }
+
+    /// The runs of pixels (from, to) of row `v` that lens blur may reach from the set, in whole words.
+    pub(crate) fn blurred_runs(&self, v: usize) -> Vec<(usize, usize)> {
+        let top = v.saturating_sub(PSF_RADIUS_PX);
+        let bottom = (v + PSF_RADIUS_PX).min(self.height - 1);
+        let mut runs: Vec<(usize, usize)> = Vec::new();
+        for word in 0..self.words_per_row {
+            let low = word.saturating_sub(1);
+            let high = (word + 1).min(self.words_per_row - 1);
+            let lit = (top..=bottom).any(|row| {
+                let start = row * self.words_per_row;
+                self.words[start + low..=start + high].iter().any(|&bits| bits != 0)
+            });
+            if !lit {
+                continue;
+            }
+            let (from, to) = (word * WORD_PX, (word * WORD_PX + WORD_PX).min(self.width));
+            match runs.last_mut() {
+                Some(last) if last.1 == from => last.1 = to,
+                _ => runs.push((from, to)),
+            }
+        }
+        runs
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rectangle_across_words_holds_exactly_its_pixels() {
+        let mut lit = LitPixels::none(130, 5);
+        lit.add_rectangle([62.0, 1.0], [128.0, 2.0], 0.0);
+        let pixels: Vec<_> = lit.pixels().collect();
+        let expected: Vec<_> = (1..=2).flat_map(|v| (62..=128).map(move |u| (u, v))).collect();
+        assert_eq!(pixels, expected);
+        assert_eq!(lit.blurred_runs(4), [(0, 130)]);
+    }
+
+    #[test]
+    fn what_lies_outside_the_picture_is_cut_off() {
+        let mut lit = LitPixels::none(70, 3);
+        lit.add_rectangle([-9.0, -9.0], [-5.0, 1.0], 1.0);
+        lit.add_rectangle([69.5, 2.0], [90.0, 90.0], 1.0);
+        assert_eq!(lit.pixels().collect::<Vec<_>>(), [(68, 1), (69, 1), (68, 2), (69, 2)]);
+    }
+}

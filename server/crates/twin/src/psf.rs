@@ -1,0 +1,63 @@
+//! Lens blur: a separable Gaussian, over the whole picture or where there is light.
+
+use crate::params::{PSF_RADIUS_PX, PSF_SIGMA_PX};
+
+/// Taps of the sampled Gaussian.
+pub(crate) const PSF_TAPS: usize = 2 * PSF_RADIUS_PX + 1;
+
+/// The sampled, normalised point spread.
+pub(crate) fn psf_taps() -> [f32; PSF_TAPS] {
+    let raw: [f32; PSF_TAPS] = std::array::from_fn(|idx| {
+        let x = (idx as f32 - PSF_RADIUS_PX as f32) / PSF_SIGMA_PX;
+        (-x * x / 2.0).exp()
+    });
+    let sum: f32 = raw.iter().sum();
+    raw.map(|tap| tap / sum)
+}
+
+/// Blurs the pixels `from..to` of `row` along the row into `target`; the picture's border pixels continue outside.
+pub(crate) fn blur_along(row: &[f32], from: usize, to: usize, taps: &[f32; PSF_TAPS], target: &mut [f32]) {
+    let inner_from = from.max(PSF_RADIUS_PX);
+    let inner_to = to.min(row.len().saturating_sub(PSF_RADIUS_PX)).max(inner_from);
+    for u in (from..inner_from.min(to)).chain(inner_to.max(from)..to) {
+        target[u] = taps.iter().enumerate().map(|(tap, weight)| weight * row[clamped(u, tap, row.len())]).sum();
+    }
+    if inner_from >= inner_to {
+        return;
+    }
+    let (first, rest) = taps.split_first().expect("a point spread has taps");
+    for (slot, value) in target[inner_from..inner_to].iter_mut().zip(&row[inner_from - PSF_RADIUS_PX..]) {
+        *slot = first * value;
+    }
+    for (tap, weight) in rest.iter().enumerate() {
+        let shifted = &row[inner_from - PSF_RADIUS_PX + tap + 1..];
+        for (slot, value) in target[inner_from..inner_to].iter_mut().zip(shifted) {
+            *slot += weight * value;
+        }
+    }
+}
+
+/// Blurs pixel columns `from..to` of row `v` of an image of rows `width` long across the rows into `target`.
+pub(crate) fn blur_across(
+    image: &[f32],
+    width: usize,
+    v: usize,
+    (from, to): (usize, usize),
+    taps: &[f32; PSF_TAPS],
+    target: &mut [f32],
+) {
+    let height = image.len() / width;
+    target[from..to].fill(0.0);
+    for (tap, weight) in taps.iter().enumerate() {
+        let start = clamped(v, tap, height) * width;
+        let row = &image[start + from..start + to];
+        for (slot, value) in target[from..to].iter_mut().zip(row) {
+            *slot += weight * value;
+        }
+    }
+}
+
+/// The place of a tap around `centre`, held inside `0..length`.
+fn clamped(centre: usize, tap: usize, length: usize) -> usize {
+    (centre + tap).saturating_sub(PSF_RADIUS_PX).min(length - 1)
+}

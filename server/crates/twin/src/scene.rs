@@ -1,0 +1,223 @@
+//! What stands before the station: surfaces that rays meet, carried by the stage.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64;
+use vision::LineDirection;
+
+use crate::board::Board;
+use crate::freeform::Freeform;
+use crate::params::{PART_REFLECTANCE, SAME_HIT_MM};
+use crate::random::derived_seed;
+use crate::station::StationModel;
+
+/// Half-sizes of the gauge block's top at a field of ±100 mm.
+const BLOCK_HALF_MM: [f64; 2] = [11.0, 7.0];
+
+/// How far plates may lean against the camera axis, radians: a plate put on a table by hand.
+const PLATE_LEAN_RAD: f64 = 0.03;
+
+/// Where a ray meets a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SceneHit {
+    /// The hit is origin + `reach` · direction.
+    pub reach: f64,
+    /// Unit normal of the surface, out of the material.
+    pub normal: Vector3<f64>,
+    /// Share of the light that a white, matt surface would send back, 0–1.
+    pub reflectance: f64,
+}
+
+/// Everything the camera can see, in the camera frame at stage position 0.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Scene {
+    /// A chessboard before a backdrop.
+    Board(Board),
+    /// A plane.
+    Plate(Plate),
+    /// A block on a plate.
+    Gauge(Gauge),
+    /// A ball on a plate.
+    Sphere(Sphere),
+    /// Smooth hills on a plate.
+    Freeform(Freeform),
+}
+
+/// An unbounded plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plate {
+    /// Columns: two directions in the plane, and its normal towards the camera.
+    pub axes: Matrix3<f64>,
+    /// A point of the plane; the origin of what stands on it.
+    pub point_mm: Vector3<f64>,
+}
+
+/// A block on a plate, its top parallel to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gauge {
+    /// What it stands on.
+    pub plate: Plate,
+    /// Height of the top above the plate.
+    pub height_mm: f64,
+    /// Half-sizes along the plate's first two axes.
+    pub half_mm: [f64; 2],
+}
+
+/// A ball that touches a plate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    /// What it lies on.
+    pub plate: Plate,
+    /// Radius.
+    pub radius_mm: f64,
+    /// Centre, in the camera frame.
+    pub centre_mm: Vector3<f64>,
+}
+
+/// Which part to put on the stage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SceneKind {
+    /// The bare plate.
+    Plate,
+    /// A gauge block.
+    Gauge {
+        /// Nominal height.
+        height_mm: f64,
+    },
+    /// A ball.
+    Sphere {
+        /// Nominal radius.
+        radius_mm: f64,
+    },
+    /// Smooth hills.
+    Freeform,
+}
+
+impl SceneKind {
+    /// The name of this kind on command lines and in truth files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Plate => "plate",
+            Self::Gauge { .. } => "gauge",
+            Self::Sphere { .. } => "sphere",
+            Self::Freeform => "freeform",
+        }
+    }
+
+    /// The part put on the stage of `model` by hand: leaning and turned a little, as `stream` of its seed says.
+    pub fn placed(&self, model: &StationModel, stream: u64) -> Scene {
+        let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, stream));
+        let mut lean = || PLATE_LEAN_RAD * (2.0 * rng.random::<f64>() - 1.0);
+        let turn = Rotation3::from_euler_angles(lean(), lean(), lean());
+        // x to the left and y downwards make the third axis point at the camera.
+        let mut axes = turn * Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, -1.0));
+        if model.shape.line_direction == LineDirection::Columns {
+            axes *= Rotation3::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2).matrix();
+        }
+        let plate = Plate { axes, point_mm: Vector3::new(0.0, 0.0, model.shape.standoff_mm) };
+        match *self {
+            Self::Plate => Scene::Plate(plate),
+            Self::Gauge { height_mm } => {
+                let scale = model.shape.field_scale().min(1.0);
+                Scene::Gauge(Gauge { plate, height_mm, half_mm: BLOCK_HALF_MM.map(|half| half * scale) })
+            }
+            Self::Sphere { radius_mm } => {
+                let aside = axes.column(0) * lean() * 30.0 + axes.column(1) * lean() * 30.0;
+                let centre_mm = plate.point_mm + aside + axes.column(2) * radius_mm;
+                Scene::Sphere(Sphere { plate, radius_mm, centre_mm })
+            }
+            Self::Freeform => Scene::Freeform(Freeform::seeded(plate, model.shape.field_half_width_mm, &mut rng)),
+        }
+    }
+}
+
+impl Scene {
+    /// The first surface a ray meets; `direction` need not be a unit vector.
+    pub fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
+        match self {
+            Self::Board(board) => board.hit(origin, direction),
+            Self::Plate(plate) => plate.hit(origin, direction),
+            Self::Gauge(gauge) => nearer(gauge.block_hit(origin, direction), gauge.plate.hit(origin, direction)),
+            Self::Sphere(ball) => nearer(ball.ball_hit(origin, direction), ball.plate.hit(origin, direction)),
+            Self::Freeform(freeform) => freeform.hit(origin, direction),
+        }
+    }
+
+    /// Whether light on its way from `from` reaches `to`, a point on one of the surfaces.
+    pub fn reaches(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
+        let way = to - from;
+        let length = way.norm();
+        self.hit(from, &(way / length)).is_none_or(|hit| hit.reach > length - tolerance_mm(length))
+    }
+}
+
+/// Two hits along a path of this length closer than this are the same.
+fn tolerance_mm(length_mm: f64) -> f64 {
+    SAME_HIT_MM * length_mm.max(1.0)
+}
+
+fn nearer(a: Option<SceneHit>, b: Option<SceneHit>) -> Option<SceneHit> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if a.reach <= b.reach { a } else { b }),
+        (a, b) => a.or(b),
+    }
+}
+
+impl Plate {
+    /// The normal, towards the camera.
+    pub fn normal(&self) -> Vector3<f64> {
+        self.axes.column(2).into_owned()
+    }
+
+    /// A point or vector of the camera frame along the plate's axes.
+    pub(crate) fn local(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        self.axes.tr_mul(vector)
+    }
+
+    /// Where a ray meets the plane.
+    pub fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
+        let normal = self.normal();
+        let reach = normal.dot(&(self.point_mm - origin)) / normal.dot(direction);
+        (reach.is_finite() && reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE })
+    }
+}
+
+impl Gauge {
+    /// Where a ray enters the block (slab by slab, Kay & Kajiya 1986).
+    fn block_hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
+        let from = self.plate.local(&(origin - self.plate.point_mm));
+        let way = self.plate.local(direction);
+        let low = [-self.half_mm[0], -self.half_mm[1], 0.0];
+        let high = [self.half_mm[0], self.half_mm[1], self.height_mm];
+        let (mut enter, mut leave, mut face) = (f64::NEG_INFINITY, f64::INFINITY, 0);
+        for axis in 0..3 {
+            let a = (low[axis] - from[axis]) / way[axis];
+            let b = (high[axis] - from[axis]) / way[axis];
+            if a.min(b) > enter {
+                (enter, face) = (a.min(b), axis);
+            }
+            leave = leave.min(a.max(b));
+        }
+        if !(enter > 0.0 && enter <= leave) {
+            return None;
+        }
+        let normal = self.plate.axes.column(face) * -way[face].signum();
+        Some(SceneHit { reach: enter, normal, reflectance: PART_REFLECTANCE })
+    }
+}
+
+impl Sphere {
+    fn ball_hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
+        let to_centre = self.centre_mm - origin;
+        let square = direction.norm_squared();
+        let along = to_centre.dot(direction) / square;
+        let beside = (to_centre - direction * along).norm_squared();
+        let inside = self.radius_mm * self.radius_mm - beside;
+        if inside < 0.0 {
+            return None;
+        }
+        let reach = along - (inside / square).sqrt();
+        let normal = (direction * reach - to_centre) / self.radius_mm;
+        (reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE })
+    }
+}

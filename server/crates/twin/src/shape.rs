@@ -1,0 +1,76 @@
+//! What a station is to be like; its small errors of make and assembly come from the seed.
+
+use vision::LineDirection;
+
+/// The wanted properties of a station. The default is a 1280 × 1024 station at 400 mm with five red lines.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StationShape {
+    /// Image columns.
+    pub width_px: usize,
+    /// Image rows.
+    pub height_px: usize,
+    /// Bits per pixel: 8 or 16.
+    pub bits: u32,
+    /// Wavelength of the laser by its data sheet.
+    pub wavelength_nm: f64,
+    /// Grooves per millimetre by the grating's data sheet.
+    pub lines_per_mm: f64,
+    /// Relative error of the true λ/d_g against the data sheets.
+    pub wavelength_over_period_error: f64,
+    /// Orders that carry light, in any sequence.
+    pub orders: Vec<i8>,
+    /// Which way the lines run across the image; along columns, the projector stands beside the camera.
+    pub line_direction: LineDirection,
+    /// Distance from the camera to the middle of the working volume.
+    pub standoff_mm: f64,
+    /// Half of what the image's width covers at the standoff; with the width this sets the focal length.
+    pub field_half_width_mm: f64,
+    /// Angle between the fan's axis and the grating's normal.
+    pub grating_tilt_rad: f64,
+    /// Standard deviation of a line's profile at the standoff, before lens blur.
+    pub line_sigma_px: f64,
+    /// Mean grey level of the brightest line's ridge on white, as a fraction of full scale.
+    pub line_peak: f64,
+    /// Standard deviation of the speckle over its mean, 0–1.
+    pub speckle_contrast: f64,
+    /// Size of the speckle's grain: full width at half height of the intensity's correlation.
+    pub speckle_grain_px: f64,
+    /// Grey levels (of 255) that ambient light adds to white in laser images.
+    pub ambient_levels: f64,
+}
+
+impl Default for StationShape {
+    fn default() -> Self {
+        Self {
+            width_px: 1280,
+            height_px: 1024,
+            bits: 8,
+            wavelength_nm: 660.0,
+            lines_per_mm: 50.0,
+            wavelength_over_period_error: 0.0,
+            orders: vec![-2, -1, 0, 1, 2],
+            line_direction: LineDirection::Rows,
+            standoff_mm: 400.0,
+            field_half_width_mm: 101.7,
+            grating_tilt_rad: 0.025,
+            line_sigma_px: 2.0,
+            line_peak: 0.8,
+            speckle_contrast: 0.3,
+            speckle_grain_px: 1.5,
+            ambient_levels: 0.0,
+        }
+    }
+}
+
+impl StationShape {
+    /// λ/d_g by the data sheets.
+    pub fn wavelength_over_period(&self) -> f64 {
+        self.wavelength_nm * 1e-6 * self.lines_per_mm
+    }
+
+    /// Size of everything relative to a field of ±100 mm: boards and travels shrink and grow with it.
+    pub fn field_scale(&self) -> f64 {
+        let aspect = self.height_px as f64 / self.width_px as f64;
+        self.field_half_width_mm / 101.7 * (aspect / 0.8).min(1.0)
+    }
+}

@@ -1,0 +1,112 @@
+//! Camera rays and light sheets of a station, precomputed on a coarse grid of pixels.
+//!
+//! Undistorting a pixel and meeting a sheet take Newton steps; both are smooth over the picture, so a cubic
+//! through nodes every few pixels replaces them. The sheet is kept as inverse depth, which for a plane and an
+//! ideal lens is linear in the pixel.
+
+use nalgebra::{Vector2, Vector3};
+use optics::{Camera, LightSurfaces};
+use rayon::prelude::*;
+
+use crate::params::MAP_STEP_PX;
+
+/// Nodes before the first pixel, so that every pixel lies between four.
+const MARGIN_NODES: usize = 1;
+
+/// Several smooth fields over the picture.
+#[derive(Debug, Clone)]
+pub(crate) struct PixelMap<const FIELDS: usize> {
+    columns: usize,
+    nodes: Vec<[f64; FIELDS]>,
+    /// Cubic weights of the four nodes around each position within a step.
+    weights: [[f64; 4]; MAP_STEP_PX],
+}
+
+impl<const FIELDS: usize> PixelMap<FIELDS> {
+    /// The map of `value`, which is NaN where the field does not exist.
+    pub(crate) fn new(
+        width_px: usize,
+        height_px: usize,
+        value: impl Fn(&Vector2<f64>) -> [f64; FIELDS] + Sync,
+    ) -> Self {
+        let columns = nodes_for(width_px);
+        let at = |idx: usize| (idx as f64 - MARGIN_NODES as f64) * MAP_STEP_PX as f64;
+        let nodes = (0..nodes_for(height_px) * columns)
+            .into_par_iter()
+            .map(|idx| value(&Vector2::new(at(idx % columns), at(idx / columns))))
+            .collect();
+        Self { columns, nodes, weights: std::array::from_fn(|idx| cubic(idx as f64 / MAP_STEP_PX as f64)) }
+    }
+
+    /// The fields at a pixel inside the picture.
+    #[inline]
+    pub(crate) fn at(&self, u: usize, v: usize) -> [f64; FIELDS] {
+        let first = (v / MAP_STEP_PX) * self.columns + u / MAP_STEP_PX;
+        let (along, across) = (&self.weights[u % MAP_STEP_PX], &self.weights[v % MAP_STEP_PX]);
+        let mut sum = [0.0; FIELDS];
+        for (row, row_weight) in across.iter().enumerate() {
+            let start = first + row * self.columns;
+            let four = &self.nodes[start..start + 4];
+            for (node, weight) in four.iter().zip(along) {
+                let weight = weight * row_weight;
+                for (slot, value) in sum.iter_mut().zip(node) {
+                    *slot += weight * value;
+                }
+            }
+        }
+        sum
+    }
+}
+
+fn nodes_for(size_px: usize) -> usize {
+    (size_px - 1) / MAP_STEP_PX + 4
+}
+
+/// Weights of the cubic through nodes at −1, 0, 1, 2 (Lagrange).
+fn cubic(x: f64) -> [f64; 4] {
+    [
+        -x * (x - 1.0) * (x - 2.0) / 6.0,
+        (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
+        -(x + 1.0) * x * (x - 2.0) / 2.0,
+        (x + 1.0) * x * (x - 1.0) / 6.0,
+    ]
+}
+
+/// (x_h, y_h) of every pixel's ray.
+pub(crate) fn ray_map(camera: &Camera) -> PixelMap<2> {
+    PixelMap::new(camera.width_px, camera.height_px, |pixel| {
+        camera.ray_from_pixel(pixel).map_or([f64::NAN; 2], |ray| [ray.x, ray.y])
+    })
+}
+
+/// What a camera ray meets of one sheet.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SheetAt {
+    /// 1 / depth of the sheet along the ray, 1/mm.
+    pub inverse_depth: f64,
+    /// Normal of the sheet times ray: mm across the sheet per mm of depth.
+    pub steepness: f64,
+    /// Fan angle of the light that arrives there.
+    pub phi_rad: f64,
+}
+
+/// The sheet of one order as every pixel sees it.
+#[derive(Debug, Clone)]
+pub(crate) struct SheetMap(PixelMap<3>);
+
+impl SheetMap {
+    pub(crate) fn new(camera: &Camera, light: &LightSurfaces, order: i8) -> Self {
+        Self(PixelMap::new(camera.width_px, camera.height_px, |pixel| {
+            let met = camera
+                .ray_from_pixel(pixel)
+                .and_then(|ray: Vector3<f64>| Some((ray, light.hit(order, &ray, None)?)));
+            met.map_or([f64::NAN; 3], |(ray, hit)| [1.0 / hit.depth_mm, hit.normal.dot(&ray), hit.phi_rad])
+        }))
+    }
+
+    #[inline]
+    pub(crate) fn at(&self, u: usize, v: usize) -> SheetAt {
+        let [inverse_depth, steepness, phi_rad] = self.0.at(u, v);
+        SheetAt { inverse_depth, steepness, phi_rad }
+    }
+}

@@ -1,0 +1,171 @@
+//! Speckle: the multiplicative grain of coherent light on a rough surface.
+//!
+//! Sums of |complex Gaussian field|² (Goodman 2007, ch. 4): one look has contrast 1 and an exponential
+//! distribution; n equal independent looks have contrast 1/√n. A last, weaker look makes any contrast exact.
+
+use rayon::prelude::*;
+
+use crate::params::{SPECKLE_BLOCK_PX, SPECKLE_LOOKS_MAX, SPECKLE_TILE_PX};
+use crate::random::{derived_seed, scrambled};
+
+/// Full width at half height of a Gaussian in standard deviations.
+const FWHM_BY_SIGMA: f64 = 2.354_820;
+
+/// A periodic pattern of mean 1 that pictures look into at random places.
+#[derive(Debug, Clone)]
+pub(crate) struct Speckle {
+    tile: Vec<f32>,
+}
+
+/// One picture's view of the pattern.
+pub(crate) struct SpeckleView<'s> {
+    tile: &'s [f32],
+    seed: u64,
+}
+
+impl Speckle {
+    /// A pattern of the wanted contrast whose grain (full width of the intensity's correlation) is `grain_px`.
+    pub(crate) fn new(seed: u64, contrast: f64, grain_px: f64, quantiles: &[f32]) -> Self {
+        let n_pixels = SPECKLE_TILE_PX * SPECKLE_TILE_PX;
+        if contrast <= 0.0 {
+            return Self { tile: vec![1.0; n_pixels] };
+        }
+        let n_looks = ((1.0 / (contrast * contrast)).ceil() as usize).clamp(1, SPECKLE_LOOKS_MAX);
+        let taps = field_taps(grain_px / FWHM_BY_SIGMA);
+        let looks: Vec<Vec<f32>> = (0..n_looks)
+            .into_par_iter()
+            .map(|look| one_look(derived_seed(seed, look as u64), &taps, quantiles))
+            .collect();
+        let last = last_weight(n_looks, contrast);
+        let mut tile = vec![0.0; n_pixels];
+        for (idx, look) in looks.iter().enumerate() {
+            let weight = if idx + 1 == n_looks { last } else { 1.0 };
+            for (slot, value) in tile.iter_mut().zip(look) {
+                *slot += weight * value;
+            }
+        }
+        normalise(&mut tile, contrast);
+        Self { tile }
+    }
+
+    /// The view of one picture: independent of every other seed's.
+    pub(crate) fn view(&self, seed: u64) -> SpeckleView<'_> {
+        SpeckleView { tile: &self.tile, seed }
+    }
+}
+
+impl SpeckleView<'_> {
+    /// Multiplies the light on a run of pixels of row `v` from column `from` by the pattern.
+    pub(crate) fn apply(&self, v: usize, from: usize, light: &mut [f32]) {
+        let mut u = from;
+        let to = from + light.len();
+        while u < to {
+            let block_end = ((u / SPECKLE_BLOCK_PX + 1) * SPECKLE_BLOCK_PX).min(to);
+            let (right, down) = self.block_offset(u, v);
+            let row = &self.tile[(v + down) % SPECKLE_TILE_PX * SPECKLE_TILE_PX..][..SPECKLE_TILE_PX];
+            for (slot, at) in light[u - from..block_end - from].iter_mut().zip(u + right..) {
+                *slot *= row[at % SPECKLE_TILE_PX];
+            }
+            u = block_end;
+        }
+    }
+
+    /// Where the block that holds pixel (u, v) looks.
+    fn block_offset(&self, u: usize, v: usize) -> (usize, usize) {
+        let block = ((v / SPECKLE_BLOCK_PX) as u64) << 32 | (u / SPECKLE_BLOCK_PX) as u64;
+        let bits = scrambled(self.seed ^ block.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        (bits as usize % SPECKLE_TILE_PX, (bits >> 32) as usize % SPECKLE_TILE_PX)
+    }
+}
+
+/// Weight x of the last look, so that (n−1+x²)/(n−1+x)² = contrast².
+fn last_weight(n_looks: usize, contrast: f64) -> f32 {
+    let (n, c2) = (n_looks as f64 - 1.0, contrast * contrast);
+    // x²(1−c²) − 2nc²x + n − n²c² = 0; the smaller root lies in 0–1 because 1/(n+1) ≤ c² < 1/n.
+    let (a, b, c) = (1.0 - c2, -2.0 * n * c2, n - n * n * c2);
+    if a <= f64::EPSILON {
+        return 1.0;
+    }
+    let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+    (((-b - root) / (2.0 * a)).clamp(0.0, 1.0)) as f32
+}
+
+/// Mean 1 and exactly the wanted contrast (only a tile of many looks is moved by more than its sampling error).
+fn normalise(tile: &mut [f32], contrast: f64) {
+    let n = tile.len() as f64;
+    let mean = tile.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
+    let variance = tile.iter().map(|&v| (f64::from(v) - mean).powi(2)).sum::<f64>() / n;
+    let stretch = (contrast * mean / variance.sqrt()).min(1.0);
+    for value in tile {
+        *value = (1.0 + (f64::from(*value) - mean) / mean * stretch) as f32;
+    }
+}
+
+/// Gaussian smoothing of the field; the intensity's correlation then has the field filter's own width.
+fn field_taps(sigma_px: f64) -> Vec<f32> {
+    let radius = (4.0 * sigma_px).ceil().max(1.0) as i64;
+    (-radius..=radius).map(|x| (-(x as f64 / sigma_px).powi(2) / 2.0).exp() as f32).collect()
+}
+
+fn one_look(seed: u64, taps: &[f32], quantiles: &[f32]) -> Vec<f32> {
+    let real = smooth_field(derived_seed(seed, 0), taps, quantiles);
+    let imaginary = smooth_field(derived_seed(seed, 1), taps, quantiles);
+    real.iter().zip(&imaginary).map(|(re, im)| re * re + im * im).collect()
+}
+
+/// White normal noise, smoothed and periodic.
+fn smooth_field(seed: u64, taps: &[f32], quantiles: &[f32]) -> Vec<f32> {
+    let side = SPECKLE_TILE_PX;
+    let mask = quantiles.len() as u64 - 1;
+    let mut white = Vec::with_capacity(side * side);
+    for word in 0..(side * side / 4) as u64 {
+        let bits = scrambled(seed ^ scrambled(word));
+        white.extend((0..4).map(|part| quantiles[((bits >> (16 * part)) & mask) as usize]));
+    }
+    let radius = taps.len() / 2;
+    let mut along = vec![0.0; side * side];
+    for (row, target) in white.chunks_exact(side).zip(along.chunks_exact_mut(side)) {
+        for (tap, weight) in taps.iter().enumerate() {
+            for (u, slot) in target.iter_mut().enumerate() {
+                *slot += weight * row[(u + tap + side - radius) % side];
+            }
+        }
+    }
+    let mut across = vec![0.0; side * side];
+    for (v, target) in across.chunks_exact_mut(side).enumerate() {
+        for (tap, weight) in taps.iter().enumerate() {
+            let start = (v + tap + side - radius) % side * side;
+            for (slot, value) in target.iter_mut().zip(&along[start..start + side]) {
+                *slot += weight * value;
+            }
+        }
+    }
+    across
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::normal_quantiles;
+
+    #[test]
+    fn the_pattern_has_the_wanted_contrast_and_grain() {
+        let quantiles = normal_quantiles();
+        for contrast in [0.1, 0.3, 0.6, 1.0] {
+            let tile = Speckle::new(7, contrast, 1.5, &quantiles).tile;
+            let n = tile.len() as f64;
+            let mean = tile.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
+            let covariance = |shift: usize| {
+                let moved = tile.iter().cycle().skip(shift);
+                tile.iter().zip(moved).map(|(&a, &b)| (f64::from(a) - mean) * (f64::from(b) - mean)).sum::<f64>()
+                    / n
+            };
+            assert!((mean - 1.0).abs() < 1e-4);
+            // 512² pixels hold some 10⁵ grains: the contrast of a sample is good to a few per mille.
+            assert!((covariance(0).sqrt() - contrast).abs() < 0.01 * contrast, "{contrast}");
+            let at_grain = covariance(1) / covariance(0);
+            // Half height at 0.75 px from the centre: exp(−ln2·(1/0.75)²) = 0.292 at 1 px.
+            assert!((at_grain - 0.292).abs() < 0.03, "{contrast}: {at_grain}");
+        }
+    }
+}
