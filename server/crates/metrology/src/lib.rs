@@ -1,1 +1,31 @@
-//! metrology
+//! From a cloud to a measured part: fits, values with their uncertainty, verdicts.
+//!
+//! [`measure`] finds the features a [`Tool`] needs in a cloud that holds table and object together, fits them by
+//! robust weighted geometric least squares, and states the value with an expanded uncertainty (k = 2).
+//! Units: millimetres, degrees for the tool `angle`; frame: the cloud's (part) frame.
+
+mod features;
+mod fit;
+mod measure;
+mod measurement;
+mod noise;
+mod orders;
+mod outline;
+pub mod params;
+mod ransac;
+mod request;
+mod robust;
+mod sample;
+mod shape;
+mod systematic;
+mod value;
+mod verdict;
+
+pub use measure::measure;
+pub use measurement::{ErrorSummary, FittedFeature, Measurement, OrderRow, Unit};
+pub use request::{MeasureError, MeasureRequest, Region, Tool};
+pub use shape::Shape;
+pub use verdict::{Verdict, verdict};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,94 @@
+//! Constants of the algorithms, each with unit and reason.
+
+/// Fewest points a feature may rest on: ten per parameter of a cylinder.
+pub const MIN_FEATURE_POINTS: usize = 50;
+
+/// A second feature must hold at least this share of the points looked at; less is debris.
+pub const MIN_FEATURE_SHARE: f64 = 0.003;
+
+/// A dominant plane with less than this share is no table but a slice of something curved.
+pub const MIN_TABLE_SHARE: f64 = 0.2;
+
+/// Points looked at while hypotheses are scored: enough to rank features of 1 % of the cloud.
+pub const RANSAC_POINTS: usize = 3000;
+
+/// Triples tried for a plane: 99.9 % sure to hit one that holds 26 % of the points.
+pub const PLANE_HYPOTHESES: usize = 400;
+
+/// Quadruples tried for a sphere: 99.9 % sure to hit one that holds 25 % of the points off the table.
+pub const SPHERE_HYPOTHESES: usize = 2000;
+
+/// Pairs of points with normals tried for a cylinder: 99.9 % sure at a share of 8 % off the table.
+pub const CYLINDER_HYPOTHESES: usize = 1000;
+
+/// Points whose normals are estimated for a cylinder; all pairs of them are compared.
+pub const NORMAL_POINTS: usize = 1200;
+
+/// Neighbours a normal is estimated from: three rings' worth of noise averaging, still local.
+pub const NORMAL_NEIGHBOURS: usize = 14;
+
+/// Band of a hypothesis, in the points' σ: keeps 99.99 % of the points of a true one.
+pub const RANSAC_BAND_SIGMAS: f64 = 4.0;
+
+/// Trim of the refined fit, in robust standard deviations of its residuals: loses 1 good point in 2000.
+pub const TRIM_SIGMAS: f64 = 3.5;
+
+/// The trim never opens further than this many predicted σ, so that a fit cannot swallow its neighbourhood.
+pub const MAX_TRIM_SIGMAS: f64 = 40.0;
+
+/// The trim never closes further than this many predicted σ: rounding is no outlier.
+pub const MIN_TRIM_SIGMAS: f64 = 0.01;
+
+/// Points used while the trim settles; the last rounds take all.
+pub const TRIM_POINTS: usize = 20_000;
+
+/// Rounds for the trim to settle.
+pub const TRIM_ROUNDS: usize = 15;
+
+/// Points nearer than this to the border of a feature are left out (mm): at an edge a stripe of 5 px is cut or lit
+/// from two surfaces, which shifts its centre over about half its width, 0.5 mm at 400 mm; twice that is safe.
+pub const BORDER_MARGIN_MM: f64 = 1.0;
+
+/// The border is left in place if trimming it would cost more than this share of the points.
+pub const MIN_INTERIOR_SHARE: f64 = 0.35;
+
+/// Planes within this angle count as parallel (degrees): a block on a table with dust under one edge.
+pub const PARALLEL_DEGREES: f64 = 3.0;
+
+/// A nominal height selects planes within this share of it.
+pub const NOMINAL_HINT_SHARE: f64 = 0.5;
+
+/// Cosine between ray and normal is not taken smaller than this: beyond 73° of incidence the predicted σ no longer
+/// describes the error, and the weight of a point must not grow without end.
+pub const MIN_COSINE: f64 = 0.3;
+
+/// σ of a point is not taken smaller than this share of the median: no point may rule a fit.
+pub const MIN_SIGMA_SHARE: f64 = 0.3;
+
+/// If no point carries a σ, the extent of the cloud times this stands in; residuals then set the scale.
+pub const UNKNOWN_SIGMA_PER_EXTENT: f64 = 2.5e-4;
+
+/// The noise part of σ is not taken smaller than this share of it.
+pub const MIN_NOISE_SHARE: f64 = 0.25;
+
+/// Columns over which neighbouring points share their noise, unless the cloud says otherwise (px).
+pub const NOISE_CORRELATION_PX: f64 = 7.0;
+
+/// Key of the cloud comment that says otherwise.
+pub const NOISE_CORRELATION_KEY: &str = "noise_correlation_px";
+
+/// Points triangulated anew per calibration mode, over all features of a measurement.
+pub const SYSTEMATIC_POINTS: usize = 3000;
+
+/// Largest median distance (mm) between the cloud and its pixels triangulated anew; more means another calibration.
+pub const MAX_MISMATCH_MM: f64 = 0.02;
+
+/// Share of the residuals between the two quantiles whose difference is the robust peak-to-peak flatness.
+pub const FLATNESS_SHARE: f64 = 0.999;
+
+/// Flatness keeps points up to this many robust standard deviations off the plane: form belongs to the value,
+/// stray points do not.
+pub const FLATNESS_TRIM_SIGMAS: f64 = 8.0;
+
+/// Coverage factor of the expanded uncertainty (ISO 14253-1).
+pub const COVERAGE_FACTOR: f64 = 2.0;

@@ -1,0 +1,132 @@
+//! What is to be measured, and why it may be impossible.
+
+use nalgebra::Vector3;
+
+/// What to measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Tool {
+    /// The dominant plane; value: its distance from the origin of the part frame.
+    Plane,
+    /// The sphere beside the table; value: its radius.
+    Sphere,
+    /// The cylinder beside the table; value: its radius.
+    Cylinder,
+    /// The largest plane parallel to the dominant one; value: its height over it, at its own centroid.
+    Step,
+    /// Two parallel planes (mean of the two centroid-to-plane distances), or two spheres (between the centres) if
+    /// they hold more than twice the points of the second plane.
+    Distance,
+    /// The two largest planes; value: the angle between their normals on the camera's side, or its supplement
+    /// if that is nearer to the nominal value (degrees).
+    Angle,
+    /// The dominant plane; value: the width of the band that holds 99.9 % of its points (image noise included).
+    Flatness,
+}
+
+impl Tool {
+    /// All tools.
+    pub const ALL: [Self; 7] =
+        [Self::Plane, Self::Sphere, Self::Cylinder, Self::Step, Self::Distance, Self::Angle, Self::Flatness];
+
+    /// The name used on the command line and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Plane => "plane",
+            Self::Sphere => "sphere",
+            Self::Cylinder => "cylinder",
+            Self::Step => "step",
+            Self::Distance => "distance",
+            Self::Angle => "angle",
+            Self::Flatness => "flatness",
+        }
+    }
+
+    /// The tool of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|tool| tool.name() == name)
+    }
+}
+
+impl std::fmt::Display for Tool {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A box in the part frame; points outside are not looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Region {
+    /// Smallest x, y, z, mm.
+    pub min_mm: [f64; 3],
+    /// Largest x, y, z, mm.
+    pub max_mm: [f64; 3],
+}
+
+impl Region {
+    /// Whether a point lies inside.
+    pub fn contains(&self, position: &Vector3<f64>) -> bool {
+        (0..3).all(|axis| (self.min_mm[axis]..=self.max_mm[axis]).contains(&position[axis]))
+    }
+}
+
+/// One measurement to be made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasureRequest {
+    /// What to measure.
+    pub tool: Tool,
+    /// The value the part should have, mm (degrees for `angle`). Also a hint which feature is meant, never a bias.
+    pub nominal_mm: Option<f64>,
+    /// Largest permitted deviation from nominal, mm (degrees for `angle`); asks for a verdict.
+    pub tolerance_mm: Option<f64>,
+    /// Seed of the random choices of the search; the same seed gives the same result.
+    pub seed: u64,
+    /// Where to look; everywhere if absent.
+    pub region: Option<Region>,
+}
+
+impl MeasureRequest {
+    /// A request for `tool` with nothing else said.
+    pub fn new(tool: Tool) -> Self {
+        Self { tool, nominal_mm: None, tolerance_mm: None, seed: 1, region: None }
+    }
+}
+
+/// A measurement could not be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MeasureError {
+    /// Too few points to look at.
+    #[error("{got} points to measure on where at least {needed} are needed; check the region and the cloud")]
+    TooFewPoints {
+        /// How many would do.
+        needed: usize,
+        /// How many there are.
+        got: usize,
+    },
+    /// The cloud shows no such feature.
+    #[error("no {feature} found among {n_points} points; check the tool, or give a region around the feature")]
+    FeatureNotFound {
+        /// What was looked for.
+        feature: &'static str,
+        /// Points it was looked for in.
+        n_points: usize,
+    },
+    /// The calibration does not reproduce the cloud.
+    #[error(
+        "the calibration does not belong to this cloud: its pixels triangulate {median_mm:.3} mm (median) away from \
+         its points; give the calibration the scan was made with"
+    )]
+    CalibrationMismatch {
+        /// Median distance between the points and their pixels triangulated anew.
+        median_mm: f64,
+    },
+    /// A number of the request makes no sense.
+    #[error("{name} is {value}; it must be a finite number{condition}")]
+    BadNumber {
+        /// Which one.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What else it must be.
+        condition: &'static str,
+    },
+}

@@ -1,0 +1,177 @@
+//! Uncertainty from the calibration: the same pixels triangulated with every one-σ step of its parameters.
+//!
+//! U_sys² = Σ over modes of the mean square of M(+mode) − M and M(−mode) − M: for a value that is linear in the mode
+//! this is (ΔM/2)² with ΔM = M(+) − M(−); for one at an extremum (flatness) it does not vanish.
+
+use nalgebra::{Vector2, Vector3};
+use optics::Calibration;
+use rayon::prelude::*;
+use scanning::Cloud;
+
+use crate::features::Found;
+use crate::fit::{Weighted, fit};
+use crate::measure::Question;
+use crate::noise::FeatureNoise;
+use crate::params::{MAX_MISMATCH_MM, MIN_NOISE_SHARE, SYSTEMATIC_POINTS};
+use crate::request::MeasureError;
+use crate::robust::weighted;
+use crate::sample::{Samples, median, thinned};
+use crate::shape::Shape;
+use crate::value::value;
+
+/// A point with what is needed to triangulate it anew.
+struct Pixel {
+    sample_idx: u32,
+    order: i8,
+    pixel: Vector2<f64>,
+    phi_rad: f64,
+    /// X_camera − X_part.
+    carried: Vector3<f64>,
+    /// Stage position recovered from it, mm.
+    position_mm: f64,
+    weight: f64,
+    /// What the calibration contributes to the σ along the ray, mm.
+    systematic_sigma_mm: f64,
+}
+
+/// The pixels of the features, thinned.
+pub(crate) struct Retriangulation<'a> {
+    calibration: &'a Calibration,
+    features: Vec<Vec<Pixel>>,
+}
+
+impl<'a> Retriangulation<'a> {
+    /// Triangulates the pixels of the features' points and checks that they give the cloud again.
+    ///
+    /// # Errors
+    /// [`MeasureError::CalibrationMismatch`].
+    pub(crate) fn new(
+        cloud: &Cloud,
+        samples: &Samples,
+        features: &[Found],
+        calibration: &'a Calibration,
+    ) -> Result<Self, MeasureError> {
+        let limit = SYSTEMATIC_POINTS / features.len().max(1);
+        let mut mismatches = Vec::new();
+        let mut lost = 0;
+        let features: Vec<Vec<Pixel>> = features
+            .iter()
+            .map(|feature| {
+                let few = thinned(&feature.inliers, limit);
+                let weights = weighted(samples, &few, &feature.shape);
+                let pixels: Vec<Pixel> = few
+                    .iter()
+                    .zip(weights)
+                    .filter_map(|(&idx, weight)| pixel(cloud, samples, idx, weight.weight, calibration))
+                    .collect();
+                lost += few.len() - pixels.len();
+                mismatches.extend(pixels.iter().map(|p| mismatch_mm(calibration, p)));
+                pixels
+            })
+            .collect();
+        let median_mm = if lost > mismatches.len() { f64::INFINITY } else { median(&mut mismatches) };
+        if median_mm > MAX_MISMATCH_MM {
+            return Err(MeasureError::CalibrationMismatch { median_mm });
+        }
+        Ok(Self { calibration, features })
+    }
+
+    /// The noise part of every inlier's σ: what is left after the calibration's own part at the nearest
+    /// triangulated point of the same order.
+    pub(crate) fn noise_of(&self, samples: &Samples, feature_idx: usize, feature: &Found) -> FeatureNoise {
+        let mut by_order: std::collections::BTreeMap<i8, Vec<(u32, f64)>> = std::collections::BTreeMap::new();
+        for p in &self.features[feature_idx] {
+            by_order.entry(p.order).or_default().push((p.sample_idx, p.systematic_sigma_mm));
+        }
+        let systematic_at = |idx: u32| {
+            let known = by_order.get(&samples.at(idx).order)?;
+            let after = known.partition_point(|(at, _)| *at < idx);
+            let beside = [after.checked_sub(1), Some(after)].into_iter().flatten().filter_map(|k| known.get(k));
+            beside.min_by_key(|(at, _)| at.abs_diff(idx)).map(|(_, sigma_mm)| *sigma_mm)
+        };
+        let sigma_mm = feature
+            .inliers
+            .iter()
+            .map(|&idx| {
+                let total = samples.at(idx).sigma_mm;
+                let systematic = systematic_at(idx).unwrap_or(0.0);
+                (total * total - systematic * systematic).max(0.0).sqrt().max(MIN_NOISE_SHARE * total)
+            })
+            .collect();
+        FeatureNoise { sigma_mm }
+    }
+
+    /// Standard uncertainty of the value from the calibration's covariance, and how many modes gave no value.
+    pub(crate) fn standard_uncertainty(&self, question: &Question, features: &[Found]) -> Option<(f64, usize)> {
+        let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
+        let base = self.value_with(self.calibration, question, &shapes)?;
+        let squares: Vec<Option<f64>> = self
+            .calibration
+            .sigma_modes()
+            .par_iter()
+            .map(|mode| {
+                let back: Vec<f64> = mode.iter().map(|step| -step).collect();
+                let plus = self.value_with(&self.calibration.stepped(mode), question, &shapes)? - base;
+                let minus = self.value_with(&self.calibration.stepped(&back), question, &shapes)? - base;
+                Some((plus * plus + minus * minus) / 2.0)
+            })
+            .collect();
+        let failed = squares.iter().filter(|square| square.is_none()).count();
+        Some((squares.into_iter().flatten().sum::<f64>().sqrt(), failed))
+    }
+
+    fn value_with(&self, calibration: &Calibration, question: &Question, shapes: &[Shape]) -> Option<f64> {
+        let mut refitted = Vec::with_capacity(shapes.len());
+        let mut first_positions = Vec::new();
+        for (shape, pixels) in shapes.iter().zip(&self.features) {
+            let points: Vec<Weighted> = pixels
+                .iter()
+                .filter_map(|p| Some(Weighted { position: part_position(calibration, p)?, weight: p.weight }))
+                .collect();
+            refitted.push(fit(shape, &points)?);
+            if first_positions.is_empty() {
+                first_positions = points.iter().map(|p| p.position).collect();
+            }
+        }
+        value(question.tool, &refitted, &first_positions, question.supplement)
+    }
+}
+
+fn pixel(
+    cloud: &Cloud,
+    samples: &Samples,
+    sample_idx: u32,
+    weight: f64,
+    calibration: &Calibration,
+) -> Option<Pixel> {
+    let sample = samples.at(sample_idx);
+    let point = &cloud.points[sample.cloud_idx];
+    let pixel = Vector2::new(f64::from(point.u_px), f64::from(point.v_px));
+    let hit = calibration.triangulate(point.order, &pixel, None)?;
+    let carried = hit.hit_in_camera.xyz - sample.position;
+    let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
+    let travel = direction.norm_squared();
+    Some(Pixel {
+        sample_idx,
+        order: point.order,
+        pixel,
+        phi_rad: hit.hit.phi_rad,
+        carried,
+        position_mm: if travel > 0.0 { direction.dot(&carried) / travel } else { 0.0 },
+        weight,
+        systematic_sigma_mm: calibration.systematic_sigma_mm(point.order, &hit)?,
+    })
+}
+
+/// Distance of the point from the line along which the stage could have carried it; 0 if no stage is known.
+fn mismatch_mm(calibration: &Calibration, pixel: &Pixel) -> f64 {
+    calibration.stage.map_or(0.0, |stage| (pixel.carried - stage.direction * pixel.position_mm).norm())
+}
+
+fn part_position(calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {
+    let hit = calibration.triangulate(pixel.order, &pixel.pixel, Some(pixel.phi_rad))?.hit_in_camera;
+    Some(match calibration.stage {
+        Some(stage) => stage.part_from_camera(&hit, pixel.position_mm).xyz,
+        None => hit.xyz - pixel.carried,
+    })
+}

@@ -1,0 +1,50 @@
+//! The value of each tool as a pure function of the fitted shapes and their points.
+
+use nalgebra::Vector3;
+
+use crate::params::FLATNESS_SHARE;
+use crate::request::Tool;
+use crate::shape::Shape;
+
+/// The value of a tool (mm, or degrees for `angle`, on the side given by `supplement`).
+///
+/// `positions`: the points of the first shape, needed by `flatness` alone. `None` if the shapes do not fit the tool.
+pub(crate) fn value(tool: Tool, shapes: &[Shape], positions: &[Vector3<f64>], supplement: bool) -> Option<f64> {
+    match (tool, shapes) {
+        (Tool::Plane, [plane @ Shape::Plane { .. }]) => Some(plane.distance_mm(&Vector3::zeros()).abs()),
+        (Tool::Sphere, [Shape::Sphere { radius_mm, .. }]) => Some(*radius_mm),
+        (Tool::Cylinder, [Shape::Cylinder { radius_mm, .. }]) => Some(*radius_mm),
+        (Tool::Step, [base, Shape::Plane { point_mm, .. }]) => Some(base.distance_mm(point_mm).abs()),
+        (Tool::Distance, [Shape::Sphere { centre_mm: a, .. }, Shape::Sphere { centre_mm: b, .. }]) => {
+            Some((b - a).norm())
+        }
+        (
+            Tool::Distance,
+            [first @ Shape::Plane { point_mm: a, .. }, second @ Shape::Plane { point_mm: b, .. }],
+        ) => Some((first.distance_mm(b).abs() + second.distance_mm(a).abs()) / 2.0),
+        (Tool::Angle, [Shape::Plane { normal: a, .. }, Shape::Plane { normal: b, .. }]) => {
+            let angle = a.cross(b).norm().atan2(a.dot(b)).to_degrees();
+            Some(if supplement { 180.0 - angle } else { angle })
+        }
+        (Tool::Flatness, [plane @ Shape::Plane { .. }]) => {
+            let mut residuals: Vec<f64> = positions.iter().map(|p| plane.distance_mm(p)).collect();
+            Some(band_width(&mut residuals))
+        }
+        _ => None,
+    }
+}
+
+/// Width of the interval that holds the central [`FLATNESS_SHARE`] of the values, interpolated between ranks.
+pub(crate) fn band_width(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    values.sort_unstable_by(f64::total_cmp);
+    let tail = (1.0 - FLATNESS_SHARE) / 2.0;
+    let quantile = |share: f64| {
+        let rank = share * (values.len() - 1) as f64;
+        let below = values[rank.floor() as usize];
+        below + (values[rank.ceil() as usize] - below) * rank.fract()
+    };
+    quantile(1.0 - tail) - quantile(tail)
+}
