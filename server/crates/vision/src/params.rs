@@ -9,7 +9,7 @@ pub const NOISE_STRIDE_PX: usize = 4;
 pub const NOISE_FLOOR: f32 = 0.29 / 255.0;
 
 /// Most by which a tile's box noise may exceed that of the quieter tiles around it.
-pub const NOISE_OVER_NEIGHBOURS: f32 = 2.0;
+pub const NOISE_OVER_NEIGHBOURS: f32 = 3.0;
 
 /// Columns looked at to learn how wide the lines are: every scene shows its lines in far fewer.
 pub const WIDTH_SAMPLE_COLUMNS: usize = 80;
@@ -82,6 +82,19 @@ pub const STEGER_MAX_STEPS: usize = 6;
 /// Crossings nearer than this, in line widths, to the first or last row are left out: part of the line's
 /// profile is outside the image, and what remains is off-centre.
 pub const BORDER_WIDTHS: f32 = 1.0;
+/// A neighbour matters from this fraction of a line's own contrast; fainter ones are its own speckled skirts.
+pub const RIVAL_CONTRAST: f32 = 0.2;
+/// Where another line is nearer than this, in line widths, the two are one blob and neither centre is believed.
+pub const CLEARANCE_MIN_WIDTHS: f32 = 1.7;
+/// Near another line the kernel is that of a line this fraction of the distance wide: the other one then lies four
+/// standard deviations out.
+pub const CLEARANCE_KERNEL_WIDTH: f32 = 0.37;
+/// Difference of the two flanks, in contrasts, up to which it is a gradient of ambient light; beyond, something
+/// else begins there and the kernel is kept clear of it.
+pub const FLANK_STEP_EVEN: f32 = 0.2;
+/// Difference of the two flanks, in contrasts, beyond which another line or a bright edge touches this one and
+/// no centre is believed.
+pub const FLANK_STEP_MAX: f32 = 0.6;
 /// Half-height of the centroid window in line widths.
 pub const CENTROID_HALF_HEIGHT_WIDTHS: f32 = 1.2;
 

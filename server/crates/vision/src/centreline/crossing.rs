@@ -1,12 +1,15 @@
 //! One crossing of a column and a line: position by either method, width, intensity, and what its noise is made of.
 
 use super::noise::NoiseMap;
-use super::segments::Trace;
+use super::segments::{Step, Trace};
 use super::steger::{Approach, Kernels, Ridge, WIDTH_PER_SIGMA};
 use super::view::{Level, View};
 use super::width::crossing_width_px;
 use super::{CentrelineMethod, candidates::Boxes};
-use crate::params::{BORDER_WIDTHS, CENTROID_HALF_HEIGHT_WIDTHS, LINK_GATE_MIN_PX};
+use crate::params::{
+    BORDER_WIDTHS, CENTROID_HALF_HEIGHT_WIDTHS, CLEARANCE_KERNEL_WIDTH, CLEARANCE_MIN_WIDTHS, FLANK_STEP_EVEN,
+    FLANK_STEP_MAX, LINK_GATE_MIN_PX,
+};
 
 /// A measured crossing.
 #[derive(Debug, Clone, Copy)]
@@ -80,11 +83,16 @@ impl<T: Level> Measurer<'_, T> {
         if v < margin || v > (self.view.height - 1) as f32 - margin {
             return None;
         }
+        let Step { contrast, clearance_px, .. } = trace.steps[idx];
         let beside = self.beside(u, v);
-        let contrast = trace.steps[idx].contrast;
         let step = beside.below - beside.above;
-        let background_slope =
-            if step.abs() < 0.25 * contrast { step / (2 * self.boxes.flank) as f32 } else { 0.0 };
+        if clearance_px < CLEARANCE_MIN_WIDTHS * width_px || step.abs() > FLANK_STEP_MAX * contrast {
+            return None;
+        }
+        let even = step.abs() < FLANK_STEP_EVEN * contrast;
+        let flank_px = self.boxes.flank as f32;
+        let clearance_px = if even { clearance_px } else { clearance_px.min(flank_px) };
+        let background_slope = if even { step / (2.0 * flank_px) } else { 0.0 };
         let from = Approach {
             u,
             v,
@@ -94,13 +102,13 @@ impl<T: Level> Measurer<'_, T> {
             background_slope,
         };
         match self.method {
-            CentrelineMethod::Steger => self.steger(from, width_px),
-            CentrelineMethod::CentreOfGravity => self.centroid(from, width_px),
+            CentrelineMethod::Steger => self.steger(from, width_px, clearance_px),
+            CentrelineMethod::CentreOfGravity => self.centroid(from, width_px, clearance_px),
         }
     }
 
-    fn steger(&self, from: Approach, width_px: f32) -> Option<Crossing> {
-        let taps = self.kernels.for_width(width_px);
+    fn steger(&self, from: Approach, width_px: f32, clearance_px: f32) -> Option<Crossing> {
+        let taps = self.kernels.for_width(width_px.min(CLEARANCE_KERNEL_WIDTH * clearance_px));
         let Ridge { v, v_pixel, curvature } = self.kernels.ridge(&self.view, taps, from)?;
         let weights = |row: usize| taps.first[row + taps.reach() - v_pixel];
         let rows = self.rows_around(v_pixel, taps.reach());
@@ -111,8 +119,8 @@ impl<T: Level> Measurer<'_, T> {
     }
 
     /// Grey-level centroid above the background, iterated until the window sits on the line.
-    fn centroid(&self, from: Approach, width_px: f32) -> Option<Crossing> {
-        let reach = (CENTROID_HALF_HEIGHT_WIDTHS * width_px).ceil() as usize;
+    fn centroid(&self, from: Approach, width_px: f32, clearance_px: f32) -> Option<Crossing> {
+        let reach = (CENTROID_HALF_HEIGHT_WIDTHS * width_px).min(0.5 * clearance_px).ceil() as usize;
         let mut v = from.v;
         for _ in 0..3 {
             let rows = self.rows_around(v.round().max(0.0) as usize, reach);

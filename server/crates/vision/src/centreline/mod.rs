@@ -24,7 +24,7 @@ use crossing::{Crossing, Measurer};
 use ends::{without_bent_ends, without_faded_ends};
 use noise::NoiseMap;
 use scatter::Scatter;
-use segments::link_traces;
+use segments::{link_traces, mark_clearances};
 use steger::Kernels;
 use view::{Level, View};
 use width::typical_width_px;
@@ -128,7 +128,8 @@ fn extract<T: Level>(view: View<T>, method: CentrelineMethod) -> Centrelines {
     let boxes = Boxes::for_width(width_px);
     let box_noise = NoiseMap::of_boxes(&view, boxes, &pixel_noise);
     let candidates = find_candidates(&view, &box_noise, boxes, width_px);
-    let traces = link_traces(&candidates, width_px);
+    let mut traces = link_traces(&candidates, width_px);
+    mark_clearances(&mut traces);
     let kernels = Kernels::new();
     let measurer = Measurer { view, noise: &pixel_noise, boxes, width_px, method, kernels: &kernels };
     let lines: Vec<Vec<Crossing>> = traces.iter().flat_map(|trace| pieces(&measurer.measure(trace))).collect();

@@ -3,7 +3,7 @@
 use super::candidates::Candidate;
 use crate::params::{
     LINK_GATE_MIN_PX, LINK_GATE_WIDTHS, LINK_HEADING_COLUMNS, LINK_MAX_GAP_COLUMNS, LONG_SEGMENT_COLUMNS,
-    MIN_SEGMENT_COLUMNS, SHORT_SEGMENT_MIN_SNR,
+    MIN_SEGMENT_COLUMNS, RIVAL_CONTRAST, SHORT_SEGMENT_MIN_SNR,
 };
 
 /// One line followed over neighbouring columns, at whole-pixel accuracy.
@@ -24,7 +24,12 @@ pub struct Step {
     pub contrast: f32,
     /// Contrast over its standard deviation; 0 where interpolated.
     pub snr: f32,
+    /// Rows to the nearest other trace in this column.
+    pub clearance_px: f32,
 }
+
+/// Clearance of a trace that is alone.
+const ALONE: f32 = f32::INFINITY;
 
 /// A trace that may still grow.
 struct Open {
@@ -35,7 +40,8 @@ struct Open {
 
 impl Open {
     fn begin(candidate: &Candidate) -> Self {
-        let step = Step { v: candidate.v as f32, contrast: candidate.contrast, snr: candidate.snr };
+        let step =
+            Step { v: candidate.v as f32, contrast: candidate.contrast, snr: candidate.snr, clearance_px: ALONE };
         Self { trace: Trace { first_u: candidate.u as usize, steps: vec![step] }, heading: 0.0 }
     }
 
@@ -58,9 +64,14 @@ impl Open {
         let slope = (candidate.v as f32 - from.v) / n as f32;
         for i in 1..n {
             let contrast = from.contrast.min(candidate.contrast);
-            self.trace.steps.push(Step { v: from.v + slope * i as f32, contrast, snr: 0.0 });
+            self.trace.steps.push(Step { v: from.v + slope * i as f32, contrast, snr: 0.0, clearance_px: ALONE });
         }
-        self.trace.steps.push(Step { v: candidate.v as f32, contrast: candidate.contrast, snr: candidate.snr });
+        self.trace.steps.push(Step {
+            v: candidate.v as f32,
+            contrast: candidate.contrast,
+            snr: candidate.snr,
+            clearance_px: ALONE,
+        });
         let memory = LINK_HEADING_COLUMNS.min(self.trace.steps.len() as f32 - 1.0).max(1.0);
         self.heading += (slope - self.heading) / memory;
     }
@@ -91,6 +102,29 @@ pub fn link_traces(candidates: &[Candidate], width_px: f32) -> Vec<Trace> {
         (a.first_u, a.steps[0].v).partial_cmp(&(b.first_u, b.steps[0].v)).unwrap_or(std::cmp::Ordering::Equal)
     });
     closed
+}
+
+/// Notes at every step how far the nearest other trace is that is bright enough to matter.
+pub fn mark_clearances(traces: &mut [Trace]) {
+    let steps = |trace: &Trace| {
+        let first_u = trace.first_u;
+        trace.steps.iter().enumerate().map(move |(i, s)| (first_u + i, s.v, s.contrast)).collect::<Vec<_>>()
+    };
+    let mut all: Vec<(usize, f32, f32)> = traces.iter().flat_map(steps).collect();
+    all.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    for trace in traces {
+        for (idx, step) in trace.steps.iter_mut().enumerate() {
+            let u = trace.first_u + idx;
+            let here = all.partition_point(|&(other_u, v, _)| (other_u, v) < (u, step.v));
+            let beside = [here.checked_sub(1), Some(here + 1)];
+            let others = beside
+                .into_iter()
+                .flatten()
+                .filter_map(|i| all.get(i))
+                .filter(|other| other.0 == u && other.2 >= RIVAL_CONTRAST * step.contrast);
+            step.clearance_px = others.map(|other| (other.1 - step.v).abs()).fold(ALONE, f32::min);
+        }
+    }
 }
 
 fn close_stale(open: &mut Vec<Open>, closed: &mut Vec<Trace>, u: usize) {
