@@ -5,9 +5,11 @@ use nalgebra::{Vector2, Vector3, Vector6};
 use optics::{BoardFrame, CAMERA_PARAMETERS, Camera, CameraFrame, LightSurfaces, Rigid};
 use rayon::prelude::*;
 
-use crate::normal::{ArrowNormal, BlockNormal};
+use crate::normal::{ArrowNormal, BlockNormal, Ranges};
 use crate::observation::{CornerView, LaserObservation, huber};
-use crate::params::{CORNER_HUBER_SIGMAS, LASER_HUBER_SIGMAS};
+use crate::params::{
+    CORNER_HUBER_SIGMAS, LASER_HUBER_SIGMAS, STEP_ANGLE_RAD, STEP_DISTORTION, STEP_LENGTH_RELATIVE,
+};
 use crate::prior::Priors;
 use crate::solver::Problem;
 
@@ -196,6 +198,21 @@ impl Problem for Bundle {
         costs.iter().sum::<f64>() + self.priors.cost(station)
     }
 
+    fn ranges(&self, station: &Station) -> Ranges {
+        let n_poses = station.poses.len().max(1) as f64;
+        let distance = station.poses.iter().map(|pose| pose.translation_mm.norm()).sum::<f64>() / n_poses;
+        let length = STEP_LENGTH_RELATIVE * distance;
+        let camera = &station.camera;
+        let side = camera.width_px.max(camera.height_px) as f64;
+        let (focal, centre) = (STEP_LENGTH_RELATIVE * camera.fx_px, STEP_LENGTH_RELATIVE * side);
+        let mut globals = vec![focal, focal, centre, centre];
+        globals.extend(STEP_DISTORTION);
+        globals.extend(station.light.as_ref().map_or(Vec::new(), |light| light_ranges(light, length)));
+        globals.resize(station.globals(), STEP_ANGLE_RAD);
+        let angle = STEP_ANGLE_RAD;
+        Ranges { globals, block: [length, length, length, angle, angle, angle] }
+    }
+
     fn stepped(&self, station: &Station, globals: &[f64], blocks: &[Vector6<f64>]) -> Station {
         let mut parameters = station.camera.parameters();
         for (value, step) in parameters.iter_mut().zip(globals) {
@@ -241,6 +258,21 @@ impl Bundle {
             });
         }
         cost
+    }
+}
+
+/// Steps within which a light model is nearly linear: lengths, angles and λ/d_g by their places in its local step.
+fn light_ranges(light: &LightSurfaces, length: f64) -> Vec<f64> {
+    let angle = STEP_ANGLE_RAD;
+    match light {
+        LightSurfaces::Planes(planes) => planes.iter().flat_map(|_| [angle, angle, length]).collect(),
+        LightSurfaces::Pencil(pencil) => {
+            vec![length, length, angle, angle, angle, STEP_LENGTH_RELATIVE * pencil.wavelength_over_period]
+        }
+        LightSurfaces::Grating(grating) => {
+            let s = STEP_LENGTH_RELATIVE * grating.wavelength_over_period;
+            vec![length, length, length, angle, angle, angle, angle, angle, length, s]
+        }
     }
 }
 

@@ -3,13 +3,13 @@
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use optics::{CAMERA_PARAMETERS, LightModelKind, LightSurfaces, Rigid};
 
-use crate::bundle::{Bundle, Station, sheet_residual};
+use crate::bundle::{Bundle, Station};
 use crate::calibrate::board_centre_mm;
 use crate::camera_fit::{CameraFit, residuals};
 use crate::error::CalibrationError;
 use crate::input::CalibrationInput;
 use crate::laser_points::LaserPoints;
-use crate::light_fit::{Scene, fit_light, light_priors, lit_points};
+use crate::light_fit::{Scene, fit_light, light_priors, lit_points, misfit};
 use crate::observation::{CornerView, LaserObservation};
 use crate::params::{GAP_PRIOR_MM, STRAIGHT_STAGE_MAX_NOISE_RATIO, UNDETERMINED_PRIOR_SHARE};
 use crate::prior::Priors;
@@ -180,16 +180,6 @@ impl Refinement<'_> {
         }
         (sum / n.max(1) as f64).sqrt()
     }
-}
-
-/// Mean square of residual over σ: how much more a model misses its points by than their noise.
-fn misfit(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> f64 {
-    let squares: Vec<f64> = laser
-        .iter()
-        .filter_map(|p| sheet_residual(scene.camera, light, &scene.poses[p.block], p, None).map(|s| (s, p)))
-        .map(|(sheet, point)| (sheet.residual_px / point.sigma_px).powi(2))
-        .collect();
-    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).max(1.0)
 }
 
 /// Camera–stage covariance with the light's own put between, uncorrelated.

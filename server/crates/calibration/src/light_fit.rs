@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use optics::{CAMERA_PARAMETERS, Camera, LightModelKind, LightSurfaces, Pencil};
 
-use crate::bundle::{BoardPose, Bundle, Station};
+use crate::bundle::{BoardPose, Bundle, Station, sheet_residual};
 use crate::error::CalibrationError;
 use crate::first_sheets::{LitPoint, grating_from_pencil, lit_centre, pencil_from_planes, planes_from_points};
 use crate::observation::LaserObservation;
@@ -40,8 +40,33 @@ pub fn fit_light(
         None => first_light(scene, laser, &points, kind)?,
     };
     let priors = light_priors(scene, &start, &points);
-    minimise_light(scene, laser, start, priors)
+    let scaled = scaled_to_misfit(scene, &start, laser);
+    minimise_light(scene, &scaled, start, priors)
         .ok_or_else(|| refused("the points leave its parameters undetermined"))
+}
+
+/// The points with σ widened to what the plane models miss them by: their misfit is no outlier. The exact model
+/// must stand by the points' own σ.
+fn scaled_to_misfit(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> Vec<LaserObservation> {
+    let mut scaled = laser.to_vec();
+    if light.kind() == LightModelKind::Grating {
+        return scaled;
+    }
+    let widened = misfit(scene, light, laser).sqrt();
+    for point in &mut scaled {
+        point.sigma_px *= widened;
+    }
+    scaled
+}
+
+/// Mean square of residual over σ, at least 1: how much more a model misses its points by than their noise.
+pub fn misfit(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> f64 {
+    let squares: Vec<f64> = laser
+        .iter()
+        .filter_map(|p| sheet_residual(scene.camera, light, &scene.poses[p.block], p, None).map(|s| (s, p)))
+        .map(|(sheet, point)| (sheet.residual_px / point.sigma_px).powi(2))
+        .collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).max(1.0)
 }
 
 fn minimise_light(
@@ -114,7 +139,7 @@ fn first_light(
 fn refined_pencil(scene: &Scene, laser: &[LaserObservation], pencil: Pencil) -> Pencil {
     let start = LightSurfaces::Pencil(pencil);
     let priors = light_priors(scene, &start, &[]);
-    match minimise_light(scene, laser, start, priors) {
+    match minimise_light(scene, &scaled_to_misfit(scene, &start, laser), start, priors) {
         Some(LightSurfaces::Pencil(refined)) => refined,
         _ => pencil,
     }

@@ -85,6 +85,24 @@ pub struct ArrowStep {
     pub blocks: Vec<Vector6<f64>>,
 }
 
+/// How far each parameter may move in one step before its residuals stop being linear: the unit of damping.
+///
+/// Damping by these, and not by the diagonal, holds back only the directions that the data hardly determine, and
+/// lets the solver walk along the curved valleys in which several parameters do nearly the same to the light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ranges {
+    /// One per global parameter.
+    pub globals: Vec<f64>,
+    /// For the six parameters of every block.
+    pub block: [f64; 6],
+}
+
+impl Ranges {
+    fn unused(n_globals: usize) -> Self {
+        Self { globals: vec![1.0; n_globals], block: [1.0; 6] }
+    }
+}
+
 impl ArrowNormal {
     /// Collects the sums of all blocks and of the priors (a block whose `bb` and `gb` stay empty).
     /// Parameters with `free[i] == false` are taken out of the system.
@@ -119,9 +137,9 @@ impl ArrowNormal {
         self.globals.cost
     }
 
-    /// The Gauss–Newton step damped by `damping` × diagonal; `None` if the system is singular.
-    pub fn solve(&self, damping: f64) -> Option<ArrowStep> {
-        let (reduced, inverses) = self.reduced(damping)?;
+    /// The Gauss–Newton step with `damping` / range² added to the diagonal; `None` if the system is singular.
+    pub fn solve(&self, damping: f64, ranges: &Ranges) -> Option<ArrowStep> {
+        let (reduced, inverses) = self.reduced(damping, ranges)?;
         let mut right = self.globals.g.clone();
         for (block, inverse) in self.blocks.iter().zip(&inverses) {
             right -= &block.gb * (inverse * block.b);
@@ -142,7 +160,7 @@ impl ArrowNormal {
     /// Covariance of the globals with the blocks integrated out; `None` if something is unobservable.
     /// Rows and columns of fixed parameters are zero.
     pub fn global_covariance(&self, free: &[bool]) -> Option<DMatrix<f64>> {
-        let (reduced, _) = self.reduced(0.0)?;
+        let (reduced, _) = self.reduced(0.0, &Ranges::unused(self.globals.g.len()))?;
         let scale = reduced.diagonal().map(|d| 1.0 / d.sqrt());
         let scaled =
             DMatrix::from_fn(reduced.nrows(), reduced.ncols(), |i, j| reduced[(i, j)] * scale[i] * scale[j]);
@@ -152,16 +170,16 @@ impl ArrowNormal {
         }))
     }
 
-    fn reduced(&self, damping: f64) -> Option<(DMatrix<f64>, Vec<Matrix6<f64>>)> {
+    fn reduced(&self, damping: f64, ranges: &Ranges) -> Option<(DMatrix<f64>, Vec<Matrix6<f64>>)> {
         let mut reduced = self.globals.gg.clone();
         for i in 0..reduced.nrows() {
-            reduced[(i, i)] *= 1.0 + damping;
+            reduced[(i, i)] += damping / (ranges.globals[i] * ranges.globals[i]);
         }
         let mut inverses = Vec::with_capacity(self.blocks.len());
         for block in &self.blocks {
             let mut bb = block.bb;
             for i in 0..6 {
-                bb[(i, i)] *= 1.0 + damping;
+                bb[(i, i)] += damping / (ranges.block[i] * ranges.block[i]);
             }
             let inverse = bb.cholesky()?.inverse();
             reduced -= &block.gb * inverse * block.gb.transpose();

@@ -100,6 +100,15 @@ pub const POINTS_PER_CORRELATION: f64 = 2.0;
 /// A parameter whose σ after the fit exceeds this share of its prior's σ was not determined by the data.
 pub const UNDETERMINED_PRIOR_SHARE: f64 = 0.7;
 
+/// Lengths (relative to the boards' distance), focal lengths and λ/d_g move the residuals linearly within this share.
+pub const STEP_LENGTH_RELATIVE: f64 = 0.03;
+
+/// Angles move the residuals linearly within about this.
+pub const STEP_ANGLE_RAD: f64 = 0.05;
+
+/// k1, k2, p1, p2, k3 move the residuals linearly within about these.
+pub const STEP_DISTORTION: [f64; 5] = [0.1, 0.5, 0.01, 0.01, 5.0];
+
 /// The constants that shape a result, by name, for the calibration document.
 pub fn as_map() -> std::collections::BTreeMap<String, f64> {
     [

@@ -2,16 +2,25 @@
 
 use nalgebra::Vector6;
 
-use crate::normal::{ArrowNormal, ArrowStep};
+use crate::normal::{ArrowNormal, ArrowStep, Ranges};
 
-/// First damping, relative to the diagonal.
-const FIRST_DAMPING: f64 = 1e-4;
+/// First damping: as if every parameter were known to its range.
+const FIRST_DAMPING: f64 = 1.0;
+
+/// Damping is taken back by this factor after a good step and raised by it after a bad one.
+const DAMPING_FACTOR: f64 = 10.0;
 
 /// Damping beyond which no further step is tried.
-const MAX_DAMPING: f64 = 1e8;
+const MAX_DAMPING: f64 = 1e12;
 
-/// Converged when a step lowers the cost by less than this part of it.
+/// Damping below which it plays no part.
+const MIN_DAMPING: f64 = 1e-6;
+
+/// Converged when a step lowers the cost by less than this part of it …
 const RELATIVE_COST_TOLERANCE: f64 = 1e-10;
+
+/// … or by less than this: the cost is half a χ², so no parameter moves by more than a hundredth of its own σ.
+const COST_TOLERANCE: f64 = 1e-4;
 
 /// Upper limit of accepted steps; bundle adjustments here take 5–20.
 const MAX_STEPS: usize = 60;
@@ -26,6 +35,9 @@ pub trait Problem {
 
     /// Robust cost at `state`; infinite where the model has no prediction.
     fn cost(&self, state: &Self::State) -> f64;
+
+    /// The unit of damping for every parameter at `state`.
+    fn ranges(&self, state: &Self::State) -> Ranges;
 
     /// `state` moved by a step.
     fn stepped(&self, state: &Self::State, globals: &[f64], blocks: &[Vector6<f64>]) -> Self::State;
@@ -46,12 +58,13 @@ pub struct Minimum<S> {
 
 /// Minimises from `state`; `None` if the very first system is singular.
 pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<P::State>> {
+    let ranges = problem.ranges(&state);
     let mut damping = FIRST_DAMPING;
     let mut normal = problem.linearise(&state);
     let mut cost = normal.cost();
     for n_steps in 0..MAX_STEPS {
-        let Some((next, next_cost)) = downhill(problem, &state, &normal, cost, &mut damping) else {
-            return (n_steps > 0 || normal.solve(0.0).is_some()).then_some(Minimum {
+        let Some((next, next_cost)) = downhill(problem, &state, &normal, &ranges, cost, &mut damping) else {
+            return (n_steps > 0 || normal.solve(0.0, &ranges).is_some()).then_some(Minimum {
                 state,
                 cost,
                 n_steps,
@@ -60,7 +73,7 @@ pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<
         };
         let gain = cost - next_cost;
         state = next;
-        if gain <= RELATIVE_COST_TOLERANCE * cost {
+        if gain <= COST_TOLERANCE.max(RELATIVE_COST_TOLERANCE * cost) {
             return Some(Minimum { state, cost: next_cost, n_steps: n_steps + 1, converged: true });
         }
         normal = problem.linearise(&state);
@@ -74,19 +87,20 @@ fn downhill<P: Problem>(
     problem: &P,
     state: &P::State,
     normal: &ArrowNormal,
+    ranges: &Ranges,
     cost: f64,
     damping: &mut f64,
 ) -> Option<(P::State, f64)> {
     while *damping <= MAX_DAMPING {
-        if let Some(ArrowStep { globals, blocks }) = normal.solve(*damping) {
+        if let Some(ArrowStep { globals, blocks }) = normal.solve(*damping, ranges) {
             let next = problem.stepped(state, globals.as_slice(), &blocks);
             let next_cost = problem.cost(&next);
             if next_cost <= cost {
-                *damping = (*damping * 0.1).max(1e-12);
+                *damping = (*damping / DAMPING_FACTOR).max(MIN_DAMPING);
                 return Some((next, next_cost));
             }
         }
-        *damping *= 10.0;
+        *damping *= DAMPING_FACTOR;
     }
     None
 }

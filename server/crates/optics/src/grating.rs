@@ -23,6 +23,9 @@ pub const GRATING_PARAMETER_NAMES: [&str; GRATING_PARAMETERS] = [
     "wavelength_over_period",
 ];
 
+/// Squared sine of the angle between projector and camera axes below which they have no nearest point to speak of.
+const PARALLEL_AXES: f64 = 1e-6;
+
 /// A laser line source behind a plane transmission grating, in the camera frame.
 ///
 /// Light passes from `source_mm` along k(φ) = cosφ·axis + sinφ·fan, meets the grating at distance `gap_mm`
@@ -128,11 +131,11 @@ impl Grating {
             Motion { source: Vector3::y(), ..Motion::none() },
             Motion { source: Vector3::z(), ..Motion::none() },
             Motion { ray: across * sin, ..Motion::none() },
-            Motion { ray: -across * cos, ..Motion::none() },
+            Motion { ray: -across * cos, source: across * self.pivot_reach_mm(), ..Motion::none() },
             Motion { normal: g, ..Motion::none() },
             Motion { normal: p, period: -n, ..Motion::none() },
             Motion { period: -g, ..Motion::none() },
-            Motion { gap: 1.0, ..Motion::none() },
+            Motion { gap: 1.0, source: -a / a.dot(&n), ..Motion::none() },
             Motion { s: 1.0, ..Motion::none() },
         ];
         let k = self.fan_ray(phi_rad);
@@ -171,7 +174,20 @@ impl Grating {
         (origin, tangential_step + n * forward_step + motion.normal * forward)
     }
 
+    /// Distance from the source along the axis to where it comes nearest to the camera's optical axis: the middle of
+    /// what both see. The fan pitches about this point, so that its position there and its angle are estimated apart.
+    fn pivot_reach_mm(&self) -> f64 {
+        let across_z = 1.0 - self.axis.z * self.axis.z;
+        if across_z < PARALLEL_AXES {
+            return 0.0;
+        }
+        -(self.source_mm.x * self.axis.x + self.source_mm.y * self.axis.y) / across_z
+    }
+
     /// Moved by a local step, in the order of [`GRATING_PARAMETER_NAMES`]; directions stay unit and perpendicular.
+    ///
+    /// The fan pitches about the point of its axis nearest to the camera's optical axis, and the gap grows by moving
+    /// the source away from the lit line: both leave the sheets' place in the scene to the source's own coordinates.
     pub fn stepped(&self, step: &[f64; GRATING_PARAMETERS]) -> Self {
         let across = self.axis.cross(&self.fan);
         let fan = (self.fan + across * step[3]).normalize();
@@ -179,16 +195,22 @@ impl Grating {
         let axis = (axis - fan * axis.dot(&fan)).normalize();
         let period = self.period_direction();
         let normal = (self.normal + self.groove * step[5] + period * step[6]).normalize();
-        let groove = self.groove + period * step[7];
+        // The grating momentum s·p moves in a straight line within the grating's plane.
+        let momentum = period * (self.wavelength_over_period + step[9])
+            - self.groove * (self.wavelength_over_period * step[7]);
+        let momentum_size = momentum.norm();
+        let groove = momentum.cross(&self.normal) / momentum_size;
         let groove = (groove - normal * groove.dot(&normal)).normalize();
+        let pitch = (self.axis - axis) * self.pivot_reach_mm();
+        let retreat = self.axis * (step[8] / self.axis.dot(&self.normal));
         Self {
-            source_mm: self.source_mm + Vector3::new(step[0], step[1], step[2]),
+            source_mm: self.source_mm + Vector3::new(step[0], step[1], step[2]) + pitch - retreat,
             axis,
             fan,
             normal,
             groove,
             gap_mm: self.gap_mm + step[8],
-            wavelength_over_period: self.wavelength_over_period + step[9],
+            wavelength_over_period: momentum_size,
         }
     }
 
