@@ -46,6 +46,15 @@ impl Samples {
         &self.all[self.range(piece)]
     }
 
+    /// Index of the sample of `piece` (index `idx`) in column (row) `along`, if it was sampled there.
+    pub fn at(&self, idx: usize, piece: &Piece, along: i64) -> Option<usize> {
+        let range = self.range(idx);
+        let steps = along - self.all.get(range.start)?.along;
+        let stride = piece.stride as i64;
+        let place = range.start + usize::try_from(steps / stride).ok()?;
+        (steps >= 0 && steps % stride == 0 && range.contains(&place)).then_some(place)
+    }
+
     /// Their indices.
     pub fn range(&self, piece: usize) -> std::ops::Range<usize> {
         self.first_of_piece[piece]..self.first_of_piece[piece + 1]

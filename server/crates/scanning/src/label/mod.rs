@@ -5,6 +5,7 @@
 //! all, whether another order sees the same surface at the same place of the part from another stage position.
 
 mod agreement;
+mod columns;
 mod evidence;
 mod hypotheses;
 mod outlook;
@@ -84,12 +85,12 @@ pub fn label_frames(
     let view = hypotheses::View { calibration, depth_range_mm, direction };
     let samples = view.samples(frames, shifts_mm, &pieces);
     let travel = Travel::of(shifts_mm);
-    let partners = tracks::partners(&samples, &pieces, &travel.order);
+    let columns = columns::Columns::new(&pieces, frames, direction);
     let mut evidence = depth_evidence(&samples, &pieces, calibration.orders.len());
-    tracks::add_tracks(&mut evidence, &samples, &pieces, &partners);
+    let partners = tracks::add_tracks(&mut evidence, &samples, &pieces, &columns, &travel.order);
     tracks::add_continuations(&mut evidence, &samples, &pieces, frames, direction);
     tracks::add_joints(&mut evidence, &pieces, frames, direction);
-    ranks::add_ranks(&mut evidence, &samples, &pieces);
+    ranks::add_ranks(&mut evidence, &samples, &pieces, &columns);
     let outlook = outlook(&travel, calibration, depth_range_mm, direction);
     let scene = agreement::Scene {
         samples: &samples,

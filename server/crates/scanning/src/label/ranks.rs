@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::columns::Columns;
 use super::evidence::Evidence;
 use super::hypotheses::Samples;
 use super::pieces::Piece;
@@ -11,21 +12,15 @@ use crate::params::RANK_COST;
 ///
 /// Lines of solid parts cannot change places: where the nearer surface throws order k beyond order k + 1's line
 /// on the ground, it also shades that line. Thin overhanging parts can; they are overruled or left unlabelled.
-pub fn add_ranks(evidence: &mut Evidence, samples: &Samples, pieces: &[Piece]) {
-    let mut columns: BTreeMap<(usize, i64), Vec<usize>> = BTreeMap::new();
-    for (idx, sample) in samples.all.iter().enumerate() {
-        columns.entry((pieces[sample.piece].frame, sample.along)).or_default().push(idx);
-    }
+pub fn add_ranks(evidence: &mut Evidence, samples: &Samples, pieces: &[Piece], columns: &Columns) {
     let mut shared: BTreeMap<(usize, usize), f64> = BTreeMap::new();
-    for column in columns.values() {
-        for &upper in column {
-            for &lower in column {
-                let (a, b) = (&samples.all[upper], &samples.all[lower]);
-                if a.piece != b.piece && a.across_px < b.across_px {
-                    let share = super::sample_weight(&pieces[a.piece]).min(super::sample_weight(&pieces[b.piece]));
-                    *shared.entry((a.piece, b.piece)).or_default() += share;
-                }
-            }
+    for sample in &samples.all {
+        let piece = &pieces[sample.piece];
+        for other in columns.crossings(piece.frame, sample.along).filter(|other| other.piece != sample.piece) {
+            let above = other.across_px < sample.across_px;
+            let pair = if above { (other.piece, sample.piece) } else { (sample.piece, other.piece) };
+            // Each of the two brings half of what they share.
+            *shared.entry(pair).or_default() += 0.5 * super::sample_weight(piece);
         }
     }
     let n_orders = evidence.none();

@@ -1,9 +1,12 @@
 //! The same line in the next frame, and the same line beyond a gap.
 
+use std::collections::BTreeMap;
+
 use vision::{Centrelines, LineDirection};
 
+use super::columns::Columns;
 use super::evidence::Evidence;
-use super::hypotheses::Samples;
+use super::hypotheses::{Sample, Samples};
 use super::pieces::{Piece, along_across};
 use crate::params::{
     CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT, JOINT_WEIGHT,
@@ -19,65 +22,47 @@ pub struct Partners {
     pub previous: Vec<Option<usize>>,
 }
 
-/// Pairs samples of one scan column (row) in frames that follow one another along the stage (`travel_order`):
-/// nearest both ways and within the gate.
-pub fn partners(samples: &Samples, pieces: &[Piece], travel_order: &[usize]) -> Partners {
-    let by_frame = samples_by_frame(samples, pieces, travel_order.len());
+/// Follows every sample into the frames before and after along the stage (`travel_order`): nearest line in its
+/// column (row) both ways and within the gate. Adds a bond to that line, the nearer in the image, the stronger.
+pub fn add_tracks(
+    evidence: &mut Evidence,
+    samples: &Samples,
+    pieces: &[Piece],
+    columns: &Columns,
+    travel_order: &[usize],
+) -> Partners {
     let mut partners = Partners { next: vec![None; samples.all.len()], previous: vec![None; samples.all.len()] };
+    let mut bonds: BTreeMap<(usize, usize), f64> = BTreeMap::new();
     for pair in travel_order.windows(2) {
-        let (here, there) = (&by_frame[pair[0]], &by_frame[pair[1]]);
-        for &idx in here {
-            let Some(other) = nearest(samples, idx, there) else { continue };
-            if nearest(samples, other, here) == Some(idx) {
-                partners.next[idx] = Some(other);
-                partners.previous[other] = Some(idx);
+        for (here, there, side) in
+            [(pair[0], pair[1], &mut partners.next), (pair[1], pair[0], &mut partners.previous)]
+        {
+            for piece in columns.pieces_of(here) {
+                for idx in samples.range(piece) {
+                    let Some((other, closeness)) = followed(&samples.all[idx], columns, here, there) else {
+                        continue;
+                    };
+                    side[idx] = samples.at(other, &pieces[other], samples.all[idx].along);
+                    // Either side of the bond brings half of it.
+                    let weight = 0.5 * TRACK_WEIGHT * closeness * super::sample_weight(&pieces[piece]);
+                    *bonds.entry((piece.min(other), piece.max(other))).or_default() += weight;
+                }
             }
         }
+    }
+    for ((a, b), weight) in bonds {
+        evidence.add_bond(a, b, weight);
     }
     partners
 }
 
-/// Sample indices of each frame, sorted by column (row).
-fn samples_by_frame(samples: &Samples, pieces: &[Piece], n_frames: usize) -> Vec<Vec<usize>> {
-    let mut by_frame = vec![Vec::new(); n_frames];
-    for (idx, sample) in samples.all.iter().enumerate() {
-        by_frame[pieces[sample.piece].frame].push(idx);
-    }
-    for list in &mut by_frame {
-        list.sort_by_key(|&idx| samples.all[idx].along);
-    }
-    by_frame
-}
-
-/// The sample of `candidates` in the same column (row) nearest to `idx` and within the gate.
-fn nearest(samples: &Samples, idx: usize, candidates: &[usize]) -> Option<usize> {
-    let sample = &samples.all[idx];
+/// The piece that goes on with the line of `sample` in frame `there`, and how near it is (1 … 0 at the gate).
+fn followed(sample: &Sample, columns: &Columns, here: usize, there: usize) -> Option<(usize, f64)> {
     let gate = TRACK_GATE_PITCHES * sample.pitch_px;
-    let start = candidates.partition_point(|&other| samples.all[other].along < sample.along);
-    let column = candidates[start..].iter().take_while(|&&other| samples.all[other].along == sample.along);
-    let (miss, other) = column
-        .map(|&other| ((samples.all[other].across_px - sample.across_px).abs(), other))
-        .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (miss <= gate).then_some(other)
-}
-
-/// Bonds between partners: the nearer in the image, the stronger.
-pub fn add_tracks(evidence: &mut Evidence, samples: &Samples, pieces: &[Piece], partners: &Partners) {
-    let mut bonds: Vec<(usize, usize, f64)> = Vec::new();
-    for (idx, next) in partners.next.iter().enumerate() {
-        let Some(next) = *next else { continue };
-        let (a, b) = (&samples.all[idx], &samples.all[next]);
-        let miss = (a.across_px - b.across_px) / (TRACK_GATE_PITCHES * a.pitch_px);
-        let weight = TRACK_WEIGHT * (1.0 - miss * miss).max(0.0);
-        let share = super::sample_weight(&pieces[a.piece]).min(super::sample_weight(&pieces[b.piece]));
-        match bonds.last_mut() {
-            Some(last) if (last.0, last.1) == (a.piece, b.piece) => last.2 += weight * share,
-            _ => bonds.push((a.piece, b.piece, weight * share)),
-        }
-    }
-    for (a, b, weight) in bonds {
-        evidence.add_bond(a, b, weight);
-    }
+    let other = columns.nearest(there, sample.along, sample.across_px, gate)?;
+    let back = columns.nearest(here, sample.along, other.across_px, gate)?;
+    let miss = (other.across_px - sample.across_px) / gate;
+    (back.piece == sample.piece).then_some((other.piece, 1.0 - miss * miss))
 }
 
 /// Bonds between pieces of one frame that continue one another beyond a gap.
