@@ -2,6 +2,8 @@
 //! does. The truth is a point every 7 columns; between them a parabola through three is exact to 0.001 px on the
 //! plate, which is why only the straight orders of the gauge scan are compared.
 
+#![allow(clippy::unwrap_used, reason = "a test file throughout")]
+
 use std::path::PathBuf;
 use vision::{
     CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, GreyImage, Pixels, find_centrelines,
