@@ -110,3 +110,43 @@ impl SheetMap {
         SheetAt { inverse_depth, steepness, phi_rad }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::StationShape;
+    use crate::station::StationModel;
+
+    #[test]
+    fn interpolated_sheets_match_exact_ones() {
+        // 1e-4 px of ray, and of sheet: 2e-5 mm across at 0.2 mm/px.
+        const RAY_TOLERANCE: f64 = 1e-4;
+        const ACROSS_TOLERANCE_MM: f64 = 2e-5;
+        let orders = vec![-4, 0, 4];
+        let shape = StationShape {
+            width_px: 640,
+            height_px: 512,
+            field_half_width_mm: 170.0,
+            orders,
+            ..Default::default()
+        };
+        let model = StationModel::seeded(9, &shape).unwrap();
+        let (rays, light) = (ray_map(&model.camera), LightSurfaces::Grating(model.grating));
+        for &order in &model.orders {
+            let map = SheetMap::new(&model.camera, &light, order);
+            for (u, v) in (0..640).step_by(13).flat_map(|u| (0..512).step_by(11).map(move |v| (u, v))) {
+                let exact = model.camera.ray_from_pixel(&Vector2::new(u as f64, v as f64)).unwrap();
+                let [x, y] = rays.at(u, v);
+                assert!((Vector2::new(x, y) - exact.xy()).norm() * model.camera.fx_px < RAY_TOLERANCE, "{u} {v}");
+                let Some(hit) = light.hit(order, &exact, None) else { continue };
+                if !(200.0..800.0).contains(&hit.depth_mm) {
+                    continue;
+                }
+                let sheet = map.at(u, v);
+                let across = (1.0 / sheet.inverse_depth - hit.depth_mm) * sheet.steepness;
+                assert!(across.abs() < ACROSS_TOLERANCE_MM, "{order} {u} {v}: {across}");
+                assert!((sheet.steepness - hit.normal.dot(&exact)).abs() < 1e-5);
+            }
+        }
+    }
+}

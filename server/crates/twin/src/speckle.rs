@@ -152,7 +152,7 @@ mod tests {
     fn the_pattern_has_the_wanted_contrast_and_grain() {
         let quantiles = normal_quantiles();
         for contrast in [0.1, 0.3, 0.6, 1.0] {
-            let tile = Speckle::new(7, contrast, 1.5, &quantiles).tile;
+            let tile = Speckle::new(7, contrast, 3.0, &quantiles).tile;
             let n = tile.len() as f64;
             let mean = tile.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
             let covariance = |shift: usize| {
@@ -161,11 +161,11 @@ mod tests {
                     / n
             };
             assert!((mean - 1.0).abs() < 1e-4);
-            // 512² pixels hold some 10⁵ grains: the contrast of a sample is good to a few per mille.
+            // 512² pixels hold some 3·10⁴ grains: the contrast of a sample is good to half a per cent.
             assert!((covariance(0).sqrt() - contrast).abs() < 0.01 * contrast, "{contrast}");
             let at_grain = covariance(1) / covariance(0);
-            // Half height at 0.75 px from the centre: exp(−ln2·(1/0.75)²) = 0.292 at 1 px.
-            assert!((at_grain - 0.292).abs() < 0.03, "{contrast}: {at_grain}");
+            // Half height at 1.5 px from the centre: exp(−ln2·(1/1.5)²) = 0.735 at 1 px.
+            assert!((at_grain - 0.735).abs() < 0.02, "{contrast}: {at_grain}");
         }
     }
 }
