@@ -79,6 +79,10 @@ pub const LABEL_MARGIN: f64 = 0.3;
 /// A fifth of what a second look brings: the group is seen twice over a good part of its area.
 pub const GROUP_MARGIN: f64 = 0.1;
 
+/// Support per sample that a label needs from other frames or orders in a scan: a third of one bond to the next
+/// frame. A chance row of speckles has none.
+pub const CONFIRMATION: f64 = 0.15;
+
 /// Distance between the nodes of the table of systematic σ, px. Interpolation error below 2 %.
 pub const SIGMA_TABLE_STEP_PX: f64 = 48.0;
 
@@ -86,5 +90,7 @@ pub const SIGMA_TABLE_STEP_PX: f64 = 48.0;
 pub const COMPARE_STRIDE_PX: usize = 4;
 /// Surfaces of other orders that must contradict a point before it is dropped.
 pub const CONTRADICTING_SURFACES: usize = 2;
+/// Where more than this share of a run of neighbouring points is denied, the rest goes with it.
+pub const RUN_DENIED_SHARE: f64 = 0.5;
 /// Largest bend of a line over a comparison patch, in standard deviations, that counts as smooth.
 pub const SMOOTH_SIGMAS: f64 = 4.0;

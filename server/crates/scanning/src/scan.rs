@@ -10,7 +10,8 @@ use crate::compare::{OrderPair, Surfaces};
 use crate::dropped::{DropReason, Dropped};
 use crate::envelope::{DepthEnvelope, depth_envelope};
 use crate::label::{Travel, label_frames, outlook};
-use crate::profile::{Profile, profile_of_frame};
+use crate::params::{KINK_STEP_PX, RUN_DENIED_SHARE};
+use crate::profile::{Profile, ProfilePoint, profile_of_frame};
 use crate::sigma_table::SigmaTable;
 
 /// One frame of a scan.
@@ -162,13 +163,26 @@ fn shifts(frames: &[ScanFrame], calibration: &Calibration) -> Result<Vec<Vector3
     Ok(vec![Vector3::zeros(); frames.len()])
 }
 
-/// Takes away the points that the surfaces of other orders deny.
+/// Takes away the points that the surfaces of other orders deny, and what little is left of a run of denied ones.
 fn drop_contradicted(profiles: &mut [Profile], surfaces: &Surfaces) {
     profiles.par_iter_mut().enumerate().for_each(|(frame, profile)| {
-        let before = profile.points.len();
-        profile.points.retain(|point| !surfaces.contradict(point, frame));
-        profile.dropped.add_points(DropReason::Contradicted, before - profile.points.len());
+        let mut kept = Vec::with_capacity(profile.points.len());
+        for run in profile.points.chunk_by(neighbours) {
+            let denied: Vec<bool> = run.iter().map(|point| surfaces.contradict(point, frame)).collect();
+            let n_denied = denied.iter().filter(|denied| **denied).count();
+            if n_denied as f64 <= RUN_DENIED_SHARE * run.len() as f64 {
+                kept.extend(run.iter().zip(denied).filter(|(_, denied)| !denied).map(|(point, _)| *point));
+            }
+        }
+        profile.dropped.add_points(DropReason::Contradicted, profile.points.len() - kept.len());
+        profile.points = kept;
     });
+}
+
+/// Whether two points follow one another on one line.
+fn neighbours(a: &ProfilePoint, b: &ProfilePoint) -> bool {
+    let apart_px = (a.seen.u_px - b.seen.u_px).abs().max((a.seen.v_px - b.seen.v_px).abs());
+    a.order == b.order && apart_px <= KINK_STEP_PX
 }
 
 fn cloud_points(frames: &[ScanFrame], profiles: &[Profile], calibration: &Calibration) -> Vec<CloudPoint> {
@@ -177,7 +191,7 @@ fn cloud_points(frames: &[ScanFrame], profiles: &[Profile], calibration: &Calibr
         .par_iter()
         .enumerate()
         .map(|(frame, profile)| {
-            let point = |point: &crate::profile::ProfilePoint| {
+            let point = |point: &ProfilePoint| {
                 let in_part = match calibration.stage {
                     Some(stage) => stage.part_from_camera(&point.hit_in_camera, frames[frame].position_mm).xyz,
                     None => point.hit_in_camera.xyz,

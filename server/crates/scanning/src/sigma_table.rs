@@ -55,3 +55,48 @@ fn exact(calibration: &Calibration, order: i8, u_px: f64, v_px: f64) -> Option<f
     let point = calibration.triangulate(order, &Vector2::new(u_px, v_px), None)?;
     calibration.systematic_sigma_mm(order, &point)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, Vector3};
+    use optics::{Camera, DepthRangeMm, Grating, LightSurfaces};
+
+    /// Relative error of σ that goes unnoticed beside its own uncertainty (a few per cent at best).
+    const TOLERANCE: f64 = 0.02;
+
+    #[test]
+    fn the_table_follows_the_exact_sigma() {
+        let normal = Vector3::new(0.0, 0.39, 0.92).normalize();
+        let grating = Grating {
+            source_mm: Vector3::new(1.0, -174.0, 11.0),
+            axis: normal,
+            fan: Vector3::x(),
+            normal,
+            groove: Vector3::x(),
+            gap_mm: 18.5,
+            wavelength_over_period: 0.033,
+        };
+        let matrix = [[2500.0, 0.0, 640.0], [0.0, 2500.0, 512.0], [0.0, 0.0, 1.0]];
+        let sigmas = [
+            0.1, 0.1, 0.3, 0.3, 1e-3, 1e-2, 1e-5, 1e-5, 1e-3, 0.05, 0.05, 0.05, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4,
+            0.01, 1e-6,
+        ];
+        let calibration = Calibration {
+            id: "test".into(),
+            camera: Camera::from_opencv(1280, 1024, matrix, &[-0.1, 0.1]),
+            orders: vec![2],
+            light: LightSurfaces::Grating(grating),
+            stage: None,
+            depth_range_mm: DepthRangeMm { near_mm: 300.0, far_mm: 500.0 },
+            covariance: DMatrix::from_fn(19, 19, |a, b| if a == b { f64::powi(sigmas[a], 2) } else { 0.0 }),
+        };
+        let table = SigmaTable::new(&calibration, 2, [0.0, 500.0], [1279.0, 800.0]);
+        for idx in 0..500 {
+            let (u_px, v_px) = (f64::from(idx * 37 % 1280), 500.0 + f64::from(idx * 53 % 300));
+            let expected = exact(&calibration, 2, u_px, v_px).unwrap();
+            let got = table.interpolated(u_px, v_px).unwrap();
+            assert!((got / expected - 1.0).abs() < TOLERANCE, "({u_px}, {v_px}): {got} for {expected}");
+        }
+    }
+}

@@ -17,6 +17,8 @@ const RECOVERED: f64 = 0.97;
 const ON_LINE_PX: f64 = 1.5;
 /// Distance from every surface, mm, beyond which a point is on none: 10 σ of a point.
 const ASTRAY_MM: f64 = 0.4;
+/// Distance from every surface that only a wrong order gives, mm: the next order lies 20 mm away.
+const WRONG_ORDER_MM: f64 = 3.0;
 /// Share of points that may lie on no surface.
 const ASTRAY: f64 = 0.001;
 
@@ -72,6 +74,13 @@ fn the_scans_of_rig_a_give_the_true_lines_and_no_wrong_order() {
         }
         let surface = surface(&rig_a::json(&folder.join("truth.json")), scan);
         let astray = |p: &&CloudPoint| surface(Vector3::new(p.x_mm, p.y_mm, p.z_mm)) > ASTRAY_MM;
+        let n_far = result
+            .cloud
+            .points
+            .iter()
+            .filter(|p| surface(Vector3::new(p.x_mm, p.y_mm, p.z_mm)) > WRONG_ORDER_MM)
+            .count();
+        assert_eq!(n_far, 0, "{scan}: points of a wrong order in any frame");
         let n_astray = result.cloud.points.iter().filter(astray).count();
         let (mut n_true, mut n_found, mut n_wrong) = (0, 0, 0);
         for (frame, rows) in rig_a::truth_rows(&folder, scan) {

@@ -20,7 +20,7 @@ use optics::{Calibration, DepthRangeMm, LightModelKind};
 use vision::{Centrelines, LineDirection};
 
 use crate::params::{
-    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
+    AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
     SYSTEMATIC_SIGMAS, UNLABELLED_COST,
 };
 use evidence::Evidence;
@@ -101,7 +101,8 @@ pub fn label_frames(
         outlook: &outlook,
     };
     agreement::add_second_looks(&mut evidence, &scene);
-    let mut labels = Labels { verdicts: relax::settle(&evidence), pieces, direction };
+    let confirmation = (frames.len() > 1).then_some(CONFIRMATION);
+    let mut labels = Labels { verdicts: relax::settle(&evidence, confirmation), pieces, direction };
     labels.doubt_stubs(frames);
     labels
 }

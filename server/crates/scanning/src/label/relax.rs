@@ -16,12 +16,17 @@ pub enum Verdict {
     Contradicted,
 }
 
-/// The best label of every piece, or why it has none.
-pub fn settle(evidence: &Evidence) -> Vec<Verdict> {
+/// The best label of every piece, or why it has none. `confirmation`: support per sample a label must have from other
+/// pieces; not being denied is not enough where a second look was possible.
+pub fn settle(evidence: &Evidence, confirmation: Option<f64>) -> Vec<Verdict> {
     let mut labels = hardened(evidence, relaxed(evidence));
     let doubtful_groups = challenge_groups(evidence, &mut labels);
     let doubtful: Vec<bool> = (0..evidence.n_pieces())
-        .map(|piece| doubtful_groups[piece] || margin(evidence, &labels, piece) < LABEL_MARGIN)
+        .map(|piece| {
+            let supports = supports(evidence, &labels, piece);
+            let unconfirmed = confirmation.is_some_and(|least| supports[labels[piece]] < least);
+            doubtful_groups[piece] || unconfirmed || margin(evidence, &supports, labels[piece]) < LABEL_MARGIN
+        })
         .collect();
     let verdict = |(label, doubtful): (&usize, bool)| match *label {
         label if label == evidence.none() => Verdict::Contradicted,
@@ -100,12 +105,10 @@ fn largest(values: &[f64]) -> usize {
     best
 }
 
-/// By how much the label of a piece beats the next best order, per sample.
-fn margin(evidence: &Evidence, labels: &[usize], piece: usize) -> f64 {
-    let supports = supports(evidence, labels, piece);
-    let rivals = supports[..evidence.none()].iter().enumerate().filter(|(label, _)| *label != labels[piece]);
-    let next = rivals.map(|(_, support)| *support).fold(f64::NEG_INFINITY, f64::max);
-    supports[labels[piece]] - next
+/// By how much a label beats the next best order, per sample.
+fn margin(evidence: &Evidence, supports: &[f64], label: usize) -> f64 {
+    let rivals = supports[..evidence.none()].iter().enumerate().filter(|(rival, _)| *rival != label);
+    supports[label] - rivals.map(|(_, support)| *support).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Shifts whole groups of mutually supporting pieces by one and more orders; a better answer is taken, one nearly
