@@ -258,18 +258,34 @@ pub struct CornersArgs {
 /// What to measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ToolArg {
-    /// Height of one face above another.
-    Step,
+    /// Distance of the dominant plane from the origin of the part frame.
+    Plane,
     /// Radius of a sphere.
     Sphere,
-    /// Flatness of the dominant plane.
-    Flatness,
     /// Radius of a cylinder.
     Cylinder,
+    /// Height of a face over the dominant plane.
+    Step,
     /// Distance between two parallel faces or two spheres.
     Distance,
-    /// Angle between two planes.
+    /// Angle between the two largest planes, degrees.
     Angle,
+    /// Flatness of the dominant plane.
+    Flatness,
+}
+
+impl From<ToolArg> for metrology::Tool {
+    fn from(arg: ToolArg) -> Self {
+        match arg {
+            ToolArg::Plane => Self::Plane,
+            ToolArg::Sphere => Self::Sphere,
+            ToolArg::Cylinder => Self::Cylinder,
+            ToolArg::Step => Self::Step,
+            ToolArg::Distance => Self::Distance,
+            ToolArg::Angle => Self::Angle,
+            ToolArg::Flatness => Self::Flatness,
+        }
+    }
 }
 
 /// `sheaf measure`.
@@ -286,6 +302,15 @@ pub struct MeasureArgs {
     /// Symmetric tolerance around the nominal; asks for a verdict by ISO 14253-1.
     #[arg(long, value_name = "MM", requires = "nominal_mm")]
     pub tolerance_mm: Option<f64>,
+    /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_negative_numbers = true)]
+    pub region_mm: Option<Vec<f64>>,
+    /// Calibration document; by default the one that the cloud carries.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: Option<PathBuf>,
+    /// Seed of the search; the same seed gives the same result.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
 }
 
 /// `sheaf study`.
@@ -310,7 +335,7 @@ pub struct StudyPaperArgs {
     #[arg(long, default_value_t = 24)]
     pub seeds: u64,
     /// Where the plot goes.
-    #[arg(long, value_name = "PLOT.svg", default_value = "study-paper.svg")]
+    #[arg(long, value_name = "PLOT.html", default_value = "study-paper.html")]
     pub plot: PathBuf,
 }
 
@@ -329,18 +354,98 @@ pub enum TwinAction {
     Capture(TwinCaptureArgs),
 }
 
+/// What lies on the simulated stage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SceneArg {
+    /// A gauge block of 8.9 mm on a plate.
+    Gauge,
+    /// A ball of radius 18.9 mm on a plate.
+    Sphere,
+    /// The bare plate.
+    Plate,
+    /// Smooth hills on a plate.
+    Freeform,
+}
+
+impl From<SceneArg> for twin::SceneKind {
+    fn from(arg: SceneArg) -> Self {
+        match arg {
+            SceneArg::Gauge => Self::Gauge { height_mm: GAUGE_HEIGHT_MM },
+            SceneArg::Sphere => Self::Sphere { radius_mm: SPHERE_RADIUS_MM },
+            SceneArg::Plate => Self::Plate,
+            SceneArg::Freeform => Self::Freeform,
+        }
+    }
+}
+
+/// Height of the simulated gauge block: the paper's.
+pub const GAUGE_HEIGHT_MM: f64 = 8.9;
+
+/// Radius of the simulated ball: the paper's.
+pub const SPHERE_RADIUS_MM: f64 = 18.9;
+
 /// `sheaf twin capture`.
 #[derive(Debug, Args)]
 pub struct TwinCaptureArgs {
-    /// What lies on the stage.
-    #[arg(long, default_value = "gauge")]
-    pub scene: String,
+    /// What lies on the stage; several, separated by commas, are scanned one after another.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "gauge")]
+    pub scene: Vec<SceneArg>,
     /// Seed of the station and of its noise.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Capture folder to make.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
+    /// Board poses.
+    #[arg(long, default_value_t = 12)]
+    pub poses: usize,
+    /// Frames per scan.
+    #[arg(long, default_value_t = 40)]
+    pub frames: usize,
+    /// What the station is like.
+    #[command(flatten)]
+    pub station: StationArgs,
+}
+
+/// What the simulated station is like; by default 1280 × 1024 pixels at 400 mm with five red lines.
+#[derive(Debug, Clone, Default, Args)]
+pub struct StationArgs {
+    /// Image columns.
+    #[arg(long, value_name = "PX")]
+    pub width_px: Option<usize>,
+    /// Image rows.
+    #[arg(long, value_name = "PX")]
+    pub height_px: Option<usize>,
+    /// Bits per pixel: 8 or 16.
+    #[arg(long)]
+    pub bits: Option<u32>,
+    /// Wavelength of the laser.
+    #[arg(long, value_name = "NM")]
+    pub wavelength_nm: Option<f64>,
+    /// Grooves per millimetre.
+    #[arg(long)]
+    pub grating_lines_per_mm: Option<f64>,
+    /// Orders that carry light, separated by commas.
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
+    pub orders: Option<Vec<i8>>,
+    /// Which way the lines run.
+    #[arg(long, value_enum)]
+    pub line_direction: Option<LineDirectionArg>,
+    /// Distance to the middle of the working volume.
+    #[arg(long, value_name = "MM")]
+    pub standoff_mm: Option<f64>,
+    /// Half of what the image's width covers at the standoff.
+    #[arg(long, value_name = "MM")]
+    pub field_half_width_mm: Option<f64>,
+    /// Tilt of the grating against the light's axis.
+    #[arg(long, value_name = "DEG")]
+    pub grating_tilt_deg: Option<f64>,
+    /// Standard deviation of the speckle over its mean, 0–1.
+    #[arg(long)]
+    pub speckle_contrast: Option<f64>,
+    /// Grey levels (of 255) of ambient light on white in laser images.
+    #[arg(long)]
+    pub ambient_levels: Option<f64>,
 }
 
 /// `sheaf demo`.

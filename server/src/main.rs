@@ -13,7 +13,9 @@ mod pixel_row;
 mod progress;
 mod refusal;
 mod report;
+mod study;
 mod tables;
+mod truth;
 
 use std::process::ExitCode;
 

@@ -8,9 +8,6 @@ const INNER: [[u8; 3]; 5] =
 const OUTER: [([u8; 3], [u8; 3]); 2] =
     [([0x7A, 0x5C, 0xC8], [0xD5, 0x5E, 0x00]), ([0x44, 0xAA, 0x99], [0xB5, 0xA6, 0x1E])];
 
-/// Points without an order.
-pub const UNLABELLED: [u8; 3] = [0x99, 0x99, 0x99];
-
 /// The colour of an order.
 pub fn order_rgb(order: i8) -> [u8; 3] {
     if (-2..=2).contains(&order) {

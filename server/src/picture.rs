@@ -6,7 +6,7 @@ use image::{ImageFormat, Rgb, RgbImage};
 use vision::{Centrelines, GreyImage};
 
 use crate::failure::{Exit, Failure};
-use crate::palette::{UNLABELLED, order_rgb};
+use crate::palette::order_rgb;
 
 /// Longest side of a picture that is enlarged to show sub-pixel positions; larger images are drawn as they are.
 const ENLARGE_BELOW_PX: usize = 1000;
@@ -26,14 +26,9 @@ pub fn overlay_by_segment(image: &GreyImage, lines: &Centrelines) -> RgbImage {
     overlay(image, points)
 }
 
-/// A laser image with labelled points in their orders' colours; `None` is a point without an order.
-pub fn overlay_by_order(image: &GreyImage, points: impl Iterator<Item = (f64, f64, Option<i8>)>) -> RgbImage {
-    overlay(image, points.map(|(u_px, v_px, order)| (u_px, v_px, order.map_or(UNLABELLED, order_rgb))))
-}
-
 fn overlay(image: &GreyImage, points: impl Iterator<Item = (f64, f64, [u8; 3])>) -> RgbImage {
     let zoom = if image.width().max(image.height()) < ENLARGE_BELOW_PX { 2 } else { 1 };
-    let mut picture = background(image, zoom);
+    let mut picture = background(image, zoom, BACKGROUND_PEAK);
     for (u_px, v_px, colour) in points {
         // Pixel (0, 0) is the centre of the top-left pixel, also of the enlarged ones.
         let x = ((u_px + 0.5) * zoom as f64).floor();
@@ -45,13 +40,13 @@ fn overlay(image: &GreyImage, points: impl Iterator<Item = (f64, f64, [u8; 3])>)
     picture
 }
 
-/// The image in grey, stretched so that dim lines can be seen.
-pub fn background(image: &GreyImage, zoom: usize) -> RgbImage {
+/// The image in grey up to `brightest` of 255, stretched so that dim lines can be seen.
+pub fn background(image: &GreyImage, zoom: usize, brightest: f32) -> RgbImage {
     let peak = bright_level(image);
     RgbImage::from_fn((image.width() * zoom) as u32, (image.height() * zoom) as u32, |x, y| {
         let level = image.at(x as usize / zoom, y as usize / zoom) / peak;
         // Square root: what the eye sees as even steps.
-        let grey = (level.clamp(0.0, 1.0).sqrt() * BACKGROUND_PEAK) as u8;
+        let grey = (level.clamp(0.0, 1.0).sqrt() * brightest) as u8;
         Rgb([grey; 3])
     })
 }

@@ -4,9 +4,11 @@ use std::path::Path;
 
 use calibration::{CalibrationError, DocumentError};
 use capture::{CaptureError, ImageFileError};
+use metrology::MeasureError;
 use scanning::{FileError, ScanError};
+use twin::{StationError, TwinCaptureError};
 
-use crate::failure::Failure;
+use crate::failure::{Exit, Failure};
 
 impl From<CaptureError> for Failure {
     fn from(error: CaptureError) -> Self {
@@ -54,6 +56,32 @@ impl From<ScanError> for Failure {
             _ => Self::bad_input(what),
         };
         with_remedy(failure, remedy)
+    }
+}
+
+impl From<MeasureError> for Failure {
+    fn from(error: MeasureError) -> Self {
+        let (what, remedy) = split_remedy(&error.to_string());
+        let failure = match error {
+            MeasureError::CalibrationMismatch { .. } => Self::bad_input(what),
+            MeasureError::BadNumber { .. } => Self::new(Exit::Usage, what),
+            _ => Self::unobservable(what),
+        };
+        with_remedy(failure, remedy)
+    }
+}
+
+impl From<StationError> for Failure {
+    fn from(error: StationError) -> Self {
+        let (what, remedy) = split_remedy(&error.to_string());
+        with_remedy(Self::new(Exit::Usage, what), remedy)
+    }
+}
+
+impl From<TwinCaptureError> for Failure {
+    fn from(error: TwinCaptureError) -> Self {
+        let (what, remedy) = split_remedy(&error.to_string());
+        with_remedy(behind(Self::bad_input(what), &error), remedy)
     }
 }
 

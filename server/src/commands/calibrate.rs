@@ -24,8 +24,8 @@ pub fn run(args: &CalibrateArgs, reporter: &Reporter) -> Result<Answer, Failure>
         light_model: args.light_model.kind().map_or(LightModelChoice::Auto, LightModelChoice::Fixed),
         estimate_k3: args.k3.estimate(),
     };
-    let Calibrated { features, result, document } =
-        calibrate_capture(&capture, &options, args.leave_out_unreadable, reporter)?;
+    let features = read_features(&capture, args.leave_out_unreadable, reporter)?;
+    let Calibrated { result, document } = calibrate_features(&capture, &features, &options, reporter)?;
     write_file(&args.output, document.to_json().as_bytes())?;
     if let Some(path) = &args.report {
         let html = report::calibration_page(&capture, &features, &result, &document)?;
@@ -45,8 +45,6 @@ pub fn run(args: &CalibrateArgs, reporter: &Reporter) -> Result<Answer, Failure>
 
 /// A calibrated capture.
 pub struct Calibrated {
-    /// What was read from the pictures.
-    pub features: Features,
     /// Calibration and what it says about itself.
     pub result: CalibrationResult,
     /// The document of the result.
@@ -62,24 +60,23 @@ pub fn open_capture(folder: &Path, reporter: &Reporter) -> Result<Capture, Failu
     Ok(capture)
 }
 
-/// Reads the pictures and calibrates by the model of choice.
-pub fn calibrate_capture(
+/// Reads the pictures of the calibration and names those that were left out.
+pub fn read_features(
     capture: &Capture,
-    options: &CalibrationOptions,
     leave_out_unreadable: bool,
     reporter: &Reporter,
-) -> Result<Calibrated, Failure> {
+) -> Result<Features, Failure> {
     let features = calibration_features(capture, leave_out_unreadable, reporter)?;
     for picture in &features.left_out {
         reporter.warn(&format!("left out: {picture}"));
     }
-    calibrate_features(capture, features, options, reporter)
+    Ok(features)
 }
 
 /// Calibrates what was read from the pictures.
 pub fn calibrate_features(
     capture: &Capture,
-    features: Features,
+    features: &Features,
     options: &CalibrationOptions,
     reporter: &Reporter,
 ) -> Result<Calibrated, Failure> {
@@ -94,7 +91,7 @@ pub fn calibrate_features(
         reporter.warn(warning);
     }
     let document = CalibrationDocument::new(&result, input_hashes(capture)?, env!("CARGO_PKG_VERSION"));
-    Ok(Calibrated { features, result, document })
+    Ok(Calibrated { result, document })
 }
 
 /// Manifest and calibration pictures by content.

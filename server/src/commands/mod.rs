@@ -3,7 +3,7 @@
 mod calibrate;
 mod centrelines;
 mod corners;
-mod demo;
+pub mod demo;
 mod measure;
 mod scan;
 mod study;

@@ -1,12 +1,85 @@
-//! `sheaf twin`.
+//! `sheaf twin`: the simulated station as a source of capture folders with known truth.
 
-use crate::cli::TwinArgs;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use serde_json::json;
+use twin::{CaptureRequest, ScanRequest, SceneKind, StationModel, StationShape, capture_folder};
+
+use crate::cli::{StationArgs, TwinAction, TwinArgs, TwinCaptureArgs};
 use crate::commands::Answer;
 use crate::failure::{Exit, Failure};
 use crate::progress::Reporter;
 
-/// Not built yet.
+/// Travel between the frames of a scan at a field of ±100 mm.
+const STEP_MM: f64 = 0.8;
+
+/// Dispatches.
 pub fn run(args: &TwinArgs, reporter: &Reporter) -> Result<Answer, Failure> {
-    let _ = (args, reporter);
-    Err(Failure::new(Exit::Internal, "this command is not built yet"))
+    match &args.action {
+        TwinAction::Capture(args) => capture(args, reporter),
+    }
+}
+
+fn capture(args: &TwinCaptureArgs, reporter: &Reporter) -> Result<Answer, Failure> {
+    if args.frames == 0 {
+        return Err(Failure::new(Exit::Usage, "--frames must be at least 1"));
+    }
+    let shape = shape_from(&args.station);
+    let model = StationModel::seeded(args.seed, &shape)?;
+    let mut request = CaptureRequest::standard(&model);
+    request.n_poses = args.poses;
+    request.scans = args.scene.iter().map(|scene| scan(&model, (*scene).into(), args.frames)).collect();
+    let n_images = record(&model, &request, &args.output, reporter)?;
+    let scans: Vec<&str> = request.scans.iter().map(|scan| scan.name.as_str()).collect();
+    let text = format!(
+        "{n_images} images, scans {}, truth.json and truth-<scan>.csv → {}\n",
+        scans.join(", "),
+        args.output.display()
+    );
+    Ok(Answer::done(
+        text,
+        json!({ "output": args.output, "n_images": n_images, "scans": scans, "seed": args.seed }),
+    ))
+}
+
+fn scan(model: &StationModel, part: SceneKind, n_frames: usize) -> ScanRequest {
+    let step_mm = STEP_MM * model.shape.field_scale().min(1.0);
+    ScanRequest { name: part.name().to_owned(), part, n_frames, step_mm }
+}
+
+/// Renders a capture folder with progress; the number of images.
+pub fn record(
+    model: &StationModel,
+    request: &CaptureRequest,
+    folder: &Path,
+    reporter: &Reporter,
+) -> Result<usize, Failure> {
+    let n_frames: usize = request.scans.iter().map(|scan| scan.n_frames).sum();
+    let n_images = 2 * request.n_poses + request.stage_positions_mm.len() + n_frames;
+    let task = reporter.count("rendering the station", "images", n_images);
+    capture_folder(model, request, folder, &|_| {
+        task.step();
+        ControlFlow::Continue(())
+    })?;
+    Ok(n_images)
+}
+
+fn shape_from(args: &StationArgs) -> StationShape {
+    let usual = StationShape::default();
+    StationShape {
+        width_px: args.width_px.unwrap_or(usual.width_px),
+        height_px: args.height_px.unwrap_or(usual.height_px),
+        bits: args.bits.unwrap_or(usual.bits),
+        wavelength_nm: args.wavelength_nm.unwrap_or(usual.wavelength_nm),
+        lines_per_mm: args.grating_lines_per_mm.unwrap_or(usual.lines_per_mm),
+        orders: args.orders.clone().unwrap_or(usual.orders),
+        line_direction: args.line_direction.map_or(usual.line_direction, Into::into),
+        standoff_mm: args.standoff_mm.unwrap_or(usual.standoff_mm),
+        field_half_width_mm: args.field_half_width_mm.unwrap_or(usual.field_half_width_mm),
+        grating_tilt_rad: args.grating_tilt_deg.map_or(usual.grating_tilt_rad, f64::to_radians),
+        speckle_contrast: args.speckle_contrast.unwrap_or(usual.speckle_contrast),
+        ambient_levels: args.ambient_levels.unwrap_or(usual.ambient_levels),
+        ..StationShape::default()
+    }
 }

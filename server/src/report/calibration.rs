@@ -5,12 +5,13 @@ use std::fmt::Write as _;
 use calibration::{CalibrationDocument, CalibrationReport, CalibrationResult, LightReport};
 use capture::Capture;
 
-use super::page::{Page, Tile, escape, grid, legend};
+use super::page::{Page, Tile, escape, gallery, legend};
 use super::pictures::{LabelledPixel, labelled_picture};
 use super::{camera, correlation, light, stage};
 use crate::failure::Failure;
 use crate::features::Features;
 use crate::palette::order_hex;
+use crate::tables::order_name;
 
 /// Most laser pictures shown.
 const MAX_PICTURES: usize = 12;
@@ -143,7 +144,7 @@ fn pictures(capture: &Capture, features: &Features, fit: &LightReport) -> Result
         .projector
         .orders
         .iter()
-        .map(|order| (format!("order {order:+}"), order_hex(*order)))
+        .map(|order| (format!("order {}", order_name(*order)), order_hex(*order)))
         .collect();
-    Ok(legend(&keys) + &grid(&figures))
+    Ok(legend(&keys) + &gallery(&figures))
 }

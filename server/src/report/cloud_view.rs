@@ -112,21 +112,17 @@ impl CloudView {
         ))
     }
 
-    /// Height over x.
-    pub fn from_the_side_across(&self) -> String {
-        self.side("x, mm", |point| point.x_mm, "From the side, across the travel; colours are orders.")
+    /// Height over x and height over y.
+    pub fn from_the_sides(&self) -> String {
+        let drawing = self.side("x, mm", |point| point.x_mm) + &self.side("y, mm", |point| point.y_mm);
+        figure(&drawing, "From two sides; colours are orders. Heights are drawn on a scale of their own.")
     }
 
-    /// Height over y.
-    pub fn from_the_side_along(&self) -> String {
-        self.side("y, mm", |point| point.y_mm, "From the side, along the image's columns; colours are orders.")
-    }
-
-    fn side(&self, title: &str, place: impl Fn(&Seen) -> f64, caption: &str) -> String {
+    fn side(&self, title: &str, place: impl Fn(&Seen) -> f64) -> String {
         let x = Axis::around(self.points.iter().map(&place), title);
         let room = ((self.high_mm - self.low_mm) * 0.08).max(0.05);
         let y = Axis::new(self.low_mm - room, self.high_mm + room, "height, mm");
-        let mut plot = Plot::new(x, y, 520.0, 200.0);
+        let mut plot = Plot::new(x, y, 520.0, 118.0);
         let mut orders: Vec<i8> = self.points.iter().map(|point| point.order).collect();
         orders.sort_unstable();
         orders.dedup();
@@ -136,7 +132,7 @@ impl CloudView {
             let dots = of_order.step_by(stride).map(|point| (place(point), point.height_mm));
             plot.dots(dots, 1.6, &format!("stroke:{};opacity:.6", order_hex(order)));
         }
-        figure(&plot.svg(), caption)
+        plot.svg()
     }
 
     fn colour(&self, height_mm: f64) -> Rgba<u8> {

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use calibration::{CrossValidation, LaserPoint, LightReport};
 use vision::LineDirection;
 
-use super::page::{figure, grid, legend, table, verdict};
+use super::page::{figure, grid, legend, sentence, table, verdict};
 use super::plot::{Axis, Plot, bars};
 use crate::palette::order_hex;
-use crate::tables::order_sums;
+use crate::tables::{order_name, order_sums};
 
 /// Most dots per order in a residual plot.
 const MAX_DOTS: usize = 2000;
@@ -43,7 +43,7 @@ pub fn models(models: &CrossValidation) -> String {
     let entries: Vec<(String, f64)> =
         fitted.iter().map(|score| (score.model.name().to_owned(), score.held_out_bias_mm * 1e3)).collect();
     let marked = |idx: usize| models.scores[idx].model == models.recommended;
-    verdict(&models.reason)
+    verdict(&sentence(&models.reason))
         + &table(&head, &rows, marked)
         + &figure(
             &bars(&entries, "µm", 1, |idx| fitted[idx].model == models.recommended),
@@ -58,7 +58,7 @@ pub fn residuals(light: &LightReport, direction: LineDirection) -> String {
         .iter()
         .map(|sum| {
             vec![
-                format!("{:+}", sum.order),
+                order_name(sum.order),
                 sum.n_points.to_string(),
                 format!("{:+.4}", sum.mean_px),
                 format!("{:.4}", sum.rms_px),
@@ -68,7 +68,7 @@ pub fn residuals(light: &LightReport, direction: LineDirection) -> String {
         })
         .collect();
     let keys: Vec<(String, String)> =
-        sums.iter().map(|sum| (format!("order {:+}", sum.order), order_hex(sum.order))).collect();
+        sums.iter().map(|sum| (format!("order {}", order_name(sum.order)), order_hex(sum.order))).collect();
     let extent = extent(light);
     let mut figures: Vec<String> =
         sums.iter().map(|sum| order_plot(light, sum.order, direction, extent)).collect();
@@ -105,7 +105,8 @@ fn order_plot(light: &LightReport, order: i8, direction: LineDirection, extent: 
     figure(
         &plot.svg(),
         &format!(
-            "Order {order:+}: residual along the line, all poses; dark: running mean. A bow is a wrong model."
+            "Order {}: residual along the line, all poses; the line is the running mean. A bow is a wrong model.",
+            order_name(order)
         ),
     )
 }
@@ -140,7 +141,7 @@ fn pose_order_map(light: &LightReport) -> String {
     let mut svg = format!("<svg viewBox=\"0 0 {width:.0} {height:.0}\" role=img>");
     for (idx, order) in orders.iter().enumerate() {
         let x = NAMES + CELL.0 * (idx as f64 + 0.5);
-        let _ = write!(svg, "<text x={x:.0} y=13 text-anchor=middle>{order:+}</text>");
+        let _ = write!(svg, "<text x={x:.0} y=13 text-anchor=middle>{}</text>", order_name(*order));
     }
     for (row, pose) in poses.iter().enumerate() {
         let y = CELL.1 * (row + 1) as f64;

@@ -83,6 +83,21 @@ pub fn grid(figures: &[String]) -> String {
     format!("<div class=grid>{}</div>", figures.concat())
 }
 
+/// Many pictures, small.
+pub fn gallery(figures: &[String]) -> String {
+    format!("<div class=\"grid gallery\">{}</div>", figures.concat())
+}
+
+/// A clause of the core as a sentence of the page: capital first, no code quotes.
+pub fn sentence(clause: &str) -> String {
+    let plain = clause.replace('`', "");
+    let mut characters = plain.chars();
+    match characters.next() {
+        Some(first) => first.to_uppercase().chain(characters).collect(),
+        None => plain,
+    }
+}
+
 /// A table; the first column is text, the others are figures. `marked` rows stand out.
 pub fn table(head: &[&str], rows: &[Vec<String>], marked: impl Fn(usize) -> bool) -> String {
     let mut html = "<div class=scroll><table><thead><tr>".to_owned();

@@ -7,13 +7,17 @@ use capture::Capture;
 use image::imageops::{FilterType, resize};
 use vision::{Centrelines, GreyImage};
 
-use super::page::{data_uri, escape, figure};
+use super::page::{data_uri, figure};
 use crate::failure::Failure;
 use crate::palette::order_hex;
 use crate::picture::{background, encode_jpeg};
+use crate::tables::order_name;
 
 /// Width of an embedded picture: enough to see speckle, little enough for a page with a dozen of them.
 const EMBEDDED_WIDTH_PX: u32 = 760;
+
+/// Brightest grey of the image under the dots, of 255.
+const DIM_PEAK: f32 = 150.0;
 
 /// Most dots drawn per picture and colour.
 const MAX_DOTS: usize = 500;
@@ -35,7 +39,7 @@ pub fn labelled_picture(
 
 fn drawing(image: &GreyImage, found: Option<&Centrelines>, labelled: &[LabelledPixel]) -> Result<String, Failure> {
     let (width, height) = (image.width() as u32, image.height() as u32);
-    let full = background(image, 1);
+    let full = background(image, 1, DIM_PEAK);
     let small = match width > EMBEDDED_WIDTH_PX {
         true => resize(&full, EMBEDDED_WIDTH_PX, height * EMBEDDED_WIDTH_PX / width, FilterType::Triangle),
         false => full,
@@ -45,10 +49,10 @@ fn drawing(image: &GreyImage, found: Option<&Centrelines>, labelled: &[LabelledP
         "<svg viewBox=\"-0.5 -0.5 {width} {height}\" role=img>\
          <image href=\"{uri}\" x=-0.5 y=-0.5 width={width} height={height} />"
     );
-    let dot = f64::from(width) / 320.0;
+    let dot = f64::from(width) / 190.0;
     if let Some(found) = found {
         let points = found.segments.iter().flat_map(|segment| &segment.points).map(|p| (p.u_px, p.v_px));
-        draw(&mut svg, &points.collect::<Vec<_>>(), "#999", dot * 0.5);
+        draw(&mut svg, &points.collect::<Vec<_>>(), "#777", dot * 0.3);
     }
     let mut orders: Vec<i8> = labelled.iter().map(|point| point.2).collect();
     orders.sort_unstable();
@@ -65,7 +69,7 @@ fn drawing(image: &GreyImage, found: Option<&Centrelines>, labelled: &[LabelledP
                 u_px.min(f64::from(width) - 2.2 * size) + 0.5 * size,
                 v_px - 0.5 * size,
                 order_hex(order),
-                escape(&format!("{order:+}").replace('-', "−"))
+                order_name(order)
             );
         }
     }

@@ -148,17 +148,6 @@ impl Plot {
         );
     }
 
-    /// Words inside the plane.
-    pub fn label(&mut self, x: f64, y: f64, text: &str) {
-        let _ = write!(
-            self.body,
-            "<text class=ink x={:.1} y={:.1}>{}</text>",
-            self.place_x(x),
-            self.place_y(y),
-            escape(text)
-        );
-    }
-
     /// A picture that fills the plane; `uri` is a data URI.
     pub fn backdrop(&mut self, uri: &str) {
         let _ = write!(

@@ -5,11 +5,11 @@ use capture::Capture;
 use scanning::ScanResult;
 
 use super::cloud_view::CloudView;
-use super::page::{Page, Tile, grid, legend, table};
+use super::page::{Page, Tile, gallery, grid, legend, sentence, table};
 use super::pictures::{LabelledPixel, labelled_picture};
 use crate::failure::Failure;
 use crate::palette::order_hex;
-use crate::tables::{losses, median_sigma_mm};
+use crate::tables::{losses, median_sigma_mm, order_name};
 
 /// Frames shown: early, middle, late.
 const SHOWN_FRAMES: usize = 3;
@@ -33,14 +33,18 @@ pub fn scan_page(
 pub fn scan_section(page: &mut Page, capture: &Capture, name: &str, result: &ScanResult) -> Result<(), Failure> {
     let orders = &capture.manifest.projector.orders;
     let keys: Vec<(String, String)> =
-        orders.iter().map(|order| (format!("order {order:+}"), order_hex(*order))).collect();
+        orders.iter().map(|order| (format!("order {}", order_name(*order)), order_hex(*order))).collect();
     let view = CloudView::new(&result.cloud);
-    let mut figures = vec![view.from_above()?, view.from_the_side_across(), view.from_the_side_along()];
-    figures.extend(frames(capture, name, result)?);
-    let content = legend(&keys) + &grid(&figures) + &agreement(result) + &left_out(result);
+    let views = [view.from_above()?, view.from_the_sides()];
+    let content = legend(&keys)
+        + &grid(&views)
+        + &gallery(&frames(capture, name, result)?)
+        + &agreement(result)
+        + &left_out(result);
     let introduction = format!(
-        "{} points; heights are distances from the plane most points lie on. {}.",
-        result.report.n_points, result.report.envelope
+        "{} points. Heights are distances from the plane most points lie on. {}.",
+        result.report.n_points,
+        sentence(&result.report.envelope.to_string())
     );
     page.section(&format!("Scan {name}"), &introduction, &content);
     Ok(())
@@ -97,7 +101,7 @@ fn agreement(result: &ScanResult) -> String {
         .iter()
         .map(|pair| {
             vec![
-                format!("{:+} and {:+}", pair.order_a, pair.order_b),
+                format!("{} and {}", order_name(pair.order_a), order_name(pair.order_b)),
                 pair.n_pairs.to_string(),
                 format!("{:+.1}", pair.bias_mm * 1e3),
                 format!("{:.1}", pair.rms_mm * 1e3),

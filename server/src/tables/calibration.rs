@@ -6,6 +6,8 @@ use calibration::{CalibrationResult, CrossValidation, LightReport, StageReport};
 use optics::CAMERA_PARAMETER_NAMES;
 use serde_json::{Value, json};
 
+use super::order_name;
+
 /// The figures a person looks at first.
 pub fn calibration_text(result: &CalibrationResult, id: &str) -> String {
     let mut text = String::new();
@@ -71,7 +73,7 @@ fn light_text(text: &mut String, light: &LightReport) {
         let _ = writeln!(
             text,
             "  {:<7}{:>9}{:>12.4}{:>11.4}{:>12.2}{:>10}",
-            format!("{:+}", order.order),
+            order_name(order.order),
             order.n_points,
             order.mean_px,
             order.rms_px,

@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use scanning::{DropReason, ScanReport, ScanResult};
 use serde_json::{Value, json};
 
+use super::order_name;
+
 /// Points, losses, agreement of the orders.
 pub fn scan_text(name: &str, result: &ScanResult) -> String {
     let report = &result.report;
@@ -27,7 +29,7 @@ pub fn scan_text(name: &str, result: &ScanResult) -> String {
         let _ = writeln!(
             text,
             "  {:<9}{:>9}{:>11.1}{:>10.1}",
-            format!("{:+} {:+}", pair.order_a, pair.order_b),
+            format!("{} {}", order_name(pair.order_a), order_name(pair.order_b)),
             pair.n_pairs,
             pair.bias_mm * 1e3,
             pair.rms_mm * 1e3

@@ -1,0 +1,174 @@
+//! `sheaf study paper`: the paper's claim in its regime, where the plane models break, the bound and its distance.
+
+use optics::LightModelKind;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+
+use super::bound::depth_bound_mm;
+use super::fit::{KnownCamera, depth_rmse_mm, fitted};
+use super::regime::Regime;
+use super::simulate::{simulated, working_volume};
+
+/// Field half-widths of the second table, mm.
+pub const FIELD_HALF_WIDTHS_MM: [f64; 5] = [15.0, 26.0, 51.0, 75.0, 100.0];
+
+/// Grating tilts of the second table, degrees.
+pub const GRATING_TILTS_DEG: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
+
+/// Corner noises of the third table, px: cornerSubPix, findChessboardCornersSB, this product's target, the noise bound.
+pub const CORNER_SIGMAS_PX: [f64; 4] = [0.044, 0.021, 0.012, 0.0065];
+
+/// Poses of the second table; enough that noise is not what limits the models.
+const MANY_POSES: usize = 15;
+
+/// Seeds per cell of the second table: its figures are model errors, not noise.
+const SEEDS_PER_CELL: u64 = 4;
+
+/// RMS over seeds of the depth error of each model, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelErrors {
+    /// One free plane per order.
+    pub planes_mm: f64,
+    /// Planes tied by the grating equation.
+    pub pencil_mm: f64,
+    /// The exact sheets.
+    pub grating_mm: f64,
+}
+
+/// One regime with its bound.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClaimRow {
+    /// Board poses.
+    pub n_poses: usize,
+    /// Errors of the models.
+    pub errors: ModelErrors,
+    /// Cramér–Rao bound of the joint problem, mm.
+    pub bound_mm: f64,
+}
+
+/// One cell of the field–tilt table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldRow {
+    /// Field half-width.
+    pub field_half_width_mm: f64,
+    /// Grating tilt.
+    pub grating_tilt_deg: f64,
+    /// Errors of the models.
+    pub errors: ModelErrors,
+}
+
+/// One corner noise with the camera in the problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CornerRow {
+    /// Corner noise per axis.
+    pub corner_sigma_px: f64,
+    /// RMS over seeds of the exact model's depth error, mm.
+    pub grating_mm: f64,
+    /// Cramér–Rao bound, mm.
+    pub bound_mm: f64,
+}
+
+/// The whole study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PaperStudy {
+    /// Seeds per row of the first and third tables.
+    pub seeds: u64,
+    /// The paper's regime with 2, 3 and 5 poses.
+    pub claim: Vec<ClaimRow>,
+    /// Field and tilt.
+    pub field: Vec<FieldRow>,
+    /// Corner noise.
+    pub corners: Vec<CornerRow>,
+}
+
+/// Runs the study; `progress` is told the fraction done.
+pub fn run(seeds: u64, progress: &dyn Fn(f64)) -> PaperStudy {
+    let claim_poses = [3, 5];
+    let n_cells = FIELD_HALF_WIDTHS_MM.len() * GRATING_TILTS_DEG.len();
+    let total = (claim_poses.len() + CORNER_SIGMAS_PX.len()) as f64 * seeds as f64 + (n_cells as u64 * SEEDS_PER_CELL) as f64;
+    let mut done = 0.0;
+    let mut step = |n: u64| {
+        done += n as f64;
+        progress(done / total);
+    };
+    let mut claim = Vec::new();
+    for n_poses in claim_poses {
+        claim.push(claim_row(n_poses, seeds));
+        step(seeds);
+    }
+    let mut corners = Vec::new();
+    for corner_sigma_px in CORNER_SIGMAS_PX {
+        corners.push(corner_row(corner_sigma_px, seeds));
+        step(seeds);
+    }
+    let mut field = Vec::new();
+    for grating_tilt_deg in GRATING_TILTS_DEG {
+        for field_half_width_mm in FIELD_HALF_WIDTHS_MM {
+            field.push(field_row(field_half_width_mm, grating_tilt_deg));
+            step(SEEDS_PER_CELL);
+        }
+    }
+    PaperStudy { seeds, claim, field, corners }
+}
+
+fn claim_row(n_poses: usize, seeds: u64) -> ClaimRow {
+    let regime = Regime { n_poses, ..Regime::of_the_paper() };
+    let (errors, bound_mm) = over_seeds(&regime, seeds, KnownCamera::Yes, &LightModelKind::ALL);
+    ClaimRow { n_poses, errors, bound_mm }
+}
+
+fn field_row(field_half_width_mm: f64, grating_tilt_deg: f64) -> FieldRow {
+    let regime = Regime {
+        field_half_width_mm,
+        grating_tilt_rad: grating_tilt_deg.to_radians(),
+        n_poses: MANY_POSES,
+        line_sigma_px: 0.15,
+        corner_sigma_px: 0.021,
+    };
+    let (errors, _) = over_seeds(&regime, SEEDS_PER_CELL, KnownCamera::Yes, &LightModelKind::ALL);
+    FieldRow { field_half_width_mm, grating_tilt_deg, errors }
+}
+
+fn corner_row(corner_sigma_px: f64, seeds: u64) -> CornerRow {
+    let regime = Regime {
+        field_half_width_mm: 75.0,
+        grating_tilt_rad: 2f64.to_radians(),
+        n_poses: 17,
+        line_sigma_px: 0.15,
+        corner_sigma_px,
+    };
+    let (errors, bound_mm) = over_seeds(&regime, seeds, KnownCamera::No, &[LightModelKind::Grating]);
+    CornerRow { corner_sigma_px, grating_mm: errors.grating_mm, bound_mm }
+}
+
+/// Root mean squares over seeds 1 … `seeds` of errors and bound. A fit that fails counts as not a number: visibly.
+fn over_seeds(
+    regime: &Regime,
+    seeds: u64,
+    known_camera: KnownCamera,
+    kinds: &[LightModelKind],
+) -> (ModelErrors, f64) {
+    let volume = working_volume(regime);
+    let per_seed: Vec<([f64; 3], f64)> = (1..=seeds)
+        .into_par_iter()
+        .map(|seed| {
+            let simulation = simulated(regime, &mut Pcg64Mcg::seed_from_u64(seed));
+            let error = |kind: LightModelKind| {
+                if !kinds.contains(&kind) {
+                    return f64::NAN;
+                }
+                fitted(regime, &simulation, kind, known_camera)
+                    .map_or(f64::NAN, |calibration| depth_rmse_mm(&calibration, &volume))
+            };
+            let bound = depth_bound_mm(regime, &simulation, &volume, known_camera).unwrap_or(f64::NAN);
+            (LightModelKind::ALL.map(error), bound)
+        })
+        .collect();
+    let rms = |of: &dyn Fn(&([f64; 3], f64)) -> f64| {
+        (per_seed.iter().map(|seed| of(seed).powi(2)).sum::<f64>() / per_seed.len() as f64).sqrt()
+    };
+    let errors =
+        ModelErrors { planes_mm: rms(&|s| s.0[0]), pencil_mm: rms(&|s| s.0[1]), grating_mm: rms(&|s| s.0[2]) };
+    (errors, rms(&|s| s.1))
+}

@@ -1,0 +1,125 @@
+//! A measurement as text and as JSON.
+
+use std::fmt::Write as _;
+
+use metrology::{ErrorSummary, Measurement, Shape};
+use serde_json::{Value, json};
+
+use super::order_name;
+
+/// Value, uncertainty, verdict, and the table by orders in the paper's form.
+pub fn measurement_text(measurement: &Measurement) -> String {
+    let unit = measurement.unit.symbol();
+    let mut text = format!(
+        "{:<12}{:.4} {unit}   U = {:.4} {unit} (k = 2)\n",
+        measurement.tool.name(),
+        measurement.value,
+        measurement.expanded_uncertainty
+    );
+    let systematic = match measurement.u_systematic {
+        Some(u) => format!("{u:.5} from the calibration"),
+        None => "the calibration's part is unknown".to_owned(),
+    };
+    let _ = writeln!(text, "  u           {:.5} from noise, {systematic}, {unit}", measurement.u_noise);
+    if let (Some(nominal), Some(error)) = (measurement.nominal, measurement.error) {
+        let _ = writeln!(text, "  nominal     {nominal:.4} {unit}   error {error:+.4} {unit}");
+    }
+    if let (Some(tolerance), Some(verdict)) = (measurement.tolerance, measurement.verdict) {
+        let _ = writeln!(text, "  tolerance   ±{tolerance:.4} {unit}   verdict {} (ISO 14253-1)", verdict.name());
+    }
+    for feature in &measurement.features {
+        let _ = writeln!(
+            text,
+            "  {:<11} {} points, RMS {:.4} mm; left out: {} off the surface, {} near the border",
+            feature.role, feature.n_points, feature.rms_mm, feature.n_outliers, feature.n_border
+        );
+    }
+    orders_text(&mut text, measurement);
+    for note in &measurement.notes {
+        let _ = writeln!(text, "  note: {note}");
+    }
+    text
+}
+
+fn orders_text(text: &mut String, measurement: &Measurement) {
+    let with_centre = measurement.per_order.iter().any(|row| row.centre_mm.is_some());
+    let centre_head = if with_centre { "        centre x, y, z mm" } else { "" };
+    let _ = writeln!(
+        text,
+        "  {:<7}{:>9}{:>13}{:>11}{:>10}{:>12}{centre_head}",
+        "order", "points", "mean err µm", "RMSE µm", "max µm", "value mm"
+    );
+    let mut line = |name: &str, errors: &ErrorSummary, value: Option<f64>, centre: Option<[f64; 3]>| {
+        let value = value.map_or_else(|| "–".to_owned(), |value| format!("{value:.4}"));
+        let centre = centre.map_or_else(String::new, |[x, y, z]| format!("  {x:>9.4}{y:>10.4}{z:>10.4}"));
+        let _ = writeln!(
+            text,
+            "  {name:<7}{:>9}{:>13.1}{:>11.1}{:>10.0}{value:>12}{centre}",
+            errors.n_points,
+            errors.mean_mm * 1e3,
+            errors.rmse_mm * 1e3,
+            errors.max_mm * 1e3
+        );
+    };
+    for row in &measurement.per_order {
+        line(&order_name(row.order), &row.errors, row.value_mm, row.centre_mm);
+    }
+    line("all", &measurement.errors, Some(measurement.value), None);
+}
+
+/// The same for a machine.
+pub fn measurement_json(measurement: &Measurement) -> Value {
+    let features: Vec<Value> = measurement
+        .features
+        .iter()
+        .map(|feature| {
+            json!({ "role": feature.role, "shape": shape_json(&feature.shape), "n_points": feature.n_points,
+                "n_outliers": feature.n_outliers, "n_border": feature.n_border, "rms_mm": feature.rms_mm })
+        })
+        .collect();
+    let per_order: Vec<Value> = measurement
+        .per_order
+        .iter()
+        .map(|row| {
+            json!({ "order": row.order, "errors": errors_json(&row.errors), "value_mm": row.value_mm,
+                "centre_mm": row.centre_mm })
+        })
+        .collect();
+    json!({
+        "tool": measurement.tool.name(),
+        "unit": measurement.unit.symbol(),
+        "value": measurement.value,
+        "nominal": measurement.nominal,
+        "error": measurement.error,
+        "u_noise": measurement.u_noise,
+        "u_systematic": measurement.u_systematic,
+        "expanded_uncertainty": measurement.expanded_uncertainty,
+        "coverage_factor": 2,
+        "tolerance": measurement.tolerance,
+        "verdict": measurement.verdict.map(|verdict| verdict.name()),
+        "errors": errors_json(&measurement.errors),
+        "per_order": per_order,
+        "features": features,
+        "notes": measurement.notes,
+    })
+}
+
+fn errors_json(errors: &ErrorSummary) -> Value {
+    json!({ "n_points": errors.n_points, "mean_mm": errors.mean_mm, "rmse_mm": errors.rmse_mm,
+        "max_mm": errors.max_mm })
+}
+
+fn shape_json(shape: &Shape) -> Value {
+    let xyz = |v: &nalgebra::Vector3<f64>| [v.x, v.y, v.z];
+    match shape {
+        Shape::Plane { point_mm, normal } => {
+            json!({ "kind": "plane", "point_mm": xyz(point_mm), "normal": xyz(normal) })
+        }
+        Shape::Sphere { centre_mm, radius_mm } => {
+            json!({ "kind": "sphere", "centre_mm": xyz(centre_mm), "radius_mm": radius_mm })
+        }
+        Shape::Cylinder { point_mm, axis, radius_mm } => {
+            json!({ "kind": "cylinder", "point_mm": xyz(point_mm), "axis": xyz(axis), "radius_mm": radius_mm })
+        }
+    }
+}
