@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
 
 use crate::outline::Outline;
 use crate::params::{
@@ -113,41 +114,41 @@ impl Search<'_> {
 
     /// Points that belong neither to a feature nor to its edges.
     pub(crate) fn without(&self, candidates: &[u32], feature: &Found) -> Vec<u32> {
-        let reach = REMOVAL_TRIMS * feature.trim;
-        candidates
-            .iter()
-            .copied()
-            .filter(|&idx| normalised_distance(&feature.shape, self.samples.at(idx)).abs() > reach)
-            .collect()
+        self.beyond(candidates, &feature.shape, REMOVAL_TRIMS * feature.trim)
+    }
+
+    fn beyond(&self, candidates: &[u32], shape: &Shape, reach: f64) -> Vec<u32> {
+        let is_beyond = |&idx: &u32| normalised_distance(shape, self.samples.at(idx)).abs() > reach;
+        candidates.par_iter().copied().filter(is_beyond).collect()
     }
 
     /// All points but those of the table, if the cloud shows one.
-    pub(crate) fn off_table(&mut self) -> (Vec<u32>, Option<Found>) {
+    pub(crate) fn off_table(&mut self) -> Vec<u32> {
         let all = self.samples.indices();
-        let table = self
-            .plane("table", &all)
-            .filter(|table| table.inside.len() as f64 >= MIN_TABLE_SHARE * all.len() as f64);
+        let table = ransac::plane(self.samples, &all, &mut self.rng)
+            .and_then(|start| settle(self.samples, &all, &start, FIRST_TRIM_SIGMAS, false))
+            .filter(|table| table.inliers.len() as f64 >= MIN_TABLE_SHARE * all.len() as f64);
         match table {
-            Some(table) => (self.without(&all, &table), Some(table)),
-            None => (all, None),
+            Some(table) => self.beyond(&all, &table.shape, REMOVAL_TRIMS * table.trim),
+            None => all,
         }
     }
 
     /// Refines a hypothesis twice: on all of its points, then on those away from its border.
     fn finished(&self, role: &'static str, candidates: &[u32], start: &Shape) -> Option<Found> {
-        let whole = settle(self.samples, candidates, start, FIRST_TRIM_SIGMAS)?;
+        let whole = settle(self.samples, candidates, start, FIRST_TRIM_SIGMAS, false)?;
         let outline = Outline::of(self.samples, &whole.inliers, &self.view_of(&whole));
         let inside: Vec<u32> = match &outline {
             None => whole.inliers.clone(),
             Some(outline) => candidates
-                .iter()
+                .par_iter()
                 .copied()
                 .filter(|&idx| outline.contains(&self.samples.at(idx).position))
                 .collect(),
         };
         let settled = match &outline {
             None => whole.clone(),
-            Some(_) => settle(self.samples, &inside, &whole.shape, whole.trim)?,
+            Some(_) => settle(self.samples, &inside, &whole.shape, whole.trim, true)?,
         };
         let enough = (MIN_FEATURE_SHARE * candidates.len() as f64).max(MIN_FEATURE_POINTS as f64);
         (settled.inliers.len() as f64 >= enough).then(|| Found {

@@ -1,6 +1,7 @@
 //! Weighted geometric least squares by Levenberg–Marquardt.
 
 use nalgebra::{SMatrix, SVector, Vector3};
+use rayon::prelude::*;
 
 use crate::shape::{MAX_PARAMETERS, Shape};
 
@@ -16,10 +17,15 @@ const CHI2_TOLERANCE: f64 = 1e-8;
 const FIRST_DAMPING: f64 = 1e-6;
 const MAX_DAMPING: f64 = 1e8;
 
+/// Points summed up by one task.
+const CHUNK_POINTS: usize = 8192;
+
 /// A point with its weight 1/σ² (σ along the normal, mm).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Weighted {
     pub(crate) position: Vector3<f64>,
+    /// Unit vector from the camera, along which the point errs.
+    pub(crate) ray: Vector3<f64>,
     pub(crate) weight: f64,
 }
 
@@ -29,7 +35,7 @@ struct Normal {
     chi2: f64,
 }
 
-/// Minimises Σ w·distance² from `start`; `None` if the points do not hold the shape's parameters.
+/// Minimises Σ w·residual² (along the normals, for errors along the rays) from `start`; `None` if the points do not hold the shape's parameters.
 pub(crate) fn fit(start: &Shape, points: &[Weighted]) -> Option<Shape> {
     if points.len() < start.parameters() {
         return None;
@@ -59,27 +65,54 @@ pub(crate) fn fit(start: &Shape, points: &[Weighted]) -> Option<Shape> {
     None
 }
 
+/// Sums over chunks of fixed size, added up in order: the same bits for any number of threads.
 fn normal_equations(shape: &Shape, points: &[Weighted]) -> Option<Normal> {
-    let linear = shape.linearised();
-    let mut hessian = [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS];
-    let mut gradient = [0.0; MAX_PARAMETERS];
-    let mut chi2 = 0.0;
-    for point in points {
-        let (distance, slopes) = linear.distance_and_gradient(&point.position);
-        chi2 += point.weight * distance * distance;
-        for row in 0..MAX_PARAMETERS {
-            let scaled = point.weight * slopes[row];
-            gradient[row] += scaled * distance;
-            for column in row..MAX_PARAMETERS {
-                hessian[row][column] += scaled * slopes[column];
-            }
-        }
-    }
-    let mut hessian = Matrix::from_fn(|row, column| hessian[row.min(column)][row.max(column)]);
+    let sums: Vec<Sums> = points.par_chunks(CHUNK_POINTS).map(|chunk| Sums::of(shape, chunk)).collect();
+    let sums = sums.into_iter().reduce(Sums::plus)?;
+    let mut hessian = Matrix::from_fn(|row, column| sums.hessian[row.min(column)][row.max(column)]);
     for unused in shape.parameters()..MAX_PARAMETERS {
         hessian[(unused, unused)] = 1.0;
     }
-    chi2.is_finite().then_some(Normal { hessian, gradient: Vector::from(gradient), chi2 })
+    sums.chi2.is_finite().then_some(Normal { hessian, gradient: Vector::from(sums.gradient), chi2: sums.chi2 })
+}
+
+/// Upper triangle of Σ w a aᵀ, Σ w r a and Σ w r².
+struct Sums {
+    hessian: [[f64; MAX_PARAMETERS]; MAX_PARAMETERS],
+    gradient: [f64; MAX_PARAMETERS],
+    chi2: f64,
+}
+
+impl Sums {
+    fn of(shape: &Shape, points: &[Weighted]) -> Self {
+        let linear = shape.linearised();
+        let n = shape.parameters();
+        let mut sums =
+            Self { hessian: [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS], gradient: [0.0; MAX_PARAMETERS], chi2: 0.0 };
+        for point in points {
+            let (residual, slopes) = linear.residual_and_gradient(&point.position, &point.ray);
+            sums.chi2 += point.weight * residual * residual;
+            for row in 0..n {
+                let scaled = point.weight * slopes[row];
+                sums.gradient[row] += scaled * residual;
+                for column in row..n {
+                    sums.hessian[row][column] += scaled * slopes[column];
+                }
+            }
+        }
+        sums
+    }
+
+    fn plus(mut self, other: Self) -> Self {
+        for (row, other_row) in self.hessian.iter_mut().flatten().zip(other.hessian.iter().flatten()) {
+            *row += other_row;
+        }
+        for (value, other_value) in self.gradient.iter_mut().zip(&other.gradient) {
+            *value += other_value;
+        }
+        self.chi2 += other.chi2;
+        self
+    }
 }
 
 fn damped_step(normal: &Normal, damping: f64) -> Option<Vector> {
@@ -96,7 +129,7 @@ pub(crate) fn covariance(shape: &Shape, points: &[Weighted], variances: &[f64]) 
     let linear = shape.linearised();
     let mut spread = Matrix::zeros();
     for (point, variance) in points.iter().zip(variances) {
-        let slopes = Vector::from(linear.distance_and_gradient(&point.position).1);
+        let slopes = Vector::from(linear.residual_and_gradient(&point.position, &point.ray).1);
         spread += slopes * slopes.transpose() * (point.weight * point.weight * variance);
     }
     let inverse = normal_equations(shape, points)?.hessian.try_inverse()?;

@@ -106,11 +106,11 @@ fn find(
             Ok(vec![plane])
         }
         Tool::Sphere => {
-            let (off_table, _) = search.off_table();
+            let off_table = search.off_table();
             Ok(vec![search.sphere("sphere", &off_table, nominal).ok_or(missing("sphere"))?])
         }
         Tool::Cylinder => {
-            let (off_table, _) = search.off_table();
+            let off_table = search.off_table();
             Ok(vec![search.cylinder("cylinder", &off_table, nominal).ok_or(missing("cylinder"))?])
         }
         Tool::Step => {
@@ -151,17 +151,13 @@ fn second_plane(
 /// Two parallel planes, or two spheres if they hold more than twice the points of the second plane.
 fn distance_features(search: &mut Search, nominal: Option<f64>, notes: &mut Vec<String>) -> Option<Vec<Found>> {
     let all = search.samples.indices();
-    let (off_table, table) = search.off_table();
+    let off_table = search.off_table();
     let first = search.sphere("first sphere", &off_table, None);
     let rest = first.as_ref().map(|first| search.without(&off_table, first)).unwrap_or_default();
     let second = first.as_ref().and_then(|_| search.sphere("second sphere", &rest, None));
-    let base = match table {
-        Some(table) => Some(table),
-        None => search.plane("first plane", &all),
-    };
-    let planes = base.and_then(|base| {
+    let planes = search.plane("first plane", &all).and_then(|base| {
         let top = second_plane(search, &base, nominal, notes)?;
-        Some((Found { role: "first plane", ..base }, Found { role: "second plane", ..top }))
+        Some((base, Found { role: "second plane", ..top }))
     });
     let n_spheres = first.as_ref().zip(second.as_ref()).map_or(0, |(a, b)| a.inliers.len() + b.inliers.len());
     match planes {

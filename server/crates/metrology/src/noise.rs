@@ -90,10 +90,7 @@ fn normal_sigmas(samples: &Samples, feature: &Found, noise: &FeatureNoise) -> Ve
         .inliers
         .iter()
         .zip(&noise.sigma_mm)
-        .map(|(&idx, sigma_mm)| {
-            let sample = samples.at(idx);
-            sigma_mm * sample.cosine(&feature.shape.normal_at(&sample.position))
-        })
+        .map(|(&idx, sigma_mm)| sigma_mm * samples.at(idx).cosine(&feature.shape))
         .collect()
 }
 

@@ -18,6 +18,9 @@ const LAST_CELL_MARGINS: f64 = 4.0;
 /// Most cells along one side; a larger feature gets coarser cells.
 const MAX_CELLS: f64 = 2000.0;
 
+/// Covered neighbours that make an empty cell a pinhole.
+const PINHOLE_NEIGHBOURS: usize = 6;
+
 /// Cells of the feature, seen along a direction, that are at least the margin away from empty ones.
 pub(crate) struct Outline {
     axes: [Vector3<f64>; 2],
@@ -70,6 +73,7 @@ impl Outline {
                 outline.interior[cell] = true;
             }
         }
+        outline.fill_pinholes();
         outline.erode((BORDER_MARGIN_MM / cell_mm).ceil() as usize);
         outline
     }
@@ -82,6 +86,25 @@ impl Outline {
 
     fn contains_flat(&self, flat: &Vector2<f64>) -> bool {
         self.cell(flat).is_some_and(|cell| self.interior[cell])
+    }
+
+    /// Fills empty cells with at least [`PINHOLE_NEIGHBOURS`] of eight neighbours: a lost point is no border.
+    fn fill_pinholes(&mut self) {
+        let (columns, rows) = (self.columns as isize, self.rows as isize);
+        let before = self.interior.clone();
+        let covered = |column: isize, row: isize| {
+            let exists = (0..columns).contains(&column) && (0..rows).contains(&row);
+            exists && before[(row * columns + column) as usize]
+        };
+        for row in 0..rows {
+            for column in 0..columns {
+                if !covered(column, row) {
+                    let around = (-1..=1).flat_map(|down| (-1..=1).map(move |right| (column + right, row + down)));
+                    let n = around.filter(|&(column, row)| covered(column, row)).count();
+                    self.interior[(row * columns + column) as usize] = n >= PINHOLE_NEIGHBOURS;
+                }
+            }
+        }
     }
 
     /// Takes away every cell with an empty one within `reach` cells along rows and columns in turn.

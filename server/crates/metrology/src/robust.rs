@@ -1,5 +1,7 @@
 //! Fits that settle on the points that belong together, and count the others.
 
+use rayon::prelude::*;
+
 use crate::fit::{Weighted, fit};
 use crate::params::{MAX_TRIM_SIGMAS, MIN_FEATURE_POINTS, MIN_TRIM_SIGMAS, TRIM_POINTS, TRIM_ROUNDS, TRIM_SIGMAS};
 use crate::sample::{Sample, Samples, median, thinned};
@@ -7,6 +9,9 @@ use crate::shape::Shape;
 
 /// Scale from the median of |x| to the standard deviation of a normal distribution.
 pub(crate) const SIGMA_PER_MAD: f64 = 1.4826;
+
+/// The trim has settled when it changes by less than this share.
+const TRIM_TOLERANCE: f64 = 0.01;
 
 /// A shape with the points it rests on.
 #[derive(Debug, Clone)]
@@ -20,41 +25,52 @@ pub(crate) struct Settled {
 
 /// Distance of a point in units of its σ along the normal.
 pub(crate) fn normalised_distance(shape: &Shape, sample: &Sample) -> f64 {
-    shape.distance_mm(&sample.position) / sample.normal_sigma_mm(&shape.normal_at(&sample.position))
+    shape.distance_mm(&sample.position) / sample.normal_sigma_mm(shape)
 }
 
 /// The points with their weights for a fit near `shape`.
 pub(crate) fn weighted(samples: &Samples, indices: &[u32], shape: &Shape) -> Vec<Weighted> {
     indices
-        .iter()
+        .par_iter()
         .map(|&idx| {
             let sample = samples.at(idx);
-            let sigma_mm = sample.normal_sigma_mm(&shape.normal_at(&sample.position));
-            Weighted { position: sample.position, weight: 1.0 / (sigma_mm * sigma_mm) }
+            let sigma_mm = sample.normal_sigma_mm(shape);
+            Weighted { position: sample.position, ray: sample.ray, weight: 1.0 / (sigma_mm * sigma_mm) }
         })
         .collect()
 }
 
 pub(crate) fn within(samples: &Samples, candidates: &[u32], shape: &Shape, trim: f64) -> Vec<u32> {
-    candidates.iter().copied().filter(|&idx| normalised_distance(shape, samples.at(idx)).abs() <= trim).collect()
+    candidates
+        .par_iter()
+        .copied()
+        .filter(|&idx| normalised_distance(shape, samples.at(idx)).abs() <= trim)
+        .collect()
 }
 
 /// Fits and trims in turn until the trim is 3.5 robust standard deviations of the residuals it keeps.
 ///
 /// The trim grows when the residuals fill it, so a start in part of a feature finds the whole of it.
-pub(crate) fn settle(samples: &Samples, candidates: &[u32], start: &Shape, start_trim: f64) -> Option<Settled> {
+/// The trim settles on a thinned set; the fit itself then takes all points if `fit_all`.
+pub(crate) fn settle(
+    samples: &Samples,
+    candidates: &[u32],
+    start: &Shape,
+    start_trim: f64,
+    fit_all: bool,
+) -> Option<Settled> {
     let few = thinned(candidates, TRIM_POINTS);
     let mut shape = *start;
     let mut trim = start_trim;
     for _ in 0..TRIM_ROUNDS {
         let (next, next_trim) = round(samples, &few, &shape, trim)?;
-        let settled = (next_trim / trim - 1.0).abs() < 0.01;
+        let settled = (next_trim / trim - 1.0).abs() < TRIM_TOLERANCE;
         (shape, trim) = (next, next_trim);
         if settled {
             break;
         }
     }
-    for _ in 0..2 {
+    if fit_all && few.len() < candidates.len() {
         (shape, trim) = round(samples, candidates, &shape, trim)?;
     }
     let inliers = within(samples, candidates, &shape, trim);
@@ -65,7 +81,7 @@ fn round(samples: &Samples, candidates: &[u32], shape: &Shape, trim: f64) -> Opt
     let inliers = within(samples, candidates, shape, trim);
     let next = fit(shape, &weighted(samples, &inliers, shape))?;
     let mut residuals: Vec<f64> =
-        inliers.iter().map(|&idx| normalised_distance(&next, samples.at(idx)).abs()).collect();
+        inliers.par_iter().map(|&idx| normalised_distance(&next, samples.at(idx)).abs()).collect();
     let scale = SIGMA_PER_MAD * median(&mut residuals);
     Some((next, (TRIM_SIGMAS * scale).clamp(MIN_TRIM_SIGMAS, MAX_TRIM_SIGMAS)))
 }

@@ -5,6 +5,7 @@ use scanning::{Cloud, CloudPoint};
 
 use crate::params::{MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT};
 use crate::request::Region;
+use crate::shape::Shape;
 
 /// One point.
 #[derive(Debug, Clone, Copy)]
@@ -21,14 +22,21 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    /// Share of an error along the ray that moves the point along a surface normal.
-    pub(crate) fn cosine(&self, normal: &Vector3<f64>) -> f64 {
-        self.ray.dot(normal).abs().max(MIN_COSINE)
+    /// Share of an error along the ray that moves the point along the surface normal.
+    ///
+    /// The normal is taken where the ray meets the shape, not at the noisy point: weights that follow the noise
+    /// bias the fit (a radius of 9 mm by −1 µm at σ = 30 µm).
+    pub(crate) fn cosine(&self, shape: &Shape) -> f64 {
+        let normal = match shape {
+            Shape::Plane { normal, .. } => *normal,
+            _ => shape.normal_at(&shape.foot_on_ray(&self.position, &self.ray)),
+        };
+        self.ray.dot(&normal).abs().max(MIN_COSINE)
     }
 
-    /// Standard deviation along a surface normal, mm.
-    pub(crate) fn normal_sigma_mm(&self, normal: &Vector3<f64>) -> f64 {
-        self.sigma_mm * self.cosine(normal)
+    /// Standard deviation along the surface normal, mm.
+    pub(crate) fn normal_sigma_mm(&self, shape: &Shape) -> f64 {
+        self.sigma_mm * self.cosine(shape)
     }
 }
 

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::params::MIN_COSINE;
+
 /// Parameters of the largest shape.
 pub(crate) const MAX_PARAMETERS: usize = 5;
 
@@ -68,6 +70,14 @@ impl Shape {
             Self::Sphere { centre_mm, .. } => (position - centre_mm).normalize(),
             Self::Cylinder { point_mm, axis, .. } => perpendicular(position, point_mm, axis).normalize(),
         }
+    }
+
+    /// Where the ray through a point meets the surface, to first order; near the limb no farther than at
+    /// [`MIN_COSINE`], because there the ray may miss.
+    pub(crate) fn foot_on_ray(&self, position: &Vector3<f64>, ray: &Vector3<f64>) -> Vector3<f64> {
+        let steepness = ray.dot(&self.normal_at(position));
+        let bounded = steepness.abs().max(MIN_COSINE) * steepness.signum();
+        position - ray * (self.distance_mm(position) / bounded)
     }
 
     /// A linearisation that keeps what is the same for all points.
@@ -141,8 +151,25 @@ pub(crate) struct Linearised {
 }
 
 impl Linearised {
+    /// Residual of a point whose error lies along `ray`, and its derivatives by the local parameters.
+    ///
+    /// Both are taken at the foot of the point on the surface along its ray: derivatives at the noisy point itself
+    /// correlate with the noise and bias a radius by about −σ²/R times a factor that grows as the cap gets smaller.
+    pub(crate) fn residual_and_gradient(
+        &self,
+        position: &Vector3<f64>,
+        ray: &Vector3<f64>,
+    ) -> (f64, [f64; MAX_PARAMETERS]) {
+        let foot = match self.shape {
+            Shape::Plane { .. } => return self.distance_and_gradient(position),
+            _ => self.shape.foot_on_ray(position, ray),
+        };
+        let (short, gradient) = self.distance_and_gradient(&foot);
+        (short + self.shape.normal_at(&foot).dot(&(position - foot)), gradient)
+    }
+
     /// Signed distance and its derivatives by the local parameters (unused ones are zero).
-    pub(crate) fn distance_and_gradient(&self, position: &Vector3<f64>) -> (f64, [f64; MAX_PARAMETERS]) {
+    fn distance_and_gradient(&self, position: &Vector3<f64>) -> (f64, [f64; MAX_PARAMETERS]) {
         let [first, second] = &self.axes;
         match &self.shape {
             Shape::Plane { point_mm, normal } => {

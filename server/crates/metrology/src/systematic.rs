@@ -24,6 +24,7 @@ struct Pixel {
     sample_idx: u32,
     order: i8,
     pixel: Vector2<f64>,
+    ray: Vector3<f64>,
     phi_rad: f64,
     /// X_camera − X_part.
     carried: Vector3<f64>,
@@ -126,7 +127,9 @@ impl<'a> Retriangulation<'a> {
         for (shape, pixels) in shapes.iter().zip(&self.features) {
             let points: Vec<Weighted> = pixels
                 .iter()
-                .filter_map(|p| Some(Weighted { position: part_position(calibration, p)?, weight: p.weight }))
+                .filter_map(|p| {
+                    Some(Weighted { position: part_position(calibration, p)?, ray: p.ray, weight: p.weight })
+                })
                 .collect();
             refitted.push(fit(shape, &points)?);
             if first_positions.is_empty() {
@@ -155,6 +158,7 @@ fn pixel(
         sample_idx,
         order: point.order,
         pixel,
+        ray: sample.ray,
         phi_rad: hit.hit.phi_rad,
         carried,
         position_mm: if travel > 0.0 { direction.dot(&carried) / travel } else { 0.0 },

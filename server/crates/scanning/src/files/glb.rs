@@ -93,9 +93,9 @@ fn document(mesh: &Mesh, binary_bytes: u64) -> Value {
 fn bounds(mesh: &Mesh) -> ([f32; 3], [f32; 3]) {
     let mut bounds = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for vertex in mesh.vertices_mm.iter().map(metres) {
-        for axis in 0..3 {
-            bounds.0[axis] = bounds.0[axis].min(vertex[axis]);
-            bounds.1[axis] = bounds.1[axis].max(vertex[axis]);
+        for (axis, value) in vertex.iter().enumerate() {
+            bounds.0[axis] = bounds.0[axis].min(*value);
+            bounds.1[axis] = bounds.1[axis].max(*value);
         }
     }
     bounds

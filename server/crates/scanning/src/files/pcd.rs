@@ -119,8 +119,8 @@ fn columns_of(header: &Header) -> Result<Vec<Column>, ContentError> {
     }
     let mut columns = Vec::new();
     let mut row_bytes = 0usize;
-    for idx in 0..n {
-        let (kind, size_bytes, count) = (header.kinds[idx], header.sizes[idx], counts[idx]);
+    for (idx, count) in counts.into_iter().enumerate() {
+        let (kind, size_bytes) = (header.kinds[idx], header.sizes[idx]);
         if !matches!((kind, size_bytes), ('F', 4 | 8) | ('I' | 'U', 1 | 2 | 4 | 8)) {
             return Err(problem(format!("field `{}` has type {kind} of {size_bytes} bytes", header.names[idx])));
         }

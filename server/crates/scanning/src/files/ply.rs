@@ -87,16 +87,14 @@ fn slots_of(vertex: &Element) -> Result<Vec<Option<usize>>, ContentError> {
             FIELDS.iter().position(|field| *field == property.name || alias(field) == Some(property.name.as_str()))
         })
         .collect();
-    for axis in 0..3 {
-        if !slots.contains(&Some(axis)) {
-            return Err(ContentError::malformed(
-                "header",
-                format!("vertices have no property `{}`", FIELDS[axis]),
-                "write the positions as x, y and z in millimetres",
-            ));
-        }
+    match (0..3).find(|axis| !slots.contains(&Some(*axis))) {
+        None => Ok(slots),
+        Some(axis) => Err(ContentError::malformed(
+            "header",
+            format!("vertices have no property `{}`", FIELDS[axis]),
+            "write the positions as x, y and z in millimetres",
+        )),
     }
-    Ok(slots)
 }
 
 /// Names other programs use for the same thing.
