@@ -9,6 +9,9 @@ use crate::params::{BACKDROP_REFLECTANCE, EDGE_SAMPLES, ILLUMINATION_GRADIENT, V
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 
+/// Most that lens distortion stretches the ray of a pixel, with room to spare.
+const LENS_STRETCH: f64 = 1.3;
+
 /// Light of a whole picture before lens blur: `white_level` (of 255) on white at the picture's centre.
 pub(crate) fn ordinary_light(renderer: &Renderer, scene: Placed<'_>, white_level: f64) -> Vec<f32> {
     let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
@@ -42,23 +45,36 @@ fn seen_reflectance(renderer: &Renderer, scene: Placed<'_>, u: usize, v: usize) 
 
 /// One sample where the target is plain around the pixel, a square of samples with soft edges elsewhere.
 fn board_reflectance(renderer: &Renderer, board: &Board, ray: &Vector3<f64>) -> f64 {
-    let Some((_, at)) = board.plane_hit(&Vector3::zeros(), ray) else { return BACKDROP_REFLECTANCE };
+    let Some((reach, at)) = board.plane_hit(&Vector3::zeros(), ray) else { return BACKDROP_REFLECTANCE };
+    if !board.edge_within(&at, &widest_pixel_mm(renderer, board, ray, reach)) {
+        return mixed_reflectance(board, &at, &Vector2::repeat(f64::MIN_POSITIVE));
+    }
     let Some(by_pixel) = board_by_pixel(renderer, board, ray) else { return BACKDROP_REFLECTANCE };
     let span = Vector2::new(by_pixel.row(0).abs().sum(), by_pixel.row(1).abs().sum());
-    let mixed = |at: &Vector2<f64>, span: &Vector2<f64>| {
-        let (reflectance, share) = board.blurred_reflectance(at, span);
-        BACKDROP_REFLECTANCE + (reflectance - BACKDROP_REFLECTANCE) * share
-    };
     if !board.edge_within(&at, &span) {
-        return mixed(&at, &span);
+        return mixed_reflectance(board, &at, &span);
     }
     let n = EDGE_SAMPLES as f64;
     let offset = |idx: usize| (idx as f64 + 0.5) / n - 0.5;
     let samples = (0..EDGE_SAMPLES * EDGE_SAMPLES).map(|idx| {
         let step = by_pixel * Vector2::new(offset(idx % EDGE_SAMPLES), offset(idx / EDGE_SAMPLES));
-        mixed(&(at + step), &(span / n))
+        mixed_reflectance(board, &(at + step), &(span / n))
     });
     samples.sum::<f64>() / (n * n)
+}
+
+/// Reflectance of the board and of the backdrop beside it, by their shares of a small area.
+fn mixed_reflectance(board: &Board, at: &Vector2<f64>, span: &Vector2<f64>) -> f64 {
+    let (reflectance, share) = board.blurred_reflectance(at, span);
+    BACKDROP_REFLECTANCE + (reflectance - BACKDROP_REFLECTANCE) * share
+}
+
+/// What a pixel covers of the board at most, along x and y: a quick bound that spares most pixels the exact span.
+fn widest_pixel_mm(renderer: &Renderer, board: &Board, ray: &Vector3<f64>, reach: f64) -> Vector2<f64> {
+    let camera = &renderer.model.camera;
+    let steepness = board.axes.column(2).dot(ray).abs();
+    let ray_step = LENS_STRETCH * 2.0 / camera.fx_px.min(camera.fy_px);
+    Vector2::repeat(ray_step * reach * (1.0 + ray.norm() / steepness))
 }
 
 /// d(x, y on the board) / d(u, v), mm/px.

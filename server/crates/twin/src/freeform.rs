@@ -10,8 +10,14 @@ use crate::scene::{Plate, SceneHit};
 /// Number of hills.
 const HILLS: usize = 6;
 
-/// Steps of the march towards the surface; each at least halves what a straight slope leaves.
+/// Steps of the march towards the surface; a dozen suffice unless the ray grazes a hill.
 const MARCH_MAX_STEPS: usize = 200;
+
+/// Closer to the surface than this share of the thinnest hill's σ, Newton steps take over.
+const NEWTON_SHARE: f64 = 0.005;
+
+/// Newton steps need the ray to close in at this share of its fastest rate at least.
+const NEWTON_RATE: f64 = 0.2;
 
 /// The march ends this close to the surface, mm.
 const MARCH_TOLERANCE_MM: f64 = 1e-10;
@@ -23,7 +29,7 @@ pub struct Hill {
     pub at_mm: [f64; 2],
     /// Standard deviation of its profile.
     pub sigma_mm: f64,
-    /// Height; negative for a hollow, which the plate's own height fills up (see [`Freeform::height_mm`]).
+    /// Height; negative for a hollow.
     pub height_mm: f64,
 }
 
@@ -38,6 +44,8 @@ pub struct Freeform {
     ceiling_mm: f64,
     /// Steepest slope, an upper bound.
     slope: f64,
+    /// Heights above the surface from which Newton steps converge.
+    newton_below_mm: f64,
 }
 
 impl Freeform {
@@ -59,7 +67,8 @@ impl Freeform {
         let ceiling_mm = hills.iter().map(|hill| hill.height_mm.max(0.0)).sum::<f64>() + MARCH_TOLERANCE_MM;
         // A Gaussian is steepest at one σ, where its slope is h/σ·e^(−1/2).
         let slope = hills.iter().map(|hill| hill.height_mm.abs() / hill.sigma_mm).sum::<f64>() * (-0.5_f64).exp();
-        Self { plate, hills, ceiling_mm, slope }
+        let thinnest = hills.iter().map(|hill| hill.sigma_mm).fold(f64::INFINITY, f64::min);
+        Self { plate, hills, ceiling_mm, slope, newton_below_mm: NEWTON_SHARE * thinnest }
     }
 
     /// Height above the plate and its derivatives along the plate's first two axes.
@@ -72,25 +81,54 @@ impl Freeform {
         })
     }
 
-    /// Where a ray from above meets the part: steps that cannot overshoot, the slope being bounded.
+    /// Where a ray from above meets the part: steps that cannot overshoot, the slope being bounded, then Newton's.
     pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         let from = self.plate.local(&(origin - self.plate.point_mm));
         let way = self.plate.local(direction);
         if way.z >= 0.0 {
             return None;
         }
-        let closing = -way.z + self.slope * way.xy().norm();
+        let fastest = -way.z + self.slope * way.xy().norm();
         let mut reach = ((self.ceiling_mm - from.z) / way.z).max(0.0);
         for _ in 0..MARCH_MAX_STEPS {
             let at = from + way * reach;
             let (height, slope_x, slope_y) = self.height_mm(at.x, at.y);
             let above = at.z - height;
-            if above < MARCH_TOLERANCE_MM {
+            if above.abs() < MARCH_TOLERANCE_MM {
                 let normal = self.plate.axes * Vector3::new(-slope_x, -slope_y, 1.0).normalize();
                 return (reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE });
             }
-            reach += above / closing;
+            let closing = slope_x * way.x + slope_y * way.y - way.z;
+            let newton = above.abs() < self.newton_below_mm && closing > NEWTON_RATE * fastest;
+            reach += above / if newton { closing } else { fastest };
         }
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+    use rand::SeedableRng;
+
+    use super::*;
+
+    #[test]
+    fn a_ray_stops_at_the_first_point_of_the_surface() {
+        let axes = Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, -1.0));
+        let plate = Plate { axes, point_mm: Vector3::new(0.0, 0.0, 400.0) };
+        let part = Freeform::seeded(plate, 100.0, &mut Pcg64::seed_from_u64(4));
+        for (x, y) in (-10..=10).flat_map(|x| (-8..=8).map(move |y| (f64::from(x), f64::from(y)))) {
+            let ray = Vector3::new(x / 80.0, y / 80.0 + 0.3, 1.0);
+            let origin = Vector3::new(0.0, -120.0, 0.0);
+            let above = |reach: f64| {
+                let at = plate.local(&(origin + ray * reach - plate.point_mm));
+                at.z - part.height_mm(at.x, at.y).0
+            };
+            let hit = part.hit(&origin, &ray).unwrap();
+            assert!(above(hit.reach).abs() < 1e-9);
+            let earlier = (0..2000).map(|idx| hit.reach * f64::from(idx) / 2000.0);
+            assert!(earlier.into_iter().all(|reach| above(reach) > 0.0), "{x} {y}");
+        }
     }
 }
