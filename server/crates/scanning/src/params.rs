@@ -75,6 +75,12 @@ pub const RELAX_SHARPNESS: [f64; 2] = [0.7, 12.0];
 pub const SETTLE_SWEEPS: usize = 30;
 /// Advantage per sample that a label needs over the next best one; less is doubtful.
 pub const LABEL_MARGIN: f64 = 0.3;
+/// By how much per sample another order may be ahead in depths, ranks and second looks alone: more, and it was mere
+/// continuity that carried the label.
+pub const OVERRULED_MARGIN: f64 = 0.2;
+/// Support per sample that continuity alone must bring where nothing else prefers an order: the same line before and
+/// after, not on one side only.
+pub const CONTINUITY_ALONE: f64 = 0.7;
 /// Advantage per sample that the labels of a connected group need over all of them shifted by an order.
 /// A fifth of what a second look brings: the group is seen twice over a good part of its area.
 pub const GROUP_MARGIN: f64 = 0.1;

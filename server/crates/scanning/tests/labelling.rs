@@ -1,12 +1,22 @@
 //! Labels of scenes whose truth is known. What this does not show: how well lines are extracted.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
-use common::scene::scan;
+use common::scene::{Noise, scan};
+use scanning::{ScanParams, scan_cloud};
+
 use common::{assert_labelled, rig_a, station};
 
 /// Points at the rims of shadows lie on single-sample pieces; everything else must be found.
 const RECOVERED: f64 = 0.97;
+
+/// Steep rims and slivers between high parts may be left out.
+const CLUTTER_RECOVERED: f64 = 0.95;
+/// A known weakness: where parts rise by just a wrap, a line may step from ground to part without moving in the image,
+/// and where no other order has looked, continuity then carries the wrong label. Worst of twelve seeds: 0.13 %.
+const CLUTTER_WRONG: f64 = 0.002;
 
 fn positions(n: usize, step_mm: f64) -> Vec<f64> {
     (0..n).map(|i| (i as f64 - (n - 1) as f64 / 2.0) * step_mm).collect()
@@ -99,5 +109,57 @@ fn the_true_pixels_of_rig_a_are_labelled() {
     let calibration = rig_a::calibration(&folder);
     for scan in ["gauge", "sphere"] {
         assert_labelled(scan, &rig_a::truth_scan(&folder, scan), &calibration, 0.99);
+    }
+}
+
+/// Boxes and domes at random places, up to 45 mm high: nearly two wraps of the labels.
+fn clutter(seed: u64) -> impl Fn(f64, f64) -> f64 + Sync {
+    let mut noise = Noise(seed);
+    let mut between = move |low: f64, high: f64| low + (high - low) * noise.uniform();
+    let parts: Vec<[f64; 6]> = (0..6)
+        .map(|_| {
+            let height = between(3.0, 45.0);
+            [
+                between(-80.0, 80.0),
+                between(-45.0, 45.0),
+                between(4.0, 20.0),
+                between(4.0, 20.0),
+                height,
+                between(0.0, 1.0),
+            ]
+        })
+        .collect();
+    let tilt = [between(-0.1, 0.1), between(-0.1, 0.1)];
+    move |x, y| {
+        let height = |part: &[f64; 6]| {
+            let (dx, dy) = ((x - part[0]) / part[2], (y - part[1]) / part[3]);
+            let box_shaped = part[5] < 0.5;
+            match (box_shaped, dx * dx + dy * dy) {
+                (true, _) if dx.abs() < 1.0 && dy.abs() < 1.0 => part[4],
+                (false, squared) if squared < 1.0 => part[4] * (1.0 - squared).sqrt(),
+                _ => 0.0,
+            }
+        };
+        405.0 + tilt[0] * x + tilt[1] * y - parts.iter().map(height).fold(0.0, f64::max)
+    }
+}
+
+#[test]
+fn cluttered_scenes_have_hardly_a_wrong_order() {
+    for seed in 1..=4 {
+        let (n_orders, turned) = ([5, 3, 7, 9][seed as usize % 4], seed % 2 == 0);
+        let station = station(n_orders, turned);
+        let part = clutter(seed);
+        let surface = |x: f64, y: f64| if turned { part(y, x) } else { part(x, y) };
+        let known = scan(&station, &surface, &positions(24, 0.8 + 0.1 * seed as f64 % 1.0), turned);
+        let result = scan_cloud(&known.frames, &station, &ScanParams::default()).unwrap();
+        let (recovered, wrong) = known.score(&result);
+        eprintln!(
+            "clutter {seed}: recovered {:.3} %, wrong {wrong}, {:?}",
+            100.0 * recovered,
+            result.report.dropped
+        );
+        assert!(recovered >= CLUTTER_RECOVERED, "clutter {seed}: {recovered} recovered");
+        assert!(wrong as f64 <= CLUTTER_WRONG * known.n_true() as f64, "clutter {seed}: {wrong} wrong");
     }
 }

@@ -1,5 +1,7 @@
 //! The rendered scans of rig-a, from images to points, against the truth of every fourth frame.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use std::path::Path;

@@ -1,5 +1,7 @@
 //! What a scan does with ghosts, doubt, poor models and bad input.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::scene::{Noise, scan};

@@ -22,6 +22,8 @@ pub struct Pair {
     pub label: u32,
     /// Weight of the two together.
     pub weight: f32,
+    /// Whether it is mere continuity: the same line elsewhere.
+    pub bond: bool,
 }
 
 impl Evidence {
@@ -52,34 +54,33 @@ impl Evidence {
     }
 
     /// Adds a weight to two labels together.
-    pub fn add_pair(
-        &mut self,
-        (piece_a, label_a): (usize, usize),
-        (piece_b, label_b): (usize, usize),
-        weight: f64,
-    ) {
-        let weight = weight as f32;
-        let n = self.n_labels;
-        self.pairs[piece_a * n + label_a].push(Pair { piece: piece_b as u32, label: label_b as u32, weight });
-        self.pairs[piece_b * n + label_b].push(Pair { piece: piece_a as u32, label: label_a as u32, weight });
+    pub fn add_pair(&mut self, a: (usize, usize), b: (usize, usize), weight: f64) {
+        self.add_half(a, b, weight, false);
+        self.add_half(b, a, weight, false);
     }
 
     /// Adds a weight to the label of one piece if another piece has a label; the other finds its own testimony.
-    pub fn add_testimony(
-        &mut self,
-        (piece, label): (usize, usize),
-        (other, other_label): (usize, usize),
-        weight: f64,
-    ) {
-        let pair = Pair { piece: other as u32, label: other_label as u32, weight: weight as f32 };
-        self.pairs[piece * self.n_labels + label].push(pair);
+    pub fn add_testimony(&mut self, to: (usize, usize), from: (usize, usize), weight: f64) {
+        self.add_half(to, from, weight, false);
     }
 
     /// Adds a weight to two pieces having the same label, whichever it is, "none" included.
     pub fn add_bond(&mut self, piece_a: usize, piece_b: usize, weight: f64) {
         for label in 0..self.n_labels {
-            self.add_pair((piece_a, label), (piece_b, label), weight);
+            self.add_half((piece_a, label), (piece_b, label), weight, true);
+            self.add_half((piece_b, label), (piece_a, label), weight, true);
         }
+    }
+
+    fn add_half(
+        &mut self,
+        (piece, label): (usize, usize),
+        (other, other_label): (usize, usize),
+        weight: f64,
+        bond: bool,
+    ) {
+        let pair = Pair { piece: other as u32, label: other_label as u32, weight: weight as f32, bond };
+        self.pairs[piece * self.n_labels + label].push(pair);
     }
 
     /// What speaks for `label` of `piece` per sample, given how much each label of the others is believed.
@@ -88,6 +89,14 @@ impl Evidence {
         let pairs = &self.pairs[slot];
         let sum: f64 =
             pairs.iter().map(|p| f64::from(p.weight) * belief(p.piece as usize, p.label as usize)).sum();
+        (self.single[slot] + sum) / self.sizes[piece]
+    }
+
+    /// [`Evidence::support`] without continuity.
+    pub fn support_beside_bonds(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
+        let slot = piece * self.n_labels + label;
+        let counts = |pair: &&Pair| !pair.bond && labels[pair.piece as usize] == pair.label as usize;
+        let sum: f64 = self.pairs[slot].iter().filter(counts).map(|pair| f64::from(pair.weight)).sum();
         (self.single[slot] + sum) / self.sizes[piece]
     }
 }

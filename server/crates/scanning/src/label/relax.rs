@@ -3,7 +3,9 @@
 use rayon::prelude::*;
 
 use super::evidence::Evidence;
-use crate::params::{GROUP_MARGIN, LABEL_MARGIN, RELAX_ROUNDS, RELAX_SHARPNESS, SETTLE_SWEEPS};
+use crate::params::{
+    CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, OVERRULED_MARGIN, RELAX_ROUNDS, RELAX_SHARPNESS, SETTLE_SWEEPS,
+};
 
 /// What became of a piece.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,9 +25,21 @@ pub fn settle(evidence: &Evidence, confirmation: Option<f64>) -> Vec<Verdict> {
     let doubtful_groups = challenge_groups(evidence, &mut labels);
     let doubtful: Vec<bool> = (0..evidence.n_pieces())
         .map(|piece| {
+            if labels[piece] == evidence.none() {
+                return false;
+            }
             let supports = supports(evidence, &labels, piece);
             let unconfirmed = confirmation.is_some_and(|least| supports[labels[piece]] < least);
-            doubtful_groups[piece] || unconfirmed || margin(evidence, &supports, labels[piece]) < LABEL_MARGIN
+            let beside: Vec<f64> =
+                (0..evidence.none()).map(|label| evidence.support_beside_bonds(piece, label, &labels)).collect();
+            let label = labels[piece];
+            doubtful_groups[piece]
+                || unconfirmed
+                || margin(&supports[..evidence.none()], label) < LABEL_MARGIN
+                || margin(&beside, label) < -OVERRULED_MARGIN
+                || confirmation.is_some()
+                    && margin(&beside, label) < OVERRULED_MARGIN
+                    && supports[label] < CONTINUITY_ALONE
         })
         .collect();
     let verdict = |(label, doubtful): (&usize, bool)| match *label {
@@ -105,9 +119,9 @@ fn largest(values: &[f64]) -> usize {
     best
 }
 
-/// By how much a label beats the next best order, per sample.
-fn margin(evidence: &Evidence, supports: &[f64], label: usize) -> f64 {
-    let rivals = supports[..evidence.none()].iter().enumerate().filter(|(rival, _)| *rival != label);
+/// By how much a label beats the next best, per sample.
+fn margin(supports: &[f64], label: usize) -> f64 {
+    let rivals = supports.iter().enumerate().filter(|(rival, _)| *rival != label);
     supports[label] - rivals.map(|(_, support)| *support).fold(f64::NEG_INFINITY, f64::max)
 }
 

@@ -108,7 +108,8 @@ pub fn segments(
                 LineDirection::Rows => (last.v_px - v_px).abs() > 2.0,
                 LineDirection::Columns => (last.u_px - u_px).abs() > 2.0,
             });
-        if !((along - last).abs() < 1.5) || along <= last || across_jump {
+        let follows = along > last && along - last < 1.5;
+        if !follows || across_jump {
             segments.push(Segment::default());
             orders.push(Vec::new());
         }
