@@ -181,7 +181,7 @@ pub enum CaptureError {
         path: PathBuf,
         /// Why, and the remedy.
         #[source]
-        cause: ImageFileError,
+        cause: Box<ImageFileError>,
     },
     /// An image of another size than the camera's.
     #[error("image \"{}\" named by {entry} has {width_px}×{height_px} pixels, but camera says \

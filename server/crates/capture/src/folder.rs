@@ -175,7 +175,7 @@ impl NamedFile {
     }
 
     fn unusable(&self, cause: crate::ImageFileError) -> CaptureError {
-        CaptureError::ImageUnusable { entry: self.entry.clone(), path: self.path.clone(), cause }
+        CaptureError::ImageUnusable { entry: self.entry.clone(), path: self.path.clone(), cause: Box::new(cause) }
     }
 }
 

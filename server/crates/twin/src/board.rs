@@ -89,8 +89,9 @@ impl Board {
             let to_line = if beyond > 0.0 {
                 beyond.min((beyond - square).abs())
             } else {
-                let phase = (at[axis] + half).rem_euclid(square);
-                phase.min(square - phase)
+                let cells = (at[axis] + half) / square;
+                let phase = cells - cells as i64 as f64;
+                phase.min(1.0 - phase) * square
             };
             to_line < reach[axis]
         })
@@ -102,13 +103,14 @@ impl Board {
     /// The average is odd about every edge and every corner, so that neither moves.
     pub(crate) fn blurred_reflectance(&self, at: &Vector2<f64>, span: &Vector2<f64>) -> (f64, f64) {
         let (half, square) = (self.half_mm(), self.square_mm);
-        let counts = [self.inner_columns as f64, self.inner_rows as f64];
+        let counts = [self.inner_columns as i64, self.inner_rows as i64];
         let (mut parity, mut squares, mut board) = (1.0, 1.0, 1.0);
         for axis in 0..2 {
             let step = |distance: f64| (distance / span[axis] + 0.5).clamp(0.0, 1.0);
-            let line = ((at[axis] + half[axis]) / square).round().clamp(1.0, counts[axis]);
-            let side = 2.0 * step(at[axis] + half[axis] - line * square) - 1.0;
-            parity *= if line.rem_euclid(2.0) < 0.5 { side } else { -side };
+            // The nearest inner line; casts round towards zero, and what lies outside is held at the first or last.
+            let line = (((at[axis] + half[axis]) / square + 0.5) as i64).clamp(1, counts[axis]);
+            let side = 2.0 * step(at[axis] + half[axis] - line as f64 * square) - 1.0;
+            parity *= if line & 1 == 0 { side } else { -side };
             squares *= step(half[axis] - at[axis].abs());
             board *= step(half[axis] + square - at[axis].abs());
         }

@@ -115,7 +115,7 @@ fn pixel_level(renderer: &Renderer, scene: Placed<'_>, order_idx: usize, u: usiz
     let sheet = renderer.sheets[order_idx].at(u, v);
     let across_mm = (hit.reach - 1.0 / sheet.inverse_depth) * sheet.steepness;
     let sigmas = across_mm / model.sheet_sigma_mm;
-    if !(sigmas.abs() <= SHEET_REACH_SIGMAS) {
+    if sigmas.is_nan() || sigmas.abs() > SHEET_REACH_SIGMAS {
         return None;
     }
     let light = model.grating.ray(sheet.phi_rad, model.orders[order_idx])?;
