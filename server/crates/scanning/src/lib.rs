@@ -1,7 +1,7 @@
 //! From centrelines to a measured surface: order labels, triangulation, registration, clouds, meshes, files.
 
 pub mod cloud;
-pub mod compare;
+mod compare;
 pub mod dropped;
 pub mod envelope;
 mod label;
