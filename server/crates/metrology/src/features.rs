@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use crate::outline::Outline;
 use crate::params::{
-    MIN_FEATURE_POINTS, MIN_FEATURE_SHARE, MIN_TABLE_SHARE, NOMINAL_HINT_SHARE, PARALLEL_DEGREES,
-    RANSAC_BAND_SIGMAS,
+    MIN_CURVED_COSINE, MIN_FEATURE_POINTS, MIN_FEATURE_SHARE, MIN_INTERIOR_SHARE, MIN_TABLE_SHARE,
+    NOMINAL_HINT_SHARE, PARALLEL_DEGREES, RANSAC_BAND_SIGMAS,
 };
 use crate::ransac::{self, RadiusRange};
 use crate::robust::{Settled, normalised_distance, settle, within};
@@ -146,10 +146,8 @@ impl Search<'_> {
                 .filter(|&idx| outline.contains(&self.samples.at(idx).position))
                 .collect(),
         };
-        let settled = match &outline {
-            None => whole.clone(),
-            Some(_) => settle(self.samples, &inside, &whole.shape, whole.trim, true)?,
-        };
+        let inside = self.without_steep(inside, &whole.shape);
+        let settled = settle(self.samples, &inside, &whole.shape, whole.trim, true)?;
         let enough = (MIN_FEATURE_SHARE * candidates.len() as f64).max(MIN_FEATURE_POINTS as f64);
         (settled.inliers.len() as f64 >= enough).then(|| Found {
             role,
@@ -163,6 +161,16 @@ impl Search<'_> {
             inliers: settled.inliers,
             trim: settled.trim,
         })
+    }
+
+    /// Points of a curved shape that are not seen too steeply, if enough remain.
+    fn without_steep(&self, inside: Vec<u32>, shape: &Shape) -> Vec<u32> {
+        if matches!(shape, Shape::Plane { .. }) {
+            return inside;
+        }
+        let is_frontal = |&idx: &u32| self.samples.at(idx).cosine(shape) >= MIN_CURVED_COSINE;
+        let frontal: Vec<u32> = inside.par_iter().copied().filter(is_frontal).collect();
+        if frontal.len() as f64 >= MIN_INTERIOR_SHARE * inside.len() as f64 { frontal } else { inside }
     }
 
     /// Direction in which a feature's outline is drawn: a plane along its normal, others along the mean ray.

@@ -92,11 +92,11 @@ impl Sums {
         for point in points {
             let (residual, slopes) = linear.residual_and_gradient(&point.position, &point.ray);
             sums.chi2 += point.weight * residual * residual;
-            for row in 0..n {
-                let scaled = point.weight * slopes[row];
+            for (row, slope) in slopes.iter().enumerate().take(n) {
+                let scaled = point.weight * slope;
                 sums.gradient[row] += scaled * residual;
-                for column in row..n {
-                    sums.hessian[row][column] += scaled * slopes[column];
+                for (slot, other) in sums.hessian[row][row..n].iter_mut().zip(&slopes[row..n]) {
+                    *slot += scaled * other;
                 }
             }
         }

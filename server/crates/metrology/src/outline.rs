@@ -32,7 +32,8 @@ pub(crate) struct Outline {
 }
 
 impl Outline {
-    /// The interior of the region the points cover, seen along `direction`; `None` if the sampling is so coarse or
+    /// The interior of the region the points cover, seen along `direction`, with the cell size that keeps most of
+    /// them (finer cells see the sampling as holes, coarser ones cut a wider border); `None` if the sampling is so coarse or
     /// the feature so small that too few points would remain.
     pub(crate) fn of(samples: &Samples, indices: &[u32], direction: &Vector3<f64>) -> Option<Self> {
         let axes = across(direction);
@@ -41,15 +42,17 @@ impl Outline {
         let start = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
         let (low, high) = flat.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)));
         let mut cell_mm = (FIRST_CELL_MARGINS * BORDER_MARGIN_MM).max((high - low).max() / MAX_CELLS);
+        let mut best: Option<(usize, Self)> = None;
         while cell_mm <= LAST_CELL_MARGINS * BORDER_MARGIN_MM {
             let outline = Self::with_cell(axes, low, high, cell_mm, &flat);
             let inside = flat.iter().filter(|p| outline.contains_flat(p)).count();
-            if inside as f64 >= MIN_INTERIOR_SHARE * flat.len() as f64 {
-                return Some(outline);
+            if best.as_ref().is_none_or(|(most, _)| inside > *most) {
+                best = Some((inside, outline));
             }
             cell_mm *= CELL_GROWTH;
         }
-        None
+        best.filter(|(inside, _)| *inside as f64 >= MIN_INTERIOR_SHARE * flat.len() as f64)
+            .map(|(_, outline)| outline)
     }
 
     /// Whether a point, seen along the direction, is inside by the margin.

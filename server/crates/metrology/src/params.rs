@@ -49,7 +49,7 @@ pub const TRIM_ROUNDS: usize = 15;
 /// from two surfaces, which shifts its centre over about half its width, 0.5 mm at 400 mm; twice that is safe.
 pub const BORDER_MARGIN_MM: f64 = 1.0;
 
-/// The border is left in place if trimming it would cost more than this share of the points.
+/// Points near the border (or seen too steeply) are kept if leaving them out would spare less than this share.
 pub const MIN_INTERIOR_SHARE: f64 = 0.35;
 
 /// Planes within this angle count as parallel (degrees): a block on a table with dust under one edge.
@@ -61,6 +61,11 @@ pub const NOMINAL_HINT_SHARE: f64 = 0.5;
 /// Cosine between ray and normal is not taken smaller than this: beyond 73° of incidence the predicted σ no longer
 /// describes the error, and the weight of a point must not grow without end.
 pub const MIN_COSINE: f64 = 0.3;
+
+/// Points of curved features seen at more than this incidence are left out if enough others remain (cosine, 53°):
+/// there a stripe runs steeply and is foreshortened on one side, which pulls its centre outwards along the slope;
+/// the error grows with the tangent, and a radius feels it with a lever.
+pub const MIN_CURVED_COSINE: f64 = 0.6;
 
 /// σ of a point is not taken smaller than this share of the median: no point may rule a fit.
 pub const MIN_SIGMA_SHARE: f64 = 0.3;
