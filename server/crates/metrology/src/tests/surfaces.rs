@@ -76,6 +76,13 @@ fn sphere_radii_are_unbiased_and_inside_their_uncertainty() {
 }
 
 #[test]
+fn strong_noise_on_a_curved_surface_does_not_bias_its_radius() {
+    // Bias grows with σ², its standard error with σ: at 0.1 mm a fit that weighs noisy normals is off by 5 of them.
+    let (_, bias) = coverage(Tool::Sphere, RADIUS_MM, 12, |seed| ball(0.1, seed));
+    assert!(bias.abs() <= MAX_BIAS_SIGMAS, "mean error {bias} standard errors");
+}
+
+#[test]
 fn without_noise_every_tool_gives_the_closed_form() {
     /// Rounding of float64 at 400 mm over all points.
     const EXACT_MM: f64 = 1e-9;
