@@ -12,6 +12,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use common::{SHEAF, path, reference, sheaf_json, sheaf_ok};
+use nalgebra::{Matrix3, Vector3};
+use scanning::CloudPoint;
+use scanning::files::read_cloud;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -35,8 +38,8 @@ const RECALL: f64 = 0.97;
 const ON_LINE_PX: f64 = 6.0;
 /// Share of the points that may lie on no surface.
 const STRAY_SHARE: f64 = 1e-3;
-/// A point this far from the true depth lies on no surface: 20 times its noise.
-const STRAY_MM: f64 = 0.6;
+/// A point this far from every surface lies on none: seven times the noise of a point.
+const STRAY_MM: f64 = 0.15;
 /// Error of the gauge height.
 const GAUGE_MM: f64 = 0.008;
 /// Error of the sphere radius.
@@ -71,22 +74,11 @@ impl Rig {
         result
     }
 
-    fn scan(&self, name: &str) -> Vec<BTreeMap<String, f64>> {
-        let (cloud, table) = (self.file(&format!("{name}.ply")), self.file(&format!("{name}.csv")));
-        for output in [&cloud, &table] {
-            sheaf_ok(&[
-                "scan",
-                self.capture.to_str().unwrap(),
-                "-c",
-                &self.file("auto.json"),
-                "--scan",
-                name,
-                "-o",
-                output,
-                "-q",
-            ]);
-        }
-        rows(&std::fs::read_to_string(table).unwrap())
+    fn scan(&self, name: &str) -> Vec<CloudPoint> {
+        let (capture, cal, cloud) =
+            (self.capture.to_str().unwrap(), self.file("auto.json"), self.file(&format!("{name}.ply")));
+        sheaf_ok(&["scan", capture, "-c", &cal, "--scan", name, "-o", &cloud, "-q"]);
+        read_cloud(Path::new(&cloud)).unwrap().points
     }
 
     fn truth_points(&self, name: &str) -> (String, Vec<BTreeMap<String, f64>>) {
@@ -207,44 +199,32 @@ fn the_reference_scans_are_complete_rightly_labelled_and_measured_within_their_u
     verdicts.settle();
 }
 
-/// Recall, labels, strays, noise and normalised error of the frames that have truth.
-fn points_against_truth(rig: &Rig, name: &str, cloud: &[BTreeMap<String, f64>], verdicts: &mut Verdicts) {
+/// Recall, labels, noise and normalised error in the frames that have truth; strays in all frames.
+fn points_against_truth(rig: &Rig, name: &str, cloud: &[CloudPoint], verdicts: &mut Verdicts) {
     let manifest: Value =
         serde_json::from_str(&std::fs::read_to_string(rig.capture.join("capture.json")).unwrap()).unwrap();
     let width_px = number(&manifest, "/camera/width_px");
     let curves = TruthCurves::new(&rig.truth_points(name).1);
     let scan = manifest["scans"].as_array().unwrap().iter().find(|scan| scan["name"] == name).unwrap();
-    let stage: Vec<f64> = (0..3).map(|axis| number(&rig.truth, &format!("/stage/{axis}"))).collect();
+    let stage_z = number(&rig.truth, "/stage/2");
     let mut found = std::collections::BTreeSet::new();
-    let (mut squares, mut normalised, mut n, mut wrong, mut stray, mut seen) = (0.0, 0.0, 0.0, 0, 0, 0);
-    for point in cloud {
-        let frame = point["frame"] as i64;
-        if !curves.frames.contains(&frame) {
-            continue;
-        }
-        seen += 1;
-        let order = point["order"] as i64;
-        let nearest = curves.nearest(frame, point["u_px"], point["v_px"]);
-        let Some((true_order, distance_px, z_mm)) = nearest.filter(|nearest| nearest.1 < ON_LINE_PX) else {
-            stray += 1;
-            continue;
-        };
+    let (mut squares, mut normalised, mut n, mut wrong) = (0.0, 0.0, 0.0, 0);
+    for point in cloud.iter().filter(|point| curves.frames.contains(&i64::from(point.frame))) {
+        let (frame, order, u) = (i64::from(point.frame), i64::from(point.order), f64::from(point.u_px));
+        let nearest = curves.nearest(frame, u, f64::from(point.v_px));
+        let Some((true_order, _, z_mm)) = nearest.filter(|nearest| nearest.1 < ON_LINE_PX) else { continue };
         wrong += i32::from(true_order != order);
         let position = number(scan, &format!("/frames/{frame}/position_mm"));
-        let error = point["z_mm"] + stage[2] * position - z_mm;
-        if error.abs() > STRAY_MM {
-            stray += 1;
-            continue;
+        let error = point.z_mm + stage_z * position - z_mm;
+        if error.abs() < STRAY_MM {
+            squares += error * error;
+            normalised += (error / f64::from(point.sigma_mm)).powi(2);
+            n += 1.0;
+            found.insert((frame, order, u.round() as i64));
         }
-        let _ = distance_px;
-        squares += error * error;
-        normalised += (error / point["sigma_mm"]).powi(2);
-        n += 1.0;
-        found.insert((frame, order, point["u_px"].round() as i64));
     }
     let visible = curves.columns(width_px);
     let recalled = visible.iter().filter(|column| found.contains(column)).count();
-    let noise_mm = f64::sqrt(squares / n);
     verdicts.demand(
         &format!("{name}: recall of line columns"),
         recalled as f64 / visible.len() as f64,
@@ -252,15 +232,53 @@ fn points_against_truth(rig: &Rig, name: &str, cloud: &[BTreeMap<String, f64>], 
         1.0,
     );
     verdicts.demand(&format!("{name}: points with a wrong order"), f64::from(wrong), 0.0, 0.0);
+    let scene = TrueScene::new(&rig.truth[format!("{name}_scene")]);
+    let strays = cloud.iter().filter(|point| scene.distance_mm(point) > STRAY_MM).count();
     verdicts.demand(
         &format!("{name}: share of stray points"),
-        f64::from(stray) / f64::from(seen),
+        strays as f64 / cloud.len() as f64,
         0.0,
         STRAY_SHARE,
     );
-    verdicts.demand(&format!("{name}: depth error of a point, mm"), noise_mm, 0.0, POINT_NOISE_MM);
+    verdicts.demand(&format!("{name}: depth error of a point, mm"), f64::sqrt(squares / n), 0.0, POINT_NOISE_MM);
     let rms = f64::sqrt(normalised / n);
     verdicts.demand(&format!("{name}: depth error over σ, RMS"), rms, NORMALISED.0, NORMALISED.1);
+}
+
+/// The part and its table as they really were, in the part frame.
+struct TrueScene {
+    table: (Vector3<f64>, Vector3<f64>),
+    block: Option<(Matrix3<f64>, Vector3<f64>, Vector3<f64>)>,
+    ball: Option<(Vector3<f64>, f64)>,
+}
+
+impl TrueScene {
+    fn new(scene: &Value) -> Self {
+        let vector = |pointer: &str| Vector3::from_fn(|axis, _| number(scene, &format!("{pointer}/{axis}")));
+        let point = vector("/table_point");
+        if scene["kind"] == "sphere" {
+            let ball = Some((vector("/center"), number(scene, "/radius_mm")));
+            return Self { table: (point, vector("/normal")), block: None, ball };
+        }
+        let axes = Matrix3::from_fn(|row, column| number(scene, &format!("/R/{row}/{column}")));
+        let (half, normal) = (vector("/half_mm"), axes.column(2).into_owned());
+        Self { table: (point, normal), block: Some((axes, point + normal * half.z, half)), ball: None }
+    }
+
+    /// Distance to the nearest surface.
+    fn distance_mm(&self, point: &CloudPoint) -> f64 {
+        let at = Vector3::new(point.x_mm, point.y_mm, point.z_mm);
+        let mut distance = (at - self.table.0).dot(&self.table.1).abs();
+        if let Some((axes, centre, half)) = &self.block {
+            let beyond = (axes.transpose() * (at - centre)).abs() - half;
+            let outside = beyond.map(|side| side.max(0.0)).norm();
+            distance = distance.min((outside + beyond.max().min(0.0)).abs());
+        }
+        if let Some((centre, radius)) = &self.ball {
+            distance = distance.min(((at - centre).norm() - radius).abs());
+        }
+        distance
+    }
 }
 
 /// The true lines per frame and order, in order of u; neighbours closer than [`Self::GAP_PX`] are one piece.
@@ -305,10 +323,13 @@ impl TruthCurves {
     }
 
     fn at(piece: &[[f64; 3]], u: f64) -> Option<[f64; 2]> {
-        let pair = piece.windows(2).find(|pair| {
-            let (low, high) = (pair[0][0].min(pair[1][0]), pair[0][0].max(pair[1][0]));
-            (low..=high).contains(&u)
-        })?;
+        let (first, last) = (piece.first()?[0], piece.last()?[0]);
+        if piece.len() < 2 || u < first.min(last) - Self::GAP_PX || u > first.max(last) + Self::GAP_PX {
+            return None;
+        }
+        // Beyond the outermost truth points the line goes on for up to their spacing.
+        let beyond = |pair: &[[f64; 3]]| (pair[0][0] - u).max(u - pair[1][0]).max(0.0);
+        let pair = piece.windows(2).min_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
         let share = (u - pair[0][0]) / (pair[1][0] - pair[0][0]);
         Some([1, 2].map(|axis| pair[0][axis] + share * (pair[1][axis] - pair[0][axis])))
     }
