@@ -76,6 +76,8 @@ pub(crate) struct Layer {
     order: i8,
     /// Median σ of the points.
     sigma_mm: f64,
+    /// The pixel coordinate that runs along the line.
+    along: fn(&CloudPoint) -> f32,
     /// Point indices of each frame, sorted along the line.
     profiles: Vec<Vec<u32>>,
 }
@@ -100,7 +102,7 @@ fn layer(cloud: &Cloud, indices: &[u32]) -> Layer {
     for profile in &mut profiles {
         profile.sort_by(|&a, &b| along(at(a)).total_cmp(&along(at(b))).then(a.cmp(&b)));
     }
-    Layer { order: at(indices[0]).order, sigma_mm: median(&mut sigmas), profiles }
+    Layer { order: at(indices[0]).order, sigma_mm: median(&mut sigmas), along, profiles }
 }
 
 /// u or v, whichever varies more within the profiles.

@@ -61,6 +61,23 @@ fn a_step_is_cut_and_a_slope_is_not() {
 }
 
 #[test]
+fn a_profile_that_jumps_across_the_line_does_not_fall_out_of_step() {
+    // On a block the line is displaced by 4 mm across, and one frame is displaced where its neighbour is not.
+    let mut cloud = scan(&[0], |_, _| 400.0, false);
+    for point in &mut cloud.points {
+        let end_mm = 10.0 + 0.3 * f64::from(point.frame % 3);
+        if (6.0..end_mm).contains(&point.x_mm) {
+            point.y_mm -= 4.0;
+            point.z_mm -= 8.9;
+        }
+    }
+    let mesh = mesh_from_cloud(&cloud, &MeshParams::default());
+    let beyond = mesh.triangles.iter().filter(|t| t.iter().all(|&idx| mesh.vertices_mm[idx as usize][0] > 11.0));
+    // From x = 11.2 to 19.8 mm: 43 steps of two triangles between 40 frames.
+    assert_eq!(beyond.count(), 39 * 43 * 2);
+}
+
+#[test]
 fn clouds_without_neighbours_give_an_empty_mesh() {
     assert!(mesh_from_cloud(&Cloud::default(), &MeshParams::default()).triangles.is_empty());
     let mut single = scan(&[0], |_, _| 400.0, false);

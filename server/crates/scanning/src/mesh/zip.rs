@@ -72,18 +72,25 @@ fn nearest(points: &[CloudPoint], from: u32, profile: &[u32]) -> Option<f64> {
 pub(super) fn triangles(points: &[CloudPoint], layer: &Layer, limits: &Limits) -> Vec<[u32; 3]> {
     let mut triangles = Vec::new();
     for pair in layer.profiles.windows(2) {
-        zip_pair(points, &pair[0], &pair[1], limits, &mut triangles);
+        zip_pair(points, layer.along, (&pair[0], &pair[1]), limits, &mut triangles);
     }
     triangles
 }
 
-/// Walks along two profiles and always takes the shorter of the two possible new edges.
-fn zip_pair(points: &[CloudPoint], near: &[u32], far: &[u32], limits: &Limits, out: &mut Vec<[u32; 3]>) {
+/// Walks along two profiles in step: the one whose next point comes first along the line moves on.
+///
+/// Distances must not decide: where one profile jumps (onto a block and off it), they leave it behind for good.
+fn zip_pair(
+    points: &[CloudPoint],
+    along: fn(&CloudPoint) -> f32,
+    (near, far): (&[u32], &[u32]),
+    limits: &Limits,
+    out: &mut Vec<[u32; 3]>,
+) {
+    let at = |idx: &u32| along(&points[*idx as usize]);
     let (mut i, mut j) = (0, 0);
     while i + 1 < near.len() || j + 1 < far.len() {
-        let next_near = near.get(i + 1).map(|&to| lateral(points, to, far[j]));
-        let next_far = far.get(j + 1).map(|&to| lateral(points, near[i], to));
-        let along_near = match (next_near, next_far) {
+        let along_near = match (near.get(i + 1).map(at), far.get(j + 1).map(at)) {
             (Some(on_near), Some(on_far)) => on_near <= on_far,
             (on_near, _) => on_near.is_some(),
         };
