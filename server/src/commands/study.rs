@@ -20,7 +20,10 @@ pub fn run(args: &StudyArgs, reporter: &Reporter) -> Result<Answer, Failure> {
 
 fn run_paper(args: &StudyPaperArgs, reporter: &Reporter) -> Result<Answer, Failure> {
     if args.seeds < MIN_SEEDS {
-        return Err(Failure::new(Exit::Usage, format!("--seeds {} is too few: give at least {MIN_SEEDS}", args.seeds)));
+        return Err(Failure::new(
+            Exit::Usage,
+            format!("--seeds {} is too few: give at least {MIN_SEEDS}", args.seeds),
+        ));
     }
     let task = reporter.fraction("simulating stations");
     let study = paper::run(args.seeds, &|done| task.at("simulating stations", done));

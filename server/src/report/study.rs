@@ -16,19 +16,32 @@ const PLOT_HEIGHT: f64 = 240.0;
 
 /// The whole page.
 pub fn study_page(study: &PaperStudy) -> String {
-    let lead = "Simulated stations with known truth: depth RMSE over the working volume by the three light models.";
+    let lead =
+        "Simulated stations with known truth: depth RMSE over the working volume by the three light models.";
     let mut page = Page::new("Study: the paper's regime", lead);
     if let Some(row) = study.claim.first() {
         let ratio = row.errors.pencil_mm / row.errors.planes_mm;
         page.tiles(&[
             Tile::new(format!("{ratio:.3}"), "pencil / planes, 3 poses", "the paper reports 0.624"),
-            Tile::new(format!("{:.3}", row.errors.grating_mm / row.errors.planes_mm), "grating / planes, 3 poses", ""),
-            Tile::new(format!("{:.2}", row.errors.grating_mm / row.bound_mm), "grating / Cramér–Rao bound", "1 cannot be beaten"),
+            Tile::new(
+                format!("{:.3}", row.errors.grating_mm / row.errors.planes_mm),
+                "grating / planes, 3 poses",
+                "",
+            ),
+            Tile::new(
+                format!("{:.2}", row.errors.grating_mm / row.bound_mm),
+                "grating / Cramér–Rao bound",
+                "1 cannot be beaten",
+            ),
         ]);
     }
     page.section("The claim", "Narrow field, normal incidence, coarse centrelines.", &claim(study));
     page.section("Where planes break", "Wide fields bow the outer sheets; planes cannot follow.", &fields(study));
-    page.section("Corners and the bound", "With the camera in the problem its corners limit everything.", &corners(study));
+    page.section(
+        "Corners and the bound",
+        "With the camera in the problem its corners limit everything.",
+        &corners(study),
+    );
     page.section("Figures", "The same as text.", &format!("<pre>{}</pre>", escape(&study_text(study))));
     page.finish()
 }
@@ -88,7 +101,8 @@ fn corners(study: &PaperStudy) -> String {
         PLOT_WIDTH,
         PLOT_HEIGHT,
     );
-    let bound: Vec<(f64, f64)> = study.corners.iter().map(|row| (row.corner_sigma_px, 1e3 * row.bound_mm)).collect();
+    let bound: Vec<(f64, f64)> =
+        study.corners.iter().map(|row| (row.corner_sigma_px, 1e3 * row.bound_mm)).collect();
     plot.line(&bound, "stroke:#888;stroke-width:2;stroke-dasharray:5 4");
     let grating = study.corners.iter().map(|row| (row.corner_sigma_px, 1e3 * row.grating_mm));
     plot.dots(grating, 8.0, &format!("stroke:{}", MODEL_COLOURS[2].1));

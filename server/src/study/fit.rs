@@ -59,9 +59,10 @@ pub fn joint_bundle(
         orders: &orders,
         sheet_wavelength_over_period: regime.wavelength_over_period(),
     };
-    let light_only = station.light.as_ref().map_or(Priors::default(), |light| {
-        light_priors(&scene, light, &lit_points(&scene, &simulation.laser))
-    });
+    let light_only = station
+        .light
+        .as_ref()
+        .map_or(Priors::default(), |light| light_priors(&scene, light, &lit_points(&scene, &simulation.laser)));
     let priors = Priors { camera: camera_priors(&station.camera, known_camera), ..light_only };
     let free = free_parameters(station, known_camera);
     Bundle::new(simulation.views.clone(), simulation.laser.clone(), free, true, priors, station.poses.len())
@@ -109,8 +110,7 @@ fn camera_priors(camera: &Camera, known_camera: KnownCamera) -> Vec<calibration:
 
 /// Poses (and camera) from the corners alone, started at the truth: the minimum does not depend on the start.
 fn boards_from_corners(simulation: &Simulation, known_camera: KnownCamera) -> Option<Station> {
-    let truth =
-        Station { camera: simulation.camera, light: None, stage: None, poses: simulation.poses.clone() };
+    let truth = Station { camera: simulation.camera, light: None, stage: None, poses: simulation.poses.clone() };
     let priors = Priors { camera: camera_priors(&truth.camera, known_camera), ..Priors::default() };
     let free = free_parameters(&truth, known_camera);
     let bundle = Bundle::new(simulation.views.clone(), Vec::new(), free, true, priors, truth.poses.len());

@@ -36,6 +36,12 @@ pub struct ModelErrors {
     pub grating_mm: f64,
 }
 
+/// Noise of a good centreline, px …
+const LINE_SIGMA_PX: f64 = 0.15;
+
+/// … of which one point in so many columns is independent: the noise's correlation length.
+const LINE_SPACING_PX: f64 = 8.0;
+
 /// One regime with its bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClaimRow {
@@ -86,7 +92,8 @@ pub struct PaperStudy {
 pub fn run(seeds: u64, progress: &dyn Fn(f64)) -> PaperStudy {
     let claim_poses = [3, 5];
     let n_cells = FIELD_HALF_WIDTHS_MM.len() * GRATING_TILTS_DEG.len();
-    let total = (claim_poses.len() + CORNER_SIGMAS_PX.len()) as f64 * seeds as f64 + (n_cells as u64 * SEEDS_PER_CELL) as f64;
+    let total = (claim_poses.len() + CORNER_SIGMAS_PX.len()) as f64 * seeds as f64
+        + (n_cells as u64 * SEEDS_PER_CELL) as f64;
     let mut done = 0.0;
     let mut step = |n: u64| {
         done += n as f64;
@@ -123,7 +130,8 @@ fn field_row(field_half_width_mm: f64, grating_tilt_deg: f64) -> FieldRow {
         field_half_width_mm,
         grating_tilt_rad: grating_tilt_deg.to_radians(),
         n_poses: MANY_POSES,
-        line_sigma_px: 0.15,
+        line_sigma_px: LINE_SIGMA_PX,
+        line_spacing_px: LINE_SPACING_PX,
         corner_sigma_px: 0.021,
     };
     let (errors, _) = over_seeds(&regime, SEEDS_PER_CELL, KnownCamera::Yes, &LightModelKind::ALL);
@@ -135,7 +143,8 @@ fn corner_row(corner_sigma_px: f64, seeds: u64) -> CornerRow {
         field_half_width_mm: 75.0,
         grating_tilt_rad: 2f64.to_radians(),
         n_poses: 17,
-        line_sigma_px: 0.15,
+        line_sigma_px: LINE_SIGMA_PX,
+        line_spacing_px: LINE_SPACING_PX,
         corner_sigma_px,
     };
     let (errors, bound_mm) = over_seeds(&regime, seeds, KnownCamera::No, &[LightModelKind::Grating]);
@@ -165,6 +174,7 @@ fn over_seeds(
             (LightModelKind::ALL.map(error), bound)
         })
         .collect();
+    if std::env::var("DBG").is_ok() { eprintln!("{regime:?}"); for p in &per_seed { eprintln!("{:.4?} {:.4}", p.0, p.1); } }
     let rms = |of: &dyn Fn(&([f64; 3], f64)) -> f64| {
         (per_seed.iter().map(|seed| of(seed).powi(2)).sum::<f64>() / per_seed.len() as f64).sqrt()
     };

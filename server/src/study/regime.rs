@@ -24,6 +24,9 @@ const THROW_MM: f64 = 425.0;
 /// Tilts of the boards about both axes, rad: ±20°, what a person holds.
 const BOARD_TILT_RAD: f64 = 0.35;
 
+/// Squares of the smallest board, mm: nine rows of them catch the outermost orders, 26 mm from the middle.
+const SMALLEST_SQUARE_MM: f64 = 12.0;
+
 /// Corners of the simulated board.
 pub const BOARD_COLUMNS: usize = 11;
 /// Corners of the simulated board.
@@ -32,7 +35,7 @@ pub const BOARD_ROWS: usize = 8;
 /// What a case varies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Regime {
-    /// Half the width of board and lines at the working distance.
+    /// Half the length of the lines at the working distance.
     pub field_half_width_mm: f64,
     /// Angle between grating normal and projector axis.
     pub grating_tilt_rad: f64,
@@ -40,6 +43,8 @@ pub struct Regime {
     pub n_poses: usize,
     /// Noise of a centreline point across the line.
     pub line_sigma_px: f64,
+    /// Columns between independent centreline points.
+    pub line_spacing_px: f64,
     /// Noise of a corner per axis.
     pub corner_sigma_px: f64,
 }
@@ -52,6 +57,7 @@ impl Regime {
             grating_tilt_rad: 0.0,
             n_poses: 3,
             line_sigma_px: 0.5,
+            line_spacing_px: 8.0,
             corner_sigma_px: 0.05,
         }
     }
@@ -88,9 +94,9 @@ impl Regime {
         }
     }
 
-    /// Side of the board's squares, mm: the board spans the field.
+    /// Side of the board's squares, mm: the board catches all orders and spans the field.
     pub fn square_mm(&self) -> f64 {
-        2.0 * self.field_half_width_mm / (BOARD_COLUMNS + 1) as f64
+        SMALLEST_SQUARE_MM.max(2.0 * self.field_half_width_mm / (BOARD_COLUMNS + 1) as f64)
     }
 
     /// Board poses drawn from `random`: tilts about both axes, depths through the working volume. The first three

@@ -4,14 +4,10 @@ use calibration::bundle::BoardPose;
 use calibration::observation::{CornerObservation, CornerView, LaserObservation};
 use nalgebra::{Vector2, Vector3};
 use optics::{Camera, Grating};
-use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
 use super::regime::{BOARD_COLUMNS, BOARD_ROWS, DISTANCE_MM, HALF_DEPTH_MM, Regime};
-
-/// Columns between simulated laser points: one each, as a centreline has.
-const SPACING_PX: f64 = 1.0;
 
 /// Fan angle steps in which a line is traced before it is sampled, rad: 0.04 px of sag between two.
 const TRACE_STEP_RAD: f64 = 2e-3;
@@ -84,6 +80,9 @@ fn corners(regime: &Regime, camera: &Camera, pose: &BoardPose, random: &mut Pcg6
             let board_mm = Vector3::new(column as f64, row as f64, 0.0) * regime.square_mm();
             let Some(pixel) = camera.project(&(pose.rotation * board_mm + pose.translation_mm)) else { continue };
             let pixel = pixel + Vector2::new(noise(random), noise(random)) * sigma_px;
+            if !in_image(camera, &pixel) {
+                continue;
+            }
             seen.push(CornerObservation { board_mm, pixel, sigma_px });
         }
     }
@@ -128,7 +127,7 @@ fn line(
                 sigma_px: regime.line_sigma_px,
                 independence: 1.0,
             });
-            next_u += SPACING_PX * (1.0 + 1e-9 * random.random::<f64>());
+            next_u += regime.line_spacing_px;
         }
     }
     points
@@ -149,13 +148,13 @@ fn lit_pixel(
     let hit = ray.origin_mm + ray.direction * reach;
     let pixel = camera.project(&hit)?;
     let squares = (pose.rotation.inverse() * (hit - pose.translation_mm)) / regime.square_mm();
-    let on_board = squares.x > -1.0
-        && squares.x < BOARD_COLUMNS as f64
-        && squares.y > -1.0
-        && squares.y < BOARD_ROWS as f64;
-    let in_image = pixel.x >= 0.0
-        && pixel.y >= 0.0
-        && pixel.x <= camera.width_px as f64 - 1.0
-        && pixel.y <= camera.height_px as f64 - 1.0;
-    Some((pixel, on_board && in_image))
+    let on_board =
+        squares.x > -1.0 && squares.x < BOARD_COLUMNS as f64 && squares.y > -1.0 && squares.y < BOARD_ROWS as f64;
+    let in_field = hit.x.abs() <= regime.field_half_width_mm * hit.z / DISTANCE_MM;
+    Some((pixel, on_board && in_field && in_image(camera, &pixel)))
+}
+
+fn in_image(camera: &Camera, pixel: &Vector2<f64>) -> bool {
+    let (right, bottom) = (camera.width_px as f64 - 1.0, camera.height_px as f64 - 1.0);
+    pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x <= right && pixel.y <= bottom
 }

@@ -13,8 +13,11 @@ const RATIO_OF_THE_PAPER: f64 = 0.624;
 /// Tables for a person, µm.
 pub fn study_text(study: &PaperStudy) -> String {
     let mut text = String::new();
-    let _ = writeln!(text, "Depth RMSE over the working volume in µm, root mean square over {} seeds.\n", study.seeds);
-    text.push_str("The paper's regime: field ±15 mm at 400 mm, normal incidence, centreline 0.5 px, corners 0.05 px,\n");
+    let _ =
+        writeln!(text, "Depth RMSE over the working volume in µm, root mean square over {} seeds.\n", study.seeds);
+    text.push_str(
+        "The paper's regime: field ±15 mm at 400 mm, normal incidence, centreline 0.5 px, corners 0.05 px,\n",
+    );
     text.push_str("camera known. The bound is Cramér–Rao's for boards and grating together.\n\n");
     text.push_str(" poses   planes   pencil  grating    bound   pencil/planes  grating/planes  grating/bound\n");
     for row in &study.claim {
@@ -45,7 +48,9 @@ pub fn study_text(study: &PaperStudy) -> String {
             text.push('\n');
         }
     }
-    text.push_str("\nWhat corners do to the bound: everything estimated, camera too; 17 poses, field ±75 mm, tilt 2°.\n\n");
+    text.push_str(
+        "\nWhat corners do to the bound: everything estimated, camera too; 17 poses, field ±75 mm, tilt 2°.\n\n",
+    );
     text.push_str(" corner noise px   grating    bound   grating/bound\n");
     for row in &study.corners {
         let _ = writeln!(
@@ -62,7 +67,8 @@ pub fn study_text(study: &PaperStudy) -> String {
 
 /// The same for a machine, mm.
 pub fn study_json(study: &PaperStudy, plot: &Path) -> Value {
-    let errors = |e: &ModelErrors| json!({"planes_mm": e.planes_mm, "pencil_mm": e.pencil_mm, "grating_mm": e.grating_mm});
+    let errors =
+        |e: &ModelErrors| json!({"planes_mm": e.planes_mm, "pencil_mm": e.pencil_mm, "grating_mm": e.grating_mm});
     json!({
         "seeds": study.seeds,
         "claim": study.claim.iter().map(|row| json!({
