@@ -331,8 +331,8 @@ pub enum Study {
 /// `sheaf study paper`.
 #[derive(Debug, Args)]
 pub struct StudyPaperArgs {
-    /// Seeds per case.
-    #[arg(long, default_value_t = 24)]
+    /// Seeds per row of the first table.
+    #[arg(long, default_value_t = 100)]
     pub seeds: u64,
     /// Where the plot goes.
     #[arg(long, value_name = "PLOT.html", default_value = "study-paper.html")]

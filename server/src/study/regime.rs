@@ -10,7 +10,7 @@ use rand_pcg::Pcg64Mcg;
 pub const DISTANCE_MM: f64 = 400.0;
 
 /// Depth of the working volume to either side of the centre, mm.
-pub const HALF_DEPTH_MM: f64 = 20.0;
+pub const HALF_DEPTH_MM: f64 = 10.0;
 
 /// Focal length of the simulated camera, px: 1280 columns see 204 mm at 400 mm, as the reference station.
 const FOCAL_PX: f64 = 2518.0;
@@ -24,13 +24,16 @@ const THROW_MM: f64 = 425.0;
 /// Tilts of the boards about both axes, rad: ±20°, what a person holds.
 const BOARD_TILT_RAD: f64 = 0.35;
 
-/// Squares of the smallest board, mm: nine rows of them catch the outermost orders, 26 mm from the middle.
-const SMALLEST_SQUARE_MM: f64 = 12.0;
+/// Squares of the smallest board, mm: nine rows of them catch the outermost orders, 26 mm from the middle, when tilted.
+const SMALLEST_SQUARE_MM: f64 = 9.0;
 
 /// Corners of the simulated board.
 pub const BOARD_COLUMNS: usize = 11;
 /// Corners of the simulated board.
 pub const BOARD_ROWS: usize = 8;
+
+/// Columns over which the noise of a speckled centreline is shared: what the extraction measures on speckled lines.
+const SPECKLE_CORRELATION_PX: f64 = 12.0;
 
 /// What a case varies.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +60,7 @@ impl Regime {
             grating_tilt_rad: 0.0,
             n_poses: 3,
             line_sigma_px: 0.5,
-            line_spacing_px: 8.0,
+            line_spacing_px: SPECKLE_CORRELATION_PX,
             corner_sigma_px: 0.05,
         }
     }

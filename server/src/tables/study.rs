@@ -13,8 +13,11 @@ const RATIO_OF_THE_PAPER: f64 = 0.624;
 /// Tables for a person, µm.
 pub fn study_text(study: &PaperStudy) -> String {
     let mut text = String::new();
-    let _ =
-        writeln!(text, "Depth RMSE over the working volume in µm, root mean square over {} seeds.\n", study.seeds);
+    let _ = writeln!(
+        text,
+        "Depth RMSE over the working volume in µm, root mean square over {} seeds (first table).\n",
+        study.seeds
+    );
     text.push_str(
         "The paper's regime: field ±15 mm at 400 mm, normal incidence, centreline 0.5 px, corners 0.05 px,\n",
     );
