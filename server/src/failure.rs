@@ -43,7 +43,11 @@ impl Exit {
 
 /// An error on its way to the person: what failed, where, why, and what to do about it.
 #[derive(Debug)]
-pub struct Failure {
+pub struct Failure(Box<Content>);
+
+/// What a failure says; boxed, so that results stay small.
+#[derive(Debug)]
+struct Content {
     exit: Exit,
     what: String,
     file: Option<String>,
@@ -56,7 +60,7 @@ pub struct Failure {
 impl Failure {
     /// A failure with its exit code and one line of what failed.
     pub fn new(exit: Exit, what: impl Into<String>) -> Self {
-        Self {
+        Self(Box::new(Content {
             exit,
             what: what.into(),
             file: None,
@@ -64,7 +68,7 @@ impl Failure {
             causes: Vec::new(),
             remedy: None,
             about_content: false,
-        }
+        }))
     }
 
     /// Something in the input is wrong.
@@ -87,13 +91,13 @@ impl Failure {
 
     /// The file it is about.
     pub fn in_file(mut self, path: &Path) -> Self {
-        self.file = Some(path.display().to_string());
+        self.0.file = Some(path.display().to_string());
         self
     }
 
     /// The entry of that file, such as `poses[3].laser`.
     pub fn at_entry(mut self, entry: impl Into<String>) -> Self {
-        self.entry = Some(entry.into());
+        self.0.entry = Some(entry.into());
         self
     }
 
@@ -102,8 +106,8 @@ impl Failure {
         let mut next = Some(error);
         while let Some(cause) = next {
             let text = cause.to_string();
-            if self.causes.last() != Some(&text) && self.what != text {
-                self.causes.push(text);
+            if self.0.causes.last() != Some(&text) && self.0.what != text {
+                self.0.causes.push(text);
             }
             next = cause.source();
         }
@@ -112,46 +116,46 @@ impl Failure {
 
     /// What the person can do.
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
-        self.remedy = Some(remedy.into());
+        self.0.remedy = Some(remedy.into());
         self
     }
 
     /// Marks a picture that was read well and shows the wrong thing: one may choose to go on without it.
     pub fn about_content(mut self) -> Self {
-        self.about_content = true;
+        self.0.about_content = true;
         self
     }
 
     /// See [`Failure::about_content`].
     pub fn is_about_content(&self) -> bool {
-        self.about_content
+        self.0.about_content
     }
 
     /// What failed, in one line.
     pub fn what(&self) -> &str {
-        &self.what
+        &self.0.what
     }
 
     /// The exit code.
     pub fn exit(&self) -> Exit {
-        self.exit
+        self.0.exit
     }
 
     /// Lines for a person.
     pub fn to_text(&self) -> String {
-        let mut text = format!("error: {}", self.what);
-        let place: Vec<&str> = [self.file.as_deref(), self.entry.as_deref()]
+        let mut text = format!("error: {}", self.0.what);
+        let place: Vec<&str> = [self.0.file.as_deref(), self.0.entry.as_deref()]
             .into_iter()
             .flatten()
-            .filter(|place| !self.what.contains(place))
+            .filter(|place| !self.0.what.contains(place))
             .collect();
         if !place.is_empty() {
             let _ = write!(text, "\n   at: {}", place.join(", entry "));
         }
-        for cause in &self.causes {
+        for cause in &self.0.causes {
             let _ = write!(text, "\ncause: {cause}");
         }
-        if let Some(remedy) = &self.remedy {
+        if let Some(remedy) = &self.0.remedy {
             let _ = write!(text, "\nremedy: {remedy}");
         }
         text
@@ -160,13 +164,13 @@ impl Failure {
     /// The problem for a machine.
     pub fn to_json(&self) -> Value {
         json!({ "problem": {
-            "kind": self.exit.name(),
-            "exit_code": self.exit as u8,
-            "what": self.what,
-            "file": self.file,
-            "entry": self.entry,
-            "causes": self.causes,
-            "remedy": self.remedy,
+            "kind": self.0.exit.name(),
+            "exit_code": self.0.exit as u8,
+            "what": self.0.what,
+            "file": self.0.file,
+            "entry": self.0.entry,
+            "causes": self.0.causes,
+            "remedy": self.0.remedy,
         }})
     }
 }

@@ -281,10 +281,13 @@ impl TrueScene {
     }
 }
 
+/// An order and its points (u, v, z).
+type Piece = (i64, Vec<[f64; 3]>);
+
 /// The true lines per frame and order, in order of u; neighbours closer than [`Self::GAP_PX`] are one piece.
 struct TruthCurves {
     frames: std::collections::BTreeSet<i64>,
-    pieces: BTreeMap<i64, Vec<(i64, Vec<[f64; 3]>)>>,
+    pieces: BTreeMap<i64, Vec<Piece>>,
 }
 
 impl TruthCurves {
@@ -294,7 +297,7 @@ impl TruthCurves {
     const STEP_PX: f64 = 12.0;
 
     fn new(points: &[BTreeMap<String, f64>]) -> Self {
-        let mut pieces: BTreeMap<i64, Vec<(i64, Vec<[f64; 3]>)>> = BTreeMap::new();
+        let mut pieces: BTreeMap<i64, Vec<Piece>> = BTreeMap::new();
         for point in points {
             let (frame, order) = (point["frame"] as i64, point["order"] as i64);
             let [u, v, z] = [point["u_px"], point["v_px"], point["z_mm"]];

@@ -75,7 +75,7 @@ impl CloudView {
     }
 
     /// Heights as colours over x and y, as the camera sees the part.
-    pub fn from_above(&self) -> Result<String, Failure> {
+    pub fn seen_from_above(&self) -> Result<String, Failure> {
         let x = bounds(self.points.iter().map(|point| point.x_mm));
         let y = bounds(self.points.iter().map(|point| point.y_mm));
         let cell_mm = ((x.1 - x.0) / CELLS_ACROSS as f64).max(1e-6);
@@ -113,7 +113,7 @@ impl CloudView {
     }
 
     /// Height over x and height over y.
-    pub fn from_the_sides(&self) -> String {
+    pub fn seen_from_the_sides(&self) -> String {
         let drawing = self.side("x, mm", |point| point.x_mm) + &self.side("y, mm", |point| point.y_mm);
         figure(&drawing, "From two sides; colours are orders. Heights are drawn on a scale of their own.")
     }

@@ -35,7 +35,7 @@ pub fn scan_section(page: &mut Page, capture: &Capture, name: &str, result: &Sca
     let keys: Vec<(String, String)> =
         orders.iter().map(|order| (format!("order {}", order_name(*order)), order_hex(*order))).collect();
     let view = CloudView::new(&result.cloud);
-    let views = [view.from_above()?, view.from_the_sides()];
+    let views = [view.seen_from_above()?, view.seen_from_the_sides()];
     let content = legend(&keys)
         + &grid(&views)
         + &gallery(&frames(capture, name, result)?)
