@@ -9,7 +9,7 @@ pub mod image;
 pub mod params;
 
 pub use centreline::{
-    Centrelines, CentrelineMethod, CentrelineParams, CentrelinePoint, LineDirection, Segment, find_centrelines,
+    CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment, find_centrelines,
 };
 pub use corners::{BoardCorners, Corner, CornerError, CornerParams, find_corners};
 pub use image::{GreyImage, ImageError, Pixels};
