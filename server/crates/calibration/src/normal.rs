@@ -54,11 +54,11 @@ impl BlockNormal {
                 }
             }
         }
-        for i in 0..6 {
-            let weighted = weight * block[i];
+        for (i, bi) in block.iter().enumerate() {
+            let weighted = weight * bi;
             self.b[i] += weighted * residual;
-            for j in i..6 {
-                self.bb[(i, j)] += weighted * block[j];
+            for (j, bj) in block.iter().enumerate().skip(i) {
+                self.bb[(i, j)] += weighted * bj;
             }
         }
     }
@@ -135,6 +135,16 @@ impl ArrowNormal {
     /// Half the robust sum of squares.
     pub fn cost(&self) -> f64 {
         self.globals.cost
+    }
+
+    /// Gradient of the robust cost by the globals and by every block.
+    pub fn gradient(&self) -> (DVector<f64>, Vec<Vector6<f64>>) {
+        (self.globals.g.clone(), self.blocks.iter().map(|block| block.b).collect())
+    }
+
+    /// Second derivative of the cost by global `idx` alone: the squared scale of its residuals.
+    pub fn sensitivity(&self, idx: usize) -> f64 {
+        self.globals.gg[(idx, idx)]
     }
 
     /// The Gauss–Newton step with `damping` / range² added to the diagonal; `None` if the system is singular.
