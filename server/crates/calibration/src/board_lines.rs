@@ -5,6 +5,7 @@ use optics::{Camera, LightSurfaces};
 use vision::{CentrelinePoint, Centrelines, LineDirection};
 
 use crate::bundle::{BoardPose, sheet_residual};
+use crate::chaining::label_whole_lines;
 use crate::input::BoardGeometry;
 use crate::observation::LaserObservation;
 use crate::params::{
@@ -33,7 +34,7 @@ pub struct PictureLines {
     pub pieces: Vec<BoardPiece>,
     /// Points left out, by reason.
     pub rejections: Rejections,
-    /// Most lines seen side by side.
+    /// Most lines seen side by side in a column, or on the whole board.
     pub most_side_by_side: usize,
     /// Noise correlation along the lines, px.
     pub correlation_px: f64,
@@ -69,6 +70,8 @@ pub fn picture_lines(
         }
         lines.pieces.extend(run.close());
     }
+    let n_lines = label_whole_lines(&mut lines.pieces, orders, line_direction);
+    lines.most_side_by_side = lines.most_side_by_side.max(n_lines);
     lines
 }
 
@@ -290,7 +293,7 @@ impl Columns {
 }
 
 /// (Along, across) coordinates of a point for lines that run this way.
-fn along_across(point: &CentrelinePoint, line_direction: LineDirection) -> (f64, f64) {
+pub fn along_across(point: &CentrelinePoint, line_direction: LineDirection) -> (f64, f64) {
     match line_direction {
         LineDirection::Rows => (point.u_px, point.v_px),
         LineDirection::Columns => (point.v_px, point.u_px),

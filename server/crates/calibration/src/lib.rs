@@ -14,6 +14,7 @@ mod homography;
 mod zhang;
 
 mod board_lines;
+mod chaining;
 mod laser_points;
 pub mod light_fit;
 

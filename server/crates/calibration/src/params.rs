@@ -65,6 +65,15 @@ pub const BOARD_MARGIN_SQUARES: f64 = 1.0;
 /// many σ (the median of |z| is 0.67 on the board; a board thickness beyond it is hundreds).
 pub const MARGIN_REJECT_SIGMAS: f64 = 1.5;
 
+/// Points at the end of a piece that say where it points: long enough for a slope to a hundredth at 0.3 px of noise.
+pub const JOIN_END_POINTS: usize = 40;
+
+/// Pieces are joined across gaps up to this many times their own lengths: one dark square between two bright ones.
+pub const JOIN_MAX_GAP_LENGTHS: f64 = 1.5;
+
+/// … if their continuations miss each other by no more than this, px; lines are tens of pixels apart.
+pub const JOIN_TOLERANCE_PX: f64 = 5.0;
+
 /// A line on the board needs this many columns to be used.
 pub const MIN_LINE_COLUMNS: usize = 24;
 

@@ -237,3 +237,23 @@ fn pictures_without_laser_give_a_camera_alone() {
     assert!((result.calibration.camera.fx_px - 2518.0).abs() < 1.0);
     assert!(result.report.light.is_none() && result.calibration.stage.is_some());
 }
+
+#[test]
+fn lines_broken_on_every_dark_square_are_still_told_apart() {
+    let rig = Rig::new(13);
+    let mut input = rig.input(8, 0);
+    // Every line in pieces of 90 columns out of 150, shifted from line to line: no column shows all five.
+    for pose in &mut input.poses {
+        let lines = pose.centrelines.as_mut().unwrap();
+        let whole = std::mem::take(&mut lines.segments);
+        for (line, segment) in whole.into_iter().enumerate() {
+            let cell = |u_px: f64| (u_px as usize + 60 * line) / 150;
+            let lit = |u_px: f64| (u_px as usize + 60 * line) % 150 < 90;
+            let points: Vec<_> = segment.points.into_iter().filter(|p| lit(p.u_px)).collect();
+            let pieces = points.chunk_by(|a, b| cell(a.u_px) == cell(b.u_px));
+            lines.segments.extend(pieces.map(|piece| vision::Segment { points: piece.to_vec() }));
+        }
+    }
+    let result = calibrated(&input).unwrap();
+    assert!(depth_errors(&rig, &result.calibration).1 < THREE_SIGMA);
+}
