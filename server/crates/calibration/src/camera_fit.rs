@@ -161,9 +161,8 @@ fn decide_k3(
 fn noise_ratio(station: &Station, views: &[CornerView], n_globals: usize) -> f64 {
     let mut sum = 0.0;
     let mut n = 0usize;
-    for (view, corner, error) in residuals(station, views) {
-        let _ = view;
-        let z = error.norm() / corner;
+    for (_, sigma_px, error) in residuals(station, views) {
+        let z = error.norm() / sigma_px;
         // The Huber weight keeps gross errors from setting the scale.
         sum += huber(z, CORNER_HUBER_SIGMAS).1 * z * z;
         n += 2;

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use optics::{Grating, Pencil, Plane};
 
-use crate::params::GAP_PRIOR_MM;
+use crate::params::{GAP_PRIOR_MM, MIN_TIED_ORDERS};
 
 /// A lit point on a board, camera frame, with its order.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,7 @@ pub fn pencil_from_planes(
     points: &[LitPoint],
     wavelength_over_period: f64,
 ) -> Option<Pencil> {
-    if planes.len() < 3 {
+    if planes.len() < MIN_TIED_ORDERS {
         return None;
     }
     let scatter: Matrix3<f64> = planes.iter().map(|(_, p)| p.normal * p.normal.transpose()).sum();

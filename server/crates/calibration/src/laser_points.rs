@@ -10,7 +10,7 @@ use crate::light_fit::{Scene, fit_light, lit_points};
 use crate::observation::{LaserObservation, huber};
 use crate::params::{
     DEPTH_RANGE_MARGIN, LASER_HUBER_SIGMAS, LASER_REJECT_SIGMAS, MIN_LASER_POSES, MIN_LINE_COLUMNS,
-    MIN_RELATIVE_DEPTH_SPAN, POINTS_PER_CORRELATION,
+    MIN_RANKED_BOARDS, MIN_RELATIVE_DEPTH_SPAN, MIN_TIED_ORDERS, POINTS_PER_CORRELATION,
 };
 use crate::report::Rejections;
 
@@ -62,38 +62,51 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
     let spacing = (correlation_px / POINTS_PER_CORRELATION).round().max(1.0) as usize;
     let on_pattern: Vec<BoardPiece> = pieces.iter().filter(|piece| piece.on_pattern).cloned().collect();
     let ranked = observations(&on_pattern, spacing, correlation_px);
-    check_seen(scene, &ranked, most_side_by_side)?;
-    let kind = if scene.orders.len() >= 3 { LightModelKind::Grating } else { LightModelKind::Planes };
+    check_ranked(scene, &ranked, most_side_by_side)?;
+    let kind =
+        if scene.orders.len() >= MIN_TIED_ORDERS { LightModelKind::Grating } else { LightModelKind::Planes };
     let light = fit_light(scene, &ranked, kind, None)?;
     label_by_prediction(&mut pieces, scene.camera, scene.poses, &light, scene.orders);
     unlabel_beyond_board(&mut pieces, scene.camera, scene.poses, &light);
     rejections.unlabelled = pieces.iter().filter(|p| p.order.is_none()).map(|p| p.points.len()).sum();
     let labelled = observations(&pieces, spacing, correlation_px);
-    check_seen(scene, &labelled, most_side_by_side)?;
+    let warnings = check_seen(scene, &labelled)?;
     let light = fit_light(scene, &labelled, kind, Some(&light))?;
     let (observations, outliers) = without_outliers(scene, &light, labelled);
     rejections.outlier = outliers.len();
     let depth_range_mm = depth_range(scene, &observations)?;
-    Ok(LaserPoints { observations, rejections, outliers, depth_range_mm, warnings: Vec::new() })
+    Ok(LaserPoints { observations, rejections, outliers, depth_range_mm, warnings })
 }
 
-/// Every order must have been seen with certainty on enough boards.
-fn check_seen(
-    scene: &Scene,
-    laser: &[LaserObservation],
-    most_side_by_side: usize,
-) -> Result<(), CalibrationError> {
-    if laser.is_empty() {
-        return Err(CalibrationError::OrdersUnobservable { needed: scene.orders.len(), seen: most_side_by_side });
-    }
-    for &order in scene.orders {
-        let mut blocks: Vec<usize> = laser.iter().filter(|p| p.order == order).map(|p| p.block).collect();
-        blocks.dedup();
-        if blocks.len() < MIN_LASER_POSES {
-            return Err(CalibrationError::OrderUnseen { order, got: blocks.len(), needed: MIN_LASER_POSES });
-        }
+/// Ranks on fewer than two boards fix no sheet to predict the others from.
+fn check_ranked(scene: &Scene, ranked: &[LaserObservation], seen: usize) -> Result<(), CalibrationError> {
+    if boards(ranked.iter()).len() < MIN_RANKED_BOARDS {
+        return Err(CalibrationError::OrdersUnobservable { needed: scene.orders.len(), seen });
     }
     Ok(())
+}
+
+/// Orders seen on too few boards: refused where nothing ties them to the others, told of where the grating does.
+fn check_seen(scene: &Scene, laser: &[LaserObservation]) -> Result<Vec<String>, CalibrationError> {
+    let needed = MIN_LASER_POSES;
+    let seen_on = |order: i8| boards(laser.iter().filter(|p| p.order == order)).len();
+    let rare: Vec<(i8, usize)> =
+        scene.orders.iter().map(|&order| (order, seen_on(order))).filter(|(_, got)| *got < needed).collect();
+    let tied = scene.orders.len() - rare.len() >= MIN_TIED_ORDERS;
+    match rare.first() {
+        Some(&(order, got)) if !tied => Err(CalibrationError::OrderUnseen { order, got, needed }),
+        _ => Ok(rare
+            .into_iter()
+            .map(|(order, got)| {
+                format!("order {order} was seen on {got} boards only: its sheet rests on the grating and the other orders")
+            })
+            .collect()),
+    }
+}
+
+/// The boards on which points lie.
+fn boards<'a>(points: impl Iterator<Item = &'a LaserObservation>) -> std::collections::BTreeSet<usize> {
+    points.map(|point| point.block).collect()
 }
 
 /// Scales σ to the residuals' scatter, then drops what is too far off.

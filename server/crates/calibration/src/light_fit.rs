@@ -121,11 +121,15 @@ fn first_light(
     kind: LightModelKind,
 ) -> Result<LightSurfaces, CalibrationError> {
     let refused = |reason: &str| CalibrationError::LightModel { model: kind.name(), reason: reason.to_owned() };
-    let planes = planes_from_points(scene.orders, points)
-        .ok_or_else(|| refused("an order has fewer than three points on the boards"))?;
     if kind == LightModelKind::Planes {
+        let planes = planes_from_points(scene.orders, points)
+            .ok_or_else(|| refused("an order has too few points on the boards for a plane of its own"))?;
         return Ok(LightSurfaces::Planes(planes));
     }
+    let seen: Vec<i8> =
+        scene.orders.iter().copied().filter(|order| points.iter().any(|p| p.order == *order)).collect();
+    let planes =
+        planes_from_points(&seen, points).ok_or_else(|| refused("an order has too few points on the boards"))?;
     let pencil = pencil_from_planes(&planes, points, scene.sheet_wavelength_over_period)
         .ok_or_else(|| refused("it ties at least three orders together"))?;
     if kind == LightModelKind::Pencil {

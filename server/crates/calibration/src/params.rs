@@ -7,6 +7,12 @@ pub const MIN_CAMERA_VIEWS: usize = 3;
 /// nothing is left to tell a wrong pose by.
 pub const MIN_LASER_POSES: usize = 3;
 
+/// Boards with ranked lines needed to predict the lines of the others: two lines span a sheet.
+pub const MIN_RANKED_BOARDS: usize = 2;
+
+/// Orders that a pencil or a grating ties together: two planes always share a line, the third tells.
+pub const MIN_TIED_ORDERS: usize = 3;
+
 /// Normals of the boards must differ by this much, or focal length and distance cannot be told apart.
 pub const MIN_TILT_SPREAD_RAD: f64 = 0.05;
 

@@ -257,3 +257,15 @@ fn lines_broken_on_every_dark_square_are_still_told_apart() {
     let result = calibrated(&input).unwrap();
     assert!(depth_errors(&rig, &result.calibration).1 < THREE_SIGMA);
 }
+
+#[test]
+fn an_order_that_hardly_falls_on_the_boards_rests_on_the_others() {
+    let rig = Rig::new(14);
+    let mut input = rig.input(8, 0);
+    for pose in &mut input.poses[2..] {
+        pose.centrelines.as_mut().unwrap().segments.pop();
+    }
+    let result = calibrated(&input).unwrap();
+    assert!(result.report.warnings.iter().any(|w| w.contains("order 2 was seen on 2 boards only")));
+    assert!(depth_errors(&rig, &result.calibration).1 < THREE_SIGMA);
+}
