@@ -13,6 +13,12 @@ pub const KINK_SPAN_PX: usize = 5;
 pub const KINK_SLOPE: f64 = 0.3;
 /// Largest step between neighbouring points that stays one line, px.
 pub const KINK_STEP_PX: f64 = 2.5;
+/// Steps at which a segment is cut: lines of two orders that touch end to end are extracted as one. Per entry: points
+/// on either side through which a line is laid, and the step in σ of a point and in px. Lines through 8 (16) points
+/// end with 0.7 (0.5) σ, their difference has 1.0 (0.7) σ; σ may be understated and correlated.
+pub const STEP_LIMITS: [(usize, f64, f64); 2] = [(8, 5.0, 0.3), (16, 3.5, 0.2)];
+/// Points left out on either side of a cut: the place of a joint is known no better.
+pub const CUT_TRIM_POINTS: usize = 2;
 /// Shortest piece that is labelled, points: fewer have no slope.
 pub const MIN_PIECE_POINTS: usize = 4;
 
@@ -84,6 +90,25 @@ pub const CONTINUITY_ALONE: f64 = 0.7;
 /// Advantage per sample that the labels of a connected group need over all of them shifted by an order.
 /// A fifth of what a second look brings: the group is seen twice over a good part of its area.
 pub const GROUP_MARGIN: f64 = 0.1;
+
+/// Bend of a sheet from frame to frame that the stage's own errors explain, mm.
+pub const SHEET_LINK_FLOOR_MM: f64 = 0.02;
+/// Largest movement between two frames that passes for smooth where no third frame tells, line pitches.
+pub const SHEET_LINK_PITCHES: f64 = 0.03;
+/// Advantage per sample that the label of a sheet needs over every other one once all other sheets have given way.
+/// As for single pieces: a fifth of a rank, a quarter of a second look.
+pub const CHALLENGE_MARGIN: f64 = 0.3;
+/// The same for short sheets without the ranks, which tall narrow parts can exchange.
+pub const CHALLENGE_MARGIN_WITHOUT_RANKS: f64 = 0.05;
+/// Sheets asked at most while the others give way to a challenge; chains of lines settle within a few dozen.
+pub const CHALLENGE_STEPS: usize = 400;
+/// Second looks a sheet needs: per sample, and at least this many samples' worth.
+pub const SECOND_LOOK_SHARE: f64 = 0.1;
+/// See [`SECOND_LOOK_SHARE`].
+pub const SECOND_LOOK_SAMPLES: f64 = 2.0;
+/// A line never seen a second time stands by its rank alone if it is longer than this many line pitches: tall narrow
+/// parts, which may change places with their ground, and most reflections are shorter.
+pub const RANK_ONLY_LENGTH_PITCHES: f64 = 4.0;
 
 /// Support per sample that a label needs from other frames or orders in a scan: a third of one bond to the next
 /// frame. A chance row of speckles has none.

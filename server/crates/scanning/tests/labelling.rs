@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::random;
 use common::scene::{Noise, scan};
 use scanning::{ScanParams, scan_cloud};
 
@@ -12,11 +13,8 @@ use common::{assert_labelled, rig_a, station};
 /// Points at the rims of shadows lie on single-sample pieces; everything else must be found.
 const RECOVERED: f64 = 0.97;
 
-/// Steep rims and slivers between high parts may be left out.
-const CLUTTER_RECOVERED: f64 = 0.95;
-/// A known weakness: where parts rise by just a wrap, a line may step from ground to part without moving in the image,
-/// and where no other order has looked, continuity then carries the wrong label. Worst of twelve seeds: 0.13 %.
-const CLUTTER_WRONG: f64 = 0.002;
+/// Rims of shadows, walls, and tops of small high parts that no second order has looked at are left out.
+const CLUTTER_RECOVERED: f64 = 0.80;
 
 fn positions(n: usize, step_mm: f64) -> Vec<f64> {
     (0..n).map(|i| (i as f64 - (n - 1) as f64 / 2.0) * step_mm).collect()
@@ -108,7 +106,7 @@ fn the_true_pixels_of_rig_a_are_labelled() {
     let Some(folder) = rig_a::folder() else { return };
     let calibration = rig_a::calibration(&folder);
     for scan in ["gauge", "sphere"] {
-        assert_labelled(scan, &rig_a::truth_scan(&folder, scan), &calibration, 0.99);
+        assert_labelled(scan, &rig_a::truth_scan(&folder, scan), &calibration, RECOVERED);
     }
 }
 
@@ -145,7 +143,7 @@ fn clutter(seed: u64) -> impl Fn(f64, f64) -> f64 + Sync {
 }
 
 #[test]
-fn cluttered_scenes_have_hardly_a_wrong_order() {
+fn cluttered_scenes_have_no_wrong_order() {
     for seed in 1..=4 {
         let (n_orders, turned) = ([5, 3, 7, 9][seed as usize % 4], seed % 2 == 0);
         let station = station(n_orders, turned);
@@ -160,6 +158,33 @@ fn cluttered_scenes_have_hardly_a_wrong_order() {
             result.report.dropped
         );
         assert!(recovered >= CLUTTER_RECOVERED, "clutter {seed}: {recovered} recovered");
-        assert!(wrong as f64 <= CLUTTER_WRONG * known.n_true() as f64, "clutter {seed}: {wrong} wrong");
+        assert_eq!(wrong, 0, "clutter {seed}");
     }
+}
+
+#[test]
+#[ignore = "minutes; the short one runs always"]
+fn a_campaign_of_random_scenes_has_no_wrong_order() {
+    let number =
+        |name: &str, default: u64| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default);
+    let (first, last) = (number("FIRST_SEED", 1), number("LAST_SEED", 60));
+    let (mut n_wrong, mut n_bad) = (0, 0);
+    for seed in first..=last {
+        let trial = random::trial(seed);
+        let result = scan_cloud(&trial.known.frames, &trial.calibration, &ScanParams::default()).unwrap();
+        let (recovered, wrong) = trial.known.score(&result);
+        eprintln!(
+            "{}: recovered {:.2} %, wrong {wrong} of {}",
+            trial.name,
+            100.0 * recovered,
+            trial.known.n_true()
+        );
+        if std::env::var_os("EXPLAIN").is_some() {
+            common::explain(&trial.known, &result);
+        }
+        n_wrong += wrong;
+        n_bad += usize::from(wrong > 0);
+    }
+    eprintln!("{n_wrong} wrong points in {n_bad} scenes");
+    assert_eq!(n_wrong, 0);
 }

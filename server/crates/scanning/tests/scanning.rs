@@ -4,10 +4,10 @@
 
 mod common;
 
+use common::planes::fitted_planes;
 use common::scene::{Noise, scan};
 use common::{KnownScan, SIGMA_PX, assert_labelled, station};
-use nalgebra::{Matrix3, Vector3};
-use optics::{DepthRangeMm, Grating, LightSurfaces, Plane};
+use optics::{DepthRangeMm, LightSurfaces};
 use scanning::{DropReason, ScanError, ScanParams, label_frame, scan_cloud};
 use vision::{CentrelinePoint, Segment};
 
@@ -51,41 +51,25 @@ fn reflections_are_dropped_and_counted() {
     assert!(result.report.dropped.n_pieces(DropReason::Contradicted) >= 48);
 }
 
-/// The plane nearest to the sheet of `order` between 350 and 450 mm.
-fn fitted_plane(grating: &Grating, order: i8) -> Plane {
-    let lit = |phi: i32, z: i32| {
-        let ray = grating.ray(f64::from(phi) * 0.05, order).unwrap();
-        ray.origin_mm + ray.direction * ((350.0 + 10.0 * f64::from(z) - ray.origin_mm.z) / ray.direction.z)
-    };
-    let points: Vec<Vector3<f64>> = (-5..=5).flat_map(|phi| (0..=10).map(move |z| lit(phi, z))).collect();
-    let mean = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
-    let scatter: Matrix3<f64> = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
-    let eigen = scatter.symmetric_eigen();
-    Plane::through(&mean, eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned())
-}
-
 #[test]
 fn plane_models_label_as_the_exact_one_does() {
     // Planes fitted to each sheet miss its bow by several tenths of a millimetre.
     let exact = station(5, false);
-    let LightSurfaces::Grating(grating) = exact.light.clone() else { panic!("station without grating") };
-    let planes = exact.orders.iter().map(|&order| (order, fitted_plane(&grating, order)));
-    let mut station = exact.clone();
-    station.light = LightSurfaces::Planes(planes.collect());
-    station.covariance = nalgebra::DMatrix::from_diagonal_element(27, 27, 1e-10);
+    let station = fitted_planes(&exact);
     let sphere = |x: f64, y: f64| {
         let squared = 18.9f64.powi(2) - x * x - y * y;
         if squared > 0.0 { 381.1 - squared.sqrt() } else { 400.0 }
     };
     for surface in [&step as &(dyn Fn(f64, f64) -> f64 + Sync), &sphere] {
-        assert_labelled("planes", &scan(&exact, surface, &positions(24, 1.2), false), &station, 0.97);
+        assert_labelled("planes", &scan(&exact, surface, &positions(24, 1.2), false), &station, 0.95);
     }
 }
 
 #[test]
 fn a_travel_shorter_than_the_line_pitch_is_labelled_where_all_lines_are_seen() {
     let station = station(5, false);
-    assert_labelled("short", &scan(&station, &step, &positions(5, 1.0), false), &station, 0.97);
+    // The block's top, 4 % of the points, is short and seen by one order alone: left out.
+    assert_labelled("short", &scan(&station, &step, &positions(5, 1.0), false), &station, 0.95);
 }
 
 #[test]

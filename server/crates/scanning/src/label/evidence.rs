@@ -22,8 +22,19 @@ pub struct Pair {
     pub label: u32,
     /// Weight of the two together.
     pub weight: f32,
-    /// Whether it is mere continuity: the same line elsewhere.
-    pub bond: bool,
+    /// Where it comes from.
+    pub kind: Kind,
+}
+
+/// Where a weight comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The order of the lines across the image.
+    Rank,
+    /// Another order, or the same much later, at the same place of the part.
+    SecondLook,
+    /// Mere continuity: the same line elsewhere.
+    Bond,
 }
 
 impl Evidence {
@@ -53,22 +64,22 @@ impl Evidence {
         self.single[piece * self.n_labels + label] += weight;
     }
 
-    /// Adds a weight to two labels together.
+    /// Adds a weight to two labels of one frame together.
     pub fn add_pair(&mut self, a: (usize, usize), b: (usize, usize), weight: f64) {
-        self.add_half(a, b, weight, false);
-        self.add_half(b, a, weight, false);
+        self.add_half(a, b, weight, Kind::Rank);
+        self.add_half(b, a, weight, Kind::Rank);
     }
 
     /// Adds a weight to the label of one piece if another piece has a label; the other finds its own testimony.
     pub fn add_testimony(&mut self, to: (usize, usize), from: (usize, usize), weight: f64) {
-        self.add_half(to, from, weight, false);
+        self.add_half(to, from, weight, Kind::SecondLook);
     }
 
     /// Adds a weight to two pieces having the same label, whichever it is, "none" included.
     pub fn add_bond(&mut self, piece_a: usize, piece_b: usize, weight: f64) {
         for label in 0..self.n_labels {
-            self.add_half((piece_a, label), (piece_b, label), weight, true);
-            self.add_half((piece_b, label), (piece_a, label), weight, true);
+            self.add_half((piece_a, label), (piece_b, label), weight, Kind::Bond);
+            self.add_half((piece_b, label), (piece_a, label), weight, Kind::Bond);
         }
     }
 
@@ -77,9 +88,9 @@ impl Evidence {
         (piece, label): (usize, usize),
         (other, other_label): (usize, usize),
         weight: f64,
-        bond: bool,
+        kind: Kind,
     ) {
-        let pair = Pair { piece: other as u32, label: other_label as u32, weight: weight as f32, bond };
+        let pair = Pair { piece: other as u32, label: other_label as u32, weight: weight as f32, kind };
         self.pairs[piece * self.n_labels + label].push(pair);
     }
 
@@ -95,7 +106,7 @@ impl Evidence {
     /// [`Evidence::support`] without continuity.
     pub fn support_beside_bonds(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
         let slot = piece * self.n_labels + label;
-        let counts = |pair: &&Pair| !pair.bond && labels[pair.piece as usize] == pair.label as usize;
+        let counts = |pair: &&Pair| pair.kind != Kind::Bond && labels[pair.piece as usize] == pair.label as usize;
         let sum: f64 = self.pairs[slot].iter().filter(counts).map(|pair| f64::from(pair.weight)).sum();
         (self.single[slot] + sum) / self.sizes[piece]
     }

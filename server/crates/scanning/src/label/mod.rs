@@ -5,6 +5,7 @@
 //! all, whether another order sees the same surface at the same place of the part from another stage position.
 
 mod agreement;
+mod challenge;
 mod columns;
 mod evidence;
 mod hypotheses;
@@ -13,6 +14,7 @@ mod patches;
 mod pieces;
 mod ranks;
 mod relax;
+mod sheets;
 mod tracks;
 
 use nalgebra::{Vector2, Vector3};
@@ -102,9 +104,25 @@ pub fn label_frames(
     };
     agreement::add_second_looks(&mut evidence, &scene);
     let confirmation = (frames.len() > 1).then_some(CONFIRMATION);
-    let mut labels = Labels { verdicts: relax::settle(&evidence, confirmation), pieces, direction };
+    let challenged = |labels: &[usize]| {
+        let sheets = sheets::sheets(labels, &samples, &pieces, &partners);
+        let lengths = lengths_pitches(&samples, &pieces, &sheets);
+        challenge::challenged(&evidence, labels, &sheets, &lengths, frames.len() > 1)
+    };
+    let verdicts = relax::settle(&evidence, confirmation, challenged);
+    let mut labels = Labels { verdicts, pieces, direction };
     labels.doubt_stubs(frames);
     labels
+}
+
+/// Per sheet: the longest of its pieces in line pitches.
+fn lengths_pitches(samples: &Samples, pieces: &[Piece], sheets: &[usize]) -> Vec<f64> {
+    let mut lengths = vec![0.0f64; sheets.iter().max().map_or(0, |last| last + 1)];
+    for (idx, piece) in pieces.iter().enumerate() {
+        let pitch = samples.of_piece(idx).first().map_or(f64::INFINITY, |sample| sample.pitch_px);
+        lengths[sheets[idx]] = lengths[sheets[idx]].max(piece.n_points() as f64 / pitch);
+    }
+    lengths
 }
 
 /// Sizes of the pieces and the cost of depths that cannot be.

@@ -86,10 +86,13 @@ impl PatchGrid {
 
     /// Calls `act(entry, squared distance in radii)` for every entry within the search ellipse.
     pub fn for_each_near(&self, xy_mm: &Vector2<f64>, mut act: impl FnMut(usize, f64)) {
+        if self.places.is_empty() {
+            return;
+        }
         let place = Vector2::new(xy_mm.x * self.travel.y - xy_mm.y * self.travel.x, xy_mm.dot(&self.travel));
         let [columns, rows] = [0, 1].map(|axis| {
             let middle = self.cell_along(place[axis], axis);
-            (middle - 1).max(0)..(middle + 2).min(self.n_cells[axis] as isize)
+            middle.saturating_sub(1).max(0)..middle.saturating_add(2).min(self.n_cells[axis] as isize)
         });
         for row in rows {
             for column in columns.clone() {

@@ -2,7 +2,10 @@
 
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
-use crate::params::{KINK_SLOPE, KINK_SPAN_PX, KINK_STEP_PX, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX};
+use crate::params::{
+    CUT_TRIM_POINTS, KINK_SLOPE, KINK_SPAN_PX, KINK_STEP_PX, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX,
+    STEP_LIMITS,
+};
 
 /// A piece of a segment: the unit that carries one label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,7 +70,7 @@ pub fn line_direction<'a>(frames: impl Iterator<Item = &'a Centrelines>) -> Line
 pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirection) -> Vec<Piece> {
     let mut pieces = Vec::new();
     for (segment_idx, segment) in lines.segments.iter().enumerate() {
-        for (first, end) in cut_at_kinks(segment, direction) {
+        for (first, end) in cut_at_kinks(segment, direction, lines.correlation_px) {
             if end - first < MIN_PIECE_POINTS {
                 continue;
             }
@@ -89,8 +92,8 @@ fn stride_for(n_points: usize) -> usize {
     stride
 }
 
-/// Index ranges between jumps and kinks.
-fn cut_at_kinks(segment: &Segment, direction: LineDirection) -> Vec<(usize, usize)> {
+/// Index ranges between jumps, kinks and small steps; what lies right at a cut belongs to neither side.
+fn cut_at_kinks(segment: &Segment, direction: LineDirection, correlation_px: f64) -> Vec<(usize, usize)> {
     let across: Vec<f64> = segment.points.iter().map(|point| along_across(point, direction).1).collect();
     let bend = |idx: usize| {
         if idx < KINK_SPAN_PX || idx + KINK_SPAN_PX >= across.len() {
@@ -101,20 +104,45 @@ fn cut_at_kinks(segment: &Segment, direction: LineDirection) -> Vec<(usize, usiz
         (ahead - behind).abs() / KINK_SPAN_PX as f64
     };
     let bends: Vec<f64> = (0..across.len()).map(bend).collect();
+    // A mean over n correlated points is as good as one over n / correlation length.
+    let correlation = correlation_px.max(1.0).sqrt();
+    let steps: Vec<f64> =
+        (0..across.len()).map(|idx| step_at(&across, idx, segment.points[idx].sigma_px * correlation)).collect();
     let mut ranges = Vec::new();
     let mut first = 0;
     for idx in 1..across.len() {
         let jump = (across[idx] - across[idx - 1]).abs() > KINK_STEP_PX;
         let kink = bends[idx] > KINK_SLOPE && is_peak(&bends, idx);
-        if jump || kink {
-            ranges.push((first, idx));
-            first = idx;
+        let step = steps[idx] > 1.0 && is_peak(&steps, idx);
+        if jump || kink || step {
+            ranges.push((first, idx.saturating_sub(CUT_TRIM_POINTS)));
+            first = idx + CUT_TRIM_POINTS;
         }
     }
-    if first < across.len() {
-        ranges.push((first, across.len()));
-    }
+    ranges.push((first, across.len()));
+    ranges.retain(|(first, end)| first < end);
     ranges
+}
+
+/// How far the line through the points before `idx` misses the line through those from it on, in limits.
+fn step_at(across: &[f64], idx: usize, sigma_px: f64) -> f64 {
+    let step = |(span, sigmas, least_px): (usize, f64, f64)| {
+        if idx < span || idx + span > across.len() {
+            return 0.0;
+        }
+        let before = end_of_line(span, |i| across[idx - span + i]);
+        let after = end_of_line(span, |i| across[idx + span - 1 - i]);
+        (after - before).abs() / (sigmas * sigma_px).max(least_px)
+    };
+    STEP_LIMITS.into_iter().map(step).fold(0.0, f64::max)
+}
+
+/// The least-squares line through `n` equally spaced points, half a point beyond the last.
+fn end_of_line(n: usize, point: impl Fn(usize) -> f64) -> f64 {
+    let count = n as f64;
+    let lean = 6.0 / (count * count - 1.0);
+    let weight = |i: usize| (1.0 + (i as f64 - 0.5 * (count - 1.0)) * lean * count) / count;
+    (0..n).map(|i| weight(i) * point(i)).sum()
 }
 
 /// Whether `idx` is the strongest bend within a span; the first of equals.

@@ -19,10 +19,16 @@ pub enum Verdict {
 }
 
 /// The best label of every piece, or why it has none. `confirmation`: support per sample a label must have from other
-/// pieces; not being denied is not enough where a second look was possible.
-pub fn settle(evidence: &Evidence, confirmation: Option<f64>) -> Vec<Verdict> {
+/// pieces; not being denied is not enough where a second look was possible. `challenged`: which pieces are in doubt under
+/// given labels once they are tried sheet by sheet.
+pub fn settle(
+    evidence: &Evidence,
+    confirmation: Option<f64>,
+    challenged: impl Fn(&[usize]) -> Vec<bool>,
+) -> Vec<Verdict> {
     let mut labels = hardened(evidence, relaxed(evidence));
     let doubtful_groups = challenge_groups(evidence, &mut labels);
+    let challenged = challenged(&labels);
     let doubtful: Vec<bool> = (0..evidence.n_pieces())
         .map(|piece| {
             if labels[piece] == evidence.none() {
@@ -34,6 +40,7 @@ pub fn settle(evidence: &Evidence, confirmation: Option<f64>) -> Vec<Verdict> {
                 (0..evidence.none()).map(|label| evidence.support_beside_bonds(piece, label, &labels)).collect();
             let label = labels[piece];
             doubtful_groups[piece]
+                || challenged[piece]
                 || unconfirmed
                 || margin(&supports[..evidence.none()], label) < LABEL_MARGIN
                 || margin(&beside, label) < -OVERRULED_MARGIN

@@ -9,8 +9,8 @@ use super::evidence::Evidence;
 use super::hypotheses::{Sample, Samples};
 use super::pieces::{Piece, along_across};
 use crate::params::{
-    CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT, JOINT_WEIGHT,
-    KINK_STEP_PX, TRACK_GATE_PITCHES, TRACK_WEIGHT,
+    CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT,
+    CUT_TRIM_POINTS, JOINT_WEIGHT, KINK_STEP_PX, TRACK_GATE_PITCHES, TRACK_WEIGHT,
 };
 
 /// Per sample: the sample of the same line in the neighbouring frames.
@@ -103,12 +103,13 @@ pub fn add_joints(evidence: &mut Evidence, pieces: &[Piece], frames: &[&Centreli
 
 /// Whether `b` follows `a` in its segment without a jump.
 pub fn joined(a: &Piece, b: &Piece, lines: &Centrelines, direction: LineDirection) -> bool {
-    if (a.frame, a.segment, a.end) != (b.frame, b.segment, b.first) {
+    if (a.frame, a.segment, a.end + 2 * CUT_TRIM_POINTS) != (b.frame, b.segment, b.first) {
         return false;
     }
     let points = &lines.segments[a.segment].points;
     let across = |idx: usize| along_across(&points[idx], direction).1;
-    (across(b.first) - across(b.first - 1)).abs() <= KINK_STEP_PX
+    let cut = a.end + CUT_TRIM_POINTS;
+    (across(cut) - across(cut - 1)).abs() <= KINK_STEP_PX
 }
 
 /// One end of a piece: its position and the line's slope there.

@@ -1,6 +1,8 @@
 //! Stations and scenes with known truth for the tests of labelling. Each test binary uses part of it.
-#![allow(dead_code)]
+#![allow(dead_code, clippy::unwrap_used)]
 
+pub mod planes;
+pub mod random;
 pub mod rig_a;
 pub mod scene;
 

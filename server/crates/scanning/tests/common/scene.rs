@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use optics::{Calibration, Grating, LightSurfaces};
+use rayon::prelude::*;
 use scanning::ScanFrame;
 use vision::LineDirection;
 
@@ -17,23 +18,34 @@ pub type Surface<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
 /// Scans `surface` at the given stage positions; `turned` stations have their lines along columns.
 pub fn scan(calibration: &Calibration, surface: Surface, positions_mm: &[f64], turned: bool) -> KnownScan {
+    scan_with(calibration, surface, positions_mm, turned, 1.0, 7)
+}
+
+/// [`scan`] with `understated` times the noise the points claim.
+pub fn scan_with(
+    calibration: &Calibration,
+    surface: Surface,
+    positions_mm: &[f64],
+    turned: bool,
+    understated: f64,
+    seed: u64,
+) -> KnownScan {
     let LightSurfaces::Grating(grating) = &calibration.light else { panic!("the scene needs a grating") };
     let direction = if turned { LineDirection::Columns } else { LineDirection::Rows };
     let stage = calibration.stage.unwrap().direction;
-    let mut known = KnownScan { frames: Vec::new(), orders: Vec::new() };
-    let mut noise = Noise(7);
-    for &position_mm in positions_mm {
+    let frames = positions_mm.par_iter().enumerate().map(|(frame, &position_mm)| {
+        let mut noise = Noise((seed << 20) + frame as u64);
         let shift = stage * position_mm;
         let depth = |p: &Vector3<f64>| p.z - surface(p.x - shift.x, p.y - shift.y) - shift.z;
         let mut points = Vec::new();
         for &order in &calibration.orders {
-            points.extend(line(calibration, grating, order, &depth, turned, &mut noise));
+            points.extend(line(calibration, grating, order, &depth, turned, &mut || understated * noise.next()));
         }
         let (found, orders) = segments(&points, direction);
-        known.frames.push(ScanFrame { centrelines: centrelines(found), position_mm });
-        known.orders.push(orders);
-    }
-    known
+        (ScanFrame { centrelines: centrelines(found), position_mm }, orders)
+    });
+    let (frames, orders) = frames.unzip();
+    KnownScan { frames, orders }
 }
 
 /// The visible points of one order, one per column (row), with noise.
@@ -43,7 +55,7 @@ fn line(
     order: i8,
     depth: &dyn Fn(&Vector3<f64>) -> f64,
     turned: bool,
-    noise: &mut Noise,
+    noise: &mut dyn FnMut() -> f64,
 ) -> Vec<(f64, f64, Option<i8>)> {
     let mut points = Vec::new();
     let mut last: Option<(f64, f64, f64)> = None;
@@ -61,8 +73,7 @@ fn line(
         {
             let mut along = from.0.ceil();
             while along < to.0 {
-                let across =
-                    from.1 + (to.1 - from.1) * (along - from.0) / (to.0 - from.0) + noise.next() * SIGMA_PX;
+                let across = from.1 + (to.1 - from.1) * (along - from.0) / (to.0 - from.0) + noise() * SIGMA_PX;
                 let (u, v) = if turned { (across, along) } else { (along, across) };
                 let camera = &calibration.camera;
                 if u >= 0.0 && v >= 0.0 && u < camera.width_px as f64 && v < camera.height_px as f64 {
