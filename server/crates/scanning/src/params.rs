@@ -19,6 +19,14 @@ pub const KINK_STEP_PX: f64 = 2.5;
 pub const STEP_LIMITS: [(usize, f64, f64); 2] = [(8, 5.0, 0.3), (16, 3.5, 0.2)];
 /// Points left out on either side of a cut: the place of a joint is known no better.
 pub const CUT_TRIM_POINTS: usize = 2;
+/// Frames before and after in which the joints of a line are looked for.
+pub const JOINT_FRAMES: usize = 2;
+/// How near to the end of a line in a neighbouring frame a line must pass to be cut there, px.
+pub const JOINT_REACH_PX: f64 = 2.0;
+/// Least distance between such cuts: an end that wanders from frame to frame shall not leave crumbs, px.
+pub const JOINT_SPACING_PX: i64 = 12;
+/// Two ends that face each other across one or two lost points, this far apart across the line, are no joint, px.
+pub const JOINT_GAP_PX: f64 = 0.3;
 /// Shortest piece that is labelled, points: fewer have no slope.
 pub const MIN_PIECE_POINTS: usize = 4;
 
@@ -91,6 +99,11 @@ pub const CONTINUITY_ALONE: f64 = 0.7;
 /// A fifth of what a second look brings: the group is seen twice over a good part of its area.
 pub const GROUP_MARGIN: f64 = 0.1;
 
+/// Columns two pieces must share to hang together, and the share of the shorter one's length: where a step runs askew
+/// to the lines, the pieces on either side overlap a little from frame to frame.
+pub const SHEET_LINK_OVERLAP_PX: f64 = 10.0;
+/// See [`SHEET_LINK_OVERLAP_PX`].
+pub const SHEET_LINK_SHARE: f64 = 0.5;
 /// Bend of a sheet from frame to frame that the stage's own errors explain, mm.
 pub const SHEET_LINK_FLOOR_MM: f64 = 0.02;
 /// Largest movement between two frames that passes for smooth where no third frame tells, line pitches.
@@ -100,8 +113,9 @@ pub const SHEET_LINK_PITCHES: f64 = 0.03;
 pub const CHALLENGE_MARGIN: f64 = 0.3;
 /// The same for short sheets without the ranks, which tall narrow parts can exchange.
 pub const CHALLENGE_MARGIN_WITHOUT_RANKS: f64 = 0.05;
-/// Sheets asked at most while the others give way to a challenge; chains of lines settle within a few dozen.
-pub const CHALLENGE_STEPS: usize = 400;
+/// Sheets asked at most while the others give way to a challenge; chains of lines settle within a few dozen;
+/// fewer steps only leave the challenge less convincing.
+pub const CHALLENGE_STEPS: usize = 100;
 /// Second looks a sheet needs: per sample, and at least this many samples' worth.
 pub const SECOND_LOOK_SHARE: f64 = 0.1;
 /// See [`SECOND_LOOK_SHARE`].

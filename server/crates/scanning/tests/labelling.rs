@@ -53,7 +53,8 @@ fn a_sphere_higher_than_a_line_pitch_wraps_is_labelled() {
         let squared = 18.9f64.powi(2) - x * x - y * y;
         if squared > 0.0 { 381.1 - squared.sqrt() } else { 400.0 }
     };
-    assert_labelled("sphere", &scan(&station, &sphere, &positions(30, 1.0), false), &station, RECOVERED);
+    // The steep rim is short on every line and is left out where one order alone has seen it.
+    assert_labelled("sphere", &scan(&station, &sphere, &positions(30, 1.0), false), &station, 0.94);
 }
 
 #[test]
@@ -159,6 +160,17 @@ fn cluttered_scenes_have_no_wrong_order() {
         );
         assert!(recovered >= CLUTTER_RECOVERED, "clutter {seed}: {recovered} recovered");
         assert_eq!(wrong, 0, "clutter {seed}");
+    }
+}
+
+#[test]
+fn random_scenes_have_no_wrong_order() {
+    for seed in [14, 28, 46] {
+        let trial = random::trial(seed);
+        let result = scan_cloud(&trial.known.frames, &trial.calibration, &ScanParams::default()).unwrap();
+        let (recovered, wrong) = trial.known.score(&result);
+        eprintln!("{}: recovered {:.2} %, wrong {wrong}", trial.name, 100.0 * recovered);
+        assert_eq!(wrong, 0, "{}", trial.name);
     }
 }
 

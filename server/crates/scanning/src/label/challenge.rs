@@ -1,6 +1,6 @@
 //! Every sheet on its own: what would it cost if its label were another and all others gave way?
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
 
 use rayon::prelude::*;
 
@@ -107,12 +107,12 @@ impl SheetGraph {
         let limit = margin * self.sizes[sheet];
         (0..self.none()).filter(|&rival| rival != label).any(|rival| {
             let alone = Answer::new(self, sheet, rival);
-            if alone.cost_when_settled() < limit {
+            if alone.falls_below(limit) {
                 return true;
             }
             let mut pushed = Answer::new(self, sheet, rival);
             pushed.push_all();
-            pushed.cost_when_settled() < limit
+            pushed.falls_below(limit)
         })
     }
 
@@ -155,29 +155,32 @@ struct Answer<'a> {
     graph: &'a SheetGraph,
     sheet: usize,
     rival: usize,
-    changed: BTreeMap<usize, usize>,
+    labels: Vec<usize>,
+    changed: BTreeSet<usize>,
     /// How much worse it is than the answer in question.
     cost: f64,
 }
 
 impl<'a> Answer<'a> {
     fn new(graph: &'a SheetGraph, sheet: usize, rival: usize) -> Self {
-        let mut answer = Self { graph, sheet, rival, changed: BTreeMap::new(), cost: 0.0 };
+        let mut answer =
+            Self { graph, sheet, rival, labels: graph.labels.clone(), changed: BTreeSet::new(), cost: 0.0 };
         answer.change(sheet, rival);
         answer
     }
 
     fn label(&self, sheet: usize) -> usize {
-        self.changed.get(&sheet).copied().unwrap_or(self.graph.labels[sheet])
+        self.labels[sheet]
     }
 
     fn support(&self, sheet: usize, label: usize) -> f64 {
-        self.graph.support(sheet, label, |other| self.label(other))
+        self.graph.support(sheet, label, |other| self.labels[other])
     }
 
     fn change(&mut self, sheet: usize, label: usize) {
         self.cost += self.support(sheet, self.label(sheet)) - self.support(sheet, label);
-        self.changed.insert(sheet, label);
+        self.labels[sheet] = label;
+        self.changed.insert(sheet);
     }
 
     /// Shifts by as much whatever stands in the way of what has been shifted: a row of lines gives way only together.
@@ -189,7 +192,7 @@ impl<'a> Answer<'a> {
             for &(other, label, weight) in &graph.pairs[slot] {
                 let other = other as usize;
                 let in_the_way = weight < 0.0 && label as usize == self.label(other);
-                if !in_the_way || self.changed.contains_key(&other) || label as usize == graph.none() {
+                if !in_the_way || self.changed.contains(&other) || label as usize == graph.none() {
                     continue;
                 }
                 let shifted = (label as usize + self.rival).checked_sub(graph.labels[self.sheet]);
@@ -199,18 +202,18 @@ impl<'a> Answer<'a> {
         }
     }
 
-    /// Lets every sheet that feels the changes take its best label, until nothing improves.
-    fn cost_when_settled(mut self) -> f64 {
+    /// Lets every sheet that feels the changes take its best label, until nothing improves or the cost is below `limit`.
+    fn falls_below(mut self, limit: f64) -> bool {
         let graph = self.graph;
         let mut waiting = VecDeque::new();
-        for (&sheet, &label) in &self.changed {
-            waiting.extend(graph.touched(sheet, graph.labels[sheet], label));
+        for &sheet in &self.changed {
+            waiting.extend(graph.touched(sheet, graph.labels[sheet], self.labels[sheet]));
             waiting.push_back(sheet);
         }
         let mut queued = vec![false; graph.labels.len()];
         waiting.retain(|&sheet| !std::mem::replace(&mut queued[sheet], true));
         for _ in 0..CHALLENGE_STEPS {
-            let Some(other) = waiting.pop_front() else { break };
+            let Some(other) = waiting.pop_front().filter(|_| self.cost >= limit) else { break };
             queued[other] = false;
             if other == self.sheet {
                 continue;
@@ -229,7 +232,7 @@ impl<'a> Answer<'a> {
                 }
             }
         }
-        self.cost
+        self.cost < limit
     }
 }
 

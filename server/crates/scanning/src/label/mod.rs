@@ -84,9 +84,10 @@ pub fn label_frames(
         .enumerate()
         .flat_map(|(frame, lines)| pieces::pieces_of_frame(lines, frame, direction))
         .collect();
+    let travel = Travel::of(shifts_mm);
+    let pieces = pieces::cut_at_joints_nearby(pieces, frames, direction, &travel.order);
     let view = hypotheses::View { calibration, depth_range_mm, direction };
     let samples = view.samples(frames, shifts_mm, &pieces);
-    let travel = Travel::of(shifts_mm);
     let columns = columns::Columns::new(&pieces, frames, direction);
     let mut evidence = depth_evidence(&samples, &pieces, calibration.orders.len());
     let partners = tracks::add_tracks(&mut evidence, &samples, &pieces, &columns, &travel.order);

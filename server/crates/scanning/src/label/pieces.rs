@@ -3,8 +3,8 @@
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
 use crate::params::{
-    CUT_TRIM_POINTS, KINK_SLOPE, KINK_SPAN_PX, KINK_STEP_PX, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX,
-    STEP_LIMITS,
+    CUT_TRIM_POINTS, JOINT_FRAMES, JOINT_GAP_PX, JOINT_REACH_PX, JOINT_SPACING_PX, KINK_SLOPE, KINK_SPAN_PX,
+    KINK_STEP_PX, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX, STEP_LIMITS,
 };
 
 /// A piece of a segment: the unit that carries one label.
@@ -80,6 +80,73 @@ pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirecti
         }
     }
     pieces
+}
+
+/// Cuts pieces where the same line was seen to end or to be cut in one of the frames before and after: a joint that
+/// hides in one frame shows in its neighbours. `travel_order`: the frames in the sequence of their stage positions.
+pub fn cut_at_joints_nearby(
+    pieces: Vec<Piece>,
+    frames: &[&Centrelines],
+    direction: LineDirection,
+    travel_order: &[usize],
+) -> Vec<Piece> {
+    let mut joints: Vec<Vec<(i64, f64)>> = vec![Vec::new(); frames.len()];
+    for piece in &pieces {
+        let points = piece.points(frames[piece.frame]);
+        let (start, end) = (piece.along, piece.along + points.len() as i64);
+        let across = |point: &CentrelinePoint| along_across(point, direction).1;
+        joints[piece.frame].push((start, across(&points[0])));
+        joints[piece.frame].push((end, across(&points[points.len() - 1])));
+    }
+    joints.iter_mut().for_each(|joints| drop_small_gaps(joints));
+    let mut nearby: Vec<Vec<(i64, f64)>> = vec![Vec::new(); frames.len()];
+    for (place, &frame) in travel_order.iter().enumerate() {
+        let around = place.saturating_sub(JOINT_FRAMES)..(place + JOINT_FRAMES + 1).min(travel_order.len());
+        nearby[frame] =
+            around.filter(|&other| other != place).flat_map(|other| joints[travel_order[other]].clone()).collect();
+        nearby[frame].sort_by_key(|joint| joint.0);
+    }
+    let cut = |piece: Piece| cut_piece(piece, frames[piece.frame], direction, &nearby[piece.frame]);
+    pieces.into_iter().flat_map(cut).collect()
+}
+
+/// Takes away ends that face each other over a point or two: a lost point is no joint.
+fn drop_small_gaps(joints: &mut Vec<(i64, f64)>) {
+    joints.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let faces = |idx: usize| {
+        let (along, across) = joints[idx];
+        let mut others = joints.iter().enumerate().skip(joints.partition_point(|other| other.0 < along - 2));
+        others
+            .by_ref()
+            .take_while(|(_, other)| other.0 <= along + 2)
+            .any(|(other, joint)| other != idx && joint.0 != along && (joint.1 - across).abs() < JOINT_GAP_PX)
+    };
+    let kept: Vec<(i64, f64)> = (0..joints.len()).filter(|&idx| !faces(idx)).map(|idx| joints[idx]).collect();
+    *joints = kept;
+}
+
+fn cut_piece(piece: Piece, lines: &Centrelines, direction: LineDirection, joints: &[(i64, f64)]) -> Vec<Piece> {
+    let end = piece.along + piece.n_points() as i64;
+    let mut places = vec![piece.along];
+    for (along, across) in &joints[joints.partition_point(|joint| joint.0 <= piece.along)..] {
+        if *along >= end {
+            break;
+        }
+        let near = piece
+            .point_at(lines, *along)
+            .is_some_and(|point| (along_across(point, direction).1 - across).abs() < JOINT_REACH_PX);
+        if near && places[places.len() - 1] + JOINT_SPACING_PX <= *along && along + JOINT_SPACING_PX <= end {
+            places.push(*along);
+        }
+    }
+    places.push(end);
+    let part = |pair: &[i64]| {
+        let n_points = (pair[1] - pair[0]) as usize;
+        let first = piece.first + (pair[0] - piece.along) as usize;
+        let fresh = Piece { first, end: first + n_points, along: pair[0], stride: stride_for(n_points), ..piece };
+        (n_points >= MIN_PIECE_POINTS).then_some(fresh)
+    };
+    places.windows(2).filter_map(part).collect()
 }
 
 /// The largest of 16, 8, 4, … that still gives enough samples: strides nest, so that pieces of neighbouring

@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 use super::hypotheses::Samples;
 use super::pieces::Piece;
 use super::tracks::Partners;
-use crate::params::{PATCH_CURVATURE_PER_MM, SHEET_LINK_FLOOR_MM, SHEET_LINK_PITCHES, SMOOTH_SIGMAS};
+use crate::params::{
+    PATCH_CURVATURE_PER_MM, SHEET_LINK_FLOOR_MM, SHEET_LINK_OVERLAP_PX, SHEET_LINK_PITCHES, SHEET_LINK_SHARE,
+    SMOOTH_SIGMAS,
+};
 
 /// Per piece: its sheet, numbered by first piece.
 ///
@@ -27,7 +30,13 @@ pub fn sheets(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &
         }
     }
     let mut root: Vec<usize> = (0..pieces.len()).collect();
-    for ((a, b), _) in links.iter().filter(|(_, link)| link.is_smooth()) {
+    let overlaps = |&(a, b): &(usize, usize)| {
+        let (a, b) = (&pieces[a], &pieces[b]);
+        let end = |piece: &Piece| piece.along + piece.n_points() as i64;
+        let shared = (end(a).min(end(b)) - a.along.max(b.along)) as f64;
+        shared >= SHEET_LINK_OVERLAP_PX && shared >= SHEET_LINK_SHARE * a.n_points().min(b.n_points()) as f64
+    };
+    for ((a, b), _) in links.iter().filter(|(pair, link)| overlaps(pair) && link.is_smooth()) {
         let (a, b) = (find(&mut root, *a), find(&mut root, *b));
         root[a.max(b)] = a.min(b);
     }
