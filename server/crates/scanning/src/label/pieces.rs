@@ -98,7 +98,7 @@ pub fn cut_at_joints_nearby(
         joints[piece.frame].push((start, across(&points[0])));
         joints[piece.frame].push((end, across(&points[points.len() - 1])));
     }
-    joints.iter_mut().for_each(|joints| drop_small_gaps(joints));
+    joints.iter_mut().for_each(drop_small_gaps);
     let mut nearby: Vec<Vec<(i64, f64)>> = vec![Vec::new(); frames.len()];
     for (place, &frame) in travel_order.iter().enumerate() {
         let around = place.saturating_sub(JOINT_FRAMES)..(place + JOINT_FRAMES + 1).min(travel_order.len());
