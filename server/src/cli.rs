@@ -233,6 +233,9 @@ pub struct CentrelinesArgs {
     /// How the centre is found.
     #[arg(long, value_enum, default_value_t)]
     pub method: CentrelineMethodArg,
+    /// Picture of the same scene with the laser off, taken away from every image before lines are looked for.
+    #[arg(long, value_name = "IMAGE")]
+    pub background: Option<PathBuf>,
     /// Folder for one picture per image with the lines drawn over it.
     #[arg(long, value_name = "DIR")]
     pub picture: Option<PathBuf>,

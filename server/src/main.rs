@@ -1,5 +1,6 @@
 //! `sheaf`: the command line of the scanner. Parses, dispatches, prints, and ends with a documented exit code.
 
+mod background;
 mod calibration_file;
 mod cli;
 mod cloud_provenance;

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use capture::read_grey_image;
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use vision::{CentrelineParams, Centrelines, find_centrelines};
+use vision::{CentrelineParams, Centrelines, GreyImage, find_centrelines};
 
+use crate::background::Background;
 use crate::cli::CentrelinesArgs;
 use crate::commands::Answer;
 use crate::commands::corners::first_of;
@@ -22,6 +23,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &Reporter) -> Result<Answer, Failur
     if let Some(folder) = &args.picture {
         create_folder(folder)?;
     }
+    let background = args.background.as_deref().map(Background::read).transpose()?;
     let params = CentrelineParams { method: args.method.into(), line_direction: args.line_direction.into() };
     let csv_paths = paths_in(&args.csv, &args.images, "csv");
     let picture_paths = args.picture.as_ref().map(|folder| paths_in(folder, &args.images, "png"));
@@ -30,7 +32,8 @@ pub fn run(args: &CentrelinesArgs, reporter: &Reporter) -> Result<Answer, Failur
         .into_par_iter()
         .map(|idx| {
             let picture = picture_paths.as_ref().map(|paths| paths[idx].as_path());
-            let lines = lines_of(&args.images[idx], &csv_paths[idx], picture, &params);
+            let lines = lines_of(&args.images[idx], background.as_ref(), &params)
+                .and_then(|found| write(&found, &csv_paths[idx], picture));
             task.step();
             lines
         })
@@ -66,19 +69,34 @@ fn paths_in(folder: &Path, images: &[PathBuf], extension: &str) -> Vec<PathBuf> 
     file_names_after(images, extension).into_iter().map(|name| folder.join(name)).collect()
 }
 
-fn lines_of(
+/// A laser image, its background taken away if there is one, and its lines.
+pub struct FoundLines {
+    /// What the lines were found in.
+    pub image: GreyImage,
+    /// The lines.
+    pub lines: Centrelines,
+}
+
+/// Reads a laser image and finds its lines.
+pub fn lines_of(
     path: &Path,
-    csv_path: &Path,
-    picture_path: Option<&Path>,
+    background: Option<&Background>,
     params: &CentrelineParams,
-) -> Result<Centrelines, Failure> {
-    let image = read_grey_image(path).map_err(|error| Failure::from(error).in_file(path))?;
-    let lines = find_centrelines(&image, params);
-    write_file(csv_path, csv(&lines).as_bytes())?;
-    if let Some(picture_path) = picture_path {
-        write_file(picture_path, &encode_png(&overlay_by_segment(&image, &lines))?)?;
+) -> Result<FoundLines, Failure> {
+    let mut image = read_grey_image(path).map_err(|error| Failure::from(error).in_file(path))?;
+    if let Some(background) = background {
+        image = background.taken_from(&image, path)?;
     }
-    Ok(lines)
+    let lines = find_centrelines(&image, params);
+    Ok(FoundLines { image, lines })
+}
+
+fn write(found: &FoundLines, csv_path: &Path, picture_path: Option<&Path>) -> Result<Centrelines, Failure> {
+    write_file(csv_path, csv(&found.lines).as_bytes())?;
+    if let Some(picture_path) = picture_path {
+        write_file(picture_path, &encode_png(&overlay_by_segment(&found.image, &found.lines))?)?;
+    }
+    Ok(found.lines.clone())
 }
 
 fn csv(lines: &Centrelines) -> String {
