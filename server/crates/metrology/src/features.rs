@@ -1,13 +1,14 @@
 //! Finds the features a tool needs in a cloud of table and object.
 
 use nalgebra::Vector3;
+use optics::{Calibration, LightSurfaces};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 use crate::outline::Outline;
 use crate::params::{
-    MIN_CURVED_COSINE, MIN_FEATURE_POINTS, MIN_FEATURE_SHARE, MIN_INTERIOR_SHARE, MIN_TABLE_SHARE,
-    NOMINAL_HINT_SHARE, PARALLEL_DEGREES, RANSAC_BAND_SIGMAS,
+    MIN_CURVED_COSINE, MIN_CURVED_COSINE_UNLIT, MIN_CURVED_LIGHT_COSINE, MIN_FEATURE_POINTS, MIN_FEATURE_SHARE,
+    MIN_INTERIOR_SHARE, MIN_TABLE_SHARE, NOMINAL_HINT_SHARE, PARALLEL_DEGREES, RANSAC_BAND_SIGMAS,
 };
 use crate::ransac::{self, RadiusRange};
 use crate::robust::{Settled, normalised_distance, settle, within};
@@ -38,9 +39,19 @@ pub(crate) struct Found {
     pub(crate) trim: f64,
 }
 
+/// Where the light of a station comes from, camera frame: the middle of the grating. Plane models do not know.
+pub(crate) fn light_origin_mm(calibration: &Calibration) -> Option<Vector3<f64>> {
+    match &calibration.light {
+        LightSurfaces::Grating(grating) => grating.ray(0.0, 0).map(|ray| ray.origin_mm),
+        LightSurfaces::Planes(_) | LightSurfaces::Pencil(_) => None,
+    }
+}
+
 /// Searches among the points of one cloud.
 pub(crate) struct Search<'a> {
     pub(crate) samples: &'a Samples,
+    /// Where the light comes from, camera frame, if that is known.
+    pub(crate) light_origin_mm: Option<Vector3<f64>>,
     pub(crate) rng: Pcg64Mcg,
 }
 
@@ -163,12 +174,21 @@ impl Search<'_> {
         })
     }
 
-    /// Points of a curved shape that are not seen too steeply, if enough remain.
+    /// Points of a curved shape that are neither seen nor lit too steeply, if enough remain.
     fn without_steep(&self, inside: Vec<u32>, shape: &Shape) -> Vec<u32> {
         if matches!(shape, Shape::Plane { .. }) {
             return inside;
         }
-        let is_frontal = |&idx: &u32| self.samples.at(idx).cosine(shape) >= MIN_CURVED_COSINE;
+        let is_frontal = |&idx: &u32| {
+            let sample = self.samples.at(idx);
+            match self.light_origin_mm {
+                Some(origin) => {
+                    let lit = shape.normal_at(&sample.position).dot(&(origin - sample.position).normalize());
+                    sample.cosine(shape) >= MIN_CURVED_COSINE && lit.abs() >= MIN_CURVED_LIGHT_COSINE
+                }
+                None => sample.cosine(shape) >= MIN_CURVED_COSINE_UNLIT,
+            }
+        };
         let frontal: Vec<u32> = inside.par_iter().copied().filter(is_frontal).collect();
         if frontal.len() as f64 >= MIN_INTERIOR_SHARE * inside.len() as f64 { frontal } else { inside }
     }

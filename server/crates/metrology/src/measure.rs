@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use scanning::Cloud;
 
-use crate::features::{Found, Search};
+use crate::features::{Found, Search, light_origin_mm};
 use crate::measurement::{FittedFeature, Measurement, Unit};
 use crate::noise::{self, FeatureNoise};
 use crate::orders;
@@ -46,7 +46,8 @@ pub fn measure(
         return Err(MeasureError::TooFewPoints { needed: MIN_FEATURE_POINTS, got: samples.all.len() });
     }
     let mut notes = Vec::new();
-    let mut search = Search { samples: &samples, rng: Pcg64Mcg::seed_from_u64(request.seed) };
+    let light_origin_mm = calibration.and_then(light_origin_mm);
+    let mut search = Search { samples: &samples, light_origin_mm, rng: Pcg64Mcg::seed_from_u64(request.seed) };
     let features = find(&mut search, request, &mut notes)?;
     let (question, measured) = read_value(&samples, &features, request)?;
     let retriangulation = calibration

@@ -64,7 +64,7 @@ pub struct FittedFeature {
     /// Points inside the feature's outline that are off its surface.
     pub n_outliers: usize,
     /// Points on the surface left out because they are near its border or, on curved
-    /// features, seen at more than 53° of incidence.
+    /// features, seen or lit too steeply.
     pub n_border: usize,
     /// RMS of the residuals along the normal, mm.
     pub rms_mm: f64,

@@ -62,10 +62,20 @@ pub const NOMINAL_HINT_SHARE: f64 = 0.5;
 /// describes the error, and the weight of a point must not grow without end.
 pub const MIN_COSINE: f64 = 0.3;
 
-/// Points of curved features seen at more than this incidence are left out if enough others remain (cosine, 53°):
-/// there a stripe runs steeply and is foreshortened on one side, which pulls its centre outwards along the slope;
-/// the error grows with the tangent, and a radius feels it with a lever.
-pub const MIN_CURVED_COSINE: f64 = 0.6;
+/// Points of curved features seen at more than this incidence are left out if enough others remain (cosine, 66°):
+/// there a stripe runs steeply and is foreshortened on one side, which pulls its centre along the slope; the error
+/// grows with the tangent, and a radius feels it with a lever.
+pub const MIN_CURVED_COSINE: f64 = 0.4;
+
+/// The same for points lit at more than this incidence (cosine, 57°): across the thickness of the sheet the light
+/// then grows so fast towards the side facing the projector that the stripe's centre moves there, by
+/// s²·tan(incidence)/R for a thickness of s on a radius R. Stricter than the limit for the view: this error has one
+/// sign on the whole shaded side (rendered balls of 18.9 mm: radius +17 µm without, +2 µm with this limit).
+pub const MIN_CURVED_LIGHT_COSINE: f64 = 0.55;
+
+/// [`MIN_CURVED_COSINE`] where the calibration does not say where the light comes from (53°): the shaded side can
+/// then be kept out only by keeping out more of everything.
+pub const MIN_CURVED_COSINE_UNLIT: f64 = 0.6;
 
 /// σ of a point is not taken smaller than this share of the median: no point may rule a fit.
 pub const MIN_SIGMA_SHARE: f64 = 0.3;

@@ -2,6 +2,7 @@
 
 mod coverage;
 mod rig_a;
+mod shading;
 mod station;
 mod surfaces;
 mod synthetic;
