@@ -443,9 +443,21 @@ pub struct StationArgs {
     /// Tilt of the grating against the light's axis.
     #[arg(long, value_name = "DEG")]
     pub grating_tilt_deg: Option<f64>,
+    /// Relative error of the true λ/d_g against the data sheets.
+    #[arg(long, value_name = "RATIO", allow_hyphen_values = true)]
+    pub wavelength_over_period_error: Option<f64>,
+    /// Mean ridge of the brightest line on white, as a fraction of full scale; above 1 it saturates.
+    #[arg(long, value_name = "RATIO")]
+    pub line_peak: Option<f64>,
+    /// Standard deviation of a line's profile at the standoff, before lens blur.
+    #[arg(long, value_name = "PX")]
+    pub line_sigma_px: Option<f64>,
     /// Standard deviation of the speckle over its mean, 0–1.
     #[arg(long)]
     pub speckle_contrast: Option<f64>,
+    /// Full width at half height of the speckle's correlation.
+    #[arg(long, value_name = "PX")]
+    pub speckle_grain_px: Option<f64>,
     /// Grey levels (of 255) of ambient light on white in laser images.
     #[arg(long)]
     pub ambient_levels: Option<f64>,

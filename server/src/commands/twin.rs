@@ -78,8 +78,13 @@ fn shape_from(args: &StationArgs) -> StationShape {
         standoff_mm: args.standoff_mm.unwrap_or(usual.standoff_mm),
         field_half_width_mm: args.field_half_width_mm.unwrap_or(usual.field_half_width_mm),
         grating_tilt_rad: args.grating_tilt_deg.map_or(usual.grating_tilt_rad, f64::to_radians),
+        wavelength_over_period_error: args
+            .wavelength_over_period_error
+            .unwrap_or(usual.wavelength_over_period_error),
+        line_sigma_px: args.line_sigma_px.unwrap_or(usual.line_sigma_px),
+        line_peak: args.line_peak.unwrap_or(usual.line_peak),
         speckle_contrast: args.speckle_contrast.unwrap_or(usual.speckle_contrast),
+        speckle_grain_px: args.speckle_grain_px.unwrap_or(usual.speckle_grain_px),
         ambient_levels: args.ambient_levels.unwrap_or(usual.ambient_levels),
-        ..StationShape::default()
     }
 }
