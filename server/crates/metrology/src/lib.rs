@@ -6,6 +6,7 @@
 
 mod features;
 mod fit;
+mod footprint;
 mod measure;
 mod measurement;
 mod noise;

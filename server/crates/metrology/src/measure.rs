@@ -6,6 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use scanning::Cloud;
 
 use crate::features::{Found, Search, light_origin_mm};
+use crate::footprint::line_sigma_mm;
 use crate::measurement::{FittedFeature, Measurement, Unit};
 use crate::noise::{self, FeatureNoise};
 use crate::orders;
@@ -55,7 +56,10 @@ pub fn measure(
         .transpose()?;
     let u_noise =
         noise_uncertainty(cloud, &samples, &features, request.tool, retriangulation.as_ref(), &mut notes)?;
-    let u_systematic = systematic_uncertainty(&question, &features, retriangulation.as_ref(), &mut notes);
+    let u_systematic =
+        systematic_uncertainty(&question, &features, retriangulation.as_ref(), &mut notes).map(|u| {
+            u.hypot(line_width_uncertainty(cloud, &question, &features, retriangulation.as_ref(), &mut notes))
+        });
     describe(&samples, &features, request.tool, &mut notes);
 
     let expanded_uncertainty = COVERAGE_FACTOR * u_noise.hypot(u_systematic.unwrap_or(0.0));
@@ -260,6 +264,32 @@ fn systematic_uncertainty(
             None
         }
     }
+}
+
+/// What the thickness of the lines adds on curved features; 0 where it plays no part or is not known, with a note.
+fn line_width_uncertainty(
+    cloud: &Cloud,
+    question: &Question,
+    features: &[Found],
+    retriangulation: Option<&Retriangulation>,
+    notes: &mut Vec<String>,
+) -> f64 {
+    if features.iter().all(|feature| matches!(feature.shape, Shape::Plane { .. })) {
+        return 0.0;
+    }
+    let known = retriangulation.zip(line_sigma_mm(cloud));
+    let u =
+        known.and_then(|(pixels, line_sigma_mm)| pixels.line_width_uncertainty(question, features, line_sigma_mm));
+    match u {
+        Some(u) => notes.push(format!(
+            "the lines' thickness on the curved surface adds {:.1} µm to the calibration's part of u",
+            1e3 * u
+        )),
+        None => notes.push(
+            "the cloud does not state its lines' thickness: its pull on curved features is missing in U".into(),
+        ),
+    }
+    u.unwrap_or(0.0)
 }
 
 /// Notes on what the features are.

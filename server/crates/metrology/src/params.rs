@@ -107,3 +107,10 @@ pub const FLATNESS_TRIM_SIGMAS: f64 = 8.0;
 
 /// Coverage factor of the expanded uncertainty (ISO 14253-1).
 pub const COVERAGE_FACTOR: f64 = 2.0;
+
+/// How a cloud's comments introduce the thickness of its light sheets (one σ, mm).
+pub const LINE_SIGMA_KEY: &str = "line_sigma_mm ";
+
+/// Pull of a curved surface on a line's centre, one σ, in units of δ: a centre on the peak feels 0, a centroid 3; an
+/// extraction whose kernel is as wide as the line stands between, and where exactly depends on saturation and blur.
+pub const FOOTPRINT_SHARE: f64 = 1.5;

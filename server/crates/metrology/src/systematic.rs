@@ -10,6 +10,7 @@ use scanning::Cloud;
 
 use crate::features::Found;
 use crate::fit::{Weighted, fit};
+use crate::footprint::footprint_mm;
 use crate::measure::Question;
 use crate::noise::FeatureNoise;
 use crate::params::{MAX_MISMATCH_MM, MIN_NOISE_SHARE, SYSTEMATIC_POINTS};
@@ -26,6 +27,8 @@ struct Pixel {
     pixel: Vector2<f64>,
     ray: Vector3<f64>,
     phi_rad: f64,
+    /// Unit normal of the light sheet there.
+    sheet_normal: Vector3<f64>,
     /// X_camera − X_part.
     carried: Vector3<f64>,
     /// Stage position recovered from it, mm.
@@ -105,15 +108,17 @@ impl<'a> Retriangulation<'a> {
     /// Standard uncertainty of the value from the calibration's covariance, and how many modes gave no value.
     pub(crate) fn standard_uncertainty(&self, question: &Question, features: &[Found]) -> Option<(f64, usize)> {
         let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
-        let base = self.value_with(self.calibration, question, &shapes)?;
+        let seen =
+            |calibration: &Calibration| self.value_with(question, &shapes, |p, _| part_position(calibration, p));
+        let base = seen(self.calibration)?;
         let squares: Vec<Option<f64>> = self
             .calibration
             .sigma_modes()
             .par_iter()
             .map(|mode| {
                 let back: Vec<f64> = mode.iter().map(|step| -step).collect();
-                let plus = self.value_with(&self.calibration.stepped(mode), question, &shapes)? - base;
-                let minus = self.value_with(&self.calibration.stepped(&back), question, &shapes)? - base;
+                let plus = seen(&self.calibration.stepped(mode))? - base;
+                let minus = seen(&self.calibration.stepped(&back))? - base;
                 Some((plus * plus + minus * minus) / 2.0)
             })
             .collect();
@@ -121,15 +126,37 @@ impl<'a> Retriangulation<'a> {
         Some((squares.into_iter().flatten().sum::<f64>().sqrt(), failed))
     }
 
-    fn value_with(&self, calibration: &Calibration, question: &Question, shapes: &[Shape]) -> Option<f64> {
+    /// How far the value moves when every point of a curved feature moves by what a line of finite thickness may
+    /// pull it ([`footprint_mm`]); 0 for flat features.
+    pub(crate) fn line_width_uncertainty(
+        &self,
+        question: &Question,
+        features: &[Found],
+        line_sigma_mm: f64,
+    ) -> Option<f64> {
+        let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
+        let as_seen = self.value_with(question, &shapes, |p, _| part_position(self.calibration, p))?;
+        let pulled = self.value_with(question, &shapes, |p, shape| {
+            let position = part_position(self.calibration, p)?;
+            let pull = footprint_mm(shape, &position, &p.ray, &p.sheet_normal, line_sigma_mm);
+            Some(position + shape.normal_at(&position) * pull)
+        })?;
+        Some((pulled - as_seen).abs())
+    }
+
+    /// The value after refitting every shape to its points where `place` puts them.
+    fn value_with(
+        &self,
+        question: &Question,
+        shapes: &[Shape],
+        place: impl Fn(&Pixel, &Shape) -> Option<Vector3<f64>>,
+    ) -> Option<f64> {
         let mut refitted = Vec::with_capacity(shapes.len());
         let mut first_positions = Vec::new();
         for (shape, pixels) in shapes.iter().zip(&self.features) {
             let points: Vec<Weighted> = pixels
                 .iter()
-                .filter_map(|p| {
-                    Some(Weighted { position: part_position(calibration, p)?, ray: p.ray, weight: p.weight })
-                })
+                .filter_map(|p| Some(Weighted { position: place(p, shape)?, ray: p.ray, weight: p.weight }))
                 .collect();
             refitted.push(fit(shape, &points)?);
             if first_positions.is_empty() {
@@ -160,6 +187,7 @@ fn pixel(
         pixel,
         ray: sample.ray,
         phi_rad: hit.hit.phi_rad,
+        sheet_normal: hit.hit.normal,
         carried,
         position_mm: if travel > 0.0 { direction.dot(&carried) / travel } else { 0.0 },
         weight,

@@ -139,3 +139,8 @@ pub const CONTRADICTING_SURFACES: usize = 2;
 pub const RUN_DENIED_SHARE: f64 = 0.5;
 /// Largest bend of a line over a comparison patch, in standard deviations, that counts as smooth.
 pub const SMOOTH_SIGMAS: f64 = 4.0;
+
+/// Full width at half height of a Gaussian, in standard deviations.
+pub const FWHM_PER_SIGMA: f64 = 2.354_82;
+/// Points whose widths state the thickness of the light sheets: a median of thousands is good to a percent.
+pub const THICKNESS_SAMPLES: usize = 4000;

@@ -1,6 +1,6 @@
 //! A scan: labelled, triangulated, registered, checked.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, DepthRangeMm, PointMm};
 use rayon::prelude::*;
 use vision::Centrelines;
@@ -10,7 +10,7 @@ use crate::compare::{OrderPair, Surfaces};
 use crate::dropped::{DropReason, Dropped};
 use crate::envelope::{DepthEnvelope, depth_envelope};
 use crate::label::{Travel, label_frames, outlook};
-use crate::params::{KINK_STEP_PX, RUN_DENIED_SHARE};
+use crate::params::{FWHM_PER_SIGMA, KINK_STEP_PX, RUN_DENIED_SHARE, THICKNESS_SAMPLES};
 use crate::profile::{Profile, ProfilePoint, profile_of_frame};
 use crate::sigma_table::SigmaTable;
 
@@ -128,7 +128,7 @@ pub fn scan_cloud(
         self_consistency,
         envelope: depth_envelope(calibration, depth_range_mm),
     };
-    let comments = comments(frames, calibration);
+    let comments = comments(frames, &profiles, calibration);
     let points = cloud_points(frames, &profiles, calibration);
     Ok(ScanResult { cloud: Cloud { points, comments }, report })
 }
@@ -239,7 +239,7 @@ fn sigma_tables(profiles: &[Profile], calibration: &Calibration) -> Vec<(i8, Sig
 }
 
 /// What the cloud must say about itself; the software adds its own name and version.
-fn comments(frames: &[ScanFrame], calibration: &Calibration) -> Vec<String> {
+fn comments(frames: &[ScanFrame], profiles: &[Profile], calibration: &Calibration) -> Vec<String> {
     let mut correlations: Vec<f64> = frames.iter().map(|frame| frame.centrelines.correlation_px).collect();
     correlations.sort_by(f64::total_cmp);
     vec![
@@ -247,5 +247,25 @@ fn comments(frames: &[ScanFrame], calibration: &Calibration) -> Vec<String> {
         "units mm".into(),
         "frame part".into(),
         format!("noise_correlation_px {}", correlations[correlations.len() / 2]),
+        format!("line_sigma_mm {:.4}", line_sigma_mm(profiles, calibration)),
     ]
+}
+
+/// Median thickness of the light sheets (one σ, along their normals) from the widths of the lines in the image.
+fn line_sigma_mm(profiles: &[Profile], calibration: &Calibration) -> f64 {
+    let points: Vec<&ProfilePoint> = profiles.iter().flat_map(|profile| &profile.points).collect();
+    let step = points.len().div_ceil(THICKNESS_SAMPLES).max(1);
+    let mut sigmas_mm: Vec<f64> = points
+        .iter()
+        .step_by(step)
+        .filter_map(|point| {
+            let pixel = Vector2::new(point.seen.u_px, point.seen.v_px);
+            let hit = calibration.triangulate(point.order, &pixel, None)?;
+            let along_ray_mm =
+                hit.noise_sigma_mm(&point.seen.normal, f64::from(point.seen.width_px) / FWHM_PER_SIGMA);
+            Some(along_ray_mm * hit.hit.normal.dot(&hit.ray).abs() / hit.ray.norm())
+        })
+        .collect();
+    sigmas_mm.sort_by(f64::total_cmp);
+    sigmas_mm.get(sigmas_mm.len() / 2).copied().unwrap_or(0.0)
 }
