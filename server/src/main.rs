@@ -9,6 +9,7 @@ mod failure;
 mod features;
 mod output;
 mod palette;
+mod photographs;
 mod picture;
 mod pixel_row;
 mod progress;

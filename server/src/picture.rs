@@ -14,6 +14,9 @@ const ENLARGE_BELOW_PX: usize = 1000;
 /// Brightest grey under a drawing, of 255: leaves room for the colours.
 const BACKGROUND_PEAK: f32 = 200.0;
 
+/// Brightest grey under a drawing for a page: the lines stand out from what lit them.
+const PAGE_PEAK: f32 = 150.0;
+
 /// Share of the pixels that may be brighter than the brightest grey shown.
 const CLIPPED_SHARE: f32 = 0.001;
 
@@ -24,6 +27,25 @@ pub fn overlay_by_segment(image: &GreyImage, lines: &Centrelines) -> RgbImage {
         segment.points.iter().map(move |point| (point.u_px, point.v_px, colour))
     });
     overlay(image, points)
+}
+
+/// A photograph as it was taken with the line pieces drawn over it, wide enough to be seen in a smaller copy.
+pub fn lines_over(photograph: &GreyImage, lines: &Centrelines) -> RgbImage {
+    const HALF_WIDTH_PX: i64 = 1;
+    let mut picture = background(photograph, 1, PAGE_PEAK);
+    let (width, height) = (i64::from(picture.width()), i64::from(picture.height()));
+    for (idx, segment) in lines.segments.iter().enumerate() {
+        let colour = Rgb(order_rgb((idx % 5) as i8 - 2));
+        for point in &segment.points {
+            let (u, v) = (point.u_px.round() as i64, point.v_px.round() as i64);
+            for (x, y) in (-HALF_WIDTH_PX..=HALF_WIDTH_PX).map(|across| (u + across, v)) {
+                if (0..width).contains(&x) && (0..height).contains(&y) {
+                    picture.put_pixel(x as u32, y as u32, colour);
+                }
+            }
+        }
+    }
+    picture
 }
 
 fn overlay(image: &GreyImage, points: impl Iterator<Item = (f64, f64, [u8; 3])>) -> RgbImage {

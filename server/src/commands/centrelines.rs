@@ -69,9 +69,11 @@ fn paths_in(folder: &Path, images: &[PathBuf], extension: &str) -> Vec<PathBuf> 
     file_names_after(images, extension).into_iter().map(|name| folder.join(name)).collect()
 }
 
-/// A laser image, its background taken away if there is one, and its lines.
+/// A laser image and its lines.
 pub struct FoundLines {
-    /// What the lines were found in.
+    /// The image as it was read.
+    pub photograph: GreyImage,
+    /// The same with the background taken away, if there is one: what the lines were found in.
     pub image: GreyImage,
     /// The lines.
     pub lines: Centrelines,
@@ -83,12 +85,13 @@ pub fn lines_of(
     background: Option<&Background>,
     params: &CentrelineParams,
 ) -> Result<FoundLines, Failure> {
-    let mut image = read_grey_image(path).map_err(|error| Failure::from(error).in_file(path))?;
-    if let Some(background) = background {
-        image = background.taken_from(&image, path)?;
-    }
+    let photograph = read_grey_image(path).map_err(|error| Failure::from(error).in_file(path))?;
+    let image = match background {
+        Some(background) => background.taken_from(&photograph, path)?,
+        None => photograph.clone(),
+    };
     let lines = find_centrelines(&image, params);
-    Ok(FoundLines { image, lines })
+    Ok(FoundLines { photograph, image, lines })
 }
 
 fn write(found: &FoundLines, csv_path: &Path, picture_path: Option<&Path>) -> Result<Centrelines, Failure> {

@@ -19,6 +19,7 @@ use crate::commands::twin::record;
 use crate::failure::Failure;
 use crate::features::Features;
 use crate::output::{create_folder, write_file};
+use crate::photographs::{self, Photograph};
 use crate::progress::Reporter;
 use crate::report;
 use crate::tables::{demo_json, demo_text};
@@ -26,6 +27,9 @@ use crate::truth::{TruePoint, read_truth, systematic_depth_rmse_mm};
 
 /// Image size of the demo's station: small enough to be rendered and evaluated in a minute on two cores.
 const IMAGE_PX: [usize; 2] = [960, 768];
+
+/// Folder of the photographs among the results.
+const PHOTOGRAPHS: &str = "photographs";
 
 /// The two parts: scan name, tool, nominal value.
 const PARTS: [(&str, Tool, f64); 2] =
@@ -65,7 +69,11 @@ pub fn run(args: &DemoArgs, reporter: &Reporter) -> Result<Answer, Failure> {
         .into_iter()
         .map(|kind| attempt(kind, &capture, &features, &truth, reporter))
         .collect::<Result<_, Failure>>()?;
-    let files = write_results(&args.out, &capture, &features, &trials)?;
+    let photographs = photographs(&args.out, reporter)?;
+    let mut files = write_results(&args.out, &capture, &features, &trials, &photographs)?;
+    if !photographs.is_empty() {
+        files.push((PathBuf::from(PHOTOGRAPHS), "laser lines found in photographs that others took".to_owned()));
+    }
     let mut text = demo_text(&trials);
     text.push_str(&format!("\nwritten to {}:\n", args.out.display()));
     for (file, what) in &files {
@@ -86,6 +94,17 @@ fn render(folder: &Path, seed: u64, reporter: &Reporter) -> Result<(), Failure> 
     let shape = StationShape { width_px, height_px, ..StationShape::default() };
     let model = StationModel::seeded(seed, &shape)?;
     record(&model, &CaptureRequest::standard(&model), folder, reporter).map(|_| ())
+}
+
+/// Lines found in the photographs of the reference data, as pictures in their own folder; none without the data.
+fn photographs(out: &Path, reporter: &Reporter) -> Result<Vec<Photograph>, Failure> {
+    let Some(data) = photographs::folder() else {
+        reporter.note("no photographs: set SHEAF_DATA to the folder that holds real/ciclop to see lines in them");
+        return Ok(Vec::new());
+    };
+    let found = photographs::with_lines(&data)?;
+    photographs::write(&out.join(PHOTOGRAPHS), &found)?;
+    Ok(found)
 }
 
 fn all_truth(folder: &Path) -> Result<Vec<TruePoint>, Failure> {
@@ -127,6 +146,7 @@ fn write_results(
     capture: &Capture,
     features: &Features,
     trials: &[Trial],
+    photographs: &[Photograph],
 ) -> Result<Vec<(PathBuf, String)>, Failure> {
     let mut files =
         vec![(PathBuf::from("capture"), "what the simulated station delivered, with its truth".to_owned())];
@@ -147,7 +167,7 @@ fn write_results(
         }
     }
     let page = PathBuf::from("report.html");
-    write_file(&out.join(&page), report::demo_page(capture, features, trials, best)?.as_bytes())?;
+    write_file(&out.join(&page), report::demo_page(capture, features, trials, best, photographs)?.as_bytes())?;
     files.push((page, "all of it to look at, in any browser".to_owned()));
     Ok(files)
 }

@@ -1,7 +1,7 @@
 //! One file per command: parse what it was given, call the core, answer.
 
 mod calibrate;
-mod centrelines;
+pub mod centrelines;
 mod corners;
 pub mod demo;
 mod measure;

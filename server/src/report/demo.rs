@@ -4,12 +4,14 @@ use capture::Capture;
 
 use super::calibration::calibration_sections;
 use super::measurement;
-use super::page::{Page, Tile, figure, table, verdict};
+use super::page::{Page, Tile, figure, gallery, table, verdict};
+use super::pictures::small_picture;
 use super::plot::bars;
 use super::scan::scan_section;
 use crate::commands::demo::Trial;
 use crate::failure::Failure;
 use crate::features::Features;
+use crate::photographs::{Photograph, SOURCE};
 
 /// The page of a demo.
 pub fn demo_page(
@@ -17,6 +19,7 @@ pub fn demo_page(
     features: &Features,
     trials: &[Trial],
     best: &Trial,
+    photographs: &[Photograph],
 ) -> Result<String, Failure> {
     let lead = "A simulated station with known truth: calibrated by three light models from the same pictures, two \
                 parts scanned and measured.";
@@ -36,10 +39,27 @@ pub fn demo_page(
             &measurement::content(&part.measurement),
         );
     }
+    photograph_section(&mut page, photographs)?;
     let introduction = format!("By the model {}, which cross-validation recommends.", best.kind);
     page.section("The calibration behind it", &introduction, "");
     calibration_sections(&mut page, capture, features, &best.calibrated.result)?;
     Ok(page.finish())
+}
+
+fn photograph_section(page: &mut Page, photographs: &[Photograph]) -> Result<(), Failure> {
+    if photographs.is_empty() {
+        return Ok(());
+    }
+    let introduction = format!(
+        "Laser lines found in pictures of a real scanner in a lit room, after a picture with the laser off was \
+         taken away. {SOURCE}"
+    );
+    let pictures: Vec<String> = photographs
+        .iter()
+        .map(|photograph| small_picture(&photograph.picture, &photograph.caption))
+        .collect::<Result<_, Failure>>()?;
+    page.section("Photographs", &introduction, &gallery(&pictures));
+    Ok(())
 }
 
 fn tiles(best: &Trial) -> Vec<Tile> {

@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use capture::Capture;
+use image::RgbImage;
 use image::imageops::{FilterType, resize};
 use vision::{Centrelines, GreyImage};
 
-use super::page::{data_uri, figure};
+use super::page::{data_uri, escape, figure};
 use crate::failure::Failure;
 use crate::palette::order_hex;
 use crate::picture::{background, encode_jpeg};
@@ -35,6 +36,15 @@ pub fn labelled_picture(
 ) -> Result<String, Failure> {
     let image = capture.image(&path.display().to_string(), path)?;
     Ok(figure(&drawing(&image, found, labelled)?, caption))
+}
+
+/// A finished picture, smaller.
+pub fn small_picture(picture: &RgbImage, caption: &str) -> Result<String, Failure> {
+    let (width, height) = picture.dimensions();
+    let small_width = width.min(EMBEDDED_WIDTH_PX);
+    let small = resize(picture, small_width, height * small_width / width, FilterType::Triangle);
+    let uri = data_uri("image/jpeg", &encode_jpeg(&small)?);
+    Ok(figure(&format!("<img src=\"{uri}\" alt=\"{}\">", escape(caption)), caption))
 }
 
 fn drawing(image: &GreyImage, found: Option<&Centrelines>, labelled: &[LabelledPixel]) -> Result<String, Failure> {

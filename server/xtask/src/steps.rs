@@ -13,7 +13,7 @@ type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 /// Builds with optimisation and runs the demo.
 pub fn run_demo(arguments: &[String]) -> Outcome {
     let mut command = cargo(&["run", "--release", "--package", "sheaf", "--", "demo"]);
-    command.args(arguments);
+    command.args(arguments).env("SHEAF_DATA", data_folder());
     run("demo", &mut command)
 }
 
@@ -78,7 +78,7 @@ fn ensure_component(subcommand: &str, component: &str) -> Outcome {
 
 /// Some tests need data that is not part of the repository; their silence must not pass for success.
 fn tell_about_data() {
-    let folder = std::env::var_os("SHEAF_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from);
+    let folder = data_folder();
     if folder.join("rig-a/capture.json").is_file() {
         println!("── reference data: {}", folder.display());
     } else {
@@ -88,6 +88,11 @@ fn tell_about_data() {
             folder.display()
         );
     }
+}
+
+/// Where the reference data are, if they are anywhere.
+fn data_folder() -> PathBuf {
+    std::env::var_os("SHEAF_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from)
 }
 
 fn workspace() -> PathBuf {
