@@ -36,6 +36,7 @@ pub fn content(measurement: &Measurement) -> String {
         .collect();
     let n_orders = measurement.per_order.len();
     let head = ["order", "points", "mean error, µm", "RMSE, µm", "largest, µm", "value, mm"];
-    let notes: String = measurement.notes.iter().map(|note| format!("<p>{}</p>", escape(note))).collect();
+    let notes: String =
+        measurement.notes.iter().map(|note| format!("<p>{}.</p>", escape(&super::page::sentence(note)))).collect();
     verdict(&super::page::sentence(&sentence)) + &table(&head, &rows, |idx| idx == n_orders) + &notes
 }

@@ -31,7 +31,7 @@ pub fn study_page(study: &PaperStudy) -> String {
             Tile::new(
                 format!("{:.2}", row.errors.grating_mm / row.bound_mm),
                 "grating / Cramér–Rao bound",
-                "1 cannot be beaten",
+                "over these seeds; unbiased estimates have 1 or more on average",
             ),
         ]);
     }
@@ -67,7 +67,7 @@ fn claim(study: &PaperStudy) -> String {
 
 fn fields(study: &PaperStudy) -> String {
     let keys: Vec<(String, String)> =
-        MODEL_COLOURS.iter().map(|(name, colour)| ((*colour).to_owned(), (*name).to_owned())).collect();
+        MODEL_COLOURS.iter().map(|(name, colour)| ((*name).to_owned(), (*colour).to_owned())).collect();
     let figures: Vec<String> = GRATING_TILTS_DEG
         .iter()
         .map(|tilt| {
