@@ -171,6 +171,9 @@ fn the_reference_station_is_calibrated_as_well_as_promised() {
     let (error_mm, sigma_mm) = rig.systematic("auto");
     verdicts.demand("grating: systematic depth RMSE, mm", error_mm, 0.0, SYSTEMATIC_MM);
     verdicts.demand("grating: the same over its own σ", error_mm / sigma_mm, 0.0, 2.0);
+    // Volume and points differ; a wrong unit would be a thousand.
+    let stated = number(&result, "/light/systematic_sigma_mm") / sigma_mm;
+    verdicts.demand("grating: σ stated for the volume over that of the points", stated, 0.3, 3.0);
     rig.calibrate("planes");
     let (error_mm, _) = rig.systematic("planes");
     verdicts.demand("planes: systematic depth RMSE, mm", error_mm, PLANES_SYSTEMATIC_MM.0, PLANES_SYSTEMATIC_MM.1);
