@@ -39,13 +39,12 @@ pub fn challenged(
     let n_sheets = graph.labels.len();
     let in_doubt = |sheet: usize| {
         let short = moving && lengths_pitches[sheet] < RANK_ONLY_LENGTH_PITCHES;
-        graph.has_rival(sheet, CHALLENGE_MARGIN)
-            || short && unranked.has_rival(sheet, CHALLENGE_MARGIN_WITHOUT_RANKS)
+        graph.has_rival(sheet, CHALLENGE_MARGIN, |_| true)
+            || short
+                && unranked
+                    .has_rival(sheet, CHALLENGE_MARGIN_WITHOUT_RANKS, |rival| unranked.is_seen_again(sheet, rival))
     };
-    let mut doubtful: Vec<bool> = (0..n_sheets).into_par_iter().map(in_doubt).collect();
-    if moving {
-        graph.doubt_unseen(&mut doubtful, lengths_pitches);
-    }
+    let doubtful: Vec<bool> = (0..n_sheets).into_par_iter().map(in_doubt).collect();
     sheets.iter().map(|&sheet| doubtful[sheet]).collect()
 }
 
@@ -99,13 +98,13 @@ impl SheetGraph {
     }
 
     /// Whether another label of this sheet is nearly as good (by `margin` per sample) once the others have given way.
-    fn has_rival(&self, sheet: usize, margin: f64) -> bool {
+    fn has_rival(&self, sheet: usize, margin: f64, plausible: impl Fn(usize) -> bool) -> bool {
         let label = self.labels[sheet];
         if label == self.none() {
             return false;
         }
         let limit = margin * self.sizes[sheet];
-        (0..self.none()).filter(|&rival| rival != label).any(|rival| {
+        (0..self.none()).filter(|&rival| rival != label && plausible(rival)).any(|rival| {
             let alone = Answer::new(self, sheet, rival);
             if alone.falls_below(limit) {
                 return true;
@@ -126,27 +125,12 @@ impl SheetGraph {
         others.into()
     }
 
-    /// Doubts what no undoubted sheet has seen a second time, unless it is a long line in its rank.
-    fn doubt_unseen(&self, doubtful: &mut [bool], lengths_pitches: &[f64]) {
-        loop {
-            let unseen = |sheet: usize| {
-                let slot = sheet * self.n_labels + self.labels[sheet];
-                let counts = |pair: &&(u32, u32, f64)| {
-                    let other = pair.0 as usize;
-                    self.labels[other] == pair.1 as usize && !doubtful[other]
-                };
-                let seen: f64 = self.agreements[slot].iter().filter(counts).map(|pair| pair.2).sum();
-                seen < (SECOND_LOOK_SHARE * self.sizes[sheet]).max(SECOND_LOOK_SAMPLES)
-                    && lengths_pitches[sheet] < RANK_ONLY_LENGTH_PITCHES
-            };
-            let fresh: Vec<usize> = (0..self.labels.len())
-                .filter(|&sheet| !doubtful[sheet] && self.labels[sheet] != self.none() && unseen(sheet))
-                .collect();
-            if fresh.is_empty() {
-                return;
-            }
-            fresh.into_iter().for_each(|sheet| doubtful[sheet] = true);
-        }
+    /// Whether other sheets, labelled as they are, see the surface that `label` would give this sheet.
+    fn is_seen_again(&self, sheet: usize, label: usize) -> bool {
+        let agreeing = self.agreements[sheet * self.n_labels + label].iter();
+        let seen: f64 =
+            agreeing.filter(|pair| self.labels[pair.0 as usize] == pair.1 as usize).map(|pair| pair.2).sum();
+        seen >= (SECOND_LOOK_SHARE * self.sizes[sheet]).max(SECOND_LOOK_SAMPLES)
     }
 }
 
