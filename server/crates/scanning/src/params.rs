@@ -11,6 +11,8 @@ pub const KINK_SPAN_PX: usize = 5;
 /// Change of slope (across per along, px/px) at which a segment is cut in two: two lines may have been joined
 /// there. Cutting a line that merely bends costs nothing, its pieces are labelled alike.
 pub const KINK_SLOPE: f64 = 0.3;
+/// The same in standard deviations of the change of slope: speckle must not cut lines into crumbs.
+pub const KINK_SIGMAS: f64 = 5.0;
 /// Largest step between neighbouring points that stays one line, px.
 pub const KINK_STEP_PX: f64 = 2.5;
 /// Steps at which a segment is cut: lines of two orders that touch end to end are extracted as one. Per entry: points
@@ -27,6 +29,8 @@ pub const JOINT_REACH_PX: f64 = 2.0;
 pub const JOINT_SPACING_PX: i64 = 12;
 /// Two ends that face each other across one or two lost points, this far apart across the line, are no joint, px.
 pub const JOINT_GAP_PX: f64 = 0.3;
+/// The same in standard deviations of their difference, over a gap of up to one correlation length: a dark speckle.
+pub const JOINT_GAP_SIGMAS: f64 = 4.0;
 /// Shortest piece that is labelled, points: fewer have no slope.
 pub const MIN_PIECE_POINTS: usize = 4;
 
@@ -85,6 +89,8 @@ pub const SAME_ORDER_MIN_FRAMES: usize = 3;
 pub const RELAX_ROUNDS: usize = 40;
 /// Sharpness of beliefs in the first and in the last round (inverse temperature, per sample).
 pub const RELAX_SHARPNESS: [f64; 2] = [0.7, 12.0];
+/// Share of the rounds after which "none" takes part: by then lines know their places, and charge no rank in vain.
+pub const UNLABELLED_FROM: f64 = 0.5;
 /// Sweeps of hard assignment after relaxation, until nothing changes.
 pub const SETTLE_SWEEPS: usize = 30;
 /// Advantage per sample that a label needs over the next best one; less is doubtful.

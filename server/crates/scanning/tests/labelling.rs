@@ -5,10 +5,10 @@
 mod common;
 
 use common::random;
-use common::scene::{Noise, scan};
+use common::scene::{Noise, scan, scan_with};
 use scanning::{ScanParams, scan_cloud};
 
-use common::{assert_labelled, rig_a, station};
+use common::{KnownScan, SIGMA_PX, assert_labelled, rig_a, station};
 
 /// Points at the rims of shadows lie on single-sample pieces; everything else must be found.
 const RECOVERED: f64 = 0.97;
@@ -109,6 +109,41 @@ fn the_true_pixels_of_rig_a_are_labelled() {
     for scan in ["gauge", "sphere"] {
         assert_labelled(scan, &rig_a::truth_scan(&folder, scan), &calibration, RECOVERED);
     }
+}
+
+/// Noise of a point under strong speckle, px.
+const SPECKLE_SIGMA_PX: f64 = 0.17;
+
+/// The same lines broken by dark speckles of 3–8 columns, 20–120 columns apart.
+fn broken(mut known: KnownScan) -> KnownScan {
+    for (frame, orders) in known.frames.iter_mut().zip(&mut known.orders) {
+        let mut noise = Noise(frame.position_mm.to_bits());
+        let mut between = |low: f64, high: f64| (low + (high - low) * noise.uniform()) as usize;
+        frame.centrelines.correlation_px = 8.0;
+        let segments = std::mem::take(&mut frame.centrelines.segments);
+        for (segment, labels) in segments.into_iter().zip(std::mem::take(orders)) {
+            let mut first = 0;
+            while first < segment.points.len() {
+                let end = (first + between(20.0, 120.0)).min(segment.points.len());
+                let mut piece = segment.clone();
+                piece.points = segment.points[first..end].to_vec();
+                piece.points.iter_mut().for_each(|point| point.sigma_px = SPECKLE_SIGMA_PX);
+                frame.centrelines.segments.push(piece);
+                orders.push(labels[first..end].to_vec());
+                first = end + between(3.0, 9.0);
+            }
+        }
+    }
+    known
+}
+
+#[test]
+fn lines_that_speckle_has_broken_are_labelled() {
+    let station = station(5, false);
+    let step = |x: f64, y: f64| if x.abs() < 12.0 && y.abs() < 10.0 { 391.0 } else { 400.0 };
+    let known = scan_with(&station, &step, &positions(40, 0.8), false, SPECKLE_SIGMA_PX / SIGMA_PX, 7);
+    // Crumbs at the rims are left out.
+    assert_labelled("speckle", &broken(known), &station, 0.90);
 }
 
 /// Boxes and domes at random places, up to 45 mm high: nearly two wraps of the labels.

@@ -3,8 +3,8 @@
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
 use crate::params::{
-    CUT_TRIM_POINTS, JOINT_FRAMES, JOINT_GAP_PX, JOINT_REACH_PX, JOINT_SPACING_PX, KINK_SLOPE, KINK_SPAN_PX,
-    KINK_STEP_PX, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX, STEP_LIMITS,
+    CUT_TRIM_POINTS, JOINT_FRAMES, JOINT_GAP_PX, JOINT_GAP_SIGMAS, JOINT_REACH_PX, JOINT_SPACING_PX, KINK_SIGMAS,
+    KINK_SLOPE, KINK_SPAN_PX, KINK_STEP_PX, MIN_PIECE_POINTS, MIN_SAMPLES, SAMPLE_STRIDE_PX, STEP_LIMITS,
 };
 
 /// A piece of a segment: the unit that carries one label.
@@ -90,51 +90,78 @@ pub fn cut_at_joints_nearby(
     direction: LineDirection,
     travel_order: &[usize],
 ) -> Vec<Piece> {
-    let mut joints: Vec<Vec<(i64, f64)>> = vec![Vec::new(); frames.len()];
+    let mut joints: Vec<Vec<Joint>> = vec![Vec::new(); frames.len()];
     for piece in &pieces {
         let points = piece.points(frames[piece.frame]);
         let (start, end) = (piece.along, piece.along + points.len() as i64);
-        let across = |point: &CentrelinePoint| along_across(point, direction).1;
-        joints[piece.frame].push((start, across(&points[0])));
-        joints[piece.frame].push((end, across(&points[points.len() - 1])));
+        let joint = |along: i64, point: &CentrelinePoint, starts: bool| Joint {
+            along,
+            across_px: along_across(point, direction).1,
+            sigma_px: point.sigma_px,
+            starts,
+            segment: piece.segment,
+        };
+        joints[piece.frame].push(joint(start, &points[0], true));
+        joints[piece.frame].push(joint(end, &points[points.len() - 1], false));
     }
-    joints.iter_mut().for_each(drop_small_gaps);
-    let mut nearby: Vec<Vec<(i64, f64)>> = vec![Vec::new(); frames.len()];
+    for (joints, lines) in joints.iter_mut().zip(frames) {
+        drop_small_gaps(joints, lines.correlation_px);
+    }
+    let mut nearby: Vec<Vec<Joint>> = vec![Vec::new(); frames.len()];
     for (place, &frame) in travel_order.iter().enumerate() {
         let around = place.saturating_sub(JOINT_FRAMES)..(place + JOINT_FRAMES + 1).min(travel_order.len());
         nearby[frame] =
             around.filter(|&other| other != place).flat_map(|other| joints[travel_order[other]].clone()).collect();
-        nearby[frame].sort_by_key(|joint| joint.0);
+        nearby[frame].sort_by_key(|joint| joint.along);
     }
     let cut = |piece: Piece| cut_piece(piece, frames[piece.frame], direction, &nearby[piece.frame]);
     pieces.into_iter().flat_map(cut).collect()
 }
 
-/// Takes away ends that face each other over a point or two: a lost point is no joint.
-fn drop_small_gaps(joints: &mut Vec<(i64, f64)>) {
-    joints.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+/// An end of a piece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Joint {
+    /// Scan column (row).
+    along: i64,
+    across_px: f64,
+    sigma_px: f64,
+    /// Whether the piece starts here.
+    starts: bool,
+    /// Segment of the piece.
+    segment: usize,
+}
+
+/// Takes away ends that face each other over a point or two, or over a dark speckle: what was lost there is no joint.
+/// Where a segment was cut nothing was lost.
+fn drop_small_gaps(joints: &mut Vec<Joint>, correlation_px: f64) {
+    joints.sort_by(|a, b| a.along.cmp(&b.along).then(a.across_px.total_cmp(&b.across_px)));
+    let gap = (correlation_px.ceil() as i64).max(2);
     let faces = |idx: usize| {
-        let (along, across) = joints[idx];
-        let mut others = joints.iter().enumerate().skip(joints.partition_point(|other| other.0 < along - 2));
-        others
-            .by_ref()
-            .take_while(|(_, other)| other.0 <= along + 2)
-            .any(|(other, joint)| other != idx && joint.0 != along && (joint.1 - across).abs() < JOINT_GAP_PX)
+        let joint = joints[idx];
+        let from = joints.partition_point(|other| other.along < joint.along - gap);
+        joints[from..].iter().take_while(|other| other.along <= joint.along + gap).any(|other| {
+            let apart = if other.starts { other.along - joint.along } else { joint.along - other.along };
+            let noise = JOINT_GAP_SIGMAS * joint.sigma_px.hypot(other.sigma_px);
+            other.starts != joint.starts
+                && other.segment != joint.segment
+                && apart > 0
+                && (joint.across_px - other.across_px).abs() < JOINT_GAP_PX.max(noise)
+        })
     };
-    let kept: Vec<(i64, f64)> = (0..joints.len()).filter(|&idx| !faces(idx)).map(|idx| joints[idx]).collect();
+    let kept: Vec<Joint> = (0..joints.len()).filter(|&idx| !faces(idx)).map(|idx| joints[idx]).collect();
     *joints = kept;
 }
 
-fn cut_piece(piece: Piece, lines: &Centrelines, direction: LineDirection, joints: &[(i64, f64)]) -> Vec<Piece> {
+fn cut_piece(piece: Piece, lines: &Centrelines, direction: LineDirection, joints: &[Joint]) -> Vec<Piece> {
     let end = piece.along + piece.n_points() as i64;
     let mut places = vec![piece.along];
-    for (along, across) in &joints[joints.partition_point(|joint| joint.0 <= piece.along)..] {
+    for Joint { along, across_px, .. } in &joints[joints.partition_point(|joint| joint.along <= piece.along)..] {
         if *along >= end {
             break;
         }
         let near = piece
             .point_at(lines, *along)
-            .is_some_and(|point| (along_across(point, direction).1 - across).abs() < JOINT_REACH_PX);
+            .is_some_and(|point| (along_across(point, direction).1 - across_px).abs() < JOINT_REACH_PX);
         if near && places[places.len() - 1] + JOINT_SPACING_PX <= *along && along + JOINT_SPACING_PX <= end {
             places.push(*along);
         }
@@ -179,7 +206,9 @@ fn cut_at_kinks(segment: &Segment, direction: LineDirection, correlation_px: f64
     let mut first = 0;
     for idx in 1..across.len() {
         let jump = (across[idx] - across[idx - 1]).abs() > KINK_STEP_PX;
-        let kink = bends[idx] > KINK_SLOPE && is_peak(&bends, idx);
+        // A bend is a second difference: √6 times the noise of one point.
+        let bend_sigma = 6f64.sqrt() * segment.points[idx].sigma_px / KINK_SPAN_PX as f64;
+        let kink = bends[idx] > KINK_SLOPE.max(KINK_SIGMAS * bend_sigma) && is_peak(&bends, idx);
         let step = steps[idx] > 1.0 && is_peak(&steps, idx);
         if jump || kink || step {
             ranges.push((first, idx.saturating_sub(CUT_TRIM_POINTS)));

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::evidence::Evidence;
 use crate::params::{
     CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, OVERRULED_MARGIN, RELAX_ROUNDS, RELAX_SHARPNESS, SETTLE_SWEEPS,
+    UNLABELLED_FROM,
 };
 
 /// What became of a piece.
@@ -58,6 +59,9 @@ pub fn settle(
 }
 
 /// Mean-field beliefs, sharpened slowly: every label's support is averaged over what the others believe.
+///
+/// As long as the others' labels are open every order seems to stand on the wrong side of some line, "none" does not:
+/// it takes part once the orders have found their places.
 fn relaxed(evidence: &Evidence) -> Vec<f64> {
     let n = evidence.n_labels;
     let mut beliefs = vec![1.0 / n as f64; evidence.n_pieces() * n];
@@ -67,9 +71,12 @@ fn relaxed(evidence: &Evidence) -> Vec<f64> {
         let fresh: Vec<Vec<f64>> = (0..evidence.n_pieces())
             .into_par_iter()
             .map(|piece| {
-                let supports: Vec<f64> = (0..n)
+                let mut supports: Vec<f64> = (0..n)
                     .map(|label| evidence.support(piece, label, |other, label| beliefs[other * n + label]))
                     .collect();
+                if progress < UNLABELLED_FROM {
+                    supports[evidence.none()] = f64::NEG_INFINITY;
+                }
                 softmax(&supports, sharpness)
             })
             .collect();

@@ -78,17 +78,29 @@ pub fn add_continuations(
     let mut first = 0;
     while first < pieces.len() {
         let end = first + pieces[first..].iter().take_while(|piece| piece.frame == pieces[first].frame).count();
+        let pitch = |left: usize| samples.of_piece(left).first().map_or(f64::INFINITY, |sample| sample.pitch_px);
+        let strength =
+            |left: usize, right: usize| continuation(&ends[left].1, &ends[right].0, pitch(left)).unwrap_or(0.0);
         for left in first..end {
-            for right in first..end {
-                let pitch = samples.of_piece(left).first().map_or(f64::INFINITY, |sample| sample.pitch_px);
+            // A line goes on with its next piece alone, however many follow: what speaks for a label must not grow
+            // with the number of pieces a line was cut into.
+            let Some((right, best)) = strongest(first..end, |right| strength(left, right)) else { continue };
+            if strongest(first..end, |other| strength(other, right)).is_some_and(|(back, _)| back == left) {
                 let smaller = evidence.sizes[left].min(evidence.sizes[right]);
-                if let Some(strength) = continuation(&ends[left].1, &ends[right].0, pitch) {
-                    evidence.add_bond(left, right, strength * CONTINUATION_WEIGHT * smaller.min(1.0));
-                }
+                evidence.add_bond(left, right, best * CONTINUATION_WEIGHT * smaller.min(1.0));
             }
         }
         first = end;
     }
+}
+
+/// The piece with the largest strength above zero, the first of equals.
+fn strongest(pieces: std::ops::Range<usize>, strength: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
+    let strengths = pieces.map(|piece| (piece, strength(piece))).filter(|(_, strength)| *strength > 0.0);
+    strengths.fold(None, |best, next| match best {
+        Some((_, strength)) if strength >= next.1 => best,
+        _ => Some(next),
+    })
 }
 
 /// Bonds between pieces that were cut apart at a kink: usually the line merely bends there.
