@@ -67,16 +67,21 @@ pub enum CalibrationError {
         /// As given.
         orders: Vec<i8>,
     },
-    /// No picture shows all lines side by side, so no line can be told its order.
+    /// Too few pictures show all lines side by side, so the lines cannot be told their orders.
     #[error(
-        "the orders are unobservable: no laser picture shows all {needed} lines side by side in enough columns \
-         (most seen at once: {seen}); check the listed orders, or take poses that show them all"
+        "the orders are unobservable: {pictures} laser pictures show all {needed} lines side by side, \
+         {needed_pictures} are needed (most lines seen at once: {seen}); check the listed orders, or take poses \
+         that show them all"
     )]
     OrdersUnobservable {
         /// Lines listed.
         needed: usize,
         /// Most lines seen side by side in one picture.
         seen: usize,
+        /// Pictures that show them all.
+        pictures: usize,
+        /// Such pictures needed.
+        needed_pictures: usize,
     },
     /// An order was never seen with certainty.
     #[error(

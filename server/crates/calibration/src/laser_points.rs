@@ -80,8 +80,14 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
 
 /// Ranks on fewer than two boards fix no sheet to predict the others from.
 fn check_ranked(scene: &Scene, ranked: &[LaserObservation], seen: usize) -> Result<(), CalibrationError> {
-    if boards(ranked.iter()).len() < MIN_RANKED_BOARDS {
-        return Err(CalibrationError::OrdersUnobservable { needed: scene.orders.len(), seen });
+    let pictures = boards(ranked.iter()).len();
+    if pictures < MIN_RANKED_BOARDS {
+        return Err(CalibrationError::OrdersUnobservable {
+            needed: scene.orders.len(),
+            seen,
+            pictures,
+            needed_pictures: MIN_RANKED_BOARDS,
+        });
     }
     Ok(())
 }

@@ -207,7 +207,10 @@ fn a_line_missing_in_every_picture_leaves_the_orders_unobservable() {
     for pose in &mut input.poses {
         pose.centrelines.as_mut().unwrap().segments.pop();
     }
-    assert_eq!(refusal(&input), CalibrationError::OrdersUnobservable { needed: 5, seen: 4 });
+    assert_eq!(
+        refusal(&input),
+        CalibrationError::OrdersUnobservable { needed: 5, seen: 4, pictures: 0, needed_pictures: 2 }
+    );
 }
 
 #[test]
