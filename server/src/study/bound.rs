@@ -1,7 +1,7 @@
 //! The Cramér–Rao bound of the joint problem: no unbiased estimator's depth can be known better from these pixels.
 
-use calibration::bundle::Station;
 use calibration::solver::Problem;
+use calibration::station::Station;
 use nalgebra::Vector2;
 use optics::{Calibration, LightSurfaces};
 

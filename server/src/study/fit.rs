@@ -1,9 +1,10 @@
 //! The fits of a study, made with the calibration's own solver, and their depth errors.
 
-use calibration::bundle::{Bundle, Station};
+use calibration::bundle::Bundle;
 use calibration::light_fit::{Scene, fit_light, light_priors, lit_points};
 use calibration::prior::Priors;
 use calibration::solver::minimise;
+use calibration::station::Station;
 use nalgebra::{DMatrix, Vector2};
 use optics::{CAMERA_PARAMETERS, Calibration, Camera, LightModelKind, LightSurfaces};
 

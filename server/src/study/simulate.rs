@@ -1,7 +1,7 @@
 //! What the processing core would observe in a regime: corners and laser points with known noise.
 
-use calibration::bundle::BoardPose;
 use calibration::observation::{CornerObservation, CornerView, LaserObservation};
+use calibration::station::BoardPose;
 use nalgebra::{Vector2, Vector3};
 use optics::{Camera, Grating};
 use rand_distr::{Distribution, StandardNormal};

@@ -4,8 +4,7 @@ use nalgebra::Vector2;
 use optics::{Camera, LightSurfaces};
 use vision::{CentrelinePoint, Centrelines, LineDirection};
 
-use crate::bundle::{BoardPose, sheet_residual};
-use crate::chaining::label_whole_lines;
+use crate::bundle::sheet_residual;
 use crate::input::BoardGeometry;
 use crate::observation::LaserObservation;
 use crate::params::{
@@ -13,6 +12,7 @@ use crate::params::{
     MIN_RANK_AGREEMENT, PREDICTED_LABEL_PITCH_SHARE,
 };
 use crate::report::Rejections;
+use crate::station::BoardPose;
 
 /// A connected run of centreline points on the board's pattern, away from its squares' edges.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +34,7 @@ pub struct PictureLines {
     pub pieces: Vec<BoardPiece>,
     /// Points left out, by reason.
     pub rejections: Rejections,
-    /// Most lines seen side by side in a column, or on the whole board.
+    /// Most lines seen side by side in a column.
     pub most_side_by_side: usize,
     /// Noise correlation along the lines, px.
     pub correlation_px: f64,
@@ -70,8 +70,6 @@ pub fn picture_lines(
         }
         lines.pieces.extend(run.close());
     }
-    let n_lines = label_whole_lines(&mut lines.pieces, orders, line_direction);
-    lines.most_side_by_side = lines.most_side_by_side.max(n_lines);
     lines
 }
 

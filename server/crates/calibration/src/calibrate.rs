@@ -8,7 +8,7 @@ use optics::{
 use crate::camera_fit::{CameraFit, fit_camera};
 use crate::cross_validation::cross_validate;
 use crate::error::CalibrationError;
-use crate::input::{BoardGeometry, CalibrationInput, CalibrationOptions, LightModelChoice};
+use crate::input::{CalibrationInput, CalibrationOptions, LightModelChoice};
 use crate::joint::{JointFit, fit_joint};
 use crate::laser_points::{LaserPoints, laser_points};
 use crate::light_fit::Scene;
@@ -67,7 +67,7 @@ pub fn calibrate(
         camera: &camera_fit.station.camera,
         poses: &camera_fit.station.poses,
         orders: &input.projector.orders,
-        sheet_wavelength_over_period: wavelength_over_period(input),
+        sheet_wavelength_over_period: input.projector.wavelength_over_period(),
     };
     let points = laser_points(input, &scene)?;
     step("comparing the light models on poses left out", 0.35)?;
@@ -86,11 +86,6 @@ fn check_orders(orders: &[i8]) -> Result<(), CalibrationError> {
         return Err(CalibrationError::OrdersUnsorted { orders: orders.to_vec() });
     }
     Ok(())
-}
-
-/// λ/d_g from the data sheets: nm × lines/mm.
-pub fn wavelength_over_period(input: &CalibrationInput) -> f64 {
-    input.projector.wavelength_nm * 1e-6 * input.projector.grating_lines_per_mm
 }
 
 /// One view per picture, poses first; view i is block i.
@@ -116,11 +111,6 @@ fn views(input: &CalibrationInput) -> Vec<CornerView> {
         .collect()
 }
 
-/// Middle of the corners on the board, mm.
-pub fn board_centre_mm(board: &BoardGeometry) -> Vector3<f64> {
-    Vector3::new(board.inner_columns as f64 - 1.0, board.inner_rows as f64 - 1.0, 0.0) * (board.square_mm / 2.0)
-}
-
 fn chosen(choice: LightModelChoice, comparison: &CrossValidation) -> Result<LightModelKind, CalibrationError> {
     let kind = match choice {
         LightModelChoice::Auto => comparison.recommended,
@@ -135,7 +125,7 @@ fn chosen(choice: LightModelChoice, comparison: &CrossValidation) -> Result<Ligh
 fn camera_only(input: &CalibrationInput, fit: CameraFit) -> CalibrationResult {
     let n_poses = input.poses.len();
     let positions: Vec<f64> = input.stage_views.iter().map(|view| view.position_mm).collect();
-    let line = stage_line(&fit.station.poses[n_poses..], &positions, &board_centre_mm(&input.board));
+    let line = stage_line(&fit.station.poses[n_poses..], &positions, &input.board.centre_mm());
     let light = LightSurfaces::Planes(Vec::new());
     let n = CAMERA_PARAMETERS + if line.is_some() { 3 } else { 0 };
     let mut covariance = DMatrix::zeros(n, n);

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Vector2};
 use optics::{CAMERA_PARAMETERS, Camera};
 
-use crate::bundle::{BoardPose, Bundle, Station};
+use crate::bundle::Bundle;
 use crate::error::CalibrationError;
 use crate::homography::homography_from_points;
 use crate::observation::{CornerView, huber};
@@ -12,6 +12,7 @@ use crate::params::{
 };
 use crate::prior::Priors;
 use crate::solver::{Minimum, Problem, minimise};
+use crate::station::{BoardPose, Station};
 use crate::zhang::{PinholeGuess, pinhole_from_homographies, pose_from_homography};
 
 /// Index of k3 among the camera's parameters.

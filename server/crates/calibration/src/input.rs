@@ -1,5 +1,6 @@
 //! What a calibration is made from: features of every picture, the data sheets, the choices.
 
+use nalgebra::Vector3;
 use optics::LightModelKind;
 use vision::{BoardCorners, Centrelines, LineDirection};
 
@@ -14,6 +15,13 @@ pub struct BoardGeometry {
     pub square_mm: f64,
 }
 
+impl BoardGeometry {
+    /// Middle of the corners on the board, mm from corner (0, 0).
+    pub fn centre_mm(&self) -> Vector3<f64> {
+        Vector3::new(self.inner_columns as f64 - 1.0, self.inner_rows as f64 - 1.0, 0.0) * (self.square_mm / 2.0)
+    }
+}
+
 /// Laser and grating by their data sheets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProjectorSheet {
@@ -25,6 +33,13 @@ pub struct ProjectorSheet {
     pub orders: Vec<i8>,
     /// Which way the lines run in the image.
     pub line_direction: LineDirection,
+}
+
+impl ProjectorSheet {
+    /// λ/d_g: nm × lines/mm.
+    pub fn wavelength_over_period(&self) -> f64 {
+        self.wavelength_nm * 1e-6 * self.grating_lines_per_mm
+    }
 }
 
 /// Features of the board at rest.

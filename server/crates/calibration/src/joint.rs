@@ -3,8 +3,7 @@
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use optics::{CAMERA_PARAMETERS, LightModelKind, LightSurfaces, Rigid};
 
-use crate::bundle::{Bundle, Station};
-use crate::calibrate::board_centre_mm;
+use crate::bundle::Bundle;
 use crate::camera_fit::{CameraFit, residuals};
 use crate::error::CalibrationError;
 use crate::input::CalibrationInput;
@@ -15,6 +14,7 @@ use crate::params::{GAP_PRIOR_MM, STRAIGHT_STAGE_MAX_NOISE_RATIO, UNDETERMINED_P
 use crate::prior::Priors;
 use crate::solver::{Minimum, Problem, minimise};
 use crate::stage_fit::{StageLine, stage_line};
+use crate::station::Station;
 
 /// The refined station.
 #[derive(Debug, Clone)]
@@ -47,7 +47,7 @@ pub fn fit_joint(
     let n_poses = input.poses.len();
     let positions: Vec<f64> = input.stage_views.iter().map(|view| view.position_mm).collect();
     let free_poses = &camera_fit.station.poses[n_poses..];
-    let line = stage_line(free_poses, &positions, &board_centre_mm(&input.board));
+    let line = stage_line(free_poses, &positions, &input.board.centre_mm());
     let mut warnings = Vec::new();
     if line.is_none() && !positions.is_empty() {
         warnings.push("the stage is unobservable: its views are all at one position".to_owned());

@@ -4,6 +4,7 @@ use optics::{DepthRangeMm, LightModelKind, LightSurfaces};
 
 use crate::board_lines::{BoardPiece, label_by_prediction, observations, picture_lines, unlabel_beyond_board};
 use crate::bundle::sheet_residual;
+use crate::chaining::label_whole_lines;
 use crate::error::CalibrationError;
 use crate::input::CalibrationInput;
 use crate::light_fit::{Scene, fit_light, lit_points};
@@ -39,7 +40,7 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
     let (mut most_side_by_side, mut correlation_px) = (0, 1.0_f64);
     for (block, pose) in input.poses.iter().enumerate() {
         let Some(centrelines) = &pose.centrelines else { continue };
-        let lines = picture_lines(
+        let mut lines = picture_lines(
             block,
             centrelines,
             scene.camera,
@@ -53,9 +54,10 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
         {
             return Err(CalibrationError::NoLine { pose: pose.name.clone() });
         }
+        let n_lines = label_whole_lines(&mut lines.pieces, scene.orders, input.projector.line_direction);
         rejections.off_board += lines.rejections.off_board;
         rejections.square_edge += lines.rejections.square_edge;
-        most_side_by_side = most_side_by_side.max(lines.most_side_by_side);
+        most_side_by_side = most_side_by_side.max(lines.most_side_by_side).max(n_lines);
         correlation_px = correlation_px.max(lines.correlation_px);
         pieces.extend(lines.pieces);
     }

@@ -26,6 +26,7 @@ pub mod observation;
 pub mod prior;
 pub mod solver;
 mod stage_fit;
+pub mod station;
 
 pub mod document;
 mod document_report;

@@ -3,12 +3,13 @@
 use nalgebra::Vector3;
 use optics::{CAMERA_PARAMETERS, Camera, LightModelKind, LightSurfaces, Pencil};
 
-use crate::bundle::{BoardPose, Bundle, Station, sheet_residual};
+use crate::bundle::{Bundle, sheet_residual};
 use crate::error::CalibrationError;
 use crate::first_sheets::{LitPoint, grating_from_pencil, lit_centre, pencil_from_planes, planes_from_points};
 use crate::observation::LaserObservation;
 use crate::prior::Priors;
 use crate::solver::minimise;
+use crate::station::{BoardPose, Station};
 
 /// Camera and poses that the light is fitted in.
 #[derive(Debug, Clone, Copy)]

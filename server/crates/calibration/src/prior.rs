@@ -2,12 +2,12 @@
 
 use optics::{CAMERA_PARAMETERS, GRATING_PARAMETERS, Grating, LightSurfaces};
 
-use crate::bundle::Station;
 use crate::normal::BlockNormal;
 use crate::params::{
     DISTORTION_PRIOR_SIGMA, FOCAL_PRIOR_RELATIVE, GAP_PRIOR_MM, GRATING_ANGLE_PRIOR_RAD,
     PRINCIPAL_POINT_PRIOR_RELATIVE, SOURCE_ALONG_LINE_PRIOR_RELATIVE, WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA,
 };
+use crate::station::Station;
 
 /// A Gaussian belief about one number.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,8 +3,7 @@
 use nalgebra::{DMatrix, Matrix3, Vector2};
 use optics::{CAMERA_PARAMETERS, Calibration, LightSurfaces};
 
-use crate::bundle::{Station, sheet_residual};
-use crate::calibrate::wavelength_over_period;
+use crate::bundle::sheet_residual;
 use crate::camera_fit::{CameraFit, residuals};
 use crate::input::CalibrationInput;
 use crate::joint::JointFit;
@@ -13,6 +12,7 @@ use crate::observation::CornerView;
 use crate::params::{MAX_REPORT_POINTS, WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA};
 use crate::report::{CameraReport, LaserPoint, LightReport, OrderResidual, PoseResidual, StageReport};
 use crate::stage_fit::stage_report;
+use crate::station::Station;
 
 /// Pixels per side of the grid on which the predicted σ is averaged.
 const SIGMA_GRID: usize = 9;
@@ -131,7 +131,7 @@ fn wavelength_figures(input: &CalibrationInput, calibration: &Calibration) -> Op
         LightSurfaces::Pencil(pencil) => (pencil.wavelength_over_period, CAMERA_PARAMETERS + 5),
         LightSurfaces::Grating(grating) => (grating.wavelength_over_period, CAMERA_PARAMETERS + 9),
     };
-    let sheet = wavelength_over_period(input);
+    let sheet = input.projector.wavelength_over_period();
     let sigma = calibration.covariance[(idx, idx)].sqrt().min(sheet * WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA);
     Some([value, sigma, sheet])
 }

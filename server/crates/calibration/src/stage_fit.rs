@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 use optics::rotation::completing_frame;
 
-use crate::bundle::BoardPose;
 use crate::report::StageReport;
+use crate::station::BoardPose;
 
 /// A straight line through freely fitted board positions: x_i = x_0 + s_i·t.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,11 +4,12 @@
 
 mod common;
 
-use calibration::bundle::{BoardPose, Bundle, Station, sheet_residual};
+use calibration::bundle::{Bundle, sheet_residual};
 use calibration::light_fit::{Scene, light_priors, lit_points};
 use calibration::observation::{CornerObservation, CornerView, LaserObservation};
 use calibration::prior::Priors;
 use calibration::solver::Problem;
+use calibration::station::{BoardPose, Station};
 use common::Rig;
 use nalgebra::{Vector2, Vector3, Vector6};
 use optics::{LightModelKind, LightSurfaces, Pencil, Plane};
