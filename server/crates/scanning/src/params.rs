@@ -139,8 +139,9 @@ pub const SIGMA_TABLE_STEP_PX: f64 = 48.0;
 
 /// Distance along the line, in columns, between the points that are checked and compared between orders.
 pub const COMPARE_STRIDE_PX: usize = 4;
-/// Surfaces of other orders that must contradict a point before it is dropped.
-pub const CONTRADICTING_SURFACES: usize = 2;
+/// Surfaces of other orders that must contradict a point before it is dropped: one, for a wrong order is far worse than
+/// a missing point.
+pub const CONTRADICTING_SURFACES: usize = 1;
 /// Where more than this share of a run of neighbouring points is denied, the rest goes with it.
 pub const RUN_DENIED_SHARE: f64 = 0.5;
 /// Largest bend of a line over a comparison patch, in standard deviations, that counts as smooth.
