@@ -14,7 +14,7 @@ use common::{KnownScan, SIGMA_PX, assert_labelled, rig_a, station};
 const RECOVERED: f64 = 0.97;
 
 /// Rims of shadows, walls, and tops of small high parts that no second order has looked at are left out.
-const CLUTTER_RECOVERED: f64 = 0.80;
+const CLUTTER_RECOVERED: f64 = 0.90;
 
 fn positions(n: usize, step_mm: f64) -> Vec<f64> {
     (0..n).map(|i| (i as f64 - (n - 1) as f64 / 2.0) * step_mm).collect()
@@ -54,7 +54,7 @@ fn a_sphere_higher_than_a_line_pitch_wraps_is_labelled() {
         if squared > 0.0 { 381.1 - squared.sqrt() } else { 400.0 }
     };
     // The steep rim is short on every line and is left out where one order alone has seen it.
-    assert_labelled("sphere", &scan(&station, &sphere, &positions(30, 1.0), false), &station, 0.94);
+    assert_labelled("sphere", &scan(&station, &sphere, &positions(30, 1.0), false), &station, 0.97);
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn the_true_pixels_of_rig_a_are_labelled() {
     let Some(folder) = rig_a::folder() else { return };
     let calibration = rig_a::calibration(&folder);
     for scan in ["gauge", "sphere"] {
-        assert_labelled(scan, &rig_a::truth_scan(&folder, scan), &calibration, RECOVERED);
+        assert_labelled(scan, &rig_a::truth_scan(&folder, scan), &calibration, 0.99);
     }
 }
 
