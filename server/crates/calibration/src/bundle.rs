@@ -1,5 +1,5 @@
 //! The joint bundle adjustment: camera, light sheets, stage and board poses against all pixels at once
-//! (`docs/maths/calibration.md`, eq. 1–4).
+//! (`docs/maths/calibration.md`, eq. 1–3).
 
 use nalgebra::{Vector2, Vector3, Vector6};
 use optics::{CAMERA_PARAMETERS, Camera, LightSurfaces, SurfaceHit};

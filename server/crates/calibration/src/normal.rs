@@ -1,5 +1,5 @@
 //! Normal equations with the arrow shape of bundle adjustment: a few global parameters that every residual may
-//! touch, and blocks of six (poses) that never meet each other (`docs/maths/calibration.md`, eq. 5–8).
+//! touch, and blocks of six (poses) that never meet each other (`docs/maths/calibration.md`, eq. 4–7).
 
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 

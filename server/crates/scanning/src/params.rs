@@ -122,12 +122,12 @@ pub const CHALLENGE_MARGIN_WITHOUT_RANKS: f64 = 0.05;
 /// Sheets asked at most while the others give way to a challenge; chains of lines settle within a few dozen;
 /// fewer steps only leave the challenge less convincing.
 pub const CHALLENGE_STEPS: usize = 100;
-/// Second looks a sheet needs: per sample, and at least this many samples' worth.
+/// Second looks by other sheets that make a rival label plausible: per sample, and at least this many samples' worth.
 pub const SECOND_LOOK_SHARE: f64 = 0.1;
 /// See [`SECOND_LOOK_SHARE`].
 pub const SECOND_LOOK_SAMPLES: f64 = 2.0;
-/// A line never seen a second time stands by its rank alone if it is longer than this many line pitches: tall narrow
-/// parts, which may change places with their ground, and most reflections are shorter.
+/// Sheets shorter than this many line pitches are also tried without their ranks: tall narrow parts, which may change
+/// places with their ground, and most reflections are shorter.
 pub const RANK_ONLY_LENGTH_PITCHES: f64 = 4.0;
 
 /// Support per sample that a label needs from other frames or orders in a scan: a third of one bond to the next
