@@ -62,6 +62,49 @@ impl GreyImage {
         Ok(Self { width, height, pixels })
     }
 
+    /// Makes this an 8-bit image of `width` × `height` in the same memory and hands out its pixels for writing;
+    /// what they hold before is undefined.
+    ///
+    /// # Errors
+    /// [`ImageError::Empty`] if a side is zero; the image is unchanged then.
+    pub fn eight_mut(&mut self, width: usize, height: usize) -> Result<&mut [u8], ImageError> {
+        if width == 0 || height == 0 {
+            return Err(ImageError::Empty { width, height });
+        }
+        if !matches!(self.pixels, Pixels::Eight(_)) {
+            self.pixels = Pixels::Eight(Vec::new());
+        }
+        (self.width, self.height) = (width, height);
+        match &mut self.pixels {
+            Pixels::Eight(pixels) => {
+                pixels.resize(width * height, 0);
+                Ok(pixels)
+            }
+            Pixels::Sixteen(_) => unreachable!("replaced above"),
+        }
+    }
+
+    /// As [`GreyImage::eight_mut`], with 16 bits per pixel.
+    ///
+    /// # Errors
+    /// [`ImageError::Empty`] if a side is zero; the image is unchanged then.
+    pub fn sixteen_mut(&mut self, width: usize, height: usize) -> Result<&mut [u16], ImageError> {
+        if width == 0 || height == 0 {
+            return Err(ImageError::Empty { width, height });
+        }
+        if !matches!(self.pixels, Pixels::Sixteen(_)) {
+            self.pixels = Pixels::Sixteen(Vec::new());
+        }
+        (self.width, self.height) = (width, height);
+        match &mut self.pixels {
+            Pixels::Sixteen(pixels) => {
+                pixels.resize(width * height, 0);
+                Ok(pixels)
+            }
+            Pixels::Eight(_) => unreachable!("replaced above"),
+        }
+    }
+
     /// Columns.
     pub fn width(&self) -> usize {
         self.width

@@ -1,0 +1,218 @@
+//! A camera: settings, acquisition, frames into recycled buffers.
+
+use std::time::{Duration, Instant};
+
+use vision::GreyImage;
+
+use crate::DeviceIdentity;
+
+/// How pixels leave the camera.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PixelFormat {
+    /// 8 bits per pixel.
+    Mono8,
+    /// 16 bits per pixel; sensors of 10 or 12 bits are shifted to the top.
+    Mono16,
+}
+
+/// When the camera exposes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Trigger {
+    /// By itself, at `frame_rate_hz`.
+    Free,
+    /// On [`Camera::trigger`].
+    Software,
+    /// On its electrical input: an encoder or a light barrier.
+    Hardware,
+}
+
+/// A part of the sensor, pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Roi {
+    /// First column.
+    pub left_px: usize,
+    /// First row.
+    pub top_px: usize,
+    /// Columns.
+    pub width_px: usize,
+    /// Rows.
+    pub height_px: usize,
+}
+
+/// What a number may be set to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ValueRange {
+    /// Smallest.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+impl ValueRange {
+    /// The nearest value within the range.
+    pub fn clamp(&self, value: f64) -> f64 {
+        value.clamp(self.min, self.max)
+    }
+}
+
+/// What the camera can do; `None` is a setting that it does not have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CameraCapabilities {
+    /// Whole sensor: columns and rows.
+    pub sensor_px: (usize, usize),
+    /// Exposure times, µs.
+    pub exposure_us: Option<ValueRange>,
+    /// Gain, dB.
+    pub gain_db: Option<ValueRange>,
+    /// Frame rates of [`Trigger::Free`], Hz.
+    pub frame_rate_hz: Option<ValueRange>,
+    /// Ways to trigger.
+    pub triggers: Vec<Trigger>,
+    /// Pixel formats.
+    pub pixel_formats: Vec<PixelFormat>,
+    /// Whether a part of the sensor can be read alone.
+    pub roi: bool,
+}
+
+/// What is wanted of a camera; `None` leaves a setting as it is.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CameraRequest {
+    /// Exposure time.
+    pub exposure_us: Option<f64>,
+    /// Gain.
+    pub gain_db: Option<f64>,
+    /// Frame rate of [`Trigger::Free`].
+    pub frame_rate_hz: Option<f64>,
+    /// When to expose.
+    pub trigger: Option<Trigger>,
+    /// How pixels come.
+    pub pixel_format: Option<PixelFormat>,
+    /// Which part of the sensor to read.
+    pub roi: Option<Roi>,
+}
+
+/// How the camera is set: what it accepted, not what was wanted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraSettings {
+    /// Exposure time.
+    pub exposure_us: f64,
+    /// Gain.
+    pub gain_db: f64,
+    /// Frame rate of [`Trigger::Free`].
+    pub frame_rate_hz: f64,
+    /// When it exposes.
+    pub trigger: Trigger,
+    /// How pixels come.
+    pub pixel_format: PixelFormat,
+    /// Which part of the sensor is read.
+    pub roi: Roi,
+}
+
+/// What came with a frame's pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrameInfo {
+    /// The camera's own count of exposures since acquisition started; gaps are lost frames.
+    pub frame_id: u64,
+    /// The camera's own clock at the middle of the exposure; `None` if it has none.
+    pub device_timestamp_ns: Option<u64>,
+    /// The middle of the exposure by this computer's monotonic clock, as well as the driver can tell.
+    pub exposed_at: Instant,
+    /// Exposures since the frame before that never arrived: lost on the cable, or overrun in the driver.
+    pub lost_before: u64,
+    /// How long the sensor collected light.
+    pub exposure_us: f64,
+    /// Stage position of the recording, mm, if the frames come from one ([`crate::replay`]).
+    pub recorded_position_mm: Option<f64>,
+}
+
+/// Why a camera did not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum CameraError {
+    /// It does not answer any more; it must be opened again.
+    #[error("the camera is gone: {reason}; check cable and power, then reconnect")]
+    Gone {
+        /// What was noticed.
+        reason: String,
+    },
+    /// A frame was not of the size or format agreed.
+    #[error(
+        "the camera sent {got_width_px}×{got_height_px} pixels instead of {width_px}×{height_px}; set the region of interest again"
+    )]
+    WrongFrame {
+        /// Columns agreed.
+        width_px: usize,
+        /// Rows agreed.
+        height_px: usize,
+        /// Columns received.
+        got_width_px: usize,
+        /// Rows received.
+        got_height_px: usize,
+    },
+    /// A setting it does not have, or a value that makes no sense.
+    #[error("the camera cannot take {setting} = {value}: {expected}")]
+    Unsupported {
+        /// Which setting.
+        setting: &'static str,
+        /// The value wanted.
+        value: String,
+        /// What it can do.
+        expected: String,
+    },
+    /// A software trigger without acquisition, or in another trigger mode.
+    #[error("the camera cannot be triggered now: {reason}")]
+    NotTriggerable {
+        /// Why.
+        reason: &'static str,
+    },
+    /// The recording ended.
+    #[error("the recording has no more frames; start it again")]
+    EndOfRecording,
+    /// A picture of a recording cannot be read.
+    #[error("frame {frame_id} of the recording cannot be read")]
+    Unreadable {
+        /// Which frame.
+        frame_id: u64,
+        /// Why.
+        #[source]
+        cause: capture::CaptureError,
+    },
+}
+
+/// A camera.
+pub trait Camera: Send {
+    /// Which camera this is.
+    fn identity(&self) -> DeviceIdentity;
+
+    /// What it can do.
+    fn capabilities(&self) -> CameraCapabilities;
+
+    /// How it is set.
+    fn settings(&self) -> CameraSettings;
+
+    /// Sets what `wanted` names and returns all settings as the camera accepted them: numbers are moved to the
+    /// nearest possible value.
+    ///
+    /// # Errors
+    /// [`CameraError::Unsupported`] for a setting the camera does not have; then nothing has changed.
+    fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError>;
+
+    /// Starts acquisition; frames of an earlier one are gone. Starting twice is starting once.
+    fn start(&mut self) -> Result<(), CameraError>;
+
+    /// Exposes one frame now; only with [`Trigger::Software`] and a started acquisition.
+    fn trigger(&mut self) -> Result<(), CameraError>;
+
+    /// Waits at most `timeout` for the next frame and writes it into `image`, whose memory is used again.
+    ///
+    /// `Ok(None)`: nothing came in that time. Frames come in the order of their exposure, each once.
+    ///
+    /// # Errors
+    /// [`CameraError::Gone`] if the camera went away: noticed within two seconds, and again at every later call.
+    fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError>;
+
+    /// Ends acquisition. Works in every state.
+    fn stop(&mut self) -> Result<(), CameraError>;
+
+    /// Tries to reach the camera again after [`CameraError::Gone`]. It comes back stopped, with its settings.
+    fn reconnect(&mut self) -> Result<(), CameraError>;
+}

@@ -1,0 +1,77 @@
+//! A laser: light is leased, and goes out when nobody renews the lease.
+
+use std::time::Duration;
+
+use crate::{DeviceIdentity, camera::ValueRange};
+
+/// What the laser can do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaserCapabilities {
+    /// Powers it can be set to, as a share of full power; `None`: on and off only.
+    pub power: Option<ValueRange>,
+    /// Whether an interlock is read back.
+    pub interlock: bool,
+}
+
+/// What a laser reports.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LaserState {
+    /// Whether it shines, as far as the driver knows.
+    pub emitting: bool,
+    /// Share of full power it shines with; 0 when it does not.
+    pub power: f64,
+    /// `Some(true)`: the interlock is closed and light is possible; `None`: it is not read back.
+    pub interlock_closed: Option<bool>,
+}
+
+/// Why a laser did not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum LaserError {
+    /// The interlock is open.
+    #[error("the laser's interlock is open; close doors and covers")]
+    InterlockOpen,
+    /// The laser or its driver reports a fault.
+    #[error("the laser reports a fault: {reason}")]
+    Fault {
+        /// What it says.
+        reason: String,
+    },
+    /// A power that is not a share of full power.
+    #[error("a laser cannot shine with power {value}; give a number above 0 and at most 1")]
+    BadPower {
+        /// The value wanted.
+        value: f64,
+    },
+    /// The controller refused or does not answer; whether light is on is unknown until it is reached again.
+    #[error("the laser cannot be reached: {reason}; check cable and power, then reconnect")]
+    Gone {
+        /// What was noticed.
+        reason: String,
+    },
+}
+
+/// A laser.
+pub trait Laser: Send {
+    /// Which laser this is.
+    fn identity(&self) -> DeviceIdentity;
+
+    /// What it can do.
+    fn capabilities(&self) -> LaserCapabilities;
+
+    /// Shines with a share `power` of full power (0 < power ≤ 1) for at most `lease`, unless renewed.
+    ///
+    /// The lease runs in the driver: it ends the light also when the caller hangs. Returns what was accepted.
+    fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError>;
+
+    /// Lets the light shine for `lease` from now; does not switch on what is off.
+    fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError>;
+
+    /// Goes dark. Works in every state and may be called any number of times.
+    fn switch_off(&mut self) -> Result<(), LaserError>;
+
+    /// What it does now.
+    fn poll(&mut self) -> Result<LaserState, LaserError>;
+
+    /// Tries to reach the laser again; it comes back dark.
+    fn reconnect(&mut self) -> Result<(), LaserError>;
+}

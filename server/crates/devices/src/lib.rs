@@ -1,0 +1,26 @@
+//! Camera, stage and laser: the traits a station is built from, the drivers, and the suite that every driver passes.
+//!
+//! The rules all drivers keep (`contract` tests them):
+//! - Moves are started and polled, never waited for, so that `stop` is always within reach. No call takes longer
+//!   than [`CALL_LIMIT`], except [`Camera::next_frame`], which takes at most the time it is given.
+//! - Setters return what the device accepted. What a device cannot do is a value in its capabilities.
+//! - A position or a stream that cannot be trusted is said to be unknown; the device comes back ready, never active.
+//! - A laser is a lease: it goes dark by itself when nobody renews it.
+
+pub mod camera;
+pub mod identity;
+pub mod laser;
+pub mod stage;
+
+pub use camera::{
+    Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, FrameInfo, PixelFormat, Roi, Trigger,
+    ValueRange,
+};
+pub use identity::DeviceIdentity;
+pub use laser::{Laser, LaserCapabilities, LaserError, LaserState};
+pub use stage::{AcceptedMove, Homing, Stage, StageCapabilities, StageError, StageState};
+
+use std::time::Duration;
+
+/// Longest time a driver may keep its caller: a stop waits behind at most one call.
+pub const CALL_LIMIT: Duration = Duration::from_millis(20);

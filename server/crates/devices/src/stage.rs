@@ -1,0 +1,183 @@
+//! A linear stage: moves are started and polled, `stop` works in every state.
+
+use std::time::Instant;
+
+use crate::DeviceIdentity;
+
+/// Whether and how the stage finds its zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Homing {
+    /// It has switches and must be homed before it moves.
+    Required,
+    /// It has no switches; its zero is where it was switched on, or where it is set.
+    Absent,
+}
+
+/// What the stage can do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageCapabilities {
+    /// Positions it can go to, mm.
+    pub travel_mm: (f64, f64),
+    /// Fastest move, mm/s.
+    pub max_speed_mm_s: f64,
+    /// Acceleration, mm/s²; `None` if it does not say or does not matter.
+    pub acceleration_mm_s2: Option<f64>,
+    /// How it finds its zero.
+    pub homing: Homing,
+    /// The smallest step it can make, mm; 0 if unknown.
+    pub resolution_mm: f64,
+}
+
+/// A move as the controller accepted it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AcceptedMove {
+    /// Where it goes.
+    pub target_mm: f64,
+    /// How fast, at most.
+    pub speed_mm_s: f64,
+}
+
+/// What a stage reports.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StageState {
+    /// Position as read back from the controller; `None` is unknown (before homing, after a fault).
+    pub position_mm: Option<f64>,
+    /// When it was there, by this computer's monotonic clock.
+    pub measured_at: Instant,
+    /// Whether it moves.
+    pub moving: bool,
+    /// Whether the controller holds a move back (feed hold, door).
+    pub held: bool,
+    /// Whether its zero is established.
+    pub homed: bool,
+}
+
+/// Why a stage did not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum StageError {
+    /// It is not homed, so that no position means anything.
+    #[error("the stage does not know where it is; home it first")]
+    NotHomed,
+    /// Outside the soft limits.
+    #[error("{target_mm} mm is outside the stage's travel of {min_mm} to {max_mm} mm")]
+    OutOfTravel {
+        /// The target wanted.
+        target_mm: f64,
+        /// Lowest position.
+        min_mm: f64,
+        /// Highest position.
+        max_mm: f64,
+    },
+    /// A number that makes no move.
+    #[error("a stage cannot move with {name} = {value}; give a finite number{positive}", positive = if *.name == "speed_mm_s" { " above 0" } else { "" })]
+    BadNumber {
+        /// Which argument.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// It stopped on the way.
+    #[error(
+        "the stage stopped at {actual_mm} mm on the way to {target_mm} mm; look for an obstacle, then home it"
+    )]
+    Stalled {
+        /// Where it was to go.
+        target_mm: f64,
+        /// Where it is, as far as it knows.
+        actual_mm: f64,
+    },
+    /// The controller raised an alarm and takes no moves.
+    #[error("the stage's controller is in alarm {code} ({meaning}); remove the cause, clear the alarm and home")]
+    Alarm {
+        /// The controller's number.
+        code: u32,
+        /// What it means.
+        meaning: String,
+    },
+    /// The controller refused a command.
+    #[error("the stage's controller refused `{command}`: error {code} ({meaning})")]
+    Refused {
+        /// The line sent.
+        command: String,
+        /// The controller's number.
+        code: u32,
+        /// What it means.
+        meaning: String,
+    },
+    /// The controller restarted by itself; where the stage is, is unknown.
+    #[error("the stage's controller restarted; its position is unknown: home it")]
+    Restarted,
+    /// The controller does not answer.
+    #[error(
+        "the stage did not answer within {waited_ms} ms to `{command}`; check cable and power, then reconnect"
+    )]
+    NoReply {
+        /// The line sent.
+        command: String,
+        /// How long it was waited for.
+        waited_ms: u64,
+    },
+    /// What came is not the protocol.
+    #[error("the stage's controller sent `{received}`, which is not its protocol; check device and baud rate")]
+    Garbage {
+        /// The line, shortened.
+        received: String,
+    },
+    /// It does not answer any more; it must be opened again.
+    #[error("the stage is gone: {reason}; check cable and power, then reconnect")]
+    Gone {
+        /// What was noticed.
+        reason: String,
+    },
+    /// Another device than the one the station was set up with.
+    #[error("expected {expected} at {place}, found {found}; connect the right device or change the configuration")]
+    WrongDevice {
+        /// Where it was looked for.
+        place: String,
+        /// What is configured.
+        expected: String,
+        /// What answered.
+        found: String,
+    },
+}
+
+/// A linear stage.
+pub trait Stage: Send {
+    /// Which stage this is.
+    fn identity(&self) -> DeviceIdentity;
+
+    /// What it can do.
+    fn capabilities(&self) -> StageCapabilities;
+
+    /// Starts looking for the zero and returns at once. A stage without switches takes its place as zero.
+    fn start_home(&mut self) -> Result<(), StageError>;
+
+    /// Starts a move and returns at once with the target and speed the controller accepted.
+    fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError>;
+
+    /// Starts a move of `distance_mm` from here, held within the travel; allowed before homing only where
+    /// [`Homing::Absent`].
+    fn start_jog(&mut self, distance_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError>;
+
+    /// Position as read back from the controller, and whether it is still moving.
+    ///
+    /// # Errors
+    /// A fault is reported here once it is noticed, and again at every call until [`Stage::clear_fault`] or
+    /// [`Stage::reconnect`].
+    fn poll(&mut self) -> Result<StageState, StageError>;
+
+    /// Holds a move back; [`Stage::resume`] goes on with it.
+    fn hold(&mut self) -> Result<(), StageError>;
+
+    /// Goes on with a move held back.
+    fn resume(&mut self) -> Result<(), StageError>;
+
+    /// Stops now and forgets the move. Works in every state, also before homing and in alarm.
+    fn stop(&mut self) -> Result<(), StageError>;
+
+    /// Acknowledges a fault whose cause is gone. The position is unknown afterwards if the fault cost it.
+    fn clear_fault(&mut self) -> Result<(), StageError>;
+
+    /// Tries to reach the stage again after [`StageError::Gone`] or [`StageError::NoReply`]; it must be homed then.
+    fn reconnect(&mut self) -> Result<(), StageError>;
+}

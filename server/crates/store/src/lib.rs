@@ -1,0 +1,1 @@
+//! The catalogue and the artifacts: what a station keeps.
