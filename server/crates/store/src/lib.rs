@@ -1,1 +1,16 @@
-//! The catalogue and the artifacts: what a station keeps.
+//! What a station keeps: a catalogue of records and the artifacts they name.
+//!
+//! A change that was answered with `Ok` survives a crash at any later moment, a change that was not is either there
+//! as a whole or not at all (`promises.md` 1). Artifacts are named by the SHA-256 of their bytes, which every reader
+//! checks. Two traits, [`Catalogue`] and [`Artifacts`], are the seam for other databases and object stores.
+
+pub mod artifacts;
+pub mod catalogue;
+pub mod records;
+
+pub use artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
+pub use catalogue::{Catalogue, Change, Page, StoreError};
+pub use records::{
+    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobOutcome, JobRecord,
+    JobState, MeasurementRecord, ResultRef, ScanRecord, ScanState, SessionRecord,
+};

@@ -1,0 +1,59 @@
+//! Artifacts: immutable bytes, named by their hash.
+
+use async_trait::async_trait;
+use tokio::io::AsyncRead;
+
+use crate::catalogue::StoreError;
+
+/// The SHA-256 of an artifact's bytes, lower-case hexadecimal.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ArtifactId(String);
+
+impl ArtifactId {
+    /// The id of that text; `None` if it is not 64 lower-case hexadecimal digits.
+    pub fn parse(text: &str) -> Option<Self> {
+        let hex = text.len() == 64 && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'));
+        hex.then(|| Self(text.to_owned()))
+    }
+
+    /// As text.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+/// The bytes of an artifact.
+pub struct ArtifactReader {
+    /// How many there are.
+    pub size_bytes: u64,
+    /// Checks the hash while it is read; the last read fails if it is wrong.
+    pub bytes: Box<dyn AsyncRead + Send + Unpin>,
+}
+
+/// An artifact in the making; dropped, it leaves nothing.
+#[async_trait]
+pub trait ArtifactWriter: Send {
+    /// Adds bytes.
+    async fn write(&mut self, bytes: &[u8]) -> Result<(), StoreError>;
+    /// Makes the bytes durable and names them.
+    async fn finish(self: Box<Self>) -> Result<ArtifactId, StoreError>;
+}
+
+/// Where artifacts are kept.
+#[async_trait]
+pub trait Artifacts: Send + Sync {
+    /// Begins a new artifact.
+    async fn create(&self) -> Result<Box<dyn ArtifactWriter>, StoreError>;
+    /// Opens an artifact for reading.
+    async fn open(&self, id: &ArtifactId) -> Result<ArtifactReader, StoreError>;
+    /// All bytes of an artifact, checked.
+    async fn read(&self, id: &ArtifactId) -> Result<Vec<u8>, StoreError>;
+    /// Stores bytes that are in memory.
+    async fn put(&self, bytes: &[u8]) -> Result<ArtifactId, StoreError>;
+    /// Moves the file `path` in (written by this process under [`Artifacts::scratch`]), durably.
+    async fn adopt(&self, path: &std::path::Path) -> Result<ArtifactId, StoreError>;
+    /// A folder on the same file system for files in the making; emptied at start.
+    fn scratch(&self) -> &std::path::Path;
+    /// Deletes artifacts that are not in `kept`; returns how many bytes became free.
+    async fn sweep(&self, kept: &std::collections::HashSet<ArtifactId>) -> Result<u64, StoreError>;
+}

@@ -1,0 +1,240 @@
+//! The catalogue: typed reads, and changes that happen together or not at all.
+
+use async_trait::async_trait;
+
+use crate::records::{
+    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobOutcome, JobRecord,
+    JobState, MeasurementRecord, ScanRecord, SessionRecord,
+};
+
+/// One change; a list of them is one transaction.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Change {
+    /// A job is accepted.
+    InsertJob(JobRecord),
+    /// A queued job begins.
+    StartJob {
+        /// Which.
+        id: String,
+        /// When.
+        at_ms: i64,
+    },
+    /// Where a running job is, for the reader of a restarted server.
+    CheckpointJob {
+        /// Which.
+        id: String,
+        /// 0–1.
+        progress: f64,
+        /// In the operator's words.
+        message: String,
+        /// From where it can go on.
+        checkpoint: Option<serde_json::Value>,
+    },
+    /// A job that is not terminal ends.
+    EndJob {
+        /// Which.
+        id: String,
+        /// How.
+        outcome: JobOutcome,
+        /// Its last words to the operator.
+        message: String,
+        /// When.
+        at_ms: i64,
+    },
+    /// A capture arrived.
+    InsertCapture(CaptureRecord),
+    /// A capture is forgotten; its archive goes when nothing else names it.
+    DeleteCapture(String),
+    /// A calibration was made; the same content twice is once.
+    InsertCalibration(CalibrationRecord),
+    /// A draft is forgotten; refused for the active one.
+    DeleteCalibration(String),
+    /// Which calibration is active from now on.
+    Activate {
+        /// `None`: nothing.
+        calibration_id: Option<String>,
+        /// Refused with [`StoreError::Changed`] if another one is active by now; `None`: whatever is active.
+        expected_previous: Option<Option<String>>,
+        /// `activate` or `roll_back`.
+        act: String,
+        /// Who.
+        actor: String,
+        /// When.
+        at_ms: i64,
+    },
+    /// A scan was made.
+    InsertScan(ScanRecord),
+    /// A scan is replaced by its resumed self.
+    ReplaceScan(ScanRecord),
+    /// A scan and its measurements are forgotten.
+    DeleteScan(String),
+    /// A measurement was made.
+    InsertMeasurement(MeasurementRecord),
+    /// A session is begun.
+    InsertSession(SessionRecord),
+    /// A session changes; refused with [`StoreError::Changed`] unless its version is `body.version − 1`.
+    UpdateSession(SessionRecord),
+    /// A session is over.
+    DeleteSession(String),
+    /// Something happened; `seq` is given by the store.
+    AppendEvent(EventRecord),
+    /// A request was answered; refused with [`StoreError::Exists`] if the key is there.
+    InsertIdempotency(IdempotencyRecord),
+    /// Keys older than this are forgotten.
+    ForgetIdempotencyBefore {
+        /// Wall clock.
+        at_ms: i64,
+    },
+    /// Events up to this one are forgotten.
+    ForgetEventsThrough {
+        /// Sequence.
+        seq: i64,
+    },
+}
+
+/// Which part of a list: newest first, `limit` records older than `before`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Page {
+    /// Id of the last record of the page before; `None`: from the newest.
+    pub before: Option<String>,
+    /// At most this many.
+    pub limit: u32,
+}
+
+/// Why the store did not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// No such record.
+    #[error("there is no {kind} {id}")]
+    NotFound {
+        /// Which collection.
+        kind: &'static str,
+        /// Which id.
+        id: String,
+    },
+    /// A record of that id is there already.
+    #[error("{kind} {id} exists already")]
+    Exists {
+        /// Which collection.
+        kind: &'static str,
+        /// Which id.
+        id: String,
+    },
+    /// Somebody else was faster.
+    #[error("{kind} {id} has changed meanwhile; read it again and repeat")]
+    Changed {
+        /// Which collection.
+        kind: &'static str,
+        /// Which id.
+        id: String,
+    },
+    /// The change makes no sense in the present state.
+    #[error("{kind} {id} {why}")]
+    Refused {
+        /// Which collection.
+        kind: &'static str,
+        /// Which id.
+        id: String,
+        /// Why, in words that continue the sentence.
+        why: String,
+    },
+    /// No room.
+    #[error("the disk is full; delete captures or scans that are no longer needed")]
+    Full,
+    /// A write failed before; nothing is written any more, so that nothing is promised that is not kept.
+    #[error("the store is read-only since a write failed ({reason}); check the disk, then restart")]
+    ReadOnly {
+        /// What failed.
+        reason: String,
+    },
+    /// The bytes of an artifact are not those it is named by.
+    #[error("artifact {id} is damaged; restore it from a backup")]
+    Damaged {
+        /// Which.
+        id: String,
+    },
+    /// The data directory was written by a newer program.
+    #[error("the data directory has schema {found}, this program knows {known}; use the newer program")]
+    TooNew {
+        /// Schema found.
+        found: i64,
+        /// Newest schema known.
+        known: i64,
+    },
+    /// Another process has the data directory.
+    #[error("the data directory {folder} is in use by another process; stop it or choose another --data")]
+    InUse {
+        /// Which.
+        folder: String,
+    },
+    /// The database failed.
+    #[error("the catalogue cannot be used: {what}")]
+    Database {
+        /// What was attempted.
+        what: &'static str,
+        /// Why.
+        #[source]
+        cause: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A file failed.
+    #[error("cannot {what} {path}")]
+    File {
+        /// What was attempted.
+        what: &'static str,
+        /// Which file.
+        path: String,
+        /// Why.
+        #[source]
+        cause: std::io::Error,
+    },
+}
+
+/// Typed reads and atomic changes. Lists are newest first.
+#[async_trait]
+pub trait Catalogue: Send + Sync {
+    /// Makes all `changes` or none; when it returns, they are on the disk. Returns the events as they were stored.
+    async fn commit(&self, changes: Vec<Change>) -> Result<Vec<EventRecord>, StoreError>;
+
+    /// A job.
+    async fn job(&self, id: &str) -> Result<JobRecord, StoreError>;
+    /// Jobs, of one state if given.
+    async fn jobs(&self, state: Option<JobState>, page: &Page) -> Result<Vec<JobRecord>, StoreError>;
+    /// Queued jobs, oldest first.
+    async fn queue(&self) -> Result<Vec<JobRecord>, StoreError>;
+
+    /// A capture.
+    async fn capture(&self, id: &str) -> Result<CaptureRecord, StoreError>;
+    /// Captures.
+    async fn captures(&self, page: &Page) -> Result<Vec<CaptureRecord>, StoreError>;
+
+    /// A calibration.
+    async fn calibration(&self, id: &str) -> Result<CalibrationRecord, StoreError>;
+    /// Calibrations.
+    async fn calibrations(&self, page: &Page) -> Result<Vec<CalibrationRecord>, StoreError>;
+    /// The last entry of the log of activations; `None` if nothing was ever activated.
+    async fn active(&self) -> Result<Option<ActivationRecord>, StoreError>;
+    /// The log of activations; `page.before` is a sequence.
+    async fn activations(&self, page: &Page) -> Result<Vec<ActivationRecord>, StoreError>;
+
+    /// A scan.
+    async fn scan(&self, id: &str) -> Result<ScanRecord, StoreError>;
+    /// Scans.
+    async fn scans(&self, page: &Page) -> Result<Vec<ScanRecord>, StoreError>;
+    /// The measurements of a scan.
+    async fn measurements(&self, scan_id: &str, page: &Page) -> Result<Vec<MeasurementRecord>, StoreError>;
+    /// A measurement.
+    async fn measurement(&self, id: &str) -> Result<MeasurementRecord, StoreError>;
+
+    /// A session.
+    async fn session(&self, id: &str) -> Result<SessionRecord, StoreError>;
+    /// Sessions.
+    async fn sessions(&self, page: &Page) -> Result<Vec<SessionRecord>, StoreError>;
+
+    /// At most `limit` events after `seq`, oldest first.
+    async fn events_after(&self, seq: i64, limit: u32) -> Result<Vec<EventRecord>, StoreError>;
+    /// Sequence of the newest event, 0 if there is none.
+    async fn last_event_seq(&self) -> Result<i64, StoreError>;
+
+    /// The answer to a request with that key, if there was one.
+    async fn idempotency(&self, key: &str) -> Result<Option<IdempotencyRecord>, StoreError>;
+}

@@ -1,0 +1,248 @@
+//! The records of the catalogue.
+//!
+//! Times are wall-clock milliseconds since 1970 and serve as labels only; order is given by the records' own ids
+//! (UUID v7) and by the sequence of events. Documents that only one part of the service understands (inputs, plans,
+//! summaries, problems) are JSON values here.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::artifacts::ArtifactId;
+
+/// Where a job is in its life.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JobState {
+    /// Accepted and waiting.
+    Queued,
+    /// At work.
+    Running,
+    /// Done, with a result.
+    Succeeded,
+    /// Ended with a problem.
+    Failed,
+    /// Ended by a person.
+    Cancelled,
+    /// The process died while it ran.
+    Interrupted,
+}
+
+impl JobState {
+    /// Whether nothing can change any more.
+    pub fn is_terminal(self) -> bool {
+        !matches!(self, Self::Queued | Self::Running)
+    }
+}
+
+/// What a job made: `kind` is the collection (`calibration`, `scan`, …).
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ResultRef {
+    /// What it is.
+    pub kind: String,
+    /// Its id.
+    pub id: String,
+}
+
+/// A job.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JobRecord {
+    /// UUID v7.
+    pub id: String,
+    /// `calibration`, `scan`, `verification`, `export`, …
+    pub kind: String,
+    /// Where it is in its life.
+    pub state: JobState,
+    /// What was asked for: the job's own input.
+    pub input: Value,
+    /// Who asked: `rest`, `station page`, a job's id.
+    pub source: String,
+    /// 0–1, as last stored.
+    pub progress: f64,
+    /// In the operator's words.
+    pub message: String,
+    /// What it made.
+    pub result: Option<ResultRef>,
+    /// Why it failed: an RFC 9457 problem.
+    pub problem: Option<Value>,
+    /// From where an interrupted job can go on; the job's own business.
+    pub checkpoint: Option<Value>,
+    /// When it was accepted.
+    pub created_at_ms: i64,
+    /// When it began.
+    pub started_at_ms: Option<i64>,
+    /// When it ended.
+    pub ended_at_ms: Option<i64>,
+}
+
+/// How a job ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum JobOutcome {
+    /// With a result.
+    Succeeded(ResultRef),
+    /// With a problem.
+    Failed(Value),
+    /// By a person.
+    Cancelled,
+    /// With its process.
+    Interrupted,
+}
+
+/// A capture folder, kept as one archive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CaptureRecord {
+    /// UUID v7.
+    pub id: String,
+    /// What a person calls it.
+    pub name: String,
+    /// `upload`, `calibration`, `scan`.
+    pub origin: String,
+    /// The archive.
+    pub archive: ArtifactId,
+    /// `zip` or `tar`.
+    pub archive_format: String,
+    /// Bytes of the archive.
+    pub size_bytes: u64,
+    /// Counts and names from the manifest.
+    pub summary: Value,
+    /// When it came.
+    pub created_at_ms: i64,
+}
+
+/// A calibration; a draft until it is activated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationRecord {
+    /// The document's own id, a hash of its content.
+    pub id: String,
+    /// The document `sheaf-calibration/1`.
+    pub document: ArtifactId,
+    /// Residuals, tables and pictures as an HTML page.
+    pub report: Option<ArtifactId>,
+    /// The pictures it was made from.
+    pub capture_id: Option<String>,
+    /// The job that made it.
+    pub job_id: Option<String>,
+    /// Figures for lists.
+    pub summary: Value,
+    /// When it was made.
+    pub created_at_ms: i64,
+}
+
+/// An entry of the log of activations; the last one says what is active.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ActivationRecord {
+    /// Position in the log.
+    pub seq: i64,
+    /// What is active from here on; `None`: nothing.
+    pub calibration_id: Option<String>,
+    /// What was before.
+    pub previous_id: Option<String>,
+    /// `activate` or `roll_back`.
+    pub act: String,
+    /// Who did it.
+    pub actor: String,
+    /// When.
+    pub at_ms: i64,
+}
+
+/// What a scan is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ScanState {
+    /// Every planned frame is in it.
+    Complete,
+    /// It was stopped or interrupted; it can be resumed.
+    Partial,
+    /// Frames were lost: never the base of a verdict.
+    Invalid,
+}
+
+/// A scan: everything needed to compute it again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScanRecord {
+    /// UUID v7.
+    pub id: String,
+    /// What a person calls it; stands in the cloud's header.
+    pub name: String,
+    /// What it is worth.
+    pub state: ScanState,
+    /// Which calibration the cloud was computed with.
+    pub calibration_id: String,
+    /// The plan it was made by: range, step or speed, exposure, mode.
+    pub plan: Value,
+    /// Peaks of every frame (`sheaf-peaks/1`).
+    pub peaks: ArtifactId,
+    /// The frames, if they were asked for or the scan was made from a capture.
+    pub capture_id: Option<String>,
+    /// The cloud as binary PLY; `None` if no point could be computed.
+    pub cloud: Option<ArtifactId>,
+    /// Display points in the blocks of the live stream.
+    pub display: Option<ArtifactId>,
+    /// Figures: points, dropped by reason, self-consistency, envelope.
+    pub report: Value,
+    /// The scan it was computed from again.
+    pub recomputed_from: Option<String>,
+    /// The job that made it.
+    pub job_id: Option<String>,
+    /// Version of the software that computed it.
+    pub software_version: String,
+    /// When it was made.
+    pub created_at_ms: i64,
+}
+
+/// A measurement on a scan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasurementRecord {
+    /// UUID v7.
+    pub id: String,
+    /// The scan.
+    pub scan_id: String,
+    /// What was asked.
+    pub request: Value,
+    /// Value, uncertainty, verdict.
+    pub result: Value,
+    /// When.
+    pub created_at_ms: i64,
+}
+
+/// A calibration in the making: pictures taken step by step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SessionRecord {
+    /// UUID v7.
+    pub id: String,
+    /// Grows with every change; the ETag of the resource.
+    pub version: i64,
+    /// Target, pictures (each with its artifact and what was found in it), step.
+    pub body: Value,
+    /// When it was begun.
+    pub created_at_ms: i64,
+    /// When it was changed last.
+    pub changed_at_ms: i64,
+}
+
+/// Something that happened; the sequence has no gaps in what a reader sees.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EventRecord {
+    /// Position in the log, given by the store.
+    pub seq: i64,
+    /// `job.succeeded`, `calibration.activated`, `station.state`, …
+    pub kind: String,
+    /// The id it is about.
+    pub subject: String,
+    /// What the reader gets.
+    pub body: Value,
+    /// When.
+    pub at_ms: i64,
+}
+
+/// A request that is done at most once.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdempotencyRecord {
+    /// The client's key, with method and path in front.
+    pub key: String,
+    /// SHA-256 of the body it came with.
+    pub body_sha256: String,
+    /// Status, `Location` and body of the answer.
+    pub answer: Value,
+    /// When.
+    pub created_at_ms: i64,
+}
