@@ -111,7 +111,7 @@ pub struct CameraSettings {
 /// What came with a frame's pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameInfo {
-    /// The camera's own count of exposures since acquisition started; gaps are lost frames.
+    /// The camera's own count of exposures since acquisition started, from 0; gaps are lost frames.
     pub frame_id: u64,
     /// The camera's own clock at the middle of the exposure; `None` if it has none.
     pub device_timestamp_ns: Option<u64>,
@@ -119,7 +119,7 @@ pub struct FrameInfo {
     pub exposed_at: Instant,
     /// Exposures since the frame before that never arrived: lost on the cable, or overrun in the driver.
     pub lost_before: u64,
-    /// How long the sensor collected light.
+    /// How long the sensor collected light; 0 if a recording does not tell.
     pub exposure_us: f64,
     /// Stage position of the recording, mm, if the frames come from one ([`crate::replay`]).
     pub recorded_position_mm: Option<f64>,
@@ -204,7 +204,8 @@ pub trait Camera: Send {
 
     /// Waits at most `timeout` for the next frame and writes it into `image`, whose memory is used again.
     ///
-    /// `Ok(None)`: nothing came in that time. Frames come in the order of their exposure, each once.
+    /// `Ok(None)`: nothing came in that time, as always without acquisition. Frames come in the order of their
+    /// exposure, each once.
     ///
     /// # Errors
     /// [`CameraError::Gone`] if the camera went away: noticed within two seconds, and again at every later call.
@@ -213,6 +214,7 @@ pub trait Camera: Send {
     /// Ends acquisition. Works in every state.
     fn stop(&mut self) -> Result<(), CameraError>;
 
-    /// Tries to reach the camera again after [`CameraError::Gone`]. It comes back stopped, with its settings.
+    /// Starts to reach the camera again after [`CameraError::Gone`] and returns at once; other calls tell `Gone`
+    /// until it is reached. It comes back stopped, with its settings.
     fn reconnect(&mut self) -> Result<(), CameraError>;
 }

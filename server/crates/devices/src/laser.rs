@@ -60,7 +60,8 @@ pub trait Laser: Send {
 
     /// Shines with a share `power` of full power (0 < power ≤ 1) for at most `lease`, unless renewed.
     ///
-    /// The lease runs in the driver: it ends the light also when the caller hangs. Returns what was accepted.
+    /// The lease runs in the driver: it ends the light also when the caller hangs. It is cut to
+    /// [`crate::LASER_LEASE_LIMIT`]. Returns what was accepted.
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError>;
 
     /// Lets the light shine for `lease` from now; does not switch on what is off.
@@ -72,6 +73,7 @@ pub trait Laser: Send {
     /// What it does now.
     fn poll(&mut self) -> Result<LaserState, LaserError>;
 
-    /// Tries to reach the laser again; it comes back dark.
+    /// Starts to reach the laser again and returns at once; [`Laser::poll`] tells [`LaserError::Gone`] until it is
+    /// reached. It comes back dark.
     fn reconnect(&mut self) -> Result<(), LaserError>;
 }

@@ -24,3 +24,6 @@ use std::time::Duration;
 
 /// Longest time a driver may keep its caller: a stop waits behind at most one call.
 pub const CALL_LIMIT: Duration = Duration::from_millis(20);
+
+/// Longest lease a laser grants; what is asked beyond it is cut to it. Light without a living owner ends in a second.
+pub const LASER_LEASE_LIMIT: Duration = Duration::from_secs(1);

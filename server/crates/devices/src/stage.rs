@@ -76,6 +76,9 @@ pub enum StageError {
         /// Its value.
         value: f64,
     },
+    /// It moves or homes already, and one motion at a time is all it takes.
+    #[error("the stage is moving; wait for its end or stop it first")]
+    Moving,
     /// It stopped on the way.
     #[error(
         "the stage stopped at {actual_mm} mm on the way to {target_mm} mm; look for an obstacle, then home it"
@@ -152,7 +155,12 @@ pub trait Stage: Send {
     /// Starts looking for the zero and returns at once. A stage without switches takes its place as zero.
     fn start_home(&mut self) -> Result<(), StageError>;
 
-    /// Starts a move and returns at once with the target and speed the controller accepted.
+    /// Starts a move and returns at once with the target and speed the controller accepted. A speed above the
+    /// fastest is accepted as the fastest.
+    ///
+    /// # Errors
+    /// [`StageError::Moving`] during another motion, [`StageError::OutOfTravel`], [`StageError::BadNumber`],
+    /// [`StageError::NotHomed`] where [`Homing::Required`]; nothing moves then.
     fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError>;
 
     /// Starts a move of `distance_mm` from here, held within the travel; allowed before homing only where
@@ -175,9 +183,14 @@ pub trait Stage: Send {
     /// Stops now and forgets the move. Works in every state, also before homing and in alarm.
     fn stop(&mut self) -> Result<(), StageError>;
 
-    /// Acknowledges a fault whose cause is gone. The position is unknown afterwards if the fault cost it.
+    /// Acknowledges a fault whose cause is gone; without one it does nothing. The position is unknown afterwards if
+    /// the fault cost it. A device that takes its time is asked on: [`Stage::poll`] tells the fault until it is gone.
+    ///
+    /// # Errors
+    /// The fault itself, if only [`Stage::reconnect`] helps.
     fn clear_fault(&mut self) -> Result<(), StageError>;
 
-    /// Tries to reach the stage again after [`StageError::Gone`] or [`StageError::NoReply`]; it must be homed then.
+    /// Starts to reach the stage again after [`StageError::Gone`] or [`StageError::NoReply`] and returns at once;
+    /// [`Stage::poll`] tells the fault until it is reached. It comes back at rest and must be homed then.
     fn reconnect(&mut self) -> Result<(), StageError>;
 }
