@@ -1,23 +1,43 @@
 //! `sheaf`: the command line of the scanner. Parses, dispatches, prints, and ends with a documented exit code.
 
+#[allow(dead_code)]
+mod app;
 mod background;
 mod calibration_file;
+#[allow(dead_code)]
+mod cancel;
+#[allow(dead_code)]
+mod captures;
 mod cli;
 mod cloud_provenance;
 mod commands;
+#[allow(dead_code)]
+mod config;
 mod failure;
 mod features;
+#[allow(dead_code, unused_imports)]
+mod jobs;
+#[allow(dead_code)]
+mod ledger;
+#[allow(dead_code)]
+mod live;
 mod output;
 mod palette;
 mod photographs;
 mod picture;
 mod pixel_row;
+#[allow(dead_code)]
+mod problem;
 mod progress;
 mod refusal;
 mod report;
+#[allow(dead_code, unused_imports)]
+mod station;
 mod study;
 mod tables;
 mod truth;
+#[allow(dead_code)]
+mod wall_clock;
 
 use std::process::ExitCode;
 

@@ -1,0 +1,31 @@
+//! The running service: its parts, made once and handed to whoever needs them.
+
+use std::sync::Arc;
+
+use store::Artifacts;
+
+use crate::captures::Captures;
+use crate::config::Config;
+use crate::jobs::Jobs;
+use crate::ledger::Ledger;
+use crate::live::LiveBus;
+use crate::station::StationHandle;
+
+/// The parts of the running service.
+#[derive(Clone)]
+pub struct App {
+    /// How it is set up.
+    pub config: Arc<Config>,
+    /// The catalogue and its events.
+    pub ledger: Ledger,
+    /// What records name.
+    pub artifacts: Arc<dyn Artifacts>,
+    /// Captures as folders.
+    pub captures: Captures,
+    /// The hardware.
+    pub station: StationHandle,
+    /// The queue.
+    pub jobs: Jobs,
+    /// What is seen at this moment.
+    pub live: LiveBus,
+}

@@ -1,0 +1,77 @@
+//! What a job gets to work with, and how it ends.
+
+use std::sync::Arc;
+
+use store::{Artifacts, Change, ResultRef};
+
+use crate::cancel::CancelFlag;
+use crate::captures::Captures;
+use crate::config::Config;
+use crate::ledger::Ledger;
+use crate::live::LiveBus;
+use crate::problem::Problem;
+use crate::station::StationHandle;
+
+/// What a job gets to work with; a job runs on a thread of its own and may block.
+pub struct JobContext {
+    /// The job's id.
+    pub id: String,
+    /// Set when it shall end.
+    pub cancel: CancelFlag,
+    /// How the station is set up.
+    pub config: Arc<Config>,
+    /// Reads; a job's own changes go into [`Done::changes`].
+    pub ledger: Ledger,
+    /// Where it puts what it makes.
+    pub artifacts: Arc<dyn Artifacts>,
+    /// Captures as folders.
+    pub captures: Captures,
+    /// The hardware.
+    pub station: StationHandle,
+    /// What browsers see while it runs.
+    pub live: LiveBus,
+    pub(super) runtime: tokio::runtime::Handle,
+    pub(super) progress: Arc<dyn Fn(f64, &str) + Send + Sync>,
+}
+
+/// A job that came to its end.
+pub struct Done {
+    /// What it made.
+    pub result: ResultRef,
+    /// Last words to the operator.
+    pub message: String,
+    /// Stored in the same transaction as its end.
+    pub changes: Vec<Change>,
+}
+
+/// A job that did not.
+#[derive(Debug)]
+pub enum JobEnd {
+    /// By a person.
+    Cancelled,
+    /// With a reason.
+    Failed(Box<Problem>),
+}
+
+impl From<Problem> for JobEnd {
+    fn from(problem: Problem) -> Self {
+        Self::Failed(Box::new(problem))
+    }
+}
+
+impl JobContext {
+    /// Says where the job is: 0–1, and in the operator's words.
+    pub fn report(&self, fraction: f64, message: &str) {
+        (self.progress)(fraction, message);
+    }
+
+    /// Ends the job if that was asked for.
+    pub fn go_on(&self) -> Result<(), JobEnd> {
+        if self.cancel.is_cancelled() { Err(JobEnd::Cancelled) } else { Ok(()) }
+    }
+
+    /// Waits for something asynchronous from the job's thread.
+    pub fn wait<F: Future>(&self, future: F) -> F::Output {
+        self.runtime.block_on(future)
+    }
+}

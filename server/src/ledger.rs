@@ -1,0 +1,58 @@
+//! The catalogue as the service uses it: after every commit, whoever follows the events is woken.
+
+use std::sync::Arc;
+
+use serde_json::Value;
+use store::{Catalogue, Change, EventRecord, StoreError};
+use tokio::sync::watch;
+
+use crate::wall_clock::now_ms;
+
+/// The catalogue and the bell that rings when events were added.
+#[derive(Clone)]
+pub struct Ledger {
+    catalogue: Arc<dyn Catalogue>,
+    newest_event: watch::Sender<i64>,
+}
+
+impl Ledger {
+    /// Over a catalogue.
+    pub async fn open(catalogue: Arc<dyn Catalogue>) -> Result<Self, StoreError> {
+        let seq = catalogue.last_event_seq().await?;
+        Ok(Self { catalogue, newest_event: watch::Sender::new(seq) })
+    }
+
+    /// Reads.
+    pub fn read(&self) -> &dyn Catalogue {
+        &*self.catalogue
+    }
+
+    /// Makes all changes or none, and wakes the followers of events.
+    pub async fn commit(&self, changes: Vec<Change>) -> Result<Vec<EventRecord>, StoreError> {
+        let events = self.catalogue.commit(changes).await?;
+        if let Some(last) = events.last() {
+            self.newest_event.send_if_modified(|seq| {
+                let grown = last.seq > *seq;
+                *seq = last.seq.max(*seq);
+                grown
+            });
+        }
+        Ok(events)
+    }
+
+    /// Sequence of the newest event; followers read the events themselves, so that none is missed or doubled.
+    pub fn watch_events(&self) -> watch::Receiver<i64> {
+        self.newest_event.subscribe()
+    }
+}
+
+/// An event of now, to be appended.
+pub fn event(kind: &str, subject: &str, body: Value) -> Change {
+    Change::AppendEvent(EventRecord {
+        seq: 0,
+        kind: kind.to_owned(),
+        subject: subject.to_owned(),
+        body,
+        at_ms: now_ms(),
+    })
+}

@@ -1,0 +1,60 @@
+//! Frames as the station thread stamps them.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender};
+use std::time::Instant;
+
+use vision::GreyImage;
+
+use crate::station::status::DropCounts;
+
+/// A frame with everything the station knows about its moment.
+pub struct StampedFrame {
+    /// The station's own count of frames that arrived, from 1, without gaps.
+    pub sequence: u64,
+    /// The middle of the exposure.
+    pub captured_at: Instant,
+    /// The same, nanoseconds since the station thread began.
+    pub captured_at_ns: u64,
+    /// Stage position at the middle of the exposure, interpolated between readings; `None` is unknown.
+    pub position_mm: Option<f64>,
+    /// Exposures lost between the frame before and this one.
+    pub lost_before: u64,
+    /// How long the sensor collected light.
+    pub exposure_us: f64,
+    /// Whether the laser shone.
+    pub laser_on: bool,
+    /// The pixels; their memory goes back to the station when the frame is dropped.
+    pub image: GreyImage,
+    pub(super) home: Option<SyncSender<GreyImage>>,
+}
+
+/// A frame that several look at.
+pub type SharedFrame = Arc<StampedFrame>;
+
+impl Drop for StampedFrame {
+    fn drop(&mut self) {
+        if let Some(home) = &self.home {
+            let empty = GreyImage::new(1, 1, vision::Pixels::Eight(vec![0])).expect("one pixel is an image");
+            // A full or closed pool means that the memory is not needed any more.
+            let _ = home.try_send(std::mem::replace(&mut self.image, empty));
+        }
+    }
+}
+
+/// Every frame of a run, in order; what could not be delivered is counted, never skipped silently.
+pub struct FrameStream {
+    /// The frames; disconnected when the run is over or broken.
+    pub frames: Receiver<SharedFrame>,
+    /// What was lost in this run, by reason; final once `frames` is disconnected.
+    pub dropped: Arc<DropCounts>,
+    /// Why the run ended before its end, once `frames` is disconnected.
+    pub(super) ended: Receiver<crate::station::StationRefusal>,
+}
+
+impl FrameStream {
+    /// Why the run broke off; `None` if it came to its end.
+    pub fn broken(&self) -> Option<crate::station::StationRefusal> {
+        self.ended.try_recv().ok()
+    }
+}

@@ -1,0 +1,55 @@
+//! Why the station did not do what it was asked.
+
+use devices::{CameraError, LaserError, StageError};
+
+/// Why the station did not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum StationRefusal {
+    /// A job or the live view has it.
+    #[error("the station is busy: {activity}; wait, or stop it")]
+    Busy {
+        /// What it does.
+        activity: String,
+    },
+    /// A fault waits for a person.
+    #[error("the station is in error: {detail}; {remedy}, then reset the station")]
+    InError {
+        /// The fault.
+        detail: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// A person stopped it while this ran.
+    #[error("stopped by {actor}; start again when it is safe")]
+    Stopped {
+        /// Who.
+        actor: String,
+    },
+    /// The job was cancelled.
+    #[error("cancelled")]
+    Cancelled,
+    /// No such device in this station.
+    #[error("this station has no {device}; configure one")]
+    Absent {
+        /// Which.
+        device: &'static str,
+    },
+    /// The camera refused or failed.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+    /// The stage refused or failed.
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    /// The laser refused or failed.
+    #[error(transparent)]
+    Laser(#[from] LaserError),
+    /// No frame came although one was asked for.
+    #[error("no frame arrived within {waited_ms} ms; check the camera and its trigger")]
+    NoFrame {
+        /// How long it was waited for.
+        waited_ms: u64,
+    },
+    /// The station thread ended.
+    #[error("the station is shutting down")]
+    ShuttingDown,
+}
