@@ -1,21 +1,34 @@
-//! Developer commands: `cargo xtask run` shows the product, `cargo xtask test` checks it.
+//! Developer commands: `cargo xtask run` starts the product, `cargo xtask test` checks it.
 
+mod docker_check;
+mod dockerfile;
 mod steps;
+mod tools;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 const HELP: &str = "\
 Developer commands:
-  cargo xtask run [ARGS…]   build with optimisation and run `sheaf demo ARGS…`
-  cargo xtask test          every check: format, clippy, tests, doc tests, documentation, data schemas
-  cargo xtask ci            the same as test";
+  cargo xtask run [ARGS…]    build with optimisation and run `sheaf serve ARGS…`: a simulated station by default
+  cargo xtask demo [ARGS…]   the same with `sheaf demo ARGS…`: the whole chain on rendered pictures, with a report
+  cargo xtask test           every check: format, clippy, tests, doc tests, documentation, the image's program
+  cargo xtask ci             the same as test
+  cargo xtask openapi        write openapi/openapi.json from the code
+  cargo xtask docker-check [--binary FILE]
+                             replay docker/Dockerfile in Debian 12 folders and start the result;
+                             with FILE the build stage is left out";
 
 fn main() -> ExitCode {
-    let mut arguments = std::env::args().skip(1);
-    let outcome = match arguments.next().as_deref() {
-        Some("run") => steps::run_demo(&arguments.collect::<Vec<_>>()),
-        Some("test" | "ci") => steps::test(),
-        Some("help" | "--help" | "-h") => {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let (command, rest) = arguments.split_first().map_or(("", &[][..]), |(first, rest)| (first.as_str(), rest));
+    let outcome = match command {
+        "run" => steps::run_sheaf("serve", rest),
+        "demo" => steps::run_sheaf("demo", rest),
+        "test" | "ci" => steps::test(),
+        "openapi" => steps::write_openapi(),
+        "docker-check" => docker(rest),
+        "help" | "--help" | "-h" => {
             println!("{HELP}");
             Ok(())
         }
@@ -30,5 +43,13 @@ fn main() -> ExitCode {
             eprintln!("xtask: {error}");
             ExitCode::FAILURE
         }
+    }
+}
+
+fn docker(arguments: &[String]) -> steps::Outcome {
+    match arguments {
+        [] => docker_check::docker_check(None),
+        [flag, file] if flag == "--binary" => docker_check::docker_check(Some(Path::new(file))),
+        _ => Err("docker-check takes no argument but --binary FILE".into()),
     }
 }

@@ -5,16 +5,29 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
+use crate::docker_check::docker_check;
+use crate::tools::ensure_python;
+
 /// Lines of the test runner repeated at the very end, where a person looks first.
 const CLOSING_LINES: usize = 3;
 
-type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
+pub type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
-/// Builds with optimisation and runs the demo.
-pub fn run_demo(arguments: &[String]) -> Outcome {
-    let mut command = cargo(&["run", "--release", "--package", "sheaf", "--", "demo"]);
-    command.args(arguments).env("SHEAF_DATA", data_folder());
-    run("demo", &mut command)
+/// Builds with optimisation and runs a command of the product.
+pub fn run_sheaf(command: &str, arguments: &[String]) -> Outcome {
+    let mut process = cargo(&["run", "--release", "--package", "sheaf", "--", command]);
+    process.args(arguments).env("SHEAF_DATA", data_folder());
+    run(command, &mut process)
+}
+
+/// Writes the API document of this version to `openapi/openapi.json`.
+pub fn write_openapi() -> Outcome {
+    let output = cargo(&["run", "--quiet", "--package", "sheaf", "--", "openapi"]).output()?;
+    if !output.status.success() {
+        return Err(format!("sheaf openapi failed: {}", String::from_utf8_lossy(&output.stderr)).into());
+    }
+    std::fs::write(workspace().join("openapi/openapi.json"), output.stdout)?;
+    Ok(())
 }
 
 /// Every check, cheapest first.
@@ -25,10 +38,12 @@ pub fn test() -> Outcome {
     tell_about_data();
     run("format", &mut cargo(&["fmt", "--all", "--", "--check"]))?;
     run("clippy", &mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
-    let closing = run_tests()?;
+    let python = ensure_python()?;
+    let closing = run_tests(&python)?;
     run("doc tests", &mut cargo(&["test", "--workspace", "--doc", "--quiet"]))?;
     let mut doc = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
     run("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"))?;
+    docker_check(Some(&target_folder().join("debug/sheaf")))?;
     println!("\n── all checks passed in {} s; the test runner said:", started.elapsed().as_secs());
     for line in closing {
         println!("{line}");
@@ -37,7 +52,7 @@ pub fn test() -> Outcome {
 }
 
 /// Runs the tests (with nextest where it is installed) and returns the runner's closing lines.
-fn run_tests() -> Outcome<Vec<String>> {
+fn run_tests(python: &Path) -> Outcome<Vec<String>> {
     let nextest = succeeds(Command::new("cargo").args(["nextest", "--version"]));
     let mut command = if nextest {
         cargo(&["nextest", "run", "--workspace", "--no-fail-fast", "--color", "never"])
@@ -45,6 +60,7 @@ fn run_tests() -> Outcome<Vec<String>> {
         println!("── cargo-nextest is not installed: using cargo test");
         cargo(&["test", "--workspace", "--all-targets", "--no-fail-fast", "--color", "never"])
     };
+    command.env("SHEAF_TEST_PYTHON", python);
     title("tests", &command);
     // Both runners are read on one pipe, so that their lines stay in order.
     let (reader, writer) = std::io::pipe()?;
@@ -95,8 +111,15 @@ fn data_folder() -> PathBuf {
     std::env::var_os("SHEAF_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from)
 }
 
-fn workspace() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+/// The root of the repository.
+pub fn workspace() -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    root.canonicalize().unwrap_or(root)
+}
+
+/// Where cargo puts what it builds.
+pub fn target_folder() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from)
 }
 
 fn cargo(arguments: &[&str]) -> Command {
@@ -105,7 +128,8 @@ fn cargo(arguments: &[&str]) -> Command {
     command
 }
 
-fn run(name: &str, command: &mut Command) -> Outcome {
+/// Runs a command with its output on this terminal.
+pub fn run(name: &str, command: &mut Command) -> Outcome {
     title(name, command);
     let status = command.status().map_err(|error| format!("{name} could not be started: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{name} failed: {status}").into()) }
@@ -116,6 +140,7 @@ fn title(name: &str, command: &Command) {
     println!("── {name}: {} {}", command.get_program().to_string_lossy(), arguments.join(" "));
 }
 
-fn succeeds(command: &mut Command) -> bool {
+/// Whether a command can be started and ends well; its output is not shown.
+pub fn succeeds(command: &mut Command) -> bool {
     command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
 }

@@ -1,0 +1,235 @@
+//! `cargo xtask docker-check`: the image without a container engine. Every stage becomes a Debian 12 folder made by
+//! debootstrap, its RUN steps are replayed there by chroot, and the station's program is started in the last one.
+
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::dockerfile::{Instruction, Stage, parse};
+use crate::steps::{Outcome, run, target_folder, workspace};
+use crate::tools::ensure_program;
+
+/// The mirror the folders are made from.
+const MIRROR: &str = "http://deb.debian.org/debian";
+
+/// What the base image of the build stage brings beside the toolchain.
+const BUILD_PACKAGES: &str = "ca-certificates,gcc,libc6-dev,pkg-config";
+
+/// The port the image listens on.
+const PORT: u16 = 8080;
+
+/// Longest time from the program's start to its readiness: promised are five seconds, the rest is a busy machine.
+const READY_WITHIN: Duration = Duration::from_secs(30);
+
+/// Replays the Dockerfile. With `binary` the build stage is left out and that program is put in its place.
+pub fn docker_check(binary: Option<&Path>) -> Outcome {
+    ensure_program("debootstrap", "debootstrap")?;
+    let stages = parse(&std::fs::read_to_string(workspace().join("docker/Dockerfile"))?)?;
+    let [build, station] = &stages[..] else {
+        return Err("docker/Dockerfile must have the stages build and station".into());
+    };
+    let built = match binary {
+        Some(binary) => binary.to_owned(),
+        None => replay_build(build)?,
+    };
+    let root = debian_folder("docker-station", "ca-certificates")?;
+    let program = replay_station(station, &root, &built)?;
+    let server = Started(start(&program, &root)?);
+    wait_until_ready(server)?;
+    check_unit()
+}
+
+/// A fresh copy of a Debian 12 folder; debootstrap itself runs once.
+fn debian_folder(name: &str, packages: &str) -> Outcome<PathBuf> {
+    let base = target_folder().join("debian").join(packages.replace(',', "-"));
+    if !base.join("usr/bin/env").is_file() || !base.join(".complete").is_file() {
+        let _ = std::fs::remove_dir_all(&base);
+        std::fs::create_dir_all(&base)?;
+        let include = format!("--include={packages}");
+        let mut command = Command::new("debootstrap");
+        run(
+            "Debian 12",
+            command.args(["--variant=minbase", &include, "bookworm"]).arg(&base).arg(MIRROR).stdout(Stdio::null()),
+        )?;
+        std::fs::write(base.join(".complete"), "")?;
+    }
+    let root = target_folder().join(name);
+    if root.exists() {
+        std::fs::remove_dir_all(&root)?;
+    }
+    run("copy", Command::new("cp").args(["--archive", "--reflink=auto"]).arg(&base).arg(&root))?;
+    let _ = std::fs::copy("/etc/resolv.conf", root.join("etc/resolv.conf"));
+    Ok(root)
+}
+
+/// Compiles in the build stage's folder with this machine's toolchain, which stands in for the base image's.
+fn replay_build(stage: &Stage) -> Outcome<PathBuf> {
+    let root = debian_folder("docker-build", BUILD_PACKAGES)?;
+    let mut mounts = Mounts(Vec::new());
+    let home = PathBuf::from(std::env::var_os("HOME").ok_or("HOME is not set")?);
+    let cargo = std::env::var_os("CARGO_HOME").map_or_else(|| home.join(".cargo"), PathBuf::from);
+    let rustup = std::env::var_os("RUSTUP_HOME").map_or_else(|| home.join(".rustup"), PathBuf::from);
+    mounts.bind(&cargo, &root.join("usr/local/cargo"))?;
+    mounts.bind(&rustup, &root.join("usr/local/rustup"))?;
+    let output = target_folder().join("docker-target");
+    std::fs::create_dir_all(&output)?;
+    let mut folder = "/".to_owned();
+    for instruction in &stage.instructions {
+        match instruction {
+            Instruction::Workdir(path) => {
+                std::fs::create_dir_all(inside(&root, path))?;
+                folder = path.clone();
+            }
+            Instruction::Copy { from: None, .. } => {
+                copy_context(&inside(&root, &folder))?;
+                mounts.bind(&output, &inside(&root, &folder).join("target"))?;
+            }
+            Instruction::Run(line) => {
+                let line = format!(
+                    "export PATH=/usr/local/cargo/bin:$PATH CARGO_HOME=/usr/local/cargo RUSTUP_HOME=/usr/local/rustup; \
+                     cd {folder} && {line}"
+                );
+                run("RUN", Command::new("chroot").arg(&root).args(["/bin/sh", "-c", &line]))?;
+            }
+            other => return Err(format!("the build stage must not hold {other:?}").into()),
+        }
+    }
+    Ok(output.join("release/sheaf"))
+}
+
+/// The files under version control, as the build context would hold them.
+fn copy_context(target: &Path) -> Outcome {
+    let list = Command::new("git").args(["ls-files", "-z"]).current_dir(workspace()).output()?;
+    for file in list.stdout.split(|&byte| byte == 0).filter(|file| !file.is_empty()) {
+        let file = std::str::from_utf8(file)?;
+        let to = target.join(file);
+        std::fs::create_dir_all(to.parent().unwrap_or(target))?;
+        std::fs::copy(workspace().join(file), to)?;
+    }
+    Ok(())
+}
+
+/// Entry point with arguments, and who runs it.
+struct Program {
+    user: String,
+    words: Vec<String>,
+}
+
+fn replay_station(stage: &Stage, root: &Path, built: &Path) -> Outcome<Program> {
+    let mut program = Program { user: "root".to_owned(), words: Vec::new() };
+    for instruction in &stage.instructions {
+        match instruction {
+            Instruction::Run(line) => run("RUN", Command::new("chroot").arg(root).args(["/bin/sh", "-c", line]))?,
+            Instruction::Copy { from: Some(_), source, target } if source.ends_with("release/sheaf") => {
+                let to = inside(root, target);
+                std::fs::copy(built, &to)?;
+                std::fs::set_permissions(&to, std::fs::Permissions::from_mode(0o755))?;
+            }
+            Instruction::User(user) => program.user = user.clone(),
+            Instruction::Entrypoint(words) | Instruction::Cmd(words) => {
+                program.words.extend(words.iter().cloned())
+            }
+            Instruction::HealthCheck(_) | Instruction::Note => {}
+            other => return Err(format!("the station stage must not hold {other:?}").into()),
+        }
+    }
+    Ok(program)
+}
+
+/// Starts the program as its user inside the folder, on the loopback address.
+fn start(program: &Program, root: &Path) -> Outcome<Child> {
+    if TcpStream::connect(("127.0.0.1", PORT)).is_ok() {
+        return Err(format!("port {PORT} is taken; stop what listens there").into());
+    }
+    let words = program.words.iter().map(|word| word.replace("0.0.0.0", "127.0.0.1"));
+    println!("── start: {} as {}", program.words.join(" "), program.user);
+    let mut command = Command::new("chroot");
+    command.arg(format!("--userspec={0}:{0}", program.user)).arg(root).args(words);
+    Ok(command.env_clear().env("PATH", "/usr/local/bin:/usr/bin:/bin").spawn()?)
+}
+
+/// A running server that ends with this value.
+struct Started(Child);
+
+impl Drop for Started {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn wait_until_ready(mut server: Started) -> Outcome {
+    let begun = Instant::now();
+    while begun.elapsed() < READY_WITHIN {
+        if let Some(status) = server.0.try_wait()? {
+            return Err(format!("the station ended by itself: {status}").into());
+        }
+        if ready().unwrap_or(false) {
+            println!("── ready after {:.1} s", begun.elapsed().as_secs_f64());
+            run("stop", Command::new("kill").args(["-TERM", &server.0.id().to_string()]))?;
+            let status = server.0.wait()?;
+            return if status.success() {
+                Ok(())
+            } else {
+                Err(format!("the station did not end well: {status}").into())
+            };
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    Err(format!("the station was not ready within {} s", READY_WITHIN.as_secs()).into())
+}
+
+fn ready() -> std::io::Result<bool> {
+    let mut stream = TcpStream::connect(("127.0.0.1", PORT))?;
+    stream.set_read_timeout(Some(Duration::from_secs(2)))?;
+    stream.write_all(b"GET /ready HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")?;
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer)?;
+    Ok(answer.starts_with("HTTP/1.1 200"))
+}
+
+/// The service unit's exposure by systemd's own reckoning, where systemd is there to ask.
+fn check_unit() -> Outcome {
+    let unit = workspace().join("docker/sheaf.service");
+    let mut command = Command::new("systemd-analyze");
+    command.args(["security", "--offline=yes", "--threshold=20", "--no-pager"]).arg(unit);
+    match command.output() {
+        Err(_) => println!("── systemd-analyze is not installed: the unit's exposure is not checked"),
+        Ok(output) => {
+            let text = String::from_utf8_lossy(&output.stdout);
+            println!("── {}", text.lines().last().unwrap_or_default());
+            if !output.status.success() {
+                return Err("docker/sheaf.service is more exposed than 2.0 of 10".into());
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A path of the image as a path of this machine.
+fn inside(root: &Path, path: &str) -> PathBuf {
+    root.join(path.trim_start_matches('/'))
+}
+
+/// Bind mounts that go when this does.
+struct Mounts(Vec<PathBuf>);
+
+impl Mounts {
+    fn bind(&mut self, from: &Path, to: &Path) -> Outcome {
+        std::fs::create_dir_all(to)?;
+        run("mount", Command::new("mount").arg("--bind").arg(from).arg(to))?;
+        self.0.push(to.to_owned());
+        Ok(())
+    }
+}
+
+impl Drop for Mounts {
+    fn drop(&mut self) {
+        for mount in self.0.iter().rev() {
+            let _ = Command::new("umount").arg(mount).status();
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Tools that the checks need beside Rust, installed by name where they are missing.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::steps::{Outcome, run, succeeds, target_folder, workspace};
+
+/// A Python of the checks' own, with what `server/tests/requirements.txt` lists.
+pub fn ensure_python() -> Outcome<PathBuf> {
+    let requirements = workspace().join("server/tests/requirements.txt");
+    let folder = target_folder().join("python");
+    let python = folder.join("bin/python");
+    let stamp = folder.join("requirements.txt");
+    let wanted = std::fs::read(&requirements)?;
+    if std::fs::read(&stamp).is_ok_and(|present| present == wanted)
+        && succeeds(Command::new(&python).arg("--version"))
+    {
+        return Ok(python);
+    }
+    if !succeeds(Command::new("python3").args(["-c", "import venv, ensurepip"])) {
+        ensure_apt("python3-venv")?;
+    }
+    run("python", Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
+    let mut pip = Command::new(&python);
+    run("pip", pip.args(["-m", "pip", "install", "--quiet", "--requirement"]).arg(&requirements))?;
+    std::fs::write(stamp, wanted)?;
+    Ok(python)
+}
+
+/// Installs a program's Debian package unless the program is there.
+pub fn ensure_program(program: &str, package: &str) -> Outcome {
+    let on_path = std::env::var_os("PATH")
+        .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(program).is_file()));
+    if on_path || Path::new("/usr/sbin").join(program).is_file() { Ok(()) } else { ensure_apt(package) }
+}
+
+fn ensure_apt(package: &str) -> Outcome {
+    println!("── installing the Debian package {package}");
+    let missing =
+        |error| format!("{package} is missing and could not be installed ({error}); install it and repeat");
+    let install = ["install", "--yes", "--no-install-recommends", package];
+    run("apt-get", Command::new("apt-get").args(["update", "--quiet"])).map_err(missing)?;
+    run("apt-get", Command::new("apt-get").args(install).env("DEBIAN_FRONTEND", "noninteractive"))
+        .map_err(missing)?;
+    Ok(())
+}
