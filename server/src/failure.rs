@@ -54,7 +54,15 @@ struct Content {
     entry: Option<String>,
     causes: Vec<String>,
     remedy: Option<String>,
-    about_content: bool,
+    nature: Nature,
+}
+
+/// What a caller may want to tell apart without reading the words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Nature {
+    Plain,
+    AboutContent,
+    Cancelled,
 }
 
 impl Failure {
@@ -67,7 +75,7 @@ impl Failure {
             entry: None,
             causes: Vec::new(),
             remedy: None,
-            about_content: false,
+            nature: Nature::Plain,
         }))
     }
 
@@ -79,6 +87,18 @@ impl Failure {
     /// The data cannot carry the result.
     pub fn unobservable(what: impl Into<String>) -> Self {
         Self::new(Exit::Unobservable, what)
+    }
+
+    /// The procedure was asked to end, and did.
+    pub fn cancelled() -> Self {
+        let mut failure = Self::new(Exit::Internal, "cancelled");
+        failure.0.nature = Nature::Cancelled;
+        failure
+    }
+
+    /// See [`Failure::cancelled`].
+    pub fn is_cancelled(&self) -> bool {
+        self.0.nature == Nature::Cancelled
     }
 
     /// A result could not be written.
@@ -122,18 +142,34 @@ impl Failure {
 
     /// Marks a picture that was read well and shows the wrong thing: one may choose to go on without it.
     pub fn about_content(mut self) -> Self {
-        self.0.about_content = true;
+        self.0.nature = Nature::AboutContent;
         self
     }
 
     /// See [`Failure::about_content`].
     pub fn is_about_content(&self) -> bool {
-        self.0.about_content
+        self.0.nature == Nature::AboutContent
     }
 
     /// What failed, in one line.
     pub fn what(&self) -> &str {
         &self.0.what
+    }
+
+    /// Where: an entry of the file it is about.
+    pub fn entry(&self) -> Option<&str> {
+        self.0.entry.as_deref()
+    }
+
+    /// Why, from the nearest cause to the farthest.
+    pub fn causes(&self) -> &[String] {
+        &self.0.causes
+    }
+
+    #[allow(dead_code)]
+    /// What the person can do.
+    pub fn advice(&self) -> Option<&str> {
+        self.0.remedy.as_deref()
     }
 
     /// The exit code.

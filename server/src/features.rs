@@ -43,10 +43,11 @@ pub fn calibration_features(
     let lasers = laser_pictures(capture);
     let task = reporter.count("reading boards and laser lines", "pictures", boards.len() + lasers.len());
     let (boards, lasers) = rayon::join(
-        || all(&boards, &task, |picture| corners_of(capture, picture)),
-        || all(&lasers, &task, |picture| centrelines_of(capture, picture)),
+        || all(&boards, reporter, &task, |picture| corners_of(capture, picture)),
+        || all(&lasers, reporter, &task, |picture| centrelines_of(capture, picture)),
     );
     drop(task);
+    reporter.go_on()?;
     let mut sieve = Sieve { leave_out_unreadable, left_out: Vec::new() };
     let manifest = &capture.manifest;
     let (mut boards, mut lasers) = (boards.into_iter(), lasers.into_iter());
@@ -89,6 +90,7 @@ pub fn scan_centrelines(capture: &Capture, name: &str, reporter: &Reporter) -> R
     pictures
         .par_iter()
         .map(|picture| {
+            reporter.go_on()?;
             let image = capture.image(&picture.entry, picture.path)?;
             let lines = find_centrelines(&image, &params);
             task.step();
@@ -103,10 +105,16 @@ fn centreline_params(capture: &Capture) -> CentrelineParams {
 }
 
 /// Applies `find` to every picture on all cores; results in the order of the pictures.
-fn all<T: Send>(pictures: &[Picture], task: &Task, find: impl Fn(&Picture) -> Found<T> + Sync) -> Vec<Found<T>> {
+fn all<T: Send>(
+    pictures: &[Picture],
+    reporter: &Reporter,
+    task: &Task,
+    find: impl Fn(&Picture) -> Found<T> + Sync,
+) -> Vec<Found<T>> {
     pictures
         .par_iter()
         .map(|picture| {
+            reporter.go_on()?;
             let found = find(picture);
             task.step();
             found

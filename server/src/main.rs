@@ -1,4 +1,5 @@
 //! `sheaf`: the command line of the scanner. Parses, dispatches, prints, and ends with a documented exit code.
+#![allow(clippy::result_large_err, reason = "a problem ends a request: its size does not matter")]
 
 #[allow(dead_code)]
 mod app;
@@ -25,9 +26,13 @@ mod output;
 mod palette;
 mod photographs;
 mod picture;
+#[allow(unused_imports)]
+mod pipeline;
 mod pixel_row;
 #[allow(dead_code)]
 mod problem;
+#[allow(dead_code)]
+mod problem_causes;
 mod progress;
 mod refusal;
 mod report;

@@ -39,6 +39,9 @@ impl From<ImageFileError> for Failure {
 
 impl From<CalibrationError> for Failure {
     fn from(error: CalibrationError) -> Self {
+        if error == CalibrationError::Cancelled {
+            return Self::cancelled();
+        }
         let (what, remedy) = split_remedy(&error.to_string());
         let failure = match error {
             CalibrationError::OrdersUnsorted { .. } => Self::bad_input(what).at_entry("projector.orders"),
@@ -80,6 +83,9 @@ impl From<StationError> for Failure {
 
 impl From<TwinCaptureError> for Failure {
     fn from(error: TwinCaptureError) -> Self {
+        if matches!(error, TwinCaptureError::Cancelled { .. }) {
+            return Self::cancelled();
+        }
         let (what, remedy) = split_remedy(&error.to_string());
         with_remedy(behind(Self::bad_input(what), &error), remedy)
     }

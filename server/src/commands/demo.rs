@@ -13,13 +13,13 @@ use twin::{CaptureRequest, StationModel, StationShape};
 
 use crate::cli::{DemoArgs, GAUGE_HEIGHT_MM, SPHERE_RADIUS_MM};
 use crate::commands::Answer;
-use crate::commands::calibrate::{Calibrated, calibrate_features, open_capture, read_features};
-use crate::commands::scan::{scan_capture, write_part_mesh};
+use crate::commands::scan::write_part_mesh;
 use crate::commands::twin::record;
 use crate::failure::Failure;
 use crate::features::Features;
 use crate::output::{create_folder, write_file};
 use crate::photographs::{self, Photograph};
+use crate::pipeline::{Calibrated, calibrate_features, open_capture, read_features, scan_capture};
 use crate::progress::Reporter;
 use crate::report;
 use crate::tables::{demo_json, demo_text};

@@ -10,6 +10,7 @@ use crate::config::Config;
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
 use crate::problem::Problem;
+use crate::progress::{JobVoice, Reporter, Tell};
 use crate::station::StationHandle;
 
 /// What a job gets to work with; a job runs on a thread of its own and may block.
@@ -31,7 +32,7 @@ pub struct JobContext {
     /// What browsers see while it runs.
     pub live: LiveBus,
     pub(super) runtime: tokio::runtime::Handle,
-    pub(super) progress: Arc<dyn Fn(f64, &str) + Send + Sync>,
+    pub(super) progress: Tell,
 }
 
 /// A job that came to its end.
@@ -63,6 +64,11 @@ impl JobContext {
     /// Says where the job is: 0–1, and in the operator's words.
     pub fn report(&self, fraction: f64, message: &str) {
         (self.progress)(fraction, message);
+    }
+
+    /// For a procedure that fills `part` of the job's fraction, such as `0.0..0.6`; it ends when the job is cancelled.
+    pub fn reporter(&self, part: std::ops::Range<f64>) -> Reporter {
+        Reporter::for_job(JobVoice { cancel: self.cancel.clone(), at: self.progress.clone(), part })
     }
 
     /// Ends the job if that was asked for.

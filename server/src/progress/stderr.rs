@@ -12,40 +12,35 @@ const LINE_INTERVAL: Duration = Duration::from_secs(5);
 /// Ticks of a bar that counts fractions.
 const FRACTION_TICKS: u64 = 1000;
 
-/// Where progress and notes go.
+/// What this process's stderr can show.
 #[derive(Debug, Clone, Copy)]
-pub struct Reporter {
+pub(super) struct Stderr {
     quiet: bool,
     terminal: bool,
 }
 
-impl Reporter {
-    /// For this process's stderr.
-    pub fn new(quiet: bool) -> Self {
+impl Stderr {
+    pub(super) fn new(quiet: bool) -> Self {
         Self { quiet, terminal: std::io::stderr().is_terminal() }
     }
 
-    /// A remark a person may skip.
-    pub fn note(&self, text: &str) {
+    pub(super) fn note(&self, text: &str) {
         if !self.quiet {
             eprintln!("{text}");
         }
     }
 
-    /// A remark a person should see, also when quiet.
-    pub fn warn(&self, text: &str) {
+    pub(super) fn warn(&self, text: &str) {
         eprintln!("warning: {text}");
     }
 
-    /// Progress over `total` things, such as pictures.
-    pub fn count(&self, title: &str, unit: &str, total: usize) -> Task {
+    pub(super) fn count(&self, title: &str, unit: &str, total: usize) -> StderrTask {
         let template =
             format!("{{msg:28}} {{bar:32.cyan/blue}} {{pos:>4}}/{{len}} {unit}, {{elapsed}} gone, {{eta}} left");
         self.task(title, unit, total as u64, &template)
     }
 
-    /// Progress of a procedure that names its steps and the fraction done.
-    pub fn fraction(&self, title: &str) -> Task {
+    pub(super) fn fraction(&self, title: &str) -> StderrTask {
         self.task(
             title,
             "",
@@ -54,7 +49,7 @@ impl Reporter {
         )
     }
 
-    fn task(&self, title: &str, unit: &str, total: u64, template: &str) -> Task {
+    fn task(&self, title: &str, unit: &str, total: u64, template: &str) -> StderrTask {
         let bar = if self.quiet || !self.terminal {
             ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden())
         } else {
@@ -68,30 +63,28 @@ impl Reporter {
         if lines.is_some() {
             eprintln!("{title} …");
         }
-        Task { bar, lines, unit: unit.to_owned() }
+        StderrTask { bar, lines, unit: unit.to_owned() }
     }
 }
 
-/// One running piece of work. The bar goes away when it is dropped.
+/// A bar, or a line now and then. The bar goes away when it is dropped.
 #[derive(Debug)]
-pub struct Task {
+pub(super) struct StderrTask {
     bar: ProgressBar,
     /// When the last line was written; `None` where no lines are wanted.
     lines: Option<Mutex<Instant>>,
     unit: String,
 }
 
-impl Task {
-    /// One more thing is done. May be called from any thread.
-    pub fn step(&self) {
+impl StderrTask {
+    pub(super) fn step(&self) {
         self.bar.inc(1);
         self.line(|bar| {
             format!("{}: {}/{} {}", bar.message(), bar.position(), bar.length().unwrap_or(0), self.unit)
         });
     }
 
-    /// Where a procedure is, in the operator's words, and the fraction done.
-    pub fn at(&self, step: &str, fraction: f64) {
+    pub(super) fn at(&self, step: &str, fraction: f64) {
         self.bar.set_message(step.to_owned());
         self.bar.set_position((fraction.clamp(0.0, 1.0) * FRACTION_TICKS as f64) as u64);
         self.line(|_| format!("{step} ({:.0} %)", fraction * 100.0));
@@ -109,7 +102,7 @@ impl Task {
     }
 }
 
-impl Drop for Task {
+impl Drop for StderrTask {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }
