@@ -12,7 +12,7 @@ mod captures;
 mod cli;
 mod cloud_provenance;
 mod commands;
-#[allow(dead_code)]
+#[allow(dead_code, unused_imports)]
 mod config;
 mod failure;
 mod features;

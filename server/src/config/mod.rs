@@ -1,6 +1,15 @@
 //! The configuration of the service: defaults, then a file, then the environment, then flags; and where each value
 //! came from.
 
+pub mod error;
+pub mod layers;
+pub mod limits;
+pub mod settings;
+pub mod value;
+
+pub use error::ConfigError;
+pub use layers::{Asked, Effective, Origin, effective};
+
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -17,6 +26,25 @@ pub struct Config {
     pub target: TargetConfig,
     /// The projector by its data sheet.
     pub projector: ProjectorConfig,
+    /// Who may talk to the service.
+    pub http: HttpConfig,
+}
+
+impl Config {
+    /// Everything as it is by default: a simulated station, loopback, any free port, everything under `data`.
+    pub fn simulated(data: PathBuf) -> Self {
+        let asked = Asked { listen: Some("127.0.0.1:0".to_owned()), data: Some(data), ..Asked::default() };
+        layers::from_flags(&asked).expect("the defaults are valid; a test holds this").config
+    }
+}
+
+/// Who may talk to the service, beyond this machine's own names.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct HttpConfig {
+    /// Names under which clients may address the service (`Host`), without port.
+    pub allowed_hosts: Vec<String>,
+    /// Origins of pages that may use it (`Origin`), beside its own: `https://line3.example`.
+    pub allowed_origins: Vec<String>,
 }
 
 /// What the station is made of.

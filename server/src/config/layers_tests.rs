@@ -1,0 +1,79 @@
+//! Which layer wins, what is refused, and that the table's defaults are the twin's.
+
+use super::*;
+use crate::config::StationConfig;
+
+fn environment(pairs: &[(&str, &str)]) -> impl Iterator<Item = (String, String)> {
+    pairs.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect::<Vec<_>>().into_iter()
+}
+
+fn with_file(text: &str, pairs: &[(&str, &str)], set: &[&str]) -> Result<Effective, ConfigError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("station.toml");
+    std::fs::write(&path, text).unwrap();
+    let set = set.iter().map(|text| (*text).to_owned()).collect();
+    effective(&Asked { config: Some(path), set, ..Asked::default() }, environment(pairs))
+}
+
+fn origin(effective: &Effective, key: &str) -> String {
+    effective.values.iter().find(|(setting, ..)| setting.key == key).unwrap().2.to_string()
+}
+
+#[test]
+fn flags_win_over_the_environment_and_that_over_the_file() {
+    let file = "listen = \"127.0.0.1:1\"\n[station.twin]\nseed = 1\nscene = \"plate\"\nframe_rate_hz = 10\n";
+    let pairs = [("SHEAF_STATION__TWIN__SEED", "2"), ("SHEAF_STATION__TWIN__SCENE", "gauge")];
+    let effective = with_file(file, &pairs, &["station.twin.seed=3"]).unwrap();
+    let StationConfig::Twin(twin) = &effective.config.station else { panic!("a twin") };
+    assert_eq!((twin.seed, twin.scene.as_str(), twin.frame_rate_hz), (3, "gauge", 10.0));
+    assert_eq!(origin(&effective, "station.twin.seed"), "flag --set");
+    assert_eq!(origin(&effective, "station.twin.scene"), "environment SHEAF_STATION__TWIN__SCENE");
+    assert!(origin(&effective, "station.twin.frame_rate_hz").ends_with("station.toml, line 5"));
+    assert_eq!(origin(&effective, "data"), "default");
+}
+
+#[track_caller]
+fn refused(result: Result<Effective, ConfigError>, words: &[&str]) {
+    let text = result.map(|effective| effective.config).unwrap_err().to_string();
+    for word in words {
+        assert!(text.contains(word), "no {word:?} in {text:?}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_named_with_its_place_and_its_remedy() {
+    refused(with_file("listen = 3", &[], &[]), &["listen cannot be integer", "line 1", "address and a port"]);
+    refused(with_file("\n\nlisten = ", &[], &[]), &["station.toml, line 3", "TOML"]);
+    refused(with_file("[station]\nseed = 3", &[], &[]), &["\"station.seed\"", "line 2", "station.twin.seed"]);
+    refused(with_file("[target]\nsquare_mm = nan", &[], &[]), &["target.square_mm", "0.01 to 1000"]);
+    refused(with_file("station = 3", &[], &[]), &["\"station\"", "sheaf config"]);
+    refused(with_file("", &[("SHEAF_STATION__KIND", "robot")], &[]), &["robot", "SHEAF_STATION__KIND", "grbl"]);
+    refused(with_file("", &[("SHEAF_COLOUR", "red")], &[]), &["\"colour\"", "SHEAF_COLOUR"]);
+    refused(with_file("", &[], &["listen"]), &["--set KEY=VALUE"]);
+    refused(with_file("", &[], &["projector.orders=1,x"]), &["projector.orders", "whole numbers"]);
+}
+
+#[test]
+fn the_file_in_the_data_folder_is_read_and_may_not_move_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let asked = Asked { data: Some(folder.path().to_owned()), ..Asked::default() };
+    std::fs::write(folder.path().join(FILE_NAME), "[target]\nsquare_mm = 7.5\n").unwrap();
+    assert_eq!(effective(&asked, environment(&[])).unwrap().config.target.square_mm, 7.5);
+    std::fs::write(folder.path().join(FILE_NAME), "data = \"elsewhere\"\n").unwrap();
+    refused(effective(&asked, environment(&[])), &["data folder's own file", "--data"]);
+}
+
+#[test]
+fn a_named_file_must_exist() {
+    let asked = Asked { config: Some("/nonexistent/sheaf.toml".into()), ..Asked::default() };
+    refused(effective(&asked, environment(&[])), &["/nonexistent/sheaf.toml", "--config"]);
+}
+
+#[test]
+fn the_defaults_are_those_of_the_simulated_station() {
+    let config = Config::simulated("data".into());
+    let model = twin::StationModel::seeded(7, &twin::StationShape::default()).unwrap();
+    assert_eq!(config.projector.orders, model.orders);
+    assert_eq!(config.target.square_mm, twin::poses::square_mm(&model));
+    assert!(config.listen.ip().is_loopback());
+}
