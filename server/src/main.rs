@@ -20,7 +20,7 @@ mod features;
 mod jobs;
 #[allow(dead_code)]
 mod ledger;
-#[allow(dead_code)]
+#[allow(dead_code, unused_imports)]
 mod live;
 mod output;
 mod palette;
@@ -43,6 +43,8 @@ mod tables;
 mod truth;
 #[allow(dead_code)]
 mod wall_clock;
+#[allow(dead_code)]
+mod ws;
 
 use std::process::ExitCode;
 

@@ -12,4 +12,6 @@ pub mod status;
 pub use frame::{FrameStream, SharedFrame, StampedFrame};
 pub use handle::{LiveRequest, Manual, Purpose, StationHandle, StationLease, Sweep};
 pub use refusal::StationRefusal;
-pub use status::{DeviceStatus, DropCounts, Fault, LaserLight, MachineState, OperationalState, StationStatus};
+pub use status::{
+    DeviceStatus, DropCounts, Fault, LaserLight, MachineState, OperationalState, StateHistory, StationStatus,
+};

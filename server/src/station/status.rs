@@ -1,5 +1,6 @@
 //! What everyone may know about the station at any time.
 
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use devices::{CameraCapabilities, CameraSettings, DeviceIdentity, LaserCapabilities, StageCapabilities};
@@ -69,11 +70,49 @@ pub struct DeviceStatus<C> {
     pub capabilities: C,
 }
 
+/// The latest changes of state, numbered without gaps from 1, so that whoever sees the status only now and then
+/// misses none.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct StateHistory {
+    n_changes: u64,
+    latest: VecDeque<MachineState>,
+}
+
+impl StateHistory {
+    /// Changes kept: more than a station makes in the seconds after which a silent viewer is given up.
+    const KEPT: usize = 256;
+
+    /// Notes the state that was entered; the same state again is no change.
+    pub fn enter(&mut self, state: MachineState) {
+        if self.latest.back() == Some(&state) {
+            return;
+        }
+        if self.latest.len() == Self::KEPT {
+            self.latest.pop_front();
+        }
+        self.latest.push_back(state);
+        self.n_changes += 1;
+    }
+
+    /// Number of the newest change; 0 before the first.
+    pub fn newest(&self) -> u64 {
+        self.n_changes
+    }
+
+    /// The changes after number `seen`, as far as they are kept, oldest first.
+    pub fn after(&self, seen: u64) -> impl Iterator<Item = (u64, MachineState)> + '_ {
+        let first = self.n_changes - self.latest.len() as u64 + 1;
+        (first..).zip(self.latest.iter().copied()).filter(move |(number, _)| *number > seen)
+    }
+}
+
 /// The station as last seen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StationStatus {
     /// Its state.
     pub state: MachineState,
+    /// How it came to be in it: the station calls [`StateHistory::enter`] whenever it sets `state`.
+    pub state_history: StateHistory,
     /// In the operator's words: "scanning, row 12 of 200".
     pub activity: String,
     /// Whether the devices are simulated or a recording: `twin`, `replay`, or `None` for real ones.
@@ -139,5 +178,24 @@ impl DropCounts {
     /// All together.
     pub fn total(&self) -> u64 {
         self.by_reason().iter().map(|(_, count)| count).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_late_reader_sees_every_change_in_order() {
+        let ready = MachineState::Operational(OperationalState::Ready);
+        let mut history = StateHistory::default();
+        for state in [MachineState::Preoperational, ready, ready, MachineState::Halted, ready] {
+            history.enter(state);
+        }
+        assert_eq!(history.after(2).collect::<Vec<_>>(), [(3, MachineState::Halted), (4, ready)]);
+        assert_eq!(history.newest(), 4);
+        (0..1000).for_each(|_| [MachineState::Halted, ready].into_iter().for_each(|state| history.enter(state)));
+        assert_eq!(history.after(0).count(), StateHistory::KEPT);
+        assert_eq!(history.after(0).last(), Some((2004, ready)));
     }
 }

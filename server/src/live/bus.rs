@@ -1,0 +1,123 @@
+//! Where producers put what viewers see.
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+use optics::Calibration;
+use scanning::Profile;
+use tokio::sync::watch;
+use vision::Centrelines;
+
+use crate::live::points::{PointLog, PointsSeen, display_points};
+use crate::station::SharedFrame;
+
+/// One frame, seen through.
+pub struct LiveFrame {
+    /// The pixels and their moment.
+    pub frame: SharedFrame,
+    /// The lines in it.
+    pub centrelines: Centrelines,
+    /// Labelled and triangulated; `None` without an active calibration.
+    pub profile: Option<Profile>,
+    /// The calibration of the profile.
+    pub calibration_id: Option<String>,
+}
+
+/// Where producers put what viewers see. Clones are the same bus.
+#[derive(Clone)]
+pub struct LiveBus {
+    frames: watch::Sender<Option<Arc<LiveFrame>>>,
+    points: watch::Sender<PointsSeen>,
+    calibration: watch::Sender<Option<Arc<Calibration>>>,
+}
+
+impl Default for LiveBus {
+    fn default() -> Self {
+        Self {
+            frames: watch::Sender::new(None),
+            points: watch::Sender::new(PointsSeen::default()),
+            calibration: watch::Sender::new(None),
+        }
+    }
+}
+
+impl LiveBus {
+    /// Shows a frame; the newest wins.
+    pub fn show(&self, frame: Arc<LiveFrame>) {
+        self.frames.send_replace(Some(frame));
+    }
+
+    /// Follows the frames.
+    pub fn watch_frames(&self) -> watch::Receiver<Option<Arc<LiveFrame>>> {
+        self.frames.subscribe()
+    }
+
+    /// Which calibration live profiles are computed with.
+    pub fn set_calibration(&self, calibration: Option<Arc<Calibration>>) {
+        self.calibration.send_replace(calibration);
+    }
+
+    /// Follows it.
+    pub fn watch_calibration(&self) -> watch::Receiver<Option<Arc<Calibration>>> {
+        self.calibration.subscribe()
+    }
+
+    /// The points of a scan will come; those of the scan before are forgotten here.
+    pub fn begin_scan(&self, scan_id: &str) {
+        let log = Arc::new(PointLog::new(scan_id));
+        self.points.send_replace(PointsSeen { log: Some(log), n_blocks: 0, running: true });
+    }
+
+    /// Shows the points of a frame of the scan that was begun, registered to the part; a frame without points leaves
+    /// no block.
+    pub fn add_profile_points(
+        &self,
+        scan_id: &str,
+        frame_idx: u32,
+        position_mm: f64,
+        profile: &Profile,
+        calibration: &Calibration,
+    ) {
+        let points = display_points(profile, position_mm, calibration);
+        self.points.send_if_modified(|seen| {
+            let Some(log) = seen.log_of(scan_id) else { return false };
+            let n_blocks = log.add(frame_idx, position_mm, &points);
+            let grown = n_blocks > seen.n_blocks;
+            seen.n_blocks = n_blocks;
+            grown
+        });
+    }
+
+    /// No more points of that scan will come. Returns its blocks: written one after the other they are the display
+    /// artifact. Empty for a scan that is not the one that was begun last.
+    pub fn end_scan(&self, scan_id: &str) -> Vec<Bytes> {
+        let mut blocks = Vec::new();
+        self.points.send_if_modified(|seen| {
+            let Some(log) = seen.log_of(scan_id) else { return false };
+            blocks = log.blocks_from(0, usize::MAX);
+            std::mem::replace(&mut seen.running, false)
+        });
+        blocks
+    }
+
+    /// Follows the points of the scan that was begun last.
+    pub fn watch_points(&self) -> watch::Receiver<PointsSeen> {
+        self.points.subscribe()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_of_another_scan_are_not_mixed_in() {
+        let bus = LiveBus::default();
+        bus.begin_scan("01890000-0000-7000-8000-000000000001");
+        assert!(bus.points.borrow().running);
+        assert_eq!(bus.end_scan("01890000-0000-7000-8000-000000000002"), Vec::<Bytes>::new());
+        assert!(bus.points.borrow().running);
+        bus.end_scan("01890000-0000-7000-8000-000000000001");
+        assert!(!bus.points.borrow().running);
+    }
+}

@@ -1,0 +1,108 @@
+//! The points of a scan, packed for display in blocks without gaps.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use bytes::Bytes;
+use optics::Calibration;
+use scanning::{CloudPoint, Profile};
+
+use crate::ws::protocol::points::encode_block;
+
+/// A point as it is shown: in the part frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DisplayPoint {
+    /// Where, in the part frame.
+    pub xyz_mm: [f64; 3],
+    /// Diffraction order of its line.
+    pub order: i8,
+    /// Grey levels of the line above its background.
+    pub intensity: f32,
+    /// Standard deviation along its camera ray.
+    pub sigma_mm: f32,
+    /// Column (row) of the image: its place along the line.
+    pub along_px: f32,
+}
+
+/// A profile's points in the part frame: X_part = X_camera − s·t. Their σ is that of the image noise alone.
+pub fn display_points(profile: &Profile, position_mm: f64, calibration: &Calibration) -> Vec<DisplayPoint> {
+    let display = |point: &scanning::ProfilePoint| {
+        let in_part = match calibration.stage {
+            Some(stage) => stage.part_from_camera(&point.hit_in_camera, position_mm).xyz,
+            None => point.hit_in_camera.xyz,
+        };
+        let [across_u, across_v] = point.seen.normal.map(f64::abs);
+        let along = if across_v >= across_u { point.seen.u_px } else { point.seen.v_px };
+        DisplayPoint {
+            xyz_mm: [in_part.x, in_part.y, in_part.z],
+            order: point.order,
+            intensity: point.seen.intensity,
+            sigma_mm: point.noise_sigma_mm as f32,
+            along_px: along as f32,
+        }
+    };
+    profile.points.iter().map(display).collect()
+}
+
+/// A point of a finished cloud; `along_u`: whether lines run along the rows of the image.
+pub fn display_point_of_cloud(point: &CloudPoint, along_u: bool) -> DisplayPoint {
+    DisplayPoint {
+        xyz_mm: [point.x_mm, point.y_mm, point.z_mm],
+        order: point.order,
+        intensity: point.intensity,
+        sigma_mm: point.sigma_mm,
+        along_px: if along_u { point.u_px } else { point.v_px },
+    }
+}
+
+/// The display points of one scan: blocks that only ever grow in number.
+#[derive(Debug)]
+pub struct PointLog {
+    scan_id: String,
+    blocks: Mutex<Vec<Bytes>>,
+}
+
+impl PointLog {
+    /// Without points.
+    pub fn new(scan_id: &str) -> Self {
+        Self { scan_id: scan_id.to_owned(), blocks: Mutex::new(Vec::new()) }
+    }
+
+    /// Which scan.
+    pub fn scan_id(&self) -> &str {
+        &self.scan_id
+    }
+
+    /// Packs the points of a frame as the next block; none for no points. Returns how many blocks there are.
+    pub fn add(&self, frame_idx: u32, position_mm: f64, points: &[DisplayPoint]) -> u32 {
+        let mut blocks = self.blocks.lock().unwrap_or_else(PoisonError::into_inner);
+        if !points.is_empty() {
+            let number = blocks.len() as u32;
+            blocks.push(encode_block(&self.scan_id, number, frame_idx, position_mm, points));
+        }
+        blocks.len() as u32
+    }
+
+    /// At most `limit` blocks from number `first` on; shared, not copied.
+    pub fn blocks_from(&self, first: u32, limit: usize) -> Vec<Bytes> {
+        let blocks = self.blocks.lock().unwrap_or_else(PoisonError::into_inner);
+        blocks.iter().skip(first as usize).take(limit).cloned().collect()
+    }
+}
+
+/// How far the scan that was begun last has come.
+#[derive(Debug, Clone, Default)]
+pub struct PointsSeen {
+    /// Its points; `None` before the first scan.
+    pub log: Option<Arc<PointLog>>,
+    /// Blocks so far.
+    pub n_blocks: u32,
+    /// Whether more will come.
+    pub running: bool,
+}
+
+impl PointsSeen {
+    /// The points of that scan, if it is this one.
+    pub fn log_of(&self, scan_id: &str) -> Option<&Arc<PointLog>> {
+        self.log.as_ref().filter(|log| log.scan_id() == scan_id)
+    }
+}

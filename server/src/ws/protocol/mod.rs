@@ -1,0 +1,3 @@
+//! The bytes of `sheaf.v1`, as `openapi/stream.md` specifies them.
+
+pub mod points;
