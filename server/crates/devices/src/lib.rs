@@ -12,6 +12,13 @@ pub mod identity;
 pub mod laser;
 pub mod stage;
 
+pub mod contract;
+pub mod params;
+pub mod replay;
+
+mod laser_checks;
+mod stage_checks;
+
 pub use camera::{
     Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, FrameInfo, PixelFormat, Roi, Trigger,
     ValueRange,

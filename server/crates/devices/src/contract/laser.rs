@@ -1,0 +1,187 @@
+//! The rules of a laser.
+
+use std::time::{Duration, Instant};
+
+use super::Cable;
+use super::calls::{SCHEDULING_SLACK, short, wait_for};
+use crate::{LASER_LEASE_LIMIT, Laser, LaserError};
+
+/// What the suite must know of a laser.
+pub struct LaserProfile {
+    /// Whether light is really on, by somebody else than the driver.
+    pub light: Option<Box<dyn Fn() -> bool>>,
+    /// From the end of a lease, or from a command, to its effect at the witness.
+    pub reaction_limit: Duration,
+    /// Its cable, if the test can pull it.
+    pub cable: Option<Cable>,
+}
+
+/// A lease for the rules that let one run out.
+const SHORT_LEASE: Duration = Duration::from_millis(120);
+
+/// A lease that outlasts every rule but the one on the longest lease.
+const LONG_LEASE: Duration = LASER_LEASE_LIMIT;
+
+/// A laser is noticed to be gone within this time (`promises.md`: serial faults).
+const GONE_LIMIT: Duration = Duration::from_secs(1);
+
+/// Longest way back after the cable is in again.
+const RECONNECT_LIMIT: Duration = Duration::from_secs(5);
+
+type Open<'a> = &'a mut dyn FnMut() -> Box<dyn Laser>;
+
+/// Runs every rule of a laser; each on a device freshly opened.
+pub fn laser(open: Open, profile: &LaserProfile) {
+    it_is_dark_when_opened(open(), profile);
+    it_shines_as_accepted(open(), profile);
+    impossible_powers_are_refused(open(), profile);
+    it_goes_dark_when_the_lease_ends(open(), profile);
+    renewing_keeps_it_shining(open(), profile);
+    renewing_does_not_switch_on(open(), profile);
+    no_lease_is_longer_than_the_limit(open(), profile);
+    switching_off_works_in_every_state(open(), profile);
+    it_is_dark_when_its_owner_is_gone(open(), profile);
+    reconnecting_a_sound_laser_darkens_it(open(), profile);
+    laser_faults(open, profile);
+}
+
+/// Runs the rules about a pulled cable, where the profile has one.
+pub fn laser_faults(open: Open, profile: &LaserProfile) {
+    if let Some(cable) = &profile.cable {
+        an_unplugged_laser_is_gone_and_comes_back_dark(open(), profile, cable);
+    }
+}
+
+fn it_is_dark_when_opened(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+    let state = short("poll", || laser.poll()).expect("a sound laser");
+    assert!(!state.emitting && state.power == 0.0, "it shines when opened: {state:?}");
+    witness_sees(profile, false, "it shines when opened");
+}
+
+fn it_shines_as_accepted(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+    let power = some_power(&*laser);
+    let accepted = short("switch_on", || laser.switch_on(power, LONG_LEASE)).expect("dark, sound and in range");
+    assert!(accepted.emitting, "switched on, and it says it is dark");
+    assert!(accepted.power > 0.0 && accepted.power <= 1.0, "accepted a power of {}", accepted.power);
+    let polled = laser.poll().expect("a sound laser");
+    assert_eq!((polled.emitting, polled.power), (true, accepted.power), "`poll` differs from what was accepted");
+    witness_sees(profile, true, "switched on, and no light comes");
+    laser.switch_off().expect("switch off");
+}
+
+fn impossible_powers_are_refused(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+    for power in [0.0, -0.5, 1.5, f64::NAN, f64::INFINITY] {
+        let refusal = laser.switch_on(power, LONG_LEASE);
+        assert!(matches!(refusal, Err(LaserError::BadPower { .. })), "a power of {power} gave {refusal:?}");
+        assert!(!laser.poll().expect("a sound laser").emitting, "it shines after a refused power of {power}");
+    }
+    witness_sees(profile, false, "it shines after a refused power");
+}
+
+fn it_goes_dark_when_the_lease_ends(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+    let power = some_power(&*laser);
+    laser.switch_on(power, SHORT_LEASE).expect("sound");
+    witness_sees(profile, true, "switched on, and no light comes");
+    // The caller hangs: nobody calls the driver until the witness has seen the end.
+    std::thread::sleep(SHORT_LEASE);
+    witness_sees(profile, false, "the lease ended while its owner hung, and it still shines");
+    wait_for(profile.reaction_limit + SCHEDULING_SLACK, "the lease's end shows in `poll`", || {
+        (!laser.poll().expect("the end of a lease is no fault").emitting).then_some(())
+    });
+}
+
+fn renewing_keeps_it_shining(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+    let power = some_power(&*laser);
+    let lease = 4 * SHORT_LEASE;
+    laser.switch_on(power, lease).expect("sound");
+    let begin = Instant::now();
+    while begin.elapsed() < 2 * lease {
+        let state = short("renew", || laser.renew(lease)).expect("shining");
+        assert!(state.emitting, "it went dark though its lease was renewed");
+        std::thread::sleep(lease / 8);
+    }
+    witness_sees(profile, true, "it went dark though its lease was renewed");
+    laser.switch_off().expect("switch off");
+}
+
+fn renewing_does_not_switch_on(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+    let state = laser.renew(LONG_LEASE).expect("renewing nothing is no fault");
+    assert!(!state.emitting, "renewing switched on what never shone");
+    let power = some_power(&*laser);
+    laser.switch_on(power, SHORT_LEASE).expect("sound");
+    wait_for(SHORT_LEASE + profile.reaction_limit + SCHEDULING_SLACK, "the lease ends", || {
+        (!laser.poll().expect("sound").emitting).then_some(())
+    });
+    let state = laser.renew(LONG_LEASE).expect("renewing an ended lease is no fault");
+    assert!(!state.emitting, "renewing switched on what had gone dark");
+    witness_sees(profile, false, "renewing switched on what had gone dark");
+}
+
+fn no_lease_is_longer_than_the_limit(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+    let power = some_power(&*laser);
+    laser.switch_on(power, 60 * LASER_LEASE_LIMIT).expect("sound");
+    std::thread::sleep(LASER_LEASE_LIMIT);
+    witness_sees(profile, false, "a lease of a minute was granted");
+    wait_for(profile.reaction_limit + SCHEDULING_SLACK, "a lease of a minute ends after a second", || {
+        (!laser.poll().expect("sound").emitting).then_some(())
+    });
+}
+
+fn switching_off_works_in_every_state(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+    short("switch_off", || laser.switch_off()).expect("off while dark");
+    let power = some_power(&*laser);
+    laser.switch_on(power, LONG_LEASE).expect("sound");
+    short("switch_off", || laser.switch_off()).expect("off while shining");
+    short("switch_off", || laser.switch_off()).expect("off twice");
+    wait_for(profile.reaction_limit + SCHEDULING_SLACK, "switched off shows in `poll`", || {
+        (!laser.poll().expect("sound").emitting).then_some(())
+    });
+    witness_sees(profile, false, "it shines after `switch_off`");
+}
+
+fn it_is_dark_when_its_owner_is_gone(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+    let power = some_power(&*laser);
+    laser.switch_on(power, LONG_LEASE).expect("sound");
+    witness_sees(profile, true, "switched on, and no light comes");
+    drop(laser);
+    witness_sees(profile, false, "its owner is gone, and it still shines");
+}
+
+fn reconnecting_a_sound_laser_darkens_it(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
+    let power = some_power(&*laser);
+    laser.switch_on(power, LONG_LEASE).expect("sound");
+    short("reconnect", || laser.reconnect()).expect("nothing is in its way");
+    let state = wait_for(RECONNECT_LIMIT, "the laser is reached again", || laser.poll().ok());
+    assert!(!state.emitting, "it came back shining");
+    witness_sees(profile, false, "it came back shining");
+}
+
+fn an_unplugged_laser_is_gone_and_comes_back_dark(
+    mut laser: Box<dyn Laser>,
+    profile: &LaserProfile,
+    cable: &Cable,
+) {
+    let power = some_power(&*laser);
+    laser.switch_on(power, LONG_LEASE).expect("sound");
+    (cable.unplug)();
+    wait_for(GONE_LIMIT + SCHEDULING_SLACK, "the pulled cable is noticed", || laser.poll().is_err().then_some(()));
+    assert!(laser.poll().is_err(), "told once that it is gone, then not any more");
+    assert!(laser.switch_on(power, LONG_LEASE).is_err(), "a laser that is gone was switched on");
+    short("switch_off", || laser.switch_off()).ok();
+    (cable.replug)();
+    short("reconnect", || laser.reconnect()).ok();
+    let state = wait_for(RECONNECT_LIMIT, "the laser is reached again", || laser.poll().ok());
+    assert!(!state.emitting, "it came back shining");
+    witness_sees(profile, false, "it came back shining");
+}
+
+/// A power every laser of its kind takes.
+fn some_power(laser: &dyn Laser) -> f64 {
+    laser.capabilities().power.map_or(1.0, |range| 0.5 * (range.min + range.max))
+}
+
+fn witness_sees(profile: &LaserProfile, shining: bool, otherwise: &str) {
+    if let Some(light) = &profile.light {
+        wait_for(profile.reaction_limit + SCHEDULING_SLACK, otherwise, || (light() == shining).then_some(()));
+    }
+}

@@ -1,0 +1,229 @@
+//! The camera of a replay.
+
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use vision::GreyImage;
+
+use super::playback::{Playback, lock};
+use super::recording::Recording;
+use super::{Pace, RATES_HZ, ReplayConfig};
+use crate::params::REPLAY_CATCH_UP;
+use crate::{
+    Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo, Roi,
+    Trigger,
+};
+
+/// Delivers the pictures of a capture folder.
+pub struct ReplayCamera {
+    recording: Recording,
+    playback: Arc<Mutex<Playback>>,
+    pace: Pace,
+    looped: bool,
+    trigger: Trigger,
+    run: Option<Run>,
+}
+
+/// A started acquisition.
+#[derive(Debug)]
+struct Run {
+    /// The next picture.
+    next_idx: usize,
+    /// The next frame's number.
+    next_id: u64,
+    /// Pictures that could not be read since the last frame delivered.
+    lost: u64,
+    /// When the next frame is to come.
+    due_at: Instant,
+    /// Software triggers not yet answered.
+    n_triggers: usize,
+}
+
+impl ReplayCamera {
+    pub(super) fn new(recording: Recording, config: &ReplayConfig, playback: Arc<Mutex<Playback>>) -> Self {
+        Self { recording, playback, pace: config.pace, looped: config.looped, trigger: Trigger::Free, run: None }
+    }
+
+    fn whole(&self) -> Roi {
+        let (width_px, height_px) = self.recording.size_px();
+        Roi { left_px: 0, top_px: 0, width_px, height_px }
+    }
+
+    /// Refuses what a recording cannot be set to.
+    fn check(&self, wanted: &CameraRequest) -> Result<(), CameraError> {
+        let fixed = "the recording's own";
+        if let Some(exposure_us) = wanted.exposure_us {
+            return Err(unsupported("exposure_us", exposure_us, fixed));
+        }
+        if let Some(gain_db) = wanted.gain_db {
+            return Err(unsupported("gain_db", gain_db, fixed));
+        }
+        if let Some(hz) = wanted.frame_rate_hz.filter(|hz| !hz.is_finite()) {
+            return Err(unsupported("frame_rate_hz", hz, "a finite number"));
+        }
+        if wanted.trigger == Some(Trigger::Hardware) {
+            return Err(unsupported("trigger", "hardware", "free or software"));
+        }
+        if let Some(format) = wanted.pixel_format.filter(|format| *format != self.recording.format()) {
+            return Err(unsupported("pixel_format", format!("{format:?}"), fixed));
+        }
+        if let Some(roi) = wanted.roi.filter(|roi| *roi != self.whole()) {
+            return Err(unsupported("roi", format!("{roi:?}"), "the whole picture"));
+        }
+        Ok(())
+    }
+
+    /// The next picture, if one is due within `timeout`; waits for it, or in vain.
+    fn wait_for_next(&mut self, timeout: Duration) -> Result<Option<usize>, CameraError> {
+        let held = lock(&self.playback).held();
+        let deadline = Instant::now() + timeout;
+        let n_pictures = self.recording.n_pictures();
+        let Some(run) = &mut self.run else { return Ok(wait_in_vain(deadline)) };
+        if held || (self.trigger == Trigger::Software && run.n_triggers == 0) {
+            return Ok(wait_in_vain(deadline));
+        }
+        if run.next_idx == n_pictures {
+            if !self.looped {
+                lock(&self.playback).end();
+                return Err(CameraError::EndOfRecording);
+            }
+            run.next_idx = 0;
+        }
+        if run.due_at > deadline {
+            return Ok(wait_in_vain(deadline));
+        }
+        std::thread::sleep(run.due_at.saturating_duration_since(Instant::now()));
+        Ok(Some(run.next_idx))
+    }
+}
+
+impl Camera for ReplayCamera {
+    fn identity(&self) -> DeviceIdentity {
+        DeviceIdentity {
+            driver: "replay",
+            vendor: String::new(),
+            model: self.recording.name(),
+            serial: String::new(),
+            firmware: String::new(),
+        }
+    }
+
+    fn capabilities(&self) -> CameraCapabilities {
+        CameraCapabilities {
+            sensor_px: self.recording.size_px(),
+            exposure_us: None,
+            gain_db: None,
+            frame_rate_hz: Some(RATES_HZ),
+            triggers: vec![Trigger::Free, Trigger::Software],
+            pixel_formats: vec![self.recording.format()],
+            roi: false,
+        }
+    }
+
+    /// Exposure and gain are not recorded and told as 0; a replay as fast as asked tells the highest frame rate.
+    fn settings(&self) -> CameraSettings {
+        CameraSettings {
+            exposure_us: 0.0,
+            gain_db: 0.0,
+            frame_rate_hz: match self.pace {
+                Pace::Hz(hz) => hz,
+                Pace::AsAsked => RATES_HZ.max,
+            },
+            trigger: self.trigger,
+            pixel_format: self.recording.format(),
+            roi: self.whole(),
+        }
+    }
+
+    fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
+        self.check(wanted)?;
+        if let Some(hz) = wanted.frame_rate_hz {
+            self.pace = Pace::Hz(RATES_HZ.clamp(hz));
+        }
+        if let Some(trigger) = wanted.trigger {
+            self.trigger = trigger;
+        }
+        Ok(self.settings())
+    }
+
+    fn start(&mut self) -> Result<(), CameraError> {
+        if self.run.is_none() {
+            self.run = Some(Run { next_idx: 0, next_id: 0, lost: 0, due_at: Instant::now(), n_triggers: 0 });
+            lock(&self.playback).play();
+        }
+        Ok(())
+    }
+
+    fn trigger(&mut self) -> Result<(), CameraError> {
+        if self.trigger != Trigger::Software {
+            return Err(CameraError::NotTriggerable { reason: "it runs free" });
+        }
+        let Some(run) = &mut self.run else {
+            return Err(CameraError::NotTriggerable { reason: "acquisition is not started" });
+        };
+        run.n_triggers += 1;
+        run.due_at = Instant::now();
+        Ok(())
+    }
+
+    fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError> {
+        let Some(idx) = self.wait_for_next(timeout)? else { return Ok(None) };
+        let read = self.recording.read_into(idx, image);
+        let Some(run) = &mut self.run else { return Ok(None) };
+        let (frame_id, exposed_at, lost_before) = run.advance(self.pace);
+        if let Err(cause) = read {
+            run.lost = lost_before + 1;
+            return Err(CameraError::Unreadable { frame_id, cause });
+        }
+        let recorded_position_mm = self.recording.position_mm(idx);
+        lock(&self.playback).delivered(recorded_position_mm, exposed_at);
+        Ok(Some(FrameInfo {
+            frame_id,
+            device_timestamp_ns: None,
+            exposed_at,
+            lost_before,
+            exposure_us: 0.0,
+            recorded_position_mm,
+        }))
+    }
+
+    fn stop(&mut self) -> Result<(), CameraError> {
+        if self.run.take().is_some() {
+            lock(&self.playback).end();
+        }
+        Ok(())
+    }
+
+    fn reconnect(&mut self) -> Result<(), CameraError> {
+        self.stop()
+    }
+}
+
+impl Run {
+    /// Steps over the frame that is due: its number, its time, and how many were lost before it.
+    fn advance(&mut self, pace: Pace) -> (u64, Instant, u64) {
+        let now = Instant::now();
+        let exposed_at = match pace {
+            Pace::Hz(_) if now.saturating_duration_since(self.due_at) < REPLAY_CATCH_UP => self.due_at,
+            Pace::Hz(_) | Pace::AsAsked => now,
+        };
+        self.due_at = match pace {
+            Pace::Hz(hz) => exposed_at + Duration::from_secs_f64(1.0 / hz),
+            Pace::AsAsked => exposed_at,
+        };
+        let (frame_id, lost) = (self.next_id, std::mem::take(&mut self.lost));
+        self.next_id += 1;
+        self.next_idx += 1;
+        self.n_triggers = self.n_triggers.saturating_sub(1);
+        (frame_id, exposed_at, lost)
+    }
+}
+
+fn wait_in_vain(deadline: Instant) -> Option<usize> {
+    std::thread::sleep(deadline.saturating_duration_since(Instant::now()));
+    None
+}
+
+fn unsupported(setting: &'static str, value: impl ToString, expected: &str) -> CameraError {
+    CameraError::Unsupported { setting, value: value.to_string(), expected: expected.to_owned() }
+}

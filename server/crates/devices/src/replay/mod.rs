@@ -1,0 +1,123 @@
+//! Replay: camera, stage and laser of a capture folder.
+//!
+//! The camera delivers the pictures of one scan (or the board or laser pictures) in their order, the stage is where
+//! the frame last delivered was taken, the laser does nothing but keep the rules of a lease. While frames play, a
+//! move ends when they pass its target; while none play, moves take no time.
+
+mod camera;
+mod laser;
+mod playback;
+mod recording;
+mod stage;
+#[cfg(test)]
+mod tests;
+
+pub use camera::ReplayCamera;
+pub use laser::ReplayLaser;
+pub use stage::ReplayStage;
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+use capture::{Capture, CaptureError};
+
+use crate::ValueRange;
+use crate::params::{PRELOAD_LIMIT_BYTES, REPLAY_MAX_RATE_HZ, REPLAY_MIN_RATE_HZ};
+use playback::Playback;
+use recording::Recording;
+
+/// What is replayed, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReplayConfig {
+    /// A capture folder.
+    pub folder: PathBuf,
+    /// Which of its pictures.
+    pub pictures: Pictures,
+    /// How fast.
+    pub pace: Pace,
+    /// Whether it begins again after the last picture.
+    pub looped: bool,
+    /// Whether all pictures are read into memory when it is opened.
+    pub preload: bool,
+}
+
+/// Which pictures of a capture are replayed.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Pictures {
+    /// The frames of the scan of this name.
+    Scan(String),
+    /// The board of every pose by normal light.
+    Boards,
+    /// The board of every pose by laser light.
+    LaserPictures,
+    /// The board carried by the stage.
+    StageViews,
+}
+
+/// How fast pictures are delivered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pace {
+    /// So many frames in a second.
+    Hz(f64),
+    /// As fast as frames are asked for.
+    AsAsked,
+}
+
+/// Why a capture cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The folder or one of its pictures cannot be read.
+    #[error("the capture cannot be replayed")]
+    Capture(#[from] CaptureError),
+    /// There is nothing to deliver.
+    #[error("{} holds no {pictures}; choose other pictures or another capture", folder.display())]
+    NoPictures {
+        /// The capture.
+        folder: PathBuf,
+        /// What was asked for.
+        pictures: &'static str,
+    },
+    /// A pace that is none.
+    #[error("a replay cannot run at {hz} Hz; give {REPLAY_MIN_RATE_HZ} to {REPLAY_MAX_RATE_HZ}")]
+    BadPace {
+        /// The rate wanted.
+        hz: f64,
+    },
+    /// More pictures than may be held in memory.
+    #[error(
+        "the pictures take {size_bytes} bytes, more than the {PRELOAD_LIMIT_BYTES} that may be preloaded; replay without preloading"
+    )]
+    TooLargeToPreload {
+        /// Their size.
+        size_bytes: usize,
+    },
+}
+
+/// Frame rates a replay can be set to.
+pub(crate) const RATES_HZ: ValueRange = ValueRange { min: REPLAY_MIN_RATE_HZ, max: REPLAY_MAX_RATE_HZ };
+
+/// Opens a capture as a station; the first picture is read to know its format.
+///
+/// # Errors
+/// [`ReplayError`] names the entry that cannot be read.
+pub fn open(config: &ReplayConfig) -> Result<(ReplayCamera, ReplayStage, ReplayLaser), ReplayError> {
+    if let Pace::Hz(hz) = config.pace
+        && !(REPLAY_MIN_RATE_HZ..=REPLAY_MAX_RATE_HZ).contains(&hz)
+    {
+        return Err(ReplayError::BadPace { hz });
+    }
+    let recording = Recording::open(config)?;
+    let playback = Arc::new(Mutex::new(Playback::new(recording.first_position_mm())));
+    let stage = ReplayStage::new(recording.name(), recording.travel_mm(), Arc::clone(&playback));
+    let laser = ReplayLaser::new(recording.name());
+    Ok((ReplayCamera::new(recording, config, playback), stage, laser))
+}
+
+/// Opens the folder; apart from [`open`] so that errors of the manifest come before those of pictures.
+fn open_capture(config: &ReplayConfig) -> Result<Capture, ReplayError> {
+    let capture = Capture::open(&config.folder)?;
+    for warning in &capture.warnings {
+        tracing::warn!("{warning}");
+    }
+    Ok(capture)
+}

@@ -1,0 +1,114 @@
+//! What camera and stage of a replay know of each other: whether frames play, and where the last one was taken.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+/// A move that ends when frames pass its target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Move {
+    from_mm: f64,
+    target_mm: f64,
+}
+
+/// State shared by camera and stage.
+#[derive(Debug)]
+pub struct Playback {
+    playing: bool,
+    held: bool,
+    position_mm: Option<f64>,
+    measured_at: Instant,
+    under_way: Option<Move>,
+}
+
+/// What the stage reports.
+#[derive(Debug, Clone, Copy)]
+pub struct Whereabouts {
+    /// Where the last frame was taken, or a move without frames ended.
+    pub position_mm: Option<f64>,
+    /// When it was delivered.
+    pub measured_at: Instant,
+    /// Whether a move waits for frames.
+    pub moving: bool,
+    /// Whether frames are held back.
+    pub held: bool,
+}
+
+impl Playback {
+    pub fn new(position_mm: Option<f64>) -> Self {
+        Self { playing: false, held: false, position_mm, measured_at: Instant::now(), under_way: None }
+    }
+
+    pub fn whereabouts(&self) -> Whereabouts {
+        let moving = self.under_way.is_some() && !self.held;
+        let measured_at = if self.playing { self.measured_at } else { Instant::now() };
+        Whereabouts { position_mm: self.position_mm, measured_at, moving, held: self.held }
+    }
+
+    pub fn under_way(&self) -> bool {
+        self.under_way.is_some()
+    }
+
+    pub fn held(&self) -> bool {
+        self.held
+    }
+
+    /// Frames begin to play.
+    pub fn play(&mut self) {
+        self.playing = true;
+    }
+
+    /// Frames end; a move still under way needs no time now.
+    pub fn end(&mut self) {
+        self.playing = false;
+        self.held = false;
+        if let Some(ended) = self.under_way.take() {
+            self.arrive(ended.target_mm);
+        }
+    }
+
+    /// A frame was delivered that was taken at `position_mm`.
+    pub fn delivered(&mut self, position_mm: Option<f64>, at: Instant) {
+        let Some(position_mm) = position_mm else { return };
+        (self.position_mm, self.measured_at) = (Some(position_mm), at);
+        if self.under_way.is_some_and(|step| step.passed_at(position_mm)) {
+            self.under_way = None;
+        }
+    }
+
+    pub fn start_move(&mut self, target_mm: f64) {
+        if self.playing {
+            let from_mm = self.position_mm.unwrap_or(target_mm);
+            self.under_way = Some(Move { from_mm, target_mm });
+        } else {
+            self.arrive(target_mm);
+        }
+    }
+
+    pub fn hold(&mut self) {
+        self.held = self.under_way.is_some();
+    }
+
+    pub fn resume(&mut self) {
+        self.held = false;
+    }
+
+    /// Forgets the move; frames play on.
+    pub fn stop(&mut self) {
+        (self.held, self.under_way) = (false, None);
+    }
+
+    fn arrive(&mut self, target_mm: f64) {
+        (self.position_mm, self.measured_at) = (Some(target_mm), Instant::now());
+    }
+}
+
+impl Move {
+    fn passed_at(&self, position_mm: f64) -> bool {
+        if self.target_mm >= self.from_mm { position_mm >= self.target_mm } else { position_mm <= self.target_mm }
+    }
+}
+
+/// The shared state; a panic of the other owner leaves it whole, each change being one assignment.
+pub fn lock(playback: &Arc<Mutex<Playback>>) -> MutexGuard<'_, Playback> {
+    playback.lock().unwrap_or_else(PoisonError::into_inner)
+}

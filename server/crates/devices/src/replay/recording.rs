@@ -1,0 +1,162 @@
+//! The pictures of a replay in their order, from memory or from their files.
+
+use std::path::PathBuf;
+
+use capture::{Capture, CaptureError};
+use vision::{GreyImage, Pixels};
+
+use super::{Pictures, ReplayConfig, ReplayError, open_capture};
+use crate::PixelFormat;
+use crate::params::PRELOAD_LIMIT_BYTES;
+
+/// A picture the manifest names.
+struct Picture {
+    /// Path of keys, as `scans[0].frames[7].image`.
+    entry: String,
+    /// Relative to the folder.
+    path: PathBuf,
+    /// Where the stage was.
+    position_mm: Option<f64>,
+}
+
+/// The pictures of a replay.
+pub struct Recording {
+    capture: Capture,
+    pictures: Vec<Picture>,
+    /// All of them, if they were preloaded.
+    images: Option<Vec<GreyImage>>,
+    format: PixelFormat,
+}
+
+impl Recording {
+    /// Lists the pictures asked for and reads the first, or all.
+    pub fn open(config: &ReplayConfig) -> Result<Self, ReplayError> {
+        let capture = open_capture(config)?;
+        let pictures = pictures_of(&capture, &config.pictures)?;
+        let Some(first) = pictures.first() else {
+            return Err(ReplayError::NoPictures {
+                folder: config.folder.clone(),
+                pictures: word_for(&config.pictures),
+            });
+        };
+        let first = capture.image(&first.entry, &first.path)?;
+        let format = if first.bit_depth() == 8 { PixelFormat::Mono8 } else { PixelFormat::Mono16 };
+        let images = if config.preload { Some(preload(&capture, &pictures, &first)?) } else { None };
+        Ok(Self { capture, pictures, images, format })
+    }
+
+    /// How many pictures there are.
+    pub fn n_pictures(&self) -> usize {
+        self.pictures.len()
+    }
+
+    /// The folder's name.
+    pub fn name(&self) -> String {
+        self.capture.folder.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+
+    /// Columns and rows of every picture.
+    pub fn size_px(&self) -> (usize, usize) {
+        (self.capture.manifest.camera.width_px, self.capture.manifest.camera.height_px)
+    }
+
+    /// Format of every picture.
+    pub fn format(&self) -> PixelFormat {
+        self.format
+    }
+
+    /// Where the stage was when picture `idx` was taken.
+    pub fn position_mm(&self, idx: usize) -> Option<f64> {
+        self.pictures[idx].position_mm
+    }
+
+    /// Where the stage was at the first picture.
+    pub fn first_position_mm(&self) -> Option<f64> {
+        self.position_mm(0)
+    }
+
+    /// Lowest and highest position; both 0 where none is recorded.
+    pub fn travel_mm(&self) -> (f64, f64) {
+        let positions = || self.pictures.iter().filter_map(|picture| picture.position_mm);
+        match positions().next() {
+            Some(first) => positions().fold((first, first), |(low, high), at| (low.min(at), high.max(at))),
+            None => (0.0, 0.0),
+        }
+    }
+
+    /// Writes picture `idx` into `target`, in `target`'s own memory.
+    pub fn read_into(&self, idx: usize, target: &mut GreyImage) -> Result<(), CaptureError> {
+        match &self.images {
+            Some(images) => copy(&images[idx], target),
+            None => {
+                let picture = &self.pictures[idx];
+                copy(&self.capture.image(&picture.entry, &picture.path)?, target);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn copy(source: &GreyImage, target: &mut GreyImage) {
+    const NOT_EMPTY: &str = "an image has at least one pixel";
+    let (width, height) = (source.width(), source.height());
+    match source.pixels() {
+        Pixels::Eight(pixels) => target.eight_mut(width, height).expect(NOT_EMPTY).copy_from_slice(pixels),
+        Pixels::Sixteen(pixels) => target.sixteen_mut(width, height).expect(NOT_EMPTY).copy_from_slice(pixels),
+    }
+}
+
+fn preload(capture: &Capture, pictures: &[Picture], first: &GreyImage) -> Result<Vec<GreyImage>, ReplayError> {
+    let picture_bytes = first.width() * first.height() * (first.bit_depth() as usize / 8);
+    let size_bytes = picture_bytes.saturating_mul(pictures.len());
+    if size_bytes > PRELOAD_LIMIT_BYTES {
+        return Err(ReplayError::TooLargeToPreload { size_bytes });
+    }
+    let read = |picture: &Picture| capture.image(&picture.entry, &picture.path).map_err(ReplayError::from);
+    pictures.iter().map(read).collect()
+}
+
+fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<Picture>, ReplayError> {
+    let manifest = &capture.manifest;
+    let at_rest = |entry: String, path: &PathBuf| Picture { entry, path: path.clone(), position_mm: None };
+    Ok(match wanted {
+        Pictures::Scan(name) => {
+            let scan = capture.scan(name)?;
+            let scan_idx = manifest.scans.iter().position(|other| other.name == scan.name).unwrap_or_default();
+            let named = scan.frames.iter().enumerate();
+            let picture = |(idx, frame): (usize, &capture::Frame)| Picture {
+                entry: format!("scans[{scan_idx}].frames[{idx}].image"),
+                path: frame.image.clone(),
+                position_mm: Some(frame.position_mm),
+            };
+            named.map(picture).collect()
+        }
+        Pictures::Boards => {
+            let poses = manifest.poses.iter().enumerate();
+            poses.map(|(idx, pose)| at_rest(format!("poses[{idx}].board"), &pose.board)).collect()
+        }
+        Pictures::LaserPictures => {
+            let poses = manifest.poses.iter().enumerate();
+            let laser = poses.filter_map(|(idx, pose)| pose.laser.as_ref().map(|path| (idx, path)));
+            laser.map(|(idx, path)| at_rest(format!("poses[{idx}].laser"), path)).collect()
+        }
+        Pictures::StageViews => {
+            let views = manifest.stage_views.iter().enumerate();
+            let picture = |(idx, view): (usize, &capture::StageView)| Picture {
+                entry: format!("stage_views[{idx}].board"),
+                path: view.board.clone(),
+                position_mm: Some(view.position_mm),
+            };
+            views.map(picture).collect()
+        }
+    })
+}
+
+fn word_for(pictures: &Pictures) -> &'static str {
+    match pictures {
+        Pictures::Scan(_) => "frames of that scan",
+        Pictures::Boards => "board pictures",
+        Pictures::LaserPictures => "laser pictures",
+        Pictures::StageViews => "stage views",
+    }
+}

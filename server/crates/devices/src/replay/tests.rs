@@ -1,0 +1,201 @@
+//! The replay passes the suite, and plays what was recorded. Not shown here: that a capture folder of a real
+//! station is read (the tests of `capture` do that).
+
+use std::path::Path;
+use std::time::Duration;
+
+use capture::{BoardTarget, CameraFormat, Frame, Manifest, Pose, Projector, Scan, StageView};
+use tempfile::TempDir;
+use vision::{GreyImage, Pixels};
+
+use super::{Pace, Pictures, ReplayConfig, ReplayError, open};
+use crate::contract::{self, CameraProfile, LaserProfile, StageProfile};
+use crate::{Camera, CameraError, CameraRequest, Stage, Trigger};
+
+const WIDTH_PX: usize = 32;
+const HEIGHT_PX: usize = 24;
+
+/// Positions of the recorded scan; its frames have the grey levels 0, 1, 2, ….
+const POSITIONS_MM: [f64; 6] = [-1.0, -0.5, 0.0, 0.5, 1.0, 1.5];
+
+#[test]
+fn the_replay_passes_the_suite_of_cameras_from_files_and_from_memory() {
+    let folder = recorded();
+    for preload in [false, true] {
+        let config = ReplayConfig { preload, ..looped(folder.path()) };
+        let profile =
+            CameraProfile { frame_rate_hz: Some(200.0), frame_limit: Duration::from_millis(50), cable: None };
+        contract::camera(&mut || Box::new(open(&config).unwrap().0), &profile);
+    }
+}
+
+#[test]
+fn the_replay_passes_the_suite_of_stages() {
+    let folder = recorded();
+    let profile = StageProfile {
+        speed_mm_s: 10.0,
+        tolerance_mm: 1e-9,
+        instant: true,
+        motion_limit: Duration::from_millis(100),
+        rest_limit: Duration::from_millis(100),
+        cable: None,
+    };
+    contract::stage(&mut || Box::new(open(&looped(folder.path())).unwrap().1), &profile);
+}
+
+#[test]
+fn the_replay_passes_the_suite_of_lasers() {
+    let folder = recorded();
+    let profile = LaserProfile { light: None, reaction_limit: Duration::from_millis(20), cable: None };
+    contract::laser(&mut || Box::new(open(&looped(folder.path())).unwrap().2), &profile);
+}
+
+#[test]
+fn a_scan_is_played_once_in_order_with_its_positions() {
+    let folder = recorded();
+    let (mut camera, mut stage, _) = open(&scan(folder.path())).unwrap();
+    camera.start().unwrap();
+    let mut image = blank();
+    for (idx, position_mm) in POSITIONS_MM.into_iter().enumerate() {
+        let info = camera.next_frame(&mut image, Duration::ZERO).unwrap().unwrap();
+        assert_eq!((info.frame_id, info.recorded_position_mm), (idx as u64, Some(position_mm)));
+        assert_eq!(image.at(0, 0), idx as f32, "another picture than the recorded one");
+        assert_eq!(stage.poll().unwrap().position_mm, Some(position_mm));
+    }
+    for _ in 0..2 {
+        let end = camera.next_frame(&mut image, Duration::ZERO);
+        assert!(matches!(end, Err(CameraError::EndOfRecording)), "{end:?}");
+    }
+    camera.stop().unwrap();
+    camera.start().unwrap();
+    assert_eq!(camera.next_frame(&mut image, Duration::ZERO).unwrap().unwrap().frame_id, 0);
+}
+
+#[test]
+fn a_move_while_frames_play_ends_when_they_pass_its_target() {
+    let folder = recorded();
+    let (mut camera, mut stage, _) = open(&scan(folder.path())).unwrap();
+    camera.start().unwrap();
+    let mut image = blank();
+    stage.start_move(0.25, 1.0).unwrap();
+    let mut positions = Vec::new();
+    while stage.poll().unwrap().moving {
+        camera.next_frame(&mut image, Duration::ZERO).unwrap().unwrap();
+        positions.push(stage.poll().unwrap().position_mm.unwrap());
+    }
+    assert_eq!(positions, [-1.0, -0.5, 0.0, 0.5]);
+}
+
+#[test]
+fn frames_come_at_the_pace_asked_for() {
+    let folder = recorded();
+    let (mut camera, _, _) = open(&ReplayConfig { pace: Pace::Hz(50.0), ..looped(folder.path()) }).unwrap();
+    camera.start().unwrap();
+    let mut image = blank();
+    let mut exposed_at = Vec::new();
+    for _ in 0..5 {
+        exposed_at.push(camera.next_frame(&mut image, Duration::from_secs(1)).unwrap().unwrap().exposed_at);
+    }
+    let took = exposed_at[4] - exposed_at[0];
+    // Four periods of 20 ms; later frames of a busy machine keep their due times unless they miss them by far.
+    assert!(took >= Duration::from_millis(80), "five frames at 50 Hz within {took:?}");
+}
+
+#[test]
+fn board_pictures_laser_pictures_and_stage_views_are_played() {
+    let folder = recorded();
+    for (pictures, greys, position_mm) in [
+        (Pictures::Boards, vec![100.0, 101.0], None),
+        (Pictures::LaserPictures, vec![200.0], None),
+        (Pictures::StageViews, vec![150.0], Some(-20.0)),
+    ] {
+        let (mut camera, _, _) = open(&ReplayConfig { pictures, ..scan(folder.path()) }).unwrap();
+        camera.start().unwrap();
+        let mut image = blank();
+        for grey in greys {
+            let info = camera.next_frame(&mut image, Duration::ZERO).unwrap().unwrap();
+            assert_eq!((image.at(3, 3), info.recorded_position_mm), (grey, position_mm));
+        }
+        assert!(camera.next_frame(&mut image, Duration::ZERO).is_err());
+    }
+}
+
+#[test]
+fn a_picture_that_cannot_be_read_is_named_and_counted_as_lost() {
+    let folder = recorded();
+    let (mut camera, _, _) = open(&scan(folder.path())).unwrap();
+    std::fs::write(folder.path().join("scan/1.png"), b"no picture").unwrap();
+    camera.configure(&CameraRequest { trigger: Some(Trigger::Free), ..Default::default() }).unwrap();
+    camera.start().unwrap();
+    let mut image = blank();
+    camera.next_frame(&mut image, Duration::ZERO).unwrap().unwrap();
+    let error = camera.next_frame(&mut image, Duration::ZERO).unwrap_err();
+    let cause = std::error::Error::source(&error).unwrap().to_string();
+    assert!(cause.contains("scans[0].frames[1].image"), "{error}: {cause}");
+    let next = camera.next_frame(&mut image, Duration::ZERO).unwrap().unwrap();
+    assert_eq!((next.frame_id, next.lost_before), (2, 1));
+}
+
+#[test]
+fn what_cannot_be_replayed_is_refused_when_opened() {
+    let folder = recorded();
+    let unknown = ReplayConfig { pictures: Pictures::Scan("plate".into()), ..scan(folder.path()) };
+    assert!(matches!(open(&unknown), Err(ReplayError::Capture(_))));
+    let timeless = ReplayConfig { pace: Pace::Hz(f64::NAN), ..scan(folder.path()) };
+    assert!(matches!(open(&timeless), Err(ReplayError::BadPace { .. })));
+    std::fs::write(folder.path().join("scan/4.png"), b"no picture").unwrap();
+    let unreadable = ReplayConfig { preload: true, ..scan(folder.path()) };
+    let Err(ReplayError::Capture(cause)) = open(&unreadable) else { panic!("opened") };
+    assert!(cause.to_string().contains("scans[0].frames[4].image"), "{cause}");
+}
+
+fn scan(folder: &Path) -> ReplayConfig {
+    ReplayConfig {
+        folder: folder.to_owned(),
+        pictures: Pictures::Scan("plane".into()),
+        pace: Pace::AsAsked,
+        looped: false,
+        preload: false,
+    }
+}
+
+fn looped(folder: &Path) -> ReplayConfig {
+    ReplayConfig { looped: true, ..scan(folder) }
+}
+
+fn blank() -> GreyImage {
+    GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap()
+}
+
+/// A capture folder of small pictures of one grey level each.
+fn recorded() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    let put = |name: &str, grey: u8| {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        let image = GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![grey; WIDTH_PX * HEIGHT_PX])).unwrap();
+        capture::write_png(&path, &image).unwrap();
+        name.into()
+    };
+    let frames = POSITIONS_MM.into_iter().enumerate();
+    let frame = |(idx, position_mm)| Frame { image: put(&format!("scan/{idx}.png"), idx as u8), position_mm };
+    let manifest = Manifest {
+        format: "sheaf-capture/1".into(),
+        camera: CameraFormat { width_px: WIDTH_PX, height_px: HEIGHT_PX },
+        target: BoardTarget { kind: "chessboard".into(), inner_columns: 11, inner_rows: 8, square_mm: 12.0 },
+        projector: Projector {
+            wavelength_nm: 660.0,
+            grating_lines_per_mm: 50.0,
+            orders: vec![-1, 0, 1],
+            line_direction: None,
+        },
+        poses: vec![
+            Pose { board: put("board/0.png", 100), laser: Some(put("laser/0.png", 200)) },
+            Pose { board: put("board/1.png", 101), laser: None },
+        ],
+        stage_views: vec![StageView { board: put("stage/0.png", 150), position_mm: -20.0 }],
+        scans: vec![Scan { name: "plane".into(), frames: frames.map(frame).collect() }],
+    };
+    capture::write_manifest(folder.path(), &manifest).unwrap();
+    folder
+}
