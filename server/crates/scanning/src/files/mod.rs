@@ -10,6 +10,8 @@
 //! | mesh STL (binary) | mm, float32, vertices repeated per triangle | – | lost |
 //! | mesh GLB | **metres**, float32; a node turns y down into glTF's y up | – | in `asset.extras` |
 //!
+//! Beside them [`peaks`]: what a scan is computed from.
+//!
 //! Writing to a path is atomic: the bytes go to a hidden neighbour which is synced and renamed.
 //! Readers never trust a count in a header: memory grows with the bytes that are really there.
 
@@ -18,6 +20,7 @@ mod e57;
 mod error;
 mod glb;
 mod pcd;
+pub mod peaks;
 mod ply;
 mod ply_reader;
 mod stl;

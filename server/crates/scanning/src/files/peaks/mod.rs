@@ -1,0 +1,80 @@
+//! The peaks of a scan, `sheaf-peaks/1`: every frame's centrelines with position and time, exact to the last bit.
+//!
+//! From them a scan is computed again with another calibration, and an interrupted one goes on. Little endian.
+//! A header of 40 bytes, then records, one per frame, then an end record; without it the file is unfinished.
+//! Every record carries a checksum, so that a file cut or damaged anywhere shows how far it can be trusted.
+//! The byte table: `server/docs/scans.md`.
+
+mod reader;
+mod writer;
+
+pub use reader::{PeaksPrefix, read_peaks, read_peaks_prefix};
+pub use writer::PeaksWriter;
+
+use vision::LineDirection;
+
+use crate::scan::ScanFrame;
+
+/// First bytes of every such file.
+const MAGIC: &[u8; 16] = b"sheaf-peaks/1\n\0\0";
+
+/// Record of one frame.
+const FRAME_RECORD: u32 = 1;
+
+/// Last record: the number of frames.
+const END_RECORD: u32 = 2;
+
+/// Time stamp of a frame whose time is unknown.
+const NO_TIME: u64 = u64::MAX;
+
+/// Bytes of a point: u, v, normal, σ as f64; intensity and width as f32; one byte of flags.
+const POINT_BYTES: usize = 5 * 8 + 2 * 4 + 1;
+
+/// Longest record, bytes: a frame of 1.3 million points, far beyond what lines on a 50 megapixel sensor give.
+const RECORD_LIMIT_BYTES: u32 = 64 << 20;
+
+/// What holds for all frames of the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PeaksHeader {
+    /// Image columns.
+    pub width_px: u32,
+    /// Image rows.
+    pub height_px: u32,
+    /// Which way lines were looked for.
+    pub line_direction: LineDirection,
+}
+
+/// The frames of a scan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Peaks {
+    /// What holds for all of them.
+    pub header: PeaksHeader,
+    /// In order of capture, as [`crate::scan_cloud`] takes them.
+    pub frames: Vec<ScanFrame>,
+    /// Per frame: nanoseconds by the station's monotonic clock; `None` where a recording does not tell.
+    pub captured_at_ns: Vec<Option<u64>>,
+}
+
+/// FNV-1a, 64 bits: finds what disks and cut copies do to a file; who changes it on purpose is none of its business.
+#[derive(Clone, Copy)]
+struct Checksum(u64);
+
+impl Checksum {
+    fn of(parts: &[&[u8]]) -> u64 {
+        let mut sum = Self(0xcbf2_9ce4_8422_2325);
+        for byte in parts.iter().copied().flatten() {
+            sum.0 = (sum.0 ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+        sum.0
+    }
+}
+
+fn word_of(direction: LineDirection) -> u32 {
+    match direction {
+        LineDirection::Rows => 0,
+        LineDirection::Columns => 1,
+    }
+}
+
+#[cfg(test)]
+mod tests;

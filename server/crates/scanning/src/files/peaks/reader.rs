@@ -1,0 +1,219 @@
+//! Reading peaks: memory grows with the bytes that are really there, whatever a count claims.
+
+use std::io::Read;
+
+use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
+
+use super::{
+    Checksum, END_RECORD, FRAME_RECORD, MAGIC, NO_TIME, POINT_BYTES, Peaks, PeaksHeader, RECORD_LIMIT_BYTES,
+};
+use crate::files::ContentError;
+use crate::scan::ScanFrame;
+
+/// What to do about bytes that are not as they were written.
+const RESTORE: &str = "restore the file from a backup, or scan again";
+
+/// The part of a file that can be trusted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeaksPrefix {
+    /// Its frames.
+    pub peaks: Peaks,
+    /// Its length, without an end record.
+    pub trusted_bytes: u64,
+    /// Whether the end record follows: nothing is missing.
+    pub finished: bool,
+}
+
+/// Reads a finished file.
+///
+/// # Errors
+/// [`ContentError::Malformed`] if a byte is missing, wrong or too many; never a shorter scan.
+pub fn read_peaks(mut input: impl Read) -> Result<Peaks, ContentError> {
+    let mut peaks = Peaks { header: read_header(&mut input)?, frames: Vec::new(), captured_at_ns: Vec::new() };
+    loop {
+        let place = format!("frame {}", peaks.frames.len());
+        match read_record(&mut input, &place)? {
+            Record::Frame(body) => add_frame(&mut peaks, &body, &place)?,
+            Record::End(n_frames) if n_frames == peaks.frames.len() as u64 => break,
+            Record::End(n_frames) => {
+                let problem = format!("the file ends after {} of {n_frames} frames", peaks.frames.len());
+                return Err(ContentError::malformed("end", problem, RESTORE));
+            }
+        }
+    }
+    match input.read(&mut [0])? {
+        0 => Ok(peaks),
+        _ => Err(ContentError::malformed("end", "bytes follow the end", RESTORE)),
+    }
+}
+
+/// Reads as far as the file can be trusted: to its end, or to the first record that is cut or damaged.
+///
+/// # Errors
+/// [`ContentError`] if not even the header can be trusted, or the disk fails.
+pub fn read_peaks_prefix(mut input: impl Read) -> Result<PeaksPrefix, ContentError> {
+    let header = read_header(&mut input)?;
+    let mut peaks = Peaks { header, frames: Vec::new(), captured_at_ns: Vec::new() };
+    let mut trusted_bytes = HEADER_BYTES as u64;
+    loop {
+        let record = match read_record(&mut input, "frame") {
+            Ok(record) => record,
+            Err(ContentError::Malformed { .. }) => {
+                return Ok(PeaksPrefix { peaks, trusted_bytes, finished: false });
+            }
+            Err(error) => return Err(error),
+        };
+        match record {
+            Record::Frame(body) => {
+                if add_frame(&mut peaks, &body, "frame").is_err() {
+                    return Ok(PeaksPrefix { peaks, trusted_bytes, finished: false });
+                }
+                trusted_bytes += (RECORD_FRAME_BYTES + body.len()) as u64;
+            }
+            Record::End(n_frames) => {
+                let finished = n_frames == peaks.frames.len() as u64;
+                return Ok(PeaksPrefix { peaks, trusted_bytes, finished });
+            }
+        }
+    }
+}
+
+const HEADER_BYTES: usize = 40;
+
+/// Bytes of a record around its body: kind, size, checksum.
+const RECORD_FRAME_BYTES: usize = 4 + 4 + 8;
+
+enum Record {
+    Frame(Vec<u8>),
+    End(u64),
+}
+
+fn read_header(input: &mut impl Read) -> Result<PeaksHeader, ContentError> {
+    let mut bytes = [0; HEADER_BYTES];
+    input.read_exact(&mut bytes).map_err(|cause| ContentError::truncated(cause, || "header".into()))?;
+    if &bytes[..16] != MAGIC {
+        let remedy = "give a file of peaks that this version of the program knows";
+        return Err(ContentError::malformed("header", "the file does not begin with `sheaf-peaks/1`", remedy));
+    }
+    let mut cursor = Cursor { bytes: &bytes[16..], place: "header" };
+    let (width_px, height_px, direction) = (cursor.u32()?, cursor.u32()?, cursor.u32()?);
+    let (_reserved, sum) = (cursor.u32()?, cursor.u64()?);
+    if sum != Checksum::of(&[&bytes[..32]]) {
+        return Err(damaged("header"));
+    }
+    let line_direction = match direction {
+        0 => LineDirection::Rows,
+        1 => LineDirection::Columns,
+        _ => return Err(damaged("header")),
+    };
+    Ok(PeaksHeader { width_px, height_px, line_direction })
+}
+
+fn read_record(input: &mut impl Read, place: &str) -> Result<Record, ContentError> {
+    let mut head = [0; 8];
+    let cut = |cause| ContentError::truncated(cause, || place.to_owned());
+    input.read_exact(&mut head).map_err(cut)?;
+    let mut cursor = Cursor { bytes: &head, place };
+    let (kind, size) = (cursor.u32()?, cursor.u32()?);
+    if size > RECORD_LIMIT_BYTES || !matches!(kind, FRAME_RECORD | END_RECORD) {
+        return Err(damaged(place));
+    }
+    let mut body = Vec::new();
+    input.by_ref().take(size.into()).read_to_end(&mut body)?;
+    let mut sum = [0; 8];
+    input.read_exact(&mut sum).map_err(cut)?;
+    if u64::from_le_bytes(sum) != Checksum::of(&[&head, &body]) {
+        return Err(damaged(place));
+    }
+    if kind == FRAME_RECORD {
+        return Ok(Record::Frame(body));
+    }
+    let mut cursor = Cursor { bytes: &body, place };
+    let n_frames = cursor.u64()?;
+    cursor.end()?;
+    Ok(Record::End(n_frames))
+}
+
+fn add_frame(peaks: &mut Peaks, body: &[u8], place: &str) -> Result<(), ContentError> {
+    let mut cursor = Cursor { bytes: body, place };
+    let (position_mm, time_ns, correlation_px) = (cursor.f64()?, cursor.u64()?, cursor.f64()?);
+    let n_segments = cursor.u32()?;
+    let mut segments = Vec::new();
+    for _ in 0..n_segments {
+        let n_points = cursor.u32()? as usize;
+        let bytes = cursor.take(n_points.saturating_mul(POINT_BYTES))?;
+        let points = bytes
+            .chunks_exact(POINT_BYTES)
+            .map(|bytes| Cursor { bytes, place }.point())
+            .collect::<Result<_, _>>()?;
+        segments.push(Segment { points });
+    }
+    cursor.end()?;
+    peaks.frames.push(ScanFrame { centrelines: Centrelines { segments, correlation_px }, position_mm });
+    peaks.captured_at_ns.push((time_ns != NO_TIME).then_some(time_ns));
+    Ok(())
+}
+
+fn damaged(place: &str) -> ContentError {
+    ContentError::malformed(place, "the bytes are not those that were written", RESTORE)
+}
+
+/// What is left of a record.
+struct Cursor<'a> {
+    bytes: &'a [u8],
+    place: &'a str,
+}
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, n_bytes: usize) -> Result<&'a [u8], ContentError> {
+        let (taken, rest) = self.bytes.split_at_checked(n_bytes).ok_or_else(|| damaged(self.place))?;
+        self.bytes = rest;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], ContentError> {
+        let mut array = [0; N];
+        array.copy_from_slice(self.take(N)?);
+        Ok(array)
+    }
+
+    fn u32(&mut self) -> Result<u32, ContentError> {
+        Ok(u32::from_le_bytes(self.array()?))
+    }
+
+    fn u64(&mut self) -> Result<u64, ContentError> {
+        Ok(u64::from_le_bytes(self.array()?))
+    }
+
+    fn f64(&mut self) -> Result<f64, ContentError> {
+        Ok(f64::from_le_bytes(self.array()?))
+    }
+
+    fn f32(&mut self) -> Result<f32, ContentError> {
+        Ok(f32::from_le_bytes(self.array()?))
+    }
+
+    fn point(mut self) -> Result<CentrelinePoint, ContentError> {
+        Ok(CentrelinePoint {
+            u_px: self.f64()?,
+            v_px: self.f64()?,
+            normal: [self.f64()?, self.f64()?],
+            sigma_px: self.f64()?,
+            intensity: self.f32()?,
+            width_px: self.f32()?,
+            saturated: self.flag()?,
+        })
+    }
+
+    fn flag(&mut self) -> Result<bool, ContentError> {
+        match self.array::<1>()? {
+            [0] => Ok(false),
+            [1] => Ok(true),
+            _ => Err(damaged(self.place)),
+        }
+    }
+
+    fn end(&self) -> Result<(), ContentError> {
+        if self.bytes.is_empty() { Ok(()) } else { Err(damaged(self.place)) }
+    }
+}

@@ -1,0 +1,150 @@
+//! Writing peaks, one frame at a time.
+
+use std::fs::{File, OpenOptions};
+use std::io::{BufReader, BufWriter, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use vision::{CentrelinePoint, Centrelines};
+
+use super::{
+    Checksum, END_RECORD, FRAME_RECORD, MAGIC, NO_TIME, POINT_BYTES, PeaksHeader, PeaksPrefix, RECORD_LIMIT_BYTES,
+    read_peaks_prefix, word_of,
+};
+use crate::files::{ContentError, FileError};
+use crate::scan::ScanFrame;
+
+/// Writes frames as they come; [`PeaksWriter::finish`] makes the file complete.
+#[derive(Debug)]
+pub struct PeaksWriter<W: Write> {
+    out: W,
+    n_frames: u64,
+    /// Body of the frame being written; its memory is used again.
+    body: Vec<u8>,
+}
+
+impl<W: Write> PeaksWriter<W> {
+    /// Begins with the header.
+    ///
+    /// # Errors
+    /// [`ContentError::Io`] if `out` refuses.
+    pub fn begin(mut out: W, header: &PeaksHeader) -> Result<Self, ContentError> {
+        let mut bytes = MAGIC.to_vec();
+        for word in [header.width_px, header.height_px, word_of(header.line_direction), 0] {
+            bytes.extend(word.to_le_bytes());
+        }
+        let sum = Checksum::of(&[&bytes]);
+        bytes.extend(sum.to_le_bytes());
+        out.write_all(&bytes)?;
+        Ok(Self { out, n_frames: 0, body: Vec::new() })
+    }
+
+    /// Frames so far.
+    pub fn n_frames(&self) -> u64 {
+        self.n_frames
+    }
+
+    /// Adds a frame; with `captured_at_ns` by the station's clock, if it is known.
+    ///
+    /// # Errors
+    /// [`ContentError::Io`] if the disk refuses, [`ContentError::Malformed`] for more points than a record holds.
+    pub fn add(&mut self, frame: &ScanFrame, captured_at_ns: Option<u64>) -> Result<(), ContentError> {
+        let mut body = std::mem::take(&mut self.body);
+        body.clear();
+        write_frame(&mut body, frame, captured_at_ns);
+        let added = self.record(FRAME_RECORD, &body);
+        self.body = body;
+        added?;
+        self.n_frames += 1;
+        Ok(())
+    }
+
+    /// Hands what is buffered to the operating system: it survives the end of this process.
+    ///
+    /// # Errors
+    /// [`ContentError::Io`].
+    pub fn flush(&mut self) -> Result<(), ContentError> {
+        Ok(self.out.flush()?)
+    }
+
+    /// Says that nothing more comes, and gives the output back.
+    ///
+    /// # Errors
+    /// [`ContentError::Io`].
+    pub fn finish(mut self) -> Result<W, ContentError> {
+        self.record(END_RECORD, &self.n_frames.to_le_bytes())?;
+        self.out.flush()?;
+        Ok(self.out)
+    }
+
+    fn record(&mut self, kind: u32, body: &[u8]) -> Result<(), ContentError> {
+        let size = u32::try_from(body.len()).ok().filter(|size| *size <= RECORD_LIMIT_BYTES).ok_or_else(|| {
+            ContentError::malformed(
+                format!("frame {}", self.n_frames),
+                format!("{} bytes of points are more than {RECORD_LIMIT_BYTES}", body.len()),
+                "check exposure and laser: this is no picture of lines",
+            )
+        })?;
+        let (kind, size) = (kind.to_le_bytes(), size.to_le_bytes());
+        self.out.write_all(&kind)?;
+        self.out.write_all(&size)?;
+        self.out.write_all(body)?;
+        self.out.write_all(&Checksum::of(&[&kind, &size, body]).to_le_bytes())?;
+        Ok(())
+    }
+}
+
+impl PeaksWriter<BufWriter<File>> {
+    /// Begins a new file.
+    ///
+    /// # Errors
+    /// [`FileError::Write`].
+    pub fn create(path: &Path, header: &PeaksHeader) -> Result<Self, FileError> {
+        let begun = File::create_new(path)
+            .map_err(ContentError::from)
+            .and_then(|file| Self::begin(BufWriter::with_capacity(1 << 18, file), header));
+        begun.map_err(|error| FileError::writing(path, error))
+    }
+
+    /// Goes on with a file that was left unfinished: what can be trusted is kept and handed out, the rest cut off.
+    ///
+    /// # Errors
+    /// [`FileError`]: unreadable, no header to trust, or not writable.
+    pub fn resume(path: &Path) -> Result<(Self, PeaksPrefix), FileError> {
+        let read = |cause| FileError::Read { path: path.to_owned(), cause };
+        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(read)?;
+        let prefix =
+            read_peaks_prefix(BufReader::new(&mut file)).map_err(|error| FileError::reading(path, error))?;
+        let cut =
+            file.set_len(prefix.trusted_bytes).and_then(|()| file.seek(SeekFrom::Start(prefix.trusted_bytes)));
+        cut.map_err(|cause| FileError::Write { path: path.to_owned(), cause })?;
+        let n_frames = prefix.peaks.frames.len() as u64;
+        Ok((Self { out: BufWriter::with_capacity(1 << 18, file), n_frames, body: Vec::new() }, prefix))
+    }
+}
+
+fn write_frame(body: &mut Vec<u8>, frame: &ScanFrame, captured_at_ns: Option<u64>) {
+    let Centrelines { segments, correlation_px } = &frame.centrelines;
+    body.extend(frame.position_mm.to_le_bytes());
+    body.extend(captured_at_ns.unwrap_or(NO_TIME).to_le_bytes());
+    body.extend(correlation_px.to_le_bytes());
+    // Counts beyond u32 would exceed the limit of a record, which is checked before anything is written.
+    body.extend((segments.len() as u32).to_le_bytes());
+    for segment in segments {
+        body.extend((segment.points.len() as u32).to_le_bytes());
+        for point in &segment.points {
+            body.extend(point_bytes(point));
+        }
+    }
+}
+
+fn point_bytes(point: &CentrelinePoint) -> [u8; POINT_BYTES] {
+    let mut bytes = [0; POINT_BYTES];
+    let doubles = [point.u_px, point.v_px, point.normal[0], point.normal[1], point.sigma_px];
+    for (slot, value) in bytes.chunks_exact_mut(8).zip(doubles) {
+        slot.copy_from_slice(&value.to_le_bytes());
+    }
+    bytes[40..44].copy_from_slice(&point.intensity.to_le_bytes());
+    bytes[44..48].copy_from_slice(&point.width_px.to_le_bytes());
+    bytes[48] = u8::from(point.saturated);
+    bytes
+}
