@@ -26,7 +26,8 @@ impl ArtifactId {
 pub struct ArtifactReader {
     /// How many there are.
     pub size_bytes: u64,
-    /// Checks the hash while it is read; the last read fails if it is wrong.
+    /// Checks the hash while it is read; the read that would give the last bytes fails if it is wrong, with
+    /// [`StoreError::Damaged`] inside the error.
     pub bytes: Box<dyn AsyncRead + Send + Unpin>,
 }
 
@@ -54,6 +55,7 @@ pub trait Artifacts: Send + Sync {
     async fn adopt(&self, path: &std::path::Path) -> Result<ArtifactId, StoreError>;
     /// A folder on the same file system for files in the making; emptied at start.
     fn scratch(&self) -> &std::path::Path;
-    /// Deletes artifacts that are not in `kept`; returns how many bytes became free.
+    /// Deletes artifacts that are neither in `kept` nor new: those this process made stay until a sweep has seen them
+    /// kept. Returns how many bytes became free.
     async fn sweep(&self, kept: &std::collections::HashSet<ArtifactId>) -> Result<u64, StoreError>;
 }

@@ -1,7 +1,10 @@
 //! The catalogue: typed reads, and changes that happen together or not at all.
 
+use std::collections::HashSet;
+
 use async_trait::async_trait;
 
+use crate::artifacts::ArtifactId;
 use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobOutcome, JobRecord,
     JobState, MeasurementRecord, ScanRecord, SessionRecord,
@@ -27,7 +30,7 @@ pub enum Change {
         progress: f64,
         /// In the operator's words.
         message: String,
-        /// From where it can go on.
+        /// From where it can go on; `None`: as before.
         checkpoint: Option<serde_json::Value>,
     },
     /// A job that is not terminal ends.
@@ -47,7 +50,7 @@ pub enum Change {
     DeleteCapture(String),
     /// A calibration was made; the same content twice is once.
     InsertCalibration(CalibrationRecord),
-    /// A draft is forgotten; refused for the active one.
+    /// A calibration is forgotten; refused for the active one, and while a scan was computed with it.
     DeleteCalibration(String),
     /// Which calibration is active from now on.
     Activate {
@@ -232,9 +235,12 @@ pub trait Catalogue: Send + Sync {
 
     /// At most `limit` events after `seq`, oldest first.
     async fn events_after(&self, seq: i64, limit: u32) -> Result<Vec<EventRecord>, StoreError>;
-    /// Sequence of the newest event, 0 if there is none.
+    /// Sequence of the newest event, forgotten ones included; 0 if there never was one.
     async fn last_event_seq(&self) -> Result<i64, StoreError>;
 
     /// The answer to a request with that key, if there was one.
     async fn idempotency(&self, key: &str) -> Result<Option<IdempotencyRecord>, StoreError>;
+
+    /// All artifacts that any record names, also within its documents.
+    async fn artifacts_named(&self) -> Result<HashSet<ArtifactId>, StoreError>;
 }

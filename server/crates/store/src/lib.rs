@@ -4,13 +4,25 @@
 //! as a whole or not at all (`promises.md` 1). Artifacts are named by the SHA-256 of their bytes, which every reader
 //! checks. Two traits, [`Catalogue`] and [`Artifacts`], are the seam for other databases and object stores.
 
+mod store;
+
 pub mod artifacts;
 pub mod catalogue;
+pub mod disk;
+pub mod health;
+pub mod local;
+pub mod params;
 pub mod records;
+pub mod sqlite;
 
 pub use artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
 pub use catalogue::{Catalogue, Change, Page, StoreError};
+pub use disk::{Disk, LocalDisk};
+pub use health::Health;
+pub use local::LocalArtifacts;
 pub use records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobOutcome, JobRecord,
     JobState, MeasurementRecord, ResultRef, ScanRecord, ScanState, SessionRecord,
 };
+pub use sqlite::SqliteCatalogue;
+pub use store::Store;

@@ -1,0 +1,110 @@
+//! Artifacts as files of this machine: `artifacts/ab/cd/abcd…`, written in `scratch` and renamed into place.
+
+mod place;
+mod reader;
+mod sweep;
+mod writer;
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use async_trait::async_trait;
+
+use crate::artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
+use crate::catalogue::StoreError;
+use crate::disk::Disk;
+use crate::health::Health;
+use crate::local::place::Place;
+use crate::local::writer::LocalWriter;
+use crate::params::{ARTIFACTS_FOLDER, SCRATCH_FOLDER};
+
+/// Artifacts in the folders `artifacts` and `scratch` of a data directory.
+#[derive(Clone)]
+pub struct LocalArtifacts {
+    place: Arc<Place>,
+}
+
+impl LocalArtifacts {
+    /// Opens the folders, making them if need be and emptying `scratch`. Blocks.
+    ///
+    /// # Errors
+    /// [`StoreError::File`] if a folder cannot be made or emptied.
+    pub fn open(folder: &Path, disk: Arc<dyn Disk>, health: Arc<Health>) -> Result<Self, StoreError> {
+        let scratch = folder.join(SCRATCH_FOLDER);
+        empty(&scratch).map_err(|cause| file_error("empty", &scratch, cause))?;
+        let root = folder.join(ARTIFACTS_FOLDER);
+        std::fs::create_dir_all(&root).map_err(|cause| file_error("make", &root, cause))?;
+        disk.sync_folder(folder).map_err(|cause| file_error("sync", folder, cause))?;
+        Ok(Self { place: Arc::new(Place::new(root, scratch, disk, health)) })
+    }
+
+    /// Runs file work where it may block.
+    async fn blocking<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Arc<Place>) -> Result<T, StoreError> + Send + 'static,
+    ) -> Result<T, StoreError> {
+        let place = self.place.clone();
+        blocking(move || work(&place)).await
+    }
+}
+
+fn empty(folder: &Path) -> std::io::Result<()> {
+    match std::fs::remove_dir_all(folder) {
+        Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => Err(cause),
+        _ => std::fs::create_dir_all(folder),
+    }
+}
+
+fn file_error(what: &'static str, path: &Path, cause: std::io::Error) -> StoreError {
+    StoreError::File { what, path: path.display().to_string(), cause }
+}
+
+async fn blocking<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, StoreError> + Send + 'static,
+) -> Result<T, StoreError> {
+    match tokio::task::spawn_blocking(work).await {
+        Ok(result) => result,
+        Err(cause) if cause.is_panic() => std::panic::resume_unwind(cause.into_panic()),
+        Err(cause) => Err(StoreError::File {
+            what: "work on artifacts:",
+            path: "the runtime is shutting down".to_owned(),
+            cause: std::io::Error::other(cause),
+        }),
+    }
+}
+
+#[async_trait]
+impl Artifacts for LocalArtifacts {
+    async fn create(&self) -> Result<Box<dyn ArtifactWriter>, StoreError> {
+        Ok(Box::new(LocalWriter::create(self.place.clone()).await?))
+    }
+
+    async fn open(&self, id: &ArtifactId) -> Result<ArtifactReader, StoreError> {
+        reader::open(&self.place, id).await
+    }
+
+    async fn read(&self, id: &ArtifactId) -> Result<Vec<u8>, StoreError> {
+        let id = id.clone();
+        self.blocking(move |place| reader::read(place, &id)).await
+    }
+
+    async fn put(&self, bytes: &[u8]) -> Result<ArtifactId, StoreError> {
+        let bytes = bytes.to_vec();
+        self.blocking(move |place| writer::put(place, &bytes)).await
+    }
+
+    async fn adopt(&self, path: &Path) -> Result<ArtifactId, StoreError> {
+        let path = PathBuf::from(path);
+        self.blocking(move |place| writer::adopt(place, &path)).await
+    }
+
+    fn scratch(&self) -> &Path {
+        self.place.scratch()
+    }
+
+    async fn sweep(&self, kept: &HashSet<ArtifactId>) -> Result<u64, StoreError> {
+        let kept = kept.clone();
+        self.blocking(move |place| sweep::sweep(place, &kept)).await
+    }
+}

@@ -1,0 +1,139 @@
+//! Where an artifact lies, and how a finished file gets there durably.
+
+use std::collections::HashSet;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use crate::artifacts::ArtifactId;
+use crate::catalogue::StoreError;
+use crate::disk::{Disk, is_full};
+use crate::health::Health;
+use crate::local::file_error;
+
+/// The folders of the artifacts.
+pub struct Place {
+    root: PathBuf,
+    scratch: PathBuf,
+    disk: Arc<dyn Disk>,
+    health: Arc<Health>,
+    /// Made by this process and not yet seen kept by a sweep: a record that names them may be on its way.
+    fresh: Mutex<HashSet<ArtifactId>>,
+    /// Folders whose own names are known to be durable; at most 256 · 257.
+    durable_folders: Mutex<HashSet<PathBuf>>,
+}
+
+impl Place {
+    /// The folders exist.
+    pub fn new(root: PathBuf, scratch: PathBuf, disk: Arc<dyn Disk>, health: Arc<Health>) -> Self {
+        Self { root, scratch, disk, health, fresh: Mutex::default(), durable_folders: Mutex::default() }
+    }
+
+    /// All artifacts.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Files in the making.
+    pub fn scratch(&self) -> &Path {
+        &self.scratch
+    }
+
+    /// The disk they are on.
+    pub fn disk(&self) -> &dyn Disk {
+        &*self.disk
+    }
+
+    /// Fails if a write failed before.
+    pub fn check_writable(&self) -> Result<(), StoreError> {
+        self.health.check()
+    }
+
+    /// The file of an artifact.
+    pub fn file(&self, id: &ArtifactId) -> PathBuf {
+        let name = id.as_str();
+        self.root.join(&name[..2]).join(&name[2..4]).join(name)
+    }
+
+    /// Ids that a sweep must leave alone.
+    pub fn fresh(&self) -> MutexGuard<'_, HashSet<ArtifactId>> {
+        self.fresh.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A new file under `scratch`.
+    pub fn new_scratch_file(&self) -> Result<(File, PathBuf), StoreError> {
+        self.check_writable()?;
+        let path = self.scratch.join(uuid::Uuid::now_v7().simple().to_string());
+        let file = File::create_new(&path).map_err(|cause| self.write_failed("make", &path, cause))?;
+        Ok((file, path))
+    }
+
+    /// Whether the artifact is there, with as many bytes. The name of one that is gets durable once more: it may
+    /// have been given by another task just now.
+    pub fn holds(&self, id: &ArtifactId, size_bytes: u64) -> Result<bool, StoreError> {
+        self.fresh().insert(id.clone());
+        let file = self.file(id);
+        if !fs::metadata(&file).is_ok_and(|there| there.is_file() && there.len() == size_bytes) {
+            return Ok(false);
+        }
+        self.sync_folder(parent(&file))?;
+        Ok(true)
+    }
+
+    /// Gives the scratch file `path`, whose bytes hash to `id` and number `size_bytes`, its name for good.
+    pub fn keep(&self, file: &File, path: &Path, id: &ArtifactId, size_bytes: u64) -> Result<(), StoreError> {
+        if self.holds(id, size_bytes)? {
+            let _ = fs::remove_file(path); // Emptied at the next start otherwise.
+            return Ok(());
+        }
+        let target = self.file(id);
+        self.disk.sync_file(file).map_err(|cause| self.write_failed("sync", path, cause))?;
+        self.make_folders(parent(&target))?;
+        self.disk.rename(path, &target).map_err(|cause| self.write_failed("rename", path, cause))?;
+        self.sync_folder(parent(&target))
+    }
+
+    /// Makes `root/ab` and `root/ab/cd`, each durable in its parent before anything is put in.
+    fn make_folders(&self, folder: &Path) -> Result<(), StoreError> {
+        let mut durable = self.durable_folders.lock().unwrap_or_else(PoisonError::into_inner);
+        for step in [parent(folder), folder] {
+            if durable.contains(step) {
+                continue;
+            }
+            match fs::create_dir(step) {
+                Err(cause) if cause.kind() != io::ErrorKind::AlreadyExists => {
+                    return Err(self.write_failed("make", step, cause));
+                }
+                _ => self.sync_folder(parent(step))?,
+            }
+            durable.insert(step.to_owned());
+        }
+        Ok(())
+    }
+
+    fn sync_folder(&self, folder: &Path) -> Result<(), StoreError> {
+        let synced = self.disk.sync_folder(folder);
+        synced.map_err(|cause| self.health.fail(format!("cannot sync {}: {cause}", folder.display())))
+    }
+
+    /// A full disk is told and forgotten, as the file in the making is given up; any other failure is final.
+    pub fn write_failed(&self, what: &'static str, path: &Path, cause: io::Error) -> StoreError {
+        if is_full(&cause) {
+            return StoreError::Full;
+        }
+        self.health.fail(format!("cannot {what} {}: {cause}", path.display()))
+    }
+
+    /// An error that says nothing about the disk's health.
+    pub fn read_failed(&self, id: &ArtifactId, cause: io::Error) -> StoreError {
+        match cause.kind() {
+            io::ErrorKind::NotFound => StoreError::NotFound { kind: "artifact", id: id.as_str().to_owned() },
+            _ => file_error("read", &self.file(id), cause),
+        }
+    }
+}
+
+fn parent(path: &Path) -> &Path {
+    path.parent().expect("artifacts lie two folders below the root")
+}

@@ -1,0 +1,89 @@
+//! Reading: every byte goes through the hash.
+
+use std::fs::{self, File};
+use std::io;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll, ready};
+
+use sha2::{Digest, Sha256};
+use tokio::io::{AsyncRead, ReadBuf};
+
+use crate::artifacts::{ArtifactId, ArtifactReader};
+use crate::catalogue::StoreError;
+use crate::local::blocking;
+use crate::local::place::Place;
+use crate::local::writer::id_from;
+
+/// All bytes, checked.
+pub fn read(place: &Place, id: &ArtifactId) -> Result<Vec<u8>, StoreError> {
+    let bytes = fs::read(place.file(id)).map_err(|cause| place.read_failed(id, cause))?;
+    match id_from(Sha256::new_with_prefix(&bytes)) == *id {
+        true => Ok(bytes),
+        false => Err(damaged(id)),
+    }
+}
+
+/// A reader that checks on its way.
+pub async fn open(place: &Arc<Place>, id: &ArtifactId) -> Result<ArtifactReader, StoreError> {
+    let (place, id) = (place.clone(), id.clone());
+    let opened = id.clone();
+    let (file, size_bytes) = blocking(move || {
+        let file = File::open(place.file(&opened)).map_err(|cause| place.read_failed(&opened, cause))?;
+        let size_bytes = file.metadata().map_err(|cause| place.read_failed(&opened, cause))?.len();
+        Ok((file, size_bytes))
+    })
+    .await?;
+    if size_bytes == 0 && id_from(Sha256::new()) != id {
+        return Err(damaged(&id));
+    }
+    let file = tokio::fs::File::from_std(file);
+    let bytes = Box::new(Checked { id, file, hash: Sha256::new(), left_bytes: size_bytes });
+    Ok(ArtifactReader { size_bytes, bytes })
+}
+
+fn damaged(id: &ArtifactId) -> StoreError {
+    tracing::error!(id = id.as_str(), "an artifact is damaged");
+    StoreError::Damaged { id: id.as_str().to_owned() }
+}
+
+/// A file on its way to a reader. Who counts the bytes never reads past the last one, so the verdict comes with it:
+/// the read that would complete a damaged artifact gives an error and no bytes.
+struct Checked {
+    id: ArtifactId,
+    file: tokio::fs::File,
+    hash: Sha256,
+    left_bytes: u64,
+}
+
+impl Checked {
+    fn verdict(&self) -> io::Result<()> {
+        match id_from(self.hash.clone()) == self.id {
+            true => Ok(()),
+            false => Err(io::Error::new(io::ErrorKind::InvalidData, damaged(&self.id))),
+        }
+    }
+}
+
+impl AsyncRead for Checked {
+    fn poll_read(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
+        if self.left_bytes == 0 || buf.remaining() == 0 {
+            return Poll::Ready(Ok(()));
+        }
+        let n_before = buf.filled().len();
+        ready!(Pin::new(&mut self.file).poll_read(cx, buf))?;
+        let new = &buf.filled()[n_before..];
+        let n_new = new.len() as u64;
+        self.hash.update(new);
+        let shrunk_or_grown = n_new == 0 || n_new > self.left_bytes;
+        self.left_bytes = self.left_bytes.saturating_sub(n_new);
+        if shrunk_or_grown || self.left_bytes == 0 {
+            let verdict = self.verdict();
+            if verdict.is_err() {
+                buf.set_filled(n_before);
+                return Poll::Ready(verdict);
+            }
+        }
+        Poll::Ready(Ok(()))
+    }
+}

@@ -1,0 +1,51 @@
+//! Deleting what nothing names.
+
+use std::collections::HashSet;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::artifacts::ArtifactId;
+use crate::catalogue::StoreError;
+use crate::local::file_error;
+use crate::local::place::Place;
+
+/// Deletes artifacts that are neither kept nor fresh; returns the bytes that became free. A deletion that is not
+/// durable is harmless: the next sweep repeats it.
+pub fn sweep(place: &Place, kept: &HashSet<ArtifactId>) -> Result<u64, StoreError> {
+    place.check_writable()?;
+    place.fresh().retain(|id| !kept.contains(id));
+    let mut freed_bytes = 0;
+    for outer in entries(place.root())? {
+        for inner in entries(&outer)? {
+            for file in entries(&inner)? {
+                freed_bytes += delete_unless_needed(place, kept, &file)?;
+            }
+        }
+    }
+    Ok(freed_bytes)
+}
+
+fn delete_unless_needed(place: &Place, kept: &HashSet<ArtifactId>, file: &Path) -> Result<u64, StoreError> {
+    let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let Some(id) = ArtifactId::parse(name).filter(|id| !kept.contains(id)) else {
+        return Ok(0);
+    };
+    // Held until the file is gone, so that nobody finds it there and relies on it meanwhile.
+    let fresh = place.fresh();
+    if fresh.contains(&id) {
+        return Ok(0);
+    }
+    let size_bytes = fs::metadata(file).map_or(0, |there| there.len());
+    match fs::remove_file(file) {
+        Ok(()) => Ok(size_bytes),
+        Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(0),
+        Err(cause) => Err(file_error("delete", file, cause)),
+    }
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
+    let cannot = |cause| file_error("list", folder, cause);
+    let entries = fs::read_dir(folder).map_err(cannot)?;
+    entries.map(|entry| Ok(entry.map_err(cannot)?.path())).collect()
+}

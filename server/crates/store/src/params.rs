@@ -1,0 +1,29 @@
+//! Names, sizes and limits of the data directory.
+
+use std::time::Duration;
+
+/// The database.
+pub const CATALOGUE_FILE: &str = "catalogue.sqlite3";
+/// Locked by the process that has the data directory.
+pub const LOCK_FILE: &str = "lock";
+/// Room that is given back when the disk is full.
+pub const RESERVE_FILE: &str = "reserve";
+/// Artifacts by hash.
+pub const ARTIFACTS_FOLDER: &str = "artifacts";
+/// Files in the making; emptied at start.
+pub const SCRATCH_FOLDER: &str = "scratch";
+/// Copies of the database made before a migration.
+pub const BACKUPS_FOLDER: &str = "backups";
+
+/// Size of the reserve: the write-ahead log of many deletions ([`WAL_LIMIT_BYTES`]) and its checkpoint fit in twice.
+pub const RESERVE_BYTES: u64 = 16 * 1024 * 1024;
+/// The write-ahead log is folded into the database when it has grown to this: rare enough to cost nothing per commit,
+/// small enough to be read in a moment at the next start.
+pub const WAL_LIMIT_BYTES: u64 = 4 * 1024 * 1024;
+/// How long a connection waits for another one. Readers hold no lock for longer than one page of records takes.
+pub const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
+/// Readers do not wait for the writer, and seldom for each other.
+pub const N_READERS: u32 = 4;
+
+/// Bytes hashed and written at once.
+pub const CHUNK_BYTES: usize = 1024 * 1024;

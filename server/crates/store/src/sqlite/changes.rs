@@ -1,0 +1,121 @@
+//! A list of changes becomes one transaction.
+
+use sqlx::sqlite::SqliteQueryResult;
+use sqlx::{Connection, SqliteConnection};
+
+use crate::catalogue::{Change, StoreError};
+use crate::health::Health;
+use crate::records::EventRecord;
+use crate::sqlite::{calibrations, captures, error, events, jobs, scans, sessions};
+
+/// What a statement that writes answers; errors are interpreted in one place, at the end.
+pub type Written<T = ()> = Result<T, WriteError>;
+
+/// Why a change was not made.
+#[derive(Debug)]
+pub enum WriteError {
+    /// A rule of the catalogue forbids it.
+    Rule(StoreError),
+    /// The database says so.
+    Database(sqlx::Error),
+}
+
+impl From<sqlx::Error> for WriteError {
+    fn from(cause: sqlx::Error) -> Self {
+        Self::Database(cause)
+    }
+}
+
+impl From<StoreError> for WriteError {
+    fn from(error: StoreError) -> Self {
+        Self::Rule(error)
+    }
+}
+
+/// Makes all changes or none; they are durable when it returns.
+pub async fn apply_all(
+    connection: &mut SqliteConnection,
+    changes: Vec<Change>,
+    health: &Health,
+) -> Result<Vec<EventRecord>, StoreError> {
+    let outcome = transaction(connection, changes).await;
+    outcome.map_err(|error| match error {
+        WriteError::Rule(error) => error,
+        WriteError::Database(cause) => error::writing(cause, "write to the catalogue", health),
+    })
+}
+
+async fn transaction(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Vec<EventRecord>> {
+    let mut transaction = connection.begin_with("BEGIN IMMEDIATE").await?;
+    let mut stored = Vec::new();
+    for change in changes {
+        stored.extend(apply(&mut transaction, change).await?);
+    }
+    transaction.commit().await?;
+    Ok(stored)
+}
+
+async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<EventRecord>> {
+    match change {
+        Change::InsertJob(job) => jobs::insert(to, &job).await?,
+        Change::StartJob { id, at_ms } => jobs::start(to, &id, at_ms).await?,
+        Change::CheckpointJob { id, progress, message, checkpoint } => {
+            jobs::checkpoint(to, &id, progress, &message, checkpoint.as_ref()).await?;
+        }
+        Change::EndJob { id, outcome, message, at_ms } => jobs::end(to, &id, &outcome, &message, at_ms).await?,
+        Change::InsertCapture(capture) => captures::insert(to, &capture).await?,
+        Change::DeleteCapture(id) => captures::delete(to, &id).await?,
+        Change::InsertCalibration(calibration) => calibrations::insert(to, &calibration).await?,
+        Change::DeleteCalibration(id) => calibrations::delete(to, &id).await?,
+        Change::Activate { calibration_id, expected_previous, act, actor, at_ms } => {
+            let previous_id = calibrations::previous(to, expected_previous).await?;
+            let entry = crate::ActivationRecord { seq: 0, calibration_id, previous_id, act, actor, at_ms };
+            calibrations::activate(to, entry).await?;
+        }
+        Change::InsertScan(scan) => scans::insert(to, &scan).await?,
+        Change::ReplaceScan(scan) => scans::replace(to, &scan).await?,
+        Change::DeleteScan(id) => scans::delete(to, &id).await?,
+        Change::InsertMeasurement(measurement) => scans::insert_measurement(to, &measurement).await?,
+        Change::InsertSession(session) => sessions::insert(to, &session).await?,
+        Change::UpdateSession(session) => sessions::update(to, &session).await?,
+        Change::DeleteSession(id) => sessions::delete(to, &id).await?,
+        Change::AppendEvent(event) => return events::append(to, event).await.map(Some),
+        Change::InsertIdempotency(record) => events::insert_idempotency(to, &record).await?,
+        Change::ForgetIdempotencyBefore { at_ms } => events::forget_idempotency(to, at_ms).await?,
+        Change::ForgetEventsThrough { seq } => events::forget_through(to, seq).await?,
+    }
+    Ok(None)
+}
+
+/// The next number of a counter; a rolled-back transaction gives it back, so there are no gaps.
+pub async fn next(to: &mut SqliteConnection, sequence: &'static str) -> Written<i64> {
+    let value = sqlx::query_scalar("UPDATE sequences SET value = value + 1 WHERE name = $1 RETURNING value")
+        .bind(sequence)
+        .fetch_one(to)
+        .await?;
+    Ok(value)
+}
+
+/// An `INSERT … ON CONFLICT DO NOTHING` must have added a row.
+pub fn inserted(result: SqliteQueryResult, kind: &'static str, id: &str) -> Written {
+    match result.rows_affected() {
+        0 => Err(StoreError::Exists { kind, id: id.to_owned() }.into()),
+        _ => Ok(()),
+    }
+}
+
+/// A statement about one row must have met it.
+pub fn met(result: SqliteQueryResult, kind: &'static str, id: &str) -> Written {
+    match result.rows_affected() {
+        0 => Err(StoreError::NotFound { kind, id: id.to_owned() }.into()),
+        _ => Ok(()),
+    }
+}
+
+/// A row that names another one which is not there is refused, not broken.
+pub fn refuse_dangling<T>(result: Result<T, sqlx::Error>, kind: &'static str, id: &str, why: &str) -> Written<T> {
+    result.map_err(|cause| match error::is_dangling(&cause) {
+        true => StoreError::Refused { kind, id: id.to_owned(), why: why.to_owned() }.into(),
+        false => cause.into(),
+    })
+}

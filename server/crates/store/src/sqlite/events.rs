@@ -1,0 +1,88 @@
+//! The log of events, and the answers already given to requests with a key.
+
+use sqlx::sqlite::SqliteRow;
+use sqlx::{SqliteConnection, SqlitePool};
+
+use crate::catalogue::StoreError;
+use crate::records::{EventRecord, IdempotencyRecord};
+use crate::sqlite::changes::{Written, inserted, next};
+use crate::sqlite::error::reading;
+use crate::sqlite::row::{get, json};
+
+fn from_row(row: &SqliteRow) -> Result<EventRecord, StoreError> {
+    Ok(EventRecord {
+        seq: get(row, "seq")?,
+        kind: get(row, "kind")?,
+        subject: get(row, "subject")?,
+        body: json(row, "body")?,
+        at_ms: get(row, "at_ms")?,
+    })
+}
+
+fn idempotency_from_row(row: &SqliteRow) -> Result<IdempotencyRecord, StoreError> {
+    Ok(IdempotencyRecord {
+        key: get(row, "key")?,
+        body_sha256: get(row, "body_sha256")?,
+        answer: json(row, "answer")?,
+        created_at_ms: get(row, "created_at_ms")?,
+    })
+}
+
+pub async fn after(readers: &SqlitePool, seq: i64, limit: u32) -> Result<Vec<EventRecord>, StoreError> {
+    let rows = sqlx::query("SELECT * FROM events WHERE seq > $1 ORDER BY seq LIMIT $2")
+        .bind(seq)
+        .bind(i64::from(limit))
+        .fetch_all(readers)
+        .await;
+    rows.map_err(|cause| reading(cause, "read events"))?.iter().map(from_row).collect()
+}
+
+/// From the counter, which also knows of events that are forgotten.
+pub async fn last_seq(readers: &SqlitePool) -> Result<i64, StoreError> {
+    sqlx::query_scalar("SELECT value FROM sequences WHERE name = 'event'")
+        .fetch_one(readers)
+        .await
+        .map_err(|cause| reading(cause, "read the newest event"))
+}
+
+pub async fn append(to: &mut SqliteConnection, event: EventRecord) -> Written<EventRecord> {
+    let event = EventRecord { seq: next(to, "event").await?, ..event };
+    sqlx::query("INSERT INTO events (seq, kind, subject, body, at_ms) VALUES ($1, $2, $3, $4, $5)")
+        .bind(event.seq)
+        .bind(&event.kind)
+        .bind(&event.subject)
+        .bind(event.body.to_string())
+        .bind(event.at_ms)
+        .execute(to)
+        .await?;
+    Ok(event)
+}
+
+pub async fn forget_through(to: &mut SqliteConnection, seq: i64) -> Written {
+    sqlx::query("DELETE FROM events WHERE seq <= $1").bind(seq).execute(to).await?;
+    Ok(())
+}
+
+pub async fn idempotency(readers: &SqlitePool, key: &str) -> Result<Option<IdempotencyRecord>, StoreError> {
+    let row = sqlx::query("SELECT * FROM idempotency WHERE key = $1").bind(key).fetch_optional(readers).await;
+    row.map_err(|cause| reading(cause, "read an earlier answer"))?.as_ref().map(idempotency_from_row).transpose()
+}
+
+pub async fn insert_idempotency(to: &mut SqliteConnection, record: &IdempotencyRecord) -> Written {
+    let result = sqlx::query(
+        "INSERT INTO idempotency (key, body_sha256, answer, created_at_ms)
+         VALUES ($1, $2, $3, $4) ON CONFLICT (key) DO NOTHING",
+    )
+    .bind(&record.key)
+    .bind(&record.body_sha256)
+    .bind(record.answer.to_string())
+    .bind(record.created_at_ms)
+    .execute(to)
+    .await?;
+    inserted(result, "idempotency key", &record.key)
+}
+
+pub async fn forget_idempotency(to: &mut SqliteConnection, before_ms: i64) -> Written {
+    sqlx::query("DELETE FROM idempotency WHERE created_at_ms < $1").bind(before_ms).execute(to).await?;
+    Ok(())
+}

@@ -1,0 +1,158 @@
+//! Jobs: rows whose state only moves forward.
+
+use serde_json::Value;
+use sqlx::sqlite::SqliteRow;
+use sqlx::{SqliteConnection, SqlitePool};
+
+use crate::catalogue::{Page, StoreError};
+use crate::records::{JobOutcome, JobRecord, JobState, ResultRef};
+use crate::sqlite::changes::{Written, inserted};
+use crate::sqlite::error::reading;
+use crate::sqlite::row::{before_id, get, json, optional_json, word, word_from};
+
+const KIND: &str = "job";
+
+fn from_row(row: &SqliteRow) -> Result<JobRecord, StoreError> {
+    let (result_kind, result_id): (Option<String>, Option<String>) =
+        (get(row, "result_kind")?, get(row, "result_id")?);
+    Ok(JobRecord {
+        id: get(row, "id")?,
+        kind: get(row, "kind")?,
+        state: word(row, "state")?,
+        input: json(row, "input")?,
+        source: get(row, "source")?,
+        progress: get(row, "progress")?,
+        message: get(row, "message")?,
+        result: result_kind.zip(result_id).map(|(kind, id)| ResultRef { kind, id }),
+        problem: optional_json(row, "problem")?,
+        checkpoint: optional_json(row, "checkpoint")?,
+        created_at_ms: get(row, "created_at_ms")?,
+        started_at_ms: get(row, "started_at_ms")?,
+        ended_at_ms: get(row, "ended_at_ms")?,
+    })
+}
+
+pub async fn one(readers: &SqlitePool, id: &str) -> Result<JobRecord, StoreError> {
+    let row = sqlx::query("SELECT * FROM jobs WHERE id = $1").bind(id).fetch_optional(readers).await;
+    match row.map_err(|cause| reading(cause, "read a job"))? {
+        Some(row) => from_row(&row),
+        None => Err(StoreError::NotFound { kind: KIND, id: id.to_owned() }),
+    }
+}
+
+pub async fn page(
+    readers: &SqlitePool,
+    state: Option<JobState>,
+    page: &Page,
+) -> Result<Vec<JobRecord>, StoreError> {
+    let query = match state {
+        None => sqlx::query("SELECT * FROM jobs WHERE id < $1 ORDER BY id DESC LIMIT $2"),
+        Some(_) => sqlx::query("SELECT * FROM jobs WHERE id < $1 AND state = $3 ORDER BY id DESC LIMIT $2"),
+    };
+    let query = query.bind(before_id(page)).bind(i64::from(page.limit));
+    let query = match state {
+        None => query,
+        Some(state) => query.bind(word_from(state)),
+    };
+    let rows = query.fetch_all(readers).await.map_err(|cause| reading(cause, "list jobs"))?;
+    rows.iter().map(from_row).collect()
+}
+
+pub async fn queue(readers: &SqlitePool) -> Result<Vec<JobRecord>, StoreError> {
+    let rows = sqlx::query("SELECT * FROM jobs WHERE state = 'queued' ORDER BY id").fetch_all(readers).await;
+    rows.map_err(|cause| reading(cause, "list queued jobs"))?.iter().map(from_row).collect()
+}
+
+pub async fn insert(to: &mut SqliteConnection, job: &JobRecord) -> Written {
+    let result = sqlx::query(
+        "INSERT INTO jobs (id, kind, state, input, source, progress, message, result_kind, result_id, problem,
+             checkpoint, created_at_ms, started_at_ms, ended_at_ms)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14) ON CONFLICT (id) DO NOTHING",
+    )
+    .bind(&job.id)
+    .bind(&job.kind)
+    .bind(word_from(job.state))
+    .bind(job.input.to_string())
+    .bind(&job.source)
+    .bind(job.progress)
+    .bind(&job.message)
+    .bind(job.result.as_ref().map(|result| &result.kind))
+    .bind(job.result.as_ref().map(|result| &result.id))
+    .bind(job.problem.as_ref().map(Value::to_string))
+    .bind(job.checkpoint.as_ref().map(Value::to_string))
+    .bind(job.created_at_ms)
+    .bind(job.started_at_ms)
+    .bind(job.ended_at_ms)
+    .execute(to)
+    .await?;
+    inserted(result, KIND, &job.id)
+}
+
+pub async fn start(to: &mut SqliteConnection, id: &str, at_ms: i64) -> Written {
+    let result =
+        sqlx::query("UPDATE jobs SET state = 'running', started_at_ms = $2 WHERE id = $1 AND state = 'queued'")
+            .bind(id)
+            .bind(at_ms)
+            .execute(&mut *to)
+            .await?;
+    moved(to, result.rows_affected(), id, "only a queued job can start").await
+}
+
+pub async fn checkpoint(
+    to: &mut SqliteConnection,
+    id: &str,
+    progress: f64,
+    message: &str,
+    checkpoint: Option<&Value>,
+) -> Written {
+    let result = sqlx::query(
+        "UPDATE jobs SET progress = $2, message = $3, checkpoint = COALESCE($4, checkpoint)
+         WHERE id = $1 AND state = 'running'",
+    )
+    .bind(id)
+    .bind(progress)
+    .bind(message)
+    .bind(checkpoint.map(Value::to_string))
+    .execute(&mut *to)
+    .await?;
+    moved(to, result.rows_affected(), id, "only a running job makes progress").await
+}
+
+pub async fn end(to: &mut SqliteConnection, id: &str, outcome: &JobOutcome, message: &str, at_ms: i64) -> Written {
+    let (state, made, problem) = match outcome {
+        JobOutcome::Succeeded(made) => (JobState::Succeeded, Some(made), None),
+        JobOutcome::Failed(problem) => (JobState::Failed, None, Some(problem)),
+        JobOutcome::Cancelled => (JobState::Cancelled, None, None),
+        JobOutcome::Interrupted => (JobState::Interrupted, None, None),
+    };
+    let result = sqlx::query(
+        "UPDATE jobs SET state = $2, message = $3, ended_at_ms = $4, result_kind = $5, result_id = $6, problem = $7,
+             progress = CASE WHEN $2 = 'succeeded' THEN 1.0 ELSE progress END
+         WHERE id = $1 AND state IN ('queued', 'running')",
+    )
+    .bind(id)
+    .bind(word_from(state))
+    .bind(message)
+    .bind(at_ms)
+    .bind(made.map(|made| &made.kind))
+    .bind(made.map(|made| &made.id))
+    .bind(problem.map(Value::to_string))
+    .execute(&mut *to)
+    .await?;
+    moved(to, result.rows_affected(), id, "a job ends once").await
+}
+
+/// Tells why a job did not move.
+async fn moved(to: &mut SqliteConnection, n_rows: u64, id: &str, rule: &str) -> Written {
+    if n_rows > 0 {
+        return Ok(());
+    }
+    let id = id.to_owned();
+    let state: Option<String> =
+        sqlx::query_scalar("SELECT state FROM jobs WHERE id = $1").bind(&id).fetch_optional(to).await?;
+    Err(match state {
+        None => StoreError::NotFound { kind: KIND, id },
+        Some(state) => StoreError::Refused { kind: KIND, id, why: format!("is {state}; {rule}") },
+    }
+    .into())
+}

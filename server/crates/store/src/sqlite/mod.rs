@@ -1,0 +1,198 @@
+//! The catalogue in one SQLite file: one writer, a few readers, a write-ahead log that is synced at every commit.
+
+mod calibrations;
+mod captures;
+mod changes;
+mod error;
+mod events;
+mod jobs;
+mod migrate;
+mod named;
+mod row;
+mod scans;
+mod sessions;
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use async_trait::async_trait;
+use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
+use sqlx::{ConnectOptions, SqliteConnection, SqlitePool};
+use tokio::sync::Mutex;
+
+use crate::artifacts::ArtifactId;
+use crate::catalogue::{Catalogue, Change, Page, StoreError};
+use crate::health::Health;
+use crate::params::{BUSY_TIMEOUT, N_READERS, WAL_LIMIT_BYTES};
+use crate::records::{
+    ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobRecord, JobState,
+    MeasurementRecord, ScanRecord, SessionRecord,
+};
+
+/// The catalogue in an SQLite file.
+#[derive(Clone)]
+pub struct SqliteCatalogue {
+    writer: Arc<Mutex<SqliteConnection>>,
+    readers: SqlitePool,
+    wal: PathBuf,
+    health: Arc<Health>,
+}
+
+impl SqliteCatalogue {
+    /// Opens the database `file`, made or migrated if need be; the copy made before a migration goes to `backups`.
+    ///
+    /// # Errors
+    /// [`StoreError::TooNew`] if a newer program wrote it, [`StoreError::Database`] if it is damaged.
+    pub async fn open(file: &Path, backups: &Path, health: Arc<Health>) -> Result<Self, StoreError> {
+        let options = connect_options(file);
+        let mut writer = options.connect().await.map_err(|cause| error::opening(cause, "open the database"))?;
+        migrate::check(&mut writer).await?;
+        migrate::migrate(&mut writer, &migrate::MIGRATIONS, backups).await?;
+        let readers = SqlitePoolOptions::new()
+            .max_connections(N_READERS)
+            .connect_with(options.pragma("query_only", "ON"))
+            .await
+            .map_err(|cause| error::opening(cause, "open the database"))?;
+        let mut wal = file.as_os_str().to_owned();
+        wal.push("-wal");
+        let catalogue = Self { writer: Arc::new(Mutex::new(writer)), readers, wal: wal.into(), health };
+        catalogue.fold_wal(&mut *catalogue.writer.lock().await).await;
+        Ok(catalogue)
+    }
+
+    /// Closes the readers; the writer closes when the last clone is dropped.
+    pub async fn close(&self) {
+        self.readers.close().await;
+    }
+
+    /// Writes a copy of the database, as it is now, to the new file `target`.
+    pub async fn copy_to(&self, target: &Path) -> Result<(), StoreError> {
+        migrate::copy(&mut *self.writer.lock().await, target).await
+    }
+
+    async fn commit_now(&self, changes: Vec<Change>) -> Result<Vec<EventRecord>, StoreError> {
+        self.health.check()?;
+        let mut writer = self.writer.lock().await;
+        self.health.check()?;
+        let events = changes::apply_all(&mut writer, changes, &self.health).await?;
+        if std::fs::metadata(&self.wal).is_ok_and(|wal| wal.len() >= WAL_LIMIT_BYTES) {
+            self.fold_wal(&mut writer).await;
+        }
+        Ok(events)
+    }
+
+    /// Moves the log's pages into the database and empties it. SQLite would do so by itself, but would not tell that
+    /// the database could not be synced. What was committed is in the log whatever happens here.
+    async fn fold_wal(&self, writer: &mut SqliteConnection) {
+        let folded = sqlx::raw_sql("PRAGMA wal_checkpoint(TRUNCATE)").execute(&mut *writer).await;
+        if let Err(cause) = folded
+            && !error::is_busy(&cause)
+        {
+            // Latched and logged; the next commit is refused.
+            let _ = error::writing(cause, "fold the log", &self.health);
+        }
+    }
+}
+
+fn connect_options(file: &Path) -> SqliteConnectOptions {
+    SqliteConnectOptions::new()
+        .filename(file)
+        .create_if_missing(true)
+        .journal_mode(SqliteJournalMode::Wal)
+        .synchronous(SqliteSynchronous::Full)
+        .foreign_keys(true)
+        .busy_timeout(BUSY_TIMEOUT)
+        .pragma("wal_autocheckpoint", "0")
+        .disable_statement_logging()
+}
+
+#[async_trait]
+impl Catalogue for SqliteCatalogue {
+    async fn commit(&self, changes: Vec<Change>) -> Result<Vec<EventRecord>, StoreError> {
+        if changes.is_empty() {
+            return Ok(Vec::new());
+        }
+        // A task of its own: a caller that goes away in the middle leaves no transaction open.
+        let catalogue = self.clone();
+        tokio::spawn(async move { catalogue.commit_now(changes).await })
+            .await
+            .map_err(|cause| StoreError::Database { what: "finish a commit", cause: Box::new(cause) })?
+    }
+
+    async fn job(&self, id: &str) -> Result<JobRecord, StoreError> {
+        jobs::one(&self.readers, id).await
+    }
+
+    async fn jobs(&self, state: Option<JobState>, page: &Page) -> Result<Vec<JobRecord>, StoreError> {
+        jobs::page(&self.readers, state, page).await
+    }
+
+    async fn queue(&self) -> Result<Vec<JobRecord>, StoreError> {
+        jobs::queue(&self.readers).await
+    }
+
+    async fn capture(&self, id: &str) -> Result<CaptureRecord, StoreError> {
+        captures::one(&self.readers, id).await
+    }
+
+    async fn captures(&self, page: &Page) -> Result<Vec<CaptureRecord>, StoreError> {
+        captures::page(&self.readers, page).await
+    }
+
+    async fn calibration(&self, id: &str) -> Result<CalibrationRecord, StoreError> {
+        calibrations::one(&self.readers, id).await
+    }
+
+    async fn calibrations(&self, page: &Page) -> Result<Vec<CalibrationRecord>, StoreError> {
+        calibrations::page(&self.readers, page).await
+    }
+
+    async fn active(&self) -> Result<Option<ActivationRecord>, StoreError> {
+        calibrations::active(&self.readers).await
+    }
+
+    async fn activations(&self, page: &Page) -> Result<Vec<ActivationRecord>, StoreError> {
+        calibrations::activations(&self.readers, page).await
+    }
+
+    async fn scan(&self, id: &str) -> Result<ScanRecord, StoreError> {
+        scans::one(&self.readers, id).await
+    }
+
+    async fn scans(&self, page: &Page) -> Result<Vec<ScanRecord>, StoreError> {
+        scans::page(&self.readers, page).await
+    }
+
+    async fn measurements(&self, scan_id: &str, page: &Page) -> Result<Vec<MeasurementRecord>, StoreError> {
+        scans::measurements(&self.readers, scan_id, page).await
+    }
+
+    async fn measurement(&self, id: &str) -> Result<MeasurementRecord, StoreError> {
+        scans::measurement(&self.readers, id).await
+    }
+
+    async fn session(&self, id: &str) -> Result<SessionRecord, StoreError> {
+        sessions::one(&self.readers, id).await
+    }
+
+    async fn sessions(&self, page: &Page) -> Result<Vec<SessionRecord>, StoreError> {
+        sessions::page(&self.readers, page).await
+    }
+
+    async fn events_after(&self, seq: i64, limit: u32) -> Result<Vec<EventRecord>, StoreError> {
+        events::after(&self.readers, seq, limit).await
+    }
+
+    async fn last_event_seq(&self) -> Result<i64, StoreError> {
+        events::last_seq(&self.readers).await
+    }
+
+    async fn idempotency(&self, key: &str) -> Result<Option<IdempotencyRecord>, StoreError> {
+        events::idempotency(&self.readers, key).await
+    }
+
+    async fn artifacts_named(&self) -> Result<HashSet<ArtifactId>, StoreError> {
+        named::artifacts(&self.readers).await
+    }
+}

@@ -1,0 +1,147 @@
+//! Scans and the measurements made on them.
+
+use sqlx::sqlite::{SqliteArguments, SqliteRow};
+use sqlx::{Sqlite, SqliteConnection, SqlitePool, query::Query};
+
+use crate::artifacts::ArtifactId;
+use crate::catalogue::{Page, StoreError};
+use crate::records::{MeasurementRecord, ScanRecord};
+use crate::sqlite::changes::{Written, inserted, met, refuse_dangling};
+use crate::sqlite::error::reading;
+use crate::sqlite::row::{artifact, before_id, get, json, optional_artifact, word, word_from};
+
+const KIND: &str = "scan";
+const MEASUREMENT: &str = "measurement";
+const DANGLING: &str = "names a calibration, capture or scan that does not exist";
+
+fn from_row(row: &SqliteRow) -> Result<ScanRecord, StoreError> {
+    Ok(ScanRecord {
+        id: get(row, "id")?,
+        name: get(row, "name")?,
+        state: word(row, "state")?,
+        calibration_id: get(row, "calibration_id")?,
+        plan: json(row, "plan")?,
+        peaks: artifact(row, "peaks")?,
+        capture_id: get(row, "capture_id")?,
+        cloud: optional_artifact(row, "cloud")?,
+        display: optional_artifact(row, "display")?,
+        report: json(row, "report")?,
+        recomputed_from: get(row, "recomputed_from")?,
+        job_id: get(row, "job_id")?,
+        software_version: get(row, "software_version")?,
+        created_at_ms: get(row, "created_at_ms")?,
+    })
+}
+
+fn measurement_from_row(row: &SqliteRow) -> Result<MeasurementRecord, StoreError> {
+    Ok(MeasurementRecord {
+        id: get(row, "id")?,
+        scan_id: get(row, "scan_id")?,
+        request: json(row, "request")?,
+        result: json(row, "result")?,
+        created_at_ms: get(row, "created_at_ms")?,
+    })
+}
+
+pub async fn one(readers: &SqlitePool, id: &str) -> Result<ScanRecord, StoreError> {
+    let row = sqlx::query("SELECT * FROM scans WHERE id = $1").bind(id).fetch_optional(readers).await;
+    match row.map_err(|cause| reading(cause, "read a scan"))? {
+        Some(row) => from_row(&row),
+        None => Err(StoreError::NotFound { kind: KIND, id: id.to_owned() }),
+    }
+}
+
+pub async fn page(readers: &SqlitePool, page: &Page) -> Result<Vec<ScanRecord>, StoreError> {
+    let rows = sqlx::query("SELECT * FROM scans WHERE id < $1 ORDER BY id DESC LIMIT $2")
+        .bind(before_id(page))
+        .bind(i64::from(page.limit))
+        .fetch_all(readers)
+        .await;
+    rows.map_err(|cause| reading(cause, "list scans"))?.iter().map(from_row).collect()
+}
+
+pub async fn measurements(
+    readers: &SqlitePool,
+    scan_id: &str,
+    page: &Page,
+) -> Result<Vec<MeasurementRecord>, StoreError> {
+    let rows = sqlx::query("SELECT * FROM measurements WHERE scan_id = $1 AND id < $2 ORDER BY id DESC LIMIT $3")
+        .bind(scan_id)
+        .bind(before_id(page))
+        .bind(i64::from(page.limit))
+        .fetch_all(readers)
+        .await;
+    rows.map_err(|cause| reading(cause, "list measurements"))?.iter().map(measurement_from_row).collect()
+}
+
+pub async fn measurement(readers: &SqlitePool, id: &str) -> Result<MeasurementRecord, StoreError> {
+    let row = sqlx::query("SELECT * FROM measurements WHERE id = $1").bind(id).fetch_optional(readers).await;
+    match row.map_err(|cause| reading(cause, "read a measurement"))? {
+        Some(row) => measurement_from_row(&row),
+        None => Err(StoreError::NotFound { kind: MEASUREMENT, id: id.to_owned() }),
+    }
+}
+
+pub async fn insert(to: &mut SqliteConnection, scan: &ScanRecord) -> Written {
+    let query = sqlx::query(
+        "INSERT INTO scans (id, name, state, calibration_id, plan, peaks, capture_id, cloud, display, report,
+             recomputed_from, job_id, software_version, created_at_ms)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14) ON CONFLICT (id) DO NOTHING",
+    );
+    let result = refuse_dangling(bind(query, scan).execute(to).await, KIND, &scan.id, DANGLING)?;
+    inserted(result, KIND, &scan.id)
+}
+
+pub async fn replace(to: &mut SqliteConnection, scan: &ScanRecord) -> Written {
+    let query = sqlx::query(
+        "UPDATE scans SET name = $2, state = $3, calibration_id = $4, plan = $5, peaks = $6, capture_id = $7,
+             cloud = $8, display = $9, report = $10, recomputed_from = $11, job_id = $12, software_version = $13,
+             created_at_ms = $14
+         WHERE id = $1",
+    );
+    let result = refuse_dangling(bind(query, scan).execute(to).await, KIND, &scan.id, DANGLING)?;
+    met(result, KIND, &scan.id)
+}
+
+fn bind<'q>(
+    query: Query<'q, Sqlite, SqliteArguments>,
+    scan: &'q ScanRecord,
+) -> Query<'q, Sqlite, SqliteArguments> {
+    query
+        .bind(&scan.id)
+        .bind(&scan.name)
+        .bind(word_from(scan.state))
+        .bind(&scan.calibration_id)
+        .bind(scan.plan.to_string())
+        .bind(scan.peaks.as_str())
+        .bind(&scan.capture_id)
+        .bind(scan.cloud.as_ref().map(ArtifactId::as_str))
+        .bind(scan.display.as_ref().map(ArtifactId::as_str))
+        .bind(scan.report.to_string())
+        .bind(&scan.recomputed_from)
+        .bind(&scan.job_id)
+        .bind(&scan.software_version)
+        .bind(scan.created_at_ms)
+}
+
+/// Its measurements go with it.
+pub async fn delete(to: &mut SqliteConnection, id: &str) -> Written {
+    let result = sqlx::query("DELETE FROM scans WHERE id = $1").bind(id).execute(to).await?;
+    met(result, KIND, id)
+}
+
+pub async fn insert_measurement(to: &mut SqliteConnection, measurement: &MeasurementRecord) -> Written {
+    let result = sqlx::query(
+        "INSERT INTO measurements (id, scan_id, request, result, created_at_ms)
+         VALUES ($1, $2, $3, $4, $5) ON CONFLICT (id) DO NOTHING",
+    )
+    .bind(&measurement.id)
+    .bind(&measurement.scan_id)
+    .bind(measurement.request.to_string())
+    .bind(measurement.result.to_string())
+    .bind(measurement.created_at_ms)
+    .execute(to)
+    .await;
+    let result = refuse_dangling(result, MEASUREMENT, &measurement.id, "names a scan that does not exist")?;
+    inserted(result, MEASUREMENT, &measurement.id)
+}
