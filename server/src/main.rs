@@ -38,6 +38,10 @@ mod refusal;
 mod report;
 #[allow(dead_code, unused_imports)]
 mod station;
+#[allow(dead_code)]
+mod stored_calibration;
+#[allow(dead_code)]
+mod stored_scan;
 mod study;
 mod tables;
 mod truth;

@@ -5,6 +5,8 @@
 
 pub mod context;
 pub mod input;
+pub mod recompute;
+pub mod scan;
 
 pub use context::{Done, JobContext, JobEnd};
 pub use input::{

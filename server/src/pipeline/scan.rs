@@ -16,16 +16,24 @@ pub fn scan_capture(
     name: &str,
     reporter: &Reporter,
 ) -> Result<ScanResult, Failure> {
-    let calibration = document.calibration();
-    check_camera(capture, &calibration.camera)?;
+    let frames = capture_frames(capture, document, name, reporter)?;
+    scan_frames(&frames, document, name, reporter).map_err(|failure| failure.in_file(&capture.manifest_path()))
+}
+
+/// The frames of one scan of the capture: the centrelines of every picture, and where the stage stood.
+pub fn capture_frames(
+    capture: &Capture,
+    document: &CalibrationDocument,
+    name: &str,
+    reporter: &Reporter,
+) -> Result<Vec<ScanFrame>, Failure> {
+    let images = capture.manifest.camera;
+    check_camera(images.width_px, images.height_px, &document.calibration().camera)
+        .map_err(|failure| failure.in_file(&capture.manifest_path()).at_entry("camera"))?;
     let centrelines = scan_centrelines(capture, name, reporter)?;
     let positions = capture.scan(name)?.frames.iter().map(|frame| frame.position_mm);
-    let frames: Vec<ScanFrame> = centrelines
-        .into_iter()
-        .zip(positions)
-        .map(|(centrelines, position_mm)| ScanFrame { centrelines, position_mm })
-        .collect();
-    scan_frames(&frames, document, name, reporter).map_err(|failure| failure.in_file(&capture.manifest_path()))
+    let frame = |(centrelines, position_mm)| ScanFrame { centrelines, position_mm };
+    Ok(centrelines.into_iter().zip(positions).map(frame).collect())
 }
 
 /// Centrelines and positions of a scan's frames to a cloud that carries its calibration.
@@ -48,17 +56,15 @@ pub fn scan_frames(
     Ok(result)
 }
 
-fn check_camera(capture: &Capture, camera: &optics::Camera) -> Result<(), Failure> {
-    let images = capture.manifest.camera;
-    if (images.width_px, images.height_px) == (camera.width_px, camera.height_px) {
+/// Whether images of that size are of the calibrated camera.
+pub fn check_camera(width_px: usize, height_px: usize, camera: &optics::Camera) -> Result<(), Failure> {
+    if (width_px, height_px) == (camera.width_px, camera.height_px) {
         return Ok(());
     }
     Err(Failure::bad_input(format!(
-        "the capture's images have {}×{} pixels, the calibration is for {}×{}",
-        images.width_px, images.height_px, camera.width_px, camera.height_px
+        "the images have {width_px}×{height_px} pixels, the calibration is for {}×{}",
+        camera.width_px, camera.height_px
     ))
-    .in_file(&capture.manifest_path())
-    .at_entry("camera")
     .remedy("use the calibration of this camera at this resolution"))
 }
 

@@ -1,0 +1,37 @@
+//! Compute a scan again from its peaks, with another calibration; the first one stays as it is.
+
+use serde_json::json;
+
+use crate::jobs::scan::{FrameSet, ScanStory, made_scan};
+use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput};
+use crate::stored_calibration::stored_document;
+use crate::stored_scan::{cloud_name, new_id, stored_peaks};
+
+/// Share of the job that reading the peaks takes.
+const READING: f64 = 0.2;
+
+/// Computes.
+pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+    let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
+    let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
+    ctx.report(0.0, "reading the scan's peaks");
+    let peaks = ctx.wait(stored_peaks(&*ctx.artifacts, &scan))?;
+    ctx.go_on()?;
+    let frames = FrameSet { header: peaks.header, frames: peaks.frames, captured_at_ns: peaks.captured_at_ns };
+    frames.check_camera(&document)?;
+    let losses = serde_json::from_value(scan.report["losses"].clone()).unwrap_or_default();
+    let story = ScanStory {
+        id: new_id(),
+        name: scan.name.clone(),
+        cloud_name: cloud_name(&scan),
+        plan: scan.plan.clone(),
+        state: scan.state,
+        peaks: scan.peaks.clone(),
+        capture_id: scan.capture_id.clone(),
+        recomputed_from: Some(scan.id),
+        display: None,
+        replaces: false,
+        losses,
+    };
+    made_scan(ctx, story, &frames, &document, READING..1.0)
+}

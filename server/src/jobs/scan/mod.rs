@@ -1,0 +1,22 @@
+//! Scan a part: from the station row by row or in one sweep, or from the pictures of a capture.
+//!
+//! Whatever the source, every frame becomes centrelines, the centrelines are kept as peaks, and the cloud is computed
+//! from them by the functions of `sheaf scan`: the same frames give the same bytes.
+
+mod capture_source;
+mod result;
+
+use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource};
+
+pub use result::{FrameSet, ScanStory, keep_peaks, made_scan};
+
+/// The kind of record that scans make.
+pub const SCAN: &str = "scan";
+
+/// Scans.
+pub fn run(input: ScanInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+    match &input.source {
+        ScanSource::Station => todo!(),
+        ScanSource::Capture { capture_id, scan } => capture_source::run(&input, capture_id, scan.as_deref(), ctx),
+    }
+}

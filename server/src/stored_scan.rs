@@ -1,0 +1,69 @@
+//! Scans as the store keeps them: reading them back, and the words for a disk that does not take them.
+
+use std::error::Error;
+use std::io::{Cursor, ErrorKind};
+
+use scanning::files::peaks::{Peaks, read_peaks};
+use scanning::files::read_cloud_from;
+use scanning::{Cloud, CloudFormat};
+use store::{Artifacts, ScanRecord};
+
+use crate::problem::{Problem, ProblemKind};
+
+/// The id of a new record.
+pub fn new_id() -> String {
+    uuid::Uuid::now_v7().to_string()
+}
+
+/// The cloud of a scan.
+///
+/// # Errors
+/// A problem: the scan has no cloud (it was stopped), or the artifact is damaged.
+pub async fn stored_cloud(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Cloud, Problem> {
+    let Some(id) = &scan.cloud else { return Err(without_cloud(scan)) };
+    let bytes = artifacts.read(id).await?;
+    read_cloud_from(Cursor::new(bytes), CloudFormat::Ply).map_err(|error| damaged(scan, "cloud", &error))
+}
+
+/// The frames of a scan.
+///
+/// # Errors
+/// A problem: the artifact is damaged.
+pub async fn stored_peaks(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Peaks, Problem> {
+    let bytes = artifacts.read(&scan.peaks).await?;
+    read_peaks(Cursor::new(bytes)).map_err(|error| damaged(scan, "peaks", &error))
+}
+
+/// What the header of its cloud calls a scan; for a capture its scan, whatever a person calls the result.
+pub fn cloud_name(scan: &ScanRecord) -> String {
+    scan.plan["scan"].as_str().unwrap_or(&scan.name).to_owned()
+}
+
+/// Why there is no cloud, and what to do.
+pub fn without_cloud(scan: &ScanRecord) -> Problem {
+    Problem::new(ProblemKind::Conflict, format!("scan {} was stopped before its cloud was computed", scan.id))
+        .remedy("resume the scan, or compute it again from its peaks")
+}
+
+fn damaged(scan: &ScanRecord, what: &str, error: &dyn Error) -> Problem {
+    Problem::new(ProblemKind::Internal, format!("the {what} of scan {} cannot be read", scan.id))
+        .because(error.to_string())
+        .remedy("scan again, or restore the data directory from a backup")
+}
+
+/// A file in the making that the disk did not take.
+pub fn disk_problem(error: impl Error + 'static) -> Problem {
+    let mut causes = Vec::new();
+    let mut full = false;
+    let mut next: Option<&(dyn Error + 'static)> = Some(&error);
+    while let Some(cause) = next {
+        full |= cause.downcast_ref::<std::io::Error>().is_some_and(|io| io.kind() == ErrorKind::StorageFull);
+        causes.push(cause.to_string());
+        next = cause.source();
+    }
+    let (kind, remedy) = match full {
+        true => (ProblemKind::StorageFull, "delete captures or scans that are no longer needed"),
+        false => (ProblemKind::Internal, "check the disk of the data directory"),
+    };
+    Problem::new(kind, "a file of the scan could not be written").because(causes.join(": ")).remedy(remedy)
+}
