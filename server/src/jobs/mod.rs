@@ -3,9 +3,18 @@
 //! A job is accepted durably, waits in a queue, runs on a thread of its own, and ends together with what it made in
 //! one transaction. Jobs that need the station run one at a time; computations run one at a time beside them.
 
+mod board;
+pub mod calibrate;
+mod check;
 pub mod context;
 pub mod input;
+mod lane;
+pub mod params;
+mod queue;
 pub mod recompute;
+mod remaining;
+mod run;
+mod runner;
 pub mod scan;
 
 pub use context::{Done, JobContext, JobEnd};
@@ -13,10 +22,23 @@ pub use input::{
     CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanMode, ScanSource, Source, VerifyInput,
 };
 
-use store::{JobRecord, JobState};
+use std::sync::Arc;
+
+use serde_json::json;
+use store::{Artifacts, Change, JobRecord, JobState, StoreError};
 use tokio::sync::watch;
 
-use crate::problem::Problem;
+use crate::captures::Captures;
+use crate::config::Config;
+use crate::jobs::lane::Waiting;
+use crate::jobs::params::{FREE_FLOOR_BYTES, QUEUE_LIMIT, RETRY_AFTER_S};
+use crate::jobs::runner::End;
+use crate::ledger::{Ledger, event};
+use crate::live::LiveBus;
+use crate::problem::{Problem, ProblemKind};
+use crate::station::StationHandle;
+use crate::wall_clock::now_ms;
+use queue::Queue;
 
 /// A job as a client sees it: the record, with the progress of this moment.
 #[derive(Debug, Clone)]
@@ -27,41 +49,179 @@ pub struct JobView {
     pub remaining_s: Option<f64>,
 }
 
+impl From<JobRecord> for JobView {
+    fn from(record: JobRecord) -> Self {
+        Self { record, remaining_s: None }
+    }
+}
+
+/// What jobs work with.
+#[derive(Clone)]
+pub struct JobParts {
+    /// How the station is set up.
+    pub config: Arc<Config>,
+    /// The catalogue and its events.
+    pub ledger: Ledger,
+    /// What records name.
+    pub artifacts: Arc<dyn Artifacts>,
+    /// Captures as folders.
+    pub captures: Captures,
+    /// The hardware.
+    pub station: StationHandle,
+    /// What is seen at this moment.
+    pub live: LiveBus,
+    /// Bytes free on the disk of the data directory.
+    pub free_bytes: Arc<dyn Fn() -> u64 + Send + Sync>,
+}
+
 /// The queue and its runners.
 #[derive(Clone)]
-pub struct Jobs {}
+pub struct Jobs(Arc<Queue>);
 
 impl Jobs {
+    /// Takes up the work where an earlier process left it: computations that wait go on; jobs that wait for the
+    /// station are interrupted, because nobody who authorised light and motion may still stand there. Called within
+    /// the runtime, after the store has marked the jobs that died.
+    ///
+    /// # Errors
+    /// If the catalogue cannot be used.
+    pub async fn start(parts: JobParts) -> Result<Self, StoreError> {
+        let queue = Queue::new(parts);
+        for record in queue.parts.ledger.read().queue().await? {
+            let end = match serde_json::from_value::<JobInput>(record.input.clone()) {
+                Ok(input) if !input.needs_station() => {
+                    queue.push(Waiting { record, input });
+                    continue;
+                }
+                Ok(_) => End::interrupted("the service was restarted while the job waited for the station"),
+                Err(cause) => End::failed(
+                    &Problem::new(ProblemKind::Internal, "the job was stored by a program this one does not know")
+                        .because(cause.to_string()),
+                ),
+            };
+            queue.parts.ledger.commit(end.changes(&record.id, &record.kind, None, now_ms())).await?;
+        }
+        queue.advance();
+        Ok(Self(queue))
+    }
+
     /// Accepts a job durably. `source` says who asked.
     ///
     /// # Errors
     /// A problem: `too-many` with a full queue, `storage-full`, `impossible` for an input that cannot work.
-    pub async fn submit(&self, _input: JobInput, _source: &str) -> Result<JobRecord, Problem> {
-        todo!()
+    pub async fn submit(&self, input: JobInput, source: &str) -> Result<JobRecord, Problem> {
+        self.submit_with(input, source, Vec::new()).await
+    }
+
+    /// As [`Jobs::submit`], with changes that are made in the same transaction or not at all.
+    pub async fn submit_with(
+        &self,
+        input: JobInput,
+        source: &str,
+        mut changes: Vec<Change>,
+    ) -> Result<JobRecord, Problem> {
+        let queue = &self.0;
+        check::check(&input, &queue.parts).await?;
+        let _turn = queue.turn.lock().await;
+        queue.check_room(&input)?;
+        let record = queued_record(&input, source)?;
+        changes.push(Change::InsertJob(record.clone()));
+        changes.push(event("job.queued", &record.id, json!({ "kind": record.kind, "source": source })));
+        queue.parts.ledger.commit(changes).await?;
+        queue.push(Waiting { record: record.clone(), input });
+        queue.publish(record.clone().into());
+        queue.advance();
+        Ok(record)
     }
 
     /// Asks a job to end; works in every state, returns the job as it is then.
-    pub async fn cancel(&self, _id: &str, _actor: &str) -> Result<JobView, Problem> {
-        todo!()
+    pub async fn cancel(&self, id: &str, actor: &str) -> Result<JobView, Problem> {
+        self.0.cancel_running(|running| running.id == id);
+        let _turn = self.0.turn.lock().await;
+        self.0.cancel_waiting(id, &End::cancelled(&format!("cancelled by {actor} before it began")), actor).await?;
+        self.0.cancel_running(|running| running.id == id);
+        self.view(id).await
     }
 
     /// A job now.
-    pub async fn view(&self, _id: &str) -> Result<JobView, Problem> {
-        todo!()
+    pub async fn view(&self, id: &str) -> Result<JobView, Problem> {
+        if let Some(view) = self.0.running_view(id) {
+            return Ok(view);
+        }
+        Ok(self.0.parts.ledger.read().job(id).await?.into())
     }
 
     /// Jobs now, newest first.
-    pub async fn list(&self, _state: Option<JobState>, _page: &store::Page) -> Result<Vec<JobView>, Problem> {
-        todo!()
+    pub async fn list(&self, state: Option<JobState>, page: &store::Page) -> Result<Vec<JobView>, Problem> {
+        let records = self.0.parts.ledger.read().jobs(state, page).await?;
+        Ok(records.into_iter().map(|record| self.0.running_view(&record.id).unwrap_or(record.into())).collect())
     }
 
     /// Changes with every progress of any job; carries the job that moved.
     pub fn watch_progress(&self) -> watch::Receiver<Option<JobView>> {
-        todo!()
+        self.0.progress.subscribe()
     }
 
     /// After Stop: ends the running station job and takes the station jobs that wait out of the queue.
-    pub async fn stop_station_jobs(&self, _actor: &str) {
-        todo!()
+    pub async fn stop_station_jobs(&self, actor: &str) {
+        let queue = &self.0;
+        // At once, before anything that could wait.
+        queue.cancel_running_station_job();
+        let _turn = queue.turn.lock().await;
+        let end = End::cancelled(&format!("the station was stopped by {actor}"));
+        for id in queue.waiting_for_station() {
+            if let Err(problem) = queue.cancel_waiting(&id, &end, actor).await {
+                tracing::error!(job = %id, problem = %problem.detail, "a waiting job cannot be cancelled after Stop");
+            }
+        }
+        queue.cancel_running_station_job();
+    }
+
+    /// Begins nothing any more, ends what runs as interrupted, and waits for that.
+    pub async fn shut_down(&self) {
+        self.0.shut_down().await;
+    }
+}
+
+fn queued_record(input: &JobInput, source: &str) -> Result<JobRecord, Problem> {
+    let input_json = serde_json::to_value(input)
+        .map_err(|cause| Problem::new(ProblemKind::Internal, "the job cannot be stored").because(cause.to_string()))?;
+    Ok(JobRecord {
+        id: uuid::Uuid::now_v7().to_string(),
+        kind: input.kind().to_owned(),
+        state: JobState::Queued,
+        input: input_json,
+        source: source.to_owned(),
+        progress: 0.0,
+        message: "waiting".to_owned(),
+        result: None,
+        problem: None,
+        checkpoint: None,
+        created_at_ms: now_ms(),
+        started_at_ms: None,
+        ended_at_ms: None,
+    })
+}
+
+impl Queue {
+    fn check_room(&self, input: &JobInput) -> Result<(), Problem> {
+        if self.is_closing() {
+            return Err(Problem::new(ProblemKind::Unavailable, "the service is shutting down").retry_after_s(RETRY_AFTER_S));
+        }
+        if self.n_waiting() >= QUEUE_LIMIT {
+            return Err(Problem::new(ProblemKind::TooMany, format!("{QUEUE_LIMIT} jobs wait already"))
+                .remedy("wait until some have ended, or cancel some")
+                .retry_after_s(RETRY_AFTER_S));
+        }
+        let needed_bytes = FREE_FLOOR_BYTES + check::bytes_needed(input, &self.parts);
+        let free_bytes = (self.parts.free_bytes)();
+        if free_bytes < needed_bytes {
+            return Err(Problem::new(
+                ProblemKind::StorageFull,
+                format!("the job needs {} MiB of disk, {} MiB are free", needed_bytes >> 20, free_bytes >> 20),
+            )
+            .remedy("delete captures or scans that are no longer needed"));
+        }
+        Ok(())
     }
 }

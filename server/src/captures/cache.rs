@@ -1,0 +1,129 @@
+//! Unpacked captures: folders that may be deleted at any time nobody looks at them.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Folders by the id of their archive.
+#[derive(Clone)]
+pub(super) struct Cache(Arc<Mutex<Shelf>>);
+
+struct Shelf {
+    folder: PathBuf,
+    limit_bytes: u64,
+    kept: HashMap<String, Kept>,
+    clock: u64,
+}
+
+struct Kept {
+    size_bytes: u64,
+    n_users: usize,
+    used_at: u64,
+}
+
+/// Somebody looks at a folder; it stays until this is dropped.
+pub(super) struct InUse {
+    cache: Cache,
+    key: String,
+}
+
+impl Cache {
+    /// In `folder`; what an earlier process left there is removed.
+    pub fn new(folder: &Path, limit_bytes: u64) -> std::io::Result<Self> {
+        match std::fs::remove_dir_all(folder) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
+            _ => std::fs::create_dir_all(folder)?,
+        }
+        let shelf = Shelf { folder: folder.to_owned(), limit_bytes, kept: HashMap::new(), clock: 0 };
+        Ok(Self(Arc::new(Mutex::new(shelf))))
+    }
+
+    /// The folder of `key`, if it is there.
+    pub fn get(&self, key: &str) -> Option<(PathBuf, InUse)> {
+        self.with(|shelf| {
+            shelf.clock += 1;
+            let kept = shelf.kept.get_mut(key)?;
+            (kept.used_at, kept.n_users) = (shelf.clock, kept.n_users + 1);
+            Some((shelf.folder.join(key), InUse { cache: self.clone(), key: key.to_owned() }))
+        })
+    }
+
+    /// A place beside the folders for one that is being made.
+    pub fn draft(&self) -> PathBuf {
+        self.with(|shelf| shelf.folder.join(format!("{}.part", uuid::Uuid::now_v7())))
+    }
+
+    /// Takes the finished `draft` as the folder of `key`, and removes what was not used for longest beyond the limit.
+    pub fn put(&self, key: &str, draft: &Path, size_bytes: u64) -> std::io::Result<(PathBuf, InUse)> {
+        let target = self.with(|shelf| {
+            let target = shelf.folder.join(key);
+            if shelf.kept.contains_key(key) {
+                std::fs::remove_dir_all(draft)?;
+            } else {
+                std::fs::rename(draft, &target)?;
+            }
+            shelf.clock += 1;
+            let used_at = shelf.clock;
+            let kept = shelf.kept.entry(key.to_owned()).or_insert(Kept { size_bytes, n_users: 0, used_at });
+            (kept.used_at, kept.n_users) = (used_at, kept.n_users + 1);
+            Ok::<PathBuf, std::io::Error>(target)
+        })?;
+        self.with(Shelf::shrink);
+        Ok((target, InUse { cache: self.clone(), key: key.to_owned() }))
+    }
+
+    fn with<T>(&self, act: impl FnOnce(&mut Shelf) -> T) -> T {
+        act(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Shelf {
+    fn shrink(&mut self) {
+        while self.kept.values().map(|kept| kept.size_bytes).sum::<u64>() > self.limit_bytes {
+            let idle = self.kept.iter().filter(|(_, kept)| kept.n_users == 0);
+            let Some(oldest) = idle.min_by_key(|(_, kept)| kept.used_at).map(|(key, _)| key.clone()) else { return };
+            self.kept.remove(&oldest);
+            if let Err(error) = std::fs::remove_dir_all(self.folder.join(&oldest)) {
+                tracing::warn!(%error, "an unpacked capture cannot be removed");
+            }
+        }
+    }
+}
+
+impl Drop for InUse {
+    fn drop(&mut self) {
+        self.cache.with(|shelf| {
+            if let Some(kept) = shelf.kept.get_mut(&self.key) {
+                kept.n_users -= 1;
+            }
+            shelf.shrink();
+        });
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn put(cache: &Cache, key: &str) -> InUse {
+        let draft = cache.draft();
+        std::fs::create_dir(&draft).unwrap();
+        cache.put(key, &draft, 10).unwrap().1
+    }
+
+    #[test]
+    fn beyond_the_limit_the_longest_unused_folder_goes_and_one_in_use_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = Cache::new(&folder.path().join("cache"), 20).unwrap();
+        let in_use = put(&cache, "a");
+        drop(put(&cache, "b"));
+        drop(put(&cache, "c"));
+        let there = |key: &str| folder.path().join("cache").join(key).is_dir();
+        assert_eq!(["a", "b", "c"].map(there), [true, false, true]);
+        drop(in_use);
+        drop(put(&cache, "d"));
+        assert_eq!(["a", "c", "d"].map(there), [false, true, true]);
+        assert!(cache.get("a").is_none() && cache.get("d").is_some());
+    }
+}

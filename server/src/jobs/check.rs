@@ -1,0 +1,101 @@
+//! Whether a job's input can work at all, before it is accepted.
+
+use optics::LightModelKind;
+
+use crate::jobs::JobParts;
+use crate::jobs::input::{CalibrateInput, JobInput, ScanSource, Source};
+use crate::jobs::params::SCAN_BYTES;
+use crate::problem::{Problem, ProblemKind};
+
+/// Board poses a calibration may ask the virtual operator for: three determine a camera, more than sixty only cost time.
+const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;
+
+pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<(), Problem> {
+    match input {
+        JobInput::Calibration(input) => check_calibration(input, parts).await,
+        JobInput::Scan(input) => check_scan_source(&input.source, parts).await,
+        JobInput::Verification(input) => check_scan_source(&input.scan.source, parts).await,
+        JobInput::Recomputation(input) => exists(parts.ledger.read().scan(&input.scan_id).await, "/scan_id"),
+        JobInput::Export(input) => exists(parts.ledger.read().scan(&input.scan_id).await, "/scan_id"),
+    }
+}
+
+async fn check_calibration(input: &CalibrateInput, parts: &JobParts) -> Result<(), Problem> {
+    if let Some(model) = &input.light_model {
+        let known = LightModelKind::ALL.iter().any(|kind| kind.name() == model) || model == "auto";
+        word(known, "/light_model", model, "auto, planes, pencil or grating")?;
+    }
+    if let Some(k3) = &input.k3 {
+        word(matches!(k3.as_str(), "auto" | "on" | "off"), "/k3", k3, "auto, on or off")?;
+    }
+    if let Some(n_poses) = input.n_poses.filter(|n_poses| !N_POSES.contains(n_poses)) {
+        return Err(Problem::new(ProblemKind::Impossible, format!("a calibration cannot use {n_poses} poses"))
+            .remedy(format!("give a number from {} to {}; 12 is usual", N_POSES.start(), N_POSES.end()))
+            .at("/n_poses"));
+    }
+    if let Some(id) = &input.session_id {
+        return exists(parts.ledger.read().session(id).await, "/session_id");
+    }
+    match &input.source {
+        Source::Capture { capture_id } => {
+            exists(parts.ledger.read().capture(capture_id).await, "/source/capture_id")
+        }
+        Source::Station if parts.station.status().simulated == Some("twin") => Ok(()),
+        Source::Station => Err(Problem::new(
+            ProblemKind::Impossible,
+            "nobody moves the board on this station: only the simulated one has a virtual operator",
+        )
+        .remedy("begin a calibration session, take the board in several poses, and solve it")
+        .at("/source")),
+    }
+}
+
+async fn check_scan_source(source: &ScanSource, parts: &JobParts) -> Result<(), Problem> {
+    match source {
+        ScanSource::Station => Ok(()),
+        ScanSource::Capture { capture_id, .. } => {
+            exists(parts.ledger.read().capture(capture_id).await, "/source/capture_id")
+        }
+    }
+}
+
+/// A record named by the input must be there; the request itself was understood, hence 422 and not 404.
+fn exists<T>(found: Result<T, store::StoreError>, place: &str) -> Result<(), Problem> {
+    match found {
+        Ok(_) => Ok(()),
+        Err(error @ store::StoreError::NotFound { .. }) => {
+            Err(Problem::new(ProblemKind::Impossible, error.to_string()).remedy("name one that is in its list").at(place))
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn word(known: bool, place: &str, found: &str, allowed: &str) -> Result<(), Problem> {
+    if known {
+        return Ok(());
+    }
+    let shown: String = found.chars().take(40).collect();
+    Err(Problem::new(ProblemKind::Impossible, format!("\"{shown}\" is not possible here"))
+        .remedy(format!("give {allowed}"))
+        .at(place))
+}
+
+/// Bytes on the disk that a job will need.
+pub(super) fn bytes_needed(input: &JobInput, parts: &JobParts) -> u64 {
+    let (width_px, height_px) = parts.station.status().camera.capabilities.sensor_px;
+    let picture_bytes = (width_px * height_px) as u64;
+    match input {
+        // Pictures as files and once more in the archive.
+        JobInput::Calibration(input) if input.needs_pictures() => {
+            4 * picture_bytes * (input.n_poses.unwrap_or(super::calibrate::N_POSES) as u64 + 5)
+        }
+        JobInput::Scan(_) | JobInput::Verification(_) => SCAN_BYTES,
+        _ => 0,
+    }
+}
+
+impl CalibrateInput {
+    fn needs_pictures(&self) -> bool {
+        self.source == Source::Station && self.session_id.is_none()
+    }
+}

@@ -1,0 +1,62 @@
+//! A lane of the queue: one job runs, the others wait in their order.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use store::JobRecord;
+
+use crate::cancel::CancelFlag;
+use crate::jobs::board::Board;
+use crate::jobs::input::JobInput;
+
+/// A job that waits.
+#[derive(Clone)]
+pub(super) struct Waiting {
+    pub record: JobRecord,
+    pub input: JobInput,
+}
+
+/// A job that runs.
+#[derive(Clone)]
+pub(super) struct Running {
+    pub id: String,
+    pub cancel: CancelFlag,
+    pub board: Arc<Board>,
+}
+
+/// Jobs that run one at a time.
+#[derive(Default)]
+pub(super) struct Lane {
+    pub waiting: VecDeque<Waiting>,
+    pub running: Option<Running>,
+    /// Nothing is begun any more.
+    pub closed: bool,
+}
+
+impl Lane {
+    /// The job to begin now, if one waits and none runs; it counts as running from here on.
+    pub fn next(&mut self) -> Option<(Waiting, Running)> {
+        if self.closed || self.running.is_some() {
+            return None;
+        }
+        let waiting = self.waiting.pop_front()?;
+        let running = Running {
+            id: waiting.record.id.clone(),
+            cancel: CancelFlag::default(),
+            board: Arc::new(Board::new(waiting.record.clone())),
+        };
+        self.running = Some(running.clone());
+        Some((waiting, running))
+    }
+
+    /// Takes a waiting job out, with its place.
+    pub fn take(&mut self, id: &str) -> Option<(usize, Waiting)> {
+        let place = self.waiting.iter().position(|waiting| waiting.record.id == id)?;
+        self.waiting.remove(place).map(|waiting| (place, waiting))
+    }
+
+    /// Puts a job back that could not be ended after all.
+    pub fn put_back(&mut self, place: usize, waiting: Waiting) {
+        self.waiting.insert(place.min(self.waiting.len()), waiting);
+    }
+}

@@ -1,0 +1,161 @@
+//! The two lanes, and the threads that take jobs from them.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+use tokio::runtime::Handle;
+use tokio::sync::{Notify, watch};
+
+use crate::jobs::lane::{Lane, Running, Waiting};
+use crate::jobs::params::SHUT_DOWN_LIMIT;
+use crate::jobs::runner::End;
+use crate::jobs::{JobParts, JobView};
+use crate::problem::Problem;
+use crate::wall_clock::now_ms;
+
+/// Which lane needs the station.
+const STATION: usize = 0;
+
+/// Which lane only computes.
+const COMPUTATION: usize = 1;
+
+/// Lanes and what jobs work with.
+pub(super) struct Queue {
+    this: Weak<Queue>,
+    pub parts: JobParts,
+    pub runtime: Handle,
+    pub progress: watch::Sender<Option<JobView>>,
+    /// Held while jobs enter or leave the lanes from outside, so that queue and catalogue agree.
+    pub turn: tokio::sync::Mutex<()>,
+    lanes: Mutex<[Lane; 2]>,
+    /// Jobs whose end could not be stored: told until the restart, which will call them interrupted.
+    unsaved: Mutex<Vec<Running>>,
+    closing: AtomicBool,
+    idle: Notify,
+}
+
+impl Queue {
+    pub fn new(parts: JobParts) -> Arc<Self> {
+        Arc::new_cyclic(|this| Self {
+            this: this.clone(),
+            parts,
+            runtime: Handle::current(),
+            progress: watch::Sender::new(None),
+            turn: tokio::sync::Mutex::default(),
+            lanes: Mutex::default(),
+            unsaved: Mutex::default(),
+            closing: AtomicBool::new(false),
+            idle: Notify::new(),
+        })
+    }
+
+    pub fn this(&self) -> Arc<Self> {
+        self.this.upgrade().expect("a method runs while the queue lives")
+    }
+
+    pub fn push(&self, waiting: Waiting) {
+        self.lanes()[lane_of(&waiting)].waiting.push_back(waiting);
+    }
+
+    /// Begins what can begin.
+    pub fn advance(&self) {
+        for lane_idx in [STATION, COMPUTATION] {
+            let Some((waiting, running)) = self.lanes()[lane_idx].next() else { continue };
+            let queue = self.this();
+            let thread = std::thread::Builder::new().name(format!("job-{}", waiting.input.kind()));
+            let spawned = thread.spawn(move || {
+                queue.live(waiting, &running);
+                queue.lanes()[lane_idx].running = None;
+                queue.idle.notify_waiters();
+                queue.advance();
+            });
+            if let Err(error) = spawned {
+                tracing::error!(%error, "no thread for a job; it is interrupted at the next start");
+                self.lanes()[lane_idx].running = None;
+            }
+        }
+    }
+
+    /// Ends a waiting job; nothing happens if it does not wait.
+    pub async fn cancel_waiting(&self, id: &str, end: &End, actor: &str) -> Result<(), Problem> {
+        let taken = self.lanes().iter_mut().enumerate().find_map(|(idx, lane)| Some((idx, lane.take(id)?)));
+        let Some((lane_idx, (place, waiting))) = taken else { return Ok(()) };
+        let changes = end.changes(id, waiting.input.kind(), Some(actor), now_ms());
+        if let Err(error) = self.parts.ledger.commit(changes).await {
+            self.lanes()[lane_idx].put_back(place, waiting);
+            self.advance();
+            return Err(error.into());
+        }
+        let mut record = waiting.record;
+        record.state = end.state();
+        self.publish(record.into());
+        Ok(())
+    }
+
+    pub fn cancel_running(&self, which: impl Fn(&Running) -> bool) {
+        for running in self.lanes().iter().filter_map(|lane| lane.running.as_ref()).filter(|running| which(running)) {
+            running.cancel.cancel();
+        }
+    }
+
+    pub fn cancel_running_station_job(&self) {
+        if let Some(running) = &self.lanes()[STATION].running {
+            running.cancel.cancel();
+        }
+    }
+
+    pub fn waiting_for_station(&self) -> Vec<String> {
+        self.lanes()[STATION].waiting.iter().map(|waiting| waiting.record.id.clone()).collect()
+    }
+
+    pub fn n_waiting(&self) -> usize {
+        self.lanes().iter().map(|lane| lane.waiting.len()).sum()
+    }
+
+    pub fn running_view(&self, id: &str) -> Option<JobView> {
+        let running = self.lanes().iter().filter_map(|lane| lane.running.clone()).find(|running| running.id == id);
+        let unsaved = || self.unsaved.lock().unwrap_or_else(PoisonError::into_inner).iter().find(|r| r.id == id).cloned();
+        running.or_else(unsaved).map(|running| running.board.view())
+    }
+
+    pub fn remember_unsaved(&self, running: &Running) {
+        self.unsaved.lock().unwrap_or_else(PoisonError::into_inner).push(running.clone());
+    }
+
+    pub fn publish(&self, view: JobView) {
+        self.progress.send_replace(Some(view));
+    }
+
+    pub fn is_closing(&self) -> bool {
+        self.closing.load(Ordering::SeqCst)
+    }
+
+    pub async fn shut_down(&self) {
+        self.closing.store(true, Ordering::SeqCst);
+        for lane in self.lanes().iter_mut() {
+            lane.closed = true;
+        }
+        self.cancel_running(|_| true);
+        let all_ended = async {
+            loop {
+                let mut idle = std::pin::pin!(self.idle.notified());
+                idle.as_mut().enable();
+                if self.lanes().iter().all(|lane| lane.running.is_none()) {
+                    return;
+                }
+                idle.await;
+            }
+        };
+        if tokio::time::timeout(SHUT_DOWN_LIMIT, all_ended).await.is_err() {
+            tracing::warn!("a job did not end in time; the next start calls it interrupted");
+        }
+    }
+
+    fn lanes(&self) -> MutexGuard<'_, [Lane; 2]> {
+        self.lanes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn lane_of(waiting: &Waiting) -> usize {
+    if waiting.input.needs_station() { STATION } else { COMPUTATION }
+}

@@ -1,0 +1,191 @@
+//! A job's life on its thread: begun durably, run, ended in one transaction with what it made.
+
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use store::{Change, JobOutcome, JobState, ResultRef, StoreError};
+
+use crate::jobs::lane::{Running, Waiting};
+use crate::jobs::params::{CHECKPOINT_INTERVAL, PUBLISH_INTERVAL};
+use crate::jobs::{Done, JobContext, JobEnd, Queue, run};
+use crate::ledger::event;
+use crate::problem::Problem;
+use crate::wall_clock::now_ms;
+
+/// How a job ended, as it is stored and told.
+pub(super) struct End {
+    outcome: JobOutcome,
+    message: String,
+    changes: Vec<Change>,
+}
+
+impl End {
+    pub fn of(result: Result<Done, JobEnd>, shutting_down: bool) -> Self {
+        match result {
+            Ok(done) => {
+                Self { outcome: JobOutcome::Succeeded(done.result), message: done.message, changes: done.changes }
+            }
+            Err(JobEnd::Cancelled) if shutting_down => Self::bare(JobOutcome::Interrupted, "the service was shut down"),
+            Err(JobEnd::Cancelled) => Self::cancelled("cancelled"),
+            Err(JobEnd::Failed(problem)) => Self::failed(&problem),
+        }
+    }
+
+    pub fn cancelled(message: &str) -> Self {
+        Self::bare(JobOutcome::Cancelled, message)
+    }
+
+    pub fn interrupted(message: &str) -> Self {
+        Self::bare(JobOutcome::Interrupted, message)
+    }
+
+    pub fn failed(problem: &Problem) -> Self {
+        Self::bare(JobOutcome::Failed(json!(problem)), &problem.detail)
+    }
+
+    fn bare(outcome: JobOutcome, message: &str) -> Self {
+        Self { outcome, message: message.to_owned(), changes: Vec::new() }
+    }
+
+    pub fn state(&self) -> JobState {
+        match self.outcome {
+            JobOutcome::Succeeded(_) => JobState::Succeeded,
+            JobOutcome::Failed(_) => JobState::Failed,
+            JobOutcome::Cancelled => JobState::Cancelled,
+            JobOutcome::Interrupted => JobState::Interrupted,
+        }
+    }
+
+    fn result(&self) -> Option<ResultRef> {
+        if let JobOutcome::Succeeded(result) = &self.outcome { Some(result.clone()) } else { None }
+    }
+
+    fn problem(&self) -> Option<Value> {
+        if let JobOutcome::Failed(problem) = &self.outcome { Some(problem.clone()) } else { None }
+    }
+
+    /// Everything that happens at this end, to be committed together.
+    pub fn changes(&self, id: &str, kind: &str, actor: Option<&str>, at_ms: i64) -> Vec<Change> {
+        let mut changes = self.changes.clone();
+        changes.push(Change::EndJob {
+            id: id.to_owned(),
+            outcome: self.outcome.clone(),
+            message: self.message.clone(),
+            at_ms,
+        });
+        let body = json!({ "kind": kind, "message": self.message, "result": self.result(), "problem": self.problem(),
+            "actor": actor });
+        changes.push(event(&format!("job.{}", state_name(self.state())), id, body));
+        changes
+    }
+}
+
+/// The state's word in events, as in the API.
+pub(super) fn state_name(state: JobState) -> &'static str {
+    match state {
+        JobState::Queued => "queued",
+        JobState::Running => "running",
+        JobState::Succeeded => "succeeded",
+        JobState::Failed => "failed",
+        JobState::Cancelled => "cancelled",
+        JobState::Interrupted => "interrupted",
+    }
+}
+
+impl Queue {
+    /// Runs one job on the calling thread.
+    pub(super) fn live(&self, waiting: Waiting, running: &Running) {
+        let ticker = self.runtime.spawn(tick(self.this(), running.clone()));
+        let kind = waiting.input.kind();
+        let result = self.begin(running, kind).map_err(JobEnd::from).and_then(|()| {
+            let context = self.context(running);
+            context.go_on()?;
+            run::run(waiting.input, &context)
+        });
+        ticker.abort();
+        self.end(running, kind, End::of(result, self.is_closing()));
+    }
+
+    fn begin(&self, running: &Running, kind: &str) -> Result<(), StoreError> {
+        let at_ms = now_ms();
+        let start = Change::StartJob { id: running.id.clone(), at_ms };
+        let told = event("job.running", &running.id, json!({ "kind": kind }));
+        self.runtime.block_on(self.parts.ledger.commit(vec![start, told]))?;
+        running.board.change(|record| {
+            record.state = JobState::Running;
+            record.started_at_ms = Some(at_ms);
+        });
+        Ok(())
+    }
+
+    fn context(&self, running: &Running) -> JobContext {
+        let board = running.board.clone();
+        let parts = self.parts.clone();
+        JobContext {
+            id: running.id.clone(),
+            cancel: running.cancel.clone(),
+            config: parts.config,
+            ledger: parts.ledger,
+            artifacts: parts.artifacts,
+            captures: parts.captures,
+            station: parts.station,
+            live: parts.live,
+            runtime: self.runtime.clone(),
+            progress: Arc::new(move |fraction, words| board.report(fraction, words)),
+            checkpoint: {
+                let board = running.board.clone();
+                Arc::new(move |checkpoint| board.set_checkpoint(checkpoint))
+            },
+        }
+    }
+
+    /// Stores the end with everything the job made; what cannot be stored was not made, and the job failed.
+    fn end(&self, running: &Running, kind: &str, end: End) {
+        let at_ms = now_ms();
+        let commit = |end: &End| self.runtime.block_on(self.parts.ledger.commit(end.changes(&running.id, kind, None, at_ms)));
+        let end = match commit(&end) {
+            Ok(_) => end,
+            Err(error) => {
+                tracing::error!(job = %running.id, %error, "the end of a job cannot be stored");
+                let failed = End::failed(&error.into());
+                if let Err(error) = commit(&failed) {
+                    tracing::error!(job = %running.id, %error, "nor that it failed");
+                    self.remember_unsaved(running);
+                }
+                failed
+            }
+        };
+        running.board.change(|record| {
+            record.state = end.state();
+            record.message.clone_from(&end.message);
+            record.result = end.result();
+            record.problem = end.problem();
+            record.ended_at_ms = Some(at_ms);
+            if record.state == JobState::Succeeded {
+                record.progress = 1.0;
+            }
+        });
+        self.publish(running.board.view());
+    }
+}
+
+/// Publishes and stores where the job is, now and then, until it is aborted.
+async fn tick(queue: Arc<Queue>, running: Running) {
+    let mut stored_at = tokio::time::Instant::now();
+    let mut interval = tokio::time::interval(PUBLISH_INTERVAL);
+    interval.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    loop {
+        interval.tick().await;
+        if let Some(view) = running.board.news() {
+            queue.publish(view);
+        }
+        if stored_at.elapsed() >= CHECKPOINT_INTERVAL {
+            stored_at = tokio::time::Instant::now();
+            if let Some(change) = running.board.checkpoint()
+                && let Err(error) = queue.parts.ledger.commit(vec![change]).await
+            {
+                tracing::warn!(job = %running.id, %error, "progress cannot be stored");
+            }
+        }
+    }
+}
