@@ -81,7 +81,9 @@ impl Shelf {
     fn shrink(&mut self) {
         while self.kept.values().map(|kept| kept.size_bytes).sum::<u64>() > self.limit_bytes {
             let idle = self.kept.iter().filter(|(_, kept)| kept.n_users == 0);
-            let Some(oldest) = idle.min_by_key(|(_, kept)| kept.used_at).map(|(key, _)| key.clone()) else { return };
+            let Some(oldest) = idle.min_by_key(|(_, kept)| kept.used_at).map(|(key, _)| key.clone()) else {
+                return;
+            };
             self.kept.remove(&oldest);
             if let Err(error) = std::fs::remove_dir_all(self.folder.join(&oldest)) {
                 tracing::warn!(%error, "an unpacked capture cannot be removed");

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use capture::params::MANIFEST_FILE;
-use capture::{Capture, CaptureError, NamedFile};
+use capture::{Capture, NamedFile};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -54,15 +54,14 @@ fn check_manifest_size(root: &Path) -> Result<(), Problem> {
 
 fn decode_all(capture: &Capture) -> Result<(), Problem> {
     let mut seen = HashSet::new();
-    let files: Vec<NamedFile> = capture.files().into_iter().filter(|file| seen.insert(file.path.clone())).collect();
+    let files: Vec<NamedFile> =
+        capture.files().into_iter().filter(|file| seen.insert(file.path.clone())).collect();
     let camera = capture.manifest.camera;
     // 16 bits per pixel, the largest there is.
     let picture_bytes = camera.width_px * camera.height_px * 2 * COPIES;
     let at_once = (DECODE_LIMIT_BYTES / picture_bytes.max(1)).max(1);
-    for files in files.chunks(at_once) {
-        files.par_iter().try_for_each(|file| capture.image(&file.entry, &file.path).map(|_| ()))?;
-    }
-    Ok::<(), CaptureError>(()).map_err(Problem::from)
+    let decode = |file: &NamedFile| capture.image(&file.entry, &file.path).map(drop);
+    files.chunks(at_once).try_for_each(|files| files.par_iter().try_for_each(decode)).map_err(Problem::from)
 }
 
 /// Clients never see where the server keeps its files.

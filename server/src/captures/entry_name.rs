@@ -49,7 +49,9 @@ impl Places {
             }
             Some((taken, Place::Folder)) if taken == path && place == Place::Folder => Ok(()),
             Some((taken, _)) if taken == path => Err(refused(name, "is there twice")),
-            Some((taken, _)) => Err(refused(name, &format!("differs from {taken:?} in upper and lower case alone"))),
+            Some((taken, _)) => {
+                Err(refused(name, &format!("differs from {taken:?} in upper and lower case alone")))
+            }
         }
     }
 }
@@ -97,7 +99,8 @@ mod tests {
 
     #[test]
     fn two_entries_never_share_a_place() {
-        for (first, second) in [("a.png", "a.png"), ("a.png", "A.PNG"), ("a", "a/b.png"), ("B/c", "b/d"), ("a/b", "a")]
+        for (first, second) in
+            [("a.png", "a.png"), ("a.png", "A.PNG"), ("a", "a/b.png"), ("B/c", "b/d"), ("a/b", "a")]
         {
             let mut places = Places::default();
             places.file(first).unwrap();

@@ -22,7 +22,7 @@ use tokio::runtime::Handle;
 use crate::captures::cache::{Cache, InUse};
 use crate::captures::limits::CACHE_LIMIT_BYTES;
 use crate::ledger::Ledger;
-use crate::problem::{Problem, ProblemKind};
+use crate::problem::Problem;
 use crate::wall_clock::now_ms;
 
 pub use check::without_folder;
@@ -195,6 +195,7 @@ async fn copy(artifacts: &dyn Artifacts, id: &ArtifactId, target: &Path) -> Resu
     let mut file = tokio::fs::File::create_new(target).await.map_err(|cause| unpack::unwritable(&cause))?;
     match tokio::io::copy(&mut reader.bytes, &mut file).await {
         Ok(n_bytes) if n_bytes == reader.size_bytes => {}
+        Err(cause) if cause.kind() == std::io::ErrorKind::StorageFull => return Err(unpack::unwritable(&cause)),
         _ => return Err(StoreError::Damaged { id: id.as_str().to_owned() }.into()),
     }
     file.sync_data().await.map_err(|cause| unpack::unwritable(&cause))
@@ -213,7 +214,8 @@ struct RemovedAtEnd(PathBuf);
 
 impl Drop for RemovedAtEnd {
     fn drop(&mut self) {
-        let removed = if self.0.is_dir() { std::fs::remove_dir_all(&self.0) } else { std::fs::remove_file(&self.0) };
+        let removed =
+            if self.0.is_dir() { std::fs::remove_dir_all(&self.0) } else { std::fs::remove_file(&self.0) };
         if let Err(error) = removed
             && error.kind() != std::io::ErrorKind::NotFound
         {

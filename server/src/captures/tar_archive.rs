@@ -61,7 +61,8 @@ fn extended(entry: &mut Entry<impl Read>) -> Result<Vec<u8>, Problem> {
 fn pax_path(mut records: &[u8]) -> Result<Option<String>, Problem> {
     let mut path = None;
     while !records.is_empty() {
-        let blank = records.iter().position(|byte| *byte == b' ').ok_or_else(|| malformed("a record has no length"))?;
+        let blank =
+            records.iter().position(|byte| *byte == b' ').ok_or_else(|| malformed("a record has no length"))?;
         let length: usize = std::str::from_utf8(&records[..blank])
             .ok()
             .and_then(|digits| digits.parse().ok())

@@ -25,7 +25,9 @@ const FINDER_FOLDER: &str = "__MACOSX/";
 pub(super) fn unpack(archive: &Path, format: ArchiveFormat, target: &Path) -> Result<u64, Problem> {
     let size_bytes = std::fs::metadata(archive).map_err(|cause| unreadable(&cause))?.len();
     if size_bytes > ARCHIVE_LIMIT_BYTES {
-        return Err(too_large(format!("the archive has {size_bytes} bytes, at most {ARCHIVE_LIMIT_BYTES} are taken")));
+        return Err(too_large(format!(
+            "the archive has {size_bytes} bytes, at most {ARCHIVE_LIMIT_BYTES} are taken"
+        )));
     }
     std::fs::create_dir(target).map_err(|cause| unwritable(&cause))?;
     let mut sink = Sink::new(target, size_bytes);
@@ -133,7 +135,8 @@ pub(super) fn too_many_entries() -> Problem {
 }
 
 fn too_large(what: String) -> Problem {
-    Problem::new(ProblemKind::TooLarge, what).remedy("send fewer or smaller pictures, several scans as several captures")
+    Problem::new(ProblemKind::TooLarge, what)
+        .remedy("send fewer or smaller pictures, several scans as several captures")
 }
 
 fn unreadable(cause: &std::io::Error) -> Problem {

@@ -49,7 +49,9 @@ fn reader(archive: &Path) -> Result<BufReader<File>, Problem> {
 
 fn refusal(error: ZipError) -> Problem {
     match error {
-        ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_) | ZipError::InvalidPassword => {
+        ZipError::UnsupportedArchive(_)
+        | ZipError::CompressionMethodNotSupported(_)
+        | ZipError::InvalidPassword => {
             Problem::new(ProblemKind::Impossible, "the zip file uses something that is not supported")
                 .because(error.to_string())
                 .remedy("pack it without encryption, stored or deflated")

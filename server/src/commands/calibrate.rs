@@ -23,7 +23,13 @@ pub fn run(args: &CalibrateArgs, reporter: &Reporter) -> Result<Answer, Failure>
     let Calibrated { result, document } = calibrate_features(&capture, &features, &options, reporter)?;
     write_file(&args.output, document.to_json().as_bytes())?;
     if let Some(path) = &args.report {
-        let html = report::calibration_page(&capture, &features, &result, &document)?;
+        let html = report::calibration_page(
+            &capture,
+            &capture.folder.display().to_string(),
+            &features,
+            &result,
+            &document,
+        )?;
         write_file(path, html.as_bytes())?;
     }
     let mut text = calibration_text(&result, &document.calibration.id);

@@ -64,7 +64,9 @@ fn exists<T>(found: Result<T, store::StoreError>, place: &str) -> Result<(), Pro
     match found {
         Ok(_) => Ok(()),
         Err(error @ store::StoreError::NotFound { .. }) => {
-            Err(Problem::new(ProblemKind::Impossible, error.to_string()).remedy("name one that is in its list").at(place))
+            Err(Problem::new(ProblemKind::Impossible, error.to_string())
+                .remedy("name one that is in its list")
+                .at(place))
         }
         Err(error) => Err(error.into()),
     }

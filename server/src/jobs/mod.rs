@@ -138,7 +138,9 @@ impl Jobs {
     pub async fn cancel(&self, id: &str, actor: &str) -> Result<JobView, Problem> {
         self.0.cancel_running(|running| running.id == id);
         let _turn = self.0.turn.lock().await;
-        self.0.cancel_waiting(id, &End::cancelled(&format!("cancelled by {actor} before it began")), actor).await?;
+        self.0
+            .cancel_waiting(id, &End::cancelled(&format!("cancelled by {actor} before it began")), actor)
+            .await?;
         self.0.cancel_running(|running| running.id == id);
         self.view(id).await
     }
@@ -184,8 +186,9 @@ impl Jobs {
 }
 
 fn queued_record(input: &JobInput, source: &str) -> Result<JobRecord, Problem> {
-    let input_json = serde_json::to_value(input)
-        .map_err(|cause| Problem::new(ProblemKind::Internal, "the job cannot be stored").because(cause.to_string()))?;
+    let input_json = serde_json::to_value(input).map_err(|cause| {
+        Problem::new(ProblemKind::Internal, "the job cannot be stored").because(cause.to_string())
+    })?;
     Ok(JobRecord {
         id: uuid::Uuid::now_v7().to_string(),
         kind: input.kind().to_owned(),
@@ -206,7 +209,8 @@ fn queued_record(input: &JobInput, source: &str) -> Result<JobRecord, Problem> {
 impl Queue {
     fn check_room(&self, input: &JobInput) -> Result<(), Problem> {
         if self.is_closing() {
-            return Err(Problem::new(ProblemKind::Unavailable, "the service is shutting down").retry_after_s(RETRY_AFTER_S));
+            return Err(Problem::new(ProblemKind::Unavailable, "the service is shutting down")
+                .retry_after_s(RETRY_AFTER_S));
         }
         if self.n_waiting() >= QUEUE_LIMIT {
             return Err(Problem::new(ProblemKind::TooMany, format!("{QUEUE_LIMIT} jobs wait already"))

@@ -93,7 +93,9 @@ impl Queue {
     }
 
     pub fn cancel_running(&self, which: impl Fn(&Running) -> bool) {
-        for running in self.lanes().iter().filter_map(|lane| lane.running.as_ref()).filter(|running| which(running)) {
+        for running in
+            self.lanes().iter().filter_map(|lane| lane.running.as_ref()).filter(|running| which(running))
+        {
             running.cancel.cancel();
         }
     }
@@ -114,7 +116,8 @@ impl Queue {
 
     pub fn running_view(&self, id: &str) -> Option<JobView> {
         let running = self.lanes().iter().filter_map(|lane| lane.running.clone()).find(|running| running.id == id);
-        let unsaved = || self.unsaved.lock().unwrap_or_else(PoisonError::into_inner).iter().find(|r| r.id == id).cloned();
+        let unsaved =
+            || self.unsaved.lock().unwrap_or_else(PoisonError::into_inner).iter().find(|r| r.id == id).cloned();
         running.or_else(unsaved).map(|running| running.board.view())
     }
 

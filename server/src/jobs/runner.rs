@@ -25,7 +25,9 @@ impl End {
             Ok(done) => {
                 Self { outcome: JobOutcome::Succeeded(done.result), message: done.message, changes: done.changes }
             }
-            Err(JobEnd::Cancelled) if shutting_down => Self::bare(JobOutcome::Interrupted, "the service was shut down"),
+            Err(JobEnd::Cancelled) if shutting_down => {
+                Self::bare(JobOutcome::Interrupted, "the service was shut down")
+            }
             Err(JobEnd::Cancelled) => Self::cancelled("cancelled"),
             Err(JobEnd::Failed(problem)) => Self::failed(&problem),
         }
@@ -142,7 +144,9 @@ impl Queue {
     /// Stores the end with everything the job made; what cannot be stored was not made, and the job failed.
     fn end(&self, running: &Running, kind: &str, end: End) {
         let at_ms = now_ms();
-        let commit = |end: &End| self.runtime.block_on(self.parts.ledger.commit(end.changes(&running.id, kind, None, at_ms)));
+        let commit = |end: &End| {
+            self.runtime.block_on(self.parts.ledger.commit(end.changes(&running.id, kind, None, at_ms)))
+        };
         let end = match commit(&end) {
             Ok(_) => end,
             Err(error) => {

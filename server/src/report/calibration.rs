@@ -16,17 +16,17 @@ use crate::tables::order_name;
 /// Most laser pictures shown.
 const MAX_PICTURES: usize = 12;
 
-/// The page of one calibration.
+/// The page of one calibration; `source` says where the pictures came from.
 pub fn calibration_page(
     capture: &Capture,
+    source: &str,
     features: &Features,
     result: &CalibrationResult,
     document: &CalibrationDocument,
 ) -> Result<String, Failure> {
     let lead = format!(
-        "Calibration {} of {}: camera, light sheets and stage with what they say about themselves.",
+        "Calibration {} of {source}: camera, light sheets and stage with what they say about themselves.",
         document.calibration.id,
-        capture.folder.display()
     );
     let mut page = Page::new("Calibration report", &lead);
     calibration_sections(&mut page, capture, features, result)?;
