@@ -2,6 +2,8 @@
 //!
 //! [`stores`] lists the implementations; each test walks it. What a crash does is asked in `kill.rs`.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 #[path = "contract/artifacts.rs"]

@@ -1,11 +1,11 @@
 //! A list of changes becomes one transaction.
 
+use sqlx::SqliteConnection;
 use sqlx::sqlite::SqliteQueryResult;
-use sqlx::{Connection, SqliteConnection};
 
 use crate::catalogue::{Change, StoreError};
 use crate::health::Health;
-use crate::records::EventRecord;
+use crate::records::{ActivationRecord, EventRecord};
 use crate::sqlite::{calibrations, captures, error, events, jobs, scans, sessions};
 
 /// What a statement that writes answers; errors are interpreted in one place, at the end.
@@ -45,13 +45,23 @@ pub async fn apply_all(
     })
 }
 
+/// By hand, because SQLite ends a transaction by itself when the disk is full: then there is nothing to roll back, and
+/// a wrapper that counts transactions would believe in it for ever.
 async fn transaction(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Vec<EventRecord>> {
-    let mut transaction = connection.begin_with("BEGIN IMMEDIATE").await?;
+    sqlx::raw_sql("BEGIN IMMEDIATE").execute(&mut *connection).await?;
+    let written = write(connection, changes).await;
+    if written.is_err() {
+        let _ = sqlx::raw_sql("ROLLBACK").execute(connection).await;
+    }
+    written
+}
+
+async fn write(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Vec<EventRecord>> {
     let mut stored = Vec::new();
     for change in changes {
-        stored.extend(apply(&mut transaction, change).await?);
+        stored.extend(apply(connection, change).await?);
     }
-    transaction.commit().await?;
+    sqlx::raw_sql("COMMIT").execute(connection).await?;
     Ok(stored)
 }
 
@@ -69,7 +79,7 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
         Change::DeleteCalibration(id) => calibrations::delete(to, &id).await?,
         Change::Activate { calibration_id, expected_previous, act, actor, at_ms } => {
             let previous_id = calibrations::previous(to, expected_previous).await?;
-            let entry = crate::ActivationRecord { seq: 0, calibration_id, previous_id, act, actor, at_ms };
+            let entry = ActivationRecord { seq: 0, calibration_id, previous_id, act, actor, at_ms };
             calibrations::activate(to, entry).await?;
         }
         Change::InsertScan(scan) => scans::insert(to, &scan).await?,

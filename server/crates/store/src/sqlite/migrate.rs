@@ -83,3 +83,113 @@ fn sync(file: &Path) -> std::io::Result<()> {
     LocalDisk.sync_file(&std::fs::File::open(file)?)?;
     LocalDisk.sync_folder(file.parent().unwrap_or(Path::new(".")))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use sqlx::sqlite::SqliteConnectOptions;
+    use sqlx::{ConnectOptions, Connection};
+
+    use super::*;
+
+    const FIRST: &str = include_str!("../../migrations/0001_station.sql");
+    const SECOND: &str = "ALTER TABLE jobs ADD COLUMN note TEXT NOT NULL DEFAULT 'none';";
+    const BROKEN: &str = "ALTER TABLE jobs ADD COLUMN note TEXT; INSERT INTO nowhere VALUES (1);";
+
+    async fn connect(file: &Path) -> SqliteConnection {
+        SqliteConnectOptions::new().filename(file).create_if_missing(true).connect().await.unwrap()
+    }
+
+    /// The migrations of a program that also knows `second`.
+    async fn later_program(folder: &Path, second: &str) -> Migrator {
+        let migrations = folder.join("migrations");
+        fs::create_dir_all(&migrations).unwrap();
+        fs::write(migrations.join("0001_station.sql"), FIRST).unwrap();
+        fs::write(migrations.join("0002_note.sql"), second).unwrap();
+        Migrator::new(migrations.as_path()).await.unwrap()
+    }
+
+    fn backups(folder: &Path) -> Vec<std::path::PathBuf> {
+        let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        entries
+            .filter(|path| path.file_name().unwrap().to_string_lossy().starts_with("catalogue-schema-"))
+            .collect()
+    }
+
+    async fn first_version(folder: &Path) -> SqliteConnection {
+        let mut connection = connect(&folder.join("catalogue.sqlite3")).await;
+        migrate(&mut connection, &MIGRATIONS, folder).await.unwrap();
+        sqlx::query("UPDATE sequences SET value = 41 WHERE name = 'event'")
+            .execute(&mut connection)
+            .await
+            .unwrap();
+        connection
+    }
+
+    async fn counter(connection: &mut SqliteConnection) -> i64 {
+        sqlx::query_scalar("SELECT value FROM sequences WHERE name = 'event'").fetch_one(connection).await.unwrap()
+    }
+
+    #[tokio::test]
+    async fn a_new_database_gets_the_schema_and_no_backup() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut connection = first_version(folder.path()).await;
+        assert_eq!(schema_version(&mut connection).await.unwrap(), 1);
+        migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap();
+        assert!(backups(folder.path()).is_empty());
+        check(&mut connection).await.unwrap();
+    }
+
+    #[tokio::test]
+    async fn an_older_database_is_copied_and_migrated_with_what_is_in_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut connection = first_version(folder.path()).await;
+        let later = later_program(folder.path(), SECOND).await;
+        migrate(&mut connection, &later, folder.path()).await.unwrap();
+        assert_eq!(schema_version(&mut connection).await.unwrap(), 2);
+        assert_eq!(counter(&mut connection).await, 41);
+        sqlx::query("SELECT note FROM jobs").fetch_all(&mut connection).await.unwrap();
+
+        let [backup] = &backups(folder.path())[..] else { panic!("one backup") };
+        let mut copy = connect(backup).await;
+        assert_eq!((schema_version(&mut copy).await.unwrap(), counter(&mut copy).await), (1, 41));
+    }
+
+    #[tokio::test]
+    async fn a_migration_that_fails_leaves_the_database_as_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut connection = first_version(folder.path()).await;
+        let later = later_program(folder.path(), BROKEN).await;
+        migrate(&mut connection, &later, folder.path()).await.unwrap_err();
+        connection.close().await.unwrap();
+        let mut connection = connect(&folder.path().join("catalogue.sqlite3")).await;
+        assert_eq!((schema_version(&mut connection).await.unwrap(), counter(&mut connection).await), (1, 41));
+        assert!(sqlx::query("SELECT note FROM jobs").fetch_all(&mut connection).await.is_err());
+        migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap();
+    }
+
+    #[tokio::test]
+    async fn an_older_program_refuses_newer_data() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut connection = first_version(folder.path()).await;
+        let later = later_program(folder.path(), SECOND).await;
+        migrate(&mut connection, &later, folder.path()).await.unwrap();
+        let error = migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap_err();
+        assert!(matches!(error, StoreError::TooNew { found: 2, known: 1 }), "{error}");
+    }
+
+    #[tokio::test]
+    async fn a_database_whose_structure_is_damaged_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("catalogue.sqlite3");
+        first_version(folder.path()).await.close().await.unwrap();
+        let mut bytes = fs::read(&file).unwrap();
+        let page_2 = 4096..4096 + 64;
+        bytes[page_2].fill(0xff);
+        fs::write(&file, bytes).unwrap();
+        let mut connection = connect(&file).await;
+        let error = check(&mut connection).await.unwrap_err();
+        assert!(error.to_string().contains("backup"), "{error}");
+    }
+}

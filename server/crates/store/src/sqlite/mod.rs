@@ -196,3 +196,6 @@ impl Catalogue for SqliteCatalogue {
         named::artifacts(&self.readers).await
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,70 @@
+//! What only shows from inside: the log's size, a database without room.
+
+use std::sync::Arc;
+
+use sqlx::AssertSqlSafe;
+
+use crate::catalogue::{Catalogue, Change, StoreError};
+use crate::health::Health;
+use crate::params::WAL_LIMIT_BYTES;
+use crate::records::EventRecord;
+use crate::sqlite::SqliteCatalogue;
+
+const BODY_BYTES: usize = 60_000;
+
+fn big_event() -> Change {
+    let body = serde_json::Value::from("x".repeat(BODY_BYTES));
+    Change::AppendEvent(EventRecord { seq: 0, kind: "big".into(), subject: "x".into(), body, at_ms: 0 })
+}
+
+async fn catalogue(folder: &std::path::Path) -> SqliteCatalogue {
+    SqliteCatalogue::open(&folder.join("catalogue.sqlite3"), folder, Arc::new(Health::default())).await.unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_log_stays_small_while_others_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let catalogue = catalogue(folder.path()).await;
+    let reader = tokio::spawn({
+        let catalogue = catalogue.clone();
+        async move {
+            loop {
+                catalogue.events_after(0, 20).await.unwrap();
+            }
+        }
+    });
+    let mut largest_bytes = 0;
+    for _ in 0..300 {
+        catalogue.commit(vec![big_event()]).await.unwrap();
+        largest_bytes = largest_bytes.max(std::fs::metadata(&catalogue.wal).unwrap().len());
+    }
+    reader.abort();
+    // The last commit before a fold may go over the limit by its own size, with pages and indexes at most twice.
+    assert!(largest_bytes < WAL_LIMIT_BYTES + 2 * BODY_BYTES as u64, "{largest_bytes}");
+    assert!(largest_bytes > WAL_LIMIT_BYTES / 2, "the log was never used");
+}
+
+#[tokio::test]
+async fn a_database_without_room_says_full_and_goes_on_when_there_is_some() {
+    let folder = tempfile::tempdir().unwrap();
+    let catalogue = catalogue(folder.path()).await;
+    let limit = async |n_pages: u32| {
+        let pragma = format!("PRAGMA max_page_count = {n_pages}");
+        sqlx::raw_sql(AssertSqlSafe(pragma)).execute(&mut *catalogue.writer.lock().await).await.unwrap();
+    };
+    limit(100).await;
+    let mut n_stored = 0;
+    let error = loop {
+        match catalogue.commit(vec![big_event()]).await {
+            Ok(_) => n_stored += 1,
+            Err(error) => break error,
+        }
+    };
+    assert!(matches!(error, StoreError::Full), "{error}");
+    assert!(!catalogue.health.is_read_only());
+    assert_eq!(catalogue.last_event_seq().await.unwrap(), n_stored);
+    catalogue.commit(vec![Change::ForgetEventsThrough { seq: 1 }]).await.expect("deleting works when it is full");
+    limit(1_000).await;
+    let stored = catalogue.commit(vec![big_event()]).await.unwrap();
+    assert_eq!(stored[0].seq, n_stored + 1);
+}
