@@ -56,10 +56,17 @@ impl Server {
     /// Starts on the data folder and a free port, with more arguments if wanted.
     #[track_caller]
     pub fn start(data: &Path, arguments: &[&str]) -> Self {
+        Self::start_with(data, arguments, &[])
+    }
+
+    /// The same in a changed environment.
+    #[track_caller]
+    pub fn start_with(data: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Self {
         let mut child = Command::new(SHEAF)
             .args(["serve", "--listen", "127.0.0.1:0", "--data"])
             .arg(data)
             .args(arguments)
+            .envs(environment.iter().copied())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(std::fs::OpenOptions::new().create(true).append(true).open(log_of(data)).unwrap())
