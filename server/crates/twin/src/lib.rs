@@ -5,6 +5,7 @@
 //! What the images show and leave out: `server/docs/maths/twin.md`.
 
 pub mod capture_folder;
+pub mod live;
 pub mod params;
 pub mod poses;
 pub mod renderer;
@@ -27,6 +28,7 @@ mod speckle;
 pub use board::Board;
 pub use capture_folder::{CaptureRequest, Progress, ScanRequest, TwinCaptureError, capture_folder};
 pub use freeform::Freeform;
+pub use live::{Timing, TwinCamera, TwinControl, TwinFault, TwinLaser, TwinOptions, TwinStage, TwinStation};
 pub use renderer::Renderer;
 pub use scene::{Gauge, Plate, Scene, SceneHit, SceneKind, Sphere};
 pub use shape::StationShape;

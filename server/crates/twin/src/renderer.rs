@@ -72,6 +72,13 @@ impl Renderer {
         }
     }
 
+    /// The same camera with the grating and light of another model of the station, in a fraction of the time.
+    pub(crate) fn with_light_of(&self, model: &StationModel) -> Self {
+        let light = LightSurfaces::Grating(model.grating);
+        let sheets = model.orders.iter().map(|&order| SheetMap::new(&model.camera, &light, order)).collect();
+        Self { sheets, model: model.clone(), ..self.clone() }
+    }
+
     /// The station.
     pub fn model(&self) -> &StationModel {
         &self.model

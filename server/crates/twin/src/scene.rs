@@ -143,6 +143,22 @@ impl Scene {
         }
     }
 
+    /// A number that tells this scene from others, the same on every machine.
+    pub fn fingerprint(&self) -> u64 {
+        let plate = |plate: &Plate| plate.axes.iter().chain(&plate.point_mm).copied().collect::<Vec<f64>>();
+        let (kind, numbers) = match self {
+            Self::Board(board) => (1, board.axes.iter().chain(&board.centre_mm).copied().collect()),
+            Self::Plate(bare) => (2, plate(bare)),
+            Self::Gauge(gauge) => (3, [plate(&gauge.plate), vec![gauge.height_mm]].concat()),
+            Self::Sphere(ball) => (4, [plate(&ball.plate), ball.centre_mm.as_slice().to_vec()].concat()),
+            Self::Freeform(part) => {
+                let hills = part.hills.iter().flat_map(|hill| [hill.at_mm[0], hill.at_mm[1], hill.height_mm]);
+                (5, plate(&part.plate).into_iter().chain(hills).collect())
+            }
+        };
+        numbers.into_iter().map(f64::to_bits).fold(kind, derived_seed)
+    }
+
     /// Whether light on its way from `from` reaches `to`, a point on one of the surfaces.
     pub fn reaches(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
         let way = to - from;

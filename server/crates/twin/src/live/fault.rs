@@ -1,0 +1,204 @@
+//! Faults a simulated station can be given, by name.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// A fault; one of each kind at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TwinFault {
+    /// Every n-th exposure never arrives.
+    LostFrames {
+        /// n, at least 1: every frame.
+        every: u64,
+    },
+    /// The camera's cable is pulled; after it is in again, the camera must be reconnected.
+    CameraUnplugged,
+    /// Frames come half as high as agreed.
+    WrongFrameSize,
+    /// Frames come with twice the bytes per pixel agreed.
+    WrongPixelFormat,
+    /// The camera takes commands and sends nothing.
+    CameraHang,
+    /// The carriage cannot pass a position.
+    StageStall {
+        /// The position.
+        at_mm: f64,
+    },
+    /// The motor has lost steps: the carriage is not where the controller believes, until it is homed.
+    LostSteps {
+        /// How far the true position lags behind the reported one.
+        lost_mm: f64,
+    },
+    /// The stage's controller does not answer.
+    StageSilent,
+    /// The stage's cable is pulled.
+    StageUnplugged,
+    /// The laser's driver reports a fault.
+    LaserFault,
+    /// The laser's interlock is open.
+    InterlockOpen,
+    /// The laser's cable is pulled.
+    LaserUnplugged,
+    /// The laser has warmed up or cooled down.
+    WavelengthDrift {
+        /// Relative change of λ/d_g.
+        relative: f64,
+    },
+    /// Dirt on the grating weakens the orders unevenly and scatters light.
+    DirtyGrating {
+        /// 0 is clean, 1 wholly dirty.
+        share: f64,
+    },
+}
+
+/// Why a text names no fault.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FaultNameError {
+    /// No such fault.
+    #[error("\"{name}\" is no fault; known are {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// All names.
+        known: String,
+    },
+    /// A value that the fault cannot have.
+    #[error("{name} cannot be {value}; give {expected}")]
+    BadValue {
+        /// The fault.
+        name: String,
+        /// The value.
+        value: String,
+        /// What is allowed.
+        expected: &'static str,
+    },
+}
+
+impl TwinFault {
+    /// One of each kind, with an ordinary value.
+    pub const EXAMPLES: [Self; 14] = [
+        Self::LostFrames { every: 10 },
+        Self::CameraUnplugged,
+        Self::WrongFrameSize,
+        Self::WrongPixelFormat,
+        Self::CameraHang,
+        Self::StageStall { at_mm: 5.0 },
+        Self::LostSteps { lost_mm: 0.5 },
+        Self::StageSilent,
+        Self::StageUnplugged,
+        Self::LaserFault,
+        Self::InterlockOpen,
+        Self::LaserUnplugged,
+        Self::WavelengthDrift { relative: 1e-3 },
+        Self::DirtyGrating { share: 0.3 },
+    ];
+
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::LostFrames { .. } => "lost_frames",
+            Self::CameraUnplugged => "camera_unplugged",
+            Self::WrongFrameSize => "wrong_frame_size",
+            Self::WrongPixelFormat => "wrong_pixel_format",
+            Self::CameraHang => "camera_hang",
+            Self::StageStall { .. } => "stage_stall",
+            Self::LostSteps { .. } => "lost_steps",
+            Self::StageSilent => "stage_silent",
+            Self::StageUnplugged => "stage_unplugged",
+            Self::LaserFault => "laser_fault",
+            Self::InterlockOpen => "interlock_open",
+            Self::LaserUnplugged => "laser_unplugged",
+            Self::WavelengthDrift { .. } => "wavelength_drift",
+            Self::DirtyGrating { .. } => "dirty_grating",
+        }
+    }
+
+    /// Its number, if it has one: frames, mm, a relative change, a share.
+    pub fn value(&self) -> Option<f64> {
+        match *self {
+            Self::LostFrames { every } => Some(every as f64),
+            Self::StageStall { at_mm } => Some(at_mm),
+            Self::LostSteps { lost_mm } => Some(lost_mm),
+            Self::WavelengthDrift { relative } => Some(relative),
+            Self::DirtyGrating { share } => Some(share),
+            _ => None,
+        }
+    }
+
+    /// The fault of that name; without a value an ordinary one is taken.
+    ///
+    /// # Errors
+    /// [`FaultNameError`] for an unknown name or an impossible value.
+    pub fn named(name: &str, value: Option<f64>) -> Result<Self, FaultNameError> {
+        let known = || Self::EXAMPLES.map(|fault| fault.name()).join(", ");
+        let ordinary = Self::EXAMPLES.into_iter().find(|fault| fault.name() == name);
+        let ordinary =
+            ordinary.ok_or_else(|| FaultNameError::Unknown { name: name.to_owned(), known: known() })?;
+        let Some(value) = value else { return Ok(ordinary) };
+        let (fault, allowed, expected) = match ordinary {
+            Self::LostFrames { .. } => {
+                let whole = value.fract() == 0.0 && (1.0..=1e9).contains(&value);
+                (Self::LostFrames { every: value as u64 }, whole, "a whole number of frames from 1")
+            }
+            Self::StageStall { .. } => (Self::StageStall { at_mm: value }, value.is_finite(), "a position in mm"),
+            Self::LostSteps { .. } => (Self::LostSteps { lost_mm: value }, value.is_finite(), "a distance in mm"),
+            Self::WavelengthDrift { .. } => {
+                (Self::WavelengthDrift { relative: value }, value.abs() < 0.05, "a relative change below 0.05")
+            }
+            Self::DirtyGrating { .. } => {
+                (Self::DirtyGrating { share: value }, (0.0..=1.0).contains(&value), "a share of 0 to 1")
+            }
+            other => (other, false, "no value"),
+        };
+        let bad = || FaultNameError::BadValue { name: name.to_owned(), value: value.to_string(), expected };
+        if allowed { Ok(fault) } else { Err(bad()) }
+    }
+}
+
+impl fmt::Display for TwinFault {
+    /// `name` or `name=value`, as [`FromStr`] reads it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.value() {
+            Some(value) => write!(f, "{}={value}", self.name()),
+            None => f.write_str(self.name()),
+        }
+    }
+}
+
+impl FromStr for TwinFault {
+    type Err = FaultNameError;
+
+    fn from_str(text: &str) -> Result<Self, FaultNameError> {
+        let Some((name, value)) = text.split_once('=') else { return Self::named(text, None) };
+        let number = value.trim().parse::<f64>().map_err(|_| FaultNameError::BadValue {
+            name: name.trim().to_owned(),
+            value: value.trim().to_owned(),
+            expected: "a number",
+        })?;
+        Self::named(name.trim(), Some(number))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_reads_back_what_it_shows() {
+        for fault in TwinFault::EXAMPLES {
+            assert_eq!(fault.to_string().parse(), Ok(fault));
+            assert_eq!(TwinFault::named(fault.name(), None), Ok(fault));
+        }
+        assert_eq!("stage_stall = -3.5".parse(), Ok(TwinFault::StageStall { at_mm: -3.5 }));
+    }
+
+    #[test]
+    fn what_names_no_fault_is_refused() {
+        for text in
+            ["fire", "lost_frames=0", "lost_frames=1.5", "dirty_grating=NaN", "camera_hang=1", "stage_stall=x"]
+        {
+            let refused = text.parse::<TwinFault>();
+            assert!(refused.is_err(), "{text}: {refused:?}");
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! The simulated laser: light under a lease, an interlock, a fault line.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use devices::{DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState};
+
+use crate::live::fault::TwinFault;
+use crate::live::params::LASER_POWER;
+use crate::live::world::{SharedWorld, World};
+
+/// What something outside the twin says the laser does: share of full power.
+pub(super) type PowerSource = Arc<dyn Fn(Instant) -> f64 + Send + Sync>;
+
+/// What the driver has noticed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Trouble {
+    Fault,
+    Gone,
+}
+
+/// The laser itself.
+pub(super) struct LaserWorld {
+    power: f64,
+    until: Instant,
+    trouble: Option<Trouble>,
+    pub follows: Option<PowerSource>,
+}
+
+impl LaserWorld {
+    pub(super) fn new(now: Instant) -> Self {
+        Self { power: 0.0, until: now, trouble: None, follows: None }
+    }
+
+    /// Share of full power that it shines with at a moment.
+    pub(super) fn light(&self, at: Instant) -> f64 {
+        match &self.follows {
+            Some(source) => source(at),
+            None if at < self.until => self.power,
+            None => 0.0,
+        }
+    }
+
+    fn darken(&mut self, now: Instant) {
+        (self.power, self.until) = (0.0, now);
+    }
+
+    fn error(&self) -> Option<LaserError> {
+        match self.trouble? {
+            Trouble::Fault => Some(LaserError::Fault { reason: "its driver is too hot".to_owned() }),
+            Trouble::Gone => Some(LaserError::Gone { reason: "its cable was pulled".to_owned() }),
+        }
+    }
+}
+
+impl World {
+    /// A fault of the laser begins: it goes dark, whichever it is.
+    pub(super) fn laser_fault_begins(&mut self, fault: TwinFault, now: Instant) {
+        match fault {
+            TwinFault::LaserFault => self.laser.trouble = Some(Trouble::Fault),
+            TwinFault::LaserUnplugged => self.laser.trouble = Some(Trouble::Gone),
+            TwinFault::InterlockOpen => {}
+            _ => return,
+        }
+        self.laser.darken(now);
+    }
+
+    fn laser_state(&self, now: Instant) -> LaserState {
+        let power = self.laser.light(now);
+        let interlock_closed = Some(!self.has(TwinFault::InterlockOpen));
+        LaserState { emitting: power > 0.0, power, interlock_closed }
+    }
+}
+
+/// The laser of a [`crate::live::TwinStation`].
+pub struct TwinLaser {
+    world: SharedWorld,
+}
+
+impl TwinLaser {
+    pub(super) fn open(world: SharedWorld) -> Self {
+        let now = Instant::now();
+        let mut guard = world.lock();
+        guard.laser = LaserWorld { follows: guard.laser.follows.take(), ..LaserWorld::new(now) };
+        for fault in [TwinFault::LaserFault, TwinFault::LaserUnplugged] {
+            if guard.has(fault) {
+                guard.laser_fault_begins(fault, now);
+            }
+        }
+        drop(guard);
+        Self { world }
+    }
+
+    fn reach<T>(&self, act: impl FnOnce(&mut World, Instant) -> Result<T, LaserError>) -> Result<T, LaserError> {
+        let mut world = self.world.lock();
+        match world.laser.error() {
+            Some(error) => Err(error),
+            None => act(&mut world, Instant::now()),
+        }
+    }
+}
+
+impl Laser for TwinLaser {
+    fn identity(&self) -> DeviceIdentity {
+        DeviceIdentity {
+            driver: "twin",
+            vendor: "Sheaf".to_owned(),
+            model: "simulated laser".to_owned(),
+            serial: self.world.lock().model.seed.to_string(),
+            firmware: String::new(),
+        }
+    }
+
+    fn capabilities(&self) -> LaserCapabilities {
+        LaserCapabilities { power: Some(LASER_POWER), interlock: true }
+    }
+
+    fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
+        if !(power > 0.0 && power <= 1.0) {
+            return Err(LaserError::BadPower { value: power });
+        }
+        self.reach(|world, now| {
+            if world.has(TwinFault::InterlockOpen) {
+                return Err(LaserError::InterlockOpen);
+            }
+            world.laser.power = LASER_POWER.clamp(power);
+            world.laser.until = now + lease.min(LASER_LEASE_LIMIT);
+            Ok(world.laser_state(now))
+        })
+    }
+
+    fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError> {
+        self.reach(|world, now| {
+            if world.laser.light(now) > 0.0 {
+                world.laser.until = now + lease.min(LASER_LEASE_LIMIT);
+            }
+            Ok(world.laser_state(now))
+        })
+    }
+
+    fn switch_off(&mut self) -> Result<(), LaserError> {
+        let mut world = self.world.lock();
+        world.laser.darken(Instant::now());
+        match world.laser.trouble {
+            Some(Trouble::Gone) => world.laser.error().map_or(Ok(()), Err),
+            _ => Ok(()),
+        }
+    }
+
+    fn poll(&mut self) -> Result<LaserState, LaserError> {
+        self.reach(|world, now| Ok(world.laser_state(now)))
+    }
+
+    fn reconnect(&mut self) -> Result<(), LaserError> {
+        let mut world = self.world.lock();
+        if !(world.has(TwinFault::LaserFault) || world.has(TwinFault::LaserUnplugged)) {
+            world.laser.trouble = None;
+        }
+        world.laser.darken(Instant::now());
+        Ok(())
+    }
+}
+
+impl Drop for TwinLaser {
+    fn drop(&mut self) {
+        self.world.lock().laser.darken(Instant::now());
+    }
+}

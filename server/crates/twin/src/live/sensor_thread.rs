@@ -1,0 +1,309 @@
+//! The sensor: exposes when it is time, renders in its own thread, keeps a few frames until they are collected.
+
+use std::collections::VecDeque;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use devices::{CameraSettings, FrameInfo, PixelFormat, Roi, Trigger};
+use vision::{GreyImage, Pixels};
+
+use crate::live::fault::TwinFault;
+use crate::live::options::Timing;
+use crate::live::params::{READ_OUT, RING_FRAMES};
+use crate::live::world::{SharedWorld, View};
+use crate::random::derived_seed;
+
+/// Stream of live pictures among those derived from a station's seed.
+const LIVE_STREAM: u64 = 6;
+
+/// Longest sleep of the sensor's thread, so that nothing it was not told of is missed for long.
+const LONGEST_SLEEP: Duration = Duration::from_millis(100);
+
+/// An exposure on its way to a picture.
+pub(super) struct Exposure {
+    frame_id: u64,
+    /// Middle of the exposure.
+    at: Instant,
+    settings: CameraSettings,
+    /// What the sensor sees, once the middle has come.
+    seen: Option<(View, u64)>,
+}
+
+/// A frame that waits to be collected.
+pub(super) struct Finished {
+    pub info: FrameInfo,
+    pub image: GreyImage,
+    pub roi: Roi,
+    /// Columns and rows that came where the fault of a wrong format is on.
+    pub wrong_px: Option<(usize, usize)>,
+}
+
+/// One acquisition, from start to stop.
+pub(super) struct Run {
+    number: u64,
+    next_id: u64,
+    /// When a free-running sensor exposes next.
+    due: Instant,
+    lost: u64,
+    pub pending: VecDeque<Exposure>,
+    frames: VecDeque<Finished>,
+    /// What the last exposure saw, and how often in a row.
+    still: (u64, u64),
+}
+
+/// What driver and thread share.
+pub(super) struct SensorState {
+    pub settings: CameraSettings,
+    pub run: Option<Run>,
+    pub n_runs: u64,
+    pub gone: bool,
+    spare: Vec<GreyImage>,
+    closed: bool,
+}
+
+/// The sensor.
+pub(super) struct Sensor {
+    world: SharedWorld,
+    timing: Timing,
+    switched_on: Instant,
+    state: Mutex<SensorState>,
+    to_do: Condvar,
+    frame_ready: Condvar,
+}
+
+impl Run {
+    pub(super) fn new(number: u64, now: Instant) -> Self {
+        Self {
+            number,
+            next_id: 0,
+            due: now,
+            lost: 0,
+            pending: VecDeque::new(),
+            frames: VecDeque::with_capacity(RING_FRAMES),
+            still: (0, 0),
+        }
+    }
+
+    /// Gives up what was exposed with settings that hold no more; it counts as lost.
+    pub(super) fn discard(&mut self) {
+        self.lost += (self.pending.len() + self.frames.len()) as u64;
+        self.lost += self.frames.iter().map(|frame| frame.info.lost_before).sum::<u64>();
+        self.pending.clear();
+        self.frames.clear();
+        self.due = Instant::now();
+    }
+
+    /// Numbers a picture by what it shows and how often that was exposed since it last changed: the same procedure
+    /// sees the same noise, whatever happened before.
+    fn picture_of(&mut self, view: &View, settings: &CameraSettings) -> u64 {
+        let shown = [
+            view.scene.fingerprint(),
+            view.position_mm.to_bits(),
+            view.laser_power.to_bits(),
+            settings.exposure_us.to_bits(),
+            settings.gain_db.to_bits(),
+        ];
+        let key = shown.into_iter().fold(LIVE_STREAM, derived_seed);
+        self.still = if self.still.0 == key { (key, self.still.1 + 1) } else { (key, 0) };
+        derived_seed(key, self.still.1)
+    }
+}
+
+impl SensorState {
+    pub(super) fn end_run(&mut self) {
+        if let Some(run) = self.run.take() {
+            self.spare.extend(run.frames.into_iter().map(|frame| frame.image));
+        }
+    }
+
+    pub(super) fn take_frame(&mut self) -> Option<Finished> {
+        self.run.as_mut()?.frames.pop_front()
+    }
+}
+
+impl Sensor {
+    pub(super) fn new(world: SharedWorld, timing: Timing, settings: CameraSettings) -> Self {
+        let state = SensorState { settings, run: None, n_runs: 0, gone: false, spare: Vec::new(), closed: false };
+        Self {
+            world,
+            timing,
+            switched_on: Instant::now(),
+            state: Mutex::new(state),
+            to_do: Condvar::new(),
+            frame_ready: Condvar::new(),
+        }
+    }
+
+    pub(super) fn lock(&self) -> MutexGuard<'_, SensorState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// There is something to do, or to stop.
+    pub(super) fn wake(&self) {
+        self.to_do.notify_all();
+        self.frame_ready.notify_all();
+    }
+
+    pub(super) fn close(&self) {
+        self.lock().closed = true;
+        self.wake();
+    }
+
+    pub(super) fn recycle(&self, image: GreyImage) {
+        self.lock().spare.push(image);
+    }
+
+    /// Waits until a frame is there, the deadline has come (`None`) or something changed.
+    pub(super) fn wait_for_frame<'s>(
+        &self,
+        state: MutexGuard<'s, SensorState>,
+        deadline: Instant,
+    ) -> Option<MutexGuard<'s, SensorState>> {
+        if state.run.as_ref().is_some_and(|run| !run.frames.is_empty()) {
+            return Some(state);
+        }
+        let left = deadline.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return None;
+        }
+        let (state, _) =
+            self.frame_ready.wait_timeout(state, left.min(LONGEST_SLEEP)).unwrap_or_else(PoisonError::into_inner);
+        Some(state)
+    }
+
+    /// Opens the shutter now.
+    pub(super) fn expose(&self, run: &mut Run, settings: &CameraSettings) {
+        let half = Duration::from_secs_f64(settings.exposure_us / 2e6);
+        let now = Instant::now();
+        let at = if self.timing == Timing::Realistic { now + half } else { now };
+        let mut exposure = Exposure { frame_id: run.next_id, at, settings: *settings, seen: None };
+        run.next_id += 1;
+        if self.timing == Timing::Instant {
+            self.look(run, &mut exposure);
+        }
+        run.pending.push_back(exposure);
+    }
+
+    fn look(&self, run: &mut Run, exposure: &mut Exposure) {
+        let view = self.world.lock().view(exposure.at);
+        let picture = run.picture_of(&view, &exposure.settings);
+        exposure.seen = Some((view, picture));
+    }
+
+    /// The thread: exposes, renders, delivers, until the camera is closed.
+    pub(super) fn run(&self) {
+        let mut state = self.lock();
+        while !state.closed {
+            let now = Instant::now();
+            match self.next_exposure(&mut state, now) {
+                Ok((number, exposure, image)) => {
+                    drop(state);
+                    let image = self.render(&exposure, image);
+                    self.read_out(&exposure);
+                    state = self.lock();
+                    self.deliver(&mut state, number, &exposure, image);
+                }
+                Err(wait) => {
+                    let sleep = wait.min(LONGEST_SLEEP);
+                    state = self.to_do.wait_timeout(state, sleep).unwrap_or_else(PoisonError::into_inner).0;
+                }
+            }
+        }
+    }
+
+    /// The next exposure to render and memory for it, or how long there is none.
+    fn next_exposure(
+        &self,
+        state: &mut SensorState,
+        now: Instant,
+    ) -> Result<(u64, Exposure, Option<GreyImage>), Duration> {
+        let settings = state.settings;
+        let Some(run) = &mut state.run else { return Err(LONGEST_SLEEP) };
+        let hangs = self.world.lock().has(TwinFault::CameraHang);
+        if hangs {
+            run.pending.clear();
+            return Err(LONGEST_SLEEP);
+        }
+        if settings.trigger == Trigger::Free && run.pending.is_empty() {
+            if now < run.due {
+                return Err(run.due - now);
+            }
+            self.expose(run, &settings);
+            // A sensor that is late does not catch up: its next exposure is a period after this one was due, or now.
+            run.due = (run.due + Duration::from_secs_f64(1.0 / settings.frame_rate_hz)).max(now);
+        }
+        let Some(first) = run.pending.front() else { return Err(LONGEST_SLEEP) };
+        if first.at > now {
+            return Err(first.at - now);
+        }
+        let mut exposure = run.pending.pop_front().expect("it was looked at just before");
+        if exposure.seen.is_none() {
+            self.look(run, &mut exposure);
+        }
+        let every = self
+            .world
+            .lock()
+            .fault(|fault| if let TwinFault::LostFrames { every } = *fault { Some(every) } else { None });
+        if every.is_some_and(|every| (exposure.frame_id + 1).is_multiple_of(every))
+            || run.frames.len() >= RING_FRAMES
+        {
+            run.lost += 1;
+            return Err(Duration::ZERO);
+        }
+        Ok((run.number, exposure, state.spare.pop()))
+    }
+
+    fn render(&self, exposure: &Exposure, _memory: Option<GreyImage>) -> GreyImage {
+        let Some((view, picture)) = &exposure.seen else {
+            return GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image");
+        };
+        if view.laser_power > 0.0 {
+            view.renderer.laser_image(&view.scene, view.position_mm, *picture)
+        } else {
+            view.renderer.board_image(&view.scene, view.position_mm, *picture)
+        }
+    }
+
+    /// Waits until the frame would be out of the sensor.
+    fn read_out(&self, exposure: &Exposure) {
+        if self.timing == Timing::Realistic {
+            let half = Duration::from_secs_f64(exposure.settings.exposure_us / 2e6);
+            std::thread::sleep((exposure.at + half + READ_OUT).saturating_duration_since(Instant::now()));
+        }
+    }
+
+    fn deliver(&self, state: &mut SensorState, number: u64, exposure: &Exposure, image: GreyImage) {
+        let world = self.world.lock();
+        let (half_height, wide) = (world.has(TwinFault::WrongFrameSize), world.has(TwinFault::WrongPixelFormat));
+        drop(world);
+        let settings = exposure.settings;
+        let roi = settings.roi;
+        let wrong_px = match (half_height, wide) {
+            (true, _) => Some((roi.width_px, roi.height_px / 2)),
+            (_, true) => Some((bytes_of_other_format(settings.pixel_format, roi.width_px), roi.height_px)),
+            _ => None,
+        };
+        let Some(run) = state.run.as_mut().filter(|run| run.number == number) else {
+            state.spare.push(image);
+            return;
+        };
+        let info = FrameInfo {
+            frame_id: exposure.frame_id,
+            device_timestamp_ns: Some((exposure.at - self.switched_on).as_nanos() as u64),
+            exposed_at: exposure.at,
+            lost_before: std::mem::take(&mut run.lost),
+            exposure_us: settings.exposure_us,
+            recorded_position_mm: None,
+        };
+        run.frames.push_back(Finished { info, image, roi, wrong_px });
+        self.frame_ready.notify_all();
+    }
+}
+
+/// A row's width when its bytes are taken for pixels of the format agreed.
+fn bytes_of_other_format(agreed: PixelFormat, width_px: usize) -> usize {
+    match agreed {
+        PixelFormat::Mono8 => 2 * width_px,
+        PixelFormat::Mono16 => width_px.div_ceil(2),
+    }
+}

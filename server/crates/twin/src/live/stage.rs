@@ -1,0 +1,394 @@
+//! The simulated stage: a carriage, the controller that believes to know where it is, and its driver.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use devices::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageState};
+
+use crate::live::fault::TwinFault;
+use crate::live::motion::Motion;
+use crate::live::options::{Timing, TwinOptions};
+use crate::live::params::{
+    HOMING_SPEED_MM_S, INSTANT_SPEED_MM_S, REALISTIC_ACCELERATION_MM_S2, REALISTIC_SPEED_MM_S, RESOLUTION_MM,
+    RING_AMPLITUDE_MM, RING_DECAY_S, RING_FREQUENCY_HZ, SILENCE_MS, STALL_GAP_MM,
+};
+use crate::live::world::{SharedWorld, World};
+
+/// Where something outside the twin says the carriage is.
+pub(super) type PositionSource = Arc<dyn Fn(Instant) -> f64 + Send + Sync>;
+
+/// What the driver has noticed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Trouble {
+    Stalled { target_mm: f64, actual_mm: f64 },
+    Silent { since: Instant },
+    Gone,
+}
+
+/// What the controller does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Activity {
+    Idle,
+    Moving { target_mm: f64, speed_mm_s: f64 },
+    Homing,
+    Held { target_mm: f64, speed_mm_s: f64 },
+}
+
+/// Carriage and controller.
+pub(super) struct StageWorld {
+    timing: Timing,
+    homing: Homing,
+    travel_mm: (f64, f64),
+    motion: Motion,
+    activity: Activity,
+    homed: bool,
+    trouble: Option<Trouble>,
+    /// How far the carriage lags behind what the controller believes.
+    pub lost_mm: f64,
+    pub follows: Option<PositionSource>,
+}
+
+impl StageWorld {
+    pub(super) fn new(options: &TwinOptions, now: Instant) -> Self {
+        let required = options.homing_required || options.timing == Timing::Realistic;
+        Self {
+            timing: options.timing,
+            homing: if required { Homing::Required } else { Homing::Absent },
+            travel_mm: options.travel_mm,
+            motion: Motion::rest(now, 0.0),
+            activity: Activity::Idle,
+            homed: !required,
+            trouble: None,
+            lost_mm: 0.0,
+            follows: None,
+        }
+    }
+
+    pub(super) fn true_position_mm(&self, stall_mm: Option<f64>, at: Instant) -> f64 {
+        if let Some(source) = &self.follows {
+            return source(at);
+        }
+        self.blocked_mm(stall_mm, at) - self.lost_mm + self.ringing_mm(at)
+    }
+
+    /// Where the motion has come, an obstacle in its way considered.
+    fn blocked_mm(&self, stall_mm: Option<f64>, at: Instant) -> f64 {
+        let position_mm = self.motion.place(at).position_mm;
+        match stall_mm {
+            Some(stall_mm) if self.motion.from_mm() < stall_mm && stall_mm <= position_mm => {
+                stall_mm - STALL_GAP_MM
+            }
+            Some(stall_mm) if self.motion.from_mm() > stall_mm && stall_mm >= position_mm => {
+                stall_mm + STALL_GAP_MM
+            }
+            _ => position_mm,
+        }
+    }
+
+    /// Frame and carriage swing a little after every stop.
+    fn ringing_mm(&self, at: Instant) -> f64 {
+        if self.timing == Timing::Instant || !self.motion.ramped() {
+            return 0.0;
+        }
+        let Some(since) = at.checked_duration_since(self.motion.end()) else { return 0.0 };
+        let since_s = since.as_secs_f64();
+        RING_AMPLITUDE_MM * (-since_s / RING_DECAY_S).exp() * (TAU * RING_FREQUENCY_HZ * since_s).sin()
+    }
+
+    fn acceleration_mm_s2(&self) -> Option<f64> {
+        (self.timing == Timing::Realistic).then_some(REALISTIC_ACCELERATION_MM_S2)
+    }
+
+    fn max_speed_mm_s(&self) -> f64 {
+        if self.timing == Timing::Realistic { REALISTIC_SPEED_MM_S } else { INSTANT_SPEED_MM_S }
+    }
+
+    /// Does what time has brought: motions end, obstacles are met.
+    fn advance(&mut self, stall_mm: Option<f64>, now: Instant) {
+        let place_mm = self.blocked_mm(stall_mm, now);
+        let blocked = place_mm != self.motion.place(now).position_mm;
+        match self.activity {
+            Activity::Moving { .. } | Activity::Homing if blocked => {
+                let target_mm = self.motion.to_mm();
+                self.trouble.get_or_insert(Trouble::Stalled { target_mm, actual_mm: place_mm });
+                self.rest(now, place_mm);
+                self.homed = false;
+            }
+            Activity::Moving { .. } if !self.motion.moving(now) => self.activity = Activity::Idle,
+            Activity::Homing if !self.motion.moving(now) => {
+                self.activity = Activity::Idle;
+                self.homed = true;
+            }
+            _ => {}
+        }
+    }
+
+    fn rest(&mut self, now: Instant, position_mm: f64) {
+        self.motion = Motion::rest(now, position_mm);
+        self.activity = Activity::Idle;
+    }
+
+    fn brake(&mut self, now: Instant) {
+        self.homed &= self.activity != Activity::Homing;
+        self.motion = self.motion.braked(now, self.acceleration_mm_s2());
+        self.activity = Activity::Idle;
+    }
+
+    fn error(&self, command: &str, now: Instant) -> Option<StageError> {
+        match self.trouble? {
+            Trouble::Stalled { target_mm, actual_mm } => Some(StageError::Stalled { target_mm, actual_mm }),
+            Trouble::Gone => Some(StageError::Gone { reason: "its cable was pulled".to_owned() }),
+            Trouble::Silent { since } => (now.saturating_duration_since(since)
+                >= Duration::from_millis(SILENCE_MS))
+            .then(|| StageError::NoReply { command: command.to_owned(), waited_ms: SILENCE_MS }),
+        }
+    }
+
+    fn start(&mut self, target_mm: f64, speed_mm_s: f64, now: Instant) {
+        let from_mm = self.motion.place(now).position_mm;
+        self.motion = Motion::travel(now, (from_mm, target_mm), speed_mm_s, self.acceleration_mm_s2());
+        self.activity = Activity::Moving { target_mm, speed_mm_s };
+    }
+
+    fn start_home(&mut self, now: Instant) {
+        let at_mm = self.motion.place(now).position_mm - self.lost_mm;
+        (self.lost_mm, self.homed) = (0.0, false);
+        if self.homing == Homing::Absent {
+            self.rest(now, at_mm);
+            self.homed = true;
+            return;
+        }
+        let speed = if self.timing == Timing::Realistic { HOMING_SPEED_MM_S } else { INSTANT_SPEED_MM_S };
+        self.motion = Motion::travel(now, (at_mm, 0.0), speed, self.acceleration_mm_s2());
+        self.activity = Activity::Homing;
+    }
+
+    fn state(&self, now: Instant) -> StageState {
+        let seen = match self.trouble {
+            Some(Trouble::Silent { since }) => since,
+            _ => now,
+        };
+        StageState {
+            position_mm: self.homed.then(|| self.motion.place(seen).position_mm),
+            measured_at: seen,
+            moving: self.motion.moving(seen),
+            held: matches!(self.activity, Activity::Held { .. }),
+            homed: self.homed,
+        }
+    }
+}
+
+impl World {
+    /// A fault of the stage begins.
+    pub(super) fn stage_fault_begins(&mut self, fault: TwinFault, now: Instant) {
+        self.stage.advance(self.stall_mm(), now);
+        match fault {
+            TwinFault::StageUnplugged => {
+                self.stage.brake(now);
+                self.stage.homed = false;
+                self.stage.trouble = Some(Trouble::Gone);
+            }
+            TwinFault::StageSilent => self.stage.trouble = Some(Trouble::Silent { since: now }),
+            TwinFault::LostSteps { lost_mm } => self.stage.lost_mm = lost_mm,
+            _ => {}
+        }
+    }
+
+    /// A fault of the stage ends; what the driver has noticed stays until it is acknowledged.
+    pub(super) fn stage_fault_ends(&mut self, fault: TwinFault) {
+        if matches!(fault, TwinFault::LostSteps { .. }) {
+            self.stage.lost_mm = 0.0;
+        }
+    }
+}
+
+/// The stage of a [`crate::live::TwinStation`].
+///
+/// Positions that are commanded are reached exactly. Where it needs no homing it has an absolute scale: its zero is
+/// the station's, and homing only tells where it is.
+pub struct TwinStage {
+    world: SharedWorld,
+}
+
+impl TwinStage {
+    pub(super) fn open(world: SharedWorld, options: &TwinOptions) -> Self {
+        let now = Instant::now();
+        {
+            let mut guard = world.lock();
+            let place_mm = guard.stage.motion.place(now).position_mm;
+            let (lost_mm, follows) = (guard.stage.lost_mm, guard.stage.follows.take());
+            guard.stage = StageWorld { lost_mm, follows, ..StageWorld::new(options, now) };
+            guard.stage.rest(now, place_mm);
+            for fault in [TwinFault::StageUnplugged, TwinFault::StageSilent] {
+                if guard.has(fault) {
+                    guard.stage_fault_begins(fault, now);
+                }
+            }
+        }
+        Self { world }
+    }
+
+    /// The world with the stage as it is now, unless a fault keeps `command` from it.
+    fn reach<T>(
+        &self,
+        command: &str,
+        act: impl FnOnce(&mut StageWorld, Instant) -> Result<T, StageError>,
+    ) -> Result<T, StageError> {
+        let mut world = self.world.lock();
+        let now = Instant::now();
+        let stall_mm = world.stall_mm();
+        world.stage.advance(stall_mm, now);
+        match world.stage.error(command, now) {
+            Some(error) => Err(error),
+            None => act(&mut world.stage, now),
+        }
+    }
+
+    fn begin(
+        stage: &mut StageWorld,
+        target_mm: f64,
+        speed_mm_s: f64,
+        now: Instant,
+    ) -> Result<AcceptedMove, StageError> {
+        if !(speed_mm_s.is_finite() && speed_mm_s > 0.0) {
+            return Err(StageError::BadNumber { name: "speed_mm_s", value: speed_mm_s });
+        }
+        if stage.motion.moving(now) || stage.activity != Activity::Idle {
+            return Err(StageError::Moving);
+        }
+        let accepted = AcceptedMove { target_mm, speed_mm_s: speed_mm_s.min(stage.max_speed_mm_s()) };
+        stage.start(accepted.target_mm, accepted.speed_mm_s, now);
+        Ok(accepted)
+    }
+}
+
+impl Stage for TwinStage {
+    fn identity(&self) -> DeviceIdentity {
+        DeviceIdentity {
+            driver: "twin",
+            vendor: "Sheaf".to_owned(),
+            model: "simulated stage".to_owned(),
+            serial: self.world.lock().model.seed.to_string(),
+            firmware: String::new(),
+        }
+    }
+
+    fn capabilities(&self) -> StageCapabilities {
+        let stage = &self.world.lock().stage;
+        StageCapabilities {
+            travel_mm: stage.travel_mm,
+            max_speed_mm_s: stage.max_speed_mm_s(),
+            acceleration_mm_s2: stage.acceleration_mm_s2(),
+            homing: stage.homing,
+            resolution_mm: RESOLUTION_MM,
+        }
+    }
+
+    fn start_home(&mut self) -> Result<(), StageError> {
+        let mut homed_now = false;
+        let outcome = self.reach("home", |stage, now| {
+            if stage.motion.moving(now) || stage.activity != Activity::Idle {
+                return Err(StageError::Moving);
+            }
+            stage.start_home(now);
+            homed_now = true;
+            Ok(())
+        });
+        if homed_now {
+            // Steps lost before are found again.
+            self.world.lock().faults.retain(|fault| !matches!(fault, TwinFault::LostSteps { .. }));
+        }
+        outcome
+    }
+
+    fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
+        self.reach("move", |stage, now| {
+            if !target_mm.is_finite() {
+                return Err(StageError::BadNumber { name: "target_mm", value: target_mm });
+            }
+            if !stage.homed {
+                return Err(StageError::NotHomed);
+            }
+            let (min_mm, max_mm) = stage.travel_mm;
+            if !(min_mm..=max_mm).contains(&target_mm) {
+                return Err(StageError::OutOfTravel { target_mm, min_mm, max_mm });
+            }
+            Self::begin(stage, target_mm, speed_mm_s, now)
+        })
+    }
+
+    fn start_jog(&mut self, distance_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
+        self.reach("jog", |stage, now| {
+            if !distance_mm.is_finite() {
+                return Err(StageError::BadNumber { name: "distance_mm", value: distance_mm });
+            }
+            if !stage.homed && stage.homing == Homing::Required {
+                return Err(StageError::NotHomed);
+            }
+            let (min_mm, max_mm) = stage.travel_mm;
+            let target_mm = (stage.motion.place(now).position_mm + distance_mm).clamp(min_mm, max_mm);
+            Self::begin(stage, target_mm, speed_mm_s, now)
+        })
+    }
+
+    fn poll(&mut self) -> Result<StageState, StageError> {
+        self.reach("?", |stage, now| Ok(stage.state(now)))
+    }
+
+    fn hold(&mut self) -> Result<(), StageError> {
+        self.reach("hold", |stage, now| {
+            if let Activity::Moving { target_mm, speed_mm_s } = stage.activity {
+                stage.brake(now);
+                stage.activity = Activity::Held { target_mm, speed_mm_s };
+            }
+            Ok(())
+        })
+    }
+
+    fn resume(&mut self) -> Result<(), StageError> {
+        self.reach("resume", |stage, now| {
+            if let Activity::Held { target_mm, speed_mm_s } = stage.activity {
+                // What is left of the braking is cut short.
+                stage.start(target_mm, speed_mm_s, now);
+            }
+            Ok(())
+        })
+    }
+
+    fn stop(&mut self) -> Result<(), StageError> {
+        let mut world = self.world.lock();
+        let now = Instant::now();
+        let stall_mm = world.stall_mm();
+        world.stage.advance(stall_mm, now);
+        match world.stage.trouble {
+            Some(Trouble::Silent { .. } | Trouble::Gone) => world.stage.error("stop", now).map_or(Ok(()), Err),
+            _ => {
+                world.stage.brake(now);
+                Ok(())
+            }
+        }
+    }
+
+    fn clear_fault(&mut self) -> Result<(), StageError> {
+        let mut world = self.world.lock();
+        match world.stage.trouble {
+            Some(Trouble::Stalled { .. }) => {
+                world.stage.trouble = None;
+                Ok(())
+            }
+            _ => world.stage.error("clear fault", Instant::now()).map_or(Ok(()), Err),
+        }
+    }
+
+    fn reconnect(&mut self) -> Result<(), StageError> {
+        let mut world = self.world.lock();
+        if world.has(TwinFault::StageUnplugged) || world.has(TwinFault::StageSilent) {
+            return Ok(());
+        }
+        world.stage.brake(Instant::now());
+        world.stage.homed = false;
+        world.stage.trouble = None;
+        Ok(())
+    }
+}
