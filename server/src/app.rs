@@ -10,6 +10,7 @@ use crate::jobs::Jobs;
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
 use crate::station::StationHandle;
+use crate::ws::Streams;
 
 /// The parts of the running service.
 #[derive(Clone)]
@@ -28,4 +29,6 @@ pub struct App {
     pub jobs: Jobs,
     /// What is seen at this moment.
     pub live: LiveBus,
+    /// The live stream.
+    pub streams: Streams,
 }

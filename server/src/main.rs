@@ -47,7 +47,7 @@ mod tables;
 mod truth;
 #[allow(dead_code)]
 mod wall_clock;
-#[allow(dead_code)]
+#[allow(dead_code, unused_imports)]
 mod ws;
 
 use std::process::ExitCode;

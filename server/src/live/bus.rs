@@ -8,6 +8,7 @@ use scanning::Profile;
 use tokio::sync::watch;
 use vision::Centrelines;
 
+use crate::live::interest::{Sight, Wish, Wishes};
 use crate::live::points::{PointLog, PointsSeen, display_points};
 use crate::station::SharedFrame;
 
@@ -29,6 +30,7 @@ pub struct LiveBus {
     frames: watch::Sender<Option<Arc<LiveFrame>>>,
     points: watch::Sender<PointsSeen>,
     calibration: watch::Sender<Option<Arc<Calibration>>>,
+    wishes: watch::Sender<Wishes>,
 }
 
 impl Default for LiveBus {
@@ -37,6 +39,7 @@ impl Default for LiveBus {
             frames: watch::Sender::new(None),
             points: watch::Sender::new(PointsSeen::default()),
             calibration: watch::Sender::new(None),
+            wishes: watch::Sender::new(Wishes::default()),
         }
     }
 }
@@ -50,6 +53,16 @@ impl LiveBus {
     /// Follows the frames.
     pub fn watch_frames(&self) -> watch::Receiver<Option<Arc<LiveFrame>>> {
         self.frames.subscribe()
+    }
+
+    /// Wants to see something at most `rate_hz` times per second, as long as the answer lives.
+    pub fn want(&self, sight: Sight, rate_hz: f64) -> Wish {
+        Wish::new(&self.wishes, sight, rate_hz)
+    }
+
+    /// Follows who watches what.
+    pub fn watch_wishes(&self) -> watch::Receiver<Wishes> {
+        self.wishes.subscribe()
     }
 
     /// Which calibration live profiles are computed with.
@@ -98,6 +111,11 @@ impl LiveBus {
             std::mem::replace(&mut seen.running, false)
         });
         blocks
+    }
+
+    /// Whether a scan is shown.
+    pub fn scan_runs(&self) -> bool {
+        self.points.borrow().running
     }
 
     /// Follows the points of the scan that was begun last.

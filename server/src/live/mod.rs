@@ -4,7 +4,12 @@
 //! scan are a sequence without gaps, kept until the next scan begins.
 
 pub mod bus;
+pub mod interest;
+pub mod pace;
 pub mod points;
+pub mod view;
+pub mod worker;
 
 pub use bus::{LiveBus, LiveFrame};
+pub use interest::{Sight, Wish, Wishes};
 pub use points::{DisplayPoint, PointLog, PointsSeen};

@@ -82,6 +82,11 @@ impl PointLog {
         blocks.len() as u32
     }
 
+    /// How many blocks there are.
+    pub fn n_blocks(&self) -> u32 {
+        self.blocks.lock().unwrap_or_else(PoisonError::into_inner).len() as u32
+    }
+
     /// At most `limit` blocks from number `first` on; shared, not copied.
     pub fn blocks_from(&self, first: u32, limit: usize) -> Vec<Bytes> {
         let blocks = self.blocks.lock().unwrap_or_else(PoisonError::into_inner);

@@ -31,6 +31,21 @@ pub enum OperationalState {
     ContinuousExecution,
 }
 
+impl MachineState {
+    /// The name of OPC 40100-1; for a state within Operational, that one's.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Preoperational => "Preoperational",
+            Self::Halted => "Halted",
+            Self::Error => "Error",
+            Self::Operational(OperationalState::Initialized) => "Initialized",
+            Self::Operational(OperationalState::Ready) => "Ready",
+            Self::Operational(OperationalState::SingleExecution) => "SingleExecution",
+            Self::Operational(OperationalState::ContinuousExecution) => "ContinuousExecution",
+        }
+    }
+}
+
 /// Whether there is laser light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LaserLight {

@@ -1,3 +1,16 @@
 //! The live stream: WebSocket sub-protocol `sheaf.v1`, specified in `openapi/stream.md`.
+//!
+//! A frame is encoded once for all who watch it (`encoder`), each stream keeps only its newest message, and every
+//! connection (`connection`) takes from there what its client wants as fast as the client takes it.
 
+pub mod connection;
+pub mod encoder;
+pub mod feeds;
+pub mod listener;
+pub mod meter;
+pub mod points_page;
 pub mod protocol;
+pub mod streams;
+
+pub use points_page::{PointsPage, points_page};
+pub use streams::{Sources, Streams, stream};

@@ -1,0 +1,76 @@
+//! The thread `live`: looks for lines in the station's newest frame while somebody watches.
+
+use std::io;
+use std::sync::Arc;
+
+use optics::Calibration;
+use scanning::label_frame;
+use tokio::sync::watch;
+use tokio::time::{Instant, sleep_until};
+use vision::{CentrelineParams, Centrelines, LineDirection, find_centrelines};
+
+use crate::live::pace::Pace;
+use crate::live::worker::Worker;
+use crate::live::{LiveBus, LiveFrame};
+use crate::station::{SharedFrame, StationHandle, StationStatus};
+
+/// Starts the thread. It rests while nobody watches, and during a scan: the scan shows its frames itself.
+pub fn start(station: &StationHandle, bus: LiveBus, line_direction: LineDirection) -> io::Result<Worker> {
+    let (frames, status) = (station.watch_frames(), station.watch_status());
+    let params = CentrelineParams { line_direction, ..CentrelineParams::default() };
+    Worker::spawn("live", move || look(frames, status, bus, params))
+}
+
+async fn look(
+    mut frames: watch::Receiver<Option<SharedFrame>>,
+    status: watch::Receiver<Arc<StationStatus>>,
+    bus: LiveBus,
+    params: CentrelineParams,
+) {
+    // Labelling uses rayon: on the shared pool a frame would wait behind the seconds of a calibration.
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+    if let Err(error) = &alone {
+        tracing::warn!("the live view shares the threads of computations: {error}");
+    }
+    let mut wishes = bus.watch_wishes();
+    let calibration = bus.watch_calibration();
+    let mut pace = Pace::new(1.0, Instant::now());
+    loop {
+        let Ok(rate_hz) =
+            wishes.wait_for(|wishes| wishes.any_rate_hz().is_some()).await.map(|wishes| wishes.any_rate_hz())
+        else {
+            return;
+        };
+        pace.set_rate(rate_hz.unwrap_or(1.0));
+        if frames.changed().await.is_err() {
+            return;
+        }
+        sleep_until(pace.opens()).await;
+        let Some(frame) = frames.borrow_and_update().clone() else { continue };
+        let shown_by_scan = status.borrow().job_id.is_some() && bus.scan_runs();
+        if shown_by_scan || bus.watch_wishes().borrow().any_rate_hz().is_none() {
+            continue;
+        }
+        pace.pass(Instant::now());
+        let calibration = calibration.borrow().clone();
+        bus.show(Arc::new(seen_through(frame, calibration.as_deref(), &params)));
+    }
+}
+
+/// Finds the lines of a frame and, with a calibration, its profile. Without laser light there are no lines.
+pub fn seen_through(
+    frame: SharedFrame,
+    calibration: Option<&Calibration>,
+    params: &CentrelineParams,
+) -> LiveFrame {
+    let centrelines = if frame.laser_on { find_centrelines(&frame.image, params) } else { Centrelines::default() };
+    let fits = |calibration: &&Calibration| {
+        let camera = &calibration.camera;
+        (camera.width_px, camera.height_px) == (frame.image.width(), frame.image.height())
+    };
+    let calibration = calibration.filter(fits);
+    let profile =
+        calibration.map(|calibration| label_frame(&centrelines, calibration, calibration.depth_range_mm));
+    let calibration_id = calibration.map(|calibration| calibration.id.clone());
+    LiveFrame { frame, centrelines, profile, calibration_id }
+}

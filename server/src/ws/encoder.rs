@@ -1,0 +1,172 @@
+//! The thread `live-encode`: turns the newest frame into messages, once for all who watch.
+
+use std::io;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use jpeg_encoder::{ColorType, Encoder};
+use tokio::sync::watch;
+use tokio::time::{Instant, sleep_until};
+use vision::LineDirection;
+
+use crate::live::pace::Pace;
+use crate::live::worker::Worker;
+use crate::live::{LiveBus, LiveFrame, Sight};
+use crate::ws::protocol::header::{FrameStamp, PixelGrid};
+use crate::ws::protocol::image::{Brightness, ImageMessage, shrink};
+use crate::ws::protocol::profile::{ProfileMessage, calibration_mark};
+
+/// Sizes of pictures: divisors of the frame's size.
+pub const SCALES: [u8; 3] = [1, 2, 4];
+/// JPEG quality, 1–100: laser lines keep their shape, a frame of 1280×1024 has 100–200 kB.
+const JPEG_QUALITY: u8 = 80;
+
+/// The newest message of a stream.
+#[derive(Debug, Clone, Default)]
+pub struct Published {
+    /// Counts the messages of the stream, from 1; 0 is none yet.
+    pub number: u64,
+    /// The message.
+    pub bytes: Bytes,
+}
+
+/// Where the newest messages are found.
+#[derive(Clone)]
+pub struct Slots {
+    images: [watch::Sender<Published>; SCALES.len()],
+    profiles: watch::Sender<Published>,
+}
+
+impl Default for Slots {
+    fn default() -> Self {
+        Self {
+            images: std::array::from_fn(|_| watch::Sender::new(Published::default())),
+            profiles: watch::Sender::new(Published::default()),
+        }
+    }
+}
+
+impl Slots {
+    /// Where messages of that kind are found.
+    pub fn of(&self, sight: Sight) -> &watch::Sender<Published> {
+        match sight {
+            Sight::Profile => &self.profiles,
+            Sight::Image { scale } => {
+                &self.images[SCALES.iter().position(|known| *known == scale).unwrap_or_default()]
+            }
+        }
+    }
+
+    fn publish(&self, sight: Sight, encode: impl FnOnce(u32) -> Option<Bytes>) {
+        let slot = self.of(sight);
+        let number = slot.borrow().number + 1;
+        if let Some(bytes) = encode(number as u32) {
+            slot.send_replace(Published { number, bytes });
+        }
+    }
+}
+
+/// Starts the thread.
+pub fn start(bus: LiveBus, slots: Slots, line_direction: LineDirection) -> io::Result<Worker> {
+    Worker::spawn("live-encode", move || encode_frames(bus, slots, line_direction))
+}
+
+/// What one kind of message is encoded from and when.
+struct Line {
+    sight: Sight,
+    pace: Pace,
+    /// The frame encoded last.
+    done: u64,
+}
+
+async fn encode_frames(bus: LiveBus, slots: Slots, line_direction: LineDirection) {
+    let mut frames = bus.watch_frames();
+    let mut wishes = bus.watch_wishes();
+    let mut encoding = Encoding { line_direction, grey: Vec::new() };
+    let start = Instant::now();
+    let sights = SCALES.map(|scale| Sight::Image { scale }).into_iter().chain([Sight::Profile]);
+    let mut lines: Vec<Line> = sights.map(|sight| Line { sight, pace: Pace::new(1.0, start), done: 0 }).collect();
+    loop {
+        let newest = frames.borrow_and_update().clone();
+        let wanted = wishes.borrow_and_update().clone();
+        let mut next: Option<Instant> = None;
+        for line in &mut lines {
+            let (Some(frame), Some(rate_hz)) = (&newest, wanted.rate_hz(line.sight)) else { continue };
+            if frame.frame.sequence == line.done {
+                continue;
+            }
+            line.pace.set_rate(rate_hz);
+            let opens = line.pace.opens();
+            if opens > Instant::now() {
+                next = Some(next.map_or(opens, |next| next.min(opens)));
+                continue;
+            }
+            line.pace.pass(Instant::now());
+            line.done = frame.frame.sequence;
+            slots.publish(line.sight, |number| encoding.encode(line.sight, frame, number));
+        }
+        drop(newest);
+        let due = async {
+            match next {
+                Some(next) => sleep_until(next).await,
+                None => std::future::pending().await,
+            }
+        };
+        tokio::select! {
+            changed = frames.changed() => if changed.is_err() { return },
+            changed = wishes.changed() => if changed.is_err() { return },
+            () = due => {}
+        }
+    }
+}
+
+/// Encodes; keeps its memory from frame to frame.
+struct Encoding {
+    line_direction: LineDirection,
+    grey: Vec<u8>,
+}
+
+impl Encoding {
+    /// The message; `None` for a profile without calibration, or a picture that cannot be a JPEG.
+    fn encode(&mut self, sight: Sight, live: &Arc<LiveFrame>, number: u32) -> Option<Bytes> {
+        let image = &live.frame.image;
+        let stamp = FrameStamp::of(&live.frame, live.profile.is_some());
+        let grid = PixelGrid::of(image.width(), image.height());
+        match sight {
+            Sight::Profile => {
+                let (profile, id) = (live.profile.as_ref()?, live.calibration_id.as_deref()?);
+                let calibration = calibration_mark(id);
+                let line_direction = self.line_direction;
+                Some(ProfileMessage { stamp, grid, calibration, line_direction, profile }.encode(number))
+            }
+            Sight::Image { scale } => {
+                let jpeg_px = shrink(image, usize::from(scale), &mut self.grey);
+                let jpeg = self.jpeg(jpeg_px)?;
+                let message = ImageMessage {
+                    stamp,
+                    grid,
+                    bit_depth: image.bit_depth() as u8,
+                    scale,
+                    exposure_us: live.frame.exposure_us as f32,
+                    brightness: Brightness::of(image),
+                    segments: &live.centrelines.segments,
+                    labels: live.profile.as_ref().map_or(&[], |profile| &profile.labels),
+                    jpeg_px,
+                    jpeg: &jpeg,
+                };
+                Some(message.encode(number))
+            }
+        }
+    }
+
+    fn jpeg(&self, (width, height): (u16, u16)) -> Option<Vec<u8>> {
+        let mut jpeg = Vec::new();
+        match Encoder::new(&mut jpeg, JPEG_QUALITY).encode(&self.grey, width, height, ColorType::Luma) {
+            Ok(()) => Some(jpeg),
+            Err(error) => {
+                tracing::error!("a picture of {width}×{height} pixels could not be encoded: {error}");
+                None
+            }
+        }
+    }
+}

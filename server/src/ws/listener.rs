@@ -1,0 +1,95 @@
+//! The half of a connection that hears the client.
+
+use std::sync::{Mutex, PoisonError};
+
+use axum::extract::ws::{Message, WebSocket};
+use futures_util::StreamExt;
+use futures_util::stream::SplitStream;
+use tokio::sync::mpsc;
+use tokio::time::Instant;
+
+use crate::ws::protocol::text::{Misunderstanding, Request, parse};
+use crate::ws::protocol::{CLIENT_MESSAGE_BURST, CLIENT_MESSAGES_PER_S, MAX_CLIENT_MESSAGE_BYTES, close};
+
+/// Why a connection ends.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum End {
+    /// The client went, or cannot be reached any more.
+    Gone,
+    /// The server closes it.
+    Close {
+        /// Close code.
+        code: u16,
+        /// Words for the client's log.
+        reason: &'static str,
+    },
+}
+
+/// When the client was heard last.
+pub struct LastHeard(Mutex<Instant>);
+
+impl LastHeard {
+    /// Now.
+    pub fn now() -> Self {
+        Self(Mutex::new(Instant::now()))
+    }
+
+    /// The moment.
+    pub fn at(&self) -> Instant {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn note(&self) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+    }
+}
+
+/// Hears the client until it goes or breaks a rule; what it asks goes to `requests`.
+pub async fn listen(
+    mut from_client: SplitStream<WebSocket>,
+    requests: mpsc::Sender<Result<Request, Misunderstanding>>,
+    heard: &LastHeard,
+) -> End {
+    let mut allowance = Allowance { left: CLIENT_MESSAGE_BURST, at: Instant::now() };
+    loop {
+        let message = match from_client.next().await {
+            None | Some(Err(_)) => return End::Gone,
+            Some(Ok(message)) => message,
+        };
+        heard.note();
+        if !allowance.take(Instant::now()) {
+            return End::Close { code: close::POLICY, reason: "too many messages" };
+        }
+        match message {
+            Message::Close(_) => return End::Gone,
+            Message::Ping(_) | Message::Pong(_) => {}
+            Message::Binary(_) => {
+                return End::Close { code: close::UNSUPPORTED, reason: "a client sends text only" };
+            }
+            Message::Text(text) if text.len() > MAX_CLIENT_MESSAGE_BYTES => {
+                return End::Close { code: close::TOO_BIG, reason: "the message is too long" };
+            }
+            Message::Text(text) => {
+                if requests.send(parse(&text)).await.is_err() {
+                    return End::Gone;
+                }
+            }
+        }
+    }
+}
+
+/// How many messages the client may still send.
+struct Allowance {
+    left: f64,
+    at: Instant,
+}
+
+impl Allowance {
+    fn take(&mut self, now: Instant) -> bool {
+        let grown = now.duration_since(self.at).as_secs_f64() * CLIENT_MESSAGES_PER_S;
+        (self.left, self.at) = ((self.left + grown).min(CLIENT_MESSAGE_BURST), now);
+        let allowed = self.left >= 1.0;
+        self.left -= f64::from(u8::from(allowed));
+        allowed
+    }
+}

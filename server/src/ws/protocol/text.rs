@@ -1,0 +1,352 @@
+//! Text messages: JSON objects with `op`.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::station::MachineState;
+use crate::ws::protocol::{DEFAULT_RATE_HZ, MAX_RATE_HZ};
+
+/// What can be subscribed to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stream {
+    /// Pictures with their centrelines.
+    Image,
+    /// Triangulated points of a frame.
+    Profile,
+    /// Points of the running scan.
+    Points,
+    /// The station's state.
+    State,
+    /// Progress of jobs.
+    Jobs,
+    /// Number of the newest durable event.
+    Events,
+}
+
+impl Stream {
+    /// All streams.
+    pub const ALL: [Self; 6] = [Self::Image, Self::Profile, Self::Points, Self::State, Self::Jobs, Self::Events];
+
+    /// Whether a client may say how often at most.
+    pub fn has_rate(self) -> bool {
+        matches!(self, Self::Image | Self::Profile | Self::State | Self::Jobs)
+    }
+
+    /// Its name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Image => "image",
+            Self::Profile => "profile",
+            Self::Points => "points",
+            Self::State => "state",
+            Self::Jobs => "jobs",
+            Self::Events => "events",
+        }
+    }
+}
+
+/// What a client says.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Command {
+    /// Wants streams, or wants them differently.
+    Subscribe(Vec<Subscription>),
+    /// Does not want them any more.
+    Unsubscribe(Vec<Stream>),
+    /// Wants the time.
+    Ping,
+}
+
+/// A command and the number its answer shall carry.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// Chosen by the client.
+    pub id: Option<u64>,
+    /// What it wants.
+    pub command: Command,
+}
+
+/// A stream as it was subscribed to.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Subscription {
+    /// Which.
+    pub stream: Stream,
+    /// At most this often.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_rate_hz: Option<f64>,
+    /// Pictures: made smaller by 1, 2 or 4.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<u8>,
+    /// Points: the first block wanted of the scan that runs now.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_block: Option<u32>,
+}
+
+/// Why a message was not understood; the connection stays.
+#[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
+#[error("{detail}")]
+pub struct Misunderstanding {
+    /// A stable word.
+    pub code: &'static str,
+    /// What is wrong, and what would be right.
+    pub detail: String,
+    /// The number the message carried.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<u64>,
+}
+
+/// What the server says in text.
+#[derive(Debug, Serialize)]
+#[serde(tag = "op", rename_all = "snake_case")]
+pub enum ServerText<'a> {
+    /// First message on every connection.
+    Hello {
+        /// The sub-protocol.
+        protocol: &'static str,
+        /// Version of the program.
+        software_version: &'static str,
+        /// The station's clock now; `null` before its first frame.
+        clock_ms: Option<f64>,
+        /// Limits of a connection.
+        limits: Limits,
+    },
+    /// Everything that is subscribed to now.
+    Subscribed {
+        /// The number the command carried.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        id: Option<u64>,
+        /// The streams.
+        streams: Vec<Subscription>,
+    },
+    /// The time.
+    Pong {
+        /// The number the command carried.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        id: Option<u64>,
+        /// The station's clock now; `null` before its first frame.
+        clock_ms: Option<f64>,
+    },
+    /// A message was not understood.
+    Error(&'a Misunderstanding),
+    /// The station now, and every change of its state since the last such message.
+    State {
+        /// Changes, oldest first, numbered without gaps.
+        changes: Vec<StateChange>,
+        /// As `GET /api/v1/station` tells it.
+        station: &'a Value,
+    },
+    /// A job now.
+    Job {
+        /// As `GET /api/v1/jobs/{id}` tells it.
+        job: &'a Value,
+    },
+    /// There are durable events up to this one.
+    Event {
+        /// Its number.
+        seq: i64,
+    },
+    /// A scan whose points come, began or ended.
+    Scan {
+        /// Which.
+        scan_id: &'a str,
+        /// Whether more points will come.
+        running: bool,
+        /// Blocks so far; once it has ended, all.
+        n_blocks: u32,
+        /// Number of the block that comes next on this connection.
+        next_block: u32,
+    },
+    /// What was not sent since the subscription.
+    Dropped {
+        /// Per stream.
+        streams: Vec<DropCount>,
+    },
+}
+
+impl ServerText<'_> {
+    /// As JSON.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("texts hold no maps with other keys than strings")
+    }
+}
+
+/// Limits of a connection.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Limits {
+    /// Highest rate.
+    pub max_rate_hz: f64,
+    /// Longest message from the client.
+    pub max_client_message_bytes: usize,
+    /// Messages from the client per second in the long run.
+    pub client_messages_per_s: f64,
+}
+
+/// A change of the station's state.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StateChange {
+    /// From 1, without gaps.
+    pub number: u64,
+    /// The state that was entered, by its OPC 40100-1 name.
+    pub state: &'static str,
+}
+
+impl From<(u64, MachineState)> for StateChange {
+    fn from((number, state): (u64, MachineState)) -> Self {
+        Self { number, state: state.name() }
+    }
+}
+
+/// What became of the messages of a stream since it was subscribed to: offered = sent + by_rate + too_slow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct DropCount {
+    /// Which.
+    pub stream: Stream,
+    /// Messages there were.
+    pub offered: u64,
+    /// Messages sent.
+    pub sent: u64,
+    /// Left out because the client wanted fewer.
+    pub by_rate: u64,
+    /// Replaced by newer ones while the client did not take what was sent before.
+    pub too_slow: u64,
+}
+
+/// A command as it stands in the message.
+#[derive(Deserialize)]
+#[serde(tag = "op", rename_all = "snake_case", deny_unknown_fields)]
+enum CommandText {
+    Subscribe { id: Option<u64>, streams: Vec<SubscriptionText> },
+    Unsubscribe { id: Option<u64>, streams: Vec<Stream> },
+    Ping { id: Option<u64> },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SubscriptionText {
+    stream: Stream,
+    max_rate_hz: Option<f64>,
+    scale: Option<u8>,
+    from_block: Option<u32>,
+}
+
+/// What stands in a message even if the rest is not understood.
+#[derive(Deserialize)]
+struct Envelope {
+    op: Option<Value>,
+    id: Option<Value>,
+}
+
+/// Reads a text message of a client.
+pub fn parse(text: &str) -> Result<Request, Misunderstanding> {
+    let refuse = |code, detail: String, id| Misunderstanding { code, detail, id };
+    let envelope: Envelope = serde_json::from_str(text).map_err(|error| {
+        refuse("bad-json", format!("not a JSON object: {error}; send one object with `op` per message"), None)
+    })?;
+    let id = envelope.id.as_ref().and_then(Value::as_u64);
+    let op = envelope.op.as_ref().and_then(Value::as_str).unwrap_or_default();
+    if !["subscribe", "unsubscribe", "ping"].contains(&op) {
+        let detail = format!("unknown op `{}`; known are subscribe, unsubscribe, ping", shortened(op));
+        return Err(refuse("unknown-op", detail, id));
+    }
+    let command: CommandText = serde_json::from_str(text)
+        .map_err(|error| refuse("bad-message", format!("{op}: {error}; see openapi/stream.md"), id))?;
+    let command = match command {
+        CommandText::Ping { .. } => Command::Ping,
+        CommandText::Unsubscribe { streams, .. } => Command::Unsubscribe(streams),
+        CommandText::Subscribe { streams, .. } => {
+            let accepted: Result<Vec<_>, String> = streams.into_iter().map(accepted).collect();
+            Command::Subscribe(accepted.map_err(|detail| refuse("bad-subscription", detail, id))?)
+        }
+    };
+    Ok(Request { id, command })
+}
+
+/// A subscription with its defaults, or what is wrong with it.
+fn accepted(wanted: SubscriptionText) -> Result<Subscription, String> {
+    let name = wanted.stream.name();
+    let max_rate_hz = match (wanted.stream.has_rate(), wanted.max_rate_hz) {
+        (false, None) => None,
+        (false, Some(_)) => {
+            return Err(format!("{name} takes no max_rate_hz: it leaves nothing out; leave it away"));
+        }
+        (true, rate) => Some(rate.unwrap_or(DEFAULT_RATE_HZ)),
+    };
+    if max_rate_hz.is_some_and(|rate| !(rate > 0.0 && rate <= MAX_RATE_HZ)) {
+        return Err(format!("{name}: max_rate_hz must be above 0 and at most {MAX_RATE_HZ}"));
+    }
+    let scale = match (wanted.stream, wanted.scale) {
+        (Stream::Image, scale) => Some(scale.unwrap_or(1)),
+        (_, None) => None,
+        (_, Some(_)) => return Err(format!("{name} takes no scale; only image does")),
+    };
+    if scale.is_some_and(|scale| ![1, 2, 4].contains(&scale)) {
+        return Err("image: scale must be 1, 2 or 4".to_owned());
+    }
+    if wanted.from_block.is_some() && wanted.stream != Stream::Points {
+        return Err(format!("{name} takes no from_block; only points does"));
+    }
+    Ok(Subscription { stream: wanted.stream, max_rate_hz, scale, from_block: wanted.from_block })
+}
+
+/// What a client sent, short enough to be sent back.
+fn shortened(text: &str) -> String {
+    text.chars().take(40).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn subscribed(text: &str) -> Subscription {
+        match parse(text).unwrap().command {
+            Command::Subscribe(streams) => streams[0].clone(),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_subscription_gets_its_defaults() {
+        let image = subscribed(r#"{"op":"subscribe","streams":[{"stream":"image"}]}"#);
+        assert_eq!((image.max_rate_hz, image.scale), (Some(DEFAULT_RATE_HZ), Some(1)));
+        let points = subscribed(r#"{"op":"subscribe","streams":[{"stream":"points","from_block":7}]}"#);
+        assert_eq!((points.max_rate_hz, points.from_block), (None, Some(7)));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_by_name() {
+        let cases = [
+            ("[1]", "bad-json"),
+            ("{\"op\":", "bad-json"),
+            ("{}", "unknown-op"),
+            (r#"{"op":"shine"}"#, "unknown-op"),
+            (r#"{"op":"ping","id":-1}"#, "bad-message"),
+            (r#"{"op":"subscribe"}"#, "bad-message"),
+            (r#"{"op":"subscribe","streams":[{"stream":"sound"}]}"#, "bad-message"),
+            (r#"{"op":"subscribe","streams":[{"stream":"image","rate":3}]}"#, "bad-message"),
+            (r#"{"op":"subscribe","streams":[{"stream":"image","max_rate_hz":0}]}"#, "bad-subscription"),
+            (r#"{"op":"subscribe","streams":[{"stream":"image","max_rate_hz":241}]}"#, "bad-subscription"),
+            (r#"{"op":"subscribe","streams":[{"stream":"image","scale":3}]}"#, "bad-subscription"),
+            (r#"{"op":"subscribe","streams":[{"stream":"points","max_rate_hz":3}]}"#, "bad-subscription"),
+            (r#"{"op":"subscribe","streams":[{"stream":"profile","scale":2}]}"#, "bad-subscription"),
+            (r#"{"op":"subscribe","streams":[{"stream":"state","from_block":2}]}"#, "bad-subscription"),
+            (r#"{"op":"unsubscribe","streams":["sound"]}"#, "bad-message"),
+        ];
+        for (text, code) in cases {
+            assert_eq!(parse(text).unwrap_err().code, code, "{text}");
+        }
+    }
+
+    #[test]
+    fn an_error_carries_the_number_of_the_message() {
+        let error = parse(r#"{"op":"shine","id":12}"#).unwrap_err();
+        let text: serde_json::Value = serde_json::from_str(&ServerText::Error(&error).to_json()).unwrap();
+        assert_eq!((text["op"].as_str(), text["id"].as_u64()), (Some("error"), Some(12)));
+    }
+
+    #[test]
+    fn deep_and_odd_json_is_refused_not_followed() {
+        for text in ["[".repeat(10_000), format!("{{\"op\":{}", "{\"a\":".repeat(5000)), "\u{0}".into()] {
+            assert_eq!(parse(&text).unwrap_err().code, "bad-json");
+        }
+    }
+}
