@@ -29,6 +29,24 @@ pub struct StampedFrame {
     pub(super) home: Option<SyncSender<GreyImage>>,
 }
 
+#[cfg(test)]
+impl StampedFrame {
+    /// A frame that came from no station, exposed now.
+    pub fn detached(sequence: u64, position_mm: f64, image: GreyImage) -> Self {
+        Self {
+            sequence,
+            captured_at: Instant::now(),
+            captured_at_ns: sequence * 1_000_000,
+            position_mm: Some(position_mm),
+            lost_before: 0,
+            exposure_us: 2000.0,
+            laser_on: true,
+            image,
+            home: None,
+        }
+    }
+}
+
 /// A frame that several look at.
 pub type SharedFrame = Arc<StampedFrame>;
 

@@ -32,16 +32,16 @@ pub enum OperationalState {
 }
 
 impl MachineState {
-    /// The name of OPC 40100-1; for a state within Operational, that one's.
+    /// The name of OPC 40100-1.
     pub fn name(self) -> &'static str {
         match self {
             Self::Preoperational => "Preoperational",
             Self::Halted => "Halted",
             Self::Error => "Error",
-            Self::Operational(OperationalState::Initialized) => "Initialized",
-            Self::Operational(OperationalState::Ready) => "Ready",
-            Self::Operational(OperationalState::SingleExecution) => "SingleExecution",
-            Self::Operational(OperationalState::ContinuousExecution) => "ContinuousExecution",
+            Self::Operational(OperationalState::Initialized) => "Operational.Initialized",
+            Self::Operational(OperationalState::Ready) => "Operational.Ready",
+            Self::Operational(OperationalState::SingleExecution) => "Operational.SingleExecution",
+            Self::Operational(OperationalState::ContinuousExecution) => "Operational.ContinuousExecution",
         }
     }
 }

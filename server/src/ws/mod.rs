@@ -11,6 +11,8 @@ pub mod meter;
 pub mod points_page;
 pub mod protocol;
 pub mod streams;
+#[cfg(test)]
+mod tests;
 
 pub use points_page::{PointsPage, points_page};
 pub use streams::{Sources, Streams, stream};

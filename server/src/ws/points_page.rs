@@ -47,7 +47,7 @@ pub async fn points_page(
     stored_page(reader.bytes, from_block).await.map_err(|_| damaged())
 }
 
-fn live_page(live: &LiveBus, scan_id: &str, from_block: u32) -> Option<PointsPage> {
+pub(super) fn live_page(live: &LiveBus, scan_id: &str, from_block: u32) -> Option<PointsPage> {
     let seen = live.watch_points().borrow().clone();
     let log = seen.log_of(scan_id)?;
     let mut bytes = BytesMut::new();

@@ -239,7 +239,7 @@ fn the_points_sample_reads_by_the_table() {
 
 /// Every text the server sends, in the order of the specification.
 fn server_texts() -> Value {
-    let station = json!({ "state": "Ready", "activity": "" });
+    let station = json!({ "state": "Operational.Ready", "activity": "" });
     let job = json!({ "id": SCAN_ID, "kind": "scan", "state": "running", "progress": 0.25 });
     let subscription = |stream, max_rate_hz, scale| Subscription { stream, max_rate_hz, scale, from_block: None };
     let unknown = Misunderstanding {
@@ -268,7 +268,10 @@ fn server_texts() -> Value {
         ServerText::Pong { id: Some(2), clock_ms: None },
         ServerText::Error(&unknown),
         ServerText::State {
-            changes: vec![StateChange { number: 6, state: "Halted" }, StateChange { number: 7, state: "Ready" }],
+            changes: vec![
+                StateChange { number: 6, state: "Halted" },
+                StateChange { number: 7, state: "Operational.Ready" },
+            ],
             station: &station,
         },
         ServerText::Job { job: &job },
