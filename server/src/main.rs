@@ -22,6 +22,8 @@ mod jobs;
 mod ledger;
 #[allow(dead_code, unused_imports)]
 mod live;
+#[allow(dead_code)]
+mod measurements;
 mod output;
 mod palette;
 mod photographs;

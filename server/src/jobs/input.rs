@@ -48,7 +48,7 @@ pub struct CalibrateInput {
 }
 
 /// How the stage moves during a scan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanMode {
     /// Stands still for every frame.

@@ -33,5 +33,5 @@ pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
         replaces: false,
         losses,
     };
-    made_scan(ctx, story, &frames, &document, READING..1.0)
+    Ok(made_scan(ctx, story, &frames, &document, READING..1.0)?.done())
 }

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::jobs::input::JobInput;
-use crate::jobs::{Done, JobContext, JobEnd, calibrate, recompute, scan};
+use crate::jobs::{Done, JobContext, JobEnd, calibrate, export, recompute, scan};
 use crate::problem::{Problem, ProblemKind};
 
 /// Runs the job to its end; a panic is a failure of this job alone.
@@ -17,6 +17,7 @@ fn run_kind(input: JobInput, context: &JobContext) -> Result<Done, JobEnd> {
         JobInput::Calibration(input) => calibrate::run(input, context),
         JobInput::Scan(input) => scan::run(input, context),
         JobInput::Recomputation(input) => recompute::run(input, context),
+        JobInput::Export(input) => export::run(input, context),
         other => Err(not_built(other.kind()).into()),
     }
 }

@@ -5,8 +5,8 @@ use scanning::files::peaks::PeaksHeader;
 use serde_json::json;
 use store::ScanState;
 
-use crate::jobs::scan::{FrameSet, ScanStory, keep_peaks, made_scan};
-use crate::jobs::{Done, JobContext, JobEnd, ScanInput};
+use crate::jobs::scan::{FrameSet, MadeScan, ScanStory, keep_peaks, made_scan};
+use crate::jobs::{JobContext, JobEnd, ScanInput};
 use crate::pipeline::{capture_frames, open_capture};
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_calibration::stored_document;
@@ -16,7 +16,7 @@ use crate::stored_scan::new_id;
 const READING: f64 = 0.8;
 
 /// Reads the pictures of one scan and computes its cloud.
-pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobContext) -> Result<Done, JobEnd> {
+pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
     refuse_station_fields(input)?;
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     ctx.report(0.0, "unpacking the capture");

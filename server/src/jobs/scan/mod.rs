@@ -8,15 +8,20 @@ mod result;
 
 use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource};
 
-pub use result::{FrameSet, ScanStory, keep_peaks, made_scan};
+pub use result::{FrameSet, MadeScan, ScanStory, keep_peaks, made_scan, scan_changes};
 
 /// The kind of record that scans make.
 pub const SCAN: &str = "scan";
 
 /// Scans.
 pub fn run(input: ScanInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+    Ok(make(&input, ctx)?.done())
+}
+
+/// Scans, and leaves it to the caller to end the job.
+pub fn make(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
     match &input.source {
         ScanSource::Station => todo!(),
-        ScanSource::Capture { capture_id, scan } => capture_source::run(&input, capture_id, scan.as_deref(), ctx),
+        ScanSource::Capture { capture_id, scan } => capture_source::run(input, capture_id, scan.as_deref(), ctx),
     }
 }

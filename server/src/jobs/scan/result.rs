@@ -74,14 +74,24 @@ pub fn keep_peaks(ctx: &JobContext, frames: &FrameSet) -> Result<ArtifactId, Job
     Ok(ctx.wait(ctx.artifacts.adopt(&path))?)
 }
 
-/// Computes the cloud and ends the job with the scan's record.
+/// A scan that was computed and stored, but for its record.
+pub struct MadeScan {
+    /// The record.
+    pub record: ScanRecord,
+    /// Points and figures.
+    pub result: ScanResult,
+    replaces: bool,
+    n_frames: usize,
+}
+
+/// Computes the cloud and stores what the record names.
 pub fn made_scan(
     ctx: &JobContext,
     story: ScanStory,
     frames: &FrameSet,
     document: &CalibrationDocument,
     part: Range<f64>,
-) -> Result<Done, JobEnd> {
+) -> Result<MadeScan, JobEnd> {
     let end = part.end;
     ctx.report(part.start, "computing the cloud");
     let reporter = ctx.reporter(part);
@@ -93,8 +103,9 @@ pub fn made_scan(
         Some(blocks) => blocks.clone(),
         None => keep_display(ctx, &story.id, &result, frames)?,
     };
+    let replaces = story.replaces;
     let record = record(ctx, story, frames, document, &result, cloud, display);
-    Ok(done(record, &result, frames.frames.len()))
+    Ok(MadeScan { record, result, replaces, n_frames: frames.frames.len() })
 }
 
 fn keep_cloud(ctx: &JobContext, result: &ScanResult) -> Result<ArtifactId, JobEnd> {
@@ -130,11 +141,11 @@ fn record(
     result: &ScanResult,
     cloud: ArtifactId,
     display: ArtifactId,
-) -> (ScanRecord, bool) {
+) -> ScanRecord {
     let mut report = scan_json(&story.cloud_name, result);
     report["n_frames"] = json!(frames.frames.len());
     report["losses"] = json!(story.losses);
-    let record = ScanRecord {
+    ScanRecord {
         id: story.id,
         name: story.name,
         state: story.state,
@@ -149,20 +160,36 @@ fn record(
         job_id: Some(ctx.id.clone()),
         software_version: env!("CARGO_PKG_VERSION").to_owned(),
         created_at_ms: now_ms(),
-    };
-    (record, story.replaces)
+    }
 }
 
-fn done((record, replaces): (ScanRecord, bool), result: &ScanResult, n_frames: usize) -> Done {
-    let worth = match record.state {
-        ScanState::Complete => "",
-        ScanState::Partial => "; the scan is partial",
-        ScanState::Invalid => "; frames were lost: the scan is invalid",
-    };
-    let message = format!("{} points from {n_frames} frames{worth}", result.report.n_points);
-    let body = json!({ "name": record.name, "state": record.state, "n_points": result.report.n_points });
+impl MadeScan {
+    /// In the operator's words.
+    pub fn message(&self) -> String {
+        let worth = match self.record.state {
+            ScanState::Complete => "",
+            ScanState::Partial => "; the scan is partial",
+            ScanState::Invalid => "; frames were lost: the scan is invalid",
+        };
+        format!("{} points from {} frames{worth}", self.result.report.n_points, self.n_frames)
+    }
+
+    /// What stores the record.
+    pub fn changes(&self) -> Vec<Change> {
+        scan_changes(&self.record, self.replaces)
+    }
+
+    /// The end of a job that made a scan.
+    pub fn done(self) -> Done {
+        let result = ResultRef { kind: SCAN.to_owned(), id: self.record.id.clone() };
+        Done { result, message: self.message(), changes: self.changes() }
+    }
+}
+
+/// What stores the record of a scan, new or in place of its earlier self.
+pub fn scan_changes(record: &ScanRecord, replaces: bool) -> Vec<Change> {
+    let body = json!({ "name": record.name, "state": record.state, "n_points": record.report["n_points"] });
     let told = event("scan.made", &record.id, body);
-    let result = ResultRef { kind: SCAN.to_owned(), id: record.id.clone() };
-    let change = if replaces { Change::ReplaceScan(record) } else { Change::InsertScan(record) };
-    Done { result, message, changes: vec![change, told] }
+    let record = record.clone();
+    vec![if replaces { Change::ReplaceScan(record) } else { Change::InsertScan(record) }, told]
 }

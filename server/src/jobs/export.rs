@@ -1,0 +1,165 @@
+//! Write a scan's cloud or mesh in another format, once: the same request finds the bytes of the first time.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use scanning::files::{write_cloud_to, write_mesh_to};
+use scanning::{Cloud, CloudFormat, MeshFormat, MeshParams, mesh_from_cloud};
+use serde_json::json;
+use store::{ArtifactId, Artifacts, ResultRef, ScanRecord, StoreError};
+
+use crate::jobs::{Done, ExportInput, JobContext, JobEnd};
+use crate::ledger::event;
+use crate::problem::{Problem, ProblemKind};
+use crate::stored_scan::{disk_problem, stored_cloud, without_cloud};
+
+/// Folder beside the scratch folder that remembers what was exported; may be deleted at any time.
+const CACHE: &str = "cache/exports";
+
+/// What to write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExportFormat {
+    /// The points.
+    Cloud(CloudFormat),
+    /// The surface through them.
+    Mesh(MeshFormat),
+}
+
+impl ExportFormat {
+    /// `what` is `cloud` or `mesh`, `format` one of its file formats.
+    ///
+    /// # Errors
+    /// A problem that lists what there is.
+    pub fn parse(what: &str, format: &str) -> Result<Self, Problem> {
+        let unknown = |field: &str, given: &str, known: String| {
+            Problem::new(ProblemKind::Impossible, format!("there is no {field} \"{given}\""))
+                .at(format!("/{field}"))
+                .remedy(format!("use one of {known}"))
+        };
+        match what {
+            "cloud" => {
+                CloudFormat::ALL.into_iter().find(|known| known.extension() == format).map(Self::Cloud).ok_or_else(
+                    || unknown("format", format, CloudFormat::ALL.map(CloudFormat::extension).join(", ")),
+                )
+            }
+            "mesh" => {
+                MeshFormat::ALL.into_iter().find(|known| known.extension() == format).map(Self::Mesh).ok_or_else(
+                    || unknown("format", format, MeshFormat::ALL.map(MeshFormat::extension).join(", ")),
+                )
+            }
+            _ => Err(unknown("what", what, "cloud, mesh".to_owned())),
+        }
+    }
+
+    /// The file name extension, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Cloud(format) => format.extension(),
+            Self::Mesh(format) => format.extension(),
+        }
+    }
+
+    /// `cloud` or `mesh`.
+    pub fn what(self) -> &'static str {
+        match self {
+            Self::Cloud(_) => "cloud",
+            Self::Mesh(_) => "mesh",
+        }
+    }
+
+    /// The media type of the bytes.
+    pub fn media_type(self) -> &'static str {
+        match self {
+            Self::Cloud(CloudFormat::Csv) => "text/csv; charset=utf-8",
+            Self::Cloud(CloudFormat::E57) => "model/e57",
+            Self::Mesh(MeshFormat::Stl) => "model/stl",
+            Self::Mesh(MeshFormat::Glb) => "model/gltf-binary",
+            Self::Cloud(CloudFormat::Ply | CloudFormat::Pcd) | Self::Mesh(MeshFormat::Ply) => {
+                "application/octet-stream"
+            }
+        }
+    }
+}
+
+/// Exports.
+pub fn run(input: ExportInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+    let format = ExportFormat::parse(&input.what, &input.format)?;
+    let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
+    ctx.report(0.0, &format!("writing the {} as {}", format.what(), format.extension()));
+    let id = ctx.wait(bytes_to_artifact(&ctx.artifacts, &scan, format))?;
+    ctx.go_on()?;
+    let body = json!({ "scan_id": scan.id, "what": format.what(), "format": format.extension() });
+    Ok(Done {
+        result: ResultRef { kind: "artifact".to_owned(), id: id.as_str().to_owned() },
+        message: format!("{} of {} as {}", format.what(), scan.name, format.extension()),
+        changes: vec![event("scan.exported", &scan.id, body)],
+    })
+}
+
+/// The artifact that holds a scan's cloud or mesh in that format; made if it is not there yet.
+///
+/// # Errors
+/// A problem: no cloud, a damaged one, a full disk, a format that cannot hold it.
+pub async fn bytes_to_artifact(
+    artifacts: &Arc<dyn Artifacts>,
+    scan: &ScanRecord,
+    format: ExportFormat,
+) -> Result<ArtifactId, Problem> {
+    let Some(cloud_id) = &scan.cloud else { return Err(without_cloud(scan)) };
+    if format == ExportFormat::Cloud(CloudFormat::Ply) {
+        return Ok(cloud_id.clone());
+    }
+    let note = remembered(&**artifacts, cloud_id, format);
+    if let Some(id) = known(&**artifacts, &note).await? {
+        return Ok(id);
+    }
+    let cloud = stored_cloud(&**artifacts, scan).await?;
+    let written = tokio::task::spawn_blocking(move || bytes_of(&cloud, format)).await;
+    let bytes = written.map_err(|error| {
+        Problem::new(ProblemKind::Internal, "the export was not completed").because(error.to_string())
+    })??;
+    let id = artifacts.put(&bytes).await?;
+    if let Err(cause) = remember(&note, &id) {
+        // The next request computes it again; nothing else depends on the note.
+        tracing::warn!(%cause, "cannot remember an export");
+    }
+    Ok(id)
+}
+
+fn bytes_of(cloud: &Cloud, format: ExportFormat) -> Result<Vec<u8>, Problem> {
+    let mut bytes = Vec::new();
+    match format {
+        ExportFormat::Cloud(format) => write_cloud_to(&mut bytes, format, cloud),
+        ExportFormat::Mesh(format) => {
+            write_mesh_to(&mut bytes, format, &mesh_from_cloud(cloud, &MeshParams::default()))
+        }
+    }
+    .map_err(disk_problem)?;
+    Ok(bytes)
+}
+
+/// Where it is noted which artifact holds that export of that cloud.
+fn remembered(artifacts: &dyn Artifacts, cloud: &ArtifactId, format: ExportFormat) -> PathBuf {
+    let home = artifacts.scratch().parent().unwrap_or(artifacts.scratch());
+    home.join(CACHE).join(format!("{}-{}.{}", cloud.as_str(), format.what(), format.extension()))
+}
+
+async fn known(artifacts: &dyn Artifacts, note: &std::path::Path) -> Result<Option<ArtifactId>, Problem> {
+    let Some(id) = std::fs::read_to_string(note).ok().and_then(|text| ArtifactId::parse(text.trim())) else {
+        return Ok(None);
+    };
+    match artifacts.open(&id).await {
+        Ok(_) => Ok(Some(id)),
+        Err(StoreError::NotFound { .. }) => Ok(None),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn remember(note: &std::path::Path, id: &ArtifactId) -> std::io::Result<()> {
+    if let Some(folder) = note.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    let draft = note.with_extension(format!("{}.part", crate::stored_scan::new_id()));
+    std::fs::write(&draft, id.as_str())?;
+    std::fs::rename(&draft, note)
+}

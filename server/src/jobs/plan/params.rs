@@ -1,0 +1,43 @@
+//! Limits and estimates of the planning of scans, each with its unit and its reason.
+
+/// Distance between rows if nothing else is said, mm: two to three pixels of a megapixel camera at 400 mm.
+pub const DEFAULT_STEP_MM: f64 = 0.2;
+
+/// Share of full laser power if nothing else is said.
+pub const DEFAULT_LASER_POWER: f64 = 1.0;
+
+/// Smallest step, mm: below, rows differ by less than any stage can be read back.
+pub const STEP_MIN_MM: f64 = 0.001;
+
+/// Largest number of points a scan may be planned for. Computing the cloud takes about 250 bytes for each of them:
+/// 2.5 GB.
+pub const POINTS_LIMIT: u64 = 10_000_000;
+
+/// Standard deviation of a centreline's point, px, that σ is predicted with: the median on matt grey paint at a
+/// well-set exposure (twin, speckle contrast 0.3).
+pub const EXPECTED_SIGMA_PX: f64 = 0.05;
+
+/// Time a row of a stop-and-go scan takes beside motion and exposure, s: trigger, read-out, transfer, settling.
+pub const ROW_OVERHEAD_S: f64 = 0.03;
+
+/// Largest smear during an exposure of a moving stage, as a share of the step, that is not worth a remark.
+pub const SMEAR_SHARE: f64 = 0.25;
+
+/// Distance of the pixels at which σ and density are predicted, px; both change slowly over the image.
+pub const PREDICTION_STEP_PX: usize = 64;
+
+/// Bytes of a display point in the blocks of the stream.
+pub const DISPLAY_POINT_BYTES: u64 = 16;
+
+/// Bytes of a point in a cloud as binary PLY.
+pub const CLOUD_POINT_BYTES: u64 = 45;
+
+/// Bytes of a point in the peaks.
+pub const PEAK_BYTES: u64 = 49;
+
+/// Exposure of laser frames on the simulated station, µs.
+pub const LASER_EXPOSURE_US: f64 = 1_000.0;
+/// Run-up of a continuous scan if the stage does not state its acceleration.
+pub const RUN_UP_TIME: std::time::Duration = std::time::Duration::from_millis(100);
+/// Run-up beyond the ramp by its own length.
+pub const RUN_UP_MARGIN: f64 = 1.25;

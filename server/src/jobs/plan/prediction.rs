@@ -1,0 +1,95 @@
+//! Density, σ and depths of a scan, from the calibration alone.
+
+use nalgebra::{Vector2, Vector3};
+use optics::Calibration;
+use scanning::depth_envelope;
+use vision::LineDirection;
+
+use super::params::{CLOUD_POINT_BYTES, DISPLAY_POINT_BYTES, EXPECTED_SIGMA_PX, PEAK_BYTES, PREDICTION_STEP_PX};
+use crate::station::StationStatus;
+
+/// What a calibration says about a scan with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// See `ScanPlan`.
+    pub rows_per_mm: f64,
+    /// See `ScanPlan`.
+    pub points_per_mm_along_line: f64,
+    /// See `ScanPlan`.
+    pub sigma_mm: Option<f64>,
+    /// See `ScanPlan`.
+    pub depth_mm: [f64; 2],
+    /// See `ScanPlan`.
+    pub unambiguous_depth_mm: [f64; 2],
+}
+
+/// Predicts for a flat part across the camera in the middle of the calibrated depths.
+pub fn predict(calibration: &Calibration, step_mm: f64) -> Prediction {
+    let envelope = depth_envelope(calibration, calibration.depth_range_mm);
+    let direction = line_direction(calibration);
+    let range = calibration.depth_range_mm;
+    let middle_mm = 0.5 * (range.near_mm + range.far_mm);
+    let camera = &calibration.camera;
+    let (focal_px, along) = match direction {
+        LineDirection::Rows => (camera.fx_px, 0),
+        LineDirection::Columns => (camera.fy_px, 1),
+    };
+    // What the stage moves the part across the lines per mm of travel.
+    let across = calibration.stage.map_or(1.0, |stage| stage.direction[1 - along].abs());
+    Prediction {
+        rows_per_mm: if step_mm * across > 0.0 { 1.0 / (step_mm * across) } else { 0.0 },
+        points_per_mm_along_line: focal_px / middle_mm,
+        sigma_mm: median_sigma_mm(calibration, direction),
+        depth_mm: [envelope.stated_mm.near_mm, envelope.stated_mm.far_mm],
+        unambiguous_depth_mm: [envelope.unambiguous_mm.near_mm, envelope.unambiguous_mm.far_mm],
+    }
+}
+
+/// Which way the lines run: along the axis of the image in which the sheets of neighbouring orders do not part.
+fn line_direction(calibration: &Calibration) -> LineDirection {
+    let camera = &calibration.camera;
+    let centre = Vector2::new(camera.width_px as f64 / 2.0, camera.height_px as f64 / 2.0);
+    let normal = calibration.orders.iter().find_map(|&order| {
+        calibration.triangulate(order, &centre, None).map(|point| -> Vector3<f64> { point.hit.normal })
+    });
+    match normal {
+        Some(normal) if normal.x.abs() > normal.y.abs() => LineDirection::Columns,
+        _ => LineDirection::Rows,
+    }
+}
+
+/// Median σ along the ray over the calibrated volume: image noise and covariance of the calibration.
+fn median_sigma_mm(calibration: &Calibration, direction: LineDirection) -> Option<f64> {
+    let camera = &calibration.camera;
+    let normal = match direction {
+        LineDirection::Rows => [0.0, 1.0],
+        LineDirection::Columns => [1.0, 0.0],
+    };
+    let nodes = |size_px: usize| (0..size_px).step_by(PREDICTION_STEP_PX).map(|px| px as f64);
+    let mut sigmas_mm = Vec::new();
+    for (u_px, v_px) in nodes(camera.width_px).flat_map(|u| nodes(camera.height_px).map(move |v| (u, v))) {
+        for &order in &calibration.orders {
+            let Some(point) = calibration.triangulate(order, &Vector2::new(u_px, v_px), None) else { continue };
+            if !calibration.depth_range_mm.contains(point.hit.depth_mm) {
+                continue;
+            }
+            let noise_mm = point.noise_sigma_mm(&normal, EXPECTED_SIGMA_PX);
+            let systematic_mm = calibration.systematic_sigma_mm(order, &point).unwrap_or(0.0);
+            sigmas_mm.push(noise_mm.hypot(systematic_mm));
+        }
+    }
+    sigmas_mm.sort_by(f64::total_cmp);
+    sigmas_mm.get(sigmas_mm.len() / 2).copied()
+}
+
+/// Room that a scan needs: peaks twice (in the making and stored), cloud, display points, and the pictures twice.
+pub fn disk_bytes(max_points: u64, n_rows: usize, keep_frames: bool, status: &StationStatus) -> u64 {
+    let roi = status.camera_settings.roi;
+    let bytes_per_px = match status.camera_settings.pixel_format {
+        devices::PixelFormat::Mono8 => 1,
+        devices::PixelFormat::Mono16 => 2,
+    };
+    let picture_bytes = (roi.width_px * roi.height_px * bytes_per_px) as u64;
+    let pictures_bytes = if keep_frames { 2 * n_rows as u64 * picture_bytes } else { 0 };
+    max_points * (2 * PEAK_BYTES + CLOUD_POINT_BYTES + DISPLAY_POINT_BYTES) + pictures_bytes
+}
