@@ -2,10 +2,14 @@
 
 use std::sync::Arc;
 
-use store::Artifacts;
+use metrics_exporter_prometheus::PrometheusHandle;
+use store::{Artifacts, Store};
 
 use crate::captures::Captures;
+use crate::closing::Closing;
 use crate::config::Config;
+use crate::http::control::ControlDesk;
+use crate::http::idempotency::KeysInFlight;
 use crate::jobs::Jobs;
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
@@ -17,6 +21,8 @@ use crate::ws::Streams;
 pub struct App {
     /// How it is set up.
     pub config: Arc<Config>,
+    /// The data directory.
+    pub store: Arc<Store>,
     /// The catalogue and its events.
     pub ledger: Ledger,
     /// What records name.
@@ -31,4 +37,12 @@ pub struct App {
     pub live: LiveBus,
     /// The live stream.
     pub streams: Streams,
+    /// Who commands.
+    pub control: ControlDesk,
+    /// Requests with a key that are being answered.
+    pub keys: KeysInFlight,
+    /// Figures for `/metrics`.
+    pub figures: PrometheusHandle,
+    /// Whether the service ends.
+    pub closing: Closing,
 }

@@ -73,6 +73,15 @@ pub enum Command {
     /// Render a small station, calibrate it by all three models, scan two parts, compare with the truth.
     #[command(after_help = EXIT_CODES)]
     Demo(DemoArgs),
+    /// The service: REST under /api/v1, live stream, API page at /docs; prints its URL once it listens. SHEAF_LOG sets
+    /// what is logged.
+    #[command(after_help = EXIT_CODES)]
+    Serve(ServeArgs),
+    /// The configuration in force, and where each value came from.
+    #[command(after_help = EXIT_CODES)]
+    Config(SettingsArgs),
+    /// The document of the service's API (OpenAPI).
+    Openapi,
 }
 
 /// Light model on the command line.
@@ -472,4 +481,29 @@ pub struct DemoArgs {
     /// Seed of the station and of its noise.
     #[arg(long, default_value_t = 7)]
     pub seed: u64,
+}
+
+/// `sheaf serve`.
+#[derive(Debug, Args)]
+pub struct ServeArgs {
+    /// How it is set up.
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+}
+
+/// What the command line says about the configuration; it wins over environment (SHEAF_…) and file.
+#[derive(Debug, Clone, Default, Args)]
+pub struct SettingsArgs {
+    /// Address and port; port 0 takes a free one.
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub listen: Option<String>,
+    /// Folder of everything that is kept.
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+    /// Configuration file; by default DIR/sheaf.toml, if it is there.
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Any other setting, such as station.twin.scene=gauge; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
 }

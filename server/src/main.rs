@@ -10,12 +10,15 @@ mod cancel;
 #[allow(dead_code)]
 mod captures;
 mod cli;
+mod closing;
 mod cloud_provenance;
 mod commands;
-#[allow(dead_code, unused_imports)]
 mod config;
+mod edge;
 mod failure;
 mod features;
+#[allow(dead_code)]
+mod http;
 #[allow(dead_code, unused_imports)]
 mod jobs;
 #[allow(dead_code)]
@@ -38,6 +41,7 @@ mod problem_causes;
 mod progress;
 mod refusal;
 mod report;
+mod service;
 #[allow(dead_code, unused_imports)]
 mod station;
 #[allow(dead_code)]

@@ -22,6 +22,8 @@ pub enum ProblemKind {
     Changed,
     /// An edit without `If-Match`.
     PreconditionRequired,
+    /// A body that did not arrive in time.
+    TimedOut,
     /// Too many bytes.
     TooLarge,
     /// A body of another type.
@@ -58,6 +60,7 @@ impl ProblemKind {
             Self::Conflict => ("conflict", "The present state does not allow it", 409),
             Self::Changed => ("changed", "It was changed meanwhile", 412),
             Self::PreconditionRequired => ("precondition-required", "Say which version is meant", 428),
+            Self::TimedOut => ("timed-out", "The request did not arrive in time", 408),
             Self::TooLarge => ("too-large", "Too many bytes", 413),
             Self::UnsupportedMediaType => ("unsupported-media-type", "The body is of another type", 415),
             Self::Impossible => ("impossible", "Understood, but impossible", 422),

@@ -2,10 +2,13 @@
 
 mod calibrate;
 pub mod centrelines;
+pub mod config;
 mod corners;
 pub mod demo;
 mod measure;
+mod openapi;
 mod scan;
+mod serve;
 mod study;
 mod triangulate;
 mod twin;
@@ -58,5 +61,8 @@ pub fn run(command: Command, json: bool, reporter: &Reporter) -> Result<Answer, 
         Command::Study(args) => study::run(&args, reporter),
         Command::Twin(args) => twin::run(&args, reporter),
         Command::Demo(args) => demo::run(&args, reporter),
+        Command::Serve(args) => serve::run(&args, json),
+        Command::Config(args) => config::run(&args),
+        Command::Openapi => openapi::run(),
     }
 }

@@ -101,6 +101,7 @@ pub fn effective(
 }
 
 /// Defaults and flags alone.
+#[cfg(test)]
 pub fn from_flags(asked: &Asked) -> Result<Effective, ConfigError> {
     let mut layers = Layers::default();
     layers.add_flags(asked)?;
@@ -133,7 +134,7 @@ impl Layers {
 
     fn add_text(&mut self, key: &str, text: &str, origin: Origin) -> Result<(), ConfigError> {
         let setting = setting(key, &origin)?;
-        let value = setting.kind.from_text(text).ok_or_else(|| ConfigError::BadValue {
+        let value = setting.kind.read_text(text).ok_or_else(|| ConfigError::BadValue {
             key: setting.key,
             found: format!("\"{text}\""),
             origin: origin.clone(),
@@ -192,7 +193,7 @@ impl Layers {
             }
             let setting = setting(&key, &origin)?;
             let toml = value.get_ref();
-            let read = setting.kind.from_toml(toml).ok_or_else(|| ConfigError::BadValue {
+            let read = setting.kind.read_toml(toml).ok_or_else(|| ConfigError::BadValue {
                 key: setting.key,
                 found: toml.as_str().map_or_else(|| toml.type_str().to_owned(), |text| format!("\"{text}\"")),
                 origin: origin.clone(),

@@ -31,7 +31,8 @@ pub struct Config {
 }
 
 impl Config {
-    /// Everything as it is by default: a simulated station, loopback, any free port, everything under `data`.
+    /// For tests: everything as it is by default: a simulated station, loopback, any free port, everything under `data`.
+    #[cfg(test)]
     pub fn simulated(data: PathBuf) -> Self {
         let asked = Asked { listen: Some("127.0.0.1:0".to_owned()), data: Some(data), ..Asked::default() };
         layers::from_flags(&asked).expect("the defaults are valid; a test holds this").config

@@ -56,7 +56,7 @@ impl Kind {
     }
 
     /// The value that `text` means in the environment or after a flag; lists are separated by commas.
-    pub fn from_text(self, text: &str) -> Option<Value> {
+    pub fn read_text(self, text: &str) -> Option<Value> {
         let items = || text.split(',').map(str::trim).filter(|item| !item.is_empty());
         let value = match self {
             Self::Text | Self::Word(_) | Self::Address => Value::Text(text.to_owned()),
@@ -70,7 +70,7 @@ impl Kind {
     }
 
     /// The value that a TOML value means.
-    pub fn from_toml(self, toml: &DeValue<'_>) -> Option<Value> {
+    pub fn read_toml(self, toml: &DeValue<'_>) -> Option<Value> {
         let value = match self {
             Self::Text | Self::Word(_) | Self::Address => Value::Text(toml.as_str()?.to_owned()),
             Self::Number(..) => Value::Number(number(toml)?),

@@ -112,21 +112,23 @@ impl Jobs {
     /// # Errors
     /// A problem: `too-many` with a full queue, `storage-full`, `impossible` for an input that cannot work.
     pub async fn submit(&self, input: JobInput, source: &str) -> Result<JobRecord, Problem> {
-        self.submit_with(input, source, Vec::new()).await
+        self.submit_with(input, source, |_| Vec::new()).await
     }
 
-    /// As [`Jobs::submit`], with changes that are made in the same transaction or not at all.
+    /// As [`Jobs::submit`], with changes that are made in the same transaction or not at all, such as the answer
+    /// that is kept for the request's key.
     pub async fn submit_with(
         &self,
         input: JobInput,
         source: &str,
-        mut changes: Vec<Change>,
+        and: impl FnOnce(&JobRecord) -> Vec<Change>,
     ) -> Result<JobRecord, Problem> {
         let queue = &self.0;
         check::check(&input, &queue.parts).await?;
         let _turn = queue.turn.lock().await;
         queue.check_room(&input)?;
         let record = queued_record(&input, source)?;
+        let mut changes = and(&record);
         changes.push(Change::InsertJob(record.clone()));
         changes.push(event("job.queued", &record.id, json!({ "kind": record.kind, "source": source })));
         queue.parts.ledger.commit(changes).await?;

@@ -77,6 +77,11 @@ pub struct Sweep {
 }
 
 impl StationHandle {
+    /// Opens the devices.
+    pub fn start(_config: &crate::config::Config) -> Self {
+        todo!()
+    }
+
     /// The station as last seen.
     pub fn status(&self) -> Arc<StationStatus> {
         self.status.borrow().clone()

@@ -1,0 +1,73 @@
+//! `sheaf serve`: the service, from the command line to the last signal.
+
+use std::io::Write as _;
+use std::net::SocketAddr;
+
+use serde_json::json;
+use tokio::net::TcpListener;
+use tokio::signal::unix::{SignalKind, signal};
+use tracing_subscriber::EnvFilter;
+
+use crate::cli::ServeArgs;
+use crate::commands::Answer;
+use crate::commands::config::effective_of;
+use crate::failure::{Exit, Failure};
+use crate::service;
+
+/// Serves until SIGTERM or SIGINT.
+pub fn run(args: &ServeArgs, json: bool) -> Result<Answer, Failure> {
+    let effective = effective_of(&args.settings)?;
+    log_to_stderr(json);
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .thread_name("serve")
+        .build()
+        .map_err(|cause| Failure::new(Exit::Internal, "no threads can be started").because(&cause))?;
+    let outcome = runtime.block_on(serve(effective.config));
+    // What still blocks has had its time; the drivers' leases end the light.
+    runtime.shutdown_timeout(service::SHUTDOWN_LIMIT / 5);
+    outcome.map(|()| Answer::done(String::new(), json!({ "ended": true })))
+}
+
+async fn serve(config: crate::config::Config) -> Result<(), Failure> {
+    let mut terminate = on(SignalKind::terminate())?;
+    let mut interrupt = on(SignalKind::interrupt())?;
+    let listen = config.listen;
+    // The address is taken before anything slow, and answers only once everything is there.
+    let listener = TcpListener::bind(listen).await.map_err(|cause| cannot_listen(listen, &cause))?;
+    let address = listener.local_addr().map_err(|cause| cannot_listen(listen, &cause))?;
+    let app = service::assemble(config).await?;
+    announce(address);
+    let ended = async move {
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = interrupt.recv() => {}
+        }
+    };
+    service::run(app, listener, ended).await;
+    Ok(())
+}
+
+fn on(kind: SignalKind) -> Result<tokio::signal::unix::Signal, Failure> {
+    signal(kind).map_err(|cause| Failure::new(Exit::Internal, "signals cannot be received").because(&cause))
+}
+
+fn cannot_listen(address: SocketAddr, cause: &std::io::Error) -> Failure {
+    Failure::new(Exit::Usage, format!("cannot listen on {address}"))
+        .because(cause)
+        .remedy("choose another --listen, or stop the program that has it")
+}
+
+/// The one line on stdout.
+fn announce(address: SocketAddr) {
+    let mut out = std::io::stdout().lock();
+    // A closed stdout is no reason not to serve.
+    let _ = writeln!(out, "http://{address}/").and_then(|()| out.flush());
+}
+
+fn log_to_stderr(json: bool) {
+    let filter = EnvFilter::try_from_env("SHEAF_LOG").unwrap_or_else(|_| EnvFilter::new("info"));
+    let lines = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    // A second subscriber in one process is a test's; the first one stays.
+    let _ = if json { lines.json().try_init() } else { lines.with_ansi(false).try_init() };
+}

@@ -1,0 +1,149 @@
+//! The outermost edge: an own accept loop, because slow, silent and too many clients must not cost the others.
+//!
+//! Every connection has ten seconds for each request header and takes bytes at least every twelve seconds; there are
+//! at most [`CONNECTION_LIMIT`] of them. A few more are heard for one thing only: Stop. Why not the framework's own
+//! server: ADR 0010.
+
+mod stalled;
+
+use std::convert::Infallible;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::Request;
+use axum::response::{IntoResponse as _, Response};
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::task::JoinSet;
+use tower::ServiceExt as _;
+
+use crate::closing::Closing;
+use crate::config::limits::{
+    CONNECTION_LIMIT, DRAIN_TIMEOUT, HEADER_TIMEOUT, STOP_CONNECTION_LIMIT, STOP_HEADER_TIMEOUT,
+    WRITE_STALL_TIMEOUT,
+};
+use crate::problem::{Problem, ProblemKind};
+use stalled::NeverStalled;
+
+/// The only path that a connection beyond the limit is heard for.
+pub const STOP_PATH: &str = "/api/v1/station/stop";
+
+/// Most bytes of a request's header.
+const HEADER_LIMIT_BYTES: usize = 64 * 1024;
+
+/// Pause after a refused accept (no file handles left), so that the loop does not spin.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
+
+/// The client's address, in every request's extensions.
+#[derive(Debug, Clone, Copy)]
+pub struct Peer(pub SocketAddr);
+
+/// What a connection is heard for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Admission {
+    /// Everything.
+    Full,
+    /// Stop alone: there are too many connections.
+    StopOnly,
+}
+
+/// Accepts connections until `closing`, then gives those at work [`DRAIN_TIMEOUT`] to end.
+pub async fn serve(listener: TcpListener, router: Router, closing: Closing) {
+    let places = Arc::new(Semaphore::new(CONNECTION_LIMIT));
+    let spare = Arc::new(Semaphore::new(STOP_CONNECTION_LIMIT));
+    let mut connections = JoinSet::new();
+    loop {
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            () = closing.closed() => break,
+            Some(_) = connections.join_next() => continue,
+        };
+        let (stream, peer) = match accepted {
+            Ok(accepted) => accepted,
+            Err(cause) => {
+                tracing::warn!(%cause, "cannot accept a connection");
+                tokio::time::sleep(ACCEPT_PAUSE).await;
+                continue;
+            }
+        };
+        let Some((place, admission)) = admit(&places, &spare) else {
+            metrics::counter!("sheaf_connections_refused_total").increment(1);
+            continue;
+        };
+        connections.spawn(converse(stream, peer, router.clone(), admission, closing.clone(), place));
+    }
+    drop(listener);
+    let drained = async { while connections.join_next().await.is_some() {} };
+    if tokio::time::timeout(DRAIN_TIMEOUT, drained).await.is_err() {
+        tracing::info!("connections were still open at the end");
+    }
+}
+
+fn admit(places: &Arc<Semaphore>, spare: &Arc<Semaphore>) -> Option<(OwnedSemaphorePermit, Admission)> {
+    let full = places.clone().try_acquire_owned().map(|place| (place, Admission::Full));
+    full.or_else(|_| spare.clone().try_acquire_owned().map(|place| (place, Admission::StopOnly))).ok()
+}
+
+async fn converse(
+    stream: TcpStream,
+    peer: SocketAddr,
+    router: Router,
+    admission: Admission,
+    closing: Closing,
+    place: OwnedSemaphorePermit,
+) {
+    // Small messages of the live stream must not wait for the next one; a socket that refuses is slower, not wrong.
+    let _ = stream.set_nodelay(true);
+    let service = hyper::service::service_fn(move |request: Request<Incoming>| {
+        answer(request.map(Body::new), peer, router.clone(), admission)
+    });
+    let (keep_alive, header_timeout) = match admission {
+        Admission::Full => (true, HEADER_TIMEOUT),
+        Admission::StopOnly => (false, STOP_HEADER_TIMEOUT),
+    };
+    let io = TokioIo::new(NeverStalled::new(stream, WRITE_STALL_TIMEOUT));
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(header_timeout)
+        .keep_alive(keep_alive)
+        .max_buf_size(HEADER_LIMIT_BYTES)
+        .serve_connection(io, service)
+        .with_upgrades();
+    let mut connection = std::pin::pin!(connection);
+    let ended = tokio::select! {
+        ended = connection.as_mut() => ended,
+        () = closing.closed() => {
+            connection.as_mut().graceful_shutdown();
+            connection.await
+        }
+    };
+    if let Err(cause) = ended {
+        tracing::debug!(%peer, %cause, "connection ended");
+    }
+    drop(place);
+}
+
+async fn answer(
+    mut request: Request,
+    peer: SocketAddr,
+    router: Router,
+    admission: Admission,
+) -> Result<Response, Infallible> {
+    request.extensions_mut().insert(Peer(peer));
+    if admission == Admission::StopOnly && request.uri().path() != STOP_PATH {
+        return Ok(too_many().into_response());
+    }
+    router.oneshot(request).await
+}
+
+fn too_many() -> Problem {
+    Problem::new(ProblemKind::Unavailable, format!("{CONNECTION_LIMIT} connections are open"))
+        .remedy("close some, or try again; Stop is still heard")
+        .retry_after_s(5)
+}

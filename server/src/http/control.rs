@@ -1,0 +1,128 @@
+//! One commander: the control lease, five seconds long, renewed by who holds it, taken over only explicitly.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+use axum::http::{HeaderMap, HeaderName};
+use uuid::Uuid;
+
+use crate::config::limits::CONTROL_LEASE;
+use crate::http::answers::header_text;
+use crate::problem::{Problem, ProblemKind};
+
+/// The header that carries the lease's id.
+pub const CONTROL_HEADER: HeaderName = HeaderName::from_static("sheaf-control");
+
+/// A lease that runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lease {
+    /// Its secret: whoever knows it commands.
+    pub id: String,
+    /// Who has it, for people.
+    pub holder: String,
+    /// When it ends, unless renewed.
+    pub ends_at: Instant,
+}
+
+/// How a lease came about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Taken {
+    /// The new lease.
+    pub lease: Lease,
+    /// From whom it was taken over.
+    pub from: Option<String>,
+}
+
+/// The one lease there is.
+#[derive(Debug, Clone, Default)]
+pub struct ControlDesk(Arc<Mutex<Option<Lease>>>);
+
+impl ControlDesk {
+    /// Takes control if it is free, or from somebody else if that is said explicitly.
+    pub fn take(&self, holder: &str, take_over: bool, now: Instant) -> Result<Taken, Problem> {
+        let mut desk = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let present = desk.take_if(|lease| lease.ends_at > now);
+        if let Some(lease) = present.as_ref().filter(|_| !take_over) {
+            let problem = controlled_by(&lease.holder);
+            *desk = present;
+            return Err(problem);
+        }
+        let id = Uuid::new_v4().to_string();
+        let lease = Lease { id, holder: holder.to_owned(), ends_at: now + CONTROL_LEASE };
+        *desk = Some(lease.clone());
+        Ok(Taken { lease, from: present.map(|lease| lease.holder) })
+    }
+
+    /// Who has control now.
+    pub fn present(&self, now: Instant) -> Option<Lease> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone().filter(|lease| lease.ends_at > now)
+    }
+
+    /// Holds on for five more seconds.
+    pub fn renew(&self, id: Option<&str>, now: Instant) -> Result<Lease, Problem> {
+        let mut desk = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let lease = desk.as_mut().filter(|lease| lease.ends_at > now);
+        match lease {
+            Some(lease) if Some(lease.id.as_str()) == id => {
+                lease.ends_at = now + CONTROL_LEASE;
+                Ok(lease.clone())
+            }
+            Some(lease) => Err(controlled_by(&lease.holder)),
+            None => Err(nobody()),
+        }
+    }
+
+    /// Gives control back; giving back what one does not have is no error.
+    pub fn give_back(&self, id: Option<&str>) {
+        let mut desk = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        desk.take_if(|lease| Some(lease.id.as_str()) == id);
+    }
+
+    /// Passes if the request carries the lease; a command renews it.
+    pub fn authorize(&self, headers: &HeaderMap) -> Result<Lease, Problem> {
+        let id = header_text(headers, &CONTROL_HEADER)?;
+        self.renew(id.as_deref(), Instant::now())
+    }
+
+    /// What a log calls the sender of a request.
+    pub fn actor(&self, headers: &HeaderMap) -> String {
+        let id = headers.get(CONTROL_HEADER).and_then(|id| id.to_str().ok());
+        let present = self.present(Instant::now()).filter(|lease| Some(lease.id.as_str()) == id);
+        present.map_or_else(|| "rest".to_owned(), |lease| lease.holder)
+    }
+}
+
+fn controlled_by(holder: &str) -> Problem {
+    Problem::new(ProblemKind::ControlRequired, format!("{holder} controls the station"))
+        .remedy("ask, or take over with POST /api/v1/station/control {\"holder\":\"…\",\"take_over\":true}")
+}
+
+fn nobody() -> Problem {
+    Problem::new(ProblemKind::ControlRequired, "the request carries no control lease that runs").remedy(
+        "take control with POST /api/v1/station/control {\"holder\":\"…\"}, send its id as Sheaf-Control, renew it",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn control_is_one_persons_until_it_ends_or_is_taken_over_explicitly() {
+        let (desk, now) = (ControlDesk::default(), Instant::now());
+        let anna = desk.take("Anna", false, now).unwrap();
+        assert_eq!(anna.from, None);
+        let refused = desk.take("Ben", false, now).unwrap_err();
+        assert_eq!((refused.status, refused.detail.as_str()), (409, "Anna controls the station"));
+        assert_eq!(desk.present(now).map(|lease| lease.holder).as_deref(), Some("Anna"));
+        let ben = desk.take("Ben", true, now).unwrap();
+        assert_eq!(ben.from.as_deref(), Some("Anna"));
+        assert!(desk.renew(Some(&anna.lease.id), now).is_err());
+        desk.renew(Some(&ben.lease.id), now + Duration::from_secs(4)).unwrap();
+        assert!(desk.renew(Some(&ben.lease.id), now + Duration::from_secs(8)).is_ok());
+        assert!(desk.renew(Some(&ben.lease.id), now + Duration::from_secs(14)).is_err());
+        assert_eq!(desk.present(now + Duration::from_secs(14)), None);
+    }
+}

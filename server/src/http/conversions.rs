@@ -1,0 +1,52 @@
+//! What handlers of several resources do alike.
+
+use axum::http::HeaderMap;
+
+use crate::app::App;
+use crate::http::answers::Reply;
+use crate::http::dto::jobs::{JobDto, job_href};
+use crate::http::idempotency::{Begun, begin};
+use crate::jobs::JobInput;
+use crate::problem::{Problem, ProblemKind};
+
+/// Accepts a job, at most once for its key: 202 with its address.
+pub async fn accept_job(
+    app: &App,
+    headers: &HeaderMap,
+    route: &str,
+    body_sha256: &str,
+    input: JobInput,
+) -> Result<Reply, Problem> {
+    let once = match begin(app, headers, route, body_sha256).await? {
+        Begun::Answered(reply) => return Ok(reply),
+        Begun::Fresh(once) => once,
+    };
+    let source = app.control.actor(headers);
+    let answer = |record: &store::JobRecord| {
+        Reply::accepted(job_href(&record.id), &JobDto::from(crate::jobs::JobView::from(record.clone())))
+    };
+    let record = app.jobs.submit_with(input, &source, |record| once.changes(&answer(record))).await?;
+    Ok(answer(&record))
+}
+
+/// Runs what blocks or calculates away from the threads that answer.
+pub async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
+    tokio::task::spawn_blocking(work).await.map_err(|cause| {
+        tracing::error!(%cause, "a calculation panicked");
+        Problem::new(ProblemKind::Internal, "the request met a defect of the program")
+            .remedy("report it with the log of the server")
+    })
+}
+
+/// A text of a request: not empty, not endless, without control characters.
+pub fn label(text: &str, place: &str) -> Result<(), Problem> {
+    /// Longer names break tables and file names.
+    const LONGEST: usize = 100;
+    let plain = text.chars().all(|letter| !letter.is_control());
+    if !text.trim().is_empty() && text.chars().count() <= LONGEST && plain {
+        return Ok(());
+    }
+    Err(Problem::new(ProblemKind::Impossible, "a name is empty, too long or has control characters")
+        .at(place)
+        .remedy(format!("give 1 to {LONGEST} letters")))
+}

@@ -1,0 +1,12 @@
+//! Wire types: what clients send and get. Their doc comments are the API's documentation.
+
+pub mod calibrations;
+pub mod captures;
+pub mod control;
+pub mod devices;
+pub mod events;
+pub mod jobs;
+pub mod measurements;
+pub mod scans;
+pub mod service;
+pub mod station;

@@ -1,0 +1,108 @@
+//! `Idempotency-Key`: one key is one request, done once and answered alike for seven days, across restarts.
+//!
+//! The answer is stored in the same transaction as what the request made, so that there is no moment in which one is
+//! there without the other.
+
+use std::collections::HashSet;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use axum::http::{HeaderMap, HeaderName};
+use store::{Change, IdempotencyRecord};
+
+use crate::app::App;
+use crate::http::answers::{Reply, header_text};
+use crate::problem::{Problem, ProblemKind};
+use crate::wall_clock::now_ms;
+
+const HEADER: HeaderName = HeaderName::from_static("idempotency-key");
+
+/// Longest key.
+const KEY_LIMIT: usize = 200;
+
+/// Keys of requests that are being answered.
+#[derive(Debug, Clone, Default)]
+pub struct KeysInFlight(Arc<Mutex<HashSet<String>>>);
+
+/// A key's place among those in flight; given back when dropped.
+#[derive(Debug)]
+pub struct InFlight {
+    keys: KeysInFlight,
+    key: Option<String>,
+}
+
+/// A request that is done for the first time.
+#[derive(Debug)]
+pub struct Once {
+    flight: InFlight,
+    body_sha256: String,
+}
+
+/// Whether a request is new.
+#[derive(Debug)]
+pub enum Begun {
+    /// It was answered before.
+    Answered(Reply),
+    /// It was not.
+    Fresh(Once),
+}
+
+/// Enters the key of a request, if it has one: 409 while the same key is being answered.
+pub fn enter(app: &App, headers: &HeaderMap, route: &str) -> Result<InFlight, Problem> {
+    let keys = app.keys.clone();
+    let Some(key) = header_text(headers, &HEADER)? else { return Ok(InFlight { keys, key: None }) };
+    if key.is_empty() || key.len() > KEY_LIMIT || !key.bytes().all(|byte| byte.is_ascii_graphic()) {
+        return Err(Problem::new(ProblemKind::BadRequest, "the Idempotency-Key cannot be used")
+            .at("Idempotency-Key")
+            .remedy(format!("send 1 to {KEY_LIMIT} visible ASCII characters, such as a UUID")));
+    }
+    let key = format!("{route} {key}");
+    if !keys.0.lock().unwrap_or_else(PoisonError::into_inner).insert(key.clone()) {
+        return Err(Problem::new(ProblemKind::Conflict, "a request with this Idempotency-Key is being answered")
+            .remedy("wait for its answer, then repeat")
+            .retry_after_s(1));
+    }
+    Ok(InFlight { keys, key: Some(key) })
+}
+
+impl InFlight {
+    /// Looks the key up, now that the body is known.
+    pub async fn begin(self, app: &App, body_sha256: &str) -> Result<Begun, Problem> {
+        let fresh = |flight| Begun::Fresh(Once { flight, body_sha256: body_sha256.to_owned() });
+        let Some(key) = &self.key else { return Ok(fresh(self)) };
+        let Some(kept) = app.ledger.read().idempotency(key).await? else { return Ok(fresh(self)) };
+        if kept.body_sha256 != body_sha256 {
+            return Err(Problem::new(ProblemKind::KeyReused, "the Idempotency-Key came with another body before")
+                .remedy("take a new key for a new request"));
+        }
+        Reply::from_json(&kept.answer).map(Begun::Answered).ok_or_else(|| {
+            Problem::new(ProblemKind::Internal, "the answer kept for this key cannot be read")
+                .remedy("take a new key")
+        })
+    }
+}
+
+/// [`enter`] and [`InFlight::begin`] for a body that is known already.
+pub async fn begin(app: &App, headers: &HeaderMap, route: &str, body_sha256: &str) -> Result<Begun, Problem> {
+    enter(app, headers, route)?.begin(app, body_sha256).await
+}
+
+impl Once {
+    /// What keeps the answer, to be committed with what the request made; nothing without a key.
+    pub fn changes(&self, answer: &Reply) -> Vec<Change> {
+        let Some(key) = &self.flight.key else { return Vec::new() };
+        vec![Change::InsertIdempotency(IdempotencyRecord {
+            key: key.clone(),
+            body_sha256: self.body_sha256.clone(),
+            answer: answer.to_json(),
+            created_at_ms: now_ms(),
+        })]
+    }
+}
+
+impl Drop for InFlight {
+    fn drop(&mut self) {
+        if let Some(key) = &self.key {
+            self.keys.0.lock().unwrap_or_else(PoisonError::into_inner).remove(key);
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Calibrations: made by jobs, active by decision.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, HeaderValue, header};
+use axum::response::Response;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::app::App;
+use crate::http::answers::{Reply, bytes};
+use crate::http::conversions::accept_job;
+use crate::http::dto::calibrations::{
+    ActivationDto, ActiveDto, CalibrationDto, CalibrationItemDto, StartCalibrationDto,
+};
+use crate::http::dto::jobs::JobDto;
+use crate::http::etag::Versioned;
+use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
+use crate::http::headers::CSP_REPORT;
+use crate::http::paging::{ListDto, PageQuery};
+use crate::jobs::JobInput;
+use crate::problem::{Problem, ProblemKind};
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<App> {
+    OpenApiRouter::new()
+        .routes(routes!(list_calibrations, start_calibration))
+        .routes(routes!(get_active_calibration))
+        .routes(routes!(list_activations))
+        .routes(routes!(get_calibration))
+        .routes(routes!(get_calibration_report))
+}
+
+/// Calibrations, newest first.
+#[utoipa::path(
+    get, path = "/calibrations", tag = "calibrations", params(PageQuery),
+    responses((status = 200, body = ListDto<CalibrationItemDto>))
+)]
+async fn list_calibrations(
+    State(app): State<App>,
+    ApiQuery(query): ApiQuery<PageQuery>,
+) -> Result<Json<ListDto<CalibrationItemDto>>, Problem> {
+    let page = query.page()?;
+    let active = active_id(&app).await?;
+    let records = app.ledger.read().calibrations(&page).await?;
+    let dto = |record| CalibrationItemDto::new(record, active.as_deref());
+    Ok(Json(ListDto::new("/api/v1/calibrations", &page, records, |record| record.id.clone(), dto)))
+}
+
+async fn active_id(app: &App) -> Result<Option<String>, Problem> {
+    Ok(app.ledger.read().active().await?.and_then(|activation| activation.calibration_id))
+}
+
+/// Starts a calibration; it becomes a draft, activated by a separate act.
+#[utoipa::path(
+    post, path = "/calibrations", tag = "calibrations", request_body = StartCalibrationDto,
+    responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
+)]
+async fn start_calibration(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<StartCalibrationDto>,
+) -> Result<Reply, Problem> {
+    let input = JobInput::Calibration(body.value.into());
+    accept_job(&app, &headers, "POST calibrations", &body.sha256, input).await
+}
+
+/// A calibration with its document.
+#[utoipa::path(
+    get, path = "/calibrations/{id}", tag = "calibrations", params(("id" = String, Path)),
+    responses((status = 200, body = CalibrationDto))
+)]
+async fn get_calibration(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+) -> Result<Json<CalibrationDto>, Problem> {
+    let record = app.ledger.read().calibration(&id).await?;
+    let document = app.artifacts.read(&record.document).await?;
+    let calibration = serde_json::from_slice(&document).map_err(|cause| {
+        Problem::new(ProblemKind::Internal, "the calibration's document cannot be read").because(cause.to_string())
+    })?;
+    let active = active_id(&app).await?;
+    Ok(Json(CalibrationDto { item: CalibrationItemDto::new(record, active.as_deref()), calibration }))
+}
+
+/// Residuals, tables and pictures, as a page for people.
+#[utoipa::path(
+    get, path = "/calibrations/{id}/report", tag = "calibrations", params(("id" = String, Path)),
+    responses((status = 200, body = String, content_type = "text/html"))
+)]
+async fn get_calibration_report(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+) -> Result<Response, Problem> {
+    let record = app.ledger.read().calibration(&id).await?;
+    let report = record.report.ok_or_else(|| {
+        Problem::new(ProblemKind::NotFound, "this calibration has no report").remedy("calibrate again")
+    })?;
+    let page = app.artifacts.read(&report).await?;
+    let mut response = bytes("text/html; charset=utf-8", None, page);
+    response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(CSP_REPORT));
+    Ok(response)
+}
+
+/// Which calibration is active; the `ETag` may be sent with a change of it.
+#[utoipa::path(
+    get, path = "/calibrations/active", tag = "calibrations",
+    responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn get_active_calibration(State(app): State<App>) -> Result<Versioned<Json<ActiveDto>>, Problem> {
+    let active = app.ledger.read().active().await?;
+    Ok(Versioned(active_version(active.as_ref()), Json(active.into())))
+}
+
+fn active_version(active: Option<&store::ActivationRecord>) -> String {
+    format!("activation-{}", active.map_or(0, |activation| activation.seq))
+}
+
+/// The log of activations, newest first.
+#[utoipa::path(
+    get, path = "/calibrations/activations", tag = "calibrations", params(PageQuery),
+    responses((status = 200, body = ListDto<ActivationDto>))
+)]
+async fn list_activations(
+    State(app): State<App>,
+    ApiQuery(query): ApiQuery<PageQuery>,
+) -> Result<Json<ListDto<ActivationDto>>, Problem> {
+    let page = query.page()?;
+    let records = app.ledger.read().activations(&page).await?;
+    let id = |record: &store::ActivationRecord| record.seq.to_string();
+    Ok(Json(ListDto::new("/api/v1/calibrations/activations", &page, records, id, ActivationDto::from)))
+}

@@ -1,0 +1,73 @@
+//! The control lease.
+
+use std::time::Instant;
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode};
+use serde_json::json;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::app::App;
+use crate::http::answers::{Reply, header_text};
+use crate::http::control::CONTROL_HEADER;
+use crate::http::conversions::label;
+use crate::http::dto::control::{ControlDto, ControlLeaseDto, TakeControlDto};
+use crate::http::extract::ApiJson;
+use crate::ledger::event;
+use crate::problem::{Problem, ProblemKind};
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<App> {
+    OpenApiRouter::new().routes(routes!(get_control, take_control, renew_control, give_control_back))
+}
+
+/// Who commands the station.
+#[utoipa::path(
+    get, path = "/station/control", tag = "station",
+    responses((status = 200, body = ControlDto), (status = 404, description = "Nobody does"))
+)]
+async fn get_control(State(app): State<App>) -> Result<Json<ControlDto>, Problem> {
+    match app.control.present(Instant::now()) {
+        Some(lease) => Ok(Json((&lease).into())),
+        None => Err(Problem::new(ProblemKind::NotFound, "nobody controls the station")),
+    }
+}
+
+/// Takes control for five seconds; renew it with PUT. Taking it from somebody else is said explicitly and logged.
+#[utoipa::path(
+    post, path = "/station/control", tag = "station", request_body = TakeControlDto,
+    responses((status = 201, body = ControlLeaseDto))
+)]
+async fn take_control(State(app): State<App>, body: ApiJson<TakeControlDto>) -> Result<Reply, Problem> {
+    let TakeControlDto { holder, take_over } = body.value;
+    label(&holder, "/holder")?;
+    let taken = app.control.take(&holder, take_over, Instant::now())?;
+    if let Some(from) = taken.from {
+        let change = event("control.taken_over", &holder, json!({ "from": from, "to": holder }));
+        app.ledger.commit(vec![change]).await?;
+    }
+    Ok(Reply::created("/api/v1/station/control".to_owned(), &ControlLeaseDto::from(&taken.lease)))
+}
+
+/// Keeps control for five more seconds.
+#[utoipa::path(
+    put, path = "/station/control", tag = "station",
+    params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
+    responses((status = 200, body = ControlLeaseDto))
+)]
+async fn renew_control(State(app): State<App>, headers: HeaderMap) -> Result<Json<ControlLeaseDto>, Problem> {
+    Ok(Json((&app.control.authorize(&headers)?).into()))
+}
+
+/// Gives control back.
+#[utoipa::path(
+    delete, path = "/station/control", tag = "station",
+    params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
+    responses((status = 204, description = "Given back, or not held"))
+)]
+async fn give_control_back(State(app): State<App>, headers: HeaderMap) -> Result<StatusCode, Problem> {
+    app.control.give_back(header_text(&headers, &CONTROL_HEADER)?.as_deref());
+    Ok(StatusCode::NO_CONTENT)
+}

@@ -1,0 +1,190 @@
+//! Camera, stage and laser: settings and single commands.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::response::Response;
+use devices::CameraRequest;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use vision::Pixels;
+
+use crate::app::App;
+use crate::http::answers::bytes;
+use crate::http::conversions::blocking;
+use crate::http::dto::devices::{
+    CameraDto, CameraSettingsDto, ChangeCameraDto, JogDto, LaserDto, MotionDto, MoveDto, SetLaserDto, StageDto,
+};
+use crate::http::etag::{Versioned, check};
+use crate::http::extract::ApiJson;
+use crate::http::hash_hex;
+use crate::problem::{Problem, ProblemKind};
+use crate::station::{Manual, SharedFrame};
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<App> {
+    OpenApiRouter::new()
+        .routes(routes!(get_camera))
+        .routes(routes!(get_camera_settings, change_camera_settings))
+        .routes(routes!(get_snapshot))
+        .routes(routes!(get_stage))
+        .routes(routes!(home_stage))
+        .routes(routes!(move_stage))
+        .routes(routes!(jog_stage))
+        .routes(routes!(get_laser, set_laser))
+}
+
+/// The camera.
+#[utoipa::path(get, path = "/devices/camera", tag = "devices", responses((status = 200, body = CameraDto)))]
+async fn get_camera(State(app): State<App>) -> Json<CameraDto> {
+    Json((&*app.station.status()).into())
+}
+
+fn settings(app: &App) -> (String, CameraSettingsDto) {
+    let settings = CameraSettingsDto::from(&app.station.status().camera_settings);
+    let text = serde_json::to_vec(&settings).unwrap_or_default();
+    (hash_hex(&text)[..16].to_owned(), settings)
+}
+
+/// How the camera is set; the `ETag` is needed to change it.
+#[utoipa::path(
+    get, path = "/devices/camera/settings", tag = "devices",
+    responses((status = 200, body = CameraSettingsDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn get_camera_settings(State(app): State<App>) -> Versioned<Json<CameraSettingsDto>> {
+    let (version, settings) = settings(&app);
+    Versioned(version, Json(settings))
+}
+
+/// Sets the camera; answers with what it accepted.
+#[utoipa::path(
+    patch, path = "/devices/camera/settings", tag = "devices", request_body = ChangeCameraDto,
+    params(
+        ("Sheaf-Control" = String, Header, description = "Id of the control lease"),
+        ("If-Match" = String, Header, description = "ETag of the settings that are changed")
+    ),
+    responses((status = 200, body = CameraSettingsDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn change_camera_settings(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<ChangeCameraDto>,
+) -> Result<Versioned<Json<CameraSettingsDto>>, Problem> {
+    app.control.authorize(&headers)?;
+    check(&headers, &settings(&app).0)?;
+    app.station.manual(Manual::Configure(CameraRequest::from(body.value))).await?;
+    let (version, settings) = settings(&app);
+    Ok(Versioned(version, Json(settings)))
+}
+
+/// One picture as the camera is set now.
+#[utoipa::path(
+    get, path = "/devices/camera/snapshot.jpg", tag = "devices",
+    responses((status = 200, body = Vec<u8>, content_type = "image/jpeg"))
+)]
+async fn get_snapshot(State(app): State<App>) -> Result<Response, Problem> {
+    let frame = app.station.snapshot().await?;
+    let jpeg = blocking(move || jpeg(&frame)).await??;
+    Ok(bytes("image/jpeg", None, jpeg))
+}
+
+/// Good enough to judge a picture by; a third of the bytes of the best.
+const JPEG_QUALITY: u8 = 85;
+
+fn jpeg(frame: &SharedFrame) -> Result<Vec<u8>, Problem> {
+    let image = &frame.image;
+    let eight: std::borrow::Cow<'_, [u8]> = match image.pixels() {
+        Pixels::Eight(pixels) => pixels.as_slice().into(),
+        Pixels::Sixteen(pixels) => pixels.iter().map(|&grey| (grey >> 8) as u8).collect::<Vec<_>>().into(),
+    };
+    let side = |px: usize| {
+        u16::try_from(px).map_err(|_| Problem::new(ProblemKind::Impossible, "the picture is too large for JPEG"))
+    };
+    let mut bytes = Vec::new();
+    jpeg_encoder::Encoder::new(&mut bytes, JPEG_QUALITY)
+        .encode(&eight, side(image.width())?, side(image.height())?, jpeg_encoder::ColorType::Luma)
+        .map_err(|cause| {
+            Problem::new(ProblemKind::Internal, "the picture cannot be packed").because(cause.to_string())
+        })?;
+    Ok(bytes)
+}
+
+/// The stage.
+#[utoipa::path(get, path = "/devices/stage", tag = "devices", responses((status = 200, body = StageDto)))]
+async fn get_stage(State(app): State<App>) -> Json<StageDto> {
+    Json((&*app.station.status()).into())
+}
+
+async fn motion(app: &App, headers: &HeaderMap, command: Manual) -> Result<Json<MotionDto>, Problem> {
+    app.control.authorize(headers)?;
+    let accepted = app.station.manual(command).await?;
+    let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
+    Ok(Json(MotionDto { target_mm, speed_mm_s }))
+}
+
+/// Looks for the stage's zero; goes on after the answer.
+#[utoipa::path(
+    post, path = "/devices/stage/home", tag = "devices",
+    params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
+    responses((status = 200, body = MotionDto))
+)]
+async fn home_stage(State(app): State<App>, headers: HeaderMap) -> Result<Json<MotionDto>, Problem> {
+    motion(&app, &headers, Manual::Home).await
+}
+
+/// Moves the stage; goes on after the answer.
+#[utoipa::path(
+    post, path = "/devices/stage/move", tag = "devices", request_body = MoveDto,
+    params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
+    responses((status = 200, body = MotionDto))
+)]
+async fn move_stage(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<MoveDto>,
+) -> Result<Json<MotionDto>, Problem> {
+    let MoveDto { target_mm, speed_mm_s } = body.value;
+    motion(&app, &headers, Manual::Move { target_mm, speed_mm_s }).await
+}
+
+/// Moves the stage while this is repeated; it stops 300 ms after the last time.
+#[utoipa::path(
+    post, path = "/devices/stage/jog", tag = "devices", request_body = JogDto,
+    params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
+    responses((status = 200, body = MotionDto))
+)]
+async fn jog_stage(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<JogDto>,
+) -> Result<Json<MotionDto>, Problem> {
+    motion(&app, &headers, Manual::Jog { velocity_mm_s: body.value.velocity_mm_s }).await
+}
+
+/// The laser.
+#[utoipa::path(get, path = "/devices/laser", tag = "devices", responses((status = 200, body = LaserDto)))]
+async fn get_laser(State(app): State<App>) -> Json<LaserDto> {
+    Json((&*app.station.status()).into())
+}
+
+/// Shines with a share of full power while frames arrive; 0 goes dark.
+#[utoipa::path(
+    put, path = "/devices/laser", tag = "devices", request_body = SetLaserDto,
+    params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
+    responses((status = 200, body = LaserDto))
+)]
+async fn set_laser(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<SetLaserDto>,
+) -> Result<Json<LaserDto>, Problem> {
+    app.control.authorize(&headers)?;
+    let power = body.value.power;
+    if !(0.0..=1.0).contains(&power) {
+        return Err(Problem::new(ProblemKind::Impossible, format!("{power} is no share of full power"))
+            .at("/power")
+            .remedy("give a number from 0 to 1"));
+    }
+    app.station.manual(Manual::Laser { power }).await?;
+    Ok(Json((&*app.station.status()).into()))
+}

@@ -1,0 +1,30 @@
+//! The routes: one file per resource. A handler parses, calls, answers.
+
+pub mod calibrations;
+pub mod captures;
+pub mod control;
+pub mod devices;
+pub mod events;
+pub mod jobs;
+pub mod measurements;
+pub mod scans;
+pub mod service;
+pub mod station;
+
+use utoipa_axum::router::OpenApiRouter;
+
+use crate::app::App;
+
+/// Everything under `/api/v1`.
+pub fn api() -> OpenApiRouter<App> {
+    OpenApiRouter::new()
+        .merge(station::routes())
+        .merge(control::routes())
+        .merge(devices::routes())
+        .merge(captures::routes())
+        .merge(calibrations::routes())
+        .merge(scans::routes())
+        .merge(measurements::routes())
+        .merge(jobs::routes())
+        .merge(events::routes())
+}

@@ -1,0 +1,157 @@
+//! Scans: start, look, download, compute again, forget.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::Response;
+use serde_json::json;
+use store::Change;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::app::App;
+use crate::http::answers::{Reply, artifact};
+use crate::http::conversions::{accept_job, label};
+use crate::http::dto::jobs::JobDto;
+use crate::http::dto::scans::{
+    CloudFormatDto, CloudQuery, RecomputeDto, ScanDto, StartExportDto, StartScanDto, StartVerificationDto,
+};
+use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
+use crate::http::paging::{ListDto, PageQuery};
+use crate::jobs::{JobInput, RecomputeInput};
+use crate::ledger::event;
+use crate::problem::{Problem, ProblemKind};
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<App> {
+    OpenApiRouter::new()
+        .routes(routes!(list_scans, start_scan))
+        .routes(routes!(start_verification))
+        .routes(routes!(get_scan, delete_scan))
+        .routes(routes!(get_cloud))
+        .routes(routes!(recompute_scan))
+        .routes(routes!(export_scan))
+}
+
+/// Scans, newest first.
+#[utoipa::path(
+    get, path = "/scans", tag = "scans", params(PageQuery),
+    responses((status = 200, body = ListDto<ScanDto>))
+)]
+async fn list_scans(
+    State(app): State<App>,
+    ApiQuery(query): ApiQuery<PageQuery>,
+) -> Result<Json<ListDto<ScanDto>>, Problem> {
+    let page = query.page()?;
+    let records = app.ledger.read().scans(&page).await?;
+    Ok(Json(ListDto::new("/api/v1/scans", &page, records, |record| record.id.clone(), ScanDto::from)))
+}
+
+/// Starts a scan from the station or from a capture.
+#[utoipa::path(
+    post, path = "/scans", tag = "scans", request_body = StartScanDto,
+    responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
+)]
+async fn start_scan(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<StartScanDto>,
+) -> Result<Reply, Problem> {
+    if let Some(name) = &body.value.name {
+        label(name, "/name")?;
+    }
+    accept_job(&app, &headers, "POST scans", &body.sha256, JobInput::Scan(body.value.into())).await
+}
+
+/// Starts the scan of a known part and its comparison with its nominal.
+#[utoipa::path(
+    post, path = "/verifications", tag = "scans", request_body = StartVerificationDto,
+    responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
+)]
+async fn start_verification(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<StartVerificationDto>,
+) -> Result<Reply, Problem> {
+    let input = JobInput::Verification(body.value.into());
+    accept_job(&app, &headers, "POST verifications", &body.sha256, input).await
+}
+
+/// A scan.
+#[utoipa::path(
+    get, path = "/scans/{id}", tag = "scans", params(("id" = String, Path)),
+    responses((status = 200, body = ScanDto))
+)]
+async fn get_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<ScanDto>, Problem> {
+    Ok(Json(app.ledger.read().scan(&id).await?.into()))
+}
+
+/// Forgets a scan and its measurements.
+#[utoipa::path(
+    delete, path = "/scans/{id}", tag = "scans", params(("id" = String, Path)),
+    responses((status = 204, description = "Forgotten"))
+)]
+async fn delete_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<StatusCode, Problem> {
+    let gone = event("scan.deleted", &id, json!({}));
+    app.ledger.commit(vec![Change::DeleteScan(id), gone]).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// The points of a scan.
+#[utoipa::path(
+    get, path = "/scans/{id}/cloud", tag = "scans", params(("id" = String, Path), CloudQuery),
+    responses((status = 200, content((Vec<u8> = "application/octet-stream"), (String = "text/csv"))))
+)]
+async fn get_cloud(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    ApiQuery(query): ApiQuery<CloudQuery>,
+) -> Result<Response, Problem> {
+    let record = app.ledger.read().scan(&id).await?;
+    let format = query.format.unwrap_or_default();
+    let (ending, media) = format.words();
+    let cloud = record.cloud.ok_or_else(|| {
+        Problem::new(ProblemKind::NotFound, "this scan has no points").remedy("its report says why")
+    })?;
+    if format != CloudFormatDto::Ply {
+        return Err(Problem::new(ProblemKind::Impossible, "not yet"));
+    }
+    artifact(&app, &cloud, media, Some(&format!("{id}.{ending}"))).await
+}
+
+/// Computes a scan again from its peaks, with another calibration; the old one stays.
+#[utoipa::path(
+    post, path = "/scans/{id}/recompute", tag = "scans", params(("id" = String, Path)),
+    request_body = RecomputeDto,
+    responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
+)]
+async fn recompute_scan(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    headers: HeaderMap,
+    body: ApiJson<RecomputeDto>,
+) -> Result<Reply, Problem> {
+    app.ledger.read().scan(&id).await?;
+    let route = format!("POST scans/{id}/recompute");
+    let calibration_id = body.value.calibration_id;
+    let input = JobInput::Recomputation(RecomputeInput { scan_id: id, calibration_id });
+    accept_job(&app, &headers, &route, &body.sha256, input).await
+}
+
+/// Writes a scan in another format, as a job.
+#[utoipa::path(
+    post, path = "/scans/{id}/exports", tag = "scans", params(("id" = String, Path)),
+    request_body = StartExportDto,
+    responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
+)]
+async fn export_scan(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    headers: HeaderMap,
+    body: ApiJson<StartExportDto>,
+) -> Result<Reply, Problem> {
+    app.ledger.read().scan(&id).await?;
+    let route = format!("POST scans/{id}/exports");
+    let input = JobInput::Export(body.value.input(id));
+    accept_job(&app, &headers, &route, &body.sha256, input).await
+}

@@ -1,0 +1,124 @@
+//! The hands at the simulated station: what lies on the stage, which faults it has. Only there.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use serde_json::json;
+use twin::{Scene, SceneKind, TwinControl, TwinFault};
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::app::App;
+use crate::config::{Config, StationConfig, TwinConfig};
+use crate::http::dto::simulation::{FaultListDto, FaultSwitchDto, PlaceSceneDto, SceneDto, SceneNameDto};
+use crate::http::extract::{ApiJson, ApiPath};
+use crate::ledger::event;
+use crate::problem::{Problem, ProblemKind};
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<App> {
+    OpenApiRouter::new()
+        .routes(routes!(get_scene, place_scene))
+        .routes(routes!(list_faults, switch_fault_on))
+        .routes(routes!(switch_fault_off))
+}
+
+fn hands(app: &App) -> Result<TwinControl, Problem> {
+    app.station.simulation().ok_or_else(|| {
+        Problem::new(ProblemKind::NotFound, "the station is not simulated")
+            .remedy("start the service with station.kind = \"twin\"")
+    })
+}
+
+/// What lies on the simulated stage.
+#[utoipa::path(get, path = "/simulation/scene", tag = "simulation", responses((status = 200, body = SceneDto)))]
+async fn get_scene(State(app): State<App>) -> Result<Json<SceneDto>, Problem> {
+    let scene = match &*hands(&app)?.scene() {
+        Scene::Plate(_) => "plate",
+        Scene::Gauge(_) => "gauge",
+        Scene::Sphere(_) => "sphere",
+        Scene::Freeform(_) => "freeform",
+        Scene::Board(_) => "board",
+        #[allow(unreachable_patterns, reason = "scenes from files have no word of their own")]
+        _ => "part",
+    };
+    Ok(Json(SceneDto { scene: scene.to_owned() }))
+}
+
+/// Puts something on the simulated stage, as a person would with hands; the real part of a real station stays real.
+#[utoipa::path(
+    put, path = "/simulation/scene", tag = "simulation", request_body = PlaceSceneDto,
+    responses((status = 200, body = SceneDto))
+)]
+async fn place_scene(State(app): State<App>, body: ApiJson<PlaceSceneDto>) -> Result<Json<SceneDto>, Problem> {
+    let hands = hands(&app)?;
+    let status = app.station.status();
+    if status.job_id.is_some() {
+        return Err(Problem::new(ProblemKind::StationBusy, format!("the station is busy: {}", status.activity))
+            .remedy("wait for the job, or cancel it")
+            .retry_after_s(1));
+    }
+    hands.place_part(&scene_kind(body.value.scene, &app.config));
+    get_scene(State(app)).await
+}
+
+fn scene_kind(name: SceneNameDto, config: &Config) -> SceneKind {
+    let (height_mm, radius_mm) = match &config.station {
+        StationConfig::Twin(TwinConfig { gauge_height_mm, sphere_radius_mm, .. }) => {
+            (*gauge_height_mm, *sphere_radius_mm)
+        }
+        _ => (crate::cli::GAUGE_HEIGHT_MM, crate::cli::SPHERE_RADIUS_MM),
+    };
+    match name {
+        SceneNameDto::Plate => SceneKind::Plate,
+        SceneNameDto::Gauge => SceneKind::Gauge { height_mm },
+        SceneNameDto::Sphere => SceneKind::Sphere { radius_mm },
+        SceneNameDto::Freeform => SceneKind::Freeform,
+    }
+}
+
+/// The faults that are switched on.
+#[utoipa::path(
+    get, path = "/simulation/faults", tag = "simulation",
+    responses((status = 200, body = FaultListDto))
+)]
+async fn list_faults(State(app): State<App>) -> Result<Json<FaultListDto>, Problem> {
+    let items = hands(&app)?.faults().iter().map(FaultSwitchDto::from).collect();
+    Ok(Json(FaultListDto { items }))
+}
+
+/// Switches a fault on.
+#[utoipa::path(
+    put, path = "/simulation/faults", tag = "simulation", request_body = FaultSwitchDto,
+    responses((status = 200, body = FaultListDto))
+)]
+async fn switch_fault_on(
+    State(app): State<App>,
+    body: ApiJson<FaultSwitchDto>,
+) -> Result<Json<FaultListDto>, Problem> {
+    let hands = hands(&app)?;
+    let FaultSwitchDto { name, value } = body.value;
+    let fault = TwinFault::named(&name, value).map_err(|error| {
+        let text = error.to_string();
+        let (what, remedy) = text.split_once("; ").unwrap_or((&text, "see the known names"));
+        Problem::new(ProblemKind::Impossible, what).at("/name").remedy(remedy)
+    })?;
+    hands.set_fault(fault);
+    let change = event("simulation.fault_on", fault.name(), json!({ "value": fault.value() }));
+    app.ledger.commit(vec![change]).await?;
+    list_faults(State(app)).await
+}
+
+/// Switches a fault off; what it did to a device may need a reset of the station.
+#[utoipa::path(
+    delete, path = "/simulation/faults/{name}", tag = "simulation", params(("name" = String, Path)),
+    responses((status = 204, description = "It is off"))
+)]
+async fn switch_fault_off(State(app): State<App>, ApiPath(name): ApiPath<String>) -> Result<StatusCode, Problem> {
+    if !hands(&app)?.clear_fault(&name) {
+        return Err(Problem::new(ProblemKind::NotFound, format!("no fault \"{name}\" is switched on"))
+            .remedy("GET /api/v1/simulation/faults lists those that are"));
+    }
+    app.ledger.commit(vec![event("simulation.fault_off", &name, json!({}))]).await?;
+    Ok(StatusCode::NO_CONTENT)
+}

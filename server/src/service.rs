@@ -1,0 +1,141 @@
+//! The service from start to end: what must be there before the port opens, and what must be dark before it closes.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use metrics_exporter_prometheus::PrometheusBuilder;
+use store::{Change, Store};
+use tokio::net::TcpListener;
+
+use crate::app::App;
+use crate::captures::Captures;
+use crate::closing::Closing;
+use crate::config::Config;
+use crate::config::limits::{EVENTS_KEPT, HOUSEKEEPING_PERIOD, IDEMPOTENCY_KEPT_MS};
+use crate::failure::{Exit, Failure};
+use crate::http::control::ControlDesk;
+use crate::http::idempotency::KeysInFlight;
+use crate::jobs::{JobParts, Jobs};
+use crate::ledger::Ledger;
+use crate::live::LiveBus;
+use crate::problem::Problem;
+use crate::station::StationHandle;
+use crate::wall_clock::now_ms;
+
+/// Captures as folders, below the data folder: can be deleted at any time while the service is down.
+const UNPACKED_FOLDER: &str = "unpacked";
+
+/// Everything but the port, in the order that leaves no gap: records of the dead process are settled before the
+/// station opens, the station is dark before jobs can want it, jobs are taken up before anybody can ask for more.
+pub async fn assemble(config: Config) -> Result<App, Failure> {
+    let config = Arc::new(config);
+    let store = Store::open(&config.data).await.map_err(unusable)?;
+    store.recover(now_ms()).await.map_err(unusable)?;
+    let store = Arc::new(store);
+    let ledger = Ledger::open(store.catalogue.clone()).await.map_err(unusable)?;
+    let artifacts = store.artifacts.clone();
+    let captures =
+        Captures::new(ledger.clone(), artifacts.clone(), &config.data.join(UNPACKED_FOLDER)).map_err(|cause| {
+            Failure::bad_input("the folder of unpacked captures cannot be made")
+                .because(&cause)
+                .remedy("check the data folder's rights")
+        })?;
+    let live = LiveBus::default();
+    let station = StationHandle::start(&config);
+    let free = store.clone();
+    let jobs = Jobs::start(JobParts {
+        config: config.clone(),
+        ledger: ledger.clone(),
+        artifacts: artifacts.clone(),
+        captures: captures.clone(),
+        station: station.clone(),
+        live: live.clone(),
+        free_bytes: Arc::new(move || free.free_bytes().unwrap_or(0)),
+    })
+    .await
+    .map_err(unusable)?;
+    Ok(App {
+        config,
+        store,
+        ledger,
+        artifacts,
+        captures,
+        station,
+        jobs,
+        live,
+        control: ControlDesk::default(),
+        keys: KeysInFlight::default(),
+        figures: figures()?,
+        closing: Closing::default(),
+    })
+}
+
+/// A data directory that cannot be used: the message says what to do.
+fn unusable(error: store::StoreError) -> Failure {
+    let problem = Problem::from(error);
+    let failure = Failure::bad_input(problem.detail);
+    let failure = match problem.cause {
+        Some(cause) => failure.because(&std::io::Error::other(cause)),
+        None => failure,
+    };
+    failure.remedy(problem.remedy.unwrap_or_else(|| "check the data folder".to_owned()))
+}
+
+fn figures() -> Result<metrics_exporter_prometheus::PrometheusHandle, Failure> {
+    /// Seconds: from what nobody notices to what everybody does.
+    const BUCKETS: [f64; 9] = [0.001, 0.005, 0.02, 0.05, 0.1, 0.5, 1.0, 5.0, 30.0];
+    let builder = PrometheusBuilder::new().set_buckets(&BUCKETS);
+    builder
+        .and_then(PrometheusBuilder::install_recorder)
+        .map_err(|cause| Failure::new(Exit::Internal, "the figures cannot be collected").because(&cause))
+}
+
+/// Serves until `ended`, then ends in the order that leaves nothing shining: the station first.
+pub async fn run(app: App, listener: TcpListener, ended: impl Future<Output = ()>) {
+    let router = crate::http::router(app.clone());
+    let edge = tokio::spawn(crate::edge::serve(listener, router, app.closing.clone()));
+    let housekeeping = tokio::spawn(keep_house(app.clone()));
+    ended.await;
+    tracing::info!("shutting down: the laser goes dark first");
+    if let Err(refusal) = app.station.stop("shutdown").await {
+        tracing::warn!(%refusal, "the station did not take the last stop");
+    }
+    app.closing.close();
+    app.jobs.shut_down().await;
+    let station = app.station.clone();
+    if tokio::task::spawn_blocking(move || station.shut_down()).await.is_err() {
+        tracing::error!("the station thread did not end well");
+    }
+    housekeeping.abort();
+    if edge.await.is_err() {
+        tracing::error!("the edge did not end well");
+    }
+    tracing::info!("ended");
+}
+
+/// Forgets old keys and events, deletes artifacts that nothing names.
+async fn keep_house(app: App) {
+    let mut hour = tokio::time::interval(HOUSEKEEPING_PERIOD);
+    hour.tick().await;
+    loop {
+        hour.tick().await;
+        if let Err(error) = forget_old(&app).await {
+            tracing::warn!(%error, "old records were not forgotten");
+        }
+        app.figures.run_upkeep();
+    }
+}
+
+async fn forget_old(app: &App) -> Result<(), store::StoreError> {
+    let last = app.ledger.read().last_event_seq().await?;
+    let mut changes = vec![Change::ForgetIdempotencyBefore { at_ms: now_ms() - IDEMPOTENCY_KEPT_MS }];
+    if last > EVENTS_KEPT {
+        changes.push(Change::ForgetEventsThrough { seq: last - EVENTS_KEPT });
+    }
+    app.ledger.commit(changes).await?;
+    Ok(())
+}
+
+/// Longest time from the signal to the end of the process, whatever hangs: then it ends hard, and the drivers' leases
+/// darken the laser.
+pub const SHUTDOWN_LIMIT: Duration = Duration::from_secs(10);
