@@ -6,6 +6,7 @@ use std::time::Duration;
 use metrics_exporter_prometheus::PrometheusBuilder;
 use store::{Change, Store};
 use tokio::net::TcpListener;
+use vision::LineDirection;
 
 use crate::app::App;
 use crate::captures::Captures;
@@ -18,16 +19,25 @@ use crate::http::idempotency::KeysInFlight;
 use crate::jobs::{JobParts, Jobs};
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
+use crate::live::worker::Worker;
 use crate::problem::Problem;
 use crate::station::StationHandle;
 use crate::wall_clock::now_ms;
+use crate::ws::{Sources, Streams};
 
 /// Captures as folders, below the data folder: can be deleted at any time while the service is down.
 const UNPACKED_FOLDER: &str = "unpacked";
 
+/// What has threads of its own beside the parts that everybody holds; they end when this is dropped.
+pub struct Running {
+    /// The parts.
+    pub app: App,
+    _threads: [Worker; 2],
+}
+
 /// Everything but the port, in the order that leaves no gap: records of the dead process are settled before the
 /// station opens, the station is dark before jobs can want it, jobs are taken up before anybody can ask for more.
-pub async fn assemble(config: Config) -> Result<App, Failure> {
+pub async fn assemble(config: Config) -> Result<Running, Failure> {
     let config = Arc::new(config);
     let store = Store::open(&config.data).await.map_err(unusable)?;
     store.recover(now_ms()).await.map_err(unusable)?;
@@ -54,7 +64,20 @@ pub async fn assemble(config: Config) -> Result<App, Failure> {
     })
     .await
     .map_err(unusable)?;
-    Ok(App {
+    let no_thread = |cause: std::io::Error| {
+        Failure::new(Exit::Internal, "a thread of the live view cannot be started").because(&cause)
+    };
+    let direction = line_direction(&config);
+    let view = crate::live::view::start(&station, live.clone(), direction).map_err(no_thread)?;
+    let sources = Sources {
+        live: live.clone(),
+        frames: station.watch_frames(),
+        status: station.watch_status(),
+        jobs: jobs.watch_progress(),
+        events: ledger.watch_events(),
+    };
+    let (streams, encoder) = Streams::start(sources, direction).map_err(no_thread)?;
+    let app = App {
         config,
         store,
         ledger,
@@ -63,11 +86,17 @@ pub async fn assemble(config: Config) -> Result<App, Failure> {
         station,
         jobs,
         live,
+        streams,
         control: ControlDesk::default(),
         keys: KeysInFlight::default(),
         figures: figures()?,
         closing: Closing::default(),
-    })
+    };
+    Ok(Running { app, _threads: [view, encoder] })
+}
+
+fn line_direction(config: &Config) -> LineDirection {
+    if config.projector.line_direction == "columns" { LineDirection::Columns } else { LineDirection::Rows }
 }
 
 /// A data directory that cannot be used: the message says what to do.
@@ -91,7 +120,8 @@ fn figures() -> Result<metrics_exporter_prometheus::PrometheusHandle, Failure> {
 }
 
 /// Serves until `ended`, then ends in the order that leaves nothing shining: the station first.
-pub async fn run(app: App, listener: TcpListener, ended: impl Future<Output = ()>) {
+pub async fn run(running: Running, listener: TcpListener, ended: impl Future<Output = ()>) {
+    let app = &running.app;
     let router = crate::http::router(app.clone());
     let edge = tokio::spawn(crate::edge::serve(listener, router, app.closing.clone()));
     let housekeeping = tokio::spawn(keep_house(app.clone()));
@@ -100,6 +130,7 @@ pub async fn run(app: App, listener: TcpListener, ended: impl Future<Output = ()
     if let Err(refusal) = app.station.stop("shutdown").await {
         tracing::warn!(%refusal, "the station did not take the last stop");
     }
+    app.streams.close();
     app.closing.close();
     app.jobs.shut_down().await;
     let station = app.station.clone();

@@ -36,7 +36,7 @@ async fn serve(config: crate::config::Config) -> Result<(), Failure> {
     // The address is taken before anything slow, and answers only once everything is there.
     let listener = TcpListener::bind(listen).await.map_err(|cause| cannot_listen(listen, &cause))?;
     let address = listener.local_addr().map_err(|cause| cannot_listen(listen, &cause))?;
-    let app = service::assemble(config).await?;
+    let running = service::assemble(config).await?;
     announce(address);
     let ended = async move {
         tokio::select! {
@@ -44,7 +44,7 @@ async fn serve(config: crate::config::Config) -> Result<(), Failure> {
             _ = interrupt.recv() => {}
         }
     };
-    service::run(app, listener, ended).await;
+    service::run(running, listener, ended).await;
     Ok(())
 }
 

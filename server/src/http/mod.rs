@@ -31,6 +31,7 @@ pub fn router(app: App) -> Router {
     let guard = guard::Guard::new(&app.config);
     let (api, _) = openapi::routes_and_document();
     api.merge(SwaggerUi::new("/docs").config(utoipa_swagger_ui::Config::from("/openapi.json")))
+        .route("/api/v1/stream", axum::routing::get(crate::ws::stream))
         .fallback(problems::no_such_path)
         .method_not_allowed_fallback(problems::no_such_method)
         .with_state(app)

@@ -82,6 +82,11 @@ impl StationHandle {
         todo!()
     }
 
+    /// The virtual operator's hands, where the station is simulated.
+    pub fn simulation(&self) -> Option<twin::TwinControl> {
+        todo!()
+    }
+
     /// The station as last seen.
     pub fn status(&self) -> Arc<StationStatus> {
         self.status.borrow().clone()

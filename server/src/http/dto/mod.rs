@@ -9,4 +9,5 @@ pub mod jobs;
 pub mod measurements;
 pub mod scans;
 pub mod service;
+pub mod simulation;
 pub mod station;

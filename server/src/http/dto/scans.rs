@@ -194,6 +194,15 @@ pub struct MeshQuery {
     pub format: Option<MeshFormatDto>,
 }
 
+/// Which blocks.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct PointsQuery {
+    /// The first block wanted; 0 if not said.
+    pub from_block: Option<u32>,
+}
+
 /// A scan.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ScanDto {

@@ -9,6 +9,7 @@ pub mod jobs;
 pub mod measurements;
 pub mod scans;
 pub mod service;
+pub mod simulation;
 pub mod station;
 
 use utoipa_axum::router::OpenApiRouter;
@@ -21,6 +22,7 @@ pub fn api() -> OpenApiRouter<App> {
         .merge(station::routes())
         .merge(control::routes())
         .merge(devices::routes())
+        .merge(simulation::routes())
         .merge(captures::routes())
         .merge(calibrations::routes())
         .merge(scans::routes())

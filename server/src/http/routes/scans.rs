@@ -2,7 +2,7 @@
 
 use axum::Json;
 use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::Response;
 use serde_json::json;
 use store::Change;
@@ -10,17 +10,19 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::app::App;
-use crate::http::answers::{Reply, artifact};
+use crate::http::answers::{Reply, artifact, bytes};
 use crate::http::conversions::{accept_job, label};
 use crate::http::dto::jobs::JobDto;
 use crate::http::dto::scans::{
-    CloudFormatDto, CloudQuery, RecomputeDto, ScanDto, StartExportDto, StartScanDto, StartVerificationDto,
+    CloudFormatDto, CloudQuery, PointsQuery, RecomputeDto, ScanDto, StartExportDto, StartScanDto,
+    StartVerificationDto,
 };
 use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::http::paging::{ListDto, PageQuery};
 use crate::jobs::{JobInput, RecomputeInput};
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
+use crate::ws::points_page;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<App> {
@@ -29,6 +31,7 @@ pub fn routes() -> OpenApiRouter<App> {
         .routes(routes!(start_verification))
         .routes(routes!(get_scan, delete_scan))
         .routes(routes!(get_cloud))
+        .routes(routes!(get_points))
         .routes(routes!(recompute_scan))
         .routes(routes!(export_scan))
 }
@@ -117,6 +120,31 @@ async fn get_cloud(
         return Err(Problem::new(ProblemKind::Impossible, "not yet"));
     }
     artifact(&app, &cloud, media, Some(&format!("{id}.{ending}"))).await
+}
+
+/// Display points of a scan in blocks, as the live stream sends them: what a viewer missed, also while it runs.
+#[utoipa::path(
+    get, path = "/scans/{id}/points", tag = "scans", params(("id" = String, Path), PointsQuery),
+    responses((
+        status = 200, body = Vec<u8>, content_type = "application/octet-stream",
+        headers(
+            ("Sheaf-Next-Block" = u32, description = "Ask for the next blocks from here on"),
+            ("Sheaf-Complete" = bool, description = "Whether there are no more and will be none")
+        )
+    ))
+)]
+async fn get_points(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    ApiQuery(query): ApiQuery<PointsQuery>,
+) -> Result<Response, Problem> {
+    let from = query.from_block.unwrap_or(0);
+    let page = points_page(&app.live, &app.ledger, &app.artifacts, &id, from).await?;
+    let mut response = bytes("application/octet-stream", None, page.bytes);
+    let complete = if page.complete { "true" } else { "false" };
+    response.headers_mut().insert("sheaf-next-block", HeaderValue::from(page.next_block));
+    response.headers_mut().insert("sheaf-complete", HeaderValue::from_static(complete));
+    Ok(response)
 }
 
 /// Computes a scan again from its peaks, with another calibration; the old one stays.

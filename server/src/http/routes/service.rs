@@ -52,6 +52,7 @@ async fn ready(State(app): State<App>) -> Result<Json<ReadyDto>, Problem> {
 async fn figures(State(app): State<App>) -> Result<Response, Problem> {
     tell_station(&app);
     tell_jobs(&app).await?;
+    metrics::gauge!("sheaf_stream_sockets").set(app.streams.n_sockets() as f64);
     if let Ok(free_bytes) = app.store.free_bytes() {
         metrics::gauge!("sheaf_store_free_bytes").set(free_bytes as f64);
     }
