@@ -89,6 +89,7 @@ impl Jobs {
     /// If the catalogue cannot be used.
     pub async fn start(parts: JobParts) -> Result<Self, StoreError> {
         let queue = Queue::new(parts);
+        scan::recover(&queue.parts.ledger, &*queue.parts.artifacts).await;
         for record in queue.parts.ledger.read().queue().await? {
             let end = match serde_json::from_value::<JobInput>(record.input.clone()) {
                 Ok(input) if !input.needs_station() => {

@@ -32,6 +32,7 @@ pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
         display: None,
         replaces: false,
         losses,
+        also: Vec::new(),
     };
     Ok(made_scan(ctx, story, &frames, &document, READING..1.0)?.done())
 }

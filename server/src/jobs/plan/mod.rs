@@ -75,18 +75,13 @@ impl ScanPlan {
 
     /// Whether frames taken by `other` and by this one belong to one scan.
     pub fn continues(&self, other: &Self) -> bool {
-        let essence = |plan: &Self| {
-            (
-                plan.mode,
-                plan.from_mm,
-                plan.to_mm,
-                plan.step_mm,
-                plan.exposure_us,
-                plan.laser_power,
-                plan.keep_frames,
-            )
+        /// Step and rate follow from each other by a division: they agree to the last digits.
+        const ROUNDING: f64 = 1e-9;
+        let near = |a: f64, b: f64| (a - b).abs() <= ROUNDING * b.abs();
+        let same = |plan: &Self| {
+            (plan.mode, plan.from_mm, plan.to_mm, plan.speed_mm_s, plan.exposure_us, plan.laser_power)
         };
-        essence(self) == essence(other) && self.speed_mm_s == other.speed_mm_s
+        same(self) == same(other) && self.keep_frames == other.keep_frames && near(self.step_mm, other.step_mm)
     }
 }
 

@@ -46,6 +46,7 @@ pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobCon
         display: None,
         replaces: false,
         losses: Vec::new(),
+        also: Vec::new(),
     };
     made_scan(ctx, story, &frames, &document, READING..1.0)
 }

@@ -60,6 +60,8 @@ pub struct ScanStory {
     pub replaces: bool,
     /// Why it is invalid, if it is.
     pub losses: Vec<String>,
+    /// What is stored together with it.
+    pub also: Vec<Change>,
 }
 
 /// Stores frames as peaks.
@@ -82,6 +84,7 @@ pub struct MadeScan {
     pub result: ScanResult,
     replaces: bool,
     n_frames: usize,
+    also: Vec<Change>,
 }
 
 /// Computes the cloud and stores what the record names.
@@ -104,8 +107,9 @@ pub fn made_scan(
         None => keep_display(ctx, &story.id, &result, frames)?,
     };
     let replaces = story.replaces;
+    let also = story.also.clone();
     let record = record(ctx, story, frames, document, &result, cloud, display);
-    Ok(MadeScan { record, result, replaces, n_frames: frames.frames.len() })
+    Ok(MadeScan { record, result, replaces, n_frames: frames.frames.len(), also })
 }
 
 fn keep_cloud(ctx: &JobContext, result: &ScanResult) -> Result<ArtifactId, JobEnd> {
@@ -176,7 +180,9 @@ impl MadeScan {
 
     /// What stores the record.
     pub fn changes(&self) -> Vec<Change> {
-        scan_changes(&self.record, self.replaces)
+        let mut changes = self.also.clone();
+        changes.extend(scan_changes(&self.record, self.replaces));
+        changes
     }
 
     /// The end of a job that made a scan.
