@@ -13,8 +13,11 @@ pub mod laser;
 pub mod stage;
 
 pub mod contract;
+pub mod grbl;
+pub mod grbl_simulator;
 pub mod params;
 pub mod replay;
+pub mod serial_line;
 
 mod laser_checks;
 mod stage_checks;

@@ -16,3 +16,57 @@ pub const PRELOAD_LIMIT_BYTES: usize = 2 << 30;
 
 /// How far a replayed frame may be late before the pace starts anew at the present; less is caught up.
 pub const REPLAY_CATCH_UP: Duration = Duration::from_millis(100);
+
+/// Status queries of a GRBL controller at rest, Hz: enough to notice silence within a second, and little traffic.
+pub const GRBL_IDLE_QUERY_HZ: f64 = 5.0;
+
+/// Status queries during a motion, Hz, unless configured: the station interpolates frame positions between reports.
+/// GRBL answers within 5–20 ms (`interface.md`), so that twice as many would queue up.
+pub const GRBL_MOVING_QUERY_HZ: f64 = 25.0;
+
+/// Pace of queries while a stop brakes: the reset that ends it waits for the report of rest.
+pub const GRBL_BRAKING_QUERY: Duration = Duration::from_millis(10);
+
+/// A query or line unanswered so long is silence. With [`GRBL_IDLE_QUERY_HZ`] it is noticed within 0.9 s.
+pub const GRBL_SILENCE: Duration = Duration::from_millis(650);
+
+/// Longest wait for the answer to a line within a caller's own call; later answers come through `poll`.
+pub const GRBL_ANSWER_WAIT: Duration = Duration::from_millis(15);
+
+/// `M5` not acknowledged so long is followed by a soft reset, which darkens for sure.
+pub const GRBL_DARK_LIMIT: Duration = Duration::from_millis(100);
+
+/// Longest braking before a soft reset cuts it short while the laser shines; with [`GRBL_DARK_LIMIT`] it leaves
+/// half of the 0.5 s in which the laser must be dark.
+pub const GRBL_LIT_BRAKING: Duration = Duration::from_millis(150);
+
+/// What braking may take beyond speed over acceleration: the report of rest, twice.
+pub const GRBL_BRAKING_SLACK: Duration = Duration::from_millis(100);
+
+/// A moving stage whose position does not change so long stalls. Ten reports at the slowest pace in use.
+pub const GRBL_STALL: Duration = Duration::from_millis(500);
+
+/// Idle short of the target so long after the move was taken is a stall: the controller starts a move within one
+/// turn of its main loop (`protocol.c`), a few milliseconds.
+pub const GRBL_START: Duration = Duration::from_millis(150);
+
+/// Soft resets while a controller is opened come at this pace: a board that restarts when its port is opened
+/// swallows what comes before its firmware runs.
+pub const GRBL_RESET_PERIOD: Duration = Duration::from_millis(500);
+
+/// Quiet after a banner before the dialogue begins: the banner of switching on may be followed by that of the
+/// driver's own reset.
+pub const GRBL_BANNER_SETTLING: Duration = Duration::from_millis(50);
+
+/// Lines that are not the protocol, within [`GRBL_GARBAGE_WINDOW`], before the link is given up. A single flipped
+/// bit is survived.
+pub const GRBL_GARBAGE_LINES: usize = 3;
+
+/// See [`GRBL_GARBAGE_LINES`]; three answers at the idle pace fall into it.
+pub const GRBL_GARBAGE_WINDOW: Duration = Duration::from_secs(1);
+
+/// Longest line that can be the protocol; GRBL's own buffer is 80 characters, grblHAL's reports stay below 200.
+pub const GRBL_LINE_BYTES: usize = 512;
+
+/// Reports that show power while it should be dark, before it is taken for real: the first may have been under way.
+pub const GRBL_STRAY_REPORTS: usize = 2;

@@ -1,0 +1,54 @@
+//! What went wrong with a controller, until it is cleared.
+
+use super::meanings::{alarm_meaning, error_meaning};
+use crate::{LaserError, StageError};
+
+/// A fault; told at every poll.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fault {
+    Alarm { code: u32 },
+    Refused { command: String, code: u32 },
+    Restarted,
+    Stalled { target_mm: f64, actual_mm: f64 },
+    StrayLight,
+    NoReply { command: String, waited_ms: u64 },
+    Garbage { received: String },
+    Gone { reason: String },
+    WrongDevice { place: String, expected: String, found: String },
+}
+
+impl Fault {
+    /// Whether only opening the line again helps.
+    pub fn needs_reconnect(&self) -> bool {
+        match self {
+            Fault::NoReply { .. } | Fault::Garbage { .. } | Fault::Gone { .. } | Fault::WrongDevice { .. } => true,
+            Fault::Alarm { .. }
+            | Fault::Refused { .. }
+            | Fault::Restarted
+            | Fault::Stalled { .. }
+            | Fault::StrayLight => false,
+        }
+    }
+
+    pub fn for_stage(&self) -> StageError {
+        match self.clone() {
+            Fault::Alarm { code } => StageError::Alarm { code, meaning: alarm_meaning(code).to_owned() },
+            Fault::Refused { command, code } => {
+                StageError::Refused { command, code, meaning: error_meaning(code).to_owned() }
+            }
+            Fault::Restarted => StageError::Restarted,
+            Fault::Stalled { target_mm, actual_mm } => StageError::Stalled { target_mm, actual_mm },
+            Fault::StrayLight => StageError::Gone { reason: "its laser shone unasked; it was reset".to_owned() },
+            Fault::NoReply { command, waited_ms } => StageError::NoReply { command, waited_ms },
+            Fault::Garbage { received } => StageError::Garbage { received },
+            Fault::Gone { reason } => StageError::Gone { reason },
+            Fault::WrongDevice { place, expected, found } => StageError::WrongDevice { place, expected, found },
+        }
+    }
+
+    /// Over a sound link the laser is known to be dark, so that only its own faults concern it.
+    pub fn for_laser(&self) -> LaserError {
+        let reason = self.for_stage().to_string();
+        if self.needs_reconnect() { LaserError::Gone { reason } } else { LaserError::Fault { reason } }
+    }
+}

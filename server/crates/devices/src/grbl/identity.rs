@@ -1,0 +1,152 @@
+//! Who a controller is and how it is set, from `$I` and `$$`, against what is configured.
+
+use std::collections::BTreeMap;
+
+use super::fault::Fault;
+use super::{Axis, GrblConfig};
+use crate::{DeviceIdentity, Homing, StageCapabilities};
+
+/// What the controller said about itself.
+#[derive(Debug, Clone, Default)]
+pub struct Description {
+    feedback: BTreeMap<String, String>,
+    settings: BTreeMap<u32, String>,
+}
+
+/// What of it the driver works with.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    pub identity: DeviceIdentity,
+    pub capabilities: StageCapabilities,
+    /// Value of `S` at full power.
+    pub full_power: f64,
+    /// Whether it answers queries while homing, as grblHAL does and GRBL does not.
+    pub answers_while_homing: bool,
+}
+
+/// Steps per mm may differ by so much from what is configured: the settings are printed with three decimals.
+const STEPS_TOLERANCE: f64 = 2e-3;
+
+/// Bit of `$22` that enables homing.
+const HOMING_ENABLED: u32 = 1;
+
+impl Description {
+    pub fn feedback(&mut self, key: &str, text: &str) {
+        self.feedback.insert(key.to_owned(), text.to_owned());
+    }
+
+    pub fn setting(&mut self, number: u32, value: &str) {
+        self.settings.insert(number, value.to_owned());
+    }
+
+    /// The board's name is what is expected; asked before its settings are read.
+    pub fn check_name(&self, config: &GrblConfig, place: &str) -> Result<(), Fault> {
+        let (_, name) = self.version_and_name();
+        match &config.expected_name {
+            Some(expected) if *expected != name => {
+                Err(wrong(place, &format!("a controller named `{expected}`"), format!("one named `{name}`")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Checks units, steps, travel and laser mode; what the driver works with.
+    pub fn machine(&self, config: &GrblConfig, place: &str) -> Result<Machine, Fault> {
+        if self.number(13, place)? != 0.0 {
+            return Err(wrong(place, "reports in millimetres ($13=0)", "$13=1, inches".to_owned()));
+        }
+        let steps_per_mm = self.of_axis(100, config.axis, place)?;
+        if (steps_per_mm - config.steps_per_mm).abs() > STEPS_TOLERANCE {
+            let expected = format!("{} steps/mm (${})", config.steps_per_mm, 100 + config.axis.idx());
+            return Err(wrong(place, &expected, format!("{steps_per_mm}")));
+        }
+        if self.number(32, place)? == 0.0 {
+            return Err(wrong(place, "laser mode ($32=1), in which a hold darkens", "$32=0".to_owned()));
+        }
+        let homing =
+            if self.number(22, place)? as u32 & HOMING_ENABLED != 0 { Homing::Required } else { Homing::Absent };
+        if homing == Homing::Required {
+            self.check_travel(config, place)?;
+        }
+        let rate_mm_s = self.of_axis(110, config.axis, place)? / 60.0;
+        Ok(Machine {
+            identity: self.identity(),
+            capabilities: StageCapabilities {
+                travel_mm: config.travel_mm,
+                max_speed_mm_s: rate_mm_s.min(config.max_speed_mm_s),
+                acceleration_mm_s2: Some(self.of_axis(120, config.axis, place)?),
+                homing,
+                resolution_mm: 1.0 / steps_per_mm,
+            },
+            full_power: self.number(30, place)?,
+            answers_while_homing: self.is_grbl_hal(),
+        })
+    }
+
+    /// Machine space is `-$130..0`, or reaches from 0 where homing sets the origin (`Z` in the build options).
+    fn check_travel(&self, config: &GrblConfig, place: &str) -> Result<(), Fault> {
+        let span_mm = self.of_axis(130, config.axis, place)?;
+        let options = self.feedback.get("OPT").map_or("", String::as_str);
+        let letters = options.split(',').next().unwrap_or_default();
+        let (low_mm, high_mm) = if letters.contains('Z') { (-span_mm, span_mm) } else { (-span_mm, 0.0) };
+        for end_mm in [config.travel_mm.0, config.travel_mm.1] {
+            let machine_mm = machine_from_stage(end_mm, config.zero_at_machine_mm, config.reversed);
+            if machine_mm < low_mm || machine_mm > high_mm {
+                let expected = format!("a machine that reaches {machine_mm} mm (stage position {end_mm} mm)");
+                return Err(wrong(
+                    place,
+                    &expected,
+                    format!("one of {low_mm} to {high_mm} mm (${})", 130 + config.axis.idx()),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn identity(&self) -> DeviceIdentity {
+        let (firmware, serial) = self.version_and_name();
+        let vendor = self.feedback.get("BOARD").cloned().unwrap_or_default();
+        let model = if self.is_grbl_hal() { "grblHAL" } else { "Grbl" };
+        DeviceIdentity { driver: "grbl", vendor, model: model.to_owned(), serial, firmware }
+    }
+
+    /// `[VER:1.1h.20190825:name]`: version with its date, and the text stored by `$I=`.
+    fn version_and_name(&self) -> (String, String) {
+        let version = self.feedback.get("VER").map_or("", String::as_str);
+        let (version, name) = version.split_once(':').unwrap_or((version, ""));
+        (version.to_owned(), name.to_owned())
+    }
+
+    fn is_grbl_hal(&self) -> bool {
+        self.feedback.get("FIRMWARE").is_some_and(|name| name.eq_ignore_ascii_case("grblHAL"))
+    }
+
+    fn of_axis(&self, first: u32, axis: Axis, place: &str) -> Result<f64, Fault> {
+        self.number(first + axis.idx() as u32, place)
+    }
+
+    fn number(&self, number: u32, place: &str) -> Result<f64, Fault> {
+        let value = self.settings.get(&number).map(String::as_str);
+        match value.and_then(|value| value.parse().ok()).filter(|value: &f64| value.is_finite()) {
+            Some(value) => Ok(value),
+            None => {
+                let found = value.map_or_else(|| "none".to_owned(), |value| format!("${number}={value}"));
+                Err(wrong(place, &format!("a controller with the setting ${number}"), found))
+            }
+        }
+    }
+}
+
+/// Machine position of a stage position, mm.
+pub fn machine_from_stage(position_mm: f64, zero_at_machine_mm: f64, reversed: bool) -> f64 {
+    if reversed { zero_at_machine_mm - position_mm } else { zero_at_machine_mm + position_mm }
+}
+
+/// Stage position of a machine position, mm.
+pub fn stage_from_machine(machine_mm: f64, zero_at_machine_mm: f64, reversed: bool) -> f64 {
+    if reversed { zero_at_machine_mm - machine_mm } else { machine_mm - zero_at_machine_mm }
+}
+
+fn wrong(place: &str, expected: &str, found: String) -> Fault {
+    Fault::WrongDevice { place: place.to_owned(), expected: expected.to_owned(), found }
+}

@@ -1,0 +1,241 @@
+//! What comes from a controller that is up.
+
+use std::time::Instant;
+
+use super::{Activity, LineKind, Link, OwnReset, Pending, Seen, Session, Travel};
+use crate::grbl::fault::Fault;
+use crate::grbl::protocol::{MachineState, Message, Position, Report};
+use crate::params::{
+    GRBL_GARBAGE_LINES, GRBL_GARBAGE_WINDOW, GRBL_SILENCE, GRBL_STALL, GRBL_START, GRBL_STRAY_REPORTS,
+};
+
+/// `ALARM:3`: reset while moving.
+const ALARM_RESET_MOVING: u32 = 3;
+/// `ALARM:6`: reset while homing.
+const ALARM_RESET_HOMING: u32 = 6;
+/// `ALARM:2`: the one alarm that keeps the position.
+const ALARM_SOFT_LIMIT: u32 = 2;
+/// Alarms after which GRBL resets itself and shows its banner; after the others it waits to be reset
+/// (`protocol.c`, `limits.c`).
+const ALARMS_THAT_RESET: std::ops::RangeInclusive<u32> = 3..=9;
+
+impl Session {
+    pub(super) fn message(&mut self, message: Message, began_at: Instant, now: Instant) {
+        match self.link {
+            Link::Down => return,
+            Link::Opening(_) => return self.opening_message(message, began_at, now),
+            Link::Up => {}
+        }
+        match message {
+            Message::Banner(_) => self.banner(now),
+            Message::Ok => match self.pending.pop_front() {
+                Some(pending) => self.answered(&pending, now),
+                None => self.garbage("ok".to_owned(), now),
+            },
+            Message::Error(code) => match self.pending.pop_front() {
+                Some(pending) => self.refused(pending, code, now),
+                None => self.garbage(format!("error:{code}"), now),
+            },
+            Message::Alarm(code) => self.alarm(code, now),
+            Message::Report(report) => self.report(report, began_at, now),
+            Message::Garbage(text) => self.garbage(text, now),
+            Message::Setting { .. } | Message::Feedback { .. } | Message::Nothing => {}
+        }
+    }
+
+    /// A reset happened: ours, the one that comes with an alarm, or one by itself.
+    fn banner(&mut self, now: Instant) {
+        let moving = matches!(self.activity, Activity::Travel(_) | Activity::Homing { .. });
+        let ours = self.reset.is_some_and(|reset| {
+            reset.awaited || (!moving && now.saturating_duration_since(reset.sent_at) < GRBL_SILENCE)
+        });
+        let told = self.fault.is_some();
+        self.pending.clear();
+        self.activity = Activity::Rest;
+        (self.lit, self.dark_by, self.stray_reports) = (None, None, 0);
+        self.queries.unanswered_since = None;
+        if let Some(seen) = &mut self.seen {
+            let locked = self.reset.is_some_and(|reset| reset.locked);
+            seen.state = if locked { MachineState::Alarm } else { MachineState::Idle };
+        }
+        if let Some(reset) = &mut self.reset {
+            reset.awaited = false;
+        }
+        if ours || told {
+            // What stood before the reset may stand no more: the next report tells.
+            self.query(now);
+        } else {
+            self.homed = false;
+            tracing::warn!(place = self.place, "controller restarted by itself");
+            self.fault = Some(Fault::Restarted);
+        }
+    }
+
+    fn answered(&mut self, pending: &Pending, now: Instant) {
+        match pending.kind {
+            LineKind::Travel => {
+                if let Activity::Travel(travel) = &mut self.activity {
+                    (travel.taken_at, travel.last_progress_at) = (Some(now), now);
+                }
+            }
+            LineKind::Home => {
+                if let Activity::Homing { done_at } = &mut self.activity {
+                    *done_at = Some(now);
+                }
+                self.query(now);
+            }
+            LineKind::LaserOff => (self.lit, self.dark_by) = (None, None),
+            LineKind::Unlock => {
+                self.clearing = false;
+                self.fault = self.fault.take().filter(|fault| !matches!(fault, Fault::Alarm { .. }));
+            }
+            LineKind::LaserOn | LineKind::Build | LineKind::Settings => {}
+        }
+    }
+
+    /// A line was refused: told to the caller if it still waits, else a fault.
+    fn refused(&mut self, pending: Pending, code: u32, now: Instant) {
+        match pending.kind {
+            LineKind::Travel | LineKind::Home => self.activity = Activity::Rest,
+            // Whether any word of the line had an effect is not known.
+            LineKind::LaserOn => self.go_dark(now),
+            LineKind::LaserOff => self.soft_reset(now),
+            LineKind::Unlock => self.clearing = false,
+            LineKind::Build | LineKind::Settings => {}
+        }
+        let refusal = Fault::Refused { command: pending.text, code };
+        if self.waited_for == Some(pending.ticket) {
+            self.refusal = Some(refusal);
+        } else if self.fault.is_none() {
+            self.fault = Some(refusal);
+        }
+    }
+
+    fn alarm(&mut self, code: u32, now: Instant) {
+        let by_reset = code == ALARM_RESET_MOVING || code == ALARM_RESET_HOMING;
+        if by_reset && let Some(reset @ OwnReset { awaited: true, .. }) = &mut self.reset {
+            (reset.locked, self.homed) = (true, false);
+            return;
+        }
+        tracing::warn!(place = self.place, code, "controller raised an alarm");
+        self.homed = self.homed && code == ALARM_SOFT_LIMIT;
+        self.pending.clear();
+        self.activity = Activity::Rest;
+        (self.lit, self.dark_by) = (None, None);
+        self.fault = Some(Fault::Alarm { code });
+        if !ALARMS_THAT_RESET.contains(&code) {
+            self.soft_reset(now);
+        }
+    }
+
+    pub(super) fn report(&mut self, report: Report, began_at: Instant, now: Instant) {
+        let asked_at = self.queries.last_sent_at.unwrap_or(began_at).min(began_at);
+        self.queries.unanswered_since = None;
+        if matches!(report.state, MachineState::Sleep | MachineState::Check) {
+            let reason = format!("its controller is in the state {:?}", report.state);
+            return self.down(Fault::Gone { reason });
+        }
+        if let Some(offset_mm) = report.offset_mm {
+            (self.offset_mm, self.offset_known) = (offset_mm, true);
+        }
+        let idx = self.config.axis.idx();
+        let machine_mm = match report.position {
+            Position::Machine(axes_mm) => axes_mm[idx],
+            Position::Work(axes_mm) if self.offset_known => axes_mm[idx] + self.offset_mm[idx],
+            // The offset comes with the first report after a reset; without it the position means nothing.
+            Position::Work(_) => return,
+        };
+        // The report was made between question and answer.
+        let at = asked_at + (began_at - asked_at) / 2;
+        self.seen = Some(Seen { state: report.state, machine_mm, at });
+        self.watch_stray_light(report.spindle, now);
+        self.unlock_where_sound(report.state, now);
+        self.follow(report.state, machine_mm, asked_at, now);
+    }
+
+    /// What the report means for what is under way.
+    fn follow(&mut self, state: MachineState, machine_mm: f64, asked_at: Instant, now: Instant) {
+        match self.activity {
+            Activity::Rest => {
+                let locked = state == MachineState::Alarm && !self.reset_awaited();
+                self.homed &= !locked;
+            }
+            Activity::Travel(travel) => self.follow_travel(travel, state, machine_mm, asked_at, now),
+            Activity::Homing { done_at } => {
+                if done_at.is_some_and(|done_at| asked_at >= done_at) && state == MachineState::Idle {
+                    (self.activity, self.homed) = (Activity::Rest, true);
+                }
+            }
+            Activity::Stopping { .. } => {
+                if !self.reset_awaited()
+                    && !matches!(state, MachineState::Run | MachineState::Jog | MachineState::Braking)
+                {
+                    self.soft_reset(now);
+                }
+            }
+        }
+    }
+
+    fn follow_travel(
+        &mut self,
+        mut travel: Travel,
+        state: MachineState,
+        machine_mm: f64,
+        asked_at: Instant,
+        now: Instant,
+    ) {
+        let Some(taken_at) = travel.taken_at.filter(|taken_at| asked_at >= *taken_at) else { return };
+        let under_way = matches!(state, MachineState::Run | MachineState::Jog);
+        if machine_mm != travel.last_mm || !(under_way || state == MachineState::Idle) {
+            (travel.last_mm, travel.last_progress_at) = (machine_mm, now);
+        }
+        self.activity = Activity::Travel(travel);
+        let resolution_mm = self.machine.as_ref().map_or(0.0, |machine| machine.capabilities.resolution_mm);
+        // A step and a half, and half of the last decimal printed.
+        let at_target = (machine_mm - travel.target_machine_mm).abs() <= 1.5 * resolution_mm + 0.0005;
+        let short = match state {
+            MachineState::Idle if at_target => {
+                self.activity = Activity::Rest;
+                return;
+            }
+            MachineState::Idle => asked_at - taken_at > GRBL_START,
+            _ => under_way && now - travel.last_progress_at > GRBL_STALL,
+        };
+        if short {
+            let actual_mm = self.position_mm().unwrap_or(machine_mm);
+            self.homed = false;
+            self.raise(Fault::Stalled { target_mm: travel.target_mm, actual_mm }, now);
+        }
+    }
+
+    /// GRBL reports the power it gives out (`FS`); light that was not asked for is reset.
+    fn watch_stray_light(&mut self, spindle: Option<f64>, now: Instant) {
+        // Verified for GRBL's source only; grblHAL reports a programmed speed of a spindle at rest in some drivers.
+        let verified = self.machine.as_ref().is_some_and(|machine| !machine.answers_while_homing);
+        let asked_for = self.lit.is_some() || self.reset_awaited();
+        if !verified || asked_for || spindle.is_none_or(|speed| speed == 0.0) {
+            self.stray_reports = 0;
+            return;
+        }
+        self.stray_reports += 1;
+        if self.stray_reports >= GRBL_STRAY_REPORTS && self.fault.is_none() {
+            self.raise(Fault::StrayLight, now);
+        }
+    }
+
+    /// Counts a line that is not the protocol; many in a short time end the link.
+    pub(super) fn garbage(&mut self, received: String, now: Instant) {
+        match &self.link {
+            Link::Down => return,
+            Link::Opening(_) => return self.opening_message(Message::Garbage(received), now, now),
+            // After a fault the answers to forgotten lines may still come.
+            Link::Up if self.fault.is_some() || self.reset_awaited() => return,
+            Link::Up => {}
+        }
+        self.garbage_at.retain(|at| now - *at < GRBL_GARBAGE_WINDOW);
+        self.garbage_at.push_back(now);
+        if self.garbage_at.len() >= GRBL_GARBAGE_LINES {
+            self.down(Fault::Garbage { received });
+        }
+    }
+}

@@ -1,0 +1,337 @@
+//! What is known of a controller and what is to be sent to it: the driver without its thread and its line.
+//!
+//! Bytes come in by [`Session::received`], time by [`Session::tick`], wishes by the methods of `commands`; what is
+//! to be written collects in `outgoing`. Parts: `opening` (from the reset to the first report), `messages` (what
+//! comes when it is up), `timers`, `commands`.
+
+mod commands;
+mod messages;
+mod opening;
+mod timers;
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use super::GrblConfig;
+use super::fault::Fault;
+use super::identity::{Description, Machine, stage_from_machine};
+use super::protocol::{HOLD, MachineState, RESET, message_from_line};
+use crate::params::GRBL_LINE_BYTES;
+use crate::{Homing, LaserState, StageState};
+use opening::Opening;
+
+/// How far the link is.
+#[derive(Debug)]
+enum Link {
+    /// Not open; only a reconnection helps.
+    Down,
+    /// Being opened.
+    Opening(Opening),
+    /// In dialogue.
+    Up,
+}
+
+/// What the stage does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Activity {
+    Rest,
+    Travel(Travel),
+    /// Since the acknowledgement of `$H`, which comes at its end: the position is told by the next report.
+    Homing {
+        done_at: Option<Instant>,
+    },
+    /// A stop: braking until `until`, then a soft reset.
+    Stopping {
+        until: Instant,
+    },
+}
+
+/// A move or jog.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Travel {
+    target_mm: f64,
+    target_machine_mm: f64,
+    jog: bool,
+    /// When the controller took it.
+    taken_at: Option<Instant>,
+    /// Where it was when it last came on, and when.
+    last_mm: f64,
+    last_progress_at: Instant,
+}
+
+/// A line sent and not answered yet.
+#[derive(Debug)]
+struct Pending {
+    ticket: u64,
+    text: String,
+    kind: LineKind,
+    sent_at: Instant,
+    answer_by: Instant,
+}
+
+/// What an answer means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum LineKind {
+    Build,
+    Settings,
+    Unlock,
+    Home,
+    Travel,
+    LaserOn,
+    LaserOff,
+}
+
+/// The last report.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    state: MachineState,
+    machine_mm: f64,
+    at: Instant,
+}
+
+/// Light as it was leased.
+#[derive(Debug, Clone, Copy)]
+struct Lit {
+    power: f64,
+    until: Instant,
+}
+
+/// Status queries.
+#[derive(Debug, Clone, Copy, Default)]
+struct Queries {
+    last_sent_at: Option<Instant>,
+    /// When the query now under way was sent first.
+    unanswered_since: Option<Instant>,
+}
+
+/// A soft reset of our own.
+#[derive(Debug, Clone, Copy)]
+struct OwnReset {
+    sent_at: Instant,
+    /// Whether its banner is still to come.
+    awaited: bool,
+    /// Whether it raised an alarm, which locks the controller.
+    locked: bool,
+}
+
+/// See the module.
+pub struct Session {
+    config: GrblConfig,
+    place: String,
+    link: Link,
+    wants_open: bool,
+    fault: Option<Fault>,
+    /// Whether the alarm was acknowledged and is to be unlocked.
+    clearing: bool,
+    outgoing: Vec<u8>,
+    pending: VecDeque<Pending>,
+    next_ticket: u64,
+    /// The ticket a caller waits for, and how its line was refused.
+    waited_for: Option<u64>,
+    refusal: Option<Fault>,
+    incoming: Vec<u8>,
+    incoming_since: Option<Instant>,
+    description: Description,
+    machine: Option<Machine>,
+    offset_mm: [f64; 3],
+    offset_known: bool,
+    seen: Option<Seen>,
+    queries: Queries,
+    reset: Option<OwnReset>,
+    activity: Activity,
+    homed: bool,
+    zero_at_machine_mm: f64,
+    lit: Option<Lit>,
+    /// When a soft reset darkens what `M5` did not.
+    dark_by: Option<Instant>,
+    stray_reports: usize,
+    garbage_at: VecDeque<Instant>,
+}
+
+impl Session {
+    /// A controller at `place`, to be opened.
+    pub fn new(config: GrblConfig, place: String) -> Self {
+        Self {
+            zero_at_machine_mm: config.zero_at_machine_mm,
+            config,
+            place,
+            link: Link::Down,
+            wants_open: true,
+            fault: Some(being_opened()),
+            clearing: false,
+            outgoing: Vec::new(),
+            pending: VecDeque::new(),
+            next_ticket: 0,
+            waited_for: None,
+            refusal: None,
+            incoming: Vec::new(),
+            incoming_since: None,
+            description: Description::default(),
+            machine: None,
+            offset_mm: [0.0; 3],
+            offset_known: false,
+            seen: None,
+            queries: Queries::default(),
+            reset: None,
+            activity: Activity::Rest,
+            homed: false,
+            lit: None,
+            dark_by: None,
+            stray_reports: 0,
+            garbage_at: VecDeque::new(),
+        }
+    }
+
+    /// Whether the line is to be opened.
+    pub fn wants_open(&self) -> bool {
+        self.wants_open
+    }
+
+    /// Whether the line may be closed: nothing is expected of it any more.
+    pub fn is_down(&self) -> bool {
+        matches!(self.link, Link::Down)
+    }
+
+    /// Whether the opening ended: well, or with a fault.
+    pub fn opened_or_failed(&self) -> bool {
+        !self.wants_open && !matches!(self.link, Link::Opening(_))
+    }
+
+    /// Who it is and what it can do, once it was up.
+    pub fn machine(&self) -> Option<&Machine> {
+        self.machine.as_ref()
+    }
+
+    /// What is to be written, handed out once.
+    pub fn take_outgoing(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.outgoing)
+    }
+
+    /// The byte that stops the stage soonest: a hold keeps the position; where a hold has no effect (homing, alarm,
+    /// a reset under way) or could stay behind, a soft reset.
+    pub fn stop_byte(&self) -> u8 {
+        let holdable = matches!(self.activity, Activity::Rest | Activity::Travel(_));
+        let locked = self.seen.is_none_or(|seen| matches!(seen.state, MachineState::Alarm | MachineState::Home));
+        let up = matches!(self.link, Link::Up) && self.fault.is_none() && !self.reset_awaited();
+        if up && holdable && !locked { HOLD } else { RESET }
+    }
+
+    /// The stage as last reported.
+    pub fn stage_state(&self, now: Instant) -> StageState {
+        let held = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Held | MachineState::Door));
+        let alone = self.seen.is_some_and(|seen| {
+            matches!(
+                seen.state,
+                MachineState::Run | MachineState::Jog | MachineState::Home | MachineState::Braking
+            )
+        });
+        let moving = match self.activity {
+            Activity::Rest => alone || self.reset_awaited(),
+            Activity::Travel(_) => !held,
+            Activity::Homing { .. } | Activity::Stopping { .. } => true,
+        };
+        let stopping = matches!(self.activity, Activity::Stopping { .. });
+        StageState {
+            position_mm: if self.homed { self.position_mm() } else { None },
+            measured_at: self.seen.map_or(now, |seen| seen.at),
+            moving,
+            held: held && !stopping,
+            homed: self.homed,
+        }
+    }
+
+    /// The laser as far as it is known.
+    pub fn laser_state(&self) -> LaserState {
+        LaserState {
+            emitting: self.lit.is_some(),
+            power: self.lit.map_or(0.0, |lit| lit.power),
+            interlock_closed: None,
+        }
+    }
+
+    /// Takes what came from the line at `now`.
+    pub fn received(&mut self, bytes: &[u8], now: Instant) {
+        for &byte in bytes {
+            if byte == b'\n' {
+                let line = String::from_utf8_lossy(&std::mem::take(&mut self.incoming)).into_owned();
+                let began_at = self.incoming_since.take().unwrap_or(now);
+                self.message(message_from_line(&line), began_at, now);
+                continue;
+            }
+            self.incoming_since.get_or_insert(now);
+            self.incoming.push(byte);
+            if self.incoming.len() > GRBL_LINE_BYTES {
+                let text = String::from_utf8_lossy(&std::mem::take(&mut self.incoming)).into_owned();
+                self.incoming_since = None;
+                self.garbage(super::protocol::shortened(&text), now);
+            }
+        }
+    }
+
+    /// The link is lost for `fault`: whatever shone or moved is reset if the line still takes a byte.
+    pub fn down(&mut self, fault: Fault) {
+        tracing::warn!(place = self.place, "{}", fault.for_stage());
+        self.outgoing.clear();
+        self.outgoing.push(RESET);
+        self.link = Link::Down;
+        self.forget_dialogue();
+        self.homed = false;
+        self.fault = Some(fault);
+    }
+
+    /// Nothing that was under way is under way any more.
+    fn forget_dialogue(&mut self) {
+        self.pending.clear();
+        self.incoming.clear();
+        self.incoming_since = None;
+        self.queries = Queries::default();
+        self.reset = None;
+        self.activity = Activity::Rest;
+        (self.lit, self.dark_by, self.stray_reports) = (None, None, 0);
+        self.garbage_at.clear();
+        self.clearing = false;
+    }
+
+    /// A fault over a sound link; what moves is stopped and what shines is darkened by a reset.
+    fn raise(&mut self, fault: Fault, now: Instant) {
+        tracing::warn!(place = self.place, "{}", fault.for_stage());
+        self.fault = Some(fault);
+        self.activity = Activity::Rest;
+        self.soft_reset(now);
+    }
+
+    fn soft_reset(&mut self, now: Instant) {
+        self.outgoing.push(RESET);
+        self.reset_sent(now);
+    }
+
+    fn reset_sent(&mut self, now: Instant) {
+        let locked = self.reset.is_some_and(|reset| reset.awaited && reset.locked);
+        self.reset = Some(OwnReset { sent_at: now, awaited: true, locked });
+    }
+
+    fn reset_awaited(&self) -> bool {
+        self.reset.is_some_and(|reset| reset.awaited)
+    }
+
+    fn position_mm(&self) -> Option<f64> {
+        let machine_mm = self.seen?.machine_mm;
+        Some(stage_from_machine(machine_mm, self.zero_at_machine_mm, self.config.reversed))
+    }
+
+    fn homing(&self) -> Homing {
+        self.machine.as_ref().map_or(Homing::Required, |machine| machine.capabilities.homing)
+    }
+
+    fn send_line(&mut self, text: String, kind: LineKind, now: Instant, answer_by: Instant) -> u64 {
+        self.outgoing.extend_from_slice(text.as_bytes());
+        self.outgoing.push(b'\n');
+        self.next_ticket += 1;
+        self.pending.push_back(Pending { ticket: self.next_ticket, text, kind, sent_at: now, answer_by });
+        self.next_ticket
+    }
+}
+
+fn being_opened() -> Fault {
+    Fault::Gone { reason: "it is being opened".to_owned() }
+}

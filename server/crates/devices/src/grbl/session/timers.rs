@@ -1,0 +1,148 @@
+//! What happens because time passes: queries, silence, the lease, the ends of braking and waiting.
+
+use std::time::{Duration, Instant};
+
+use super::{Activity, LineKind, Link, Session};
+use crate::grbl::fault::Fault;
+use crate::grbl::protocol::{HOLD, MachineState, QUERY};
+use crate::params::{GRBL_BRAKING_QUERY, GRBL_DARK_LIMIT, GRBL_IDLE_QUERY_HZ, GRBL_LIT_BRAKING, GRBL_SILENCE};
+
+/// Longest sleep of the thread at rest and in the dark; its queries are slower.
+const RESTING_WAIT: Duration = Duration::from_millis(40);
+
+/// Longest sleep while something moves, shines or is waited for.
+const BUSY_WAIT: Duration = Duration::from_millis(5);
+
+/// A query is asked again so long after it was not answered; GRBL ignores doubled ones, so that none piles up.
+const QUERY_AGAIN: Duration = Duration::from_millis(200);
+
+impl Session {
+    /// Does what is due at `now`.
+    pub fn tick(&mut self, now: Instant) {
+        match self.link {
+            Link::Down => {}
+            Link::Opening(_) => self.opening_tick(now),
+            Link::Up => {
+                self.end_lease(now);
+                self.end_braking(now);
+                self.unlock_if_wanted(now);
+                self.miss_answers(now);
+            }
+        }
+        if matches!(self.link, Link::Up) {
+            self.ask(now);
+        }
+    }
+
+    /// How long the thread may sleep before the next tick.
+    pub fn wait(&self) -> Duration {
+        let resting = matches!(self.link, Link::Up)
+            && self.activity == Activity::Rest
+            && self.lit.is_none()
+            && self.pending.is_empty()
+            && !self.reset_awaited();
+        if resting { RESTING_WAIT } else { BUSY_WAIT }
+    }
+
+    pub(super) fn query(&mut self, now: Instant) {
+        self.outgoing.push(QUERY);
+        self.queries.last_sent_at = Some(now);
+        self.queries.unanswered_since.get_or_insert(now);
+    }
+
+    fn ask(&mut self, now: Instant) {
+        let period = match self.activity {
+            Activity::Stopping { .. } => GRBL_BRAKING_QUERY,
+            Activity::Rest if !self.alone_in_motion() => Duration::from_secs_f64(1.0 / GRBL_IDLE_QUERY_HZ),
+            Activity::Rest | Activity::Travel(_) | Activity::Homing { .. } => {
+                Duration::from_secs_f64(1.0 / self.config.moving_query_hz)
+            }
+        };
+        let period = if self.queries.unanswered_since.is_some() { period.max(QUERY_AGAIN) } else { period };
+        if !self.reset_awaited() && self.queries.last_sent_at.is_none_or(|at| now - at >= period) {
+            self.query(now);
+        }
+    }
+
+    /// The last report is of a motion that nothing here asked for any more.
+    fn alone_in_motion(&self) -> bool {
+        self.seen.is_some_and(|seen| !matches!(seen.state, MachineState::Idle | MachineState::Alarm))
+    }
+
+    fn end_lease(&mut self, now: Instant) {
+        if self.lit.is_some_and(|lit| now >= lit.until) && self.dark_by.is_none() {
+            tracing::warn!(place = self.place, "the laser's lease ended without its owner");
+            self.go_dark(now);
+        }
+        if self.dark_by.is_some_and(|by| now >= by) && !self.reset_awaited() {
+            self.dark_by = None;
+            self.soft_reset(now);
+        }
+    }
+
+    /// `M5` where it works at once; while moving it would wait for the end of the move (`spindle_control.c`:
+    /// `protocol_buffer_synchronize`), so that the move is stopped.
+    pub(super) fn go_dark(&mut self, now: Instant) {
+        if self.lit.is_none() || self.dark_by.is_some() || self.reset_awaited() {
+            return;
+        }
+        match self.activity {
+            Activity::Rest => {
+                self.dark_by = Some(now + GRBL_DARK_LIMIT);
+                self.send_line("M5".to_owned(), LineKind::LaserOff, now, now + 2 * GRBL_DARK_LIMIT);
+            }
+            Activity::Travel(_) | Activity::Homing { .. } => {
+                self.outgoing.push(HOLD);
+                self.activity = Activity::Stopping { until: now + GRBL_LIT_BRAKING };
+                self.dark_by = Some(now + GRBL_LIT_BRAKING);
+                self.query(now);
+            }
+            Activity::Stopping { until } => {
+                self.activity = Activity::Stopping { until: until.min(now + GRBL_LIT_BRAKING) };
+            }
+        }
+    }
+
+    fn end_braking(&mut self, now: Instant) {
+        if let Activity::Stopping { until } = self.activity
+            && now >= until
+            && !self.reset_awaited()
+        {
+            self.soft_reset(now);
+        }
+    }
+
+    /// An alarm that was acknowledged is unlocked once the reset that belongs to it is over.
+    fn unlock_if_wanted(&mut self, now: Instant) {
+        let unlocking = self.pending.iter().any(|pending| pending.kind == LineKind::Unlock);
+        if self.clearing && !unlocking && !self.reset_awaited() {
+            self.send_line("$X".to_owned(), LineKind::Unlock, now, now + GRBL_SILENCE);
+        }
+    }
+
+    fn miss_answers(&mut self, now: Instant) {
+        let missed = self.reset_unanswered(now).or_else(|| self.line_unanswered(now)).or_else(|| self.silent(now));
+        if let Some((command, since)) = missed {
+            self.down(Fault::NoReply { command, waited_ms: (now - since).as_millis() as u64 });
+        }
+    }
+
+    fn reset_unanswered(&self, now: Instant) -> Option<(String, Instant)> {
+        let reset = self.reset.filter(|reset| reset.awaited && now - reset.sent_at > GRBL_SILENCE)?;
+        Some(("soft reset".to_owned(), reset.sent_at))
+    }
+
+    fn line_unanswered(&self, now: Instant) -> Option<(String, Instant)> {
+        let pending = self.pending.front().filter(|pending| now > pending.answer_by && !self.reset_awaited())?;
+        Some((pending.text.clone(), pending.sent_at))
+    }
+
+    fn silent(&self, now: Instant) -> Option<(String, Instant)> {
+        let answers_while_homing = self.machine.as_ref().is_some_and(|machine| machine.answers_while_homing);
+        if self.reset_awaited() || (matches!(self.activity, Activity::Homing { .. }) && !answers_while_homing) {
+            return None;
+        }
+        let since = self.queries.unanswered_since.filter(|since| now - *since > GRBL_SILENCE)?;
+        Some(("?".to_owned(), since))
+    }
+}

@@ -1,0 +1,131 @@
+//! What really happened at the simulated controller: light, motion and every byte, each with its time.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+/// Something the witness saw.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Happening {
+    /// Power was given: the firmware starts.
+    PoweredOn,
+    /// The laser began to shine, with this share of full power.
+    LightOn(f64),
+    /// The laser went dark.
+    LightOff,
+    /// The axis began to move at this machine position, mm.
+    MotionBegan(f64),
+    /// The axis came to rest at this machine position, mm.
+    MotionEnded(f64),
+    /// A byte came from the computer.
+    Byte(u8),
+}
+
+/// A happening and its time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Entry {
+    /// When, by this computer's monotonic clock.
+    pub at: Instant,
+    /// What.
+    pub what: Happening,
+}
+
+/// The record of a simulated controller. Clones share it.
+#[derive(Debug, Clone)]
+pub struct Witness {
+    inner: Arc<Mutex<Record>>,
+}
+
+#[derive(Debug)]
+struct Record {
+    begun_at: Instant,
+    entries: Vec<Entry>,
+    light: bool,
+    moving: bool,
+    file: Option<File>,
+}
+
+impl Witness {
+    /// An empty record; every entry is also written to `file` as a line `µs-since-start what value`, at once, so
+    /// that another process can follow it.
+    ///
+    /// # Errors
+    /// If the file cannot be created.
+    pub fn new(file: Option<&Path>) -> std::io::Result<Self> {
+        let file = file.map(File::create).transpose()?;
+        let record = Record { begun_at: Instant::now(), entries: Vec::new(), light: false, moving: false, file };
+        Ok(Self { inner: Arc::new(Mutex::new(record)) })
+    }
+
+    /// All that happened, in order.
+    pub fn entries(&self) -> Vec<Entry> {
+        self.lock().entries.clone()
+    }
+
+    /// How many entries there are: a mark to look from later.
+    pub fn mark(&self) -> usize {
+        self.lock().entries.len()
+    }
+
+    /// What happened since the mark.
+    pub fn since(&self, mark: usize) -> Vec<Entry> {
+        self.lock().entries.get(mark..).map_or_else(Vec::new, <[Entry]>::to_vec)
+    }
+
+    /// When this byte came first since the mark.
+    pub fn byte_since(&self, mark: usize, byte: u8) -> Option<Instant> {
+        let record = self.lock();
+        let entries = record.entries.get(mark..).unwrap_or_default();
+        entries.iter().find(|entry| entry.what == Happening::Byte(byte)).map(|entry| entry.at)
+    }
+
+    /// Whether the laser shines.
+    pub fn light(&self) -> bool {
+        self.lock().light
+    }
+
+    /// Whether the axis moves.
+    pub fn moving(&self) -> bool {
+        self.lock().moving
+    }
+
+    /// How many motions began since the mark.
+    pub fn n_motions_since(&self, mark: usize) -> usize {
+        let began = |entry: &Entry| matches!(entry.what, Happening::MotionBegan(_));
+        self.since(mark).into_iter().filter(began).count()
+    }
+
+    pub(super) fn saw(&self, at: Instant, what: Happening) {
+        let mut record = self.lock();
+        match what {
+            Happening::LightOn(_) => record.light = true,
+            Happening::LightOff => record.light = false,
+            Happening::MotionBegan(_) => record.moving = true,
+            Happening::MotionEnded(_) => record.moving = false,
+            Happening::PoweredOn | Happening::Byte(_) => {}
+        }
+        record.entries.push(Entry { at, what });
+        let since_us = at.saturating_duration_since(record.begun_at).as_micros();
+        if let Some(file) = &mut record.file {
+            // The record in memory stands; a full disk ends the file's, which its reader sees.
+            writeln!(file, "{since_us} {}", text_of(what)).ok();
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Record> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn text_of(what: Happening) -> String {
+    match what {
+        Happening::PoweredOn => "powered-on".to_owned(),
+        Happening::LightOn(power) => format!("light-on {power}"),
+        Happening::LightOff => "light-off".to_owned(),
+        Happening::MotionBegan(at_mm) => format!("motion-began {at_mm:.4}"),
+        Happening::MotionEnded(at_mm) => format!("motion-ended {at_mm:.4}"),
+        Happening::Byte(byte) => format!("byte {byte:#04x}"),
+    }
+}
