@@ -1,7 +1,6 @@
 //! Ordinary light on a scene: the target at normal exposure, or what ambient light adds to a laser image.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
-use rayon::prelude::*;
 
 use crate::board::Board;
 use crate::laser_image::Placed;
@@ -16,7 +15,7 @@ const LENS_STRETCH: f64 = 1.3;
 pub(crate) fn ordinary_light(renderer: &Renderer, scene: Placed<'_>, white_level: f64) -> Vec<f32> {
     let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
     let mut levels = vec![0.0; width * height];
-    levels.par_chunks_mut(width).enumerate().for_each(|(v, row)| {
+    levels.chunks_exact_mut(width).enumerate().for_each(|(v, row)| {
         for (u, slot) in row.iter_mut().enumerate() {
             let reflectance = seen_reflectance(renderer, scene, u, v);
             *slot = (white_level / WHITE_REFLECTANCE * reflectance * illumination(renderer, u, v)) as f32;

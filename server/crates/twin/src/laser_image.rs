@@ -48,29 +48,26 @@ impl Placed<'_> {
     }
 }
 
-/// Light of one picture, levels of 255 before lens blur, and the pixels it may fall on.
-pub(crate) struct LaserLight {
-    pub levels: Vec<f32>,
-    pub lit: LitPixels,
-}
-
-/// The laser light that every pixel receives from the scene.
-pub(crate) fn laser_light(renderer: &Renderer, scene: Placed<'_>) -> LaserLight {
-    let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
-    let mut levels = vec![0.0; width * height];
-    let mut lit = LitPixels::none(width, height);
-    let mut of_order = LitPixels::none(width, height);
+/// Adds to `levels` (of 255, before lens blur) the laser light that every pixel receives from the scene, and to `lit`
+/// the pixels it may fall on; `of_order` is scratch.
+pub(crate) fn laser_light(
+    renderer: &Renderer,
+    scene: Placed<'_>,
+    levels: &mut [f32],
+    lit: &mut LitPixels,
+    of_order: &mut LitPixels,
+) {
+    let width = renderer.model.camera.width_px;
     for order_idx in 0..renderer.model.orders.len() {
         of_order.clear();
-        trace(renderer, scene, order_idx, &mut of_order);
+        trace(renderer, scene, order_idx, of_order);
         for (u, v) in of_order.pixels() {
             if let Some(level) = pixel_level(renderer, scene, order_idx, u, v) {
                 levels[v * width + u] += level;
             }
         }
-        lit.add(&of_order);
+        lit.add(of_order);
     }
-    LaserLight { levels, lit }
 }
 
 /// The fan angles at which a sheet is traced: closer than pixels.

@@ -16,21 +16,27 @@ pub mod truth;
 
 mod board;
 mod board_image;
+mod exposure;
 mod freeform;
 mod laser_image;
 mod lit_pixels;
+mod mesh;
 mod psf;
 mod random;
 mod sensor;
 mod sheet_map;
 mod speckle;
+mod stl;
 
 pub use board::Board;
 pub use capture_folder::{CaptureRequest, Progress, ScanRequest, TwinCaptureError, capture_folder};
+pub use exposure::{Darkroom, Exposure};
 pub use freeform::Freeform;
 pub use live::{Timing, TwinCamera, TwinControl, TwinFault, TwinLaser, TwinOptions, TwinStage, TwinStation};
+pub use mesh::{Mesh, Solid, SolidError};
 pub use renderer::Renderer;
 pub use scene::{Gauge, Plate, Scene, SceneHit, SceneKind, Sphere};
 pub use shape::StationShape;
 pub use station::{StationError, StationModel};
+pub use stl::{STL_MAX_TRIANGLES, StlError, read_stl};
 pub use truth::TruthPoint;

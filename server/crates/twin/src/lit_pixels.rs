@@ -25,12 +25,6 @@ impl LitPixels {
         self.words.fill(0);
     }
 
-    /// Adds every pixel.
-    pub(crate) fn fill(&mut self) {
-        let (right, bottom) = (self.width as f64, self.height as f64);
-        self.add_rectangle([0.0, 0.0], [right, bottom], 0.0);
-    }
-
     /// Adds the pixels of the rectangle between two corners (u, v), widened by `margin_px`; what lies outside is cut off.
     pub(crate) fn add_rectangle(&mut self, a: [f64; 2], b: [f64; 2], margin_px: f64) {
         let span = |axis: usize, size: usize| {
@@ -67,11 +61,10 @@ impl LitPixels {
         })
     }
 
-    /// The runs of pixels (from, to) of row `v` that lens blur may reach from the set, in whole words.
-    pub(crate) fn blurred_runs(&self, v: usize) -> Vec<(usize, usize)> {
+    /// Adds to `runs` the runs of pixels (from, to) of row `v` that lens blur may reach from the set, in whole words.
+    pub(crate) fn blurred_runs(&self, v: usize, runs: &mut Vec<(usize, usize)>) {
         let top = v.saturating_sub(PSF_RADIUS_PX);
         let bottom = (v + PSF_RADIUS_PX).min(self.height - 1);
-        let mut runs: Vec<(usize, usize)> = Vec::new();
         for word in 0..self.words_per_row {
             let low = word.saturating_sub(1);
             let high = (word + 1).min(self.words_per_row - 1);
@@ -88,7 +81,6 @@ impl LitPixels {
                 _ => runs.push((from, to)),
             }
         }
-        runs
     }
 }
 
@@ -103,7 +95,9 @@ mod tests {
         let pixels: Vec<_> = lit.pixels().collect();
         let expected: Vec<_> = (1..=2).flat_map(|v| (62..=128).map(move |u| (u, v))).collect();
         assert_eq!(pixels, expected);
-        assert_eq!(lit.blurred_runs(4), [(0, 130)]);
+        let mut runs = Vec::new();
+        lit.blurred_runs(4, &mut runs);
+        assert_eq!(runs, [(0, 130)]);
     }
 
     #[test]

@@ -2,19 +2,18 @@
 
 use nalgebra::{Vector2, Vector3};
 use optics::LightSurfaces;
-use rayon::prelude::*;
 use vision::{GreyImage, Pixels};
 
 use crate::board_image::ordinary_light;
-use crate::laser_image::{LaserLight, Placed, laser_light};
-use crate::lit_pixels::LitPixels;
+use crate::exposure::{Darkroom, Exposure, OrdinaryPicture};
+use crate::laser_image::{Placed, laser_light};
 use crate::params::BOARD_WHITE_LEVEL;
 use crate::psf::{PSF_TAPS, blur_across, blur_along, psf_taps};
 use crate::random::{derived_seed, normal_quantiles, scrambled};
 use crate::scene::Scene;
-use crate::sensor::{Level, Noise, Sensor, image_of};
+use crate::sensor::{Level, Noise, Sensor};
 use crate::sheet_map::{PixelMap, SheetMap, ray_map};
-use crate::speckle::{Speckle, SpeckleView};
+use crate::speckle::Speckle;
 use crate::station::StationModel;
 
 /// Stream of the speckle pattern among those derived from a station's seed.
@@ -86,24 +85,56 @@ impl Renderer {
 
     /// A picture at normal exposure with the laser off; `picture` numbers the frame and so its noise.
     pub fn board_image(&self, scene: &Scene, position_mm: f64, picture: u64) -> GreyImage {
-        let light = ordinary_light(self, self.placed(scene, position_mm), BOARD_WHITE_LEVEL);
-        let mut lit = LitPixels::none(self.model.camera.width_px, self.model.camera.height_px);
-        lit.fill();
-        self.picture(&LaserLight { levels: light, lit }, None, None, picture)
+        self.image(&Exposure {
+            scene,
+            position_mm,
+            ordinary_level: BOARD_WHITE_LEVEL,
+            ordinary_share: 1.0,
+            laser_share: 0.0,
+            gain: 1.0,
+            bits: self.model.shape.bits,
+            picture,
+        })
     }
 
     /// A picture at low exposure with the laser on; `picture` numbers the frame and so its speckle and noise.
     pub fn laser_image(&self, scene: &Scene, position_mm: f64, picture: u64) -> GreyImage {
-        let placed = self.placed(scene, position_mm);
-        let mut light = laser_light(self, placed);
-        let speckle = self.speckle.view(derived_seed(self.picture_seed(picture), SPECKLE_STREAM));
-        let ambient = self.model.shape.ambient_levels;
-        if ambient <= 0.0 {
-            return self.picture(&light, Some(&speckle), None, picture);
+        self.image(&Exposure {
+            scene,
+            position_mm,
+            ordinary_level: self.model.shape.ambient_levels,
+            ordinary_share: 1.0,
+            laser_share: 1.0,
+            gain: 1.0,
+            bits: self.model.shape.bits,
+            picture,
+        })
+    }
+
+    fn image(&self, exposure: &Exposure<'_>) -> GreyImage {
+        let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image");
+        self.expose(exposure, &mut Darkroom::default(), &mut image);
+        image
+    }
+
+    /// Takes a picture into `image`, whose memory is used again, as `darkroom`'s is. Runs in the calling thread alone.
+    pub fn expose(&self, exposure: &Exposure<'_>, darkroom: &mut Darkroom, image: &mut GreyImage) {
+        const SIDES: &str = "a station's pictures have at least one row and one column";
+        let (width, height) = (self.model.camera.width_px, self.model.camera.height_px);
+        darkroom.prepare(width, height);
+        if exposure.laser_share > 0.0 {
+            self.project_laser(exposure, darkroom);
         }
-        light.lit.fill();
-        let ambient = ordinary_light(self, placed, ambient);
-        self.picture(&light, Some(&speckle), Some(&ambient), picture)
+        let ordinary = exposure.ordinary_level > 0.0 && exposure.ordinary_share > 0.0;
+        if ordinary {
+            self.light_up(exposure, &mut darkroom.ordinary);
+        }
+        let whole_rows = ordinary || exposure.gain != 1.0;
+        if exposure.bits == 16 {
+            self.collect(exposure, darkroom, whole_rows, image.sixteen_mut(width, height).expect(SIDES));
+        } else {
+            self.collect(exposure, darkroom, whole_rows, image.eight_mut(width, height).expect(SIDES));
+        }
     }
 
     pub(crate) fn placed<'s>(&self, scene: &'s Scene, position_mm: f64) -> Placed<'s> {
@@ -114,89 +145,76 @@ impl Renderer {
         derived_seed(derived_seed(self.model.seed, PICTURE_STREAM), picture)
     }
 
-    /// Lens blur, speckle, and the sensor.
-    fn picture(
-        &self,
-        light: &LaserLight,
-        speckle: Option<&SpeckleView<'_>>,
-        ambient: Option<&[f32]>,
-        picture: u64,
-    ) -> GreyImage {
-        let (width, height) = (self.model.camera.width_px, self.model.camera.height_px);
-        let blurred = Blurred {
-            light: self.blurred_rows(light),
-            ambient: ambient.map(|levels| {
-                let mut lit = LitPixels::none(width, height);
-                lit.fill();
-                self.blurred_rows(&LaserLight { levels: levels.to_vec(), lit })
-            }),
-            runs: (0..height).map(|v| light.lit.blurred_runs(v)).collect(),
-            speckle,
-            seed: self.picture_seed(picture),
-        };
-        if self.model.shape.bits == 16 {
-            image_of(width, height, Pixels::Sixteen(self.exposed(&blurred)))
-        } else {
-            image_of(width, height, Pixels::Eight(self.exposed(&blurred)))
-        }
-    }
-
-    /// Blurred along rows only.
-    fn blurred_rows(&self, light: &LaserLight) -> Vec<f32> {
+    /// Laser light on every pixel, blurred along rows, and the runs of pixels that it may reach.
+    fn project_laser(&self, exposure: &Exposure<'_>, darkroom: &mut Darkroom) {
         let width = self.model.camera.width_px;
-        let mut along = vec![0.0; light.levels.len()];
-        along.par_chunks_mut(width).zip(light.levels.par_chunks(width)).enumerate().for_each(
-            |(v, (target, row))| {
-                for (from, to) in light.lit.blurred_runs(v) {
-                    blur_along(row, from, to, &self.taps, target);
-                }
-            },
-        );
-        along
-    }
-
-    fn exposed<L: Level + Default>(&self, blurred: &Blurred<'_, '_>) -> Vec<L> {
-        let (width, height) = (self.model.camera.width_px, self.model.camera.height_px);
-        let mut pixels = vec![L::default(); width * height];
-        pixels.par_chunks_mut(width).enumerate().for_each_init(
-            || vec![0.0; width],
-            |light, (v, row)| {
-                let row_seed = Sensor::row_seed(blurred.seed, v);
-                let mut dark_from = 0;
-                for &(from, to) in &blurred.runs[v] {
-                    self.sensor.expose_dark(row_seed, dark_from, &mut row[dark_from..from]);
-                    self.light_run(blurred, v, (from, to), light);
-                    self.sensor.expose(row_seed, from, &light[from..to], &mut row[from..to]);
-                    dark_from = to;
-                }
-                self.sensor.expose_dark(row_seed, dark_from, &mut row[dark_from..]);
-            },
-        );
-        pixels
-    }
-
-    /// The light on a run of pixels of row `v`: blurred across rows, grained, and ambient light added.
-    fn light_run(&self, blurred: &Blurred<'_, '_>, v: usize, (from, to): (usize, usize), light: &mut [f32]) {
-        let width = self.model.camera.width_px;
-        blur_across(&blurred.light, width, v, (from, to), &self.taps, light);
-        if let Some(speckle) = blurred.speckle {
-            speckle.apply(v, from, &mut light[from..to]);
-        }
-        if let Some(ambient) = &blurred.ambient {
-            let mut added = vec![0.0; width];
-            blur_across(ambient, width, v, (from, to), &self.taps, &mut added);
-            for (slot, more) in light[from..to].iter_mut().zip(&added[from..to]) {
-                *slot += more;
+        let Darkroom { levels, along, runs, lit: Some([lit, of_order]), .. } = darkroom else { return };
+        laser_light(self, exposure.placed(&self.model.stage.direction), levels, lit, of_order);
+        for (v, runs) in runs.iter_mut().enumerate() {
+            lit.blurred_runs(v, runs);
+            for &(from, to) in runs.iter() {
+                let row = v * width..(v + 1) * width;
+                blur_along(&levels[row.clone()], from, to, &self.taps, &mut along[row]);
             }
         }
     }
-}
 
-/// A picture's light on its way to the sensor.
-struct Blurred<'p, 's> {
-    light: Vec<f32>,
-    ambient: Option<Vec<f32>>,
-    runs: Vec<Vec<(usize, usize)>>,
-    speckle: Option<&'p SpeckleView<'s>>,
-    seed: u64,
+    /// The picture by ordinary light before the sensor, drawn anew only where it shows something else than before.
+    fn light_up(&self, exposure: &Exposure<'_>, picture: &mut OrdinaryPicture) {
+        if !picture.turn_to(exposure.scene, exposure.position_mm, exposure.ordinary_level) {
+            return;
+        }
+        let width = self.model.camera.width_px;
+        let scene = exposure.placed(&self.model.stage.direction);
+        let light = ordinary_light(self, scene, exposure.ordinary_level);
+        let mut along = vec![0.0; light.len()];
+        for (row, target) in light.chunks_exact(width).zip(along.chunks_exact_mut(width)) {
+            blur_along(row, 0, width, &self.taps, target);
+        }
+        picture.levels.resize(light.len(), 0.0);
+        for (v, target) in picture.levels.chunks_exact_mut(width).enumerate() {
+            blur_across(&along, width, v, (0, width), &self.taps, target);
+        }
+    }
+
+    /// The sensor: row by row, from light to grey levels.
+    fn collect<L: Level>(
+        &self,
+        exposure: &Exposure<'_>,
+        darkroom: &mut Darkroom,
+        whole_rows: bool,
+        pixels: &mut [L],
+    ) {
+        let width = self.model.camera.width_px;
+        let seed = self.picture_seed(exposure.picture);
+        let speckle = self.speckle.view(derived_seed(seed, SPECKLE_STREAM));
+        let ordinary = exposure.ordinary_level > 0.0 && exposure.ordinary_share > 0.0;
+        let Darkroom { along, row: light, runs, ordinary: picture, .. } = darkroom;
+        for (v, (row, runs)) in pixels.chunks_exact_mut(width).zip(runs.iter()).enumerate() {
+            let row_seed = Sensor::row_seed(seed, v);
+            if whole_rows {
+                light.fill(0.0);
+            }
+            let mut dark_from = 0;
+            for &(from, to) in runs {
+                blur_across(along, width, v, (from, to), &self.taps, light);
+                speckle.apply(v, from, &mut light[from..to]);
+                light[from..to].iter_mut().for_each(|level| *level *= exposure.laser_share);
+                if !whole_rows {
+                    self.sensor.expose_dark(row_seed, dark_from, &mut row[dark_from..from]);
+                    self.sensor.expose(row_seed, from, &light[from..to], 1.0, &mut row[from..to]);
+                    dark_from = to;
+                }
+            }
+            if whole_rows {
+                if ordinary {
+                    let more = &picture.levels[v * width..(v + 1) * width];
+                    light.iter_mut().zip(more).for_each(|(level, more)| *level += more * exposure.ordinary_share);
+                }
+                self.sensor.expose(row_seed, 0, light, exposure.gain, row);
+            } else {
+                self.sensor.expose_dark(row_seed, dark_from, &mut row[dark_from..]);
+            }
+        }
+    }
 }

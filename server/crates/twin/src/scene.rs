@@ -1,5 +1,7 @@
 //! What stands before the station: surfaces that rays meet, carried by the stage.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
@@ -7,6 +9,7 @@ use vision::LineDirection;
 
 use crate::board::Board;
 use crate::freeform::Freeform;
+use crate::mesh::{Mesh, Solid};
 use crate::params::{PART_REFLECTANCE, SAME_HIT_MM};
 use crate::random::derived_seed;
 use crate::station::StationModel;
@@ -41,6 +44,8 @@ pub enum Scene {
     Sphere(Sphere),
     /// Smooth hills on a plate.
     Freeform(Freeform),
+    /// A part of triangles on a plate.
+    Mesh(Mesh),
 }
 
 /// An unbounded plane.
@@ -107,14 +112,9 @@ impl SceneKind {
     /// The part put on the stage of `model` by hand: leaning and turned a little, as `stream` of its seed says.
     pub fn placed(&self, model: &StationModel, stream: u64) -> Scene {
         let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, stream));
+        let plate = placed_plate(model, &mut rng);
         let mut lean = || PLATE_LEAN_RAD * (2.0 * rng.random::<f64>() - 1.0);
-        let turn = Rotation3::from_euler_angles(lean(), lean(), lean());
-        // x to the left and y downwards make the third axis point at the camera.
-        let mut axes = turn * Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, -1.0));
-        if model.shape.line_direction == LineDirection::Columns {
-            axes *= Rotation3::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2).matrix();
-        }
-        let plate = Plate { axes, point_mm: Vector3::new(0.0, 0.0, model.shape.standoff_mm) };
+        let axes = plate.axes;
         match *self {
             Self::Plate => Scene::Plate(plate),
             Self::Gauge { height_mm } => {
@@ -131,7 +131,25 @@ impl SceneKind {
     }
 }
 
+/// A plate put on the stage by hand.
+fn placed_plate(model: &StationModel, rng: &mut Pcg64) -> Plate {
+    let mut lean = || PLATE_LEAN_RAD * (2.0 * rng.random::<f64>() - 1.0);
+    let turn = Rotation3::from_euler_angles(lean(), lean(), lean());
+    // x to the left and y downwards make the third axis point at the camera.
+    let mut axes = turn * Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, -1.0));
+    if model.shape.line_direction == LineDirection::Columns {
+        axes *= Rotation3::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2).matrix();
+    }
+    Plate { axes, point_mm: Vector3::new(0.0, 0.0, model.shape.standoff_mm) }
+}
+
 impl Scene {
+    /// A part of triangles put on the stage of `model` by hand, as [`SceneKind::placed`] puts the others.
+    pub fn mesh(solid: Arc<Solid>, model: &StationModel, stream: u64) -> Self {
+        let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, stream));
+        Self::Mesh(Mesh { plate: placed_plate(model, &mut rng), solid })
+    }
+
     /// The first surface a ray meets; `direction` need not be a unit vector.
     pub fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         match self {
@@ -140,21 +158,30 @@ impl Scene {
             Self::Gauge(gauge) => nearer(gauge.block_hit(origin, direction), gauge.plate.hit(origin, direction)),
             Self::Sphere(ball) => nearer(ball.ball_hit(origin, direction), ball.plate.hit(origin, direction)),
             Self::Freeform(freeform) => freeform.hit(origin, direction),
+            Self::Mesh(mesh) => nearer(mesh.solid_hit(origin, direction), mesh.plate.hit(origin, direction)),
         }
     }
 
     /// A number that tells this scene from others, the same on every machine.
     pub fn fingerprint(&self) -> u64 {
-        let plate = |plate: &Plate| plate.axes.iter().chain(&plate.point_mm).copied().collect::<Vec<f64>>();
+        let of_plate = |plate: &Plate| plate.axes.iter().chain(&plate.point_mm).copied().collect::<Vec<f64>>();
         let (kind, numbers) = match self {
-            Self::Board(board) => (1, board.axes.iter().chain(&board.centre_mm).copied().collect()),
-            Self::Plate(bare) => (2, plate(bare)),
-            Self::Gauge(gauge) => (3, [plate(&gauge.plate), vec![gauge.height_mm]].concat()),
-            Self::Sphere(ball) => (4, [plate(&ball.plate), ball.centre_mm.as_slice().to_vec()].concat()),
-            Self::Freeform(part) => {
-                let hills = part.hills.iter().flat_map(|hill| [hill.at_mm[0], hill.at_mm[1], hill.height_mm]);
-                (5, plate(&part.plate).into_iter().chain(hills).collect())
+            Self::Board(board) => {
+                let place = board.axes.iter().chain(&board.centre_mm).copied();
+                let counts = [board.inner_columns as f64, board.inner_rows as f64];
+                (1, place.chain(counts).chain([board.square_mm, board.backdrop_z_mm]).collect())
             }
+            Self::Plate(plate) => (2, of_plate(plate)),
+            Self::Gauge(gauge) => (3, [&of_plate(&gauge.plate), &[gauge.height_mm][..], &gauge.half_mm].concat()),
+            Self::Sphere(ball) => {
+                (4, [&of_plate(&ball.plate), ball.centre_mm.as_slice(), &[ball.radius_mm]].concat())
+            }
+            Self::Freeform(part) => {
+                let hills = part.hills.iter();
+                let hills = hills.flat_map(|hill| [hill.at_mm[0], hill.at_mm[1], hill.sigma_mm, hill.height_mm]);
+                (5, of_plate(&part.plate).into_iter().chain(hills).collect())
+            }
+            Self::Mesh(mesh) => (mesh.solid.fingerprint(), of_plate(&mesh.plate)),
         };
         numbers.into_iter().map(f64::to_bits).fold(kind, derived_seed)
     }

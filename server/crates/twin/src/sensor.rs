@@ -1,7 +1,5 @@
 //! The sensor: light to grey levels with shot and read noise, black level and saturation.
 
-use vision::{GreyImage, Pixels};
-
 use crate::params::{BLACK_LEVEL, ELECTRONS_PER_LEVEL, READ_NOISE_LEVELS};
 use crate::random::{derived_seed, scrambled};
 
@@ -90,24 +88,19 @@ impl Sensor {
         }
     }
 
-    /// Fills `target`, which begins at column `from` (a multiple of 4) of a row, from the light on it.
-    pub(crate) fn expose<L: Level>(&self, row_seed: u64, from: usize, light: &[f32], target: &mut [L]) {
+    /// Fills `target`, which begins at column `from` (a multiple of 4) of a row, from the light on it: noise comes
+    /// before the amplification by `gain`, black level and saturation after it.
+    pub(crate) fn expose<L: Level>(&self, row_seed: u64, from: usize, light: &[f32], gain: f32, target: &mut [L]) {
         let mask = self.quantiles.len() - 1;
-        let on = if self.noise == Noise::On { 1.0 } else { 0.0 };
+        let on = if self.noise == Noise::On { gain } else { 0.0 };
         for (word, (four, light)) in target.chunks_mut(4).zip(light.chunks(4)).enumerate() {
             let bits = Self::bits(row_seed, from / 4 + word);
             for (part, (slot, &light)) in four.iter_mut().zip(light).enumerate() {
                 let variance = READ_NOISE_LEVELS * READ_NOISE_LEVELS + light / ELECTRONS_PER_LEVEL;
                 let deviate = self.quantiles[(bits >> (16 * part)) as usize & mask];
-                let level = BLACK_LEVEL + light + on * variance.sqrt() * deviate;
+                let level = BLACK_LEVEL + light * gain + on * variance.sqrt() * deviate;
                 *slot = L::from_light(level.clamp(0.0, FULL_SCALE));
             }
         }
     }
-}
-
-/// A picture's pixels, whole rows, of one type.
-pub(crate) fn image_of(width: usize, height: usize, pixels: Pixels) -> GreyImage {
-    GreyImage::new(width, height, pixels)
-        .expect("the renderer fills every pixel of a picture with sides above zero")
 }

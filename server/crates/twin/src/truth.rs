@@ -191,6 +191,11 @@ fn scene_json(scene: &Scene) -> Value {
                 .collect();
             part
         }
+        Scene::Mesh(mesh) => {
+            let mut part = plate_json("mesh", &mesh.plate);
+            part["triangles"] = json!(mesh.solid.n_triangles());
+            part
+        }
     }
 }
 

@@ -23,7 +23,6 @@ pub struct TwinCamera {
     world: SharedWorld,
     sensor: Arc<Sensor>,
     sensor_px: (usize, usize),
-    native: PixelFormat,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -51,7 +50,7 @@ impl TwinCamera {
                 move || sensor.run()
             })
             .ok();
-        Self { world, sensor, sensor_px: (width_px, height_px), native, thread }
+        Self { world, sensor, sensor_px: (width_px, height_px), thread }
     }
 
     /// Notices a pulled cable; once noticed it stays so until the camera is reached again.
@@ -86,9 +85,6 @@ impl TwinCamera {
             accepted.trigger = trigger;
         }
         if let Some(format) = wanted.pixel_format {
-            if !self.capabilities().pixel_formats.contains(&format) {
-                return Err(unsupported("pixel_format", &format!("{format:?}"), "it has its station's bit depth"));
-            }
             accepted.pixel_format = format;
         }
         if let Some(roi) = wanted.roi {
@@ -139,7 +135,7 @@ impl Camera for TwinCamera {
             gain_db: Some(GAIN_DB),
             frame_rate_hz: Some(FRAME_RATE_HZ),
             triggers: vec![Trigger::Free, Trigger::Software],
-            pixel_formats: vec![self.native],
+            pixel_formats: vec![PixelFormat::Mono8, PixelFormat::Mono16],
             roi: true,
         }
     }

@@ -77,6 +77,14 @@ impl Motion {
         Self { began, phases, from_mm, to_mm, ramped: true }
     }
 
+    /// This motion, and after it a travel to another place.
+    pub(super) fn then(mut self, to_mm: f64, speed_mm_s: f64, acceleration_mm_s2: Option<f64>) -> Self {
+        let next = Self::travel(self.began, (self.to_mm, to_mm), speed_mm_s, acceleration_mm_s2);
+        self.phases.extend(next.phases);
+        self.to_mm = to_mm;
+        self
+    }
+
     /// To rest from where this motion is at a moment, as fast as the ramp allows.
     pub(super) fn braked(&self, at: Instant, acceleration_mm_s2: Option<f64>) -> Self {
         let place = self.place(at);
@@ -106,7 +114,7 @@ impl Motion {
     }
 
     /// Where it began.
-    pub(super) fn from_mm(&self) -> f64 {
+    pub(super) fn begin_mm(&self) -> f64 {
         self.from_mm
     }
 

@@ -44,6 +44,9 @@ pub(super) const REALISTIC_ACCELERATION_MM_S2: f64 = 500.0;
 /// Speed of homing, mm/s.
 pub(super) const HOMING_SPEED_MM_S: f64 = 40.0;
 
+/// How far homing backs off from the switch at the low end of the travel, mm.
+pub(super) const HOMING_PULL_OFF_MM: f64 = 1.0;
+
 /// Smallest step, mm: positions are floating-point numbers and reached as commanded.
 pub(super) const RESOLUTION_MM: f64 = 1e-6;
 

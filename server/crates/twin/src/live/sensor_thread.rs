@@ -7,10 +7,12 @@ use std::time::{Duration, Instant};
 use devices::{CameraSettings, FrameInfo, PixelFormat, Roi, Trigger};
 use vision::{GreyImage, Pixels};
 
+use crate::exposure::{Darkroom, Exposure};
 use crate::live::fault::TwinFault;
 use crate::live::options::Timing;
-use crate::live::params::{READ_OUT, RING_FRAMES};
+use crate::live::params::{BOARD_EXPOSURE_US, LASER_EXPOSURE_US, READ_OUT, RING_FRAMES};
 use crate::live::world::{SharedWorld, View};
+use crate::params::BOARD_WHITE_LEVEL;
 use crate::random::derived_seed;
 
 /// Stream of live pictures among those derived from a station's seed.
@@ -20,7 +22,7 @@ const LIVE_STREAM: u64 = 6;
 const LONGEST_SLEEP: Duration = Duration::from_millis(100);
 
 /// An exposure on its way to a picture.
-pub(super) struct Exposure {
+pub(super) struct Pending {
     frame_id: u64,
     /// Middle of the exposure.
     at: Instant,
@@ -45,7 +47,7 @@ pub(super) struct Run {
     /// When a free-running sensor exposes next.
     due: Instant,
     lost: u64,
-    pub pending: VecDeque<Exposure>,
+    pub pending: VecDeque<Pending>,
     frames: VecDeque<Finished>,
     /// What the last exposure saw, and how often in a row.
     still: (u64, u64),
@@ -102,6 +104,7 @@ impl Run {
             view.laser_power.to_bits(),
             settings.exposure_us.to_bits(),
             settings.gain_db.to_bits(),
+            view.stray_levels.to_bits(),
         ];
         let key = shown.into_iter().fold(LIVE_STREAM, derived_seed);
         self.still = if self.still.0 == key { (key, self.still.1 + 1) } else { (key, 0) };
@@ -176,7 +179,7 @@ impl Sensor {
         let half = Duration::from_secs_f64(settings.exposure_us / 2e6);
         let now = Instant::now();
         let at = if self.timing == Timing::Realistic { now + half } else { now };
-        let mut exposure = Exposure { frame_id: run.next_id, at, settings: *settings, seen: None };
+        let mut exposure = Pending { frame_id: run.next_id, at, settings: *settings, seen: None };
         run.next_id += 1;
         if self.timing == Timing::Instant {
             self.look(run, &mut exposure);
@@ -184,7 +187,7 @@ impl Sensor {
         run.pending.push_back(exposure);
     }
 
-    fn look(&self, run: &mut Run, exposure: &mut Exposure) {
+    fn look(&self, run: &mut Run, exposure: &mut Pending) {
         let view = self.world.lock().view(exposure.at);
         let picture = run.picture_of(&view, &exposure.settings);
         exposure.seen = Some((view, picture));
@@ -192,13 +195,14 @@ impl Sensor {
 
     /// The thread: exposes, renders, delivers, until the camera is closed.
     pub(super) fn run(&self) {
+        let mut darkroom = Darkroom::default();
         let mut state = self.lock();
         while !state.closed {
             let now = Instant::now();
             match self.next_exposure(&mut state, now) {
-                Ok((number, exposure, image)) => {
+                Ok((number, exposure, mut image)) => {
                     drop(state);
-                    let image = self.render(&exposure, image);
+                    self.render(&exposure, &mut darkroom, &mut image);
                     self.read_out(&exposure);
                     state = self.lock();
                     self.deliver(&mut state, number, &exposure, image);
@@ -212,11 +216,7 @@ impl Sensor {
     }
 
     /// The next exposure to render and memory for it, or how long there is none.
-    fn next_exposure(
-        &self,
-        state: &mut SensorState,
-        now: Instant,
-    ) -> Result<(u64, Exposure, Option<GreyImage>), Duration> {
+    fn next_exposure(&self, state: &mut SensorState, now: Instant) -> Result<(u64, Pending, GreyImage), Duration> {
         let settings = state.settings;
         let Some(run) = &mut state.run else { return Err(LONGEST_SLEEP) };
         let hangs = self.world.lock().has(TwinFault::CameraHang);
@@ -250,29 +250,25 @@ impl Sensor {
             run.lost += 1;
             return Err(Duration::ZERO);
         }
-        Ok((run.number, exposure, state.spare.pop()))
+        let blank = || GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image");
+        Ok((run.number, exposure, state.spare.pop().unwrap_or_else(blank)))
     }
 
-    fn render(&self, exposure: &Exposure, _memory: Option<GreyImage>) -> GreyImage {
-        let Some((view, picture)) = &exposure.seen else {
-            return GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image");
-        };
-        if view.laser_power > 0.0 {
-            view.renderer.laser_image(&view.scene, view.position_mm, *picture)
-        } else {
-            view.renderer.board_image(&view.scene, view.position_mm, *picture)
+    fn render(&self, exposure: &Pending, darkroom: &mut Darkroom, image: &mut GreyImage) {
+        if let Some((view, picture)) = &exposure.seen {
+            view.renderer.expose(&light_of(view, &exposure.settings, *picture), darkroom, image);
         }
     }
 
     /// Waits until the frame would be out of the sensor.
-    fn read_out(&self, exposure: &Exposure) {
+    fn read_out(&self, exposure: &Pending) {
         if self.timing == Timing::Realistic {
             let half = Duration::from_secs_f64(exposure.settings.exposure_us / 2e6);
             std::thread::sleep((exposure.at + half + READ_OUT).saturating_duration_since(Instant::now()));
         }
     }
 
-    fn deliver(&self, state: &mut SensorState, number: u64, exposure: &Exposure, image: GreyImage) {
+    fn deliver(&self, state: &mut SensorState, number: u64, exposure: &Pending, image: GreyImage) {
         let world = self.world.lock();
         let (half_height, wide) = (world.has(TwinFault::WrongFrameSize), world.has(TwinFault::WrongPixelFormat));
         drop(world);
@@ -297,6 +293,24 @@ impl Sensor {
         };
         run.frames.push_back(Finished { info, image, roi, wrong_px });
         self.frame_ready.notify_all();
+    }
+}
+
+/// The light of a view: by the lamp where the laser is dark, else the laser's, what room and dirt add, and no lamp.
+fn light_of<'v>(view: &'v View, settings: &CameraSettings, picture: u64) -> Exposure<'v> {
+    let dark = view.laser_power <= 0.0;
+    let nominal_us = if dark { BOARD_EXPOSURE_US } else { LASER_EXPOSURE_US };
+    let share = settings.exposure_us / nominal_us;
+    let room = view.renderer.model().shape.ambient_levels + view.stray_levels * view.laser_power;
+    Exposure {
+        scene: &view.scene,
+        position_mm: view.position_mm,
+        ordinary_level: if dark { BOARD_WHITE_LEVEL } else { room },
+        ordinary_share: share as f32,
+        laser_share: if dark { 0.0 } else { (view.laser_power * share) as f32 },
+        gain: 10.0_f64.powf(settings.gain_db / 20.0) as f32,
+        bits: if settings.pixel_format == PixelFormat::Mono16 { 16 } else { 8 },
+        picture,
     }
 }
 

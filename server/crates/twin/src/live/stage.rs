@@ -10,8 +10,8 @@ use crate::live::fault::TwinFault;
 use crate::live::motion::Motion;
 use crate::live::options::{Timing, TwinOptions};
 use crate::live::params::{
-    HOMING_SPEED_MM_S, INSTANT_SPEED_MM_S, REALISTIC_ACCELERATION_MM_S2, REALISTIC_SPEED_MM_S, RESOLUTION_MM,
-    RING_AMPLITUDE_MM, RING_DECAY_S, RING_FREQUENCY_HZ, SILENCE_MS, STALL_GAP_MM,
+    HOMING_PULL_OFF_MM, HOMING_SPEED_MM_S, INSTANT_SPEED_MM_S, REALISTIC_ACCELERATION_MM_S2, REALISTIC_SPEED_MM_S,
+    RESOLUTION_MM, RING_AMPLITUDE_MM, RING_DECAY_S, RING_FREQUENCY_HZ, SILENCE_MS, STALL_GAP_MM,
 };
 use crate::live::world::{SharedWorld, World};
 
@@ -76,10 +76,10 @@ impl StageWorld {
     fn blocked_mm(&self, stall_mm: Option<f64>, at: Instant) -> f64 {
         let position_mm = self.motion.place(at).position_mm;
         match stall_mm {
-            Some(stall_mm) if self.motion.from_mm() < stall_mm && stall_mm <= position_mm => {
+            Some(stall_mm) if self.motion.begin_mm() < stall_mm && stall_mm <= position_mm => {
                 stall_mm - STALL_GAP_MM
             }
-            Some(stall_mm) if self.motion.from_mm() > stall_mm && stall_mm >= position_mm => {
+            Some(stall_mm) if self.motion.begin_mm() > stall_mm && stall_mm >= position_mm => {
                 stall_mm + STALL_GAP_MM
             }
             _ => position_mm,
@@ -160,7 +160,9 @@ impl StageWorld {
             return;
         }
         let speed = if self.timing == Timing::Realistic { HOMING_SPEED_MM_S } else { INSTANT_SPEED_MM_S };
-        self.motion = Motion::travel(now, (at_mm, 0.0), speed, self.acceleration_mm_s2());
+        let (switch_mm, ramp) = (self.travel_mm.0, self.acceleration_mm_s2());
+        self.motion =
+            Motion::travel(now, (at_mm, switch_mm), speed, ramp).then(switch_mm + HOMING_PULL_OFF_MM, speed, ramp);
         self.activity = Activity::Homing;
     }
 
@@ -251,9 +253,6 @@ impl TwinStage {
         speed_mm_s: f64,
         now: Instant,
     ) -> Result<AcceptedMove, StageError> {
-        if !(speed_mm_s.is_finite() && speed_mm_s > 0.0) {
-            return Err(StageError::BadNumber { name: "speed_mm_s", value: speed_mm_s });
-        }
         if stage.motion.moving(now) || stage.activity != Activity::Idle {
             return Err(StageError::Moving);
         }
@@ -304,25 +303,18 @@ impl Stage for TwinStage {
 
     fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
         self.reach("move", |stage, now| {
-            if !target_mm.is_finite() {
-                return Err(StageError::BadNumber { name: "target_mm", value: target_mm });
-            }
+            check_numbers("target_mm", target_mm, speed_mm_s)?;
             if !stage.homed {
                 return Err(StageError::NotHomed);
             }
-            let (min_mm, max_mm) = stage.travel_mm;
-            if !(min_mm..=max_mm).contains(&target_mm) {
-                return Err(StageError::OutOfTravel { target_mm, min_mm, max_mm });
-            }
+            check_travel(target_mm, stage.travel_mm)?;
             Self::begin(stage, target_mm, speed_mm_s, now)
         })
     }
 
     fn start_jog(&mut self, distance_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
         self.reach("jog", |stage, now| {
-            if !distance_mm.is_finite() {
-                return Err(StageError::BadNumber { name: "distance_mm", value: distance_mm });
-            }
+            check_numbers("distance_mm", distance_mm, speed_mm_s)?;
             if !stage.homed && stage.homing == Homing::Required {
                 return Err(StageError::NotHomed);
             }
@@ -391,4 +383,23 @@ impl Stage for TwinStage {
         world.stage.trouble = None;
         Ok(())
     }
+}
+
+/// The distance or target called `name` and the speed are numbers that make a move.
+fn check_numbers(name: &'static str, value: f64, speed_mm_s: f64) -> Result<(), StageError> {
+    if !value.is_finite() {
+        return Err(StageError::BadNumber { name, value });
+    }
+    if !(speed_mm_s.is_finite() && speed_mm_s > 0.0) {
+        return Err(StageError::BadNumber { name: "speed_mm_s", value: speed_mm_s });
+    }
+    Ok(())
+}
+
+/// The target is within the travel.
+fn check_travel(target_mm: f64, (min_mm, max_mm): (f64, f64)) -> Result<(), StageError> {
+    if (min_mm..=max_mm).contains(&target_mm) {
+        return Ok(());
+    }
+    Err(StageError::OutOfTravel { target_mm, min_mm, max_mm })
 }

@@ -37,7 +37,6 @@ pub(super) struct View {
     pub scene: Arc<Scene>,
     pub position_mm: f64,
     pub laser_power: f64,
-    #[expect(dead_code, reason = "the renderer does not take stray light yet")]
     pub stray_levels: f64,
 }
 

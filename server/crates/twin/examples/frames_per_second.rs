@@ -1,0 +1,89 @@
+//! How long the simulated sensor takes per picture, on one thread.
+//!
+//! `cargo run --release -p sheaf-twin --example frames_per_second`
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::time::Instant;
+
+use twin::poses::board_poses;
+use twin::{Darkroom, Exposure, Renderer, Scene, SceneKind, Solid, StationModel, StationShape};
+use vision::{GreyImage, Pixels};
+
+/// Pictures per row of the table.
+const N_FRAMES: u32 = 40;
+
+/// Squares along each side of the wavy part: 2 · 158² triangles are 50 thousand.
+const SQUARES: usize = 158;
+
+/// Side of the wavy part, mm.
+const SIDE_MM: f64 = 120.0;
+
+fn main() {
+    let model = StationModel::seeded(7, &StationShape::default()).expect("the default station exists");
+    let renderer = Renderer::new(&model);
+    let solid = Solid::new(&waves()).expect("waves are a part");
+    let mut scenes = vec![("mesh, 50 k triangles", Scene::mesh(Arc::new(solid), &model, 1))];
+    for (name, kind) in [
+        ("plate", SceneKind::Plate),
+        ("gauge", SceneKind::Gauge { height_mm: 8.9 }),
+        ("sphere", SceneKind::Sphere { radius_mm: 18.9 }),
+        ("freeform", SceneKind::Freeform),
+    ] {
+        scenes.push((name, kind.placed(&model, 1)));
+    }
+    scenes.push(("board", Scene::Board(board_poses(&model, 1)[0])));
+    println!("1280×1024, one thread; ms of computing per frame (and of waiting)\n");
+    println!("{:<22} {:>16} {:>22} {:>18}", "scene", "laser", "lamp, stage moves", "lamp, at rest");
+    for (name, scene) in &scenes {
+        let laser = measured(&renderer, scene, true, 0.4);
+        let moving = measured(&renderer, scene, false, 0.4);
+        let still = measured(&renderer, scene, false, 0.0);
+        println!("{name:<22} {laser:>16} {moving:>22} {still:>18}");
+    }
+}
+
+fn measured(renderer: &Renderer, scene: &Scene, laser: bool, step_mm: f64) -> String {
+    let mut darkroom = Darkroom::default();
+    let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image");
+    let mut take = |picture: u32| {
+        let exposure = Exposure {
+            scene,
+            position_mm: -8.0 + step_mm * f64::from(picture),
+            ordinary_level: if laser { 0.0 } else { twin::params::BOARD_WHITE_LEVEL },
+            ordinary_share: 1.0,
+            laser_share: if laser { 1.0 } else { 0.0 },
+            gain: 1.0,
+            bits: 8,
+            picture: u64::from(picture),
+        };
+        renderer.expose(&exposure, &mut darkroom, &mut image);
+    };
+    take(0);
+    let n_frames = if laser || step_mm == 0.0 { N_FRAMES } else { N_FRAMES / 8 };
+    let (began, computed) = (Instant::now(), computed_ns());
+    (1..=n_frames).for_each(&mut take);
+    let wall_ms = began.elapsed().as_secs_f64() * 1e3 / f64::from(n_frames);
+    match computed.zip(computed_ns()) {
+        Some((from, to)) => format!("{:.1} ({wall_ms:.1})", (to - from) as f64 / 1e6 / f64::from(n_frames)),
+        None => format!("({wall_ms:.1})"),
+    }
+}
+
+/// Time that this thread has had a processor for, where the system tells: other programs do not count then.
+fn computed_ns() -> Option<u64> {
+    std::fs::read_to_string("/proc/thread-self/schedstat").ok()?.split_whitespace().next()?.parse().ok()
+}
+
+fn waves() -> Vec<[[f64; 3]; 3]> {
+    let at = |i: usize, j: usize| {
+        let (x, y) = (SIDE_MM * i as f64 / SQUARES as f64, SIDE_MM * j as f64 / SQUARES as f64);
+        [x, y, 8.0 + 4.0 * (TAU * x / 40.0).sin() * (TAU * y / 60.0).cos()]
+    };
+    let squares = (0..SQUARES).flat_map(|i| (0..SQUARES).map(move |j| (i, j)));
+    squares
+        .flat_map(|(i, j)| {
+            [[at(i, j), at(i + 1, j), at(i, j + 1)], [at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]]
+        })
+        .collect()
+}

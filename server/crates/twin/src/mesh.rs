@@ -1,0 +1,279 @@
+//! A part made of triangles, and the tree of boxes that finds the one a ray meets first.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use crate::params::PART_REFLECTANCE;
+use crate::random::derived_seed;
+use crate::scene::{Plate, SceneHit};
+
+/// Triangles per leaf of the tree: testing a few costs less than another level.
+const LEAF_TRIANGLES: usize = 4;
+
+/// Deepest tree: each level halves the triangles, so 2³² of them would fit.
+const MAX_DEPTH: usize = 48;
+
+/// How far beyond its edges a triangle still catches a ray, as a share of its sides: closes the seams.
+const SEAM: f64 = 1e-9;
+
+/// Largest part, mm: larger numbers are a wrong unit.
+const MAX_SIZE_MM: f64 = 10_000.0;
+
+/// Why triangles make no part.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SolidError {
+    /// Nothing that a ray could meet.
+    #[error("the part has no triangle with an area; export it again")]
+    Empty,
+    /// A corner that is no place.
+    #[error("triangle {triangle_idx} has a corner that is not finite; repair the mesh")]
+    NotFinite {
+        /// Which triangle, from 0.
+        triangle_idx: usize,
+    },
+    /// So large or far away that its unit must be wrong.
+    #[error("the part reaches over {size_mm} mm, more than {max_mm} mm; export it in millimetres")]
+    TooLarge {
+        /// Largest side of its box.
+        size_mm: f64,
+        /// What is allowed.
+        max_mm: f64,
+    },
+}
+
+/// Triangles in their own frame (mm, z up), centred in x and y and standing on z = 0.
+#[derive(Debug, PartialEq)]
+pub struct Solid {
+    triangles: Vec<Triangle>,
+    nodes: Vec<Node>,
+    fingerprint: u64,
+}
+
+/// A part of triangles that stands on a plate: its x and y along the plate's first two axes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// What it stands on.
+    pub plate: Plate,
+    /// The part.
+    pub solid: Arc<Solid>,
+}
+
+/// A corner and the two sides from it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Triangle {
+    corner: Vector3<f64>,
+    sides: [Vector3<f64>; 2],
+}
+
+/// A box around triangles: `count` of them from `first`, or, if 0, the nodes `first` and the one after this.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Node {
+    low: Vector3<f64>,
+    high: Vector3<f64>,
+    first: u32,
+    count: u32,
+}
+
+impl Solid {
+    /// The part of these triangles (three corners each, mm). Triangles without area are left out.
+    ///
+    /// # Errors
+    /// [`SolidError`] if nothing remains, a corner is not finite, or it cannot be in millimetres.
+    pub fn new(corners: &[[[f64; 3]; 3]]) -> Result<Self, SolidError> {
+        if let Some(triangle_idx) = corners.iter().position(|t| !t.as_flattened().iter().all(|x| x.is_finite())) {
+            return Err(SolidError::NotFinite { triangle_idx });
+        }
+        let points = corners.as_flattened().iter().copied().map(Vector3::from);
+        let (low, high) = points.clone().fold(empty_box(), |(low, high), p| (low.inf(&p), high.sup(&p)));
+        let size_mm = (high - low).max();
+        if size_mm > MAX_SIZE_MM {
+            return Err(SolidError::TooLarge { size_mm, max_mm: MAX_SIZE_MM });
+        }
+        let foot = Vector3::new((low.x + high.x) / 2.0, (low.y + high.y) / 2.0, low.z);
+        let mut triangles: Vec<Triangle> = corners
+            .iter()
+            .map(|t| t.map(|corner| Vector3::from(corner) - foot))
+            .map(|[a, b, c]| Triangle { corner: a, sides: [b - a, c - a] })
+            .filter(|t| t.sides[0].cross(&t.sides[1]).norm_squared() > 0.0)
+            .collect();
+        if triangles.is_empty() {
+            return Err(SolidError::Empty);
+        }
+        let fingerprint = corners.as_flattened().as_flattened().iter().map(|x| x.to_bits()).fold(6, derived_seed);
+        let mut nodes = Vec::with_capacity(triangles.len());
+        build(&mut triangles, 0, 0, &mut nodes);
+        Ok(Self { triangles, nodes, fingerprint })
+    }
+
+    /// How many triangles it has.
+    pub fn n_triangles(&self) -> usize {
+        self.triangles.len()
+    }
+
+    pub(crate) fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
+    /// The nearest triangle on a ray: reach and normal towards where the ray comes from.
+    fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
+        let inverse = direction.map(f64::recip);
+        let mut nearest = (f64::INFINITY, None);
+        let mut stack = [0_u32; MAX_DEPTH + 1];
+        let mut waiting = 1;
+        while waiting > 0 {
+            waiting -= 1;
+            let idx = stack[waiting] as usize;
+            let node = &self.nodes[idx];
+            if node.enter(origin, &inverse) >= nearest.0 {
+                continue;
+            }
+            let first = node.first as usize;
+            if node.count > 0 {
+                for (offset, triangle) in self.triangles[first..first + node.count as usize].iter().enumerate() {
+                    if let Some(reach) = triangle.reach(origin, direction).filter(|reach| *reach < nearest.0) {
+                        nearest = (reach, Some(first + offset));
+                    }
+                }
+                continue;
+            }
+            let children = [idx + 1, first];
+            let enter = children.map(|child| self.nodes[child].enter(origin, &inverse));
+            // The nearer one is looked into first, so that it can rule out the other.
+            let order = if enter[0] <= enter[1] { [1, 0] } else { [0, 1] };
+            for side in order {
+                if enter[side] < nearest.0 {
+                    stack[waiting] = children[side] as u32;
+                    waiting += 1;
+                }
+            }
+        }
+        let normal = self.triangles[nearest.1?].normal();
+        Some((nearest.0, if normal.dot(direction) > 0.0 { -normal } else { normal }))
+    }
+}
+
+impl Mesh {
+    pub(crate) fn solid_hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
+        let from = self.plate.local(&(origin - self.plate.point_mm));
+        let (reach, normal) = self.solid.hit(&from, &self.plate.local(direction))?;
+        Some(SceneHit { reach, normal: self.plate.axes * normal, reflectance: PART_REFLECTANCE })
+    }
+}
+
+impl Triangle {
+    fn normal(&self) -> Vector3<f64> {
+        self.sides[0].cross(&self.sides[1]).normalize()
+    }
+
+    fn corners(&self) -> [Vector3<f64>; 3] {
+        [self.corner, self.corner + self.sides[0], self.corner + self.sides[1]]
+    }
+
+    fn middle(&self) -> Vector3<f64> {
+        self.corner + (self.sides[0] + self.sides[1]) / 3.0
+    }
+
+    /// Where a ray meets it (Möller & Trumbore 1997), from either side.
+    fn reach(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
+        let [a, b] = &self.sides;
+        let p = direction.cross(b);
+        let scale = a.dot(&p).recip();
+        let from = origin - self.corner;
+        let u = from.dot(&p) * scale;
+        let q = from.cross(a);
+        let v = direction.dot(&q) * scale;
+        let reach = b.dot(&q) * scale;
+        // Not a number where the ray runs along the triangle: no comparison holds.
+        (u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && reach > 0.0).then_some(reach)
+    }
+}
+
+impl Node {
+    /// Where a ray enters the box; infinite if it passes (Kay & Kajiya 1986).
+    fn enter(&self, origin: &Vector3<f64>, inverse: &Vector3<f64>) -> f64 {
+        let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+        for axis in 0..3 {
+            let a = (self.low[axis] - origin[axis]) * inverse[axis];
+            let b = (self.high[axis] - origin[axis]) * inverse[axis];
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        if enter <= leave { enter } else { f64::INFINITY }
+    }
+}
+
+fn empty_box() -> (Vector3<f64>, Vector3<f64>) {
+    (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY))
+}
+
+/// Adds the tree over `triangles`, which begin at `first`, halving them along the longest side of their middles' box.
+fn build(triangles: &mut [Triangle], first: usize, depth: usize, nodes: &mut Vec<Node>) {
+    let grow = |(low, high): (Vector3<f64>, Vector3<f64>), p: Vector3<f64>| (low.inf(&p), high.sup(&p));
+    let (low, high) = triangles.iter().flat_map(Triangle::corners).fold(empty_box(), grow);
+    let idx = nodes.len();
+    let (first_u32, count) = (first as u32, triangles.len() as u32);
+    // Boxes are widened as triangles are at their seams.
+    let margin = Vector3::repeat(SEAM * (high - low).max());
+    nodes.push(Node { low: low - margin, high: high + margin, first: first_u32, count });
+    if triangles.len() <= LEAF_TRIANGLES || depth >= MAX_DEPTH {
+        return;
+    }
+    let (low, high) = triangles.iter().map(Triangle::middle).fold(empty_box(), grow);
+    let axis = (high - low).imax();
+    let half = triangles.len() / 2;
+    triangles.select_nth_unstable_by(half, |a, b| a.middle()[axis].total_cmp(&b.middle()[axis]));
+    let (left, right) = triangles.split_at_mut(half);
+    build(left, first, depth + 1, nodes);
+    let second = nodes.len() as u32;
+    build(right, first + half, depth + 1, nodes);
+    (nodes[idx].first, nodes[idx].count) = (second, 0);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wavy sheet of 2·n² triangles over 40 × 40 mm.
+    fn wave(n: usize) -> Vec<[[f64; 3]; 3]> {
+        let at = |i: usize, j: usize| {
+            let (x, y) = (40.0 * i as f64 / n as f64, 40.0 * j as f64 / n as f64);
+            [x, y, 3.0 + 2.0 * (x / 5.0).sin() * (y / 7.0).cos()]
+        };
+        let squares = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        squares
+            .flat_map(|(i, j)| {
+                [[at(i, j), at(i + 1, j), at(i, j + 1)], [at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_tree_finds_the_triangle_that_a_search_of_all_finds() {
+        let solid = Solid::new(&wave(24)).unwrap();
+        let mut hits = 0;
+        for idx in 0..4000_u64 {
+            let draw = |stream| derived_seed(idx, stream) as f64 / u64::MAX as f64 - 0.5;
+            let origin = Vector3::new(60.0 * draw(0), 60.0 * draw(1), 50.0);
+            let direction = Vector3::new(draw(2), draw(3), -1.0);
+            let all = solid.triangles.iter().filter_map(|t| t.reach(&origin, &direction));
+            let nearest = all.fold(f64::INFINITY, f64::min);
+            let found = solid.hit(&origin, &direction).map_or(f64::INFINITY, |hit| hit.0);
+            assert_eq!(found, nearest, "ray {idx}");
+            hits += usize::from(nearest.is_finite());
+        }
+        assert!((1000..4000).contains(&hits), "{hits}");
+    }
+
+    #[test]
+    fn what_makes_no_part_is_refused() {
+        let flat = [[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]];
+        assert_eq!(Solid::new(&flat).unwrap_err(), SolidError::Empty);
+        assert_eq!(Solid::new(&[]).unwrap_err(), SolidError::Empty);
+        let mut broken = wave(2);
+        broken[3][1][2] = f64::NAN;
+        assert_eq!(Solid::new(&broken).unwrap_err(), SolidError::NotFinite { triangle_idx: 3 });
+        let huge = [[[0.0, 0.0, 0.0], [2e7, 0.0, 0.0], [0.0, 5.0, 0.0]]];
+        assert!(matches!(Solid::new(&huge).unwrap_err(), SolidError::TooLarge { .. }));
+    }
+}
