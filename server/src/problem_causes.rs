@@ -64,6 +64,8 @@ impl From<StationRefusal> for Problem {
             StationRefusal::Busy { .. } => ProblemKind::StationBusy,
             StationRefusal::Stopped { .. } | StationRefusal::Cancelled => ProblemKind::Stopped,
             StationRefusal::ShuttingDown => ProblemKind::Unavailable,
+            StationRefusal::TooManyCommands => ProblemKind::TooMany,
+            StationRefusal::Halted | StationRefusal::NoLiveView => ProblemKind::Conflict,
             StationRefusal::Stage(StageError::NotHomed | StageError::Moving) => ProblemKind::Conflict,
             StationRefusal::Stage(StageError::OutOfTravel { .. } | StageError::BadNumber { .. })
             | StationRefusal::Camera(CameraError::Unsupported { .. })

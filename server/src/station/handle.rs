@@ -1,20 +1,40 @@
 //! How the rest of the service talks to the station thread.
 
-use std::sync::Arc;
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
 
-use devices::{AcceptedMove, CameraRequest, CameraSettings};
-use tokio::sync::watch;
+use devices::{AcceptedMove, CameraRequest};
+use tokio::sync::{oneshot, watch};
+use twin::TwinControl;
 
-use crate::cancel::CancelFlag;
-use crate::station::frame::{FrameStream, SharedFrame};
+use crate::config::Config;
+use crate::station::command::{Command, Reply};
+use crate::station::devices::{Parts, parts};
+use crate::station::frame::SharedFrame;
+use crate::station::lease::StationLease;
+use crate::station::outlook::{Outlook, first_status};
+use crate::station::owner::Station;
+use crate::station::params::{COMMANDS, LIVE_UNWATCHED, START_WAIT};
 use crate::station::refusal::StationRefusal;
 use crate::station::status::StationStatus;
+use crate::station::stop_line::{StopLine, StopRequest};
+use crate::station::thread;
 
 /// Everyone's access to the station.
 #[derive(Clone)]
 pub struct StationHandle {
-    status: watch::Receiver<Arc<StationStatus>>,
-    newest: watch::Receiver<Option<SharedFrame>>,
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    commands: SyncSender<Command>,
+    stop_line: Arc<StopLine>,
+    status: watch::Sender<Arc<StationStatus>>,
+    newest: watch::Sender<Option<SharedFrame>>,
+    thread: Mutex<Option<JoinHandle<()>>>,
+    simulation: Option<TwinControl>,
 }
 
 /// Who wants the station, shown to people.
@@ -77,116 +97,137 @@ pub struct Sweep {
 }
 
 impl StationHandle {
-    /// Opens the devices.
-    pub fn start(_config: &crate::config::Config) -> Self {
-        todo!()
+    /// Starts the station thread and waits until it tried to open its devices; what is absent then is a fault of the
+    /// status, and a reset tries again.
+    pub fn start(config: &Config) -> Self {
+        Self::start_with(parts(config), LIVE_UNWATCHED)
+    }
+
+    /// Starts the station thread over these parts.
+    pub(super) fn start_with(parts: Parts, live_unwatched: Duration) -> Self {
+        let (commands, receiver) = sync_channel(COMMANDS);
+        let (opened, first_opening) = sync_channel(1);
+        let stop_line = Arc::new(StopLine::default());
+        let status = watch::Sender::new(Arc::new(first_status(parts.simulated)));
+        let newest = watch::Sender::new(None);
+        let outlook = Outlook {
+            status: status.clone(),
+            newest: newest.clone(),
+            stop_line: stop_line.clone(),
+            simulated: parts.simulated,
+            live_unwatched,
+            opened: Some(opened),
+            published_at: None,
+            published: None,
+        };
+        let begin = move || thread::run(Station::new(receiver, outlook, parts.opener, Arc::default()));
+        let thread = std::thread::Builder::new().name("station".to_owned()).spawn(begin);
+        if let Err(error) = &thread {
+            tracing::error!(%error, "the station thread could not be started");
+        }
+        // Late devices are missing devices; they may still come with a reset.
+        let _ = first_opening.recv_timeout(START_WAIT);
+        let (thread, simulation) = (Mutex::new(thread.ok()), parts.simulation);
+        Self { shared: Arc::new(Shared { commands, stop_line, status, newest, thread, simulation }) }
     }
 
     /// The virtual operator's hands, where the station is simulated.
-    pub fn simulation(&self) -> Option<twin::TwinControl> {
-        todo!()
+    pub fn simulation(&self) -> Option<TwinControl> {
+        self.shared.simulation.clone()
     }
 
     /// The station as last seen.
     pub fn status(&self) -> Arc<StationStatus> {
-        self.status.borrow().clone()
+        self.shared.status.borrow().clone()
     }
 
     /// Follows the status; the newest wins.
     pub fn watch_status(&self) -> watch::Receiver<Arc<StationStatus>> {
-        self.status.clone()
+        self.shared.status.subscribe()
     }
 
     /// Follows the frames; the newest wins, whoever made the camera expose.
+    ///
+    /// Whoever holds the receiver watches: the live view goes on until 30 s after the last one was dropped.
     pub fn watch_frames(&self) -> watch::Receiver<Option<SharedFrame>> {
-        self.newest.clone()
+        self.shared.newest.subscribe()
     }
 
     /// Stops motion, darkens the laser, ends what runs. Always taken; returns once the devices were told.
-    pub async fn stop(&self, _actor: &str) -> Result<(), StationRefusal> {
-        todo!()
+    pub async fn stop(&self, actor: &str) -> Result<(), StationRefusal> {
+        let (done, told) = oneshot::channel();
+        self.shared.stop_line.pull(StopRequest { actor: actor.to_owned(), done });
+        // A full channel needs no waking: the thread looks at the line before each command.
+        if let Err(TrySendError::Disconnected(_)) = self.shared.commands.try_send(Command::Wake) {
+            return Err(StationRefusal::ShuttingDown);
+        }
+        told.await.unwrap_or(Err(StationRefusal::ShuttingDown))
     }
 
     /// A person's single command; returns once it was accepted, moves go on.
-    pub async fn manual(&self, _command: Manual) -> Result<Option<AcceptedMove>, StationRefusal> {
-        todo!()
+    pub async fn manual(&self, command: Manual) -> Result<Option<AcceptedMove>, StationRefusal> {
+        let (reply, answer) = Reply::awaited();
+        self.send(Command::Manual(command, reply))?;
+        answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
     }
 
     /// Starts or ends the live view.
-    pub async fn live(&self, _request: LiveRequest) -> Result<(), StationRefusal> {
-        todo!()
+    pub async fn live(&self, request: LiveRequest) -> Result<(), StationRefusal> {
+        let (reply, answer) = Reply::awaited();
+        self.send(Command::Live(request, reply))?;
+        answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
     }
 
     /// One frame as the camera is set now: the newest of a running view, else a single exposure.
     pub async fn snapshot(&self) -> Result<SharedFrame, StationRefusal> {
-        todo!()
+        let (reply, answer) = Reply::awaited();
+        self.send(Command::Snapshot(reply))?;
+        answer.await.unwrap_or_else(|_| Err(self.why_unanswered()))
     }
 
     /// Whether a scan could begin depends on a calibration being active: the service tells the station.
-    pub fn calibration_changed(&self, _active: bool) {
-        todo!()
+    pub fn calibration_changed(&self, active: bool) {
+        // A thread that has ended needs no news.
+        let _ = self.shared.commands.send(Command::CalibrationChanged(active));
     }
 
     /// Takes the station for a job. Ends a running live view; refused while another job has it or it is in error.
-    pub fn lease(&self, _purpose: Purpose) -> Result<StationLease, StationRefusal> {
-        todo!()
+    pub fn lease(&self, purpose: Purpose) -> Result<StationLease, StationRefusal> {
+        let (reply, answer) = Reply::blocking();
+        self.send(Command::Lease(purpose, reply))?;
+        let lease = answer.recv().unwrap_or_else(|_| Err(self.why_unanswered()))?;
+        Ok(StationLease::new(self.clone(), lease))
     }
 
     /// Darkens, stops, closes the devices and ends the thread; returns when it has ended.
     pub fn shut_down(&self) {
-        todo!()
-    }
-}
-
-/// The station in the hands of one job; calls block until done, cancelled, stopped or broken.
-///
-/// Dropped, it leaves the laser dark, the stage at rest and the camera's settings as they were.
-pub struct StationLease {}
-
-impl StationLease {
-    /// Sets the camera; returns what it accepted.
-    pub fn configure(&self, _wanted: &CameraRequest) -> Result<CameraSettings, StationRefusal> {
-        todo!()
+        // A thread that has ended already is what is wanted.
+        let _ = self.shared.commands.send(Command::ShutDown);
+        let thread = self.shared.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(thread) = thread
+            && thread.join().is_err()
+        {
+            tracing::error!("the station thread ended by a defect");
+        }
     }
 
-    /// Shines with a share of full power until [`StationLease::laser_off`]; the station renews the laser's lease only
-    /// while frames arrive or the job calls.
-    pub fn laser_on(&self, _power: f64) -> Result<(), StationRefusal> {
-        todo!()
+    pub(super) fn send(&self, command: Command) -> Result<(), StationRefusal> {
+        self.shared.commands.try_send(command).map_err(|error| match error {
+            TrySendError::Full(_) => StationRefusal::TooManyCommands,
+            TrySendError::Disconnected(_) => StationRefusal::ShuttingDown,
+        })
     }
 
-    /// Goes dark.
-    pub fn laser_off(&self) -> Result<(), StationRefusal> {
-        todo!()
+    /// Gives a lease back; waits for room in the channel, since this must not be lost. `false`: the thread has ended.
+    pub(super) fn release(&self, command: Command) -> bool {
+        self.shared.commands.send(command).is_ok()
     }
 
-    /// Homes the stage.
-    pub fn home(&self, _cancel: &CancelFlag) -> Result<(), StationRefusal> {
-        todo!()
-    }
-
-    /// Moves and settles; returns the position read back.
-    pub fn move_to(
-        &self,
-        _target_mm: f64,
-        _speed_mm_s: Option<f64>,
-        _cancel: &CancelFlag,
-    ) -> Result<f64, StationRefusal> {
-        todo!()
-    }
-
-    /// Exposes one frame now and waits for it.
-    pub fn grab(&self, _cancel: &CancelFlag) -> Result<SharedFrame, StationRefusal> {
-        todo!()
-    }
-
-    /// Runs a sweep; its frames come through the stream, none is skipped silently.
-    pub fn sweep(&self, _sweep: &Sweep, _cancel: &CancelFlag) -> Result<FrameStream, StationRefusal> {
-        todo!()
-    }
-
-    /// Says what the job does now, for the status.
-    pub fn activity(&self, _words: &str) {
-        todo!()
+    /// Why a call was never answered: a defect ended what the thread did, or the thread itself.
+    pub(super) fn why_unanswered(&self) -> StationRefusal {
+        match self.status().faults.first() {
+            Some(fault) => StationRefusal::InError { detail: fault.detail.clone(), remedy: fault.remedy.clone() },
+            None => StationRefusal::ShuttingDown,
+        }
     }
 }

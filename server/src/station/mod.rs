@@ -6,12 +6,40 @@
 
 pub mod frame;
 pub mod handle;
+pub mod lease;
 pub mod refusal;
 pub mod status;
 
+mod acquisition;
+mod command;
+mod devices;
+mod exposures;
+mod faults;
+mod light;
+mod live_view;
+mod machine;
+mod motion;
+mod obeying;
+mod outlook;
+mod owner;
+mod params;
+mod pool;
+mod reset;
+mod run;
+mod stamping;
+mod stop_line;
+mod stopping;
+mod task;
+mod thread;
+mod track;
+
 pub use frame::{FrameStream, SharedFrame, StampedFrame};
-pub use handle::{LiveRequest, Manual, Purpose, StationHandle, StationLease, Sweep};
+pub use handle::{LiveRequest, Manual, Purpose, StationHandle, Sweep};
+pub use lease::StationLease;
 pub use refusal::StationRefusal;
 pub use status::{
     DeviceStatus, DropCounts, Fault, LaserLight, MachineState, OperationalState, StateHistory, StationStatus,
 };
+
+#[cfg(test)]
+mod tests;

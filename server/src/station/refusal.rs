@@ -19,6 +19,15 @@ pub enum StationRefusal {
         /// What to do.
         remedy: String,
     },
+    /// A person stopped it before.
+    #[error("the station was stopped; reset it when it is safe, or start a job")]
+    Halted,
+    /// Light by hand belongs to a live view.
+    #[error("the laser shines only while frames arrive; start the live view first")]
+    NoLiveView,
+    /// More commands wait than the station takes.
+    #[error("the station has too many commands to obey; send fewer")]
+    TooManyCommands,
     /// A person stopped it while this ran.
     #[error("stopped by {actor}; start again when it is safe")]
     Stopped {

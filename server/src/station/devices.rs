@@ -1,0 +1,163 @@
+//! The devices a station is made of, opened from its configuration.
+
+use std::sync::Arc;
+
+use devices::replay::{self, Pace, Pictures, ReplayConfig};
+use devices::{Camera, Laser, Stage};
+use twin::{SceneKind, StationModel, StationShape, Timing, TwinControl, TwinOptions, TwinStation};
+
+use crate::config::{Config, ReplayStationConfig, StationConfig, TwinConfig};
+use crate::station::faults::fault;
+use crate::station::status::Fault;
+
+/// Which devices are to be opened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wanted {
+    /// The camera.
+    pub camera: bool,
+    /// The stage.
+    pub stage: bool,
+    /// The laser.
+    pub laser: bool,
+}
+
+/// What could be opened, and why the rest could not.
+#[derive(Default)]
+pub struct Opened {
+    /// The camera, if it was wanted and found.
+    pub camera: Option<Box<dyn Camera>>,
+    /// The stage.
+    pub stage: Option<Box<dyn Stage>>,
+    /// The laser.
+    pub laser: Option<Box<dyn Laser>>,
+    /// Why devices that were wanted are not there.
+    pub faults: Vec<Fault>,
+}
+
+/// Opens devices; may take seconds, so the station thread lets another thread do it.
+pub type Opener = Arc<dyn Fn(Wanted) -> Opened + Send + Sync>;
+
+/// What a station is made of.
+pub struct Parts {
+    /// Opens its devices.
+    pub opener: Opener,
+    /// `twin`, `replay`, or `None` for a real camera.
+    pub simulated: Option<&'static str>,
+    /// The virtual operator, where the camera is simulated.
+    pub simulation: Option<TwinControl>,
+}
+
+/// The parts that the configuration names.
+pub fn parts(config: &Config) -> Parts {
+    match &config.station {
+        StationConfig::Twin(twin) => match simulated(twin) {
+            Ok(twin) => twinned(twin),
+            Err(fault) => absent("twin", fault),
+        },
+        StationConfig::Replay(replay) => replayed(replay.clone()),
+        StationConfig::Grbl(_) => absent(
+            "twin",
+            fault("stage", "wrong_device", "this build has no driver for GRBL yet; use the simulated station"),
+        ),
+    }
+}
+
+/// A station that never comes to be.
+fn absent(simulated: &'static str, why: Fault) -> Parts {
+    let opener = move |_: Wanted| Opened { faults: vec![why.clone()], ..Opened::default() };
+    Parts { opener: Arc::new(opener), simulated: Some(simulated), simulation: None }
+}
+
+fn simulated(config: &TwinConfig) -> Result<TwinStation, Fault> {
+    let refused = |message: String| fault("camera", "wrong_device", &message);
+    let model = StationModel::seeded(config.seed, &StationShape::default())
+        .map_err(|error| refused(with_causes(&error)))?;
+    let timing = if config.realistic_timing { Timing::Realistic } else { Timing::Instant };
+    let options = TwinOptions { timing, scene: scene(config).map_err(refused)?, ..TwinOptions::default() };
+    Ok(TwinStation::new(model, options))
+}
+
+fn scene(config: &TwinConfig) -> Result<SceneKind, String> {
+    match config.scene.as_str() {
+        "plate" => Ok(SceneKind::Plate),
+        "gauge" => Ok(SceneKind::Gauge { height_mm: config.gauge_height_mm }),
+        "sphere" => Ok(SceneKind::Sphere { radius_mm: config.sphere_radius_mm }),
+        "freeform" => Ok(SceneKind::Freeform),
+        other => {
+            Err(format!("there is no scene `{other}`; set station.twin.scene to plate, gauge, sphere or freeform"))
+        }
+    }
+}
+
+/// The parts of a simulated station.
+pub fn twinned(twin: TwinStation) -> Parts {
+    let simulation = Some(twin.control());
+    let opener = move |wanted: Wanted| Opened {
+        camera: wanted.camera.then(|| Box::new(twin.camera()) as Box<dyn Camera>),
+        stage: wanted.stage.then(|| Box::new(twin.stage()) as Box<dyn Stage>),
+        laser: wanted.laser.then(|| Box::new(twin.laser()) as Box<dyn Laser>),
+        faults: Vec::new(),
+    };
+    Parts { opener: Arc::new(opener), simulated: Some("twin"), simulation }
+}
+
+fn replayed(config: ReplayStationConfig) -> Parts {
+    let opener = move |wanted: Wanted| match open_replay(&config) {
+        Ok((camera, stage, laser)) => opened(wanted, camera, stage, laser),
+        Err(error) => Opened { faults: vec![fault("camera", "gone", &with_causes(&error))], ..Opened::default() },
+    };
+    Parts { opener: Arc::new(opener), simulated: Some("replay"), simulation: None }
+}
+
+fn open_replay(
+    config: &ReplayStationConfig,
+) -> Result<(replay::ReplayCamera, replay::ReplayStage, replay::ReplayLaser), replay::ReplayError> {
+    let scan = match &config.scan {
+        Some(scan) => scan.clone(),
+        None => first_scan(config)?,
+    };
+    replay::open(&ReplayConfig {
+        folder: config.folder.clone(),
+        pictures: Pictures::Scan(scan),
+        pace: Pace::Hz(config.frame_rate_hz),
+        looped: config.repeat,
+        preload: config.preload,
+    })
+}
+
+fn first_scan(config: &ReplayStationConfig) -> Result<String, replay::ReplayError> {
+    let capture = capture::Capture::open(&config.folder)?;
+    let first = capture.manifest.scans.first().map(|scan| scan.name.clone());
+    first.ok_or_else(|| replay::ReplayError::NoPictures { folder: config.folder.clone(), pictures: "scan" })
+}
+
+/// Those devices that were wanted.
+fn opened<C: Camera + 'static, S: Stage + 'static, L: Laser + 'static>(
+    wanted: Wanted,
+    camera: C,
+    stage: S,
+    laser: L,
+) -> Opened {
+    Opened {
+        camera: wanted.camera.then(|| Box::new(camera) as Box<dyn Camera>),
+        stage: wanted.stage.then(|| Box::new(stage) as Box<dyn Stage>),
+        laser: wanted.laser.then(|| Box::new(laser) as Box<dyn Laser>),
+        faults: Vec::new(),
+    }
+}
+
+/// An error in one line, with its causes before its remedy.
+fn with_causes(error: &dyn std::error::Error) -> String {
+    let mut causes = Vec::new();
+    let mut next = error.source();
+    while let Some(cause) = next {
+        causes.push(cause.to_string());
+        next = cause.source();
+    }
+    let words = error.to_string();
+    let because = if causes.is_empty() { String::new() } else { format!(": {}", causes.join(": ")) };
+    match words.rsplit_once("; ") {
+        Some((detail, remedy)) => format!("{detail}{because}; {remedy}"),
+        None => format!("{words}{because}"),
+    }
+}

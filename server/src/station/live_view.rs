@@ -1,0 +1,90 @@
+//! The live view: the camera runs freely for whoever watches, and ends when nobody does.
+
+use std::time::Instant;
+
+use devices::{CameraRequest, CameraSettings, Trigger};
+
+use crate::station::command::Reply;
+use crate::station::handle::LiveRequest;
+use crate::station::machine::Event;
+use crate::station::owner::Station;
+use crate::station::refusal::StationRefusal;
+
+/// A running live view.
+pub struct LiveView {
+    watched_at: Instant,
+    camera_before: CameraSettings,
+}
+
+impl Station {
+    /// Starts, changes or ends the live view.
+    pub(super) fn obey_live(&mut self, request: LiveRequest, reply: Reply<()>) {
+        if !request.running {
+            self.end_live();
+            return self.answer(reply, Ok(()));
+        }
+        let begun = self.person_may_act().and_then(|()| self.begin_live());
+        let lit = begun.and_then(|()| self.shine_in_live_view(request.laser_power));
+        match lit {
+            Ok(()) => self.answer(reply, Ok(())),
+            Err(refusal) => self.refuse(reply, refusal),
+        }
+    }
+
+    fn begin_live(&mut self) -> Result<(), StationRefusal> {
+        if self.live.is_some() {
+            return Ok(());
+        }
+        if self.task.is_some() {
+            return Err(StationRefusal::Busy { activity: "taking a picture".to_owned() });
+        }
+        let camera = self.camera.as_mut().ok_or(StationRefusal::Absent { device: "camera" })?;
+        let camera_before = camera.settings();
+        camera.configure(&CameraRequest { trigger: Some(Trigger::Free), ..CameraRequest::default() })?;
+        camera.start()?;
+        self.live = Some(LiveView { watched_at: Instant::now(), camera_before });
+        self.happen(Event::LiveBegins);
+        Ok(())
+    }
+
+    /// Light for the live view; 0 is dark.
+    pub(super) fn shine_in_live_view(&mut self, power: f64) -> Result<(), StationRefusal> {
+        let Some(laser) = &mut self.laser else { return Err(StationRefusal::Absent { device: "laser" }) };
+        if power == 0.0 {
+            return Ok(laser.off()?);
+        }
+        if self.live.is_none() {
+            return Err(StationRefusal::NoLiveView);
+        }
+        Ok(laser.want(power, Instant::now())?)
+    }
+
+    /// Somebody watches.
+    pub(super) fn watched(&mut self) {
+        if let Some(live) = &mut self.live {
+            live.watched_at = Instant::now();
+        }
+    }
+
+    pub(super) fn tend_live(&mut self) {
+        if self.outlook.newest.receiver_count() > 0 {
+            self.watched();
+        }
+        if self.live.as_ref().is_some_and(|live| live.watched_at.elapsed() > self.outlook.live_unwatched) {
+            self.end_live();
+        }
+    }
+
+    /// Ends the live view: dark, the camera at rest and triggered as before.
+    pub(super) fn end_live(&mut self) {
+        let Some(live) = self.live.take() else { return };
+        self.go_dark();
+        if let Some(camera) = &mut self.camera {
+            // Only the trigger goes back: exposure and gain are what the person has set meanwhile.
+            let now = camera.settings();
+            let before = CameraSettings { trigger: live.camera_before.trigger, ..now };
+            self.restore_camera(Some(before));
+        }
+        self.happen(Event::LiveEnds);
+    }
+}

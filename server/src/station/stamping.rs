@@ -1,0 +1,140 @@
+//! Frames on their way from the camera to those who look: each waits for the position reading after it.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::station::acquisition::{Lost, RawFrame};
+use crate::station::frame::StampedFrame;
+use crate::station::motion::Place;
+use crate::station::owner::Station;
+use crate::station::params::TURN;
+
+/// Frames that wait, and the count of those that went on.
+pub struct Stamping {
+    waiting: VecDeque<RawFrame>,
+    sequence: u64,
+    began_at: Instant,
+    arrivals: VecDeque<Instant>,
+}
+
+impl Default for Stamping {
+    fn default() -> Self {
+        Self { waiting: VecDeque::new(), sequence: 0, began_at: Instant::now(), arrivals: VecDeque::new() }
+    }
+}
+
+/// Arrivals looked back at for the frame rate.
+const ARRIVALS: usize = 256;
+
+impl Stamping {
+    /// Whether a frame waits for its position.
+    pub fn is_waiting(&self) -> bool {
+        !self.waiting.is_empty()
+    }
+
+    /// Frames that were stamped.
+    pub fn arrived(&self) -> u64 {
+        self.sequence
+    }
+
+    /// Frames per second over the last second; fast cameras are measured over the last 256 frames.
+    pub fn rate_hz(&self, now: Instant) -> f64 {
+        let recent = self.arrivals.iter().filter(|at| now.saturating_duration_since(**at).as_secs_f64() < 1.0);
+        let count = recent.clone().count();
+        match recent.clone().next() {
+            Some(first) if count == ARRIVALS => {
+                count as f64 / now.saturating_duration_since(*first).as_secs_f64().max(1e-3)
+            }
+            _ => count as f64,
+        }
+    }
+
+    fn note_arrival(&mut self, at: Instant) {
+        if self.arrivals.len() == ARRIVALS {
+            self.arrivals.pop_front();
+        }
+        self.arrivals.push_back(at);
+    }
+}
+
+impl Station {
+    /// Takes a frame if one comes, and hands on those whose position is known by now.
+    pub(super) fn tend_camera(&mut self) {
+        if !self.ails("camera") {
+            self.receive_frame();
+        }
+        self.hand_on_frames();
+    }
+
+    fn receive_frame(&mut self) {
+        let now = Instant::now();
+        let Some(camera) = &mut self.camera else { return };
+        if !camera.expects_frames() {
+            if let Err(error) = camera.probe(now) {
+                self.fail(error.into());
+            }
+            return;
+        }
+        match camera.take(TURN) {
+            Ok(Some(frame)) => self.stamping.waiting.push_back(frame),
+            Ok(None) => {
+                if let Some(silent) = self.camera.as_ref().and_then(|camera| camera.silence(now)) {
+                    let waited_ms = silent.as_millis() as u64;
+                    self.fail(crate::station::refusal::StationRefusal::NoFrame { waited_ms });
+                }
+            }
+            Err(error) => self.fail(error.into()),
+        }
+    }
+
+    fn hand_on_frames(&mut self) {
+        let now = Instant::now();
+        while let Some(frame) = self.stamping.waiting.front() {
+            let place = match &self.stage {
+                Some(stage) => stage.place(frame.info.exposed_at, now),
+                None => Place::At(None),
+            };
+            let Place::At(position_mm) = place else { return };
+            let Some(frame) = self.stamping.waiting.pop_front() else { return };
+            let lost = frame.lost;
+            let stamped = self.stamp(frame, position_mm, now);
+            self.deliver(stamped, lost);
+        }
+    }
+
+    fn stamp(&mut self, frame: RawFrame, position_mm: Option<f64>, now: Instant) -> StampedFrame {
+        let captured_at = frame.info.exposed_at;
+        self.stamping.sequence += 1;
+        self.stamping.note_arrival(now);
+        let since = captured_at.saturating_duration_since(self.stamping.began_at);
+        StampedFrame {
+            sequence: self.stamping.sequence,
+            captured_at,
+            captured_at_ns: since.as_nanos() as u64,
+            position_mm: frame.info.recorded_position_mm.or(position_mm),
+            lost_before: frame.lost.total(),
+            exposure_us: frame.info.exposure_us,
+            laser_on: self.laser.as_ref().is_some_and(|laser| laser.shone_at(captured_at)),
+            image: frame.image,
+            home: self.camera.as_ref().map(|camera| camera.home()),
+        }
+    }
+
+    fn deliver(&mut self, frame: StampedFrame, lost: Lost) {
+        let frame = Arc::new(frame);
+        if let Some(laser) = &mut self.laser
+            && let Err(error) = laser.touch(Instant::now())
+        {
+            self.fail(error.into());
+        }
+        self.outlook.show(frame.clone());
+        self.record(&frame, lost);
+        self.grabbed(&frame);
+    }
+
+    /// Frames that wait are of an acquisition that ended.
+    pub(super) fn forget_waiting_frames(&mut self) {
+        self.stamping.waiting.clear();
+    }
+}
