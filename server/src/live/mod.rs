@@ -3,6 +3,7 @@
 //! Eyes may lose frames: a picture or profile that nobody took in time is replaced by the next one. The points of a
 //! scan are a sequence without gaps, kept until the next scan begins.
 
+pub mod active;
 pub mod bus;
 pub mod interest;
 pub mod pace;
