@@ -69,6 +69,7 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
     };
     let direction = line_direction(&config);
     let view = crate::live::view::start(&station, live.clone(), direction).map_err(no_thread)?;
+    tokio::spawn(crate::live::active::follow(ledger.clone(), artifacts.clone(), live.clone(), station.clone()));
     let sources = Sources {
         live: live.clone(),
         frames: station.watch_frames(),

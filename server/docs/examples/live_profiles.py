@@ -1,6 +1,6 @@
 """Prints the live profiles of a Sheaf station.
 
-    pip install numpy websockets
+    pip install numpy websocket-client
     python live_profiles.py ws://127.0.0.1:8080/api/v1/stream 5
 
 Profiles come while the station shows frames (live view or a scan) and a calibration is active.
@@ -12,7 +12,7 @@ import struct
 import sys
 
 import numpy as np
-from websockets.sync.client import connect
+from websocket import create_connection
 
 PROFILE = 2
 
@@ -29,18 +29,18 @@ def read_profile(message):
 
 
 def main(url, n_profiles):
-    with connect(url, subprotocols=["sheaf.v1"], max_size=None) as station:
-        station.send(json.dumps({"op": "subscribe", "streams": [{"stream": "profile", "max_rate_hz": 30}]}))
-        for message in station:
-            if isinstance(message, str) or message[0] != PROFILE:
-                continue
-            sequence, position_mm, orders = read_profile(message)
-            print(f"frame {sequence} at {position_mm:.3f} mm")
-            for order, (x, _y, z, sigma) in orders.items():
-                print(f"  order {order:+d}: {x.size:5d} points, z {z.min():.3f} to {z.max():.3f} mm, sigma {sigma.mean():.4f} mm")
-            n_profiles -= 1
-            if n_profiles == 0:
-                return
+    station = create_connection(url, subprotocols=["sheaf.v1"], suppress_origin=True, timeout=30)
+    station.send(json.dumps({"op": "subscribe", "streams": [{"stream": "profile", "max_rate_hz": 30}]}))
+    while n_profiles:
+        message = station.recv()
+        if isinstance(message, str) or message[0] != PROFILE:
+            continue
+        sequence, position_mm, orders = read_profile(message)
+        print(f"frame {sequence} at {position_mm:.3f} mm")
+        for order, (x, _y, z, sigma) in orders.items():
+            print(f"  order {order:+d}: {x.size:5d} points, z {z.min():.3f} to {z.max():.3f} mm, sigma {sigma.mean():.4f} mm")
+        n_profiles -= 1
+    station.close()
 
 
 if __name__ == "__main__":

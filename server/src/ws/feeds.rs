@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use axum::extract::ws::Message;
-use serde_json::{Value, json};
+use serde_json::Value;
 use tokio::sync::watch;
 use tokio::time::{Duration, Instant};
 
+use crate::http::dto::jobs::JobDto;
+use crate::http::dto::station::StationDto;
 use crate::jobs::JobView;
 use crate::live::pace::Pace;
 use crate::live::{LiveBus, PointLog, PointsSeen, Sight, Wish};
@@ -387,24 +389,16 @@ impl Feeds {
     }
 }
 
-/// The station as text; `GET /api/v1/station` tells the same.
+/// The station as `GET /api/v1/station` tells it, but for who controls it: that is not the station's business.
 pub fn station_json(status: &StationStatus) -> Value {
-    json!({
-        "state": status.state.name(),
-        "activity": status.activity,
-        "frame_rate_hz": status.frame_rate_hz,
-        "position_mm": status.position_mm,
-    })
+    let mut station = serde_json::to_value(StationDto::new(status, None)).unwrap_or_default();
+    if let Some(fields) = station.as_object_mut() {
+        fields.remove("control");
+    }
+    station
 }
 
-/// A job as text; `GET /api/v1/jobs/{id}` tells the same.
+/// A job as `GET /api/v1/jobs/{id}` tells it.
 fn job_json(view: &JobView) -> Value {
-    json!({
-        "id": view.record.id,
-        "kind": view.record.kind,
-        "state": view.record.state,
-        "progress": view.record.progress,
-        "message": view.record.message,
-        "remaining_s": view.remaining_s,
-    })
+    serde_json::to_value(JobDto::from(view.clone())).unwrap_or_default()
 }

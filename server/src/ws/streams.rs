@@ -6,22 +6,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 use axum::extract::State;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
-use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::Value;
-use store::Artifacts;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
-use tokio::task::JoinHandle;
 use vision::LineDirection;
 
 use crate::app::App;
-use crate::config::Config;
-use crate::jobs::{JobView, Jobs};
-use crate::ledger::Ledger;
+use crate::jobs::JobView;
+use crate::live::LiveBus;
 use crate::live::worker::Worker;
-use crate::live::{self, LiveBus};
 use crate::problem::{Problem, ProblemKind};
-use crate::station::{SharedFrame, StationHandle, StationStatus};
+use crate::station::{SharedFrame, StationStatus};
 use crate::ws::connection;
 use crate::ws::encoder::{self, Slots};
 use crate::ws::protocol::{MAX_CLIENT_MESSAGE_BYTES, MAX_SOCKETS, SUB_PROTOCOL};
@@ -48,71 +43,22 @@ pub struct Streams {
     pub(super) slots: Slots,
     pub(super) closing: watch::Sender<bool>,
     sockets: Arc<Semaphore>,
-    _workers: Arc<Workers>,
     station_text: Arc<Mutex<Option<(Arc<StationStatus>, Arc<Value>)>>>,
 }
 
-/// What works behind the streams, and ends with the last clone of them.
-#[derive(Default)]
-struct Workers {
-    threads: Vec<Worker>,
-    tasks: Vec<JoinHandle<()>>,
-}
-
-impl Drop for Workers {
-    fn drop(&mut self) {
-        self.tasks.iter().for_each(JoinHandle::abort);
-        self.threads.clear();
-    }
-}
-
 impl Streams {
-    /// The live stream of a service: looks through the station's frames with the active calibration while somebody
-    /// watches.
-    ///
-    /// # Errors
-    /// If a thread cannot be started.
-    pub fn open(
-        config: &Config,
-        station: &StationHandle,
-        live: &LiveBus,
-        jobs: &Jobs,
-        ledger: &Ledger,
-        artifacts: &Arc<dyn Artifacts>,
-    ) -> io::Result<Self> {
-        let line_direction = match config.projector.line_direction.as_str() {
-            "columns" => LineDirection::Columns,
-            _ => LineDirection::Rows,
-        };
-        let sources = Sources {
-            live: live.clone(),
-            frames: station.watch_frames(),
-            status: station.watch_status(),
-            jobs: jobs.watch_progress(),
-            events: ledger.watch_events(),
-        };
-        let view = live::view::start(station, live.clone(), line_direction)?;
-        let active = live::active::follow(ledger.clone(), artifacts.clone(), live.clone(), station.clone());
-        Self::over(sources, line_direction, Workers { threads: vec![view], tasks: vec![tokio::spawn(active)] })
-    }
-
-    /// Over those sources alone.
-    #[cfg(test)]
-    pub fn bare(sources: Sources) -> io::Result<Self> {
-        Self::over(sources, LineDirection::Rows, Workers::default())
-    }
-
-    fn over(sources: Sources, line_direction: LineDirection, mut workers: Workers) -> io::Result<Self> {
+    /// Over those sources, with the thread that encodes; it ends when the worker is dropped.
+    pub fn start(sources: Sources, line_direction: LineDirection) -> io::Result<(Self, Worker)> {
         let slots = Slots::default();
-        workers.threads.push(encoder::start(sources.live.clone(), slots.clone(), line_direction)?);
-        Ok(Self {
+        let worker = encoder::start(sources.live.clone(), slots.clone(), line_direction)?;
+        let streams = Self {
             sources,
             slots,
             closing: watch::Sender::new(false),
             sockets: Arc::new(Semaphore::new(MAX_SOCKETS)),
-            _workers: Arc::new(workers),
             station_text: Arc::default(),
-        })
+        };
+        Ok((streams, worker))
     }
 
     /// Ends all connections with "going away"; new ones are refused.
@@ -128,7 +74,7 @@ impl Streams {
     /// Takes a connection in, or says why not.
     pub fn accept(&self, upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>) -> Response {
         match self.admitted(upgrade) {
-            Err(problem) => refused(&problem),
+            Err(problem) => problem.into_response(),
             Ok((upgrade, place)) => {
                 let streams = self.clone();
                 upgrade
@@ -186,16 +132,6 @@ impl Streams {
         *kept = Some((status.clone(), text.clone()));
         text
     }
-}
-
-fn refused(problem: &Problem) -> Response {
-    let status = StatusCode::from_u16(problem.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
-    let body = serde_json::to_string(problem).unwrap_or_default();
-    let mut response = (status, [(header::CONTENT_TYPE, "application/problem+json")], body).into_response();
-    if let Some(seconds) = problem.retry_after_s {
-        response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
-    }
-    response
 }
 
 /// `GET /api/v1/stream`.

@@ -15,9 +15,10 @@ use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, client_async};
-use vision::{CentrelinePoint, Centrelines, GreyImage, Pixels, Segment};
+use vision::{CentrelinePoint, Centrelines, GreyImage, LineDirection, Pixels, Segment};
 
 use crate::jobs::JobView;
+use crate::live::worker::Worker;
 use crate::live::{LiveBus, LiveFrame};
 use crate::station::{MachineState, SharedFrame, StampedFrame, StationStatus};
 use crate::ws::streams::{Sources, Streams};
@@ -35,6 +36,7 @@ pub struct Bench {
     pub events: watch::Sender<i64>,
     pub streams: Streams,
     pub address: SocketAddr,
+    _encoder: Worker,
     server: tokio::task::JoinHandle<()>,
 }
 
@@ -57,7 +59,7 @@ impl Bench {
             jobs: jobs.subscribe(),
             events: events.subscribe(),
         };
-        let streams = Streams::bare(sources).unwrap();
+        let (streams, encoder) = Streams::start(sources, LineDirection::Rows).unwrap();
         let socket = TcpSocket::new_v4().unwrap();
         // Accepted sockets inherit it: little is under way to a client that does not read.
         socket.set_send_buffer_size(16 * 1024).unwrap();
@@ -67,7 +69,7 @@ impl Bench {
         let accept = any(|State(streams): State<Streams>, upgrade| async move { streams.accept(upgrade) });
         let router = Router::new().route("/api/v1/stream", accept).with_state(streams.clone());
         let server = tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
-        Self { bus, frames, status, jobs, events, streams, address, server }
+        Self { bus, frames, status, jobs, events, streams, address, _encoder: encoder, server }
     }
 
     /// Shows a frame of `width` × `width` / 2 noisy pixels with one line in it.

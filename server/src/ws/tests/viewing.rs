@@ -143,7 +143,7 @@ async fn a_quiet_change_waits_for_the_rate_and_then_comes() {
     let mut messages = 0;
     loop {
         messages += 1;
-        if client.text_of("state").await["station"]["position_mm"] == 50.0 {
+        if client.text_of("state").await["station"]["stage"]["position_mm"] == 50.0 {
             break;
         }
     }
