@@ -42,9 +42,15 @@ impl Cache {
     pub fn get(&self, key: &str) -> Option<(PathBuf, InUse)> {
         self.with(|shelf| {
             shelf.clock += 1;
+            let folder = shelf.folder.join(key);
             let kept = shelf.kept.get_mut(key)?;
+            if kept.n_users == 0 && !folder.is_dir() {
+                // Somebody made room by hand.
+                shelf.kept.remove(key);
+                return None;
+            }
             (kept.used_at, kept.n_users) = (shelf.clock, kept.n_users + 1);
-            Some((shelf.folder.join(key), InUse { cache: self.clone(), key: key.to_owned() }))
+            Some((folder, InUse { cache: self.clone(), key: key.to_owned() }))
         })
     }
 

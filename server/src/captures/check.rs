@@ -33,13 +33,14 @@ pub(super) fn capture_root(unpacked: &Path) -> Result<PathBuf, Problem> {
 
 /// Opens the capture in `root` and decodes every picture it names, once each, in bounded memory.
 pub(super) fn checked_capture(root: &Path) -> Result<Capture, Problem> {
-    let check = || {
-        check_manifest_size(root)?;
-        let capture = Capture::open(root)?;
-        decode_all(&capture)?;
-        Ok(capture)
-    };
-    check().map_err(|problem| without_folder(problem, root))
+    opened(root).map_err(|problem| without_folder(problem, root))
+}
+
+fn opened(root: &Path) -> Result<Capture, Problem> {
+    check_manifest_size(root)?;
+    let capture = Capture::open(root)?;
+    decode_all(&capture)?;
+    Ok(capture)
 }
 
 fn check_manifest_size(root: &Path) -> Result<(), Problem> {

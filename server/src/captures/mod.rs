@@ -12,6 +12,9 @@ mod tar_archive;
 mod unpack;
 mod zip_archive;
 
+#[cfg(test)]
+mod tests;
+
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
