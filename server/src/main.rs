@@ -6,6 +6,8 @@ mod app;
 mod background;
 mod calibration_file;
 #[allow(dead_code)]
+mod calibrations;
+#[allow(dead_code)]
 mod cancel;
 #[allow(dead_code)]
 mod captures;
@@ -29,6 +31,8 @@ mod live;
 mod measurements;
 mod output;
 mod palette;
+#[allow(dead_code)]
+mod photographer;
 mod photographs;
 mod picture;
 #[allow(unused_imports)]

@@ -4,6 +4,7 @@
 //! `server/docs/maths/calibration.md`.
 
 pub mod calibrate;
+pub mod difference;
 pub mod error;
 pub mod input;
 pub mod report;
@@ -34,6 +35,9 @@ mod params;
 mod reporting;
 
 pub use calibrate::{CalibrationResult, Stop, calibrate};
+pub use difference::{
+    CalibrationDifference, DepthDifference, DifferenceError, OrderDifference, WorstPlace, difference,
+};
 pub use document::{CalibrationDocument, CalibrationText, DocumentError, InputHash};
 pub use error::CalibrationError;
 pub use input::{

@@ -1,0 +1,143 @@
+//! Calibration pictures from the simulated station, where a virtual operator moves the board.
+
+use std::path::{Path, PathBuf};
+
+use capture::{
+    BoardTarget, CameraFormat, Manifest, Pose, Projector, StageView, params::FORMAT, write_manifest, write_png,
+};
+
+use crate::captures::without_folder;
+use crate::config::{Config, ProjectorConfig, TargetConfig};
+use crate::jobs::calibrate::N_POSES;
+use crate::jobs::{CalibrateInput, JobContext, JobEnd};
+use crate::photographer::{Exposures, Photographer};
+use crate::problem::{Problem, ProblemKind};
+use crate::station::{Purpose, StampedFrame};
+use crate::stored_scan::disk_problem;
+use crate::virtual_operator::VirtualOperator;
+
+/// Folders of a calibration's pictures.
+pub(super) const FOLDERS: [&str; 3] = ["board", "laser", "stage"];
+
+/// Takes all pictures of a calibration into the capture folder `folder`; `share` is the part of the job this is.
+pub(super) fn take_pictures(input: &CalibrateInput, ctx: &JobContext, folder: &Path, share: f64) -> Result<(), JobEnd> {
+    let operator = VirtualOperator::new(ctx.station.simulation().ok_or_else(nobody_moves_the_board)?);
+    let purpose = Purpose { job_id: ctx.id.clone(), activity: "calibrating".to_owned() };
+    let camera = Photographer::new(ctx.station.lease(purpose)?, ctx.cancel.clone(), Exposures::default());
+    let n_poses = input.n_poses.unwrap_or(N_POSES);
+    let positions_mm = operator.stage_positions_mm();
+    let mut album = Album::new(folder, 2 * n_poses + positions_mm.len(), ctx, share)?;
+    if !ctx.station.status().homed {
+        album.say(&camera, "homing the stage");
+        camera.home()?;
+    }
+    camera.go_to(0.0)?;
+    for pose_idx in 0..n_poses {
+        let pose = format!("pose {} of {n_poses}", pose_idx + 1);
+        operator.hold_board(pose_idx, n_poses);
+        album.say(&camera, &format!("{pose}: exposing the board"));
+        let board = album.add("board", &*camera.board()?)?;
+        album.say(&camera, &format!("{pose}: exposing the laser lines"));
+        let laser = album.add("laser", &*camera.laser()?)?;
+        album.poses.push(Pose { board, laser: Some(laser) });
+    }
+    operator.lay_board(&positions_mm);
+    for (idx, position_mm) in positions_mm.iter().enumerate() {
+        album.say(&camera, &format!("stage position {} of {}: exposing the board", idx + 1, positions_mm.len()));
+        let position_mm = camera.go_to(*position_mm)?;
+        let board = album.add("stage", &*camera.board()?)?;
+        album.stage_views.push(StageView { board, position_mm });
+    }
+    album.finish()
+}
+
+fn nobody_moves_the_board() -> Problem {
+    Problem::new(ProblemKind::Impossible, "nobody moves the board on this station")
+        .remedy("begin a calibration session and take the board in several poses")
+}
+
+/// Pictures on their way into a capture folder.
+struct Album<'a> {
+    ctx: &'a JobContext,
+    folder: &'a Path,
+    share: f64,
+    n_pictures: usize,
+    n_taken: usize,
+    size_px: Option<(usize, usize)>,
+    poses: Vec<Pose>,
+    stage_views: Vec<StageView>,
+}
+
+impl<'a> Album<'a> {
+    fn new(folder: &'a Path, n_pictures: usize, ctx: &'a JobContext, share: f64) -> Result<Self, JobEnd> {
+        make_folders(folder)?;
+        let (poses, stage_views) = (Vec::new(), Vec::new());
+        Ok(Self { ctx, folder, share, n_pictures, n_taken: 0, size_px: None, poses, stage_views })
+    }
+
+    fn say(&self, camera: &Photographer, words: &str) {
+        camera.say(words);
+        self.ctx.report(self.share * self.n_taken as f64 / self.n_pictures as f64, words);
+    }
+
+    fn add(&mut self, folder: &str, frame: &StampedFrame) -> Result<PathBuf, JobEnd> {
+        self.ctx.go_on()?;
+        let n_before = match folder {
+            "stage" => self.stage_views.len(),
+            _ => self.poses.len(),
+        };
+        let path = PathBuf::from(format!("{folder}/{n_before:03}.png"));
+        write_png(&self.folder.join(&path), &frame.image).map_err(disk_problem)?;
+        self.size_px = Some((frame.image.width(), frame.image.height()));
+        self.n_taken += 1;
+        Ok(path)
+    }
+
+    fn finish(self) -> Result<(), JobEnd> {
+        let size_px = self.size_px.unwrap_or_default();
+        let manifest = manifest(&self.ctx.config, size_px, self.poses, self.stage_views);
+        write_capture(self.folder, &manifest)
+    }
+}
+
+/// The folders for the pictures.
+pub(super) fn make_folders(folder: &Path) -> Result<(), JobEnd> {
+    FOLDERS.iter().try_for_each(|name| std::fs::create_dir(folder.join(name))).map_err(|error| disk_problem(error).into())
+}
+
+/// Writes the manifest.
+pub(super) fn write_capture(folder: &Path, manifest: &Manifest) -> Result<(), JobEnd> {
+    write_manifest(folder, manifest).map_err(|error| without_folder(error.into(), folder).into())
+}
+
+fn manifest(config: &Config, size_px: (usize, usize), poses: Vec<Pose>, stage_views: Vec<StageView>) -> Manifest {
+    Manifest {
+        format: FORMAT.to_owned(),
+        camera: CameraFormat { width_px: size_px.0, height_px: size_px.1 },
+        target: board_target(&config.target),
+        projector: projector(&config.projector),
+        poses,
+        stage_views,
+        scans: Vec::new(),
+    }
+}
+
+/// The configured board in a manifest's words.
+pub fn board_target(target: &TargetConfig) -> BoardTarget {
+    BoardTarget {
+        kind: "chessboard".to_owned(),
+        inner_columns: target.inner_columns,
+        inner_rows: target.inner_rows,
+        square_mm: target.square_mm,
+    }
+}
+
+/// The configured projector in a manifest's words.
+pub fn projector(projector: &ProjectorConfig) -> Projector {
+    Projector {
+        wavelength_nm: projector.wavelength_nm,
+        grating_lines_per_mm: projector.grating_lines_per_mm,
+        orders: projector.orders.clone(),
+        line_direction: (projector.line_direction != "rows").then(|| projector.line_direction.clone()),
+    }
+}

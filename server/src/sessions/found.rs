@@ -1,0 +1,106 @@
+//! What a picture of a session shows, said at once so that a person can take it again.
+
+use std::collections::BTreeSet;
+
+use vision::{
+    BoardCorners, CentrelineParams, CornerParams, GreyImage, LineDirection, Pixels, find_centrelines, find_corners,
+};
+
+use crate::sessions::body::{BoardPicture, LaserPicture, Picture, Target};
+
+/// Columns and rows of the coverage map: coarse enough to be filled by a dozen boards.
+pub const COVERAGE: (usize, usize) = (8, 6);
+
+/// A corner worse than this is blurred or dark: ten times the usual.
+const BLURRED_SIGMA_PX: f64 = 0.1;
+
+/// Share of saturated pixels from which a board picture is called overexposed: glare on a few squares.
+const GLARE_SHARE: f64 = 0.02;
+
+/// Points of a line left out between two that are kept for drawing.
+const DRAWN_EVERY: usize = 16;
+
+/// Looks for the board.
+pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardPicture {
+    let params = CornerParams { inner_columns: target.inner_columns, inner_rows: target.inner_rows };
+    let saturated_share = saturated_share(image);
+    let mut found = BoardPicture {
+        picture,
+        corners: Vec::new(),
+        coverage_cells: Vec::new(),
+        corner_sigma_px: None,
+        saturated_share,
+        tilt_deg: None,
+        distance_mm: None,
+        rms_px: None,
+        problem: None,
+    };
+    match find_corners(image, &params) {
+        Err(error) => {
+            found.problem = Some(format!("{error}; hold the whole board in the picture, evenly lit and sharp"));
+        }
+        Ok(board) => {
+            found.coverage_cells = covered(&board, image.width(), image.height());
+            found.corner_sigma_px = Some(median_sigma_px(&board));
+            found.problem = weakness(found.corner_sigma_px, saturated_share);
+            let corner = |corner: &vision::Corner| {
+                [corner.column as f64, corner.row as f64, corner.u_px, corner.v_px, corner.sigma_px]
+            };
+            found.corners = board.corners.iter().map(corner).collect();
+        }
+    }
+    found
+}
+
+/// Looks for laser lines.
+pub fn lines_in(image: &GreyImage, picture: Picture, line_direction: &str) -> LaserPicture {
+    let line_direction = if line_direction == "columns" { LineDirection::Columns } else { LineDirection::Rows };
+    let lines = find_centrelines(image, &CentrelineParams { line_direction, ..CentrelineParams::default() });
+    let drawn = lines.segments.iter().map(|segment| {
+        segment.points.iter().step_by(DRAWN_EVERY).map(|point| [point.u_px, point.v_px]).collect()
+    });
+    let nothing = "no laser line was found; check that the laser is on and exposed long enough";
+    LaserPicture {
+        picture,
+        n_segments: lines.segments.len(),
+        n_points: lines.segments.iter().map(|segment| segment.points.len()).sum(),
+        lines_px: drawn.collect(),
+        saturated_share: saturated_share(image),
+        problem: lines.segments.is_empty().then(|| nothing.to_owned()),
+    }
+}
+
+fn weakness(sigma_px: Option<f64>, saturated_share: f64) -> Option<String> {
+    if sigma_px.is_some_and(|sigma_px| sigma_px > BLURRED_SIGMA_PX) {
+        return Some("the corners are blurred or dark; hold the board still, focus, or expose longer".to_owned());
+    }
+    (saturated_share > GLARE_SHARE).then(|| "the board is overexposed; expose shorter or turn it out of the glare".to_owned())
+}
+
+fn covered(board: &BoardCorners, width_px: usize, height_px: usize) -> Vec<u32> {
+    let cell = |at_px: f64, count: usize, side: usize| {
+        ((at_px + 0.5) / side as f64 * count as f64).clamp(0.0, count as f64 - 1.0) as u32
+    };
+    let cells: BTreeSet<u32> = board
+        .corners
+        .iter()
+        .map(|corner| {
+            cell(corner.v_px, COVERAGE.1, height_px) * COVERAGE.0 as u32 + cell(corner.u_px, COVERAGE.0, width_px)
+        })
+        .collect();
+    cells.into_iter().collect()
+}
+
+fn median_sigma_px(board: &BoardCorners) -> f64 {
+    let mut sigmas: Vec<f64> = board.corners.iter().map(|corner| corner.sigma_px).collect();
+    sigmas.sort_by(f64::total_cmp);
+    sigmas.get(sigmas.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+fn saturated_share(image: &GreyImage) -> f64 {
+    let n_saturated = match image.pixels() {
+        Pixels::Eight(pixels) => pixels.iter().filter(|level| **level == u8::MAX).count(),
+        Pixels::Sixteen(pixels) => pixels.iter().filter(|level| **level == u16::MAX).count(),
+    };
+    n_saturated as f64 / (image.width() * image.height()) as f64
+}
