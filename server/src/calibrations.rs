@@ -143,7 +143,9 @@ impl Calibrations {
     }
 
     async fn newest_act(&self) -> Result<ActivationRecord, Problem> {
-        self.active().await?.ok_or_else(|| Problem::new(ProblemKind::Internal, "the log of activations lost its end"))
+        self.active()
+            .await?
+            .ok_or_else(|| Problem::new(ProblemKind::Internal, "the log of activations lost its end"))
     }
 
     /// Walks back through the log: every roll-back cancels the activation before it that still stands.

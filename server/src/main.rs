@@ -47,6 +47,8 @@ mod refusal;
 mod report;
 mod service;
 #[allow(dead_code, unused_imports)]
+mod sessions;
+#[allow(dead_code, unused_imports)]
 mod station;
 #[allow(dead_code)]
 mod stored_calibration;
@@ -55,6 +57,8 @@ mod stored_scan;
 mod study;
 mod tables;
 mod truth;
+#[allow(dead_code)]
+mod virtual_operator;
 #[allow(dead_code)]
 mod wall_clock;
 #[allow(dead_code, unused_imports)]

@@ -23,8 +23,8 @@ impl Default for Exposures {
     /// What suits a white board at the simulated station.
     fn default() -> Self {
         Self {
-            board_exposure_us: twin::BOARD_EXPOSURE_US,
-            laser_exposure_us: twin::LASER_EXPOSURE_US,
+            board_exposure_us: twin::live::BOARD_EXPOSURE_US,
+            laser_exposure_us: twin::live::LASER_EXPOSURE_US,
             laser_power: 1.0,
         }
     }
@@ -73,8 +73,11 @@ impl Photographer {
     }
 
     fn expose(&self, exposure_us: f64) -> Result<SharedFrame, StationRefusal> {
-        let wanted =
-            CameraRequest { exposure_us: Some(exposure_us), trigger: Some(Trigger::Software), ..CameraRequest::default() };
+        let wanted = CameraRequest {
+            exposure_us: Some(exposure_us),
+            trigger: Some(Trigger::Software),
+            ..CameraRequest::default()
+        };
         self.lease.configure(&wanted)?;
         self.lease.grab(&self.cancel)
     }

@@ -67,11 +67,10 @@ fn decode_all(capture: &Capture) -> Result<(), Problem> {
 
 /// Clients never see where the server keeps its files.
 pub fn without_folder(mut problem: Problem, folder: &Path) -> Problem {
-    let strip = |text: &str| strip_folder(text, folder);
-    problem.detail = strip(&problem.detail);
-    problem.cause = problem.cause.as_deref().map(strip);
-    problem.remedy = problem.remedy.as_deref().map(strip);
-    problem.place = problem.place.as_deref().map(strip);
+    problem.detail = strip_folder(&problem.detail, folder);
+    for text in [&mut problem.cause, &mut problem.remedy, &mut problem.place].into_iter().flatten() {
+        *text = strip_folder(text, folder);
+    }
     problem
 }
 

@@ -56,9 +56,10 @@ pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardPi
 pub fn lines_in(image: &GreyImage, picture: Picture, line_direction: &str) -> LaserPicture {
     let line_direction = if line_direction == "columns" { LineDirection::Columns } else { LineDirection::Rows };
     let lines = find_centrelines(image, &CentrelineParams { line_direction, ..CentrelineParams::default() });
-    let drawn = lines.segments.iter().map(|segment| {
-        segment.points.iter().step_by(DRAWN_EVERY).map(|point| [point.u_px, point.v_px]).collect()
-    });
+    let drawn = lines
+        .segments
+        .iter()
+        .map(|segment| segment.points.iter().step_by(DRAWN_EVERY).map(|point| [point.u_px, point.v_px]).collect());
     let nothing = "no laser line was found; check that the laser is on and exposed long enough";
     LaserPicture {
         picture,
@@ -74,7 +75,8 @@ fn weakness(sigma_px: Option<f64>, saturated_share: f64) -> Option<String> {
     if sigma_px.is_some_and(|sigma_px| sigma_px > BLURRED_SIGMA_PX) {
         return Some("the corners are blurred or dark; hold the board still, focus, or expose longer".to_owned());
     }
-    (saturated_share > GLARE_SHARE).then(|| "the board is overexposed; expose shorter or turn it out of the glare".to_owned())
+    (saturated_share > GLARE_SHARE)
+        .then(|| "the board is overexposed; expose shorter or turn it out of the glare".to_owned())
 }
 
 fn covered(board: &BoardCorners, width_px: usize, height_px: usize) -> Vec<u32> {

@@ -21,7 +21,7 @@ use crate::jobs::{CalibrateInput, JobInput, Jobs, Source};
 use crate::ledger::{Ledger, event};
 use crate::photographer::{Exposures, Photographer};
 use crate::problem::{Problem, ProblemKind};
-use crate::station::{Purpose, StationHandle, StationLease, StampedFrame};
+use crate::station::{Purpose, StampedFrame, StationHandle, StationLease};
 use crate::stored_scan::{disk_problem, new_id};
 use crate::virtual_operator::VirtualOperator;
 use crate::wall_clock::now_ms;
@@ -90,7 +90,12 @@ pub struct Sessions {
 
 impl Sessions {
     /// Over the store, with this station.
-    pub fn new(config: Arc<Config>, ledger: Ledger, artifacts: Arc<dyn Artifacts>, station: StationHandle) -> Self {
+    pub fn new(
+        config: Arc<Config>,
+        ledger: Ledger,
+        artifacts: Arc<dyn Artifacts>,
+        station: StationHandle,
+    ) -> Self {
         Self { config, ledger, artifacts, station, turn: Arc::default(), operator: Arc::default() }
     }
 
@@ -157,7 +162,12 @@ impl Sessions {
     }
 
     /// Moves the stage to a position and takes the board that lies on it.
-    pub async fn add_stage_view(&self, id: &str, position_mm: f64, expected: Option<i64>) -> Result<Session, Problem> {
+    pub async fn add_stage_view(
+        &self,
+        id: &str,
+        position_mm: f64,
+        expected: Option<i64>,
+    ) -> Result<Session, Problem> {
         self.change(id, expected, move |sessions, body| {
             check_room(body)?;
             let camera = sessions.photographer(id, body, "taking a stage view")?;
@@ -172,10 +182,17 @@ impl Sessions {
     }
 
     /// Forgets a stage view.
-    pub async fn delete_stage_view(&self, id: &str, view_id: &str, expected: Option<i64>) -> Result<Session, Problem> {
+    pub async fn delete_stage_view(
+        &self,
+        id: &str,
+        view_id: &str,
+        expected: Option<i64>,
+    ) -> Result<Session, Problem> {
         let view_id = view_id.to_owned();
-        self.change(id, expected, move |_, body| remove(&mut body.stage_views, "stage view", &view_id, |view| &view.id))
-            .await
+        self.change(id, expected, move |_, body| {
+            remove(&mut body.stage_views, "stage view", &view_id, |view| &view.id)
+        })
+        .await
     }
 
     /// Lets the virtual operator of a simulated station hold the board somewhere.
@@ -222,7 +239,13 @@ impl Sessions {
     }
 
     /// Starts that job and notes it in the session.
-    pub async fn solve(&self, id: &str, how: SolveSession, jobs: &Jobs, source: &str) -> Result<JobRecord, Problem> {
+    pub async fn solve(
+        &self,
+        id: &str,
+        how: SolveSession,
+        jobs: &Jobs,
+        source: &str,
+    ) -> Result<JobRecord, Problem> {
         let input = self.solve_input(id, how).await?;
         let job = jobs.submit(input, source).await?;
         let job_id = job.id.clone();
@@ -275,8 +298,11 @@ impl Sessions {
     fn keep_board(&self, frame: &StampedFrame, body: &mut SessionBody) -> Result<BoardPicture, Problem> {
         let size_px = (frame.image.width(), frame.image.height());
         if body.width_px != 0 && size_px != (body.width_px, body.height_px) {
-            return Err(Problem::new(ProblemKind::Conflict, "the camera's picture size changed during the session")
-                .remedy("set it back, or begin a new session"));
+            return Err(Problem::new(
+                ProblemKind::Conflict,
+                "the camera's picture size changed during the session",
+            )
+            .remedy("set it back, or begin a new session"));
         }
         (body.width_px, body.height_px) = size_px;
         Ok(found::board_in(&frame.image, self.keep(frame)?, &body.target))
@@ -322,14 +348,22 @@ fn check_new(body: &SessionBody) -> Result<(), Problem> {
     }
     let sheet = &body.projector;
     if !(sheet.wavelength_nm > 0.0 && sheet.grating_lines_per_mm > 0.0) || sheet.orders.is_empty() {
-        return impossible("a projector has a wavelength, a grating and orders", "see its data sheet", "/projector");
+        return impossible(
+            "a projector has a wavelength, a grating and orders",
+            "see its data sheet",
+            "/projector",
+        );
     }
     if !matches!(sheet.line_direction.as_str(), "rows" | "columns") {
         return impossible("lines run along rows or columns", "give rows or columns", "/projector/line_direction");
     }
     let Exposures { board_exposure_us, laser_exposure_us, laser_power } = body.exposures;
     if !(board_exposure_us > 0.0 && laser_exposure_us > 0.0 && laser_power > 0.0 && laser_power <= 1.0) {
-        return impossible("exposures are above 0 µs, laser power is above 0 and at most 1", "correct them", "/exposures");
+        return impossible(
+            "exposures are above 0 µs, laser power is above 0 and at most 1",
+            "correct them",
+            "/exposures",
+        );
     }
     Ok(())
 }

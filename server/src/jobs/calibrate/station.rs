@@ -20,7 +20,12 @@ use crate::virtual_operator::VirtualOperator;
 pub(super) const FOLDERS: [&str; 3] = ["board", "laser", "stage"];
 
 /// Takes all pictures of a calibration into the capture folder `folder`; `share` is the part of the job this is.
-pub(super) fn take_pictures(input: &CalibrateInput, ctx: &JobContext, folder: &Path, share: f64) -> Result<(), JobEnd> {
+pub(super) fn take_pictures(
+    input: &CalibrateInput,
+    ctx: &JobContext,
+    folder: &Path,
+    share: f64,
+) -> Result<(), JobEnd> {
     let operator = VirtualOperator::new(ctx.station.simulation().ok_or_else(nobody_moves_the_board)?);
     let purpose = Purpose { job_id: ctx.id.clone(), activity: "calibrating".to_owned() };
     let camera = Photographer::new(ctx.station.lease(purpose)?, ctx.cancel.clone(), Exposures::default());
@@ -102,7 +107,10 @@ impl<'a> Album<'a> {
 
 /// The folders for the pictures.
 pub(super) fn make_folders(folder: &Path) -> Result<(), JobEnd> {
-    FOLDERS.iter().try_for_each(|name| std::fs::create_dir(folder.join(name))).map_err(|error| disk_problem(error).into())
+    FOLDERS
+        .iter()
+        .try_for_each(|name| std::fs::create_dir(folder.join(name)))
+        .map_err(|error| disk_problem(error).into())
 }
 
 /// Writes the manifest.
