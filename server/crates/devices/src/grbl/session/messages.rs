@@ -156,10 +156,7 @@ impl Session {
     /// What the report means for what is under way.
     fn follow(&mut self, state: MachineState, machine_mm: f64, asked_at: Instant, now: Instant) {
         match self.activity {
-            Activity::Rest => {
-                let locked = state == MachineState::Alarm && !self.reset_awaited();
-                self.homed &= !locked;
-            }
+            Activity::Rest => {}
             Activity::Travel(travel) => self.follow_travel(travel, state, machine_mm, asked_at, now),
             Activity::Homing { done_at } => {
                 if done_at.is_some_and(|done_at| asked_at >= done_at) && state == MachineState::Idle {

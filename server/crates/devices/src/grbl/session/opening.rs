@@ -154,6 +154,8 @@ impl Session {
     pub(super) fn unlock_where_sound(&mut self, state: MachineState, now: Instant) {
         let at_rest = self.activity == Activity::Rest && self.pending.is_empty() && !self.reset_awaited();
         if state == MachineState::Alarm && self.fault.is_none() && at_rest {
+            // What locked it is not known here, and may have moved it.
+            self.homed = false;
             self.send_line("$X".to_owned(), LineKind::Unlock, now, now + GRBL_SILENCE);
         }
     }
