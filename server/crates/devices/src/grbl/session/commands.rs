@@ -165,13 +165,9 @@ impl Session {
         match &self.fault {
             None => Ok(()),
             Some(fault) if fault.needs_reconnect() => Err(fault.for_stage()),
-            Some(Fault::Alarm { .. }) => {
+            Some(_) => {
                 self.clearing = true;
                 self.tick(now);
-                Ok(())
-            }
-            Some(_) => {
-                self.fault = None;
                 Ok(())
             }
         }

@@ -121,7 +121,7 @@ pub struct Session {
     link: Link,
     wants_open: bool,
     fault: Option<Fault>,
-    /// Whether the alarm was acknowledged and is to be unlocked.
+    /// Whether the fault was acknowledged and is to be cleared.
     clearing: bool,
     outgoing: Vec<u8>,
     pending: VecDeque<Pending>,

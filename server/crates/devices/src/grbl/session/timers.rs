@@ -112,10 +112,17 @@ impl Session {
         }
     }
 
-    /// An alarm that was acknowledged is unlocked once the reset that belongs to it is over.
+    /// A fault that was acknowledged is cleared, and an alarm unlocked, once the reset that belongs to it is over.
     fn unlock_if_wanted(&mut self, now: Instant) {
+        if !self.clearing || self.reset_awaited() {
+            return;
+        }
+        if !matches!(self.fault, Some(Fault::Alarm { .. })) {
+            (self.clearing, self.fault) = (false, None);
+            return;
+        }
         let unlocking = self.pending.iter().any(|pending| pending.kind == LineKind::Unlock);
-        if self.clearing && !unlocking && !self.reset_awaited() {
+        if !unlocking {
             self.send_line("$X".to_owned(), LineKind::Unlock, now, now + GRBL_SILENCE);
         }
     }
