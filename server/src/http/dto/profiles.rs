@@ -1,0 +1,50 @@
+//! Profiles on the wire.
+
+use scanning::Profile;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+/// The frames of a scan.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct ProfileListDto {
+    /// In the order they were taken.
+    pub items: Vec<ProfilePlaceDto>,
+}
+
+/// A frame of a scan.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct ProfilePlaceDto {
+    /// From 0.
+    pub sequence: u32,
+    /// Stage position.
+    pub position_mm: f64,
+    /// Address of its profile.
+    pub href: String,
+}
+
+/// The profile of one frame, in the camera frame; column by column, so that it plots as it comes.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct ProfileDto {
+    /// Frame of the scan, from 0.
+    pub sequence: u32,
+    /// Stage position.
+    pub position_mm: f64,
+    /// When, by the station's monotonic clock.
+    pub captured_at_ns: Option<u64>,
+    /// The calibration it was computed with.
+    pub calibration_id: String,
+    /// Order of every point.
+    pub order: Vec<i8>,
+    /// x of every point.
+    pub x_mm: Vec<f64>,
+    /// y of every point.
+    pub y_mm: Vec<f64>,
+    /// z of every point.
+    pub z_mm: Vec<f64>,
+    /// Standard deviation of every point along its ray.
+    pub sigma_mm: Vec<f64>,
+    /// Column in the picture.
+    pub u_px: Vec<f64>,
+    /// Row in the picture.
+    pub v_px: Vec<f64>,
+}
