@@ -1,9 +1,12 @@
 //! Measurements on the wire.
 
+use metrology::{MeasureRequest, Region, Tool};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use store::MeasurementRecord;
 use utoipa::ToSchema;
+
+use crate::problem::{Problem, ProblemKind};
 
 /// What to measure.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
@@ -63,5 +66,42 @@ impl From<MeasurementRecord> for MeasurementDto {
     fn from(record: MeasurementRecord) -> Self {
         let MeasurementRecord { id, scan_id, request, result, created_at_ms } = record;
         Self { id, scan_id, request, result, created_at_ms }
+    }
+}
+
+impl From<ToolDto> for Tool {
+    fn from(dto: ToolDto) -> Self {
+        match dto {
+            ToolDto::Plane => Self::Plane,
+            ToolDto::Sphere => Self::Sphere,
+            ToolDto::Cylinder => Self::Cylinder,
+            ToolDto::Step => Self::Step,
+            ToolDto::Distance => Self::Distance,
+            ToolDto::Angle => Self::Angle,
+            ToolDto::Flatness => Self::Flatness,
+        }
+    }
+}
+
+impl TryFrom<MeasureDto> for MeasureRequest {
+    type Error = Problem;
+
+    fn try_from(dto: MeasureDto) -> Result<Self, Problem> {
+        if dto.tolerance_mm.is_some() && dto.nominal_mm.is_none() {
+            return Err(Problem::new(ProblemKind::Impossible, "a tolerance needs a nominal")
+                .at("/tolerance_mm")
+                .remedy("give nominal_mm too"));
+        }
+        let region = dto.region_mm.map(|[x, y, z, other_x, other_y, other_z]| {
+            let pairs = [(x, other_x), (y, other_y), (z, other_z)];
+            Region { min_mm: pairs.map(|(a, b)| a.min(b)), max_mm: pairs.map(|(a, b)| a.max(b)) }
+        });
+        Ok(Self {
+            nominal_mm: dto.nominal_mm,
+            tolerance_mm: dto.tolerance_mm,
+            seed: dto.seed.unwrap_or(1),
+            region,
+            ..Self::new(dto.tool.into())
+        })
     }
 }

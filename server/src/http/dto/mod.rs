@@ -7,6 +7,7 @@ pub mod devices;
 pub mod events;
 pub mod jobs;
 pub mod measurements;
+pub mod profiles;
 pub mod scans;
 pub mod service;
 pub mod simulation;

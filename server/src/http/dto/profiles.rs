@@ -1,6 +1,6 @@
 //! Profiles on the wire.
 
-use scanning::Profile;
+use scanning::{Profile, ProfilePoint};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -47,4 +47,30 @@ pub struct ProfileDto {
     pub u_px: Vec<f64>,
     /// Row in the picture.
     pub v_px: Vec<f64>,
+}
+
+impl ProfileDto {
+    /// The profile of the frame `sequence`.
+    pub fn new(
+        sequence: u32,
+        position_mm: f64,
+        captured_at_ns: Option<u64>,
+        calibration_id: &str,
+        profile: &Profile,
+    ) -> Self {
+        let column = |value: &dyn Fn(&ProfilePoint) -> f64| profile.points.iter().map(value).collect();
+        Self {
+            sequence,
+            position_mm,
+            captured_at_ns,
+            calibration_id: calibration_id.to_owned(),
+            order: profile.points.iter().map(|point| point.order).collect(),
+            x_mm: column(&|point| point.hit_in_camera.xyz.x),
+            y_mm: column(&|point| point.hit_in_camera.xyz.y),
+            z_mm: column(&|point| point.hit_in_camera.xyz.z),
+            sigma_mm: column(&|point| point.noise_sigma_mm),
+            u_px: column(&|point| point.seen.u_px),
+            v_px: column(&|point| point.seen.v_px),
+        }
+    }
 }

@@ -141,13 +141,13 @@ pub enum CloudFormatDto {
 }
 
 impl CloudFormatDto {
-    /// Its word and its media type.
-    pub fn words(self) -> (&'static str, &'static str) {
+    /// Its word.
+    pub fn word(self) -> &'static str {
         match self {
-            Self::Ply => ("ply", "application/octet-stream"),
-            Self::Csv => ("csv", "text/csv"),
-            Self::Pcd => ("pcd", "application/octet-stream"),
-            Self::E57 => ("e57", "application/octet-stream"),
+            Self::Ply => "ply",
+            Self::Csv => "csv",
+            Self::Pcd => "pcd",
+            Self::E57 => "e57",
         }
     }
 }
@@ -166,12 +166,12 @@ pub enum MeshFormatDto {
 }
 
 impl MeshFormatDto {
-    /// Its word and its media type.
-    pub fn words(self) -> (&'static str, &'static str) {
+    /// Its word.
+    pub fn word(self) -> &'static str {
         match self {
-            Self::Stl => ("stl", "model/stl"),
-            Self::Glb => ("glb", "model/gltf-binary"),
-            Self::Ply => ("ply", "application/octet-stream"),
+            Self::Stl => "stl",
+            Self::Glb => "glb",
+            Self::Ply => "ply",
         }
     }
 }

@@ -7,6 +7,7 @@ pub mod devices;
 pub mod events;
 pub mod jobs;
 pub mod measurements;
+pub mod profiles;
 pub mod scans;
 pub mod service;
 pub mod simulation;
@@ -26,6 +27,7 @@ pub fn api() -> OpenApiRouter<App> {
         .merge(captures::routes())
         .merge(calibrations::routes())
         .merge(scans::routes())
+        .merge(profiles::routes())
         .merge(measurements::routes())
         .merge(jobs::routes())
         .merge(events::routes())

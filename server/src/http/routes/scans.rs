@@ -11,17 +11,19 @@ use utoipa_axum::routes;
 
 use crate::app::App;
 use crate::http::answers::{Reply, artifact, bytes};
-use crate::http::conversions::{accept_job, label};
+use crate::http::conversions::{accept_job, blocking, label};
 use crate::http::dto::jobs::JobDto;
 use crate::http::dto::scans::{
-    CloudFormatDto, CloudQuery, PointsQuery, RecomputeDto, ScanDto, StartExportDto, StartScanDto,
-    StartVerificationDto,
+    CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, StartExportDto, StartScanDto, StartVerificationDto,
 };
 use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::http::paging::{ListDto, PageQuery};
-use crate::jobs::{JobInput, RecomputeInput};
+use crate::jobs::export::{ExportFormat, bytes_to_artifact};
+use crate::jobs::plan::{ScanPlan, plan};
+use crate::jobs::{JobInput, RecomputeInput, ScanInput};
 use crate::ledger::event;
-use crate::problem::{Problem, ProblemKind};
+use crate::problem::Problem;
+use crate::stored_calibration::stored_document;
 use crate::ws::points_page;
 
 /// The routes.
@@ -30,7 +32,9 @@ pub fn routes() -> OpenApiRouter<App> {
         .routes(routes!(list_scans, start_scan))
         .routes(routes!(start_verification))
         .routes(routes!(get_scan, delete_scan))
+        .routes(routes!(plan_scan))
         .routes(routes!(get_cloud))
+        .routes(routes!(get_mesh))
         .routes(routes!(get_points))
         .routes(routes!(recompute_scan))
         .routes(routes!(export_scan))
@@ -64,6 +68,19 @@ async fn start_scan(
         label(name, "/name")?;
     }
     accept_job(&app, &headers, "POST scans", &body.sha256, JobInput::Scan(body.value.into())).await
+}
+
+/// Says what a scan from the station will be, before anything moves: rows, duration, density, σ, depths, disk.
+#[utoipa::path(
+    post, path = "/scans/plan", tag = "scans", request_body = StartScanDto,
+    responses((status = 200, body = ScanPlan))
+)]
+async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Result<Json<ScanPlan>, Problem> {
+    let input = ScanInput::from(body.value);
+    let document = stored_document(&app.ledger, &*app.artifacts, input.calibration_id.as_deref()).await?;
+    let status = app.station.status();
+    let planned = blocking(move || plan(&input, &document.calibration(), &status)).await??;
+    Ok(Json(planned))
 }
 
 /// Starts the scan of a known part and its comparison with its nominal.
@@ -103,23 +120,38 @@ async fn delete_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Re
 /// The points of a scan.
 #[utoipa::path(
     get, path = "/scans/{id}/cloud", tag = "scans", params(("id" = String, Path), CloudQuery),
-    responses((status = 200, content((Vec<u8> = "application/octet-stream"), (String = "text/csv"))))
+    responses((status = 200, content((Vec<u8> = "application/octet-stream"), (String = "text/csv"), (Vec<u8> = "model/e57"))))
 )]
 async fn get_cloud(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     ApiQuery(query): ApiQuery<CloudQuery>,
 ) -> Result<Response, Problem> {
-    let record = app.ledger.read().scan(&id).await?;
     let format = query.format.unwrap_or_default();
-    let (ending, media) = format.words();
-    let cloud = record.cloud.ok_or_else(|| {
-        Problem::new(ProblemKind::NotFound, "this scan has no points").remedy("its report says why")
-    })?;
-    if format != CloudFormatDto::Ply {
-        return Err(Problem::new(ProblemKind::Impossible, "not yet"));
-    }
-    artifact(&app, &cloud, media, Some(&format!("{id}.{ending}"))).await
+    download(&app, &id, "cloud", format.word()).await
+}
+
+/// The surface through the points of a scan.
+#[utoipa::path(
+    get, path = "/scans/{id}/mesh", tag = "scans", params(("id" = String, Path), MeshQuery),
+    responses((status = 200, content(
+        (Vec<u8> = "model/stl"), (Vec<u8> = "model/gltf-binary"), (Vec<u8> = "application/octet-stream")
+    )))
+)]
+async fn get_mesh(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    ApiQuery(query): ApiQuery<MeshQuery>,
+) -> Result<Response, Problem> {
+    let format = query.format.unwrap_or_default();
+    download(&app, &id, "mesh", format.word()).await
+}
+
+async fn download(app: &App, id: &str, what: &str, format: &str) -> Result<Response, Problem> {
+    let scan = app.ledger.read().scan(id).await?;
+    let format = ExportFormat::parse(what, format)?;
+    let made = bytes_to_artifact(&app.artifacts, &scan, format).await?;
+    artifact(app, &made, format.media_type(), Some(&format!("{id}.{}", format.extension()))).await
 }
 
 /// Display points of a scan in blocks, as the live stream sends them: what a viewer missed, also while it runs.
