@@ -5,6 +5,7 @@ use std::sync::Arc;
 use metrics_exporter_prometheus::PrometheusHandle;
 use store::{Artifacts, Store};
 
+use crate::calibrations::Calibrations;
 use crate::captures::Captures;
 use crate::closing::Closing;
 use crate::config::Config;
@@ -13,6 +14,7 @@ use crate::http::idempotency::KeysInFlight;
 use crate::jobs::Jobs;
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
+use crate::sessions::Sessions;
 use crate::station::StationHandle;
 use crate::ws::Streams;
 
@@ -29,6 +31,10 @@ pub struct App {
     pub artifacts: Arc<dyn Artifacts>,
     /// Captures as folders.
     pub captures: Captures,
+    /// Which calibration is active, and how two differ.
+    pub calibrations: Calibrations,
+    /// Calibrations in the making.
+    pub sessions: Sessions,
     /// The hardware.
     pub station: StationHandle,
     /// The queue.

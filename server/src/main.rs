@@ -1,15 +1,11 @@
 //! `sheaf`: the command line of the scanner. Parses, dispatches, prints, and ends with a documented exit code.
 #![allow(clippy::result_large_err, reason = "a problem ends a request: its size does not matter")]
 
-#[allow(dead_code)]
 mod app;
 mod background;
 mod calibration_file;
-#[allow(dead_code)]
 mod calibrations;
-#[allow(dead_code)]
 mod cancel;
-#[allow(dead_code)]
 mod captures;
 mod cli;
 mod closing;
@@ -19,28 +15,22 @@ mod config;
 mod edge;
 mod failure;
 mod features;
-#[allow(dead_code)]
 mod http;
 #[allow(dead_code, unused_imports)]
 mod jobs;
-#[allow(dead_code)]
 mod ledger;
 #[allow(dead_code, unused_imports)]
 mod live;
-#[allow(dead_code)]
+#[allow(dead_code, unused_imports)]
 mod measurements;
 mod output;
 mod palette;
-#[allow(dead_code)]
 mod photographer;
 mod photographs;
 mod picture;
-#[allow(unused_imports)]
 mod pipeline;
 mod pixel_row;
-#[allow(dead_code)]
 mod problem;
-#[allow(dead_code)]
 mod problem_causes;
 mod progress;
 mod refusal;
@@ -50,16 +40,12 @@ mod service;
 mod sessions;
 #[allow(dead_code, unused_imports)]
 mod station;
-#[allow(dead_code)]
 mod stored_calibration;
-#[allow(dead_code)]
 mod stored_scan;
 mod study;
 mod tables;
 mod truth;
-#[allow(dead_code)]
 mod virtual_operator;
-#[allow(dead_code)]
 mod wall_clock;
 #[allow(dead_code, unused_imports)]
 mod ws;

@@ -9,6 +9,7 @@ use tokio::net::TcpListener;
 use vision::LineDirection;
 
 use crate::app::App;
+use crate::calibrations::Calibrations;
 use crate::captures::Captures;
 use crate::closing::Closing;
 use crate::config::Config;
@@ -21,6 +22,7 @@ use crate::ledger::Ledger;
 use crate::live::LiveBus;
 use crate::live::worker::Worker;
 use crate::problem::Problem;
+use crate::sessions::Sessions;
 use crate::station::StationHandle;
 use crate::wall_clock::now_ms;
 use crate::ws::{Sources, Streams};
@@ -52,6 +54,12 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
         })?;
     let live = LiveBus::default();
     let station = StationHandle::start(&config);
+    let calibrations = Calibrations::new(ledger.clone(), artifacts.clone(), live.clone(), station.clone());
+    if let Err(problem) = calibrations.load_active().await {
+        // Scans are refused with the same words; captures, downloads and a new calibration work.
+        tracing::error!(detail = problem.detail, cause = problem.cause, "the active calibration cannot be used");
+    }
+    let sessions = Sessions::new(config.clone(), ledger.clone(), artifacts.clone(), station.clone());
     let free = store.clone();
     let jobs = Jobs::start(JobParts {
         config: config.clone(),
@@ -69,7 +77,6 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
     };
     let direction = line_direction(&config);
     let view = crate::live::view::start(&station, live.clone(), direction).map_err(no_thread)?;
-    tokio::spawn(crate::live::active::follow(ledger.clone(), artifacts.clone(), live.clone(), station.clone()));
     let sources = Sources {
         live: live.clone(),
         frames: station.watch_frames(),
@@ -84,6 +91,8 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
         ledger,
         artifacts,
         captures,
+        calibrations,
+        sessions,
         station,
         jobs,
         live,

@@ -11,13 +11,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use store::{Artifacts, Change, JobRecord, Page, SessionRecord, StoreError};
+use store::{Artifacts, Change, Page, SessionRecord, StoreError};
 use utoipa::ToSchema;
 
 use crate::cancel::CancelFlag;
 use crate::config::Config;
 use crate::jobs::calibrate::{N_POSES, board_target, projector};
-use crate::jobs::{CalibrateInput, JobInput, Jobs, Source};
+use crate::jobs::{CalibrateInput, JobInput, Source};
 use crate::ledger::{Ledger, event};
 use crate::photographer::{Exposures, Photographer};
 use crate::problem::{Problem, ProblemKind};
@@ -101,6 +101,15 @@ impl Sessions {
 
     /// Begins a session.
     pub async fn create(&self, new: NewSession) -> Result<Session, Problem> {
+        self.create_with(new, |_| Vec::new()).await
+    }
+
+    /// As [`Sessions::create`], with changes that are made in the same transaction or not at all.
+    pub async fn create_with(
+        &self,
+        new: NewSession,
+        and: impl FnOnce(&Session) -> Vec<Change>,
+    ) -> Result<Session, Problem> {
         let now = now_ms();
         let body = SessionBody {
             name: new.name.unwrap_or_else(|| "calibration".to_owned()),
@@ -117,7 +126,9 @@ impl Sessions {
         check_new(&body)?;
         let session = Session { id: new_id(), version: 1, body, created_at_ms: now, changed_at_ms: now };
         let told = event("session.created", &session.id, json!({ "version": session.version }));
-        self.ledger.commit(vec![Change::InsertSession(record(&session)?), told]).await?;
+        let mut changes = and(&session);
+        changes.extend([Change::InsertSession(record(&session)?), told]);
+        self.ledger.commit(changes).await?;
         Ok(session)
     }
 
@@ -238,23 +249,15 @@ impl Sessions {
         }))
     }
 
-    /// Starts that job and notes it in the session.
-    pub async fn solve(
-        &self,
-        id: &str,
-        how: SolveSession,
-        jobs: &Jobs,
-        source: &str,
-    ) -> Result<JobRecord, Problem> {
-        let input = self.solve_input(id, how).await?;
-        let job = jobs.submit(input, source).await?;
-        let job_id = job.id.clone();
+    /// Notes the job that was started to solve a session.
+    pub async fn note_job(&self, id: &str, job_id: &str) -> Result<(), Problem> {
+        let job_id = job_id.to_owned();
         self.change(id, None, move |_, body| {
             body.job_id = Some(job_id);
             Ok(())
         })
         .await?;
-        Ok(job)
+        Ok(())
     }
 
     /// Forgets a session; what it made stays.

@@ -4,6 +4,7 @@ pub mod calibrations;
 pub mod captures;
 pub mod control;
 pub mod devices;
+pub mod differences;
 pub mod events;
 pub mod jobs;
 pub mod measurements;

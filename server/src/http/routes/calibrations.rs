@@ -11,10 +11,11 @@ use crate::app::App;
 use crate::http::answers::{Reply, bytes};
 use crate::http::conversions::accept_job;
 use crate::http::dto::calibrations::{
-    ActivationDto, ActiveDto, CalibrationDto, CalibrationItemDto, StartCalibrationDto,
+    ActivateDto, ActivationDto, ActiveDto, CalibrationDto, CalibrationItemDto, StartCalibrationDto,
 };
+use crate::http::dto::differences::{DiffQuery, DifferenceDto};
 use crate::http::dto::jobs::JobDto;
-use crate::http::etag::Versioned;
+use crate::http::etag::{Versioned, check_if_given};
 use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::http::headers::CSP_REPORT;
 use crate::http::paging::{ListDto, PageQuery};
@@ -25,10 +26,12 @@ use crate::problem::{Problem, ProblemKind};
 pub fn routes() -> OpenApiRouter<App> {
     OpenApiRouter::new()
         .routes(routes!(list_calibrations, start_calibration))
-        .routes(routes!(get_active_calibration))
+        .routes(routes!(get_active_calibration, activate_calibration))
+        .routes(routes!(roll_back_activation))
         .routes(routes!(list_activations))
         .routes(routes!(get_calibration))
         .routes(routes!(get_calibration_report))
+        .routes(routes!(diff_calibrations))
 }
 
 /// Calibrations, newest first.
@@ -129,4 +132,51 @@ async fn list_activations(
     let records = app.ledger.read().activations(&page).await?;
     let id = |record: &store::ActivationRecord| record.seq.to_string();
     Ok(Json(ListDto::new("/api/v1/calibrations/activations", &page, records, id, ActivationDto::from)))
+}
+
+/// Makes a calibration the active one; a logged act.
+#[utoipa::path(
+    put, path = "/calibrations/active", tag = "calibrations", request_body = ActivateDto,
+    params(("If-Match" = Option<String>, Header, description = "ETag of what is active, to be sure of it")),
+    responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn activate_calibration(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<ActivateDto>,
+) -> Result<Versioned<Json<ActiveDto>>, Problem> {
+    let active = app.ledger.read().active().await?;
+    check_if_given(&headers, &active_version(active.as_ref()))?;
+    let sure = headers.contains_key(header::IF_MATCH);
+    let expected = sure.then(|| active.and_then(|activation| activation.calibration_id));
+    let actor = app.control.actor(&headers);
+    let act = app.calibrations.activate(&body.value.calibration_id, expected, &actor).await?;
+    Ok(Versioned(active_version(Some(&act)), Json(Some(act).into())))
+}
+
+/// Takes the last activation back; a logged act.
+#[utoipa::path(
+    post, path = "/calibrations/active/roll-back", tag = "calibrations",
+    responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn roll_back_activation(
+    State(app): State<App>,
+    headers: HeaderMap,
+) -> Result<Versioned<Json<ActiveDto>>, Problem> {
+    let act = app.calibrations.roll_back(&app.control.actor(&headers)).await?;
+    Ok(Versioned(active_version(Some(&act)), Json(Some(act).into())))
+}
+
+/// How far another calibration reads from this one, in mm over the working volume.
+#[utoipa::path(
+    get, path = "/calibrations/{id}/diff", tag = "calibrations", params(("id" = String, Path), DiffQuery),
+    responses((status = 200, body = DifferenceDto))
+)]
+async fn diff_calibrations(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    ApiQuery(query): ApiQuery<DiffQuery>,
+) -> Result<Json<DifferenceDto>, Problem> {
+    let difference = app.calibrations.difference(&id, &query.with).await?;
+    Ok(Json(DifferenceDto::new(id, query.with, difference)))
 }

@@ -10,6 +10,7 @@ pub mod measurements;
 pub mod profiles;
 pub mod scans;
 pub mod service;
+pub mod sessions;
 pub mod simulation;
 pub mod station;
 
@@ -26,6 +27,7 @@ pub fn api() -> OpenApiRouter<App> {
         .merge(simulation::routes())
         .merge(captures::routes())
         .merge(calibrations::routes())
+        .merge(sessions::routes())
         .merge(scans::routes())
         .merge(profiles::routes())
         .merge(measurements::routes())
