@@ -16,6 +16,9 @@ use crate::stored_scan::{disk_problem, stored_cloud, without_cloud};
 /// Folder beside the scratch folder that remembers what was exported; may be deleted at any time.
 const CACHE: &str = "cache/exports";
 
+/// The kind of what exports make: `<scan id>/<what>.<format>`.
+const EXPORT: &str = "export";
+
 /// What to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExportFormat {
@@ -86,14 +89,18 @@ pub fn run(input: ExportInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     let format = ExportFormat::parse(&input.what, &input.format)?;
     let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
     ctx.report(0.0, &format!("writing the {} as {}", format.what(), format.extension()));
-    let id = ctx.wait(bytes_to_artifact(&ctx.artifacts, &scan, format))?;
+    ctx.wait(bytes_to_artifact(&ctx.artifacts, &scan, format))?;
     ctx.go_on()?;
     let body = json!({ "scan_id": scan.id, "what": format.what(), "format": format.extension() });
     Ok(Done {
-        result: ResultRef { kind: "artifact".to_owned(), id: id.as_str().to_owned() },
+        result: ResultRef { kind: EXPORT.to_owned(), id: format!("{}/{}", scan.id, file_name(format)) },
         message: format!("{} of {} as {}", format.what(), scan.name, format.extension()),
         changes: vec![event("scan.exported", &scan.id, body)],
     })
+}
+
+fn file_name(format: ExportFormat) -> String {
+    format!("{}.{}", format.what(), format.extension())
 }
 
 /// The artifact that holds a scan's cloud or mesh in that format; made if it is not there yet.
@@ -141,7 +148,7 @@ fn bytes_of(cloud: &Cloud, format: ExportFormat) -> Result<Vec<u8>, Problem> {
 /// Where it is noted which artifact holds that export of that cloud.
 fn remembered(artifacts: &dyn Artifacts, cloud: &ArtifactId, format: ExportFormat) -> PathBuf {
     let home = artifacts.scratch().parent().unwrap_or(artifacts.scratch());
-    home.join(CACHE).join(format!("{}-{}.{}", cloud.as_str(), format.what(), format.extension()))
+    home.join(CACHE).join(format!("{}-{}", cloud.as_str(), file_name(format)))
 }
 
 async fn known(artifacts: &dyn Artifacts, note: &std::path::Path) -> Result<Option<ArtifactId>, Problem> {

@@ -18,6 +18,7 @@ mod remaining;
 mod run;
 mod runner;
 pub mod scan;
+pub mod verify;
 
 pub use context::{Done, JobContext, JobEnd};
 pub use input::{

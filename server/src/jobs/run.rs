@@ -4,7 +4,7 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::jobs::input::JobInput;
-use crate::jobs::{Done, JobContext, JobEnd, calibrate, export, recompute, scan};
+use crate::jobs::{Done, JobContext, JobEnd, calibrate, export, recompute, scan, verify};
 use crate::problem::{Problem, ProblemKind};
 
 /// Runs the job to its end; a panic is a failure of this job alone.
@@ -18,13 +18,8 @@ fn run_kind(input: JobInput, context: &JobContext) -> Result<Done, JobEnd> {
         JobInput::Scan(input) => scan::run(input, context),
         JobInput::Recomputation(input) => recompute::run(input, context),
         JobInput::Export(input) => export::run(input, context),
-        other => Err(not_built(other.kind()).into()),
+        JobInput::Verification(input) => verify::run(input, context),
     }
-}
-
-fn not_built(kind: &str) -> Problem {
-    Problem::new(ProblemKind::Unavailable, format!("this build cannot run jobs of kind {kind}"))
-        .remedy("update the program")
 }
 
 fn defect(panic: &(dyn Any + Send)) -> JobEnd {

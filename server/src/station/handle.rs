@@ -103,6 +103,12 @@ impl StationHandle {
         Self::start_with(parts(config), LIVE_UNWATCHED)
     }
 
+    /// Starts the station thread over a simulated station of any shape.
+    #[cfg(test)]
+    pub fn over_twin(twin: twin::TwinStation) -> Self {
+        Self::start_with(crate::station::devices::twinned(twin), LIVE_UNWATCHED)
+    }
+
     /// Starts the station thread over these parts.
     pub(super) fn start_with(parts: Parts, live_unwatched: Duration) -> Self {
         let (commands, receiver) = sync_channel(COMMANDS);

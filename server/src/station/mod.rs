@@ -22,7 +22,7 @@ mod motion;
 mod obeying;
 mod outlook;
 mod owner;
-mod params;
+pub mod params;
 mod pool;
 mod reset;
 mod run;

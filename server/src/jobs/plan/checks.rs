@@ -153,7 +153,7 @@ pub fn travel(rows: &Rows, calibration: &Calibration, status: &StationStatus) ->
 /// The exposure asked for, or the station's own for laser frames.
 pub fn exposure_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Result<f64, Problem> {
     let set_us = status.camera_settings.exposure_us;
-    let default_us = if status.simulated == Some("twin") { super::params::LASER_EXPOSURE_US } else { set_us };
+    let default_us = if status.simulated == Some("twin") { twin::live::LASER_EXPOSURE_US } else { set_us };
     let exposure_us = input.exposure_us.unwrap_or(default_us);
     if let (Some(range), Some(_)) = (status.camera.capabilities.exposure_us, input.exposure_us)
         && !(range.min..=range.max).contains(&exposure_us)

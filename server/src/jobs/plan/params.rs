@@ -34,10 +34,3 @@ pub const CLOUD_POINT_BYTES: u64 = 45;
 
 /// Bytes of a point in the peaks.
 pub const PEAK_BYTES: u64 = 49;
-
-/// Exposure of laser frames on the simulated station, µs.
-pub const LASER_EXPOSURE_US: f64 = 1_000.0;
-/// Run-up of a continuous scan if the stage does not state its acceleration.
-pub const RUN_UP_TIME: std::time::Duration = std::time::Duration::from_millis(100);
-/// Run-up beyond the ramp by its own length.
-pub const RUN_UP_MARGIN: f64 = 1.25;

@@ -32,3 +32,6 @@ pub fn make(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
         ScanSource::Capture { capture_id, scan } => capture_source::run(input, capture_id, scan.as_deref(), ctx),
     }
 }
+
+#[cfg(test)]
+mod tests;

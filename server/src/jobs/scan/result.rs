@@ -99,8 +99,8 @@ pub fn made_scan(
     ctx.report(part.start, "computing the cloud");
     let reporter = ctx.reporter(part);
     let result = scan_frames(&frames.frames, document, &story.cloud_name, &reporter)?;
-    ctx.go_on()?;
     ctx.report(end, "storing the cloud");
+    ctx.go_on()?;
     let cloud = keep_cloud(ctx, &result)?;
     let display = match &story.display {
         Some(blocks) => blocks.clone(),

@@ -193,11 +193,7 @@ impl Stopped<'_> {
         }
         peaks.finish().map_err(disk_problem)?;
         let artifacts = &self.ctx.artifacts;
-        // A copy: until the record is stored, the work folder is what a crash leaves.
-        let place = tempfile::tempdir_in(artifacts.scratch()).map_err(disk_problem)?;
-        let copy = place.path().join("peaks");
-        std::fs::copy(self.work.peaks(), &copy).map_err(disk_problem)?;
-        let peaks = self.ctx.wait(artifacts.adopt(&copy))?;
+        let peaks = self.ctx.wait(self.work.keep_peaks(&**artifacts))?;
         let display = self.ctx.wait(artifacts.put(blocks))?;
         Ok(Kept { peaks, display })
     }

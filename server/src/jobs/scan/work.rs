@@ -95,6 +95,15 @@ impl Work {
         self.folder.join(PEAKS)
     }
 
+    /// Stores the peaks as far as they are written. A copy: until the record is stored, the work folder is what a
+    /// crash leaves.
+    pub async fn keep_peaks(&self, artifacts: &dyn Artifacts) -> Result<ArtifactId, Problem> {
+        let place = tempfile::tempdir_in(artifacts.scratch()).map_err(disk_problem)?;
+        let copy = place.path().join(PEAKS);
+        std::fs::copy(self.peaks(), &copy).map_err(disk_problem)?;
+        Ok(artifacts.adopt(&copy).await?)
+    }
+
     /// The capture folder of the pictures.
     pub fn pictures(&self) -> PathBuf {
         self.folder.join(PICTURES)
@@ -175,7 +184,7 @@ async fn recover_one(ledger: &Ledger, artifacts: &dyn Artifacts, folder: &Path) 
         return Ok(());
     }
     peaks.finish().map_err(disk_problem)?;
-    let id = artifacts.adopt(&work.peaks()).await?;
+    let id = work.keep_peaks(artifacts).await?;
     let record = work.partial(n_frames, id, None, "the service ended while the scan ran");
     ledger.commit(scan_changes(&record, work.note.replaces)).await?;
     work.clear_but_pictures();

@@ -1,0 +1,105 @@
+//! Scans that run to their end, and those in which frames are lost.
+
+use std::io::Cursor;
+
+use scanning::files::peaks::read_peaks;
+use store::ScanState;
+use twin::TwinFault;
+
+use super::bench::{Bench, from_station};
+use crate::jobs::{JobEnd, ScanMode};
+
+#[test]
+fn every_row_is_in_the_scan_at_its_place_and_shown_live() {
+    let bench = Bench::new();
+    let job = bench.job();
+    let id = bench.finish(super::super::run(from_station(-2.0, 2.0, 0.5), &job.ctx));
+    let scan = bench.record(&id);
+    assert_eq!((scan.state, scan.calibration_id.as_str()), (ScanState::Complete, "true0000"));
+    let peaks = read_peaks(Cursor::new(bench.bytes(&scan.peaks))).unwrap();
+    let positions: Vec<f64> = peaks.frames.iter().map(|frame| frame.position_mm).collect();
+    assert_eq!(positions, [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0]);
+    let times: Vec<u64> = peaks.captured_at_ns.iter().map(|time| time.unwrap()).collect();
+    assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "{times:?}");
+    assert_eq!(scan.report["n_frames"], 9);
+    assert_eq!(scan.report["losses"], serde_json::json!([]));
+    assert!(scan.report["n_points"].as_u64().unwrap() > 9 * 500, "{}", scan.report);
+    assert_eq!(scan.plan["n_rows"], 9);
+    // The viewers saw every row as a block, and the newest frame.
+    let log = bench.live.watch_points().borrow().log_of(&id).cloned().expect("the points of this scan");
+    assert_eq!(log.blocks_from(0, 100).len(), 9);
+    assert_eq!(bench.bytes(scan.display.as_ref().unwrap()), log.blocks_from(0, 100).concat());
+    let shown = bench.live.watch_frames().borrow().clone().expect("a frame");
+    assert_eq!((shown.frame.position_mm, shown.centrelines == peaks.frames[8].centrelines), (Some(2.0), true));
+    assert!(job.said.lock().unwrap().iter().any(|words| words.starts_with("row 9 of 9, ")));
+    // Dark, and free for the next.
+    assert_eq!(bench.operator.laser_power(), 0.0);
+    assert!(!bench.folder.path().join("data/work").join(&id).exists());
+}
+
+#[test]
+fn a_sweep_takes_a_frame_at_every_step() {
+    let bench = Bench::new();
+    let mut input = from_station(-2.0, 2.0, 0.4);
+    (input.mode, input.step_mm, input.speed_mm_s) = (Some(ScanMode::Continuous), Some(0.4), Some(4.0));
+    let scan = bench.scan(input);
+    assert_eq!(scan.state, ScanState::Complete, "{}", scan.report);
+    let peaks = read_peaks(Cursor::new(bench.bytes(&scan.peaks))).unwrap();
+    let positions: Vec<f64> = peaks.frames.iter().map(|frame| frame.position_mm).collect();
+    assert!((9..=12).contains(&positions.len()), "{positions:?}");
+    assert!(positions.iter().all(|position_mm| (-2.0..=2.0).contains(position_mm)), "{positions:?}");
+    assert!(positions.windows(2).all(|pair| (0.2..0.6).contains(&(pair[1] - pair[0]))), "{positions:?}");
+}
+
+#[test]
+fn a_scan_that_lost_frames_is_invalid_and_says_so() {
+    let bench = Bench::new();
+    bench.operator.set_fault(TwinFault::LostFrames { every: 4 });
+    let mut input = from_station(-2.0, 2.0, 0.4);
+    (input.mode, input.speed_mm_s) = (Some(ScanMode::Continuous), Some(4.0));
+    let scan = bench.scan(input);
+    assert_eq!(scan.state, ScanState::Invalid);
+    let losses = scan.report["losses"].to_string();
+    assert!(losses.contains("frames were lost: camera"), "{losses}");
+    assert!(losses.contains("no frame between"), "{losses}");
+    // A measurement on it carries no verdict but this one.
+    let request = metrology::MeasureRequest {
+        nominal_mm: Some(18.9),
+        tolerance_mm: Some(10.0),
+        ..metrology::MeasureRequest::new(metrology::Tool::Sphere)
+    };
+    let measured =
+        crate::measurements::measure_scan(&bench.ledger, bench.store.artifacts.clone(), &scan.id, request);
+    let record = bench.runtime.block_on(measured).unwrap();
+    assert_eq!(record.result["verdict"], "invalid");
+    assert!(record.result["notes"].to_string().contains("lost"));
+}
+
+#[test]
+fn a_row_that_had_to_be_taken_twice_makes_a_scan_invalid_too() {
+    let bench = Bench::new();
+    bench.operator.set_fault(TwinFault::LostFrames { every: 4 });
+    let scan = bench.scan(from_station(-2.0, 2.0, 0.5));
+    assert_eq!((scan.state, scan.report["n_frames"].as_u64()), (ScanState::Invalid, Some(9)));
+}
+
+#[test]
+fn a_scan_in_the_dark_fails_with_the_reason() {
+    let bench = Bench::new();
+    bench.operator.set_fault(TwinFault::InterlockOpen);
+    let Err(JobEnd::Failed(problem)) = super::super::run(from_station(-2.0, 2.0, 0.5), &bench.job().ctx) else {
+        panic!("scanned without light")
+    };
+    assert!(format!("{problem:?}").contains("interlock"), "{problem:?}");
+    assert_eq!(bench.scans(), []);
+}
+
+#[test]
+fn what_cannot_work_is_refused_before_anything_moves() {
+    let bench = Bench::new();
+    let Err(JobEnd::Failed(problem)) = super::super::run(from_station(-2.0, 200.0, 0.5), &bench.job().ctx) else {
+        panic!("scanned beyond the travel")
+    };
+    assert_eq!(problem.place.as_deref(), Some("/to_mm"));
+    assert_eq!(bench.operator.true_position_mm(), 0.0);
+}

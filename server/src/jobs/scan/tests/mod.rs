@@ -1,0 +1,7 @@
+//! Scans at a small simulated station, with its true parameters as calibration: what is shown here is that nothing is
+//! lost, doubled or changed on the way, not how accurate the result is (`server/tests/scans.rs`).
+
+mod bench;
+mod from_capture;
+mod from_station;
+mod stopped;
