@@ -3,9 +3,12 @@
 use optics::LightModelKind;
 
 use crate::jobs::JobParts;
-use crate::jobs::input::{CalibrateInput, JobInput, ScanSource, Source};
+use crate::jobs::input::{CalibrateInput, JobInput, ScanInput, ScanSource, Source};
 use crate::jobs::params::SCAN_BYTES;
+use crate::jobs::plan::plan;
+use crate::jobs::verify;
 use crate::problem::{Problem, ProblemKind};
+use crate::stored_calibration::stored_document;
 
 /// Board poses a calibration may ask the virtual operator for: three determine a camera, more than sixty only cost time.
 const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;
@@ -13,8 +16,8 @@ const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;
 pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<(), Problem> {
     match input {
         JobInput::Calibration(input) => check_calibration(input, parts).await,
-        JobInput::Scan(input) => check_scan_source(&input.source, parts).await,
-        JobInput::Verification(input) => check_scan_source(&input.scan.source, parts).await,
+        JobInput::Scan(input) => check_scan(input, parts).await,
+        JobInput::Verification(input) => check_scan(&verify::checked(input)?, parts).await,
         JobInput::Recomputation(input) => exists(parts.ledger.read().scan(&input.scan_id).await, "/scan_id"),
         JobInput::Export(input) => exists(parts.ledger.read().scan(&input.scan_id).await, "/scan_id"),
     }
@@ -50,12 +53,23 @@ async fn check_calibration(input: &CalibrateInput, parts: &JobParts) -> Result<(
     }
 }
 
-async fn check_scan_source(source: &ScanSource, parts: &JobParts) -> Result<(), Problem> {
-    match source {
-        ScanSource::Station => Ok(()),
+/// A scan from the station is planned once before it is accepted; one that goes on was planned already.
+async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<(), Problem> {
+    match &input.source {
         ScanSource::Capture { capture_id, .. } => {
             exists(parts.ledger.read().capture(capture_id).await, "/source/capture_id")
         }
+        ScanSource::Station => match &input.resume_scan_id {
+            Some(id) => exists(parts.ledger.read().scan(id).await, "/resume_scan_id"),
+            None => {
+                let id = input.calibration_id.as_deref();
+                if let Some(id) = id {
+                    exists(parts.ledger.read().calibration(id).await, "/calibration_id")?;
+                }
+                let document = stored_document(&parts.ledger, &*parts.artifacts, id).await?;
+                plan(input, &document.calibration(), &parts.station.status()).map(drop)
+            }
+        },
     }
 }
 

@@ -48,6 +48,14 @@ pub fn run(input: VerifyInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     })
 }
 
+/// The scan that a verification will run.
+///
+/// # Errors
+/// A problem for an unknown part or an impossible number.
+pub fn checked(input: &VerifyInput) -> Result<ScanInput, Problem> {
+    artefact(input).map(|_| filled(input))
+}
+
 /// The part as the virtual operator knows it, and how it is measured.
 fn artefact(input: &VerifyInput) -> Result<(SceneKind, Tool), Problem> {
     let refused = |field: &str, detail: String, remedy: &str| {

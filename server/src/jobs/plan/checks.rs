@@ -35,6 +35,22 @@ pub fn numbers(input: &ScanInput) -> Result<(), Problem> {
     Ok(())
 }
 
+/// Without its devices a station has no limits to plan with.
+pub fn devices(status: &StationStatus) -> Result<(), Problem> {
+    let there = [
+        ("camera", status.camera.connected),
+        ("stage", status.stage.connected),
+        ("laser", status.laser.connected),
+    ];
+    match there.iter().find(|(_, connected)| !connected) {
+        None => Ok(()),
+        Some((device, _)) => {
+            Err(Problem::new(ProblemKind::DeviceFault, format!("the station's {device} is not connected"))
+                .remedy("check its cable and power, then reset the station"))
+        }
+    }
+}
+
 /// The calibration is of this camera as it is set.
 pub fn camera(calibration: &Calibration, status: &StationStatus) -> Result<(), Problem> {
     let roi = status.camera_settings.roi;

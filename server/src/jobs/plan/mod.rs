@@ -91,6 +91,7 @@ impl ScanPlan {
 /// A problem with the place in the input and a remedy: what is missing, outside the travel, too fast, too much.
 pub fn plan(input: &ScanInput, calibration: &Calibration, status: &StationStatus) -> Result<ScanPlan, Problem> {
     checks::numbers(input)?;
+    checks::devices(status)?;
     checks::camera(calibration, status)?;
     let rows = checks::rows(input, status)?;
     checks::travel(&rows, calibration, status)?;

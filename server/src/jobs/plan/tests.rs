@@ -191,6 +191,14 @@ fn a_calibration_of_another_camera_or_without_a_stage_is_refused() {
 }
 
 #[test]
+fn without_its_stage_a_station_plans_nothing() {
+    let mut status = status();
+    status.stage.connected = false;
+    let problem = plan(&input(-1.0, 1.0), &calibration(), &status).unwrap_err();
+    assert_eq!((problem.status, problem.detail.as_str()), (503, "the station's stage is not connected"));
+}
+
+#[test]
 fn smear_and_a_stage_without_its_zero_are_noted() {
     let mut status = status();
     status.homed = false;

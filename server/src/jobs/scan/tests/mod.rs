@@ -5,3 +5,4 @@ mod bench;
 mod from_capture;
 mod from_station;
 mod stopped;
+mod verified;
