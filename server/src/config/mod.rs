@@ -102,6 +102,12 @@ pub struct GrblStationConfig {
     pub steps_per_mm: f64,
     /// Text its identity must contain; empty: any.
     pub identity: String,
+    /// Lowest position the stage may go to.
+    pub travel_from_mm: f64,
+    /// Highest position the stage may go to.
+    pub travel_to_mm: f64,
+    /// Machine position of the stage's zero.
+    pub zero_at_machine_mm: f64,
     /// The camera beside it.
     pub camera: TwinConfig,
 }

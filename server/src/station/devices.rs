@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
+use devices::grbl::{self, GrblConfig};
 use devices::replay::{self, Pace, Pictures, ReplayConfig};
 use devices::{Camera, Laser, Stage};
 use twin::{SceneKind, StationModel, StationShape, Timing, TwinControl, TwinOptions, TwinStation};
 
-use crate::config::{Config, ReplayStationConfig, StationConfig, TwinConfig};
-use crate::station::faults::fault;
+use crate::config::{Config, GrblStationConfig, ReplayStationConfig, StationConfig, TwinConfig};
+use crate::station::faults::{fault, fault_of};
+use crate::station::mirror::{Mirror, MirroredLaser, MirroredStage};
+use crate::station::params::OPEN_LIMIT;
 use crate::station::status::Fault;
 
 /// Which devices are to be opened.
@@ -55,10 +58,10 @@ pub fn parts(config: &Config) -> Parts {
             Err(fault) => absent("twin", fault),
         },
         StationConfig::Replay(replay) => replayed(replay.clone()),
-        StationConfig::Grbl(_) => absent(
-            "twin",
-            fault("stage", "wrong_device", "this build has no driver for GRBL yet; use the simulated station"),
-        ),
+        StationConfig::Grbl(grbl) => match simulated(&grbl.camera) {
+            Ok(twin) => driven(grbl.clone(), twin),
+            Err(fault) => absent("twin", fault),
+        },
     }
 }
 
@@ -99,6 +102,37 @@ pub fn twinned(twin: TwinStation) -> Parts {
         faults: Vec::new(),
     };
     Parts { opener: Arc::new(opener), simulated: Some("twin"), simulation }
+}
+
+/// A real stage and laser under a simulated camera, whose world follows what the controller reports.
+pub fn driven(config: GrblStationConfig, twin: TwinStation) -> Parts {
+    let control = twin.control();
+    let world = Mirror::following(&control);
+    let opener = move |wanted: Wanted| {
+        let camera = wanted.camera.then(|| Box::new(twin.camera()) as Box<dyn Camera>);
+        match grbl::open(&grbl_config(&config)) {
+            Ok((stage, laser)) => Opened {
+                camera,
+                stage: wanted.stage.then(|| Box::new(MirroredStage::new(stage, &world)) as Box<dyn Stage>),
+                laser: wanted.laser.then(|| Box::new(MirroredLaser::new(laser, &world)) as Box<dyn Laser>),
+                faults: Vec::new(),
+            },
+            Err(error) => {
+                Opened { camera, faults: fault_of(&error.into()).into_iter().collect(), ..Opened::default() }
+            }
+        }
+    };
+    Parts { opener: Arc::new(opener), simulated: Some("twin"), simulation: Some(control) }
+}
+
+fn grbl_config(config: &GrblStationConfig) -> GrblConfig {
+    GrblConfig {
+        baud_rate: config.baud,
+        expected_name: Some(config.identity.clone()).filter(|name| !name.is_empty()),
+        zero_at_machine_mm: config.zero_at_machine_mm,
+        open_limit: OPEN_LIMIT,
+        ..GrblConfig::new(&config.port, config.steps_per_mm, (config.travel_from_mm, config.travel_to_mm))
+    }
 }
 
 fn replayed(config: ReplayStationConfig) -> Parts {

@@ -38,8 +38,8 @@ fn stage_kind(error: &StageError) -> Option<&'static str> {
         StageError::NotHomed
         | StageError::OutOfTravel { .. }
         | StageError::BadNumber { .. }
-        | StageError::Moving
-        | StageError::Refused { .. } => None,
+        | StageError::Moving => None,
+        StageError::Refused { .. } => Some("refused"),
         StageError::Stalled { .. } => Some("stalled"),
         StageError::Alarm { .. } => Some("alarm"),
         StageError::Restarted => Some("restarted"),

@@ -18,6 +18,7 @@ mod faults;
 mod light;
 mod live_view;
 mod machine;
+mod mirror;
 mod motion;
 mod obeying;
 mod outlook;

@@ -119,7 +119,7 @@ impl Station {
 
     fn laser_light(&self) -> LaserLight {
         let Some(laser) = &self.laser else { return LaserLight::Unknown };
-        if self.is_unreachable("laser") || laser.state().is_none() {
+        if self.ails("laser") || laser.state().is_none() {
             return LaserLight::Unknown;
         }
         let may_shine = self.tenant.is_some() || laser.is_wanted();

@@ -93,8 +93,11 @@ pub const LIGHT_UP_LIMIT: Duration = Duration::from_millis(700);
 /// A live view that nobody watches ends after this time.
 pub const LIVE_UNWATCHED: Duration = Duration::from_secs(30);
 
-/// How long a reset tries to reach devices again.
-pub const RESET_LIMIT: Duration = Duration::from_secs(3);
+/// How long a reset tries to reach devices again: a controller that restarts with its port takes two seconds.
+pub const RESET_LIMIT: Duration = Duration::from_secs(4);
+
+/// Longest opening of a controller, within the wait of the start.
+pub const OPEN_LIMIT: Duration = Duration::from_millis(3500);
 
 /// How long the start of the service waits for the devices: it is to be ready within five seconds.
 pub const START_WAIT: Duration = Duration::from_secs(4);

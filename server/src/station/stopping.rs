@@ -69,7 +69,7 @@ impl Station {
         }
         self.go_dark();
         self.come_to_rest();
-        if device == "stage"
+        if matches!(device, "stage" | "station")
             && let Some(stage) = &mut self.stage
         {
             // It may still move: whatever can be told is told; its own watchdog is the last resort.
@@ -141,12 +141,13 @@ impl Station {
         }
     }
 
-    /// Whether a device is left alone until a person has acknowledged its fault.
+    /// Whether a device is left alone: until a person has acknowledged its fault, and while a reset reaches it.
     pub(super) fn ails(&self, device: &str) -> bool {
         // An open interlock is watched on: it is no defect.
-        self.faults
-            .iter()
-            .any(|fault| fault.kind != "interlock_open" && (fault.device == device || fault.device == "station"))
+        self.resetting.is_some()
+            || self.faults.iter().any(|fault| {
+                fault.kind != "interlock_open" && (fault.device == device || fault.device == "station")
+            })
     }
 
     /// Whether a device does not answer.

@@ -1,5 +1,12 @@
 //! The station over the simulated one, driven as jobs and people drive it.
 
+mod account;
 mod bench;
 mod by_hand;
+mod cell;
+mod defects;
+mod fault_matrix;
+mod fault_matrix_grbl;
 mod job_calls;
+mod spied;
+mod stops;

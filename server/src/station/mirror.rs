@@ -1,0 +1,185 @@
+//! A simulated world that follows real devices: the pictures show where the controller says the stage is, lit when it
+//! says the laser shines.
+//!
+//! Between two readings of a moving stage the world goes on at the speed between the last two; pictures taken then
+//! are off by what the speed changes in one reading. That is good enough to try a controller, not to measure with.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use devices::{
+    AcceptedMove, DeviceIdentity, Laser, LaserCapabilities, LaserError, LaserState, Stage, StageCapabilities,
+    StageError, StageState,
+};
+use twin::TwinControl;
+
+/// What the devices said last.
+#[derive(Default)]
+struct Seen {
+    /// The last two readings of the stage, the newer one first.
+    stage: Option<(StageState, Option<StageState>)>,
+    power: f64,
+}
+
+/// What the devices said last, shared with the world that follows.
+#[derive(Clone, Default)]
+pub struct Mirror(Arc<Mutex<Seen>>);
+
+impl Mirror {
+    /// A mirror that the world of `control` follows.
+    pub fn following(control: &TwinControl) -> Self {
+        let mirror = Self::default();
+        let (stage, laser) = (mirror.clone(), mirror.clone());
+        control.follow_stage(move |at| stage.position_mm(at));
+        control.follow_laser(move |_| laser.look(|seen| seen.power));
+        mirror
+    }
+
+    fn look<T>(&self, look: impl FnOnce(&mut Seen) -> T) -> T {
+        look(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn take_stage(&self, state: StageState) {
+        self.look(|seen| match &mut seen.stage {
+            Some((newest, _)) if newest.measured_at >= state.measured_at => *newest = state,
+            stage => *stage = Some((state, stage.map(|(newest, _)| newest))),
+        });
+    }
+
+    fn take_laser(&self, state: LaserState) -> LaserState {
+        self.look(|seen| seen.power = if state.emitting { state.power } else { 0.0 });
+        state
+    }
+
+    fn position_mm(&self, at: Instant) -> f64 {
+        self.look(|seen| {
+            let Some((newest, before)) = &seen.stage else { return 0.0 };
+            let position_mm = newest.position_mm.unwrap_or(0.0);
+            let rest = !newest.moving || at <= newest.measured_at;
+            let Some(before) = before.filter(|_| !rest) else { return position_mm };
+            let Some(before_mm) = before.position_mm else { return position_mm };
+            let gap = newest.measured_at - before.measured_at;
+            if gap == Duration::ZERO {
+                return position_mm;
+            }
+            let ahead = (at - newest.measured_at).min(gap);
+            position_mm + (position_mm - before_mm) * ahead.as_secs_f64() / gap.as_secs_f64()
+        })
+    }
+}
+
+/// A stage that the world follows.
+pub struct MirroredStage<S> {
+    stage: S,
+    mirror: Mirror,
+}
+
+impl<S: Stage> MirroredStage<S> {
+    /// A stage that `mirror` shows.
+    pub fn new(stage: S, mirror: &Mirror) -> Self {
+        Self { stage, mirror: mirror.clone() }
+    }
+}
+
+impl<S: Stage> Stage for MirroredStage<S> {
+    fn identity(&self) -> DeviceIdentity {
+        self.stage.identity()
+    }
+
+    fn capabilities(&self) -> StageCapabilities {
+        self.stage.capabilities()
+    }
+
+    fn start_home(&mut self) -> Result<(), StageError> {
+        self.stage.start_home()
+    }
+
+    fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
+        self.stage.start_move(target_mm, speed_mm_s)
+    }
+
+    fn start_jog(&mut self, distance_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
+        self.stage.start_jog(distance_mm, speed_mm_s)
+    }
+
+    fn poll(&mut self) -> Result<StageState, StageError> {
+        let state = self.stage.poll()?;
+        self.mirror.take_stage(state);
+        Ok(state)
+    }
+
+    fn hold(&mut self) -> Result<(), StageError> {
+        self.stage.hold()
+    }
+
+    fn resume(&mut self) -> Result<(), StageError> {
+        self.stage.resume()
+    }
+
+    fn stop(&mut self) -> Result<(), StageError> {
+        self.stage.stop()
+    }
+
+    fn clear_fault(&mut self) -> Result<(), StageError> {
+        self.stage.clear_fault()
+    }
+
+    fn reconnect(&mut self) -> Result<(), StageError> {
+        self.stage.reconnect()
+    }
+}
+
+/// A laser that the world follows.
+pub struct MirroredLaser<L> {
+    laser: L,
+    mirror: Mirror,
+}
+
+impl<L: Laser> MirroredLaser<L> {
+    /// A laser that `mirror` shows.
+    pub fn new(laser: L, mirror: &Mirror) -> Self {
+        Self { laser, mirror: mirror.clone() }
+    }
+
+    fn mirrored(&self, state: Result<LaserState, LaserError>) -> Result<LaserState, LaserError> {
+        if state.is_err() {
+            // What cannot be reached is not shown as light; the status says that it is unknown.
+            self.mirror.look(|seen| seen.power = 0.0);
+        }
+        state.map(|state| self.mirror.take_laser(state))
+    }
+}
+
+impl<L: Laser> Laser for MirroredLaser<L> {
+    fn identity(&self) -> DeviceIdentity {
+        self.laser.identity()
+    }
+
+    fn capabilities(&self) -> LaserCapabilities {
+        self.laser.capabilities()
+    }
+
+    fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
+        let state = self.laser.switch_on(power, lease);
+        self.mirrored(state)
+    }
+
+    fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError> {
+        let state = self.laser.renew(lease);
+        self.mirrored(state)
+    }
+
+    fn switch_off(&mut self) -> Result<(), LaserError> {
+        self.mirror.look(|seen| seen.power = 0.0);
+        self.laser.switch_off()
+    }
+
+    fn poll(&mut self) -> Result<LaserState, LaserError> {
+        let state = self.laser.poll();
+        self.mirrored(state)
+    }
+
+    fn reconnect(&mut self) -> Result<(), LaserError> {
+        self.laser.reconnect()
+    }
+}
