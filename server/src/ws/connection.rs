@@ -28,8 +28,6 @@ const WAITING_REQUESTS: usize = 8;
 
 /// Serves a client until it goes or has to go.
 pub async fn serve(socket: WebSocket, streams: Streams) {
-    let sockets = metrics::gauge!("sheaf_stream_sockets");
-    sockets.increment(1.0);
     let (to_client, from_client) = socket.split();
     let (requests, asked) = mpsc::channel(WAITING_REQUESTS);
     let heard = LastHeard::now();
@@ -43,7 +41,6 @@ pub async fn serve(socket: WebSocket, streams: Streams) {
         // The client may be gone; then there is nobody to take leave of.
         let _ = timeout(FAREWELL_LIMIT, speaker.to_client.send(farewell)).await;
     }
-    sockets.decrement(1.0);
 }
 
 /// The half of a connection that speaks.

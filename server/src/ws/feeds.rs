@@ -64,7 +64,9 @@ impl SlotFeed {
         if now < self.meter.opens() {
             return Next::At(self.meter.opens());
         }
+        let before = self.meter.count(self.stream);
         self.meter.send(now, newest.number);
+        note_lost(&before, &self.meter.count(self.stream));
         Next::Message(Message::Binary(newest.bytes.clone()))
     }
 
@@ -87,6 +89,19 @@ impl SlotFeed {
     /// Something newer came.
     pub async fn changed(&mut self) {
         changed(&mut self.slot).await;
+    }
+}
+
+/// Adds what was lost between two counts to the figures of the service.
+fn note_lost(before: &DropCount, after: &DropCount) {
+    for (reason, lost) in
+        [("by_rate", after.by_rate - before.by_rate), ("too_slow", after.too_slow - before.too_slow)]
+    {
+        if lost > 0 {
+            let stream = after.stream.name();
+            metrics::counter!("sheaf_stream_dropped_total", "stream" => stream, "reason" => reason)
+                .increment(lost);
+        }
     }
 }
 
