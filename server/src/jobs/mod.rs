@@ -18,6 +18,8 @@ mod remaining;
 mod run;
 mod runner;
 pub mod scan;
+#[cfg(test)]
+mod tests;
 pub mod verify;
 
 pub use context::{Done, JobContext, JobEnd};
@@ -35,6 +37,7 @@ use crate::captures::Captures;
 use crate::config::Config;
 use crate::jobs::lane::Waiting;
 use crate::jobs::params::{FREE_FLOOR_BYTES, QUEUE_LIMIT, RETRY_AFTER_S};
+use crate::jobs::run::Procedure;
 use crate::jobs::runner::End;
 use crate::ledger::{Ledger, event};
 use crate::live::LiveBus;
@@ -89,7 +92,12 @@ impl Jobs {
     /// # Errors
     /// If the catalogue cannot be used.
     pub async fn start(parts: JobParts) -> Result<Self, StoreError> {
-        let queue = Queue::new(parts);
+        Self::start_with(parts, Arc::new(run::by_kind)).await
+    }
+
+    /// With another procedure behind the queue.
+    async fn start_with(parts: JobParts, procedure: Procedure) -> Result<Self, StoreError> {
+        let queue = Queue::new(parts, procedure);
         scan::recover(&queue.parts.ledger, &*queue.parts.artifacts).await;
         for record in queue.parts.ledger.read().queue().await? {
             let end = match serde_json::from_value::<JobInput>(record.input.clone()) {

@@ -8,6 +8,7 @@ use tokio::sync::{Notify, watch};
 
 use crate::jobs::lane::{Lane, Running, Waiting};
 use crate::jobs::params::SHUT_DOWN_LIMIT;
+use crate::jobs::run::Procedure;
 use crate::jobs::runner::End;
 use crate::jobs::{JobParts, JobView};
 use crate::problem::Problem;
@@ -23,6 +24,7 @@ const COMPUTATION: usize = 1;
 pub(super) struct Queue {
     this: Weak<Queue>,
     pub parts: JobParts,
+    pub procedure: Procedure,
     pub runtime: Handle,
     pub progress: watch::Sender<Option<JobView>>,
     /// Held while jobs enter or leave the lanes from outside, so that queue and catalogue agree.
@@ -35,10 +37,11 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    pub fn new(parts: JobParts) -> Arc<Self> {
+    pub fn new(parts: JobParts, procedure: Procedure) -> Arc<Self> {
         Arc::new_cyclic(|this| Self {
             this: this.clone(),
             parts,
+            procedure,
             runtime: Handle::current(),
             progress: watch::Sender::new(None),
             turn: tokio::sync::Mutex::default(),

@@ -2,17 +2,22 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 use crate::jobs::input::JobInput;
 use crate::jobs::{Done, JobContext, JobEnd, calibrate, export, recompute, scan, verify};
 use crate::problem::{Problem, ProblemKind};
 
+/// What does a job, on the thread that calls it.
+pub(super) type Procedure = Arc<dyn Fn(JobInput, &JobContext) -> Result<Done, JobEnd> + Send + Sync>;
+
 /// Runs the job to its end; a panic is a failure of this job alone.
-pub(super) fn run(input: JobInput, context: &JobContext) -> Result<Done, JobEnd> {
-    catch_unwind(AssertUnwindSafe(|| run_kind(input, context))).unwrap_or_else(|panic| Err(defect(&*panic)))
+pub(super) fn run(procedure: &Procedure, input: JobInput, context: &JobContext) -> Result<Done, JobEnd> {
+    catch_unwind(AssertUnwindSafe(|| procedure(input, context))).unwrap_or_else(|panic| Err(defect(&*panic)))
 }
 
-fn run_kind(input: JobInput, context: &JobContext) -> Result<Done, JobEnd> {
+/// The procedure of every kind of job.
+pub(super) fn by_kind(input: JobInput, context: &JobContext) -> Result<Done, JobEnd> {
     match input {
         JobInput::Calibration(input) => calibrate::run(input, context),
         JobInput::Scan(input) => scan::run(input, context),

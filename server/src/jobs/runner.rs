@@ -102,7 +102,7 @@ impl Queue {
         let result = self.begin(running, kind).map_err(JobEnd::from).and_then(|()| {
             let context = self.context(running);
             context.go_on()?;
-            run::run(waiting.input, &context)
+            run::run(&self.procedure, waiting.input, &context)
         });
         ticker.abort();
         self.end(running, kind, End::of(result, self.is_closing()));
