@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod calibration;
+mod calibrating;
 mod queue;
 
 use std::sync::Arc;
