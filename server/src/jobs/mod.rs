@@ -140,7 +140,8 @@ impl Jobs {
         let record = queued_record(&input, source)?;
         let mut changes = and(&record);
         changes.push(Change::InsertJob(record.clone()));
-        changes.push(event("job.queued", &record.id, json!({ "kind": record.kind, "source": source })));
+        let told = json!({ "id": record.id, "kind": record.kind, "state": "queued", "source": source });
+        changes.push(event("job.queued", &record.id, told));
         queue.parts.ledger.commit(changes).await?;
         queue.push(Waiting { record: record.clone(), input });
         queue.publish(record.clone().into());

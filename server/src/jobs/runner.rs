@@ -75,9 +75,10 @@ impl End {
             message: self.message.clone(),
             at_ms,
         });
-        let body = json!({ "kind": kind, "message": self.message, "result": self.result(), "problem": self.problem(),
-            "actor": actor });
-        changes.push(event(&format!("job.{}", state_name(self.state())), id, body));
+        let (state, result) = (state_name(self.state()), self.result());
+        let body = json!({ "id": id, "kind": kind, "state": state, "message": self.message, "result": result,
+            "problem": self.problem(), "actor": actor });
+        changes.push(event(&format!("job.{state}"), id, body));
         changes
     }
 }
@@ -111,7 +112,8 @@ impl Queue {
     fn begin(&self, running: &Running, kind: &str) -> Result<(), StoreError> {
         let at_ms = now_ms();
         let start = Change::StartJob { id: running.id.clone(), at_ms };
-        let told = event("job.running", &running.id, json!({ "kind": kind }));
+        let told =
+            event("job.running", &running.id, json!({ "id": running.id, "kind": kind, "state": "running" }));
         self.runtime.block_on(self.parts.ledger.commit(vec![start, told]))?;
         running.board.change(|record| {
             record.state = JobState::Running;

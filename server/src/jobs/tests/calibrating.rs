@@ -159,7 +159,9 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
         assert!((5.0..35.0).contains(&pose.board.tilt_deg.unwrap()), "{:?}", pose.board.tilt_deg);
         assert!((340.0..440.0).contains(&pose.board.distance_mm.unwrap()), "{:?}", pose.board.distance_mm);
     }
-    let job = sessions.solve(&id, SolveSession::default(), &jobs, "test").await.unwrap();
+    let input = sessions.solve_input(&id, SolveSession::default()).await.unwrap();
+    let job = jobs.submit(input, "test").await.unwrap();
+    sessions.note_job(&id, &job.id).await.unwrap();
     let record = ended(&jobs, &job.id).await.record;
     let (_, document) = document(&bench, &record.result.unwrap().id).await;
     // Eight poses instead of twelve.
