@@ -8,7 +8,7 @@ use store::{ArtifactId, CaptureRecord, Change, EventRecord, JobOutcome, Page, Re
 
 use super::*;
 use crate::jobs::run::Procedure;
-use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, JobInput, ScanInput, ScanSource, Source};
+use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, JobInput, Source};
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
 
@@ -58,28 +58,19 @@ impl Script {
 
 fn name_of(input: &JobInput) -> String {
     match input {
-        JobInput::Scan(ScanInput { name: Some(name), .. }) => name.clone(),
+        JobInput::Calibration(CalibrateInput { source: Source::Station, n_poses: Some(n_poses), .. }) => {
+            format!("s{}", n_poses / 10)
+        }
         JobInput::Calibration(CalibrateInput { source: Source::Capture { capture_id }, .. }) => capture_id.clone(),
         other => panic!("{other:?} is not played here"),
     }
 }
 
-/// A job that needs the station.
+/// A job that needs the station, named `s1` to `s9` by the poses it asks for.
 fn station_job(name: &str) -> JobInput {
-    JobInput::Scan(ScanInput {
-        source: ScanSource::Station,
-        name: Some(name.to_owned()),
-        from_mm: Some(-1.0),
-        to_mm: Some(1.0),
-        step_mm: Some(1.0),
-        speed_mm_s: None,
-        mode: None,
-        exposure_us: None,
-        laser_power: None,
-        keep_frames: false,
-        calibration_id: None,
-        resume_scan_id: None,
-    })
+    let JobInput::Calibration(other) = computation("") else { unreachable!() };
+    let n_poses = 10 * name[1..].parse::<usize>().unwrap_or(0).max(1);
+    JobInput::Calibration(CalibrateInput { source: Source::Station, n_poses: Some(n_poses), ..other })
 }
 
 /// A job that only computes.
