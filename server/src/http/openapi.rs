@@ -8,6 +8,8 @@ use utoipa::openapi::{Content, Ref, RefOr, Required, Response, ResponseBuilder};
 use utoipa_axum::router::OpenApiRouter;
 
 use crate::app::App;
+use crate::http::dto::jobs::JobStateDto;
+use crate::http::dto::scans::{CloudFormatDto, MeshFormatDto};
 use crate::http::problems::PROBLEM_TYPE;
 use crate::http::routes;
 use crate::problem::Problem;
@@ -35,7 +37,7 @@ use crate::problem::Problem;
         (name = "jobs", description = "What takes seconds"),
         (name = "events", description = "What happened")
     ),
-    components(schemas(Problem))
+    components(schemas(Problem, CloudFormatDto, MeshFormatDto, JobStateDto))
 )]
 struct Document;
 

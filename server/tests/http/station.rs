@@ -1,0 +1,90 @@
+//! One commander, versions of settings, and Stop for everybody.
+
+use serde_json::json;
+
+use crate::common::server::Server;
+use crate::fresh;
+
+const SETTINGS: &str = "/api/v1/devices/camera/settings";
+
+#[track_caller]
+fn take_control(server: &Server) -> String {
+    let lease = server.post("/api/v1/station/control", &json!({ "holder": "Anna" })).expect(201);
+    lease["id"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn commands_need_the_control_lease_and_taking_over_is_an_event() {
+    let (_folder, server) = fresh();
+    let home = |headers: &[(&str, &str)]| server.send("POST", "/api/v1/devices/stage/home", headers, &[]);
+    assert_eq!(home(&[]).expect(409)["type"], "urn:sheaf:problem:control-required");
+    let anna = take_control(&server);
+    home(&[("sheaf-control", &anna)]).expect(200);
+    let ben = json!({ "holder": "Ben" });
+    let refused = server.post("/api/v1/station/control", &ben).expect(409);
+    assert!(refused["detail"].as_str().unwrap().contains("Anna"), "{refused}");
+    server.post("/api/v1/station/control", &json!({ "holder": "Ben", "take_over": true })).expect(201);
+    home(&[("sheaf-control", &anna)]).expect(409);
+    let events = server.get("/api/v1/events").expect(200);
+    let told = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "control.taken_over");
+    assert_eq!(told.unwrap()["body"], json!({ "from": "Anna", "to": "Ben" }));
+}
+
+#[test]
+fn camera_settings_are_changed_only_by_who_has_seen_them() {
+    let (_folder, server) = fresh();
+    let control = take_control(&server);
+    let seen = server.get(SETTINGS);
+    let version = seen.header("etag").unwrap().to_owned();
+    let change = |headers: &[(&str, &str)], exposure_us: f64| {
+        let mut all = vec![("content-type", "application/json"), ("sheaf-control", control.as_str())];
+        all.extend(headers);
+        server.send("PATCH", SETTINGS, &all, json!({ "exposure_us": exposure_us }).to_string().as_bytes())
+    };
+    change(&[], 1500.0).expect(428);
+    let changed = change(&[("if-match", &version)], 1500.0);
+    assert_eq!(changed.expect(200)["exposure_us"], 1500.0);
+    assert_ne!(changed.header("etag"), Some(version.as_str()));
+    change(&[("if-match", &version)], 1600.0).expect(412);
+    assert_eq!(server.get(SETTINGS).expect(200)["exposure_us"], 1500.0);
+}
+
+#[test]
+fn stop_is_heard_from_everybody_with_any_body_under_any_name() {
+    let (_folder, server) = fresh();
+    let strange: [&[(&str, &str)]; 4] = [
+        &[],
+        &[("host", "evil.example")],
+        &[("origin", "http://evil.example")],
+        &[("content-type", "application/json"), ("idempotency-key", "\u{e9}")],
+    ];
+    for headers in strange {
+        let stopped = server.send("POST", "/api/v1/station/stop", headers, b"{{{").expect(200);
+        assert_eq!((&stopped["told"], &stopped["state"]), (&json!(true), &json!("Halted")), "{headers:?}");
+    }
+    assert_eq!(server.get("/api/v1/station").expect(200)["state"], "Halted");
+}
+
+#[test]
+fn a_signal_ends_the_live_view_and_the_process_in_order() {
+    let (folder, server) = fresh();
+    let control = take_control(&server);
+    let body = json!({ "running": true, "laser_power": 1.0 }).to_string();
+    let headers = [("content-type", "application/json"), ("sheaf-control", control.as_str())];
+    server.send("PUT", "/api/v1/station/live", &headers, body.as_bytes()).expect(200);
+    assert!(server.terminate().success());
+    let log = std::fs::read_to_string(folder.path().join("data.log")).unwrap();
+    let dark = log.find("the laser goes dark first").expect("darkness is told");
+    assert!(dark < log.find("ended").expect("the end is told"), "{log}");
+}
+
+#[test]
+fn the_hands_at_the_simulated_station_change_the_scene() {
+    let (_folder, server) = fresh();
+    assert_eq!(server.get("/api/v1/simulation/scene").expect(200)["scene"], "sphere");
+    server.put("/api/v1/simulation/scene", &json!({ "scene": "gauge" })).expect(200);
+    assert_eq!(server.get("/api/v1/simulation/scene").expect(200)["scene"], "gauge");
+    server.put("/api/v1/simulation/scene", &json!({ "scene": "cathedral" })).expect(422);
+    let unknown = server.put("/api/v1/simulation/faults", &json!({ "name": "rain" })).expect(422);
+    assert!(unknown.to_string().contains("camera_unplugged"), "{unknown}");
+}
