@@ -73,20 +73,22 @@ fn complete(document: &mut utoipa::openapi::OpenApi) {
     let components = document.components.get_or_insert_default();
     components.responses.insert("Problem".to_owned(), RefOr::T(problem_response()));
     for (path, item) in &mut document.paths.paths {
-        for operation in [&mut item.get, &mut item.put].into_iter().flatten() {
-            add_problems(operation, ALWAYS);
+        if path == crate::edge::STOP_PATH {
+            // Stop is always answered with 200.
+            continue;
         }
-        for operation in [&mut item.post, &mut item.delete, &mut item.patch].into_iter().flatten() {
-            add_problems(operation, ALWAYS);
-        }
-        let stop = path == crate::edge::STOP_PATH;
+        let reading = [&mut item.get].into_iter().flatten().map(|operation| (operation, false));
         let changing = [&mut item.post, &mut item.put, &mut item.delete, &mut item.patch];
-        for operation in changing.into_iter().flatten().filter(|_| !stop) {
-            add_problems(operation, CHANGING);
-        }
-        let all = [&mut item.get, &mut item.post, &mut item.put, &mut item.delete, &mut item.patch];
-        for operation in all.into_iter().flatten().filter(|operation| operation.request_body.is_some()) {
-            add_problems(operation, WITH_BODY);
+        for (operation, changes) in
+            reading.chain(changing.into_iter().flatten().map(|operation| (operation, true)))
+        {
+            add_problems(operation, ALWAYS);
+            if changes {
+                add_problems(operation, CHANGING);
+            }
+            if operation.request_body.is_some() {
+                add_problems(operation, WITH_BODY);
+            }
         }
         if let Some(operation) = &mut item.post
             && creates(operation)

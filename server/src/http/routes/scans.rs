@@ -22,7 +22,7 @@ use crate::jobs::export::{ExportFormat, bytes_to_artifact};
 use crate::jobs::plan::{ScanPlan, plan};
 use crate::jobs::{JobInput, RecomputeInput, ScanInput};
 use crate::ledger::event;
-use crate::problem::Problem;
+use crate::problem::{Problem, ProblemKind};
 use crate::stored_calibration::stored_document;
 use crate::ws::points_page;
 
@@ -38,6 +38,7 @@ pub fn routes() -> OpenApiRouter<App> {
         .routes(routes!(get_points))
         .routes(routes!(recompute_scan))
         .routes(routes!(export_scan))
+        .routes(routes!(get_export))
 }
 
 /// Scans, newest first.
@@ -214,4 +215,23 @@ async fn export_scan(
     let route = format!("POST scans/{id}/exports");
     let input = JobInput::Export(body.value.input(id));
     accept_job(&app, &headers, &route, &body.sha256, input).await
+}
+
+/// What an export wrote, by its file name: `cloud.csv`, `mesh.stl`.
+#[utoipa::path(
+    get, path = "/scans/{id}/exports/{file}", tag = "scans", params(("id" = String, Path), ("file" = String, Path)),
+    responses((status = 200, content(
+        (Vec<u8> = "application/octet-stream"), (String = "text/csv"), (Vec<u8> = "model/e57"),
+        (Vec<u8> = "model/stl"), (Vec<u8> = "model/gltf-binary")
+    )))
+)]
+async fn get_export(
+    State(app): State<App>,
+    ApiPath((id, file)): ApiPath<(String, String)>,
+) -> Result<Response, Problem> {
+    let (what, format) = file.split_once('.').ok_or_else(|| {
+        Problem::new(ProblemKind::NotFound, format!("there is no export \"{file}\""))
+            .remedy("exports are called cloud.csv, mesh.stl and so on")
+    })?;
+    download(&app, &id, what, format).await
 }
