@@ -44,6 +44,7 @@ pub(super) struct Essence {
     homed: bool,
     light: LaserLight,
     interlock_closed: Option<bool>,
+    settings: Option<CameraSettings>,
 }
 
 impl Outlook {
@@ -90,6 +91,7 @@ impl Station {
             homed: self.stage.as_ref().is_some_and(Motion::homed),
             light: self.laser_light(),
             interlock_closed: self.interlock_closed(),
+            settings: self.camera.as_ref().map(|camera| camera.settings()),
         }
     }
 
