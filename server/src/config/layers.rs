@@ -18,6 +18,9 @@ const PREFIX: &str = "SHEAF_";
 /// Names that begin alike and are not settings.
 const NOT_SETTINGS: &[&str] = &["SHEAF_CONFIG", "SHEAF_LOG"];
 
+/// What names begin with that only the tests read.
+const TEST_PREFIX: &str = "SHEAF_TEST_";
+
 /// The file looked for in the data folder if none is named.
 const FILE_NAME: &str = "sheaf.toml";
 
@@ -90,7 +93,8 @@ pub fn effective(
     asked: &Asked,
     environment: impl Iterator<Item = (String, String)>,
 ) -> Result<Effective, ConfigError> {
-    let environment: BTreeMap<String, String> = environment.filter(|(name, _)| name.starts_with(PREFIX)).collect();
+    let environment: BTreeMap<String, String> =
+        environment.filter(|(name, _)| name.starts_with(PREFIX) && !name.starts_with(TEST_PREFIX)).collect();
     let mut above = Layers::default();
     above.add_environment(&environment)?;
     above.add_flags(asked)?;
