@@ -10,14 +10,8 @@ use crate::scene::{Plate, SceneHit};
 /// Number of hills.
 const HILLS: usize = 6;
 
-/// Steps of the march towards the surface; a dozen suffice unless the ray grazes a hill.
+/// Steps of the march towards the surface; four suffice unless the ray grazes a hill.
 const MARCH_MAX_STEPS: usize = 200;
-
-/// Closer to the surface than this share of the thinnest hill's σ, Newton steps take over.
-const NEWTON_SHARE: f64 = 0.005;
-
-/// Newton steps need the ray to close in at this share of its fastest rate at least.
-const NEWTON_RATE: f64 = 0.2;
 
 /// The march ends this close to the surface, mm.
 const MARCH_TOLERANCE_MM: f64 = 1e-10;
@@ -42,10 +36,8 @@ pub struct Freeform {
     pub hills: Vec<Hill>,
     /// Above the highest point.
     ceiling_mm: f64,
-    /// Steepest slope, an upper bound.
-    slope: f64,
-    /// Heights above the surface from which Newton steps converge.
-    newton_below_mm: f64,
+    /// Strongest curvature, an upper bound, 1/mm.
+    curvature: f64,
 }
 
 impl Freeform {
@@ -65,10 +57,9 @@ impl Freeform {
     /// A part of these hills.
     pub fn new(plate: Plate, hills: Vec<Hill>) -> Self {
         let ceiling_mm = hills.iter().map(|hill| hill.height_mm.max(0.0)).sum::<f64>() + MARCH_TOLERANCE_MM;
-        // A Gaussian is steepest at one σ, where its slope is h/σ·e^(−1/2).
-        let slope = hills.iter().map(|hill| hill.height_mm.abs() / hill.sigma_mm).sum::<f64>() * (-0.5_f64).exp();
-        let thinnest = hills.iter().map(|hill| hill.sigma_mm).fold(f64::INFINITY, f64::min);
-        Self { plate, hills, ceiling_mm, slope, newton_below_mm: NEWTON_SHARE * thinnest }
+        // A Gaussian is most curved at its top, where its second derivative is h/σ².
+        let curvature = hills.iter().map(|hill| hill.height_mm.abs() / (hill.sigma_mm * hill.sigma_mm)).sum();
+        Self { plate, hills, ceiling_mm, curvature }
     }
 
     /// Height above the plate and its derivatives along the plate's first two axes.
@@ -81,14 +72,15 @@ impl Freeform {
         })
     }
 
-    /// Where a ray from above meets the part: steps that cannot overshoot, the slope being bounded, then Newton's.
+    /// Where a ray from above meets the part: with the curvature bounded by C, the height a above the surface cannot
+    /// fall faster than a − ct − Ct²/2, whose root is a step that never overshoots and converges as Newton's.
     pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         let from = self.plate.local(&(origin - self.plate.point_mm));
         let way = self.plate.local(direction);
         if way.z >= 0.0 {
             return None;
         }
-        let fastest = -way.z + self.slope * way.xy().norm();
+        let bend = 2.0 * self.curvature * way.xy().norm_squared();
         let mut reach = ((self.ceiling_mm - from.z) / way.z).max(0.0);
         for _ in 0..MARCH_MAX_STEPS {
             let at = from + way * reach;
@@ -99,8 +91,9 @@ impl Freeform {
                 return (reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE });
             }
             let closing = slope_x * way.x + slope_y * way.y - way.z;
-            let newton = above.abs() < self.newton_below_mm && closing > NEWTON_RATE * fastest;
-            reach += above / if newton { closing } else { fastest };
+            // Rounding may carry a step just below the surface; the way back is as short.
+            let root = (closing * closing + bend * above).max(0.0).sqrt();
+            reach += 2.0 * above / (closing + root);
         }
         None
     }
