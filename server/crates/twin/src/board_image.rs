@@ -6,7 +6,7 @@ use crate::board::Board;
 use crate::laser_image::Placed;
 use crate::params::{BACKDROP_REFLECTANCE, EDGE_SAMPLES, ILLUMINATION_GRADIENT, VIGNETTING, WHITE_REFLECTANCE};
 use crate::renderer::Renderer;
-use crate::scene::Scene;
+use crate::scene::{NearHit, Scene};
 
 /// Most that lens distortion stretches the ray of a pixel, with room to spare.
 const LENS_STRETCH: f64 = 1.3;
@@ -16,8 +16,10 @@ pub(crate) fn ordinary_light(renderer: &Renderer, scene: Placed<'_>, white_level
     let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
     let mut levels = vec![0.0; width * height];
     levels.chunks_exact_mut(width).enumerate().for_each(|(v, row)| {
+        let (mut rays, mut near) = (renderer.rays.walk(), None);
         for (u, slot) in row.iter_mut().enumerate() {
-            let reflectance = seen_reflectance(renderer, scene, u, v);
+            let [x, y] = rays.at(u, v);
+            let reflectance = seen_reflectance(renderer, scene, &Vector3::new(x, y, 1.0), &mut near);
             *slot = (white_level / WHITE_REFLECTANCE * reflectance * illumination(renderer, u, v)) as f32;
         }
     });
@@ -32,13 +34,17 @@ fn illumination(renderer: &Renderer, u: usize, v: usize) -> f64 {
 }
 
 /// Mean reflectance of what a pixel sees.
-fn seen_reflectance(renderer: &Renderer, scene: Placed<'_>, u: usize, v: usize) -> f64 {
-    let [x, y] = renderer.rays.at(u, v);
-    let ray = Vector3::new(x, y, 1.0);
+fn seen_reflectance(
+    renderer: &Renderer,
+    scene: Placed<'_>,
+    ray: &Vector3<f64>,
+    near: &mut Option<NearHit>,
+) -> f64 {
     if let Scene::Board(board) = scene.scene {
-        return board_reflectance(renderer, &board.moved(&scene.moved_mm), &ray);
+        return board_reflectance(renderer, &board.moved(&scene.moved_mm), ray);
     }
-    let hit = scene.hit(&Vector3::zeros(), &ray);
+    let hit = scene.hit_near(&Vector3::zeros(), ray, near.as_ref());
+    *near = hit.map(|hit| NearHit { point_mm: ray * hit.reach, normal: hit.normal });
     hit.map_or(0.0, |hit| hit.reflectance * -hit.normal.dot(&ray.normalize()))
 }
 

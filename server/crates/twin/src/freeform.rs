@@ -13,6 +13,12 @@ const HILLS: usize = 6;
 /// Steps of the march towards the surface; four suffice unless the ray grazes a hill.
 const MARCH_MAX_STEPS: usize = 200;
 
+/// A hill ends where its exponent passes this: exp(−34) of its height, 1e-14 mm, is left.
+const FOOT_EXPONENT: f64 = 34.0;
+
+/// Newton steps from a guess; from a neighbouring pixel's tangent plane two suffice.
+const NEAR_MAX_STEPS: usize = 4;
+
 /// The march ends this close to the surface, mm.
 const MARCH_TOLERANCE_MM: f64 = 1e-10;
 
@@ -67,9 +73,56 @@ impl Freeform {
         self.hills.iter().fold((0.0, 0.0, 0.0), |(h, hx, hy), hill| {
             let (dx, dy) = (x_mm - hill.at_mm[0], y_mm - hill.at_mm[1]);
             let curvature = 1.0 / (hill.sigma_mm * hill.sigma_mm);
-            let part = hill.height_mm * (-(dx * dx + dy * dy) * curvature / 2.0).exp();
+            let exponent = (dx * dx + dy * dy) * curvature / 2.0;
+            if exponent > FOOT_EXPONENT {
+                return (h, hx, hy);
+            }
+            let part = hill.height_mm * (-exponent).exp();
             (h + part, hx - part * dx * curvature, hy - part * dy * curvature)
         })
+    }
+
+    /// Where a ray from above meets the part, by Newton steps from the guess `reach`; `None` if they do not converge
+    /// or the bound on the curvature does not prove that the ray meets nothing before.
+    pub(crate) fn hit_from(
+        &self,
+        origin: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        mut reach: f64,
+    ) -> Option<SceneHit> {
+        let from = self.plate.local(&(origin - self.plate.point_mm));
+        let way = self.plate.local(direction);
+        for _ in 0..NEAR_MAX_STEPS {
+            let at = from + way * reach;
+            let (height, slope_x, slope_y) = self.height_mm(at.x, at.y);
+            let above = at.z - height;
+            let closing = slope_x * way.x + slope_y * way.y - way.z;
+            if above.abs() < MARCH_TOLERANCE_MM {
+                let normal = self.plate.axes * Vector3::new(-slope_x, -slope_y, 1.0).normalize();
+                let first = reach > 0.0 && self.surely_free(&way, at.z, closing, reach);
+                return first.then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE });
+            }
+            reach += above / closing;
+        }
+        None
+    }
+
+    /// Whether light from `from` surely reaches `to`, a point of the surface with this normal. `false` decides nothing.
+    pub(crate) fn surely_lit(&self, from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
+        let way = self.plate.local(&(to - from));
+        let normal = self.plate.local(normal);
+        let at_mm = self.plate.local(&(to - self.plate.point_mm)).z;
+        self.surely_free(&way, at_mm, -normal.dot(&way) / normal.z, 1.0)
+    }
+
+    /// Whether a ray that closes in on the surface by `closing` per reach where it meets it, `at_mm` above the plate,
+    /// met nothing over its last `reach`: backwards by s, it was above the surface by at least closing·s − C·s²/2.
+    fn surely_free(&self, way: &Vector3<f64>, at_mm: f64, closing: f64, reach: f64) -> bool {
+        if way.z >= 0.0 || closing <= 0.0 {
+            return false;
+        }
+        let below_ceiling = ((self.ceiling_mm - at_mm) / -way.z).min(reach);
+        self.curvature * way.xy().norm_squared() * below_ceiling < 2.0 * closing
     }
 
     /// Where a ray from above meets the part: with the curvature bounded by C, the height a above the surface cannot

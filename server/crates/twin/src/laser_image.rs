@@ -11,8 +11,9 @@ use optics::{Grating, LightRay};
 use crate::lit_pixels::LitPixels;
 use crate::params::{SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
 use crate::renderer::Renderer;
-use crate::scene::{Scene, SceneHit};
+use crate::scene::{NearHit, Scene, SceneHit};
 use crate::sensor::FULL_SCALE;
+use crate::sheet_map::SheetAt;
 
 /// Places across the sheet, in units of its reach, whose hits show where light falls.
 const ACROSS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
@@ -42,6 +43,24 @@ impl Placed<'_> {
         self.scene.hit(&(origin - self.moved_mm), direction)
     }
 
+    /// [`Scene::hit_near`]; `near` is where the stage has carried it.
+    #[inline]
+    pub(crate) fn hit_near(
+        &self,
+        origin: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        near: Option<&NearHit>,
+    ) -> Option<SceneHit> {
+        let at_rest = near.map(|near| NearHit { point_mm: near.point_mm - self.moved_mm, normal: near.normal });
+        self.scene.hit_near(&(origin - self.moved_mm), direction, at_rest.as_ref())
+    }
+
+    /// [`Scene::lights`].
+    #[inline]
+    pub(crate) fn lights(&self, from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
+        self.scene.lights(&(from - self.moved_mm), &(to - self.moved_mm), normal)
+    }
+
     #[inline]
     pub(crate) fn reaches(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
         self.scene.reaches(&(from - self.moved_mm), &(to - self.moved_mm))
@@ -61,8 +80,14 @@ pub(crate) fn laser_light(
     for order_idx in 0..renderer.model.orders.len() {
         of_order.clear();
         trace(renderer, scene, order_idx, of_order);
+        let (mut rays, mut sheet) = (renderer.rays.walk(), renderer.sheets[order_idx].walk());
+        let mut near = None;
         for (u, v) in of_order.pixels() {
-            if let Some(level) = pixel_level(renderer, scene, order_idx, u, v) {
+            let [x, y] = rays.at(u, v);
+            let ray = Vector3::new(x, y, 1.0);
+            let Some(hit) = scene.hit_near(&Vector3::zeros(), &ray, near.as_ref()) else { continue };
+            near = Some(NearHit { point_mm: ray * hit.reach, normal: hit.normal });
+            if let Some(level) = pixel_level(renderer, scene, order_idx, &ray, &hit, &sheet.at(u, v)) {
                 levels[v * width + u] += level;
             }
         }
@@ -83,14 +108,17 @@ pub(crate) fn traced_angles(renderer: &Renderer) -> impl Iterator<Item = f64> + 
 fn trace(renderer: &Renderer, scene: Placed<'_>, order_idx: usize, lit: &mut LitPixels) {
     let model = &renderer.model;
     let reach_mm = SHEET_REACH_SIGMAS * model.sheet_sigma_mm;
+    let mut beside = None;
     for phi in traced_angles(renderer) {
         let Some(ray) = model.grating.ray(phi, model.orders[order_idx]) else { continue };
         let across = ray.direction.cross(&model.grating.fan).normalize();
         let mut previous: Option<[f64; 2]> = None;
         for place in ACROSS {
             let origin = ray.origin_mm + across * (place * reach_mm);
-            let landed = scene.hit(&origin, &ray.direction).and_then(|hit| {
-                let pixel = model.camera.project(&(origin + ray.direction * hit.reach))?;
+            let landed = scene.hit_near(&origin, &ray.direction, beside.as_ref()).and_then(|hit| {
+                let point_mm = origin + ray.direction * hit.reach;
+                beside = Some(NearHit { point_mm, normal: hit.normal });
+                let pixel = model.camera.project(&point_mm)?;
                 Some([pixel.x, pixel.y])
             });
             if let Some(pixel) = landed {
@@ -104,12 +132,15 @@ fn trace(renderer: &Renderer, scene: Placed<'_>, order_idx: usize, lit: &mut Lit
 
 /// The light of one order on the surface that a pixel sees; `None` if there is none.
 #[inline]
-fn pixel_level(renderer: &Renderer, scene: Placed<'_>, order_idx: usize, u: usize, v: usize) -> Option<f32> {
+fn pixel_level(
+    renderer: &Renderer,
+    scene: Placed<'_>,
+    order_idx: usize,
+    ray: &Vector3<f64>,
+    hit: &SceneHit,
+    sheet: &SheetAt,
+) -> Option<f32> {
     let model = &renderer.model;
-    let [x, y] = renderer.rays.at(u, v);
-    let ray = Vector3::new(x, y, 1.0);
-    let hit = scene.hit(&Vector3::zeros(), &ray)?;
-    let sheet = renderer.sheets[order_idx].at(u, v);
     let across_mm = (hit.reach - 1.0 / sheet.inverse_depth) * sheet.steepness;
     let sigmas = across_mm / model.sheet_sigma_mm;
     if sigmas.is_nan() || sigmas.abs() > SHEET_REACH_SIGMAS {
@@ -117,7 +148,7 @@ fn pixel_level(renderer: &Renderer, scene: Placed<'_>, order_idx: usize, u: usiz
     }
     let light = model.grating.ray(sheet.phi_rad, model.orders[order_idx])?;
     let point = ray * hit.reach;
-    let share = light_share(renderer, scene, &light, &point, &hit, sheet.phi_rad)?;
+    let share = light_share(renderer, scene, &light, &point, hit, sheet.phi_rad)?;
     let profile = (-0.5 * sigmas * sigmas).exp();
     let peak = model.shape.line_peak * f64::from(FULL_SCALE) / WHITE_REFLECTANCE;
     Some((peak * model.order_powers[order_idx] * hit.reflectance * profile * share) as f32)
@@ -136,7 +167,7 @@ fn light_share(
     let length = way.norm();
     let incidence = -way.dot(&hit.normal) / length;
     let fan = 1.0 - (phi_rad / renderer.model.fan_half_angle_rad).powi(FAN_EDGE_POWER);
-    if incidence <= 0.0 || fan <= 0.0 || !scene.reaches(&light.origin_mm, point) {
+    if incidence <= 0.0 || fan <= 0.0 || !scene.lights(&light.origin_mm, point, &hit.normal) {
         return None;
     }
     Some(fan * incidence / incidence_on_plate(&renderer.model.grating) * renderer.reference_distance_mm / length)

@@ -75,6 +75,13 @@ struct Node {
     count: u32,
 }
 
+/// A ray, prepared for many boxes.
+struct Ray {
+    origin: Vector3<f64>,
+    direction: Vector3<f64>,
+    inverse: Vector3<f64>,
+}
+
 impl Solid {
     /// The part of these triangles (three corners each, mm). Triangles without area are left out.
     ///
@@ -117,39 +124,49 @@ impl Solid {
 
     /// The nearest triangle on a ray: reach and normal towards where the ray comes from.
     fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
-        let inverse = direction.map(f64::recip);
-        let mut nearest = (f64::INFINITY, None);
-        let mut stack = [0_u32; MAX_DEPTH + 1];
-        let mut waiting = 1;
+        let (reach, idx) = self.search(&Ray::new(origin, direction), f64::INFINITY, false)?;
+        let normal = self.triangles[idx].normal();
+        Some((reach, if normal.dot(direction) > 0.0 { -normal } else { normal }))
+    }
+
+    /// The nearest triangle on a ray within `limit`, and its reach; `any` one will do where the question is whether
+    /// there is one.
+    #[inline]
+    fn search(&self, ray: &Ray, limit: f64, any: bool) -> Option<(f64, usize)> {
+        let mut nearest = (limit, None);
+        let mut stack = [(0.0, 0_u32); MAX_DEPTH + 1];
+        let mut waiting = usize::from(self.nodes[0].enter(ray) < limit);
         while waiting > 0 {
             waiting -= 1;
-            let idx = stack[waiting] as usize;
+            let (enter, idx) = (stack[waiting].0, stack[waiting].1 as usize);
             let node = &self.nodes[idx];
-            if node.enter(origin, &inverse) >= nearest.0 {
+            if enter >= nearest.0 {
                 continue;
             }
             let first = node.first as usize;
             if node.count > 0 {
                 for (offset, triangle) in self.triangles[first..first + node.count as usize].iter().enumerate() {
-                    if let Some(reach) = triangle.reach(origin, direction).filter(|reach| *reach < nearest.0) {
+                    if let Some(reach) = triangle.reach(ray).filter(|reach| *reach < nearest.0) {
                         nearest = (reach, Some(first + offset));
+                        if any {
+                            return Some((reach, first + offset));
+                        }
                     }
                 }
                 continue;
             }
             let children = [idx + 1, first];
-            let enter = children.map(|child| self.nodes[child].enter(origin, &inverse));
+            let enter = [self.nodes[idx + 1].enter(ray), self.nodes[first].enter(ray)];
             // The nearer one is looked into first, so that it can rule out the other.
             let order = if enter[0] <= enter[1] { [1, 0] } else { [0, 1] };
             for side in order {
                 if enter[side] < nearest.0 {
-                    stack[waiting] = children[side] as u32;
+                    stack[waiting] = (enter[side], children[side] as u32);
                     waiting += 1;
                 }
             }
         }
-        let normal = self.triangles[nearest.1?].normal();
-        Some((nearest.0, if normal.dot(direction) > 0.0 { -normal } else { normal }))
+        Some((nearest.0, nearest.1?))
     }
 }
 
@@ -158,6 +175,19 @@ impl Mesh {
         let from = self.plate.local(&(origin - self.plate.point_mm));
         let (reach, normal) = self.solid.hit(&from, &self.plate.local(direction))?;
         Some(SceneHit { reach, normal: self.plate.axes * normal, reflectance: PART_REFLECTANCE })
+    }
+
+    /// Whether a triangle stands on a ray before `limit`.
+    pub(crate) fn is_in_the_way(&self, origin: &Vector3<f64>, direction: &Vector3<f64>, limit: f64) -> bool {
+        let from = self.plate.local(&(origin - self.plate.point_mm));
+        let ray = Ray::new(&from, &self.plate.local(direction));
+        self.solid.search(&ray, limit, true).is_some()
+    }
+}
+
+impl Ray {
+    fn new(origin: &Vector3<f64>, direction: &Vector3<f64>) -> Self {
+        Self { origin: *origin, direction: *direction, inverse: direction.map(f64::recip) }
     }
 }
 
@@ -175,14 +205,15 @@ impl Triangle {
     }
 
     /// Where a ray meets it (Möller & Trumbore 1997), from either side.
-    fn reach(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
+    #[inline]
+    fn reach(&self, ray: &Ray) -> Option<f64> {
         let [a, b] = &self.sides;
-        let p = direction.cross(b);
+        let p = ray.direction.cross(b);
         let scale = a.dot(&p).recip();
-        let from = origin - self.corner;
+        let from = ray.origin - self.corner;
         let u = from.dot(&p) * scale;
         let q = from.cross(a);
-        let v = direction.dot(&q) * scale;
+        let v = ray.direction.dot(&q) * scale;
         let reach = b.dot(&q) * scale;
         // Not a number where the ray runs along the triangle: no comparison holds.
         (u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && reach > 0.0).then_some(reach)
@@ -191,13 +222,16 @@ impl Triangle {
 
 impl Node {
     /// Where a ray enters the box; infinite if it passes (Kay & Kajiya 1986).
-    fn enter(&self, origin: &Vector3<f64>, inverse: &Vector3<f64>) -> f64 {
+    #[inline(always)]
+    fn enter(&self, ray: &Ray) -> f64 {
         let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
         for axis in 0..3 {
-            let a = (self.low[axis] - origin[axis]) * inverse[axis];
-            let b = (self.high[axis] - origin[axis]) * inverse[axis];
-            enter = enter.max(a.min(b));
-            leave = leave.min(a.max(b));
+            let a = (self.low[axis] - ray.origin[axis]) * ray.inverse[axis];
+            let b = (self.high[axis] - ray.origin[axis]) * ray.inverse[axis];
+            // One instruction each, unlike `min` and `max`; not a number (in the plane of a side) decides nothing.
+            let (near, far) = (if b < a { b } else { a }, if a > b { a } else { b });
+            enter = if near > enter { near } else { enter };
+            leave = if far < leave { far } else { leave };
         }
         if enter <= leave { enter } else { f64::INFINITY }
     }
@@ -256,10 +290,13 @@ mod tests {
             let draw = |stream| derived_seed(idx, stream) as f64 / u64::MAX as f64 - 0.5;
             let origin = Vector3::new(60.0 * draw(0), 60.0 * draw(1), 50.0);
             let direction = Vector3::new(draw(2), draw(3), -1.0);
-            let all = solid.triangles.iter().filter_map(|t| t.reach(&origin, &direction));
+            let ray = Ray::new(&origin, &direction);
+            let all = solid.triangles.iter().filter_map(|t| t.reach(&ray));
             let nearest = all.fold(f64::INFINITY, f64::min);
             let found = solid.hit(&origin, &direction).map_or(f64::INFINITY, |hit| hit.0);
             assert_eq!(found, nearest, "ray {idx}");
+            let in_the_way = |limit: f64| solid.search(&ray, limit, true).is_some();
+            assert!(!in_the_way(nearest) && in_the_way(nearest + 1e-9) == nearest.is_finite(), "ray {idx}");
             hits += usize::from(nearest.is_finite());
         }
         assert!((1000..4000).contains(&hits), "{hits}");

@@ -31,6 +31,20 @@ pub struct SceneHit {
     pub reflectance: f64,
 }
 
+/// Where a ray has met a surface, to guess from where a ray close by will.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NearHit {
+    pub point_mm: Vector3<f64>,
+    pub normal: Vector3<f64>,
+}
+
+impl NearHit {
+    /// Reach of a ray to the tangent plane.
+    fn reach_of(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
+        self.normal.dot(&(self.point_mm - origin)) / self.normal.dot(direction)
+    }
+}
+
 /// Everything the camera can see, in the camera frame at stage position 0.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Scene {
@@ -162,6 +176,31 @@ impl Scene {
         }
     }
 
+    /// As [`Self::hit`], in less time where `near`, the hit of a ray close by, lies on the same smooth surface.
+    pub(crate) fn hit_near(
+        &self,
+        origin: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        near: Option<&NearHit>,
+    ) -> Option<SceneHit> {
+        let guessed = match (self, near) {
+            (Self::Freeform(part), Some(near)) => {
+                part.hit_from(origin, direction, near.reach_of(origin, direction))
+            }
+            _ => None,
+        };
+        guessed.or_else(|| self.hit(origin, direction))
+    }
+
+    /// Whether light from `from` reaches `to`, a point on the surface with this normal.
+    pub(crate) fn lights(&self, from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
+        match self {
+            Self::Plate(_) => true,
+            Self::Freeform(part) if part.surely_lit(from, to, normal) => true,
+            _ => self.reaches(from, to),
+        }
+    }
+
     /// A number that tells this scene from others, the same on every machine.
     pub fn fingerprint(&self) -> u64 {
         let of_plate = |plate: &Plate| plate.axes.iter().chain(&plate.point_mm).copied().collect::<Vec<f64>>();
@@ -190,7 +229,12 @@ impl Scene {
     pub fn reaches(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
         let way = to - from;
         let length = way.norm();
-        self.hit(from, &(way / length)).is_none_or(|hit| hit.reach > length - tolerance_mm(length))
+        let (way, limit) = (way / length, length - tolerance_mm(length));
+        let beyond = |hit: Option<SceneHit>| hit.is_none_or(|hit| hit.reach > limit);
+        match self {
+            Self::Mesh(mesh) => beyond(mesh.plate.hit(from, &way)) && !mesh.is_in_the_way(from, &way, limit),
+            _ => beyond(self.hit(from, &way)),
+        }
     }
 }
 

@@ -38,24 +38,56 @@ impl<const FIELDS: usize> PixelMap<FIELDS> {
         Self { columns, nodes, weights: std::array::from_fn(|idx| cubic(idx as f64 / MAP_STEP_PX as f64)) }
     }
 
+    /// A reader that is quick where pixels follow each other along a row.
+    pub(crate) fn walk(&self) -> Walk<'_, FIELDS> {
+        Walk { map: self, place: None, columns: [[0.0; FIELDS]; 4] }
+    }
+}
+
+/// Reads a map pixel by pixel and keeps what neighbours in a row share: the four node columns, interpolated to it.
+#[derive(Debug, Clone)]
+pub(crate) struct Walk<'m, const FIELDS: usize> {
+    map: &'m PixelMap<FIELDS>,
+    /// Step of columns, and row, of what is kept.
+    place: Option<(usize, usize)>,
+    columns: [[f64; FIELDS]; 4],
+}
+
+impl<const FIELDS: usize> Walk<'_, FIELDS> {
     /// The fields at a pixel inside the picture.
     #[inline]
-    pub(crate) fn at(&self, u: usize, v: usize) -> [f64; FIELDS] {
-        let first = (v / MAP_STEP_PX) * self.columns + u / MAP_STEP_PX;
-        let (along, across) = (&self.weights[u % MAP_STEP_PX], &self.weights[v % MAP_STEP_PX]);
-        let mut sum = [0.0; FIELDS];
-        for (row, row_weight) in across.iter().enumerate() {
-            let start = first + row * self.columns;
-            let four = &self.nodes[start..start + 4];
-            for (node, weight) in four.iter().zip(along) {
-                let weight = weight * row_weight;
-                for (slot, value) in sum.iter_mut().zip(node) {
-                    *slot += weight * value;
-                }
-            }
+    pub(crate) fn at(&mut self, u: usize, v: usize) -> [f64; FIELDS] {
+        let place = Some((u / MAP_STEP_PX, v));
+        if self.place != place {
+            self.place = place;
+            self.columns = self.interpolated_columns(u / MAP_STEP_PX, v);
         }
-        sum
+        weighted_sum(&self.map.weights[u % MAP_STEP_PX], &self.columns)
     }
+
+    fn interpolated_columns(&self, step: usize, v: usize) -> [[f64; FIELDS]; 4] {
+        let first = (v / MAP_STEP_PX) * self.map.columns + step;
+        let mut columns = [[0.0; FIELDS]; 4];
+        for (node, column) in columns.iter_mut().enumerate() {
+            let mut four = [[0.0; FIELDS]; 4];
+            for (row, slot) in four.iter_mut().enumerate() {
+                *slot = self.map.nodes[first + row * self.map.columns + node];
+            }
+            *column = weighted_sum(&self.map.weights[v % MAP_STEP_PX], &four);
+        }
+        columns
+    }
+}
+
+#[inline]
+fn weighted_sum<const FIELDS: usize>(weights: &[f64; 4], nodes: &[[f64; FIELDS]; 4]) -> [f64; FIELDS] {
+    let mut sum = [0.0; FIELDS];
+    for (node, weight) in nodes.iter().zip(weights) {
+        for (slot, value) in sum.iter_mut().zip(node) {
+            *slot += weight * value;
+        }
+    }
+    sum
 }
 
 fn nodes_for(size_px: usize) -> usize {
@@ -104,8 +136,18 @@ impl SheetMap {
         }))
     }
 
+    pub(crate) fn walk(&self) -> SheetWalk<'_> {
+        SheetWalk(self.0.walk())
+    }
+}
+
+/// Reads the sheet of one order pixel by pixel.
+#[derive(Debug, Clone)]
+pub(crate) struct SheetWalk<'m>(Walk<'m, 3>);
+
+impl SheetWalk<'_> {
     #[inline]
-    pub(crate) fn at(&self, u: usize, v: usize) -> SheetAt {
+    pub(crate) fn at(&mut self, u: usize, v: usize) -> SheetAt {
         let [inverse_depth, steepness, phi_rad] = self.0.at(u, v);
         SheetAt { inverse_depth, steepness, phi_rad }
     }
@@ -131,9 +173,11 @@ mod tests {
             ..Default::default()
         };
         let model = StationModel::seeded(9, &shape).unwrap();
-        let (rays, light) = (ray_map(&model.camera), LightSurfaces::Grating(model.grating));
+        let (map, light) = (ray_map(&model.camera), LightSurfaces::Grating(model.grating));
+        let mut rays = map.walk();
         for &order in &model.orders {
             let map = SheetMap::new(&model.camera, &light, order);
+            let mut sheets = map.walk();
             for (u, v) in (0..640).step_by(13).flat_map(|u| (0..512).step_by(11).map(move |v| (u, v))) {
                 let exact = model.camera.ray_from_pixel(&Vector2::new(u as f64, v as f64)).unwrap();
                 let [x, y] = rays.at(u, v);
@@ -142,7 +186,7 @@ mod tests {
                 if !(200.0..800.0).contains(&hit.depth_mm) {
                     continue;
                 }
-                let sheet = map.at(u, v);
+                let sheet = sheets.at(u, v);
                 let across = (1.0 / sheet.inverse_depth - hit.depth_mm) * sheet.steepness;
                 assert!(across.abs() < ACROSS_TOLERANCE_MM, "{order} {u} {v}: {across}");
                 assert!((sheet.steepness - hit.normal.dot(&exact)).abs() < 1e-5);
