@@ -16,12 +16,9 @@ mod edge;
 mod failure;
 mod features;
 mod http;
-#[allow(dead_code, unused_imports)]
 mod jobs;
 mod ledger;
-#[allow(dead_code, unused_imports)]
 mod live;
-#[allow(dead_code, unused_imports)]
 mod measurements;
 mod output;
 mod palette;
@@ -36,9 +33,7 @@ mod progress;
 mod refusal;
 mod report;
 mod service;
-#[allow(dead_code, unused_imports)]
 mod sessions;
-#[allow(dead_code, unused_imports)]
 mod station;
 mod stored_calibration;
 mod stored_scan;
@@ -47,7 +42,6 @@ mod tables;
 mod truth;
 mod virtual_operator;
 mod wall_clock;
-#[allow(dead_code, unused_imports)]
 mod ws;
 
 use std::process::ExitCode;

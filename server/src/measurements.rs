@@ -1,45 +1,20 @@
 //! Measurements on stored scans: the cloud, its calibration, `metrology::measure`, a record.
 
-use std::sync::Arc;
-
 use metrology::{MeasureRequest, measure};
 use optics::Calibration;
 use scanning::Cloud;
 use serde_json::{Value, json};
-use store::{Artifacts, Change, MeasurementRecord, ScanRecord, ScanState};
+use store::{Change, MeasurementRecord, ScanRecord, ScanState};
 
 use crate::failure::Failure;
-use crate::ledger::{Ledger, event};
-use crate::problem::{Problem, ProblemKind};
-use crate::stored_calibration::stored_document;
-use crate::stored_scan::{new_id, stored_cloud};
+use crate::ledger::event;
+use crate::problem::Problem;
+use crate::stored_scan::new_id;
 use crate::tables::measurement_json;
 use crate::wall_clock::now_ms;
 
 /// The word in place of a verdict for scans that lost frames: neither pass nor fail.
 pub const INVALID: &str = "invalid";
-
-/// Measures on a stored scan and stores the result.
-///
-/// # Errors
-/// A problem: no such scan, no cloud, nothing of the wanted shape in it.
-pub async fn measure_scan(
-    ledger: &Ledger,
-    artifacts: Arc<dyn Artifacts>,
-    scan_id: &str,
-    request: MeasureRequest,
-) -> Result<MeasurementRecord, Problem> {
-    let scan = ledger.read().scan(scan_id).await?;
-    let document = stored_document(ledger, &*artifacts, Some(&scan.calibration_id)).await?;
-    let cloud = stored_cloud(&*artifacts, &scan).await?;
-    let measured =
-        tokio::task::spawn_blocking(move || measurement(&scan, &cloud, &document.calibration(), &request));
-    let record = measured.await.map_err(|error| {
-        Problem::new(ProblemKind::Internal, "the measurement was not completed").because(error.to_string())
-    })??;
-    ledger.commit(changes(&record)).await?;
-    Ok(record)
-}
 
 /// Measures on the cloud of a scan; takes seconds.
 ///

@@ -3,7 +3,6 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use serde_json::Value;
 use store::{Change, JobRecord, JobState};
 
 use crate::jobs::JobView;
@@ -42,13 +41,6 @@ impl Board {
         let fraction = state.record.progress;
         state.remaining.learn(fraction, elapsed_s);
         (state.unpublished, state.unstored) = (true, true);
-    }
-
-    /// From where the job could go on.
-    pub fn set_checkpoint(&self, checkpoint: Value) {
-        let mut state = self.state();
-        state.record.checkpoint = Some(checkpoint);
-        state.unstored = true;
     }
 
     /// The job began, or ended, as stored.

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use serde_json::Value;
 use store::{Artifacts, Change, ResultRef};
 
 use crate::cancel::CancelFlag;
@@ -34,7 +33,6 @@ pub struct JobContext {
     pub live: LiveBus,
     pub(super) runtime: tokio::runtime::Handle,
     pub(super) progress: Tell,
-    pub(super) checkpoint: Arc<dyn Fn(Value) + Send + Sync>,
 }
 
 /// A job that came to its end.
@@ -66,11 +64,6 @@ impl JobContext {
     /// Says where the job is: 0–1, and in the operator's words.
     pub fn report(&self, fraction: f64, message: &str) {
         (self.progress)(fraction, message);
-    }
-
-    /// From where the job could go on after a crash; stored with the next progress, a few seconds later.
-    pub fn set_checkpoint(&self, checkpoint: Value) {
-        (self.checkpoint)(checkpoint);
     }
 
     /// For a procedure that fills `part` of the job's fraction, such as `0.0..0.6`; it ends when the job is cancelled.

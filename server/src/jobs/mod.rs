@@ -121,11 +121,12 @@ impl Jobs {
     ///
     /// # Errors
     /// A problem: `too-many` with a full queue, `storage-full`, `impossible` for an input that cannot work.
+    #[cfg(test)]
     pub async fn submit(&self, input: JobInput, source: &str) -> Result<JobRecord, Problem> {
         self.submit_with(input, source, |_| Vec::new()).await
     }
 
-    /// As [`Jobs::submit`], with changes that are made in the same transaction or not at all, such as the answer
+    /// Accepts a job durably. `source` says who asked. With changes that are made in the same transaction or not at all, such as the answer
     /// that is kept for the request's key.
     pub async fn submit_with(
         &self,

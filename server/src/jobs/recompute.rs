@@ -1,7 +1,5 @@
 //! Compute a scan again from its peaks, with another calibration; the first one stays as it is.
 
-use serde_json::json;
-
 use crate::jobs::scan::{FrameSet, ScanStory, made_scan};
 use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput};
 use crate::stored_calibration::stored_document;

@@ -136,10 +136,6 @@ impl Queue {
             live: parts.live,
             runtime: self.runtime.clone(),
             progress: Arc::new(move |fraction, words| board.report(fraction, words)),
-            checkpoint: {
-                let board = running.board.clone();
-                Arc::new(move |checkpoint| board.set_checkpoint(checkpoint))
-            },
         }
     }
 

@@ -3,7 +3,6 @@
 //! Eyes may lose frames: a picture or profile that nobody took in time is replaced by the next one. The points of a
 //! scan are a sequence without gaps, kept until the next scan begins.
 
-pub mod active;
 pub mod bus;
 pub mod interest;
 pub mod pace;
@@ -12,5 +11,5 @@ pub mod view;
 pub mod worker;
 
 pub use bus::{LiveBus, LiveFrame};
-pub use interest::{Sight, Wish, Wishes};
+pub use interest::{Sight, Wish};
 pub use points::{DisplayPoint, PointLog, PointsSeen};

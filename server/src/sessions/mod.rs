@@ -27,8 +27,8 @@ use crate::virtual_operator::VirtualOperator;
 use crate::wall_clock::now_ms;
 
 pub use body::{
-    BoardPicture, CameraSoFar, LaserPicture, Picture, ProjectorSheet, Session, SessionBody, SessionPose,
-    SessionStageView, Target,
+    BoardPicture, CameraSoFar, Picture, ProjectorSheet, Session, SessionBody, SessionPose, SessionStageView,
+    Target,
 };
 
 /// Most pictures of a session: five times what any calibration needs, and a bounded record.
@@ -100,11 +100,12 @@ impl Sessions {
     }
 
     /// Begins a session.
+    #[cfg(test)]
     pub async fn create(&self, new: NewSession) -> Result<Session, Problem> {
         self.create_with(new, |_| Vec::new()).await
     }
 
-    /// As [`Sessions::create`], with changes that are made in the same transaction or not at all.
+    /// Begins a session, with changes that are made in the same transaction or not at all.
     pub async fn create_with(
         &self,
         new: NewSession,

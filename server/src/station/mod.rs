@@ -34,13 +34,13 @@ mod task;
 mod thread;
 mod track;
 
-pub use frame::{FrameStream, SharedFrame, StampedFrame};
+pub use frame::{SharedFrame, StampedFrame};
 pub use handle::{LiveRequest, Manual, Purpose, StationHandle, Sweep};
 pub use lease::StationLease;
 pub use refusal::StationRefusal;
-pub use status::{
-    DeviceStatus, DropCounts, Fault, LaserLight, MachineState, OperationalState, StateHistory, StationStatus,
-};
+#[cfg(test)]
+pub use status::{DeviceStatus, StateHistory};
+pub use status::{Fault, LaserLight, MachineState, OperationalState, StationStatus};
 
 #[cfg(test)]
 mod tests;

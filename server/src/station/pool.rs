@@ -27,11 +27,6 @@ impl Pool {
         self.free.pop()
     }
 
-    /// Gives back a buffer that was not used.
-    pub fn put_back(&mut self, image: GreyImage) {
-        self.free.push(image);
-    }
-
     /// Where a frame's buffer goes at its end.
     pub fn home(&self) -> SyncSender<GreyImage> {
         self.home.clone()

@@ -191,6 +191,7 @@ impl DropCounts {
     }
 
     /// All together.
+    #[cfg(test)]
     pub fn total(&self) -> u64 {
         self.by_reason().iter().map(|(_, count)| count).sum()
     }

@@ -230,7 +230,8 @@ impl PointsFeed {
         let same = |log: &Arc<PointLog>| seen.log.as_ref().is_some_and(|newest| Arc::ptr_eq(newest, log));
         if let Some(log) = &self.log {
             let over = !(same(log) && seen.running);
-            if !std::mem::replace(&mut self.begun, true) && !(over && self.next_block >= log.n_blocks()) {
+            let first = !std::mem::replace(&mut self.begun, true);
+            if first && (!over || self.next_block < log.n_blocks()) {
                 return said(log, true, self.next_block);
             }
             if let Some(block) = log.blocks_from(self.next_block, 1).pop() {

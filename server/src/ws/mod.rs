@@ -14,5 +14,5 @@ pub mod streams;
 #[cfg(test)]
 mod tests;
 
-pub use points_page::{PointsPage, points_page};
+pub use points_page::points_page;
 pub use streams::{Sources, Streams, stream};

@@ -36,6 +36,9 @@ pub struct Sources {
     pub events: watch::Receiver<i64>,
 }
 
+/// A status and its JSON, made once for all.
+type StationText = (Arc<StationStatus>, Arc<Value>);
+
 /// What all connections share. Clones are the same.
 #[derive(Clone)]
 pub struct Streams {
@@ -43,7 +46,7 @@ pub struct Streams {
     pub(super) slots: Slots,
     pub(super) closing: watch::Sender<bool>,
     sockets: Arc<Semaphore>,
-    station_text: Arc<Mutex<Option<(Arc<StationStatus>, Arc<Value>)>>>,
+    station_text: Arc<Mutex<Option<StationText>>>,
 }
 
 impl Streams {

@@ -88,6 +88,8 @@ impl Server {
         let agent = ureq::Agent::config_builder()
             .http_status_as_error(false)
             .timeout_global(Some(Duration::from_secs(120)))
+            // The server closes connections that are silent for 10 s; one that is closing must not be used again.
+            .max_idle_age(Duration::from_secs(5))
             .build()
             .into();
         Self { url, child, agent }

@@ -1,8 +1,9 @@
 //! The station: state, Stop, reset, live view.
 
 use std::net::IpAddr;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use axum::body::Body;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::{Extension, Json};
@@ -10,12 +11,16 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::app::App;
+use crate::config::limits::JSON_BODY_LIMIT_BYTES;
 use crate::edge::Peer;
 use crate::http::dto::control::ControlDto;
 use crate::http::dto::station::{SetLiveDto, StationDto, StoppedDto, state_names};
 use crate::http::extract::ApiJson;
 use crate::problem::{Problem, ProblemKind};
 use crate::station::{LiveRequest, Manual};
+
+/// Longest time Stop's answer waits for a body it does not need.
+const STOP_BODY_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<App> {
@@ -45,9 +50,12 @@ async fn stop_station(
     State(app): State<App>,
     peer: Option<Extension<Peer>>,
     headers: HeaderMap,
+    body: Body,
 ) -> Json<StoppedDto> {
     let actor = actor(&app, &headers, peer.map(|peer| peer.0.0.ip()));
     let outcome = app.station.stop(&actor).await;
+    // Bytes that nobody reads would break the connection under the client's next request. They are awaited only now.
+    let _ = tokio::time::timeout(STOP_BODY_TIMEOUT, axum::body::to_bytes(body, JSON_BODY_LIMIT_BYTES)).await;
     // The answer must not wait for the store: the jobs end by themselves once the station does.
     let jobs = app.jobs.clone();
     tokio::spawn(async move { jobs.stop_station_jobs(&actor).await });

@@ -4,8 +4,6 @@ use bytes::{BufMut, BytesMut};
 
 use crate::station::StampedFrame;
 
-/// Bytes of the part that all messages of frames share.
-pub const FRAME_HEADER_BYTES: usize = 32;
 /// Flag: the laser shone during the exposure.
 pub const LASER_ON: u8 = 1;
 /// Flag: lines carry orders, a calibration was active.

@@ -25,9 +25,6 @@ pub enum Stream {
 }
 
 impl Stream {
-    /// All streams.
-    pub const ALL: [Self; 6] = [Self::Image, Self::Profile, Self::Points, Self::State, Self::Jobs, Self::Events];
-
     /// Whether a client may say how often at most.
     pub fn has_rate(self) -> bool {
         matches!(self, Self::Image | Self::Profile | Self::State | Self::Jobs)
@@ -211,7 +208,8 @@ pub struct DropCount {
     pub too_slow: u64,
 }
 
-/// A command as it stands in the message.
+/// A command as it stands in the message; the `id` is read with the envelope.
+#[expect(dead_code, reason = "an id must be a number wherever it may stand")]
 #[derive(Deserialize)]
 #[serde(tag = "op", rename_all = "snake_case", deny_unknown_fields)]
 enum CommandText {

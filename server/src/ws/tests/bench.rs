@@ -32,7 +32,8 @@ pub struct Bench {
     pub bus: LiveBus,
     pub frames: watch::Sender<Option<SharedFrame>>,
     pub status: watch::Sender<Arc<StationStatus>>,
-    pub jobs: watch::Sender<Option<JobView>>,
+    /// Kept so that the stream does not end.
+    pub _jobs: watch::Sender<Option<JobView>>,
     pub events: watch::Sender<i64>,
     pub streams: Streams,
     pub address: SocketAddr,

@@ -6,7 +6,7 @@ use calibration::{CalibrationDocument, CalibrationText};
 use nalgebra::DMatrix;
 use optics::{Calibration, DepthRangeMm, LightSurfaces};
 use serde_json::json;
-use store::{Artifacts as _, CalibrationRecord, Catalogue as _, Change, ScanRecord, Store};
+use store::{CalibrationRecord, Change, ScanRecord, Store};
 use tempfile::TempDir;
 use tokio::runtime::Runtime;
 use twin::{StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
@@ -120,7 +120,6 @@ impl Bench {
                     wish.cancel();
                 }
             }),
-            checkpoint: Arc::new(|_| {}),
         };
         Job { ctx, said }
     }

@@ -8,6 +8,9 @@ use twin::TwinFault;
 
 use super::bench::{Bench, from_station};
 use crate::jobs::{JobEnd, ScanMode};
+use crate::measurements::measurement;
+use crate::stored_calibration::stored_document;
+use crate::stored_scan::stored_cloud;
 
 #[test]
 fn every_row_is_in_the_scan_at_its_place_and_shown_live() {
@@ -68,9 +71,10 @@ fn a_scan_that_lost_frames_is_invalid_and_says_so() {
         tolerance_mm: Some(10.0),
         ..metrology::MeasureRequest::new(metrology::Tool::Sphere)
     };
-    let measured =
-        crate::measurements::measure_scan(&bench.ledger, bench.store.artifacts.clone(), &scan.id, request);
-    let record = bench.runtime.block_on(measured).unwrap();
+    let document = stored_document(&bench.ledger, &*bench.store.artifacts, Some(&scan.calibration_id));
+    let document = bench.runtime.block_on(document).unwrap();
+    let cloud = bench.runtime.block_on(stored_cloud(&*bench.store.artifacts, &scan)).unwrap();
+    let record = measurement(&scan, &cloud, &document.calibration(), &request).unwrap();
     assert_eq!(record.result["verdict"], "invalid");
     assert!(record.result["notes"].to_string().contains("lost"));
 }
