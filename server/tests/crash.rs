@@ -204,7 +204,7 @@ fn check(server: &Server, known: &Acknowledged) {
             let id = active.expect(200)["calibration_id"].as_str().unwrap().to_owned();
             assert!(known.activations[last..].iter().any(|(wanted, _)| *wanted == id), "{id} was never wanted");
             let document = server.get(&format!("/api/v1/calibrations/{id}")).expect(200);
-            assert_eq!(document["calibration"]["calibration"]["id"], id.as_str());
+            assert_eq!(document["calibration"]["id"], id.as_str());
         }
     }
 }

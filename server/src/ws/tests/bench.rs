@@ -70,7 +70,7 @@ impl Bench {
         let accept = any(|State(streams): State<Streams>, upgrade| async move { streams.accept(upgrade) });
         let router = Router::new().route("/api/v1/stream", accept).with_state(streams.clone());
         let server = tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
-        Self { bus, frames, status, jobs, events, streams, address, _encoder: encoder, server }
+        Self { bus, frames, status, _jobs: jobs, events, streams, address, _encoder: encoder, server }
     }
 
     /// Shows a frame of `width` × `width` / 2 noisy pixels with one line in it.
