@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use common::server::{Server, zip_of};
+use devices::grbl_simulator::{Entry, GrblSimulator, Happening, SimulatorConfig};
 use rand::{Rng as _, SeedableRng as _};
 use serde_json::{Value, json};
 
@@ -84,6 +85,62 @@ fn thirty_kills_lose_no_acknowledged_record_and_leave_nothing_half_done() {
         counts[0] >= 10 && counts[1] >= 10 && counts[2] >= 1,
         "too little happened to prove anything: {counts:?}"
     );
+}
+
+/// How often the server is killed with light and motion at the controller.
+const KILLS_IN_MOTION: usize = 5;
+
+#[test]
+fn after_a_kill_in_motion_the_controller_is_dark_and_at_rest_and_nothing_begins_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let port = folder.path().join("controller");
+    let simulator = GrblSimulator::start(SimulatorConfig::default(), &port, None).unwrap();
+    let config = folder.path().join("sheaf.toml");
+    let text = format!("[station]\nkind = \"grbl\"\n[station.grbl]\nport = {port:?}\nsteps_per_mm = 400\n");
+    std::fs::write(&config, text).unwrap();
+    let data = folder.path().join("data");
+    let arguments = ["--config", config.to_str().unwrap()];
+    let witness = simulator.witness();
+    let mut lit = 0;
+    for kill in 0..KILLS_IN_MOTION {
+        let server = Server::start(&data, &arguments);
+        let taken = server.post("/api/v1/station/control", &json!({ "holder": "test", "take_over": true }));
+        let control = taken.json()["id"].as_str().unwrap().to_owned();
+        let command = |method: &str, path: &str, body: Value| {
+            let headers = [("content-type", "application/json"), ("sheaf-control", control.as_str())];
+            let answer = server.send(method, path, &headers, body.to_string().as_bytes());
+            assert!(answer.status < 300, "{path}: {}", String::from_utf8_lossy(&answer.body));
+        };
+        if kill % 2 == 0 {
+            command("PUT", "/api/v1/station/live", json!({ "running": true, "laser_power": 0.5 }));
+            wait_until("light", || witness.light());
+            lit += 1;
+        } else {
+            command("POST", "/api/v1/devices/stage/home", json!({}));
+            wait_until("homing's end", || server.get("/api/v1/devices/stage").expect(200)["homed"] == true);
+            command("POST", "/api/v1/devices/stage/move", json!({ "target_mm": -40, "speed_mm_s": 2 }));
+            wait_until("motion", || witness.moving());
+        }
+        server.kill();
+        let server = Server::start(&data, &arguments);
+        wait_until("dark and rest", || !witness.light() && !witness.moving());
+        let mark = witness.mark();
+        assert_eq!(server.get("/ready").status, 200);
+        // Long enough for anything that would begin by itself: the station asks the controller five times a second.
+        std::thread::sleep(Duration::from_secs(1));
+        let began = |entry: &Entry| matches!(entry.what, Happening::LightOn(_) | Happening::MotionBegan(_));
+        assert!(!witness.since(mark).iter().any(began), "{:?}", witness.since(mark));
+    }
+    assert!(lit >= 2 && lit < KILLS_IN_MOTION);
+}
+
+#[track_caller]
+fn wait_until(what: &str, mut reached: impl FnMut() -> bool) {
+    let begun = Instant::now();
+    while !reached() {
+        assert!(begun.elapsed() < Duration::from_secs(10), "no {what} within 10 s");
+        std::thread::sleep(Duration::from_millis(2));
+    }
 }
 
 fn kill_9(pid: u32) {
