@@ -131,7 +131,7 @@ fn after_a_kill_in_motion_the_controller_is_dark_and_at_rest_and_nothing_begins_
         let began = |entry: &Entry| matches!(entry.what, Happening::LightOn(_) | Happening::MotionBegan(_));
         assert!(!witness.since(mark).iter().any(began), "{:?}", witness.since(mark));
     }
-    assert!(lit >= 2 && lit < KILLS_IN_MOTION);
+    assert!((2..KILLS_IN_MOTION).contains(&lit));
 }
 
 #[track_caller]

@@ -20,6 +20,12 @@ pub const HEADER_TIMEOUT: Duration = Duration::from_secs(10);
 /// The same beyond [`CONNECTION_LIMIT`], where a place is worth more.
 pub const STOP_HEADER_TIMEOUT: Duration = Duration::from_secs(2);
 
+/// Largest STL file for the simulated stage: a million triangles in binary.
+pub const STL_BODY_LIMIT_BYTES: usize = 64 * 1024 * 1024;
+
+/// Time for a whole STL file.
+pub const STL_BODY_TIMEOUT: Duration = Duration::from_secs(60);
+
 /// Time for a whole JSON body.
 pub const JSON_BODY_TIMEOUT: Duration = Duration::from_secs(10);
 

@@ -1,5 +1,7 @@
 //! Bodies, queries and paths as typed values; what cannot be read is a problem that says where.
 
+use std::time::Duration;
+
 use axum::body::Body;
 use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
@@ -29,7 +31,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for ApiJson<T> {
 
     async fn from_request(request: Request, _state: &S) -> Result<Self, Problem> {
         expect_json(request.headers())?;
-        let bytes = whole_body(request.into_body()).await?;
+        let bytes = whole_body(request.into_body(), JSON_BODY_LIMIT_BYTES, JSON_BODY_TIMEOUT).await?;
         Ok(Self { value: parse(&bytes)?, sha256: crate::http::hash_hex(&bytes) })
     }
 }
@@ -50,22 +52,21 @@ pub fn media_type(headers: &HeaderMap) -> Option<String> {
     Some(text.split(';').next().unwrap_or_default().trim().to_ascii_lowercase())
 }
 
-/// All bytes of a small body.
-async fn whole_body(body: Body) -> Result<Vec<u8>, Problem> {
-    let read = tokio::time::timeout(JSON_BODY_TIMEOUT, Limited::new(body, JSON_BODY_LIMIT_BYTES).collect());
+/// All bytes of a body that is small enough for the memory.
+pub async fn whole_body(body: Body, limit_bytes: usize, timeout: Duration) -> Result<Vec<u8>, Problem> {
+    let read = tokio::time::timeout(timeout, Limited::new(body, limit_bytes).collect());
     match read.await {
         Ok(Ok(collected)) => Ok(collected.to_bytes().into()),
-        Ok(Err(error)) if error.is::<LengthLimitError>() => Err(Problem::new(
-            ProblemKind::TooLarge,
-            format!("the body has more than {JSON_BODY_LIMIT_BYTES} bytes"),
-        )
-        .remedy("no request needs that many; see the API's document")),
+        Ok(Err(error)) if error.is::<LengthLimitError>() => {
+            Err(Problem::new(ProblemKind::TooLarge, format!("the body has more than {limit_bytes} bytes"))
+                .remedy("no request needs that many; see the API's document"))
+        }
         Ok(Err(error)) => {
             Err(Problem::new(ProblemKind::BadRequest, "the body broke off").because(error.to_string()))
         }
         Err(_) => Err(Problem::new(
             ProblemKind::TimedOut,
-            format!("the body did not arrive within {} s", JSON_BODY_TIMEOUT.as_secs()),
+            format!("the body did not arrive within {} s", timeout.as_secs()),
         )),
     }
 }

@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use devices::grbl::{self, GrblConfig};
 use devices::replay::{self, Pace, Pictures, ReplayConfig};
-use devices::{Camera, Laser, Stage};
-use twin::{SceneKind, StationModel, StationShape, Timing, TwinControl, TwinOptions, TwinStation};
+use devices::{Camera, CameraRequest, Laser, Stage};
+use twin::{
+    SceneKind, Solid, StationModel, StationShape, Timing, TwinControl, TwinOptions, TwinStation, read_stl,
+};
 
 use crate::config::{Config, GrblStationConfig, ReplayStationConfig, StationConfig, TwinConfig};
 use crate::station::faults::{fault, fault_of};
@@ -54,12 +56,12 @@ pub struct Parts {
 pub fn parts(config: &Config) -> Parts {
     match &config.station {
         StationConfig::Twin(twin) => match simulated(twin) {
-            Ok(twin) => twinned(twin),
+            Ok(station) => twinned(station, twin.frame_rate_hz),
             Err(fault) => absent("twin", fault),
         },
         StationConfig::Replay(replay) => replayed(replay.clone()),
         StationConfig::Grbl(grbl) => match simulated(&grbl.camera) {
-            Ok(twin) => driven(grbl.clone(), twin),
+            Ok(station) => driven(grbl.clone(), station),
             Err(fault) => absent("twin", fault),
         },
     }
@@ -76,27 +78,58 @@ fn simulated(config: &TwinConfig) -> Result<TwinStation, Fault> {
     let model = StationModel::seeded(config.seed, &StationShape::default())
         .map_err(|error| refused(with_causes(&error)))?;
     let timing = if config.realistic_timing { Timing::Realistic } else { Timing::Instant };
-    let options = TwinOptions { timing, scene: scene(config).map_err(refused)?, ..TwinOptions::default() };
-    Ok(TwinStation::new(model, options))
-}
-
-fn scene(config: &TwinConfig) -> Result<SceneKind, String> {
-    match config.scene.as_str() {
-        "plate" => Ok(SceneKind::Plate),
-        "gauge" => Ok(SceneKind::Gauge { height_mm: config.gauge_height_mm }),
-        "sphere" => Ok(SceneKind::Sphere { radius_mm: config.sphere_radius_mm }),
-        "freeform" => Ok(SceneKind::Freeform),
-        other => {
-            Err(format!("there is no scene `{other}`; set station.twin.scene to plate, gauge, sphere or freeform"))
-        }
+    let (kind, solid) = match scene(config).map_err(refused)? {
+        OnStage::Part(kind) => (kind, None),
+        OnStage::Solid(solid) => (SceneKind::Plate, Some(solid)),
+    };
+    let station = TwinStation::new(model, TwinOptions { timing, scene: kind, ..TwinOptions::default() });
+    if let Some(solid) = solid {
+        station.control().place_solid(solid);
     }
+    Ok(station)
 }
 
-/// The parts of a simulated station.
-pub fn twinned(twin: TwinStation) -> Parts {
+/// What lies on the simulated stage at the start.
+enum OnStage {
+    /// A part that the twin knows by name.
+    Part(SceneKind),
+    /// A part from a file.
+    Solid(Arc<Solid>),
+}
+
+fn scene(config: &TwinConfig) -> Result<OnStage, String> {
+    Ok(OnStage::Part(match config.scene.as_str() {
+        "plate" => SceneKind::Plate,
+        "gauge" => SceneKind::Gauge { height_mm: config.gauge_height_mm },
+        "sphere" => SceneKind::Sphere { radius_mm: config.sphere_radius_mm },
+        "freeform" => SceneKind::Freeform,
+        file if file.to_ascii_lowercase().ends_with(".stl") => return solid(file).map(OnStage::Solid),
+        other => {
+            return Err(format!(
+                "there is no scene `{other}`; set station.twin.scene to plate, gauge, sphere, freeform or an STL file"
+            ));
+        }
+    }))
+}
+
+fn solid(file: &str) -> Result<Arc<Solid>, String> {
+    let remedy = "set station.twin.scene to an STL file in mm";
+    let bytes = std::fs::read(file).map_err(|error| format!("cannot read {file}: {error}; {remedy}"))?;
+    let solid = read_stl(&bytes).map_err(|error| format!("{file}: {}", with_causes(&error)))?;
+    Ok(Arc::new(solid))
+}
+
+/// The parts of a simulated station; its camera opens at that rate, or the nearest it can.
+pub fn twinned(twin: TwinStation, frame_rate_hz: f64) -> Parts {
     let simulation = Some(twin.control());
     let opener = move |wanted: Wanted| Opened {
-        camera: wanted.camera.then(|| Box::new(twin.camera()) as Box<dyn Camera>),
+        camera: wanted.camera.then(|| {
+            let mut camera = twin.camera();
+            // A rate is moved into its range, so that nothing is left to refuse.
+            let _ = camera
+                .configure(&CameraRequest { frame_rate_hz: Some(frame_rate_hz), ..CameraRequest::default() });
+            Box::new(camera) as Box<dyn Camera>
+        }),
         stage: wanted.stage.then(|| Box::new(twin.stage()) as Box<dyn Stage>),
         laser: wanted.laser.then(|| Box::new(twin.laser()) as Box<dyn Laser>),
         faults: Vec::new(),

@@ -106,7 +106,10 @@ impl StationHandle {
     /// Starts the station thread over a simulated station of any shape.
     #[cfg(test)]
     pub fn over_twin(twin: twin::TwinStation) -> Self {
-        Self::start_with(crate::station::devices::twinned(twin), LIVE_UNWATCHED)
+        Self::start_with(
+            crate::station::devices::twinned(twin, crate::station::params::TEST_RATE_HZ),
+            LIVE_UNWATCHED,
+        )
     }
 
     /// Starts the station thread over these parts.

@@ -110,3 +110,7 @@ pub const SNAPSHOT_AGE: Duration = Duration::from_secs(2);
 
 /// Faults shown at most; the first ones explain the later ones.
 pub const FAULTS_SHOWN: usize = 8;
+
+/// Frame rate of the simulated cameras in tests: the default of the configuration, Hz.
+#[cfg(test)]
+pub const TEST_RATE_HZ: f64 = 30.0;

@@ -88,3 +88,32 @@ fn the_hands_at_the_simulated_station_change_the_scene() {
     let unknown = server.put("/api/v1/simulation/faults", &json!({ "name": "rain" })).expect(422);
     assert!(unknown.to_string().contains("camera_unplugged"), "{unknown}");
 }
+
+#[test]
+fn a_part_from_an_stl_file_is_put_on_the_simulated_stage_and_a_damaged_file_is_refused() {
+    let (_folder, server) = fresh();
+    let headers = [("content-type", "model/stl")];
+    let part = tetrahedron();
+    let placed = server.send("PUT", "/api/v1/simulation/scene/part", &headers, &part).expect(200);
+    assert_eq!(placed["scene"], "part");
+    let refused = server.send("PUT", "/api/v1/simulation/scene/part", &headers, &part[..part.len() - 1]);
+    assert_eq!(refused.expect(422)["type"], "urn:sheaf:problem:impossible");
+    let untyped = server.send("PUT", "/api/v1/simulation/scene/part", &[("content-type", "text/plain")], &part);
+    assert_eq!(untyped.status, 415);
+    assert_eq!(server.get("/api/v1/simulation/scene").expect(200)["scene"], "part");
+}
+
+/// A binary STL of four triangles, 20 mm high.
+fn tetrahedron() -> Vec<u8> {
+    let corners: [[f32; 3]; 4] = [[0.0, 0.0, 20.0], [-15.0, -10.0, 0.0], [15.0, -10.0, 0.0], [0.0, 15.0, 0.0]];
+    let mut bytes = vec![0; 80];
+    bytes.extend(4_u32.to_le_bytes());
+    for triangle in [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]] {
+        bytes.extend([0; 12]);
+        for corner in triangle {
+            bytes.extend(corners[corner].iter().flat_map(|value| value.to_le_bytes()));
+        }
+        bytes.extend([0; 2]);
+    }
+    bytes
+}

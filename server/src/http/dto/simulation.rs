@@ -30,7 +30,7 @@ pub struct PlaceSceneDto {
 /// What lies on the simulated stage.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct SceneDto {
-    /// `plate`, `gauge`, `sphere`, `freeform`, `board` while a calibration moves it.
+    /// `plate`, `gauge`, `sphere`, `freeform`, `part` from an STL file, `board` while a calibration moves it.
     #[schema(example = "sphere")]
     pub scene: String,
 }

@@ -1,17 +1,22 @@
 //! The hands at the simulated station: what lies on the stage, which faults it has. Only there.
 
+use std::sync::Arc;
+
 use axum::Json;
+use axum::body::Body;
 use axum::extract::State;
-use axum::http::StatusCode;
+use axum::http::{HeaderMap, StatusCode};
 use serde_json::json;
-use twin::{Scene, SceneKind, TwinControl, TwinFault};
+use twin::{Scene, SceneKind, TwinControl, TwinFault, read_stl};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::app::App;
+use crate::config::limits::{STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT};
 use crate::config::{Config, StationConfig, TwinConfig};
+use crate::http::conversions::blocking;
 use crate::http::dto::simulation::{FaultListDto, FaultSwitchDto, PlaceSceneDto, SceneDto, SceneNameDto};
-use crate::http::extract::{ApiJson, ApiPath};
+use crate::http::extract::{ApiJson, ApiPath, media_type, whole_body};
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
 
@@ -19,6 +24,7 @@ use crate::problem::{Problem, ProblemKind};
 pub fn routes() -> OpenApiRouter<App> {
     OpenApiRouter::new()
         .routes(routes!(get_scene, place_scene))
+        .routes(routes!(place_solid))
         .routes(routes!(list_faults, switch_fault_on))
         .routes(routes!(switch_fault_off))
 }
@@ -30,6 +36,18 @@ fn hands(app: &App) -> Result<TwinControl, Problem> {
     })
 }
 
+/// The hands while no job has the station: what it scans must not change under it.
+fn idle_hands(app: &App) -> Result<TwinControl, Problem> {
+    let hands = hands(app)?;
+    let status = app.station.status();
+    if status.job_id.is_none() {
+        return Ok(hands);
+    }
+    Err(Problem::new(ProblemKind::StationBusy, format!("the station is busy: {}", status.activity))
+        .remedy("wait for the job, or cancel it")
+        .retry_after_s(1))
+}
+
 /// What lies on the simulated stage.
 #[utoipa::path(get, path = "/simulation/scene", tag = "simulation", responses((status = 200, body = SceneDto)))]
 async fn get_scene(State(app): State<App>) -> Result<Json<SceneDto>, Problem> {
@@ -39,8 +57,7 @@ async fn get_scene(State(app): State<App>) -> Result<Json<SceneDto>, Problem> {
         Scene::Sphere(_) => "sphere",
         Scene::Freeform(_) => "freeform",
         Scene::Board(_) => "board",
-        #[allow(unreachable_patterns, reason = "scenes from files have no word of their own")]
-        _ => "part",
+        Scene::Mesh(_) => "part",
     };
     Ok(Json(SceneDto { scene: scene.to_owned() }))
 }
@@ -51,14 +68,27 @@ async fn get_scene(State(app): State<App>) -> Result<Json<SceneDto>, Problem> {
     responses((status = 200, body = SceneDto))
 )]
 async fn place_scene(State(app): State<App>, body: ApiJson<PlaceSceneDto>) -> Result<Json<SceneDto>, Problem> {
-    let hands = hands(&app)?;
-    let status = app.station.status();
-    if status.job_id.is_some() {
-        return Err(Problem::new(ProblemKind::StationBusy, format!("the station is busy: {}", status.activity))
-            .remedy("wait for the job, or cancel it")
-            .retry_after_s(1));
+    idle_hands(&app)?.place_part(&scene_kind(body.value.scene, &app.config));
+    get_scene(State(app)).await
+}
+
+/// Puts a part from an STL file (binary or text, mm) on the simulated stage's plate.
+#[utoipa::path(
+    put, path = "/simulation/scene/part", tag = "simulation",
+    request_body(content = Vec<u8>, content_type = "model/stl"),
+    responses((status = 200, body = SceneDto))
+)]
+async fn place_solid(State(app): State<App>, headers: HeaderMap, body: Body) -> Result<Json<SceneDto>, Problem> {
+    let hands = idle_hands(&app)?;
+    if media_type(&headers).as_deref() != Some("model/stl") {
+        return Err(Problem::new(ProblemKind::UnsupportedMediaType, "the body is not said to be an STL file")
+            .remedy("send Content-Type: model/stl"));
     }
-    hands.place_part(&scene_kind(body.value.scene, &app.config));
+    let bytes = whole_body(body, STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT).await?;
+    let solid = blocking(move || read_stl(&bytes)).await?.map_err(|error| {
+        Problem::new(ProblemKind::Impossible, error.to_string()).remedy("export the part again as STL, in mm")
+    })?;
+    hands.place_solid(Arc::new(solid));
     get_scene(State(app)).await
 }
 

@@ -33,7 +33,10 @@ pub fn small_twin(options: TwinOptions) -> TwinStation {
 
 /// Parts of a small simulated station with a bare plate.
 pub fn small_parts() -> Parts {
-    twinned(small_twin(TwinOptions { scene: SceneKind::Plate, ..TwinOptions::default() }))
+    twinned(
+        small_twin(TwinOptions { scene: SceneKind::Plate, ..TwinOptions::default() }),
+        crate::station::params::TEST_RATE_HZ,
+    )
 }
 
 /// A station over these parts, calibrated.

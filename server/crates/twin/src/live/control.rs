@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use crate::live::fault::TwinFault;
 use crate::live::world::{FIRST_PART_STREAM, SharedWorld};
+use crate::mesh::Solid;
 use crate::renderer::Renderer;
 use crate::scene::{Scene, SceneKind};
 use crate::station::StationModel;
@@ -29,6 +30,12 @@ impl TwinControl {
     pub fn place_part(&self, part: &SceneKind) {
         let model = self.model();
         self.place(part.placed(&model, FIRST_PART_STREAM));
+    }
+
+    /// Puts a solid on the stage's plate: a little aslant, as [`TwinControl::place_part`] does.
+    pub fn place_solid(&self, solid: Arc<Solid>) {
+        let model = self.model();
+        self.place(Scene::mesh(solid, &model, FIRST_PART_STREAM));
     }
 
     /// What is on the stage.
