@@ -118,6 +118,10 @@ impl Light {
         if self.lit_at.is_some() && now.saturating_duration_since(self.used_at) > LIGHT_IDLE {
             self.doze()?;
         }
+        if self.lit_at.is_some() && now.saturating_duration_since(self.renewed_at) >= LIGHT_LEASE {
+            // This thread came too late and the lease ran out: no fault of the laser; its user's next call lights it.
+            self.doze()?;
+        }
         if self.lit_at.is_some() && now - self.renewed_at >= LIGHT_RENEWAL {
             self.renewed_at = now;
             let state = self.device.renew(LIGHT_LEASE)?;
@@ -159,5 +163,27 @@ impl Light {
             Some(reason) => Err(LaserError::Fault { reason: reason.to_owned() }),
             None => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::station::tests::bench::small_twin;
+
+    #[test]
+    fn a_lease_that_this_thread_let_run_out_is_no_fault_and_the_users_next_call_lights_again() {
+        let twin = small_twin(twin::TwinOptions::default());
+        let mut light = Light::new(Box::new(twin.laser()));
+        let now = Instant::now();
+        light.want(0.5, now).unwrap();
+        light.touch(now + LIGHT_LEASE).unwrap();
+        light.tend(now + LIGHT_LEASE + Duration::from_millis(1)).unwrap();
+        light.check_dark().unwrap();
+        assert!(!light.shines() && light.is_wanted());
+        light.touch(Instant::now()).unwrap();
+        assert!(light.shines());
     }
 }

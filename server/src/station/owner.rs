@@ -221,6 +221,8 @@ impl Station {
             let all = self.camera.is_some() && self.stage.is_some() && self.laser.is_some();
             self.happen(if all { Event::Reached } else { Event::Missing });
         }
+        // Who waits for the start reads the status next.
+        self.publish();
         self.outlook.tell_opened();
     }
 

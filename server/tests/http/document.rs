@@ -32,7 +32,7 @@ fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
         .arg(format!("{}/openapi.json", server.url))
         .args(["--checks", checks, "--max-examples", EXAMPLES, "--phases", "examples,coverage,fuzzing"])
         .args(["--exclude-path", FAULTS, "--seed", "1", "--no-color"])
-        .env("SCHEMATHESIS_HOOKS", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/http/archives_hook.py"))
+        .env("SCHEMATHESIS_HOOKS", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/http/uploads_hook.py"))
         .output()
         .unwrap();
     let said = out(&output);

@@ -1,7 +1,7 @@
 //! The station over the simulated one, driven as jobs and people drive it.
 
 mod account;
-mod bench;
+pub mod bench;
 mod by_hand;
 mod cell;
 mod defects;
