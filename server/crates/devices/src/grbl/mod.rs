@@ -1,7 +1,7 @@
 //! Driver of controllers with GRBL 1.1 or grblHAL on a serial port: one axis is the stage, the spindle output the
 //! laser.
 //!
-//! One [`controller`] with one thread is shared by [`GrblStage`] and [`GrblLaser`]. The dialogue, its sources and the
+//! One `controller` with one thread is shared by [`GrblStage`] and [`GrblLaser`]. The dialogue, its sources and the
 //! table of faults are in `server/docs/devices-grbl.md`.
 
 mod controller;
