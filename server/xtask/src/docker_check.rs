@@ -148,7 +148,7 @@ fn start(program: &Program, root: &Path) -> Outcome<Child> {
     println!("── start: {} as {}", program.words.join(" "), program.user);
     let mut command = Command::new("chroot");
     command.arg(format!("--userspec={0}:{0}", program.user)).arg(root).args(words);
-    Ok(command.env_clear().env("PATH", "/usr/local/bin:/usr/bin:/bin").spawn()?)
+    Ok(command.env_clear().env("PATH", "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin").spawn()?)
 }
 
 /// A running server that ends with this value.
