@@ -166,7 +166,6 @@ impl Failure {
         &self.0.causes
     }
 
-    #[allow(dead_code)]
     /// What the person can do.
     pub fn advice(&self) -> Option<&str> {
         self.0.remedy.as_deref()

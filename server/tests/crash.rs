@@ -11,8 +11,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use common::controller::grbl_station;
 use common::server::{Server, zip_of};
-use devices::grbl_simulator::{Entry, GrblSimulator, Happening, SimulatorConfig};
+use devices::grbl_simulator::{Entry, Happening};
 use rand::{Rng as _, SeedableRng as _};
 use serde_json::{Value, json};
 
@@ -82,7 +83,7 @@ fn thirty_kills_lose_no_acknowledged_record_and_leave_nothing_half_done() {
     check(&server, &known.lock().unwrap());
     println!("after {KILLS} kills: {counts:?} captures, jobs, activations, results acknowledged and found again");
     assert!(
-        counts[0] >= 10 && counts[1] >= 10 && counts[2] >= 1,
+        counts[0] >= 10 && counts[1] >= 10 && counts[2] >= 3 && counts[3] >= 3,
         "too little happened to prove anything: {counts:?}"
     );
 }
@@ -93,11 +94,7 @@ const KILLS_IN_MOTION: usize = 5;
 #[test]
 fn after_a_kill_in_motion_the_controller_is_dark_and_at_rest_and_nothing_begins_again() {
     let folder = tempfile::tempdir().unwrap();
-    let port = folder.path().join("controller");
-    let simulator = GrblSimulator::start(SimulatorConfig::default(), &port, None).unwrap();
-    let config = folder.path().join("sheaf.toml");
-    let text = format!("[station]\nkind = \"grbl\"\n[station.grbl]\nport = {port:?}\nsteps_per_mm = 400\n");
-    std::fs::write(&config, text).unwrap();
+    let (simulator, config) = grbl_station(folder.path());
     let data = folder.path().join("data");
     let arguments = ["--config", config.to_str().unwrap()];
     let witness = simulator.witness();

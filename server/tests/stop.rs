@@ -8,8 +8,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use common::controller::grbl_station;
 use common::server::Server;
-use devices::grbl_simulator::{GrblSimulator, Happening, SimulatorConfig};
+use devices::grbl_simulator::{GrblSimulator, Happening};
 use serde_json::{Value, json};
 
 /// How often Stop is asked for.
@@ -30,11 +31,7 @@ const POLLERS: usize = 6;
 #[test]
 fn two_hundred_stops_under_load_reach_the_controller_in_time() {
     let folder = tempfile::tempdir().unwrap();
-    let port = folder.path().join("controller");
-    let simulator = GrblSimulator::start(SimulatorConfig::default(), &port, None).unwrap();
-    let config = folder.path().join("sheaf.toml");
-    let text = format!("[station]\nkind = \"grbl\"\n[station.grbl]\nport = {port:?}\nsteps_per_mm = 400\n");
-    std::fs::write(&config, text).unwrap();
+    let (simulator, config) = grbl_station(folder.path());
     let server = Arc::new(Server::start(&folder.path().join("data"), &["--config", config.to_str().unwrap()]));
     let load = Load::begin(&server);
     let mut delays = Vec::new();

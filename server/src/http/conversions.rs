@@ -38,6 +38,16 @@ pub async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'stat
     })
 }
 
+/// A share of full laser power, 0 to 1; `place` is its JSON pointer.
+pub fn check_laser_power(power: f64, place: &str) -> Result<(), Problem> {
+    if (0.0..=1.0).contains(&power) {
+        return Ok(());
+    }
+    Err(Problem::new(ProblemKind::Impossible, format!("{power} is no share of full power"))
+        .at(place)
+        .remedy("give a number from 0 to 1"))
+}
+
 /// A text of a request: not empty, not endless, without control characters.
 pub fn label(text: &str, place: &str) -> Result<(), Problem> {
     /// Longer names break tables and file names.

@@ -117,17 +117,17 @@ impl Jobs {
         Ok(Self(queue))
     }
 
-    /// Accepts a job durably. `source` says who asked.
-    ///
-    /// # Errors
-    /// A problem: `too-many` with a full queue, `storage-full`, `impossible` for an input that cannot work.
+    /// Accepts a job and nothing else.
     #[cfg(test)]
     pub async fn submit(&self, input: JobInput, source: &str) -> Result<JobRecord, Problem> {
         self.submit_with(input, source, |_| Vec::new()).await
     }
 
-    /// Accepts a job durably. `source` says who asked. With changes that are made in the same transaction or not at all, such as the answer
-    /// that is kept for the request's key.
+    /// Accepts a job durably; `source` says who asked. What `and` returns, such as the answer that is kept for the
+    /// request's key, is stored in the same transaction or not at all.
+    ///
+    /// # Errors
+    /// A problem: `too-many` with a full queue, `storage-full`, `impossible` for an input that cannot work.
     pub async fn submit_with(
         &self,
         input: JobInput,

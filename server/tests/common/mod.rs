@@ -2,6 +2,7 @@
 
 #![allow(dead_code, clippy::unwrap_used, missing_docs)]
 
+pub mod controller;
 pub mod server;
 
 use std::path::{Path, PathBuf};

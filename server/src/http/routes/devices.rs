@@ -11,7 +11,7 @@ use vision::Pixels;
 
 use crate::app::App;
 use crate::http::answers::bytes;
-use crate::http::conversions::blocking;
+use crate::http::conversions::{blocking, check_laser_power};
 use crate::http::dto::devices::{
     CameraDto, CameraSettingsDto, ChangeCameraDto, JogDto, LaserDto, MotionDto, MoveDto, SetLaserDto, StageDto,
 };
@@ -180,11 +180,7 @@ async fn set_laser(
 ) -> Result<Json<LaserDto>, Problem> {
     app.control.authorize(&headers)?;
     let power = body.value.power;
-    if !(0.0..=1.0).contains(&power) {
-        return Err(Problem::new(ProblemKind::Impossible, format!("{power} is no share of full power"))
-            .at("/power")
-            .remedy("give a number from 0 to 1"));
-    }
+    check_laser_power(power, "/power")?;
     app.station.manual(Manual::Laser { power }).await?;
     Ok(Json((&*app.station.status()).into()))
 }

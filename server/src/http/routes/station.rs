@@ -13,10 +13,11 @@ use utoipa_axum::routes;
 use crate::app::App;
 use crate::config::limits::JSON_BODY_LIMIT_BYTES;
 use crate::edge::Peer;
+use crate::http::conversions::check_laser_power;
 use crate::http::dto::control::ControlDto;
 use crate::http::dto::station::{SetLiveDto, StationDto, StoppedDto, state_names};
 use crate::http::extract::ApiJson;
-use crate::problem::{Problem, ProblemKind};
+use crate::problem::Problem;
 use crate::station::{LiveRequest, Manual};
 
 /// Longest time Stop's answer waits for a body it does not need.
@@ -101,11 +102,7 @@ async fn set_live_view(
 ) -> Result<Json<StationDto>, Problem> {
     app.control.authorize(&headers)?;
     let SetLiveDto { running, laser_power } = body.value;
-    if !(0.0..=1.0).contains(&laser_power) {
-        return Err(Problem::new(ProblemKind::Impossible, format!("{laser_power} is no share of full power"))
-            .at("/laser_power")
-            .remedy("give a number from 0 to 1"));
-    }
+    check_laser_power(laser_power, "/laser_power")?;
     app.station.live(LiveRequest { running, laser_power }).await?;
     Ok(Json(station(&app)))
 }
