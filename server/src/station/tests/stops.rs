@@ -45,7 +45,19 @@ fn is_active(bench: &Bench) -> bool {
 }
 
 #[test]
+fn two_hundred_stops_under_load_end_light_and_motion() {
+    stop_200_times();
+}
+
+#[test]
+#[ignore = "a measurement of times: alone on a quiet machine"]
 fn two_hundred_stops_under_load_keep_the_promise() {
+    let (p99, longest) = stop_200_times();
+    assert!(p99 <= P99 && longest <= LONGEST, "p99 {p99:?}, longest {longest:?}");
+}
+
+/// The 99th percentile and the longest time from the request to the witness.
+fn stop_200_times() -> (Duration, Duration) {
     let bench = bench();
     let busy = AtomicBool::new(true);
     let mut times = Vec::with_capacity(STOPS);
@@ -79,5 +91,5 @@ fn two_hundred_stops_under_load_keep_the_promise() {
     times.sort();
     let (p50, p99, longest) = (times[STOPS / 2], times[STOPS * 99 / 100 - 1], times[STOPS - 1]);
     println!("{STOPS} stops: p50 {p50:?}, p99 {p99:?}, longest {longest:?}");
-    assert!(p99 <= P99 && longest <= LONGEST, "p50 {p50:?}, p99 {p99:?}, longest {longest:?}");
+    (p99, longest)
 }
