@@ -1,0 +1,181 @@
+/** The real program with its simulated station, and Debian's Chromium looking at it. */
+
+import { type ChildProcess, spawn } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { createInterface } from "node:readline";
+import AxeBuilder from "@axe-core/playwright";
+import { type Browser, type BrowserContext, chromium, type Page } from "playwright-core";
+import { expect } from "vitest";
+import type { Job } from "../src/api/client";
+
+/** Longest time from the start of the program to its URL on a busy machine. */
+const URL_WITHIN_MS = 60_000;
+
+/** Longest time a job of the simulated station may take on a busy machine. */
+const JOB_WITHIN_MS = 240_000;
+
+const ROOT = resolve(import.meta.dirname, "../..");
+const SHEAF = process.env.SHEAF_BIN ?? join(process.env.CARGO_TARGET_DIR ?? join(ROOT, "target"), "debug/sheaf");
+const CHROMIUM = process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium";
+
+/** Pictures for the README and the documents are written here; look at every one of them. */
+export const PICTURES = process.env.SHEAF_PICTURES ?? join(ROOT, "target/browser");
+
+/** A running `sheaf serve` on a folder of its own. */
+export class Server {
+  private constructor(
+    readonly url: string,
+    private readonly process: ChildProcess,
+    readonly folder: string,
+    private readonly args: readonly string[],
+  ) {}
+
+  static async start(args: readonly string[] = []): Promise<Server> {
+    return await Server.on(mkdtempSync(join(tmpdir(), "sheaf-browser-")), "127.0.0.1:0", args);
+  }
+
+  private static async on(folder: string, listen: string, args: readonly string[]): Promise<Server> {
+    if (!existsSync(SHEAF)) throw new Error(`${SHEAF} is missing: cargo build --package sheaf`);
+    const child = spawn(SHEAF, ["serve", "--listen", listen, "--data", join(folder, "data"), ...args], {
+      stdio: ["ignore", "pipe", "ignore"],
+    });
+    const lines = createInterface({ input: child.stdout });
+    const url = await new Promise<string>((found, failed) => {
+      const timer = setTimeout(() => failed(new Error("no URL")), URL_WITHIN_MS);
+      child.once("exit", (code) => failed(new Error(`sheaf ended with ${code} before it listened`)));
+      lines.on("line", (line) => {
+        const url = /http:\/\/[^\s/]+/.exec(line)?.[0];
+        if (!url) return;
+        clearTimeout(timer);
+        found(url);
+      });
+    });
+    return new Server(url, child, folder, args);
+  }
+
+  /** Ends the process at once, as a power cut would; the data stay. */
+  async kill(): Promise<void> {
+    await this.end("SIGKILL");
+  }
+
+  /** Starts again on the same data and the same port. */
+  async startAgain(): Promise<Server> {
+    return await Server.on(this.folder, new URL(this.url).host, this.args);
+  }
+
+  /** Ends the process and forgets its data. */
+  async stop(): Promise<void> {
+    await this.end("SIGTERM");
+    rmSync(this.folder, { recursive: true, force: true });
+  }
+
+  private async end(signal: NodeJS.Signals): Promise<void> {
+    if (this.process.exitCode !== null || this.process.signalCode !== null) return;
+    const ended = new Promise((resolve) => this.process.once("exit", resolve));
+    this.process.kill(signal);
+    await ended;
+  }
+
+  /** A request past the page; demands success. */
+  async call<T = unknown>(method: string, path: string, body?: unknown, headers: HeadersInit = {}): Promise<T> {
+    const init: RequestInit = { method, headers: { ...headers, "content-type": "application/json" } };
+    if (body !== undefined) init.body = JSON.stringify(body);
+    const response = await fetch(this.url + path, init);
+    const text = await response.text();
+    if (!response.ok) throw new Error(`${method} ${path}: ${response.status} ${text}`);
+    return (text === "" ? undefined : JSON.parse(text)) as T;
+  }
+
+  /** Starts a job and waits until it has succeeded. */
+  async job(path: string, body: unknown): Promise<Job> {
+    const { id } = await this.call<Job>("POST", path, body);
+    const begun = Date.now();
+    for (;;) {
+      const job = await this.call<Job>("GET", `/api/v1/jobs/${id}`);
+      if (job.state === "succeeded") return job;
+      if (job.state !== "queued" && job.state !== "running") throw new Error(`${job.state}: ${job.message}`);
+      if (Date.now() - begun > JOB_WITHIN_MS) throw new Error(`still ${job.state}: ${job.message}`);
+      await new Promise((resolve) => setTimeout(resolve, 200));
+    }
+  }
+
+  /** A calibrated station, for tests that are about something else. Answers the calibration's id. */
+  async calibrate(): Promise<string> {
+    const job = await this.job("/api/v1/calibrations", { source: { kind: "station" } });
+    const calibration_id = job.result?.id ?? "";
+    await this.call("PUT", "/api/v1/calibrations/active", { calibration_id });
+    return calibration_id;
+  }
+
+  /** A scan of the sphere that lies on the simulated stage; answers its id. */
+  async scan(step_mm = 0.4): Promise<string> {
+    const job = await this.job("/api/v1/scans", { source: { kind: "station" }, from_mm: -20, to_mm: 20, step_mm });
+    return job.result?.id ?? "";
+  }
+}
+
+/** Chromium without a screen, with WebGL2 in software. */
+export async function launch(): Promise<Browser> {
+  return await chromium.launch({
+    executablePath: CHROMIUM,
+    args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"],
+  });
+}
+
+export interface Visit {
+  page: Page;
+  context: BrowserContext;
+  /** What the page complained about; a test ends with none. */
+  complaints: string[];
+}
+
+/** Opens a page of the station as a new person would: nothing remembered, English, light. */
+export async function visit(browser: Browser, url: string, hash = "", options = {}): Promise<Visit> {
+  const context = await browser.newContext({
+    viewport: { width: 1280, height: 800 },
+    locale: "en-GB",
+    colorScheme: "light",
+    reducedMotion: "reduce",
+    ...options,
+  });
+  const page = await context.newPage();
+  const complaints: string[] = [];
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("console", (message) => {
+    // A server that is away on purpose, or that refuses with a problem, is told on the page.
+    const network = /Failed to load resource|WebSocket connection|ERR_CONNECTION/.test(message.text());
+    if (message.type() === "error" && !network) complaints.push(message.text());
+  });
+  await page.goto(`${url}/${hash}`);
+  await page.waitForSelector(".frame");
+  return { page, context, complaints };
+}
+
+/** Demands that the page has no violation of WCAG 2.2 A and AA that axe knows. */
+export async function expectAccessible(page: Page): Promise<void> {
+  const tags = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"];
+  const { violations } = await new AxeBuilder({ page }).withTags(tags).analyze();
+  const told = violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(" | ")}`);
+  expect(told).toEqual([]);
+}
+
+/** Writes a picture of what the person sees now. */
+export async function picture(page: Page, name: string): Promise<void> {
+  mkdirSync(PICTURES, { recursive: true });
+  await page.screenshot({ path: join(PICTURES, `${name}.png`) });
+}
+
+/** Waits for a condition outside of the page. */
+export async function until(
+  what: string,
+  condition: () => Promise<boolean> | boolean,
+  within_ms = 60_000,
+): Promise<void> {
+  const begun = Date.now();
+  while (!(await condition())) {
+    if (Date.now() - begun > within_ms) throw new Error(`not within ${within_ms} ms: ${what}`);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+}

@@ -1,0 +1,79 @@
+/** The typed client of the REST interface: every answer is data or a `Refusal` with cause and remedy. */
+
+import createClient, { type Client, type Middleware } from "openapi-fetch";
+import type { components, paths } from "./schema";
+
+export type Schemas = components["schemas"];
+export type Problem = Schemas["Problem"];
+export type Station = Schemas["StationDto"];
+export type Job = Schemas["JobDto"];
+
+/** What the server, or the way to it, refused. */
+export class Refusal extends Error {
+  constructor(readonly problem: Problem) {
+    super(problem.detail);
+  }
+}
+
+/** A stranger's mistake or a broken cable as a problem, so that pages show all refusals alike. */
+export function problemOf(cause: unknown): Problem {
+  if (cause instanceof Refusal) return cause.problem;
+  const unreachable = cause instanceof TypeError;
+  return {
+    type: unreachable ? "urn:sheaf:problem:unreachable" : "urn:sheaf:problem:page",
+    title: unreachable ? "The server was not reached" : "The page made a mistake",
+    status: 0,
+    detail: cause instanceof Error ? cause.message : String(cause),
+    ...(unreachable ? { remedy: "see whether the server runs and the network works; nothing was lost" } : {}),
+  };
+}
+
+interface Answer<T> {
+  data?: T;
+  error?: unknown;
+  response: Response;
+}
+
+/** The answer's data; a refusal is thrown as `Refusal`. */
+export async function data<T>(asked: Promise<Answer<T>>): Promise<T> {
+  const { data, error, response } = await asked;
+  if (response.ok) return data as T;
+  throw refusalOf(error, response);
+}
+
+function refusalOf(error: unknown, response: Response): Refusal {
+  if (typeof error === "object" && error !== null && "detail" in error) return new Refusal(error as Problem);
+  const detail = `the server answered ${response.status} without saying why`;
+  return new Refusal({ type: "about:blank", title: response.statusText, status: response.status, detail });
+}
+
+/** Bytes by their address, as `Refusal` where the server does not give them. */
+export async function bytes(href: string, init?: RequestInit): Promise<Response> {
+  const response = await fetch(href, init);
+  if (!response.ok) throw refusalOf(await response.json().catch(() => undefined), response);
+  return response;
+}
+
+export type Api = Client<paths>;
+
+/** Makes the client; `control` tells the id of the control lease this page holds. */
+export function makeApi(control: () => string | undefined): Api {
+  const api = createClient<paths>({ baseUrl: location.origin });
+  const carryControl: Middleware = {
+    onRequest({ request }) {
+      const id = control();
+      if (id && request.method !== "GET" && !request.headers.has("Sheaf-Control")) {
+        request.headers.set("Sheaf-Control", id);
+      }
+      return request;
+    },
+  };
+  api.use(carryControl);
+  return api;
+}
+
+/** A key that makes repeating a `POST` harmless. `crypto.randomUUID` exists on secure pages only. */
+export function idempotencyKey(): string {
+  const random = crypto.getRandomValues(new Uint8Array(16));
+  return Array.from(random, (byte) => byte.toString(16).padStart(2, "0")).join("");
+}

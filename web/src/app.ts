@@ -1,0 +1,26 @@
+/** The parts of the page, made once in `main.tsx` and handed down. */
+
+import { createContext } from "preact";
+import { useContext } from "preact/hooks";
+import type { Api } from "./api/client";
+import type { Control } from "./state/control";
+import type { JobsState } from "./state/jobs";
+import type { StationState } from "./state/station";
+import type { StreamConnection } from "./stream/connection";
+
+export interface App {
+  api: Api;
+  stream: StreamConnection;
+  station: StationState;
+  control: Control;
+  jobs: JobsState;
+}
+
+export const AppContext = createContext<App | undefined>(undefined);
+
+/** The parts, inside of a component. */
+export function useApp(): App {
+  const app = useContext(AppContext);
+  if (!app) throw new Error("a component was drawn outside of the page's frame");
+  return app;
+}

@@ -1,0 +1,64 @@
+/** What a person must know before anything else: a Stop that failed, old data, faults, a stopped station, lost control. */
+
+import { useMemo } from "preact/hooks";
+import { data } from "../api/client";
+import { useApp } from "../app";
+import { CommandButton } from "../parts/command_button";
+import { Command } from "../state/command";
+import { text } from "../text";
+import { stop_outcome } from "./stop";
+
+export function Banners() {
+  const { station, control } = useApp();
+  const words = text.value.frame;
+  const status = station.status.value;
+  const outcome = stop_outcome.value;
+  return (
+    <div class="stack banners" aria-live="assertive">
+      {(outcome === "not_reached" || outcome === "not_told") && (
+        <div class="problem banner">
+          <strong>{outcome === "not_reached" ? words.not_stopped : words.stopped_untold}</strong>
+        </div>
+      )}
+      {station.stale.value && <div class="note banner">{words.stale_banner(station.stale_s.value)}</div>}
+      {control.lost_to.value !== undefined && (
+        <div class="note banner row">
+          <span class="grow">{words.control_lost(control.lost_to.value)}</span>
+          <button type="button" onClick={() => (control.lost_to.value = undefined)}>
+            {text.value.parts.dismiss}
+          </button>
+        </div>
+      )}
+      {status?.faults.map((fault) => (
+        <div class="problem banner" key={`${fault.device}-${fault.kind}`}>
+          <strong>
+            {words.fault}: {fault.detail}
+          </strong>
+          <div>{fault.remedy}</div>
+        </div>
+      ))}
+      {status?.state === "Error" && <ResetBanner label={words.reset} />}
+      {status?.state === "Halted" && (
+        <div class="note banner row">
+          <span class="grow">{words.reset_after_stop}</span>
+          <ResetBanner label={words.reset_stop} />
+        </div>
+      )}
+    </div>
+  );
+}
+
+function ResetBanner({ label }: { label: string }) {
+  const { api, control } = useApp();
+  const reset = useMemo(
+    () =>
+      new Command(async () => {
+        await control.ensure();
+        await data(
+          api.POST("/api/v1/station/reset", { params: { header: { "Sheaf-Control": control.id() ?? "" } } }),
+        );
+      }),
+    [api, control],
+  );
+  return <CommandButton command={reset}>{label}</CommandButton>;
+}

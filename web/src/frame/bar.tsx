@@ -1,0 +1,44 @@
+/** The bar: what station, what state, what light, what link, who commands – and Stop. */
+
+import { useApp } from "../app";
+import { text } from "../text";
+import { ControlButton } from "./control_button";
+import { StopButton } from "./stop";
+
+export function Bar() {
+  const { station } = useApp();
+  const words = text.value.frame;
+  const status = station.status.value;
+  const simulated = station.simulated.value;
+  const interlock = status?.laser.interlock_closed;
+  return (
+    <header class="bar">
+      {simulated && (
+        <span class="simulated-word" title={words.simulated_hint}>
+          {words.simulated[simulated] ?? simulated}
+        </span>
+      )}
+      <span class="item" title={status?.state}>
+        <strong>{status ? (words.states[status.state] ?? status.words) : words.loading}</strong>
+        <small>{status?.activity || status?.state || "–"}</small>
+      </span>
+      <span class="item optional">
+        <small>{words.laser}</small>
+        <strong>{words.light[status?.laser.light ?? "unknown"]}</strong>
+      </span>
+      <span class="item optional">
+        <small>{words.interlock}</small>
+        <strong>
+          {interlock == null ? words.interlock_unread : interlock ? words.interlock_closed : words.interlock_open}
+        </strong>
+      </span>
+      <span class="item" role="status">
+        <small>{words.link}</small>
+        <strong>{station.stale.value ? words.link_stale(station.stale_s.value) : words.link_live}</strong>
+      </span>
+      <span class="spacer" />
+      <ControlButton />
+      <StopButton />
+    </header>
+  );
+}

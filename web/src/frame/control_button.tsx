@@ -1,0 +1,88 @@
+/** Who commands, and the way to command. */
+
+import { useSignal } from "@preact/signals";
+import { useMemo } from "preact/hooks";
+import { useApp } from "../app";
+import { CommandButton } from "../parts/command_button";
+import { Dialog } from "../parts/dialog";
+import { Command } from "../state/command";
+import { text } from "../text";
+
+export function ControlButton() {
+  const { control } = useApp();
+  const open = useSignal(false);
+  const words = text.value.frame;
+  const other = control.other.value;
+  const label = control.mine.value
+    ? words.you_control
+    : other
+      ? words.other_controls(other)
+      : words.nobody_controls;
+  return (
+    <>
+      <button
+        type="button"
+        class="quiet"
+        aria-haspopup="dialog"
+        onClick={() => {
+          open.value = true;
+        }}
+      >
+        {label}
+        {other && ` – ${words.take_over}`}
+      </button>
+      {open.value && <ControlDialog onClose={() => (open.value = false)} />}
+    </>
+  );
+}
+
+function ControlDialog({ onClose }: { onClose: () => void }) {
+  const { control } = useApp();
+  const words = text.value.frame;
+  const other = control.other.value;
+  const take = useMemo(
+    () =>
+      new Command(async () => {
+        await control.take(control.other.peek() !== undefined);
+        onClose();
+      }),
+    [control, onClose],
+  );
+  const give = useMemo(
+    () =>
+      new Command(async () => {
+        await control.giveBack();
+        onClose();
+      }),
+    [control, onClose],
+  );
+  return (
+    <Dialog title={words.control} onClose={onClose}>
+      <div class="stack">
+        {other && <p>{words.take_over_question(other)}</p>}
+        <label class="field">
+          <span>{words.your_name}</span>
+          <input
+            value={control.holder.value}
+            maxLength={60}
+            onInput={(event) => {
+              control.holder.value = event.currentTarget.value;
+            }}
+          />
+        </label>
+        <div class="row">
+          {control.mine.value ? (
+            <CommandButton command={give}>{words.give_back}</CommandButton>
+          ) : (
+            <CommandButton command={take} kind="primary">
+              {other ? words.take_over : words.take_control}
+            </CommandButton>
+          )}
+          <button type="button" onClick={onClose}>
+            {text.value.parts.close}
+          </button>
+        </div>
+      </div>
+    </Dialog>
+  );
+}

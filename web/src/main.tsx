@@ -1,0 +1,41 @@
+/** Makes the parts of the page and hands them to each other. */
+
+import { effect } from "@preact/signals";
+import { render } from "preact";
+import { type Api, makeApi } from "./api/client";
+import { AppContext } from "./app";
+import { Frame } from "./frame/frame";
+import { Control } from "./state/control";
+import { JobsState } from "./state/jobs";
+import { followRoute } from "./state/route";
+import { StationState } from "./state/station";
+import { theme } from "./state/theme";
+import { StreamConnection } from "./stream/connection";
+import { language } from "./text";
+import "./theme.css";
+
+const stream = new StreamConnection(`${location.origin.replace(/^http/, "ws")}/api/v1/stream`);
+const station = new StationState(stream);
+const control: Control = new Control(station, (): Api => api);
+const api = makeApi(() => control.id());
+const jobs = new JobsState(stream, api);
+
+effect(() => {
+  document.documentElement.lang = language.value;
+  document.documentElement.dataset.theme = theme.value;
+});
+followRoute();
+station.start();
+control.start();
+jobs.start();
+stream.start();
+
+const place = document.getElementById("app");
+if (place) {
+  render(
+    <AppContext.Provider value={{ api, stream, station, control, jobs }}>
+      <Frame />
+    </AppContext.Provider>,
+    place,
+  );
+}

@@ -1,0 +1,41 @@
+/** A button that carries out a command and shows what became of it. */
+
+import type { ComponentChildren } from "preact";
+import type { Command } from "../state/command";
+import { text } from "../text";
+import { ProblemCard } from "./problem";
+
+interface Properties {
+  command: Command;
+  children: ComponentChildren;
+  /** Why it cannot be pressed now; shown to whoever tries. */
+  blocked?: string | false | undefined;
+  kind?: "primary" | "danger" | "quiet" | "operator" | "primary operator";
+}
+
+export function CommandButton({ command, children, blocked, kind }: Properties) {
+  const phase = command.phase.value;
+  const problem = command.problem.value;
+  const busy = phase === "requested" || phase === "accepted";
+  const words = text.value.parts;
+  // A blocked button stays reachable, so that it can say why.
+  return (
+    <span class="command">
+      <button
+        type="button"
+        class={kind}
+        title={blocked || undefined}
+        aria-disabled={blocked || busy ? "true" : undefined}
+        data-phase={phase}
+        onClick={() => {
+          if (!blocked) void command.start();
+        }}
+      >
+        {children}
+        {busy && <small>{phase === "requested" ? words.requested : words.accepted}</small>}
+      </button>
+      {blocked && <small class="why">{blocked}</small>}
+      {problem && <ProblemCard problem={problem} onDismiss={() => command.dismiss()} />}
+    </span>
+  );
+}

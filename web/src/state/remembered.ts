@@ -1,0 +1,31 @@
+/** Signals that this browser remembers: preferences of a viewer, never anything a station depends on. */
+
+import { effect, type Signal, signal } from "@preact/signals";
+
+/** A signal kept in the browser's storage under `sheaf.NAME`; without storage it lives as long as the page. */
+export function remembered(name: string, initial: string): Signal<string>;
+export function remembered(name: string, initial: number): Signal<number>;
+export function remembered(name: string, initial: boolean): Signal<boolean>;
+export function remembered<T extends string | number | boolean>(name: string, initial: T): Signal<T>;
+export function remembered<T extends string | number | boolean>(name: string, initial: T): Signal<T> {
+  const key = `sheaf.${name}`;
+  const remembered = signal<T>(read(key, initial));
+  effect(() => {
+    const text = JSON.stringify(remembered.value);
+    try {
+      localStorage.setItem(key, text);
+    } catch {
+      // Storage may be switched off or full; the page works without.
+    }
+  });
+  return remembered;
+}
+
+function read<T extends string | number | boolean>(key: string, initial: T): T {
+  try {
+    const known: unknown = JSON.parse(localStorage.getItem(key) ?? "null");
+    return typeof known === typeof initial ? (known as T) : initial;
+  } catch {
+    return initial;
+  }
+}

@@ -1,0 +1,50 @@
+/** Where in the station the person is: `#/scan/ID?…`, so that a place can be linked and the server stays static. */
+
+import { signal } from "@preact/signals";
+
+export const PAGES = [
+  "operate",
+  "live",
+  "scan",
+  "jobs",
+  "results",
+  "calibration",
+  "health",
+  "settings",
+  "help",
+] as const;
+
+/** Pages in the rail, and `result`, which shows one scan. */
+export type PageName = (typeof PAGES)[number] | "result";
+
+export interface Route {
+  page: PageName;
+  /** What the page shows: the id of a scan, a session, a calibration. */
+  id: string | undefined;
+  query: URLSearchParams;
+}
+
+export function parseRoute(hash: string): Route {
+  const [path = "", query = ""] = hash.replace(/^#?\/?/, "").split("?");
+  const [page = "", id] = path.split("/").map(decodeURIComponent);
+  const known = [...PAGES, "result"].includes(page as PageName);
+  return { page: known ? (page as PageName) : "operate", id: id || undefined, query: new URLSearchParams(query) };
+}
+
+export function href(page: PageName, id?: string, query?: Record<string, string>): string {
+  const search = query ? `?${new URLSearchParams(query)}` : "";
+  return `#/${page}${id ? `/${encodeURIComponent(id)}` : ""}${search}`;
+}
+
+export const route = signal(parseRoute(typeof location === "undefined" ? "" : location.hash));
+
+/** Goes to a page. */
+export function goTo(page: PageName, id?: string, query?: Record<string, string>): void {
+  location.hash = href(page, id, query);
+}
+
+export function followRoute(): void {
+  addEventListener("hashchange", () => {
+    route.value = parseRoute(location.hash);
+  });
+}

@@ -1,0 +1,20 @@
+/** Light or dark: what the person chose, else what the system prefers. */
+
+import { computed, signal } from "@preact/signals";
+import { remembered } from "./remembered";
+
+export type ThemeChoice = "system" | "light" | "dark";
+
+export const theme_choice = remembered<ThemeChoice>("theme", "system");
+
+const query = typeof matchMedia === "undefined" ? undefined : matchMedia("(prefers-color-scheme: dark)");
+const system_dark = signal(query?.matches ?? false);
+query?.addEventListener("change", (event) => {
+  system_dark.value = event.matches;
+});
+
+/** The theme in force. */
+export const theme = computed<"light" | "dark">(() => {
+  if (theme_choice.value !== "system") return theme_choice.value;
+  return system_dark.value ? "dark" : "light";
+});

@@ -1,0 +1,32 @@
+import { calibration } from "./calibration";
+import { frame, pages, parts } from "./frame";
+import { health } from "./health";
+import { help } from "./help";
+import { jobs } from "./jobs";
+import { live } from "./live";
+import { operate } from "./operate";
+import { result } from "./result";
+import { results } from "./results";
+import { scan } from "./scan";
+import { settings } from "./settings";
+import { viewer } from "./viewer";
+
+/** Every word of the station; English is the measure of the other languages. */
+export const en = {
+  frame,
+  pages,
+  parts,
+  calibration,
+  health,
+  help,
+  jobs,
+  live,
+  operate,
+  result,
+  results,
+  scan,
+  settings,
+  viewer,
+};
+
+export type Catalogue = typeof en;

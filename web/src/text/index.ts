@@ -1,0 +1,21 @@
+/** The language of the page. */
+
+import { computed } from "@preact/signals";
+import { remembered } from "../state/remembered";
+import { de } from "./de";
+import { type Catalogue, en } from "./en";
+
+export const LANGUAGES = { en: "English", de: "Deutsch" } as const;
+export type Language = keyof typeof LANGUAGES;
+
+const CATALOGUES: Record<Language, Catalogue> = { en, de };
+
+function preferred(): Language {
+  return typeof navigator !== "undefined" && navigator.language.startsWith("de") ? "de" : "en";
+}
+
+/** The chosen language: also that of numbers and dates. */
+export const language = remembered<Language>("language", preferred());
+
+/** The catalogue in force; reading it in a component follows a change of language. */
+export const text = computed(() => CATALOGUES[language.value] ?? en);

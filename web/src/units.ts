@@ -1,0 +1,54 @@
+/** Numbers as people write and read them: always with a unit, in the chosen language, decimal comma or point. */
+
+export type Mm = number & { readonly unit: "mm" };
+
+/** A number with fixed decimals; "–" where there is none. */
+export function decimal(value: number | null | undefined, digits: number, language: string): string {
+  if (value == null || !Number.isFinite(value)) return "–";
+  // Minus as a minus sign, so that columns of figures align.
+  return value
+    .toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits })
+    .replace("-", "−");
+}
+
+/** A whole number with separated thousands. */
+export function count(value: number | null | undefined, language: string): string {
+  return decimal(value, 0, language);
+}
+
+/** A length given in mm, in mm or, where it is small, in µm. */
+export function length(value_mm: number | null | undefined, language: string): string {
+  if (value_mm == null || !Number.isFinite(value_mm)) return "–";
+  const small = Math.abs(value_mm) < 0.1;
+  return small ? `${decimal(1e3 * value_mm, 1, language)} µm` : `${decimal(value_mm, 3, language)} mm`;
+}
+
+/** A duration in words of hours, minutes, seconds. */
+export function duration(value_s: number | null | undefined, language: string): string {
+  if (value_s == null || !Number.isFinite(value_s)) return "–";
+  if (value_s < 10) return `${decimal(value_s, 1, language)} s`;
+  const seconds = Math.round(value_s);
+  const [hours, minutes] = [Math.floor(seconds / 3600), Math.floor(seconds / 60) % 60];
+  if (hours > 0) return `${hours} h ${minutes} min`;
+  return minutes > 0 ? `${minutes} min ${seconds % 60} s` : `${seconds} s`;
+}
+
+/** Bytes in powers of 1000. */
+export function bytes(value: number | null | undefined, language: string): string {
+  if (value == null || !Number.isFinite(value)) return "–";
+  const units = ["B", "kB", "MB", "GB", "TB"];
+  const power = Math.min(units.length - 1, Math.max(0, Math.floor(Math.log10(Math.max(value, 1)) / 3)));
+  return `${decimal(value / 1000 ** power, power === 0 ? 0 : 1, language)} ${units[power]}`;
+}
+
+/** A moment on the wall clock. */
+export function moment(at_ms: number | null | undefined, language: string): string {
+  if (at_ms == null) return "–";
+  return new Date(at_ms).toLocaleString(language, { dateStyle: "short", timeStyle: "medium" });
+}
+
+/** Reads what a person typed: point or comma as decimal separator, ASCII or typographic minus. */
+export function parseDecimal(text: string): number | undefined {
+  const plain = text.trim().replace(/[−–]/g, "-").replace(",", ".");
+  return /^[-+]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : undefined;
+}

@@ -1,0 +1,54 @@
+import { readdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { brotliCompressSync, gzipSync } from "node:zlib";
+import { defineConfig, type Plugin } from "vite";
+
+/** The whole page with everything it may ever load, gzipped: a promise of the product. */
+const BUDGET_BYTES = 250 * 1024;
+
+/** File types that shrink. */
+const TEXT = /\.(html|js|css|svg|json|webmanifest)$/;
+
+export default defineConfig({
+  base: "./",
+  // Chunks carry hashes in their names, so the server lets browsers keep them for ever.
+  build: {
+    target: "es2022",
+    assetsInlineLimit: 0,
+    modulePreload: { polyfill: false },
+    reportCompressedSize: false,
+  },
+  esbuild: { jsx: "automatic", jsxImportSource: "preact", legalComments: "none" },
+  plugins: [compressed()],
+  server: { proxy: { "/api": { target: "http://127.0.0.1:8080", ws: true }, "/health": "http://127.0.0.1:8080" } },
+});
+
+/** Writes `.gz` and `.br` beside every text once, so that the server never compresses; holds the budget. */
+function compressed(): Plugin {
+  return {
+    name: "sheaf-compressed",
+    apply: "build",
+    writeBundle(options) {
+      const folder = options.dir ?? "dist";
+      let total = 0;
+      for (const file of filesIn(folder).filter((file) => TEXT.test(file))) {
+        const bytes = readFileSync(file);
+        const gzipped = gzipSync(bytes, { level: 9 });
+        total += gzipped.length;
+        writeFileSync(`${file}.gz`, gzipped);
+        writeFileSync(`${file}.br`, brotliCompressSync(bytes));
+      }
+      if (total > BUDGET_BYTES) {
+        this.error(`the page has ${total} bytes gzipped, more than the ${BUDGET_BYTES} promised`);
+      }
+      this.info(`${total} bytes gzipped of ${BUDGET_BYTES}`);
+    },
+  };
+}
+
+function filesIn(folder: string): string[] {
+  return readdirSync(folder).flatMap((name) => {
+    const path = join(folder, name);
+    return statSync(path).isDirectory() ? filesIn(path) : [path];
+  });
+}

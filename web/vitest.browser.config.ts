@@ -1,0 +1,12 @@
+import { defineConfig } from "vitest/config";
+
+// The real program and a real browser: one file after the other, so that each has the machine to itself.
+export default defineConfig({
+  test: {
+    include: ["browser/**/*.test.ts"],
+    fileParallelism: false,
+    testTimeout: 180_000,
+    hookTimeout: 120_000,
+    retry: 0,
+  },
+});
