@@ -1,6 +1,8 @@
 //! The command line: what can be asked of `sheaf`, as types.
 
+use std::convert::Infallible;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use optics::LightModelKind;
@@ -32,14 +34,31 @@ pub struct Cli {
 }
 
 /// How to talk.
-#[derive(Debug, Clone, Copy, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct Voice {
-    /// Print the result as one JSON value on stdout.
-    #[arg(long, global = true)]
-    pub json: bool,
+    /// Print the result as one JSON value on stdout, or write it to FILE.
+    #[arg(long, global = true, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
+    pub json: Option<JsonTo>,
     /// No progress and no notes on stderr; warnings and errors remain.
     #[arg(long, short, global = true)]
     pub quiet: bool,
+}
+
+/// Where the result goes as JSON.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum JsonTo {
+    /// Onto stdout, instead of the text.
+    Stdout,
+    /// Into a file, beside the text on stdout.
+    File(PathBuf),
+}
+
+impl FromStr for JsonTo {
+    type Err = Infallible;
+
+    fn from_str(argument: &str) -> Result<Self, Infallible> {
+        Ok(if argument == "-" { Self::Stdout } else { Self::File(argument.into()) })
+    }
 }
 
 /// The commands.
@@ -67,6 +86,9 @@ pub enum Command {
     /// Numerical studies of the method.
     #[command(after_help = EXIT_CODES)]
     Study(StudyArgs),
+    /// How fast this machine does what a scan does for every frame.
+    #[command(after_help = EXIT_CODES)]
+    Bench(BenchArgs),
     /// The simulated station.
     #[command(after_help = EXIT_CODES)]
     Twin(TwinArgs),
@@ -349,6 +371,44 @@ pub struct StudyPaperArgs {
     /// Where the plot goes.
     #[arg(long, value_name = "PLOT.html", default_value = "study-paper.html")]
     pub plot: PathBuf,
+}
+
+/// `sheaf bench`.
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// What is measured.
+    #[command(subcommand)]
+    pub subject: BenchSubject,
+}
+
+/// What is measured.
+#[derive(Debug, Subcommand)]
+pub enum BenchSubject {
+    /// Image to labelled line pieces of sub-pixel points with σ, over rotating frames that are in memory.
+    Centrelines(BenchCentrelinesArgs),
+}
+
+/// `sheaf bench centrelines`.
+#[derive(Debug, Args)]
+pub struct BenchCentrelinesArgs {
+    /// Frames of one size: PNG, TIFF or JPEG, 8 or 16 bit.
+    #[arg(required = true, value_name = "FRAME")]
+    pub frames: Vec<PathBuf>,
+    /// Threads that share the frames; with several, a time is that of the whole rotation over its frames.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub threads: usize,
+    /// Rotations over the frames that are timed, at the least; always at least 21 frames.
+    #[arg(long, value_name = "N", default_value_t = 21)]
+    pub passes: usize,
+    /// Which way the lines run.
+    #[arg(long, value_enum, default_value_t)]
+    pub line_direction: LineDirectionArg,
+    /// Also write the result as JSON to this file.
+    #[arg(id = "json", long, value_name = "OUT.json")]
+    pub json: Option<JsonTo>,
+    /// Folder for one CSV per frame: u_px,v_px.
+    #[arg(long, value_name = "DIR")]
+    pub points: Option<PathBuf>,
 }
 
 /// `sheaf twin`.

@@ -48,7 +48,7 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 
-use cli::Cli;
+use cli::{Cli, JsonTo};
 use failure::{Exit, Failure};
 use progress::Reporter;
 
@@ -58,14 +58,19 @@ fn main() -> ExitCode {
         Err(error) => return usage(&error),
     };
     let reporter = Reporter::new(cli.voice.quiet);
-    match commands::run(cli.command, cli.voice.json, &reporter) {
+    let json_on_stdout = cli.voice.json == Some(JsonTo::Stdout);
+    let answer = commands::run(cli.command, json_on_stdout, &reporter).and_then(|answer| match &cli.voice.json {
+        Some(JsonTo::File(path)) => answer.write_json(path).map(|()| answer),
+        _ => Ok(answer),
+    });
+    match answer {
         Ok(answer) => {
-            let printed = if cli.voice.json { answer.print_json() } else { answer.print_text() };
+            let printed = if json_on_stdout { answer.print_json() } else { answer.print_text() };
             let exit = if printed { answer.exit } else { Exit::Done };
             ExitCode::from(exit as u8)
         }
         Err(failure) => {
-            if cli.voice.json {
+            if json_on_stdout {
                 println!("{}", failure.to_json());
             }
             eprintln!("{}", failure.to_text());

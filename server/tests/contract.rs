@@ -62,6 +62,7 @@ fn help_states_the_exit_codes_and_every_command_of_the_contract() {
         "corners",
         "measure",
         "study",
+        "bench",
         "twin",
         "demo",
     ] {
@@ -356,4 +357,28 @@ fn the_twin_gives_the_same_capture_for_the_same_seed_and_another_for_another() {
     assert!(a == b && a != c);
     let again = sheaf(&["twin", "capture", "-o", &path(folder.path(), "a")]);
     assert_eq!(again.status.code(), Some(3), "a folder with content is never overwritten");
+}
+
+#[test]
+fn bench_writes_its_figures_to_a_file_and_the_points_of_every_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let frame = folder.path().join("line.png");
+    let line = |_: u32, v: u32| image::Luma([5 + (200.0 * (-0.125 * (f64::from(v) - 40.3).powi(2)).exp()) as u8]);
+    image::GrayImage::from_fn(160, 96, line).save(&frame).unwrap();
+    let (json, points) = (folder.path().join("out.json"), folder.path().join("points"));
+    let of = |path: &std::path::Path| path.to_str().unwrap().to_owned();
+    let arguments =
+        ["bench", "centrelines", "--threads", "1", "--json", &of(&json), "--points", &of(&points), &of(&frame)];
+    assert!(out(&sheaf_ok(&arguments)).contains("160×96"));
+    let figures: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    assert!(figures["median_ms"].as_f64().unwrap() > 0.0 && figures["read_ms"].as_f64().unwrap() > 0.0);
+    let table = std::fs::read_to_string(points.join("line.csv")).unwrap();
+    let rows: Vec<&str> = table.lines().collect();
+    assert_eq!(rows[0], "u_px,v_px");
+    assert!(rows.len() > 150);
+    for row in &rows[1..] {
+        let v_px: f64 = row.split(',').nth(1).unwrap().parse().unwrap();
+        // Levels are cut to whole ones, half a level on average, on a line of 200.
+        assert!((v_px - 40.3).abs() < 0.05, "{row}");
+    }
 }

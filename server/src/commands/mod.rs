@@ -1,5 +1,6 @@
 //! One file per command: parse what it was given, call the core, answer.
 
+mod bench;
 mod calibrate;
 pub mod centrelines;
 pub mod config;
@@ -14,11 +15,13 @@ mod triangulate;
 mod twin;
 
 use std::io::Write as _;
+use std::path::Path;
 
 use serde_json::Value;
 
 use crate::cli::Command;
 use crate::failure::{Exit, Failure};
+use crate::output::write_file;
 use crate::progress::Reporter;
 
 /// What a command has to say.
@@ -43,6 +46,11 @@ impl Answer {
         write!(std::io::stdout().lock(), "{}", self.text).is_ok()
     }
 
+    /// Writes the JSON value to a file.
+    pub fn write_json(&self, path: &Path) -> Result<(), Failure> {
+        write_file(path, format!("{:#}\n", self.json).as_bytes())
+    }
+
     /// Prints the JSON value; `false` if stdout is closed.
     pub fn print_json(&self) -> bool {
         writeln!(std::io::stdout().lock(), "{:#}", self.json).is_ok()
@@ -58,6 +66,7 @@ pub fn run(command: Command, json: bool, reporter: &Reporter) -> Result<Answer, 
         Command::Centrelines(args) => centrelines::run(&args, reporter),
         Command::Corners(args) => corners::run(&args, reporter),
         Command::Measure(args) => measure::run(&args, reporter),
+        Command::Bench(args) => bench::run(&args, reporter),
         Command::Study(args) => study::run(&args, reporter),
         Command::Twin(args) => twin::run(&args, reporter),
         Command::Demo(args) => demo::run(&args, reporter),

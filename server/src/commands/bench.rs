@@ -1,0 +1,154 @@
+//! `sheaf bench`: what a frame costs on this machine, beside what reading its memory costs.
+
+use std::fmt::Write as _;
+use std::hint::black_box;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use capture::read_grey_image;
+use rayon::prelude::*;
+use serde_json::json;
+use vision::{CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
+
+use crate::cli::{BenchArgs, BenchCentrelinesArgs, BenchSubject};
+use crate::commands::Answer;
+use crate::failure::{Exit, Failure};
+use crate::output::{create_folder, file_names_after, write_file};
+use crate::progress::Reporter;
+
+/// Fewest frames timed: their median is then known to a few percent.
+const MIN_TIMED_FRAMES: usize = 21;
+
+/// Measures.
+pub fn run(args: &BenchArgs, reporter: &Reporter) -> Result<Answer, Failure> {
+    match &args.subject {
+        BenchSubject::Centrelines(args) => centrelines(args, reporter),
+    }
+}
+
+fn centrelines(args: &BenchCentrelinesArgs, reporter: &Reporter) -> Result<Answer, Failure> {
+    let frames = frames_of_one_size(args)?;
+    let params = CentrelineParams { line_direction: args.line_direction.into(), ..CentrelineParams::default() };
+    let n_passes = args.passes.max(MIN_TIMED_FRAMES.div_ceil(frames.len()));
+    reporter.note(&format!("{} frames in memory, {n_passes} rotations", frames.len()));
+    let find = |image: &GreyImage| find_centrelines(image, &params);
+    let read_ms = median_ms(&mut timed_frames(&frames, n_passes, sum_of_levels));
+    let median_ms = match args.threads {
+        0 => return Err(Failure::new(Exit::Usage, "--threads 0 measures nothing").remedy("give 1 or more")),
+        1 => median_ms(&mut timed_frames(&frames, n_passes, find)),
+        n => median_ms(&mut timed_rotations(&frames, n_passes, n, find)?),
+    };
+    let found: Vec<Centrelines> = frames.iter().map(find).collect();
+    if let Some(folder) = &args.points {
+        write_points(folder, args, &found)?;
+    }
+    let n_points = found.iter().flat_map(|lines| &lines.segments).map(|s| s.points.len()).sum::<usize>();
+    let points_per_frame = n_points / frames.len();
+    let (width, height) = (frames[0].width(), frames[0].height());
+    let bandwidth_gb_s = size_bytes(&frames[0]) as f64 / read_ms / 1e6;
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "image → centrelines, {width}×{height}, {} thread(s): {median_ms:.3} ms a frame, {points_per_frame} points",
+        args.threads
+    );
+    let _ = writeln!(
+        text,
+        "reading the same frames: {read_ms:.3} ms ({bandwidth_gb_s:.1} GB/s); ratio {:.1}",
+        median_ms / read_ms
+    );
+    let json = json!({
+        "subject": "centrelines", "width_px": width, "height_px": height, "threads": args.threads,
+        "median_ms": median_ms, "read_ms": read_ms, "read_gb_s": bandwidth_gb_s,
+        "points_per_frame": points_per_frame,
+    });
+    Ok(Answer::done(text, json))
+}
+
+fn frames_of_one_size(args: &BenchCentrelinesArgs) -> Result<Vec<GreyImage>, Failure> {
+    let mut frames: Vec<GreyImage> = Vec::with_capacity(args.frames.len());
+    for path in &args.frames {
+        let frame = read_grey_image(path).map_err(|error| Failure::from(error).in_file(path))?;
+        let same = |first: &GreyImage| (first.width(), first.height()) == (frame.width(), frame.height());
+        if !frames.first().is_none_or(same) {
+            return Err(Failure::bad_input("the frames differ in size")
+                .in_file(path)
+                .remedy("measure each size by itself"));
+        }
+        frames.push(frame);
+    }
+    Ok(frames)
+}
+
+/// Time of every frame, in rotation, after one rotation to warm up.
+fn timed_frames<R>(frames: &[GreyImage], n_passes: usize, work: impl Fn(&GreyImage) -> R) -> Vec<Duration> {
+    frames.iter().for_each(|frame| drop(black_box(work(frame))));
+    let rotation = (0..n_passes).flat_map(|_| frames);
+    rotation
+        .map(|frame| {
+            let begun = Instant::now();
+            let result = black_box(work(black_box(frame)));
+            let took = begun.elapsed();
+            drop(result);
+            took
+        })
+        .collect()
+}
+
+/// Time of whole rotations shared by `n_threads`, divided by the frames in each.
+fn timed_rotations<R: Send>(
+    frames: &[GreyImage],
+    n_passes: usize,
+    n_threads: usize,
+    work: impl Fn(&GreyImage) -> R + Sync,
+) -> Result<Vec<Duration>, Failure> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(n_threads)
+        .build()
+        .map_err(|error| Failure::new(Exit::Internal, "cannot start the threads").because(&error))?;
+    let n_frames = u32::try_from(frames.len()).unwrap_or(u32::MAX);
+    let rotation = || frames.par_iter().with_max_len(1).for_each(|frame| drop(black_box(work(black_box(frame)))));
+    pool.install(rotation);
+    Ok((0..n_passes)
+        .map(|_| {
+            let begun = Instant::now();
+            pool.install(rotation);
+            begun.elapsed() / n_frames
+        })
+        .collect())
+}
+
+/// Median in milliseconds.
+fn median_ms(times: &mut [Duration]) -> f64 {
+    let middle = times.len() / 2;
+    times.select_nth_unstable(middle).1.as_secs_f64() * 1e3
+}
+
+/// Reads every byte of a frame, eight at a time.
+fn sum_of_levels(frame: &GreyImage) -> u64 {
+    match frame.pixels() {
+        Pixels::Eight(levels) => {
+            let words = levels
+                .chunks_exact(8)
+                .map(|w| u64::from_ne_bytes([w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7]]));
+            words.fold(0, u64::wrapping_add)
+        }
+        Pixels::Sixteen(levels) => levels.iter().map(|&level| u64::from(level)).sum(),
+    }
+}
+
+fn size_bytes(frame: &GreyImage) -> usize {
+    frame.width() * frame.height() * (frame.bit_depth() / 8) as usize
+}
+
+fn write_points(folder: &Path, args: &BenchCentrelinesArgs, found: &[Centrelines]) -> Result<(), Failure> {
+    create_folder(folder)?;
+    for (name, lines) in file_names_after(&args.frames, "csv").iter().zip(found) {
+        let mut csv = "u_px,v_px\n".to_owned();
+        for point in lines.segments.iter().flat_map(|segment| &segment.points) {
+            let _ = writeln!(csv, "{:.5},{:.5}", point.u_px, point.v_px);
+        }
+        write_file(&folder.join(name), csv.as_bytes())?;
+    }
+    Ok(())
+}
