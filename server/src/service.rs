@@ -77,10 +77,12 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
     };
     let direction = line_direction(&config);
     let view = crate::live::view::start(&station, live.clone(), direction).map_err(no_thread)?;
+    let control = ControlDesk::default();
     let sources = Sources {
         live: live.clone(),
         frames: station.watch_frames(),
         status: station.watch_status(),
+        control: control.watch(),
         jobs: jobs.watch_progress(),
         events: ledger.watch_events(),
     };
@@ -97,7 +99,7 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
         jobs,
         live,
         streams,
-        control: ControlDesk::default(),
+        control,
         keys: KeysInFlight::default(),
         figures: figures()?,
         closing: Closing::default(),

@@ -1,9 +1,10 @@
 //! One commander: the control lease, five seconds long, renewed by who holds it, taken over only explicitly.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
 use axum::http::{HeaderMap, HeaderName};
+use tokio::sync::watch;
 use uuid::Uuid;
 
 use crate::config::limits::CONTROL_LEASE;
@@ -33,49 +34,60 @@ pub struct Taken {
     pub from: Option<String>,
 }
 
-/// The one lease there is.
+/// The one lease there is. Clones are the same desk.
 #[derive(Debug, Clone, Default)]
-pub struct ControlDesk(Arc<Mutex<Option<Lease>>>);
+pub struct ControlDesk(Arc<watch::Sender<Option<Lease>>>);
 
 impl ControlDesk {
     /// Takes control if it is free, or from somebody else if that is said explicitly.
     pub fn take(&self, holder: &str, take_over: bool, now: Instant) -> Result<Taken, Problem> {
-        let mut desk = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let present = desk.take_if(|lease| lease.ends_at > now);
-        if let Some(lease) = present.as_ref().filter(|_| !take_over) {
-            let problem = controlled_by(&lease.holder);
-            *desk = present;
-            return Err(problem);
-        }
         let id = Uuid::new_v4().to_string();
         let lease = Lease { id, holder: holder.to_owned(), ends_at: now + CONTROL_LEASE };
-        *desk = Some(lease.clone());
-        Ok(Taken { lease, from: present.map(|lease| lease.holder) })
+        let mut from = None;
+        let taken = self.0.send_if_modified(|desk| {
+            from = desk.as_ref().filter(|present| present.ends_at > now).map(|present| present.holder.clone());
+            let taken = take_over || from.is_none();
+            if taken {
+                *desk = Some(lease.clone());
+            }
+            taken
+        });
+        match (taken, from) {
+            (false, Some(holder)) => Err(controlled_by(&holder)),
+            (_, from) => Ok(Taken { lease, from }),
+        }
     }
 
     /// Who has control now.
     pub fn present(&self, now: Instant) -> Option<Lease> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone().filter(|lease| lease.ends_at > now)
+        self.0.borrow().clone().filter(|lease| lease.ends_at > now)
+    }
+
+    /// Tells of every change but the end of a lease that nobody renews: that comes with time alone.
+    pub fn watch(&self) -> watch::Receiver<Option<Lease>> {
+        self.0.subscribe()
     }
 
     /// Holds on for five more seconds.
     pub fn renew(&self, id: Option<&str>, now: Instant) -> Result<Lease, Problem> {
-        let mut desk = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let lease = desk.as_mut().filter(|lease| lease.ends_at > now);
-        match lease {
-            Some(lease) if Some(lease.id.as_str()) == id => {
-                lease.ends_at = now + CONTROL_LEASE;
-                Ok(lease.clone())
-            }
-            Some(lease) => Err(controlled_by(&lease.holder)),
-            None => Err(nobody()),
-        }
+        let mut renewed = Err(nobody());
+        self.0.send_if_modified(|desk| {
+            renewed = match desk.as_mut().filter(|lease| lease.ends_at > now) {
+                Some(lease) if Some(lease.id.as_str()) == id => {
+                    lease.ends_at = now + CONTROL_LEASE;
+                    Ok(lease.clone())
+                }
+                Some(lease) => Err(controlled_by(&lease.holder)),
+                None => Err(nobody()),
+            };
+            renewed.is_ok()
+        });
+        renewed
     }
 
     /// Gives control back; giving back what one does not have is no error.
     pub fn give_back(&self, id: Option<&str>) {
-        let mut desk = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        desk.take_if(|lease| Some(lease.id.as_str()) == id);
+        self.0.send_if_modified(|desk| desk.take_if(|lease| Some(lease.id.as_str()) == id).is_some());
     }
 
     /// Passes if the request carries the lease; a command renews it.

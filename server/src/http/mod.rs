@@ -11,6 +11,7 @@ pub mod headers;
 pub mod idempotency;
 pub mod metering;
 pub mod openapi;
+pub mod page;
 pub mod paging;
 pub mod problems;
 pub mod routes;
@@ -30,7 +31,8 @@ use crate::app::App;
 pub fn router(app: App) -> Router {
     let guard = guard::Guard::new(&app.config);
     let (api, _) = openapi::routes_and_document();
-    api.merge(SwaggerUi::new("/docs").config(utoipa_swagger_ui::Config::from("/openapi.json")))
+    api.merge(page::routes())
+        .merge(SwaggerUi::new("/docs").config(utoipa_swagger_ui::Config::from("/openapi.json")))
         .route("/api/v1/stream", axum::routing::get(crate::ws::stream))
         .fallback(problems::no_such_path)
         .method_not_allowed_fallback(problems::no_such_method)

@@ -7,6 +7,8 @@ use serde_json::Value;
 use tokio::sync::watch;
 use tokio::time::{Duration, Instant};
 
+use crate::http::control::Lease;
+use crate::http::dto::control::ControlDto;
 use crate::http::dto::jobs::JobDto;
 use crate::http::dto::station::StationDto;
 use crate::jobs::JobView;
@@ -105,41 +107,52 @@ fn note_lost(before: &DropCount, after: &DropCount) {
     }
 }
 
-/// The station: every change of state, and the rest as often as wanted.
+/// The station: every change of state, who commands, and the rest as often as wanted.
 pub struct StateFeed {
     status: watch::Receiver<Arc<StationStatus>>,
+    control: watch::Receiver<Option<Lease>>,
     pace: Pace,
     seen: u64,
-    sent: Option<Arc<StationStatus>>,
+    sent: Option<(Arc<StationStatus>, Option<String>)>,
 }
 
 impl StateFeed {
     /// As subscribed.
     pub fn new(wanted: &Subscription, streams: &Streams) -> Self {
         let pace = Pace::new(wanted.max_rate_hz.unwrap_or(DEFAULT_RATE_HZ), Instant::now());
-        Self { status: streams.sources.status.clone(), pace, seen: 0, sent: None }
+        let sources = &streams.sources;
+        Self { status: sources.status.clone(), control: sources.control.clone(), pace, seen: 0, sent: None }
     }
 
-    /// The newest status.
+    /// The newest status with who commands.
     pub fn next(&mut self, now: Instant, streams: &Streams) -> Next {
         let status = self.status.borrow_and_update().clone();
-        if self.sent.as_ref().is_some_and(|sent| Arc::ptr_eq(sent, &status)) {
-            return Next::Nothing;
+        let control = self.control.borrow_and_update().clone().filter(|lease| lease.ends_at > now.into_std());
+        let holder = control.as_ref().map(|lease| lease.holder.clone());
+        let same = |(sent, told): &(Arc<StationStatus>, _)| Arc::ptr_eq(sent, &status) && *told == holder;
+        if self.sent.as_ref().is_some_and(same) {
+            // A lease that nobody renews ends without a word.
+            return control.map_or(Next::Nothing, |lease| Next::At(lease.ends_at.into()));
         }
         let changes: Vec<_> = status.state_history.after(self.seen).map(Into::into).collect();
-        if changes.is_empty() && now < self.pace.opens() {
+        let urgent = !changes.is_empty() || self.sent.as_ref().is_some_and(|(_, told)| *told != holder);
+        if !urgent && now < self.pace.opens() {
             return Next::At(self.pace.opens());
         }
         self.pace.pass(now);
         self.seen = status.state_history.newest();
-        let station = streams.station_text(&status);
-        self.sent = Some(status);
+        let mut station = (*streams.station_text(&status)).clone();
+        station["control"] = serde_json::to_value(control.as_ref().map(ControlDto::from)).unwrap_or_default();
+        self.sent = Some((status, holder));
         text(&ServerText::State { changes, station: &station })
     }
 
     /// Something newer came.
     pub async fn changed(&mut self) {
-        changed(&mut self.status).await;
+        tokio::select! {
+            () = changed(&mut self.status) => {}
+            () = changed(&mut self.control) => {}
+        }
     }
 }
 
@@ -405,13 +418,9 @@ impl Feeds {
     }
 }
 
-/// The station as `GET /api/v1/station` tells it, but for who controls it: that is not the station's business.
+/// The station as `GET /api/v1/station` tells it, still without who commands.
 pub fn station_json(status: &StationStatus) -> Value {
-    let mut station = serde_json::to_value(StationDto::new(status, None)).unwrap_or_default();
-    if let Some(fields) = station.as_object_mut() {
-        fields.remove("control");
-    }
-    station
+    serde_json::to_value(StationDto::new(status, None)).unwrap_or_default()
 }
 
 /// A job as `GET /api/v1/jobs/{id}` tells it.

@@ -12,6 +12,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use vision::LineDirection;
 
 use crate::app::App;
+use crate::http::control::Lease;
 use crate::jobs::JobView;
 use crate::live::LiveBus;
 use crate::live::worker::Worker;
@@ -30,6 +31,8 @@ pub struct Sources {
     pub frames: watch::Receiver<Option<SharedFrame>>,
     /// The station's state.
     pub status: watch::Receiver<Arc<StationStatus>>,
+    /// Who commands.
+    pub control: watch::Receiver<Option<Lease>>,
     /// Progress of jobs.
     pub jobs: watch::Receiver<Option<JobView>>,
     /// Number of the newest event.

@@ -10,6 +10,7 @@ mod document;
 mod edge;
 mod events;
 mod idempotency;
+mod page;
 mod problems;
 mod station;
 

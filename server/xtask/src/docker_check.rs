@@ -24,16 +24,16 @@ const PORT: u16 = 8080;
 /// Longest time from the program's start to its readiness: promised are five seconds, the rest is a busy machine.
 const READY_WITHIN: Duration = Duration::from_secs(30);
 
-/// Replays the Dockerfile. With `binary` the build stage is left out and that program is put in its place.
+/// Replays the Dockerfile. With `binary` the stages before the last are left out and that program is put in their place.
 pub fn docker_check(binary: Option<&Path>) -> Outcome {
     ensure_program("debootstrap", "debootstrap")?;
     let stages = parse(&std::fs::read_to_string(workspace().join("docker/Dockerfile"))?)?;
-    let [build, station] = &stages[..] else {
-        return Err("docker/Dockerfile must have the stages build and station".into());
+    let [page, build, station] = &stages[..] else {
+        return Err("docker/Dockerfile must have the stages page, build and station".into());
     };
     let built = match binary {
         Some(binary) => binary.to_owned(),
-        None => replay_build(build)?,
+        None => replay_build(build, &replay_page(page)?)?,
     };
     let root = debian_folder("docker-station", "ca-certificates")?;
     let program = replay_station(station, &root, &built)?;
@@ -65,8 +65,29 @@ fn debian_folder(name: &str, packages: &str) -> Outcome<PathBuf> {
     Ok(root)
 }
 
+/// Builds the page from the files under version control with this machine's Node, which stands in for the base image's;
+/// returns where the image's root would be.
+fn replay_page(stage: &Stage) -> Outcome<PathBuf> {
+    let root = target_folder().join("docker-page");
+    if root.exists() {
+        std::fs::remove_dir_all(&root)?;
+    }
+    let mut folder = root.clone();
+    for instruction in &stage.instructions {
+        match instruction {
+            Instruction::Workdir(path) => folder = inside(&root, path),
+            Instruction::Copy { from: None, .. } => copy_context(&folder)?,
+            Instruction::Run(line) => {
+                run("RUN", Command::new("/bin/sh").args(["-c", line]).current_dir(&folder))?;
+            }
+            other => return Err(format!("the page stage must not hold {other:?}").into()),
+        }
+    }
+    Ok(root)
+}
+
 /// Compiles in the build stage's folder with this machine's toolchain, which stands in for the base image's.
-fn replay_build(stage: &Stage) -> Outcome<PathBuf> {
+fn replay_build(stage: &Stage, page_root: &Path) -> Outcome<PathBuf> {
     let root = debian_folder("docker-build", BUILD_PACKAGES)?;
     let mut mounts = Mounts(Vec::new());
     let home = PathBuf::from(std::env::var_os("HOME").ok_or("HOME is not set")?);
@@ -86,6 +107,10 @@ fn replay_build(stage: &Stage) -> Outcome<PathBuf> {
             Instruction::Copy { from: None, .. } => {
                 copy_context(&inside(&root, &folder))?;
                 mounts.bind(&output, &inside(&root, &folder).join("target"))?;
+            }
+            Instruction::Copy { from: Some(_), source, target } => {
+                let to = inside(&root, &folder).join(target);
+                run("copy", Command::new("cp").arg("--archive").arg(inside(page_root, source)).arg(to))?;
             }
             Instruction::Run(line) => {
                 let line = format!(

@@ -2,6 +2,7 @@
 
 mod docker_check;
 mod dockerfile;
+mod page;
 mod steps;
 mod tools;
 
@@ -12,9 +13,11 @@ const HELP: &str = "\
 Developer commands:
   cargo xtask run [ARGS…]    build with optimisation and run `sheaf serve ARGS…`: a simulated station by default
   cargo xtask demo [ARGS…]   the same with `sheaf demo ARGS…`: the whole chain on rendered pictures, with a report
-  cargo xtask test           every check: format, clippy, tests, doc tests, documentation, the image's program
+  cargo xtask page           build the browser station into web/dist, from where the program embeds it
+  cargo xtask browser        the page in Chromium against the debug program
+  cargo xtask test           every check: format, lint, tests, the page in a browser, documentation, the image's program
   cargo xtask ci             the same as test
-  cargo xtask openapi        write openapi/openapi.json from the code
+  cargo xtask openapi        write openapi/openapi.json from the code, and the page's types from it
   cargo xtask docker-check [--binary FILE]
                              replay docker/Dockerfile in Debian 12 folders and start the result;
                              with FILE the build stage is left out";
@@ -26,6 +29,8 @@ fn main() -> ExitCode {
         "run" => steps::run_sheaf("serve", rest),
         "demo" => steps::run_sheaf("demo", rest),
         "test" | "ci" => steps::test(),
+        "page" => page::ensure_page(),
+        "browser" => steps::test_in_browser(),
         "openapi" => steps::write_openapi(),
         "docker-check" => docker(rest),
         "help" | "--help" | "-h" => {

@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use crate::docker_check::docker_check;
+use crate::page::{check_page, ensure_page, write_schema};
 use crate::tools::ensure_python;
 
 /// Lines of the test runner repeated at the very end, where a person looks first.
@@ -15,19 +16,27 @@ pub type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
 /// Builds with optimisation and runs a command of the product.
 pub fn run_sheaf(command: &str, arguments: &[String]) -> Outcome {
+    ensure_page()?;
     let mut process = cargo(&["run", "--release", "--package", "sheaf", "--", command]);
     process.args(arguments).env("SHEAF_DATA", data_folder());
     run(command, &mut process)
 }
 
-/// Writes the API document of this version to `openapi/openapi.json`.
+/// Writes the API document of this version to `openapi/openapi.json`, and the page's types from it.
 pub fn write_openapi() -> Outcome {
     let output = cargo(&["run", "--quiet", "--package", "sheaf", "--", "openapi"]).output()?;
     if !output.status.success() {
         return Err(format!("sheaf openapi failed: {}", String::from_utf8_lossy(&output.stderr)).into());
     }
     std::fs::write(workspace().join("openapi/openapi.json"), output.stdout)?;
-    Ok(())
+    write_schema()
+}
+
+/// Builds the page and the debug program, and tries both in a browser.
+pub fn test_in_browser() -> Outcome {
+    ensure_page()?;
+    run("program", &mut cargo(&["build", "--package", "sheaf"]))?;
+    crate::page::test_in_browser()
 }
 
 /// Every check, cheapest first.
@@ -37,9 +46,12 @@ pub fn test() -> Outcome {
     ensure_component("clippy", "clippy")?;
     tell_about_data();
     run("format", &mut cargo(&["fmt", "--all", "--", "--check"]))?;
+    ensure_page()?;
+    check_page()?;
     run("clippy", &mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     let python = ensure_python()?;
     let closing = run_tests(&python)?;
+    crate::page::test_in_browser()?;
     run("doc tests", &mut cargo(&["test", "--workspace", "--doc", "--quiet"]))?;
     let mut doc = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
     run("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"))?;

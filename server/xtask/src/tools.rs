@@ -34,7 +34,8 @@ pub fn ensure_program(program: &str, package: &str) -> Outcome {
     if on_path || Path::new("/usr/sbin").join(program).is_file() { Ok(()) } else { ensure_apt(package) }
 }
 
-fn ensure_apt(package: &str) -> Outcome {
+/// Installs a Debian package.
+pub fn ensure_apt(package: &str) -> Outcome {
     println!("── installing the Debian package {package}");
     let missing =
         |error| format!("{package} is missing and could not be installed ({error}); install it and repeat");

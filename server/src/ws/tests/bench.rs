@@ -17,6 +17,7 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, client_async};
 use vision::{CentrelinePoint, Centrelines, GreyImage, LineDirection, Pixels, Segment};
 
+use crate::http::control::ControlDesk;
 use crate::jobs::JobView;
 use crate::live::worker::Worker;
 use crate::live::{LiveBus, LiveFrame};
@@ -32,6 +33,7 @@ pub struct Bench {
     pub bus: LiveBus,
     pub frames: watch::Sender<Option<SharedFrame>>,
     pub status: watch::Sender<Arc<StationStatus>>,
+    pub control: ControlDesk,
     /// Kept so that the stream does not end.
     pub _jobs: watch::Sender<Option<JobView>>,
     pub events: watch::Sender<i64>,
@@ -53,10 +55,12 @@ impl Bench {
         let frames = watch::Sender::new(None);
         let status = watch::Sender::new(Arc::new(first_status()));
         let (jobs, events) = (watch::Sender::new(None), watch::Sender::new(41));
+        let control = ControlDesk::default();
         let sources = Sources {
             live: bus.clone(),
             frames: frames.subscribe(),
             status: status.subscribe(),
+            control: control.watch(),
             jobs: jobs.subscribe(),
             events: events.subscribe(),
         };
@@ -70,7 +74,7 @@ impl Bench {
         let accept = any(|State(streams): State<Streams>, upgrade| async move { streams.accept(upgrade) });
         let router = Router::new().route("/api/v1/stream", accept).with_state(streams.clone());
         let server = tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
-        Self { bus, frames, status, _jobs: jobs, events, streams, address, _encoder: encoder, server }
+        Self { bus, frames, status, control, _jobs: jobs, events, streams, address, _encoder: encoder, server }
     }
 
     /// Shows a frame of `width` × `width` / 2 noisy pixels with one line in it.

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use tokio_tungstenite::tungstenite::Message;
 
 use super::bench::{Bench, Client, sequence};
+use crate::config::limits::CONTROL_LEASE;
 use crate::live::Sight;
 use crate::station::{MachineState, OperationalState};
 
@@ -171,4 +172,22 @@ async fn the_clock_of_a_pong_is_the_clock_of_frames() {
     let clock_ms = client.text_of("pong").await["clock_ms"].as_f64().unwrap();
     // The frame was exposed at 7 ms of the invented clock, a moment ago.
     assert!((7.0..7.0 + super::bench::PATIENCE.as_secs_f64() * 1e3).contains(&clock_ms), "{clock_ms}");
+}
+
+#[tokio::test]
+async fn who_commands_is_told_at_once_and_so_is_the_end_of_a_lease() {
+    let bench = Bench::start().await;
+    let mut client = bench.client().await;
+    client.subscribe(json!({ "stream": "state", "max_rate_hz": 0.001 })).await;
+    assert_eq!(client.text_of("state").await["station"]["control"], Value::Null);
+    let taken = bench.control.take("Anna", false, std::time::Instant::now()).unwrap();
+    let told = client.text_of("state").await;
+    assert_eq!((&told["station"]["control"]["holder"], &told["changes"]), (&json!("Anna"), &json!([])));
+    bench.control.give_back(Some(&taken.lease.id));
+    assert_eq!(client.text_of("state").await["station"]["control"], Value::Null);
+    // A lease that was taken almost five seconds ago and is not renewed.
+    let almost = std::time::Instant::now() - CONTROL_LEASE + std::time::Duration::from_millis(200);
+    bench.control.take("Ben", false, almost).unwrap();
+    assert_eq!(client.text_of("state").await["station"]["control"]["holder"], "Ben");
+    assert_eq!(client.text_of("state").await["station"]["control"], Value::Null);
 }

@@ -1,0 +1,89 @@
+//! The browser station's own steps: packages, build, checks, and the tests in a real browser.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::SystemTime;
+
+use crate::steps::{Outcome, run, target_folder, workspace};
+use crate::tools::ensure_program;
+
+/// What the built page follows from.
+const SOURCES: [&str; 6] = ["src", "public", "index.html", "vite.config.ts", "tsconfig.json", "package-lock.json"];
+
+/// Builds the page into `web/dist`, from where the program embeds it; does nothing where it is newer than its sources.
+pub fn ensure_page() -> Outcome {
+    let web = workspace().join("web");
+    ensure_packages(&web)?;
+    let built = modified(&web.join("dist/index.html"));
+    let changed = SOURCES.iter().filter_map(|source| newest(&web.join(source))).max();
+    if built.is_some() && built >= changed {
+        return Ok(());
+    }
+    run("page", npm(&web).args(["run", "--silent", "build"]))
+}
+
+/// Lint, types, unit tests and the client's drift from the API document.
+pub fn check_page() -> Outcome {
+    let web = workspace().join("web");
+    for script in ["lint", "types", "test"] {
+        run(script, npm(&web).args(["run", "--silent", script]))?;
+    }
+    Ok(())
+}
+
+/// The page in Debian's Chromium against the real program, which was built before.
+pub fn test_in_browser() -> Outcome {
+    ensure_program("chromium", "chromium")?;
+    ensure_fonts()?;
+    let web = workspace().join("web");
+    let program = target_folder().join("debug/sheaf");
+    run("browser", npm(&web).args(["run", "--silent", "browser"]).env("SHEAF_BIN", program))
+}
+
+/// Writes the client's types from the API document.
+pub fn write_schema() -> Outcome {
+    let web = workspace().join("web");
+    ensure_packages(&web)?;
+    run("schema", npm(&web).args(["run", "--silent", "schema"]))
+}
+
+fn ensure_packages(web: &Path) -> Outcome {
+    let wanted = std::fs::read(web.join("package-lock.json"))?;
+    let stamp = web.join("node_modules/.installed-lock.json");
+    if std::fs::read(&stamp).is_ok_and(|present| present == wanted) {
+        return Ok(());
+    }
+    run("packages", npm(web).args(["ci", "--no-audit", "--no-fund"])).map_err(|cause| {
+        format!("{cause}; the page needs Node 18.13 or newer with npm, and its registry within reach")
+    })?;
+    std::fs::write(stamp, wanted)?;
+    Ok(())
+}
+
+/// Text without fonts is boxes; a minimal Debian has none.
+fn ensure_fonts() -> Outcome {
+    if Path::new("/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf").is_file() {
+        return Ok(());
+    }
+    crate::tools::ensure_apt("fonts-dejavu-core")
+}
+
+fn npm(web: &Path) -> Command {
+    let mut command = Command::new("npm");
+    command.current_dir(web);
+    command
+}
+
+fn modified(file: &Path) -> Option<SystemTime> {
+    std::fs::metadata(file).ok()?.modified().ok()
+}
+
+/// When the newest file under a path was written.
+fn newest(path: &Path) -> Option<SystemTime> {
+    if path.is_file() {
+        return modified(path);
+    }
+    let entries: Vec<PathBuf> = std::fs::read_dir(path).ok()?.flatten().map(|entry| entry.path()).collect();
+    // A folder's own time tells of files that went.
+    entries.iter().filter_map(|entry| newest(entry)).chain(modified(path)).max()
+}
