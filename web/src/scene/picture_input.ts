@@ -1,0 +1,99 @@
+/** Mouse, fingers, wheel and keys on a picture: zoom, move, point at something. */
+
+/** What a person does to a picture; places are CSS px from its top-left corner. */
+export interface PictureHands {
+  zoomAt(factor: number, x: number, y: number): void;
+  pan(dx: number, dy: number): void;
+  fit(): void;
+  /** Where the pointer is; `undefined` when it has left. */
+  point(x: number | undefined, y: number): void;
+}
+
+/** One notch of a wheel (100 px of it) zooms by this factor. */
+const WHEEL_FACTOR = 1.25;
+const KEY_FACTOR = 1.25;
+const KEY_PAN_PX = 40;
+
+/** Listens on `place` until the returned function is called. */
+export function listen(place: HTMLElement, hands: PictureHands): () => void {
+  const ended = new AbortController();
+  const { signal } = ended;
+  const down = new Map<number, { x: number; y: number }>();
+  const at = (event: MouseEvent) => {
+    const box = place.getBoundingClientRect();
+    return { x: event.clientX - box.left, y: event.clientY - box.top };
+  };
+
+  place.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      const { x, y } = at(event);
+      hands.zoomAt(WHEEL_FACTOR ** (-event.deltaY / 100), x, y);
+      hands.point(x, y);
+    },
+    { signal, passive: false },
+  );
+  place.addEventListener(
+    "pointerdown",
+    (event) => {
+      if (event.button !== 0) return;
+      down.set(event.pointerId, at(event));
+      place.setPointerCapture(event.pointerId);
+    },
+    { signal },
+  );
+  place.addEventListener(
+    "pointermove",
+    (event) => {
+      const now = at(event);
+      const before = down.get(event.pointerId);
+      if (before) drag(down, event.pointerId, before, now, hands);
+      hands.point(now.x, now.y);
+    },
+    { signal },
+  );
+  const up = (event: PointerEvent) => void down.delete(event.pointerId);
+  place.addEventListener("pointerup", up, { signal });
+  place.addEventListener("pointercancel", up, { signal });
+  place.addEventListener("pointerleave", () => hands.point(undefined, 0), { signal });
+  place.addEventListener("dblclick", () => hands.fit(), { signal });
+  place.addEventListener("keydown", (event) => onKey(event, place, hands), { signal });
+  return () => ended.abort();
+}
+
+/** One finger moves the picture, two fingers zoom it about their middle. */
+function drag(
+  down: Map<number, { x: number; y: number }>,
+  id: number,
+  before: { x: number; y: number },
+  now: { x: number; y: number },
+  hands: PictureHands,
+): void {
+  const other = [...down].find(([other_id]) => other_id !== id)?.[1];
+  if (other) {
+    const grown =
+      Math.hypot(now.x - other.x, now.y - other.y) / Math.hypot(before.x - other.x, before.y - other.y);
+    if (Number.isFinite(grown) && grown > 0) hands.zoomAt(grown, (now.x + other.x) / 2, (now.y + other.y) / 2);
+    hands.pan((now.x - before.x) / 2, (now.y - before.y) / 2);
+  } else hands.pan(now.x - before.x, now.y - before.y);
+  down.set(id, now);
+}
+
+function onKey(event: KeyboardEvent, place: HTMLElement, hands: PictureHands): void {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  const middle = [place.clientWidth / 2, place.clientHeight / 2] as const;
+  const acts: Record<string, () => void> = {
+    "+": () => hands.zoomAt(KEY_FACTOR, ...middle),
+    "-": () => hands.zoomAt(1 / KEY_FACTOR, ...middle),
+    "0": () => hands.fit(),
+    ArrowLeft: () => hands.pan(KEY_PAN_PX, 0),
+    ArrowRight: () => hands.pan(-KEY_PAN_PX, 0),
+    ArrowUp: () => hands.pan(0, KEY_PAN_PX),
+    ArrowDown: () => hands.pan(0, -KEY_PAN_PX),
+  };
+  const act = acts[event.key];
+  if (!act) return;
+  event.preventDefault();
+  act();
+}

@@ -1,0 +1,67 @@
+/**
+ * Stripes over the pixels of a picture that are at full scale.
+ *
+ * Works by compositing alone, so that no frame is copied into the script's memory: 1 − grey, magnified until every
+ * grey level below the limit is white, inverted, is a mask of the saturated pixels.
+ */
+
+/**
+ * Grey levels from 253 on count as full scale, since a JPEG rounds; dodging with 252 magnifies by 255 / 3, so that 252
+ * and less are ruled out.
+ */
+const DODGE = "#fcfcfc";
+
+/** Width of a stripe and of the gap beside it together, px of the frame. */
+const STRIPE_PERIOD_PX = 8;
+
+/** What a difference with white turns to red. */
+const STRIPE_COLOUR = "#00ffff";
+
+export class Zebra {
+  readonly canvas = document.createElement("canvas");
+  private readonly mask = document.createElement("canvas");
+  private stripes: CanvasPattern | undefined;
+
+  /** Makes `canvas` the picture with stripes. */
+  take(picture: ImageBitmap): void {
+    const [mask, shown] = [this.mask.getContext("2d"), this.canvas.getContext("2d")];
+    if (!mask || !shown) return;
+    for (const canvas of [this.mask, this.canvas]) {
+      if (canvas.width === picture.width && canvas.height === picture.height) continue;
+      canvas.width = picture.width;
+      canvas.height = picture.height;
+    }
+    this.stripes ??= stripes(mask);
+    const { width, height } = picture;
+    const composite = (operation: GlobalCompositeOperation, fill: string | CanvasPattern) => {
+      mask.globalCompositeOperation = operation;
+      mask.fillStyle = fill;
+      mask.fillRect(0, 0, width, height);
+    };
+    mask.globalCompositeOperation = "copy";
+    mask.drawImage(picture, 0, 0);
+    composite("difference", "#ffffff");
+    composite("color-dodge", DODGE);
+    composite("difference", "#ffffff");
+    if (this.stripes) composite("multiply", this.stripes);
+    shown.globalCompositeOperation = "copy";
+    shown.drawImage(picture, 0, 0);
+    shown.globalCompositeOperation = "difference";
+    shown.drawImage(this.mask, 0, 0);
+  }
+}
+
+function stripes(context: CanvasRenderingContext2D): CanvasPattern | undefined {
+  const tile = document.createElement("canvas");
+  tile.width = STRIPE_PERIOD_PX;
+  tile.height = STRIPE_PERIOD_PX;
+  const drawing = tile.getContext("2d");
+  if (!drawing) return undefined;
+  for (let row = 0; row < STRIPE_PERIOD_PX; row++) {
+    for (let column = 0; column < STRIPE_PERIOD_PX; column++) {
+      drawing.fillStyle = (row + column) % STRIPE_PERIOD_PX < STRIPE_PERIOD_PX / 2 ? STRIPE_COLOUR : "#000";
+      drawing.fillRect(column, row, 1, 1);
+    }
+  }
+  return context.createPattern(tile, "repeat") ?? undefined;
+}
