@@ -76,6 +76,27 @@ fn stop_200_times() -> (Duration, Duration) {
     (p99, longest)
 }
 
+#[test]
+fn a_server_asked_to_end_darkens_and_stops_before_it_is_gone() {
+    let folder = tempfile::tempdir().unwrap();
+    let (simulator, config) = grbl_station(folder.path());
+    let witness = simulator.witness();
+    for round in 0..2 {
+        let server = Server::start(&folder.path().join("data"), &["--config", config.to_str().unwrap()]);
+        let commander = Commander::take(&server);
+        // Light in the first round; homing, then motion in the second.
+        assert!(commander.begin_something(round), "round {round}");
+        wait_for("light or motion", || witness.light() || witness.moving());
+        let mark = witness.mark();
+        assert!(server.terminate().success());
+        assert!(!witness.light() && !witness.moving(), "the server is gone, light or motion is not");
+        let ended = |entry: &devices::grbl_simulator::Entry| {
+            matches!(entry.what, Happening::LightOff | Happening::MotionEnded(_))
+        };
+        assert!(witness.since(mark).iter().any(ended), "round {round}: {:?}", witness.since(mark));
+    }
+}
+
 #[track_caller]
 fn first_stop_byte(simulator: &GrblSimulator, mark: usize) -> Instant {
     let begun = Instant::now();
@@ -91,9 +112,14 @@ fn first_stop_byte(simulator: &GrblSimulator, mark: usize) -> Instant {
 
 #[track_caller]
 fn wait_for_rest(simulator: &GrblSimulator) {
+    wait_for("dark and rest", || !simulator.witness().light() && !simulator.witness().moving());
+}
+
+#[track_caller]
+fn wait_for(what: &str, reached: impl Fn() -> bool) {
     let begun = Instant::now();
-    while simulator.witness().light() || simulator.witness().moving() {
-        assert!(begun.elapsed() < Duration::from_secs(10), "still light or motion 10 s after Stop");
+    while !reached() {
+        assert!(begun.elapsed() < Duration::from_secs(10), "no {what} within 10 s");
         std::thread::sleep(Duration::from_millis(1));
     }
 }
