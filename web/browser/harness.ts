@@ -40,6 +40,7 @@ export class Server {
     if (!existsSync(SHEAF)) throw new Error(`${SHEAF} is missing: cargo build --package sheaf`);
     const child = spawn(SHEAF, ["serve", "--listen", listen, "--data", join(folder, "data"), ...args], {
       stdio: ["ignore", "pipe", "ignore"],
+      env: environment(),
     });
     const lines = createInterface({ input: child.stdout });
     const url = await new Promise<string>((found, failed) => {
@@ -114,6 +115,12 @@ export class Server {
     const job = await this.job("/api/v1/scans", { source: { kind: "station" }, from_mm: -20, to_mm: 20, step_mm });
     return job.result?.id ?? "";
   }
+}
+
+/** The environment without this harness's own variables, which the program would take for misspelt settings. */
+function environment(): NodeJS.ProcessEnv {
+  const own = ["SHEAF_BIN", "SHEAF_CHROMIUM", "SHEAF_PICTURES"];
+  return Object.fromEntries(Object.entries(process.env).filter(([name]) => !own.includes(name)));
 }
 
 /** Chromium without a screen, with WebGL2 in software. */

@@ -4,6 +4,7 @@ import { createContext } from "preact";
 import { useContext } from "preact/hooks";
 import type { Api } from "./api/client";
 import type { Control } from "./state/control";
+import type { EventLog } from "./state/events";
 import type { JobsState } from "./state/jobs";
 import type { StationState } from "./state/station";
 import type { StreamConnection } from "./stream/connection";
@@ -14,6 +15,7 @@ export interface App {
   station: StationState;
   control: Control;
   jobs: JobsState;
+  events: EventLog;
 }
 
 export const AppContext = createContext<App | undefined>(undefined);

@@ -6,8 +6,10 @@ import { type Api, makeApi } from "./api/client";
 import { AppContext } from "./app";
 import { Frame } from "./frame/frame";
 import { Control } from "./state/control";
+import { EventLog } from "./state/events";
 import { JobsState } from "./state/jobs";
 import { followRoute } from "./state/route";
+import { followShortcuts } from "./state/shortcuts";
 import { StationState } from "./state/station";
 import { theme } from "./state/theme";
 import { StreamConnection } from "./stream/connection";
@@ -19,21 +21,24 @@ const station = new StationState(stream);
 const control: Control = new Control(station, (): Api => api);
 const api = makeApi(() => control.id());
 const jobs = new JobsState(stream, api);
+const events = new EventLog(stream, api);
 
 effect(() => {
   document.documentElement.lang = language.value;
   document.documentElement.dataset.theme = theme.value;
 });
 followRoute();
+followShortcuts();
 station.start();
 control.start();
 jobs.start();
+events.start();
 stream.start();
 
 const place = document.getElementById("app");
 if (place) {
   render(
-    <AppContext.Provider value={{ api, stream, station, control, jobs }}>
+    <AppContext.Provider value={{ api, stream, station, control, jobs, events }}>
       <Frame />
     </AppContext.Provider>,
     place,

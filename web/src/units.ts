@@ -41,10 +41,10 @@ export function bytes(value: number | null | undefined, language: string): strin
   return `${decimal(value / 1000 ** power, power === 0 ? 0 : 1, language)} ${units[power]}`;
 }
 
-/** A moment on the wall clock. */
+/** A moment on the wall clock, its month as a word: no country reads it differently. */
 export function moment(at_ms: number | null | undefined, language: string): string {
   if (at_ms == null) return "–";
-  return new Date(at_ms).toLocaleString(language, { dateStyle: "short", timeStyle: "medium" });
+  return new Date(at_ms).toLocaleString(language, { dateStyle: "medium", timeStyle: "medium", hourCycle: "h23" });
 }
 
 /** Reads what a person typed: point or comma as decimal separator, ASCII or typographic minus. */

@@ -1,10 +1,7 @@
 /** What a person must know before anything else: a Stop that failed, old data, faults, a stopped station, lost control. */
 
-import { useMemo } from "preact/hooks";
-import { data } from "../api/client";
 import { useApp } from "../app";
-import { CommandButton } from "../parts/command_button";
-import { Command } from "../state/command";
+import { ResetButton } from "../parts/reset";
 import { text } from "../text";
 import { stop_outcome } from "./stop";
 
@@ -37,28 +34,13 @@ export function Banners() {
           <div>{fault.remedy}</div>
         </div>
       ))}
-      {status?.state === "Error" && <ResetBanner label={words.reset} />}
+      {status?.state === "Error" && <ResetButton label={words.reset} />}
       {status?.state === "Halted" && (
         <div class="note banner row">
           <span class="grow">{words.reset_after_stop}</span>
-          <ResetBanner label={words.reset_stop} />
+          <ResetButton label={words.reset_stop} />
         </div>
       )}
     </div>
   );
-}
-
-function ResetBanner({ label }: { label: string }) {
-  const { api, control } = useApp();
-  const reset = useMemo(
-    () =>
-      new Command(async () => {
-        await control.ensure();
-        await data(
-          api.POST("/api/v1/station/reset", { params: { header: { "Sheaf-Control": control.id() ?? "" } } }),
-        );
-      }),
-    [api, control],
-  );
-  return <CommandButton command={reset}>{label}</CommandButton>;
 }

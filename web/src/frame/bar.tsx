@@ -10,6 +10,7 @@ export function Bar() {
   const words = text.value.frame;
   const status = station.status.value;
   const simulated = station.simulated.value;
+  const working = status?.job_id != null;
   const interlock = status?.laser.interlock_closed;
   return (
     <header class="bar">
@@ -18,9 +19,9 @@ export function Bar() {
           {words.simulated[simulated] ?? simulated}
         </span>
       )}
-      <span class="item" title={status?.state}>
+      <span class="item state" title={status?.state}>
         <strong>{status ? (words.states[status.state] ?? status.words) : words.loading}</strong>
-        <small>{status?.activity || status?.state || "–"}</small>
+        <small>{working ? status.activity : (status?.state ?? "–")}</small>
       </span>
       <span class="item optional">
         <small>{words.laser}</small>
@@ -32,7 +33,7 @@ export function Bar() {
           {interlock == null ? words.interlock_unread : interlock ? words.interlock_closed : words.interlock_open}
         </strong>
       </span>
-      <span class="item" role="status">
+      <span class="item link" role="status">
         <small>{words.link}</small>
         <strong>{station.stale.value ? words.link_stale(station.stale_s.value) : words.link_live}</strong>
       </span>

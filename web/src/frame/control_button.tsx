@@ -22,7 +22,7 @@ export function ControlButton() {
     <>
       <button
         type="button"
-        class="quiet"
+        class="quiet control"
         aria-haspopup="dialog"
         onClick={() => {
           open.value = true;

@@ -1,5 +1,6 @@
 /** The frame around every page: bar, rail, what a person must know now, and the page itself. */
 
+import { useEffect } from "preact/hooks";
 import { useApp } from "../app";
 import { route } from "../state/route";
 import { text } from "../text";
@@ -7,10 +8,16 @@ import { Banners } from "./banners";
 import { Bar } from "./bar";
 import { Page } from "./page";
 import { Rail } from "./rail";
+import { titleOf } from "./title";
 
 export function Frame() {
   const { station } = useApp();
-  const classes = ["frame", station.simulated.value && "simulated", station.stale.value && "stale"];
+  const stale = station.stale.value;
+  const title = titleOf(text.value, route.value.page, station.status.value?.state, stale);
+  useEffect(() => {
+    document.title = title;
+  }, [title]);
+  const classes = ["frame", station.simulated.value && "simulated", stale && "stale"];
   return (
     <div class={classes.filter(Boolean).join(" ")}>
       <button type="button" class="skip" onClick={() => document.getElementById("page")?.focus()}>
@@ -18,10 +25,12 @@ export function Frame() {
       </button>
       <Bar />
       <Rail />
-      <main class="page" id="page" tabIndex={-1}>
+      <div class="body">
         <Banners />
-        <Page key={route.value.page} />
-      </main>
+        <main class="page" id="page" tabIndex={-1}>
+          <Page key={route.value.page} />
+        </main>
+      </div>
     </div>
   );
 }

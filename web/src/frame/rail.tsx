@@ -1,16 +1,27 @@
+import { useEffect, useRef } from "preact/hooks";
 import { href, PAGES, route } from "../state/route";
+import { digitOf, letter_shortcuts, PAGE_LETTERS } from "../state/shortcuts";
 import { text } from "../text";
 import { preload } from "./page";
 
 /** The way to all pages. A result belongs to the results. */
 export function Rail() {
   const current = route.value.page === "result" ? "results" : route.value.page;
+  const rail = useRef<HTMLElement>(null);
+  // On a phone the rail scrolls sideways.
+  useEffect(() => {
+    rail.current?.querySelector(`[aria-current]`)?.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }, [current]);
   return (
-    <nav class="rail" aria-label={text.value.frame.pages}>
+    <nav class="rail" ref={rail} aria-label={text.value.frame.pages}>
       {PAGES.map((page) => (
         <a
           key={page}
           href={href(page)}
+          title={[letter_shortcuts.value && `g ${PAGE_LETTERS[page]}`, `Alt + ${digitOf(page)}`]
+            .filter(Boolean)
+            .join(", ")}
+          aria-keyshortcuts={`Alt+${digitOf(page)}`}
           aria-current={page === current ? "page" : undefined}
           onPointerEnter={() => preload(page)}
         >

@@ -2,24 +2,29 @@
 
 import { useMemo } from "preact/hooks";
 import { data, type Job } from "../api/client";
-import { useApp } from "../app";
+import { type App, useApp } from "../app";
 import { Command } from "../state/command";
 import { hasEnded } from "../state/jobs";
 import { language, text } from "../text";
 import { duration } from "../units";
 import { CommandButton } from "./command_button";
 
-export function JobProgress({ job }: { job: Job }) {
-  const { api, jobs } = useApp();
-  const cancel = useMemo(
+/** The command that ends a job. */
+export function useCancel({ api, jobs }: Pick<App, "api" | "jobs">, job: Job): Command {
+  return useMemo(
     () =>
       new Command(async (steps) => {
-        jobs.note(await data(api.POST("/api/v1/jobs/{id}/cancel", { params: { path: { id: job.id } } })));
+        const params = { path: { id: job.id } };
+        jobs.note((await data(api.POST("/api/v1/jobs/{id}/cancel", { params }))) as Job);
         steps.accepted();
         await jobs.ended(job.id);
       }),
     [api, jobs, job.id],
   );
+}
+
+export function JobProgress({ job }: { job: Job }) {
+  const cancel = useCancel(useApp(), job);
   return (
     <div class="stack job" data-job-state={job.state}>
       <progress value={job.progress} max={1} aria-label={job.message} />
@@ -34,10 +39,10 @@ export function JobProgress({ job }: { job: Job }) {
 }
 
 /** Time left and the time of day when it ends. */
-function remaining(job: Job): string {
+export function remaining(job: Job): string {
   if (job.remaining_s == null || hasEnded(job)) return "";
   const ends = new Date(Date.now() + 1000 * job.remaining_s);
-  const clock = ends.toLocaleTimeString(language.value, { hour: "2-digit", minute: "2-digit" });
+  const clock = ends.toLocaleTimeString(language.value, { hour: "2-digit", minute: "2-digit", hourCycle: "h23" });
   const words = text.value.parts;
   return `${words.remaining(duration(job.remaining_s, language.value))}, ${words.ends_at(clock)}`;
 }

@@ -4,8 +4,11 @@ import { computed, signal } from "@preact/signals";
 import { type Api, data, type Job } from "../api/client";
 import type { StreamConnection } from "../stream/connection";
 
-/** Jobs kept for the list; older ones are a page away. */
-const KEPT = 200;
+/** Jobs kept for the list. */
+const KEPT = 1000;
+
+/** Jobs read at once. */
+const AT_ONCE = 50;
 
 export function hasEnded(job: Job): boolean {
   return job.state !== "queued" && job.state !== "running";
@@ -16,6 +19,8 @@ export class JobsState {
   readonly list = signal<readonly Job[]>([]);
   /** Jobs that wait or run, oldest first. */
   readonly open = computed(() => this.list.value.filter((job) => !hasEnded(job)).reverse());
+  /** Whether the server has jobs older than those in the list. */
+  readonly has_older = signal(false);
   private readonly waiting = new Map<string, ((job: Job) => void)[]>();
 
   constructor(
@@ -40,11 +45,22 @@ export class JobsState {
   /** Reads the newest jobs again. */
   async refresh(): Promise<void> {
     try {
-      const { items } = await data(this.api.GET("/api/v1/jobs", { params: { query: { limit: 50 } } }));
+      const { items, next } = await data(this.api.GET("/api/v1/jobs", { params: { query: { limit: AT_ONCE } } }));
+      // The newest page says whether there is more, unless older pages were read already.
+      if (this.list.peek().length <= AT_ONCE) this.has_older.value = next != null;
       for (const job of [...items].reverse()) this.note(job as Job);
     } catch {
       // The link's age is shown; the next event or connection asks again.
     }
+  }
+
+  /** Reads jobs older than the oldest in the list. */
+  async older(): Promise<void> {
+    const before = this.list.peek().at(-1)?.id;
+    const query = before === undefined ? { limit: AT_ONCE } : { limit: AT_ONCE, before };
+    const { items, next } = await data(this.api.GET("/api/v1/jobs", { params: { query } }));
+    for (const job of items) this.note(job as Job);
+    this.has_older.value = next != null && this.list.peek().length < KEPT;
   }
 
   /** Notes what a request answered, so that the page need not wait for the stream. */

@@ -33,6 +33,8 @@ export class StreamConnection {
   heard_at_ms = performance.now();
   /** What this viewer missed, by stream. */
   readonly dropped = signal<readonly DropCount[]>([]);
+  /** Time from this page to the server and back, ms. */
+  readonly round_trip_ms = signal<number | undefined>(undefined);
   /** The software version the server said. */
   readonly server_version = signal("");
   /** Station's clock minus this page's clock, ms; undefined before the first frame. */
@@ -164,7 +166,9 @@ export class StreamConnection {
   private synchronise(id: number | undefined, clock_ms: number | null): void {
     const asked_at = id === undefined ? undefined : this.pings.get(id);
     if (id !== undefined) this.pings.delete(id);
-    if (asked_at === undefined || clock_ms === null) return;
+    if (asked_at === undefined) return;
+    this.round_trip_ms.value = performance.now() - asked_at;
+    if (clock_ms === null) return;
     this.clock_offset_ms = clock_ms - (asked_at + performance.now()) / 2;
   }
 

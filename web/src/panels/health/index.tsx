@@ -1,9 +1,68 @@
+/** Whether everything is well: grey cards that speak up by exception, the log, and a bundle for support. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { bytes, data } from "../../api/client";
+import { useApp } from "../../app";
+import { CommandButton } from "../../parts/command_button";
+import { Command } from "../../state/command";
 import { text } from "../../text";
+import { download, supportBundle } from "./bundle";
+import { CalibrationCard, OrdersCard } from "./calibration";
+import { Devices } from "./devices";
+import { EventTable } from "./event_log";
+import { parseMetrics } from "./metrics";
+import { DiskCard, FramesCard, LinkCard, QueueCard, SoftwareCard } from "./service";
+import "./health.css";
+
+/** Disk and sockets are looked at so often while the page is open. */
+const LOOK_EVERY_MS = 5000;
 
 export default function Health() {
+  const app = useApp();
+  const words = text.value.health;
+  const metrics = useSignal<ReadonlyMap<string, number> | undefined>(undefined);
+  const version = useSignal<string | undefined>(undefined);
+  useEffect(() => {
+    const look = async () => {
+      try {
+        metrics.value = parseMetrics(await (await bytes("/metrics")).text());
+        version.value = (await data(app.api.GET("/health"))).version;
+      } catch {
+        // The link's own card says that the server is away.
+      }
+    };
+    void look();
+    const timer = setInterval(() => void look(), LOOK_EVERY_MS);
+    return () => clearInterval(timer);
+  }, [app.api, metrics, version]);
+  const bundle = useMemo(
+    () =>
+      new Command(async () => {
+        const stamp = new Date().toISOString().slice(0, 19).replace(/[-:]/g, "");
+        download(`sheaf-support-${stamp}.json`, await supportBundle(app));
+      }),
+    [app],
+  );
+  const status = app.station.status.value;
   return (
-    <header>
-      <h1>{text.value.health.title}</h1>
-    </header>
+    <div class="stack health">
+      <header class="row">
+        <h1 class="grow">{words.title}</h1>
+        <CommandButton command={bundle}>{words.bundle}</CommandButton>
+      </header>
+      <div class="cards">
+        {status && <Devices status={status} />}
+        {status && <FramesCard status={status} />}
+        <LinkCard n_sockets={metrics.value?.get("sheaf_stream_sockets")} />
+        <DiskCard metrics={metrics.value} />
+        <QueueCard />
+        <CalibrationCard />
+        <SoftwareCard version={version.value} />
+      </div>
+      <OrdersCard />
+      <EventTable />
+      <p class="muted">{words.bundle_holds}</p>
+    </div>
   );
 }

@@ -1,9 +1,55 @@
+/** All results: found by name, day and verdict; their trend; opened, taken away, deleted. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { useApp } from "../../app";
+import { CommandButton } from "../../parts/command_button";
+import { ProblemCard } from "../../parts/problem";
+import { href } from "../../state/route";
 import { text } from "../../text";
+import { filtered, NO_FILTER } from "./filter";
+import { FilterBar } from "./filter_bar";
+import { ResultsState } from "./results_state";
+import { Rows } from "./rows";
+import { TrendCard } from "./trend";
+import "./results.css";
 
 export default function Results() {
+  const { api, events } = useApp();
+  const words = text.value.results;
+  const state = useMemo(() => new ResultsState(api, events), [api, events]);
+  useEffect(() => state.follow(), [state]);
+  const filter = useSignal(NO_FILTER);
+  const parts = state.parts.value;
+  const problem = state.problem.value;
+  const shown = useMemo(() => (parts ? filtered(parts, filter.value) : []), [parts, filter.value]);
   return (
-    <header>
-      <h1>{text.value.results.title}</h1>
-    </header>
+    <div class="stack results">
+      <h1>{words.title}</h1>
+      {problem && <ProblemCard problem={problem} />}
+      {!parts && !problem && <p class="muted">{text.value.frame.loading}</p>}
+      {parts && parts.length === 0 && (
+        <section class="card">
+          <h2>{words.none_yet}</h2>
+          <p>{words.none_yet_how}</p>
+          <a class="button" href={href("operate")}>
+            {text.value.pages.operate}
+          </a>
+        </section>
+      )}
+      {parts && parts.length > 0 && (
+        <>
+          <FilterBar
+            filter={filter}
+            n_shown={shown.length}
+            n_read={parts.length}
+            complete={!state.has_older.value}
+          />
+          <TrendCard parts={shown} />
+          <Rows parts={shown} />
+          {state.has_older.value && <CommandButton command={state.older}>{words.older}</CommandButton>}
+        </>
+      )}
+    </div>
   );
 }

@@ -29,6 +29,7 @@ export const frame = {
     "Operational.SingleExecution": "arbeitet",
     "Operational.ContinuousExecution": "Live-Bild",
   } as Record<string, string>,
+  title_stale: "keine Verbindung",
   fault: "Störung",
   reset: "Quittieren und zurücksetzen",
   reset_after_stop:
@@ -67,6 +68,8 @@ export const parts = {
   yes: "ja",
   no: "nein",
   more: "Mehr",
+  copy: "Kopieren",
+  copied: "Kopiert",
   unknown: "unbekannt",
 };
 

@@ -29,6 +29,7 @@ export const frame = {
     "Operational.SingleExecution": "at work",
     "Operational.ContinuousExecution": "live view",
   } as Record<string, string>,
+  title_stale: "no link",
   fault: "Fault",
   reset: "Acknowledge and reset",
   reset_after_stop: "The station was stopped. It moves and shines again only after a reset.",
@@ -66,6 +67,8 @@ export const parts = {
   yes: "yes",
   no: "no",
   more: "More",
+  copy: "Copy",
+  copied: "Copied",
   unknown: "unknown",
 };
 

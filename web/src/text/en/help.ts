@@ -1,3 +1,73 @@
+type Step = readonly ["calibration" | "live" | "scan" | "operate" | "results" | "health", string];
+
 export const help = {
   title: "Help",
+  contents: "Contents",
+  first: "First steps",
+  first_steps: [
+    [
+      "calibration",
+      "press Calibrate now, wait, then activate the calibration. Without one nothing can be measured.",
+    ],
+    [
+      "live",
+      "look at the camera picture and the lines; set the exposure so that the lines are bright, not saturated.",
+    ],
+    ["operate", "put the part on the stage, type or scan its serial number, press Start."],
+    ["scan", "set range and step yourself and watch the points grow."],
+    ["results", "open a result, compare parts over time, download points."],
+    ["health", "when something seems wrong: what is not grey wants attention."],
+  ] as readonly Step[],
+  simulated:
+    "A blue frame and the word Simulation mean that nothing here is real: the station computes its pictures itself. Everything else works the same.",
+  states: "What the states mean",
+  state: "State",
+  means: "Meaning",
+  state_means: {
+    Preoperational: "The service starts, or a device is missing. Health says which one.",
+    "Operational.Initialized": "Devices answer, but a calibration is not active or the stage is not homed.",
+    "Operational.Ready": "A scan can start.",
+    "Operational.SingleExecution": "A job has the station. Commands by hand are refused until it ends.",
+    "Operational.ContinuousExecution": "The camera runs for the live view. A job may start at any time.",
+    Halted: "Somebody pressed Stop. Nothing moves or shines until a reset.",
+    Error: "A device failed. Remove the cause, then acknowledge and reset.",
+  } as Record<string, string>,
+  verdicts: "What the verdicts mean",
+  verdict_means: {
+    pass: "The value lies inside the tolerance by more than its uncertainty U (ISO 14253-1).",
+    fail: "The value lies outside the tolerance by more than U.",
+    undecided: "A limit lies within ± U of the value: neither can be proved.",
+    invalid: "Frames were lost during the scan. Scan again.",
+    measured: "There is a value, but no tolerance to judge it by.",
+  } as Record<string, string>,
+  stop: "Laser and Stop",
+  stop_says: [
+    "Stop works from every page, for everybody, with or without control, and is never asked twice. Keys: Ctrl + . or Pause.",
+    "Stop halts the stage and darkens the laser. A scan that was running is kept as far as it got and can be continued.",
+    "After Stop nothing moves or shines by itself. A person resets the station.",
+    "The laser shines only during a job or the live view. It goes dark when frames stay away, when the service ends, and on every fault.",
+    "Stop is not an emergency stop: it needs this page, the network and the server. Use the emergency stop of the machine when somebody is in danger.",
+    "One page commands at a time. Jobs need no control; commands by hand take it, and anybody may take it over.",
+  ],
+  shortcuts: "Keyboard shortcuts",
+  keys: "Keys",
+  does: "Does",
+  shortcut_keys: [
+    ["Ctrl + .", "Stop"],
+    ["Pause", "Stop"],
+    ["?", "These shortcuts"],
+    ["Tab", "Next control; Shift + Tab goes back"],
+    ["Enter", "Presses a button; in the serial number: starts the scan"],
+    ["Esc", "Closes a dialog"],
+  ] as readonly (readonly [string, string])[],
+  letters_off:
+    "On Operate letters go into the serial number, so that a scanner always hits it. Letters as shortcuts can be switched off:",
+  programs: "For programs",
+  programs_say: "Everything that this page does goes through the public interface.",
+  explorer: "API explorer",
+  openapi: "the interface as an OpenAPI document",
+  first_job: "shows the line for a first job while there are none",
+  about: "About",
+  libraries: "This page holds these libraries, all under the MIT licence:",
+  licence_text: "MIT licence",
 };

@@ -4,6 +4,7 @@ import { health } from "./health";
 import { help } from "./help";
 import { jobs } from "./jobs";
 import { live } from "./live";
+import { light_models, measured_as, outcomes, tools } from "./measuring";
 import { operate } from "./operate";
 import { result } from "./result";
 import { results } from "./results";
@@ -16,6 +17,10 @@ export const en = {
   frame,
   pages,
   parts,
+  tools,
+  measured_as,
+  outcomes,
+  light_models,
   calibration,
   health,
   help,

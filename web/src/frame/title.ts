@@ -1,0 +1,9 @@
+/** The title of the window: what a person sees of the station while another tab is open. */
+
+import type { PageName } from "../state/route";
+import type { Catalogue } from "../text/en";
+
+export function titleOf(words: Catalogue, page: PageName, state: string | undefined, stale: boolean): string {
+  const condition = stale ? words.frame.title_stale : state && (words.frame.states[state] ?? state);
+  return [condition, words.pages[page], "Sheaf"].filter(Boolean).join(" · ");
+}

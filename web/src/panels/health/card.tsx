@@ -1,0 +1,47 @@
+import type { ComponentChildren } from "preact";
+import { text } from "../../text";
+import type { Tone } from "./judgement";
+
+interface Properties {
+  title: string;
+  tone: Tone;
+  /** What is to be known at a glance. */
+  headline: string;
+  /** What to do; shown when the card speaks up. */
+  advice?: string | undefined;
+  children?: ComponentChildren;
+}
+
+/** A card that is grey while all is well. */
+export function HealthCard({ title, tone, headline, advice, children }: Properties) {
+  const words = text.value.health;
+  return (
+    <section class={`card health-card live-data ${tone}`} aria-label={title} data-tone={tone}>
+      <h2>{title}</h2>
+      <p class="headline">
+        {tone !== "calm" && (
+          <span class="sign">
+            <span aria-hidden="true">{tone === "alarm" ? "✕ " : "! "}</span>
+            <span class="visually-hidden">{tone === "alarm" ? words.alarm : words.caution}: </span>
+          </span>
+        )}
+        {headline}
+      </p>
+      {tone !== "calm" && advice && <p>{advice}</p>}
+      {children}
+    </section>
+  );
+}
+
+export function Facts({ of }: { of: readonly (readonly [string, string])[] }) {
+  return (
+    <dl class="facts">
+      {of.map(([name, value]) => (
+        <div key={name} class="fact">
+          <dt>{name}</dt>
+          <dd>{value}</dd>
+        </div>
+      ))}
+    </dl>
+  );
+}

@@ -1,0 +1,13 @@
+/** Numbers of `GET /metrics` that the page shows. */
+
+/** Reads the text format of Prometheus; labels stay part of the name. Histograms are left out. */
+export function parseMetrics(text: string): ReadonlyMap<string, number> {
+  const numbers = new Map<string, number>();
+  for (const line of text.split("\n")) {
+    if (line.startsWith("#") || line.includes("_bucket{")) continue;
+    const at = line.lastIndexOf(" ");
+    const value = Number(line.slice(at + 1));
+    if (at > 0 && Number.isFinite(value)) numbers.set(line.slice(0, at), value);
+  }
+  return numbers;
+}

@@ -1,0 +1,24 @@
+/** A job that waits or runs. */
+
+import type { Job } from "../../api/client";
+import { JobProgress } from "../../parts/job_progress";
+import { language, text } from "../../text";
+import { moment } from "../../units";
+import { kindOf, nameOf, sourceOf } from "./words";
+
+export function Open({ job }: { job: Job }) {
+  const words = text.value.jobs;
+  return (
+    <li class="open-job live-data">
+      <div class="row">
+        <strong>{kindOf(job)}</strong>
+        {nameOf(job) && <span>{nameOf(job)}</span>}
+        <span class="tag">{words.states[job.state]}</span>
+        <span class="muted grow">
+          {sourceOf(job)}, {moment(job.created_at_ms, language.value)}
+        </span>
+      </div>
+      <JobProgress job={job} />
+    </li>
+  );
+}

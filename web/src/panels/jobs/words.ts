@@ -1,0 +1,35 @@
+/** Jobs in words. */
+
+import type { Job } from "../../api/client";
+import { href } from "../../state/route";
+import { text } from "../../text";
+
+export function kindOf(job: Job): string {
+  return text.value.jobs.kinds[job.kind] ?? job.kind;
+}
+
+/** What a person called the thing that the job makes. */
+export function nameOf(job: Job): string | undefined {
+  const name = (job.input as { name?: unknown } | null | undefined)?.name;
+  return typeof name === "string" && name !== "" ? name : undefined;
+}
+
+/** Who asked: a person who had control, or a program. */
+export function sourceOf(job: Job): string {
+  return job.source === "rest" ? text.value.jobs.by_api : job.source;
+}
+
+/** Where what it made is looked at. */
+export function madeAt(job: Job): string | undefined {
+  const made = job.result;
+  if (!made) return undefined;
+  if (made.kind === "scan") return href("result", made.id);
+  if (made.kind === "calibration") return href("calibration", made.id);
+  return made.href;
+}
+
+/** How long it ran, s. */
+export function ranFor_s(job: Job): number | undefined {
+  if (job.started_at_ms == null || job.ended_at_ms == null) return undefined;
+  return (job.ended_at_ms - job.started_at_ms) / 1000;
+}

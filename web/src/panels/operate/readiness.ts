@@ -1,0 +1,42 @@
+/** Why a scan cannot start now, the first reason first. */
+
+import type { Station } from "../../api/client";
+import type { PageName } from "../../state/route";
+
+export type Obstacle =
+  | "no_link"
+  | "no_devices"
+  | "halted"
+  | "fault"
+  | "busy"
+  | "interlock_open"
+  | "not_calibrated"
+  | "not_homed";
+
+/** Where a person goes to remove it; what is missing here is removed on the spot. */
+export const REMEDY_PAGE: Partial<Record<Obstacle, PageName>> = {
+  no_devices: "health",
+  busy: "jobs",
+  not_calibrated: "calibration",
+};
+
+interface Situation {
+  stale: boolean;
+  status: Station | undefined;
+  /** Undefined: not known yet. */
+  calibrated: boolean | undefined;
+  /** A job waits for the station or has it. */
+  busy: boolean;
+}
+
+export function obstacleOf({ stale, status, calibrated, busy }: Situation): Obstacle | undefined {
+  if (stale || !status) return "no_link";
+  if (status.state === "Halted") return "halted";
+  if (status.state === "Error") return "fault";
+  if (status.state === "Preoperational") return "no_devices";
+  if (busy || status.job_id != null) return "busy";
+  if (status.laser.interlock_closed === false) return "interlock_open";
+  if (calibrated === false) return "not_calibrated";
+  if (status.stage.needs_homing && !status.stage.homed) return "not_homed";
+  return undefined;
+}

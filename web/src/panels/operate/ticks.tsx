@@ -1,0 +1,46 @@
+/** The last parts as ticks, newest at the right; every browser draws them from the server's records. */
+
+import { outcomeOf, SIGN, standing } from "../../state/outcome";
+import { href } from "../../state/route";
+import type { ScannedPart } from "../../state/scanned";
+import { language, text } from "../../text";
+import { decimal, moment } from "../../units";
+
+/** Parts shown. */
+export const TICKS = 20;
+
+export function Ticks({ parts }: { parts: readonly ScannedPart[] }) {
+  const words = text.value.operate;
+  const shown = parts.slice(0, TICKS).reverse();
+  const failed = shown.filter((part) => outcomeOf(part) === "fail").length;
+  return (
+    <section class="card" aria-label={words.last_parts}>
+      <div class="row">
+        <h2 class="grow">{words.last_parts}</h2>
+        <span class="muted">{shown.length > 0 && words.failed_of(failed, shown.length)}</span>
+      </div>
+      {shown.length === 0 && <p class="muted">{words.no_parts}</p>}
+      <ol class="ticks">
+        {shown.map((part) => (
+          <li key={part.scan.id}>
+            <a
+              class={`tick ${outcomeOf(part)}`}
+              href={href("result", part.scan.id)}
+              title={told(part)}
+              aria-label={told(part)}
+            >
+              {SIGN[outcomeOf(part)]}
+            </a>
+          </li>
+        ))}
+      </ol>
+    </section>
+  );
+}
+
+function told(part: ScannedPart): string {
+  const measured = standing(part);
+  const value = measured && `${decimal(measured.value, 3, language.value)} ${measured.unit}`;
+  const words = [part.scan.name, text.value.outcomes[outcomeOf(part)], value];
+  return [...words, moment(part.scan.created_at_ms, language.value)].filter(Boolean).join(", ");
+}

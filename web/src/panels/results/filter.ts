@@ -1,0 +1,34 @@
+/** Which results are shown. */
+
+import { type Outcome, outcomeOf } from "../../state/outcome";
+import type { ScannedPart } from "../../state/scanned";
+
+export interface ResultFilter {
+  /** Part of the name, whatever the case. */
+  name: string;
+  outcome: Outcome | "";
+  /** Days as `YYYY-MM-DD` of this browser's time zone, both included; empty: no limit. */
+  from_day: string;
+  to_day: string;
+}
+
+export const NO_FILTER: ResultFilter = { name: "", outcome: "", from_day: "", to_day: "" };
+
+export function filtered(parts: readonly ScannedPart[], filter: ResultFilter): readonly ScannedPart[] {
+  const name = filter.name.trim().toLowerCase();
+  const [from_ms, to_ms] = [dayStart(filter.from_day, 0), dayStart(filter.to_day, 1)];
+  return parts.filter((part) => {
+    const { scan } = part;
+    if (!scan.name.toLowerCase().includes(name)) return false;
+    if (filter.outcome !== "" && outcomeOf(part) !== filter.outcome) return false;
+    if (from_ms !== undefined && scan.created_at_ms < from_ms) return false;
+    return to_ms === undefined || scan.created_at_ms < to_ms;
+  });
+}
+
+/** Midnight at which a day, or the one `later` days after it, begins; ms since 1970. */
+function dayStart(day: string, later: number): number | undefined {
+  const [year, month, date] = day.split("-").map(Number);
+  if (!year || !month || !date) return undefined;
+  return new Date(year, month - 1, date + later).getTime();
+}

@@ -1,0 +1,74 @@
+import type { Signal } from "@preact/signals";
+import { useId } from "preact/hooks";
+import { type Outcome, SIGN } from "../../state/outcome";
+import { text } from "../../text";
+import { NO_FILTER, type ResultFilter } from "./filter";
+
+interface Properties {
+  filter: Signal<ResultFilter>;
+  n_shown: number;
+  n_read: number;
+  /** Whether everything the server has was read. */
+  complete: boolean;
+}
+
+export function FilterBar({ filter, n_shown, n_read, complete }: Properties) {
+  const words = text.value.results;
+  const id = useId();
+  const change = (part: Partial<ResultFilter>) => (filter.value = { ...filter.value, ...part });
+  const any = JSON.stringify(filter.value) !== JSON.stringify(NO_FILTER);
+  return (
+    <search class="card row end filter-bar">
+      <div class="field">
+        <label for={`${id}-name`}>{words.by_name}</label>
+        <input
+          id={`${id}-name`}
+          type="search"
+          value={filter.value.name}
+          onInput={(event) => change({ name: event.currentTarget.value })}
+        />
+      </div>
+      <div class="field">
+        <label for={`${id}-state`}>{words.by_state}</label>
+        <select
+          id={`${id}-state`}
+          value={filter.value.outcome}
+          onChange={(event) => change({ outcome: event.currentTarget.value as Outcome | "" })}
+        >
+          <option value="">{words.all}</option>
+          {(Object.keys(SIGN) as Outcome[]).map((outcome) => (
+            <option key={outcome} value={outcome}>
+              {text.value.outcomes[outcome]}
+            </option>
+          ))}
+        </select>
+      </div>
+      <div class="field">
+        <label for={`${id}-from`}>{words.from_day}</label>
+        <input
+          id={`${id}-from`}
+          type="date"
+          value={filter.value.from_day}
+          onInput={(event) => change({ from_day: event.currentTarget.value })}
+        />
+      </div>
+      <div class="field">
+        <label for={`${id}-to`}>{words.to_day}</label>
+        <input
+          id={`${id}-to`}
+          type="date"
+          value={filter.value.to_day}
+          onInput={(event) => change({ to_day: event.currentTarget.value })}
+        />
+      </div>
+      {any && (
+        <button type="button" onClick={() => (filter.value = NO_FILTER)}>
+          {words.no_filter}
+        </button>
+      )}
+      <span class="muted count" role="status">
+        {complete ? words.shown_of(n_shown, n_read) : words.shown_of_read(n_shown, n_read)}
+      </span>
+    </search>
+  );
+}

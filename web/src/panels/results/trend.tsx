@@ -1,0 +1,60 @@
+/** The trend of one characteristic; the chart's code is loaded when there is something to draw. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useId, useMemo, useRef } from "preact/hooks";
+import { goTo } from "../../state/route";
+import type { ScannedPart } from "../../state/scanned";
+import { theme } from "../../state/theme";
+import { language, text } from "../../text";
+import { decimal } from "../../units";
+import type { TrendChart } from "./trend_chart";
+import { toolsOf, trendOf } from "./trend_data";
+
+export function TrendCard({ parts }: { parts: readonly ScannedPart[] }) {
+  const words = text.value.results;
+  const id = useId();
+  const chosen = useSignal("");
+  const place = useRef<HTMLDivElement>(null);
+  const tools = toolsOf(parts);
+  const tool = tools.includes(chosen.value) ? chosen.value : tools[0];
+  const trend = useMemo(() => (tool ? trendOf(parts, tool) : undefined), [parts, tool]);
+  const drawn = JSON.stringify(trend);
+  useEffect(() => {
+    let chart: TrendChart | undefined;
+    let gone = false;
+    void import("./trend_chart").then(({ TrendChart }) => {
+      if (gone || !place.current || !trend) return;
+      chart = new TrendChart(place.current, trend, language.value, (point) => goTo("result", point.scan_id));
+    });
+    return () => {
+      gone = true;
+      chart?.dispose();
+    };
+  }, [drawn, theme.value, language.value]);
+  if (!tool || !trend) return null;
+  const values = trend.points.map((point) => point.value);
+  const mean = values.reduce((sum, value) => sum + value, 0) / values.length;
+  const spread = Math.max(...values) - Math.min(...values);
+  const written = (value: number) => `${decimal(value, 3, language.value)} ${trend.unit}`;
+  const told = words.trend_told(values.length, written(mean), written(spread));
+  return (
+    <section class="card" aria-label={words.trend}>
+      <div class="row">
+        <h2>{words.trend}</h2>
+        <label class="visually-hidden" for={id}>
+          {words.characteristic}
+        </label>
+        <select id={id} value={tool} onChange={(event) => (chosen.value = event.currentTarget.value)}>
+          {tools.map((name) => (
+            <option key={name} value={name}>
+              {text.value.measured_as[name] ?? name} ({name === "angle" ? "°" : "mm"})
+            </option>
+          ))}
+        </select>
+        <span class="muted number">{told}</span>
+      </div>
+      <div class="trend" ref={place} role="img" aria-label={`${text.value.measured_as[tool] ?? tool}: ${told}`} />
+      <p class="muted">{trend.tolerance === undefined ? words.trend_without_limits : words.trend_legend}</p>
+    </section>
+  );
+}

@@ -1,0 +1,129 @@
+/** Draws a trend: values with their uncertainty over parts, between the lines of their tolerance. */
+
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import { decimal } from "../../units";
+import type { Trend, TrendPoint } from "./trend_data";
+
+/** Height of the chart. */
+const HEIGHT_PX = 260;
+const POINT_RADIUS_PX = 5;
+
+export class TrendChart {
+  private readonly plot: uPlot;
+  private readonly observer: ResizeObserver;
+
+  constructor(
+    place: HTMLElement,
+    private readonly trend: Trend,
+    language: string,
+    onPick: (point: TrendPoint) => void,
+  ) {
+    const written = (value: number) => decimal(value, 3, language);
+    const axis = { stroke: colour("--ink-2"), grid: { stroke: colour("--line"), width: 1 } };
+    this.plot = new uPlot(
+      {
+        width: Math.max(200, place.clientWidth),
+        height: HEIGHT_PX,
+        scales: { x: { time: false, range: [0.4, trend.points.length + 0.6] }, y: { range: this.range() } },
+        axes: [
+          { ...axis, incrs: [1, 2, 5, 10, 20, 50, 100], values: (_, at) => at.map((x) => (x % 1 ? "" : `${x}`)) },
+          { ...axis, size: 78, values: (_, at) => at.map(written) },
+        ],
+        legend: { show: false },
+        cursor: { points: { show: false } },
+        series: [{}, { stroke: colour("--line-strong"), width: 1, points: { show: false } }],
+        hooks: { draw: [() => this.drawPoints()], drawClear: [() => this.drawLimits()] },
+      },
+      this.columns(),
+      place,
+    );
+    this.plot.over.addEventListener("click", () => {
+      const point = trend.points[this.plot.cursor.idx ?? -1];
+      if (point) onPick(point);
+    });
+    this.observer = new ResizeObserver(() =>
+      this.plot.setSize({ width: Math.max(200, place.clientWidth), height: HEIGHT_PX }),
+    );
+    this.observer.observe(place);
+  }
+
+  dispose(): void {
+    this.observer.disconnect();
+    this.plot.destroy();
+  }
+
+  private columns(): [number[], number[]] {
+    return [this.trend.points.map((_, at) => at + 1), this.trend.points.map((point) => point.value)];
+  }
+
+  /** Values with their uncertainty and the limits, with some air. */
+  private range(): [number, number] {
+    const { points, nominal, tolerance } = this.trend;
+    const ends = points.flatMap(({ value, u }) => [value - u, value + u]);
+    if (nominal !== undefined) ends.push(nominal - (tolerance ?? 0), nominal + (tolerance ?? 0));
+    const [low, high] = [Math.min(...ends), Math.max(...ends)];
+    const air = Math.max(0.12 * (high - low), 1e-3);
+    return [low - air, high + air];
+  }
+
+  private drawLimits(): void {
+    const { nominal, tolerance } = this.trend;
+    if (nominal === undefined) return;
+    this.across(nominal, colour("--line-strong"), [2, 6]);
+    if (tolerance === undefined) return;
+    for (const limit of [nominal - tolerance, nominal + tolerance]) this.across(limit, colour("--ink"), [10, 6]);
+  }
+
+  private across(value: number, stroke: string, dash: number[]): void {
+    const { ctx, bbox } = this.plot;
+    const y = this.plot.valToPos(value, "y", true);
+    ctx.save();
+    ctx.strokeStyle = stroke;
+    ctx.lineWidth = 1.5 * devicePixelRatio;
+    ctx.setLineDash(dash);
+    ctx.beginPath();
+    ctx.moveTo(bbox.left, y);
+    ctx.lineTo(bbox.left + bbox.width, y);
+    ctx.stroke();
+    ctx.restore();
+  }
+
+  private drawPoints(): void {
+    const { ctx } = this.plot;
+    ctx.save();
+    this.trend.points.forEach((point, at) => {
+      const x = this.plot.valToPos(at + 1, "x", true);
+      const y = this.plot.valToPos(point.value, "y", true);
+      const ink = colour(point.bad ? "--alarm" : "--ink-2");
+      ctx.strokeStyle = ctx.fillStyle = ink;
+      ctx.lineWidth = 1.5 * devicePixelRatio;
+      ctx.beginPath();
+      ctx.moveTo(x, this.plot.valToPos(point.value - point.u, "y", true));
+      ctx.lineTo(x, this.plot.valToPos(point.value + point.u, "y", true));
+      ctx.stroke();
+      drawSign(ctx, x, y, POINT_RADIUS_PX * devicePixelRatio, point.bad);
+    });
+    ctx.restore();
+  }
+}
+
+/** A disc, or a cross for what failed: told without colour too. */
+function drawSign(ctx: CanvasRenderingContext2D, x: number, y: number, r: number, bad: boolean): void {
+  ctx.beginPath();
+  if (bad) {
+    ctx.lineWidth *= 2;
+    ctx.moveTo(x - r, y - r);
+    ctx.lineTo(x + r, y + r);
+    ctx.moveTo(x + r, y - r);
+    ctx.lineTo(x - r, y + r);
+    ctx.stroke();
+  } else {
+    ctx.arc(x, y, r, 0, 2 * Math.PI);
+    ctx.fill();
+  }
+}
+
+function colour(name: string): string {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}

@@ -1,0 +1,125 @@
+/** What lies on the simulated stage, and what goes wrong there. */
+
+import { useSignal } from "@preact/signals";
+import { useMemo } from "preact/hooks";
+import { data, type Schemas } from "../../api/client";
+import { useApp } from "../../app";
+import { CommandButton } from "../../parts/command_button";
+import { useFollowed } from "../../parts/followed";
+import { NumberField } from "../../parts/number_field";
+import { ProblemCard } from "../../parts/problem";
+import { Command } from "../../state/command";
+import { language, text } from "../../text";
+import { FAULTS, type SimulatedFault } from "./faults";
+
+const SCENES: readonly Schemas["SceneNameDto"][] = ["sphere", "gauge", "plate", "freeform"];
+
+export function Simulation() {
+  const { api } = useApp();
+  const words = text.value.settings;
+  const of_simulation = (event: { kind: string }) => event.kind.startsWith("simulation.");
+  const scene = useFollowed(() => data(api.GET("/api/v1/simulation/scene")), of_simulation);
+  const faults = useFollowed(async () => (await data(api.GET("/api/v1/simulation/faults"))).items, of_simulation);
+  const on = faults.state.value.value ?? [];
+  const present = scene.state.value.value?.scene;
+  const problem = scene.state.value.problem ?? faults.state.value.problem;
+  return (
+    <section class="card stack simulation" aria-label={words.simulation}>
+      <h2>
+        <span class="simulation-word">{text.value.frame.simulated.twin}</span> {words.simulation}
+      </h2>
+      <p>{words.simulation_hint}</p>
+      {problem && <ProblemCard problem={problem} />}
+      <h3>{words.scene}</h3>
+      <div class="row">
+        {SCENES.map((name) => (
+          <SceneButton key={name} name={name} present={present === name} reload={scene.reload} />
+        ))}
+        {present && !SCENES.some((name) => name === present) && <span>{words.scenes[present] ?? present}</span>}
+      </div>
+      <h3>{words.faults}</h3>
+      <ul class="plain fault-list">
+        {FAULTS.map((fault) => (
+          <FaultRow
+            key={fault.name}
+            fault={fault}
+            on={on.find((one) => one.name === fault.name)}
+            reload={faults.reload}
+          />
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+interface SceneProperties {
+  name: Schemas["SceneNameDto"];
+  present: boolean;
+  reload: () => Promise<void>;
+}
+
+function SceneButton({ name, present, reload }: SceneProperties) {
+  const { api } = useApp();
+  const words = text.value.settings;
+  const place = useMemo(
+    () =>
+      new Command(async () => {
+        await data(api.PUT("/api/v1/simulation/scene", { body: { scene: name } }));
+        await reload();
+      }),
+    [api, name],
+  );
+  return present ? (
+    <span class="tag present">✓ {words.scenes[name]}</span>
+  ) : (
+    <CommandButton command={place}>{words.place(words.scenes[name] ?? name)}</CommandButton>
+  );
+}
+
+interface FaultProperties {
+  fault: SimulatedFault;
+  on: Schemas["FaultSwitchDto"] | undefined;
+  reload: () => Promise<void>;
+}
+
+function FaultRow({ fault, on, reload }: FaultProperties) {
+  const { api } = useApp();
+  const words = text.value.settings;
+  const value = useSignal(on?.value ?? fault.value?.ordinary);
+  const command = useMemo(
+    () =>
+      new Command(async () => {
+        const path = { name: fault.name };
+        if (on) await data(api.DELETE("/api/v1/simulation/faults/{name}", { params: { path } }));
+        else {
+          const body = { name: fault.name, ...(fault.value ? { value: value.peek() ?? null } : {}) };
+          await data(api.PUT("/api/v1/simulation/faults", { body }));
+        }
+        await reload();
+      }),
+    [api, fault, on !== undefined],
+  );
+  const name = words.fault_names[fault.name] ?? fault.name;
+  const shown = on?.value?.toLocaleString(language.value, { maximumFractionDigits: 6 });
+  return (
+    <li class="fault-row">
+      <span class="grow">
+        {on && <strong class="tag bad">✕ {words.is_on}</strong>} {name}
+        {on && shown && ` (${shown} ${fault.value?.unit ?? ""})`}
+      </span>
+      {fault.value && !on && (
+        <NumberField
+          label={words.fault_values[fault.name] ?? ""}
+          unit={fault.value.unit}
+          value={value.value}
+          min={fault.value.min}
+          max={fault.value.max}
+          onChange={(typed) => {
+            value.value = typed;
+          }}
+        />
+      )}
+      <CommandButton command={command}>{on ? words.switch_off : words.switch_on}</CommandButton>
+    </li>
+  );
+}

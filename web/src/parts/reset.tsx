@@ -1,0 +1,30 @@
+/** The way back after a Stop or a fault: a person's word that the machine may move and shine again. */
+
+import { useMemo } from "preact/hooks";
+import { data } from "../api/client";
+import { useApp } from "../app";
+import { Command } from "../state/command";
+import { CommandButton } from "./command_button";
+
+interface Properties {
+  label: string;
+  kind?: "primary" | "operator" | "primary operator";
+}
+
+export function ResetButton({ label, kind }: Properties) {
+  const { api, control } = useApp();
+  const reset = useMemo(
+    () =>
+      new Command(async () => {
+        await control.ensure();
+        const params = { header: { "Sheaf-Control": control.id() ?? "" } };
+        await data(api.POST("/api/v1/station/reset", { params }));
+      }),
+    [api, control],
+  );
+  return (
+    <CommandButton command={reset} {...(kind ? { kind } : {})}>
+      {label}
+    </CommandButton>
+  );
+}

@@ -1,0 +1,74 @@
+/** Keys that lead to pages: `g` and a letter, or Alt and a digit. */
+
+import { remembered } from "./remembered";
+import { goTo, PAGES, type PageName } from "./route";
+
+/** Whether letters alone are shortcuts; who dictates or scans bar codes may switch them off. */
+export const letter_shortcuts = remembered("letter_shortcuts", true);
+
+/** The letter after `g`. */
+export const PAGE_LETTERS: Record<(typeof PAGES)[number], string> = {
+  operate: "o",
+  live: "l",
+  scan: "s",
+  jobs: "j",
+  results: "r",
+  calibration: "c",
+  health: "h",
+  settings: "e",
+  help: "p",
+};
+
+/** The second letter must follow so soon. */
+const SECOND_WITHIN_MS = 1500;
+
+/** The digit that leads to a page together with Alt. */
+export function digitOf(page: (typeof PAGES)[number]): string {
+  return `${PAGES.indexOf(page) + 1}`;
+}
+
+export interface Key {
+  key: string;
+  /** Place on the keyboard: Alt changes what digits write on some layouts. */
+  code: string;
+  altKey: boolean;
+  ctrlKey: boolean;
+  metaKey: boolean;
+}
+
+/** Follows keys and says where they lead. */
+export class Shortcuts {
+  private g_at_ms = Number.NEGATIVE_INFINITY;
+
+  /** Where a key leads: a page, the list of shortcuts, or nowhere. `letters`: whether letters count here. */
+  follow(key: Key, letters: boolean, now_ms: number): PageName | "shortcuts" | undefined {
+    if (key.ctrlKey || key.metaKey) return undefined;
+    if (key.altKey) return PAGES[Number(/^Digit([1-9])$/.exec(key.code)?.[1] ?? 0) - 1];
+    if (!letters) return undefined;
+    if (key.key === "?") return "shortcuts";
+    const after_g = now_ms - this.g_at_ms < SECOND_WITHIN_MS;
+    this.g_at_ms = key.key === "g" ? now_ms : Number.NEGATIVE_INFINITY;
+    return after_g ? PAGES.find((page) => PAGE_LETTERS[page] === key.key) : undefined;
+  }
+}
+
+/** Whether keys are being typed into something. */
+function isTyping(target: EventTarget | null): boolean {
+  return target instanceof Element && target.closest("input, select, textarea, [contenteditable]") !== null;
+}
+
+/** Follows the keys of the whole page. */
+export function followShortcuts(): void {
+  const shortcuts = new Shortcuts();
+  addEventListener("keydown", (event) => {
+    if (document.querySelector("dialog[open]")) return;
+    const letters = letter_shortcuts.value && !isTyping(event.target);
+    const to = shortcuts.follow(event, letters, performance.now());
+    if (!to) return;
+    event.preventDefault();
+    if (to === "shortcuts") goTo("help", "shortcuts");
+    else goTo(to);
+    // From here Tab goes through the new page; pages with a first field take the focus themselves.
+    document.getElementById("page")?.focus();
+  });
+}

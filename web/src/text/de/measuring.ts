@@ -1,0 +1,35 @@
+export const tools = {
+  plane: "Ebene",
+  sphere: "Kugel",
+  cylinder: "Zylinder",
+  step: "Stufe",
+  distance: "Abstand",
+  angle: "Winkel",
+  flatness: "Ebenheit",
+};
+
+export const measured_as: Record<string, string> = {
+  plane: "Abstand der Ebene",
+  sphere: "Radius der Kugel",
+  cylinder: "Radius des Zylinders",
+  step: "Höhe der Stufe",
+  distance: "Abstand",
+  angle: "Winkel",
+  flatness: "Ebenheit",
+};
+
+export const outcomes = {
+  pass: "i. O.",
+  fail: "n. i. O.",
+  undecided: "UNENTSCHIEDEN",
+  invalid: "UNGÜLTIG",
+  partial: "Unvollständig",
+  measured: "Gemessen",
+  scanned: "Gescannt",
+};
+
+export const light_models: Record<string, string> = {
+  grating: "Gittergleichung",
+  planes: "eine Ebene je Ordnung",
+  pencil: "Ebenenbüschel",
+};
