@@ -1,9 +1,116 @@
+/** Live: what the camera sees now, the lines found in it, and what they measure. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { useApp } from "../../app";
+import { href } from "../../state/route";
 import { text } from "../../text";
+import { CameraCard } from "./camera_card";
+import { FrameFacts } from "./frame_facts";
+import { LightCard } from "./light_card";
+import { LiveView } from "./live_view";
+import { QualityTable } from "./quality_table";
+import { ReadoutLine } from "./readout_line";
+import { Snapshot } from "./snapshot";
+import { StageCard } from "./stage_card";
+import { StartHere } from "./start_here";
+import { Toolbar } from "./toolbar";
+import "./live.css";
 
 export default function Live() {
+  const { stream } = useApp();
+  const picture = useRef<HTMLDivElement>(null);
+  const plot = useRef<HTMLDivElement>(null);
+  const histogram = useRef<HTMLCanvasElement>(null);
+  const view = useSignal<LiveView | undefined>(undefined);
+  const words = text.value.live;
+
+  useEffect(() => {
+    if (!picture.current || !plot.current || !histogram.current) return;
+    const places = { picture: picture.current, plot: plot.current, histogram: histogram.current };
+    const made = new LiveView(stream, places, text.peek().live.plot);
+    view.value = made;
+    const onKey = (event: KeyboardEvent) => obeyKey(event, made);
+    addEventListener("keydown", onKey);
+    return () => {
+      removeEventListener("keydown", onKey);
+      made.dispose();
+    };
+  }, [stream, view]);
+  useEffect(() => view.value?.rename(words.plot), [view, words]);
+
   return (
-    <header>
-      <h1>{text.value.live.title}</h1>
-    </header>
+    <div class="live">
+      <header>
+        <h1 class="grow">{words.title}</h1>
+        {view.value && <Snapshot view={view.value} />}
+      </header>
+      <Notes view={view.value} />
+      <div class="live-columns">
+        <section class="live-data stack views" aria-label={words.title}>
+          <div class="card views-card">
+            {view.value && <Toolbar view={view.value} />}
+            <div class="data-view picture-place">
+              {/* biome-ignore lint/a11y/noNoninteractiveTabindex: keys zoom and move the picture */}
+              <div ref={picture} class="picture-area" tabIndex={0} role="application" aria-label={words.picture} />
+              {view.value && <StartHere view={view.value} />}
+            </div>
+            {view.value && <ReadoutLine view={view.value} />}
+            <div
+              ref={plot}
+              class="data-view plot-place"
+              // biome-ignore lint/a11y/noNoninteractiveTabindex: keys move the cursor along the profile
+              tabIndex={0}
+              role="application"
+              aria-label={words.profile}
+            />
+            {view.value && <FrameFacts view={view.value} />}
+          </div>
+          {view.value && <QualityTable view={view.value} />}
+        </section>
+        <aside class="stack controls" aria-label={words.controls}>
+          <LightCard />
+          <CameraCard view={view.value} histogram={histogram} />
+          <StageCard />
+        </aside>
+      </div>
+    </div>
   );
+}
+
+/** What a person must know about what is shown. */
+function Notes({ view }: { view: LiveView | undefined }) {
+  const { station } = useApp();
+  const words = text.value.live;
+  const status = station.status.value;
+  const figures = view?.figures.value;
+  return (
+    <div class="stack notes">
+      {status?.job_id != null && (
+        <div class="note">
+          {words.job_shows(status.activity)} <a href={href("jobs")}>{text.value.pages.jobs}</a>
+        </div>
+      )}
+      {figures && !figures.calibrated && (
+        <div class="note">
+          {words.not_calibrated} <a href={href("calibration")}>{words.to_calibration}</a>
+        </div>
+      )}
+    </div>
+  );
+}
+
+/** Keys of the whole page; what is typed into fields stays there. */
+function obeyKey(event: KeyboardEvent, view: LiveView): void {
+  const target = event.target as HTMLElement | null;
+  if (event.ctrlKey || event.metaKey || event.altKey || target?.closest("input, select, textarea, dialog")) return;
+  if (event.key === "f" || event.key === "F") view.freeze(!view.frozen.peek());
+  else if (event.key === " " && !target?.closest("button, a")) {
+    event.preventDefault();
+    view.freeze(!view.frozen.peek());
+  } else if (event.key === "z" || event.key === "Z") view.showZebra(!view.zebra.peek());
+  else if (/^[1-9]$/.test(event.key)) {
+    const order = view.orders.peek()[Number(event.key) - 1];
+    if (order !== undefined) view.toggleOrder(order);
+  }
 }

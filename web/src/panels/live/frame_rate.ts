@@ -1,0 +1,31 @@
+/** How many frames per second were shown lately. */
+
+/** The time over which frames are counted. */
+const WINDOW_MS = 2000;
+
+/** More frames than a window ever holds. */
+const KEPT = 512;
+
+export class FrameRate {
+  private readonly at_ms = new Float64Array(KEPT);
+  private n = 0;
+
+  /** A frame was shown. */
+  count(now_ms: number): void {
+    this.at_ms[this.n % KEPT] = now_ms;
+    this.n += 1;
+  }
+
+  /** Frames per second until `now_ms`. */
+  rate_hz(now_ms: number): number {
+    let [counted, first_ms] = [0, now_ms];
+    for (let back = 1; back <= Math.min(this.n, KEPT); back++) {
+      const at = this.at_ms[(this.n - back) % KEPT] ?? 0;
+      if (now_ms - at > WINDOW_MS) break;
+      counted += 1;
+      first_ms = at;
+    }
+    // So many periods lie between the first frame and now, give or take the one that has begun.
+    return counted < 2 ? 0 : (1000 * (counted - 0.5)) / (now_ms - first_ms);
+  }
+}

@@ -1,0 +1,58 @@
+/** Moves the stage for as long as a button is held. The server stops it 300 ms after the last word in any case. */
+
+/** Well within the server's 300 ms, with room for a request that takes longer. */
+const REPEAT_EVERY_MS = 100;
+
+export class Jog {
+  private velocity_mm_s = 0;
+  private running = false;
+  private wake: (() => void) | undefined;
+
+  /** `say` tells the stage a velocity; 0 stops. `failed` is told why it did not obey. */
+  constructor(
+    private readonly say: (velocity_mm_s: number) => Promise<void>,
+    private readonly failed: (cause: unknown) => void,
+  ) {}
+
+  /** The button is down. */
+  hold(velocity_mm_s: number): void {
+    this.velocity_mm_s = velocity_mm_s;
+    if (!this.running) void this.run();
+  }
+
+  /** The button is up, or the page is out of sight. */
+  release(): void {
+    this.velocity_mm_s = 0;
+    this.wake?.();
+  }
+
+  /** One request after the other, never two at once, so that none overtakes the stop. */
+  private async run(): Promise<void> {
+    this.running = true;
+    try {
+      while (this.velocity_mm_s !== 0) {
+        const begun = performance.now();
+        await this.say(this.velocity_mm_s);
+        const rest_ms = REPEAT_EVERY_MS - (performance.now() - begun);
+        if (this.velocity_mm_s !== 0 && rest_ms > 0) await this.rest(rest_ms);
+      }
+      await this.say(0);
+    } catch (cause) {
+      this.velocity_mm_s = 0;
+      this.failed(cause);
+    } finally {
+      this.running = false;
+      // Pressed again while the stop was under way.
+      if (this.velocity_mm_s !== 0) void this.run();
+    }
+  }
+
+  /** Waits for the next turn, or for the button. */
+  private async rest(rest_ms: number): Promise<void> {
+    await new Promise<void>((resolve) => {
+      this.wake = resolve;
+      setTimeout(resolve, rest_ms);
+    });
+    this.wake = undefined;
+  }
+}

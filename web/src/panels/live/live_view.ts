@@ -1,0 +1,269 @@
+/**
+ * What the Live page shows of the stream: picture, lines and profile of the same frame, drawn by classes; figures for
+ * people in signals that change at most four times a second.
+ */
+
+import { signal } from "@preact/signals";
+import { CameraPicture } from "../../scene/camera_picture";
+import type { StreamConnection } from "../../stream/connection";
+import type { ImageMessage, ProfileMessage } from "../../stream/protocol";
+import type { DropCount } from "../../stream/texts";
+import { LIVE_RATE_HZ } from "../../theme";
+import { type Advice, adviceOf } from "./advice";
+import { FrameRate } from "./frame_rate";
+import { HistogramView } from "./histogram";
+import { nearestLinePoint, orderOfPoint, profilePointAt } from "./nearest";
+import { type PlotWords, ProfilePlot } from "./profile_plot";
+import { type OrderQuality, qualityOf } from "./quality";
+
+/** Figures for people change so often. */
+const FIGURES_EVERY_MS = 250;
+
+/** Quality looks at every pixel of a picture, so it is told less often. */
+const QUALITY_EVERY = 3;
+
+/** Profiles kept until the picture of their frame is decoded. */
+const KEPT_PROFILES = 6;
+
+/** The pointer means a line up to so far away, CSS px. */
+const REACH_PX = 12;
+
+export interface Figures {
+  sequence: number;
+  rate_hz: number;
+  age_ms: number | undefined;
+  position_mm: number;
+  exposure_us: number;
+  calibrated: boolean;
+  laser_shone: boolean;
+  n_lines: number;
+  n_saturated: number;
+  advice: Advice | undefined;
+  /** Frames this page received but did not decode, because a newer one had come. */
+  skipped: number;
+  dropped: readonly DropCount[];
+}
+
+/** What lies under the pointer. */
+export interface Readout {
+  u_px: number;
+  v_px: number;
+  grey: number | undefined;
+  order: number | undefined;
+  /** The point of the same frame's profile in the camera frame, mm. */
+  point: { x_mm: number; y_mm: number; z_mm: number; sigma_mm: number } | undefined;
+}
+
+type Pointed = { in: "picture"; u_px: number; v_px: number } | { in: "plot"; idx: number };
+
+export class LiveView {
+  readonly figures = signal<Figures | undefined>(undefined);
+  readonly quality = signal<readonly OrderQuality[]>([]);
+  readonly readout = signal<Readout | undefined>(undefined);
+  readonly frozen = signal(false);
+  readonly zebra = signal(false);
+  readonly scale = signal({ px: 1, is_fitted: true });
+  /** Orders seen since the page was opened. */
+  readonly orders = signal<readonly number[]>([]);
+  readonly hidden = signal<ReadonlySet<number>>(new Set());
+  readonly picture: CameraPicture;
+  private readonly plot: ProfilePlot;
+  private readonly histogram: HistogramView;
+  private readonly rate = new FrameRate();
+  private readonly profiles: ProfileMessage[] = [];
+  private readonly endings: (() => void)[] = [];
+  private readonly pixels = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+  private shown_profile: ProfileMessage | undefined;
+  private pointed: Pointed | undefined;
+  private ticks = 0;
+
+  constructor(
+    private readonly stream: StreamConnection,
+    places: { picture: HTMLElement; plot: HTMLElement; histogram: HTMLCanvasElement },
+    words: PlotWords,
+  ) {
+    this.picture = new CameraPicture(places.picture, {
+      drawn: (image) => this.drawn(image),
+      hovered: (at) => this.point(at && { in: "picture", ...at }),
+      viewed: (view, is_fitted) => (this.scale.value = { px: view.scale, is_fitted }),
+    });
+    this.plot = new ProfilePlot(places.plot, words, this.picture.hidden_orders, (idx) =>
+      this.point(idx === undefined ? undefined : { in: "plot", idx }),
+    );
+    this.histogram = new HistogramView(places.histogram);
+    this.endings.push(
+      stream.want({ stream: "image", max_rate_hz: LIVE_RATE_HZ }, (message) => {
+        if ("kind" in message && message.kind === "image" && !this.frozen.peek()) this.picture.show(message);
+      }),
+      stream.want({ stream: "profile", max_rate_hz: LIVE_RATE_HZ }, (message) => {
+        if ("kind" in message && message.kind === "profile" && !this.frozen.peek()) this.take(message);
+      }),
+    );
+    const timer = setInterval(() => this.tell(), FIGURES_EVERY_MS);
+    this.endings.push(() => clearInterval(timer));
+  }
+
+  /** Holds the frame that is on the screen, or goes on. */
+  freeze(frozen: boolean): void {
+    this.frozen.value = frozen;
+  }
+
+  showZebra(shown: boolean): void {
+    this.zebra.value = shown;
+    this.picture.showZebra(shown);
+  }
+
+  toggleOrder(order: number): void {
+    const { hidden_orders } = this.picture;
+    if (!hidden_orders.delete(order)) hidden_orders.add(order);
+    this.hidden.value = new Set(hidden_orders);
+    this.picture.redraw();
+    this.plot.redraw();
+  }
+
+  rename(words: PlotWords): void {
+    this.plot.rename(words);
+  }
+
+  dispose(): void {
+    for (const end of this.endings) end();
+    this.picture.dispose();
+    this.plot.dispose();
+    this.profiles.length = 0;
+  }
+
+  /** A frame is on the screen: now its profile may be. */
+  private drawn(image: ImageMessage): void {
+    this.rate.count(performance.now());
+    this.note(image);
+    const profile = this.profiles.find(({ sequence }) => sequence === image.sequence);
+    if (profile) this.showProfile(profile);
+    else if (!image.calibrated) this.showProfile(undefined);
+  }
+
+  private take(profile: ProfileMessage): void {
+    this.profiles.push(profile);
+    if (this.profiles.length > KEPT_PROFILES) this.profiles.shift();
+    // The picture of this frame is already there, or pictures do not come.
+    const image = this.picture.image;
+    if (!image || image.sequence === profile.sequence) this.showProfile(profile);
+  }
+
+  private showProfile(profile: ProfileMessage | undefined): void {
+    this.shown_profile = profile;
+    this.plot.show(profile);
+    if (this.pointed) this.follow(this.pointed);
+  }
+
+  private note(image: ImageMessage): void {
+    const known = this.orders.peek();
+    const seen = new Set(known);
+    for (const { order } of image.lines) seen.add(order);
+    if (seen.size !== known.length) this.orders.value = [...seen].sort((a, b) => a - b);
+  }
+
+  private point(pointed: Pointed | undefined): void {
+    this.pointed = pointed;
+    if (pointed) {
+      this.follow(pointed);
+      this.tellReadout();
+      return;
+    }
+    this.picture.mark(undefined);
+    this.plot.mark(undefined);
+    this.readout.value = undefined;
+  }
+
+  /** Marks in picture and plot what the pointer means in the newest frame. */
+  private follow(pointed: Pointed): void {
+    if (pointed.in === "plot") {
+      this.plot.mark(pointed.idx);
+      this.picture.mark(this.seenAt(pointed.idx));
+      return;
+    }
+    const at = this.lineAt(pointed);
+    this.picture.mark(at);
+    this.plot.mark(at && this.shown_profile ? profilePointAt(this.shown_profile, at) : undefined);
+  }
+
+  private lineAt(at: { u_px: number; v_px: number }) {
+    const { image, view } = this.picture;
+    return image && nearestLinePoint(image, at, REACH_PX / view.scale, this.picture.hidden_orders);
+  }
+
+  /** Where the frame saw a point of its profile. */
+  private seenAt(idx: number): { u_px: number; v_px: number } | undefined {
+    const profile = this.shown_profile;
+    const [u, v] = [profile?.pixels[2 * idx], profile?.pixels[2 * idx + 1]];
+    if (!profile || u === undefined || v === undefined) return undefined;
+    return { u_px: u / profile.units_per_px, v_px: v / profile.units_per_px };
+  }
+
+  private tellReadout(): void {
+    const pointed = this.pointed;
+    if (!pointed) return;
+    const line = pointed.in === "picture" ? this.lineAt(pointed) : undefined;
+    const at = pointed.in === "plot" ? this.seenAt(pointed.idx) : pointed;
+    if (!at) {
+      this.readout.value = undefined;
+      return;
+    }
+    const profile = this.profileOfPicture();
+    const idx = pointed.in === "plot" ? pointed.idx : line && profile ? profilePointAt(profile, line) : undefined;
+    const order = line?.order ?? (idx !== undefined && profile ? orderOfPoint(profile, idx) : undefined);
+    const spot = line ?? at;
+    const grey = this.picture.greyAt(spot.u_px, spot.v_px);
+    this.readout.value = { u_px: spot.u_px, v_px: spot.v_px, grey, order, point: pointOf(profile, idx) };
+  }
+
+  /** The profile of the very frame whose picture is shown. */
+  private profileOfPicture(): ProfileMessage | undefined {
+    const profile = this.shown_profile;
+    const image = this.picture.image;
+    return !image || profile?.sequence === image.sequence ? profile : undefined;
+  }
+
+  private tell(): void {
+    const image = this.picture.image;
+    if (!image) return;
+    const now = performance.now();
+    this.histogram.draw(image.histogram, image.n_saturated);
+    this.figures.value = {
+      sequence: image.sequence,
+      rate_hz: this.rate.rate_hz(now),
+      age_ms: this.stream.ageOf(image.captured_ms),
+      position_mm: image.position_mm,
+      exposure_us: image.exposure_us,
+      calibrated: image.calibrated,
+      laser_shone: image.laser_shone,
+      n_lines: image.lines.length,
+      n_saturated: image.n_saturated,
+      advice: adviceOf(image.histogram, image.n_saturated),
+      skipped: this.picture.skipped,
+      dropped: this.stream.dropped.peek(),
+    };
+    this.tellReadout();
+    if (this.ticks++ % QUALITY_EVERY === 0) this.tellQuality(image);
+  }
+
+  private tellQuality(image: ImageMessage): void {
+    const { bitmap } = this.picture;
+    const { pixels } = this;
+    let greys: ImageData | undefined;
+    if (bitmap && pixels && image.lines.length > 0) {
+      if (pixels.canvas.width !== bitmap.width) pixels.canvas.width = bitmap.width;
+      if (pixels.canvas.height !== bitmap.height) pixels.canvas.height = bitmap.height;
+      pixels.drawImage(bitmap, 0, 0);
+      greys = pixels.getImageData(0, 0, bitmap.width, bitmap.height);
+    }
+    this.quality.value = qualityOf(image, this.profileOfPicture(), greys);
+  }
+}
+
+function pointOf(profile: ProfileMessage | undefined, idx: number | undefined): Readout["point"] {
+  if (!profile || idx === undefined) return undefined;
+  const { x_mm, y_mm, z_mm, sigma_mm } = profile;
+  const [x, y, z, sigma] = [x_mm[idx], y_mm[idx], z_mm[idx], sigma_mm[idx]];
+  if (x === undefined || y === undefined || z === undefined || sigma === undefined) return undefined;
+  return { x_mm: x, y_mm: y, z_mm: z, sigma_mm: sigma };
+}
