@@ -1,9 +1,135 @@
-import { text } from "../../text";
+/** Result: what a scan is worth, its cloud and mesh, what was measured on it, where it comes from. */
+
+import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
+import { data } from "../../api/client";
+import { useApp } from "../../app";
+import { CommandButton } from "../../parts/command_button";
+import { Show, useLoaded } from "../../parts/loading";
+import { ProblemCard } from "../../parts/problem";
+import type { CloudViewer } from "../../scene/viewer";
+import { goTo, href, route } from "../../state/route";
+import { language, text } from "../../text";
+import { count, moment } from "../../units";
+import { CloudView } from "../viewer/cloud_view";
+import { Measurements } from "./measurements";
+import { Downloads, Provenance, Recompute } from "./provenance";
+import { findScan, ResultState } from "./result_state";
+import { overall, reportOf, type Scan } from "./scan_record";
+import { VerdictWord } from "./verdict";
+import "./result.css";
 
 export default function Result() {
+  const { api } = useApp();
+  const id = route.value.id;
+  const { state } = useLoaded(async () => ({ scan: await findScan(api, id) }), [api, id]);
+  const words = text.value.result;
   return (
-    <header>
-      <h1>{text.value.result.title}</h1>
-    </header>
+    <Show of={state}>
+      {({ scan }) =>
+        scan ? (
+          <ScanResult key={scan.id} scan={scan} />
+        ) : (
+          <div class="card stack">
+            <h1>{words.title}</h1>
+            <p>{words.no_scan}</p>
+            <p>
+              <a class="button" href={href("scan")}>
+                {words.go_scan}
+              </a>
+            </p>
+          </div>
+        )
+      }
+    </Show>
+  );
+}
+
+function ScanResult({ scan }: { scan: Scan }) {
+  const app = useApp();
+  const words = text.value.result;
+  const result = useMemo(() => new ResultState(app, scan), [app, scan]);
+  useEffect(() => void result.load(), [result]);
+  const end_feed = useRef<(() => void) | undefined>(undefined);
+  const onViewer = useCallback(
+    (viewer: CloudViewer | undefined) => {
+      end_feed.current?.();
+      end_feed.current = viewer && result.feed(viewer);
+    },
+    [result],
+  );
+  const measurements = result.measurements.value;
+  const n_cloud = reportOf(scan).n_points;
+  const n_shown = result.view.n_points.value;
+  return (
+    <>
+      <header class="result-head">
+        <div class="stack">
+          <h1>{scan.name}</h1>
+          <span class="muted">
+            {words.title} · {moment(scan.created_at_ms, language.value)}
+          </span>
+        </div>
+        {scan.state !== "complete" && <span class="tag bad">{words.states[scan.state] ?? scan.state}</span>}
+        <span class="grow" />
+        <div class="overall">
+          {overall(measurements) ? (
+            <VerdictWord verdict={overall(measurements)} big />
+          ) : (
+            <span class="muted">{words.no_verdict}</span>
+          )}
+        </div>
+        <ScanChoice scan={scan} />
+      </header>
+      {result.problem.value && <ProblemCard problem={result.problem.value} />}
+      {scan.state !== "complete" && <p class="note">{words.state_hints[scan.state] ?? scan.state}</p>}
+      <div class="result-page">
+        <div class="stack">
+          <CloudView
+            state={result.view}
+            onViewer={onViewer}
+            empty={<p>{scan.state === "partial" ? words.no_points_yet : text.value.frame.loading}</p>}
+            tools={
+              scan.cloud && !result.view.mesh.value ? (
+                <CommandButton command={result.loadMesh}>{words.show_mesh}</CommandButton>
+              ) : undefined
+            }
+          />
+          {n_cloud !== undefined && n_shown > 0 && n_shown !== n_cloud && (
+            <p class="muted shown-count">
+              {words.shown_of(count(n_shown, language.value), count(n_cloud, language.value))}
+            </p>
+          )}
+          <Measurements result={result} />
+        </div>
+        <div class="stack">
+          <Provenance scan={scan} />
+          <Downloads scan={scan} />
+          <Recompute result={result} />
+        </div>
+      </div>
+    </>
+  );
+}
+
+/** The way to other scans. */
+function ScanChoice({ scan }: { scan: Scan }) {
+  const { api } = useApp();
+  const { state } = useLoaded(
+    async () => (await data(api.GET("/api/v1/scans", { params: { query: { limit: 50 } } }))).items,
+    [api, scan.id],
+  );
+  const scans = state.value.value ?? [];
+  return (
+    <label class="field scan-choice">
+      <span>{text.value.result.other_scan}</span>
+      <select value={scan.id} onChange={(event) => goTo("result", event.currentTarget.value)}>
+        {!scans.some(({ id }) => id === scan.id) && <option value={scan.id}>{scan.name}</option>}
+        {scans.map(({ id, name, created_at_ms }) => (
+          <option key={id} value={id}>
+            {name} · {moment(created_at_ms, language.value)}
+          </option>
+        ))}
+      </select>
+    </label>
   );
 }

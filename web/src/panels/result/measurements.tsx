@@ -1,0 +1,201 @@
+/** What was measured, what it should be, and a form for more. */
+
+import { useEffect } from "preact/hooks";
+import { data } from "../../api/client";
+import { useApp } from "../../app";
+import { CommandButton } from "../../parts/command_button";
+import { NumberField } from "../../parts/number_field";
+import { language, text } from "../../text";
+import { orderName } from "../../theme";
+import { count, decimal, length } from "../../units";
+import type { ResultState } from "./result_state";
+import { featureOf } from "./result_state";
+import { type Measurement, requestOf, resultOf, TOOLS, type Tool, verdictOf } from "./scan_record";
+import { VerdictWord } from "./verdict";
+
+/** Radius of the sphere on the simulated stage, mm. */
+const SIMULATED_SPHERE_MM = 18.9;
+
+export function Measurements({ result }: { result: ResultState }) {
+  const words = text.value.result;
+  const measurements = result.measurements.value;
+  return (
+    <section class="card" aria-label={words.measurements}>
+      <h2>{words.measurements}</h2>
+      {measurements.length === 0 && <p class="muted">{words.nothing_measured}</p>}
+      {measurements.length > 0 && <Table result={result} />}
+      <Selected result={result} />
+      <MeasureForm result={result} />
+    </section>
+  );
+}
+
+function Table({ result }: { result: ResultState }) {
+  const words = text.value.result;
+  return (
+    <div class="scroll">
+      <table class="measurements">
+        <thead>
+          <tr>
+            <th>{words.tool}</th>
+            <th class="number">{words.nominal}</th>
+            <th class="number">{words.tolerance}</th>
+            <th class="number">{words.actual}</th>
+            <th class="number">{words.error}</th>
+            <th class="number">U (k = 2)</th>
+            <th class="number">RMSE</th>
+            <th>{words.verdict}</th>
+            <th>
+              <span class="visually-hidden">{words.show_deviation}</span>
+            </th>
+          </tr>
+        </thead>
+        <tbody>
+          {result.measurements.value.map((measurement) => (
+            <Row key={measurement.id} result={result} measurement={measurement} />
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
+function Row({ result, measurement }: { result: ResultState; measurement: Measurement }) {
+  const words = text.value.result;
+  const measured = resultOf(measurement);
+  const inUnit = (value: number | null | undefined, digits = 4) =>
+    value == null ? "–" : `${decimal(value, digits, language.value)} ${measured.unit}`;
+  return (
+    <tr aria-selected={result.selected.value === measurement.id} data-tool={requestOf(measurement).tool}>
+      <th scope="row">{words.tools[requestOf(measurement).tool]}</th>
+      <td class="number">{inUnit(measured.nominal)}</td>
+      <td class="number">{measured.tolerance == null ? "–" : `± ${inUnit(measured.tolerance)}`}</td>
+      <td class="number">
+        <strong>{inUnit(measured.value)}</strong>
+      </td>
+      <td class="number">{inUnit(measured.error)}</td>
+      <td class="number">{inUnit(measured.expanded_uncertainty)}</td>
+      <td class="number">{length(measured.errors.rmse_mm, language.value)}</td>
+      <td>
+        <VerdictWord verdict={verdictOf(measurement)} />
+      </td>
+      <td>
+        {featureOf(measurement) && (
+          <button type="button" onClick={() => result.showDeviation(measurement)}>
+            {words.show_deviation}
+          </button>
+        )}
+      </td>
+    </tr>
+  );
+}
+
+/** More about the selected measurement: notes, and the values of every order alone. */
+function Selected({ result }: { result: ResultState }) {
+  const words = text.value.result;
+  const measurement = result.measurements.value.find(({ id }) => id === result.selected.value);
+  if (!measurement) return null;
+  const measured = resultOf(measurement);
+  const shown = language.value;
+  return (
+    <details class="selected">
+      <summary>{words.details(words.tools[requestOf(measurement).tool])}</summary>
+      {measured.notes.map((note) => (
+        <p class="plan-note" key={note}>
+          {note}
+        </p>
+      ))}
+      <div class="scroll">
+        <table>
+          <thead>
+            <tr>
+              <th>{words.order}</th>
+              <th class="number">{words.points}</th>
+              <th class="number">{words.actual}</th>
+              <th class="number">RMSE</th>
+            </tr>
+          </thead>
+          <tbody>
+            {measured.per_order.map((row) => (
+              <tr key={row.order}>
+                <th scope="row">{orderName(row.order)}</th>
+                <td class="number">{count(row.errors.n_points, shown)}</td>
+                <td class="number">{row.value_mm == null ? "–" : `${decimal(row.value_mm, 4, shown)} mm`}</td>
+                <td class="number">{length(row.errors.rmse_mm, shown)}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+    </details>
+  );
+}
+
+function MeasureForm({ result }: { result: ResultState }) {
+  const { api, station } = useApp();
+  const words = text.value.result;
+  const simulated = station.simulated.value === "twin";
+  useEffect(() => {
+    // On the simulated stage it is known what lies there.
+    if (simulated) void proposeSphere(result, async () => (await data(api.GET("/api/v1/simulation/scene"))).scene);
+  }, [result, simulated, api]);
+  const unit = result.tool.value === "angle" ? "°" : "mm";
+  return (
+    <div class="row end measure-form">
+      <label class="field">
+        <span>{words.measure_what}</span>
+        <select
+          value={result.tool.value}
+          onChange={(event) => {
+            result.tool.value = event.currentTarget.value as Tool;
+            result.nominal.value = undefined;
+            result.tolerance.value = undefined;
+          }}
+        >
+          {TOOLS.map((tool) => (
+            <option key={tool} value={tool}>
+              {words.tools[tool]}
+            </option>
+          ))}
+        </select>
+      </label>
+      <NumberField
+        label={words.nominal}
+        unit={unit}
+        optional
+        value={result.nominal.value}
+        onChange={(value) => {
+          result.nominal.value = value;
+        }}
+      />
+      <NumberField
+        label={`${words.tolerance} ±`}
+        unit={unit}
+        optional
+        min={1e-6}
+        value={result.tolerance.value}
+        onChange={(value) => {
+          result.tolerance.value = value;
+        }}
+      />
+      <CommandButton
+        command={result.measure}
+        kind="primary"
+        blocked={
+          !result.scan.cloud
+            ? words.blocked_no_cloud
+            : result.tolerance.value !== undefined && result.nominal.value === undefined && words.blocked_nominal
+        }
+      >
+        {words.measure}
+      </CommandButton>
+    </div>
+  );
+}
+
+async function proposeSphere(result: ResultState, scene: () => Promise<string>): Promise<void> {
+  const lying = await scene().catch(() => "");
+  if (lying === "sphere" && result.tool.peek() === "sphere" && result.nominal.peek() === undefined) {
+    result.nominal.value = SIMULATED_SPHERE_MM;
+  }
+}

@@ -1,0 +1,178 @@
+/** Where a result comes from, and how to compute it anew. */
+
+import { data } from "../../api/client";
+import { useApp } from "../../app";
+import { CommandButton } from "../../parts/command_button";
+import { useLoaded } from "../../parts/loading";
+import { href } from "../../state/route";
+import { language, text } from "../../text";
+import { orderName } from "../../theme";
+import { count, decimal, duration, length, moment } from "../../units";
+import type { ResultState } from "./result_state";
+import { planOf, reportOf, type Scan } from "./scan_record";
+
+export function Provenance({ scan }: { scan: Scan }) {
+  const words = text.value.result;
+  const shown = language.value;
+  const [report, plan] = [reportOf(scan), planOf(scan)];
+  const biases = (report.self_consistency ?? []).map((pair) => Math.abs(pair.bias_mm));
+  return (
+    <section class="card" aria-label={words.provenance}>
+      <h2>{words.provenance}</h2>
+      <dl class="facts">
+        <dt>{words.made}</dt>
+        <dd>{moment(scan.created_at_ms, shown)}</dd>
+        <dt>{words.calibration}</dt>
+        <dd>
+          <a class="mono" href={href("calibration", scan.calibration_id)}>
+            {scan.calibration_id}
+          </a>
+          {" · "}
+          <a href={`/api/v1/calibrations/${scan.calibration_id}/report`} target="_blank" rel="noreferrer">
+            {words.report}
+          </a>
+        </dd>
+        {plan.from_mm !== undefined && (
+          <>
+            <dt>{words.travel}</dt>
+            <dd>
+              {decimal(plan.from_mm, 1, shown)} … {decimal(plan.to_mm, 1, shown)} mm, {length(plan.step_mm, shown)}
+            </dd>
+          </>
+        )}
+        {plan.exposure_us !== undefined && (
+          <>
+            <dt>{words.exposure}</dt>
+            <dd>
+              {duration(plan.exposure_us / 1e6, shown) && `${decimal(plan.exposure_us / 1000, 2, shown)} ms`}
+            </dd>
+          </>
+        )}
+        <dt>{words.frames}</dt>
+        <dd>{count(report.n_frames, shown)}</dd>
+        <dt>{words.points}</dt>
+        <dd>{count(report.n_points, shown)}</dd>
+        <dt>{words.median_sigma}</dt>
+        <dd>{length(report.median_sigma_mm, shown)}</dd>
+        {biases.length > 0 && (
+          <>
+            <dt>{words.consistency}</dt>
+            <dd>{length(Math.max(...biases), shown)}</dd>
+          </>
+        )}
+        <dt>{words.software}</dt>
+        <dd>sheaf {scan.software_version}</dd>
+        <dt>{words.id}</dt>
+        <dd class="mono">{scan.id}</dd>
+        {scan.recomputed_from && (
+          <>
+            <dt>{words.recomputed_from}</dt>
+            <dd>
+              <a class="mono" href={href("result", scan.recomputed_from)}>
+                {scan.recomputed_from}
+              </a>
+            </dd>
+          </>
+        )}
+      </dl>
+      <LeftOut scan={scan} />
+    </section>
+  );
+}
+
+function LeftOut({ scan }: { scan: Scan }) {
+  const words = text.value.result;
+  const report = reportOf(scan);
+  if (!report.left_out || report.left_out.length === 0) return null;
+  return (
+    <details class="selected">
+      <summary>{words.left_out}</summary>
+      <dl class="facts">
+        {report.left_out.map(({ reason, n_points }) => (
+          <>
+            <dt>{words.reasons[reason] ?? reason}</dt>
+            <dd>
+              {count(n_points, language.value)} {words.points}
+            </dd>
+          </>
+        ))}
+        {(report.self_consistency ?? []).map(({ order_a, order_b, bias_mm, rms_mm }) => (
+          <>
+            <dt>{words.between(orderName(order_a), orderName(order_b))}</dt>
+            <dd>
+              {length(bias_mm, language.value)}, RMS {length(rms_mm, language.value)}
+            </dd>
+          </>
+        ))}
+      </dl>
+    </details>
+  );
+}
+
+const CLOUDS = ["ply", "e57", "csv", "pcd"] as const;
+const MESHES = ["stl", "glb", "ply"] as const;
+
+export function Downloads({ scan }: { scan: Scan }) {
+  const words = text.value.result;
+  const address = (what: string, format: string) => `/api/v1/scans/${scan.id}/${what}?format=${format}`;
+  return (
+    <section class="card" aria-label={words.downloads}>
+      <h2>{words.downloads}</h2>
+      {!scan.cloud && <p class="muted">{words.blocked_no_cloud}</p>}
+      {scan.cloud && (
+        <dl class="downloads">
+          <dt>{words.cloud}</dt>
+          <dd class="row">
+            {CLOUDS.map((format) => (
+              <a key={format} class="button" download href={address("cloud", format)}>
+                {format.toUpperCase()}
+              </a>
+            ))}
+          </dd>
+          <dt>{words.mesh}</dt>
+          <dd class="row">
+            {MESHES.map((format) => (
+              <a key={format} class="button" download href={address("mesh", format)}>
+                {format.toUpperCase()}
+              </a>
+            ))}
+          </dd>
+        </dl>
+      )}
+    </section>
+  );
+}
+
+export function Recompute({ result }: { result: ResultState }) {
+  const { api } = useApp();
+  const words = text.value.result;
+  const { state } = useLoaded(
+    async () => (await data(api.GET("/api/v1/calibrations", { params: { query: { limit: 50 } } }))).items,
+    [api],
+  );
+  return (
+    <section class="card" aria-label={words.recompute}>
+      <h2>{words.recompute}</h2>
+      <p class="muted">{words.recompute_hint}</p>
+      <div class="row end">
+        <label class="field grow">
+          <span>{words.calibration}</span>
+          <select
+            value={result.recalibration.value}
+            onChange={(event) => {
+              result.recalibration.value = event.currentTarget.value;
+            }}
+          >
+            <option value="">{words.active_calibration}</option>
+            {(state.value.value ?? []).map((calibration) => (
+              <option key={calibration.id} value={calibration.id}>
+                {calibration.id} · {moment(calibration.created_at_ms, language.value)}
+              </option>
+            ))}
+          </select>
+        </label>
+        <CommandButton command={result.recompute}>{words.recompute_start}</CommandButton>
+      </div>
+    </section>
+  );
+}

@@ -1,0 +1,70 @@
+/** What the JSON of scans and measurements holds that the page shows; anything may be missing in a partial scan. */
+
+import type { Schemas } from "../../api/client";
+import type { FittedShape } from "../../scene/shapes";
+
+export type Scan = Schemas["ScanDto"];
+export type Measurement = Schemas["MeasurementDto"];
+export type Tool = Schemas["ToolDto"];
+
+export const TOOLS: readonly Tool[] = ["sphere", "plane", "flatness", "step", "cylinder", "distance", "angle"];
+
+/** Figures of a scan. */
+export interface ScanReport {
+  n_points?: number;
+  n_frames?: number;
+  median_sigma_mm?: number;
+  losses?: string[];
+  left_out?: { reason: string; n_points: number; n_pieces: number }[];
+  self_consistency?: { order_a: number; order_b: number; bias_mm: number; rms_mm: number; n_pairs: number }[];
+  stopped?: string;
+}
+
+/** How a scan was run. */
+export interface ScanPlanRecord {
+  from_mm?: number;
+  to_mm?: number;
+  step_mm?: number;
+  mode?: "stop_and_go" | "continuous";
+  exposure_us?: number;
+  laser_power?: number;
+}
+
+export type Verdict = "pass" | "fail" | "undecided";
+
+/** A measured value with all that is needed to judge it. */
+export interface MeasurementResult {
+  value: number;
+  unit: string;
+  nominal: number | null;
+  error: number | null;
+  expanded_uncertainty: number;
+  tolerance: number | null;
+  verdict: string | null;
+  errors: { n_points: number; rmse_mm: number; max_mm: number };
+  features: { role: string; shape: FittedShape; n_points: number; rms_mm: number }[];
+  per_order: { order: number; value_mm: number | null; errors: { n_points: number; rmse_mm: number } }[];
+  notes: string[];
+}
+
+export interface MeasurementRequest {
+  tool: Tool;
+  nominal_mm: number | null;
+  tolerance_mm: number | null;
+}
+
+export const reportOf = (scan: Scan) => (scan.report ?? {}) as ScanReport;
+export const planOf = (scan: Scan) => (scan.plan ?? {}) as ScanPlanRecord;
+export const resultOf = (measurement: Measurement) => measurement.result as MeasurementResult;
+export const requestOf = (measurement: Measurement) => measurement.request as MeasurementRequest;
+
+/** What all judged measurements of a scan come to: the worst of them; undefined where none was judged. */
+export function overall(measurements: readonly Measurement[]): Verdict | undefined {
+  const verdicts = measurements.map((measurement) => verdictOf(measurement));
+  return (["fail", "undecided", "pass"] as const).find((verdict) => verdicts.includes(verdict));
+}
+
+export function verdictOf(measurement: Measurement): Verdict | undefined {
+  const verdict = resultOf(measurement).verdict?.toLowerCase();
+  return verdict === "pass" || verdict === "fail" || verdict === "undecided" ? verdict : undefined;
+}

@@ -1,0 +1,76 @@
+/** The scan that runs, or how the last one ended and where to go from there. */
+
+import type { Job, Problem } from "../../api/client";
+import { CommandButton } from "../../parts/command_button";
+import { JobProgress } from "../../parts/job_progress";
+import { ProblemCard } from "../../parts/problem";
+import { hasEnded } from "../../state/jobs";
+import { href } from "../../state/route";
+import { language, text } from "../../text";
+import { count, moment } from "../../units";
+import type { ScanRun } from "./scan_run";
+
+export function RunCard({ run }: { run: ScanRun }) {
+  const job = run.job.value;
+  const words = text.value.scan;
+  if (!job) return null;
+  return (
+    <section class="card run" aria-label={words.run} data-scan-state={job.state}>
+      {hasEnded(job) ? <Ended run={run} job={job} /> : <Running run={run} job={job} />}
+      {run.problem.value && <ProblemCard problem={run.problem.value} />}
+    </section>
+  );
+}
+
+function Running({ run, job }: { run: ScanRun; job: Job }) {
+  const words = text.value.scan;
+  const lost = run.lost.value.filter(([, n]) => n > 0);
+  const told = lost.map(([reason, n]) => `${words.reasons[reason] ?? reason}: ${count(n, language.value)}`);
+  return (
+    <>
+      <h2>{words.running}</h2>
+      <JobProgress job={job} />
+      <p class={lost.length > 0 ? "problem" : "muted"} data-lost={lost.length}>
+        {lost.length > 0 ? words.lost(told.join(", ")) : words.nothing_lost}
+      </p>
+    </>
+  );
+}
+
+function Ended({ run, job }: { run: ScanRun; job: Job }) {
+  const words = text.value.scan;
+  const partial = run.partial.value;
+  const result_id = job.result?.id ?? partial?.id;
+  return (
+    <>
+      <h2>
+        {words.ended[job.state]} <small class="muted">{moment(job.ended_at_ms, language.value)}</small>
+      </h2>
+      <p>{job.message}</p>
+      {job.state === "failed" && job.problem !== undefined && <ProblemCard problem={job.problem as Problem} />}
+      {partial && (
+        <p class="note">
+          {words.partial}{" "}
+          {words.kept_rows(count((partial.report as { n_frames?: number }).n_frames, language.value))}
+        </p>
+      )}
+      <div class="row">
+        {partial && (
+          <CommandButton command={run.resume} kind="primary">
+            {words.resume}
+          </CommandButton>
+        )}
+        {job.result && (
+          <a class="button primary-link" href={href("result", job.result.id)}>
+            {words.show_result}
+          </a>
+        )}
+        {!job.result && result_id && (
+          <a class="button" href={href("result", result_id)}>
+            {words.show_partial}
+          </a>
+        )}
+      </div>
+    </>
+  );
+}

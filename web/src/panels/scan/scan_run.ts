@@ -1,0 +1,135 @@
+/** The newest scan of the station: its job, its points as they come, what became of it. */
+
+import { computed, effect, type Signal, signal } from "@preact/signals";
+import { type Api, data, idempotencyKey, type Job, type Problem, problemOf, type Schemas } from "../../api/client";
+import type { App } from "../../app";
+import { BlockFeed } from "../../scene/block_feed";
+import { fetchPoints } from "../../scene/points_source";
+import type { CloudViewer } from "../../scene/viewer";
+import { Command } from "../../state/command";
+import { hasEnded } from "../../state/jobs";
+import type { SetUp, StartScan } from "./set_up";
+
+/** Newest scans looked through for the one that can be resumed. */
+const LOOKED_THROUGH = 50;
+
+interface ScanInput {
+  source?: { kind?: string };
+  resume_scan_id?: string | null;
+}
+
+export class ScanRun {
+  /** The newest job that scans from the station. */
+  readonly job = computed<Job | undefined>(() => this.app.jobs.list.value.find(scansTheStation));
+  /** Whether it waits or runs. */
+  readonly open = computed(() => this.job.value !== undefined && !hasEnded(this.job.value));
+  /** The scan whose points are shown. */
+  readonly scan_id = signal<string | undefined>(undefined);
+  readonly n_blocks = signal(0);
+  /** Why points could not be fetched. */
+  readonly problem = signal<Problem | undefined>(undefined);
+  /** The stopped scan that the newest job left, if it can be taken up again. */
+  readonly partial: Signal<Schemas["ScanDto"] | undefined> = signal(undefined);
+  /** Lost frames at the station when this page first saw the job run, by reason. */
+  private readonly lost_before = signal<Record<string, number>>({});
+  readonly start: Command;
+  /** Takes the partial scan up again. */
+  readonly resume: Command;
+
+  constructor(
+    private readonly app: App,
+    set_up: SetUp,
+  ) {
+    const begin = async (body: StartScan, accepted: () => void) => {
+      const job = await startScan(app.api, body);
+      app.jobs.note(job);
+      accepted();
+      await app.jobs.ended(job.id);
+    };
+    this.start = new Command(async (steps) => await begin(set_up.wanted.peek(), steps.accepted));
+    this.resume = new Command(async (steps) => {
+      const resume_scan_id = this.partial.peek()?.id;
+      if (resume_scan_id) await begin({ source: { kind: "station" }, resume_scan_id }, steps.accepted);
+    });
+  }
+
+  /** Frames that were lost since the job began, by reason. */
+  readonly lost = computed<[string, number][]>(() => {
+    const dropped = this.app.station.status.value?.frames.dropped ?? {};
+    const before = this.lost_before.value;
+    return Object.entries(dropped).map(([reason, n]) => [reason, Math.max(0, Number(n) - (before[reason] ?? 0))]);
+  });
+
+  /** Follows the jobs until the returned function is called. */
+  follow(): () => void {
+    let job_id: string | undefined;
+    const ends = [
+      effect(() => {
+        const job = this.job.value;
+        if (!job || job.id === job_id || hasEnded(job)) return;
+        job_id = job.id;
+        this.lost_before.value = { ...this.app.station.status.peek()?.frames.dropped };
+      }),
+      effect(() => {
+        const job = this.job.value;
+        if (job && hasEnded(job) && job.state !== "succeeded") void this.findPartial(job);
+        else this.partial.value = undefined;
+      }),
+    ];
+    return () => {
+      for (const end of ends) end();
+    };
+  }
+
+  /** Feeds a viewer until the returned function is called. */
+  feed(viewer: CloudViewer): () => void {
+    const feed = new BlockFeed(fetchPoints, {
+      onBlock: (block) => {
+        viewer.append(block);
+        this.n_blocks.value = block.block + 1;
+      },
+      onReset: (scan_id) => {
+        viewer.clear();
+        this.scan_id.value = scan_id;
+        this.n_blocks.value = 0;
+        this.problem.value = undefined;
+      },
+      onProblem: (cause) => {
+        const problem = problemOf(cause);
+        // The link's age is told by the frame; a scan without a single row kept is told by its job.
+        if (problem.status !== 0 && problem.status !== 404) this.problem.value = problem;
+      },
+    });
+    const ends = [
+      this.app.stream.want({ stream: "points" }, (message) => {
+        if ("op" in message) {
+          if (message.op === "scan") feed.announce(message);
+        } else if (message.kind === "points") feed.receive(message);
+      }),
+      this.app.stream.onReconnect(() => feed.reconnected()),
+    ];
+    return () => {
+      for (const end of ends) end();
+    };
+  }
+
+  private async findPartial(job: Job): Promise<void> {
+    try {
+      const query = { limit: LOOKED_THROUGH };
+      const { items } = await data(this.app.api.GET("/api/v1/scans", { params: { query } }));
+      if (this.job.peek()?.id !== job.id) return;
+      this.partial.value = items.find((scan) => scan.job_id === job.id && scan.state === "partial");
+    } catch {
+      // Without an answer nothing can be resumed either; the next change of the job asks again.
+    }
+  }
+}
+
+function scansTheStation(job: Job): boolean {
+  return job.kind === "scan" && (job.input as ScanInput).source?.kind === "station";
+}
+
+async function startScan(api: Api, body: StartScan): Promise<Job> {
+  const params = { header: { "Idempotency-Key": idempotencyKey() } };
+  return await data(api.POST("/api/v1/scans", { params, body }));
+}

@@ -1,0 +1,169 @@
+/** The cloud with its tools: colours, views, legend, picked points. */
+
+import type { ComponentChildren } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { COLOUR_MODES, type ColourMode } from "../../scene/colours";
+import type { ViewName } from "../../scene/orbit";
+import { CloudViewer } from "../../scene/viewer";
+import { language, text } from "../../text";
+import { count } from "../../units";
+import { Legend } from "./legend";
+import { Picks } from "./picks";
+import type { ViewState } from "./view_state";
+import "./viewer.css";
+
+interface Properties {
+  state: ViewState;
+  /** Called with the viewer when there is one, and its end. */
+  onViewer: (viewer: CloudViewer | undefined) => void;
+  /** What stands over the empty picture. */
+  empty: ComponentChildren;
+  /** More tools of the page. */
+  tools?: ComponentChildren;
+}
+
+const VIEWS: readonly ViewName[] = ["iso", "front", "top", "side"];
+
+export function CloudView({ state, onViewer, empty, tools }: Properties) {
+  const host = useRef<HTMLDivElement>(null);
+  const viewer = useRef<CloudViewer | undefined>(undefined);
+  const failed = useRef(false);
+  useEffect(() => {
+    if (!host.current) return;
+    const made = makeViewer(host.current, state);
+    failed.current = made === undefined;
+    if (!made) {
+      state.lost.value = true;
+      return;
+    }
+    viewer.current = made;
+    const detach = state.attach(made);
+    onViewer(made);
+    return () => {
+      onViewer(undefined);
+      detach();
+      made.dispose();
+    };
+  }, [state, onViewer]);
+  const words = text.value.viewer;
+  const points = count(state.n_points.value, language.value);
+  useEffect(() => {
+    viewer.current?.canvas.setAttribute("role", "application");
+    viewer.current?.canvas.setAttribute("aria-label", words.described(points));
+  });
+  return (
+    <section class="cloud-view" aria-label={words.title}>
+      <Toolbar state={state} viewer={() => viewer.current} tools={tools} />
+      <div class="data-view cloud-stage live-data">
+        <div class="cloud-canvas" ref={host} />
+        {state.n_points.value === 0 && <div class="cloud-empty">{empty}</div>}
+        {state.lost.value && (
+          <div class="cloud-empty" role="status">
+            {failed.current ? words.no_webgl : words.context_lost}
+          </div>
+        )}
+        <details class="cloud-keys">
+          <summary>{words.keys}</summary>
+          <dl>
+            {words.key_list.map(([keys, what]) => (
+              <div key={keys}>
+                <dt>{keys}</dt>
+                <dd>{what}</dd>
+              </div>
+            ))}
+          </dl>
+        </details>
+        <span class="cloud-count" data-points={state.n_points.value}>
+          {words.points(points)}
+        </span>
+      </div>
+      <Legend state={state} />
+      <Picks state={state} />
+    </section>
+  );
+}
+
+function makeViewer(host: HTMLDivElement, state: ViewState): CloudViewer | undefined {
+  try {
+    return new CloudViewer(host, {
+      onGrown: (cloud) => state.grown(cloud.n_points),
+      onPicked: (picked) => void state.pick(picked),
+      onCleared: () => state.clearPicks(),
+      onProjection: (orthographic) => {
+        state.orthographic.value = orthographic;
+      },
+      onContext: (lost) => {
+        state.lost.value = lost;
+      },
+    });
+  } catch {
+    return undefined;
+  }
+}
+
+interface ToolbarProperties {
+  state: ViewState;
+  viewer: () => CloudViewer | undefined;
+  tools: ComponentChildren;
+}
+
+function Toolbar({ state, viewer, tools }: ToolbarProperties) {
+  const words = text.value.viewer;
+  return (
+    <div class="row cloud-tools" role="toolbar" aria-label={words.tools}>
+      <label class="row">
+        <span class="muted">{words.colour}</span>
+        <select
+          value={state.mode.value}
+          onChange={(event) => {
+            state.mode.value = event.currentTarget.value as ColourMode;
+          }}
+        >
+          {COLOUR_MODES.map((mode) => (
+            <option key={mode} value={mode} disabled={mode === "deviation" && !state.shape.value}>
+              {words.modes[mode]}
+            </option>
+          ))}
+        </select>
+      </label>
+      {state.mesh.value && (
+        <label class="row">
+          <span class="muted">{words.show}</span>
+          <select
+            value={state.shown.value}
+            onChange={(event) => {
+              state.shown.value = event.currentTarget.value as "cloud" | "mesh" | "both";
+            }}
+          >
+            {(["cloud", "mesh", "both"] as const).map((what) => (
+              <option key={what} value={what}>
+                {words.shown[what]}
+              </option>
+            ))}
+          </select>
+        </label>
+      )}
+      {tools}
+      <span class="grow" />
+      <fieldset class="segments" aria-label={words.view}>
+        {VIEWS.map((name) => (
+          <button key={name} type="button" onClick={() => viewer()?.view(name)}>
+            {words.views[name]}
+          </button>
+        ))}
+      </fieldset>
+      <fieldset class="segments" aria-label={words.projection}>
+        <button type="button" onClick={() => viewer()?.fit()}>
+          {words.fit}
+        </button>
+        <button
+          type="button"
+          aria-pressed={state.orthographic.value}
+          onClick={() => viewer()?.toggleOrthographic()}
+        >
+          {words.orthographic}
+        </button>
+      </fieldset>
+    </div>
+  );
+}

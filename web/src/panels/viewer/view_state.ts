@@ -1,0 +1,126 @@
+/** What a person chose and sees of a cloud, as signals; the viewer itself draws without them. */
+
+import { computed, effect, type Signal, signal } from "@preact/signals";
+import type { ColourMode, ValueMode, ValueRange } from "../../scene/colours";
+import type { ExactPoint } from "../../scene/exact";
+import type { Mesh } from "../../scene/glb";
+import { proposedRange, sampleValues } from "../../scene/histogram";
+import type { Picked } from "../../scene/picking";
+import type { FittedShape, Vec3 } from "../../scene/shapes";
+import type { CloudViewer } from "../../scene/viewer";
+import { remembered } from "../../state/remembered";
+
+/** A growing cloud's histogram is made anew so often. */
+const SAMPLE_EVERY_MS = 1000;
+
+/** A picked point: at once as displayed, soon as the server has it. */
+export interface PickedPoint {
+  displayed: Picked;
+  exact: ExactPoint | undefined;
+  state: "asking" | "exact" | "displayed";
+}
+
+export const positionOf = (point: PickedPoint): Vec3 => point.exact?.position_mm ?? point.displayed.position_mm;
+
+export type AskExact = (picked: Picked) => Promise<ExactPoint | undefined>;
+
+const remembered_mode = remembered<ColourMode>("cloud_mode", "order");
+
+export class ViewState {
+  readonly mode: Signal<ColourMode> = signal(remembered_mode.peek());
+  readonly hide_outside = signal(false);
+  readonly orthographic = signal(false);
+  readonly lost = signal(false);
+  readonly n_points = signal(0);
+  readonly shape = signal<FittedShape | undefined>(undefined);
+  readonly shape_name = signal("");
+  readonly mesh = signal<Mesh | undefined>(undefined);
+  readonly shown = signal<"cloud" | "mesh" | "both">("cloud");
+  readonly picks = signal<readonly PickedPoint[]>([]);
+  /** Ranges a person typed; else the proposed one is in force. */
+  readonly typed = signal<Partial<Record<ValueMode, ValueRange>>>({});
+  /** Sorted sample of the values of the mode. */
+  readonly values = signal<Float32Array>(new Float32Array());
+  readonly range = computed<ValueRange>(() => {
+    const mode = this.mode.value;
+    if (mode === "order") return { low: 0, high: 1 };
+    return this.typed.value[mode] ?? proposedRange(this.values.value, mode);
+  });
+  private viewer: CloudViewer | undefined;
+  private sampled_at_ms = 0;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(private readonly askExact: AskExact) {}
+
+  /** Follows a viewer until the returned function is called. */
+  attach(viewer: CloudViewer): () => void {
+    this.viewer = viewer;
+    const ends = [
+      effect(() => {
+        remembered_mode.value = this.mode.value;
+        this.shape.value;
+        this.sample();
+      }),
+      effect(() =>
+        viewer.colour({
+          mode: this.mode.value,
+          range: this.range.value,
+          hide_outside: this.hide_outside.value,
+        }),
+      ),
+      effect(() => viewer.deviateFrom(this.shape.value)),
+      effect(() => viewer.setMesh(this.mesh.value)),
+      effect(() => {
+        const shown = this.mesh.value ? this.shown.value : "cloud";
+        viewer.show({ cloud: shown !== "mesh", mesh: shown !== "cloud" });
+      }),
+      effect(() => viewer.mark(this.picks.value.map(positionOf))),
+    ];
+    return () => {
+      for (const end of ends) end();
+      clearTimeout(this.timer);
+      this.timer = undefined;
+      this.viewer = undefined;
+    };
+  }
+
+  /** Points were added: the histogram follows, not too often. */
+  grown(n_points: number): void {
+    this.n_points.value = n_points;
+    if (n_points === 0) this.picks.value = [];
+    if (this.timer !== undefined) return;
+    const due_ms = Math.max(0, this.sampled_at_ms + SAMPLE_EVERY_MS - performance.now());
+    this.timer = setTimeout(() => {
+      this.timer = undefined;
+      this.sample();
+    }, due_ms);
+  }
+
+  /** Asks for the exact point; a third pick begins a new pair. */
+  async pick(displayed: Picked): Promise<void> {
+    const asked: PickedPoint = { displayed, exact: undefined, state: "asking" };
+    const before = this.picks.peek();
+    this.picks.value = before.length >= 2 ? [asked] : [...before, asked];
+    const exact = await this.askExact(displayed).catch(() => undefined);
+    const answered: PickedPoint = { displayed, exact, state: exact ? "exact" : "displayed" };
+    this.picks.value = this.picks.peek().map((point) => (point === asked ? answered : point));
+  }
+
+  clearPicks(): void {
+    this.picks.value = [];
+  }
+
+  setRange(range: ValueRange | undefined): void {
+    const mode = this.mode.peek();
+    if (mode === "order") return;
+    const { [mode]: _, ...others } = this.typed.peek();
+    this.typed.value = range ? { ...others, [mode]: range } : others;
+  }
+
+  private sample(): void {
+    const mode = this.mode.peek();
+    if (!this.viewer || mode === "order") return;
+    this.sampled_at_ms = performance.now();
+    this.values.value = sampleValues(this.viewer.cloud, mode, this.shape.peek());
+  }
+}

@@ -1,0 +1,139 @@
+/** Mouse, fingers and keys move the view; a short click picks. */
+
+import type { Orbit, ViewName } from "./orbit";
+
+/** Half a turn across the height of the view. */
+const TURN_RAD = Math.PI;
+
+/** A press that moved less is a click. */
+const CLICK_PX = 4;
+
+/** Zoom of one notch of a wheel, and of a key. */
+const ZOOM_PER_PX = 0.0012;
+const KEY_ZOOM = 0.85;
+
+/** Turn and shift of an arrow key. */
+const KEY_TURN_RAD = Math.PI / 24;
+const KEY_PAN = 0.06;
+
+const VIEW_KEYS: Record<string, ViewName> = { "1": "front", "2": "top", "3": "side", "0": "iso" };
+
+export interface Moves {
+  /** The view moved. */
+  moved(): void;
+  /** A place was clicked, CSS pixels from the top left corner. */
+  picked(x_px: number, y_px: number): void;
+  fit(): void;
+  view(name: ViewName): void;
+  toggleOrthographic(): void;
+  /** Forgets what was picked. */
+  clear(): void;
+}
+
+interface Finger {
+  x: number;
+  y: number;
+}
+
+/** Listens on a canvas until `dispose`. */
+export class Controls {
+  private readonly fingers = new Map<number, Finger>();
+  private pressed: { x: number; y: number; still: boolean; pan: boolean } | undefined;
+  private readonly listening = new AbortController();
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly orbit: Orbit,
+    private readonly moves: Moves,
+  ) {
+    const { signal } = this.listening;
+    canvas.addEventListener("pointerdown", (event) => this.down(event), { signal });
+    canvas.addEventListener("pointermove", (event) => this.move(event), { signal });
+    canvas.addEventListener("pointerup", (event) => this.up(event), { signal });
+    canvas.addEventListener("pointercancel", (event) => this.fingers.delete(event.pointerId), { signal });
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
+    canvas.addEventListener("wheel", (event) => this.wheel(event), { signal, passive: false });
+    canvas.addEventListener("keydown", (event) => this.key(event), { signal });
+  }
+
+  dispose(): void {
+    this.listening.abort();
+  }
+
+  private down(event: PointerEvent): void {
+    this.canvas.setPointerCapture(event.pointerId);
+    this.canvas.focus({ preventScroll: true });
+    this.fingers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
+    const pan = event.button !== 0 || event.shiftKey;
+    this.pressed = { x: event.offsetX, y: event.offsetY, still: this.fingers.size === 1, pan };
+  }
+
+  private move(event: PointerEvent): void {
+    const before = this.fingers.get(event.pointerId);
+    if (!before || !this.pressed) return;
+    const now = { x: event.offsetX, y: event.offsetY };
+    if (Math.hypot(now.x - this.pressed.x, now.y - this.pressed.y) > CLICK_PX) this.pressed.still = false;
+    if (this.pressed.still) return;
+    const height = this.canvas.clientHeight || 1;
+    const other = [...this.fingers].find(([id]) => id !== event.pointerId)?.[1];
+    if (other) this.pinch(before, now, other, height);
+    else if (this.pressed.pan) this.orbit.pan(-(now.x - before.x) / height, (now.y - before.y) / height);
+    else this.orbit.turn((TURN_RAD * (before.x - now.x)) / height, (TURN_RAD * (now.y - before.y)) / height);
+    this.fingers.set(event.pointerId, now);
+    this.moves.moved();
+  }
+
+  private pinch(before: Finger, now: Finger, other: Finger, height: number): void {
+    const [was, is] = [before, now].map((finger) => Math.hypot(finger.x - other.x, finger.y - other.y));
+    if (was && is) this.orbit.zoom(was / is);
+    this.orbit.pan(-(now.x - before.x) / 2 / height, (now.y - before.y) / 2 / height);
+  }
+
+  private up(event: PointerEvent): void {
+    this.fingers.delete(event.pointerId);
+    const pressed = this.pressed;
+    if (this.fingers.size === 0) this.pressed = undefined;
+    if (pressed?.still && event.button === 0) this.moves.picked(pressed.x, pressed.y);
+  }
+
+  private wheel(event: WheelEvent): void {
+    event.preventDefault();
+    const half = (this.canvas.clientHeight || 2) / 2;
+    const pixels = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 33 * event.deltaY : event.deltaY;
+    const right = (event.offsetX - this.canvas.clientWidth / 2) / half;
+    this.orbit.zoom(Math.exp(ZOOM_PER_PX * pixels), right, 1 - event.offsetY / half);
+    this.moves.moved();
+  }
+
+  private key(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey || !this.carriedOut(event)) return;
+    event.preventDefault();
+    this.moves.moved();
+  }
+
+  private carriedOut(event: KeyboardEvent): boolean {
+    const view = VIEW_KEYS[event.key];
+    if (view) this.moves.view(view);
+    else if (event.key === "o" || event.key === "O") this.moves.toggleOrthographic();
+    else if (event.key === "f" || event.key === "F") this.moves.fit();
+    else if (event.key === "+" || event.key === "=") this.orbit.zoom(KEY_ZOOM);
+    else if (event.key === "-") this.orbit.zoom(1 / KEY_ZOOM);
+    else if (event.key === "p" || event.key === "P" || event.key === "Enter") this.pickCentre();
+    else if (event.key === "Escape") this.moves.clear();
+    else return this.arrow(event.key, event.shiftKey);
+    return true;
+  }
+
+  private pickCentre(): void {
+    this.moves.picked(this.canvas.clientWidth / 2, this.canvas.clientHeight / 2);
+  }
+
+  private arrow(key: string, shift: boolean): boolean {
+    const direction = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key];
+    if (!direction) return false;
+    const [right = 0, up = 0] = direction;
+    if (shift) this.orbit.pan(KEY_PAN * right, KEY_PAN * up);
+    else this.orbit.turn(KEY_TURN_RAD * right, KEY_TURN_RAD * up);
+    return true;
+  }
+}

@@ -1,0 +1,178 @@
+/** What lies on the graphics card: the chunks of a cloud, and a mesh. Each frees its buffers in `dispose`. */
+
+import {
+  BufferAttribute,
+  BufferGeometry,
+  DoubleSide,
+  DynamicDrawUsage,
+  GLSL3,
+  InterleavedBuffer,
+  InterleavedBufferAttribute,
+  type IUniform,
+  Mesh,
+  Points,
+  type Scene,
+  ShaderMaterial,
+  Vector2,
+  Vector3,
+} from "three";
+import { type Cloud, type CloudChunk, WORDS } from "./cloud";
+import { COLOUR_MODES, type Colouring, orderTable, palette, rgb } from "./colours";
+import type { Mesh as MeshData } from "./glb";
+import { MESH_FRAGMENT, MESH_VERTEX, POINT_FRAGMENT, POINT_VERTEX } from "./shaders";
+import type { FittedShape } from "./shapes";
+
+const MM_PER_METRE = 1000;
+
+/** Uniforms of both programs; changing a colour changes these and nothing else. */
+export class ColourUniforms {
+  readonly all: Record<string, IUniform> = {
+    u_mode: { value: 0 },
+    u_range: { value: new Vector2(0, 1) },
+    u_hide_outside: { value: false },
+    u_palette: { value: vectors(palette("height").map(rgb)) },
+    u_orders: { value: vectors(orderTable()) },
+    u_shape: { value: 0 },
+    u_shape_point: { value: new Vector3() },
+    u_shape_axis: { value: new Vector3(0, 0, 1) },
+    u_shape_radius: { value: 0 },
+    u_size_px: { value: 2 },
+  };
+
+  colour({ mode, range, hide_outside }: Colouring): void {
+    this.set("u_mode", COLOUR_MODES.indexOf(mode));
+    this.set("u_range", new Vector2(range.low, range.high));
+    this.set("u_hide_outside", hide_outside);
+    if (mode !== "order") this.set("u_palette", vectors(palette(mode).map(rgb)));
+  }
+
+  shape(shape: FittedShape | undefined): void {
+    this.set("u_shape", shape ? { plane: 1, sphere: 2, cylinder: 3 }[shape.kind] : 0);
+    if (!shape) return;
+    this.set("u_shape_point", new Vector3(...(shape.kind === "sphere" ? shape.centre_mm : shape.point_mm)));
+    if (shape.kind !== "sphere") {
+      this.set("u_shape_axis", new Vector3(...(shape.kind === "plane" ? shape.normal : shape.axis)));
+    }
+    this.set("u_shape_radius", shape.kind === "plane" ? 0 : shape.radius_mm);
+  }
+
+  set(name: string, value: unknown): void {
+    const uniform = this.all[name];
+    if (uniform) uniform.value = value;
+  }
+}
+
+function vectors(colours: readonly (readonly [number, number, number])[]): Vector3[] {
+  return colours.map((colour) => new Vector3(...colour));
+}
+
+/** The points of one cloud. */
+export class CloudLayer {
+  private readonly drawn = new Map<CloudChunk, { points: Points; buffer: InterleavedBuffer }>();
+  private readonly material: ShaderMaterial;
+  /** Points written to the card so far; a change of colour does not change it. */
+  n_uploaded = 0;
+
+  constructor(
+    private readonly scene: Scene,
+    uniforms: ColourUniforms,
+  ) {
+    this.material = new ShaderMaterial({
+      glslVersion: GLSL3,
+      vertexShader: POINT_VERTEX,
+      fragmentShader: POINT_FRAGMENT,
+      uniforms: uniforms.all,
+    });
+  }
+
+  set visible(visible: boolean) {
+    for (const { points } of this.drawn.values()) points.visible = visible;
+  }
+
+  /** Notes that the points `from` to `to` of a chunk were written. */
+  written(chunk: CloudChunk, from: number, to: number): void {
+    const { buffer } = this.drawn.get(chunk) ?? this.make(chunk);
+    for (const { start, count } of chunk.written(from, to)) buffer.addUpdateRange(WORDS * start, WORDS * count);
+    buffer.needsUpdate = true;
+    this.n_uploaded += to - from;
+  }
+
+  /** Chooses what is drawn: one point in `thinning`. Answers how many points that is. */
+  thin(cloud: Cloud, thinning: number): number {
+    let n_drawn = 0;
+    for (const chunk of cloud.chunks) {
+      const geometry = this.drawn.get(chunk)?.points.geometry;
+      if (!geometry) continue;
+      geometry.clearGroups();
+      for (const { start, count } of chunk.drawn(thinning)) {
+        geometry.addGroup(start, count, 0);
+        n_drawn += count;
+      }
+    }
+    return n_drawn;
+  }
+
+  private make(chunk: CloudChunk): { points: Points; buffer: InterleavedBuffer } {
+    const buffer = new InterleavedBuffer(chunk.words, WORDS);
+    buffer.setUsage(DynamicDrawUsage);
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new InterleavedBufferAttribute(buffer, 3, 0));
+    geometry.setAttribute("intensity", new InterleavedBufferAttribute(buffer, 1, 3));
+    geometry.setAttribute("order_sigma", new InterleavedBufferAttribute(buffer, 1, 4));
+    const points = new Points(geometry, [this.material]);
+    points.position.set(...chunk.origin_mm);
+    points.scale.set(...chunk.step_mm);
+    points.frustumCulled = false;
+    points.updateMatrixWorld();
+    this.scene.add(points);
+    const made = { points, buffer };
+    this.drawn.set(chunk, made);
+    return made;
+  }
+
+  dispose(): void {
+    for (const { points } of this.drawn.values()) {
+      this.scene.remove(points);
+      points.geometry.dispose();
+    }
+    this.drawn.clear();
+    this.material.dispose();
+  }
+}
+
+/** A surface. */
+export class MeshLayer {
+  private readonly mesh: Mesh;
+  private readonly material: ShaderMaterial;
+
+  constructor(
+    private readonly scene: Scene,
+    uniforms: ColourUniforms,
+    { positions_m, indices }: MeshData,
+  ) {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(positions_m, 3));
+    geometry.setIndex(new BufferAttribute(indices, 1));
+    this.material = new ShaderMaterial({
+      glslVersion: GLSL3,
+      vertexShader: MESH_VERTEX,
+      fragmentShader: MESH_FRAGMENT,
+      uniforms: uniforms.all,
+      side: DoubleSide,
+    });
+    this.mesh = new Mesh(geometry, this.material);
+    this.mesh.scale.setScalar(MM_PER_METRE);
+    this.mesh.frustumCulled = false;
+    scene.add(this.mesh);
+  }
+
+  set visible(visible: boolean) {
+    this.mesh.visible = visible;
+  }
+
+  dispose(): void {
+    this.scene.remove(this.mesh);
+    this.mesh.geometry.dispose();
+    this.material.dispose();
+  }
+}

@@ -1,0 +1,110 @@
+/** The programs of the graphics card: a value per point or corner, and its colour. */
+
+import { FIRST_ORDER, N_ORDERS, PALETTE_STOPS } from "./colours";
+
+/** Number of a mode in the shaders; the place in `COLOUR_MODES`. */
+const COLOUR_BY_VALUE = /* glsl */ `
+uniform vec3 u_palette[${PALETTE_STOPS}];
+uniform vec2 u_range;
+uniform int u_shape;
+uniform vec3 u_shape_point;
+uniform vec3 u_shape_axis;
+uniform float u_shape_radius;
+const vec3 UNKNOWN = vec3(0.604, 0.627, 0.651);
+
+float deviation_um(vec3 at) {
+  vec3 from = at - u_shape_point;
+  float along = dot(u_shape_axis, from);
+  if (u_shape == 1) return 1e3 * along;
+  if (u_shape == 2) return 1e3 * (length(from) - u_shape_radius);
+  return 1e3 * (length(from - along * u_shape_axis) - u_shape_radius);
+}
+
+vec3 colour_of(float value) {
+  float span = u_range.y - u_range.x;
+  float share = span > 0.0 ? clamp((value - u_range.x) / span, 0.0, 1.0) : 0.5;
+  float place = share * ${(PALETTE_STOPS - 1).toFixed(1)};
+  int first = min(int(place), ${PALETTE_STOPS - 2});
+  return mix(u_palette[first], u_palette[first + 1], place - float(first));
+}
+`;
+
+/** Points: positions in steps of their chunk, decoded by its model matrix (origin and step). */
+export const POINT_VERTEX = /* glsl */ `
+uniform int u_mode;
+uniform bool u_hide_outside;
+uniform vec3 u_orders[${N_ORDERS + 1}];
+uniform float u_size_px;
+in float intensity;
+in float order_sigma;
+flat out vec3 v_colour;
+${COLOUR_BY_VALUE}
+void main() {
+  vec4 at = modelMatrix * vec4(position, 1.0);
+  gl_Position = projectionMatrix * viewMatrix * at;
+  gl_PointSize = u_size_px;
+  float sigma_class = floor(order_sigma / 256.0);
+  float order_byte = order_sigma - 256.0 * sigma_class;
+  if (u_mode == 0) {
+    int order = int(order_byte < 128.0 ? order_byte : order_byte - 256.0) - (${FIRST_ORDER});
+    v_colour = u_orders[order < 0 || order >= ${N_ORDERS} ? ${N_ORDERS} : order];
+    return;
+  }
+  bool known = true;
+  float value = at.z;
+  if (u_mode == 2) {
+    known = sigma_class < 255.0;
+    value = 0.1 * exp2(sigma_class / 16.0);
+  } else if (u_mode == 3) {
+    value = intensity;
+  } else if (u_mode == 4) {
+    known = u_shape > 0;
+    value = deviation_um(at.xyz);
+  }
+  v_colour = known ? colour_of(value) : UNKNOWN;
+  // A place behind the far plane is drawn by nobody.
+  bool outside = value < u_range.x || value > u_range.y;
+  if (u_hide_outside && known && outside) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
+}
+`;
+
+export const POINT_FRAGMENT = /* glsl */ `
+flat in vec3 v_colour;
+out vec4 colour;
+void main() {
+  colour = vec4(v_colour, 1.0);
+}
+`;
+
+/** Surfaces: lit from the viewer, facet by facet. */
+export const MESH_VERTEX = /* glsl */ `
+out vec3 v_in_part;
+out vec3 v_in_view;
+void main() {
+  vec4 at = modelMatrix * vec4(position, 1.0);
+  v_in_part = at.xyz;
+  v_in_view = (viewMatrix * at).xyz;
+  gl_Position = projectionMatrix * viewMatrix * at;
+}
+`;
+
+export const MESH_FRAGMENT = /* glsl */ `
+uniform int u_mode;
+uniform bool u_hide_outside;
+in vec3 v_in_part;
+in vec3 v_in_view;
+out vec4 colour;
+${COLOUR_BY_VALUE}
+void main() {
+  vec3 normal = normalize(cross(dFdx(v_in_view), dFdy(v_in_view)));
+  float light = 0.35 + 0.65 * abs(normal.z);
+  vec3 base = vec3(0.78, 0.80, 0.82);
+  bool by_value = u_mode == 1 || (u_mode == 4 && u_shape > 0);
+  if (by_value) {
+    float value = u_mode == 1 ? v_in_part.z : deviation_um(v_in_part);
+    if (u_hide_outside && (value < u_range.x || value > u_range.y)) discard;
+    base = colour_of(value);
+  }
+  colour = vec4(light * base, 1.0);
+}
+`;

@@ -1,0 +1,36 @@
+/** Shapes that measurements were fitted to, and how far points are from them. */
+
+export type Vec3 = readonly [number, number, number];
+
+/** A fitted feature in the part frame, mm: as the result of a measurement writes it. */
+export type FittedShape =
+  | { kind: "plane"; point_mm: Vec3; normal: Vec3 }
+  | { kind: "sphere"; centre_mm: Vec3; radius_mm: number }
+  | { kind: "cylinder"; point_mm: Vec3; axis: Vec3; radius_mm: number };
+
+export function subtract(a: Vec3, b: Vec3): Vec3 {
+  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+}
+
+export function dot(a: Vec3, b: Vec3): number {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+export function distance(a: Vec3, b: Vec3): number {
+  return Math.hypot(...subtract(a, b));
+}
+
+/** Signed distance of a point, mm: positive on the normal's side, or outside. */
+export function deviation(shape: FittedShape, at: Vec3): number {
+  switch (shape.kind) {
+    case "plane":
+      return dot(shape.normal, subtract(at, shape.point_mm));
+    case "sphere":
+      return distance(at, shape.centre_mm) - shape.radius_mm;
+    case "cylinder": {
+      const from_axis = subtract(at, shape.point_mm);
+      const along = dot(shape.axis, from_axis);
+      return Math.sqrt(Math.max(0, dot(from_axis, from_axis) - along * along)) - shape.radius_mm;
+    }
+  }
+}
