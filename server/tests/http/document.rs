@@ -1,8 +1,12 @@
 //! The API's document: checked in as the routes make it, and true.
 
+use std::collections::BTreeMap;
 use std::process::Command;
 
-use crate::common::{out, sheaf_ok};
+use serde_json::{Value, json};
+
+use crate::common::server::Server;
+use crate::common::{out, sheaf_ok, small_capture};
 use crate::fresh;
 
 #[test]
@@ -18,6 +22,34 @@ const EXAMPLES: &str = "5";
 /// Faults are switched on by name here and nowhere else: with them a device's 503 is the right answer, not a defect.
 const FAULTS: &str = "/api/v1/simulation/faults";
 
+/// One of everything, so that the fuzzer meets what is behind the 404s.
+fn things_that_exist(server: &Server) -> Value {
+    let capture_id = server.upload(&small_capture());
+    let source = json!({ "kind": "capture", "capture_id": capture_id });
+    let calibration_id = server.result_of("/api/v1/calibrations", &json!({ "source": source }));
+    server.put("/api/v1/calibrations/active", &json!({ "calibration_id": calibration_id })).expect(200);
+    let scan = json!({ "source": { "kind": "capture", "capture_id": capture_id, "scan": "gauge" } });
+    let scan_id = server.result_of("/api/v1/scans", &scan);
+    let measured = server.post(&format!("/api/v1/scans/{scan_id}/measurements"), &json!({ "tool": "plane" }));
+    let export = json!({ "what": "cloud", "format": "csv" });
+    server.result_of(&format!("/api/v1/scans/{scan_id}/exports"), &export);
+    let session = server.post("/api/v1/calibration-sessions", &json!({}));
+    let jobs = server.get("/api/v1/jobs").expect(200);
+    let job_ids: Vec<&Value> = jobs["items"].as_array().unwrap().iter().map(|job| &job["id"]).collect();
+    json!({
+        "captures": { "id": [capture_id] },
+        "calibrations": { "id": [calibration_id] },
+        "calibration-sessions": { "id": [session.expect(201)["id"]] },
+        "jobs": { "id": job_ids },
+        "scans": {
+            "id": [scan_id],
+            "measurement_id": [measured.expect(201)["id"]],
+            "file": ["cloud.csv"],
+            "sequence": [0, 1, 2],
+        },
+    })
+}
+
 #[test]
 fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
     let Ok(python) = std::env::var("SHEAF_TEST_PYTHON") else {
@@ -25,6 +57,8 @@ fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
         return;
     };
     let (_folder, server) = fresh();
+    let known = things_that_exist(&server);
+    let before = answers_by_route(&server);
     let checks = "not_a_server_error,status_code_conformance,content_type_conformance,\
                   response_schema_conformance,response_headers_conformance";
     let output = Command::new(python)
@@ -32,10 +66,31 @@ fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
         .arg(format!("{}/openapi.json", server.url))
         .args(["--checks", checks, "--max-examples", EXAMPLES, "--phases", "examples,coverage,fuzzing"])
         .args(["--exclude-path", FAULTS, "--seed", "1", "--no-color"])
-        .env("SCHEMATHESIS_HOOKS", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/http/uploads_hook.py"))
+        .env("SCHEMATHESIS_HOOKS", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/http/fuzzer_hooks.py"))
+        .env("SHEAF_KNOWN_IDS", known.to_string())
         .output()
         .unwrap();
     let said = out(&output);
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
     assert!(said.contains("passed"), "{said}");
+    let answers = answers_by_route(&server);
+    for route in
+        ["/api/v1/calibrations/{id}", "/api/v1/scans/{id}/cloud", "/api/v1/scans/{id}/profiles/{sequence}"]
+    {
+        let well = |answers: &BTreeMap<(String, u16), u64>| answers.get(&(route.to_owned(), 200)).copied();
+        assert!(well(&answers) > well(&before), "the fuzzer never met a thing behind {route}: {answers:#?}");
+    }
+}
+
+/// How often each route answered with each status so far, by the server's own figures.
+fn answers_by_route(server: &Server) -> BTreeMap<(String, u16), u64> {
+    let figures = String::from_utf8(server.get("/metrics").body).unwrap();
+    let lines = figures.lines().filter(|line| line.starts_with("sheaf_http_requests_total{"));
+    let mut answers = BTreeMap::new();
+    for line in lines {
+        let label = |name: &str| line.split_once(&format!("{name}=\"")).unwrap().1.split('"').next().unwrap();
+        let key = (label("route").to_owned(), label("status").parse().unwrap());
+        *answers.entry(key).or_default() += line.rsplit(' ').next().unwrap().parse::<u64>().unwrap();
+    }
+    answers
 }
