@@ -2,6 +2,7 @@ import { readdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { brotliCompressSync, gzipSync } from "node:zlib";
 import { defineConfig, type Plugin } from "vite";
+import { slimThree } from "./slim_three";
 
 /** The whole page with everything it may ever load, gzipped: a promise of the product. */
 const BUDGET_BYTES = 250 * 1024;
@@ -19,7 +20,7 @@ export default defineConfig({
     reportCompressedSize: false,
   },
   esbuild: { jsx: "automatic", jsxImportSource: "preact", legalComments: "none" },
-  plugins: [compressed()],
+  plugins: [slimThree(), compressed()],
   server: { proxy: { "/api": { target: "http://127.0.0.1:8080", ws: true }, "/health": "http://127.0.0.1:8080" } },
 });
 
