@@ -19,6 +19,7 @@ const NO_HEADSET = `export class WebXRManager {
   addEventListener() {}
   removeEventListener() {}
   setAnimationLoop() {}
+  getEnvironmentBlendMode() {}
   dispose() {}
 }`;
 
