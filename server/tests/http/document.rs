@@ -56,7 +56,7 @@ fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
         eprintln!("skipped: SHEAF_TEST_PYTHON names no Python with schemathesis (cargo xtask test sets it)");
         return;
     };
-    let (_folder, server) = fresh();
+    let (folder, server) = fresh();
     let known = things_that_exist(&server);
     let before = answers_by_route(&server);
     let checks = "not_a_server_error,status_code_conformance,content_type_conformance,\
@@ -68,6 +68,8 @@ fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
         .args(["--exclude-path", FAULTS, "--seed", "1", "--no-color"])
         .env("SCHEMATHESIS_HOOKS", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/http/fuzzer_hooks.py"))
         .env("SHEAF_KNOWN_IDS", known.to_string())
+        // What it remembers of failures must not steer the next run.
+        .current_dir(folder.path())
         .output()
         .unwrap();
     let said = out(&output);
