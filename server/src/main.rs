@@ -32,6 +32,7 @@ mod problem_causes;
 mod progress;
 mod refusal;
 mod report;
+mod residuals;
 mod service;
 mod sessions;
 mod station;

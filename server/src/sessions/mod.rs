@@ -6,6 +6,7 @@
 mod body;
 mod camera_so_far;
 mod found;
+mod look;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -30,6 +31,7 @@ pub use body::{
     BoardPicture, CameraSoFar, Picture, ProjectorSheet, Session, SessionBody, SessionPose, SessionStageView,
     Target,
 };
+pub use look::Look;
 
 /// Most pictures of a session: five times what any calibration needs, and a bounded record.
 const PICTURE_LIMIT: usize = 120;
@@ -49,6 +51,17 @@ pub struct NewSession {
     pub projector: Option<ProjectorSheet>,
     /// How pictures are exposed.
     pub exposures: Option<Exposures>,
+}
+
+/// What a new session has where nothing else is said.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct SessionDefaults {
+    /// The configured board.
+    pub target: Target,
+    /// The configured projector.
+    pub projector: ProjectorSheet,
+    /// How pictures are exposed.
+    pub exposures: Exposures,
 }
 
 /// How a session is to be solved.
@@ -86,6 +99,8 @@ pub struct Sessions {
     /// One change at a time: pictures take longer than a version check can bridge.
     turn: Arc<tokio::sync::Mutex<()>>,
     operator: Arc<Mutex<Option<VirtualOperator>>>,
+    /// One look at a time: many browsers may ask for the same.
+    eye: Arc<tokio::sync::Mutex<()>>,
 }
 
 impl Sessions {
@@ -96,7 +111,24 @@ impl Sessions {
         artifacts: Arc<dyn Artifacts>,
         station: StationHandle,
     ) -> Self {
-        Self { config, ledger, artifacts, station, turn: Arc::default(), operator: Arc::default() }
+        Self {
+            config,
+            ledger,
+            artifacts,
+            station,
+            turn: Arc::default(),
+            operator: Arc::default(),
+            eye: Arc::default(),
+        }
+    }
+
+    /// What a new session has where nothing else is said: the configured board and projector.
+    pub fn defaults(&self) -> SessionDefaults {
+        SessionDefaults {
+            target: board_target(&self.config.target).into(),
+            projector: projector(&self.config.projector).into(),
+            exposures: Exposures::default(),
+        }
     }
 
     /// Begins a session.
@@ -112,11 +144,12 @@ impl Sessions {
         and: impl FnOnce(&Session) -> Vec<Change>,
     ) -> Result<Session, Problem> {
         let now = now_ms();
+        let defaults = self.defaults();
         let body = SessionBody {
             name: new.name.unwrap_or_else(|| "calibration".to_owned()),
-            target: new.target.unwrap_or_else(|| board_target(&self.config.target).into()),
-            projector: new.projector.unwrap_or_else(|| projector(&self.config.projector).into()),
-            exposures: new.exposures.unwrap_or_default(),
+            target: new.target.unwrap_or(defaults.target),
+            projector: new.projector.unwrap_or(defaults.projector),
+            exposures: new.exposures.unwrap_or(defaults.exposures),
             width_px: 0,
             height_px: 0,
             poses: Vec::new(),
@@ -141,6 +174,14 @@ impl Sessions {
     /// Sessions, newest first.
     pub async fn list(&self, page: &Page) -> Result<Vec<Session>, Problem> {
         self.ledger.read().sessions(page).await?.into_iter().map(Session::try_from).collect()
+    }
+
+    /// Looks at the newest frame of a running live view, else at a single exposure; the session stays as it is.
+    pub async fn look(&self, id: &str) -> Result<Look, Problem> {
+        let _eye = self.eye.lock().await;
+        let body = self.get(id).await?.body;
+        let frame = self.station.snapshot().await?;
+        tokio::task::block_in_place(|| look::look_at(&frame, body))
     }
 
     /// Takes the board as it is held now, by ordinary and by laser light. `expected`: refused unless the session has
@@ -301,13 +342,7 @@ impl Sessions {
 
     fn keep_board(&self, frame: &StampedFrame, body: &mut SessionBody) -> Result<BoardPicture, Problem> {
         let size_px = (frame.image.width(), frame.image.height());
-        if body.width_px != 0 && size_px != (body.width_px, body.height_px) {
-            return Err(Problem::new(
-                ProblemKind::Conflict,
-                "the camera's picture size changed during the session",
-            )
-            .remedy("set it back, or begin a new session"));
-        }
+        look::check_size(body, size_px)?;
         (body.width_px, body.height_px) = size_px;
         Ok(found::board_in(&frame.image, self.keep(frame)?, &body.target))
     }

@@ -5,6 +5,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod calibrating;
 mod configuration;
 mod document;
 mod edge;

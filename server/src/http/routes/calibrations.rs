@@ -21,6 +21,7 @@ use crate::http::headers::CSP_REPORT;
 use crate::http::paging::{ListDto, PageQuery};
 use crate::jobs::JobInput;
 use crate::problem::{Problem, ProblemKind};
+use crate::residuals::Residuals;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<App> {
@@ -31,6 +32,7 @@ pub fn routes() -> OpenApiRouter<App> {
         .routes(routes!(list_activations))
         .routes(routes!(get_calibration))
         .routes(routes!(get_calibration_report))
+        .routes(routes!(get_residuals))
         .routes(routes!(diff_calibrations))
 }
 
@@ -103,6 +105,22 @@ async fn get_calibration_report(
     let mut response = bytes("text/html; charset=utf-8", None, page);
     response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(CSP_REPORT));
     Ok(response)
+}
+
+/// What the calibration left unexplained, point by point, for residual maps.
+#[utoipa::path(
+    get, path = "/calibrations/{id}/residuals", tag = "calibrations", params(("id" = String, Path)),
+    responses((status = 200, body = Residuals))
+)]
+async fn get_residuals(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<Residuals>, Problem> {
+    let record = app.ledger.read().calibration(&id).await?;
+    let kept = record.summary["residuals"].as_str().and_then(store::ArtifactId::parse).ok_or_else(|| {
+        Problem::new(ProblemKind::NotFound, "this calibration kept no residuals").remedy("calibrate again")
+    })?;
+    let bytes = app.artifacts.read(&kept).await?;
+    serde_json::from_slice(&bytes).map(Json).map_err(|cause| {
+        Problem::new(ProblemKind::Internal, "the residuals cannot be read").because(cause.to_string())
+    })
 }
 
 /// Which calibration is active; the `ETag` may be sent with a change of it.

@@ -18,13 +18,15 @@ use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::http::idempotency::{Begun, begin};
 use crate::http::paging::{ListDto, PageQuery};
 use crate::problem::{Problem, ProblemKind};
-use crate::sessions::{NewSession, Session, SolveSession, VirtualBoard};
+use crate::sessions::{Look, NewSession, Session, SessionDefaults, SolveSession, VirtualBoard};
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<App> {
     OpenApiRouter::new()
         .routes(routes!(list_sessions, begin_session))
+        .routes(routes!(get_session_defaults))
         .routes(routes!(get_session, delete_session))
+        .routes(routes!(look_at_board))
         .routes(routes!(take_pose))
         .routes(routes!(delete_pose))
         .routes(routes!(take_stage_view))
@@ -97,6 +99,15 @@ async fn begin_session(
     Ok(made(&session))
 }
 
+/// What a new session has where nothing else is said: the configured board and projector.
+#[utoipa::path(
+    get, path = "/calibration-sessions/defaults", tag = "calibration sessions",
+    responses((status = 200, body = SessionDefaults))
+)]
+async fn get_session_defaults(State(app): State<App>) -> Json<SessionDefaults> {
+    Json(app.sessions.defaults())
+}
+
 /// A session with everything that was found so far.
 #[utoipa::path(
     get, path = "/calibration-sessions/{id}", tag = "calibration sessions", params(("id" = String, Path)),
@@ -117,6 +128,17 @@ async fn get_session(
 async fn delete_session(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<StatusCode, Problem> {
     app.sessions.delete(&id).await?;
     Ok(StatusCode::NO_CONTENT)
+}
+
+/// Looks at the board as it is held now, without keeping anything: what a picture taken now would show.
+///
+/// Takes the newest frame of a running live view; without one the camera exposes once as it is set.
+#[utoipa::path(
+    post, path = "/calibration-sessions/{id}/look", tag = "calibration sessions", params(("id" = String, Path)),
+    responses((status = 200, body = Look))
+)]
+async fn look_at_board(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<Look>, Problem> {
+    Ok(Json(app.sessions.look(&id).await?))
 }
 
 /// Takes the board as it is held now, by ordinary and by laser light, and says at once what the pictures show.

@@ -6,14 +6,16 @@ use calibration::{CalibrationOptions, CalibrationResult, LightModelChoice};
 use capture::Capture;
 use optics::LightModelKind;
 use serde_json::{Value, json};
-use store::{CalibrationRecord, Change, ResultRef};
+use store::{ArtifactId, CalibrationRecord, Change, ResultRef};
 
 use crate::features::Features;
 use crate::jobs::calibrate::CALIBRATION;
 use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd};
 use crate::ledger::event;
 use crate::pipeline::{Calibrated, calibrate_features, read_features};
+use crate::problem::{Problem, ProblemKind};
 use crate::report::calibration_page;
+use crate::residuals::Residuals;
 use crate::tables::calibration_json;
 use crate::wall_clock::now_ms;
 
@@ -40,13 +42,15 @@ pub(super) fn calibrated(
     let page = calibration_page(capture, name, &features, &result, &document)?;
     ctx.go_on()?;
     let id = document.calibration.id.clone();
+    let mut summary = summary(&result, &features, &id);
+    summary["residuals"] = json!(keep_residuals(&result, ctx)?.as_str());
     let record = CalibrationRecord {
         id: id.clone(),
         document: ctx.wait(ctx.artifacts.put(document.to_json().as_bytes()))?,
         report: Some(ctx.wait(ctx.artifacts.put(page.as_bytes()))?),
         capture_id: Some(capture_id.to_owned()),
         job_id: Some(ctx.id.clone()),
-        summary: summary(&result, &features, &id),
+        summary,
         created_at_ms: now_ms(),
     };
     let told = event("calibration.created", &id, json!({ "job_id": ctx.id, "summary": record.summary }));
@@ -55,6 +59,15 @@ pub(super) fn calibrated(
         message: message(&result),
         changes: vec![Change::InsertCalibration(record), told],
     })
+}
+
+/// Stores the dots of the residual maps; the document holds their sums alone.
+fn keep_residuals(result: &CalibrationResult, ctx: &JobContext) -> Result<ArtifactId, JobEnd> {
+    let residuals = Residuals::of(&result.report, &result.calibration.camera);
+    let bytes = serde_json::to_vec(&residuals).map_err(|cause| {
+        Problem::new(ProblemKind::Internal, "the residuals cannot be stored").because(cause.to_string())
+    })?;
+    Ok(ctx.wait(ctx.artifacts.put(&bytes))?)
 }
 
 fn options(input: &CalibrateInput) -> CalibrationOptions {
