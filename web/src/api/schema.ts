@@ -22,6 +22,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/calibration-sessions/defaults": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** What a new session has where nothing else is said: the configured board and projector. */
+        get: operations["get_session_defaults"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/calibration-sessions/{id}": {
         parameters: {
             query?: never;
@@ -35,6 +52,26 @@ export interface paths {
         post?: never;
         /** Forgets a session; calibrations made from it stay. */
         delete: operations["delete_session"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/calibration-sessions/{id}/look": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Looks at the board as it is held now, without keeping anything: what a picture taken now would show.
+         * @description Takes the newest frame of a running live view; without one the camera exposes once as it is set.
+         */
+        post: operations["look_at_board"];
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -255,6 +292,23 @@ export interface paths {
         };
         /** Residuals, tables and pictures, as a page for people. */
         get: operations["get_calibration_report"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/calibrations/{id}/residuals": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** What the calibration left unexplained, point by point, for residual maps. */
+        get: operations["get_residuals"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1765,6 +1819,54 @@ export interface components {
             /** @description Address of the next page; missing on the last one. */
             next?: string | null;
         };
+        /** @description What one frame shows of the board. Nothing of it is kept. */
+        Look: {
+            /**
+             * Format: double
+             * @description Middle of its exposure on the station's clock, ms.
+             */
+            captured_ms: number;
+            /**
+             * Format: double
+             * @description Typical standard deviation of a corner: grows with blur, darkness and noise.
+             */
+            corner_sigma_px?: number | null;
+            /** @description Corners: column and row on the board, u and v in the frame (px), standard deviation (px). */
+            corners: number[][];
+            /** @description Cells of the coverage map (8 × 6, row by row from the top left) that hold corners. */
+            coverage_cells: number[];
+            /**
+             * Format: double
+             * @description Distance of the board's middle; once the camera is known.
+             */
+            distance_mm?: number | null;
+            /** @description Rows of the frame. */
+            height_px: number;
+            /** @description What is wrong with it, and what to do. */
+            problem?: string | null;
+            /**
+             * Format: double
+             * @description RMS distance of the corners from where the camera, fitted with this frame too, expects them.
+             */
+            rms_px?: number | null;
+            /**
+             * Format: double
+             * @description Share of pixels at the sensor's limit.
+             */
+            saturated_share: number;
+            /**
+             * Format: int64
+             * @description The station's count of the frame, as in the live stream.
+             */
+            sequence: number;
+            /**
+             * Format: double
+             * @description Angle between the board and the picture plane; once the camera is known, from three pictures on.
+             */
+            tilt_deg?: number | null;
+            /** @description Columns of the frame. */
+            width_px: number;
+        };
         /**
          * @description What to measure, and what it should be.
          * @example {
@@ -1866,6 +1968,19 @@ export interface components {
             order: number;
             /** @description All its pixels together. */
             total: components["schemas"]["DepthDifferenceDto"];
+        };
+        /** @description Residuals of one order. */
+        OrderResiduals: {
+            /**
+             * Format: int32
+             * @description The order.
+             */
+            order: number;
+            /**
+             * @description Number of the pose, from 0; u, v where seen; signed distance across the line from the curve that the light
+             *     sheet predicts, px.
+             */
+            points: number[][];
         };
         /** @description A picture in the store. */
         Picture: {
@@ -2025,6 +2140,17 @@ export interface components {
         RecomputeDto: {
             /** @description With which calibration; missing: the active one. */
             calibration_id?: string | null;
+        };
+        /** @description Residuals of a calibration over the picture. */
+        Residuals: {
+            /** @description Board corners of all pictures: u, v where seen; du, dv from where the camera expects it to there, px. */
+            corners: number[][];
+            /** @description Rows of the pictures. */
+            height_px: number;
+            /** @description Laser points by order, thinned for drawing. */
+            orders: components["schemas"]["OrderResiduals"][];
+            /** @description Columns of the pictures. */
+            width_px: number;
         };
         /** @description What a job made. */
         ResultDto: {
@@ -2261,6 +2387,15 @@ export interface components {
             target: components["schemas"]["Target"];
             /** @description Columns of the pictures; 0 before the first. */
             width_px: number;
+        };
+        /** @description What a new session has where nothing else is said. */
+        SessionDefaults: {
+            /** @description How pictures are exposed. */
+            exposures: components["schemas"]["Exposures"];
+            /** @description The configured projector. */
+            projector: components["schemas"]["ProjectorSheet"];
+            /** @description The configured board. */
+            target: components["schemas"]["Target"];
         };
         /** @description A pose of the board at rest. */
         SessionPose: {
@@ -2651,6 +2786,31 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
+    get_session_defaults: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionDefaults"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
     get_session: {
         parameters: {
             query?: never;
@@ -2697,6 +2857,39 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    look_at_board: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Look"];
+                };
             };
             400: components["responses"]["Problem"];
             403: components["responses"]["Problem"];
@@ -3226,6 +3419,33 @@ export interface operations {
                 };
                 content: {
                     "text/html": string;
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    get_residuals: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Residuals"];
                 };
             };
             400: components["responses"]["Problem"];

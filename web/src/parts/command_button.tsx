@@ -10,7 +10,7 @@ interface Properties {
   children: ComponentChildren;
   /** Why it cannot be pressed now; shown to whoever tries. */
   blocked?: string | false | undefined;
-  kind?: "primary" | "danger" | "quiet" | "operator" | "primary operator";
+  kind?: "primary" | "danger" | "quiet" | "operator" | "primary operator" | undefined;
 }
 
 export function CommandButton({ command, children, blocked, kind }: Properties) {

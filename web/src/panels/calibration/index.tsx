@@ -1,9 +1,11 @@
-import { text } from "../../text";
+/** Calibrations: what is active, how a new one is made, and which one to trust. */
+
+import { route } from "../../state/route";
+import { Overview } from "./overview";
+import { Wizard } from "./wizard";
+import "./calibration.css";
 
 export default function Calibration() {
-  return (
-    <header>
-      <h1>{text.value.calibration.title}</h1>
-    </header>
-  );
+  const { id } = route.value;
+  return id ? <Wizard key={id} id={id} /> : <Overview />;
 }

@@ -1,0 +1,66 @@
+/** Making a calibration the active one: asked before, logged by the server. */
+
+import { useSignal } from "@preact/signals";
+import { useMemo } from "preact/hooks";
+import { data } from "../../api/client";
+import { useApp } from "../../app";
+import { CommandButton } from "../../parts/command_button";
+import { Dialog } from "../../parts/dialog";
+import { Command } from "../../state/command";
+import { text } from "../../text";
+import { type CalibrationItem, summaryOf } from "./figures";
+
+interface Properties {
+  item: CalibrationItem;
+  reload: () => Promise<void>;
+  primary?: boolean;
+}
+
+export function ActivateButton({ item, reload, primary }: Properties) {
+  const words = text.value.calibration;
+  const asking = useSignal(false);
+  const blocked = summaryOf(item).model === null && words.camera_only;
+  return (
+    <>
+      <button
+        type="button"
+        class={primary ? "primary" : undefined}
+        title={blocked || undefined}
+        aria-disabled={blocked ? "true" : undefined}
+        onClick={() => {
+          asking.value = !blocked;
+        }}
+      >
+        {words.activate}
+      </button>
+      {asking.value && <Activate item={item} reload={reload} onClose={() => (asking.value = false)} />}
+    </>
+  );
+}
+
+function Activate({ item, reload, onClose }: Properties & { onClose: () => void }) {
+  const { api } = useApp();
+  const words = text.value.calibration;
+  const activate = useMemo(
+    () =>
+      new Command(async () => {
+        await data(api.PUT("/api/v1/calibrations/active", { body: { calibration_id: item.id } }));
+        await reload();
+        onClose();
+      }),
+    [api, item.id, reload, onClose],
+  );
+  return (
+    <Dialog title={words.activate_title} onClose={onClose}>
+      <p>{words.activate_question(item.id)}</p>
+      <div class="row">
+        <CommandButton command={activate} kind="primary">
+          {words.activate_yes}
+        </CommandButton>
+        <button type="button" onClick={onClose}>
+          {text.value.parts.cancel}
+        </button>
+      </div>
+    </Dialog>
+  );
+}

@@ -1,0 +1,125 @@
+/** Boards before the camera: live corners, what is missing, pictures by themselves when the board is still. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { data } from "../../api/client";
+import { useApp } from "../../app";
+import { CommandButton } from "../../parts/command_button";
+import { ProblemCard } from "../../parts/problem";
+import { Command } from "../../state/command";
+import { remembered } from "../../state/remembered";
+import { text } from "../../text";
+import { BoardPicture } from "./board_picture";
+import { LiveBoard } from "./live_board";
+import { LookFacts } from "./look_facts";
+import { NeedsView } from "./needs_view";
+import { OperatorPanel } from "./operator_panel";
+import { PosesView } from "./poses_view";
+import { FEWEST_BOARDS, type Look, readableBoards, type Session } from "./session_state";
+import { isKnownPlace, STILL_FOR_MS } from "./still";
+import { goToStep, type StepProperties } from "./wizard";
+
+/** Whether pictures are taken by themselves. */
+const auto_capture = remembered("calibration.auto", true);
+
+export function CameraStep({ session, onSession }: StepProperties) {
+  const app = useApp();
+  const { api, control, station } = app;
+  const words = text.value.calibration;
+  const current = useSignal(session);
+  current.value = session;
+  const id = session.id;
+  const take = useMemo(
+    () =>
+      new Command(async () => {
+        board.paused = true;
+        try {
+          await control.ensure();
+          const params = { path: { id }, header: { "Sheaf-Control": control.id() ?? "" } };
+          onSession(await data(api.POST("/api/v1/calibration-sessions/{id}/poses", { params })));
+          board.clear();
+          // Taking the picture has ended the live view.
+          await board.start();
+        } finally {
+          board.paused = false;
+        }
+      }),
+    [id],
+  );
+  const onLook = (look: Look, still_ms: number) => {
+    const ready = look.corners.length > 0 && !look.problem && still_ms >= STILL_FOR_MS;
+    const free = control.mine.peek() && !take.running;
+    if (auto_capture.peek() && ready && free && !isKnownPlace(look, current.peek())) void take.start();
+  };
+  const board = useMemo(() => new LiveBoard(app, session, onLook), [id]);
+  useEffect(() => {
+    board.begin();
+    return () => board.dispose();
+  }, [board]);
+  const live = useMemo(() => new Command(() => board.start()), [board]);
+  const end = useMemo(() => new Command(() => board.stop()), [board]);
+  const look = board.look.value;
+  const busy_elsewhere = station.busy.value && !take.running;
+  return (
+    <div class="camera-step">
+      <div class="stack main">
+        <BoardPicture board={board} />
+        <div class="row live-acts">
+          {board.runs || take.running ? (
+            <>
+              <CommandButton command={take} kind="primary" blocked={busy_elsewhere && words.busy}>
+                {words.take_pose}
+              </CommandButton>
+              <label class="check">
+                <input
+                  type="checkbox"
+                  checked={auto_capture.value}
+                  onChange={(event) => {
+                    auto_capture.value = event.currentTarget.checked;
+                  }}
+                />
+                {words.auto}
+              </label>
+              <span class="grow" />
+              <CommandButton command={end}>{words.live_stop}</CommandButton>
+            </>
+          ) : (
+            <>
+              <CommandButton command={live} kind="primary" blocked={busy_elsewhere && words.busy}>
+                {words.live_start}
+              </CommandButton>
+              <span class="muted">{words.live_starting_hint}</span>
+            </>
+          )}
+        </div>
+        {board.runs && <LookFacts board={board} session={session} taking={take.running} />}
+        {board.problem.value && <ProblemCard problem={board.problem.value} />}
+      </div>
+      <div class="stack side">
+        <OperatorPanel n_taken={session.body.poses.length} onMoved={() => board.clear()} />
+        <NeedsView session={session} look={look} />
+      </div>
+      <PosesView session={session} onSession={onSession} />
+      <Onward session={session} />
+    </div>
+  );
+}
+
+function Onward({ session }: { session: Session }) {
+  const words = text.value.calibration;
+  const n = readableBoards(session);
+  const blocked = n < FEWEST_BOARDS && words.solve_blocked(String(n), String(FEWEST_BOARDS));
+  return (
+    <div class="command onward">
+      <button
+        type="button"
+        class="primary"
+        aria-disabled={blocked ? "true" : undefined}
+        onClick={() => !blocked && goToStep(session.id, "light")}
+      >
+        {words.next(words.step_names.light ?? "")}
+      </button>
+      {blocked && <small class="why">{blocked}</small>}
+    </div>
+  );
+}

@@ -1,0 +1,82 @@
+/** Drawing signed values over the picture: one diverging scale from blue (negative) over grey to orange (positive). */
+
+/** A scale end that is easy to read: 1, 2 or 5 times a power of ten, at least `largest`. */
+export function roundUp(largest: number): number {
+  if (!(largest > 0)) return 1;
+  const power = 10 ** Math.floor(Math.log10(largest));
+  return (([1, 2, 5, 10].find((lead) => lead * power >= largest * (1 - 1e-9)) ?? 10) * power) as number;
+}
+
+type Colour = readonly [number, number, number];
+const NEGATIVE: Colour = [86, 180, 233];
+const ZERO: Colour = [92, 96, 100];
+const POSITIVE: Colour = [230, 159, 0];
+
+/** Colour of `value` on a scale that ends at ±`end`. */
+export function divergingColour(value: number, end: number): string {
+  const share = Math.max(-1, Math.min(1, value / end));
+  const to = share < 0 ? NEGATIVE : POSITIVE;
+  const mixed = ZERO.map((zero, idx) => Math.round(zero + Math.abs(share) * ((to[idx] ?? zero) - zero)));
+  return `rgb(${mixed.join(" ")})`;
+}
+
+/** Fills a canvas with a grid of values; `null` stays dark. */
+export function drawGrid(
+  canvas: HTMLCanvasElement,
+  grid: { columns: number; rows: number; values: readonly (number | null | undefined)[] },
+  end: number,
+): void {
+  const context = begin(canvas);
+  if (!context) return;
+  const [width, height] = [canvas.width / grid.columns, canvas.height / grid.rows];
+  grid.values.forEach((value, idx) => {
+    if (value == null) return;
+    const [column, row] = [idx % grid.columns, Math.floor(idx / grid.columns)];
+    context.fillStyle = divergingColour(value, end);
+    // Half a pixel of overlap hides the seams.
+    context.fillRect(column * width, row * height, width + 0.5, height + 0.5);
+  });
+}
+
+/** Sprinkles values over the picture. */
+export function drawDots(
+  canvas: HTMLCanvasElement,
+  picture: { width_px: number; height_px: number },
+  points: Iterable<readonly [u: number, v: number, value: number]>,
+  end: number,
+): void {
+  const context = begin(canvas);
+  if (!context) return;
+  const scale = canvas.width / picture.width_px;
+  const size = Math.max(2, canvas.width / 220);
+  for (const [u, v, value] of points) {
+    context.fillStyle = divergingColour(value, end);
+    context.fillRect((u + 0.5) * scale - size / 2, (v + 0.5) * scale - size / 2, size, size);
+  }
+}
+
+/** Arrows from where points were seen, `factor` times enlarged. */
+export function drawArrows(
+  canvas: HTMLCanvasElement,
+  picture: { width_px: number; height_px: number },
+  arrows: readonly (readonly number[])[],
+  factor: number,
+): void {
+  const context = begin(canvas);
+  if (!context) return;
+  const scale = canvas.width / picture.width_px;
+  context.strokeStyle = "#d5dade";
+  context.lineWidth = Math.max(1, canvas.width / 700);
+  context.beginPath();
+  for (const [u = 0, v = 0, du = 0, dv = 0] of arrows) {
+    context.moveTo((u + 0.5) * scale, (v + 0.5) * scale);
+    context.lineTo((u + 0.5 + factor * du) * scale, (v + 0.5 + factor * dv) * scale);
+  }
+  context.stroke();
+}
+
+function begin(canvas: HTMLCanvasElement): CanvasRenderingContext2D | undefined {
+  const context = canvas.getContext("2d");
+  context?.clearRect(0, 0, canvas.width, canvas.height);
+  return context ?? undefined;
+}

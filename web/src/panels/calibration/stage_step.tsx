@@ -1,0 +1,160 @@
+/** The board carried by the stage, and the calculation of everything. */
+
+import { useSignal } from "@preact/signals";
+import { useMemo } from "preact/hooks";
+import { data, type Schemas } from "../../api/client";
+import { useApp } from "../../app";
+import { CommandButton } from "../../parts/command_button";
+import { Show } from "../../parts/loading";
+import { NumberField } from "../../parts/number_field";
+import { Command } from "../../state/command";
+import { language, text } from "../../text";
+import { decimal } from "../../units";
+import { useCalibration } from "./details";
+import { summaryOf } from "./figures";
+import { place, StageOperatorPanel } from "./operator_panel";
+import { SessionPicture } from "./session_picture";
+import type { Session } from "./session_state";
+import { Solve } from "./solve";
+import { StageFiguresView } from "./stage_view";
+import type { StepProperties } from "./wizard";
+
+/** Positions taken by themselves, mm around the middle of the travel: five tell straightness too. */
+const POSITIONS_MM = [-20, -10, 0, 10, 20];
+
+export function StageStep(properties: StepProperties) {
+  const { session, calibration_id, onSession } = properties;
+  const words = text.value.calibration;
+  return (
+    <div class="stack">
+      <p>{words.stage_lead}</p>
+      <div class="cards two">
+        <TakeViews session={session} onSession={onSession} />
+        <StageOperatorPanel />
+      </div>
+      <ViewsList session={session} onSession={onSession} />
+      <Solve {...properties} />
+      {calibration_id && <SolvedStage id={calibration_id} />}
+    </div>
+  );
+}
+
+function SolvedStage({ id }: { id: string }) {
+  const { state } = useCalibration(id);
+  return (
+    <Show of={state}>
+      {(calibration) => {
+        const { stage } = summaryOf(calibration);
+        return stage ? (
+          <section class="card">
+            <StageFiguresView stage={stage} />
+          </section>
+        ) : null;
+      }}
+    </Show>
+  );
+}
+
+interface Properties {
+  session: Session;
+  onSession: (session: Session) => void;
+}
+
+function TakeViews({ session, onSession }: Properties) {
+  const app = useApp();
+  const { api, control, station } = app;
+  const words = text.value.calibration;
+  const position_mm = useSignal<number | undefined>(0);
+  const takeAt = async (position_mm: number) => {
+    await control.ensure();
+    const params = { path: { id: session.id }, header: { "Sheaf-Control": control.id() ?? "" } };
+    const body = { position_mm };
+    onSession(await data(api.POST("/api/v1/calibration-sessions/{id}/stage-views", { params, body })));
+  };
+  const one = useMemo(() => new Command(() => takeAt(position_mm.peek() ?? 0)), [session.id]);
+  const all = useMemo(
+    () =>
+      new Command(async (steps) => {
+        if (station.simulated.peek() === "twin") await place(app, { place: "stage" });
+        for (const position_mm of POSITIONS_MM) {
+          await takeAt(position_mm);
+          steps.accepted();
+        }
+        if (station.simulated.peek() === "twin") await place(app, { place: "away" });
+      }),
+    [session.id],
+  );
+  const travel = station.status.value?.stage.travel_mm;
+  const busy = station.busy.value && !one.running && !all.running && words.busy;
+  return (
+    <section class="card stack">
+      <h2>{words.stage_positions}</h2>
+      <p class="muted">{words.moves}</p>
+      <div>
+        <CommandButton command={all} kind="primary" blocked={busy || (one.running && words.taking)}>
+          {words.take_views(POSITIONS_MM.length)}
+        </CommandButton>
+      </div>
+      <div class="row end">
+        <NumberField
+          label={words.view_at}
+          unit="mm"
+          value={position_mm.value}
+          min={travel?.[0] ?? Number.NEGATIVE_INFINITY}
+          max={travel?.[1] ?? Number.POSITIVE_INFINITY}
+          onChange={(value) => {
+            position_mm.value = value;
+          }}
+        />
+        <CommandButton command={one} blocked={busy || (all.running && words.taking)}>
+          {words.take_view}
+        </CommandButton>
+      </div>
+    </section>
+  );
+}
+
+function ViewsList({ session, onSession }: Properties) {
+  const words = text.value.calibration;
+  const views = session.body.stage_views;
+  return (
+    <section class="card stack">
+      <h2>
+        {words.taken} <span class="muted number">({views.length})</span>
+      </h2>
+      <p class="muted">{views.length === 0 ? words.views_none : words.view_few}</p>
+      <ul class="pose-list">
+        {views.map((view) => (
+          <View key={view.id} view={view} session={session} onSession={onSession} />
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function View({ view, session, onSession }: Properties & { view: Schemas["SessionStageView"] }) {
+  const { api } = useApp();
+  const words = text.value.calibration;
+  const at = `${decimal(view.position_mm, 3, language.value)} mm`;
+  const remove = useMemo(
+    () =>
+      new Command(async () => {
+        const params = { path: { id: session.id, view_id: view.id } };
+        onSession(await data(api.DELETE("/api/v1/calibration-sessions/{id}/stage-views/{view_id}", { params })));
+      }),
+    [api, session.id, view.id],
+  );
+  return (
+    <li class="pose" data-view={view.id}>
+      <SessionPicture
+        session={session}
+        artifact={view.board.picture.artifact}
+        label={at}
+        dots={view.board.corners.map(([, , u = 0, v = 0]) => [u, v, undefined] as const)}
+      />
+      <strong class="number">{at}</strong>
+      {view.board.problem && <small class="bad">⚠ {view.board.problem}</small>}
+      <CommandButton command={remove}>{words.delete_view}</CommandButton>
+    </li>
+  );
+}

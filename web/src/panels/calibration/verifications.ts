@@ -1,0 +1,41 @@
+/** Comparisons of a calibration with parts of known size: jobs, found again by what they were asked. */
+
+import type { Job } from "../../api/client";
+
+export interface Verification {
+  job: Job;
+  artefact: string;
+  nominal_mm: number;
+  tolerance_mm: number | undefined;
+}
+
+interface VerifyInput {
+  artefact: string;
+  nominal_mm: number;
+  tolerance_mm?: number | null;
+  scan: { calibration_id?: string | null };
+}
+
+/** The verifications of a calibration among `jobs`, newest first. */
+export function verificationsOf(jobs: readonly Job[], calibration_id: string): Verification[] {
+  return jobs.flatMap((job) => {
+    if (job.kind !== "verification") return [];
+    const { artefact, nominal_mm, tolerance_mm, scan } = job.input as VerifyInput;
+    if (scan.calibration_id !== calibration_id) return [];
+    return [{ job, artefact, nominal_mm, tolerance_mm: tolerance_mm ?? undefined }];
+  });
+}
+
+/** Scan and measurement that a verification made. */
+export function measurementOf(job: Job): { scan_id: string; measurement_id: string } | undefined {
+  const [scan_id, measurement_id] = job.result?.id.split("/") ?? [];
+  return scan_id && measurement_id ? { scan_id, measurement_id } : undefined;
+}
+
+/** What a measurement of a known part says, as the server writes it. */
+export interface Measured {
+  value: number;
+  error: number;
+  expanded_uncertainty: number;
+  verdict: string | null;
+}
