@@ -62,12 +62,13 @@ function symmetric(sorted: Float32Array): ValueRange {
   return { low: -reach, high: reach };
 }
 
-/** Counts of sorted values in equal bins over the range; the ends take what lies beyond. */
-export function binned(sorted: Float32Array, { low, high }: ValueRange, n_bins: number): number[] {
+/** Counts of values in equal bins over the range; what lies outside is left out. */
+export function binned(values: Float32Array, { low, high }: ValueRange, n_bins: number): number[] {
   const bins = new Array<number>(n_bins).fill(0);
   const width = (high - low) / n_bins || 1;
-  for (const value of sorted) {
-    const bin = Math.min(n_bins - 1, Math.max(0, Math.floor((value - low) / width)));
+  for (const value of values) {
+    if (value < low || value > high) continue;
+    const bin = Math.min(n_bins - 1, Math.floor((value - low) / width));
     bins[bin] = (bins[bin] ?? 0) + 1;
   }
   return bins;

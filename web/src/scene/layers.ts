@@ -11,8 +11,8 @@ import {
   type IUniform,
   Mesh,
   Points,
+  RawShaderMaterial,
   type Scene,
-  ShaderMaterial,
   Vector2,
   Vector3,
 } from "three";
@@ -69,7 +69,7 @@ function vectors(colours: readonly (readonly [number, number, number])[]): Vecto
 /** The points of one cloud. */
 export class CloudLayer {
   private readonly drawn = new Map<CloudChunk, { points: Points; buffer: InterleavedBuffer }>();
-  private readonly material: ShaderMaterial;
+  private readonly material: RawShaderMaterial;
   /** Points written to the card so far; a change of colour does not change it. */
   n_uploaded = 0;
 
@@ -77,7 +77,7 @@ export class CloudLayer {
     private readonly scene: Scene,
     uniforms: ColourUniforms,
   ) {
-    this.material = new ShaderMaterial({
+    this.material = new RawShaderMaterial({
       glslVersion: GLSL3,
       vertexShader: POINT_VERTEX,
       fragmentShader: POINT_FRAGMENT,
@@ -143,7 +143,7 @@ export class CloudLayer {
 /** A surface. */
 export class MeshLayer {
   private readonly mesh: Mesh;
-  private readonly material: ShaderMaterial;
+  private readonly material: RawShaderMaterial;
 
   constructor(
     private readonly scene: Scene,
@@ -153,7 +153,7 @@ export class MeshLayer {
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(positions_m, 3));
     geometry.setIndex(new BufferAttribute(indices, 1));
-    this.material = new ShaderMaterial({
+    this.material = new RawShaderMaterial({
       glslVersion: GLSL3,
       vertexShader: MESH_VERTEX,
       fragmentShader: MESH_FRAGMENT,

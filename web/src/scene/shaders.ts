@@ -1,8 +1,23 @@
-/** The programs of the graphics card: a value per point or corner, and its colour. */
+/**
+ * The programs of the graphics card: a value per point or corner, and its colour. They stand on their own; the shaders
+ * of three.js are left out of the page (`vite.config.ts`).
+ */
 
 import { FIRST_ORDER, N_ORDERS, PALETTE_STOPS } from "./colours";
 
-/** Number of a mode in the shaders; the place in `COLOUR_MODES`. */
+const HEAD = /* glsl */ `
+precision highp float;
+precision highp int;
+`;
+
+const PLACE = /* glsl */ `
+uniform mat4 modelMatrix;
+uniform mat4 viewMatrix;
+uniform mat4 projectionMatrix;
+in vec3 position;
+`;
+
+/** Number of a mode in the shaders: its place in `COLOUR_MODES`. */
 const COLOUR_BY_VALUE = /* glsl */ `
 uniform vec3 u_palette[${PALETTE_STOPS}];
 uniform vec2 u_range;
@@ -30,7 +45,7 @@ vec3 colour_of(float value) {
 `;
 
 /** Points: positions in steps of their chunk, decoded by its model matrix (origin and step). */
-export const POINT_VERTEX = /* glsl */ `
+export const POINT_VERTEX = /* glsl */ `${HEAD}${PLACE}
 uniform int u_mode;
 uniform bool u_hide_outside;
 uniform vec3 u_orders[${N_ORDERS + 1}];
@@ -68,7 +83,7 @@ void main() {
 }
 `;
 
-export const POINT_FRAGMENT = /* glsl */ `
+export const POINT_FRAGMENT = /* glsl */ `${HEAD}
 flat in vec3 v_colour;
 out vec4 colour;
 void main() {
@@ -77,7 +92,7 @@ void main() {
 `;
 
 /** Surfaces: lit from the viewer, facet by facet. */
-export const MESH_VERTEX = /* glsl */ `
+export const MESH_VERTEX = /* glsl */ `${HEAD}${PLACE}
 out vec3 v_in_part;
 out vec3 v_in_view;
 void main() {
@@ -88,7 +103,7 @@ void main() {
 }
 `;
 
-export const MESH_FRAGMENT = /* glsl */ `
+export const MESH_FRAGMENT = /* glsl */ `${HEAD}
 uniform int u_mode;
 uniform bool u_hide_outside;
 in vec3 v_in_part;

@@ -9,12 +9,12 @@ import { ProblemCard } from "../../parts/problem";
 import type { CloudViewer } from "../../scene/viewer";
 import { goTo, href, route } from "../../state/route";
 import { language, text } from "../../text";
-import { count, moment } from "../../units";
+import { moment } from "../../units";
 import { CloudView } from "../viewer/cloud_view";
 import { Measurements } from "./measurements";
 import { Downloads, Provenance, Recompute } from "./provenance";
 import { findScan, ResultState } from "./result_state";
-import { overall, reportOf, type Scan } from "./scan_record";
+import { overall, type Scan } from "./scan_record";
 import { VerdictWord } from "./verdict";
 import "./result.css";
 
@@ -58,8 +58,6 @@ function ScanResult({ scan }: { scan: Scan }) {
     [result],
   );
   const measurements = result.measurements.value;
-  const n_cloud = reportOf(scan).n_points;
-  const n_shown = result.view.n_points.value;
   return (
     <>
       <header class="result-head">
@@ -94,15 +92,10 @@ function ScanResult({ scan }: { scan: Scan }) {
               ) : undefined
             }
           />
-          {n_cloud !== undefined && n_shown > 0 && n_shown !== n_cloud && (
-            <p class="muted shown-count">
-              {words.shown_of(count(n_shown, language.value), count(n_cloud, language.value))}
-            </p>
-          )}
           <Measurements result={result} />
         </div>
         <div class="stack">
-          <Provenance scan={scan} />
+          <Provenance scan={scan} n_shown={result.view.n_points.value} />
           <Downloads scan={scan} />
           <Recompute result={result} />
         </div>

@@ -81,8 +81,12 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
       </td>
       <td>
         {featureOf(measurement) && (
-          <button type="button" onClick={() => result.showDeviation(measurement)}>
-            {words.show_deviation}
+          <button
+            type="button"
+            aria-label={words.show_deviation}
+            onClick={() => result.showDeviation(measurement)}
+          >
+            {words.show}
           </button>
         )}
       </td>
@@ -110,7 +114,7 @@ function Selected({ result }: { result: ResultState }) {
           <thead>
             <tr>
               <th>{words.order}</th>
-              <th class="number">{words.points}</th>
+              <th class="number">{words.n_points}</th>
               <th class="number">{words.actual}</th>
               <th class="number">RMSE</th>
             </tr>

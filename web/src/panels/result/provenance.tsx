@@ -7,11 +7,11 @@ import { useLoaded } from "../../parts/loading";
 import { href } from "../../state/route";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
-import { count, decimal, duration, length, moment } from "../../units";
+import { count, decimal, length, moment } from "../../units";
 import type { ResultState } from "./result_state";
 import { planOf, reportOf, type Scan } from "./scan_record";
 
-export function Provenance({ scan }: { scan: Scan }) {
+export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
   const words = text.value.result;
   const shown = language.value;
   const [report, plan] = [reportOf(scan), planOf(scan)];
@@ -43,15 +43,18 @@ export function Provenance({ scan }: { scan: Scan }) {
         {plan.exposure_us !== undefined && (
           <>
             <dt>{words.exposure}</dt>
-            <dd>
-              {duration(plan.exposure_us / 1e6, shown) && `${decimal(plan.exposure_us / 1000, 2, shown)} ms`}
-            </dd>
+            <dd>{decimal(plan.exposure_us / 1000, 2, shown)} ms</dd>
           </>
         )}
         <dt>{words.frames}</dt>
         <dd>{count(report.n_frames, shown)}</dd>
-        <dt>{words.points}</dt>
-        <dd>{count(report.n_points, shown)}</dd>
+        <dt>{words.n_points}</dt>
+        <dd>
+          {count(report.n_points, shown)}
+          {n_shown > 0 && n_shown !== report.n_points && (
+            <small class="muted"> {words.shown_of(count(n_shown, shown))}</small>
+          )}
+        </dd>
         <dt>{words.median_sigma}</dt>
         <dd>{length(report.median_sigma_mm, shown)}</dd>
         {biases.length > 0 && (
@@ -151,11 +154,11 @@ export function Recompute({ result }: { result: ResultState }) {
     [api],
   );
   return (
-    <section class="card" aria-label={words.recompute}>
+    <section class="card recompute" aria-label={words.recompute}>
       <h2>{words.recompute}</h2>
       <p class="muted">{words.recompute_hint}</p>
-      <div class="row end">
-        <label class="field grow">
+      <div class="stack">
+        <label class="field">
           <span>{words.calibration}</span>
           <select
             value={result.recalibration.value}

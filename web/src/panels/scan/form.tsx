@@ -14,9 +14,14 @@ export function Form({ set_up }: { set_up: SetUp }) {
   const words = text.value.scan;
   return (
     <div class="stack">
-      <div class="row end">
+      <div class="row end travel">
         <Quantity label={words.from} unit="mm" value={set_up.from_mm} />
         <Quantity label={words.to} unit="mm" value={set_up.to_mm} />
+        {set_up.mode.value === "stop_and_go" ? (
+          <Quantity label={words.step} unit="mm" value={set_up.step_mm} min={SMALLEST} />
+        ) : (
+          <Quantity label={words.speed} unit="mm/s" value={set_up.speed_mm_s} min={SMALLEST} />
+        )}
       </div>
       <fieldset class="modes">
         <legend class="muted">{words.mode}</legend>
@@ -34,11 +39,6 @@ export function Form({ set_up }: { set_up: SetUp }) {
           </label>
         ))}
       </fieldset>
-      {set_up.mode.value === "stop_and_go" ? (
-        <Quantity label={words.step} unit="mm" value={set_up.step_mm} min={SMALLEST} />
-      ) : (
-        <Quantity label={words.speed} unit="mm/s" value={set_up.speed_mm_s} min={SMALLEST} />
-      )}
       <label class="field">
         <span>{words.name}</span>
         <input

@@ -47,16 +47,18 @@ export default function Scan() {
             <div class="stack">
               <SceneChoice busy={run.open.value} />
               <Form set_up={set_up} />
-              <CommandButton
-                command={run.start}
-                kind="primary operator"
-                blocked={blockedWhy(run, plan.problem !== undefined)}
-              >
-                {words.start}
-              </CommandButton>
             </div>
           </section>
           <PlanCard plan={plan} />
+          <div class="scan-start">
+            <CommandButton
+              command={run.start}
+              kind="primary operator"
+              blocked={blockedWhy(run, plan.problem !== undefined)}
+            >
+              {words.start}
+            </CommandButton>
+          </div>
         </div>
         <div class="stack scan-main">
           <RunCard run={run} />

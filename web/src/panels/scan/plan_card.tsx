@@ -79,11 +79,9 @@ function PlanFacts({ plan }: { plan: Plan }) {
           {plan.speed_mm_s != null && `, ${decimal(plan.speed_mm_s, 2, shown)} mm/s`}
         </dd>
         <dt>{words.density}</dt>
-        <dd>
-          {decimal(plan.points_per_mm2, 1, shown)} {words.per_mm2(plan.n_orders)}
-        </dd>
+        <dd>{words.per_mm2(decimal(plan.points_per_mm2, 1, shown))}</dd>
         <dt>{words.points}</dt>
-        <dd>{words.at_most(count(plan.max_points, shown))}</dd>
+        <dd>{words.at_most(count(plan.max_points, shown), plan.n_orders)}</dd>
         <dt>{words.sigma}</dt>
         <dd>{length(plan.predicted_sigma_mm, shown)}</dd>
         <dt>{words.depth}</dt>

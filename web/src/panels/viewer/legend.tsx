@@ -49,7 +49,7 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
   const bins = binned(state.values.value, range, N_BINS);
   const most = Math.max(1, ...bins);
   const automatic = state.typed.value[mode] === undefined;
-  const rounded = (value: number) => Number(value.toPrecision(5));
+  const rounded = (value: number) => Number(value.toPrecision(3));
   return (
     <div class="row end scale-legend">
       <NumberField
@@ -63,7 +63,7 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
       <figure class="grow scale">
         <figcaption class="muted">
           {words.scale[mode]}
-          {mode === "deviation" && state.shape_name.value && ` – ${state.shape_name.value}`}
+          {mode === "deviation" && ` (${words.shapes[state.shape_name.value] ?? state.shape_name.value})`}
         </figcaption>
         <svg viewBox={`0 0 ${N_BINS} ${HIGH}`} preserveAspectRatio="none" role="img" aria-label={words.histogram}>
           {bins.map((n, bin) => {

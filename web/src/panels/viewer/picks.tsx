@@ -23,10 +23,14 @@ export function Picks({ state }: { state: ViewState }) {
         <table>
           <thead>
             <tr>
-              <th />
-              <th class="number">x</th>
-              <th class="number">y</th>
-              <th class="number">z</th>
+              <th>
+                <span class="visually-hidden">{words.picked}</span>
+              </th>
+              {["x", "y", "z"].map((axis) => (
+                <th class="number" key={axis}>
+                  {axis}, mm
+                </th>
+              ))}
               <th class="number">σ</th>
               <th class="number">{words.order}</th>
               <th class="number">{words.pixel}</th>
@@ -56,7 +60,7 @@ function PickRow({ point, number }: { point: PickedPoint; number: number }) {
       <th scope="row">{number}</th>
       {positionOf(point).map((value, axis) => (
         <td class="number" key={["x", "y", "z"][axis]}>
-          {decimal(value, digits, language.value)} mm
+          {decimal(value, digits, language.value)}
         </td>
       ))}
       <td class="number">{length(sigma_mm, language.value)}</td>
