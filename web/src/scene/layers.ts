@@ -163,6 +163,7 @@ export class MeshLayer {
     this.mesh = new Mesh(geometry, this.material);
     this.mesh.scale.setScalar(MM_PER_METRE);
     this.mesh.frustumCulled = false;
+    this.mesh.updateMatrixWorld();
     scene.add(this.mesh);
   }
 

@@ -1,6 +1,6 @@
 /**
  * The programs of the graphics card: a value per point or corner, and its colour. They stand on their own; the shaders
- * of three.js are left out of the page (`vite.config.ts`).
+ * of three.js are left out of the page (`slim_three.ts`).
  */
 
 import { FIRST_ORDER, N_ORDERS, PALETTE_STOPS } from "./colours";

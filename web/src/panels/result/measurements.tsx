@@ -63,19 +63,23 @@ function Table({ result }: { result: ResultState }) {
 function Row({ result, measurement }: { result: ResultState; measurement: Measurement }) {
   const words = text.value.result;
   const measured = resultOf(measurement);
-  const inUnit = (value: number | null | undefined, digits = 4) =>
-    value == null ? "–" : `${decimal(value, digits, language.value)} ${measured.unit}`;
+  const shown = language.value;
+  const inUnit = (value: number | null) => (value == null ? "–" : `${decimal(value, 4, shown)} ${measured.unit}`);
+  const asAsked = (value: number) =>
+    `${value.toLocaleString(shown, { maximumFractionDigits: 4 })} ${measured.unit}`;
+  // Small lengths read better in µm; an angle has no such unit.
+  const small = (value: number | null) => (measured.unit === "mm" ? length(value, shown) : inUnit(value));
   return (
     <tr aria-selected={result.selected.value === measurement.id} data-tool={requestOf(measurement).tool}>
       <th scope="row">{words.tools[requestOf(measurement).tool]}</th>
-      <td class="number">{inUnit(measured.nominal)}</td>
-      <td class="number">{measured.tolerance == null ? "–" : `± ${inUnit(measured.tolerance)}`}</td>
+      <td class="number">{measured.nominal == null ? "–" : asAsked(measured.nominal)}</td>
+      <td class="number">{measured.tolerance == null ? "–" : `± ${asAsked(measured.tolerance)}`}</td>
       <td class="number">
         <strong>{inUnit(measured.value)}</strong>
       </td>
-      <td class="number">{inUnit(measured.error)}</td>
-      <td class="number">{inUnit(measured.expanded_uncertainty)}</td>
-      <td class="number">{length(measured.errors.rmse_mm, language.value)}</td>
+      <td class="number">{small(measured.error)}</td>
+      <td class="number">{small(measured.expanded_uncertainty)}</td>
+      <td class="number">{length(measured.errors.rmse_mm, shown)}</td>
       <td>
         <VerdictWord verdict={verdictOf(measurement)} />
       </td>

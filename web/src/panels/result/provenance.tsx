@@ -17,7 +17,7 @@ export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
   const [report, plan] = [reportOf(scan), planOf(scan)];
   const biases = (report.self_consistency ?? []).map((pair) => Math.abs(pair.bias_mm));
   return (
-    <section class="card" aria-label={words.provenance}>
+    <section class="card provenance" aria-label={words.provenance}>
       <h2>{words.provenance}</h2>
       <dl class="facts">
         <dt>{words.made}</dt>
