@@ -1,0 +1,228 @@
+/** A scan as a person sees it: the cloud grows, it is measured, it survives what breaks. Colours are read from pixels. */
+
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import type { Schemas } from "../src/api/client";
+import { decodeBlocks } from "../src/stream/protocol";
+import { expectAccessible, launch, picture, Server, until, visit } from "./harness";
+import { orderPixels } from "./pixels";
+
+/** 31 rows of some 6,000 points: enough to grow, few enough for graphics in software. */
+const ROWS = { scan_from_mm: -15, scan_to_mm: 15, scan_step_mm: 1 };
+
+/** A scan of the simulated station on a busy machine. */
+const SCAN_WITHIN_MS = 120_000;
+
+let server: Server;
+let browser: Browser;
+let scan_id = "";
+
+beforeAll(async () => {
+  [server, browser] = await Promise.all([Server.start(), launch()]);
+}, 300_000);
+
+afterAll(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+const shownPoints = async (page: Page) => Number(await page.locator(".cloud-count").getAttribute("data-points"));
+const sum = (counts: readonly number[]) => counts.reduce((total, count) => total + count, 0);
+
+/** Opens a page with the small scan set up. */
+async function open(hash: string, options = {}) {
+  const visited = await visit(browser, server.url, hash, options);
+  await visited.page.evaluate((rows) => {
+    for (const [name, value] of Object.entries(rows)) localStorage.setItem(`sheaf.${name}`, JSON.stringify(value));
+  }, ROWS);
+  await visited.page.reload();
+  await visited.page.waitForSelector(".frame");
+  return visited;
+}
+
+/** Blocks that the server has of a scan: their numbers and points. */
+async function blocksAtServer(id: string) {
+  const blocks: { block: number; n_points: number }[] = [];
+  for (;;) {
+    const answer = await fetch(`${server.url}/api/v1/scans/${id}/points?from_block=${blocks.length}`);
+    const page = decodeBlocks(await answer.arrayBuffer());
+    blocks.push(...page.map(({ block, n_points }) => ({ block, n_points })));
+    if (answer.headers.get("Sheaf-Complete") === "true" || page.length === 0) return blocks;
+  }
+}
+
+const newestScan = async () =>
+  (await server.call<Schemas["ListDto_ScanDto"]>("GET", "/api/v1/scans?limit=1")).items[0]?.id ?? "";
+
+test("an uncalibrated station says why it cannot scan and where to go", async () => {
+  const { page, complaints } = await open("#/scan");
+  await page.waitForSelector("[data-plan=refused]");
+  expect(await page.getByRole("link", { name: "Go to Calibration" }).getAttribute("href")).toBe("#/calibration");
+  const start = page.getByRole("button", { name: "Start scan" });
+  expect(await start.getAttribute("aria-disabled")).toBe("true");
+  await expectAccessible(page);
+  await page.context().close();
+  expect(complaints).toEqual([]);
+});
+
+test("the cloud grows while the stage moves, in the colours of its orders", async () => {
+  await server.calibrate();
+  const { page, complaints } = await open("#/scan");
+  await page.waitForSelector("[data-plan=there]");
+  expect(await page.locator("[data-plan=there]").textContent()).toContain("31, one every 1.000 mm");
+  await page.getByRole("button", { name: "Start scan" }).click();
+  const seen: { points: number; pixels: number }[] = [];
+  await until(
+    "the scan ends",
+    async () => {
+      const points = await shownPoints(page);
+      if (points > (seen.at(-1)?.points ?? 0)) seen.push({ points, pixels: sum(await orderPixels(page)) });
+      if (seen.length === 3) await picture(page, "scan-growing");
+      return (await page.locator("[data-scan-state=succeeded]").count()) > 0;
+    },
+    SCAN_WITHIN_MS,
+  );
+  scan_id = await newestScan();
+  const n_points = sum((await blocksAtServer(scan_id)).map((block) => block.n_points));
+  await until("all points are shown", async () => (await shownPoints(page)) === n_points);
+  const by_order = await orderPixels(page);
+  // Several pictures were taken on the way, each with more than the one before: rows never hide what was there.
+  expect(seen.length).toBeGreaterThanOrEqual(3);
+  expect(seen[0]?.pixels).toBeGreaterThan(100);
+  expect(sum(by_order)).toBeGreaterThan(1.5 * (seen[0]?.pixels ?? 0));
+  for (const pixels of by_order) expect(pixels).toBeGreaterThan(100);
+  await picture(page, "scan-done");
+  await expectAccessible(page);
+  await page.context().close();
+  expect(complaints).toEqual([]);
+});
+
+test("radius and RMSE are two clicks from the scan; picks are exact; colours cost no upload", async () => {
+  const { page, complaints } = await open("#/scan");
+  await page.getByRole("link", { name: "Show the result" }).click();
+  await page.getByRole("button", { name: "Measure", exact: true }).click();
+  const row = page.locator("tr[data-tool=sphere]");
+  await row.waitFor({ timeout: SCAN_WITHIN_MS });
+  const [radius, rmse] = [4, 7].map((column) => row.locator(`:nth-child(${column})`).first().textContent());
+  // 0.1 mm: this scan is coarse; what a fine one reaches is told by the accuracy tests of the server.
+  expect(Math.abs(Number.parseFloat((await radius) ?? "") - 18.9)).toBeLessThan(0.1);
+  expect(await rmse).toMatch(/^\d+(\.\d)? µm$/);
+
+  const canvas = page.locator(".cloud-canvas canvas");
+  const n_points = sum((await blocksAtServer(scan_id)).map((block) => block.n_points));
+  await until("all points are shown", async () => (await shownPoints(page)) === n_points);
+  await page.getByRole("combobox", { name: "Colour" }).selectOption("order");
+  await until("the orders are seen", async () => sum(await orderPixels(page)) > 1000);
+  const uploaded = await canvas.getAttribute("data-uploaded");
+  await page.getByRole("button", { name: "Show deviation" }).click();
+  await until("the colours are others", async () => sum(await orderPixels(page)) < 100);
+  expect(await canvas.getAttribute("data-uploaded")).toBe(uploaded);
+  expect(Number(uploaded)).toBe(n_points);
+  await picture(page, "result-deviation");
+
+  await page.getByRole("button", { name: "Top" }).click();
+  await canvas.focus();
+  await page.keyboard.press("o");
+  await page.keyboard.press("p");
+  await page.waitForSelector("tr[data-pick=exact]");
+  const cells = await page.locator("tr[data-pick=exact] td").allTextContents();
+  const numbers = cells.map((cell) => Number.parseFloat(cell.replace("−", "-").replace("+", "")));
+  const [x, y, z, , order, , frame] = numbers;
+  const exact = await pointAtServer(cells[5] ?? "", frame ?? -1);
+  expect(exact.position_mm.map((value) => value.toFixed(4))).toEqual([x, y, z].map((value) => value?.toFixed(4)));
+  expect(exact.order).toBe(order);
+  await expectAccessible(page);
+  await page.context().close();
+  expect(complaints).toEqual([]);
+});
+
+/** The server's point at a pixel of a frame, in the part frame, past the page. */
+async function pointAtServer(pixel: string, frame: number) {
+  const profile = await server.call<Schemas["ProfileDto"]>("GET", `/api/v1/scans/${scan_id}/profiles/${frame}`);
+  const { calibration } = await server.call<{ calibration: { stage: { direction_mm_per_mm: number[] } } }>(
+    "GET",
+    `/api/v1/calibrations/${profile.calibration_id}`,
+  );
+  const [u, v] = pixel.split("/").map((part) => Number.parseFloat(part));
+  const near = (a: number | undefined, b: number | undefined) => Math.abs((a ?? 1e9) - (b ?? 0)) < 0.0051;
+  const idx = profile.order.findIndex((_, idx) => near(profile.u_px[idx], u) && near(profile.v_px[idx], v));
+  const camera = [profile.x_mm[idx], profile.y_mm[idx], profile.z_mm[idx]];
+  const moved = calibration.stage.direction_mm_per_mm;
+  const position_mm = camera.map((value, axis) => (value ?? 0) - profile.position_mm * (moved[axis] ?? 0));
+  return { position_mm, order: profile.order[idx] };
+}
+
+test("a lost graphics card is told, and the cloud comes back from memory", async () => {
+  const { page, complaints } = await open(`#/result/${scan_id}`, { colorScheme: "dark" });
+  await until("the cloud is seen", async () => sum(await orderPixels(page)) > 1000);
+  const before = await orderPixels(page);
+  const canvas = page.locator(".cloud-canvas canvas");
+  const card = await canvas.evaluateHandle((element) =>
+    (element as HTMLCanvasElement).getContext("webgl2")?.getExtension("WEBGL_lose_context"),
+  );
+  await card.evaluate((card) => card?.loseContext());
+  await page.getByText("The graphics card was lost").waitFor();
+  expect(sum(await orderPixels(page))).toBe(0);
+  await card.evaluate((card) => card?.restoreContext());
+  await until("the cloud is back", async () => sum(await orderPixels(page)) > 0.9 * sum(before));
+  await page.getByText("The graphics card was lost").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Show mesh" }).click();
+  await page.getByRole("combobox", { name: "Show" }).waitFor({ timeout: SCAN_WITHIN_MS });
+  await until("the mesh is drawn", async () => (await meshPixels(page)) > 1000);
+  await picture(page, "result-mesh-dark");
+  await expectAccessible(page);
+  await page.context().close();
+  expect(complaints).toEqual([]);
+});
+
+/** Pixels of the canvas that are neither ground nor points: the lit mesh has any colour of its palette. */
+async function meshPixels(page: Page): Promise<number> {
+  const bytes = await page.locator(".cloud-canvas canvas").screenshot();
+  const blank = await page.context().newPage();
+  const n_pixels = await blank.evaluate(async (png) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${png}`;
+    await image.decode();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [image.width, image.height];
+    const context = canvas.getContext("2d");
+    context?.drawImage(image, 0, 0);
+    const data = context?.getImageData(0, 0, image.width, image.height).data ?? new Uint8ClampedArray();
+    let coloured = 0;
+    for (let at = 0; at < data.length; at += 4) {
+      const [r = 0, g = 0, b = 0] = data.slice(at, at + 3);
+      if (Math.max(r, g, b) - Math.min(r, g, b) > 25) coloured += 1;
+    }
+    return coloured;
+  }, bytes.toString("base64"));
+  await blank.close();
+  return n_pixels;
+}
+
+test("a server that dies in the middle of a scan: the page says so, and the resumed scan has every block once", async () => {
+  const { page, complaints } = await open("#/scan");
+  await page.waitForSelector("[data-plan=there]");
+  await page.getByRole("button", { name: "Start scan" }).click();
+  await page.waitForSelector("[data-scan-state=running]");
+  await until("some rows are shown", async () => {
+    const points = await shownPoints(page);
+    return points > 20_000 && points < 120_000;
+  });
+  await server.kill();
+  await page.getByText("Nothing was heard from the server").waitFor();
+  server = await server.startAgain();
+  await page.waitForSelector("[data-scan-state=interrupted]", { timeout: 60_000 });
+  await picture(page, "scan-interrupted");
+  await expectAccessible(page);
+  await page.getByRole("button", { name: "Resume the scan" }).click();
+  await page.waitForSelector("[data-scan-state=succeeded]", { timeout: SCAN_WITHIN_MS });
+  const blocks = await blocksAtServer(await newestScan());
+  expect(blocks.map((block) => block.block)).toEqual(blocks.map((_, idx) => idx));
+  expect(blocks).toHaveLength(31);
+  await until(
+    "every point is shown once",
+    async () => (await shownPoints(page)) === sum(blocks.map((block) => block.n_points)),
+  );
+  await page.context().close();
+  expect(complaints).toEqual([]);
+});
