@@ -17,8 +17,8 @@ export const health = {
   device: "Gerät",
   serial: "Seriennummer",
   driver: "Treiber",
-  frames: "Bilder seit Beginn des Dienstes",
-  frames_told: (arrived: string, lost: string) => `${arrived} angekommen, ${lost} verloren`,
+  frames: "Bilder",
+  frames_told: (arrived: string, lost: string) => `${arrived} seit Start, ${lost} verloren`,
   frames_advice:
     "In einem Scan verloren machen sie ihn ungültig. Die Bildrate senken, oder den Rechner von anderer Arbeit befreien.",
   drop_reasons: {

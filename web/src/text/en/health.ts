@@ -17,8 +17,8 @@ export const health = {
   device: "Device",
   serial: "Serial number",
   driver: "Driver",
-  frames: "Frames since the service began",
-  frames_told: (arrived: string, lost: string) => `${arrived} arrived, ${lost} lost`,
+  frames: "Frames",
+  frames_told: (arrived: string, lost: string) => `${arrived} since start, ${lost} lost`,
   frames_advice:
     "Lost inside a scan they make it not valid. Lower the frame rate, or free the computer of other work.",
   drop_reasons: {

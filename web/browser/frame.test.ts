@@ -1,0 +1,204 @@
+/** The frame around all pages: Stop, the age of the link, who commands, two languages. What pages show is theirs. */
+
+import type { Browser, Page } from "playwright-core";
+import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import type { Station } from "../src/api/client";
+import { PAGES } from "../src/state/route";
+import { de } from "../src/text/de";
+import { en } from "../src/text/en";
+import { launch, picture, Server, until, type Visit, visit } from "./harness";
+
+let server: Server;
+let browser: Browser;
+const open: Visit[] = [];
+
+beforeAll(async () => {
+  [server, browser] = await Promise.all([Server.start(), launch()]);
+});
+
+afterEach(async () => {
+  for (const { context } of open.splice(0)) await context.close();
+});
+
+afterAll(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+async function enter(hash = "", options = {}): Promise<Visit> {
+  const visitor = await visit(browser, server.url, hash, options);
+  open.push(visitor);
+  await visitor.page.getByText("Operational.Initialized").waitFor();
+  return visitor;
+}
+
+async function state(): Promise<string> {
+  return (await server.call<Station>("GET", "/api/v1/station")).state;
+}
+
+async function stopBy(page: Page, way: number): Promise<void> {
+  if (way === 0) await page.getByRole("button", { name: "Stop", exact: true }).click();
+  if (way === 1) await page.keyboard.press("Control+.");
+  if (way === 2) await page.keyboard.press("Pause");
+  if (way === 3) {
+    await page.getByRole("button", { name: "Stop", exact: true }).focus();
+    await page.keyboard.press("Enter");
+  }
+}
+
+test("Stop reaches the server from every page, by pointer and by keys, and a reset leads back", async () => {
+  const { page, complaints } = await enter();
+  for (const [at, name] of [...PAGES, "result/none"].entries()) {
+    await page.goto(`${server.url}/#/${name}`);
+    await page.locator("main h1, main .problem").first().waitFor();
+    await stopBy(page, at % 4);
+    await until(`Halted from ${name}`, async () => (await state()) === "Halted");
+    await page.locator(".banners").getByRole("button", { name: "Reset" }).click();
+    await until("reset", async () => (await state()) === "Operational.Initialized");
+  }
+  expect(complaints).toEqual([]);
+});
+
+test("Stop is on the screen at the width of a phone, and a finger on it is enough", async () => {
+  const { page, complaints } = await enter("", { viewport: { width: 390, height: 844 }, hasTouch: true });
+  const stop = page.getByRole("button", { name: "Stop", exact: true });
+  const box = await stop.boundingBox();
+  expect(box).not.toBeNull();
+  expect((box?.x ?? 0) + (box?.width ?? 0)).toBeLessThanOrEqual(390);
+  expect(box?.height).toBeGreaterThanOrEqual(56);
+  expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390);
+  // Down alone: a finger that slides off has asked, too.
+  await stop.dispatchEvent("pointerdown");
+  await until("Halted", async () => (await state()) === "Halted");
+  await picture(page, "phone-stopped");
+  await page.locator(".banners").getByRole("button", { name: "Reset" }).click();
+  await until("reset", async () => (await state()) === "Operational.Initialized");
+  expect(complaints).toEqual([]);
+});
+
+test("a dead server is called stale, and the page comes back by itself", async () => {
+  const { page, complaints } = await enter("#/health");
+  await page.evaluate(() => Object.assign(window, { kept: "this page was not loaded again" }));
+  await server.kill();
+  await page.locator(".frame.stale").waitFor();
+  await page.getByText(/Nothing was heard from the server for \d+ s/).waitFor();
+  expect(await page.getByRole("status").filter({ hasText: "stale" }).isVisible()).toBe(true);
+  expect(await page.title()).toMatch(/^no link/);
+  await picture(page, "stale");
+  // Stop cannot reach a dead server: the page says so instead of waiting.
+  await page.keyboard.press("Pause");
+  await page.getByText("Use the emergency stop of the machine").waitFor();
+  server = await server.startAgain();
+  await page.locator(".frame:not(.stale)").waitFor();
+  await page.locator(".link", { hasText: "live" }).waitFor();
+  await page.getByText("Operational.Initialized").waitFor();
+  expect(await page.evaluate(() => (window as { kept?: string }).kept)).toBe("this page was not loaded again");
+  expect(complaints).toEqual([]);
+});
+
+async function takeControl(page: Page, button: RegExp, name: string, act: string): Promise<void> {
+  await page.getByRole("button", { name: button }).click();
+  const dialog = page.getByRole("dialog");
+  await dialog.getByLabel("Your name, as others see it").fill(name);
+  await dialog.getByRole("button", { name: act, exact: true }).click();
+  await dialog.waitFor({ state: "detached" });
+}
+
+test("two browsers see who commands; taking over is explicit and told to the loser", async () => {
+  const [anna, ben] = [await enter(), await enter()];
+  await takeControl(anna.page, /Nobody controls/, "Anna", "Take control");
+  await anna.page.getByRole("button", { name: "You control" }).waitFor();
+  await ben.page.getByRole("button", { name: "Anna controls – Take over" }).waitFor();
+  await picture(ben.page, "control-taken");
+  await takeControl(ben.page, /Anna controls/, "Ben", "Take over");
+  await ben.page.getByRole("button", { name: "You control" }).waitFor();
+  await anna.page.getByText("Ben took control of the station.").waitFor();
+  await anna.page.getByRole("button", { name: "Ben controls – Take over" }).waitFor();
+
+  // Stop needs no control, and both see the same state.
+  await anna.page.getByRole("button", { name: "Stop", exact: true }).click();
+  for (const { page } of [anna, ben]) await page.locator(".bar", { hasText: "stopped" }).waitFor();
+  await ben.page.locator(".banners").getByRole("button", { name: "Reset" }).click();
+  for (const { page } of [anna, ben]) await page.locator(".bar", { hasText: "not yet to scan" }).waitFor();
+
+  // A page that goes gives control back.
+  await ben.context.close();
+  await anna.page.getByRole("button", { name: "Nobody controls" }).waitFor();
+  expect([...anna.complaints, ...ben.complaints]).toEqual([]);
+});
+
+/** Texts of a catalogue that are plain strings, at any depth. */
+function strings(words: unknown): string[] {
+  if (typeof words === "string") return [words];
+  return typeof words === "object" && words !== null ? Object.values(words).flatMap(strings) : [];
+}
+
+test("in German no English is left in the frame", async () => {
+  const { page, complaints } = await enter("#/settings");
+  await page.getByLabel("Language", { exact: true }).selectOption("de");
+  await page.getByRole("heading", { name: "Einstellungen" }).waitFor();
+  expect(await page.evaluate(() => document.documentElement.lang)).toBe("de");
+  const shown = await page
+    .locator(".bar, .rail")
+    .evaluateAll((parts) =>
+      parts.flatMap((part) =>
+        [...part.querySelectorAll("*")].flatMap((element) => [
+          element.children.length === 0 ? (element.textContent ?? "").trim() : "",
+          element.getAttribute("aria-label") ?? "",
+        ]),
+      ),
+    );
+  const german = new Set(strings([de.frame, de.pages, de.parts]));
+  const english = strings([en.frame, en.pages, en.parts]).filter((word) => !german.has(word));
+  expect(shown.filter((word) => english.includes(word))).toEqual([]);
+  for (const page of PAGES) expect(shown).toContain(de.pages[page]);
+  expect(shown).toContain(de.frame.stop);
+  await picture(page, "settings-german");
+  // The choice is remembered.
+  await page.reload();
+  await page.getByRole("heading", { name: "Einstellungen" }).waitFor();
+  expect(complaints).toEqual([]);
+});
+
+test("keys lead to pages, to their list, and past the frame", async () => {
+  const { page, complaints } = await enter("#/health");
+  await page.getByRole("heading", { name: "Health" }).waitFor();
+  await page.keyboard.press("g");
+  await page.keyboard.press("j");
+  await page.getByRole("heading", { name: "Jobs", level: 1 }).waitFor();
+  await page.keyboard.press("Alt+5");
+  await page.getByRole("heading", { name: "Results", level: 1 }).waitFor();
+  await page.keyboard.press("?");
+  await page.getByRole("heading", { name: "Keyboard shortcuts" }).waitFor();
+  expect(await page.evaluate(() => document.activeElement?.id)).toBe("help-shortcuts");
+  await page.keyboard.press("Alt+1");
+  await page.getByLabel("Serial number of the part").waitFor();
+  expect(await page.evaluate(() => document.activeElement?.id)).toBe("serial");
+  expect(await page.title()).toMatch(/Operate · Sheaf$/);
+
+  // The first stop of Tab leads past bar and rail.
+  await page.goto(`${server.url}/#/help`);
+  await page.reload();
+  await page.getByRole("heading", { name: "Help", level: 1 }).waitFor();
+  await page.keyboard.press("Tab");
+  await page.keyboard.press("Enter");
+  expect(await page.evaluate(() => document.activeElement?.id)).toBe("page");
+  expect(complaints).toEqual([]);
+});
+
+test("a simulated fault is switched in the settings and speaks up in the frame and in Health", async () => {
+  const { page, complaints } = await enter("#/settings");
+  const row = page.getByRole("listitem").filter({ hasText: "Camera unplugged" });
+  await row.getByRole("button", { name: "Switch on" }).click();
+  await page.locator(".banners .problem", { hasText: "Fault" }).first().waitFor();
+  await page.keyboard.press("Alt+7");
+  await page.locator("[data-tone=alarm]", { hasText: "Camera" }).waitFor();
+  await picture(page, "health-fault");
+  await page.keyboard.press("Alt+8");
+  await row.getByRole("button", { name: "Switch off" }).click();
+  await row.getByRole("button", { name: "Switch on" }).waitFor();
+  await page.locator(".banners").getByRole("button", { name: "Acknowledge and reset" }).click();
+  await until("reset", async () => (await state()) === "Operational.Initialized");
+  await page.locator(".banners .problem").waitFor({ state: "detached" });
+  expect(complaints).toEqual([]);
+});
