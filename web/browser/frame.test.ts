@@ -28,7 +28,7 @@ afterAll(async () => {
 async function enter(hash = "", options = {}): Promise<Visit> {
   const visitor = await visit(browser, server.url, hash, options);
   open.push(visitor);
-  await visitor.page.getByText("Operational.Initialized").waitFor();
+  await visitor.page.locator(".bar", { hasText: "Operational.Initialized" }).waitFor();
   return visitor;
 }
 
@@ -91,7 +91,7 @@ test("a dead server is called stale, and the page comes back by itself", async (
   server = await server.startAgain();
   await page.locator(".frame:not(.stale)").waitFor();
   await page.locator(".link", { hasText: "live" }).waitFor();
-  await page.getByText("Operational.Initialized").waitFor();
+  await page.locator(".bar", { hasText: "Operational.Initialized" }).waitFor();
   expect(await page.evaluate(() => (window as { kept?: string }).kept)).toBe("this page was not loaded again");
   expect(complaints).toEqual([]);
 });

@@ -1,5 +1,6 @@
 /** What a person must know before anything else: a Stop that failed, old data, faults, a stopped station, lost control. */
 
+import type { Station } from "../api/client";
 import { useApp } from "../app";
 import { ResetButton } from "../parts/reset";
 import { text } from "../text";
@@ -26,21 +27,34 @@ export function Banners() {
           </button>
         </div>
       )}
-      {status?.faults.map((fault) => (
-        <div class="problem banner" key={`${fault.device}-${fault.kind}`}>
-          <strong>
-            {words.fault}: {fault.detail}
-          </strong>
-          <div>{fault.remedy}</div>
-        </div>
-      ))}
-      {status?.state === "Error" && <ResetButton label={words.reset} />}
+      {status && (status.faults.length > 0 || status.state === "Error") && <Faults status={status} />}
       {status?.state === "Halted" && (
         <div class="note banner row">
           <span class="grow">{words.reset_after_stop}</span>
           <ResetButton label={words.reset_stop} />
         </div>
       )}
+    </div>
+  );
+}
+
+/** What failed, what to do about it, and the word that it is done. */
+function Faults({ status }: { status: Station }) {
+  const words = text.value.frame;
+  return (
+    <div class="problem banner row">
+      <div class="grow">
+        {status.faults.map((fault) => (
+          <div key={`${fault.device}-${fault.kind}`}>
+            <strong>
+              {words.fault}: {fault.detail}
+            </strong>
+            <div>{fault.remedy}</div>
+          </div>
+        ))}
+        {status.faults.length === 0 && <strong>{words.states.Error}</strong>}
+      </div>
+      {status.state === "Error" && <ResetButton label={words.reset} />}
     </div>
   );
 }

@@ -19,21 +19,23 @@ export function Bar() {
           {words.simulated[simulated] ?? simulated}
         </span>
       )}
-      <span class="item state" title={status?.state}>
+      <span class={`item state ${status?.state === "Error" ? "abnormal" : ""}`} title={status?.state}>
         <strong>{status ? (words.states[status.state] ?? status.words) : words.loading}</strong>
         <small>{working ? status.activity : (status?.state ?? "–")}</small>
       </span>
       <span class="item optional">
         <small>{words.laser}</small>
-        <strong>{words.light[status?.laser.light ?? "unknown"]}</strong>
+        <strong class={status?.laser.light === "on" ? "lit" : undefined}>
+          {words.light[status?.laser.light ?? "unknown"]}
+        </strong>
       </span>
-      <span class="item optional">
+      <span class={`item optional ${interlock === false ? "abnormal" : ""}`}>
         <small>{words.interlock}</small>
         <strong>
           {interlock == null ? words.interlock_unread : interlock ? words.interlock_closed : words.interlock_open}
         </strong>
       </span>
-      <span class="item link" role="status">
+      <span class={`item link ${station.stale.value ? "abnormal" : ""}`} role="status">
         <small>{words.link}</small>
         <strong>{station.stale.value ? words.link_stale(station.stale_s.value) : words.link_live}</strong>
       </span>

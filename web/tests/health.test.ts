@@ -1,0 +1,83 @@
+/** When Health speaks up. */
+
+import { expect, test } from "vitest";
+import { eventDetail } from "../src/panels/health/event_words";
+import {
+  ageDays,
+  calibrationTone,
+  deviceTone,
+  diskTone,
+  framesTone,
+  linkTone,
+  orderPairs,
+  pairDisagrees,
+  queueTone,
+} from "../src/panels/health/judgement";
+import { parseMetrics } from "../src/panels/health/metrics";
+
+test("metrics are read with their labels; histograms are left out", () => {
+  const text = [
+    "# TYPE sheaf_store_free_bytes gauge",
+    "sheaf_store_free_bytes 44611129344",
+    'sheaf_jobs{state="queued"} 2',
+    'sheaf_http_request_seconds_bucket{le="+Inf"} 1',
+    "",
+  ].join("\n");
+  expect([...parseMetrics(text)]).toEqual([
+    ["sheaf_store_free_bytes", 44611129344],
+    ['sheaf_jobs{state="queued"}', 2],
+  ]);
+});
+
+test("a device that is away or has a fault is an alarm", () => {
+  const fault = { device: "stage", kind: "gone", detail: "", remedy: "", since_ms: 0 };
+  expect(deviceTone(true, [fault], "camera")).toBe("calm");
+  expect(deviceTone(true, [fault], "stage")).toBe("alarm");
+  expect(deviceTone(false, [], "laser")).toBe("alarm");
+});
+
+test("frames lost inside of the service are told at once, a few at the camera are not", () => {
+  expect(framesTone({ arrived: 1000, dropped: { camera: 2, recorder: 0 } })).toBe("calm");
+  expect(framesTone({ arrived: 1000, dropped: { camera: 60 } })).toBe("caution");
+  expect(framesTone({ arrived: 1000, dropped: { camera: 0, recorder: 1 } })).toBe("caution");
+});
+
+test("link, disk, queue and calibration speak up in time", () => {
+  const slow = { stream: "image", offered: 1000, sent: 500, by_rate: 0, too_slow: 500 } as const;
+  expect(linkTone(false, 3, [])).toBe("calm");
+  expect(linkTone(true, 3, [])).toBe("alarm");
+  expect(linkTone(false, 400, [])).toBe("caution");
+  expect(linkTone(false, 3, [slow])).toBe("caution");
+  expect(linkTone(false, 3, [{ ...slow, too_slow: 0, by_rate: 500 }])).toBe("calm");
+  expect(diskTone(undefined, false)).toBe("calm");
+  expect(diskTone(1e12, true)).toBe("alarm");
+  expect(diskTone(2e9, false)).toBe("caution");
+  expect(diskTone(1e8, false)).toBe("alarm");
+  expect(queueTone(3)).toBe("calm");
+  expect(queueTone(30)).toBe("caution");
+  const day_ms = 86_400_000;
+  expect(ageDays(0, 1.5 * day_ms)).toBe(1);
+  expect(ageDays(day_ms, 0)).toBe(0);
+  expect(calibrationTone(undefined, 0)).toBe("caution");
+  expect(calibrationTone(0, 10 * day_ms)).toBe("calm");
+  expect(calibrationTone(0, 40 * day_ms)).toBe("caution");
+});
+
+test("orders disagree beyond three standard deviations of the calibration", () => {
+  const pair = { order_a: -1, order_b: 0, n_pairs: 9, bias_mm: -0.025, rms_mm: 0.05 };
+  expect(pairDisagrees(pair, 0.007)).toBe(true);
+  expect(pairDisagrees(pair, 0.01)).toBe(false);
+  expect(pairDisagrees(pair, undefined)).toBe(false);
+  expect(orderPairs({ self_consistency: [pair] })).toEqual([pair]);
+  expect(orderPairs(null)).toEqual([]);
+});
+
+test("an event tells what a person wants to read of its body", () => {
+  expect(eventDetail({ body: { kind: "scan", message: "12 points", problem: null } })).toBe("12 points");
+  expect(eventDetail({ body: { message: "x", problem: { detail: "the stage stalled" } } })).toBe(
+    "the stage stalled",
+  );
+  expect(eventDetail({ body: { from: "Anna", to: "Ben" } })).toBe("Anna → Ben");
+  expect(eventDetail({ body: { name: "SN-1", verdict: "pass" } })).toBe("SN-1, pass");
+  expect(eventDetail({ body: null })).toBe("");
+});
