@@ -51,7 +51,7 @@ export function CalibrationCard() {
           ]}
         />
       )}
-      <a href={href("calibration", active?.id)}>{text.value.pages.calibration}</a>
+      <a href={href("calibration", undefined, active && { show: active.id })}>{text.value.pages.calibration}</a>
     </HealthCard>
   );
 }

@@ -24,7 +24,7 @@ export function madeAt(job: Job): string | undefined {
   const made = job.result;
   if (!made) return undefined;
   if (made.kind === "scan") return href("result", made.id);
-  if (made.kind === "calibration") return href("calibration", made.id);
+  if (made.kind === "calibration") return href("calibration", undefined, { show: made.id });
   return made.href;
 }
 

@@ -39,11 +39,11 @@ export function LastResult({ part, recipe, measuring }: Properties) {
         <span class="muted">{moment(part.scan.created_at_ms, language.value)}</span>
       </div>
       {measuring && !measured ? (
-        <p class="verdict measured" role="status">
+        <p class="part-verdict measured" role="status">
           {words.measuring}
         </p>
       ) : (
-        <p class={`verdict ${outcome}`} role="status">
+        <p class={`part-verdict ${outcome}`} role="status">
           <span aria-hidden="true">{SIGN[outcome]}</span> {text.value.outcomes[outcome]}
         </p>
       )}

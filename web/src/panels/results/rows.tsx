@@ -72,7 +72,7 @@ function Row({ part, onDelete }: { part: ScannedPart; onDelete: () => void }) {
         {moment(scan.created_at_ms, language.value)}
       </td>
       <td data-label={words.calibration}>
-        <a class="mono" href={href("calibration", scan.calibration_id)}>
+        <a class="mono" href={href("calibration", undefined, { show: scan.calibration_id })}>
           {scan.calibration_id.slice(0, 8)}
         </a>
       </td>
