@@ -120,7 +120,7 @@ function Ended({ failed }: { failed: ReadonlySignal<Job | undefined> }) {
   if (job.state === "cancelled") {
     return (
       <p class="muted">
-        {words.jobs.kinds[job.kind] ?? job.kind}: {title}. {job.message}
+        {words.jobs.kinds[job.kind] ?? job.kind}: {title}
       </p>
     );
   }
