@@ -16,6 +16,9 @@ const URL_WITHIN_MS = 60_000;
 /** Longest time a job of the simulated station may take on a busy machine. */
 const JOB_WITHIN_MS = 240_000;
 
+/** A calibration that a late simulated camera has spoilt is begun again so often. */
+const CALIBRATED_AGAIN = 6;
+
 const ROOT = resolve(import.meta.dirname, "../..");
 const SHEAF = process.env.SHEAF_BIN ?? join(process.env.CARGO_TARGET_DIR ?? join(ROOT, "target"), "debug/sheaf");
 const CHROMIUM = process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium";
@@ -102,9 +105,25 @@ export class Server {
     }
   }
 
+  /** Acknowledges faults, as a person would. */
+  async reset(): Promise<void> {
+    const holder = { holder: "Test", take_over: true };
+    const { id } = await this.call<{ id: string }>("POST", "/api/v1/station/control", holder);
+    const control = { "Sheaf-Control": id };
+    await this.call("POST", "/api/v1/station/reset", undefined, control);
+    await this.call("DELETE", "/api/v1/station/control", undefined, control);
+  }
+
   /** A calibrated station, for tests that are about something else. Answers the calibration's id. */
   async calibrate(): Promise<string> {
-    const job = await this.job("/api/v1/calibrations", { source: { kind: "station" } });
+    const start = () => this.job("/api/v1/calibrations", { source: { kind: "station" } });
+    let job = await start().catch(takenForFault);
+    // On a busy machine the simulated camera may be late, which the station takes for a fault.
+    for (let again = 0; !job && again < CALIBRATED_AGAIN; again++) {
+      await this.reset();
+      job = await start().catch(takenForFault);
+    }
+    if (!job) throw new Error("the simulated camera was always late: the machine is too busy");
     const calibration_id = job.result?.id ?? "";
     await this.call("PUT", "/api/v1/calibrations/active", { calibration_id });
     return calibration_id;
@@ -121,6 +140,11 @@ export class Server {
 function environment(): NodeJS.ProcessEnv {
   const own = ["SHEAF_BIN", "SHEAF_CHROMIUM", "SHEAF_PICTURES", "SHEAF_GOLDEN"];
   return Object.fromEntries(Object.entries(process.env).filter(([name]) => !own.includes(name)));
+}
+
+/** Lets pass that the station missed a frame; everything else is a mistake. */
+function takenForFault(cause: unknown): undefined {
+  if (!/no frame arrived/.test(String(cause))) throw cause;
 }
 
 /** Chromium without a screen, with WebGL2 in software. */

@@ -57,6 +57,7 @@ export class CameraPicture {
   private is_fitted = true;
   private zebra: Zebra | undefined;
   private marked: { u_px: number; v_px: number } | undefined;
+  private held = false;
   private decoding = false;
   private waiting: ImageMessage | undefined;
   private shown: { image: ImageMessage; bitmap: ImageBitmap } | undefined;
@@ -69,7 +70,7 @@ export class CameraPicture {
     private readonly place: HTMLElement,
     private readonly events: PictureEvents = {},
   ) {
-    this.picture_context = contextOf(this.picture_canvas, { alpha: false });
+    this.picture_context = contextOf(this.picture_canvas, {});
     this.line_context = contextOf(this.line_canvas, {});
     this.one_pixel = contextOf(document.createElement("canvas"), { willReadFrequently: true });
     this.one_pixel.canvas.width = 1;
@@ -106,10 +107,17 @@ export class CameraPicture {
 
   /** Shows a frame as soon as the one before it is decoded; a newer one replaces it. */
   show(image: ImageMessage): void {
+    if (this.held) return;
     if (this.decoding) {
       if (this.waiting) this.skipped += 1;
       this.waiting = image;
     } else void this.decode(image);
+  }
+
+  /** Keeps the frame that is on the screen, also against one that is being decoded; or goes on. */
+  hold(held: boolean): void {
+    this.held = held;
+    this.waiting = undefined;
   }
 
   /** Forgets the frame: the place is dark. */
@@ -216,7 +224,7 @@ export class CameraPicture {
   }
 
   private take(image: ImageMessage, bitmap: ImageBitmap): void {
-    if (this.disposed) {
+    if (this.disposed || this.held) {
       bitmap.close();
       return;
     }
@@ -279,6 +287,8 @@ export class CameraPicture {
   private drawPicture(image: ImageMessage, bitmap: ImageBitmap): void {
     const { scale, left, top } = this.view_;
     // Enlarged pixels stay squares: what is measured is pixels.
+    // Reduced, neighbours are averaged: lines a few pixels wide would otherwise break into dots.
+    this.picture_context.imageSmoothingQuality = "medium";
     this.picture_context.imageSmoothingEnabled = scale * devicePixelRatio < 2;
     this.picture_context.drawImage(
       this.zebra?.canvas ?? bitmap,

@@ -85,7 +85,7 @@ function fillPoints(context: CanvasRenderingContext2D, view: PictureView, image:
   context.fill();
 }
 
-/** The name of each order at the outer end of its longest line. */
+/** The name of each order where its first long line begins. */
 function nameOrders(
   context: CanvasRenderingContext2D,
   view: PictureView,
@@ -93,6 +93,7 @@ function nameOrders(
   hidden: ReadonlySet<number>,
   along_u: boolean,
 ): void {
+  const named: number[] = [];
   context.font = LABEL_FONT;
   context.lineWidth = 3;
   context.strokeStyle = "#14171a";
@@ -100,7 +101,8 @@ function nameOrders(
   context.textBaseline = "bottom";
   for (const line of image.lines) {
     if (line.order === NO_ORDER || hidden.has(line.order) || line.n_points < NAMED_FROM_POINTS) continue;
-    if (image.lines.some((other) => other.order === line.order && other.n_points > line.n_points)) continue;
+    if (named.includes(line.order)) continue;
+    named.push(line.order);
     const at = 2 * line.first;
     const x = placeOfU(view, (image.points[at] ?? 0) / image.units_per_px) + (along_u ? 4 : 8);
     const y = placeOfV(view, (image.points[at + 1] ?? 0) / image.units_per_px) - (along_u ? 7 : 0);

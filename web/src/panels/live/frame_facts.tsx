@@ -16,12 +16,14 @@ export function FrameFacts({ view }: { view: LiveView }) {
   const age = figures.age_ms;
   return (
     <dl class="frame-facts number">
-      <Fact name={words.frame}>
+      <Fact of="frame" name={words.frame}>
         {count(figures.sequence, chosen)}
         {view.frozen.value && <span class="tag">{words.frozen}</span>}
       </Fact>
-      <Fact name={words.rate}>{decimal(figures.rate_hz, 1, chosen)} Hz</Fact>
-      <Fact name={words.age}>
+      <Fact of="rate" name={words.rate}>
+        {decimal(figures.rate_hz, 1, chosen)} Hz
+      </Fact>
+      <Fact of="age" name={words.age}>
         {age === undefined ? "–" : age < 1000 ? `${decimal(age, 0, chosen)} ms` : duration(age / 1000, chosen)}
       </Fact>
       <Fact name={words.stage}>{decimal(figures.position_mm, 3, chosen)} mm</Fact>
@@ -29,7 +31,7 @@ export function FrameFacts({ view }: { view: LiveView }) {
       <Fact name={words.lost_at_station} hint={words.lost_at_station_hint}>
         {count(lost, chosen)}
       </Fact>
-      <Fact name={words.not_shown} hint={words.not_shown_hint}>
+      <Fact of="not_shown" name={words.not_shown} hint={words.not_shown_hint}>
         {words.not_shown_by(
           count(pictures?.by_rate ?? 0, chosen),
           count(pictures?.too_slow ?? 0, chosen),
@@ -40,9 +42,19 @@ export function FrameFacts({ view }: { view: LiveView }) {
   );
 }
 
-function Fact({ name, hint, children }: { name: string; hint?: string; children: preact.ComponentChildren }) {
+function Fact({
+  of,
+  name,
+  hint,
+  children,
+}: {
+  of?: string;
+  name: string;
+  hint?: string;
+  children: preact.ComponentChildren;
+}) {
   return (
-    <div title={hint}>
+    <div title={hint} data-fact={of}>
       <dt>{name}</dt>
       <dd>{children}</dd>
     </div>

@@ -25,7 +25,15 @@ export class FrameRate {
       counted += 1;
       first_ms = at;
     }
+    if (counted < 2 && this.n >= 2) return this.slowRate(now_ms);
     // So many periods lie between the first frame and now, give or take the one that has begun.
     return counted < 2 ? 0 : (1000 * (counted - 0.5)) / (now_ms - first_ms);
+  }
+
+  /** From the last two frames, or from how long the next one has not come. */
+  private slowRate(now_ms: number): number {
+    const last = this.at_ms[(this.n - 1) % KEPT] ?? 0;
+    const before = this.at_ms[(this.n - 2) % KEPT] ?? 0;
+    return 1000 / Math.max(last - before, now_ms - last);
   }
 }

@@ -4,17 +4,18 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { useApp } from "../../app";
 import { href } from "../../state/route";
-import { text } from "../../text";
+import { language, text } from "../../text";
 import { CameraCard } from "./camera_card";
 import { FrameFacts } from "./frame_facts";
 import { LightCard } from "./light_card";
 import { LiveView } from "./live_view";
+import type { PlotWords } from "./profile_plot";
 import { QualityTable } from "./quality_table";
 import { ReadoutLine } from "./readout_line";
 import { Snapshot } from "./snapshot";
 import { StageCard } from "./stage_card";
-import { StartHere } from "./start_here";
-import { Toolbar } from "./toolbar";
+import { NoProfile, StartHere } from "./start_here";
+import { Toolbar, ZoomButtons } from "./toolbar";
 import "./live.css";
 
 export default function Live() {
@@ -28,7 +29,7 @@ export default function Live() {
   useEffect(() => {
     if (!picture.current || !plot.current || !histogram.current) return;
     const places = { picture: picture.current, plot: plot.current, histogram: histogram.current };
-    const made = new LiveView(stream, places, text.peek().live.plot);
+    const made = new LiveView(stream, places, plotWords());
     view.value = made;
     const onKey = (event: KeyboardEvent) => obeyKey(event, made);
     addEventListener("keydown", onKey);
@@ -37,7 +38,7 @@ export default function Live() {
       made.dispose();
     };
   }, [stream, view]);
-  useEffect(() => view.value?.rename(words.plot), [view, words]);
+  useEffect(() => view.value?.rename(plotWords()), [view, words]);
 
   return (
     <div class="live">
@@ -53,17 +54,21 @@ export default function Live() {
             <div class="data-view picture-place">
               {/* biome-ignore lint/a11y/noNoninteractiveTabindex: keys zoom and move the picture */}
               <div ref={picture} class="picture-area" tabIndex={0} role="application" aria-label={words.picture} />
+              {view.value && <ZoomButtons view={view.value} />}
               {view.value && <StartHere view={view.value} />}
             </div>
             {view.value && <ReadoutLine view={view.value} />}
-            <div
-              ref={plot}
-              class="data-view plot-place"
-              // biome-ignore lint/a11y/noNoninteractiveTabindex: keys move the cursor along the profile
-              tabIndex={0}
-              role="application"
-              aria-label={words.profile}
-            />
+            <div class="data-view plot-place">
+              <div
+                ref={plot}
+                class="plot-area"
+                // biome-ignore lint/a11y/noNoninteractiveTabindex: keys move the cursor along the profile
+                tabIndex={0}
+                role="application"
+                aria-label={words.profile}
+              />
+              {view.value && <NoProfile view={view.value} />}
+            </div>
             {view.value && <FrameFacts view={view.value} />}
           </div>
           {view.value && <QualityTable view={view.value} />}
@@ -76,6 +81,13 @@ export default function Live() {
       </div>
     </div>
   );
+}
+
+/** Words and figures of the plot in the chosen language. */
+function plotWords(): PlotWords {
+  const chosen = language.peek();
+  const number = (value: number) => value.toLocaleString(chosen, { maximumFractionDigits: 3 }).replace("-", "−");
+  return { ...text.peek().live.plot, number };
 }
 
 /** What a person must know about what is shown. */

@@ -58,7 +58,9 @@ function LaserPower({ running, blocked }: { running: boolean; blocked: string | 
     laser_power.value = power;
     if (running) void set.start();
   };
-  const power = wanted.value ?? (running ? laser?.power : undefined) ?? laser_power.value;
+  // A laser that waits for frames is dark for now; what it was told stands.
+  const told = laser?.light === "on" ? laser.power : laser?.light === "off" ? 0 : undefined;
+  const power = wanted.value ?? (running ? told : undefined) ?? laser_power.value;
   const problem = set.problem.value;
   const step = laser?.powers ? 0.01 : 1;
   return (

@@ -8,7 +8,7 @@ import { CameraPicture } from "../../scene/camera_picture";
 import type { StreamConnection } from "../../stream/connection";
 import type { ImageMessage, ProfileMessage } from "../../stream/protocol";
 import type { DropCount } from "../../stream/texts";
-import { LIVE_RATE_HZ } from "../../theme";
+import { LIVE_RATE_HZ, NO_ORDER } from "../../theme";
 import { type Advice, adviceOf } from "./advice";
 import { FrameRate } from "./frame_rate";
 import { HistogramView } from "./histogram";
@@ -61,6 +61,8 @@ export class LiveView {
   readonly quality = signal<readonly OrderQuality[]>([]);
   readonly readout = signal<Readout | undefined>(undefined);
   readonly frozen = signal(false);
+  /** Whether there is something to plot. */
+  readonly has_profile = signal(false);
   readonly zebra = signal(false);
   readonly scale = signal({ px: 1, is_fitted: true });
   /** Orders seen since the page was opened. */
@@ -106,6 +108,7 @@ export class LiveView {
   /** Holds the frame that is on the screen, or goes on. */
   freeze(frozen: boolean): void {
     this.frozen.value = frozen;
+    this.picture.hold(frozen);
   }
 
   showZebra(shown: boolean): void {
@@ -151,6 +154,7 @@ export class LiveView {
 
   private showProfile(profile: ProfileMessage | undefined): void {
     this.shown_profile = profile;
+    this.has_profile.value = (profile?.x_mm.length ?? 0) > 0;
     this.plot.show(profile);
     if (this.pointed) this.follow(this.pointed);
   }
@@ -159,7 +163,7 @@ export class LiveView {
     const known = this.orders.peek();
     const seen = new Set(known);
     for (const { order } of image.lines) seen.add(order);
-    if (seen.size !== known.length) this.orders.value = [...seen].sort((a, b) => a - b);
+    if (seen.size !== known.length) this.orders.value = inOrder(seen);
   }
 
   private point(pointed: Pointed | undefined): void {
@@ -258,6 +262,12 @@ export class LiveView {
     }
     this.quality.value = qualityOf(image, this.profileOfPicture(), greys);
   }
+}
+
+/** Orders from the lowest to the highest, and what has none behind them: so the keys 1–5 are −2…+2. */
+function inOrder(orders: Iterable<number>): number[] {
+  const rank = (order: number) => (order === NO_ORDER ? Number.POSITIVE_INFINITY : order);
+  return [...orders].sort((a, b) => rank(a) - rank(b));
 }
 
 function pointOf(profile: ProfileMessage | undefined, idx: number | undefined): Readout["point"] {

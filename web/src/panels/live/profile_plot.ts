@@ -31,6 +31,7 @@ const AXIS = {
 export interface PlotWords {
   along: (axis: "x" | "y") => string;
   z: string;
+  number: (value: number) => string;
 }
 
 /** uPlot wants something to plot; the points are painted by `paint`. */
@@ -106,6 +107,7 @@ export class ProfilePlot {
 
   private options(): uPlot.Options {
     const place = this.place;
+    const values = (_plot: uPlot, splits: number[]) => splits.map((value) => this.words.number(value));
     return {
       width: Math.max(100, place.clientWidth),
       height: Math.max(80, place.clientHeight),
@@ -119,8 +121,8 @@ export class ProfilePlot {
       // Nearer to the camera is higher: parts stand as they stand on the table.
       scales: { x: { time: false, range: asTold }, y: { range: asTold, dir: -1 } },
       axes: [
-        { ...AXIS, size: 34, label: this.words.along("x"), labelSize: 18, labelGap: 0 },
-        { ...AXIS, size: 58, label: this.words.z, labelSize: 18, labelGap: 0 },
+        { ...AXIS, values, size: 34, label: this.words.along("x"), labelSize: 18, labelGap: 0 },
+        { ...AXIS, values, size: 58, label: this.words.z, labelSize: 18, labelGap: 0 },
       ],
       series: [{}, { show: false }],
       hooks: { draw: [(plot) => this.paint(plot)], setSelect: [(plot) => this.select(plot)] },
@@ -205,7 +207,7 @@ export class ProfilePlot {
     if (range.n_points < LONG_STEP) return;
     const along = profile.along === "x" ? profile.x_mm : profile.y_mm;
     // Orders begin at about the same x: each is named a little further along, so that names do not lie on each other.
-    const idx = range.first + Math.floor(range.n_points * (0.06 + 0.03 * (range.order + 2)));
+    const idx = this.nameAt(profile, range);
     const context = plot.ctx;
     const [x, y] = [plot.valToPos(along[idx] ?? 0, "x", true), plot.valToPos(profile.z_mm[idx] ?? 0, "y", true)];
     context.font = `600 ${12 * devicePixelRatio}px system-ui, 'DejaVu Sans', sans-serif`;
@@ -216,6 +218,15 @@ export class ProfilePlot {
     context.strokeText(orderName(range.order), x, y - 5 * devicePixelRatio);
     context.fillStyle = orderColour(range.order);
     context.fillText(orderName(range.order), x, y - 5 * devicePixelRatio);
+  }
+
+  private nameAt(profile: ProfileMessage, range: { order: number; first: number; n_points: number }): number {
+    const [axis, room] = profile.along === "x" ? [0, profile.width_px] : [1, profile.height_px];
+    const wanted = room * profile.units_per_px * Math.min(0.9, 0.06 + 0.06 * Math.max(0, range.order + 2));
+    const end = range.first + range.n_points - 1;
+    let idx = range.first;
+    while (idx < end && (profile.pixels[2 * idx + axis] ?? 0) < wanted) idx += 1;
+    return idx;
   }
 
   private paintMark(plot: uPlot, profile: ProfileMessage, idx: number): void {

@@ -2,6 +2,7 @@
 
 import { runAlongU } from "../../scene/centreline_layer";
 import type { ImageMessage, OrderRange, ProfileMessage } from "../../stream/protocol";
+import { NO_ORDER } from "../../theme";
 
 /** Neighbouring points that are compared with a straight piece. */
 export const PIECE_POINTS = 21;
@@ -38,6 +39,8 @@ export function qualityOf(
   greys?: Greys,
 ): OrderQuality[] {
   const orders = [...new Set(image.lines.map((line) => line.order))].sort((a, b) => a - b);
+  // Lines without an order stand behind those that have one.
+  if (orders[0] === NO_ORDER) orders.push(...orders.splice(0, 1));
   return orders.map((order) => {
     const range = profile?.orders.find((row) => row.order === order);
     return {

@@ -52,7 +52,7 @@ export function StageCard() {
         {stage?.moving && <span class="tag">{words.moving}</span>}
       </p>
       <JogButtons blocked={blocked} />
-      <div class="row end">
+      <div class="row with-button">
         <NumberField
           label={words.target}
           unit="mm"

@@ -27,3 +27,16 @@ export function StartHere({ view }: { view: LiveView }) {
     </div>
   );
 }
+
+/** Over the empty plot: why there is no profile. */
+export function NoProfile({ view }: { view: LiveView }) {
+  const words = text.value.live;
+  if (view.has_profile.value) return null;
+  const figures = view.figures.value;
+  const why = !figures
+    ? words.profile_here
+    : figures.calibrated
+      ? words.no_profile
+      : words.profile_needs_calibration;
+  return <p class="start-here cover">{why}</p>;
+}

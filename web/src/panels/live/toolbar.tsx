@@ -1,4 +1,4 @@
-/** Above the picture: which orders are shown, zebra, zoom, freeze. */
+/** Above the picture: which orders are shown, zebra, freeze. In its corner: zoom. */
 
 import { language, text } from "../../text";
 import { NO_ORDER, orderColour, orderName } from "../../theme";
@@ -7,8 +7,6 @@ import type { LiveView } from "./live_view";
 
 export function Toolbar({ view }: { view: LiveView }) {
   const words = text.value.live;
-  const { px, is_fitted } = view.scale.value;
-  const at_one = !is_fitted && Math.abs(px - 1) < 1e-6;
   return (
     <div class="row live-toolbar">
       <fieldset class="row orders">
@@ -26,37 +24,6 @@ export function Toolbar({ view }: { view: LiveView }) {
       >
         {words.zebra}
       </button>
-      <fieldset class="row zoom">
-        <legend class="visually-hidden">{words.zoom}</legend>
-        <button
-          type="button"
-          aria-label={words.zoom_out}
-          title={`${words.zoom_out} (−)`}
-          onClick={() => view.picture.zoomBy(1 / 1.5)}
-        >
-          −
-        </button>
-        <span class="number zoom-figure">{decimal(100 * px, 0, language.value)} %</span>
-        <button
-          type="button"
-          aria-label={words.zoom_in}
-          title={`${words.zoom_in} (+)`}
-          onClick={() => view.picture.zoomBy(1.5)}
-        >
-          +
-        </button>
-        <button type="button" aria-pressed={is_fitted} title={words.fit_hint} onClick={() => view.picture.fit()}>
-          {words.fit}
-        </button>
-        <button
-          type="button"
-          aria-pressed={at_one}
-          title={words.one_to_one_hint}
-          onClick={() => view.picture.zoomTo(1)}
-        >
-          1 : 1
-        </button>
-      </fieldset>
       <button
         type="button"
         aria-pressed={view.frozen.value}
@@ -66,6 +33,45 @@ export function Toolbar({ view }: { view: LiveView }) {
         {view.frozen.value ? words.go_on : words.freeze}
       </button>
     </div>
+  );
+}
+
+export function ZoomButtons({ view }: { view: LiveView }) {
+  const words = text.value.live;
+  const { px, is_fitted } = view.scale.value;
+  const at_one = !is_fitted && Math.abs(px - 1) < 1e-6;
+  return (
+    <fieldset class="zoom">
+      <legend class="visually-hidden">{words.zoom}</legend>
+      <button
+        type="button"
+        aria-label={words.zoom_out}
+        title={`${words.zoom_out} (−)`}
+        onClick={() => view.picture.zoomBy(1 / 1.5)}
+      >
+        −
+      </button>
+      <span class="number zoom-figure">{decimal(100 * px, 0, language.value)} %</span>
+      <button
+        type="button"
+        aria-label={words.zoom_in}
+        title={`${words.zoom_in} (+)`}
+        onClick={() => view.picture.zoomBy(1.5)}
+      >
+        +
+      </button>
+      <button type="button" aria-pressed={is_fitted} title={words.fit_hint} onClick={() => view.picture.fit()}>
+        {words.fit}
+      </button>
+      <button
+        type="button"
+        aria-pressed={at_one}
+        title={words.one_to_one_hint}
+        onClick={() => view.picture.zoomTo(1)}
+      >
+        1 : 1
+      </button>
+    </fieldset>
   );
 }
 

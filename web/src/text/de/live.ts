@@ -32,6 +32,9 @@ export const live: typeof english = {
   off_hint: "Die Kamera ruht, der Laser ist dunkel.",
   ended: "Das Live-Bild ist beendet; das ist das letzte Bild",
   first_frame: "Warten auf das erste Bild…",
+  profile_here: "Hier erscheint das Profil.",
+  no_profile: "Keine Linie dieses Bilds hat eine bekannte Ordnung, daher gibt es kein Profil.",
+  profile_needs_calibration: "Das Profil braucht eine Kalibrierung: erst sie macht Tiefen bekannt.",
   start: "Live-Bild starten",
   end: "Live-Bild beenden",
   live_view: "Live-Bild",
@@ -84,7 +87,7 @@ export const live: typeof english = {
   frame_rate: "Bildrate",
   apply: "Anwenden",
   discard: "Verwerfen",
-  nothing_changed: "Nichts wurde geändert.",
+  nothing_changed: "Zuerst einen Wert ändern.",
   accepted: "Die Kamera hat es übernommen.",
   changed_meanwhile:
     "Jemand anders hat die Kamera inzwischen eingestellt. Ihre Werte wurden neu gelesen, Ihre Änderung gilt noch nicht: prüfen und noch einmal anwenden.",

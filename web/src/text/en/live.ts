@@ -30,6 +30,9 @@ export const live = {
   off_hint: "The camera is at rest and the laser dark.",
   ended: "The live view has ended; this is its last frame",
   first_frame: "Waiting for the first frame…",
+  profile_here: "The profile appears here.",
+  no_profile: "No line of this frame has a known order, so there is no profile.",
+  profile_needs_calibration: "The profile needs a calibration: only then is a depth known.",
   start: "Start live view",
   end: "End live view",
   live_view: "Live view",
@@ -83,7 +86,7 @@ export const live = {
   frame_rate: "Frame rate",
   apply: "Apply",
   discard: "Discard",
-  nothing_changed: "Nothing was changed.",
+  nothing_changed: "Change a value first.",
   accepted: "The camera accepted it.",
   changed_meanwhile:
     "Somebody else changed the camera meanwhile. Its settings were read again; yours are not applied yet: check them and apply once more.",
