@@ -34,10 +34,36 @@ const NO_ENVIRONMENTS = `export function WebGLEnvironments() {
   return { get: (environment) => environment, dispose() {} };
 }`;
 
+/** Nothing is lit: our shaders know no lights. */
+const NO_LIGHTS = `export function WebGLLights() {
+  const none = [];
+  const state = {
+    version: 0, hash: {}, numSpotLightShadowsWithMaps: 0, numLightProbes: 0,
+    sun: none, directional: none, point: none, spot: none, spotLightMap: none, rectArea: none, hemi: none,
+    sunShadowMap: none, directionalShadowMap: none, pointShadowMap: none, spotShadowMap: none,
+  };
+  return { state, setup() {}, setupView() {} };
+}`;
+
+/** Our uniforms are set by the viewer; three's materials would set theirs here. */
+const NO_MATERIALS = `export function WebGLMaterials() {
+  return { refreshFogUniforms() {}, refreshMaterialUniforms() {} };
+}`;
+
+/** No meshes that change shape. */
+const NO_MORPHING = "export function WebGLMorphtargets() { return { update() {} }; }";
+
+/** No uniforms in groups. */
+const NO_GROUPS = "export function WebGLUniformsGroups() { return { dispose() {}, update() {}, bind() {} }; }";
+
 const REPLACED: readonly [RegExp, string][] = [
   [/\/shaders\/ShaderLib\/[^/]+\.glsl\.js$/, 'export const vertex = ""; export const fragment = "";'],
   [/\/webxr\/WebXRManager\.js$/, NO_HEADSET],
   [/\/webgl\/WebGLShadowMap\.js$/, NO_SHADOWS],
+  [/\/webgl\/WebGLLights\.js$/, NO_LIGHTS],
+  [/\/webgl\/WebGLMaterials\.js$/, NO_MATERIALS],
+  [/\/webgl\/WebGLMorphtargets\.js$/, NO_MORPHING],
+  [/\/webgl\/WebGLUniformsGroups\.js$/, NO_GROUPS],
   [/\/webgl\/WebGLEnvironments\.js$/, NO_ENVIRONMENTS],
 ];
 
