@@ -1,10 +1,10 @@
 /** A picture of a session with what was found in it drawn over. */
 
 import { useEffect, useRef } from "preact/hooks";
-import { NO_ORDER_COLOUR, orderColour } from "../../theme";
+import { orderColour } from "../../theme";
 import type { Session } from "./session_state";
 
-/** Column and row of the picture, and the order; without order the dot is grey. */
+/** Column and row of the picture, and the order; without order the dot is yellow. */
 export type Dot = readonly [u: number, v: number, order: number | undefined];
 
 interface Properties {
@@ -13,6 +13,9 @@ interface Properties {
   label: string;
   dots: readonly Dot[];
 }
+
+/** Seen well on black, white and grey squares, and no order's. */
+const NO_ORDER_COLOUR = "#F0E442";
 
 /** Size of a dot, px of the canvas. */
 const DOT_PX = 3;

@@ -18,7 +18,8 @@ const [WIDTH, HEIGHT, LEFT, BOTTOM, RIGHT, TOP] = [640, 220, 64, 34, 12, 12];
 export function StageFiguresView({ stage }: { stage: StageFigures }) {
   const words = text.value.calibration;
   const number = (value: number) => decimal(value, 6, language.value);
-  const um = (value: number) => `${decimal(value, 1, language.value)} µm`;
+  // Adding 0 makes the zero of −0.04 positive.
+  const um = (value: number) => `${decimal(Math.round(10 * value) / 10 + 0, 1, language.value)} µm`;
   return (
     <section class="stack stage-figures">
       <dl class="facts">
@@ -79,7 +80,7 @@ function Chart({ stage }: { stage: StageFigures }) {
   const positions = views.map((view) => view[0]);
   const [low, high] = [Math.min(...positions), Math.max(...positions)];
   const x = (position: number) =>
-    LEFT + ((position - low) / Math.max(1e-9, high - low)) * (WIDTH - LEFT - RIGHT - 16) + 8;
+    LEFT + ((position - low) / Math.max(1e-9, high - low)) * (WIDTH - LEFT - RIGHT - 60) + 30;
   const y = (value_um: number) => TOP + (0.5 - value_um / (2 * end_um)) * (HEIGHT - TOP - BOTTOM);
   const label = words.straightness_label(`${decimal(stage.straightness_rms_um, 1, language.value)} µm`);
   return (

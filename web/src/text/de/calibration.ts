@@ -224,22 +224,22 @@ export const calibration: Catalogue["calibration"] = {
   picture_label: "Live-Bild der Kamera mit den Ecken der Tafel",
 
   coverage: "Wo Tafeln waren",
-  coverage_have: (have, want) => `${have} von ${want} gewünschten Feldern`,
+  coverage_have: (have, want) => `${have} Felder, ${want} gewünscht`,
   coverage_missing:
     "Die Tafel auch in den leeren Teilen des Bildes zeigen: Dort ist die Verzeichnung nur geraten.",
   coverage_cell: (row, column, state) => `Zeile ${row}, Spalte ${column}: ${state}`,
   cell_covered: "abgedeckt",
   cell_now: "von der Tafel jetzt abgedeckt",
   cell_empty: "leer",
-  boards_have: (have, want) => `${have} von ${want} gewünschten Tafeln`,
+  boards_have: (have, want) => `${have}, mindestens ${want} gewünscht`,
   boards_need: "Tafeln",
   boards_missing: "Mehr Bilder aufnehmen, jedes an einem anderen Ort.",
   tilt: "Neigung",
-  tilt_have: (have, want, degrees) => `${have} von ${want} Tafeln um ${degrees} oder mehr geneigt`,
+  tilt_have: (have, want, degrees) => `${have} um ${degrees} oder mehr, ${want} gewünscht`,
   tilt_missing:
     "Die Tafel stärker kippen, jedes Mal zu einer anderen Seite: Nur so lassen sich Brennweite und Abstand trennen.",
   distance: "Abstand",
-  distance_have: (have, want) => `Spanne ${have} von gewünschten ${want}`,
+  distance_have: (have, want) => `Spanne ${have}, ${want} gewünscht`,
   distance_missing: "Einige Tafeln näher und einige weiter weg halten.",
   after_three: "bekannt ab dem dritten Bild",
   now_at: (value) => `jetzt ${value}`,
@@ -269,7 +269,7 @@ export const calibration: Catalogue["calibration"] = {
   light_lead:
     "Jede Lage wurde auch bei Laserlicht aufgenommen. Die Linien müssen auf der Tafel ganz und dünn sein, von allen Ordnungen.",
   light_before:
-    "Welche Linie welche Ordnung ist, zeigt sich beim Berechnen der Kalibrierung; bis dahin sind die Linien grau.",
+    "Welche Linie welche Ordnung ist, zeigt sich beim Berechnen der Kalibrierung; bis dahin sind alle gelb.",
   light_none: "Noch keine Bilder: im Schritt „Kamera“ Lagen aufnehmen.",
   laser_picture: (n) => `Laserbild der Lage ${n} mit den gefundenen Linien`,
 

@@ -223,22 +223,21 @@ export const calibration = {
   picture_label: "Live picture of the camera with the corners of the board",
 
   coverage: "Where boards have been",
-  coverage_have: (have: string, want: string) => `${have} of ${want} cells wanted`,
+  coverage_have: (have: string, want: string) => `${have} cells, ${want} wanted`,
   coverage_missing: "Show the board in the empty parts of the picture too: the distortion is only guessed there.",
   coverage_cell: (row: number, column: number, state: string) => `row ${row}, column ${column}: ${state}`,
   cell_covered: "covered",
   cell_now: "covered by the board now",
   cell_empty: "empty",
-  boards_have: (have: string, want: string) => `${have} of ${want} boards wanted`,
+  boards_have: (have: string, want: string) => `${have}, at least ${want} wanted`,
   boards_need: "Boards",
   boards_missing: "Take more pictures, each in another place.",
   tilt: "Tilt",
-  tilt_have: (have: string, want: string, degrees: string) =>
-    `${have} of ${want} boards tilted by ${degrees} or more`,
+  tilt_have: (have: string, want: string, degrees: string) => `${have} by ${degrees} or more, ${want} wanted`,
   tilt_missing:
     "Tilt the board more, each time to another side: only so focal length and distance are told apart.",
   distance: "Distance",
-  distance_have: (have: string, want: string) => `spread ${have} of ${want} wanted`,
+  distance_have: (have: string, want: string) => `spread ${have}, ${want} wanted`,
   distance_missing: "Hold some boards nearer and some further away.",
   after_three: "known from the third picture on",
   now_at: (value: string) => `now ${value}`,
@@ -267,13 +266,13 @@ export const calibration = {
 
   light_lead:
     "Every pose was also taken by laser light. The lines must be whole and thin on the board, from all orders.",
-  light_before: "Which line is which order is told when the calibration is calculated; until then lines are grey.",
+  light_before: "Which line is which order is told when the calibration is calculated; until then all are yellow.",
   light_none: "No pictures yet: take poses in the step “Camera”.",
   laser_picture: (n: number) => `Laser picture of pose ${n} with the lines found in it`,
 
   stage_lead:
     "Lay the board flat on the stage. It is taken at several positions: that tells direction and scale of the travel.",
-  stage_positions: "positions",
+  stage_positions: "Positions",
   take_view: "Move there and take the picture",
   take_views: (n: number) => `Take ${n} positions by itself`,
   view_at: "position",
