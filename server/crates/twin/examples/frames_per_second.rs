@@ -1,6 +1,7 @@
 //! How long the simulated sensor takes per picture, on one thread.
 //!
-//! `cargo run --release -p sheaf-twin --example frames_per_second`
+//! `cargo run --release -p sheaf-twin --example frames_per_second [SCENE [laser|moving|still]]`: all scenes, or one for a
+//! profiler.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -33,13 +34,17 @@ fn main() {
         scenes.push((name, kind.placed(&model, 1)));
     }
     scenes.push(("board", Scene::Board(board_poses(&model, 1)[0])));
+    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    let asked_for =
+        |idx: usize, name: &str| wanted.get(idx).is_none_or(|wanted| name.starts_with(wanted.as_str()));
     println!("1280×1024, one thread; ms of computing per frame (and of waiting)\n");
     println!("{:<22} {:>16} {:>22} {:>18}", "scene", "laser", "lamp, stage moves", "lamp, at rest");
-    for (name, scene) in &scenes {
-        let laser = measured(&renderer, scene, true, 0.4);
-        let moving = measured(&renderer, scene, false, 0.4);
-        let still = measured(&renderer, scene, false, 0.0);
-        println!("{name:<22} {laser:>16} {moving:>22} {still:>18}");
+    for (name, scene) in scenes.iter().filter(|(name, _)| asked_for(0, name)) {
+        let column = |light: &str, laser: bool, step_mm: f64| {
+            if asked_for(1, light) { measured(&renderer, scene, laser, step_mm) } else { "-".to_owned() }
+        };
+        let (laser, moving) = (column("laser", true, 0.4), column("moving", false, 0.4));
+        println!("{name:<22} {laser:>16} {moving:>22} {:>18}", column("still", false, 0.0));
     }
 }
 

@@ -4,9 +4,16 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 
 use crate::board::Board;
 use crate::laser_image::Placed;
-use crate::params::{BACKDROP_REFLECTANCE, EDGE_SAMPLES, ILLUMINATION_GRADIENT, VIGNETTING, WHITE_REFLECTANCE};
+use crate::lit_pixels::{LitPixels, WORD_PX};
+use crate::params::{
+    BACKDROP_REFLECTANCE, EDGE_SAMPLES, ILLUMINATION_GRADIENT, MAP_STEP_PX, VIGNETTING, WHITE_REFLECTANCE,
+};
 use crate::renderer::Renderer;
-use crate::scene::{NearHit, Scene};
+use crate::scene::Scene;
+use crate::seen::{Seen, View};
+
+/// Rows that are prepared together: few enough to stay in a processor's cache.
+const BAND_PX: usize = 32;
 
 /// Most that lens distortion stretches the ray of a pixel, with room to spare.
 const LENS_STRETCH: f64 = 1.3;
@@ -14,15 +21,29 @@ const LENS_STRETCH: f64 = 1.3;
 /// Light of a whole picture before lens blur: `white_level` (of 255) on white at the picture's centre.
 pub(crate) fn ordinary_light(renderer: &Renderer, scene: Placed<'_>, white_level: f64) -> Vec<f32> {
     let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
+    let (mut view, mut seen) = (View::new(scene), Seen::nothing());
     let mut levels = vec![0.0; width * height];
-    levels.chunks_exact_mut(width).enumerate().for_each(|(v, row)| {
-        let (mut rays, mut near) = (renderer.rays.walk(), None);
-        for (u, slot) in row.iter_mut().enumerate() {
-            let [x, y] = rays.at(u, v);
-            let reflectance = seen_reflectance(renderer, scene, &Vector3::new(x, y, 1.0), &mut near);
-            *slot = (white_level / WHITE_REFLECTANCE * reflectance * illumination(renderer, u, v)) as f32;
+    let mut band = LitPixels::none(width, height);
+    for (v, row) in levels.chunks_exact_mut(width).enumerate() {
+        if v % BAND_PX == 0 {
+            let last = (v + BAND_PX - 1).min(height - 1);
+            band.clear();
+            band.add_rectangle([0.0, v as f64], [width as f64, last as f64], 0.0);
+            view.look_at(renderer, &band);
         }
-    });
+        for (word, stretch) in row.chunks_mut(WORD_PX).enumerate() {
+            let (u, n) = (word * WORD_PX, stretch.len().next_multiple_of(MAP_STEP_PX));
+            renderer.rays.read(u, v, n, &mut seen.rays);
+            if !matches!(scene.scene, Scene::Board(_)) {
+                view.see(u, v, n, &mut seen);
+            }
+            for (lane, slot) in stretch.iter_mut().enumerate() {
+                let reflectance = seen_reflectance(renderer, scene, &seen, lane);
+                *slot =
+                    (white_level / WHITE_REFLECTANCE * reflectance * illumination(renderer, u + lane, v)) as f32;
+            }
+        }
+    }
     levels
 }
 
@@ -34,18 +55,12 @@ fn illumination(renderer: &Renderer, u: usize, v: usize) -> f64 {
 }
 
 /// Mean reflectance of what a pixel sees.
-fn seen_reflectance(
-    renderer: &Renderer,
-    scene: Placed<'_>,
-    ray: &Vector3<f64>,
-    near: &mut Option<NearHit>,
-) -> f64 {
+fn seen_reflectance(renderer: &Renderer, scene: Placed<'_>, seen: &Seen, lane: usize) -> f64 {
+    let ray = seen.ray(lane);
     if let Scene::Board(board) = scene.scene {
-        return board_reflectance(renderer, &board.moved(&scene.moved_mm), ray);
+        return board_reflectance(renderer, &board.moved(&scene.moved_mm), &ray);
     }
-    let hit = scene.hit_near(&Vector3::zeros(), ray, near.as_ref());
-    *near = hit.map(|hit| NearHit { point_mm: ray * hit.reach, normal: hit.normal });
-    hit.map_or(0.0, |hit| hit.reflectance * -hit.normal.dot(&ray.normalize()))
+    if seen.reach[lane].is_nan() { 0.0 } else { seen.reflectance[lane] * -seen.normal(lane).dot(&ray.normalize()) }
 }
 
 /// One sample where the target is plain around the pixel, a square of samples with soft edges elsewhere.

@@ -41,9 +41,9 @@ pub struct Freeform {
     /// The hills.
     pub hills: Vec<Hill>,
     /// Above the highest point.
-    ceiling_mm: f64,
+    pub(crate) ceiling_mm: f64,
     /// Strongest curvature, an upper bound, 1/mm.
-    curvature: f64,
+    pub(crate) curvature: f64,
 }
 
 impl Freeform {

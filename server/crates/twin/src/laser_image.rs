@@ -5,30 +5,19 @@
 //! ridge lies where the true sheet meets the scene, edges and shadows fall where they do in nature, and no
 //! light is drawn that a camera could not see.
 
+use multiversion::multiversion;
 use nalgebra::Vector3;
-use optics::{Grating, LightRay};
+use optics::Grating;
 
+use crate::block::{Block, NOTHING, exp};
 use crate::lit_pixels::LitPixels;
-use crate::params::{SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
+use crate::params::{MAP_STEP_PX, SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
 use crate::renderer::Renderer;
-use crate::scene::{NearHit, Scene, SceneHit};
+use crate::scene::{Ball, Scene, SceneHit};
+use crate::seen::{Seen, View};
 use crate::sensor::FULL_SCALE;
-use crate::sheet_map::SheetAt;
-
-/// Places across the sheet, in units of its reach, whose hits show where light falls.
-const ACROSS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
-
-/// Fan angle between two traced rays, in pixels at the standoff.
-const TRACE_STEP_PX: f64 = 0.9;
-
-/// Two hits of neighbouring rays farther apart than this lie on different surfaces, pixels.
-const JUMP_PX: f64 = 48.0;
-
-/// Added around what the traced rays show, pixels; more than their spacing.
-const TRACE_MARGIN_PX: f64 = 2.0;
-
-/// How fast the laser's power drops at the ends of its fan: 1 − (φ/φ_max)^16.
-const FAN_EDGE_POWER: i32 = 16;
+use crate::sheet_map::SheetBlock;
+use crate::trace::trace;
 
 /// A scene where the stage has carried it.
 #[derive(Clone, Copy)]
@@ -37,22 +26,31 @@ pub(crate) struct Placed<'s> {
     pub moved_mm: Vector3<f64>,
 }
 
+/// One order's light.
+struct OrderLight {
+    grating: Grating,
+    sheet_sigma_mm: f64,
+    fan_half_angle_rad: f64,
+    /// Level of the ridge on a white, matt surface across the axis at the reference distance, times that distance.
+    peak_mm: f64,
+}
+
+/// Light that falls on a stretch of a row, and where on the grating it comes from.
+struct Shine {
+    level: Block,
+    source: [Block; 3],
+}
+
 impl Placed<'_> {
     #[inline]
     pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
         self.scene.hit(&(origin - self.moved_mm), direction)
     }
 
-    /// [`Scene::hit_near`]; `near` is where the stage has carried it.
-    #[inline]
-    pub(crate) fn hit_near(
-        &self,
-        origin: &Vector3<f64>,
-        direction: &Vector3<f64>,
-        near: Option<&NearHit>,
-    ) -> Option<SceneHit> {
-        let at_rest = near.map(|near| NearHit { point_mm: near.point_mm - self.moved_mm, normal: near.normal });
-        self.scene.hit_near(&(origin - self.moved_mm), direction, at_rest.as_ref())
+    /// [`Scene::part_ball`], where the stage has carried it.
+    pub(crate) fn part_ball(&self) -> Option<Ball> {
+        let ball = self.scene.part_ball()?;
+        Some(Ball { centre_mm: ball.centre_mm + self.moved_mm, ..ball })
     }
 
     /// [`Scene::lights`].
@@ -76,104 +74,180 @@ pub(crate) fn laser_light(
     lit: &mut LitPixels,
     of_order: &mut LitPixels,
 ) {
-    let width = renderer.model.camera.width_px;
     for order_idx in 0..renderer.model.orders.len() {
         of_order.clear();
-        trace(renderer, scene, order_idx, of_order);
-        let (mut rays, mut sheet) = (renderer.rays.walk(), renderer.sheets[order_idx].walk());
-        let mut near = None;
-        for (u, v) in of_order.pixels() {
-            let [x, y] = rays.at(u, v);
-            let ray = Vector3::new(x, y, 1.0);
-            let Some(hit) = scene.hit_near(&Vector3::zeros(), &ray, near.as_ref()) else { continue };
-            near = Some(NearHit { point_mm: ray * hit.reach, normal: hit.normal });
-            if let Some(level) = pixel_level(renderer, scene, order_idx, &ray, &hit, &sheet.at(u, v)) {
-                levels[v * width + u] += level;
-            }
-        }
+        let mut view = View::new(scene);
+        view.shine_on(trace(renderer, scene, order_idx, of_order));
+        view.look_at(renderer, of_order);
+        light_of_order(renderer, &mut view, order_idx, of_order, levels);
         lit.add(of_order);
     }
 }
 
-/// The fan angles at which a sheet is traced: closer than pixels.
-pub(crate) fn traced_angles(renderer: &Renderer) -> impl Iterator<Item = f64> + use<> {
-    let model = &renderer.model;
-    let step = TRACE_STEP_PX / model.camera.fx_px.max(model.camera.fy_px) * model.shape.standoff_mm
-        / renderer.reference_distance_mm;
-    let n = (model.fan_half_angle_rad / step).ceil() as i32;
-    (-n..=n).map(move |idx| f64::from(idx) * step)
-}
-
-/// Follows rays of the whole thickness of the sheet and marks the pixels around where they land.
-fn trace(renderer: &Renderer, scene: Placed<'_>, order_idx: usize, lit: &mut LitPixels) {
-    let model = &renderer.model;
-    let reach_mm = SHEET_REACH_SIGMAS * model.sheet_sigma_mm;
-    let mut beside = None;
-    for phi in traced_angles(renderer) {
-        let Some(ray) = model.grating.ray(phi, model.orders[order_idx]) else { continue };
-        let across = ray.direction.cross(&model.grating.fan).normalize();
-        let mut previous: Option<[f64; 2]> = None;
-        for place in ACROSS {
-            let origin = ray.origin_mm + across * (place * reach_mm);
-            let landed = scene.hit_near(&origin, &ray.direction, beside.as_ref()).and_then(|hit| {
-                let point_mm = origin + ray.direction * hit.reach;
-                beside = Some(NearHit { point_mm, normal: hit.normal });
-                let pixel = model.camera.project(&point_mm)?;
-                Some([pixel.x, pixel.y])
-            });
-            if let Some(pixel) = landed {
-                let near = |p: &[f64; 2]| (p[0] - pixel[0]).abs().max((p[1] - pixel[1]).abs()) < JUMP_PX;
-                lit.add_rectangle(previous.filter(near).unwrap_or(pixel), pixel, TRACE_MARGIN_PX);
+/// Adds the light of one order on the pixels of `lit`.
+fn light_of_order(
+    renderer: &Renderer,
+    view: &mut View<'_>,
+    order_idx: usize,
+    lit: &LitPixels,
+    levels: &mut [f32],
+) {
+    let width = renderer.model.camera.width_px;
+    let light = OrderLight::new(renderer, order_idx);
+    let mut seen = Seen::nothing();
+    let mut shine = Shine { level: NOTHING, source: [NOTHING; 3] };
+    for (u, v, n) in lit.stretches(MAP_STEP_PX) {
+        renderer.rays.read(u, v, n, &mut seen.rays);
+        view.see(u, v, n, &mut seen);
+        fall(&light, &seen, &renderer.sheets[order_idx].read(u, v, n), n, &mut shine);
+        let row = &mut levels[v * width + u..][..n.min(width - u)];
+        for (lane, slot) in row.iter_mut().enumerate() {
+            if shine.level[lane] > 0.0 && view.lights(&shine.source(lane), &seen.point(lane), &seen.normal(lane)) {
+                *slot += shine.level[lane] as f32;
             }
-            previous = landed;
         }
     }
 }
 
-/// The light of one order on the surface that a pixel sees; `None` if there is none.
-#[inline]
-fn pixel_level(
-    renderer: &Renderer,
-    scene: Placed<'_>,
-    order_idx: usize,
-    ray: &Vector3<f64>,
-    hit: &SceneHit,
-    sheet: &SheetAt,
-) -> Option<f32> {
-    let model = &renderer.model;
-    let across_mm = (hit.reach - 1.0 / sheet.inverse_depth) * sheet.steepness;
-    let sigmas = across_mm / model.sheet_sigma_mm;
-    if sigmas.is_nan() || sigmas.abs() > SHEET_REACH_SIGMAS {
-        return None;
+impl OrderLight {
+    fn new(renderer: &Renderer, order_idx: usize) -> Self {
+        let model = &renderer.model;
+        let peak = model.shape.line_peak * f64::from(FULL_SCALE) / WHITE_REFLECTANCE;
+        Self {
+            grating: model.grating,
+            sheet_sigma_mm: model.sheet_sigma_mm,
+            fan_half_angle_rad: model.fan_half_angle_rad,
+            peak_mm: peak * model.order_powers[order_idx] * renderer.reference_distance_mm
+                / incidence_on_plate(&model.grating),
+        }
     }
-    let light = model.grating.ray(sheet.phi_rad, model.orders[order_idx])?;
-    let point = ray * hit.reach;
-    let share = light_share(renderer, scene, &light, &point, hit, sheet.phi_rad)?;
-    let profile = (-0.5 * sigmas * sigmas).exp();
-    let peak = model.shape.line_peak * f64::from(FULL_SCALE) / WHITE_REFLECTANCE;
-    Some((peak * model.order_powers[order_idx] * hit.reflectance * profile * share) as f32)
 }
 
-/// Light on a surface element against a white one across the axis at the reference distance; `None` in shadow.
-fn light_share(
-    renderer: &Renderer,
-    scene: Placed<'_>,
-    light: &LightRay,
-    point: &Vector3<f64>,
-    hit: &SceneHit,
-    phi_rad: f64,
-) -> Option<f64> {
-    let way = point - light.origin_mm;
-    let length = way.norm();
-    let incidence = -way.dot(&hit.normal) / length;
-    let fan = 1.0 - (phi_rad / renderer.model.fan_half_angle_rad).powi(FAN_EDGE_POWER);
-    if incidence <= 0.0 || fan <= 0.0 || !scene.lights(&light.origin_mm, point, &hit.normal) {
-        return None;
+impl Shine {
+    fn source(&self, lane: usize) -> Vector3<f64> {
+        Vector3::new(self.source[0][lane], self.source[1][lane], self.source[2][lane])
     }
-    Some(fan * incidence / incidence_on_plate(&renderer.model.grating) * renderer.reference_distance_mm / length)
+}
+
+impl Seen {
+    fn point(&self, lane: usize) -> Vector3<f64> {
+        self.ray(lane) * self.reach[lane]
+    }
+}
+
+/// The light of one order on the surfaces that a stretch of pixels sees, were nothing in its way; 0 where there is none.
+///
+/// The laser's power drops at the ends of its fan as 1 − (φ/φ_max)¹⁶.
+#[multiversion(targets("x86_64+avx2"))]
+fn fall(light: &OrderLight, seen: &Seen, sheet: &SheetBlock, n: usize, shine: &mut Shine) {
+    let Grating { source_mm, axis, fan, normal, gap_mm, .. } = &light.grating;
+    let [axis_incidence, fan_incidence] = [axis.dot(normal), fan.dot(normal)];
+    let Shine { level, source: [qx, qy, qz] } = shine;
+    let Seen { rays: [x, y], reach, normal: [nx, ny, nz], reflectance } = seen;
+    for lane in 0..n.min(level.len()) {
+        let sigmas =
+            (reach[lane] - 1.0 / sheet.inverse_depth[lane]) * sheet.steepness[lane] / light.sheet_sigma_mm;
+        // Q = S + h/(k·n)·k, where any length of k will do: a + tanφ·f.
+        let (tan, phi) = (sheet.tan_phi[lane], sheet.phi_rad[lane] / light.fan_half_angle_rad);
+        let to_grating = gap_mm / (axis_incidence + tan * fan_incidence);
+        let source = [0, 1, 2].map(|idx| source_mm[idx] + (axis[idx] + tan * fan[idx]) * to_grating);
+        let at = [x[lane] * reach[lane], y[lane] * reach[lane], reach[lane]];
+        let way = [at[0] - source[0], at[1] - source[1], at[2] - source[2]];
+        let square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+        let incidence = -(way[0] * nx[lane] + way[1] * ny[lane] + way[2] * nz[lane]);
+        let (phi_2, phi_4) = (phi * phi, phi * phi * phi * phi);
+        let power = 1.0 - phi_4 * phi_4 * phi_4 * phi_4;
+        let there = (sigmas.abs() <= SHEET_REACH_SIGMAS) & (incidence > 0.0) & (phi_2 < 1.0);
+        let profile = light.peak_mm * reflectance[lane] * exp(-0.5 * sigmas * sigmas);
+        level[lane] = if there { profile * power * incidence / square } else { 0.0 };
+        (qx[lane], qy[lane], qz[lane]) = (source[0], source[1], source[2]);
+    }
 }
 
 /// Cosine of incidence of the fan's axis on a plate across the camera's axis.
 fn incidence_on_plate(grating: &Grating) -> f64 {
     grating.axis.z
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use vision::LineDirection;
+
+    use super::*;
+    use crate::mesh::Solid;
+    use crate::poses::board_poses;
+    use crate::scene::SceneKind;
+    use crate::shape::StationShape;
+    use crate::station::StationModel;
+
+    /// A table on one leg and a wavy sheet of small triangles: overhangs, large triangles, seams.
+    fn table_over_waves() -> Solid {
+        let at = |i: usize, j: usize| {
+            let (x, y) = (i as f64 - 30.0, j as f64 - 30.0);
+            [x, y, 6.0 + 2.0 * (x / 5.0).sin() * (y / 7.0).cos()]
+        };
+        let squares = (0..60).flat_map(|i| (0..60).map(move |j| (i, j)));
+        let waves = squares.flat_map(|(i, j)| {
+            [[at(i, j), at(i + 1, j), at(i, j + 1)], [at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]]
+        });
+        let top = [[-20.0, -8.0, 24.0], [25.0, -8.0, 27.0], [25.0, 14.0, 26.0], [-20.0, 14.0, 25.0]];
+        let leg = [[0.0, 2.0, 0.0], [3.0, 2.0, 0.0], [3.0, 4.0, 26.0], [0.0, 4.0, 26.0]];
+        let halves = [top, leg].into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        Solid::new(&waves.chain(halves).collect::<Vec<_>>()).unwrap()
+    }
+
+    /// All light of a picture: looked for where it is traced to, or on every pixel, with every triangle in its way.
+    fn light(renderer: &Renderer, scene: Placed<'_>, everywhere: bool) -> Vec<f32> {
+        let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
+        let mut levels = vec![0.0; width * height];
+        let [mut lit, mut of_order] = [LitPixels::none(width, height), LitPixels::none(width, height)];
+        if !everywhere {
+            laser_light(renderer, scene, &mut levels, &mut lit, &mut of_order);
+            return levels;
+        }
+        lit.add_rectangle([0.0; 2], [width as f64, height as f64], 0.0);
+        for order_idx in 0..renderer.model.orders.len() {
+            let mut view = View::new(scene);
+            view.look_at(renderer, &lit);
+            light_of_order(renderer, &mut view, order_idx, &lit, &mut levels);
+        }
+        levels
+    }
+
+    #[test]
+    fn no_light_falls_on_pixels_that_are_not_looked_at() {
+        let shape = StationShape { width_px: 328, height_px: 250, ..StationShape::default() };
+        let columns = StationShape { line_direction: LineDirection::Columns, ..shape.clone() };
+        let close =
+            StationShape { field_half_width_mm: 30.0, orders: vec![-1, 0], lines_per_mm: 12.0, ..shape.clone() };
+        let wide = StationShape { field_half_width_mm: 170.0, orders: vec![-4, 0, 1, 4], ..shape.clone() };
+        let table = Arc::new(table_over_waves());
+        for (seed, shape) in [(3, shape), (4, columns), (5, close), (6, wide)] {
+            let renderer = Renderer::new(&StationModel::seeded(seed, &shape).unwrap());
+            let model = renderer.model();
+            let kinds = [
+                SceneKind::Plate,
+                SceneKind::Gauge { height_mm: 8.9 },
+                SceneKind::Sphere { radius_mm: 18.9 },
+                SceneKind::Freeform,
+            ];
+            let mut scenes: Vec<Scene> = kinds.iter().map(|kind| kind.placed(model, 1)).collect();
+            scenes.extend(board_poses(model, 3).into_iter().map(Scene::Board));
+            scenes.push(Scene::mesh(table.clone(), model, 1));
+            for scene in &scenes {
+                for position_mm in [-7.3, 4.1] {
+                    let placed = renderer.placed(scene, position_mm);
+                    let (traced, all) = (light(&renderer, placed, false), light(&renderer, placed, true));
+                    let n_lit = all.iter().filter(|level| **level > 0.0).count();
+                    let n_other = traced.iter().zip(&all).filter(|(a, b)| a != b).count();
+                    let kind = format!("{scene:?}");
+                    let name = kind.split('(').next().unwrap_or_default();
+                    assert!(n_lit > 2000, "{shape:?} {name}: {n_lit} pixels");
+                    assert_eq!(n_other, 0, "{shape:?} {name} at {position_mm}: of {n_lit} pixels");
+                }
+            }
+        }
+    }
 }

@@ -14,19 +14,25 @@ pub mod shape;
 pub mod station;
 pub mod truth;
 
+mod block;
 mod board;
 mod board_image;
 mod exposure;
 mod freeform;
+mod freeform_block;
 mod laser_image;
 mod lit_pixels;
 mod mesh;
+mod mesh_light;
+mod mesh_view;
 mod psf;
 mod random;
+mod seen;
 mod sensor;
 mod sheet_map;
 mod speckle;
 mod stl;
+mod trace;
 
 pub use board::Board;
 pub use capture_folder::{CaptureRequest, Progress, ScanRequest, TwinCaptureError, capture_folder};

@@ -51,13 +51,37 @@ impl LitPixels {
         }
     }
 
-    /// Every pixel (u, v), row by row.
-    pub(crate) fn pixels(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.words.iter().enumerate().flat_map(|(idx, &word)| {
+    /// Stretches (u, v, n) of rows that hold the set, row by row: whole steps of `step_px`, which divides a word, at most
+    /// a word each. The last step may reach beyond the picture.
+    pub(crate) fn stretches(&self, step_px: usize) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
+        let lit = self.words.iter().enumerate().filter(|(_, word)| **word != 0);
+        lit.map(move |(idx, &word)| {
             let (u, v) = (idx % self.words_per_row * WORD_PX, idx / self.words_per_row);
-            std::iter::successors(Some(word), |word| Some(word & word.wrapping_sub(1)))
-                .take_while(|&word| word != 0)
-                .map(move |word| (u + word.trailing_zeros() as usize, v))
+            let first = word.trailing_zeros() as usize / step_px * step_px;
+            let end = (WORD_PX - word.leading_zeros() as usize).next_multiple_of(step_px);
+            (u + first, v, end - first)
+        })
+    }
+
+    /// Words in a row.
+    pub(crate) fn words_per_row(&self) -> usize {
+        self.words_per_row
+    }
+
+    /// Words in the picture.
+    pub(crate) fn n_words(&self) -> usize {
+        self.words.len()
+    }
+
+    /// Whether the words that a rectangle (two corners, lower first) touches hold any of the set.
+    pub(crate) fn any_within(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        if high[0] < 0.0 || high[1] < 0.0 || low[0] >= self.width as f64 || low[1] >= self.height as f64 {
+            return false;
+        }
+        let (left, right) = (low[0] as usize / WORD_PX, (high[0] as usize).min(self.width - 1) / WORD_PX);
+        (low[1] as usize..=(high[1] as usize).min(self.height - 1)).any(|v| {
+            let row = &self.words[v * self.words_per_row..][..self.words_per_row];
+            row[left..=right].iter().any(|&word| word != 0)
         })
     }
 
@@ -85,6 +109,15 @@ impl LitPixels {
 }
 
 #[cfg(test)]
+impl LitPixels {
+    /// Every pixel (u, v), row by row.
+    pub(crate) fn pixels(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let all = (0..self.height).flat_map(|v| (0..self.width).map(move |u| (u, v)));
+        all.filter(|(u, v)| self.words[v * self.words_per_row + u / WORD_PX] >> (u % WORD_PX) & 1 == 1)
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -95,6 +128,7 @@ mod tests {
         let pixels: Vec<_> = lit.pixels().collect();
         let expected: Vec<_> = (1..=2).flat_map(|v| (62..=128).map(move |u| (u, v))).collect();
         assert_eq!(pixels, expected);
+        assert_eq!(lit.stretches(8).take(3).collect::<Vec<_>>(), [(56, 1, 8), (64, 1, 64), (128, 1, 8)]);
         let mut runs = Vec::new();
         lit.blurred_runs(4, &mut runs);
         assert_eq!(runs, [(0, 130)]);

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::params::PART_REFLECTANCE;
 use crate::random::derived_seed;
-use crate::scene::{Plate, SceneHit};
+use crate::scene::{Ball, Plate, SceneHit};
 
 /// Triangles per leaf of the tree: testing a few costs less than another level.
 const LEAF_TRIANGLES: usize = 4;
@@ -15,7 +15,7 @@ const LEAF_TRIANGLES: usize = 4;
 const MAX_DEPTH: usize = 48;
 
 /// How far beyond its edges a triangle still catches a ray, as a share of its sides: closes the seams.
-const SEAM: f64 = 1e-9;
+pub(crate) const SEAM: f64 = 1e-9;
 
 /// Largest part, mm: larger numbers are a wrong unit.
 const MAX_SIZE_MM: f64 = 10_000.0;
@@ -76,7 +76,7 @@ struct Node {
 }
 
 /// A ray, prepared for many boxes.
-struct Ray {
+pub(crate) struct Ray {
     origin: Vector3<f64>,
     direction: Vector3<f64>,
     inverse: Vector3<f64>,
@@ -120,6 +120,39 @@ impl Solid {
 
     pub(crate) fn fingerprint(&self) -> u64 {
         self.fingerprint
+    }
+
+    /// Corners of a triangle in the part's frame.
+    pub(crate) fn corners(&self, idx: u32) -> [Vector3<f64>; 3] {
+        self.triangles[idx as usize].corners()
+    }
+
+    /// Unit normal of a triangle in the part's frame, to either side.
+    pub(crate) fn normal(&self, idx: u32) -> Vector3<f64> {
+        self.triangles[idx as usize].normal()
+    }
+
+    /// Whether a triangle meets a ray before `limit`.
+    #[inline]
+    pub(crate) fn stands_before(&self, idx: u32, ray: &Ray, limit: f64) -> bool {
+        self.triangles[idx as usize].reach(ray).is_some_and(|reach| reach < limit)
+    }
+
+    /// Adds to `found` the triangles of all leaves whose boxes, seen as balls (centre and radius), `may` hold what is
+    /// sought.
+    pub(crate) fn gather(&self, found: &mut Vec<u32>, may: impl Fn(&Vector3<f64>, f64) -> bool) {
+        let mut waiting = vec![0];
+        while let Some(idx) = waiting.pop() {
+            let node: &Node = &self.nodes[idx];
+            if !may(&((node.low + node.high) / 2.0), (node.high - node.low).norm() / 2.0) {
+                continue;
+            }
+            if node.count > 0 {
+                found.extend(node.first..node.first + node.count);
+            } else {
+                waiting.extend([node.first as usize, idx + 1]);
+            }
+        }
     }
 
     /// The nearest triangle on a ray: reach and normal towards where the ray comes from.
@@ -177,6 +210,13 @@ impl Mesh {
         Some(SceneHit { reach, normal: self.plate.axes * normal, reflectance: PART_REFLECTANCE })
     }
 
+    /// A ball around the part.
+    pub(crate) fn ball(&self) -> Ball {
+        let Node { low, high, .. } = self.solid.nodes[0];
+        let centre_mm = self.plate.point_mm + self.plate.axes * ((low + high) / 2.0);
+        Ball { centre_mm, radius_mm: (high - low).norm() / 2.0 }
+    }
+
     /// Whether a triangle stands on a ray before `limit`.
     pub(crate) fn is_in_the_way(&self, origin: &Vector3<f64>, direction: &Vector3<f64>, limit: f64) -> bool {
         let from = self.plate.local(&(origin - self.plate.point_mm));
@@ -186,7 +226,7 @@ impl Mesh {
 }
 
 impl Ray {
-    fn new(origin: &Vector3<f64>, direction: &Vector3<f64>) -> Self {
+    pub(crate) fn new(origin: &Vector3<f64>, direction: &Vector3<f64>) -> Self {
         Self { origin: *origin, direction: *direction, inverse: direction.map(f64::recip) }
     }
 }

@@ -40,8 +40,24 @@ pub(crate) struct NearHit {
 
 impl NearHit {
     /// Reach of a ray to the tangent plane.
-    fn reach_of(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
+    pub(crate) fn reach_of(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
         self.normal.dot(&(self.point_mm - origin)) / self.normal.dot(direction)
+    }
+}
+
+/// A ball around something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ball {
+    pub centre_mm: Vector3<f64>,
+    pub radius_mm: f64,
+}
+
+impl Ball {
+    /// Whether the line of a ray may meet what is inside.
+    #[inline]
+    pub(crate) fn is_near(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> bool {
+        let beside = (self.centre_mm - origin).cross(direction).norm_squared();
+        beside <= self.radius_mm * self.radius_mm * direction.norm_squared() * (1.0 + SAME_HIT_MM)
     }
 }
 
@@ -176,20 +192,18 @@ impl Scene {
         }
     }
 
-    /// As [`Self::hit`], in less time where `near`, the hit of a ray close by, lies on the same smooth surface.
-    pub(crate) fn hit_near(
-        &self,
-        origin: &Vector3<f64>,
-        direction: &Vector3<f64>,
-        near: Option<&NearHit>,
-    ) -> Option<SceneHit> {
-        let guessed = match (self, near) {
-            (Self::Freeform(part), Some(near)) => {
-                part.hit_from(origin, direction, near.reach_of(origin, direction))
+    /// A ball around the part that stands on a plate, where that says where rays meet nothing but the plate.
+    pub(crate) fn part_ball(&self) -> Option<Ball> {
+        match self {
+            Self::Gauge(Gauge { plate, height_mm, half_mm }) => {
+                let half = Vector3::new(half_mm[0], half_mm[1], height_mm / 2.0);
+                let centre_mm = plate.point_mm + plate.axes.column(2) * half.z;
+                Some(Ball { centre_mm, radius_mm: half.norm() })
             }
-            _ => None,
-        };
-        guessed.or_else(|| self.hit(origin, direction))
+            Self::Sphere(ball) => Some(Ball { centre_mm: ball.centre_mm, radius_mm: ball.radius_mm }),
+            Self::Mesh(mesh) => Some(mesh.ball()),
+            Self::Board(_) | Self::Plate(_) | Self::Freeform(_) => None,
+        }
     }
 
     /// Whether light from `from` reaches `to`, a point on the surface with this normal.
@@ -229,7 +243,7 @@ impl Scene {
     pub fn reaches(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
         let way = to - from;
         let length = way.norm();
-        let (way, limit) = (way / length, length - tolerance_mm(length));
+        let (way, limit) = (way / length, hidden_beyond(length));
         let beyond = |hit: Option<SceneHit>| hit.is_none_or(|hit| hit.reach > limit);
         match self {
             Self::Mesh(mesh) => beyond(mesh.plate.hit(from, &way)) && !mesh.is_in_the_way(from, &way, limit),
@@ -238,9 +252,9 @@ impl Scene {
     }
 }
 
-/// Two hits along a path of this length closer than this are the same.
-fn tolerance_mm(length_mm: f64) -> f64 {
-    SAME_HIT_MM * length_mm.max(1.0)
+/// What a path of this length meets beyond this is its end itself.
+pub(crate) fn hidden_beyond(length_mm: f64) -> f64 {
+    length_mm - SAME_HIT_MM * length_mm.max(1.0)
 }
 
 fn nearer(a: Option<SceneHit>, b: Option<SceneHit>) -> Option<SceneHit> {

@@ -4,10 +4,13 @@
 //! through nodes every few pixels replaces them. The sheet is kept as inverse depth, which for a plane and an
 //! ideal lens is linear in the pixel.
 
+use multiversion::multiversion;
 use nalgebra::{Vector2, Vector3};
 use optics::{Camera, LightSurfaces};
 use rayon::prelude::*;
 
+use crate::block::{Block, NOTHING};
+use crate::lit_pixels::WORD_PX;
 use crate::params::MAP_STEP_PX;
 
 /// Nodes before the first pixel, so that every pixel lies between four.
@@ -17,7 +20,7 @@ const MARGIN_NODES: usize = 1;
 #[derive(Debug, Clone)]
 pub(crate) struct PixelMap<const FIELDS: usize> {
     columns: usize,
-    nodes: Vec<[f64; FIELDS]>,
+    nodes: [Vec<f64>; FIELDS],
     /// Cubic weights of the four nodes around each position within a step.
     weights: [[f64; 4]; MAP_STEP_PX],
 }
@@ -31,63 +34,43 @@ impl<const FIELDS: usize> PixelMap<FIELDS> {
     ) -> Self {
         let columns = nodes_for(width_px);
         let at = |idx: usize| (idx as f64 - MARGIN_NODES as f64) * MAP_STEP_PX as f64;
-        let nodes = (0..nodes_for(height_px) * columns)
+        let nodes: Vec<[f64; FIELDS]> = (0..nodes_for(height_px) * columns)
             .into_par_iter()
             .map(|idx| value(&Vector2::new(at(idx % columns), at(idx / columns))))
             .collect();
-        Self { columns, nodes, weights: std::array::from_fn(|idx| cubic(idx as f64 / MAP_STEP_PX as f64)) }
+        Self {
+            columns,
+            nodes: std::array::from_fn(|field| nodes.iter().map(|node| node[field]).collect()),
+            weights: std::array::from_fn(|idx| cubic(idx as f64 / MAP_STEP_PX as f64)),
+        }
     }
 
-    /// A reader that is quick where pixels follow each other along a row.
-    pub(crate) fn walk(&self) -> Walk<'_, FIELDS> {
-        Walk { map: self, place: None, columns: [[0.0; FIELDS]; 4] }
+    /// Reads the fields at the `n` pixels (whole steps, at most a word) of row `v` from column `u`, the start of a step;
+    /// the last step may reach beyond the picture.
+    pub(crate) fn read(&self, u: usize, v: usize, n: usize, fields: &mut [Block; FIELDS]) {
+        let first = (v / MAP_STEP_PX) * self.columns + u / MAP_STEP_PX;
+        let steps = n / MAP_STEP_PX;
+        for (nodes, field) in self.nodes.iter().zip(fields) {
+            let rows = [0, 1, 2, 3].map(|row| &nodes[first + row * self.columns..][..steps + 3]);
+            interpolate(&self.weights, v % MAP_STEP_PX, rows, &mut field[..n]);
+        }
     }
 }
 
-/// Reads a map pixel by pixel and keeps what neighbours in a row share: the four node columns, interpolated to it.
-#[derive(Debug, Clone)]
-pub(crate) struct Walk<'m, const FIELDS: usize> {
-    map: &'m PixelMap<FIELDS>,
-    /// Step of columns, and row, of what is kept.
-    place: Option<(usize, usize)>,
-    columns: [[f64; FIELDS]; 4],
-}
-
-impl<const FIELDS: usize> Walk<'_, FIELDS> {
-    /// The fields at a pixel inside the picture.
-    #[inline]
-    pub(crate) fn at(&mut self, u: usize, v: usize) -> [f64; FIELDS] {
-        let place = Some((u / MAP_STEP_PX, v));
-        if self.place != place {
-            self.place = place;
-            self.columns = self.interpolated_columns(u / MAP_STEP_PX, v);
-        }
-        weighted_sum(&self.map.weights[u % MAP_STEP_PX], &self.columns)
+/// One field along a row: the four rows of nodes around it to that row, then along it.
+#[multiversion(targets("x86_64+avx2"))]
+fn interpolate(weights: &[[f64; 4]; MAP_STEP_PX], down: usize, rows: [&[f64]; 4], field: &mut [f64]) {
+    let mut columns = [0.0; WORD_PX / MAP_STEP_PX + 3];
+    let columns = &mut columns[..rows[0].len()];
+    let [a, b, c, d] = &weights[down];
+    for (idx, column) in columns.iter_mut().enumerate() {
+        *column = rows[0][idx] * a + rows[1][idx] * b + rows[2][idx] * c + rows[3][idx] * d;
     }
-
-    fn interpolated_columns(&self, step: usize, v: usize) -> [[f64; FIELDS]; 4] {
-        let first = (v / MAP_STEP_PX) * self.map.columns + step;
-        let mut columns = [[0.0; FIELDS]; 4];
-        for (node, column) in columns.iter_mut().enumerate() {
-            let mut four = [[0.0; FIELDS]; 4];
-            for (row, slot) in four.iter_mut().enumerate() {
-                *slot = self.map.nodes[first + row * self.map.columns + node];
-            }
-            *column = weighted_sum(&self.map.weights[v % MAP_STEP_PX], &four);
-        }
-        columns
-    }
-}
-
-#[inline]
-fn weighted_sum<const FIELDS: usize>(weights: &[f64; 4], nodes: &[[f64; FIELDS]; 4]) -> [f64; FIELDS] {
-    let mut sum = [0.0; FIELDS];
-    for (node, weight) in nodes.iter().zip(weights) {
-        for (slot, value) in sum.iter_mut().zip(node) {
-            *slot += weight * value;
+    for (four, step) in columns.windows(4).zip(field.chunks_exact_mut(MAP_STEP_PX)) {
+        for (value, [a, b, c, d]) in step.iter_mut().zip(weights) {
+            *value = four[0] * a + four[1] * b + four[2] * c + four[3] * d;
         }
     }
-    sum
 }
 
 fn nodes_for(size_px: usize) -> usize {
@@ -111,20 +94,22 @@ pub(crate) fn ray_map(camera: &Camera) -> PixelMap<2> {
     })
 }
 
-/// What a camera ray meets of one sheet.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SheetAt {
-    /// 1 / depth of the sheet along the ray, 1/mm.
-    pub inverse_depth: f64,
-    /// Normal of the sheet times ray: mm across the sheet per mm of depth.
-    pub steepness: f64,
-    /// Fan angle of the light that arrives there.
-    pub phi_rad: f64,
-}
-
 /// The sheet of one order as every pixel sees it.
 #[derive(Debug, Clone)]
-pub(crate) struct SheetMap(PixelMap<3>);
+pub(crate) struct SheetMap(PixelMap<4>);
+
+/// What the camera rays of a stretch of a row meet of one sheet.
+#[derive(Debug, Clone)]
+pub(crate) struct SheetBlock {
+    /// 1 / depth of the sheet along the ray, 1/mm.
+    pub inverse_depth: Block,
+    /// Normal of the sheet times ray: mm across the sheet per mm of depth.
+    pub steepness: Block,
+    /// Fan angle φ of the light that arrives there.
+    pub phi_rad: Block,
+    /// tan φ, kept because it is dear to compute.
+    pub tan_phi: Block,
+}
 
 impl SheetMap {
     pub(crate) fn new(camera: &Camera, light: &LightSurfaces, order: i8) -> Self {
@@ -132,24 +117,18 @@ impl SheetMap {
             let met = camera
                 .ray_from_pixel(pixel)
                 .and_then(|ray: Vector3<f64>| Some((ray, light.hit(order, &ray, None)?)));
-            met.map_or([f64::NAN; 3], |(ray, hit)| [1.0 / hit.depth_mm, hit.normal.dot(&ray), hit.phi_rad])
+            met.map_or([f64::NAN; 4], |(ray, hit)| {
+                [1.0 / hit.depth_mm, hit.normal.dot(&ray), hit.phi_rad, hit.phi_rad.tan()]
+            })
         }))
     }
 
-    pub(crate) fn walk(&self) -> SheetWalk<'_> {
-        SheetWalk(self.0.walk())
-    }
-}
-
-/// Reads the sheet of one order pixel by pixel.
-#[derive(Debug, Clone)]
-pub(crate) struct SheetWalk<'m>(Walk<'m, 3>);
-
-impl SheetWalk<'_> {
-    #[inline]
-    pub(crate) fn at(&mut self, u: usize, v: usize) -> SheetAt {
-        let [inverse_depth, steepness, phi_rad] = self.0.at(u, v);
-        SheetAt { inverse_depth, steepness, phi_rad }
+    /// [`PixelMap::read`].
+    pub(crate) fn read(&self, u: usize, v: usize, n: usize) -> SheetBlock {
+        let mut fields = [NOTHING; 4];
+        self.0.read(u, v, n, &mut fields);
+        let [inverse_depth, steepness, phi_rad, tan_phi] = fields;
+        SheetBlock { inverse_depth, steepness, phi_rad, tan_phi }
     }
 }
 
@@ -174,22 +153,24 @@ mod tests {
         };
         let model = StationModel::seeded(9, &shape).unwrap();
         let (map, light) = (ray_map(&model.camera), LightSurfaces::Grating(model.grating));
-        let mut rays = map.walk();
         for &order in &model.orders {
-            let map = SheetMap::new(&model.camera, &light, order);
-            let mut sheets = map.walk();
+            let sheets = SheetMap::new(&model.camera, &light, order);
             for (u, v) in (0..640).step_by(13).flat_map(|u| (0..512).step_by(11).map(move |v| (u, v))) {
                 let exact = model.camera.ray_from_pixel(&Vector2::new(u as f64, v as f64)).unwrap();
-                let [x, y] = rays.at(u, v);
+                let (start, lane) = (u / MAP_STEP_PX * MAP_STEP_PX, u % MAP_STEP_PX);
+                let mut rays = [NOTHING; 2];
+                map.read(start, v, MAP_STEP_PX, &mut rays);
+                let [x, y] = rays.map(|field| field[lane]);
                 assert!((Vector2::new(x, y) - exact.xy()).norm() * model.camera.fx_px < RAY_TOLERANCE, "{u} {v}");
                 let Some(hit) = light.hit(order, &exact, None) else { continue };
                 if !(200.0..800.0).contains(&hit.depth_mm) {
                     continue;
                 }
-                let sheet = sheets.at(u, v);
-                let across = (1.0 / sheet.inverse_depth - hit.depth_mm) * sheet.steepness;
+                let sheet = sheets.read(start, v, MAP_STEP_PX);
+                let across = (1.0 / sheet.inverse_depth[lane] - hit.depth_mm) * sheet.steepness[lane];
                 assert!(across.abs() < ACROSS_TOLERANCE_MM, "{order} {u} {v}: {across}");
-                assert!((sheet.steepness - hit.normal.dot(&exact)).abs() < 1e-5);
+                assert!((sheet.steepness[lane] - hit.normal.dot(&exact)).abs() < 1e-5);
+                assert!((sheet.tan_phi[lane].atan() - sheet.phi_rad[lane]).abs() < 1e-7);
             }
         }
     }

@@ -8,10 +8,11 @@ use serde_json::{Map, Value, json};
 use vision::LineDirection;
 
 use crate::board::Board;
-use crate::laser_image::{Placed, traced_angles};
+use crate::laser_image::Placed;
 use crate::renderer::Renderer;
 use crate::scene::{Plate, Scene};
 use crate::station::StationModel;
+use crate::trace::traced_angles;
 
 /// Secant steps towards a whole pixel column; on a smooth surface three suffice.
 const COLUMN_MAX_STEPS: usize = 30;

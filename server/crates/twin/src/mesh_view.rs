@@ -1,0 +1,186 @@
+//! A part of triangles as the camera sees it: triangles are drawn into the words of pixels that are asked for, the
+//! nearest wins. Each pixel's ray is tested exactly; being drawn only says which triangles it is tested against.
+
+use multiversion::multiversion;
+use nalgebra::Vector3;
+use optics::Camera;
+
+use crate::block::{Block, NOTHING};
+use crate::lit_pixels::{LitPixels, WORD_PX};
+use crate::mesh::{Mesh, SEAM};
+use crate::params::PART_REFLECTANCE;
+use crate::renderer::Renderer;
+use crate::seen::Seen;
+
+/// Most that a step in the ideal picture grows by lens distortion, with room to spare.
+const LENS_STRETCH: f64 = 1.3;
+
+/// Added around the corners of a triangle, pixels.
+const MARGIN_PX: f64 = 0.5;
+
+/// Lens distortion bows the side of a triangle by less than this times its length squared, pixels: a third of it at the
+/// corners of a field as wide as the standoff.
+const BOW_PER_PX: f64 = 1e-4;
+
+/// Boxes larger than this in the picture are looked into without asking whether they hide all.
+const LARGE_PX: f64 = 256.0;
+
+/// No word of pixels.
+const NONE: u32 = u32::MAX;
+
+/// What a word of pixels sees of the part.
+#[derive(Debug, Clone)]
+struct Word {
+    rays: [Block; 2],
+    reach: Block,
+    triangle: [u32; WORD_PX],
+}
+
+/// The part in some words of a picture.
+#[derive(Debug, Default)]
+pub(crate) struct MeshView {
+    word_idx: Vec<u32>,
+    words: Vec<Word>,
+    triangles: Vec<u32>,
+}
+
+/// Where and what rays from the camera meet of a triangle (Möller & Trumbore 1997, sorted by the ray): with D = (x, y, 1)
+/// the barycentric u = U·D/G·D, v = V·D/G·D, and the reach is `height`/G·D.
+struct Facet {
+    u: Vector3<f64>,
+    v: Vector3<f64>,
+    scale: Vector3<f64>,
+    height: f64,
+    idx: u32,
+}
+
+impl MeshView {
+    /// Draws the part, carried by the stage, into the words that hold the set `lit`.
+    pub(crate) fn draw(&mut self, renderer: &Renderer, mesh: &Mesh, moved: &Vector3<f64>, lit: &LitPixels) {
+        self.lay_out(renderer, lit);
+        let camera = &renderer.model.camera;
+        let origin = mesh.plate.point_mm + moved;
+        let Self { word_idx, words, triangles } = self;
+        triangles.clear();
+        mesh.solid.gather(triangles, |centre, radius| {
+            rectangle_around(camera, &(origin + mesh.plate.axes * centre), radius)
+                .is_none_or(|(low, high)| lit.any_within(low, high))
+        });
+        for &idx in triangles.iter() {
+            let corners = mesh.solid.corners(idx).map(|corner| origin + mesh.plate.axes * corner);
+            let Some((left, right, top, bottom)) = pixels_around(camera, &corners) else { continue };
+            let facet = Facet::new(&corners, idx);
+            for v in top..=bottom {
+                for word in left / WORD_PX..=right / WORD_PX {
+                    let slot = word_idx[v * lit.words_per_row() + word];
+                    if slot != NONE {
+                        let from = left.max(word * WORD_PX) - word * WORD_PX;
+                        let to = right.min(word * WORD_PX + WORD_PX - 1) - word * WORD_PX;
+                        draw_facet(&facet, from, to + 1, &mut words[slot as usize]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Empty words with their rays.
+    fn lay_out(&mut self, renderer: &Renderer, lit: &LitPixels) {
+        self.word_idx.clear();
+        self.word_idx.resize(lit.n_words(), NONE);
+        for (word_idx, (u, v, n)) in lit.stretches(WORD_PX).enumerate() {
+            if word_idx == self.words.len() {
+                self.words.push(Word { rays: [NOTHING; 2], reach: NOTHING, triangle: [NONE; WORD_PX] });
+            }
+            let word = &mut self.words[word_idx];
+            let inside = renderer.steps_inside(u, n);
+            renderer.rays.read(u, v, inside, &mut word.rays);
+            word.reach = [f64::INFINITY; WORD_PX];
+            self.word_idx[v * lit.words_per_row() + u / WORD_PX] = word_idx as u32;
+        }
+    }
+
+    /// Puts the part before what a stretch of pixels sees already.
+    pub(crate) fn see(
+        &self,
+        mesh: &Mesh,
+        words_per_row: usize,
+        (u, v): (usize, usize),
+        n: usize,
+        seen: &mut Seen,
+    ) {
+        let slot = self.word_idx[v * words_per_row + u / WORD_PX];
+        if slot == NONE {
+            return;
+        }
+        let (word, first) = (&self.words[slot as usize], u % WORD_PX);
+        let mut last = (NONE, Vector3::zeros());
+        for lane in 0..n {
+            let (reach, idx) = (word.reach[first + lane], word.triangle[first + lane]);
+            // Where the plate is not seen, its reach is not a number.
+            if reach == f64::INFINITY || seen.reach[lane] < reach {
+                continue;
+            }
+            if last.0 != idx {
+                last = (idx, mesh.plate.axes * mesh.solid.normal(idx));
+            }
+            let normal = if last.1.dot(&seen.ray(lane)) > 0.0 { -last.1 } else { last.1 };
+            seen.put(lane, reach, &normal, PART_REFLECTANCE);
+        }
+    }
+}
+
+impl Facet {
+    fn new(corners: &[Vector3<f64>; 3], idx: u32) -> Self {
+        let [corner, a, b] = [corners[0], corners[1] - corners[0], corners[2] - corners[0]];
+        let from = -corner;
+        let v = from.cross(&a);
+        Self { u: b.cross(&from), v, scale: b.cross(&a), height: b.dot(&v), idx }
+    }
+}
+
+/// Tests the pixels `from..to` of a word.
+#[multiversion(targets("x86_64+avx2"))]
+fn draw_facet(facet: &Facet, from: usize, to: usize, word: &mut Word) {
+    let Facet { u, v, scale, height, idx } = facet;
+    let Word { rays: [x, y], reach, triangle } = word;
+    let (x, y) = (&x[from..to], &y[from..to]);
+    let (reach, triangle) = (&mut reach[from..to], &mut triangle[from..to]);
+    for lane in 0..x.len() {
+        let by = |n: &Vector3<f64>| n.x * x[lane] + n.y * y[lane] + n.z;
+        let share = 1.0 / by(scale);
+        let (along_a, along_b, met) = (by(u) * share, by(v) * share, height * share);
+        let inside = (along_a >= -SEAM) & (along_b >= -SEAM) & (along_a + along_b <= 1.0 + SEAM);
+        let nearest = inside & (met > 0.0) & (met < reach[lane]);
+        reach[lane] = if nearest { met } else { reach[lane] };
+        triangle[lane] = if nearest { *idx } else { triangle[lane] };
+    }
+}
+
+/// Corners (u, v) of a rectangle of the picture around a ball; `None` if it is large or the camera is near it.
+fn rectangle_around(camera: &Camera, centre: &Vector3<f64>, radius_mm: f64) -> Option<([f64; 2], [f64; 2])> {
+    let nearest = centre.z - radius_mm;
+    let (x, y) = (centre.x / centre.z, centre.y / centre.z);
+    let ideal = radius_mm * (1.0 + x.abs().max(y.abs())) / nearest;
+    let half_px = 2.0_f64.sqrt() * LENS_STRETCH * camera.fx_px.max(camera.fy_px) * ideal;
+    if nearest <= 0.0 || half_px > LARGE_PX {
+        return None;
+    }
+    let pixel = camera.project(centre)?;
+    Some(([pixel.x - half_px, pixel.y - half_px], [pixel.x + half_px, pixel.y + half_px]))
+}
+
+/// Columns and rows of the picture that a triangle may cover: left, right, top, bottom.
+fn pixels_around(camera: &Camera, corners: &[Vector3<f64>; 3]) -> Option<(usize, usize, usize, usize)> {
+    let (width, height) = (camera.width_px, camera.height_px);
+    let [a, b, c] = corners.each_ref().map(|corner| camera.project(corner));
+    let (Some(a), Some(b), Some(c)) = (a, b, c) else { return Some((0, width - 1, 0, height - 1)) };
+    let (low, high) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));
+    let margin = MARGIN_PX + BOW_PER_PX * (high - low).norm_squared();
+    let span = |low: f64, high: f64, size: usize| {
+        let (low, high) = ((low - margin).ceil().max(0.0), (high + margin).floor().min(size as f64 - 1.0));
+        (low <= high).then_some((low as usize, high as usize))
+    };
+    let (left, right) = span(low.x, high.x, width)?;
+    let (top, bottom) = span(low.y, high.y, height)?;
+    Some((left, right, top, bottom))
+}

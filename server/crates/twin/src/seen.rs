@@ -1,0 +1,190 @@
+//! What the camera sees of a scene along a stretch of a picture's row, many pixels at a time.
+
+use multiversion::multiversion;
+use nalgebra::Vector3;
+
+use crate::block::{Block, NOTHING, floor};
+use crate::board::Board;
+use crate::freeform_block::Above;
+use crate::laser_image::Placed;
+use crate::lit_pixels::LitPixels;
+use crate::mesh_view::MeshView;
+use crate::params::{BACKDROP_REFLECTANCE, BLACK_REFLECTANCE, PART_REFLECTANCE, WHITE_REFLECTANCE};
+use crate::renderer::Renderer;
+use crate::scene::{Ball, Plate, Scene};
+use crate::trace::LightOnMesh;
+
+/// Surfaces that the camera's rays (x, y, 1) meet first, from the camera, which is the origin.
+#[derive(Debug, Clone)]
+pub(crate) struct Seen {
+    /// x and y of the rays.
+    pub rays: [Block; 2],
+    /// The hit is reach · ray; not a number where a pixel sees nothing.
+    pub reach: Block,
+    /// Unit normals, out of the material.
+    pub normal: [Block; 3],
+    /// Shares of the light that a white, matt surface would send back.
+    pub reflectance: Block,
+}
+
+impl Seen {
+    pub(crate) fn nothing() -> Self {
+        Self { rays: [NOTHING; 2], reach: NOTHING, normal: [NOTHING; 3], reflectance: NOTHING }
+    }
+
+    pub(crate) fn ray(&self, lane: usize) -> Vector3<f64> {
+        Vector3::new(self.rays[0][lane], self.rays[1][lane], 1.0)
+    }
+
+    pub(crate) fn normal(&self, lane: usize) -> Vector3<f64> {
+        Vector3::new(self.normal[0][lane], self.normal[1][lane], self.normal[2][lane])
+    }
+
+    /// Puts another surface before a pixel.
+    pub(crate) fn put(&mut self, lane: usize, reach: f64, normal: &Vector3<f64>, reflectance: f64) {
+        self.reach[lane] = reach;
+        (0..3).for_each(|axis| self.normal[axis][lane] = normal[axis]);
+        self.reflectance[lane] = reflectance;
+    }
+}
+
+/// A scene prepared for many stretches of one picture.
+pub(crate) struct View<'s> {
+    scene: Placed<'s>,
+    part: Option<Ball>,
+    above: Above,
+    mesh: MeshView,
+    light: Option<LightOnMesh>,
+    words_per_row: usize,
+}
+
+impl<'s> View<'s> {
+    pub(crate) fn new(scene: Placed<'s>) -> Self {
+        Self {
+            scene,
+            part: scene.part_ball(),
+            above: Above::default(),
+            mesh: MeshView::default(),
+            light: None,
+            words_per_row: 0,
+        }
+    }
+
+    /// Says which triangles may stand in the light.
+    pub(crate) fn shine_on(&mut self, light: Option<LightOnMesh>) {
+        self.light = light;
+    }
+
+    /// Makes ready to see the words that hold the set `lit`; wanted before any is seen.
+    pub(crate) fn look_at(&mut self, renderer: &Renderer, lit: &LitPixels) {
+        self.words_per_row = lit.words_per_row();
+        if let Scene::Mesh(mesh) = self.scene.scene {
+            self.mesh.draw(renderer, mesh, &self.scene.moved_mm, lit);
+        }
+    }
+
+    /// Fills in what the first `n` rays of a stretch meet, which begins at column `u` of row `v`.
+    pub(crate) fn see(&mut self, u: usize, v: usize, n: usize, seen: &mut Seen) {
+        let moved = &self.scene.moved_mm;
+        match self.scene.scene {
+            Scene::Board(board) => see_board(&board.moved(moved), board.backdrop_z_mm + moved.z, n, seen),
+            Scene::Plate(plate) => see_plate(plate, moved, n, seen),
+            Scene::Gauge(gauge) => {
+                see_plate(&gauge.plate, moved, n, seen);
+                self.see_part(n, seen);
+            }
+            Scene::Sphere(ball) => {
+                see_plate(&ball.plate, moved, n, seen);
+                self.see_part(n, seen);
+            }
+            Scene::Freeform(part) => self.above.see(part, moved, (u, v), n, seen),
+            Scene::Mesh(mesh) => {
+                see_plate(&mesh.plate, moved, n, seen);
+                self.mesh.see(mesh, self.words_per_row, (u, v), n, seen);
+            }
+        }
+    }
+
+    /// Whether light from `from` reaches `to`, a point on the lit side of the surface with this normal: a plate has nothing
+    /// in its light but the part.
+    #[inline]
+    pub(crate) fn lights(&self, from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
+        if self.part.is_some_and(|part| !part.is_near(from, &(to - from))) {
+            return true;
+        }
+        if let (Scene::Mesh(mesh), Some(light)) = (self.scene.scene, &self.light) {
+            let LightOnMesh { band, triangles, ball } = light;
+            let shaded = triangles.is_in_the_way(band, mesh, &self.scene.moved_mm, ball, from, to);
+            if let Some(shaded) = shaded {
+                return !shaded;
+            }
+        }
+        self.scene.lights(from, to, normal)
+    }
+
+    /// Puts the part before its plate where a ray comes near it.
+    fn see_part(&self, n: usize, seen: &mut Seen) {
+        let Some(part) = self.part else { return };
+        for lane in 0..n {
+            let ray = seen.ray(lane);
+            if part.is_near(&Vector3::zeros(), &ray) {
+                self.see_one_by_one(lane..lane + 1, seen);
+            }
+        }
+    }
+
+    fn see_one_by_one(&self, lanes: std::ops::Range<usize>, seen: &mut Seen) {
+        for lane in lanes {
+            match self.scene.hit(&Vector3::zeros(), &seen.ray(lane)) {
+                Some(hit) => seen.put(lane, hit.reach, &hit.normal, hit.reflectance),
+                None => seen.reach[lane] = f64::NAN,
+            }
+        }
+    }
+}
+
+fn see_plate(plate: &Plate, moved: &Vector3<f64>, n: usize, seen: &mut Seen) {
+    let normal = plate.normal();
+    see_plane(&normal, normal.dot(&(plate.point_mm + moved)), n, seen);
+}
+
+/// The plane of all points X with normal · X = `offset_mm`.
+#[multiversion(targets("x86_64+avx2"))]
+fn see_plane(normal: &Vector3<f64>, offset_mm: f64, n: usize, seen: &mut Seen) {
+    let [x, y] = &seen.rays;
+    for ((reach, x), y) in seen.reach[..n].iter_mut().zip(x).zip(y) {
+        let met = offset_mm / (normal.x * x + normal.y * y + normal.z);
+        *reach = if met > 0.0 && met < f64::INFINITY { met } else { f64::NAN };
+    }
+    for (axis, block) in seen.normal.iter_mut().enumerate() {
+        block[..n].fill(normal[axis]);
+    }
+    seen.reflectance[..n].fill(PART_REFLECTANCE);
+}
+
+/// The board, or the backdrop behind it.
+#[multiversion(targets("x86_64+avx2"))]
+fn see_board(board: &Board, backdrop_z_mm: f64, n: usize, seen: &mut Seen) {
+    let [across, down, normal] = [0, 1, 2].map(|axis| board.axes.column(axis).into_owned());
+    let (half, inner) = (board.half_mm(), [board.inner_columns as f64, board.inner_rows as f64]);
+    let (square, centre) = (board.square_mm, board.centre_mm);
+    let offset = normal.dot(&centre);
+    let Seen { rays: [x, y], reach, normal: [nx, ny, nz], reflectance } = seen;
+    for lane in 0..n.min(x.len()) {
+        let met = offset / (normal.x * x[lane] + normal.y * y[lane] + normal.z);
+        let at = [x[lane] * met - centre.x, y[lane] * met - centre.y, met - centre.z];
+        let a = across.x * at[0] + across.y * at[1] + across.z * at[2];
+        let b = down.x * at[0] + down.y * at[1] + down.z * at[2];
+        let on_board = (met > 0.0) & (a.abs() <= half.x + square) & (b.abs() <= half.y + square);
+        let (column, row) = (floor((a + half.x) / square), floor((b + half.y) / square));
+        let inside = (column >= 0.0) & (column <= inner[0]) & (row >= 0.0) & (row <= inner[1]);
+        let squares = column + row;
+        let black = inside & (squares - 2.0 * floor(squares / 2.0) < 0.5);
+        let board_reflectance = if black { BLACK_REFLECTANCE } else { WHITE_REFLECTANCE };
+        reach[lane] = if on_board { met } else { backdrop_z_mm };
+        nx[lane] = if on_board { -normal.x } else { 0.0 };
+        ny[lane] = if on_board { -normal.y } else { 0.0 };
+        nz[lane] = if on_board { -normal.z } else { -1.0 };
+        reflectance[lane] = if on_board { board_reflectance } else { BACKDROP_REFLECTANCE };
+    }
+}

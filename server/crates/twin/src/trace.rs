@@ -1,0 +1,328 @@
+//! Where a sheet's light can fall: rays are followed forward, and the pixels around their ends looked at.
+//!
+//! On a plane or a gentle hill neighbouring rays end beside each other, and a ray every few pixels will do. Light that
+//! comes near a part's edges is followed more closely than pixels.
+
+use nalgebra::Vector3;
+use optics::{Camera, LightRay};
+
+use crate::laser_image::Placed;
+use crate::lit_pixels::LitPixels;
+use crate::mesh::Mesh;
+use crate::mesh_light::{Band, MeshLight};
+use crate::params::SHEET_REACH_SIGMAS;
+use crate::renderer::Renderer;
+use crate::scene::{Ball, NearHit, Plate, Scene};
+
+/// Places across the sheet, in units of its reach, whose hits show where light falls.
+const ACROSS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
+
+/// The same close to edges, at which the last hit must not lie farther from the edge than the margin.
+const FINE_ACROSS: [f64; 9] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// Fan angle between two neighbouring rays, in pixels at the standoff.
+const FINE_STEP_PX: f64 = 0.9;
+
+/// Of how many rays one is followed where the surface is smooth: one in 7 pixels, between which a line is straight.
+const COARSE: i32 = 8;
+
+/// Two hits of neighbouring rays farther apart than this lie on different surfaces, pixels.
+const JUMP_PX: f64 = 48.0;
+
+/// Added around what fine rays show, pixels: more than their spacing, also where they graze the rim of a ball.
+const FINE_MARGIN_PX: f64 = 4.0;
+
+/// Added around what coarse rays enclose, pixels: the bow of a line between them is a hundredth of it.
+const COARSE_MARGIN_PX: f64 = 1.0;
+
+/// How far beyond the rim of a target its plane is followed, and how far inside the light that passes it, in units of
+/// the rays' spacing and the sheet's reach together: at 50° of tilt these appear 1.6 times as long.
+const RIM: f64 = 4.0;
+
+/// Side of the cells in which triangles that may cast shadows are kept, pixels at the standoff: below a fine triangle's.
+const CELL_PX: f64 = 2.0;
+
+/// Triangles larger than this in the picture are marked in pieces.
+const PIECE_PX: f64 = 16.0;
+
+/// Largest number of halvings of a triangle: 2¹² pieces along a side cover any picture.
+const MAX_PIECES_DEPTH: usize = 12;
+
+/// A part of triangles in the light of one order.
+pub(crate) struct LightOnMesh {
+    pub band: Band,
+    pub triangles: MeshLight,
+    pub ball: Ball,
+}
+
+/// Where a ray ends: the pixel, and whether the surface is smooth from this ray's end to the next one's.
+#[derive(Clone, Copy)]
+struct Landed {
+    pixel: [f64; 2],
+    smooth: bool,
+}
+
+/// Ends of the rays across the sheet at one fan angle.
+type Section = [Option<Landed>; ACROSS.len()];
+
+/// One order's sheet, to be followed into a scene.
+struct Tracer<'r> {
+    renderer: &'r Renderer,
+    order: i8,
+    reach_mm: f64,
+    spacing_mm: f64,
+    step_rad: f64,
+    last: i32,
+}
+
+/// Marks the pixels of `lit` that light of an order may fall on; for a part of triangles, it gathers what may cast shadows.
+pub(crate) fn trace(
+    renderer: &Renderer,
+    scene: Placed<'_>,
+    order_idx: usize,
+    lit: &mut LitPixels,
+) -> Option<LightOnMesh> {
+    let tracer = Tracer::new(renderer, renderer.model.orders[order_idx]);
+    match scene.scene {
+        Scene::Plate(plate) => tracer.follow_to_plate(plate, scene, lit),
+        Scene::Gauge(gauge) => {
+            tracer.follow_to_plate(&gauge.plate, scene, lit);
+            tracer.follow_to_part(scene, lit);
+        }
+        Scene::Sphere(ball) => {
+            tracer.follow_to_plate(&ball.plate, scene, lit);
+            tracer.follow_to_part(scene, lit);
+        }
+        Scene::Mesh(mesh) => {
+            tracer.follow_to_plate(&mesh.plate, scene, lit);
+            return tracer.follow_to_triangles(mesh, scene, lit);
+        }
+        Scene::Board(_) => tracer.follow_to_board(scene, lit),
+        Scene::Freeform(_) => tracer.follow_to_hills(scene, lit),
+    }
+    None
+}
+
+/// The fan angles at which a sheet is traced: closer than pixels.
+pub(crate) fn traced_angles(renderer: &Renderer) -> impl Iterator<Item = f64> + use<> {
+    let Tracer { step_rad, last, .. } = Tracer::new(renderer, 0);
+    (-last..=last).map(move |idx| f64::from(idx) * step_rad)
+}
+
+impl<'r> Tracer<'r> {
+    fn new(renderer: &'r Renderer, order: i8) -> Self {
+        let model = &renderer.model;
+        let spacing_mm = FINE_STEP_PX / model.camera.fx_px.max(model.camera.fy_px) * model.shape.standoff_mm;
+        let step_rad = spacing_mm / renderer.reference_distance_mm;
+        Self {
+            renderer,
+            order,
+            reach_mm: SHEET_REACH_SIGMAS * model.sheet_sigma_mm,
+            spacing_mm,
+            step_rad,
+            last: (model.fan_half_angle_rad / step_rad).ceil() as i32,
+        }
+    }
+
+    fn follow_to_plate(&self, plate: &Plate, scene: Placed<'_>, lit: &mut LitPixels) {
+        let plate = Plate { point_mm: plate.point_mm + scene.moved_mm, ..*plate };
+        self.follow(lit, scene, |origin, direction| {
+            let hit = plate.hit(origin, direction)?;
+            self.landed(&(origin + direction * hit.reach), true)
+        });
+    }
+
+    /// The target's plane as far as the target reaches, and the backdrop where light passes it.
+    fn follow_to_board(&self, scene: Placed<'_>, lit: &mut LitPixels) {
+        let Scene::Board(board) = scene.scene else { return };
+        let board = board.moved(&scene.moved_mm);
+        let rim_mm = RIM * (self.spacing_mm * f64::from(COARSE) + self.reach_mm);
+        let edge = board.half_mm().add_scalar(board.square_mm);
+        let within = |origin: &Vector3<f64>, direction: &Vector3<f64>, rim_mm: f64| {
+            let (reach, at) = board.plane_hit(origin, direction)?;
+            (at.x.abs() <= edge.x + rim_mm && at.y.abs() <= edge.y + rim_mm).then_some(reach)
+        };
+        self.follow(lit, scene, |origin, direction| {
+            let reach = within(origin, direction, rim_mm)?;
+            self.landed(&(origin + direction * reach), true)
+        });
+        let backdrop_z_mm = board.backdrop_z_mm + scene.moved_mm.z;
+        self.follow(lit, scene, |origin, direction| {
+            if within(origin, direction, -rim_mm).is_some() {
+                return None;
+            }
+            let reach = (backdrop_z_mm - origin.z) / direction.z;
+            self.landed(&(origin + direction * reach), true)
+        });
+    }
+
+    /// Hills are smooth where the bound on their curvature proves that a ray meets them once.
+    fn follow_to_hills(&self, scene: Placed<'_>, lit: &mut LitPixels) {
+        let Scene::Freeform(part) = scene.scene else { return };
+        let mut beside: Option<NearHit> = None;
+        self.follow(lit, scene, |origin, direction| {
+            let origin = origin - scene.moved_mm;
+            let near =
+                beside.and_then(|near| part.hit_from(&origin, direction, near.reach_of(&origin, direction)));
+            let hit = near.or_else(|| part.hit(&origin, direction))?;
+            let point_mm = origin + direction * hit.reach;
+            beside = Some(NearHit { point_mm, normal: hit.normal });
+            self.landed(&(point_mm + scene.moved_mm), near.is_some())
+        });
+    }
+
+    /// Light that comes near a part, ray by ray.
+    fn follow_to_part(&self, scene: Placed<'_>, lit: &mut LitPixels) {
+        let Some(part) = scene.part_ball() else { return };
+        self.follow_closely(-self.last..=self.last, lit, |origin, direction| {
+            if !part.is_near(origin, direction) {
+                return None;
+            }
+            let hit = scene.hit(origin, direction)?;
+            self.landed(&(origin + direction * hit.reach), false)
+        });
+    }
+
+    /// The triangles that touch the sheet, large ones in pieces.
+    fn follow_to_triangles(&self, mesh: &Mesh, scene: Placed<'_>, lit: &mut LitPixels) -> Option<LightOnMesh> {
+        let camera = &self.renderer.model.camera;
+        let angles = (-self.last..=self.last).step_by(COARSE as usize).chain([self.last]);
+        let angles = angles.map(|idx| f64::from(idx) * self.step_rad);
+        let cell = CELL_PX * self.step_rad / FINE_STEP_PX;
+        let ball = scene.part_ball()?;
+        let band = Band::new(&self.renderer.model.grating, self.order, angles, self.reach_mm, &ball, cell)?;
+        let mut triangles = MeshLight::default();
+        triangles.gather(&band, mesh, &scene.moved_mm, |corners| mark_triangle(camera, &band, corners, 0, lit));
+        Some(LightOnMesh { band, triangles, ball })
+    }
+
+    /// Follows one of [`COARSE`] rays to a surface, and all of them in `scene` where that is not smooth.
+    fn follow(
+        &self,
+        lit: &mut LitPixels,
+        scene: Placed<'_>,
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
+    ) {
+        let mut previous: Option<(i32, Section)> = None;
+        let mut idx = -self.last;
+        loop {
+            let section = self.section(idx, ACROSS, &mut end);
+            if let Some((from, before)) = previous {
+                let smooth = before.iter().chain(&section).flatten().all(|landed| landed.smooth);
+                if smooth {
+                    enclose(&before, &section, lit);
+                } else {
+                    self.follow_closely(from..=idx, lit, |origin, direction| {
+                        let hit = scene.hit(origin, direction)?;
+                        self.landed(&(origin + direction * hit.reach), false)
+                    });
+                }
+            }
+            if idx == self.last {
+                break;
+            }
+            previous = Some((idx, section));
+            idx = (idx + COARSE).min(self.last);
+        }
+    }
+
+    fn follow_closely(
+        &self,
+        angles: std::ops::RangeInclusive<i32>,
+        lit: &mut LitPixels,
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
+    ) {
+        for idx in angles {
+            let mut previous: Option<[f64; 2]> = None;
+            for landed in self.section(idx, FINE_ACROSS, &mut end) {
+                let pixel = landed.map(|landed| landed.pixel);
+                if let Some(pixel) = pixel {
+                    let near = |p: &[f64; 2]| (p[0] - pixel[0]).abs().max((p[1] - pixel[1]).abs()) < JUMP_PX;
+                    lit.add_rectangle(previous.filter(near).unwrap_or(pixel), pixel, FINE_MARGIN_PX);
+                }
+                previous = pixel;
+            }
+        }
+    }
+
+    /// The rays of the whole thickness of the sheet at a fan angle.
+    fn section<const N: usize>(
+        &self,
+        idx: i32,
+        places: [f64; N],
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
+    ) -> [Option<Landed>; N] {
+        let grating = &self.renderer.model.grating;
+        let Some(LightRay { origin_mm, direction }) = grating.ray(f64::from(idx) * self.step_rad, self.order)
+        else {
+            return [None; N];
+        };
+        let across = direction.cross(&grating.fan).normalize() * self.reach_mm;
+        places.map(|place| end(&(origin_mm + across * place), &direction))
+    }
+
+    fn landed(&self, point_mm: &Vector3<f64>, smooth: bool) -> Option<Landed> {
+        let pixel = self.renderer.model.camera.project(point_mm)?;
+        Some(Landed { pixel: [pixel.x, pixel.y], smooth })
+    }
+}
+
+/// Marks the pixels that a triangle covers, in pieces if it is large; pieces that do not touch the band are left out.
+fn mark_triangle(camera: &Camera, band: &Band, corners: &[Vector3<f64>; 3], depth: usize, lit: &mut LitPixels) {
+    if band.patch(corners).is_some_and(|patch| !band.touches(&patch)) {
+        return;
+    }
+    let pixels: Vec<[f64; 2]> =
+        corners.iter().filter_map(|corner| camera.project(corner)).map(|pixel| [pixel.x, pixel.y]).collect();
+    let Some((low, high)) = bounds(&pixels) else { return };
+    if depth >= MAX_PIECES_DEPTH || (pixels.len() == 3 && (high[0] - low[0]).max(high[1] - low[1]) <= PIECE_PX) {
+        lit.add_rectangle(low, high, COARSE_MARGIN_PX);
+        return;
+    }
+    let [a, b, c] = *corners;
+    let (ab, bc, ca) = ((a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0);
+    for piece in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+        mark_triangle(camera, band, &piece, depth + 1, lit);
+    }
+}
+
+/// Marks the pixels between two sections of a smooth surface.
+fn enclose(before: &Section, after: &Section, lit: &mut LitPixels) {
+    let whole = before.iter().chain(after).all(Option::is_some);
+    let strips = if whole { vec![[0, ACROSS.len() - 1]] } else { (1..ACROSS.len()).map(|k| [k - 1, k]).collect() };
+    for [a, b] in strips {
+        let [from, to] =
+            [before, after].map(|section| [section[a], section[b]].map(|end| end.map(|end| end.pixel)));
+        match (from, to) {
+            ([Some(p), Some(q)], [Some(r), Some(s)]) => enclose_four([p, q], [r, s], lit),
+            _ => {
+                let ends: Vec<[f64; 2]> = from.into_iter().chain(to).flatten().collect();
+                if let Some((low, high)) = bounds(&ends) {
+                    lit.add_rectangle(low, high, COARSE_MARGIN_PX);
+                }
+            }
+        }
+    }
+}
+
+/// Marks the pixels between two pairs of ends in rectangles that a slanted line leaves by a pixel at most.
+fn enclose_four(from: [[f64; 2]; 2], to: [[f64; 2]; 2], lit: &mut LitPixels) {
+    let rise = |axis: usize| (to[0][axis] - from[0][axis]).abs().max((to[1][axis] - from[1][axis]).abs());
+    let n = (rise(0).min(rise(1)).ceil() as usize).clamp(1, COARSE as usize);
+    let at = |side: usize, step: usize| {
+        let share = step as f64 / n as f64;
+        [0, 1].map(|axis| from[side][axis] + (to[side][axis] - from[side][axis]) * share)
+    };
+    for step in 0..n {
+        if let Some((low, high)) = bounds(&[at(0, step), at(1, step), at(0, step + 1), at(1, step + 1)]) {
+            lit.add_rectangle(low, high, COARSE_MARGIN_PX);
+        }
+    }
+}
+
+fn bounds(points: &[[f64; 2]]) -> Option<([f64; 2], [f64; 2])> {
+    let (first, rest) = points.split_first()?;
+    Some(rest.iter().fold((*first, *first), |(low, high), p| {
+        ([low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])])
+    }))
+}
