@@ -17,9 +17,11 @@ const CORNER_COLOUR = "#F0E442";
 export function BoardPicture({ board }: { board: LiveBoard }) {
   const { stream } = useApp();
   const place = useRef<HTMLDivElement>(null);
+  const shown = useRef<CameraPicture>(null);
   useEffect(() => {
     if (!place.current) return;
     const picture = new CameraPicture(place.current);
+    shown.current = picture;
     picture.lines_shown = false;
     picture.draw_over = (context, view) => drawCorners(context, view, board.look.peek()?.corners ?? []);
     const unwant = stream.want(WANTED, (message) => {
@@ -33,10 +35,15 @@ export function BoardPicture({ board }: { board: LiveBoard }) {
       picture.dispose();
     };
   }, [board]);
+  // A picture that stands still while nothing is live would be taken for the board as it is now.
+  const runs = board.runs;
+  useEffect(() => {
+    if (!runs) shown.current?.clear();
+  }, [runs]);
   const words = text.value.calibration;
   return (
     <div class="data-view board-picture live-data" ref={place} role="img" aria-label={words.picture_label}>
-      {!board.runs && <p class="no-live">{words.no_live}</p>}
+      {!runs && <p class="no-live">{words.no_live}</p>}
     </div>
   );
 }
