@@ -8,7 +8,7 @@ use devices::{Camera, CameraError, CameraRequest, CameraSettings, FrameInfo, Pix
 use vision::GreyImage;
 
 use crate::station::exposures::{Delivered, Exposures};
-use crate::station::params::{CAMERA_SILENCE, PROBE_CAMERA, SILENT_PERIODS};
+use crate::station::params::{CAMERA_SILENCE, GRAB_WAIT, PROBE_CAMERA, SILENT_PERIODS};
 use crate::station::pool::{Pool, empty_image};
 use crate::station::status::DropCounts;
 
@@ -58,11 +58,12 @@ pub struct Acquisition {
     totals: Arc<DropCounts>,
     heard_at: Instant,
     probed_at: Instant,
+    patience: Duration,
 }
 
 impl Acquisition {
-    /// Over a camera that was just opened; counts what is lost into `totals`.
-    pub fn new(device: Box<dyn Camera>, totals: Arc<DropCounts>) -> Self {
+    /// Over a camera that was just opened; counts what is lost into `totals`, waits longer by `patience`.
+    pub fn new(device: Box<dyn Camera>, totals: Arc<DropCounts>, patience: Duration) -> Self {
         let now = Instant::now();
         Self {
             device,
@@ -74,7 +75,14 @@ impl Acquisition {
             totals,
             heard_at: now,
             probed_at: now,
+            patience,
         }
+    }
+
+    /// How long an exposure may take from the trigger to the frame.
+    pub fn grab_limit(&self) -> Duration {
+        let exposure_s = (self.settings().exposure_us * 1e-6).clamp(0.0, 60.0);
+        Duration::from_secs_f64(exposure_s) + GRAB_WAIT + self.patience
     }
 
     /// The camera itself, for what does not concern frames.
@@ -188,7 +196,7 @@ impl Acquisition {
             return None;
         }
         let period_s = SILENT_PERIODS / settings.frame_rate_hz.max(1e-3) + settings.exposure_us * 1e-6;
-        let limit = CAMERA_SILENCE.max(Duration::from_secs_f64(period_s));
+        let limit = CAMERA_SILENCE.max(Duration::from_secs_f64(period_s)) + self.patience;
         let silent = now.saturating_duration_since(self.heard_at);
         (silent > limit).then_some(silent)
     }

@@ -129,7 +129,7 @@ impl StationHandle {
             published_at: None,
             published: None,
         };
-        let begin = move || thread::run(Station::new(receiver, outlook, parts.opener, Arc::default()));
+        let begin = move || thread::run(Station::new(receiver, outlook, parts.opener, parts.patience));
         let thread = std::thread::Builder::new().name("station".to_owned()).spawn(begin);
         if let Err(error) = &thread {
             tracing::error!(%error, "the station thread could not be started");

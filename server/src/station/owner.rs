@@ -65,13 +65,14 @@ pub struct Station {
     pub(super) calibrated: bool,
     pub(super) stamping: Stamping,
     pub(super) drops: Arc<DropCounts>,
+    pub(super) patience: Duration,
     pub(super) answers: Vec<Box<dyn FnOnce() + Send>>,
     pub(super) ending: bool,
 }
 
 impl Station {
     /// A station that begins to open its devices.
-    pub fn new(commands: Receiver<Command>, outlook: Outlook, opener: Opener, drops: Arc<DropCounts>) -> Self {
+    pub fn new(commands: Receiver<Command>, outlook: Outlook, opener: Opener, patience: Duration) -> Self {
         let mut station = Self {
             commands,
             outlook,
@@ -93,7 +94,8 @@ impl Station {
             camera_before_fault: None,
             calibrated: false,
             stamping: Stamping::default(),
-            drops,
+            drops: Arc::default(),
+            patience,
             answers: Vec::new(),
             ending: false,
         };
@@ -228,7 +230,7 @@ impl Station {
 
     fn install(&mut self, opened: Opened) {
         if let Some(camera) = opened.camera {
-            self.camera = Some(Acquisition::new(camera, self.drops.clone()));
+            self.camera = Some(Acquisition::new(camera, self.drops.clone(), self.patience));
         }
         if let Some(stage) = opened.stage {
             self.stage = Some(Motion::new(stage));

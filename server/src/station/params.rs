@@ -44,6 +44,10 @@ pub const POSITION_WAIT: Duration = Duration::from_millis(250);
 /// Silence of a free-running camera that counts as a fault; with short exposures named within two seconds.
 pub const CAMERA_SILENCE: Duration = Duration::from_millis(1500);
 
+/// Added to waits for a frame where pictures are computed: a computer with other work to do is late without any fault.
+/// The tests of faults wait without it.
+pub const RENDERING_PATIENCE: Duration = Duration::from_secs(15);
+
 /// Frame periods of silence that count as a fault with slow cameras.
 pub const SILENT_PERIODS: f64 = 3.0;
 

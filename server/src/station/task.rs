@@ -1,6 +1,6 @@
 //! What a job's call, or a person's snapshot, is doing; one at a time.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use devices::{CameraRequest, CameraSettings, LaserError, Trigger};
 
@@ -10,7 +10,7 @@ use crate::station::frame::SharedFrame;
 use crate::station::light::Light;
 use crate::station::motion::{Arrival, Motion};
 use crate::station::owner::Station;
-use crate::station::params::{GRAB_WAIT, LIGHT_UP_LIMIT, SNAPSHOT_AGE};
+use crate::station::params::{LIGHT_UP_LIMIT, SNAPSHOT_AGE};
 use crate::station::refusal::StationRefusal;
 use crate::station::status::MachineState::Operational;
 use crate::station::status::OperationalState::SingleExecution;
@@ -251,8 +251,7 @@ impl Station {
         let Some(camera) = &mut self.camera else {
             return self.give_up_task(Task::Grab(grab), StationRefusal::Absent { device: "camera" });
         };
-        let exposure = Duration::from_secs_f64((camera.settings().exposure_us * 1e-6).clamp(0.0, 60.0));
-        grab.exposing = Some(Exposing { since: now, until: now + exposure + GRAB_WAIT });
+        grab.exposing = Some(Exposing { since: now, until: now + camera.grab_limit() });
         let asked = if grab.triggered { camera.trigger() } else { Ok(()) };
         self.task = Some(Task::Grab(grab));
         if let Err(error) = asked {
