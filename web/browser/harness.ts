@@ -19,6 +19,9 @@ const JOB_WITHIN_MS = 240_000;
 /** A calibration that a late simulated camera has spoilt is begun again so often. */
 const CALIBRATED_AGAIN = 6;
 
+/** Longest time until a page shows what it should on a busy machine. */
+const SEEN_WITHIN_MS = 120_000;
+
 const ROOT = resolve(import.meta.dirname, "../..");
 const SHEAF = process.env.SHEAF_BIN ?? join(process.env.CARGO_TARGET_DIR ?? join(ROOT, "target"), "debug/sheaf");
 const CHROMIUM = process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium";
@@ -171,6 +174,7 @@ export async function visit(browser: Browser, url: string, hash = "", options = 
     reducedMotion: "reduce",
     ...options,
   });
+  context.setDefaultTimeout(SEEN_WITHIN_MS);
   const page = await context.newPage();
   const complaints: string[] = [];
   page.on("pageerror", (error) => complaints.push(String(error)));

@@ -1,0 +1,104 @@
+/** The operator's page by keys alone: a part is scanned and judged, the next one stopped, the station reset. */
+
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import type { Job, Station } from "../src/api/client";
+import { expectAccessible, launch, picture, Server, until, visit } from "./harness";
+
+/** A job of the simulated station on a busy machine, ms. */
+const JOB_MS = 240_000;
+
+/** All of it on a machine that does other things as well, ms. */
+const WALK_MS = 600_000;
+
+let server: Server;
+let browser: Browser;
+
+beforeAll(async () => {
+  [server, browser] = await Promise.all([Server.start(), launch()]);
+});
+
+afterAll(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+async function station(): Promise<Station> {
+  return await server.call<Station>("GET", "/api/v1/station");
+}
+
+/** The newest job. */
+async function newestJob(): Promise<Job | undefined> {
+  return (await server.call<{ items: Job[] }>("GET", "/api/v1/jobs?limit=1")).items[0];
+}
+
+/** Presses Tab, or Shift+Tab, until the focus is on what is wanted. */
+async function tabTo(page: Page, wanted: string, key: "Tab" | "Shift+Tab" = "Tab"): Promise<void> {
+  for (let presses = 0; presses < 80; presses += 1) {
+    const name = await page.evaluate(() => document.activeElement?.textContent?.trim() ?? "");
+    if (name === wanted) return;
+    await page.keyboard.press(key);
+  }
+  throw new Error(`no ${wanted} within 80 presses of ${key}`);
+}
+
+test(
+  "by keys alone a part is scanned and judged, and the next scan is stopped",
+  async () => {
+    await server.calibrate();
+    const { page, context, complaints } = await visit(browser, server.url);
+    await page.locator(".bar", { hasText: "Operational.Ready" }).waitFor();
+    await page.getByRole("button", { name: "Start scan" }).waitFor();
+
+    // The set-up: fewer rows, as above.
+    await tabTo(page, (await page.locator(".set-up summary").textContent()) ?? "");
+    await page.keyboard.press("Enter");
+    for (let presses = 0; presses < 3; presses += 1) await page.keyboard.press("Tab");
+    await page.keyboard.press("Control+a");
+    await page.keyboard.type("1,0");
+    await page.getByText("in steps of 1 mm").waitFor();
+
+    // A scanner types without looking where the focus is, and ends with Enter.
+    await page.keyboard.press("Alt+2");
+    await page.keyboard.press("Alt+1");
+    await page.getByRole("button", { name: "Start scan" }).waitFor();
+    await page.keyboard.type("K-0001");
+    await page.keyboard.press("Enter");
+    const verdict = page.locator("[data-outcome]");
+    await page.locator(".run-progress[data-job-state=running]", { hasText: "Scan · K-0001" }).waitFor();
+    await picture(page, "operate-running");
+    await page.getByRole("heading", { name: "K-0001" }).waitFor({ timeout: JOB_MS });
+    await page.locator("[data-outcome=pass]").waitFor({ timeout: JOB_MS });
+    expect(await verdict.textContent()).toMatch(/OK.*Radius of the sphere\s*18\.\d{3} mm\s*U = \d+\.\d µm/);
+    await page.getByRole("link", { name: /^K-0001, OK, 18\.\d{3} mm/ }).waitFor();
+    await picture(page, "operate");
+    await expectAccessible(page);
+
+    // Another browser shows the same part with the same verdict.
+    const other = await visit(browser, server.url);
+    await other.page.getByRole("heading", { name: "K-0001" }).waitFor();
+    await other.page.locator("[data-outcome=pass]").waitFor();
+    await other.context.close();
+
+    // The next one is stopped: back with Shift+Tab to the button in the bar.
+    await page.keyboard.type("K-0002");
+    await page.keyboard.press("Enter");
+    await until("the scan runs", async () => (await station()).state === "Operational.SingleExecution");
+    await tabTo(page, "Stop", "Shift+Tab");
+    await page.keyboard.press("Enter");
+    await until("Halted", async () => (await station()).state === "Halted");
+    await until("the job ended without success", async () => {
+      const state = (await newestJob())?.state;
+      return state === "cancelled" || state === "failed";
+    });
+    expect((await station()).laser.light).toBe("off");
+    await page.getByText("The station was stopped. See that all is safe, then reset it.").waitFor();
+    await picture(page, "operate-stopped");
+    await tabTo(page, "Reset");
+    await page.keyboard.press("Enter");
+    await page.locator(".bar", { hasText: "Operational.Ready" }).waitFor();
+    expect(complaints).toEqual([]);
+    await context.close();
+  },
+  WALK_MS,
+);
