@@ -1,6 +1,6 @@
 /** The colours of what a person sees: a picture of the screen, read pixel by pixel. */
 
-import type { Locator, Page } from "playwright-core";
+import type { BrowserContext, Locator, Page } from "playwright-core";
 import { orderColour } from "../src/theme";
 
 /** Orders of the simulated station. */
@@ -12,12 +12,17 @@ const SAME = 2;
 /** How many pixels of an element have each of the colours, `#rrggbb`. */
 export async function pixelsOf(element: Locator, colours: readonly string[]): Promise<number[]> {
   const png = (await element.screenshot()).toString("base64");
-  const blank = await element.page().context().newPage();
-  try {
-    return await blank.evaluate(counted, { png, colours, same: SAME });
-  } finally {
-    await blank.close();
-  }
+  const blank = await blankPage(element.page().context());
+  return await blank.evaluate(counted, { png, colours, same: SAME });
+}
+
+const blanks = new WeakMap<BrowserContext, Page>();
+
+/** A page without a policy of its own, where pictures are taken apart. */
+export async function blankPage(context: BrowserContext): Promise<Page> {
+  const blank = blanks.get(context) ?? (await context.newPage());
+  blanks.set(context, blank);
+  return blank;
 }
 
 /** Pixels of the cloud in the colours of its orders, by order. */

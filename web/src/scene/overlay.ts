@@ -29,12 +29,13 @@ export class Overlay {
     return { line, letter };
   });
   private readonly bar = element("path", { class: "bar" });
-  private readonly bar_text = element("text", { class: "bar" });
+  private readonly bar_text = document.createElement("span");
 
   constructor(host: HTMLElement) {
     for (const { line, letter } of this.axes) this.svg.append(line, letter);
-    this.svg.append(this.bar, this.bar_text, this.marks);
-    host.append(this.svg);
+    this.svg.append(this.bar, this.marks);
+    this.bar_text.className = "cloud-bar";
+    host.append(this.svg, this.bar_text);
   }
 
   /** Draws everything anew for a view of so many CSS pixels. */
@@ -46,6 +47,7 @@ export class Overlay {
 
   dispose(): void {
     this.svg.remove();
+    this.bar_text.remove();
   }
 
   private drawAxes(orbit: Orbit, height_px: number): void {
@@ -70,7 +72,8 @@ export class Overlay {
     const [right, y] = [width_px - 16, height_px - 18];
     const left = right - length_mm * px_per_mm;
     this.bar.setAttribute("d", `M${left},${y - 5}v5H${right}v-5`);
-    set(this.bar_text, { x: (left + right) / 2, y: y - 6 });
+    this.bar_text.style.right = `${width_px - right}px`;
+    this.bar_text.style.width = `${right - left}px`;
     this.bar_text.textContent = length_mm < 0.1 ? `${Math.round(1000 * length_mm)} µm` : `${length_mm} mm`;
   }
 

@@ -312,6 +312,7 @@ export class CloudViewer {
 
   private readonly contextRestored = (): void => {
     this.lost = false;
+    this.renderer.setClearColor(GROUND);
     this.events.onContext?.(false);
     this.invalidate();
   };

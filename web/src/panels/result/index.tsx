@@ -14,7 +14,7 @@ import { CloudView } from "../viewer/cloud_view";
 import { Measurements } from "./measurements";
 import { Downloads, Provenance, Recompute } from "./provenance";
 import { findScan, ResultState } from "./result_state";
-import { overall, type Scan } from "./scan_record";
+import { overall, reportOf, type Scan } from "./scan_record";
 import { VerdictWord } from "./verdict";
 import "./result.css";
 
@@ -79,7 +79,11 @@ function ScanResult({ scan }: { scan: Scan }) {
         <ScanChoice scan={scan} />
       </header>
       {result.problem.value && <ProblemCard problem={result.problem.value} />}
-      {scan.state !== "complete" && <p class="note">{words.state_hints[scan.state] ?? scan.state}</p>}
+      {scan.state !== "complete" && (
+        <p class="note">
+          {words.state_hints[scan.state] ?? scan.state} {reportOf(scan).losses?.join("; ")}
+        </p>
+      )}
       <div class="result-page">
         <div class="stack">
           <CloudView

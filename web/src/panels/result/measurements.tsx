@@ -33,7 +33,8 @@ export function Measurements({ result }: { result: ResultState }) {
 function Table({ result }: { result: ResultState }) {
   const words = text.value.result;
   return (
-    <div class="scroll">
+    // biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be reached by keys
+    <section class="scroll" tabIndex={0} aria-label={words.measurements}>
       <table class="measurements">
         <thead>
           <tr>
@@ -56,7 +57,7 @@ function Table({ result }: { result: ResultState }) {
           ))}
         </tbody>
       </table>
-    </div>
+    </section>
   );
 }
 
@@ -113,7 +114,8 @@ function Selected({ result }: { result: ResultState }) {
           {note}
         </p>
       ))}
-      <div class="scroll">
+      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be reached by keys */}
+      <section class="scroll" tabIndex={0} aria-label={words.measurements}>
         <table>
           <thead>
             <tr>
@@ -134,7 +136,7 @@ function Selected({ result }: { result: ResultState }) {
             ))}
           </tbody>
         </table>
-      </div>
+      </section>
     </details>
   );
 }

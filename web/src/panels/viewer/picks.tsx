@@ -19,7 +19,8 @@ export function Picks({ state }: { state: ViewState }) {
           {words.clear}
         </button>
       </div>
-      <div class="scroll">
+      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be reached by keys */}
+      <section class="scroll" tabIndex={0} aria-label={words.picked}>
         <table>
           <thead>
             <tr>
@@ -44,7 +45,7 @@ export function Picks({ state }: { state: ViewState }) {
             ))}
           </tbody>
         </table>
-      </div>
+      </section>
       <Between picks={picks} />
     </div>
   );
