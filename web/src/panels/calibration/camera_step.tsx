@@ -1,7 +1,6 @@
 /** Boards before the camera: live corners, what is missing, pictures by themselves when the board is still. */
 
-import { useSignal } from "@preact/signals";
-import { useEffect, useMemo } from "preact/hooks";
+import { useEffect, useMemo, useRef } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
@@ -15,8 +14,8 @@ import { LookFacts } from "./look_facts";
 import { NeedsView } from "./needs_view";
 import { OperatorPanel } from "./operator_panel";
 import { PosesView } from "./poses_view";
-import { FEWEST_BOARDS, type Look, readableBoards, type Session } from "./session_state";
-import { isKnownPlace, STILL_FOR_MS } from "./still";
+import { type Corner, FEWEST_BOARDS, type Look, readableBoards, type Session } from "./session_state";
+import { isKnownPlace, isThere, STILL_FOR_MS } from "./still";
 import { goToStep, type StepProperties } from "./wizard";
 
 /** Whether pictures are taken by themselves. */
@@ -26,8 +25,15 @@ export function CameraStep({ session, onSession }: StepProperties) {
   const app = useApp();
   const { api, control, station } = app;
   const words = text.value.calibration;
-  const current = useSignal(session);
-  current.value = session;
+  const current = useRef(session);
+  // Places whose picture was deleted; it is not taken again by itself until the board has left.
+  const let_go = useRef<(readonly Corner[])[]>([]);
+  if (current.current !== session) {
+    const kept = new Set(session.body.poses.map((pose) => pose.id));
+    const gone = current.current.body.poses.filter((pose) => !kept.has(pose.id));
+    let_go.current.push(...gone.map((pose) => pose.board.corners));
+    current.current = session;
+  }
   const id = session.id;
   const take = useMemo(
     () =>
@@ -49,7 +55,9 @@ export function CameraStep({ session, onSession }: StepProperties) {
   const onLook = (look: Look, still_ms: number) => {
     const ready = look.corners.length > 0 && !look.problem && still_ms >= STILL_FOR_MS;
     const free = control.mine.peek() && !take.running;
-    if (auto_capture.peek() && ready && free && !isKnownPlace(look, current.peek())) void take.start();
+    let_go.current = let_go.current.filter((corners) => isThere(look, corners));
+    const wanted = let_go.current.length === 0 && !isKnownPlace(look, current.current);
+    if (auto_capture.peek() && ready && free && wanted) void take.start();
   };
   const board = useMemo(() => new LiveBoard(app, session, onLook), [id]);
   useEffect(() => {

@@ -26,8 +26,12 @@ export function meanDistance(a: readonly Corner[], b: readonly Corner[]): number
 
 /** Whether a picture was taken of the board in this place already. */
 export function isKnownPlace(look: Look, session: Session): boolean {
-  const near_px = NEW_PLACE_SHARE * look.width_px;
-  return session.body.poses.some((pose) => meanDistance(look.corners, pose.board.corners) < near_px);
+  return session.body.poses.some((pose) => isThere(look, pose.board.corners));
+}
+
+/** Whether the board is where these corners were. */
+export function isThere(look: Look, corners: readonly Corner[]): boolean {
+  return meanDistance(look.corners, corners) < NEW_PLACE_SHARE * look.width_px;
 }
 
 /** Follows looks and tells for how long the board has been still. */
