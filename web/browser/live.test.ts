@@ -12,7 +12,10 @@ import { expectAccessible, launch, picture, Server, until, type Visit, visit } f
 
 const ORDERS = [-2, -1, 0, 1, 2];
 
-/** Sub-pixel lines over pixel squares, JPEG and resampling; a line drawn beside its picture is off by more. */
+/**
+ * Sub-pixel lines over pixel squares, JPEG and resampling; a line drawn beside its picture is off by more, and in every
+ * column. Speckle moves the brightest place of single columns, so nine of ten are judged.
+ */
 const ALIGNED_PX = 1;
 
 /** Short enough that no line of the simulated station is saturated. */
@@ -174,7 +177,8 @@ test("drawn lines lie on the lines of the picture, whole, pixel by pixel and enl
     const view = await page.getAttribute(".picture-area", "data-view");
     const distances = (await Promise.all(ORDERS.map((order) => distancesOf(orderColour(order))))).flat();
     expect(distances.length, `columns judged at ${before} → ${view}`).toBeGreaterThan(15);
-    expect(Math.max(...distances), `distances at ${view}`).toBeLessThan(ALIGNED_PX);
+    const sorted = distances.sort((one, other) => one - other);
+    expect(sorted[Math.floor(0.9 * sorted.length)], `distances at ${view}`).toBeLessThan(ALIGNED_PX);
   }
   await page.locator(".picture-area").focus();
   await page.keyboard.press("0");
@@ -217,6 +221,7 @@ test("picture and plot point at the same place, by mouse and by keys", async () 
   for (let step = 0; step < 3; step++) await page.keyboard.press("ArrowRight");
   await until("three points on", async () => (await u_px()) === start + 3);
   // The cross in the picture stands where the readout says.
+  await drawnAgain();
   const { drawn_u, n } = await page.evaluate(() => {
     const canvas = document.querySelector<HTMLCanvasElement>(".picture-area canvas.lines");
     const [scale = 1, left = 0] = (document.querySelector<HTMLElement>(".picture-area")?.dataset.view ?? "")
