@@ -29,7 +29,8 @@ export const results = {
   delete_yes: "Endgültig löschen",
   trend: "Verlauf",
   characteristic: "Merkmal",
-  trend_told: (n: number, mean: string, spread: string) => `${n} Teile, Mittel ${mean}, Spanne ${spread}`,
+  trend_told: (n: number, mean: string, spread: string) =>
+    `${n === 1 ? "1 Teil" : `${n} Teile`}, Mittel ${mean}, Spanne ${spread}`,
   trend_legend:
     "Balken: Unsicherheit U. Gestrichelt: Grenzen der Toleranz, gepunktet: Sollwert. Kreuze sind nicht in Ordnung.",
   trend_without_limits: "Balken: Unsicherheit U. Ohne Toleranz gemessen.",

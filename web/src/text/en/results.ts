@@ -1,3 +1,5 @@
+const results_of = (n: number) => (n === 1 ? "1 result" : `${n} results`);
+
 export const results = {
   title: "Results",
   none_yet: "No results yet",
@@ -8,7 +10,7 @@ export const results = {
   from_day: "From day",
   to_day: "To day",
   no_filter: "Show all",
-  shown_of: (shown: number, all: number) => (shown === all ? `${all} results` : `${shown} of ${all} results`),
+  shown_of: (shown: number, all: number) => (shown === all ? results_of(all) : `${shown} of ${results_of(all)}`),
   shown_of_read: (shown: number, read: number) => `${shown} of the newest ${read} results`,
   nothing_fits: "No result fits. Change the filter, or read older results.",
   older: "Read older results",
@@ -28,7 +30,8 @@ export const results = {
   delete_yes: "Delete for ever",
   trend: "Trend",
   characteristic: "Characteristic",
-  trend_told: (n: number, mean: string, spread: string) => `${n} parts, mean ${mean}, range ${spread}`,
+  trend_told: (n: number, mean: string, spread: string) =>
+    `${n === 1 ? "1 part" : `${n} parts`}, mean ${mean}, range ${spread}`,
   trend_legend: "Bars: uncertainty U. Dashed: limits of the tolerance, dotted: nominal. Crosses failed.",
   trend_without_limits: "Bars: uncertainty U. Measured without a tolerance.",
 };
