@@ -10,7 +10,7 @@ import { resolve } from "node:path";
 import { build } from "esbuild";
 import { chromium } from "playwright-core";
 
-const N_BLOCKS = 1000;
+const N_BLOCKS = Number(process.env.N_BLOCKS ?? 1000);
 const POINTS_PER_BLOCK = 6000;
 
 /** What is promised of the script time, 95th percentile. */

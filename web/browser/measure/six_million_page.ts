@@ -31,7 +31,7 @@ async function measure(n_blocks: number, n_points: number) {
   }
   const streamed_s = (performance.now() - sent) / 1000;
   const frame_ms = [...viewer.figures().frame_ms];
-  for (let frame = 0; frame < 60; frame++) {
+  for (let frame = 0; frame < 20; frame++) {
     viewer.canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
     await nextFrame();
   }
