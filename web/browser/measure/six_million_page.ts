@@ -9,7 +9,9 @@ const RATE_HZ = 120;
 
 const nextFrame = () => new Promise((resolve) => requestAnimationFrame(resolve));
 
-async function measure(n_blocks: number, n_points: number) {
+async function measure(n_blocks: number, n_points: number, draw: boolean) {
+  const { drawArrays } = WebGL2RenderingContext.prototype;
+  if (!draw) WebGL2RenderingContext.prototype.drawArrays = () => undefined;
   const host = document.createElement("div");
   Object.assign(host.style, { width: "1000px", height: "640px", position: "relative" });
   document.body.append(host);
@@ -31,10 +33,11 @@ async function measure(n_blocks: number, n_points: number) {
   }
   const streamed_s = (performance.now() - sent) / 1000;
   const frame_ms = [...viewer.figures().frame_ms];
-  for (let frame = 0; frame < 20; frame++) {
+  for (let frame = 0; frame < 60; frame++) {
     viewer.canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
     await nextFrame();
   }
+  WebGL2RenderingContext.prototype.drawArrays = drawArrays;
   const turning_ms = viewer.figures().frame_ms.slice(frame_ms.length);
   while (viewer.figures().n_drawn < viewer.figures().n_points) await nextFrame();
   const { n_points: shown, n_drawn } = viewer.figures();

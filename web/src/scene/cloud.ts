@@ -2,7 +2,7 @@
  * The points of a scan as the graphics card takes them: append-only chunks of 16-bit positions.
  *
  * Blocks of the stream carry an origin and a step of their own. Drawing thousands of them one by one costs more than
- * the points themselves, so they are gathered in chunks of 2¹⁸ points with one box each; positions are written anew in
+ * the points themselves, so they are gathered in chunks of 2¹⁷ points with one box each; positions are written anew in
  * the chunk's steps (some µm). A chunk is split into lanes and points are dealt out in turn, so that every lane is a
  * thinned picture of the whole chunk: drawing the first lanes alone is what a moving camera does.
  */
@@ -10,8 +10,8 @@
 import type { PointsBlock } from "../stream/protocol";
 import type { Vec3 } from "./shapes";
 
-/** Points of a chunk; 3 MiB on the card. */
-export const CHUNK_POINTS = 2 ** 18;
+/** Points of a chunk: 1.5 MiB, because a new one is written to the card as a whole, within the time of a frame. */
+export const CHUNK_POINTS = 2 ** 17;
 
 /** Thinning goes down to one point in so many. */
 export const LANES = 8;

@@ -19,7 +19,7 @@ import { type Picked, pick } from "./picking";
 import type { FittedShape, Vec3 } from "./shapes";
 
 /** Time of a frame for writing points; the rest of 8 ms is for drawing. */
-const WRITE_BUDGET_MS = 3;
+const WRITE_BUDGET_MS = 2;
 
 /** After so long without movement or new points the cloud is drawn in full. */
 const REST_AFTER_MS = 180;
