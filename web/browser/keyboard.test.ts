@@ -60,7 +60,9 @@ test(
 
     // A scanner types without looking where the focus is, and ends with Enter.
     await page.keyboard.press("Alt+2");
+    await page.getByRole("heading", { name: "Live", level: 1 }).waitFor();
     await page.keyboard.press("Alt+1");
+    await page.locator("#serial:focus").waitFor();
     await page.getByRole("button", { name: "Start scan" }).waitFor();
     await page.keyboard.type("K-0001");
     await page.keyboard.press("Enter");

@@ -71,8 +71,14 @@ export class Control {
       // An unreachable server keeps the lease until it runs out there; a refusal means that it has.
       if (cause instanceof Refusal && this.id() === id) {
         this.lease.value = undefined;
-        this.lost_to.value = this.station.status.value?.control?.holder ?? "";
+        this.lost_to.value = await this.present();
       }
     }
+  }
+
+  /** Who commands at this moment; empty if nobody does. The stream may not have told it yet. */
+  private async present(): Promise<string> {
+    const asked = data(this.api().GET("/api/v1/station/control"));
+    return await asked.then(({ holder }) => holder).catch(() => "");
   }
 }
