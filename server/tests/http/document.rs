@@ -31,6 +31,9 @@ fn things_that_exist(server: &Server) -> Value {
     let scan = json!({ "source": { "kind": "capture", "capture_id": capture_id, "scan": "gauge" } });
     let scan_id = server.result_of("/api/v1/scans", &scan);
     let measured = server.post(&format!("/api/v1/scans/{scan_id}/measurements"), &json!({ "tool": "plane" }));
+    let profiles = server.get(&format!("/api/v1/scans/{scan_id}/profiles")).expect(200);
+    let profiles = profiles["items"].as_array().unwrap();
+    let sequences: Vec<&Value> = profiles.iter().map(|profile| &profile["sequence"]).take(3).collect();
     let export = json!({ "what": "cloud", "format": "csv" });
     server.result_of(&format!("/api/v1/scans/{scan_id}/exports"), &export);
     let session = server.post("/api/v1/calibration-sessions", &json!({}));
@@ -45,7 +48,7 @@ fn things_that_exist(server: &Server) -> Value {
             "id": [scan_id],
             "measurement_id": [measured.expect(201)["id"]],
             "file": ["cloud.csv"],
-            "sequence": [0, 1, 2],
+            "sequence": sequences,
         },
     })
 }

@@ -1,6 +1,6 @@
 """What schemathesis must know of the station: how uploads are written, and ids of things that exist.
 
-Random ids find nothing but 404; half of them are replaced by ids of what the server holds (`SHEAF_KNOWN_IDS`, JSON: the
+Random ids find nothing but 404; most of them are replaced by ids of what the server holds (`SHEAF_KNOWN_IDS`, JSON: the
 path's first word after the version → parameter → ids).
 """
 
@@ -23,13 +23,16 @@ def raw(ctx, value):
 
 @schemathesis.hook
 def map_case(context, case):
-    """Every other request for one thing is for one that exists; which one follows from the request itself."""
+    """Three of four requests for one thing are for one that exists; which one follows from the request itself."""
     if not case.path_parameters or case.method.upper() in KEPT:
         return case
-    known = KNOWN_IDS.get(case.operation.path.split("/")[3] if case.operation.path.count("/") > 3 else "", {})
-    for name, value in case.path_parameters.items():
+    words = case.operation.path.split("/")
+    known = KNOWN_IDS.get(words[3], {}) if len(words) > 4 else {}
+    place = sum(repr(sorted(case.path_parameters.items())).encode())
+    if place % 4 == 0:
+        return case
+    for name in case.path_parameters:
         ids = known.get(name, [])
-        place = sum(str(value).encode())
-        if ids and place % 2 == 0:
-            case.path_parameters[name] = ids[place // 2 % len(ids)]
+        if ids:
+            case.path_parameters[name] = ids[place // 4 % len(ids)]
     return case

@@ -98,7 +98,9 @@ export class LiveView {
         if ("kind" in message && message.kind === "image" && !this.frozen.peek()) this.picture.show(message);
       }),
       stream.want({ stream: "profile", max_rate_hz: LIVE_RATE_HZ }, (message) => {
-        if ("kind" in message && message.kind === "profile" && !this.frozen.peek()) this.take(message);
+        if (!("kind" in message) || message.kind !== "profile") return;
+        // The profile of the held frame may come after its picture.
+        if (!this.frozen.peek() || message.sequence === this.picture.image?.sequence) this.take(message);
       }),
     );
     const timer = setInterval(() => this.tell(), FIGURES_EVERY_MS);
