@@ -5,6 +5,10 @@
  * every block arrived in order and is counted, and tells the script time of the frames. Without a card the drawing is
  * done by the processor, takes a second per picture and keeps the script waiting: while times are taken, everything is
  * carried out but the draw calls themselves (`SHEAF_DRAW=1` carries out these, too). The picture at rest is drawn.
+ *
+ * Two times are told. That of the processor, from the browser's own trace, is the page's work: decoding, appending,
+ * writing and drawing. That of the clock also has what other programs took meanwhile, and on a processor that draws by
+ * itself the drawing is such a program.
  */
 
 import { resolve } from "node:path";
@@ -14,7 +18,7 @@ import { chromium } from "playwright-core";
 const N_BLOCKS = Number(process.env.N_BLOCKS ?? 1000);
 const POINTS_PER_BLOCK = 6000;
 
-/** What is promised of the script time, 95th percentile. */
+/** What is promised of the script time on the processor, 95th percentile. */
 const PROMISED_MS = 8;
 
 interface Figures {
@@ -25,6 +29,29 @@ interface Figures {
   n_drawn: number;
   frame_ms: number[];
   turning_ms: number[];
+}
+
+/** Callbacks of one frame follow each other at once, µs. */
+const SAME_FRAME_US = 1000;
+
+/** A callback of an animation frame in the browser's trace: when, how long by the clock and on the processor. */
+interface Callback {
+  name: string;
+  ts: number;
+  dur: number;
+  tdur: number;
+}
+
+/** Time on the processor of all callbacks of each frame, ms. */
+function processorTimes(callbacks: readonly Callback[]): number[] {
+  const frames_ms: number[] = [];
+  let ended_us = Number.NEGATIVE_INFINITY;
+  for (const { ts, dur, tdur } of [...callbacks].sort((a, b) => a.ts - b.ts)) {
+    if (ts - ended_us > SAME_FRAME_US) frames_ms.push(0);
+    frames_ms.push((frames_ms.pop() ?? 0) + tdur / 1000);
+    ended_us = ts + dur;
+  }
+  return frames_ms;
 }
 
 const bundle = await build({
@@ -41,6 +68,7 @@ const browser = await chromium.launch({
 const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
 await page.goto("about:blank");
 await page.addScriptTag({ content: bundle.outputFiles[0]?.text ?? "" });
+await browser.startTracing(page, { categories: ["devtools.timeline"] });
 const figures = await page.evaluate(
   async ([n_blocks, n_points, draw]) => {
     const { measure } = globalThis as unknown as {
@@ -50,7 +78,9 @@ const figures = await page.evaluate(
   },
   [N_BLOCKS, POINTS_PER_BLOCK, process.env.SHEAF_DRAW === "1"] as const,
 );
+const trace: { traceEvents: Callback[] } = JSON.parse((await browser.stopTracing()).toString());
 await browser.close();
+const worked_ms = processorTimes(trace.traceEvents.filter(({ name }) => name === "FireAnimationFrame"));
 
 const at = (sorted: number[], share: number) => sorted[Math.floor(share * (sorted.length - 1))] ?? Number.NaN;
 const told = (times_ms: number[]) => {
@@ -61,11 +91,12 @@ const told = (times_ms: number[]) => {
 console.log(
   `${figures.n_points} points in ${figures.n_blocks} blocks, streamed in ${figures.streamed_s.toFixed(1)} s`,
 );
-console.log(`script time while streaming: ${told(figures.frame_ms)}`);
-console.log(`script time while turning:   ${told(figures.turning_ms)}; ${figures.n_drawn} points drawn at rest`);
+console.log(`on the processor, all frames:  ${told(worked_ms)}`);
+console.log(`by the clock, while streaming: ${told(figures.frame_ms)}`);
+console.log(`by the clock, while turning:   ${told(figures.turning_ms)}; ${figures.n_drawn} points drawn at rest`);
 const complete = figures.in_order && figures.n_points === N_BLOCKS * POINTS_PER_BLOCK;
 const p95_ms = at(
-  [...figures.frame_ms].sort((a, b) => a - b),
+  worked_ms.toSorted((a, b) => a - b),
   0.95,
 );
 console.log(complete ? "every block is there, in order" : "BLOCKS ARE MISSING");

@@ -179,23 +179,15 @@ export class Cloud {
   box: Box | undefined;
   private margin_mm = MARGIN_MM;
 
-  /** Adds a block; answers what was written, chunk by chunk. */
-  append(block: PointsBlock): { chunk: CloudChunk; from: number; to: number }[] {
-    const written: { chunk: CloudChunk; from: number; to: number }[] = [];
-    if (block.n_points > 0) {
-      const box = boxOf(block);
-      if (this.box) widen(this.box, box);
-      else this.box = { min: [...box.min], max: [...box.max] };
-      for (let taken = 0; taken < block.n_points; ) {
-        const chunk = this.chunkFor(box);
-        const from = chunk.n_points;
-        taken += chunk.append(block, box, taken);
-        written.push({ chunk, from, to: chunk.n_points });
-      }
-    }
-    this.n_points += block.n_points;
+  /** Adds a block. */
+  append(block: PointsBlock): void {
     this.n_blocks += 1;
-    return written;
+    if (block.n_points === 0) return;
+    const box = boxOf(block);
+    if (this.box) widen(this.box, box);
+    else this.box = { min: [...box.min], max: [...box.max] };
+    for (let taken = 0; taken < block.n_points; ) taken += this.chunkFor(box).append(block, box, taken);
+    this.n_points += block.n_points;
   }
 
   private chunkFor(box: Box): CloudChunk {

@@ -1,25 +1,20 @@
-/** What lies on the graphics card: the chunks of a cloud, and a mesh. Each frees its buffers in `dispose`. */
+/** The mesh on the graphics card, and the uniforms by which mesh and points are coloured. */
 
 import {
   BufferAttribute,
   BufferGeometry,
   DoubleSide,
-  DynamicDrawUsage,
   GLSL3,
-  InterleavedBuffer,
-  InterleavedBufferAttribute,
   type IUniform,
   Mesh,
-  Points,
   RawShaderMaterial,
   type Scene,
   Vector2,
   Vector3,
 } from "three";
-import { type Cloud, type CloudChunk, WORDS } from "./cloud";
 import { COLOUR_MODES, type Colouring, orderTable, palette, rgb } from "./colours";
 import type { Mesh as MeshData } from "./glb";
-import { MESH_FRAGMENT, MESH_VERTEX, POINT_FRAGMENT, POINT_VERTEX } from "./shaders";
+import { MESH_FRAGMENT, MESH_VERTEX } from "./shaders";
 import type { FittedShape } from "./shapes";
 
 const MM_PER_METRE = 1000;
@@ -66,81 +61,7 @@ function vectors(colours: readonly (readonly [number, number, number])[]): Vecto
   return colours.map((colour) => new Vector3(...colour));
 }
 
-/** The points of one cloud. */
-export class CloudLayer {
-  private readonly drawn = new Map<CloudChunk, { points: Points; buffer: InterleavedBuffer }>();
-  private readonly material: RawShaderMaterial;
-  /** Points written to the card so far; a change of colour does not change it. */
-  n_uploaded = 0;
-
-  constructor(
-    private readonly scene: Scene,
-    uniforms: ColourUniforms,
-  ) {
-    this.material = new RawShaderMaterial({
-      glslVersion: GLSL3,
-      vertexShader: POINT_VERTEX,
-      fragmentShader: POINT_FRAGMENT,
-      uniforms: uniforms.all,
-    });
-  }
-
-  set visible(visible: boolean) {
-    for (const { points } of this.drawn.values()) points.visible = visible;
-  }
-
-  /** Notes that the points `from` to `to` of a chunk were written. */
-  written(chunk: CloudChunk, from: number, to: number): void {
-    const { buffer } = this.drawn.get(chunk) ?? this.make(chunk);
-    for (const { start, count } of chunk.written(from, to)) buffer.addUpdateRange(WORDS * start, WORDS * count);
-    buffer.needsUpdate = true;
-    this.n_uploaded += to - from;
-  }
-
-  /** Chooses what is drawn: one point in `thinning`. Answers how many points that is. */
-  thin(cloud: Cloud, thinning: number): number {
-    let n_drawn = 0;
-    for (const chunk of cloud.chunks) {
-      const geometry = this.drawn.get(chunk)?.points.geometry;
-      if (!geometry) continue;
-      geometry.clearGroups();
-      for (const { start, count } of chunk.drawn(thinning)) {
-        geometry.addGroup(start, count, 0);
-        n_drawn += count;
-      }
-    }
-    return n_drawn;
-  }
-
-  private make(chunk: CloudChunk): { points: Points; buffer: InterleavedBuffer } {
-    const buffer = new InterleavedBuffer(chunk.words, WORDS);
-    buffer.setUsage(DynamicDrawUsage);
-    const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new InterleavedBufferAttribute(buffer, 3, 0));
-    geometry.setAttribute("intensity", new InterleavedBufferAttribute(buffer, 1, 3));
-    geometry.setAttribute("order_sigma", new InterleavedBufferAttribute(buffer, 1, 4));
-    const points = new Points(geometry, [this.material]);
-    points.position.set(...chunk.origin_mm);
-    points.scale.set(...chunk.step_mm);
-    points.frustumCulled = false;
-    points.updateMatrixWorld();
-    this.scene.add(points);
-    const made = { points, buffer };
-    this.drawn.set(chunk, made);
-    return made;
-  }
-
-  dispose(): void {
-    for (const { points } of this.drawn.values()) {
-      this.scene.remove(points);
-      points.geometry.dispose();
-    }
-    this.drawn.clear();
-    this.material.dispose();
-  }
-}
-
-/** A surface. */
+/** A surface; frees its buffers in `dispose`. */
 export class MeshLayer {
   private readonly mesh: Mesh;
   private readonly material: RawShaderMaterial;

@@ -44,8 +44,15 @@ vec3 colour_of(float value) {
 }
 `;
 
-/** Points: positions in steps of their chunk, decoded by its model matrix (origin and step). */
-export const POINT_VERTEX = /* glsl */ `${HEAD}${PLACE}
+/** What three.js puts before its shaders, where points are drawn past it. */
+const VERSION = "#version 300 es\n";
+
+/** Points: positions in steps of their chunk, decoded by its origin and step. */
+export const POINT_VERTEX = /* glsl */ `${VERSION}${HEAD}
+uniform mat4 u_clip;
+uniform vec3 u_origin;
+uniform vec3 u_step;
+in vec3 position;
 uniform int u_mode;
 uniform bool u_hide_outside;
 uniform vec3 u_orders[${N_ORDERS + 1}];
@@ -55,8 +62,8 @@ in float order_sigma;
 flat out vec3 v_colour;
 ${COLOUR_BY_VALUE}
 void main() {
-  vec4 at = modelMatrix * vec4(position, 1.0);
-  gl_Position = projectionMatrix * viewMatrix * at;
+  vec3 at = u_origin + u_step * position;
+  gl_Position = u_clip * vec4(at, 1.0);
   gl_PointSize = u_size_px;
   float sigma_class = floor(order_sigma / 256.0);
   float order_byte = order_sigma - 256.0 * sigma_class;
@@ -74,7 +81,7 @@ void main() {
     value = intensity;
   } else if (u_mode == 4) {
     known = u_shape > 0;
-    value = deviation_um(at.xyz);
+    value = deviation_um(at);
   }
   v_colour = known ? colour_of(value) : UNKNOWN;
   // A place behind the far plane is drawn by nobody.
@@ -83,7 +90,7 @@ void main() {
 }
 `;
 
-export const POINT_FRAGMENT = /* glsl */ `${HEAD}
+export const POINT_FRAGMENT = /* glsl */ `${VERSION}${HEAD}
 flat in vec3 v_colour;
 out vec4 colour;
 void main() {

@@ -8,10 +8,11 @@
 import { Matrix4, Scene, WebGLRenderer } from "three";
 import type { PointsBlock } from "../stream/protocol";
 import { Cloud, LANES } from "./cloud";
+import { CloudLayer } from "./cloud_layer";
 import type { Colouring } from "./colours";
 import { Controls } from "./controls";
 import type { Mesh } from "./glb";
-import { CloudLayer, ColourUniforms, MeshLayer } from "./layers";
+import { ColourUniforms, MeshLayer } from "./layers";
 import { Orbit, type ViewName } from "./orbit";
 import { Overlay } from "./overlay";
 import { Pace } from "./pace";
@@ -60,6 +61,7 @@ export class CloudViewer {
   cloud = new Cloud();
   readonly orbit = new Orbit();
   private readonly renderer: WebGLRenderer;
+  private readonly gl: WebGL2RenderingContext;
   private readonly scene = new Scene();
   private readonly uniforms = new ColourUniforms();
   private readonly overlay: Overlay;
@@ -89,10 +91,11 @@ export class CloudViewer {
     this.renderer = new WebGLRenderer({ antialias: false, powerPreference: "high-performance" });
     this.renderer.setClearColor(GROUND);
     this.renderer.sortObjects = false;
+    this.gl = this.renderer.getContext() as WebGL2RenderingContext;
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.scene.matrixWorldAutoUpdate = false;
-    this.layer = new CloudLayer(this.scene, this.uniforms);
+    this.layer = new CloudLayer(this.gl, this.uniforms);
     host.append(this.canvas);
     this.overlay = new Overlay(host);
     this.controls = new Controls(this.canvas, this.orbit, {
@@ -120,7 +123,8 @@ export class CloudViewer {
   /** Forgets all points, mesh and marks. */
   clear(): void {
     this.layer.dispose();
-    this.layer = new CloudLayer(this.scene, this.uniforms);
+    this.layer = new CloudLayer(this.gl, this.uniforms);
+    this.layer.visible = this.shown.cloud;
     this.cloud = new Cloud();
     this.waiting = [];
     this.marks = [];
@@ -259,8 +263,9 @@ export class CloudViewer {
     const px_per_mm = this.canvas.height / 2 / this.orbit.half_height_mm;
     const least_px = 1.5 * this.renderer.getPixelRatio();
     this.uniforms.set("u_size_px", Math.min(12, Math.max(least_px, SPACING_MM * px_per_mm)));
-    this.n_drawn = this.layer.thin(this.cloud, this.pace.thinning);
     this.renderer.render(this.scene, camera);
+    this.n_drawn = this.layer.draw(this.cloud, camera, this.pace.thinning);
+    this.renderer.resetState();
     this.overlay.draw(this.orbit, this.clip(), this.marks, width_px, height_px);
     this.canvas.dataset.points = String(this.cloud.n_points);
     this.canvas.dataset.drawn = String(this.n_drawn);
@@ -271,13 +276,12 @@ export class CloudViewer {
   private write(until_ms: number): void {
     let n_written = 0;
     for (const block of this.waiting) {
-      for (const { chunk, from, to } of this.cloud.append(block)) this.layer.written(chunk, from, to);
+      this.cloud.append(block);
       n_written += 1;
       if (performance.now() > until_ms) break;
     }
     if (n_written === 0) return;
     this.waiting = this.waiting.slice(n_written);
-    this.layer.visible = this.shown.cloud;
     if (!this.chosen && this.cloud.box) this.orbit.fit(this.cloud.box);
     this.events.onGrown?.(this.cloud);
   }
@@ -312,6 +316,7 @@ export class CloudViewer {
 
   private readonly contextRestored = (): void => {
     this.lost = false;
+    this.layer.restore();
     this.renderer.setClearColor(GROUND);
     this.events.onContext?.(false);
     this.invalidate();
