@@ -6,11 +6,12 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::model::{Cross, CrossShape};
-use super::params::{BLUR_RANGE_PX, FIRST_STEP_TOLERANCE_PX, MAX_ITERATIONS, STEP_TOLERANCE_PX, TUKEY_SIGMAS};
+use super::model::CrossShape;
+use super::params::{BLUR_RANGE_PX, FIRST_STEP_TOLERANCE_PX, MAX_ITERATIONS, STEP_TOLERANCE_PX};
+use super::sums::{BLOCK, CornerState, LEVELS, Sums, accumulate, accumulate_levels, expected_levels};
 
 /// u, v, two normals, blur, then the six linear grey-level parameters.
-const N: usize = 11;
+pub(super) const N: usize = 11;
 type Normal = SMatrix<f64, N, N>;
 type Step = SVector<f64, N>;
 
@@ -25,21 +26,52 @@ pub(super) struct NoiseModel {
     pub floor: f64,
 }
 
-impl NoiseModel {
-    pub(super) fn variance(&self, level: f64) -> f64 {
-        (self.offset + self.per_level * level).max(self.floor)
-    }
-}
-
-/// The pixels one fit sees.
+/// The pixels one fit sees, row by row, filled up to whole blocks of [`BLOCK`] with pixels that count nothing.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Window {
     /// Pixel that the coordinates below are relative to.
     pub centre: [f64; 2],
     /// Half-side, the unit of the grey-level slopes (px).
     pub half_side_px: f64,
-    /// Pixel offsets from `centre` and grey level.
-    pub pixels: Vec<[f64; 3]>,
+    /// Columns relative to the centre.
+    pub x: Vec<f32>,
+    /// Rows relative to the centre.
+    pub y: Vec<f32>,
+    /// Grey levels.
+    pub level: Vec<f32>,
+    /// 1 for a pixel, 0 for filling.
+    pub present: Vec<f32>,
+    n_pixels: usize,
+}
+
+impl Window {
+    /// An empty window with room for `capacity` pixels.
+    pub(super) fn new(centre: [f64; 2], half_side_px: f64, capacity: usize) -> Self {
+        let room = || Vec::with_capacity(capacity.next_multiple_of(BLOCK));
+        Self { centre, half_side_px, x: room(), y: room(), level: room(), present: room(), n_pixels: 0 }
+    }
+
+    /// Adds a pixel at (`x`, `y`) relative to the centre.
+    pub(super) fn push(&mut self, x: f32, y: f32, level: f32) {
+        self.x.push(x);
+        self.y.push(y);
+        self.level.push(level);
+    }
+
+    /// The window with its last block filled up.
+    pub(super) fn filled(mut self) -> Self {
+        self.n_pixels = self.level.len();
+        self.present.resize(self.n_pixels, 1.0);
+        for values in [&mut self.x, &mut self.y, &mut self.level, &mut self.present] {
+            values.resize(self.n_pixels.next_multiple_of(BLOCK), 0.0);
+        }
+        self
+    }
+
+    /// Number of pixels, without the filling.
+    pub(super) fn n_pixels(&self) -> usize {
+        self.n_pixels
+    }
 }
 
 /// A fitted corner.
@@ -53,28 +85,10 @@ pub(super) struct CornerFit {
     pub contrast: f64,
     /// Largest slope of brightness or contrast over the window's half-side, as a share of `contrast`.
     pub slope_ratio: f64,
-    /// Root mean square of what the model leaves unexplained beyond pixel noise (levels).
+    /// Root mean square of what the model leaves unexplained beyond pixel noise (levels); 0 after a refinement.
     pub misfit_rms: f64,
     /// Standard deviation of the position per axis, from the normal equations and the noise model.
     pub sigma_px: f64,
-}
-
-struct State {
-    position: [f64; 2],
-    shape: CrossShape,
-    levels: [f64; 6],
-}
-
-struct Sums {
-    normal: Normal,
-    gradient: Step,
-    cost: f64,
-    /// Sum of the weights.
-    weight: f64,
-    /// Sum of squared influences (weight × normalised residual).
-    influence2: f64,
-    /// Sum of the influences' derivatives.
-    response: f64,
 }
 
 /// Fits the corner near `start_px`; `None` if the pixels do not determine it.
@@ -86,161 +100,76 @@ pub(super) fn fit_corner(
     shape: CrossShape,
     noise: Option<&NoiseModel>,
 ) -> Option<CornerFit> {
-    if window.pixels.len() < 2 * N {
+    if window.n_pixels() < 2 * N {
         return None;
     }
     let position = [start_px[0] - window.centre[0], start_px[1] - window.centre[1]];
-    let mut state = State { position, shape, levels: [0.0; 6] };
+    let mut state = CornerState { position, shape, levels: [0.0; LEVELS] };
     let mut damping = 1e-3;
     solve_levels(window, &mut state)?;
     let mut sums = accumulate(window, &state, noise);
     let tolerance_px = if noise.is_some() { STEP_TOLERANCE_PX } else { FIRST_STEP_TOLERANCE_PX };
     for _ in 0..MAX_ITERATIONS {
-        let mut damped = sums.normal;
+        let mut damped = normal_matrix(&sums);
         for k in 0..N {
             damped[(k, k)] *= 1.0 + damping;
         }
-        let step = damped.cholesky()?.solve(&sums.gradient);
-        let candidate = state.moved(&step);
+        let step = damped.cholesky()?.solve(&Step::from(sums.gradient));
+        let candidate = moved(&state, &step);
+        // The last step is taken without another look: what it changes in the sums is far below their noise.
+        if step[0].hypot(step[1]) < tolerance_px {
+            state = candidate;
+            break;
+        }
         let candidate_sums = accumulate(window, &candidate, noise);
-        let short = step[0].hypot(step[1]) < tolerance_px;
         if candidate_sums.cost <= sums.cost {
             (state, sums) = (candidate, candidate_sums);
             damping = (damping * 0.1).max(1e-9);
         } else {
             damping *= 10.0;
         }
-        if short || damping > 1e6 {
+        if damping > 1e6 {
             break;
         }
     }
-    finished(window, &state, &sums)
+    finished(window, &state, &sums, noise.is_none())
 }
 
-impl State {
-    fn moved(&self, step: &Step) -> Self {
-        let mut shape = self.shape;
-        for k in 0..2 {
-            shape.normal_rad[k] += step[2 + k].clamp(-0.2, 0.2);
-        }
-        shape.blur_px = (shape.blur_px + step[4]).clamp(0.5 * shape.blur_px, 2.0 * shape.blur_px);
-        shape.blur_px = shape.blur_px.clamp(BLUR_RANGE_PX.0, BLUR_RANGE_PX.1);
-        let longest = 2.0 / step[0].hypot(step[1]).max(2.0);
-        State {
-            position: [self.position[0] + longest * step[0], self.position[1] + longest * step[1]],
-            shape,
-            levels: std::array::from_fn(|k| self.levels[k] + step[5 + k]),
-        }
+fn normal_matrix(sums: &Sums) -> Normal {
+    Normal::from_fn(|i, j| sums.normal[i][j])
+}
+
+fn moved(state: &CornerState, step: &Step) -> CornerState {
+    let mut shape = state.shape;
+    for k in 0..2 {
+        shape.normal_rad[k] += step[2 + k].clamp(-0.2, 0.2);
+    }
+    shape.blur_px = (shape.blur_px + step[4]).clamp(0.5 * shape.blur_px, 2.0 * shape.blur_px);
+    shape.blur_px = shape.blur_px.clamp(BLUR_RANGE_PX.0, BLUR_RANGE_PX.1);
+    let longest = 2.0 / step[0].hypot(step[1]).max(2.0);
+    CornerState {
+        position: [state.position[0] + longest * step[0], state.position[1] + longest * step[1]],
+        shape,
+        levels: std::array::from_fn(|k| state.levels[k] + step[5 + k]),
     }
 }
 
 /// The six grey-level parameters for the state's geometry: linear least squares.
-fn solve_levels(window: &Window, state: &mut State) -> Option<()> {
-    let cross = Cross::new(&state.shape);
-    let mut normal = SMatrix::<f64, 6, 6>::zeros();
-    let mut right = SVector::<f64, 6>::zeros();
-    for &[x, y, level] in &window.pixels {
-        let s = cross.at([x - state.position[0], y - state.position[1]]).value;
-        let row = SVector::from(level_basis(x / window.half_side_px, y / window.half_side_px, s));
-        normal += row * row.transpose();
-        right += row * level;
-    }
-    state.levels = normal.cholesky()?.solve(&right).into();
+fn solve_levels(window: &Window, state: &mut CornerState) -> Option<()> {
+    let (normal, right) = accumulate_levels(window, state);
+    let normal = SMatrix::<f64, LEVELS, LEVELS>::from_fn(|i, j| normal[i][j]);
+    state.levels = normal.cholesky()?.solve(&SVector::from(right)).into();
     Some(())
-}
-
-fn level_basis(x: f64, y: f64, s: f64) -> [f64; 6] {
-    [1.0, x, y, s, x * s, y * s]
-}
-
-/// Normal equations and robust cost at `state`.
-fn accumulate(window: &Window, state: &State, noise: Option<&NoiseModel>) -> Sums {
-    let cross = Cross::new(&state.shape);
-    let mut sums = Sums {
-        normal: Normal::zeros(),
-        gradient: Step::zeros(),
-        cost: 0.0,
-        weight: 0.0,
-        influence2: 0.0,
-        response: 0.0,
-    };
-    let mut normal = [[0.0; N]; N];
-    let mut gradient = [0.0; N];
-    for &[x, y, level] in &window.pixels {
-        let s = cross.at([x - state.position[0], y - state.position[1]]);
-        let basis = level_basis(x / window.half_side_px, y / window.half_side_px, s.value);
-        let contrast = state.levels[3] + state.levels[4] * basis[1] + state.levels[5] * basis[2];
-        let expected: f64 = basis.iter().zip(&state.levels).map(|(b, l)| b * l).sum();
-        let residual = level - expected;
-        let Robust { variance, weight, loss, response } = robust(residual, expected, noise);
-        let row = [
-            contrast * s.by_position[0],
-            contrast * s.by_position[1],
-            contrast * s.by_normal[0],
-            contrast * s.by_normal[1],
-            contrast * s.by_blur,
-            basis[0],
-            basis[1],
-            basis[2],
-            basis[3],
-            basis[4],
-            basis[5],
-        ];
-        let scale = weight / variance;
-        for i in 0..N {
-            let weighted = scale * row[i];
-            gradient[i] += weighted * residual;
-            for j in i..N {
-                normal[i][j] += weighted * row[j];
-            }
-        }
-        sums.cost += loss;
-        sums.weight += weight;
-        sums.influence2 += weight * weight * residual * residual / variance;
-        sums.response += response;
-    }
-    sums.normal = Normal::from_fn(|i, j| normal[i.min(j)][i.max(j)]);
-    sums.gradient = Step::from(gradient);
-    sums
-}
-
-/// What one residual contributes.
-struct Robust {
-    variance: f64,
-    weight: f64,
-    loss: f64,
-    /// Derivative of the influence weight × residual.
-    response: f64,
-}
-
-/// Tukey's bisquare; plain least squares without a noise model.
-fn robust(residual: f64, expected: f64, noise: Option<&NoiseModel>) -> Robust {
-    let Some(noise) = noise else {
-        return Robust { variance: 1.0, weight: 1.0, loss: residual * residual, response: 1.0 };
-    };
-    let variance = noise.variance(expected);
-    let limit = TUKEY_SIGMAS * TUKEY_SIGMAS;
-    let t = residual * residual / (variance * limit);
-    if t >= 1.0 {
-        return Robust { variance, weight: 0.0, loss: limit / 3.0, response: 0.0 };
-    }
-    let keep = 1.0 - t;
-    Robust {
-        variance,
-        weight: keep * keep,
-        loss: limit / 3.0 * (1.0 - keep * keep * keep),
-        response: keep * (1.0 - 5.0 * t),
-    }
 }
 
 /// The result at the end of the iterations; its covariance is that of an M-estimator (Huber 1981, 7.6): the mean
 /// squared influence over the squared mean response, times the inverse of the unweighted normal matrix.
-fn finished(window: &Window, state: &State, sums: &Sums) -> Option<CornerFit> {
-    let n = window.pixels.len() as f64;
+fn finished(window: &Window, state: &CornerState, sums: &Sums, exploratory: bool) -> Option<CornerFit> {
+    let n = window.n_pixels() as f64;
     if sums.weight < 2.0 * N as f64 || sums.response <= 0.0 {
         return None;
     }
-    let covariance = sums.normal.cholesky()?.inverse();
+    let covariance = normal_matrix(sums).cholesky()?.inverse();
     let scatter = sums.influence2 / (n - N as f64) * (n / sums.response).powi(2);
     let variance = 0.5 * (covariance[(0, 0)] + covariance[(1, 1)]) * (sums.weight / n) * scatter;
     let fit = CornerFit {
@@ -251,7 +180,7 @@ fn finished(window: &Window, state: &State, sums: &Sums) -> Option<CornerFit> {
             .map(|k| (state.levels[k] / state.levels[3]).abs())
             .into_iter()
             .fold(0.0, f64::max),
-        misfit_rms: misfit_rms(window, state),
+        misfit_rms: if exploratory { misfit_rms(window, state) } else { 0.0 },
         sigma_px: variance.sqrt(),
     };
     (fit.sigma_px.is_finite() && fit.position_px.iter().all(|p| p.is_finite())).then_some(fit)
@@ -259,36 +188,26 @@ fn finished(window: &Window, state: &State, sums: &Sums) -> Option<CornerFit> {
 
 /// Residuals shared by neighbouring pixels: their mean square less half that of their differences, which white pixel
 /// noise makes equal.
-fn misfit_rms(window: &Window, state: &State) -> f64 {
-    let residuals = residuals_at(window, state);
-    let square = residuals.iter().map(|r| r[1] * r[1]).sum::<f64>() / residuals.len() as f64;
-    let (mut noise, mut count) = (0.0, 0.0);
-    for (pair, r) in window.pixels.windows(2).zip(residuals.windows(2)) {
-        if pair[0][1] == pair[1][1] && pair[1][0] - pair[0][0] == 1.0 {
-            noise += 0.5 * (r[1][1] - r[0][1]).powi(2);
+fn misfit_rms(window: &Window, state: &CornerState) -> f64 {
+    let expected = expected_levels(window, state);
+    let residuals: Vec<f32> = window.level.iter().zip(&expected).map(|(level, e)| level - e).collect();
+    let (mut square, mut noise, mut count) = (0.0f32, 0.0f32, 0.0f32);
+    for k in 0..residuals.len() {
+        square += residuals[k] * residuals[k];
+        if k > 0 && window.y[k] == window.y[k - 1] && window.x[k] - window.x[k - 1] == 1.0 {
+            noise += 0.5 * (residuals[k] - residuals[k - 1]).powi(2);
             count += 1.0;
         }
     }
-    (square - noise / f64::max(count, 1.0)).max(0.0).sqrt()
+    f64::from((square / residuals.len() as f32 - noise / count.max(1.0)).max(0.0).sqrt())
 }
 
 /// Grey level the fit expects at each pixel of the window, and the residual there.
-pub(super) fn residuals(window: &Window, fit: &CornerFit) -> Vec<[f64; 2]> {
+pub(super) fn residuals(window: &Window, fit: &CornerFit) -> Vec<[f32; 2]> {
     let position = [fit.position_px[0] - window.centre[0], fit.position_px[1] - window.centre[1]];
-    let mut state = State { position, shape: fit.shape, levels: [0.0; 6] };
+    let mut state = CornerState { position, shape: fit.shape, levels: [0.0; LEVELS] };
     if solve_levels(window, &mut state).is_none() {
         return Vec::new();
     }
-    residuals_at(window, &state)
-}
-
-fn residuals_at(window: &Window, state: &State) -> Vec<[f64; 2]> {
-    let cross = Cross::new(&state.shape);
-    let residual = |&[x, y, level]: &[f64; 3]| {
-        let s = cross.at([x - state.position[0], y - state.position[1]]).value;
-        let basis = level_basis(x / window.half_side_px, y / window.half_side_px, s);
-        let expected: f64 = basis.iter().zip(&state.levels).map(|(b, l)| b * l).sum();
-        [expected, level - expected]
-    };
-    window.pixels.iter().map(residual).collect()
+    expected_levels(window, &state).iter().zip(&window.level).map(|(&e, level)| [e, level - e]).collect()
 }

@@ -211,7 +211,7 @@ fn angle_between(a: f64, b: f64) -> f64 {
     d.sin().atan2(d.cos())
 }
 
-pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied()

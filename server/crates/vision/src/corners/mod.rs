@@ -20,9 +20,12 @@ mod model;
 mod orientation;
 mod params;
 mod refine;
+mod sums;
 mod warp;
 mod window;
 
+#[cfg(test)]
+mod reference;
 #[cfg(test)]
 mod tests;
 

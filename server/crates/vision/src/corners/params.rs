@@ -103,3 +103,7 @@ pub(super) const DISAGREEMENT_REACH: f64 = 2.0;
 
 /// Differences needed for a local estimate of the corners' scatter: fewer say less than the noise model does.
 pub(super) const DISAGREEMENT_MIN_SAMPLES: usize = 12;
+
+/// Every how many pixels of a window one serves the estimate of the noise: a board leaves thousands, which know its
+/// variance to some percent.
+pub(super) const NOISE_SAMPLE_STEP: usize = 7;

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use crate::GreyImage;
 
 use super::fit::{CornerFit, NoiseModel, Window, fit_corner, residuals};
-use super::lattice::median;
 use super::model::CrossShape;
 use super::params::{
-    DISAGREEMENT_MIN_SAMPLES, DISAGREEMENT_REACH, QUANTISATION_VARIANCE, WINDOW_MAX_PX, WINDOW_SQUARES,
+    DISAGREEMENT_MIN_SAMPLES, DISAGREEMENT_REACH, NOISE_SAMPLE_STEP, QUANTISATION_VARIANCE, WINDOW_MAX_PX,
+    WINDOW_SQUARES,
 };
 use super::warp::BoardWarp;
 use super::window::{Reach, window_around};
@@ -59,18 +59,30 @@ fn window_for(image: &GreyImage, warp: &BoardWarp, fit: &CornerFit, k: usize, co
 /// Variance over grey level from the residuals of all corners: a line through its values in the dark and in the
 /// bright half (median absolute deviation, so that dirt does not count).
 fn noise_from(windows: &[Window], fits: &[CornerFit]) -> NoiseModel {
-    let mut samples: Vec<[f64; 2]> = windows.iter().zip(fits).flat_map(|(w, f)| residuals(w, f)).collect();
-    samples.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let (dark, bright) = samples.split_at(samples.len() / 2);
-    let level = |half: &[[f64; 2]]| median(half.iter().map(|s| s[0])).unwrap_or(0.0);
-    let variance = |half: &[[f64; 2]]| {
-        let deviation = 1.4826 * median(half.iter().map(|s| s[1].abs())).unwrap_or(1.0);
+    let of_window = |(w, f): (&Window, &CornerFit)| residuals(w, f).into_iter().step_by(NOISE_SAMPLE_STEP);
+    let mut samples: Vec<[f32; 2]> = windows.iter().zip(fits).flat_map(of_window).collect();
+    let middle = samples.len() / 2;
+    if middle == 0 {
+        return NoiseModel { offset: QUANTISATION_VARIANCE, per_level: 0.0, floor: QUANTISATION_VARIANCE };
+    }
+    samples.select_nth_unstable_by(middle, |a, b| a[0].total_cmp(&b[0]));
+    let (dark, bright) = samples.split_at(middle);
+    let level = |half: &[[f32; 2]]| median_of(half.iter().map(|s| s[0]));
+    let variance = |half: &[[f32; 2]]| {
+        let deviation = 1.4826 * median_of(half.iter().map(|s| s[1].abs()));
         (deviation * deviation).max(QUANTISATION_VARIANCE)
     };
     let (x0, x1) = (level(dark), level(bright));
     let (y0, y1) = (variance(dark), variance(bright));
     let per_level = if x1 > x0 { ((y1 - y0) / (x1 - x0)).max(0.0) } else { 0.0 };
     NoiseModel { offset: y0 - per_level * x0, per_level, floor: (0.5 * y0.min(y1)).max(QUANTISATION_VARIANCE) }
+}
+
+/// Median of at least one number.
+fn median_of(values: impl Iterator<Item = f32>) -> f64 {
+    let mut values: Vec<f32> = values.collect();
+    let middle = values.len() / 2;
+    f64::from(*values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }
 
 /// Raises each sigma to what the neighbours show: along rows and columns the corners scatter about the smooth board

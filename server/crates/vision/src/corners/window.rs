@@ -1,9 +1,9 @@
 //! Which pixels a corner fit sees: a parallelogram along the board's own directions.
 
-use crate::GreyImage;
+use crate::{GreyImage, Pixels};
 
 use super::fit::Window;
-use super::model::{Cross, CrossShape};
+use super::model::CrossShape;
 use super::params::{EDGE_BAND_MIN_PX, EDGE_BAND_SIGMAS, WINDOW_MIN_PX};
 
 /// Size of a window: a share of the neighbour distance, limited in pixels.
@@ -25,30 +25,81 @@ pub(super) fn window_around(
     reach: Reach,
     edges: Option<&CrossShape>,
 ) -> Window {
+    match image.pixels() {
+        Pixels::Eight(levels) => collected(image, levels, centre_px, square_px, reach, edges),
+        Pixels::Sixteen(levels) => collected(image, levels, centre_px, square_px, reach, edges),
+    }
+}
+
+fn collected<T: Copy + Into<f32>>(
+    image: &GreyImage,
+    levels: &[T],
+    centre_px: [f64; 2],
+    square_px: [[f64; 2]; 2],
+    reach: Reach,
+    edges: Option<&CrossShape>,
+) -> Window {
     let steps = square_px.map(|s| s[0].hypot(s[1]));
     let half_sides = steps.map(|s| (reach.squares * s).min(reach.max_px).max(WINDOW_MIN_PX));
     let share = [half_sides[0] / steps[0], half_sides[1] / steps[1]];
     let centre = centre_px.map(f64::round);
-    let [c, r] = square_px;
-    let extent = [0, 1].map(|k| (share[0] * c[k]).abs() + (share[1] * r[k]).abs());
-    let determinant = c[0] * r[1] - c[1] * r[0];
-    let band = edges.map(|shape| (Cross::new(shape), EDGE_BAND_SIGMAS * shape.blur_px + EDGE_BAND_MIN_PX));
-    let mut window = Window { centre, half_side_px: half_sides[0].max(half_sides[1]), pixels: Vec::new() };
-    for v in pixel_range(centre_px[1], extent[1], image.height()) {
-        for u in pixel_range(centre_px[0], extent[0], image.width()) {
-            let q = [u as f64 - centre_px[0], v as f64 - centre_px[1]];
-            let along_column = (q[0] * r[1] - q[1] * r[0]) / determinant;
-            let along_row = (c[0] * q[1] - c[1] * q[0]) / determinant;
-            let inside = along_column.abs() <= share[0] && along_row.abs() <= share[1];
-            let near_edge = band.as_ref().is_none_or(|(cross, width)| {
-                cross.edge_coordinates(q).iter().any(|(distance, _)| distance.abs() <= *width)
-            });
-            if inside && near_edge {
-                window.pixels.push([u as f64 - centre[0], v as f64 - centre[1], f64::from(image.at(u, v))]);
+    let offset = [0, 1].map(|k| (centre[k] - centre_px[k]) as f32);
+    let band = edges.map(Band::new);
+    let mut window = Window::new(centre, half_sides[0].max(half_sides[1]), (4.2 * half_sides[0] * half_sides[1]) as usize);
+    let extent = share[0] * square_px[0][1].abs() + share[1] * square_px[1][1].abs();
+    for v in pixel_range(centre_px[1], extent, image.height()) {
+        let (from, to) = span(v as f64 - centre_px[1], square_px, share);
+        let row = &levels[v * image.width()..][..image.width()];
+        let y = (v as f64 - centre[1]) as f32;
+        for u in pixel_range(centre_px[0] + 0.5 * (from + to), 0.5 * (to - from), image.width()) {
+            let x = (u as f64 - centre[0]) as f32;
+            if band.as_ref().is_none_or(|band| band.holds([x + offset[0], y + offset[1]])) {
+                window.push(x, y, row[u].into());
             }
         }
     }
-    window
+    window.filled()
+}
+
+/// Offsets from the centre, along u, at which the parallelogram |α| ≤ `share[0]`, |β| ≤ `share[1]` (α columns and β rows
+/// away) begins and ends on the pixel row `qv` below the centre; the end lies before the beginning where it is not cut.
+fn span(qv: f64, [c, r]: [[f64; 2]; 2], share: [f64; 2]) -> (f64, f64) {
+    let determinant = (c[0] * r[1] - c[1] * r[0]).abs();
+    let between = |side: [f64; 2], share: f64| {
+        // |q × side| ≤ share · |c × r|: between two lines along `side`.
+        let half = share * determinant / side[1].abs();
+        let middle = qv * side[0] / side[1];
+        if side[1] == 0.0 { (f64::NEG_INFINITY, f64::INFINITY) } else { (middle - half, middle + half) }
+    };
+    let ((a0, a1), (b0, b1)) = (between(r, share[0]), between(c, share[1]));
+    (a0.max(b0), a1.min(b1))
+}
+
+/// The surroundings of both edges.
+struct Band {
+    normal: [[f32; 2]; 2],
+    half_curvature: [f32; 2],
+    half_width: f32,
+}
+
+impl Band {
+    fn new(shape: &CrossShape) -> Self {
+        Self {
+            normal: shape.normal_rad.map(|angle| [angle.cos() as f32, angle.sin() as f32]),
+            half_curvature: shape.curvature_per_px.map(|c| 0.5 * c as f32),
+            half_width: (EDGE_BAND_SIGMAS * shape.blur_px + EDGE_BAND_MIN_PX) as f32,
+        }
+    }
+
+    /// Whether the place `q` (px from the crossing) is near one of the edges.
+    fn holds(&self, q: [f32; 2]) -> bool {
+        let distance = |k: usize| {
+            let n = self.normal[k];
+            let along = n[0] * q[1] - n[1] * q[0];
+            n[0] * q[0] + n[1] * q[1] - self.half_curvature[k] * along * along
+        };
+        distance(0).abs() <= self.half_width || distance(1).abs() <= self.half_width
+    }
 }
 
 fn pixel_range(centre: f64, extent: f64, side: usize) -> std::ops::Range<usize> {
