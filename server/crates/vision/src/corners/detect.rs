@@ -1,4 +1,5 @@
-//! Seeds: labelled corners from `calib-targets` (ChESS responses, topological grid), in several views of the image.
+//! Seeds: labelled corners from the quick look, then from `calib-targets` (ChESS responses, topological grid) in
+//! several views of the image.
 //!
 //! Its grids are starting points only: it may lose rim corners of a dim board and add false ones beyond the rim.
 
@@ -16,6 +17,7 @@ use super::params::{
     DETECTION_MIN_SIDE_PX, DETECTION_THRESHOLDS, DOUBLE_MAX_PIXELS, MIN_SEED_CORNERS, STRETCH_CLIP_SHARE,
     STRETCH_SAMPLE_STEP,
 };
+use super::quick::quick_seed;
 
 /// Corner positions (px of the original image) by lattice index.
 pub(super) type Seed = BTreeMap<Node, [f64; 2]>;
@@ -47,11 +49,18 @@ struct Picture {
     scale: f64,
 }
 
-/// Offers `accept` one seed after another, from the cheapest view to the most forgiving, until it returns a value.
+/// Offers `accept` one seed after another, from the quick look over the cheapest view to the most forgiving, until it
+/// returns a value.
 ///
 /// Within a view the detector's own alternatives follow each other: thresholds of the corner response, then
 /// tolerances of the grid; the largest grid of each comes first. No seed is offered twice.
 pub(super) fn search_seeds<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
+    let quick = quick_seed(image);
+    if quick.len() >= MIN_SEED_CORNERS
+        && let Some(accepted) = accept(&quick)
+    {
+        return Some(accepted);
+    }
     let too_large = |view: View| view == View::Double && image.width() * image.height() > DOUBLE_MAX_PIXELS;
     for view in VIEWS.into_iter().filter(|view| !too_large(*view)) {
         let picture = picture(image, view);

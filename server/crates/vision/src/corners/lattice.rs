@@ -13,7 +13,8 @@ use crate::GreyImage;
 use super::fit::{CornerFit, fit_corner};
 use super::model::CrossShape;
 use super::params::{
-    BLUR_START_PX, FIRST_WINDOW_BLURS, FIRST_WINDOW_MAX_PX, FIRST_WINDOW_SQUARES, MAX_MISFIT_RATIO,
+    BLUR_START_PX, FIRST_WINDOW_BLURS, FIRST_WINDOW_MAX_PX, FIRST_WINDOW_SQUARES, GLANCE_MIN_CONTRAST_RATIO,
+    GLANCE_MIN_SQUARE_PX, MAX_MISFIT_RATIO,
     MAX_SHIFT_SQUARES, MAX_SLOPE_RATIO, MAX_TURN_RAD, MIN_CONTRAST_RATIO, MIN_SEED_CORNERS, RECENTRE_PX,
 };
 use super::warp::edge_normals;
@@ -156,9 +157,39 @@ impl Lattice {
         let position = |n: Node| self.corners.get(&n).map(|c| c.position_px);
         let predicted = predict(node, position)?;
         let square_px = spacing(node, |n| if n == node { Some(predicted) } else { position(n) })?;
+        if !self.alternates(image, node, predicted, square_px) {
+            return None;
+        }
         let fit = self.fit_at(image, predicted, square_px)?;
         self.fits_in(node, &fit).then_some(fit)
     }
+
+    /// A glance before the fit: whether the middles of the four squares around `centre` are dark and bright by turns, as
+    /// the node's colouring wants it. Small squares and places at the rim of the image have the benefit of the doubt.
+    fn alternates(&self, image: &GreyImage, node: Node, centre: [f64; 2], [c, r]: [[f64; 2]; 2]) -> bool {
+        if c[0].hypot(c[1]).min(r[0].hypot(r[1])) < GLANCE_MIN_SQUARE_PX {
+            return true;
+        }
+        let sign = parity(node) * self.parity_sign;
+        let square = |i: f64, j: f64| {
+            let place = [0, 1].map(|k| (centre[k] + 0.25 * (i * c[k] + j * r[k])).round());
+            let inside = |k: usize, side: usize| place[k] >= 1.0 && place[k] < side as f64 - 1.0;
+            (inside(0, image.width()) && inside(1, image.height()))
+                .then(|| sign * mean_around(image, place[0] as usize, place[1] as usize))
+        };
+        let [Some(a), Some(b), Some(c), Some(d)] =
+            [square(1.0, 1.0), square(-1.0, -1.0), square(1.0, -1.0), square(-1.0, 1.0)]
+        else {
+            return true;
+        };
+        a.min(b) - c.max(d) >= GLANCE_MIN_CONTRAST_RATIO * self.contrast
+    }
+}
+
+/// Mean of three by three pixels.
+fn mean_around(image: &GreyImage, u: usize, v: usize) -> f64 {
+    let sum: f32 = (v - 1..=v + 1).flat_map(|y| (u - 1..=u + 1).map(move |x| image.at(x, y))).sum();
+    f64::from(sum) / 9.0
 }
 
 fn parity((i, j): Node) -> f64 {

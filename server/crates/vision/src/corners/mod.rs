@@ -8,10 +8,11 @@
 //! both odd) cannot be told apart by its colours: there the columns run as nearly as possible towards +u.
 //!
 //! # Way of working
-//! 1. `detect`: seeds from `calib-targets`, in several views of the image.
+//! 1. `quick`: the lattice of a board that is plain to see; else `detect`: seeds from `calib-targets`, in several views
+//!    of the image.
 //! 2. `lattice`: seeds verified, holes filled, grown to the rim.
 //! 3. `orientation`: size check and corner (0, 0).
-//! 4. `refine`: a blurred-corner model fitted to each corner (`model`, `fit`).
+//! 4. `refine`: a blurred-corner model fitted to each corner (`model`, `fit`, `sums`).
 
 mod detect;
 mod fit;
@@ -19,6 +20,7 @@ mod lattice;
 mod model;
 mod orientation;
 mod params;
+mod quick;
 mod refine;
 mod sums;
 mod warp;

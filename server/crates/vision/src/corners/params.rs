@@ -107,3 +107,26 @@ pub(super) const DISAGREEMENT_MIN_SAMPLES: usize = 12;
 /// Every how many pixels of a window one serves the estimate of the noise: a board leaves thousands, which know its
 /// variance to some percent.
 pub(super) const NOISE_SAMPLE_STEP: usize = 7;
+
+/// Weakest answer of the quick look, in sums of four 8-bit pixels: a contrast of about five grey levels.
+pub(super) const QUICK_MIN_RESPONSE: i16 = 100;
+
+/// Weakest answer of the quick look as a share of the strongest: blur and dim light cost a corner less.
+pub(super) const QUICK_MIN_RESPONSE_SHARE: f32 = 0.1;
+
+/// Most crossings of the quick look: a large board and as many false ones.
+pub(super) const QUICK_MAX_PEAKS: usize = 600;
+
+/// Cosine within which an edge points at the next corner: the ring tells its direction to a few degrees.
+pub(super) const QUICK_POINTING_COSINE: f32 = 0.96;
+
+/// Cosine within which an edge goes straight through its corner.
+pub(super) const QUICK_POINTING_BACK_COSINE: f32 = 0.9;
+
+/// Squares larger than this show their brightness between the edges: a place where the four squares do not alternate
+/// is no corner and is not fitted (px).
+pub(super) const GLANCE_MIN_SQUARE_PX: f64 = 12.0;
+
+/// Least step between the dark and the bright squares seen by the glance, as a share of the board's contrast (half the
+/// step between its squares): half of what a corner needs.
+pub(super) const GLANCE_MIN_CONTRAST_RATIO: f64 = 0.2;
