@@ -51,16 +51,17 @@ struct Picture {
 
 /// Offers `accept` one seed after another, from the quick look over the cheapest view to the most forgiving, until it
 /// returns a value.
+pub(super) fn search_seeds<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
+    let quick = quick_seed(image);
+    let accepted = if quick.len() >= MIN_SEED_CORNERS { accept(&quick) } else { None };
+    accepted.or_else(|| patient_search(image, accept))
+}
+
+/// Seeds of all views.
 ///
 /// Within a view the detector's own alternatives follow each other: thresholds of the corner response, then
 /// tolerances of the grid; the largest grid of each comes first. No seed is offered twice.
-pub(super) fn search_seeds<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
-    let quick = quick_seed(image);
-    if quick.len() >= MIN_SEED_CORNERS
-        && let Some(accepted) = accept(&quick)
-    {
-        return Some(accepted);
-    }
+pub(super) fn patient_search<T>(image: &GreyImage, mut accept: impl FnMut(&Seed) -> Option<T>) -> Option<T> {
     let too_large = |view: View| view == View::Double && image.width() * image.height() > DOUBLE_MAX_PIXELS;
     for view in VIEWS.into_iter().filter(|view| !too_large(*view)) {
         let picture = picture(image, view);

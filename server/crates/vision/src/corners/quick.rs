@@ -12,7 +12,8 @@ use multiversion::multiversion;
 use super::detect::Seed;
 use super::lattice::Node;
 use super::params::{
-    QUICK_MAX_PEAKS, QUICK_MIN_RESPONSE, QUICK_MIN_RESPONSE_SHARE, QUICK_POINTING_COSINE, QUICK_POINTING_BACK_COSINE,
+    QUICK_MAX_PEAKS, QUICK_MIN_RESPONSE, QUICK_MIN_RESPONSE_SHARE, QUICK_POINTING_BACK_COSINE,
+    QUICK_POINTING_COSINE,
 };
 use crate::{GreyImage, Pixels};
 
@@ -51,7 +52,6 @@ struct Half {
 struct Peak {
     /// Place in the half-size image.
     at: [f32; 2],
-    response: i16,
     rays: [Ray; 4],
 }
 
@@ -232,7 +232,7 @@ fn peak_at(half: &Half, responses: &[i16], u: usize, v: usize) -> Option<Peak> {
         u as f32 + top(response(-1, 0), here, response(1, 0)),
         v as f32 + top(response(0, -1), here, response(0, 1)),
     ];
-    Some(Peak { at: place, response: responses[at(0, 0)], rays })
+    Some(Peak { at: place, rays })
 }
 
 fn dot(a: [f32; 2], b: [f32; 2]) -> f32 {
@@ -256,7 +256,8 @@ fn neighbour(peaks: &[Peak], a: usize, k: usize) -> Option<(usize, usize)> {
             continue;
         }
         let points_back = |other: &Ray| {
-            dot(other.direction, step) < -QUICK_POINTING_COSINE * distance && other.bright_ahead != ray.bright_ahead
+            dot(other.direction, step) < -QUICK_POINTING_COSINE * distance
+                && other.bright_ahead != ray.bright_ahead
         };
         if let Some(back) = to.rays.iter().position(points_back) {
             (nearest, nearest_distance) = (Some((b, back)), distance);
@@ -274,7 +275,9 @@ fn connected(links: &[[Option<(usize, usize)>; 4]], first: usize, seen: &mut [bo
     seen[first] = true;
     while let Some((node, a, turn)) = open.pop() {
         for k in 0..4 {
-            let Some((b, back)) = links[a][k].filter(|&(b, back)| links[b][back] == Some((a, k))) else { continue };
+            let Some((b, back)) = links[a][k].filter(|&(b, back)| links[b][back] == Some((a, k))) else {
+                continue;
+            };
             let side = (k + 4 - turn) % 4;
             let next = (node.0 + STEPS[side].0, node.1 + STEPS[side].1);
             if seen[b] || lattice.contains_key(&next) {

@@ -1,5 +1,8 @@
 //! The corner model and its sums as they are written on paper, in double precision: what the fast sums are held to.
 
+// Matrices as they are written.
+#![allow(clippy::needless_range_loop)]
+
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use super::fit::{N, NoiseModel, Window};
@@ -101,14 +104,8 @@ fn level_basis(x: f64, y: f64, s: f64) -> [f64; 6] {
 /// Normal equations and robust cost at `state`.
 fn plain_sums(window: &Window, state: &CornerState, noise: Option<&NoiseModel>) -> Sums {
     let cross = Cross::new(&state.shape);
-    let mut sums = Sums {
-        normal: [[0.0; N]; N],
-        gradient: [0.0; N],
-        cost: 0.0,
-        weight: 0.0,
-        influence2: 0.0,
-        response: 0.0,
-    };
+    let mut sums =
+        Sums { normal: [[0.0; N]; N], gradient: [0.0; N], cost: 0.0, weight: 0.0, influence2: 0.0, response: 0.0 };
     for k in 0..window.n_pixels() {
         let [x, y, level] = [window.x[k], window.y[k], window.level[k]].map(f64::from);
         let s = cross.at([x - state.position[0], y - state.position[1]]);

@@ -4,7 +4,10 @@
 //! an addition: the result is the same, bit for bit, whichever instruction set the processor offers. The
 //! straightforward version in double precision is the tests' `reference`.
 
-use std::f32::consts::{FRAC_1_SQRT_2, LOG2_E, PI};
+// Several rows of a block are filled side by side: their index is what they share.
+#![allow(clippy::needless_range_loop)]
+
+use std::f32::consts::{FRAC_1_SQRT_2, FRAC_2_SQRT_PI, LN_2, LOG2_E, PI};
 
 use multiversion::multiversion;
 
@@ -57,7 +60,8 @@ pub(super) struct Sums {
 
 /// Normal equations and robust cost of `window` at `state`; plain least squares without a noise model.
 pub(super) fn accumulate(window: &Window, state: &CornerState, noise: Option<&NoiseModel>) -> Sums {
-    let mut partial = Partial { normal: [[0.0; LANES]; PAIRS], gradient: [[0.0; LANES]; N], scalars: [[0.0; LANES]; 4] };
+    let mut partial =
+        Partial { normal: [[0.0; LANES]; PAIRS], gradient: [[0.0; LANES]; N], scalars: [[0.0; LANES]; 4] };
     add_window(window, &Constants::new(window, state, noise), &mut partial);
     let mut pair = partial.normal.iter();
     let mut normal = [[0.0; N]; N];
@@ -298,8 +302,7 @@ impl Constants {
         let (x, y) = (d1 * self.inverse_blur, d2 * self.inverse_blur);
         let ((e1, gauss1), (e2, gauss2)) = (erf_and_gauss(x), erf_and_gauss(y));
         let value = e1 * e2 + 2.0 / PI * gauss1 * gauss2 * self.series(x, y);
-        // 2/√(2π)
-        let slope = 0.797_884_56 * self.inverse_blur;
+        let slope = FRAC_2_SQRT_PI * FRAC_1_SQRT_2 * self.inverse_blur;
         let rho = self.correlation;
         let by_d1 = slope * gauss1 * erf_and_gauss((y - rho * x) * self.inverse_residual).0;
         let by_d2 = slope * gauss2 * erf_and_gauss((x - rho * y) * self.inverse_residual).0;
@@ -363,7 +366,8 @@ fn exp_of_negative(z: f32) -> f32 {
     let f = power - (rounded - ROUNDER);
     // Taylor series of 2^f for |f| ≤ 1/2.
     let two_to_f = 1.0
-        + f * (0.693_147_2
-            + f * (0.240_226_5 + f * (0.055_504_11 + f * (0.009_618_129 + f * (0.001_333_355_8 + f * 0.000_154_035_3)))));
+        + f * (LN_2
+            + f * (0.240_226_5
+                + f * (0.055_504_11 + f * (0.009_618_129 + f * (0.001_333_355_8 + f * 0.000_154_035_3)))));
     f32::from_bits(two_to_f.to_bits().wrapping_add(rounded.to_bits() << 23))
 }

@@ -386,3 +386,58 @@ fn strongly_bent_edges_do_not_move_the_corners() {
     // Measured 0.0036; with straight edges in the model 0.0080.
     assert!(rms_px < 0.006, "{rms_px} px RMS");
 }
+
+#[test]
+fn the_quick_look_sees_every_corner_of_a_plain_board() {
+    let seed = quick::quick_seed(&SCENE.image());
+    assert_eq!(seed.len(), 28);
+    for place in seed.values() {
+        let corners = (0..28).map(|k| SCENE.truth(k % 7, k / 7));
+        let nearest = corners.map(|t| (place[0] - t[0]).hypot(place[1] - t[1])).fold(f64::INFINITY, f64::min);
+        // Half a pixel of the half-size image.
+        assert!(nearest < 1.0, "{place:?} is {nearest} px from every corner");
+    }
+}
+
+#[test]
+fn without_the_quick_look_the_board_is_the_same() {
+    let image = SCENE.image();
+    let patient = detect::patient_search(&image, |seed| {
+        board_from_lattice(&Lattice::from_seed(&image, seed)?, &SCENE.params()).ok()
+    });
+    let patient = board_from_fits(&refine::refine(&image, &patient.unwrap(), 7), &SCENE.params());
+    let quick = find_corners(&image, &SCENE.params()).unwrap();
+    for (a, b) in patient.corners.iter().zip(&quick.corners) {
+        assert_eq!((a.row, a.column), (b.row, b.column));
+        // The windows follow the first fits, which end within 0.02 px: some pixels at their rims differ, and with them
+        // a part of the noise.
+        assert!((a.u_px - b.u_px).hypot(a.v_px - b.v_px) < 0.5 * a.sigma_px, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn a_window_holds_the_pixels_of_its_parallelogram_once() {
+    let image = SCENE.image();
+    let reach = window::Reach { squares: 0.4, max_px: 9.0 };
+    for square_px in [[[30.0, 0.0], [0.0, 25.0]], [[20.0, 9.0], [-7.0, 31.0]], [[3.0, -28.0], [24.0, 4.0]]] {
+        let centre = [200.3, 150.8];
+        let window = window::window_around(&image, centre, square_px, reach, None);
+        let [c, r]: [[f64; 2]; 2] = square_px;
+        let share = [c, r].map(|s| 9.0f64.min(0.4 * s[0].hypot(s[1])) / s[0].hypot(s[1]));
+        let mut expected = Vec::new();
+        for v in 100..200 {
+            for u in 150..250 {
+                let q = [f64::from(u) - centre[0], f64::from(v) - centre[1]];
+                let determinant = c[0] * r[1] - c[1] * r[0];
+                let columns = (q[0] * r[1] - q[1] * r[0]) / determinant;
+                let rows = (c[0] * q[1] - c[1] * q[0]) / determinant;
+                if columns.abs() <= share[0] && rows.abs() <= share[1] {
+                    expected.push([(u - 200) as f32, (v - 151) as f32, image.at(u as usize, v as usize)]);
+                }
+            }
+        }
+        let found: Vec<[f32; 3]> =
+            (0..window.n_pixels()).map(|k| [window.x[k], window.y[k], window.level[k]]).collect();
+        assert_eq!(found, expected);
+    }
+}

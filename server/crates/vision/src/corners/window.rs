@@ -45,7 +45,8 @@ fn collected<T: Copy + Into<f32>>(
     let centre = centre_px.map(f64::round);
     let offset = [0, 1].map(|k| (centre[k] - centre_px[k]) as f32);
     let band = edges.map(Band::new);
-    let mut window = Window::new(centre, half_sides[0].max(half_sides[1]), (4.2 * half_sides[0] * half_sides[1]) as usize);
+    let mut window =
+        Window::new(centre, half_sides[0].max(half_sides[1]), (4.2 * half_sides[0] * half_sides[1]) as usize);
     let extent = share[0] * square_px[0][1].abs() + share[1] * square_px[1][1].abs();
     for v in pixel_range(centre_px[1], extent, image.height()) {
         let (from, to) = span(v as f64 - centre_px[1], square_px, share);
