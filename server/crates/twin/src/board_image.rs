@@ -10,7 +10,7 @@ use crate::params::{
 };
 use crate::renderer::Renderer;
 use crate::scene::Scene;
-use crate::seen::{Seen, View};
+use crate::seen::{MeshMemory, Seen, View};
 
 /// Rows that are prepared together: few enough to stay in a processor's cache.
 const BAND_PX: usize = 32;
@@ -19,9 +19,14 @@ const BAND_PX: usize = 32;
 const LENS_STRETCH: f64 = 1.3;
 
 /// Light of a whole picture before lens blur: `white_level` (of 255) on white at the picture's centre.
-pub(crate) fn ordinary_light(renderer: &Renderer, scene: Placed<'_>, white_level: f64) -> Vec<f32> {
+pub(crate) fn ordinary_light(
+    renderer: &Renderer,
+    scene: Placed<'_>,
+    white_level: f64,
+    memory: &mut MeshMemory,
+) -> Vec<f32> {
     let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
-    let (mut view, mut seen) = (View::new(scene), Seen::nothing());
+    let (mut view, mut seen) = (View::new(scene, memory), Seen::nothing());
     let mut levels = vec![0.0; width * height];
     let mut band = LitPixels::none(width, height);
     for (v, row) in levels.chunks_exact_mut(width).enumerate() {

@@ -3,6 +3,7 @@
 use crate::laser_image::Placed;
 use crate::lit_pixels::LitPixels;
 use crate::scene::Scene;
+use crate::seen::MeshMemory;
 
 /// What the sensor is exposed to.
 #[derive(Debug, Clone, Copy)]
@@ -34,6 +35,7 @@ pub struct Darkroom {
     pub(crate) lit: Option<[LitPixels; 2]>,
     pub(crate) runs: Vec<Vec<(usize, usize)>>,
     pub(crate) ordinary: OrdinaryPicture,
+    pub(crate) mesh: MeshMemory,
 }
 
 /// A picture by ordinary light, blurred by the lens, before the sensor: it changes only with what it shows.
@@ -52,12 +54,19 @@ impl OrdinaryPicture {
 }
 
 impl Darkroom {
-    /// Memory for pictures of this size, all dark.
+    /// Memory for pictures of this size, all dark. Only where the last picture had light is there anything to wipe.
     pub(crate) fn prepare(&mut self, width: usize, height: usize) {
         let n_pixels = width * height;
+        let same_size = self.row.len() == width && self.runs.len() == height && self.levels.len() == n_pixels;
         for buffer in [&mut self.levels, &mut self.along] {
-            buffer.resize(n_pixels, 0.0);
-            buffer.fill(0.0);
+            if same_size {
+                for (row, runs) in buffer.chunks_exact_mut(width).zip(&self.runs) {
+                    runs.iter().for_each(|&(from, to)| row[from..to].fill(0.0));
+                }
+            } else {
+                buffer.clear();
+                buffer.resize(n_pixels, 0.0);
+            }
         }
         self.row.resize(width, 0.0);
         self.runs.resize_with(height, Vec::new);

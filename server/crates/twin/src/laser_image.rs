@@ -14,10 +14,9 @@ use crate::lit_pixels::LitPixels;
 use crate::params::{MAP_STEP_PX, SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
 use crate::renderer::Renderer;
 use crate::scene::{Ball, Scene, SceneHit};
-use crate::seen::{Seen, View};
+use crate::seen::{MeshMemory, Seen, View};
 use crate::sensor::FULL_SCALE;
 use crate::sheet_map::SheetBlock;
-use crate::trace::trace;
 
 /// A scene where the stage has carried it.
 #[derive(Clone, Copy)]
@@ -66,18 +65,19 @@ impl Placed<'_> {
 }
 
 /// Adds to `levels` (of 255, before lens blur) the laser light that every pixel receives from the scene, and to `lit`
-/// the pixels it may fall on; `of_order` is scratch.
+/// the pixels it may fall on; `of_order` and `memory` are scratch.
 pub(crate) fn laser_light(
     renderer: &Renderer,
     scene: Placed<'_>,
     levels: &mut [f32],
     lit: &mut LitPixels,
     of_order: &mut LitPixels,
+    memory: &mut MeshMemory,
 ) {
     for order_idx in 0..renderer.model.orders.len() {
         of_order.clear();
-        let mut view = View::new(scene);
-        view.shine_on(trace(renderer, scene, order_idx, of_order));
+        let mut view = View::new(scene, memory);
+        view.shine_on(renderer, order_idx, of_order);
         view.look_at(renderer, of_order);
         light_of_order(renderer, &mut view, order_idx, of_order, levels);
         lit.add(of_order);
@@ -100,9 +100,10 @@ fn light_of_order(
         renderer.rays.read(u, v, n, &mut seen.rays);
         view.see(u, v, n, &mut seen);
         fall(&light, &seen, &renderer.sheets[order_idx].read(u, v, n), n, &mut shine);
+        view.follow_light(&shine.source, &seen, n);
         let row = &mut levels[v * width + u..][..n.min(width - u)];
         for (lane, slot) in row.iter_mut().enumerate() {
-            if shine.level[lane] > 0.0 && view.lights(&shine.source(lane), &seen.point(lane), &seen.normal(lane)) {
+            if shine.level[lane] > 0.0 && view.lights(&shine.source(lane), &seen, lane) {
                 *slot += shine.level[lane] as f32;
             }
         }
@@ -129,12 +130,6 @@ impl Shine {
     }
 }
 
-impl Seen {
-    fn point(&self, lane: usize) -> Vector3<f64> {
-        self.ray(lane) * self.reach[lane]
-    }
-}
-
 /// The light of one order on the surfaces that a stretch of pixels sees, were nothing in its way; 0 where there is none.
 ///
 /// The laser's power drops at the ends of its fan as 1 − (φ/φ_max)¹⁶.
@@ -143,7 +138,7 @@ fn fall(light: &OrderLight, seen: &Seen, sheet: &SheetBlock, n: usize, shine: &m
     let Grating { source_mm, axis, fan, normal, gap_mm, .. } = &light.grating;
     let [axis_incidence, fan_incidence] = [axis.dot(normal), fan.dot(normal)];
     let Shine { level, source: [qx, qy, qz] } = shine;
-    let Seen { rays: [x, y], reach, normal: [nx, ny, nz], reflectance } = seen;
+    let Seen { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = seen;
     for lane in 0..n.min(level.len()) {
         let sigmas =
             (reach[lane] - 1.0 / sheet.inverse_depth[lane]) * sheet.steepness[lane] / light.sheet_sigma_mm;
@@ -203,13 +198,14 @@ mod tests {
         let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
         let mut levels = vec![0.0; width * height];
         let [mut lit, mut of_order] = [LitPixels::none(width, height), LitPixels::none(width, height)];
+        let mut memory = MeshMemory::default();
         if !everywhere {
-            laser_light(renderer, scene, &mut levels, &mut lit, &mut of_order);
+            laser_light(renderer, scene, &mut levels, &mut lit, &mut of_order, &mut memory);
             return levels;
         }
         lit.add_rectangle([0.0; 2], [width as f64, height as f64], 0.0);
         for order_idx in 0..renderer.model.orders.len() {
-            let mut view = View::new(scene);
+            let mut view = View::new(scene, &mut memory);
             view.look_at(renderer, &lit);
             light_of_order(renderer, &mut view, order_idx, &lit, &mut levels);
         }

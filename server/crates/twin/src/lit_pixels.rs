@@ -73,18 +73,6 @@ impl LitPixels {
         self.words.len()
     }
 
-    /// Whether the words that a rectangle (two corners, lower first) touches hold any of the set.
-    pub(crate) fn any_within(&self, low: [f64; 2], high: [f64; 2]) -> bool {
-        if high[0] < 0.0 || high[1] < 0.0 || low[0] >= self.width as f64 || low[1] >= self.height as f64 {
-            return false;
-        }
-        let (left, right) = (low[0] as usize / WORD_PX, (high[0] as usize).min(self.width - 1) / WORD_PX);
-        (low[1] as usize..=(high[1] as usize).min(self.height - 1)).any(|v| {
-            let row = &self.words[v * self.words_per_row..][..self.words_per_row];
-            row[left..=right].iter().any(|&word| word != 0)
-        })
-    }
-
     /// Adds to `runs` the runs of pixels (from, to) of row `v` that lens blur may reach from the set, in whole words.
     pub(crate) fn blurred_runs(&self, v: usize, runs: &mut Vec<(usize, usize)>) {
         let top = v.saturating_sub(PSF_RADIUS_PX);
@@ -105,6 +93,34 @@ impl LitPixels {
                 _ => runs.push((from, to)),
             }
         }
+    }
+}
+
+/// How many words above each one hold any pixel of a set, to look into many rectangles of it.
+#[derive(Debug, Default)]
+pub(crate) struct FilledWords {
+    above: Vec<u16>,
+}
+
+impl FilledWords {
+    /// Counts the words of another set.
+    pub(crate) fn count(&mut self, lit: &LitPixels) {
+        self.above.clear();
+        self.above.resize(lit.words_per_row, 0);
+        for (idx, word) in lit.words.iter().enumerate() {
+            self.above.push(self.above[idx] + u16::from(*word != 0));
+        }
+    }
+
+    /// Whether the words that a rectangle (two corners, lower first) touches hold any of the set that was counted.
+    pub(crate) fn any_within(&self, lit: &LitPixels, low: [f64; 2], high: [f64; 2]) -> bool {
+        if high[0] < 0.0 || high[1] < 0.0 || low[0] >= lit.width as f64 || low[1] >= lit.height as f64 {
+            return false;
+        }
+        let (left, right) = (low[0] as usize / WORD_PX, (high[0] as usize).min(lit.width - 1) / WORD_PX);
+        let [top, below] = [low[1] as usize, (high[1] as usize).min(lit.height - 1) + 1]
+            .map(|v| &self.above[v * lit.words_per_row..][left..=right]);
+        top != below
     }
 }
 

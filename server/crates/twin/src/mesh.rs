@@ -46,6 +46,8 @@ pub enum SolidError {
 #[derive(Debug, PartialEq)]
 pub struct Solid {
     triangles: Vec<Triangle>,
+    /// Unit normals of the triangles, to either side.
+    normals: Vec<Vector3<f64>>,
     nodes: Vec<Node>,
     fingerprint: u64,
 }
@@ -76,7 +78,7 @@ struct Node {
 }
 
 /// A ray, prepared for many boxes.
-pub(crate) struct Ray {
+struct Ray {
     origin: Vector3<f64>,
     direction: Vector3<f64>,
     inverse: Vector3<f64>,
@@ -110,7 +112,8 @@ impl Solid {
         let fingerprint = corners.as_flattened().as_flattened().iter().map(|x| x.to_bits()).fold(6, derived_seed);
         let mut nodes = Vec::with_capacity(triangles.len());
         build(&mut triangles, 0, 0, &mut nodes);
-        Ok(Self { triangles, nodes, fingerprint })
+        let normals = triangles.iter().map(Triangle::normal).collect();
+        Ok(Self { triangles, normals, nodes, fingerprint })
     }
 
     /// How many triangles it has.
@@ -129,13 +132,19 @@ impl Solid {
 
     /// Unit normal of a triangle in the part's frame, to either side.
     pub(crate) fn normal(&self, idx: u32) -> Vector3<f64> {
-        self.triangles[idx as usize].normal()
+        self.normals[idx as usize]
     }
 
     /// Whether a triangle meets a ray before `limit`.
     #[inline]
-    pub(crate) fn stands_before(&self, idx: u32, ray: &Ray, limit: f64) -> bool {
-        self.triangles[idx as usize].reach(ray).is_some_and(|reach| reach < limit)
+    pub(crate) fn stands_before(
+        &self,
+        idx: u32,
+        origin: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        limit: f64,
+    ) -> bool {
+        self.triangles[idx as usize].reach(origin, direction).is_some_and(|reach| reach < limit)
     }
 
     /// Adds to `found` the triangles of all leaves whose boxes, seen as balls (centre and radius), `may` hold what is
@@ -158,7 +167,7 @@ impl Solid {
     /// The nearest triangle on a ray: reach and normal towards where the ray comes from.
     fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
         let (reach, idx) = self.search(&Ray::new(origin, direction), f64::INFINITY, false)?;
-        let normal = self.triangles[idx].normal();
+        let normal = self.normals[idx];
         Some((reach, if normal.dot(direction) > 0.0 { -normal } else { normal }))
     }
 
@@ -179,7 +188,9 @@ impl Solid {
             let first = node.first as usize;
             if node.count > 0 {
                 for (offset, triangle) in self.triangles[first..first + node.count as usize].iter().enumerate() {
-                    if let Some(reach) = triangle.reach(ray).filter(|reach| *reach < nearest.0) {
+                    if let Some(reach) =
+                        triangle.reach(&ray.origin, &ray.direction).filter(|reach| *reach < nearest.0)
+                    {
                         nearest = (reach, Some(first + offset));
                         if any {
                             return Some((reach, first + offset));
@@ -226,7 +237,7 @@ impl Mesh {
 }
 
 impl Ray {
-    pub(crate) fn new(origin: &Vector3<f64>, direction: &Vector3<f64>) -> Self {
+    fn new(origin: &Vector3<f64>, direction: &Vector3<f64>) -> Self {
         Self { origin: *origin, direction: *direction, inverse: direction.map(f64::recip) }
     }
 }
@@ -246,14 +257,14 @@ impl Triangle {
 
     /// Where a ray meets it (Möller & Trumbore 1997), from either side.
     #[inline]
-    fn reach(&self, ray: &Ray) -> Option<f64> {
+    fn reach(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
         let [a, b] = &self.sides;
-        let p = ray.direction.cross(b);
+        let p = direction.cross(b);
         let scale = a.dot(&p).recip();
-        let from = ray.origin - self.corner;
+        let from = origin - self.corner;
         let u = from.dot(&p) * scale;
         let q = from.cross(a);
-        let v = ray.direction.dot(&q) * scale;
+        let v = direction.dot(&q) * scale;
         let reach = b.dot(&q) * scale;
         // Not a number where the ray runs along the triangle: no comparison holds.
         (u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && reach > 0.0).then_some(reach)
@@ -331,7 +342,7 @@ mod tests {
             let origin = Vector3::new(60.0 * draw(0), 60.0 * draw(1), 50.0);
             let direction = Vector3::new(draw(2), draw(3), -1.0);
             let ray = Ray::new(&origin, &direction);
-            let all = solid.triangles.iter().filter_map(|t| t.reach(&ray));
+            let all = solid.triangles.iter().filter_map(|t| t.reach(&origin, &direction));
             let nearest = all.fold(f64::INFINITY, f64::min);
             let found = solid.hit(&origin, &direction).map_or(f64::INFINITY, |hit| hit.0);
             assert_eq!(found, nearest, "ray {idx}");

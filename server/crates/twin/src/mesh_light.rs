@@ -5,14 +5,19 @@
 //! of light, which need not pass that viewpoint exactly, is a short line in it and is tested against the triangles of the
 //! cells along that line. So the result is that of a search of all triangles, whatever the viewpoint.
 
+use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector3};
 use optics::Grating;
 
-use crate::mesh::{Mesh, Ray};
-use crate::scene::{Ball, hidden_beyond};
+use crate::block::{Block, NOTHING, floor};
+use crate::lit_pixels::WORD_PX;
+use crate::mesh::Mesh;
+use crate::params::SAME_HIT_MM;
+use crate::scene::Ball;
 
-/// No cell.
-const NONE: u32 = u32::MAX;
+/// Added around the bounds of a triangle, as a tangent and in mm: far more than they lose in single precision and than a
+/// triangle's seams, far less than a triangle.
+const BOUND_MARGIN: f64 = 1e-5;
 
 /// Share by which the band is wider than the sheet: the sheet's distance is first order (`docs/maths/twin.md`).
 const BAND_SHARE: f64 = 1.1;
@@ -38,8 +43,18 @@ pub(crate) struct MeshLight {
     /// Where the triangles of each cell begin.
     cells: Vec<u32>,
     /// Triangles cell by cell.
-    members: Vec<u32>,
-    entries: Vec<(u32, u32)>,
+    members: Vec<Member>,
+    entries: Vec<(u32, Member)>,
+}
+
+/// A triangle of a cell and what it takes up as seen from the viewpoint: most are ruled out by that alone.
+#[derive(Debug, Clone, Copy, Default)]
+struct Member {
+    low: [f32; 2],
+    high: [f32; 2],
+    /// Depth of its nearest corner, mm.
+    nearest: f32,
+    idx: u32,
 }
 
 /// Tangents along and across a band: lowest and highest.
@@ -47,6 +62,8 @@ pub(crate) struct MeshLight {
 pub(crate) struct Patch {
     low: [f64; 2],
     high: [f64; 2],
+    /// Least and greatest depth from the viewpoint, mm.
+    depth_mm: [f64; 2],
 }
 
 impl Band {
@@ -93,12 +110,18 @@ impl Band {
 
     /// Tangents along and across the band of a point before the viewpoint.
     fn tangents(&self, point: &Vector3<f64>) -> Option<[f64; 2]> {
+        self.seen(point).map(|[along, across, _]| [along, across])
+    }
+
+    /// Tangents along and across the band of a point before the viewpoint, and its depth.
+    #[inline]
+    fn seen(&self, point: &Vector3<f64>) -> Option<[f64; 3]> {
         let at = self.axes * (point - self.viewpoint);
-        (at.z > 0.0).then(|| [at.x / at.z, at.y / at.z])
+        (at.z > 0.0).then(|| [at.x / at.z, at.y / at.z, at.z])
     }
 
     fn column(&self, along: f64) -> i64 {
-        (along / self.cell).floor() as i64
+        floor(along / self.cell) as i64
     }
 
     /// Adds what lies between two directions to the columns around them, with a cell to spare.
@@ -139,11 +162,11 @@ impl Band {
 
     /// The directions of a triangle; `None` if a corner lies behind the viewpoint.
     pub(crate) fn patch(&self, corners: &[Vector3<f64>; 3]) -> Option<Patch> {
-        let [a, b, c] = corners.each_ref().map(|corner| self.tangents(corner));
+        let [a, b, c] = corners.each_ref().map(|corner| self.seen(corner));
         let (a, b, c) = (a?, b?, c?);
-        let low = [0, 1].map(|axis: usize| a[axis].min(b[axis]).min(c[axis]));
-        let high = [0, 1].map(|axis: usize| a[axis].max(b[axis]).max(c[axis]));
-        Some(Patch { low, high })
+        let low = [0, 1, 2].map(|axis: usize| a[axis].min(b[axis]).min(c[axis]));
+        let high = [0, 1, 2].map(|axis: usize| a[axis].max(b[axis]).max(c[axis]));
+        Some(Patch { low: [low[0], low[1]], high: [high[0], high[1]], depth_mm: [low[2], high[2]] })
     }
 
     /// Whether a ball may touch the band.
@@ -155,7 +178,43 @@ impl Band {
         }
         let middle = [at.x / at.z, at.y / at.z];
         let half = radius_mm * (1.0 + middle[0].abs().max(middle[1].abs())) / nearest;
-        self.touches(&Patch { low: middle.map(|x| x - half), high: middle.map(|x| x + half) })
+        let depth_mm = [nearest, at.z + radius_mm];
+        self.touches(&Patch { low: middle.map(|x| x - half), high: middle.map(|x| x + half), depth_mm })
+    }
+}
+
+impl Patch {
+    /// All directions.
+    const EVERYWHERE: Self =
+        Self { low: [f64::NEG_INFINITY; 2], high: [f64::INFINITY; 2], depth_mm: [0.0, f64::INFINITY] };
+}
+
+impl Member {
+    fn new(patch: &Patch, idx: u32) -> Self {
+        Self {
+            low: patch.low.map(|low| (low - BOUND_MARGIN) as f32),
+            high: patch.high.map(|high| (high + BOUND_MARGIN) as f32),
+            nearest: (patch.depth_mm[0] - BOUND_MARGIN * patch.depth_mm[0]) as f32,
+            idx,
+        }
+    }
+
+    /// What [`Self::may_stand_before`] compares with: a patch down to its farthest depth, and a triangle that does not count.
+    fn sought(patch: &Patch, idx: u32) -> Self {
+        let [low, high] = [patch.low, patch.high].map(|corner| corner.map(|tangent| tangent as f32));
+        Self { low, high, nearest: patch.depth_mm[1] as f32, idx }
+    }
+
+    /// Whether it may stand in a patch before its farthest depth. All bounds are compared: that costs less than guessing
+    /// which will tell.
+    #[inline]
+    fn may_stand_before(&self, sought: &Self) -> bool {
+        (self.idx != sought.idx)
+            & (self.nearest < sought.nearest)
+            & (self.low[0] <= sought.high[0])
+            & (self.high[0] >= sought.low[0])
+            & (self.low[1] <= sought.high[1])
+            & (self.high[1] >= sought.low[1])
     }
 }
 
@@ -184,8 +243,7 @@ impl MeshLight {
                 continue;
             }
             each(&corners);
-            let everywhere = Patch { low: [f64::NEG_INFINITY; 2], high: [f64::INFINITY; 2] };
-            self.enter(band, &patch.unwrap_or(everywhere), idx);
+            self.enter(band, &patch.unwrap_or(Patch::EVERYWHERE), idx);
         }
         self.sort();
     }
@@ -204,15 +262,16 @@ impl MeshLight {
     /// Cells of a column between two tangents across the band.
     fn cells_of(&self, band: &Band, column: usize, low: f64, high: f64) -> std::ops::Range<u32> {
         let (first, end) = (self.columns[column], self.columns[column + 1]);
-        let from = ((low - band.columns[column][0]) / band.cell).floor().clamp(0.0, f64::from(end - first));
-        let to = ((high - band.columns[column][0]) / band.cell + 1.0).floor().clamp(0.0, f64::from(end - first));
+        let from = ((low - band.columns[column][0]) / band.cell).clamp(0.0, f64::from(end - first));
+        let to = ((high - band.columns[column][0]) / band.cell + 1.0).clamp(0.0, f64::from(end - first));
         first + from as u32..first + to as u32
     }
 
     fn enter(&mut self, band: &Band, patch: &Patch, idx: u32) {
+        let member = Member::new(patch, idx);
         for column in band.columns_of(patch) {
             for cell in self.cells_of(band, column, patch.low[1], patch.high[1]) {
-                self.entries.push((cell, idx));
+                self.entries.push((cell, member));
             }
         }
     }
@@ -229,39 +288,29 @@ impl MeshLight {
             self.cells[idx] += self.cells[idx - 1];
         }
         self.members.clear();
-        self.members.resize(self.entries.len(), NONE);
-        for &(cell, idx) in &self.entries {
+        self.members.resize(self.entries.len(), Member::default());
+        for &(cell, member) in &self.entries {
             let place = &mut self.cells[cell as usize + 1];
-            self.members[*place as usize] = idx;
+            self.members[*place as usize] = member;
             *place += 1;
         }
     }
 
-    /// Whether a triangle stands between `from` and `to`; `None` if the way does not lie in the band.
+    /// Whether another triangle stands in a way than the one at its end, which it meets there and nowhere before; `None`
+    /// if it does not lie in the band.
     pub(crate) fn is_in_the_way(
         &self,
         band: &Band,
         mesh: &Mesh,
         moved: &Vector3<f64>,
-        ball: &Ball,
-        from: &Vector3<f64>,
-        to: &Vector3<f64>,
+        way: &Way<'_>,
     ) -> Option<bool> {
-        let way = to - from;
-        let length = way.norm();
-        let nearest = ((ball.centre_mm - from).dot(&way) / length - ball.radius_mm).clamp(0.0, length);
-        let (a, b) = (band.tangents(&(from + way * (nearest / length)))?, band.tangents(to)?);
-        let patch = Patch {
-            low: [0, 1].map(|axis: usize| a[axis].min(b[axis])),
-            high: [0, 1].map(|axis: usize| a[axis].max(b[axis])),
-        };
+        let patch = way.ways.patch(way.lane)?;
         let columns = band.columns_of(&patch);
         if columns.len() as i64 != band.column(patch.high[0]) - band.column(patch.low[0]) + 1 {
             return None;
         }
-        let origin = mesh.plate.point_mm + moved;
-        let ray = Ray::new(&mesh.plate.local(&(from - origin)), &mesh.plate.local(&way));
-        let limit = hidden_beyond(length) / length;
+        let sought = Member::sought(&patch, way.triangle);
         for column in columns {
             let [low, high] = band.columns[column];
             if patch.low[1] < low || patch.high[1] > high {
@@ -269,11 +318,118 @@ impl MeshLight {
             }
             let cells = self.cells_of(band, column, patch.low[1], patch.high[1]);
             let (first, end) = (self.cells[cells.start as usize], self.cells[cells.end as usize]);
-            let members = &self.members[first as usize..end as usize];
-            if members.iter().any(|&idx| mesh.solid.stands_before(idx, &ray, limit)) {
+            let mut members = self.members[first as usize..end as usize].iter();
+            if members.any(|member| member.may_stand_before(&sought) && way.is_blocked(mesh, moved, member.idx)) {
                 return Some(true);
             }
         }
         Some(false)
+    }
+}
+
+/// One of the ways of light, to a point on a triangle.
+pub(crate) struct Way<'w> {
+    pub ways: &'w Ways,
+    pub lane: usize,
+    pub from: &'w Vector3<f64>,
+    pub to: &'w Vector3<f64>,
+    pub triangle: u32,
+}
+
+impl Way<'_> {
+    #[inline]
+    fn is_blocked(&self, mesh: &Mesh, moved: &Vector3<f64>, idx: u32) -> bool {
+        let origin = mesh.plate.point_mm + moved;
+        let (way, from) = (mesh.plate.local(&(self.to - self.from)), mesh.plate.local(&(self.from - origin)));
+        mesh.solid.stands_before(idx, &from, &way, self.ways.hidden_beyond[self.lane])
+    }
+}
+
+/// The ways of light to a stretch of pixels.
+#[derive(Debug)]
+pub(crate) struct Ways {
+    /// Bounds along and across the band and greatest depth of each way inside the ball around the part.
+    low: [Block; 2],
+    high: [Block; 2],
+    farthest: Block,
+    /// The share of each way that counts: what it meets beyond is its end itself.
+    hidden_beyond: Block,
+    /// Whether it may meet the ball.
+    near: [bool; WORD_PX],
+    /// Whether it lies before the viewpoint.
+    before: [bool; WORD_PX],
+}
+
+impl Default for Ways {
+    fn default() -> Self {
+        Self {
+            low: [NOTHING; 2],
+            high: [NOTHING; 2],
+            farthest: NOTHING,
+            hidden_beyond: NOTHING,
+            near: [false; WORD_PX],
+            before: [false; WORD_PX],
+        }
+    }
+}
+
+impl Ways {
+    /// Follows the first `n` ways.
+    pub(crate) fn follow(&mut self, band: &Band, ball: &Ball, from: &[Block; 3], to: &[Block; 3], n: usize) {
+        follow(self, band, ball, from, to, n.min(WORD_PX));
+    }
+
+    /// Whether a way comes near the part.
+    pub(crate) fn is_near(&self, lane: usize) -> bool {
+        self.near[lane]
+    }
+
+    fn patch(&self, lane: usize) -> Option<Patch> {
+        let corner = |block: &[Block; 2]| [block[0][lane], block[1][lane]];
+        let depth_mm = [0.0, self.farthest[lane]];
+        self.before[lane].then(|| Patch { low: corner(&self.low), high: corner(&self.high), depth_mm })
+    }
+}
+
+/// [`Ways::follow`]: the ball's test is that of [`Ball::is_near`].
+#[multiversion(targets("x86_64+avx2"))]
+fn follow(ways: &mut Ways, band: &Band, ball: &Ball, from: &[Block; 3], to: &[Block; 3], n: usize) {
+    let Ways { low: [low_u, low_v], high: [high_u, high_v], farthest, hidden_beyond, near, before } = ways;
+    let ([fx, fy, fz], [tx, ty, tz]) = (from, to);
+    let (centre, radius_2) = (ball.centre_mm, ball.radius_mm * ball.radius_mm);
+    let (axes, viewpoint) = (band.axes, band.viewpoint);
+    for lane in 0..n {
+        let (origin, end) = ([fx[lane], fy[lane], fz[lane]], [tx[lane], ty[lane], tz[lane]]);
+        let way = [end[0] - origin[0], end[1] - origin[1], end[2] - origin[2]];
+        let to_centre = [centre.x - origin[0], centre.y - origin[1], centre.z - origin[2]];
+        let square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+        let length = square.sqrt();
+        let beside = [
+            to_centre[1] * way[2] - to_centre[2] * way[1],
+            to_centre[2] * way[0] - to_centre[0] * way[2],
+            to_centre[0] * way[1] - to_centre[1] * way[0],
+        ];
+        let beside = beside[0] * beside[0] + beside[1] * beside[1] + beside[2] * beside[2];
+        near[lane] = beside <= radius_2 * square * (1.0 + SAME_HIT_MM);
+        let along = to_centre[0] * way[0] + to_centre[1] * way[1] + to_centre[2] * way[2];
+        let enter = (along / length - ball.radius_mm) / length;
+        let enter = if enter > 0.0 { enter } else { 0.0 };
+        let enter = if enter < 1.0 { enter } else { 1.0 };
+        let start = [0, 1, 2].map(|axis: usize| origin[axis] + way[axis] * enter);
+        let seen = |point: [f64; 3]| {
+            let at = [0, 1, 2].map(|axis: usize| point[axis] - viewpoint[axis]);
+            let [x, y, z] = [0, 1, 2]
+                .map(|row: usize| axes[(row, 0)] * at[0] + axes[(row, 1)] * at[1] + axes[(row, 2)] * at[2]);
+            [x / z, y / z, z]
+        };
+        let (a, b) = (seen(start), seen(end));
+        let ordered = |axis: usize| if a[axis] < b[axis] { (a[axis], b[axis]) } else { (b[axis], a[axis]) };
+        (low_u[lane], high_u[lane]) = ordered(0);
+        (low_v[lane], high_v[lane]) = ordered(1);
+        let (nearest, deepest) = ordered(2);
+        farthest[lane] = deepest;
+        before[lane] = nearest > 0.0;
+        let reach = if length > 1.0 { length } else { 1.0 };
+        hidden_beyond[lane] = (length - SAME_HIT_MM * reach) / length;
     }
 }

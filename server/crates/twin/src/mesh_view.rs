@@ -1,16 +1,20 @@
 //! A part of triangles as the camera sees it: triangles are drawn into the words of pixels that are asked for, the
 //! nearest wins. Each pixel's ray is tested exactly; being drawn only says which triangles it is tested against.
 
+use std::array::from_fn;
+use std::iter::{Skip, Take};
+use std::slice::ChunksExact;
+
 use multiversion::multiversion;
 use nalgebra::Vector3;
 use optics::Camera;
 
 use crate::block::{Block, NOTHING};
-use crate::lit_pixels::{LitPixels, WORD_PX};
+use crate::lit_pixels::{FilledWords, LitPixels, WORD_PX};
 use crate::mesh::{Mesh, SEAM};
 use crate::params::PART_REFLECTANCE;
 use crate::renderer::Renderer;
-use crate::seen::Seen;
+use crate::seen::{NO_TRIANGLE, Seen};
 
 /// Most that a step in the ideal picture grows by lens distortion, with room to spare.
 const LENS_STRETCH: f64 = 1.3;
@@ -24,6 +28,9 @@ const BOW_PER_PX: f64 = 1e-4;
 
 /// Boxes larger than this in the picture are looked into without asking whether they hide all.
 const LARGE_PX: f64 = 256.0;
+
+/// Pixels that are tested together: as many as a vector register holds.
+const STEP_PX: usize = 4;
 
 /// No word of pixels.
 const NONE: u32 = u32::MAX;
@@ -42,6 +49,7 @@ pub(crate) struct MeshView {
     word_idx: Vec<u32>,
     words: Vec<Word>,
     triangles: Vec<u32>,
+    filled: FilledWords,
 }
 
 /// Where and what rays from the camera meet of a triangle (Möller & Trumbore 1997, sorted by the ray): with D = (x, y, 1)
@@ -60,26 +68,18 @@ impl MeshView {
         self.lay_out(renderer, lit);
         let camera = &renderer.model.camera;
         let origin = mesh.plate.point_mm + moved;
-        let Self { word_idx, words, triangles } = self;
+        let Self { word_idx, words, triangles, filled } = self;
+        filled.count(lit);
         triangles.clear();
         mesh.solid.gather(triangles, |centre, radius| {
             rectangle_around(camera, &(origin + mesh.plate.axes * centre), radius)
-                .is_none_or(|(low, high)| lit.any_within(low, high))
+                .is_none_or(|(low, high)| filled.any_within(lit, low, high))
         });
         for &idx in triangles.iter() {
             let corners = mesh.solid.corners(idx).map(|corner| origin + mesh.plate.axes * corner);
             let Some((left, right, top, bottom)) = pixels_around(camera, &corners) else { continue };
-            let facet = Facet::new(&corners, idx);
-            for v in top..=bottom {
-                for word in left / WORD_PX..=right / WORD_PX {
-                    let slot = word_idx[v * lit.words_per_row() + word];
-                    if slot != NONE {
-                        let from = left.max(word * WORD_PX) - word * WORD_PX;
-                        let to = right.min(word * WORD_PX + WORD_PX - 1) - word * WORD_PX;
-                        draw_facet(&facet, from, to + 1, &mut words[slot as usize]);
-                    }
-                }
-            }
+            let rows = word_idx.chunks_exact(lit.words_per_row()).take(bottom + 1).skip(top);
+            draw_facet(&Facet::new(&corners, idx), (left, right), rows, words);
         }
     }
 
@@ -89,7 +89,7 @@ impl MeshView {
         self.word_idx.resize(lit.n_words(), NONE);
         for (word_idx, (u, v, n)) in lit.stretches(WORD_PX).enumerate() {
             if word_idx == self.words.len() {
-                self.words.push(Word { rays: [NOTHING; 2], reach: NOTHING, triangle: [NONE; WORD_PX] });
+                self.words.push(Word { rays: [NOTHING; 2], reach: NOTHING, triangle: [NO_TRIANGLE; WORD_PX] });
             }
             let word = &mut self.words[word_idx];
             let inside = renderer.steps_inside(u, n);
@@ -108,12 +108,13 @@ impl MeshView {
         n: usize,
         seen: &mut Seen,
     ) {
+        seen.triangle[..n].fill(NO_TRIANGLE);
         let slot = self.word_idx[v * words_per_row + u / WORD_PX];
         if slot == NONE {
             return;
         }
         let (word, first) = (&self.words[slot as usize], u % WORD_PX);
-        let mut last = (NONE, Vector3::zeros());
+        let mut last = (NO_TRIANGLE, Vector3::zeros());
         for lane in 0..n {
             let (reach, idx) = (word.reach[first + lane], word.triangle[first + lane]);
             // Where the plate is not seen, its reach is not a number.
@@ -125,6 +126,7 @@ impl MeshView {
             }
             let normal = if last.1.dot(&seen.ray(lane)) > 0.0 { -last.1 } else { last.1 };
             seen.put(lane, reach, &normal, PART_REFLECTANCE);
+            seen.triangle[lane] = idx;
         }
     }
 }
@@ -136,23 +138,50 @@ impl Facet {
         let v = from.cross(&a);
         Self { u: b.cross(&from), v, scale: b.cross(&a), height: b.dot(&v), idx }
     }
+
+    /// Tests the pixels of a step of a word.
+    #[inline(always)]
+    fn test(&self, step: usize, word: &mut Word) {
+        let Self { u, v, scale, height, idx } = self;
+        let Word { rays: [x, y], reach, triangle } = word;
+        let (x, y) = (&x.as_chunks::<STEP_PX>().0[step], &y.as_chunks::<STEP_PX>().0[step]);
+        let reach = &mut reach.as_chunks_mut::<STEP_PX>().0[step];
+        let triangle = &mut triangle.as_chunks_mut::<STEP_PX>().0[step];
+        let by = |n: &Vector3<f64>| from_fn(|lane| n.x * x[lane] + n.y * y[lane] + n.z);
+        let [u, v, scale]: [[f64; STEP_PX]; 3] = [by(u), by(v), by(scale)];
+        let share = scale.map(f64::recip);
+        let met: [f64; STEP_PX] = from_fn(|lane| {
+            let (along_a, along_b, met) = (u[lane] * share[lane], v[lane] * share[lane], height * share[lane]);
+            let inside = (along_a >= -SEAM) & (along_b >= -SEAM) & (along_a + along_b <= 1.0 + SEAM) & (met > 0.0);
+            if inside { met } else { f64::INFINITY }
+        });
+        let nearest: [bool; STEP_PX] = from_fn(|lane| met[lane] < reach[lane]);
+        if nearest != [false; STEP_PX] {
+            *reach = from_fn(|lane| if nearest[lane] { met[lane] } else { reach[lane] });
+            *triangle = from_fn(|lane| if nearest[lane] { *idx } else { triangle[lane] });
+        }
+    }
 }
 
-/// Tests the pixels `from..to` of a word.
+/// Tests the pixels from column `left` to `right` (whole steps of them, at least) of rows, whose words lie at `rows`.
 #[multiversion(targets("x86_64+avx2"))]
-fn draw_facet(facet: &Facet, from: usize, to: usize, word: &mut Word) {
-    let Facet { u, v, scale, height, idx } = facet;
-    let Word { rays: [x, y], reach, triangle } = word;
-    let (x, y) = (&x[from..to], &y[from..to]);
-    let (reach, triangle) = (&mut reach[from..to], &mut triangle[from..to]);
-    for lane in 0..x.len() {
-        let by = |n: &Vector3<f64>| n.x * x[lane] + n.y * y[lane] + n.z;
-        let share = 1.0 / by(scale);
-        let (along_a, along_b, met) = (by(u) * share, by(v) * share, height * share);
-        let inside = (along_a >= -SEAM) & (along_b >= -SEAM) & (along_a + along_b <= 1.0 + SEAM);
-        let nearest = inside & (met > 0.0) & (met < reach[lane]);
-        reach[lane] = if nearest { met } else { reach[lane] };
-        triangle[lane] = if nearest { *idx } else { triangle[lane] };
+fn draw_facet(
+    facet: &Facet,
+    (left, right): (usize, usize),
+    rows: Skip<Take<ChunksExact<'_, u32>>>,
+    words: &mut [Word],
+) {
+    for row in rows {
+        for word in left / WORD_PX..=right / WORD_PX {
+            if row[word] == NONE {
+                continue;
+            }
+            let first = left.max(word * WORD_PX) - word * WORD_PX;
+            let last = right.min(word * WORD_PX + WORD_PX - 1) - word * WORD_PX;
+            for step in first / STEP_PX..=last / STEP_PX {
+                facet.test(step, &mut words[row[word] as usize]);
+            }
+        }
     }
 }
 

@@ -11,6 +11,7 @@ use crate::params::{BOARD_WHITE_LEVEL, MAP_STEP_PX};
 use crate::psf::{PSF_TAPS, blur_across, blur_along, psf_taps};
 use crate::random::{derived_seed, normal_quantiles, scrambled};
 use crate::scene::Scene;
+use crate::seen::MeshMemory;
 use crate::sensor::{Level, Noise, Sensor};
 use crate::sheet_map::{PixelMap, SheetMap, ray_map};
 use crate::speckle::Speckle;
@@ -127,7 +128,7 @@ impl Renderer {
         }
         let ordinary = exposure.ordinary_level > 0.0 && exposure.ordinary_share > 0.0;
         if ordinary {
-            self.light_up(exposure, &mut darkroom.ordinary);
+            self.light_up(exposure, &mut darkroom.ordinary, &mut darkroom.mesh);
         }
         let whole_rows = ordinary || exposure.gain != 1.0;
         if exposure.bits == 16 {
@@ -153,8 +154,8 @@ impl Renderer {
     /// Laser light on every pixel, blurred along rows, and the runs of pixels that it may reach.
     fn project_laser(&self, exposure: &Exposure<'_>, darkroom: &mut Darkroom) {
         let width = self.model.camera.width_px;
-        let Darkroom { levels, along, runs, lit: Some([lit, of_order]), .. } = darkroom else { return };
-        laser_light(self, exposure.placed(&self.model.stage.direction), levels, lit, of_order);
+        let Darkroom { levels, along, runs, lit: Some([lit, of_order]), mesh, .. } = darkroom else { return };
+        laser_light(self, exposure.placed(&self.model.stage.direction), levels, lit, of_order, mesh);
         for (v, runs) in runs.iter_mut().enumerate() {
             lit.blurred_runs(v, runs);
             for &(from, to) in runs.iter() {
@@ -165,13 +166,13 @@ impl Renderer {
     }
 
     /// The picture by ordinary light before the sensor, drawn anew only where it shows something else than before.
-    fn light_up(&self, exposure: &Exposure<'_>, picture: &mut OrdinaryPicture) {
+    fn light_up(&self, exposure: &Exposure<'_>, picture: &mut OrdinaryPicture, memory: &mut MeshMemory) {
         if !picture.turn_to(exposure.scene, exposure.position_mm, exposure.ordinary_level) {
             return;
         }
         let width = self.model.camera.width_px;
         let scene = exposure.placed(&self.model.stage.direction);
-        let light = ordinary_light(self, scene, exposure.ordinary_level);
+        let light = ordinary_light(self, scene, exposure.ordinary_level, memory);
         let mut along = vec![0.0; light.len()];
         for (row, target) in light.chunks_exact(width).zip(along.chunks_exact_mut(width)) {
             blur_along(row, 0, width, &self.taps, target);

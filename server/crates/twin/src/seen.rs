@@ -7,12 +7,13 @@ use crate::block::{Block, NOTHING, floor};
 use crate::board::Board;
 use crate::freeform_block::Above;
 use crate::laser_image::Placed;
-use crate::lit_pixels::LitPixels;
+use crate::lit_pixels::{LitPixels, WORD_PX};
+use crate::mesh_light::{MeshLight, Way, Ways};
 use crate::mesh_view::MeshView;
 use crate::params::{BACKDROP_REFLECTANCE, BLACK_REFLECTANCE, PART_REFLECTANCE, WHITE_REFLECTANCE};
 use crate::renderer::Renderer;
 use crate::scene::{Ball, Plate, Scene};
-use crate::trace::LightOnMesh;
+use crate::trace::{BandOnMesh, trace};
 
 /// Surfaces that the camera's rays (x, y, 1) meet first, from the camera, which is the origin.
 #[derive(Debug, Clone)]
@@ -25,11 +26,22 @@ pub(crate) struct Seen {
     pub normal: [Block; 3],
     /// Shares of the light that a white, matt surface would send back.
     pub reflectance: Block,
+    /// Which triangles of a part they are, if [`NO_TRIANGLE`] does not say that they are none.
+    pub triangle: [u32; WORD_PX],
 }
+
+/// No triangle.
+pub(crate) const NO_TRIANGLE: u32 = u32::MAX;
 
 impl Seen {
     pub(crate) fn nothing() -> Self {
-        Self { rays: [NOTHING; 2], reach: NOTHING, normal: [NOTHING; 3], reflectance: NOTHING }
+        Self {
+            rays: [NOTHING; 2],
+            reach: NOTHING,
+            normal: [NOTHING; 3],
+            reflectance: NOTHING,
+            triangle: [NO_TRIANGLE; WORD_PX],
+        }
     }
 
     pub(crate) fn ray(&self, lane: usize) -> Vector3<f64> {
@@ -40,6 +52,24 @@ impl Seen {
         Vector3::new(self.normal[0][lane], self.normal[1][lane], self.normal[2][lane])
     }
 
+    /// The point that a pixel sees.
+    #[inline]
+    fn point(&self, lane: usize) -> Vector3<f64> {
+        self.ray(lane) * self.reach[lane]
+    }
+
+    /// The points that the first `n` pixels see.
+    fn points(&self, n: usize) -> [Block; 3] {
+        let mut points = [NOTHING; 3];
+        let [x, y] = &self.rays;
+        for lane in 0..n.min(x.len()) {
+            points[0][lane] = x[lane] * self.reach[lane];
+            points[1][lane] = y[lane] * self.reach[lane];
+            points[2][lane] = self.reach[lane];
+        }
+        points
+    }
+
     /// Puts another surface before a pixel.
     pub(crate) fn put(&mut self, lane: usize, reach: f64, normal: &Vector3<f64>, reflectance: f64) {
         self.reach[lane] = reach;
@@ -48,38 +78,39 @@ impl Seen {
     }
 }
 
+/// Memory in which parts of triangles are seen again and again.
+#[derive(Debug, Default)]
+pub(crate) struct MeshMemory {
+    view: MeshView,
+    light: MeshLight,
+    ways: Ways,
+}
+
 /// A scene prepared for many stretches of one picture.
 pub(crate) struct View<'s> {
     scene: Placed<'s>,
     part: Option<Ball>,
     above: Above,
-    mesh: MeshView,
-    light: Option<LightOnMesh>,
+    memory: &'s mut MeshMemory,
+    band: Option<BandOnMesh>,
     words_per_row: usize,
 }
 
 impl<'s> View<'s> {
-    pub(crate) fn new(scene: Placed<'s>) -> Self {
-        Self {
-            scene,
-            part: scene.part_ball(),
-            above: Above::default(),
-            mesh: MeshView::default(),
-            light: None,
-            words_per_row: 0,
-        }
+    pub(crate) fn new(scene: Placed<'s>, memory: &'s mut MeshMemory) -> Self {
+        Self { scene, part: scene.part_ball(), above: Above::default(), memory, band: None, words_per_row: 0 }
     }
 
-    /// Says which triangles may stand in the light.
-    pub(crate) fn shine_on(&mut self, light: Option<LightOnMesh>) {
-        self.light = light;
+    /// Marks the pixels of `lit` that light of an order may fall on, and finds the triangles that may stand in it.
+    pub(crate) fn shine_on(&mut self, renderer: &Renderer, order_idx: usize, lit: &mut LitPixels) {
+        self.band = trace(renderer, self.scene, order_idx, lit, &mut self.memory.light);
     }
 
     /// Makes ready to see the words that hold the set `lit`; wanted before any is seen.
     pub(crate) fn look_at(&mut self, renderer: &Renderer, lit: &LitPixels) {
         self.words_per_row = lit.words_per_row();
         if let Scene::Mesh(mesh) = self.scene.scene {
-            self.mesh.draw(renderer, mesh, &self.scene.moved_mm, lit);
+            self.memory.view.draw(renderer, mesh, &self.scene.moved_mm, lit);
         }
     }
 
@@ -100,26 +131,38 @@ impl<'s> View<'s> {
             Scene::Freeform(part) => self.above.see(part, moved, (u, v), n, seen),
             Scene::Mesh(mesh) => {
                 see_plate(&mesh.plate, moved, n, seen);
-                self.mesh.see(mesh, self.words_per_row, (u, v), n, seen);
+                self.memory.view.see(mesh, self.words_per_row, (u, v), n, seen);
             }
         }
     }
 
-    /// Whether light from `from` reaches `to`, a point on the lit side of the surface with this normal: a plate has nothing
-    /// in its light but the part.
-    #[inline]
-    pub(crate) fn lights(&self, from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
-        if self.part.is_some_and(|part| !part.is_near(from, &(to - from))) {
-            return true;
+    /// Follows the ways of light from `source` to what the first `n` pixels of a stretch see; wanted before
+    /// [`Self::lights`].
+    pub(crate) fn follow_light(&mut self, source: &[Block; 3], seen: &Seen, n: usize) {
+        if let Some(BandOnMesh { band, ball }) = &self.band {
+            self.memory.ways.follow(band, ball, source, &seen.points(n), n);
         }
-        if let (Scene::Mesh(mesh), Some(light)) = (self.scene.scene, &self.light) {
-            let LightOnMesh { band, triangles, ball } = light;
-            let shaded = triangles.is_in_the_way(band, mesh, &self.scene.moved_mm, ball, from, to);
+    }
+
+    /// Whether light from `from` reaches what a pixel sees, a point on the lit side of its surface: a plate has nothing in
+    /// its light but the part.
+    #[inline]
+    pub(crate) fn lights(&self, from: &Vector3<f64>, seen: &Seen, lane: usize) -> bool {
+        let to = seen.point(lane);
+        if let (Scene::Mesh(mesh), Some(BandOnMesh { band, .. })) = (self.scene.scene, &self.band) {
+            let MeshMemory { light, ways, .. } = &*self.memory;
+            if !ways.is_near(lane) {
+                return true;
+            }
+            let way = Way { ways, lane, from, to: &to, triangle: seen.triangle[lane] };
+            let shaded = light.is_in_the_way(band, mesh, &self.scene.moved_mm, &way);
             if let Some(shaded) = shaded {
                 return !shaded;
             }
+        } else if self.part.is_some_and(|part| !part.is_near(from, &(to - from))) {
+            return true;
         }
-        self.scene.lights(from, to, normal)
+        self.scene.lights(from, &to, &seen.normal(lane))
     }
 
     /// Puts the part before its plate where a ray comes near it.
@@ -169,7 +212,7 @@ fn see_board(board: &Board, backdrop_z_mm: f64, n: usize, seen: &mut Seen) {
     let (half, inner) = (board.half_mm(), [board.inner_columns as f64, board.inner_rows as f64]);
     let (square, centre) = (board.square_mm, board.centre_mm);
     let offset = normal.dot(&centre);
-    let Seen { rays: [x, y], reach, normal: [nx, ny, nz], reflectance } = seen;
+    let Seen { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = seen;
     for lane in 0..n.min(x.len()) {
         let met = offset / (normal.x * x[lane] + normal.y * y[lane] + normal.z);
         let at = [x[lane] * met - centre.x, y[lane] * met - centre.y, met - centre.z];

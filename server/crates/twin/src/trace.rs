@@ -39,8 +39,8 @@ const COARSE_MARGIN_PX: f64 = 1.0;
 /// the rays' spacing and the sheet's reach together: at 50° of tilt these appear 1.6 times as long.
 const RIM: f64 = 4.0;
 
-/// Side of the cells in which triangles that may cast shadows are kept, pixels at the standoff: below a fine triangle's.
-const CELL_PX: f64 = 2.0;
+/// Side of the cells in which triangles that may cast shadows are kept, pixels at the standoff: about a fine triangle's.
+const CELL_PX: f64 = 4.0;
 
 /// Triangles larger than this in the picture are marked in pieces.
 const PIECE_PX: f64 = 16.0;
@@ -48,10 +48,9 @@ const PIECE_PX: f64 = 16.0;
 /// Largest number of halvings of a triangle: 2¹² pieces along a side cover any picture.
 const MAX_PIECES_DEPTH: usize = 12;
 
-/// A part of triangles in the light of one order.
-pub(crate) struct LightOnMesh {
+/// The light of one order on a part of triangles, and a ball around that.
+pub(crate) struct BandOnMesh {
     pub band: Band,
-    pub triangles: MeshLight,
     pub ball: Ball,
 }
 
@@ -81,7 +80,8 @@ pub(crate) fn trace(
     scene: Placed<'_>,
     order_idx: usize,
     lit: &mut LitPixels,
-) -> Option<LightOnMesh> {
+    triangles: &mut MeshLight,
+) -> Option<BandOnMesh> {
     let tracer = Tracer::new(renderer, renderer.model.orders[order_idx]);
     match scene.scene {
         Scene::Plate(plate) => tracer.follow_to_plate(plate, scene, lit),
@@ -95,7 +95,7 @@ pub(crate) fn trace(
         }
         Scene::Mesh(mesh) => {
             tracer.follow_to_plate(&mesh.plate, scene, lit);
-            return tracer.follow_to_triangles(mesh, scene, lit);
+            return tracer.follow_to_triangles(mesh, scene, lit, triangles);
         }
         Scene::Board(_) => tracer.follow_to_board(scene, lit),
         Scene::Freeform(_) => tracer.follow_to_hills(scene, lit),
@@ -184,16 +184,21 @@ impl<'r> Tracer<'r> {
     }
 
     /// The triangles that touch the sheet, large ones in pieces.
-    fn follow_to_triangles(&self, mesh: &Mesh, scene: Placed<'_>, lit: &mut LitPixels) -> Option<LightOnMesh> {
+    fn follow_to_triangles(
+        &self,
+        mesh: &Mesh,
+        scene: Placed<'_>,
+        lit: &mut LitPixels,
+        triangles: &mut MeshLight,
+    ) -> Option<BandOnMesh> {
         let camera = &self.renderer.model.camera;
         let angles = (-self.last..=self.last).step_by(COARSE as usize).chain([self.last]);
         let angles = angles.map(|idx| f64::from(idx) * self.step_rad);
         let cell = CELL_PX * self.step_rad / FINE_STEP_PX;
         let ball = scene.part_ball()?;
         let band = Band::new(&self.renderer.model.grating, self.order, angles, self.reach_mm, &ball, cell)?;
-        let mut triangles = MeshLight::default();
         triangles.gather(&band, mesh, &scene.moved_mm, |corners| mark_triangle(camera, &band, corners, 0, lit));
-        Some(LightOnMesh { band, triangles, ball })
+        Some(BandOnMesh { band, ball })
     }
 
     /// Follows one of [`COARSE`] rays to a surface, and all of them in `scene` where that is not smooth.
@@ -267,22 +272,24 @@ impl<'r> Tracer<'r> {
     }
 }
 
-/// Marks the pixels that a triangle covers, in pieces if it is large; pieces that do not touch the band are left out.
+/// Marks the pixels that a triangle in the band covers, in pieces if it is large; those that do not touch it are left out.
 fn mark_triangle(camera: &Camera, band: &Band, corners: &[Vector3<f64>; 3], depth: usize, lit: &mut LitPixels) {
-    if band.patch(corners).is_some_and(|patch| !band.touches(&patch)) {
-        return;
-    }
-    let pixels: Vec<[f64; 2]> =
-        corners.iter().filter_map(|corner| camera.project(corner)).map(|pixel| [pixel.x, pixel.y]).collect();
-    let Some((low, high)) = bounds(&pixels) else { return };
-    if depth >= MAX_PIECES_DEPTH || (pixels.len() == 3 && (high[0] - low[0]).max(high[1] - low[1]) <= PIECE_PX) {
+    let pixels = corners.each_ref().map(|corner| camera.project(corner).map(|pixel| [pixel.x, pixel.y]));
+    let (whole, bounds) = match pixels {
+        [Some(a), Some(b), Some(c)] => (true, bounds(&[a, b, c])),
+        _ => (false, bounds(&pixels.into_iter().flatten().collect::<Vec<_>>())),
+    };
+    let Some((low, high)) = bounds else { return };
+    if depth >= MAX_PIECES_DEPTH || (whole && (high[0] - low[0]).max(high[1] - low[1]) <= PIECE_PX) {
         lit.add_rectangle(low, high, COARSE_MARGIN_PX);
         return;
     }
     let [a, b, c] = *corners;
     let (ab, bc, ca) = ((a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0);
     for piece in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-        mark_triangle(camera, band, &piece, depth + 1, lit);
+        if band.patch(&piece).is_none_or(|patch| band.touches(&patch)) {
+            mark_triangle(camera, band, &piece, depth + 1, lit);
+        }
     }
 }
 
