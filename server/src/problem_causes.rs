@@ -49,6 +49,7 @@ impl From<StoreError> for Problem {
             StoreError::Full => ProblemKind::StorageFull,
             StoreError::ReadOnly { .. } | StoreError::InUse { .. } => ProblemKind::Unavailable,
             StoreError::Damaged { .. }
+            | StoreError::DamagedRecord { .. }
             | StoreError::TooNew { .. }
             | StoreError::Database { .. }
             | StoreError::File { .. } => ProblemKind::Internal,

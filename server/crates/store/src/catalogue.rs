@@ -156,6 +156,17 @@ pub enum StoreError {
         /// Which.
         id: String,
     },
+    /// A row of the database is not what was written.
+    #[error(
+        "{kind} {id} is damaged in the database; delete it if it can be made again, or restore the data \
+         directory from a backup"
+    )]
+    DamagedRecord {
+        /// Which collection.
+        kind: &'static str,
+        /// Its key, as it is found.
+        id: String,
+    },
     /// The data directory was written by a newer program.
     #[error("the data directory has schema {found}, this program knows {known}; use the newer program")]
     TooNew {

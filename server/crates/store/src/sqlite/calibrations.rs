@@ -8,10 +8,12 @@ use crate::records::{ActivationRecord, CalibrationRecord};
 use crate::sqlite::changes::{Written, met, next, refuse_dangling};
 use crate::sqlite::error::reading;
 use crate::sqlite::row::{artifact, get, json, optional_artifact};
+use crate::sqlite::seal;
 
 const KIND: &str = "calibration";
 
 fn from_row(row: &SqliteRow) -> Result<CalibrationRecord, StoreError> {
+    seal::intact(row, &seal::CALIBRATIONS)?;
     Ok(CalibrationRecord {
         id: get(row, "id")?,
         document: artifact(row, "document")?,
@@ -24,6 +26,7 @@ fn from_row(row: &SqliteRow) -> Result<CalibrationRecord, StoreError> {
 }
 
 fn activation_from_row(row: &SqliteRow) -> Result<ActivationRecord, StoreError> {
+    seal::intact(row, &seal::ACTIVATIONS)?;
     Ok(ActivationRecord {
         seq: get(row, "seq")?,
         calibration_id: get(row, "calibration_id")?,
@@ -57,12 +60,14 @@ pub async fn page(readers: &SqlitePool, page: &Page) -> Result<Vec<CalibrationRe
 }
 
 async fn position(readers: &SqlitePool, id: &str) -> Result<i64, StoreError> {
-    let position = sqlx::query_scalar("SELECT position FROM calibrations WHERE id = $1")
+    let row = sqlx::query("SELECT * FROM calibrations WHERE id = $1")
         .bind(id)
         .fetch_optional(readers)
         .await
-        .map_err(|cause| reading(cause, "list calibrations"))?;
-    position.ok_or_else(|| StoreError::NotFound { kind: KIND, id: id.to_owned() })
+        .map_err(|cause| reading(cause, "list calibrations"))?
+        .ok_or_else(|| StoreError::NotFound { kind: KIND, id: id.to_owned() })?;
+    seal::intact(&row, &seal::CALIBRATIONS)?;
+    get(&row, "position")
 }
 
 pub async fn active(readers: &SqlitePool) -> Result<Option<ActivationRecord>, StoreError> {
@@ -147,9 +152,9 @@ pub async fn activate(to: &mut SqliteConnection, entry: ActivationRecord) -> Wri
     .bind(entry.act)
     .bind(entry.actor)
     .bind(entry.at_ms)
-    .execute(to)
+    .execute(&mut *to)
     .await?;
-    Ok(())
+    seal::seal(to, &seal::ACTIVATIONS, &seq.to_string()).await
 }
 
 async fn exists(to: &mut SqliteConnection, id: &str) -> Written<bool> {
@@ -158,11 +163,8 @@ async fn exists(to: &mut SqliteConnection, id: &str) -> Written<bool> {
 }
 
 async fn last_activated(to: &mut SqliteConnection) -> Written<Option<String>> {
-    let id: Option<Option<String>> =
-        sqlx::query_scalar("SELECT calibration_id FROM activations ORDER BY seq DESC LIMIT 1")
-            .fetch_optional(to)
-            .await?;
-    Ok(id.flatten())
+    let row = sqlx::query("SELECT * FROM activations ORDER BY seq DESC LIMIT 1").fetch_optional(to).await?;
+    Ok(row.as_ref().map(activation_from_row).transpose()?.and_then(|entry| entry.calibration_id))
 }
 
 fn refused(id: &str, why: &str) -> StoreError {

@@ -8,10 +8,12 @@ use crate::records::CaptureRecord;
 use crate::sqlite::changes::{Written, inserted, met};
 use crate::sqlite::error::reading;
 use crate::sqlite::row::{artifact, before_id, get, json, size_bytes};
+use crate::sqlite::seal;
 
 const KIND: &str = "capture";
 
 fn from_row(row: &SqliteRow) -> Result<CaptureRecord, StoreError> {
+    seal::intact(row, &seal::CAPTURES)?;
     Ok(CaptureRecord {
         id: get(row, "id")?,
         name: get(row, "name")?,

@@ -6,6 +6,7 @@ use sqlx::sqlite::SqliteQueryResult;
 use crate::catalogue::{Change, StoreError};
 use crate::health::Health;
 use crate::records::{ActivationRecord, EventRecord};
+use crate::sqlite::seal::{self, Table};
 use crate::sqlite::{calibrations, captures, error, events, jobs, scans, sessions};
 
 /// What a statement that writes answers; errors are interpreted in one place, at the end.
@@ -59,10 +60,45 @@ async fn transaction(connection: &mut SqliteConnection, changes: Vec<Change>) ->
 async fn write(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Vec<EventRecord>> {
     let mut stored = Vec::new();
     for change in changes {
+        let touched = touched_by(connection, &change).await?;
         stored.extend(apply(connection, change).await?);
+        for (table, key) in touched {
+            seal::seal(connection, &table, &key).await?;
+        }
     }
     sqlx::raw_sql("COMMIT").execute(connection).await?;
     Ok(stored)
+}
+
+/// The rows that a change writes, to be sealed afterwards: intact now, or not there. Events and activations, whose keys
+/// are given as they are written, see to it themselves.
+async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<(Table, String)>> {
+    let (table, key) = match change {
+        Change::InsertJob(job) => (seal::JOBS, &job.id),
+        Change::StartJob { id, .. } | Change::CheckpointJob { id, .. } | Change::EndJob { id, .. } => {
+            (seal::JOBS, id)
+        }
+        Change::InsertCapture(capture) => (seal::CAPTURES, &capture.id),
+        Change::InsertCalibration(calibration) => (seal::CALIBRATIONS, &calibration.id),
+        Change::InsertScan(scan) | Change::ReplaceScan(scan) => (seal::SCANS, &scan.id),
+        Change::InsertMeasurement(measurement) => (seal::MEASUREMENTS, &measurement.id),
+        Change::InsertSession(session) | Change::UpdateSession(session) => (seal::SESSIONS, &session.id),
+        Change::InsertIdempotency(record) => (seal::IDEMPOTENCY, &record.key),
+        Change::DeleteCapture(id) => {
+            let mut naming = seal::naming(to, &seal::SCANS, "capture_id", id).await?;
+            naming.extend(seal::naming(to, &seal::CALIBRATIONS, "capture_id", id).await?);
+            return Ok(naming);
+        }
+        Change::DeleteScan(id) => return seal::naming(to, &seal::SCANS, "recomputed_from", id).await,
+        Change::DeleteCalibration(_)
+        | Change::DeleteSession(_)
+        | Change::Activate { .. }
+        | Change::AppendEvent(_)
+        | Change::ForgetIdempotencyBefore { .. }
+        | Change::ForgetEventsThrough { .. } => return Ok(Vec::new()),
+    };
+    seal::verify(to, &table, key).await?;
+    Ok(vec![(table, key.clone())])
 }
 
 async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<EventRecord>> {
@@ -99,10 +135,12 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
 
 /// The next number of a counter; a rolled-back transaction gives it back, so there are no gaps.
 pub async fn next(to: &mut SqliteConnection, sequence: &'static str) -> Written<i64> {
+    seal::verify(to, &seal::SEQUENCES, sequence).await?;
     let value = sqlx::query_scalar("UPDATE sequences SET value = value + 1 WHERE name = $1 RETURNING value")
         .bind(sequence)
-        .fetch_one(to)
+        .fetch_one(&mut *to)
         .await?;
+    seal::seal(to, &seal::SEQUENCES, sequence).await?;
     Ok(value)
 }
 

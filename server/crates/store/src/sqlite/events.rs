@@ -8,8 +8,10 @@ use crate::records::{EventRecord, IdempotencyRecord};
 use crate::sqlite::changes::{Written, inserted, next};
 use crate::sqlite::error::reading;
 use crate::sqlite::row::{get, json};
+use crate::sqlite::seal;
 
 fn from_row(row: &SqliteRow) -> Result<EventRecord, StoreError> {
+    seal::intact(row, &seal::EVENTS)?;
     Ok(EventRecord {
         seq: get(row, "seq")?,
         kind: get(row, "kind")?,
@@ -20,6 +22,7 @@ fn from_row(row: &SqliteRow) -> Result<EventRecord, StoreError> {
 }
 
 fn idempotency_from_row(row: &SqliteRow) -> Result<IdempotencyRecord, StoreError> {
+    seal::intact(row, &seal::IDEMPOTENCY)?;
     Ok(IdempotencyRecord {
         key: get(row, "key")?,
         body_sha256: get(row, "body_sha256")?,
@@ -39,10 +42,12 @@ pub async fn after(readers: &SqlitePool, seq: i64, limit: u32) -> Result<Vec<Eve
 
 /// From the counter, which also knows of events that are forgotten.
 pub async fn last_seq(readers: &SqlitePool) -> Result<i64, StoreError> {
-    sqlx::query_scalar("SELECT value FROM sequences WHERE name = 'event'")
+    let row = sqlx::query("SELECT * FROM sequences WHERE name = 'event'")
         .fetch_one(readers)
         .await
-        .map_err(|cause| reading(cause, "read the newest event"))
+        .map_err(|cause| reading(cause, "read the newest event"))?;
+    seal::intact(&row, &seal::SEQUENCES)?;
+    get(&row, "value")
 }
 
 pub async fn append(to: &mut SqliteConnection, event: EventRecord) -> Written<EventRecord> {
@@ -53,8 +58,9 @@ pub async fn append(to: &mut SqliteConnection, event: EventRecord) -> Written<Ev
         .bind(&event.subject)
         .bind(event.body.to_string())
         .bind(event.at_ms)
-        .execute(to)
+        .execute(&mut *to)
         .await?;
+    seal::seal(to, &seal::EVENTS, &event.seq.to_string()).await?;
     Ok(event)
 }
 

@@ -9,10 +9,12 @@ use crate::records::{JobOutcome, JobRecord, JobState, ResultRef};
 use crate::sqlite::changes::{Written, inserted};
 use crate::sqlite::error::reading;
 use crate::sqlite::row::{before_id, get, json, optional_json, word, word_from};
+use crate::sqlite::seal;
 
 const KIND: &str = "job";
 
 fn from_row(row: &SqliteRow) -> Result<JobRecord, StoreError> {
+    seal::intact(row, &seal::JOBS)?;
     let (result_kind, result_id): (Option<String>, Option<String>) =
         (get(row, "result_kind")?, get(row, "result_id")?);
     Ok(JobRecord {

@@ -4,19 +4,20 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use sqlx::migrate::Migrator;
-use sqlx::{Row, SqliteConnection};
+use sqlx::{Connection, Row, SqliteConnection};
 
 use crate::catalogue::StoreError;
 use crate::disk::{Disk, LocalDisk};
 use crate::sqlite::error::{self, reading};
+use crate::sqlite::seal;
 
 /// What this program knows.
 pub static MIGRATIONS: Migrator = sqlx::migrate!();
 
-/// Refuses a database whose structure is damaged.
+/// Refuses a database whose structure is damaged, or whose indices do not lead to all rows.
 pub async fn check(connection: &mut SqliteConnection) -> Result<(), StoreError> {
     const WHAT: &str = "check the database; restore it from a backup";
-    let row = sqlx::query("PRAGMA quick_check(1)").fetch_one(connection).await;
+    let row = sqlx::query("PRAGMA integrity_check(1)").fetch_one(connection).await;
     let verdict: String = row.and_then(|row| row.try_get(0)).map_err(|cause| reading(cause, WHAT))?;
     if verdict == "ok" {
         return Ok(());
@@ -44,6 +45,29 @@ pub async fn migrate(
         .run_direct(None, connection, false)
         .await
         .map_err(|cause| StoreError::Database { what: "migrate the database", cause: Box::new(cause) })
+}
+
+/// Refuses a database whose tables are not those that the migrations make: what they say decides what is found in them.
+pub async fn check_schema(connection: &mut SqliteConnection) -> Result<(), StoreError> {
+    const WHAT: &str = "check the tables; restore the database from a backup";
+    let failed = |cause| reading(cause, WHAT);
+    let mut fresh = SqliteConnection::connect("sqlite::memory:").await.map_err(failed)?;
+    MIGRATIONS
+        .run_direct(None, &mut fresh, false)
+        .await
+        .map_err(|cause| StoreError::Database { what: WHAT, cause: Box::new(cause) })?;
+    seal::seal_old_rows(&mut fresh).await?;
+    if schema(connection).await.map_err(failed)? == schema(&mut fresh).await.map_err(failed)? {
+        return Ok(());
+    }
+    Err(StoreError::Database { what: WHAT, cause: "the schema is not that of this program".into() })
+}
+
+/// What SQLite has noted of tables and indices.
+async fn schema(connection: &mut SqliteConnection) -> Result<Vec<Vec<u8>>, sqlx::Error> {
+    const NOTED: &str = "SELECT CAST(type || '|' || name || '|' || tbl_name || '|' || COALESCE(sql, '') AS BLOB)
+        FROM sqlite_master ORDER BY 1";
+    sqlx::query_scalar(NOTED).fetch_all(connection).await
 }
 
 /// The newest migration that was applied; 0 in a new database.
@@ -90,25 +114,27 @@ fn sync(file: &Path) -> std::io::Result<()> {
 mod tests {
     use std::fs;
 
+    use sqlx::ConnectOptions;
     use sqlx::sqlite::SqliteConnectOptions;
-    use sqlx::{ConnectOptions, Connection};
 
     use super::*;
 
     const FIRST: &str = include_str!("../../migrations/0001_station.sql");
-    const SECOND: &str = "ALTER TABLE jobs ADD COLUMN note TEXT NOT NULL DEFAULT 'none';";
+    const SEALS: &str = include_str!("../../migrations/0002_seals.sql");
+    const LATER: &str = "ALTER TABLE jobs ADD COLUMN note TEXT NOT NULL DEFAULT 'none';";
     const BROKEN: &str = "ALTER TABLE jobs ADD COLUMN note TEXT; INSERT INTO nowhere VALUES (1);";
 
     async fn connect(file: &Path) -> SqliteConnection {
         SqliteConnectOptions::new().filename(file).create_if_missing(true).connect().await.unwrap()
     }
 
-    /// The migrations of a program that also knows `second`.
-    async fn later_program(folder: &Path, second: &str) -> Migrator {
+    /// The migrations of a program that also knows `later`.
+    async fn later_program(folder: &Path, later: &str) -> Migrator {
         let migrations = folder.join("migrations");
         fs::create_dir_all(&migrations).unwrap();
         fs::write(migrations.join("0001_station.sql"), FIRST).unwrap();
-        fs::write(migrations.join("0002_note.sql"), second).unwrap();
+        fs::write(migrations.join("0002_seals.sql"), SEALS).unwrap();
+        fs::write(migrations.join("0003_note.sql"), later).unwrap();
         Migrator::new(migrations.as_path()).await.unwrap()
     }
 
@@ -137,7 +163,7 @@ mod tests {
     async fn a_new_database_gets_the_schema_and_no_backup() {
         let folder = tempfile::tempdir().unwrap();
         let mut connection = first_version(folder.path()).await;
-        assert_eq!(schema_version(&mut connection).await.unwrap(), 1);
+        assert_eq!(schema_version(&mut connection).await.unwrap(), 2);
         migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap();
         assert!(backups(folder.path()).is_empty());
         check(&mut connection).await.unwrap();
@@ -147,15 +173,15 @@ mod tests {
     async fn an_older_database_is_copied_and_migrated_with_what_is_in_it() {
         let folder = tempfile::tempdir().unwrap();
         let mut connection = first_version(folder.path()).await;
-        let later = later_program(folder.path(), SECOND).await;
+        let later = later_program(folder.path(), LATER).await;
         migrate(&mut connection, &later, folder.path()).await.unwrap();
-        assert_eq!(schema_version(&mut connection).await.unwrap(), 2);
+        assert_eq!(schema_version(&mut connection).await.unwrap(), 3);
         assert_eq!(counter(&mut connection).await, 41);
         sqlx::query("SELECT note FROM jobs").fetch_all(&mut connection).await.unwrap();
 
         let [backup] = &backups(folder.path())[..] else { panic!("one backup") };
         let mut copy = connect(backup).await;
-        assert_eq!((schema_version(&mut copy).await.unwrap(), counter(&mut copy).await), (1, 41));
+        assert_eq!((schema_version(&mut copy).await.unwrap(), counter(&mut copy).await), (2, 41));
     }
 
     #[tokio::test]
@@ -166,7 +192,7 @@ mod tests {
         migrate(&mut connection, &later, folder.path()).await.unwrap_err();
         connection.close().await.unwrap();
         let mut connection = connect(&folder.path().join("catalogue.sqlite3")).await;
-        assert_eq!((schema_version(&mut connection).await.unwrap(), counter(&mut connection).await), (1, 41));
+        assert_eq!((schema_version(&mut connection).await.unwrap(), counter(&mut connection).await), (2, 41));
         assert!(sqlx::query("SELECT note FROM jobs").fetch_all(&mut connection).await.is_err());
         migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap();
     }
@@ -175,10 +201,10 @@ mod tests {
     async fn an_older_program_refuses_newer_data() {
         let folder = tempfile::tempdir().unwrap();
         let mut connection = first_version(folder.path()).await;
-        let later = later_program(folder.path(), SECOND).await;
+        let later = later_program(folder.path(), LATER).await;
         migrate(&mut connection, &later, folder.path()).await.unwrap();
         let error = migrate(&mut connection, &MIGRATIONS, folder.path()).await.unwrap_err();
-        assert!(matches!(error, StoreError::TooNew { found: 2, known: 1 }), "{error}");
+        assert!(matches!(error, StoreError::TooNew { found: 3, known: 2 }), "{error}");
     }
 
     #[tokio::test]

@@ -10,6 +10,7 @@ mod migrate;
 mod named;
 mod row;
 mod scans;
+mod seal;
 mod sessions;
 
 use std::collections::HashSet;
@@ -49,6 +50,8 @@ impl SqliteCatalogue {
         let mut writer = options.connect().await.map_err(|cause| error::opening(cause, "open the database"))?;
         migrate::check(&mut writer).await?;
         migrate::migrate(&mut writer, &migrate::MIGRATIONS, backups).await?;
+        seal::seal_old_rows(&mut writer).await?;
+        migrate::check_schema(&mut writer).await?;
         let readers = SqlitePoolOptions::new()
             .max_connections(N_READERS)
             .connect_with(options.pragma("query_only", "ON"))

@@ -3,39 +3,33 @@
 use std::collections::HashSet;
 
 use futures_util::TryStreamExt;
-use sqlx::SqlitePool;
+use sqlx::{Row, SqlitePool};
 
 use crate::artifacts::ArtifactId;
 use crate::catalogue::StoreError;
 use crate::sqlite::error::reading;
+use crate::sqlite::seal::{self, Table};
 
-/// Every column that is an artifact's id, and every document that may hold some. One statement, so that all of them
-/// are read from the same moment.
-const TEXTS: &str = "
-    SELECT archive AS text FROM captures
-    UNION ALL SELECT summary FROM captures
-    UNION ALL SELECT document FROM calibrations
-    UNION ALL SELECT report FROM calibrations WHERE report IS NOT NULL
-    UNION ALL SELECT summary FROM calibrations
-    UNION ALL SELECT peaks FROM scans
-    UNION ALL SELECT cloud FROM scans WHERE cloud IS NOT NULL
-    UNION ALL SELECT display FROM scans WHERE display IS NOT NULL
-    UNION ALL SELECT plan FROM scans
-    UNION ALL SELECT report FROM scans
-    UNION ALL SELECT request FROM measurements
-    UNION ALL SELECT result FROM measurements
-    UNION ALL SELECT body FROM sessions
-    UNION ALL SELECT input FROM jobs
-    UNION ALL SELECT checkpoint FROM jobs WHERE checkpoint IS NOT NULL
-    UNION ALL SELECT result_id FROM jobs WHERE result_id IS NOT NULL";
+/// The tables that name artifacts, in columns or in documents.
+const TABLES: [Table; 6] =
+    [seal::CAPTURES, seal::CALIBRATIONS, seal::SCANS, seal::MEASUREMENTS, seal::SESSIONS, seal::JOBS];
 
 /// All artifacts that any record names. A document's own business is not known here, so whatever looks like an
-/// artifact's id in it counts as one: an artifact is rather kept too long than lost.
+/// artifact's id in any text counts as one: an artifact is rather kept too long than lost. So is everything while a
+/// record is damaged.
 pub async fn artifacts(readers: &SqlitePool) -> Result<HashSet<ArtifactId>, StoreError> {
-    let mut texts = sqlx::query_scalar::<_, String>(TEXTS).fetch(readers);
+    const WHAT: &str = "list artifacts";
+    // One transaction, so that all of them are read from the same moment.
+    let mut moment = readers.begin().await.map_err(|cause| reading(cause, WHAT))?;
     let mut named = HashSet::new();
-    while let Some(text) = texts.try_next().await.map_err(|cause| reading(cause, "list artifacts"))? {
-        named.extend(ids_in(&text));
+    for table in &TABLES {
+        let statement = format!("SELECT * FROM {}", table.name);
+        let mut rows = sqlx::query(sqlx::AssertSqlSafe(statement)).fetch(&mut *moment);
+        while let Some(row) = rows.try_next().await.map_err(|cause| reading(cause, WHAT))? {
+            seal::intact(&row, table)?;
+            let texts = (0..row.columns().len()).filter_map(|idx| row.try_get::<&str, _>(idx).ok());
+            named.extend(texts.flat_map(ids_in));
+        }
     }
     Ok(named)
 }

@@ -9,12 +9,14 @@ use crate::records::{MeasurementRecord, ScanRecord};
 use crate::sqlite::changes::{Written, inserted, met, refuse_dangling};
 use crate::sqlite::error::reading;
 use crate::sqlite::row::{artifact, before_id, get, json, optional_artifact, word, word_from};
+use crate::sqlite::seal;
 
 const KIND: &str = "scan";
 const MEASUREMENT: &str = "measurement";
 const DANGLING: &str = "names a calibration, capture or scan that does not exist";
 
 fn from_row(row: &SqliteRow) -> Result<ScanRecord, StoreError> {
+    seal::intact(row, &seal::SCANS)?;
     Ok(ScanRecord {
         id: get(row, "id")?,
         name: get(row, "name")?,
@@ -34,6 +36,7 @@ fn from_row(row: &SqliteRow) -> Result<ScanRecord, StoreError> {
 }
 
 fn measurement_from_row(row: &SqliteRow) -> Result<MeasurementRecord, StoreError> {
+    seal::intact(row, &seal::MEASUREMENTS)?;
     Ok(MeasurementRecord {
         id: get(row, "id")?,
         scan_id: get(row, "scan_id")?,

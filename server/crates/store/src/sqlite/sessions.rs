@@ -8,10 +8,12 @@ use crate::records::SessionRecord;
 use crate::sqlite::changes::{Written, inserted, met};
 use crate::sqlite::error::reading;
 use crate::sqlite::row::{before_id, get, json};
+use crate::sqlite::seal;
 
 const KIND: &str = "session";
 
 fn from_row(row: &SqliteRow) -> Result<SessionRecord, StoreError> {
+    seal::intact(row, &seal::SESSIONS)?;
     Ok(SessionRecord {
         id: get(row, "id")?,
         version: get(row, "version")?,

@@ -68,3 +68,34 @@ async fn a_database_without_room_says_full_and_goes_on_when_there_is_some() {
     let stored = catalogue.commit(vec![big_event()]).await.unwrap();
     assert_eq!(stored[0].seq, n_stored + 1);
 }
+
+#[tokio::test]
+async fn records_of_a_database_without_seals_are_sealed_and_read() {
+    use sqlx::{ConnectOptions, Connection};
+
+    let folder = tempfile::tempdir().unwrap();
+    let first = folder.path().join("first");
+    std::fs::create_dir(&first).unwrap();
+    std::fs::write(first.join("0001_station.sql"), include_str!("../../migrations/0001_station.sql")).unwrap();
+    let file = folder.path().join("catalogue.sqlite3");
+    let mut connection = super::connect_options(&file).connect().await.unwrap();
+    sqlx::migrate::Migrator::new(first.as_path())
+        .await
+        .unwrap()
+        .run_direct(None, &mut connection, false)
+        .await
+        .unwrap();
+    let rows = r#"INSERT INTO sessions VALUES ('s1', 3, '{"step":2}', 5, 6);
+                  INSERT INTO events VALUES (1, 'job.queued', 'j1', '{}', 7);
+                  UPDATE sequences SET value = 1 WHERE name = 'event';"#;
+    sqlx::raw_sql(rows).execute(&mut connection).await.unwrap();
+    connection.close().await.unwrap();
+
+    for _ in ["migrated", "opened again"] {
+        let catalogue = catalogue(folder.path()).await;
+        assert_eq!(catalogue.session("s1").await.unwrap().body, serde_json::json!({"step": 2}));
+        assert_eq!(catalogue.events_after(0, 9).await.unwrap()[0].subject, "j1");
+        assert_eq!(catalogue.last_event_seq().await.unwrap(), 1);
+        catalogue.close().await;
+    }
+}
