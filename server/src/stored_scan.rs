@@ -22,7 +22,7 @@ pub fn new_id() -> String {
 pub async fn stored_cloud(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Cloud, Problem> {
     let Some(id) = &scan.cloud else { return Err(without_cloud(scan)) };
     let bytes = artifacts.read(id).await?;
-    read_cloud_from(Cursor::new(bytes), CloudFormat::Ply).map_err(|error| damaged(scan, "cloud", &error))
+    parsed(scan, "cloud", move || read_cloud_from(Cursor::new(bytes), CloudFormat::Ply)).await
 }
 
 /// The frames of a scan.
@@ -31,7 +31,19 @@ pub async fn stored_cloud(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Resul
 /// A problem: the artifact is damaged.
 pub async fn stored_peaks(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Peaks, Problem> {
     let bytes = artifacts.read(&scan.peaks).await?;
-    read_peaks(Cursor::new(bytes)).map_err(|error| damaged(scan, "peaks", &error))
+    parsed(scan, "peaks", move || read_peaks(Cursor::new(bytes))).await
+}
+
+/// Reads what takes up to a second on a thread that nobody else waits for.
+async fn parsed<T: Send + 'static, E: Error + Send + 'static>(
+    scan: &ScanRecord,
+    what: &str,
+    parse: impl FnOnce() -> Result<T, E> + Send + 'static,
+) -> Result<T, Problem> {
+    match tokio::task::spawn_blocking(parse).await {
+        Ok(read) => read.map_err(|error| damaged(scan, what, &error)),
+        Err(stopped) => Err(damaged(scan, what, &stopped)),
+    }
 }
 
 /// What the header of its cloud calls a scan; for a capture its scan, whatever a person calls the result.

@@ -82,6 +82,10 @@ pub async fn artifact(
     let stream = tokio_util::io::ReaderStream::with_capacity(reader.bytes, STREAM_CHUNK_BYTES);
     let mut response = bytes(media_type, file_name, axum::body::Body::from_stream(stream));
     response.headers_mut().insert(header::CONTENT_LENGTH, HeaderValue::from(reader.size_bytes));
+    // An artifact is named by its content.
+    if let Ok(tag) = HeaderValue::from_str(&format!("\"{}\"", id.as_str())) {
+        response.headers_mut().insert(header::ETAG, tag);
+    }
     Ok(response)
 }
 

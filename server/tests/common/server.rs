@@ -62,7 +62,32 @@ impl Server {
     /// The same in a changed environment.
     #[track_caller]
     pub fn start_with(data: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Self {
-        let mut child = Command::new(SHEAF)
+        Self::start_by(Command::new(SHEAF), data, arguments, environment)
+    }
+
+    /// Starts with the data folder on a disk of so many MiB; `None` where nobody may make one.
+    #[track_caller]
+    pub fn start_on_small_disk(data: &Path, size_mib: u32) -> Option<Self> {
+        let alone = |command: &mut Command| {
+            command.args(["--user", "--map-root-user", "--mount", "sh", "-c"]);
+        };
+        let mount = format!("mount -t tmpfs -o size={size_mib}m none \"$0\"");
+        std::fs::create_dir_all(data).unwrap();
+        let mut trial = Command::new("unshare");
+        alone(&mut trial);
+        let trial = trial.arg(&mount).arg(data).stderr(Stdio::null()).status();
+        if !trial.is_ok_and(|status| status.success()) {
+            return None;
+        }
+        let mut command = Command::new("unshare");
+        alone(&mut command);
+        command.arg(format!("{mount} && exec \"$@\"")).arg(data).arg(SHEAF);
+        Some(Self::start_by(command, data, &[], &[]))
+    }
+
+    #[track_caller]
+    fn start_by(mut command: Command, data: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Self {
+        let mut child = command
             .args(["serve", "--listen", "127.0.0.1:0", "--data"])
             .arg(data)
             .args(arguments)

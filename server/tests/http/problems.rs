@@ -2,8 +2,14 @@
 
 use serde_json::Value;
 
-use crate::common::server::Answer;
+use crate::common::server::{Answer, Server};
 use crate::fresh;
+
+/// More jobs than may wait.
+const MANY_JOBS: usize = 40;
+
+/// Less than any job wants to have free, and room for a catalogue with its reserve.
+const SMALL_DISK_MIB: u32 = 64;
 
 #[track_caller]
 fn is_problem(answer: &Answer, status: u16, kind: &str) -> Value {
@@ -52,4 +58,41 @@ fn a_scan_without_a_calibration_says_what_to_do() {
     let answer = server.post("/api/v1/scans", &serde_json::json!({ "source": { "kind": "station" } }));
     let problem = is_problem(&answer, 409, "conflict");
     assert!(problem["remedy"].as_str().unwrap().contains("calibrat"), "{problem}");
+}
+
+#[test]
+fn a_full_queue_is_told_with_when_to_come_again_and_takes_jobs_when_one_is_cancelled() {
+    let (_folder, server) = fresh();
+    let body = serde_json::json!({ "source": { "kind": "station" } });
+    let mut waiting = Vec::new();
+    let refused = loop {
+        let answer = server.post("/api/v1/calibrations", &body);
+        if answer.status != 202 || waiting.len() == MANY_JOBS {
+            break answer;
+        }
+        waiting.push(answer.header("location").unwrap().to_owned());
+    };
+    let problem = is_problem(&refused, 429, "too-many");
+    assert!(problem["detail"].as_str().unwrap().contains("32 jobs"), "{problem}");
+    assert!(problem["remedy"].as_str().unwrap().contains("cancel"), "{problem}");
+    let retry_after_s: u32 = refused.header("retry-after").unwrap().parse().unwrap();
+    assert!(retry_after_s > 0);
+    let cancelled = server.post(&format!("{}/cancel", waiting.last().unwrap()), &serde_json::json!({}));
+    assert!(cancelled.status < 300, "{cancelled:?}");
+    server.post("/api/v1/calibrations", &body).expect(202);
+}
+
+#[test]
+fn a_full_disk_refuses_what_needs_room_and_still_answers() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let Some(server) = Server::start_on_small_disk(&folder.path().join("data"), SMALL_DISK_MIB) else {
+        eprintln!("skipped: this system lets nobody mount a small disk (unshare --user --mount)");
+        return;
+    };
+    let body = serde_json::json!({ "source": { "kind": "station" } });
+    let problem = is_problem(&server.post("/api/v1/calibrations", &body), 507, "storage-full");
+    assert!(problem["detail"].as_str().unwrap().contains("MiB are free"), "{problem}");
+    assert!(problem["remedy"].as_str().unwrap().contains("delete"), "{problem}");
+
+    server.get("/api/v1/jobs").expect(200);
 }
