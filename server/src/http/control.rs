@@ -9,10 +9,14 @@ use uuid::Uuid;
 
 use crate::config::limits::CONTROL_LEASE;
 use crate::http::answers::header_text;
+use crate::http::conversions::label;
 use crate::problem::{Problem, ProblemKind};
 
 /// The header that carries the lease's id.
 pub const CONTROL_HEADER: HeaderName = HeaderName::from_static("sheaf-control");
+
+/// The header that says who sends a request, for the log, where no lease says it: a name in UTF-8.
+pub const ACTOR_HEADER: HeaderName = HeaderName::from_static("sheaf-actor");
 
 /// A lease that runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,12 +100,20 @@ impl ControlDesk {
         self.renew(id.as_deref(), Instant::now())
     }
 
-    /// What a log calls the sender of a request.
+    /// What a log calls the sender of a request: the holder of the lease that came along, else the name it gives
+    /// itself. Neither is proven.
     pub fn actor(&self, headers: &HeaderMap) -> String {
         let id = headers.get(CONTROL_HEADER).and_then(|id| id.to_str().ok());
         let present = self.present(Instant::now()).filter(|lease| Some(lease.id.as_str()) == id);
-        present.map_or_else(|| "rest".to_owned(), |lease| lease.holder)
+        let holder = present.map(|lease| lease.holder);
+        holder.or_else(|| own_name(headers)).unwrap_or_else(|| "rest".to_owned())
     }
+}
+
+/// The name that a request gives its sender, where it is one.
+fn own_name(headers: &HeaderMap) -> Option<String> {
+    let name = std::str::from_utf8(headers.get(ACTOR_HEADER)?.as_bytes()).ok()?;
+    label(name, "").ok().map(|()| name.trim().to_owned())
 }
 
 fn controlled_by(holder: &str) -> Problem {
@@ -118,6 +130,8 @@ fn nobody() -> Problem {
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
+
+    use axum::http::HeaderValue;
 
     use super::*;
 
@@ -136,5 +150,23 @@ mod tests {
         assert!(desk.renew(Some(&ben.lease.id), now + Duration::from_secs(8)).is_ok());
         assert!(desk.renew(Some(&ben.lease.id), now + Duration::from_secs(14)).is_err());
         assert_eq!(desk.present(now + Duration::from_secs(14)), None);
+    }
+
+    #[test]
+    fn a_log_names_the_holder_of_the_lease_else_the_name_that_came_along() {
+        let desk = ControlDesk::default();
+        let anna = desk.take("Anna", false, Instant::now()).unwrap().lease.id;
+        let check = |control: &str, name: &[u8], expected: &str| {
+            let mut headers = HeaderMap::new();
+            headers.insert(CONTROL_HEADER, control.parse().unwrap());
+            headers.insert(ACTOR_HEADER, HeaderValue::from_bytes(name).unwrap());
+            assert_eq!(desk.actor(&headers), expected, "{control} {name:?}");
+        };
+        check(&anna, b"Ben", "Anna");
+        check("no lease", " J\u{fc}rgen ".as_bytes(), "J\u{fc}rgen");
+        check("no lease", b"", "rest");
+        check("no lease", b"\xff\xfe", "rest");
+        check("no lease", &[b'n'; 200], "rest");
+        assert_eq!(desk.actor(&HeaderMap::new()), "rest");
     }
 }

@@ -155,7 +155,10 @@ async fn list_activations(
 /// Makes a calibration the active one; a logged act.
 #[utoipa::path(
     put, path = "/calibrations/active", tag = "calibrations", request_body = ActivateDto,
-    params(("If-Match" = Option<String>, Header, description = "ETag of what is active, to be sure of it")),
+    params(
+        ("If-Match" = Option<String>, Header, description = "ETag of what is active, to be sure of it"),
+        ("Sheaf-Actor" = Option<String>, Header, description = "Who does it, for the log; a control lease says it, too"),
+    ),
     responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn activate_calibration(
@@ -175,6 +178,9 @@ async fn activate_calibration(
 /// Takes the last activation back; a logged act.
 #[utoipa::path(
     post, path = "/calibrations/active/roll-back", tag = "calibrations",
+    params((
+        "Sheaf-Actor" = Option<String>, Header, description = "Who does it, for the log; a control lease says it, too"
+    )),
     responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn roll_back_activation(
