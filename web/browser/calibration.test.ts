@@ -3,6 +3,7 @@
 import type { Browser, Locator, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
+import { tarOf } from "./archive";
 import { expectAccessible, launch, picture, Server, until, visit } from "./harness";
 
 /** Longest time a calibration may take on a busy machine. */
@@ -65,23 +66,6 @@ async function light(page: Page): Promise<void> {
   await page.waitForSelector(':root[data-theme="light"]');
 }
 
-/** A tar archive of `entries`. */
-function tarOf(entries: Record<string, Buffer>): Buffer {
-  const blocks = Object.entries(entries).flatMap(([name, bytes]) => {
-    const header = Buffer.alloc(512);
-    header.write(name, 0);
-    header.write("0000644\0", 100);
-    header.write(`${bytes.length.toString(8).padStart(11, "0")}\0`, 124);
-    header.write("00000000000\0", 136);
-    header.write("        0", 148);
-    header.write("ustar\x0000", 257);
-    const sum = header.reduce((all, byte) => all + byte, 0);
-    header.write(`${sum.toString(8).padStart(6, "0")}\0 `, 148);
-    return [header, bytes, Buffer.alloc((512 - (bytes.length % 512)) % 512)];
-  });
-  return Buffer.concat([...blocks, Buffer.alloc(1024)]);
-}
-
 test(
   "a new person calibrates the simulated station, sees the three models, activates and rolls back",
   async () => {
@@ -126,8 +110,12 @@ test(
     await row.getByRole("button", { name: "Activate…" }).click();
     await page.locator("dialog").waitFor();
     await expectAccessible(page);
+    // This page does not control the station; the log shall name the person nevertheless.
+    await page.getByLabel("Your name").fill("J\u00fcrgen");
     await answer(page, "Activate");
     await page.waitForSelector(`section[data-active="${first_id}"]`);
+    await page.locator("tr[data-act=activate]", { hasText: "J\u00fcrgen" }).waitFor();
+    await page.locator("[data-fresh]").waitFor({ state: "detached" });
     await page.evaluate(() => document.querySelector(".page")?.scrollTo(0, 0));
     await picture(page, "calibration-active");
     await press(page, "Roll back…");
@@ -156,6 +144,18 @@ async function inkOf(canvases: Locator): Promise<number[]> {
       return n;
     }),
   );
+}
+
+/** Measures the sphere with the calibration that was just made; its radius is known. */
+async function verify(page: Page): Promise<void> {
+  const outcome = page.locator(".outcome");
+  const measured = async () => (await outcome.count()) > 0;
+  await patiently(page, "a verification", measured, "Scan and compare");
+  expect(await outcome.first().getAttribute("data-verdict")).toBe("pass");
+  const told = (await outcome.first().textContent()) ?? "";
+  expect(told).toContain("18.9000 mm ± 0.1000 mm");
+  await expectAccessible(page);
+  await picture(page, "calibration-verified");
 }
 
 const poses = (page: Page) => page.locator(".poses .pose");
@@ -241,6 +241,10 @@ test(
     }, address);
     await last.page.waitForSelector('.wizard[data-step="verify"]');
     await expectAccessible(last.page);
+    await verify(last.page);
+    await last.page.evaluate((hash) => {
+      location.hash = `${hash}?step=verify`;
+    }, address);
     await last.page.getByRole("link", { name: "Light" }).click();
     await until("three models", async () => (await last.page.locator("[data-model]").count()) === 3);
     await picture(last.page, "calibration-light");

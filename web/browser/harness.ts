@@ -23,7 +23,9 @@ const CALIBRATED_AGAIN = 6;
 const SEEN_WITHIN_MS = 120_000;
 
 const ROOT = resolve(import.meta.dirname, "../..");
-const SHEAF = process.env.SHEAF_BIN ?? join(process.env.CARGO_TARGET_DIR ?? join(ROOT, "target"), "debug/sheaf");
+/** The program under test. */
+export const SHEAF =
+  process.env.SHEAF_BIN ?? join(process.env.CARGO_TARGET_DIR ?? join(ROOT, "target"), "debug/sheaf");
 const CHROMIUM = process.env.SHEAF_CHROMIUM ?? "/usr/bin/chromium";
 
 /** Pictures for the README and the documents are written here; look at every one of them. */

@@ -19,7 +19,10 @@ import "./theme.css";
 const stream = new StreamConnection(`${location.origin.replace(/^http/, "ws")}/api/v1/stream`);
 const station = new StationState(stream);
 const control: Control = new Control(station, (): Api => api);
-const api = makeApi(() => control.id());
+const api = makeApi(
+  () => control.id(),
+  () => control.name,
+);
 const jobs = new JobsState(stream, api);
 const events = new EventLog(stream, api);
 

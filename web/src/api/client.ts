@@ -56,20 +56,25 @@ export async function bytes(href: string, init?: RequestInit): Promise<Response>
 
 export type Api = Client<paths>;
 
-/** Makes the client; `control` tells the id of the control lease this page holds. */
-export function makeApi(control: () => string | undefined): Api {
+/** Makes the client; `control` tells the id of the control lease this page holds, `actor` who sits before it. */
+export function makeApi(control: () => string | undefined, actor: () => string): Api {
   const api = createClient<paths>({ baseUrl: location.origin });
   const carryControl: Middleware = {
     onRequest({ request }) {
+      if (request.method === "GET") return request;
       const id = control();
-      if (id && request.method !== "GET" && !request.headers.has("Sheaf-Control")) {
-        request.headers.set("Sheaf-Control", id);
-      }
+      if (id && !request.headers.has("Sheaf-Control")) request.headers.set("Sheaf-Control", id);
+      request.headers.set("Sheaf-Actor", headerText(actor()));
       return request;
     },
   };
   api.use(carryControl);
   return api;
+}
+
+/** Text for a header: its UTF-8, a letter per byte. */
+function headerText(text: string): string {
+  return String.fromCharCode(...new TextEncoder().encode(text));
 }
 
 /** A key that makes repeating a `POST` harmless. `crypto.randomUUID` exists on secure pages only. */

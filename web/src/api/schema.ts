@@ -3276,6 +3276,8 @@ export interface operations {
             header?: {
                 /** @description ETag of what is active, to be sure of it */
                 "If-Match"?: string | null;
+                /** @description Who does it, for the log; a control lease says it, too */
+                "Sheaf-Actor"?: string | null;
             };
             path?: never;
             cookie?: never;
@@ -3315,7 +3317,10 @@ export interface operations {
     roll_back_activation: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Who does it, for the log; a control lease says it, too */
+                "Sheaf-Actor"?: string | null;
+            };
             path?: never;
             cookie?: never;
         };

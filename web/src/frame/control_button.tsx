@@ -5,6 +5,7 @@ import { useMemo } from "preact/hooks";
 import { useApp } from "../app";
 import { CommandButton } from "../parts/command_button";
 import { Dialog } from "../parts/dialog";
+import { NameField } from "../parts/name_field";
 import { Command } from "../state/command";
 import { text } from "../text";
 
@@ -60,16 +61,7 @@ function ControlDialog({ onClose }: { onClose: () => void }) {
     <Dialog title={words.control} onClose={onClose}>
       <div class="stack">
         {other && <p>{words.take_over_question(other)}</p>}
-        <label class="field">
-          <span>{words.your_name}</span>
-          <input
-            value={control.holder.value}
-            maxLength={60}
-            onInput={(event) => {
-              control.holder.value = event.currentTarget.value;
-            }}
-          />
-        </label>
+        <NameField />
         <div class="row">
           {control.mine.value ? (
             <CommandButton command={give}>{words.give_back}</CommandButton>

@@ -32,6 +32,11 @@ export class Control {
     addEventListener("pagehide", () => void this.giveBack());
   }
 
+  /** How logs and other browsers call who sits here. */
+  get name(): string {
+    return this.holder.value.trim() || "Operator";
+  }
+
   /** The id to send with commands. */
   id(): string | undefined {
     return this.lease.value?.id;
@@ -39,8 +44,8 @@ export class Control {
 
   /** Takes control where nobody has it; from somebody else only with `take_over`. */
   async take(take_over = false): Promise<void> {
-    const holder = this.holder.value || "Operator";
-    this.lease.value = await data(this.api().POST("/api/v1/station/control", { body: { holder, take_over } }));
+    const body = { holder: this.name, take_over };
+    this.lease.value = await data(this.api().POST("/api/v1/station/control", { body }));
     this.lost_to.value = undefined;
   }
 

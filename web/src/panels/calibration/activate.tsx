@@ -6,6 +6,7 @@ import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { Dialog } from "../../parts/dialog";
+import { NameField } from "../../parts/name_field";
 import { Command } from "../../state/command";
 import { text } from "../../text";
 import { type CalibrationItem, summaryOf } from "./figures";
@@ -53,6 +54,7 @@ function Activate({ item, reload, onClose }: Properties & { onClose: () => void 
   return (
     <Dialog title={words.activate_title} onClose={onClose}>
       <p>{words.activate_question(item.id)}</p>
+      <NameField />
       <div class="row">
         <CommandButton command={activate} kind="primary">
           {words.activate_yes}

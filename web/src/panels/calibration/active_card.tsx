@@ -6,6 +6,7 @@ import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { Dialog } from "../../parts/dialog";
+import { NameField } from "../../parts/name_field";
 import { Command } from "../../state/command";
 import { language, text } from "../../text";
 import { moment } from "../../units";
@@ -130,6 +131,7 @@ function RollBack(properties: {
   return (
     <Dialog title={words.roll_back_title} onClose={onClose}>
       <p>{previous_id ? words.roll_back_question(previous_id) : words.roll_back_question_none}</p>
+      <NameField />
       <div class="row">
         <CommandButton command={roll_back} kind="primary">
           {words.roll_back_yes}

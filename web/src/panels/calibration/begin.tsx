@@ -29,7 +29,13 @@ function useCalibrating(reload: () => Promise<void>) {
   return { fresh, calibrate };
 }
 
-export function Begin({ reload }: { reload: () => Promise<void> }) {
+interface Properties {
+  /** The active calibration: once a new one is it, nothing is left to say of it. */
+  active_id: string | undefined;
+  reload: () => Promise<void>;
+}
+
+export function Begin({ active_id, reload }: Properties) {
   const { station, jobs } = useApp();
   const words = text.value.calibration;
   const { fresh, calibrate } = useCalibrating(reload);
@@ -70,7 +76,7 @@ export function Begin({ reload }: { reload: () => Promise<void> }) {
           <JobProgress job={job} />
         </div>
       ))}
-      {fresh.value && (
+      {fresh.value && fresh.value !== active_id && (
         <div class="note fresh" data-fresh={fresh.value}>
           <strong>{words.fresh}</strong> <span class="mono">{fresh.value}</span>
           <div>{words.fresh_hint}</div>

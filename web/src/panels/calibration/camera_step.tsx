@@ -21,7 +21,7 @@ import { goToStep, type StepProperties } from "./wizard";
 /** Whether pictures are taken by themselves. */
 const auto_capture = remembered("calibration.auto", true);
 
-export function CameraStep({ session, onSession }: StepProperties) {
+export function CameraStep({ session, change }: StepProperties) {
   const app = useApp();
   const { api, control, station } = app;
   const words = text.value.calibration;
@@ -35,14 +35,18 @@ export function CameraStep({ session, onSession }: StepProperties) {
     current.current = session;
   }
   const id = session.id;
+  const changes = useRef(change);
+  changes.current = change;
   const take = useMemo(
     () =>
       new Command(async () => {
         board.paused = true;
         try {
           await control.ensure();
-          const params = { path: { id }, header: { "Sheaf-Control": control.id() ?? "" } };
-          onSession(await data(api.POST("/api/v1/calibration-sessions/{id}/poses", { params })));
+          await changes.current((if_match) => {
+            const header = { "Sheaf-Control": control.id() ?? "", "If-Match": if_match };
+            return data(api.POST("/api/v1/calibration-sessions/{id}/poses", { params: { path: { id }, header } }));
+          });
           board.clear();
           // Taking the picture has ended the live view.
           await board.start();
@@ -107,7 +111,7 @@ export function CameraStep({ session, onSession }: StepProperties) {
         <OperatorPanel n_taken={session.body.poses.length} onMoved={() => board.clear()} />
         <NeedsView session={session} look={look} />
       </div>
-      <PosesView session={session} onSession={onSession} />
+      <PosesView session={session} change={change} />
       <Onward session={session} />
     </div>
   );

@@ -48,7 +48,7 @@ export function Overview() {
             <div class="stack calibration">
               <div class="cards two">
                 <ActiveCard active={active} item={item} acts={acts} reload={loaded.reload} />
-                <Begin reload={loaded.reload} />
+                <Begin active_id={active_id} reload={loaded.reload} />
               </div>
               {sessions.length > 0 && <OpenSessions sessions={sessions} reload={loaded.reload} />}
               <CalibrationList

@@ -1,11 +1,12 @@
 /** The pictures taken so far, each with what was found in it, and the way to take it again. */
 
-import { useMemo } from "preact/hooks";
+import { useMemo, useRef } from "preact/hooks";
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { Command } from "../../state/command";
 import { text } from "../../text";
+import type { Change } from "./session_change";
 import { SessionPicture } from "./session_picture";
 import type { Session } from "./session_state";
 import { degrees, mm, px } from "./words";
@@ -13,7 +14,7 @@ import { degrees, mm, px } from "./words";
 /** A picture whose RMS is so many times the session's stands out. */
 const STANDS_OUT = 2.5;
 
-export function PosesView({ session, onSession }: { session: Session; onSession: (session: Session) => void }) {
+export function PosesView({ session, change }: { session: Session; change: Change }) {
   const words = text.value.calibration;
   const { poses, camera } = session.body;
   return (
@@ -33,7 +34,7 @@ export function PosesView({ session, onSession }: { session: Session; onSession:
             pose={pose}
             number={idx + 1}
             stands_out={(pose.board.rms_px ?? 0) > STANDS_OUT * (camera.rms_px ?? Number.POSITIVE_INFINITY)}
-            onSession={onSession}
+            change={change}
           />
         ))}
       </ul>
@@ -46,18 +47,22 @@ interface PoseProperties {
   pose: Schemas["SessionPose"];
   number: number;
   stands_out: boolean;
-  onSession: (session: Session) => void;
+  change: Change;
 }
 
-function Pose({ session, pose, number, stands_out, onSession }: PoseProperties) {
+function Pose({ session, pose, number, stands_out, change }: PoseProperties) {
   const { api } = useApp();
   const words = text.value.calibration;
   const { board, laser } = pose;
+  const changes = useRef(change);
+  changes.current = change;
   const remove = useMemo(
     () =>
       new Command(async () => {
-        const params = { path: { id: session.id, pose_id: pose.id } };
-        onSession(await data(api.DELETE("/api/v1/calibration-sessions/{id}/poses/{pose_id}", { params })));
+        await changes.current((if_match) => {
+          const params = { path: { id: session.id, pose_id: pose.id }, header: { "If-Match": if_match } };
+          return data(api.DELETE("/api/v1/calibration-sessions/{id}/poses/{pose_id}", { params }));
+        });
       }),
     [api, session.id, pose.id],
   );

@@ -1,7 +1,7 @@
 /** The board carried by the stage, and the calculation of everything. */
 
 import { useSignal } from "@preact/signals";
-import { useMemo } from "preact/hooks";
+import { useMemo, useRef } from "preact/hooks";
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
@@ -13,6 +13,7 @@ import { decimal } from "../../units";
 import { useCalibration } from "./details";
 import { summaryOf } from "./figures";
 import { place, StageOperatorPanel } from "./operator_panel";
+import type { Change } from "./session_change";
 import { SessionPicture } from "./session_picture";
 import type { Session } from "./session_state";
 import { Solve } from "./solve";
@@ -23,16 +24,16 @@ import type { StepProperties } from "./wizard";
 const POSITIONS_MM = [-20, -10, 0, 10, 20];
 
 export function StageStep(properties: StepProperties) {
-  const { session, calibration_id, onSession } = properties;
+  const { session, calibration_id, change } = properties;
   const words = text.value.calibration;
   return (
     <div class="stack">
       <p>{words.stage_lead}</p>
       <div class="cards two">
-        <TakeViews session={session} onSession={onSession} />
+        <TakeViews session={session} change={change} />
         <StageOperatorPanel />
       </div>
-      <ViewsList session={session} onSession={onSession} />
+      <ViewsList session={session} change={change} />
       <Solve {...properties} />
       {calibration_id && <SolvedStage id={calibration_id} />}
     </div>
@@ -57,27 +58,37 @@ function SolvedStage({ id }: { id: string }) {
 
 interface Properties {
   session: Session;
-  onSession: (session: Session) => void;
+  change: Change;
 }
 
-function TakeViews({ session, onSession }: Properties) {
+function TakeViews({ session, change }: Properties) {
   const app = useApp();
   const { api, control, station } = app;
   const words = text.value.calibration;
   const position_mm = useSignal<number | undefined>(0);
+  const changes = useRef(change);
+  changes.current = change;
   const takeAt = async (position_mm: number) => {
     await control.ensure();
-    const params = { path: { id: session.id }, header: { "Sheaf-Control": control.id() ?? "" } };
-    const body = { position_mm };
-    onSession(await data(api.POST("/api/v1/calibration-sessions/{id}/stage-views", { params, body })));
+    return await changes.current((if_match) => {
+      const header = { "Sheaf-Control": control.id() ?? "", "If-Match": if_match };
+      const params = { path: { id: session.id }, header };
+      return data(api.POST("/api/v1/calibration-sessions/{id}/stage-views", { params, body: { position_mm } }));
+    });
   };
-  const one = useMemo(() => new Command(() => takeAt(position_mm.peek() ?? 0)), [session.id]);
+  const one = useMemo(
+    () =>
+      new Command(async () => {
+        await takeAt(position_mm.peek() ?? 0);
+      }),
+    [session.id],
+  );
   const all = useMemo(
     () =>
       new Command(async (steps) => {
         if (station.simulated.peek() === "twin") await place(app, { place: "stage" });
         for (const position_mm of POSITIONS_MM) {
-          await takeAt(position_mm);
+          if (!(await takeAt(position_mm))) break;
           steps.accepted();
         }
         if (station.simulated.peek() === "twin") await place(app, { place: "away" });
@@ -114,7 +125,7 @@ function TakeViews({ session, onSession }: Properties) {
   );
 }
 
-function ViewsList({ session, onSession }: Properties) {
+function ViewsList({ session, change }: Properties) {
   const words = text.value.calibration;
   const views = session.body.stage_views;
   return (
@@ -125,22 +136,26 @@ function ViewsList({ session, onSession }: Properties) {
       <p class="muted">{views.length === 0 ? words.views_none : words.view_few}</p>
       <ul class="pose-list">
         {views.map((view) => (
-          <View key={view.id} view={view} session={session} onSession={onSession} />
+          <View key={view.id} view={view} session={session} change={change} />
         ))}
       </ul>
     </section>
   );
 }
 
-function View({ view, session, onSession }: Properties & { view: Schemas["SessionStageView"] }) {
+function View({ view, session, change }: Properties & { view: Schemas["SessionStageView"] }) {
   const { api } = useApp();
   const words = text.value.calibration;
   const at = `${decimal(view.position_mm, 3, language.value)} mm`;
+  const changes = useRef(change);
+  changes.current = change;
   const remove = useMemo(
     () =>
       new Command(async () => {
-        const params = { path: { id: session.id, view_id: view.id } };
-        onSession(await data(api.DELETE("/api/v1/calibration-sessions/{id}/stage-views/{view_id}", { params })));
+        await changes.current((if_match) => {
+          const params = { path: { id: session.id, view_id: view.id }, header: { "If-Match": if_match } };
+          return data(api.DELETE("/api/v1/calibration-sessions/{id}/stage-views/{view_id}", { params }));
+        });
       }),
     [api, session.id, view.id],
   );

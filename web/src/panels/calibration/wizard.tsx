@@ -13,6 +13,7 @@ import { FinishStep } from "./finish_step";
 import { useFollowed } from "./following";
 import { LightStep } from "./light_step";
 import { Discard } from "./open_sessions";
+import { type Change, useSessionChange } from "./session_change";
 import { isDone, madeBy, type Session, STEPS, type Step, stepOf } from "./session_state";
 import { StageStep } from "./stage_step";
 import { type Verification, verificationsOf } from "./verifications";
@@ -26,8 +27,8 @@ export interface StepProperties {
   /** The calibration it made. */
   calibration_id: string | undefined;
   verifications: readonly Verification[];
-  /** Takes what a request answered. */
-  onSession: (session: Session) => void;
+  /** Changes the session, if nobody else has changed it meanwhile. */
+  change: Change;
   reload: () => Promise<void>;
 }
 
@@ -37,7 +38,6 @@ const JOBS_SEEN = 200;
 export function Wizard({ id }: { id: string }) {
   const { api, jobs } = useApp();
   const words = text.value.calibration;
-  const newer = useSignal<Session | undefined>(undefined);
   const loaded = useFollowed(async () => {
     const session = await data(api.GET("/api/v1/calibration-sessions/{id}", { params: { path: { id } } }));
     const { job_id } = session.body;
@@ -51,7 +51,8 @@ export function Wizard({ id }: { id: string }) {
     return { session, job, verifications: made ? verificationsOf(all as Job[], made) : [] };
   }, [api, id]);
   const { value, problem } = loaded.state.value;
-  if (!value) {
+  const { session, change, conflict } = useSessionChange(value?.session, loaded.reload);
+  if (!value || !session) {
     return problem ? (
       <Missing>
         <ProblemCard problem={problem} />
@@ -60,7 +61,6 @@ export function Wizard({ id }: { id: string }) {
       <p class="muted">{text.value.frame.loading}</p>
     );
   }
-  const session = newest(value.session, newer.value);
   // The stream tells progress before the next event.
   const job = value.job && (jobs.get(value.job.id) ?? value.job);
   const verified = value.verifications.some((one) => one.job.state === "succeeded");
@@ -72,15 +72,21 @@ export function Wizard({ id }: { id: string }) {
       <StepList current={step} id={id} isDone={(step) => isDone(step, session, job, verified)} />
       <p class="muted untouched">{words.active_untouched}</p>
       {problem && <ProblemCard problem={problem} />}
+      {conflict.value && (
+        <ProblemCard
+          problem={conflict.value}
+          onDismiss={() => {
+            conflict.value = undefined;
+          }}
+        />
+      )}
       <Step
         key={step}
         session={session}
         job={job}
         calibration_id={madeBy(job)}
         verifications={value.verifications}
-        onSession={(next) => {
-          newer.value = next;
-        }}
+        change={change}
         reload={loaded.reload}
       />
     </div>
@@ -95,10 +101,6 @@ const STEP_VIEWS: Record<Step, (properties: StepProperties) => ComponentChildren
   verify: VerifyStep,
   finish: FinishStep,
 };
-
-function newest(loaded: Session, answered: Session | undefined): Session {
-  return answered && answered.version > loaded.version ? answered : loaded;
-}
 
 /** The step that the address names; without one, the session's content says where it is. */
 function chosenStep(): Step | undefined {

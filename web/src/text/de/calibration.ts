@@ -53,6 +53,10 @@ export const calibration: Catalogue["calibration"] = {
   sessions: "Angefangene Sitzungen",
   continue: "Weitermachen",
   session_state: (boards, views) => `${boards} lesbare Tafeln, ${views} Ansichten auf der Achse`,
+  changed_elsewhere: "In einem anderen Browser geändert",
+  changed_elsewhere_detail:
+    "Jemand hat diese Sitzung geändert, nachdem diese Seite sie zuletzt gesehen hatte. Von hier aus wurde deshalb nichts geändert.",
+  changed_elsewhere_remedy: "Sie sehen jetzt den neuesten Stand; prüfen Sie ihn und versuchen Sie es erneut",
   changed: "zuletzt geändert",
   discard: "Verwerfen…",
   discard_question: (name) =>

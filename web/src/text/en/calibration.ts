@@ -51,6 +51,10 @@ export const calibration = {
   sessions: "Unfinished sessions",
   continue: "Continue",
   session_state: (boards: string, views: string) => `${boards} readable boards, ${views} stage views`,
+  changed_elsewhere: "Changed in another browser",
+  changed_elsewhere_detail:
+    "Somebody changed this session after this page had last seen it, so nothing was changed from here.",
+  changed_elsewhere_remedy: "what you see now is the newest state; look at it and try again",
   changed: "last change",
   discard: "Discard…",
   discard_question: (name: string) =>
