@@ -1,12 +1,21 @@
 import type { Problem } from "../api/client";
-import { text } from "../text";
+import { language, text } from "../text";
 
-/** A refusal: what happened, why, and what to do. */
+const OF_SERVER = "urn:sheaf:problem:";
+
+/** What kind of problem it is, in the chosen language where its type is known. */
+function titleOf({ type, title }: Problem): string {
+  // English titles come with the problem, some more exact than their type.
+  if (language.value === "en" || !type.startsWith(OF_SERVER)) return title;
+  return text.value.problems[type.slice(OF_SERVER.length)] ?? title;
+}
+
+/** A refusal: what happened, why, and what to do. The server speaks English. */
 export function ProblemCard({ problem, onDismiss }: { problem: Problem; onDismiss?: () => void }) {
   const words = text.value.parts;
   return (
     <div class="problem" role="alert">
-      <strong>{problem.title}</strong>
+      <strong>{titleOf(problem)}</strong>
       <div>
         {problem.detail}
         {problem.cause && ` (${problem.cause})`}

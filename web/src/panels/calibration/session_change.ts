@@ -43,6 +43,7 @@ function changedElsewhere(problem: Problem): Problem {
   const words = text.value.calibration;
   return {
     ...problem,
+    type: "urn:sheaf:problem:page",
     title: words.changed_elsewhere,
     detail: words.changed_elsewhere_detail,
     remedy: words.changed_elsewhere_remedy,

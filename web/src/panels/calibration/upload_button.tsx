@@ -109,5 +109,5 @@ function wrongEnding(): Problem {
 function broken(): Problem {
   const words = text.value.calibration;
   const { upload_stopped: title, upload_stopped_remedy: remedy } = words;
-  return { type: "urn:sheaf:problem:unreachable", title, status: 0, detail: words.upload_hint, remedy };
+  return { type: "urn:sheaf:problem:page", title, status: 0, detail: words.upload_hint, remedy };
 }

@@ -7,6 +7,7 @@ import { jobs } from "./jobs";
 import { live } from "./live";
 import { light_models, measured_as, outcomes, tools } from "./measuring";
 import { operate } from "./operate";
+import { problems } from "./problems";
 import { result } from "./result";
 import { results } from "./results";
 import { scan } from "./scan";
@@ -28,6 +29,7 @@ export const de: Catalogue = {
   jobs,
   live,
   operate,
+  problems,
   result,
   results,
   scan,

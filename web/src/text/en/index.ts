@@ -6,6 +6,7 @@ import { jobs } from "./jobs";
 import { live } from "./live";
 import { light_models, measured_as, outcomes, tools } from "./measuring";
 import { operate } from "./operate";
+import { problems } from "./problems";
 import { result } from "./result";
 import { results } from "./results";
 import { scan } from "./scan";
@@ -27,6 +28,7 @@ export const en = {
   jobs,
   live,
   operate,
+  problems,
   result,
   results,
   scan,

@@ -1,0 +1,25 @@
+import type { Catalogue } from "../en";
+
+export const problems: Catalogue["problems"] = {
+  "bad-request": "Die Anfrage ist nicht zu verstehen",
+  "not-found": "Das gibt es nicht",
+  "method-not-allowed": "Das geht hier nicht",
+  "control-required": "Dafür wird die Steuerung gebraucht",
+  "station-busy": "Die Station ist beschäftigt",
+  conflict: "Der jetzige Zustand erlaubt es nicht",
+  changed: "Inzwischen geändert",
+  "precondition-required": "Es fehlt, welche Fassung gemeint ist",
+  "timed-out": "Die Anfrage kam nicht rechtzeitig an",
+  "too-large": "Zu viele Daten",
+  "unsupported-media-type": "Die Datei ist von anderer Art",
+  impossible: "Verstanden, aber nicht möglich",
+  "key-reused": "Dieselbe Anfrage kam mit anderem Inhalt",
+  "too-many": "Zu viel auf einmal",
+  forbidden: "Nicht erlaubt",
+  internal: "Ein Fehler des Programms",
+  "device-fault": "Ein Gerät tut nicht, was es soll",
+  unavailable: "Jetzt nicht",
+  "storage-full": "Der Datenträger ist voll",
+  stopped: "Von Hand gestoppt",
+  unreachable: "Der Server war nicht zu erreichen",
+};
