@@ -18,6 +18,9 @@ const ORDERS = [-2, -1, 0, 1, 2];
  */
 const ALIGNED_PX = 1;
 
+/** Steps of the exposure on a busy machine. */
+const SEEN_WITHIN_MS = 120_000;
+
 /** Short enough that no line of the simulated station is saturated. */
 const EXPOSURE_US = 2000;
 
@@ -265,6 +268,29 @@ test("a frozen frame stays while the station goes on, and comes to life again", 
   await page.keyboard.press("f");
   await startedLive();
   await until("the picture goes on", async () => (await sequence()) > held);
+});
+
+test("an exposure that is too long becomes a good one by one click", async () => {
+  const { page } = seen;
+  await page.getByLabel("Exposure time").fill("20000");
+  await page.getByRole("button", { name: "Apply" }).click();
+  await until("the picture is too bright", async () => {
+    await startedLive();
+    return (await page.locator("[data-advice=over]").count()) > 0;
+  });
+  const auto = page.getByRole("button", { name: "Auto exposure" });
+  await until(
+    "the picture is good",
+    async () => {
+      if ((await page.locator("[data-advice=good]").count()) > 0) return true;
+      await startedLive();
+      if ((await auto.getAttribute("aria-disabled")) !== "true") await auto.click();
+      return false;
+    },
+    SEEN_WITHIN_MS,
+  );
+  const settings = await server.call<{ exposure_us: number }>("GET", "/api/v1/devices/camera/settings");
+  expect(settings.exposure_us).toBeLessThan(20_000);
 });
 
 test("in the dark theme, in German, and ended: nothing is out of reach", async () => {

@@ -6,8 +6,10 @@ import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { NumberField } from "../../parts/number_field";
 import { ProblemCard } from "../../parts/problem";
+import { Command } from "../../state/command";
 import { language, text } from "../../text";
 import { count, decimal } from "../../units";
+import { autoExposure } from "./auto_exposure";
 import { useBlocked } from "./blocked";
 import { CameraSettings } from "./camera_settings";
 import type { LiveView } from "./live_view";
@@ -31,7 +33,7 @@ export function CameraCard({ view, histogram }: Properties) {
         </figcaption>
       </figure>
       <AdviceLine view={view} />
-      <Settings />
+      <Settings view={view} />
     </section>
   );
 }
@@ -58,7 +60,7 @@ function AdviceLine({ view }: { view: LiveView | undefined }) {
   );
 }
 
-function Settings() {
+function Settings({ view }: { view: LiveView | undefined }) {
   const { api, control, station } = useApp();
   const words = text.value.live;
   const blocked = useBlocked();
@@ -69,6 +71,17 @@ function Settings() {
   useEffect(() => void settings.follow(), [settings, told]);
   const { exposure_us, gain_db, frame_rate_hz } = settings.draft.value;
   const limits = camera?.capabilities;
+  const auto = useMemo(
+    () =>
+      new Command(async (steps) => {
+        const range = station.status.peek()?.camera.capabilities?.exposure_us;
+        if (!view || !range) return;
+        steps.accepted();
+        await autoExposure(view, settings, range);
+      }),
+    [view, settings, station],
+  );
+  const lit = view?.figures.value?.laser_shone;
   const unread = settings.problem.value;
   const changed = settings.changed.value;
   const busy = settings.apply.running;
@@ -108,6 +121,11 @@ function Settings() {
         >
           2 ×
         </button>
+      </div>
+      <div class="row">
+        <CommandButton command={auto} blocked={blocked ?? (lit ? undefined : words.auto_needs_light)}>
+          {words.auto_exposure}
+        </CommandButton>
       </div>
       <div class="row end">
         <NumberField

@@ -77,6 +77,14 @@ export class CameraSettings {
     void this.apply.start();
   }
 
+  /** Sets the exposure; refused with the server's reason. */
+  async expose(exposure_us: number): Promise<void> {
+    this.draw({ exposure_us });
+    const applied = await this.apply.start();
+    const problem = this.apply.problem.peek();
+    if (!applied && problem) throw new Refusal(problem);
+  }
+
   /** Forgets what was typed. */
   forget(): void {
     this.typed.value = {};
