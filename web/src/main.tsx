@@ -30,6 +30,13 @@ effect(() => {
   document.documentElement.lang = language.value;
   document.documentElement.dataset.theme = theme.value;
 });
+// Paper is white.
+addEventListener("beforeprint", () => {
+  document.documentElement.dataset.theme = "light";
+});
+addEventListener("afterprint", () => {
+  document.documentElement.dataset.theme = theme.peek();
+});
 followRoute();
 followShortcuts();
 station.start();

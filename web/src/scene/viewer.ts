@@ -189,6 +189,14 @@ export class CloudViewer {
     if (picked) this.events.onPicked?.(picked);
   }
 
+  /** What is seen now, as the address of a PNG; undefined while the graphics card is lost. */
+  snapshot(): string | undefined {
+    if (this.lost) return undefined;
+    // A canvas keeps its picture only until the browser has shown it.
+    this.render();
+    return this.canvas.toDataURL("image/png");
+  }
+
   figures(): ViewerFigures {
     return {
       n_points: this.cloud.n_points,

@@ -13,6 +13,7 @@ import { moment } from "../../units";
 import { CloudView } from "../viewer/cloud_view";
 import { Measurements } from "./measurements";
 import { Downloads, Provenance, Recompute } from "./provenance";
+import { Printed, ReportCard } from "./report";
 import { findScan, ResultState } from "./result_state";
 import { overall, reportOf, type Scan } from "./scan_record";
 import { VerdictWord } from "./verdict";
@@ -50,8 +51,11 @@ function ScanResult({ scan }: { scan: Scan }) {
   const result = useMemo(() => new ResultState(app, scan), [app, scan]);
   useEffect(() => void result.load(), [result]);
   const end_feed = useRef<(() => void) | undefined>(undefined);
+  const shown = useRef<CloudViewer | undefined>(undefined);
+  const viewer = useCallback(() => shown.current, []);
   const onViewer = useCallback(
     (viewer: CloudViewer | undefined) => {
+      shown.current = viewer;
       end_feed.current?.();
       end_feed.current = viewer && result.feed(viewer);
     },
@@ -96,10 +100,12 @@ function ScanResult({ scan }: { scan: Scan }) {
               ) : undefined
             }
           />
+          <Printed />
           <Measurements result={result} />
         </div>
         <div class="stack">
           <Provenance scan={scan} n_shown={result.view.n_points.value} />
+          <ReportCard result={result} viewer={viewer} />
           <Downloads scan={scan} />
           <Recompute result={result} />
         </div>

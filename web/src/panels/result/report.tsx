@@ -1,0 +1,70 @@
+/** The result for people and programs elsewhere: on paper, as PDF, as JSON. */
+
+import { signal } from "@preact/signals";
+import { useMemo } from "preact/hooks";
+import { useApp } from "../../app";
+import { CommandButton } from "../../parts/command_button";
+import type { CloudViewer } from "../../scene/viewer";
+import { Command } from "../../state/command";
+import { language, text } from "../../text";
+import { moment } from "../../units";
+import { download } from "../health/bundle";
+import type { ResultState } from "./result_state";
+import { overall } from "./scan_record";
+
+/** Format of the file. */
+const FORMAT = "sheaf-result/1";
+
+/** The cloud as it was seen when the report was asked for. */
+const printed = signal<string | undefined>(undefined);
+
+interface Properties {
+  result: ResultState;
+  viewer: () => CloudViewer | undefined;
+}
+
+export function ReportCard({ result, viewer }: Properties) {
+  const words = text.value.result;
+  const print = useMemo(
+    () =>
+      new Command(async () => {
+        printed.value = viewer()?.snapshot();
+        const picture = new Image();
+        picture.src = printed.value ?? "";
+        await picture.decode().catch(() => undefined);
+        window.print();
+      }),
+    [viewer],
+  );
+  return (
+    <section class="card stack report-card" aria-label={words.report_title}>
+      <h2>{words.report_title}</h2>
+      <div class="row">
+        <CommandButton command={print}>{words.print}</CommandButton>
+        <button type="button" onClick={() => download(`${result.scan.name}.json`, reportJson(result))}>
+          JSON
+        </button>
+      </div>
+    </section>
+  );
+}
+
+/** Stands on paper only: the picture, and when the report was made. */
+export function Printed() {
+  const simulated = useApp().station.simulated.value;
+  return (
+    <div class="print-only">
+      {simulated && <strong>{text.value.frame.simulated[simulated] ?? simulated}</strong>}
+      {printed.value && <img src={printed.value} alt={text.value.viewer.title} />}
+      <p>
+        Sheaf · {text.value.result.printed_at} {moment(Date.now(), language.value)}
+      </p>
+    </div>
+  );
+}
+
+/** Everything the station recorded of the scan and what was measured on it. */
+function reportJson(result: ResultState): unknown {
+  const measurements = result.measurements.peek();
+  return { format: FORMAT, verdict: overall(measurements) ?? null, scan: result.scan, measurements };
+}
