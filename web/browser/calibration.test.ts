@@ -119,6 +119,11 @@ test(
     await page.evaluate(() => document.querySelector(".page")?.scrollTo(0, 0));
     await picture(page, "calibration-active");
     await press(page, "Roll back…");
+    await page.locator("dialog").waitFor();
+    await expectAccessible(page);
+    await dark(page);
+    await expectAccessible(page);
+    await light(page);
     await answer(page, "Roll back");
     await page.waitForSelector('section[data-active="none"]');
     const acts = page.locator("table.log tbody tr");
@@ -247,6 +252,10 @@ test(
     }, address);
     await last.page.getByRole("link", { name: "Light" }).click();
     await until("three models", async () => (await last.page.locator("[data-model]").count()) === 3);
+    await expectAccessible(last.page);
+    await dark(last.page);
+    await expectAccessible(last.page);
+    await light(last.page);
     await picture(last.page, "calibration-light");
     await last.page.getByRole("link", { name: "Finish" }).click();
     const rms = last.page.locator("table.difference [data-rms-mm]");

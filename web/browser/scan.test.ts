@@ -1,10 +1,12 @@
 /** A scan as a person sees it: the cloud grows, it is measured, it survives what breaks. Colours are read from pixels. */
 
+import { mkdirSync, readFileSync } from "node:fs";
+import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { decodeBlocks } from "../src/stream/protocol";
-import { expectAccessible, launch, picture, Server, until, visit } from "./harness";
+import { expectAccessible, launch, PICTURES, picture, Server, until, visit } from "./harness";
 import { blankPage, orderPixels } from "./pixels";
 
 /** 41 rows of some 6,000 points: enough to grow, few enough for graphics in software. */
@@ -95,6 +97,10 @@ test("the cloud grows while the stage moves, in the colours of its orders", asyn
   for (const pixels of by_order) expect(pixels).toBeGreaterThan(100);
   await picture(page, "scan-done");
   await expectAccessible(page);
+  await page.emulateMedia({ colorScheme: "dark" });
+  await page.waitForSelector(':root[data-theme="dark"]');
+  await expectAccessible(page);
+  await picture(page, "scan-done-dark");
   await page.context().close();
   expect(complaints).toEqual([]);
 });
@@ -121,6 +127,7 @@ test("radius and RMSE are two clicks from the scan; picks are exact; colours cos
   expect(await canvas.getAttribute("data-uploaded")).toBe(uploaded);
   expect(Number(uploaded)).toBe(n_points);
   await picture(page, "result-deviation");
+  await reported(page);
 
   await page.getByRole("button", { name: "Top", exact: true }).click();
   await canvas.focus();
@@ -137,6 +144,27 @@ test("radius and RMSE are two clicks from the scan; picks are exact; colours cos
   await page.context().close();
   expect(complaints).toEqual([]);
 });
+
+/** The result leaves the page: as a file that holds what was measured, and on paper with picture, value and provenance. */
+async function reported(page: Page): Promise<void> {
+  const card = page.getByRole("region", { name: "Report" });
+  const saved = page.waitForEvent("download");
+  await card.getByRole("button", { name: "JSON" }).click();
+  const report = JSON.parse(readFileSync(await (await saved).path(), "utf8"));
+  expect(report).toMatchObject({ format: "sheaf-result/1", scan: { id: scan_id } });
+  expect(report.measurements).toHaveLength(1);
+  await card.getByRole("button", { name: "Print or save as PDF" }).click();
+  await page.locator(".print-only img").waitFor({ state: "attached" });
+  await page.emulateMedia({ media: "print" });
+  await page.locator(".print-only img").waitFor();
+  expect(await page.locator(".rail").isVisible()).toBe(false);
+  expect(await page.locator("tr[data-tool=sphere]").isVisible()).toBe(true);
+  expect(await page.getByRole("region", { name: "Provenance" }).textContent()).toContain(scan_id);
+  mkdirSync(PICTURES, { recursive: true });
+  await page.pdf({ path: join(PICTURES, "result.pdf"), format: "A4" });
+  await picture(page, "result-printed");
+  await page.emulateMedia({ media: "screen" });
+}
 
 /** The server's point at a pixel of a frame, in the part frame, past the page. */
 async function pointAtServer(pixel: string, frame: number) {

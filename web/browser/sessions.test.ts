@@ -122,6 +122,12 @@ test("a browser that is behind changes nothing, sees the newest state and is tol
   await page.locator(`[data-pose="${second}"]`).getByRole("button", { name: "Delete" }).click();
   await until("deleted now", async () => (await sessionAt(id)).body.poses.length === 0);
   await page.getByText("Changed in another browser").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Discard…" }).first().click();
+  await page.locator("dialog").waitFor();
+  await expectAccessible(page);
+  await page.emulateMedia({ colorScheme: "dark" });
+  await page.waitForSelector(':root[data-theme="dark"]');
+  await expectAccessible(page);
   expect(complaints).toEqual([]);
   await context.close();
 });
