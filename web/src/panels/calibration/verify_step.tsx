@@ -30,7 +30,7 @@ export function VerifyStep({ session, calibration_id, verifications, reload }: S
     <div class="stack">
       <p>{words.verify_lead}</p>
       {calibration_id ? (
-        <VerifyForm calibration_id={calibration_id} reload={reload} />
+        <VerifyForm session_id={session.id} calibration_id={calibration_id} reload={reload} />
       ) : (
         <p class="note">{words.verify_blocked}</p>
       )}
@@ -50,7 +50,13 @@ export function VerifyStep({ session, calibration_id, verifications, reload }: S
   );
 }
 
-function VerifyForm({ calibration_id, reload }: { calibration_id: string; reload: () => Promise<void> }) {
+interface FormProperties {
+  session_id: string;
+  calibration_id: string;
+  reload: () => Promise<void>;
+}
+
+function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
   const { api, jobs, station } = useApp();
   const words = text.value.calibration;
   const artefact = useSignal<Artefact>("sphere");
@@ -59,6 +65,8 @@ function VerifyForm({ calibration_id, reload }: { calibration_id: string; reload
   const verify = useMemo(
     () =>
       new Command(async (steps) => {
+        // The session goes on to its last step once this has succeeded; the outcome is to be seen first.
+        goToStep(session_id, "verify");
         const job = await data(
           api.POST("/api/v1/verifications", {
             headers: { "Idempotency-Key": idempotencyKey() },
@@ -76,7 +84,7 @@ function VerifyForm({ calibration_id, reload }: { calibration_id: string; reload
         succeeded(await jobs.ended(job.id));
         await reload();
       }),
-    [api, calibration_id],
+    [api, session_id, calibration_id],
   );
   return (
     <section class="card stack">
