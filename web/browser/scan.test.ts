@@ -152,7 +152,7 @@ async function reported(page: Page): Promise<void> {
   await card.getByRole("button", { name: "JSON" }).click();
   const report = JSON.parse(readFileSync(await (await saved).path(), "utf8"));
   expect(report).toMatchObject({ format: "sheaf-result/1", scan: { id: scan_id } });
-  expect(report.measurements).toHaveLength(1);
+  expect(report.measurements[0]).toMatchObject({ request: { tool: "sphere" }, result: { unit: "mm" } });
   await card.getByRole("button", { name: "Print or save as PDF" }).click();
   await page.locator(".print-only img").waitFor({ state: "attached" });
   await page.emulateMedia({ media: "print" });

@@ -267,6 +267,8 @@ export class CloudViewer {
 
   private render(): void {
     const { clientWidth: width_px, clientHeight: height_px } = this.canvas;
+    // Hidden, as on paper: nothing can be drawn, and nobody would see it.
+    if (width_px === 0 || height_px === 0) return;
     const camera = this.orbit.camera();
     const px_per_mm = this.canvas.height / 2 / this.orbit.half_height_mm;
     const least_px = 1.5 * this.renderer.getPixelRatio();
