@@ -5,6 +5,7 @@ use nalgebra::{Vector2, Vector3, Vector6};
 use optics::{CAMERA_PARAMETERS, Camera, LightSurfaces, SurfaceHit};
 use rayon::prelude::*;
 
+use crate::corner_sums::{CornerRow, add_rows};
 use crate::normal::{ArrowNormal, BlockNormal, Ranges};
 use crate::observation::{CornerView, LaserObservation, huber};
 use crate::params::{
@@ -26,6 +27,8 @@ pub struct Bundle {
     pub free_poses: bool,
     /// Weak knowledge from data sheets.
     pub priors: Priors,
+    /// Corner residuals beyond this many σ count linearly.
+    corner_limit_sigmas: f64,
     /// Laser points of each block, indices into `laser`.
     laser_of_block: Vec<Vec<usize>>,
     /// Views of each block, indices into `views`.
@@ -69,20 +72,38 @@ impl Bundle {
         for (idx, view) in views.iter().enumerate() {
             views_of_block[view.block].push(idx);
         }
-        Self { views, laser, free, free_poses, priors, laser_of_block, views_of_block }
+        Self {
+            views,
+            laser,
+            free,
+            free_poses,
+            priors,
+            corner_limit_sigmas: CORNER_HUBER_SIGMAS,
+            laser_of_block,
+            views_of_block,
+        }
+    }
+
+    /// With the corners counted alike however far off they are: plain least squares.
+    pub fn without_corner_limit(mut self) -> Self {
+        self.corner_limit_sigmas = f64::INFINITY;
+        self
     }
 
     fn add_corners(&self, station: &Station, view: &CornerView, sums: &mut BlockNormal) {
         let pose = station.pose_of(view);
+        let carried = station.stage.is_some() && view.travel_mm != 0.0;
         let stage_start = CAMERA_PARAMETERS + station.light_parameters();
+        let rotation = pose.rotation.into_inner();
+        let mut rows = Vec::with_capacity(2 * view.corners.len());
         for corner in &view.corners {
-            let arm = pose.rotation * corner.board_mm;
+            let arm = rotation * corner.board_mm;
             let Some(seen) = station.camera.project_with_jacobian(&(arm + pose.translation_mm)) else {
                 sums.cost = f64::INFINITY;
                 return;
             };
             let error = seen.pixel - corner.pixel;
-            let (rho, robust) = huber(error.norm() / corner.sigma_px, CORNER_HUBER_SIGMAS);
+            let (rho, robust) = huber(error.norm() / corner.sigma_px, self.corner_limit_sigmas);
             sums.cost += rho;
             let weight = robust / (corner.sigma_px * corner.sigma_px);
             for axis in 0..2 {
@@ -90,12 +111,16 @@ impl Bundle {
                 let by_turn = arm.cross(&by_point);
                 let by_pose = if self.free_poses { pose_row(&by_point, &by_turn) } else { [0.0; 6] };
                 let by_camera: [f64; CAMERA_PARAMETERS] = std::array::from_fn(|i| seen.by_camera[(axis, i)]);
-                let by_stage = by_point * view.travel_mm;
-                let runs: [(usize, &[f64]); 2] = [(0, &by_camera), (stage_start, by_stage.as_slice())];
-                let used = if station.stage.is_some() && view.travel_mm != 0.0 { 2 } else { 1 };
-                sums.add(&runs[..used], &by_pose, error[axis], weight);
+                if carried {
+                    let by_stage = by_point * view.travel_mm;
+                    let runs: [(usize, &[f64]); 2] = [(0, &by_camera), (stage_start, by_stage.as_slice())];
+                    sums.add(&runs, &by_pose, error[axis], weight);
+                } else {
+                    rows.push(CornerRow::new(&by_camera, &by_pose, error[axis], weight));
+                }
             }
         }
+        add_rows(&rows, sums);
     }
 
     fn add_laser(&self, station: &Station, light: &LightSurfaces, block: usize, sums: &mut BlockNormal) {
@@ -205,7 +230,7 @@ impl Bundle {
             .map(|corner| {
                 let point = pose.rotation * corner.board_mm + pose.translation_mm;
                 station.camera.project(&point).map_or(f64::INFINITY, |pixel| {
-                    huber((pixel - corner.pixel).norm() / corner.sigma_px, CORNER_HUBER_SIGMAS).0
+                    huber((pixel - corner.pixel).norm() / corner.sigma_px, self.corner_limit_sigmas).0
                 })
             })
             .sum()

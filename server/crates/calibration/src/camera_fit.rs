@@ -18,6 +18,9 @@ use crate::zhang::{PinholeGuess, pinhole_from_homographies, pose_from_homography
 /// Index of k3 among the camera's parameters.
 const K3: usize = 8;
 
+/// σ of every corner in the plain fit: far below any noise, so that the solver ends by its relative tolerance.
+const PLAIN_SIGMA_PX: f64 = 1e-4;
+
 /// Focal lengths tried when the homographies give none, relative to the image's larger side.
 const FOCAL_CANDIDATES: [f64; 5] = [0.8, 1.3, 2.0, 3.5, 6.0];
 
@@ -90,6 +93,43 @@ pub fn fit_camera(
     let degrees = (2 * n_corners).saturating_sub(n_parameters).max(1);
     let corner_sigma_px = (squared_residuals(&station, &views) / degrees as f64).sqrt();
     Ok(CameraFit { station, views, free, covariance, rms_px, corner_sigma_px, k3_reason, priors })
+}
+
+/// A camera by plain least squares.
+#[derive(Debug, Clone)]
+pub struct PlainCamera {
+    /// Camera and one pose per view.
+    pub station: Station,
+    /// RMS 2-D distance of all corners.
+    pub rms_px: f64,
+    /// Steps of the solver.
+    pub n_steps: usize,
+}
+
+/// Fits camera (k1, k2, p1, p2, k3) and poses with all corners alike: no σ, no robust weights, no priors. This is the
+/// minimum that OpenCV's `calibrateCamera` seeks, for comparing with it; view i is block i.
+///
+/// # Errors
+/// Too few views, or corners that do not determine the camera.
+pub fn fit_camera_plain(
+    width_px: usize,
+    height_px: usize,
+    mut views: Vec<CornerView>,
+) -> Result<PlainCamera, CalibrationError> {
+    if views.len() < MIN_CAMERA_VIEWS {
+        return Err(CalibrationError::TooFewViews { needed: MIN_CAMERA_VIEWS, got: views.len() });
+    }
+    for corner in views.iter_mut().flat_map(|view| &mut view.corners) {
+        corner.sigma_px = PLAIN_SIGMA_PX;
+    }
+    let start = first_station(width_px, height_px, &views)?;
+    let bundle = bundle_of(&views, &[true; CAMERA_PARAMETERS], &Priors::default()).without_corner_limit();
+    let minimum = minimise(&bundle, start)
+        .filter(|minimum| minimum.cost.is_finite())
+        .ok_or(CalibrationError::CameraUnobservable)?;
+    let n_corners: usize = views.iter().map(|view| view.corners.len()).sum();
+    let rms_px = (squared_residuals(&minimum.state, &views) / n_corners as f64).sqrt();
+    Ok(PlainCamera { station: minimum.state, rms_px, n_steps: minimum.n_steps })
 }
 
 fn bundle_of(views: &[CornerView], free: &[bool], priors: &Priors) -> Bundle {

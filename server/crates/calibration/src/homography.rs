@@ -1,22 +1,22 @@
 //! Plane-to-image homographies by the normalised direct linear transform.
 
-use nalgebra::{DMatrix, Matrix3, Vector2};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector2};
 
 /// The homography that takes board points (x, y, mm) to pixels, or `None` for a degenerate set.
 pub fn homography_from_points(board: &[Vector2<f64>], pixels: &[Vector2<f64>]) -> Option<Matrix3<f64>> {
     let (board_scaling, pixel_scaling) = (normalising(board)?, normalising(pixels)?);
-    let mut rows = DMatrix::zeros(2 * board.len(), 9);
-    for (idx, (from, to)) in board.iter().zip(pixels).enumerate() {
+    let mut normal = SMatrix::<f64, 9, 9>::zeros();
+    for (from, to) in board.iter().zip(pixels) {
         let from = board_scaling * from.push(1.0);
         let to = pixel_scaling * to.push(1.0);
-        for axis in 0..3 {
-            rows[(2 * idx, axis)] = from[axis];
-            rows[(2 * idx, 6 + axis)] = -to.x * from[axis];
-            rows[(2 * idx + 1, 3 + axis)] = from[axis];
-            rows[(2 * idx + 1, 6 + axis)] = -to.y * from[axis];
+        for axis in 0..2 {
+            let mut row = SVector::<f64, 9>::zeros();
+            row.fixed_rows_mut::<3>(3 * axis).copy_from(&from);
+            row.fixed_rows_mut::<3>(6).copy_from(&(-to[axis] * from));
+            normal.ger(1.0, &row, &row, 1.0);
         }
     }
-    let eigen = (rows.transpose() * rows).symmetric_eigen();
+    let eigen = normal.symmetric_eigen();
     let smallest = eigen.eigenvalues.imin();
     let h = eigen.eigenvectors.column(smallest);
     let scaled = Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8]);

@@ -20,6 +20,7 @@ mod laser_points;
 pub mod light_fit;
 
 pub mod bundle;
+mod corner_sums;
 mod cross_validation;
 mod joint;
 pub mod normal;

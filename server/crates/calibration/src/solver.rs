@@ -61,9 +61,9 @@ pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<
     let ranges = problem.ranges(&state);
     let mut damping = FIRST_DAMPING;
     let mut normal = problem.linearise(&state);
-    let mut cost = normal.cost();
     for n_steps in 0..MAX_STEPS {
-        let Some((next, next_cost)) = downhill(problem, &state, &normal, &ranges, cost, &mut damping) else {
+        let cost = normal.cost();
+        let Some((next, next_normal)) = downhill(problem, &state, &normal, &ranges, &mut damping) else {
             return (n_steps > 0 || normal.solve(0.0, &ranges).is_some()).then_some(Minimum {
                 state,
                 cost,
@@ -71,33 +71,33 @@ pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<
                 converged: true,
             });
         };
-        let gain = cost - next_cost;
-        state = next;
+        (state, normal) = (next, next_normal);
+        let gain = cost - normal.cost();
         if gain <= COST_TOLERANCE.max(RELATIVE_COST_TOLERANCE * cost) {
-            return Some(Minimum { state, cost: next_cost, n_steps: n_steps + 1, converged: true });
+            return Some(Minimum { state, cost: normal.cost(), n_steps: n_steps + 1, converged: true });
         }
-        normal = problem.linearise(&state);
-        cost = normal.cost();
     }
-    Some(Minimum { state, cost, n_steps: MAX_STEPS, converged: false })
+    Some(Minimum { cost: normal.cost(), state, n_steps: MAX_STEPS, converged: false })
 }
 
-/// The next state with a lower cost; damps harder until there is one, `None` if there is none.
+/// The next state with a lower cost, and the normal equations there; damps harder until there is one, `None` if there
+/// is none.
+///
+/// A candidate is linearised at once and not looked at for its cost alone: nearly all are taken.
 fn downhill<P: Problem>(
     problem: &P,
     state: &P::State,
     normal: &ArrowNormal,
     ranges: &Ranges,
-    cost: f64,
     damping: &mut f64,
-) -> Option<(P::State, f64)> {
+) -> Option<(P::State, ArrowNormal)> {
     while *damping <= MAX_DAMPING {
         if let Some(ArrowStep { globals, blocks }) = normal.solve(*damping, ranges) {
             let next = problem.stepped(state, globals.as_slice(), &blocks);
-            let next_cost = problem.cost(&next);
-            if next_cost <= cost {
+            let next_normal = problem.linearise(&next);
+            if next_normal.cost() <= normal.cost() {
                 *damping = (*damping / DAMPING_FACTOR).max(MIN_DAMPING);
-                return Some((next, next_cost));
+                return Some((next, next_normal));
             }
         }
         *damping *= DAMPING_FACTOR;
