@@ -131,3 +131,32 @@ test("a browser that is behind changes nothing, sees the newest state and is tol
   expect(complaints).toEqual([]);
   await context.close();
 });
+
+test(
+  "a calibration of a session is verified on the known sphere, and the outcome stays to be seen",
+  async () => {
+    const id = await sessionWith(8);
+    await server.call("PUT", "/api/v1/simulation/board", { place: "stage" });
+    for (const position_mm of [-15, 0, 15]) {
+      const holder = { holder: "Script", take_over: true };
+      const { id: lease } = await server.call<{ id: string }>("POST", "/api/v1/station/control", holder);
+      const path = `/api/v1/calibration-sessions/${id}/stage-views`;
+      await server.call("POST", path, { position_mm }, { "Sheaf-Control": lease });
+    }
+    await server.call("PUT", "/api/v1/simulation/board", { place: "away" });
+    await server.job(`/api/v1/calibration-sessions/${id}/solve`, {});
+    const { page, context, complaints } = await visit(browser, server.url, `#/calibration/${id}`);
+    await page.waitForSelector('.wizard[data-step="verify"]');
+    await page.getByRole("button", { name: "Scan and compare" }).click();
+    const outcome = page.locator(".outcome").first();
+    await outcome.waitFor();
+    expect(await outcome.getAttribute("data-verdict")).toBe("pass");
+    expect(await outcome.textContent()).toContain("18.9000 mm ± 0.1000 mm");
+    await expectAccessible(page);
+    await page.waitForSelector('.wizard[data-step="verify"]');
+    await picture(page, "calibration-verified");
+    expect(complaints).toEqual([]);
+    await context.close();
+  },
+  TAKEN_WITHIN_MS + 180_000,
+);
