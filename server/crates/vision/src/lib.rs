@@ -10,6 +10,7 @@ pub mod params;
 
 pub use centreline::{
     CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment, find_centrelines,
+    find_centrelines_by_reference,
 };
 pub use corners::{BoardCorners, Corner, CornerError, CornerParams, find_corners};
 pub use image::{GreyImage, ImageError, Pixels};

@@ -7,6 +7,8 @@ pub const NOISE_TILE_PX: usize = 64;
 pub const NOISE_STRIDE_PX: usize = 4;
 /// Smallest noise believed, as a fraction of full scale: the rounding to 8 bits (1/√12 grey levels).
 pub const NOISE_FLOOR: f32 = 0.29 / 255.0;
+/// Neighbouring columns sampled in every noise tile by the fast extraction: 256 samples, as many as on the grid.
+pub const NOISE_COLUMNS: usize = 16;
 
 /// Most by which a tile's box noise may exceed that of the quieter tiles around it.
 pub const NOISE_OVER_NEIGHBOURS: f32 = 3.0;
@@ -24,6 +26,25 @@ pub const WIDTH_DEFAULT_PX: f32 = 4.0;
 pub const WIDTH_MIN_PX: f32 = 2.0;
 /// See [`WIDTH_DEFAULT_PX`].
 pub const WIDTH_MAX_PX: f32 = 24.0;
+
+/// Strips of which the fast extraction looks at one column each to learn how wide the lines are: five lines then
+/// give 80 widths, whose median is known to 3 %.
+pub const WIDTH_FEW_COLUMNS: usize = 16;
+/// Columns to either side over which the width of a crossing is averaged: speckle makes single ones worthless.
+pub const WIDTH_NEIGHBOURS: usize = 4;
+
+/// Columns of a cell: the one look at all pixels averages cells. As many as one vector of derivatives has lanes, and
+/// few enough that a line of 45 degrees stays bright.
+pub const CELL_WIDTH_PX: usize = 8;
+/// Rows of a cell: half of the widest flank of a narrow line.
+pub const CELL_HEIGHT_PX: usize = 4;
+/// Brightness of a cell over its surroundings, in its standard deviations, from which it is searched. A line at the
+/// threshold of candidates has seven; of pure noise one cell in three hundred passes.
+pub const CELL_MIN_SNR: f32 = 4.0;
+/// Cells above and below among which the darkest is taken: further than the flank of the widest line (37 pixels).
+pub const CELLS_BESIDE: usize = 10;
+/// Cells from the border within which only the side away from it counts.
+pub const CELLS_AT_BORDER: usize = 4;
 
 /// Height of the detection box in line widths: nearly a matched filter for a bell-shaped line.
 pub const BOX_HEIGHT_WIDTHS: f32 = 0.7;
@@ -79,6 +100,9 @@ pub const STEGER_SIGMA_MAX_PX: f32 = 16.0;
 pub const STEGER_CUT_SIGMAS: f32 = 3.0;
 /// Steps allowed from a candidate to the pixel that holds the ridge.
 pub const STEGER_MAX_STEPS: usize = 6;
+/// Offset from a pixel's centre up to which the ridge follows from derivatives there to 0.01 px; beyond, the window is
+/// moved.
+pub const RIDGE_TRUSTED_PX: f32 = 1.5;
 /// Crossings nearer than this, in line widths, to the first or last row are left out: part of the line's
 /// profile is outside the image, and what remains is off-centre.
 pub const BORDER_WIDTHS: f32 = 1.0;

@@ -1,7 +1,7 @@
 //! Noise level of the image, tile by tile.
 
 use super::candidates::Boxes;
-use super::view::{Level, View};
+use crate::centreline::view::{Level, View};
 use crate::params::{NOISE_FLOOR, NOISE_OVER_NEIGHBOURS, NOISE_STRIDE_PX, NOISE_TILE_PX};
 
 /// Standard deviations of noise (grey levels) in tiles over the image.
@@ -35,16 +35,25 @@ impl NoiseMap {
         };
         let n_rows = boxes.rows() as f32;
         let measured = Self::measure(view, difference, |difference_sigma| difference_sigma / n_rows);
-        let mut map = measured.limited_by_neighbours();
-        for (box_sigma, pixel_sigma) in map.sigmas.iter_mut().zip(&pixels.sigmas) {
-            *box_sigma = box_sigma.max(pixel_sigma * (2.0 / n_rows).sqrt());
+        measured.limited_by_neighbours().at_least(pixels, (2.0 / n_rows).sqrt())
+    }
+
+    /// A map from the noise of every tile, row by row.
+    pub fn from_sigmas(sigmas: Vec<f32>, tiles_across: usize) -> Self {
+        Self { sigmas, tiles_across }
+    }
+
+    /// The same with no tile below `least`, tile by tile.
+    pub fn at_least(mut self, least: &NoiseMap, factor: f32) -> Self {
+        for (sigma, least) in self.sigmas.iter_mut().zip(&least.sigmas) {
+            *sigma = sigma.max(least * factor);
         }
-        map
+        self
     }
 
     /// A broad line can fill most of a tile and pass for noise; the tiles above and below know better. No tile
     /// counts for more than [`NOISE_OVER_NEIGHBOURS`] times the lower quartile of its surroundings.
-    fn limited_by_neighbours(&self) -> Self {
+    pub fn limited_by_neighbours(&self) -> Self {
         let tiles_down = self.sigmas.len() / self.tiles_across;
         let mut near = Vec::with_capacity(9);
         let mut sigmas = Vec::with_capacity(self.sigmas.len());

@@ -1,11 +1,12 @@
 //! One crossing of a column and a line: position by either method, width, intensity, and what its noise is made of.
 
+use super::candidates::Boxes;
 use super::noise::NoiseMap;
 use super::segments::{Step, Trace};
 use super::steger::{Approach, Kernels, Ridge, WIDTH_PER_SIGMA};
-use super::view::{Level, View};
 use super::width::crossing_width_px;
-use super::{CentrelineMethod, candidates::Boxes};
+use crate::centreline::CentrelineMethod;
+use crate::centreline::view::{Level, View};
 use crate::params::{
     BORDER_WIDTHS, CENTROID_HALF_HEIGHT_WIDTHS, CLEARANCE_KERNEL_WIDTH, CLEARANCE_MIN_WIDTHS, FLANK_STEP_EVEN,
     FLANK_STEP_MAX, LINK_GATE_MIN_PX,

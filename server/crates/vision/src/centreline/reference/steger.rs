@@ -1,6 +1,6 @@
 //! The ridge of a line by Gaussian derivatives (Steger 1998, TPAMI 20(2), section 3), at one column.
 
-use super::view::{Level, View};
+use crate::centreline::view::{Level, View};
 use crate::params::{
     STEGER_CUT_SIGMAS, STEGER_MAX_STEPS, STEGER_SCALE_STEP, STEGER_SIGMA_ALONG_PX, STEGER_SIGMA_MAX_PX,
     STEGER_SIGMA_MIN_PX, STEGER_SIGMA_PER_LINE_SIGMA,

@@ -1,7 +1,7 @@
 //! Where lines may be: local maxima of a box that stands out from both its flanks.
 
 use super::noise::NoiseMap;
-use super::view::{Level, View};
+use crate::centreline::view::{Level, View};
 use crate::params::{
     BOX_HEIGHT_WIDTHS, CANDIDATE_MIN_SNR, CANDIDATE_SEPARATION_WIDTHS, FLANK_DISTANCE_WIDTHS, NOISE_TILE_PX,
 };

@@ -1,7 +1,7 @@
 //! How wide the lines of an image are, and how wide one crossing is.
 
 use super::noise::NoiseMap;
-use super::view::{Level, View};
+use crate::centreline::view::{Level, View};
 use crate::params::{
     WIDTH_DEFAULT_PX, WIDTH_MAX_PX, WIDTH_MIN_PX, WIDTH_MIN_SNR, WIDTH_SAMPLE_COLUMNS, WIDTH_SEARCH_PX,
 };
@@ -33,7 +33,8 @@ fn smoothed_column<T: Level>(view: &View<T>, u: usize, column: &mut [f32]) {
     }
 }
 
-fn collect_widths(column: &[f32], min_prominence: impl Fn(usize) -> f32, widths: &mut Vec<f32>) {
+/// Adds the widths of the prominent peaks of a column to `widths`.
+pub fn collect_widths(column: &[f32], min_prominence: impl Fn(usize) -> f32, widths: &mut Vec<f32>) {
     for v in 2..column.len().saturating_sub(2) {
         let peak = column[v];
         let is_peak =

@@ -1,0 +1,95 @@
+//! The fast extraction against the straightforward one, and against itself on other instruction sets. What is *right*
+//! is for the tests of the module above, which run the fast one; here the two may only not drift apart. Instruction
+//! sets that the machine at hand lacks are not run.
+
+use super::*;
+use crate::centreline::{CentrelineMethod, reference};
+
+/// Speckled lines: level, sloping and steep, bright enough to saturate, one crossing another.
+fn levels(width: usize, height: usize) -> Vec<u8> {
+    let mut state = 9u64;
+    let mut uniform = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / (1u64 << 31) as f64
+    };
+    let lines = [(40.3, 0.02, 180.0), (90.6, -0.1, 60.0), (150.2, 0.0, 400.0), (-200.0, 1.0, 200.0)];
+    let pixel = |idx: usize| {
+        let (u, v) = ((idx % width) as f64, (idx / width) as f64);
+        let light = |&(v0, slope, peak): &(f64, f64, f64)| {
+            let d: f64 = (v - v0 - slope * u) / f64::hypot(slope, 1.0);
+            peak * (-0.5 * d * d / 4.0).exp()
+        };
+        let grain = 0.7 + 0.6 * uniform();
+        (8.0 + grain * lines.iter().map(light).sum::<f64>() + 3.0 * uniform()).clamp(0.0, 255.0) as u8
+    };
+    (0..width * height).map(pixel).collect()
+}
+
+/// No multiple of a cell, a strip or a tile.
+const SIZE: (usize, usize) = (541, 213);
+
+fn view<T>(pixels: &[T], full_scale: f32) -> View<'_, T> {
+    View { pixels, width: SIZE.0, height: SIZE.1, full_scale }
+}
+
+#[test]
+fn every_instruction_set_gives_the_same_bits() {
+    let eight = levels(SIZE.0, SIZE.1);
+    let found = extract_eight(view(&eight, 255.0));
+    assert!(found.segments.len() >= 4, "{} segments", found.segments.len());
+    // `extract` called from here is compiled for what every machine of this architecture has.
+    assert_eq!(found, extract(&view(&eight, 255.0)));
+    let sixteen: Vec<u16> = eight.iter().map(|&level| u16::from(level) * 257).collect();
+    assert_eq!(extract_sixteen(view(&sixteen, 65535.0)), extract(&view(&sixteen, 65535.0)));
+}
+
+#[test]
+fn the_reference_finds_the_same_lines_within_their_sigma() {
+    let eight = levels(SIZE.0, SIZE.1);
+    let fast = extract_eight(view(&eight, 255.0));
+    let slow = reference::extract(view(&eight, 255.0), CentrelineMethod::Steger);
+    let points = |lines: &Centrelines| lines.segments.iter().flat_map(|s| s.points.clone()).collect::<Vec<_>>();
+    let (fast, slow) = (points(&fast), points(&slow));
+    let mut departures = Vec::new();
+    for point in &slow {
+        let miss =
+            |other: &&crate::CentrelinePoint| other.u_px == point.u_px && (other.v_px - point.v_px).abs() < 1.5;
+        if let Some(other) = fast.iter().find(miss) {
+            departures.push(((other.v_px - point.v_px) * point.normal[1] / point.sigma_px).abs());
+        }
+    }
+    // Where lines cross the two give up a few columns earlier or later.
+    assert!(departures.len() * 100 >= slow.len() * 98, "{} of {}", departures.len(), slow.len());
+    assert!(fast.len() * 100 <= slow.len() * 103, "{} against {}", fast.len(), slow.len());
+    // Kernels and windows differ in detail, the light is the same: most differ by less than either errs. Where lines
+    // cross, neither is right.
+    let middle = departures.len() / 2;
+    let median = *departures.select_nth_unstable_by(middle, f64::total_cmp).1;
+    assert!(median < 0.7, "{median} sigma");
+}
+
+#[test]
+fn a_faint_line_on_a_gradient_is_found_wherever_it_lies_in_its_cells() {
+    for offset in 0..8 {
+        let row = 60.0 + f64::from(offset) * 0.5;
+        let mut state = 5u64;
+        let mut gauss = || {
+            (0..12)
+                .map(|_| {
+                    state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                    (state >> 33) as f64 / (1u64 << 31) as f64
+                })
+                .sum::<f64>()
+                - 6.0
+        };
+        let pixel = |idx: usize| {
+            let (u, v) = ((idx % SIZE.0) as f64, (idx / SIZE.0) as f64);
+            let light = 10.0 + 0.2 * v + 0.05 * u + 20.0 * (-0.125 * (v - row - 0.05 * u).powi(2)).exp();
+            (light + 1.2 * gauss()).round().clamp(0.0, 255.0) as u8
+        };
+        let pixels: Vec<u8> = (0..SIZE.0 * SIZE.1).map(pixel).collect();
+        let found = extract_eight(view(&pixels, 255.0));
+        let n: usize = found.segments.iter().map(|s| s.points.len()).sum();
+        assert!(n >= SIZE.0 - 10, "row {row}: {n} columns");
+    }
+}

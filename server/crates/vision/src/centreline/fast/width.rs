@@ -1,0 +1,44 @@
+//! How wide the lines of an image are: the median over prominent peaks of some columns, where there is light.
+
+use super::cells::Strip;
+use crate::centreline::reference::noise::NoiseMap;
+use crate::centreline::reference::width::collect_widths;
+use crate::centreline::view::{Level, View};
+use crate::params::{
+    WIDTH_DEFAULT_PX, WIDTH_FEW_COLUMNS, WIDTH_MAX_PX, WIDTH_MIN_PX, WIDTH_MIN_SNR, WIDTH_SEARCH_PX,
+};
+
+/// Typical full width at half height (pixels, along columns); [`WIDTH_DEFAULT_PX`] without any peak.
+#[inline(always)]
+pub fn typical_width_px<T: Level>(view: &View<T>, noise: &NoiseMap, strips: &[Strip]) -> f32 {
+    let step = (strips.len() / WIDTH_FEW_COLUMNS).max(1);
+    let mut column = Vec::with_capacity(view.height);
+    let mut widths = Vec::new();
+    for strip in strips.iter().skip(step / 2).step_by(step) {
+        let u = (strip.u0 + strip.u1) / 2;
+        for rows in &strip.rows {
+            let from = rows.start.saturating_sub(WIDTH_SEARCH_PX + 2);
+            let to = (rows.end + WIDTH_SEARCH_PX + 2).min(view.height);
+            smoothed(view, u, from..to, &mut column);
+            collect_widths(&column, |k| WIDTH_MIN_SNR * noise.at(u, from + k), &mut widths);
+        }
+    }
+    if widths.is_empty() {
+        return WIDTH_DEFAULT_PX;
+    }
+    let middle = widths.len() / 2;
+    widths.select_nth_unstable_by(middle, f32::total_cmp).1.clamp(WIDTH_MIN_PX, WIDTH_MAX_PX)
+}
+
+/// Part of a column, averaged over three rows.
+#[inline(always)]
+fn smoothed<T: Level>(view: &View<T>, u: usize, rows: std::ops::Range<usize>, column: &mut Vec<f32>) {
+    let last = view.height - 1;
+    column.clear();
+    let (mut before, mut here) = (view.grey(u, rows.start.saturating_sub(1)), view.grey(u, rows.start));
+    for v in rows {
+        let after = view.grey(u, (v + 1).min(last));
+        column.push((before + here + after) / 3.0);
+        (before, here) = (here, after);
+    }
+}
