@@ -6,7 +6,8 @@ use calibration::{BoardGeometry, CalibrationInput, PoseInput, ProjectorSheet, St
 use capture::Capture;
 use rayon::prelude::*;
 use vision::{
-    BoardCorners, CentrelineParams, Centrelines, CornerError, CornerParams, find_centrelines, find_corners,
+    BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, CornerError, CornerParams, find_centrelines,
+    find_corners,
 };
 
 use crate::failure::Failure;
@@ -89,10 +90,11 @@ pub fn scan_centrelines(capture: &Capture, name: &str, reporter: &Reporter) -> R
     let params = centreline_params(capture);
     pictures
         .par_iter()
-        .map(|picture| {
+        .map_init(CentrelineExtractor::default, |extractor, picture| {
             reporter.go_on()?;
             let image = capture.image(&picture.entry, picture.path)?;
-            let lines = find_centrelines(&image, &params);
+            let mut lines = Centrelines::default();
+            extractor.find(&image, &params, &mut lines);
             task.step();
             Ok(lines)
         })

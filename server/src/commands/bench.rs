@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use capture::read_grey_image;
 use rayon::prelude::*;
 use serde_json::json;
-use vision::{CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
+use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
 
 use crate::cli::{BenchArgs, BenchCentrelinesArgs, BenchSubject};
 use crate::commands::Answer;
@@ -31,14 +32,18 @@ fn centrelines(args: &BenchCentrelinesArgs, reporter: &Reporter) -> Result<Answe
     let params = CentrelineParams { line_direction: args.line_direction.into(), ..CentrelineParams::default() };
     let n_passes = args.passes.max(MIN_TIMED_FRAMES.div_ceil(frames.len()));
     reporter.note(&format!("{} frames in memory, {n_passes} rotations", frames.len()));
-    let find = |image: &GreyImage| find_centrelines(image, &params);
+    let finder = || {
+        let (mut extractor, mut found) = (CentrelineExtractor::default(), Centrelines::default());
+        let params = &params;
+        move |image: &GreyImage| extractor.find(image, params, black_box(&mut found))
+    };
     let read_ms = median_ms(&mut timed_frames(&frames, n_passes, sum_of_levels));
     let median_ms = match args.threads {
         0 => return Err(Failure::new(Exit::Usage, "--threads 0 measures nothing").remedy("give 1 or more")),
-        1 => median_ms(&mut timed_frames(&frames, n_passes, find)),
-        n => median_ms(&mut timed_rotations(&frames, n_passes, n, find)?),
+        1 => median_ms(&mut timed_frames(&frames, n_passes, finder())),
+        n => median_ms(&mut timed_rotations(&frames, n_passes, n, finder)?),
     };
-    let found: Vec<Centrelines> = frames.iter().map(find).collect();
+    let found: Vec<Centrelines> = frames.iter().map(|image| find_centrelines(image, &params)).collect();
     if let Some(folder) = &args.points {
         write_points(folder, args, &found)?;
     }
@@ -81,7 +86,7 @@ fn frames_of_one_size(args: &BenchCentrelinesArgs) -> Result<Vec<GreyImage>, Fai
 }
 
 /// Time of every frame, in rotation, after one rotation to warm up.
-fn timed_frames<R>(frames: &[GreyImage], n_passes: usize, work: impl Fn(&GreyImage) -> R) -> Vec<Duration> {
+fn timed_frames<R>(frames: &[GreyImage], n_passes: usize, mut work: impl FnMut(&GreyImage) -> R) -> Vec<Duration> {
     frames.iter().for_each(|frame| drop(black_box(work(frame))));
     let rotation = (0..n_passes).flat_map(|_| frames);
     rotation
@@ -95,19 +100,25 @@ fn timed_frames<R>(frames: &[GreyImage], n_passes: usize, work: impl Fn(&GreyIma
         .collect()
 }
 
-/// Time of whole rotations shared by `n_threads`, divided by the frames in each.
-fn timed_rotations<R: Send>(
+/// Time of whole rotations shared by `n_threads`, each with its own worker, divided by the frames in each.
+fn timed_rotations<W: FnMut(&GreyImage) + Send>(
     frames: &[GreyImage],
     n_passes: usize,
     n_threads: usize,
-    work: impl Fn(&GreyImage) -> R + Sync,
+    worker: impl Fn() -> W,
 ) -> Result<Vec<Duration>, Failure> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(n_threads)
         .build()
         .map_err(|error| Failure::new(Exit::Internal, "cannot start the threads").because(&error))?;
     let n_frames = u32::try_from(frames.len()).unwrap_or(u32::MAX);
-    let rotation = || frames.par_iter().with_max_len(1).for_each(|frame| drop(black_box(work(black_box(frame)))));
+    let workers: Vec<Mutex<W>> = (0..n_threads).map(|_| Mutex::new(worker())).collect();
+    let rotation = || {
+        frames.par_iter().with_max_len(1).for_each(|frame| {
+            let mine = &workers[rayon::current_thread_index().unwrap_or(0)];
+            mine.lock().unwrap_or_else(PoisonError::into_inner)(black_box(frame));
+        });
+    };
     pool.install(rotation);
     Ok((0..n_passes)
         .map(|_| {

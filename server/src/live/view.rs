@@ -7,7 +7,7 @@ use optics::Calibration;
 use scanning::label_frame;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
-use vision::{CentrelineParams, Centrelines, LineDirection, find_centrelines};
+use vision::{CentrelineExtractor, CentrelineParams, Centrelines, LineDirection};
 
 use crate::live::pace::Pace;
 use crate::live::worker::Worker;
@@ -35,6 +35,7 @@ async fn look(
     let mut wishes = bus.watch_wishes();
     let calibration = bus.watch_calibration();
     let mut pace = Pace::new(1.0, Instant::now());
+    let mut extractor = CentrelineExtractor::default();
     loop {
         let Ok(rate_hz) =
             wishes.wait_for(|wishes| wishes.any_rate_hz().is_some()).await.map(|wishes| wishes.any_rate_hz())
@@ -53,7 +54,7 @@ async fn look(
         }
         pace.pass(Instant::now());
         let calibration = calibration.borrow().clone();
-        bus.show(Arc::new(seen_through(frame, calibration.as_deref(), &params)));
+        bus.show(Arc::new(seen_through(frame, calibration.as_deref(), &params, &mut extractor)));
     }
 }
 
@@ -62,8 +63,12 @@ pub fn seen_through(
     frame: SharedFrame,
     calibration: Option<&Calibration>,
     params: &CentrelineParams,
+    extractor: &mut CentrelineExtractor,
 ) -> LiveFrame {
-    let centrelines = if frame.laser_on { find_centrelines(&frame.image, params) } else { Centrelines::default() };
+    let mut centrelines = Centrelines::default();
+    if frame.laser_on {
+        extractor.find(&frame.image, params, &mut centrelines);
+    }
     let fits = |calibration: &&Calibration| {
         let camera = &calibration.camera;
         (camera.width_px, camera.height_px) == (frame.image.width(), frame.image.height())

@@ -9,8 +9,8 @@ pub mod image;
 pub mod params;
 
 pub use centreline::{
-    CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment, find_centrelines,
-    find_centrelines_by_reference,
+    CentrelineExtractor, CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment,
+    find_centrelines, find_centrelines_by_reference,
 };
 pub use corners::{BoardCorners, Corner, CornerError, CornerParams, find_corners};
 pub use image::{GreyImage, ImageError, Pixels};

@@ -7,8 +7,10 @@ pub const NOISE_TILE_PX: usize = 64;
 pub const NOISE_STRIDE_PX: usize = 4;
 /// Smallest noise believed, as a fraction of full scale: the rounding to 8 bits (1/√12 grey levels).
 pub const NOISE_FLOOR: f32 = 0.29 / 255.0;
-/// Neighbouring columns sampled in every noise tile by the fast extraction: 256 samples, as many as on the grid.
+/// Neighbouring columns sampled in every noise tile by the fast extraction.
 pub const NOISE_COLUMNS: usize = 16;
+/// Distance between the rows it samples: 128 samples give the noise of a tile to 7 %.
+pub const NOISE_FAST_STRIDE_PX: usize = 8;
 
 /// Most by which a tile's box noise may exceed that of the quieter tiles around it.
 pub const NOISE_OVER_NEIGHBOURS: f32 = 3.0;
@@ -38,6 +40,8 @@ pub const WIDTH_NEIGHBOURS: usize = 4;
 pub const CELL_WIDTH_PX: usize = 8;
 /// Rows of a cell: half of the widest flank of a narrow line.
 pub const CELL_HEIGHT_PX: usize = 4;
+/// Columns that are searched together, a whole number of cells: more cost rows where lines slope, fewer cost steps.
+pub const STRIP_WIDTH_PX: usize = 16;
 /// Brightness of a cell over its surroundings, in its standard deviations, from which it is searched. A line at the
 /// threshold of candidates has seven; of pure noise one cell in three hundred passes.
 pub const CELL_MIN_SNR: f32 = 4.0;
@@ -74,6 +78,8 @@ pub const LONG_SEGMENT_COLUMNS: usize = 24;
 /// At its ends a segment is cut back to where the line has this fraction of its intensity further in:
 /// beyond lies the blur of the end, not a line.
 pub const END_INTENSITY_FRACTION: f32 = 0.3;
+/// Most columns looked at for that: two widths of the widest line.
+pub const END_MAX_COLUMNS: usize = 128;
 
 /// Reach of the blur of an end, in line widths: so many columns are checked against the line further in.
 pub const END_CHECK_WIDTHS: f32 = 1.2;
@@ -133,7 +139,7 @@ pub const ALONG_MIN_HALF_LENGTH: usize = 3;
 pub const ALONG_AGREEMENT_SIGMAS: f64 = 3.0;
 /// The curvature counts in the correction of steep, curved lines by 1 − this · variance / square, if positive: not
 /// at all below three standard deviations, where it would only add noise.
-pub const SKEW_DOUBT: f64 = 9.0;
+pub const SKEW_DOUBT: f32 = 9.0;
 
 /// Lag, in columns, of the third differences that measure the scatter of the points.
 pub const SCATTER_LAG: usize = 4;
@@ -144,6 +150,6 @@ pub const SCATTER_MAX_SAMPLES: usize = 2000;
 /// Fewest third differences that may speak; with fewer the prior holds.
 pub const SCATTER_MIN_SAMPLES: usize = 40;
 /// Squared normalised differences are cut here (3σ), so that corners and jumps do not pass for noise.
-pub const SCATTER_CLIP: f64 = 9.0;
+pub const SCATTER_CLIP: f32 = 9.0;
 /// Speckle coefficient assumed when an image holds too few points to measure it: contrast 0.3, grain 2 px.
 pub const SPECKLE_PRIOR: f64 = 0.2;

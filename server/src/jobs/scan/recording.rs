@@ -16,7 +16,7 @@ use capture::write_png;
 use optics::Calibration;
 use scanning::files::peaks::PeaksWriter;
 use scanning::{Profile, ScanFrame, label_frame};
-use vision::{CentrelineParams, Centrelines, find_centrelines};
+use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
 
 use crate::jobs::scan::FrameSet;
 use crate::jobs::scan::pictures::picture_path;
@@ -123,22 +123,29 @@ impl Recorder<'_> {
             line_direction: crate::jobs::scan::pictures::line_direction(&self.ctx.config),
             ..CentrelineParams::default()
         };
+        let mut extractor = CentrelineExtractor::default();
         loop {
             let next = taken.lock().unwrap_or_else(PoisonError::into_inner).recv();
             let Ok(taken) = next else { return };
-            let found = self.look_at(&taken, &params);
+            let found = self.look_at(&taken, &params, &mut extractor);
             if results.send(Seen { taken, found }).is_err() {
                 return;
             }
         }
     }
 
-    fn look_at(&self, taken: &Taken, params: &CentrelineParams) -> Result<(Centrelines, Profile), Problem> {
+    fn look_at(
+        &self,
+        taken: &Taken,
+        params: &CentrelineParams,
+        extractor: &mut CentrelineExtractor,
+    ) -> Result<(Centrelines, Profile), Problem> {
         let image = &taken.frame.image;
         if let Some(folder) = &self.pictures {
             write_png(&folder.join(picture_path(taken.idx)), image).map_err(disk_problem)?;
         }
-        let centrelines = find_centrelines(image, params);
+        let mut centrelines = Centrelines::default();
+        extractor.find(image, params, &mut centrelines);
         let profile = label_frame(&centrelines, self.calibration, self.calibration.depth_range_mm);
         Ok((centrelines, profile))
     }

@@ -80,53 +80,77 @@ pub struct Centrelines {
 
 /// Finds the centrelines of all laser lines in `image`.
 ///
-/// An image without light gives no segments; that is not an error.
+/// An image without light gives no segments; that is not an error. Who looks at many images keeps a
+/// [`CentrelineExtractor`], which does the same without asking for memory each time.
 pub fn find_centrelines(image: &GreyImage, params: &CentrelineParams) -> Centrelines {
-    match params.line_direction {
-        LineDirection::Rows => along_rows(image, params.method),
-        LineDirection::Columns => exchanged(along_rows(&image.transposed(), params.method)),
+    let mut found = Centrelines::default();
+    CentrelineExtractor::default().find(image, params, &mut found);
+    found
+}
+
+/// Finds centrelines in one image after the other, in the memory of those before. What it finds depends on the image
+/// alone.
+#[derive(Default)]
+pub struct CentrelineExtractor {
+    eight: fast::Memory<u8>,
+    sixteen: fast::Memory<u16>,
+}
+
+impl CentrelineExtractor {
+    /// As [`find_centrelines`]; what `found` held is replaced.
+    pub fn find(&mut self, image: &GreyImage, params: &CentrelineParams, found: &mut Centrelines) {
+        match params.line_direction {
+            LineDirection::Rows => self.along_rows(image, params.method, found),
+            LineDirection::Columns => {
+                self.along_rows(&image.transposed(), params.method, found);
+                exchange(found);
+            }
+        }
+    }
+
+    fn along_rows(&mut self, image: &GreyImage, method: CentrelineMethod, found: &mut Centrelines) {
+        if method != CentrelineMethod::Steger || !fast::large_enough(image.width(), image.height()) {
+            *found = along_rows_by_reference(image, method);
+            return;
+        }
+        let (width, height, full_scale) = (image.width(), image.height(), image.full_scale());
+        match image.pixels() {
+            Pixels::Eight(pixels) => {
+                fast::extract_eight(&View { pixels, width, height, full_scale }, &mut self.eight, found);
+            }
+            Pixels::Sixteen(pixels) => {
+                fast::extract_sixteen(&View { pixels, width, height, full_scale }, &mut self.sixteen, found);
+            }
+        }
     }
 }
 
 /// As [`find_centrelines`], by the straightforward implementation that the fast one is measured against.
 pub fn find_centrelines_by_reference(image: &GreyImage, params: &CentrelineParams) -> Centrelines {
-    let rows = |image: &GreyImage| {
-        let (width, height, full_scale) = (image.width(), image.height(), image.full_scale());
-        match image.pixels() {
-            Pixels::Eight(pixels) => reference::extract(View { pixels, width, height, full_scale }, params.method),
-            Pixels::Sixteen(pixels) => {
-                reference::extract(View { pixels, width, height, full_scale }, params.method)
-            }
-        }
-    };
     match params.line_direction {
-        LineDirection::Rows => rows(image),
-        LineDirection::Columns => exchanged(rows(&image.transposed())),
+        LineDirection::Rows => along_rows_by_reference(image, params.method),
+        LineDirection::Columns => {
+            let mut found = along_rows_by_reference(&image.transposed(), params.method);
+            exchange(&mut found);
+            found
+        }
     }
 }
 
-fn along_rows(image: &GreyImage, method: CentrelineMethod) -> Centrelines {
+fn along_rows_by_reference(image: &GreyImage, method: CentrelineMethod) -> Centrelines {
     let (width, height, full_scale) = (image.width(), image.height(), image.full_scale());
-    let by_reference = method != CentrelineMethod::Steger || !fast::large_enough(width, height);
     match image.pixels() {
-        Pixels::Eight(pixels) => {
-            let view = View { pixels, width, height, full_scale };
-            if by_reference { reference::extract(view, method) } else { fast::extract_eight(view) }
-        }
-        Pixels::Sixteen(pixels) => {
-            let view = View { pixels, width, height, full_scale };
-            if by_reference { reference::extract(view, method) } else { fast::extract_sixteen(view) }
-        }
+        Pixels::Eight(pixels) => reference::extract(View { pixels, width, height, full_scale }, method),
+        Pixels::Sixteen(pixels) => reference::extract(View { pixels, width, height, full_scale }, method),
     }
 }
 
 /// Rows become columns again.
-fn exchanged(mut centrelines: Centrelines) -> Centrelines {
+fn exchange(centrelines: &mut Centrelines) {
     for point in centrelines.segments.iter_mut().flat_map(|segment| &mut segment.points) {
         (point.u_px, point.v_px) = (point.v_px, point.u_px);
         point.normal.reverse();
     }
-    centrelines
 }
 
 #[cfg(test)]

@@ -2,17 +2,75 @@
 
 use crate::params::{CELL_HEIGHT_PX, CELL_WIDTH_PX};
 
+/// A whole number that holds the sum of grey levels over the rows of a box, and differences of two such sums.
+///
+/// Running sums may wrap: their differences are right all the same.
+pub trait Sum: Copy + Default + Ord + Send + Sync {
+    /// One grey level.
+    const ONE: Self;
+    /// Sum.
+    fn plus(self, other: Self) -> Self;
+    /// Difference.
+    fn minus(self, other: Self) -> Self;
+    /// The number to calculate with.
+    fn number(self) -> f32;
+    /// The sum as an integer.
+    fn int(self) -> i32;
+    /// The nearest sum to a number.
+    fn nearest(number: f32) -> Self;
+}
+
+macro_rules! wrapping_sum {
+    ($whole:ty) => {
+        impl Sum for $whole {
+            const ONE: Self = 1;
+            #[inline(always)]
+            fn plus(self, other: Self) -> Self {
+                self.wrapping_add(other)
+            }
+            #[inline(always)]
+            fn minus(self, other: Self) -> Self {
+                self.wrapping_sub(other)
+            }
+            #[inline(always)]
+            fn number(self) -> f32 {
+                self as f32
+            }
+            #[inline(always)]
+            fn int(self) -> i32 {
+                i32::from(self)
+            }
+            #[inline(always)]
+            fn nearest(number: f32) -> Self {
+                number as Self
+            }
+        }
+    };
+}
+
+wrapping_sum!(i16);
+wrapping_sum!(i32);
+
 /// A grey level of an image.
-pub trait Level: Copy + Send + Sync {
+pub trait Level: Copy + Default + Ord + Send + Sync {
+    /// Holds sums over up to 128 rows.
+    type Sum: Sum;
+    /// The level as such a sum.
+    fn sum(self) -> Self::Sum;
     /// The level as an integer.
     fn int(self) -> i32;
     /// The level as a number to calculate with.
     fn grey(self) -> f32;
     /// The sum over a cell.
-    fn sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> i32;
+    fn cell_sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> i32;
 }
 
 impl Level for u8 {
+    type Sum = i16;
+    #[inline(always)]
+    fn sum(self) -> i16 {
+        i16::from(self)
+    }
     #[inline(always)]
     fn int(self) -> i32 {
         i32::from(self)
@@ -22,7 +80,7 @@ impl Level for u8 {
         f32::from(self)
     }
     #[inline(always)]
-    fn sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> i32 {
+    fn cell_sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> i32 {
         // Eight levels as one word: even and odd ones in four lanes of 16 bits, which hold 32 levels.
         let pairs = |row: &[u8; CELL_WIDTH_PX]| {
             let word = u64::from_le_bytes(*row);
@@ -36,6 +94,11 @@ impl Level for u8 {
 }
 
 impl Level for u16 {
+    type Sum = i32;
+    #[inline(always)]
+    fn sum(self) -> i32 {
+        i32::from(self)
+    }
     #[inline(always)]
     fn int(self) -> i32 {
         i32::from(self)
@@ -45,7 +108,7 @@ impl Level for u16 {
         f32::from(self)
     }
     #[inline(always)]
-    fn sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> i32 {
+    fn cell_sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> i32 {
         let mut sums = [0u32; CELL_WIDTH_PX];
         for row in rows {
             (0..CELL_WIDTH_PX).for_each(|i| sums[i] += u32::from(row[i]));

@@ -5,9 +5,13 @@
 
 use crate::centreline::reference::noise::NoiseMap;
 use crate::centreline::view::{Level, View};
-use crate::params::{CELL_HEIGHT_PX, CELL_MIN_SNR, CELL_WIDTH_PX, CELLS_AT_BORDER, CELLS_BESIDE, NOISE_TILE_PX};
+use crate::params::{
+    CELL_HEIGHT_PX, CELL_MIN_SNR, CELL_WIDTH_PX, CELLS_AT_BORDER, CELLS_BESIDE, NOISE_TILE_PX, STRIP_WIDTH_PX,
+};
 
-/// Strips of cells compared side by side.
+/// Columns of cells in a strip.
+const STRIP_CELLS: usize = STRIP_WIDTH_PX / CELL_WIDTH_PX;
+/// Columns of cells compared side by side.
 const LANES: usize = 16;
 
 /// Columns of the image that share cells, and the rows in which they may hold lines.
@@ -39,9 +43,9 @@ impl Cells {
             let rows: [&[T]; CELL_HEIGHT_PX] = std::array::from_fn(|i| view.row(v + i));
             let [a, b, c, d] = rows.map(|r| r.as_chunks::<CELL_WIDTH_PX>().0);
             for ((((out, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-                *out = T::sum([a, b, c, d]);
+                *out = T::cell_sum([a, b, c, d]);
             }
-            if view.width % CELL_WIDTH_PX != 0 {
+            if !view.width.is_multiple_of(CELL_WIDTH_PX) {
                 let tails = rows.map(|r| {
                     r.last_chunk::<CELL_WIDTH_PX>().map_or(0, |t| t.iter().map(|l| l.int()).sum::<i32>())
                 });
@@ -61,23 +65,24 @@ pub fn strips_with_light<T: Level>(view: &View<T>, noise: &NoiseMap) -> Vec<Stri
     for first in (0..cells.across).step_by(LANES) {
         mark_bright(&cells, first, noise, &mut bright[first * words..], words);
     }
-    let of_strip = |idx: usize| &bright[idx * words..(idx + 1) * words];
+    let of_cells = |idx: usize| &bright[idx * words..(idx + 1) * words];
     (0..cells.across)
-        .map(|idx| {
-            let (before, after) = (of_strip(idx.saturating_sub(1)), of_strip((idx + 1).min(cells.across - 1)));
-            let here = of_strip(idx);
-            let near: Vec<u64> = (0..words).map(|w| before[w] | here[w] | after[w]).collect();
-            let u0 = idx * CELL_WIDTH_PX;
-            Strip { u0, u1: (u0 + CELL_WIDTH_PX).min(view.width), rows: rows_of(&near, cells.down, view.height) }
+        .step_by(STRIP_CELLS)
+        .map(|first| {
+            let near = first.saturating_sub(1)..(first + STRIP_CELLS + 1).min(cells.across);
+            let bits = |word: usize| near.clone().fold(0, |bits, idx| bits | of_cells(idx)[word]);
+            let u0 = first * CELL_WIDTH_PX;
+            let rows = rows_of((0..words).map(bits), cells.down, view.height);
+            Strip { u0, u1: (u0 + STRIP_WIDTH_PX).min(view.width), rows }
         })
         .collect()
 }
 
 /// Runs of set bits, one cell longer at either end, as rows of pixels.
 #[inline(always)]
-fn rows_of(bits: &[u64], n_cells: usize, height: usize) -> Vec<std::ops::Range<usize>> {
+fn rows_of(bits: impl Iterator<Item = u64>, n_cells: usize, height: usize) -> Vec<std::ops::Range<usize>> {
     let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
-    for (idx, &word) in bits.iter().enumerate() {
+    for (idx, word) in bits.enumerate() {
         let mut rest = word;
         while rest != 0 {
             let begin = rest.trailing_zeros();
@@ -111,7 +116,7 @@ fn mark_bright(cells: &Cells, first: usize, noise: &NoiseMap, bright: &mut [u64]
     let mut thresholds = [0i32; LANES];
     let mut word = [0u64; LANES];
     for row in 0..cells.down {
-        if row * CELL_HEIGHT_PX % NOISE_TILE_PX == 0 {
+        if (row * CELL_HEIGHT_PX).is_multiple_of(NOISE_TILE_PX) {
             let sigmas = noise.row(row * CELL_HEIGHT_PX);
             for (lane, threshold) in thresholds.iter_mut().enumerate().take(n) {
                 *threshold = (scale * sigmas[(first + lane) * CELL_WIDTH_PX / NOISE_TILE_PX]) as i32;

@@ -1,49 +1,64 @@
 //! The crossings of a trace: sixteen columns at a time, straightened, measured across the line.
 
+use super::pieces::{Crossings, WIDTH_PER_AREA};
 use super::taps::Taps;
-use super::window::{LANES, Place, straighten};
+use super::window::{LANES, Places, Window};
 use crate::centreline::reference::candidates::Boxes;
-use crate::centreline::reference::crossing::Crossing;
 use crate::centreline::reference::noise::NoiseMap;
 use crate::centreline::reference::segments::Trace;
 use crate::centreline::reference::steger::WIDTH_PER_SIGMA;
-use crate::centreline::view::{Level, View};
+use crate::centreline::view::{Level, Sum, View};
 use crate::params::{
     BORDER_WIDTHS, CLEARANCE_KERNEL_WIDTH, CLEARANCE_MIN_WIDTHS, FLANK_STEP_EVEN, FLANK_STEP_MAX,
-    LINK_GATE_MIN_PX, RIDGE_TRUSTED_PX, STEGER_MAX_STEPS, WIDTH_MIN_PX, WIDTH_NEIGHBOURS,
+    LINK_GATE_MIN_PX, RIDGE_TRUSTED_PX, STEGER_MAX_STEPS, WIDTH_MIN_PX,
 };
 
-/// Full width at half height of a Gaussian over its area by its height: 2 √(2 ln 2) / √(2π).
-const WIDTH_PER_AREA: f32 = 0.939_437;
+/// Columns to either side over which candidates are averaged to aim at the line.
+const AIM_NEIGHBOURS: usize = 3;
+/// Departure of a candidate from its neighbours' mean, in pixels, up to which the mean is believed.
+const AIM_SPREAD_PX: f32 = 1.5;
+/// Distance, in pixels, up to which windows stay about the row of the one before.
+const AIM_STAY_PX: f32 = 0.6;
+/// Farthest a window is moved at once, in rows.
+const MOVE_MAX_PX: f32 = 4.0;
 
 type Lanes = [f32; LANES];
 
-/// Tools and settings shared by all traces of an image.
-pub struct Measurer<'a, T> {
-    view: &'a View<'a, T>,
-    noise: &'a NoiseMap,
-    boxes: Boxes,
-    width_px: f32,
-    reach: usize,
+/// What an image's traces are measured with.
+#[derive(Clone, Copy)]
+pub struct Image<'a, T> {
+    /// The image.
+    pub view: &'a View<'a, T>,
+    /// Its noise.
+    pub noise: &'a NoiseMap,
+    /// Detection boxes: where background is looked for.
+    pub boxes: Boxes,
+    /// Typical width of the lines.
+    pub width_px: f32,
+}
+
+/// Measures traces; keeps its memory from image to image.
+#[derive(Default)]
+pub struct Measurer<T> {
+    window: Window<T>,
+    pending: Vec<Pending>,
+    later: Vec<Pending>,
 }
 
 /// A column that still has to be measured.
 #[derive(Clone, Copy)]
 struct Pending {
-    idx: usize,
-    v: usize,
+    idx: u32,
+    v: u32,
 }
 
-/// A crossing before its width is known from its neighbourhood.
-#[derive(Clone, Copy)]
-struct Raw {
-    v: f64,
-    camera_variance: f32,
-    speckle_variance: f32,
-    window_variance_px2: f32,
-    intensity: f32,
-    area: f32,
-    saturated: bool,
+/// Steps of a trace side by side; lanes beyond the last step repeat it.
+struct Block {
+    n: usize,
+    places: Places,
+    step_v: Lanes,
+    contrast: Lanes,
+    clearance_px: Lanes,
 }
 
 /// What is seen in a window before the ridge is looked for.
@@ -65,235 +80,273 @@ struct Derivatives {
     speckle: Lanes,
 }
 
-impl<'a, T: Level> Measurer<'a, T> {
-    /// A measurer for lines of a typical width.
-    pub fn new(view: &'a View<'a, T>, noise: &'a NoiseMap, boxes: Boxes, width_px: f32) -> Self {
-        let kernel = Taps::for_width(width_px, usize::MAX).reach;
-        let reach = kernel.max(boxes.flank + boxes.half_height);
-        Self { view, noise, boxes, width_px, reach }
-    }
+/// Where the ridge lies.
+struct Ridge {
+    /// Rows from the anchor.
+    offset: Lanes,
+    found: [bool; LANES],
+    /// Rows from the anchor at which to look again; 0 where that is of no use.
+    moved: Lanes,
+}
 
-    /// Measures every step of a trace; `None` where no centre was found.
+impl<T: Level> Measurer<T> {
+    /// Measures every step of a trace, adds it to `crossings`, and tells where among them it begins.
     #[inline(always)]
-    pub fn measure(&self, trace: &Trace) -> Vec<Option<Crossing>> {
-        let n = trace.steps.len();
-        let last = self.view.height - 1;
-        let mut raw: Vec<Option<Raw>> = vec![None; n];
-        let mut pending: Vec<Pending> = (0..n)
-            .map(|idx| Pending { idx, v: (trace.steps[idx].v.round().max(0.0) as usize).min(last) })
-            .collect();
-        let mut later = Vec::new();
-        let mut window = vec![[self.view.pixels[0]; LANES]; 2 * self.reach + 1];
+    pub fn measure(&mut self, image: &Image<T>, trace: &Trace, crossings: &mut Crossings) -> usize {
+        let last = (image.view.height - 1) as u32;
+        let start = crossings.extend(trace.steps.len());
+        self.pending.clear();
+        self.aim(trace, last);
         for _ in 0..STEGER_MAX_STEPS {
-            for block in pending.chunks(LANES) {
-                self.block(trace, block, &mut window, &mut raw, &mut later);
+            let pending = std::mem::take(&mut self.pending);
+            for some in pending.chunks(LANES) {
+                self.block(image, trace, some, crossings, start);
             }
-            if later.is_empty() {
+            self.pending = std::mem::replace(&mut self.later, pending);
+            self.later.clear();
+            if self.pending.is_empty() {
                 break;
             }
-            pending.clear();
-            std::mem::swap(&mut pending, &mut later);
         }
-        with_widths(trace.first_u, &raw)
+        crossings.widen(start);
+        start
+    }
+
+    /// Chooses the row about which every step is looked at: the mean of its neighbourhood, where that is level enough,
+    /// and the row of the step before, as long as it is near. Candidates jump by a pixel or two; windows about the same
+    /// row are copied together.
+    #[inline(always)]
+    fn aim(&mut self, trace: &Trace, last: u32) {
+        let steps = &trace.steps;
+        let mut anchor = f32::INFINITY;
+        let mut sum = steps.iter().take(AIM_NEIGHBOURS).map(|step| step.v).sum::<f32>();
+        for (idx, step) in steps.iter().enumerate() {
+            let (from, to) = (idx.saturating_sub(AIM_NEIGHBOURS), (idx + AIM_NEIGHBOURS).min(steps.len() - 1));
+            sum += if idx + AIM_NEIGHBOURS < steps.len() { steps[to].v } else { 0.0 };
+            let mean = sum / (to + 1 - from) as f32;
+            sum -= if idx >= AIM_NEIGHBOURS { steps[from].v } else { 0.0 };
+            let row = if (mean - step.v).abs() <= AIM_SPREAD_PX { mean } else { step.v };
+            if (row - anchor).abs() > AIM_STAY_PX {
+                anchor = (row + 0.5).floor();
+            }
+            self.pending.push(Pending { idx: idx as u32, v: (anchor.max(0.0) as u32).min(last) });
+        }
     }
 
     #[inline(always)]
     fn block(
-        &self,
+        &mut self,
+        image: &Image<T>,
         trace: &Trace,
-        block: &[Pending],
-        window: &mut [[T; LANES]],
-        raw: &mut [Option<Raw>],
-        later: &mut Vec<Pending>,
+        pending: &[Pending],
+        crossings: &mut Crossings,
+        start: usize,
     ) {
-        let at = |i: usize| block[i.min(block.len() - 1)];
-        let places: [Place; LANES] = std::array::from_fn(|i| Place { u: trace.first_u + at(i).idx, v: at(i).v });
-        straighten(self.view, &places, self.reach, window);
-        let seen = self.surroundings(trace, block, &places, window);
-        let (width_px, clearance_px) = self.width_and_clearance(block, &seen);
-        let taps = Taps::for_width(width_px.min(CLEARANCE_KERNEL_WIDTH * clearance_px), self.reach);
-        let derivatives = self.derivatives(window, taps, &seen.background);
-        let gate_px = (0.75 * width_px).max(LINK_GATE_MIN_PX);
-        let margin = BORDER_WIDTHS * width_px;
-        let line_sigma_px = width_px / WIDTH_PER_SIGMA;
-        let quartic = -3.0 / (taps.sigma_px * taps.sigma_px + line_sigma_px * line_sigma_px);
-        let last = (self.view.height - 1) as f32;
-        for (i, &Pending { idx, v }) in block.iter().enumerate() {
-            let step = trace.steps[idx];
-            let inside = step.v >= margin && step.v <= last - margin;
-            let clear = step.clearance_px >= CLEARANCE_MIN_WIDTHS * width_px;
-            let (second, slope) = (derivatives.second[i], derivatives.first[i] - seen.background_slope[i]);
-            if !(inside && clear && seen.plausible[i]) || second >= 0.0 || seen.height[i] <= 0.0 {
-                continue;
+        let block = Block::of(trace, pending);
+        let kernel = Taps::for_width(image.width_px, usize::MAX).reach;
+        let reach = kernel.max(image.boxes.flank + image.boxes.half_height);
+        self.window.straighten(image.view, &block.places, reach);
+        let seen = surroundings(image, &block, &self.window);
+        let (width_px, clearance_px) = seen.width_and_clearance(block.n, image.width_px);
+        let taps = Taps::for_width(width_px.min(CLEARANCE_KERNEL_WIDTH * clearance_px), reach);
+        let derivatives = derivatives(&self.window, taps, &seen.background, image.view.full_scale);
+        let ridge = ridge(image, &block, &seen, &derivatives, taps.sigma_px, width_px);
+        let middle = block.n / 2;
+        let noise = image.noise.at(block.places.u[middle], block.places.v[middle]);
+        let camera = taps.first_squared * noise * noise;
+        for i in 0..block.n {
+            let Pending { idx, v } = pending[i];
+            if ridge.found[i] {
+                let gain = 1.0 / derivatives.second[i];
+                let place = start + idx as usize;
+                crossings.found[place] = true;
+                crossings.v[place] = f64::from(v) + f64::from(ridge.offset[i]);
+                crossings.camera_variance[place] = camera * gain * gain;
+                crossings.speckle_variance[place] = derivatives.speckle[i] * gain * gain;
+                crossings.cross_variance_px2[place] = taps.sigma_px * taps.sigma_px;
+                crossings.intensity[place] = seen.height[i];
+                crossings.area[place] = seen.area[i];
+                crossings.saturated[place] = seen.saturated[i];
+            } else if ridge.moved[i] != 0.0 {
+                self.later.push(Pending { idx, v: (v as f32 + ridge.moved[i]) as u32 });
             }
-            let first_guess = -slope / second;
-            if first_guess.abs() > RIDGE_TRUSTED_PX {
-                let moved = (v as f32 + first_guess.clamp(-4.0, 4.0)).round().clamp(0.0, last);
-                if moved != v as f32 && (moved - step.v).abs() <= gate_px + 1.0 {
-                    later.push(Pending { idx, v: moved as usize });
-                }
-                continue;
-            }
-            let offset = refined(first_guess, derivatives.third[i] / second, quartic);
-            let found = v as f32 + offset;
-            if (found - step.v).abs() > gate_px || found < 0.0 || found > last {
-                continue;
-            }
-            let gain = 1.0 / second;
-            let sigma = self.noise.at(places[i].u, v);
-            raw[idx] = Some(Raw {
-                v: v as f64 + f64::from(offset),
-                camera_variance: taps.first_squared * gain * gain * sigma * sigma,
-                speckle_variance: derivatives.speckle[i] * gain * gain,
-                window_variance_px2: taps.sigma_px * taps.sigma_px,
-                intensity: seen.height[i],
-                area: seen.area[i],
-                saturated: seen.saturated[i],
-            });
         }
     }
+}
 
-    /// Background, height and area of every crossing. Outside the image the other flank stands in.
+impl Block {
     #[inline(always)]
-    fn surroundings(
-        &self,
-        trace: &Trace,
-        block: &[Pending],
-        places: &[Place; LANES],
-        window: &[[T; LANES]],
-    ) -> Surroundings {
-        let Boxes { half_height: half, flank } = self.boxes;
-        let (middle, flank_px) = (self.reach, flank as f32);
-        let n_rows = self.boxes.rows() as f32;
-        let mut above = sum_of(&window[middle - flank - half..=middle - flank + half]).map(|s| s / n_rows);
-        let mut below = sum_of(&window[middle + flank - half..=middle + flank + half]).map(|s| s / n_rows);
+    fn of(trace: &Trace, pending: &[Pending]) -> Self {
+        let n = pending.len();
+        let last = pending[n - 1];
+        let mut block = Self {
+            n,
+            places: Places { u: [0; LANES], v: [last.v as usize; LANES] },
+            step_v: [0.0; LANES],
+            contrast: [0.0; LANES],
+            clearance_px: [0.0; LANES],
+        };
         for i in 0..LANES {
-            above[i] = if places[i].v < flank { below[i] } else { above[i] };
-            below[i] = if places[i].v + flank >= self.view.height { above[i] } else { below[i] };
+            let Pending { idx, v } = if i < n { pending[i] } else { last };
+            let step = &trace.steps[idx as usize];
+            // Beyond the last step the columns go on, so that they stay neighbours.
+            block.places.u[i] = trace.first_u + idx as usize + (i + 1).saturating_sub(n);
+            block.places.v[i] = v as usize;
+            block.step_v[i] = step.v;
+            block.contrast[i] = step.contrast;
+            block.clearance_px[i] = step.clearance_px;
         }
-        let background: Lanes = std::array::from_fn(|i| 0.5 * (above[i] + below[i]));
-        let top = sum_of(&window[middle - 1..=middle + 1]);
-        let half_area = flank - half - 1;
-        let light = sum_of(&window[middle - half_area..=middle + half_area]);
-        let n_light = (2 * half_area + 1) as f32;
-        let mut saturated = [false; LANES];
-        for row in &window[middle - 1..=middle + 1] {
-            (0..LANES).for_each(|i| saturated[i] |= row[i].grey() >= self.view.full_scale);
-        }
-        let (mut plausible, mut background_slope) = ([false; LANES], [0.0; LANES]);
-        let mut clearance_px = [f32::INFINITY; LANES];
-        for (i, &Pending { idx, .. }) in block.iter().enumerate() {
-            let step = trace.steps[idx];
-            let difference = below[i] - above[i];
-            let even = difference.abs() < FLANK_STEP_EVEN * step.contrast;
-            plausible[i] = difference.abs() <= FLANK_STEP_MAX * step.contrast;
-            background_slope[i] = if even { difference / (2.0 * flank_px) } else { 0.0 };
-            clearance_px[i] = if even { step.clearance_px } else { step.clearance_px.min(flank_px) };
-        }
-        Surroundings {
-            background,
-            background_slope,
-            clearance_px,
-            plausible,
-            height: std::array::from_fn(|i| top[i] / 3.0 - background[i]),
-            area: std::array::from_fn(|i| light[i] - n_light * background[i]),
-            saturated,
-        }
+        block
     }
+}
 
+/// Background, height and area of every crossing. Outside the image the other flank stands in.
+#[inline(always)]
+fn surroundings<T: Level>(image: &Image<T>, block: &Block, window: &Window<T>) -> Surroundings {
+    let Boxes { half_height: half, flank } = image.boxes;
+    let n_rows = image.boxes.rows() as f32;
+    let half_area = flank - half - 1;
+    let n_light = (2 * half_area + 1) as f32;
+    let above = sum_of(window.rows(-(flank as isize), half));
+    let below = sum_of(window.rows(flank as isize, half));
+    let top = sum_of(window.rows(0, 1));
+    let light = sum_of(window.rows(0, half_area));
+    let rows: [&[T; LANES]; 3] = [window.row(-1), window.row(0), window.row(1)];
+    let mut seen = Surroundings {
+        background: [0.0; LANES],
+        background_slope: [0.0; LANES],
+        clearance_px: [0.0; LANES],
+        plausible: [false; LANES],
+        height: [0.0; LANES],
+        area: [0.0; LANES],
+        saturated: std::array::from_fn(|i| {
+            rows[0][i].max(rows[1][i]).max(rows[2][i]).grey() >= image.view.full_scale
+        }),
+    };
+    let per_row = 1.0 / n_rows;
+    let per_distance = 1.0 / (2.0 * flank as f32);
+    let v = block.places.v.map(|v| v as u32);
+    let (first, last) = (flank as u32, (image.view.height - flank) as u32);
+    for i in 0..LANES {
+        let (above, below) = (above[i] * per_row, below[i] * per_row);
+        let above = if v[i] < first { below } else { above };
+        let below = if v[i] >= last { above } else { below };
+        let difference = below - above;
+        let even = difference.abs() < FLANK_STEP_EVEN * block.contrast[i];
+        let background = 0.5 * (above + below);
+        seen.plausible[i] = difference.abs() <= FLANK_STEP_MAX * block.contrast[i];
+        seen.background_slope[i] = if even { difference * per_distance } else { 0.0 };
+        let clearance_px = block.clearance_px[i];
+        seen.clearance_px[i] = if even { clearance_px } else { clearance_px.min(flank as f32) };
+        seen.background[i] = background;
+        seen.height[i] = top[i] * (1.0 / 3.0) - background;
+        seen.area[i] = light[i] - n_light * background;
+    }
+    seen
+}
+
+impl Surroundings {
     /// Width of the block's lines along the column, and the least clearance of those that can be measured.
     #[inline(always)]
-    fn width_and_clearance(&self, block: &[Pending], seen: &Surroundings) -> (f32, f32) {
-        let (mut area, mut height, mut clearance_px) = (0.0f32, 0.0f32, f32::INFINITY);
-        for i in (0..block.len()).filter(|&i| seen.plausible[i]) {
-            area += seen.area[i].max(0.0);
-            height += seen.height[i].max(0.0);
-            if seen.clearance_px[i] >= CLEARANCE_MIN_WIDTHS * WIDTH_MIN_PX {
-                clearance_px = clearance_px.min(seen.clearance_px[i]);
-            }
+    fn width_and_clearance(&self, n: usize, typical_px: f32) -> (f32, f32) {
+        let (mut area, mut height, mut clearance_px) = ([0.0f32; LANES], [0.0f32; LANES], [f32::INFINITY; LANES]);
+        for i in 0..LANES {
+            let counts = self.plausible[i] & (i < n);
+            area[i] = if counts { self.area[i].max(0.0) } else { 0.0 };
+            height[i] = if counts { self.height[i].max(0.0) } else { 0.0 };
+            let clear = counts & (self.clearance_px[i] >= CLEARANCE_MIN_WIDTHS * WIDTH_MIN_PX);
+            clearance_px[i] = if clear { self.clearance_px[i] } else { f32::INFINITY };
         }
-        let width_px = if height > 0.0 { WIDTH_PER_AREA * area / height } else { self.width_px };
-        (width_px.clamp(WIDTH_MIN_PX, 2.0 * self.width_px), clearance_px)
+        let (area, height) = (area.iter().sum::<f32>(), height.iter().sum::<f32>());
+        let width_px = if height > 0.0 { WIDTH_PER_AREA * area / height } else { typical_px };
+        let clearance_px = clearance_px.into_iter().fold(f32::INFINITY, |a, b| if b < a { b } else { a });
+        (width_px.clamp(WIDTH_MIN_PX, 2.0 * typical_px), clearance_px)
     }
+}
 
-    #[inline(always)]
-    fn derivatives(&self, window: &[[T; LANES]], taps: &Taps, background: &Lanes) -> Derivatives {
-        let [mut first, mut second, mut third, mut speckle] = [[0.0f32; LANES]; 4];
-        let rows = &window[self.reach - taps.reach..=self.reach + taps.reach];
-        let full_scale = self.view.full_scale;
-        for (row, &[w1, w2, w3]) in rows.iter().zip(&taps.weights) {
-            let level: Lanes = row.map(T::grey);
-            // Speckle scales with the light and is absent where the pixel is at full scale.
-            let above: Lanes =
-                std::array::from_fn(
-                    |i| {
-                        if level[i] < full_scale { (level[i] - background[i]).max(0.0) } else { 0.0 }
-                    },
-                );
-            for i in 0..LANES {
-                first[i] += w1 * level[i];
-            }
-            for i in 0..LANES {
-                second[i] += w2 * level[i];
-            }
-            for i in 0..LANES {
-                third[i] += w3 * level[i];
-            }
-            for i in 0..LANES {
-                speckle[i] += (w1 * above[i]) * (w1 * above[i]);
-            }
+#[inline(always)]
+fn derivatives<T: Level>(window: &Window<T>, taps: &Taps, background: &Lanes, full_scale: f32) -> Derivatives {
+    let [mut first, mut second, mut third, mut speckle] = [[0.0f32; LANES]; 4];
+    // Speckle scales with the light and is absent where the pixel is at full scale.
+    let light = |level: f32, background: f32| {
+        let above = (level - background).max(0.0);
+        if level < full_scale { above } else { 0.0 }
+    };
+    let middle = window.row(0);
+    let [_, w2, _] = taps.weights[taps.reach];
+    (0..LANES).for_each(|i| second[i] = w2 * middle[i].grey());
+    for k in 1..=taps.reach {
+        // Odd derivatives take the difference of the rows on either side, even ones their sum.
+        let [w1, w2, w3] = taps.weights[taps.reach + k];
+        let (before, after) = (window.row(-(k as isize)), window.row(k as isize));
+        let squared = w1 * w1;
+        for i in 0..LANES {
+            let (before, after) = (before[i].grey(), after[i].grey());
+            let (sum, difference) = (before + after, after - before);
+            first[i] += w1 * difference;
+            second[i] += w2 * sum;
+            third[i] += w3 * difference;
+            let (a, b) = (light(before, background[i]), light(after, background[i]));
+            speckle[i] += squared * (a * a + b * b);
         }
-        Derivatives { first, second, third, speckle }
     }
+    Derivatives { first, second, third, speckle }
+}
+
+#[inline(always)]
+fn ridge<T: Level>(
+    image: &Image<T>,
+    block: &Block,
+    seen: &Surroundings,
+    derivatives: &Derivatives,
+    sigma_px: f32,
+    width_px: f32,
+) -> Ridge {
+    let gate_px = (0.75 * width_px).max(LINK_GATE_MIN_PX);
+    let last = (image.view.height - 1) as f32;
+    let (first_v, last_v) = (BORDER_WIDTHS * width_px, last - BORDER_WIDTHS * width_px);
+    let clearance_px = CLEARANCE_MIN_WIDTHS * width_px;
+    let line_sigma_px = width_px / WIDTH_PER_SIGMA;
+    let quartic = -3.0 / (sigma_px * sigma_px + line_sigma_px * line_sigma_px);
+    let mut ridge = Ridge { offset: [0.0; LANES], found: [false; LANES], moved: [0.0; LANES] };
+    let v = block.places.v.map(|v| v as i32 as f32);
+    for i in 0..LANES {
+        let (expected, second) = (block.step_v[i], derivatives.second[i]);
+        let slope = derivatives.first[i] - seen.background_slope[i];
+        let inside = (expected >= first_v) & (expected <= last_v);
+        let clear = block.clearance_px[i] >= clearance_px;
+        let bright = (second < 0.0) & (seen.height[i] > 0.0);
+        let usable = inside & clear & seen.plausible[i] & bright;
+        let per_second = 1.0 / if bright { second } else { -1.0 };
+        let guess = -slope * per_second;
+        let near = guess.abs() <= RIDGE_TRUSTED_PX;
+        let offset = refined(guess, derivatives.third[i] * per_second, quartic);
+        let found = v[i] + offset;
+        let reached = ((found - expected).abs() <= gate_px) & (found >= 0.0) & (found <= last);
+        ridge.offset[i] = offset;
+        ridge.found[i] = usable & near & reached;
+        let moved = (v[i] + guess.clamp(-MOVE_MAX_PX, MOVE_MAX_PX)).round_ties_even().clamp(0.0, last);
+        let worth = usable & !near & ((moved - expected).abs() <= gate_px + 1.0);
+        ridge.moved[i] = if worth { moved - v[i] } else { 0.0 };
+    }
+    ridge
 }
 
 /// The zero of the slope near a first guess t = −R′/R″: one Newton step on R′ + R″t + R‴t²/2 + R⁗t³/6, with
 /// `third` = R‴/R″ as measured and `fourth` = R⁗/R″ of a Gaussian line.
 #[inline(always)]
 fn refined(t: f32, third: f32, fourth: f32) -> f32 {
-    let excess = t * t * (0.5 * third + fourth * t / 6.0);
+    let excess = t * t * (0.5 * third + fourth * t * (1.0 / 6.0));
     let slope = 1.0 + t * (third + 0.5 * fourth * t);
-    if slope > 0.3 { t - excess / slope } else { t }
+    let step = excess / if slope > 0.3 { slope } else { 1.0 };
+    if slope > 0.3 { t - step } else { t }
 }
 
 #[inline(always)]
-fn sum_of<T: Level>(rows: &[[T; LANES]]) -> Lanes {
-    let mut sum = [0.0; LANES];
+fn sum_of<'a, T: Level + 'a>(rows: impl Iterator<Item = &'a [T; LANES]>) -> Lanes {
+    let mut sum = [T::Sum::default(); LANES];
     for row in rows {
-        (0..LANES).for_each(|i| sum[i] += row[i].grey());
+        (0..LANES).for_each(|i| sum[i] = sum[i].plus(row[i].sum()));
     }
-    sum
-}
-
-/// Gives every crossing the width of its neighbourhood: area by height, both summed.
-#[inline(always)]
-fn with_widths(first_u: usize, raw: &[Option<Raw>]) -> Vec<Option<Crossing>> {
-    let mut sums = Vec::with_capacity(raw.len() + 1);
-    let mut sum = (0.0f64, 0.0f64);
-    sums.push(sum);
-    for crossing in raw {
-        if let Some(crossing) = crossing {
-            sum = (sum.0 + f64::from(crossing.area), sum.1 + f64::from(crossing.intensity));
-        }
-        sums.push(sum);
-    }
-    let described = |(idx, raw): (usize, &Option<Raw>)| {
-        let raw = (*raw)?;
-        let (from, to) = (idx.saturating_sub(WIDTH_NEIGHBOURS), (idx + WIDTH_NEIGHBOURS + 1).min(sums.len() - 1));
-        let area = (sums[to].0 - sums[from].0) as f32;
-        let height = (sums[to].1 - sums[from].1) as f32;
-        let width_px = (WIDTH_PER_AREA * area / height).max(0.5);
-        let line = WIDTH_PER_SIGMA / width_px;
-        Some(Crossing {
-            u: first_u + idx,
-            v: raw.v,
-            camera_variance: f64::from(raw.camera_variance),
-            speckle_variance: f64::from(raw.speckle_variance),
-            cross_variance_px2: f64::from(1.0 / (line * line + 1.0 / raw.window_variance_px2)),
-            intensity: raw.intensity,
-            width_px,
-            saturated: raw.saturated,
-        })
-    };
-    raw.iter().enumerate().map(described).collect()
+    sum.map(Sum::number)
 }

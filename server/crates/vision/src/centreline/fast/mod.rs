@@ -5,28 +5,35 @@
 //! derivatives across the line → averaging along the line. All arithmetic runs in lanes that do not mix and without
 //! fused multiply-add, so that every instruction set gives the same bits.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "several arrays side by side, lane by lane, is what compilers turn into vectors"
+)]
+
 mod along;
 mod candidates;
 mod cells;
 mod clearance;
 mod crossings;
+mod lanes;
 mod noise;
+mod pieces;
 mod taps;
 mod width;
 mod window;
 
 use multiversion::multiversion;
 
-use super::reference::candidates::Boxes;
-use super::reference::crossing::Crossing;
+use super::reference::candidates::{Boxes, Candidate};
 use super::reference::ends::without_bent_ends;
 use super::reference::scatter::Scatter;
-use super::reference::segments::link_traces;
-use super::reference::{median, pieces, point};
+use super::reference::segments::Linker;
 use super::view::{Level, View};
 use super::{Centrelines, Segment};
 use along::Averager;
-use crossings::Measurer;
+use candidates::Search;
+use crossings::{Image, Measurer};
+use pieces::{Crossings, Piece, PieceOf};
 
 /// Smallest side, in pixels, that is worth the trouble: smaller images go the straightforward way.
 const MIN_SIDE_PX: usize = 64;
@@ -36,55 +43,79 @@ pub fn large_enough(width: usize, height: usize) -> bool {
     width >= MIN_SIDE_PX && height >= MIN_SIDE_PX
 }
 
+/// The memory of an extraction, kept from image to image.
+#[derive(Default)]
+pub struct Memory<T: Level> {
+    search: Search<T>,
+    candidates: Vec<Candidate>,
+    linker: Linker,
+    measurer: Measurer<T>,
+    crossings: Crossings,
+    pieces: Vec<Piece>,
+    averager: Averager,
+    gains: Vec<f32>,
+}
+
 /// The lines of an image of 8 bits.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-pub fn extract_eight(view: View<u8>) -> Centrelines {
-    extract(&view)
+pub fn extract_eight(view: &View<u8>, memory: &mut Memory<u8>, found: &mut Centrelines) {
+    extract(view, memory, found);
 }
 
 /// The lines of an image of 16 bits.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-pub fn extract_sixteen(view: View<u16>) -> Centrelines {
-    extract(&view)
+pub fn extract_sixteen(view: &View<u16>, memory: &mut Memory<u16>, found: &mut Centrelines) {
+    extract(view, memory, found);
 }
 
 /// The lines of an image, by whatever instructions the caller was compiled for.
 #[inline(always)]
-pub fn extract<T: Level>(view: &View<T>) -> Centrelines {
+pub fn extract<T: Level>(view: &View<T>, memory: &mut Memory<T>, found: &mut Centrelines) {
+    let Memory { search, candidates, linker, measurer, crossings, pieces, .. } = memory;
     let pixel_noise = noise::of_pixels(view);
     let strips = cells::strips_with_light(view, &pixel_noise);
     let width_px = width::typical_width_px(view, &pixel_noise, &strips);
     let boxes = Boxes::for_width(width_px);
     let box_noise = noise::of_boxes(view, boxes, &pixel_noise);
-    let candidates = candidates::find_candidates(view, &box_noise, boxes, width_px, &strips);
-    let mut traces = link_traces(&candidates, width_px);
-    clearance::mark_clearances(&mut traces, view.width);
-    let measurer = Measurer::new(view, &pixel_noise, boxes, width_px);
-    let mut lines: Vec<Vec<Crossing>> = Vec::with_capacity(traces.len());
-    for trace in &traces {
-        lines.extend(pieces(&measurer.measure(trace)));
+    search.candidates(view, &box_noise, boxes, width_px, &strips, candidates);
+    let traces = linker.link(candidates, width_px);
+    clearance::mark_clearances(traces, view.width);
+    let image = Image { view, noise: &pixel_noise, boxes, width_px };
+    crossings.clear();
+    pieces.clear();
+    for trace in &*traces {
+        let start = measurer.measure(&image, trace, crossings);
+        crossings.cut(trace.first_u, start, pieces);
     }
-    described(&lines, width_px)
+    memory.describe(width_px, found);
 }
 
-#[inline(always)]
-fn described(lines: &[Vec<Crossing>], width_px: f32) -> Centrelines {
-    let scatter = Scatter::measure(lines, 0.0);
-    let mut averager = Averager::new(width_px, &scatter);
-    let mut gains = Vec::new();
-    let mut segments = Vec::with_capacity(lines.len());
-    for line in lines {
-        let line = without_bent_ends(line, &scatter);
-        let mut points = Vec::with_capacity(line.len());
-        averager.average(line, &scatter, |crossing, variance, fit| {
-            gains.push(variance / fit.variance);
-            points.push(point(crossing, fit));
-        });
-        segments.push(Segment { points });
+impl<T: Level> Memory<T> {
+    #[inline(always)]
+    fn describe(&mut self, width_px: f32, found: &mut Centrelines) {
+        let Self { crossings, pieces, averager, gains, .. } = self;
+        let scatter = Scatter::measure(pieces.iter().map(|piece| PieceOf { crossings, piece }), 0.0);
+        averager.prepare(width_px, &scatter);
+        gains.clear();
+        found.segments.resize_with(pieces.len(), Segment::default);
+        for (piece, segment) in pieces.iter().zip(&mut found.segments) {
+            let kept = without_bent_ends(&PieceOf { crossings, piece }, &scatter);
+            let start = piece.places.start;
+            let piece =
+                Piece { first_u: piece.first_u + kept.start, places: start + kept.start..start + kept.end };
+            segment.points.clear();
+            averager.average(crossings, &piece, &scatter, &mut segment.points, gains);
+        }
+        // A fit that keeps the mean keeps the noise at long waves: variance × correlation length is conserved.
+        let gain = median(gains).map_or(1.0, f64::from);
+        found.correlation_px = (gain * scatter.correlation_px()).max(1.0);
     }
-    // A fit that keeps the mean keeps the noise at long waves: variance × correlation length is conserved.
-    let gain = median(&mut gains).unwrap_or(1.0);
-    Centrelines { segments, correlation_px: (gain * scatter.correlation_px()).max(1.0) }
+}
+
+/// Median; `None` of nothing.
+fn median(values: &mut [f32]) -> Option<f32> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }
 
 #[cfg(test)]

@@ -32,22 +32,44 @@ fn view<T>(pixels: &[T], full_scale: f32) -> View<'_, T> {
     View { pixels, width: SIZE.0, height: SIZE.1, full_scale }
 }
 
+fn eight(pixels: &[u8]) -> Centrelines {
+    let mut found = Centrelines::default();
+    extract_eight(&view(pixels, 255.0), &mut Memory::default(), &mut found);
+    found
+}
+
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
-    let eight = levels(SIZE.0, SIZE.1);
-    let found = extract_eight(view(&eight, 255.0));
+    let pixels = levels(SIZE.0, SIZE.1);
+    let found = eight(&pixels);
     assert!(found.segments.len() >= 4, "{} segments", found.segments.len());
     // `extract` called from here is compiled for what every machine of this architecture has.
-    assert_eq!(found, extract(&view(&eight, 255.0)));
-    let sixteen: Vec<u16> = eight.iter().map(|&level| u16::from(level) * 257).collect();
-    assert_eq!(extract_sixteen(view(&sixteen, 65535.0)), extract(&view(&sixteen, 65535.0)));
+    let mut plain = Centrelines::default();
+    extract(&view(&pixels, 255.0), &mut Memory::default(), &mut plain);
+    assert_eq!(found, plain);
+    let sixteen: Vec<u16> = pixels.iter().map(|&level| u16::from(level) * 257).collect();
+    let (mut found, mut plain) = (Centrelines::default(), Centrelines::default());
+    extract_sixteen(&view(&sixteen, 65535.0), &mut Memory::default(), &mut found);
+    extract(&view(&sixteen, 65535.0), &mut Memory::default(), &mut plain);
+    assert!(found.segments.len() >= 4, "{} segments", found.segments.len());
+    assert_eq!(found, plain);
+}
+
+#[test]
+fn images_before_leave_nothing_behind() {
+    let (first, second) = (levels(SIZE.0, SIZE.1), vec![9u8; SIZE.0 * SIZE.1]);
+    let (mut memory, mut found) = (Memory::default(), Centrelines::default());
+    for pixels in [&first, &second, &first] {
+        extract_eight(&view(pixels, 255.0), &mut memory, &mut found);
+        assert_eq!(found, eight(pixels));
+    }
 }
 
 #[test]
 fn the_reference_finds_the_same_lines_within_their_sigma() {
-    let eight = levels(SIZE.0, SIZE.1);
-    let fast = extract_eight(view(&eight, 255.0));
-    let slow = reference::extract(view(&eight, 255.0), CentrelineMethod::Steger);
+    let pixels = levels(SIZE.0, SIZE.1);
+    let fast = eight(&pixels);
+    let slow = reference::extract(view(&pixels, 255.0), CentrelineMethod::Steger);
     let points = |lines: &Centrelines| lines.segments.iter().flat_map(|s| s.points.clone()).collect::<Vec<_>>();
     let (fast, slow) = (points(&fast), points(&slow));
     let mut departures = Vec::new();
@@ -88,7 +110,7 @@ fn a_faint_line_on_a_gradient_is_found_wherever_it_lies_in_its_cells() {
             (light + 1.2 * gauss()).round().clamp(0.0, 255.0) as u8
         };
         let pixels: Vec<u8> = (0..SIZE.0 * SIZE.1).map(pixel).collect();
-        let found = extract_eight(view(&pixels, 255.0));
+        let found = eight(&pixels);
         let n: usize = found.segments.iter().map(|s| s.points.len()).sum();
         assert!(n >= SIZE.0 - 10, "row {row}: {n} columns");
     }

@@ -112,7 +112,7 @@ impl Averager {
         }
         let variance = self.variance_of(kernel, &weighted.variances[from..to]);
         let bend_variance = bend[2] * self.correlation_px;
-        let sure = (1.0 - SKEW_DOUBT * bend_variance / (curl * curl)).max(0.0);
+        let sure = (1.0 - f64::from(SKEW_DOUBT) * bend_variance / (curl * curl)).max(0.0);
         let skew = sure * skew_shift(lean, 2.0 * curl, weighted.line[idx].cross_variance_px2);
         Some(Averaged { v: base + v - skew, slope: lean, variance })
     }

@@ -33,6 +33,25 @@ pub struct Crossing {
     pub saturated: bool,
 }
 
+/// Crossings of one line in neighbouring columns, however they are kept.
+pub trait Line {
+    /// Columns.
+    fn n_columns(&self) -> usize;
+    /// The crossing of the column `idx` columns after the first.
+    fn at(&self, idx: usize) -> Crossing;
+}
+
+impl Line for &[Crossing] {
+    fn n_columns(&self) -> usize {
+        self.len()
+    }
+
+    #[inline(always)]
+    fn at(&self, idx: usize) -> Crossing {
+        self[idx]
+    }
+}
+
 /// Settings and tools shared by all crossings of an image.
 pub struct Measurer<'a, T> {
     /// The image.

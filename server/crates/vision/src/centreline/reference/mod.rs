@@ -23,7 +23,7 @@ use crossing::{Crossing, Measurer};
 use ends::{without_bent_ends, without_faded_ends};
 use noise::NoiseMap;
 use scatter::Scatter;
-use segments::{link_traces, mark_clearances};
+use segments::{Linker, mark_clearances};
 use steger::Kernels;
 use width::typical_width_px;
 
@@ -34,8 +34,9 @@ pub fn extract<T: Level>(view: View<T>, method: CentrelineMethod) -> Centrelines
     let boxes = Boxes::for_width(width_px);
     let box_noise = NoiseMap::of_boxes(&view, boxes, &pixel_noise);
     let candidates = find_candidates(&view, &box_noise, boxes, width_px);
-    let mut traces = link_traces(&candidates, width_px);
-    mark_clearances(&mut traces);
+    let mut linker = Linker::default();
+    let traces = linker.link(&candidates, width_px);
+    mark_clearances(traces);
     let kernels = Kernels::new();
     let measurer = Measurer { view, noise: &pixel_noise, boxes, width_px, method, kernels: &kernels };
     let lines: Vec<Vec<Crossing>> = traces.iter().flat_map(|trace| pieces(&measurer.measure(trace))).collect();
@@ -47,7 +48,7 @@ pub fn pieces(steps: &[Option<Crossing>]) -> Vec<Vec<Crossing>> {
     steps
         .split(Option::is_none)
         .map(|run| run.iter().flatten().copied().collect::<Vec<_>>())
-        .map(|run| without_faded_ends(&run).to_vec())
+        .map(|run| run[without_faded_ends(&run.as_slice())].to_vec())
         .filter(|piece| piece.len() >= MIN_SEGMENT_COLUMNS)
         .collect()
 }
@@ -57,12 +58,12 @@ fn described(lines: &[Vec<Crossing>], width_px: f32, method: CentrelineMethod, k
         CentrelineMethod::Steger => f64::from(kernels.along_variance_px2()),
         CentrelineMethod::CentreOfGravity => 0.0,
     };
-    let scatter = Scatter::measure(lines, along_variance_px2.sqrt());
+    let scatter = Scatter::measure(lines.iter().map(Vec::as_slice), along_variance_px2.sqrt());
     let averager = Averager::new(width_px, &scatter, along_variance_px2);
     let mut gains = Vec::new();
     let mut segments = Vec::with_capacity(lines.len());
     for line in lines {
-        let line = without_bent_ends(line, &scatter);
+        let line = &line[without_bent_ends(&line.as_slice(), &scatter)];
         let averaged = averager.average(line, &scatter);
         let points = line.iter().zip(&averaged).map(|(crossing, fit)| {
             let raw_variance = scatter.variance(crossing);

@@ -55,17 +55,16 @@ impl NoiseMap {
     /// counts for more than [`NOISE_OVER_NEIGHBOURS`] times the lower quartile of its surroundings.
     pub fn limited_by_neighbours(&self) -> Self {
         let tiles_down = self.sigmas.len() / self.tiles_across;
-        let mut near = Vec::with_capacity(9);
         let mut sigmas = Vec::with_capacity(self.sigmas.len());
         for (idx, &sigma) in self.sigmas.iter().enumerate() {
             let (row, column) = (idx / self.tiles_across, idx % self.tiles_across);
-            near.clear();
+            let mut least = Least::default();
             for r in row.saturating_sub(1)..(row + 2).min(tiles_down) {
-                let columns = column.saturating_sub(1)..(column + 2).min(self.tiles_across);
-                near.extend(columns.map(|c| self.sigmas[r * self.tiles_across + c]));
+                for c in column.saturating_sub(1)..(column + 2).min(self.tiles_across) {
+                    least.add(self.sigmas[r * self.tiles_across + c]);
+                }
             }
-            near.sort_unstable_by(f32::total_cmp);
-            sigmas.push(sigma.min(NOISE_OVER_NEIGHBOURS * near[near.len() / 4]));
+            sigmas.push(sigma.min(NOISE_OVER_NEIGHBOURS * least.lower_quartile()));
         }
         Self { sigmas, tiles_across: self.tiles_across }
     }
@@ -101,6 +100,32 @@ impl NoiseMap {
     pub fn row(&self, v: usize) -> &[f32] {
         let start = v / NOISE_TILE_PX * self.tiles_across;
         &self.sigmas[start..start + self.tiles_across]
+    }
+}
+
+/// The three least of up to nine numbers, in order.
+struct Least {
+    three: [f32; 3],
+    n: usize,
+}
+
+impl Default for Least {
+    fn default() -> Self {
+        Self { three: [f32::INFINITY; 3], n: 0 }
+    }
+}
+
+impl Least {
+    #[inline(always)]
+    fn add(&mut self, number: f32) {
+        let [a, b, c] = self.three;
+        self.three = [a.min(number), b.min(a.max(number)), c.min(b.max(number))];
+        self.n += 1;
+    }
+
+    /// The element of rank n / 4.
+    fn lower_quartile(&self) -> f32 {
+        self.three[self.n / 4]
     }
 }
 

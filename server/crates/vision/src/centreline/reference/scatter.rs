@@ -5,7 +5,7 @@
 //! it (see [`Crossing`]); the one factor c (contrast² × grain) belongs to the surface and the lens and is found
 //! from third differences at a lag beyond the grain, which any parabola passes unnoticed.
 
-use super::crossing::Crossing;
+use super::crossing::{Crossing, Line};
 use crate::params::{
     SCATTER_CLIP, SCATTER_LAG, SCATTER_MAX_SAMPLES, SCATTER_MIN_SAMPLES, SCATTER_SHORT_LAG, SPECKLE_PRIOR,
 };
@@ -24,27 +24,37 @@ pub struct Scatter {
     grain_px: f64,
 }
 
-/// A third difference with what the model predicts for it, were neighbours independent.
-#[derive(Clone, Copy)]
-struct Sample {
-    square: f64,
-    camera: f64,
-    speckle: f64,
+/// Third differences, squared, with what the model predicts for each, were neighbours independent. Every quantity by
+/// itself, in whole blocks: places without a difference have none and predict something.
+struct Samples {
+    square: Vec<Lanes>,
+    camera: Vec<Lanes>,
+    speckle: Vec<Lanes>,
+    n: usize,
 }
+
+/// Samples calculated side by side.
+const LANES: usize = 8;
+type Lanes = [f32; LANES];
 
 impl Scatter {
     /// Measures the scatter. `grain_min_px` is the smoothing along the line that made the crossings.
-    pub fn measure(lines: &[Vec<Crossing>], grain_min_px: f64) -> Self {
-        let (long, short) = (samples(lines, SCATTER_LAG), samples(lines, SCATTER_SHORT_LAG));
+    #[inline(always)]
+    pub fn measure<L: Line>(lines: impl Iterator<Item = L> + Clone, grain_min_px: f64) -> Self {
+        let (long, short) = (Samples::take(lines.clone(), SCATTER_LAG), Samples::take(lines, SCATTER_SHORT_LAG));
         let prior = Self { speckle: SPECKLE_PRIOR, grain_px: grain_min_px.max(0.5) };
-        if long.len() < SCATTER_MIN_SAMPLES {
+        if long.n < SCATTER_MIN_SAMPLES {
             return prior;
         }
-        let apparent = fit_speckle(&long, 1.0);
-        let scale = |sample: &Sample| sample.square / (sample.camera + apparent * sample.speckle);
-        let ratio = clipped_scale(short.iter().map(scale)) / clipped_scale(long.iter().map(scale)).max(1e-9);
+        let apparent = long.speckle_factor(1.0);
+        let ratio = short.excess(apparent) / long.excess(apparent).max(1e-9);
         let grain_px = grain_of_ratio(ratio, grain_min_px.max(0.5));
-        Self { speckle: fit_speckle(&long, third_difference_gain(SCATTER_LAG, grain_px)), grain_px }
+        Self { speckle: long.speckle_factor(third_difference_gain(SCATTER_LAG, grain_px)), grain_px }
+    }
+
+    /// Squared speckle contrast times grain, px: factor of every crossing's speckle variance.
+    pub fn speckle(&self) -> f64 {
+        self.speckle
     }
 
     /// Variance (px²) of one crossing along its column.
@@ -63,58 +73,110 @@ impl Scatter {
     }
 }
 
-/// Third differences of all lines, thinned evenly to at most [`SCATTER_MAX_SAMPLES`].
-fn samples(lines: &[Vec<Crossing>], lag: usize) -> Vec<Sample> {
-    let span = 3 * lag;
-    let available: usize = lines.iter().map(|l| l.len().saturating_sub(span)).sum();
-    let stride = available.div_ceil(SCATTER_MAX_SAMPLES).max(1);
-    let mut found = Vec::with_capacity(available / stride + lines.len());
-    for line in lines {
-        for start in (0..line.len().saturating_sub(span)).step_by(stride) {
-            let mut difference = 0.0;
-            let mut sample = Sample { square: 0.0, camera: 0.0, speckle: 0.0 };
-            for (k, c) in THIRD.iter().enumerate() {
-                let crossing = &line[start + k * lag];
-                difference += c * crossing.v;
-                sample.camera += c * c * crossing.camera_variance;
-                sample.speckle += c * c * crossing.speckle_variance;
+impl Samples {
+    /// Third differences of all lines, thinned evenly to at most [`SCATTER_MAX_SAMPLES`].
+    #[inline(always)]
+    fn take<L: Line>(lines: impl Iterator<Item = L> + Clone, lag: usize) -> Self {
+        let span = 3 * lag;
+        let n_of = |line: &L| line.n_columns().saturating_sub(span);
+        let available: usize = lines.clone().map(|line| n_of(&line)).sum();
+        let stride = available.div_ceil(SCATTER_MAX_SAMPLES).max(1);
+        let mut samples = Self { square: vec![], camera: vec![], speckle: vec![], n: 0 };
+        for line in lines {
+            let mut start = 0;
+            while start < n_of(&line) {
+                samples.add([
+                    line.at(start),
+                    line.at(start + lag),
+                    line.at(start + 2 * lag),
+                    line.at(start + span),
+                ]);
+                start += stride;
             }
-            sample.square = difference * difference;
-            found.push(sample);
+        }
+        samples
+    }
+
+    #[inline(always)]
+    fn add(&mut self, four: [Crossing; 4]) {
+        let (mut difference, mut camera, mut speckle) = (0.0, 0.0, 0.0);
+        for k in 0..4 {
+            difference += THIRD[k] * four[k].v;
+            camera += THIRD[k] * THIRD[k] * four[k].camera_variance;
+            speckle += THIRD[k] * THIRD[k] * four[k].speckle_variance;
+        }
+        let lane = self.n % LANES;
+        if lane == 0 {
+            self.square.push([0.0; LANES]);
+            self.camera.push([1.0; LANES]);
+            self.speckle.push([0.0; LANES]);
+        }
+        let block = self.square.len() - 1;
+        self.square[block][lane] = (difference * difference) as f32;
+        self.camera[block][lane] = camera as f32;
+        self.speckle[block][lane] = speckle as f32;
+        self.n += 1;
+    }
+
+    /// Mean of the squares over what camera and speckle predict times `gain`, each cut at [`SCATTER_CLIP`], above what
+    /// unit Gaussians have.
+    #[inline(always)]
+    fn clipped_excess(&self, speckle: f64, gain: f64) -> f64 {
+        let (speckle, gain) = (speckle as f32, gain as f32);
+        let mut sums: Lanes = [0.0; LANES];
+        for ((square, camera), of_speckle) in self.square.iter().zip(&self.camera).zip(&self.speckle) {
+            for i in 0..LANES {
+                let normalised = square[i] / (gain * (camera[i] + speckle * of_speckle[i]));
+                sums[i] += normalised.min(SCATTER_CLIP);
+            }
+        }
+        f64::from(sums.iter().sum::<f32>()) / self.n.max(1) as f64 - CLIPPED_MEAN
+    }
+
+    /// The speckle factor for which the squares are those of unit Gaussians; zero if the camera noise explains them.
+    #[inline(always)]
+    fn speckle_factor(&self, gain: f64) -> f64 {
+        let (low, high) = (1e-5f64.ln(), 1e2f64.ln());
+        let excess = |speckle: f64| self.clipped_excess(speckle.exp(), gain);
+        if excess(low) <= 0.0 { 0.0 } else { falling_zero(low, high, excess).exp() }
+    }
+
+    /// The factor by which the squares exceed those of unit Gaussians.
+    #[inline(always)]
+    fn excess(&self, speckle: f64) -> f64 {
+        falling_zero(1e-4f64.ln(), 1e2f64.ln(), |factor| self.clipped_excess(speckle, factor.exp())).exp()
+    }
+}
+
+/// Where a falling function is zero, between `low` and `high`, by the Illinois variant of regula falsi: two
+/// ends that keep a zero between them, the one that stays losing half of its weight.
+#[inline(always)]
+fn falling_zero(mut low: f64, mut high: f64, function: impl Fn(f64) -> f64) -> f64 {
+    /// What is left of the interval when it is narrow enough: logarithms to a ten-thousandth.
+    const TOLERANCE: f64 = 1e-4;
+    const MAX_STEPS: usize = 40;
+    let (mut at_low, mut at_high) = (function(low), function(high));
+    if at_low <= 0.0 {
+        return low;
+    }
+    if at_high >= 0.0 {
+        return high;
+    }
+    let mut middle = 0.5 * (low + high);
+    for _ in 0..MAX_STEPS {
+        let before = middle;
+        middle = (low * at_high - high * at_low) / (at_high - at_low);
+        let here = function(middle);
+        if here > 0.0 {
+            (low, at_low, at_high) = (middle, here, 0.5 * at_high);
+        } else {
+            (high, at_high, at_low) = (middle, here, 0.5 * at_low);
+        }
+        if (middle - before).abs() < TOLERANCE {
+            break;
         }
     }
-    found
-}
-
-/// The speckle factor for which the clipped mean of the normalised squares is that of a unit Gaussian; zero if
-/// the camera noise explains them all.
-fn fit_speckle(samples: &[Sample], gain: f64) -> f64 {
-    let excess = |speckle: f64| {
-        let normalised = |s: &Sample| (s.square / (gain * (s.camera + speckle * s.speckle))).min(SCATTER_CLIP);
-        samples.iter().map(normalised).sum::<f64>() / samples.len() as f64 - CLIPPED_MEAN
-    };
-    let (mut low, mut high) = (1e-5f64.ln(), 1e2f64.ln());
-    if excess(low.exp()) <= 0.0 {
-        return 0.0;
-    }
-    for _ in 0..24 {
-        let middle = 0.5 * (low + high);
-        if excess(middle.exp()) > 0.0 { low = middle } else { high = middle }
-    }
-    (0.5 * (low + high)).exp()
-}
-
-/// The factor by which squares exceed unit Gaussian ones, clipped alike.
-fn clipped_scale(squares: impl Iterator<Item = f64>) -> f64 {
-    let squares: Vec<f64> = squares.collect();
-    let n = squares.len().max(1) as f64;
-    let (mut low, mut high) = (1e-4f64, 1e2f64);
-    for _ in 0..24 {
-        let middle = (low * high).sqrt();
-        let mean = squares.iter().map(|s| (s / middle).min(SCATTER_CLIP)).sum::<f64>() / n;
-        if mean > CLIPPED_MEAN { low = middle } else { high = middle }
-    }
-    (low * high).sqrt()
+    middle
 }
 
 /// Variance of a third difference at `lag` relative to independent noise, for ρ(k) = exp(−k² / 4ℓ²).

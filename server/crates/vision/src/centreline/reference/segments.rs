@@ -1,5 +1,7 @@
 //! Candidates joined, column by column, into traces of one line each.
 
+use std::cmp::Ordering;
+
 use super::candidates::Candidate;
 use crate::params::{
     LINK_GATE_MIN_PX, LINK_GATE_WIDTHS, LINK_HEADING_COLUMNS, LINK_MAX_GAP_COLUMNS, LONG_SEGMENT_COLUMNS,
@@ -39,10 +41,16 @@ struct Open {
 }
 
 impl Open {
-    fn begin(candidate: &Candidate) -> Self {
-        let step =
-            Step { v: candidate.v as f32, contrast: candidate.contrast, snr: candidate.snr, clearance_px: ALONE };
-        Self { trace: Trace { first_u: candidate.u as usize, steps: vec![step] }, heading: 0.0 }
+    /// Begins with a candidate, in memory that was used before.
+    fn begin(candidate: &Candidate, mut steps: Vec<Step>) -> Self {
+        steps.clear();
+        steps.push(Step {
+            v: candidate.v as f32,
+            contrast: candidate.contrast,
+            snr: candidate.snr,
+            clearance_px: ALONE,
+        });
+        Self { trace: Trace { first_u: candidate.u as usize, steps }, heading: 0.0 }
     }
 
     fn last(&self) -> Step {
@@ -77,31 +85,81 @@ impl Open {
     }
 }
 
-/// Joins candidates (ordered by column, then row) into traces, ordered by first column, then row.
-///
-/// A candidate continues the trace that expected it nearest by, if that trace has no nearer candidate, within
-/// the link gate; a jump ends the trace. Short or faint traces are dropped.
-pub fn link_traces(candidates: &[Candidate], width_px: f32) -> Vec<Trace> {
-    let gate = (LINK_GATE_WIDTHS * width_px).max(LINK_GATE_MIN_PX);
-    let mut open: Vec<Open> = Vec::new();
-    let mut closed: Vec<Trace> = Vec::new();
-    for column in candidates.chunk_by(|a, b| a.u == b.u) {
+/// Joins candidates into traces; keeps its memory from image to image.
+#[derive(Default)]
+pub struct Linker {
+    open: Vec<Open>,
+    /// Where every open trace is expected in the column at hand; none where it has its candidate.
+    expected: Vec<f32>,
+    closed: Vec<Trace>,
+    spare: Vec<Vec<Step>>,
+}
+
+impl Linker {
+    /// Joins candidates (ordered by column, then row) into traces, ordered by first column, then row.
+    ///
+    /// A candidate continues the trace that expected it nearest by, if that trace has no nearer candidate, within
+    /// the link gate; a jump ends the trace. Short or faint traces are dropped.
+    #[inline(always)]
+    pub fn link(&mut self, candidates: &[Candidate], width_px: f32) -> &mut [Trace] {
+        let gate = (LINK_GATE_WIDTHS * width_px).max(LINK_GATE_MIN_PX);
+        self.spare.extend(self.closed.drain(..).map(|trace| trace.steps));
+        for column in candidates.chunk_by(|a, b| a.u == b.u) {
+            self.add_column(column, gate);
+        }
+        let (open, closed) = (&mut self.open, &mut self.closed);
+        closed.extend(open.drain(..).map(|o| o.trace));
+        let (spare, believed) = (&mut self.spare, &mut self.closed);
+        let mut idx = 0;
+        while idx < believed.len() {
+            if believable(&believed[idx]) {
+                idx += 1;
+            } else {
+                spare.push(believed.swap_remove(idx).steps);
+            }
+        }
+        believed.sort_unstable_by(|a, b| {
+            (a.first_u, a.steps[0].v).partial_cmp(&(b.first_u, b.steps[0].v)).unwrap_or(Ordering::Equal)
+        });
+        believed
+    }
+
+    #[inline(always)]
+    fn add_column(&mut self, column: &[Candidate], gate: f32) {
         let u = column[0].u as usize;
-        close_stale(&mut open, &mut closed, u);
-        let n_open = open.len();
+        self.close_stale(u);
+        self.expected.clear();
+        self.expected.extend(self.open.iter().map(|open| open.expected(u)));
         for candidate in column {
-            match nearest(&open[..n_open], candidate, gate, column) {
-                Some(idx) => open[idx].grow(candidate),
-                None => open.push(Open::begin(candidate)),
+            match nearest(&self.expected, candidate, gate, column) {
+                Some(idx) => {
+                    self.open[idx].grow(candidate);
+                    self.expected[idx] = f32::NAN;
+                }
+                None => {
+                    let steps = self.spare.pop().unwrap_or_default();
+                    self.open.push(Open::begin(candidate, steps));
+                }
             }
         }
     }
-    closed.extend(open.into_iter().map(|o| o.trace));
-    closed.retain(believable);
-    closed.sort_by(|a, b| {
-        (a.first_u, a.steps[0].v).partial_cmp(&(b.first_u, b.steps[0].v)).unwrap_or(std::cmp::Ordering::Equal)
-    });
-    closed
+
+    #[inline(always)]
+    fn close_stale(&mut self, u: usize) {
+        let mut idx = 0;
+        while idx < self.open.len() {
+            if self.open[idx].next_u() + LINK_MAX_GAP_COLUMNS < u {
+                let done = self.open.swap_remove(idx).trace;
+                if done.steps.len() >= MIN_SEGMENT_COLUMNS {
+                    self.closed.push(done);
+                } else {
+                    self.spare.push(done.steps);
+                }
+            } else {
+                idx += 1;
+            }
+        }
+    }
 }
 
 /// Notes at every step how far the nearest other trace is that is bright enough to matter.
@@ -127,37 +185,36 @@ pub fn mark_clearances(traces: &mut [Trace]) {
     }
 }
 
-fn close_stale(open: &mut Vec<Open>, closed: &mut Vec<Trace>, u: usize) {
-    let mut idx = 0;
-    while idx < open.len() {
-        if open[idx].next_u() + LINK_MAX_GAP_COLUMNS < u {
-            let done = open.swap_remove(idx).trace;
-            if done.steps.len() >= MIN_SEGMENT_COLUMNS {
-                closed.push(done);
-            }
-        } else {
-            idx += 1;
+/// The trace that `candidate` continues: nearest to it and, among the column's candidates, with none nearer.
+#[inline(always)]
+fn nearest(expected: &[f32], candidate: &Candidate, gate: f32, column: &[Candidate]) -> Option<usize> {
+    let here = candidate.v as f32;
+    let mut best = (usize::MAX, f32::INFINITY);
+    for (idx, &row) in expected.iter().enumerate() {
+        let distance = (here - row).abs();
+        if distance < best.1 {
+            best = (idx, distance);
         }
     }
+    let (idx, distance) = best;
+    if distance > gate {
+        return None;
+    }
+    let rival = column.iter().any(|c| (c.v as f32 - expected[idx]).abs() < distance);
+    (!rival).then_some(idx)
 }
 
-/// The trace that `candidate` continues: nearest to it and, among the column's candidates, with none nearer.
-fn nearest(open: &[Open], candidate: &Candidate, gate: f32, column: &[Candidate]) -> Option<usize> {
-    let u = candidate.u as usize;
-    let miss = |o: &Open, c: &Candidate| (c.v as f32 - o.expected(u)).abs();
-    let free = open.iter().enumerate().filter(|(_, o)| o.next_u() <= u);
-    let (idx, distance) = free.map(|(idx, o)| (idx, miss(o, candidate))).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let rival = column.iter().any(|c| c.v != candidate.v && miss(&open[idx], c) < distance);
-    (distance <= gate && !rival).then_some(idx)
-}
-
-/// Whether a trace is a line rather than a chance row of noise.
+/// Whether a trace is a line rather than a chance row of noise: by the median of its signal-to-noise.
+#[inline(always)]
 fn believable(trace: &Trace) -> bool {
     let n = trace.steps.len();
     if n < MIN_SEGMENT_COLUMNS {
         return false;
     }
-    let mut snrs: Vec<f32> = trace.steps.iter().map(|s| s.snr).collect();
-    let median = *snrs.select_nth_unstable_by(n / 2, f32::total_cmp).1;
-    median >= SHORT_SEGMENT_MIN_SNR || n >= LONG_SEGMENT_COLUMNS && median > 0.0
+    let median_reaches = |reaches: fn(f32) -> bool| {
+        let n_below = trace.steps.iter().map(|step| u32::from(!reaches(step.snr))).sum::<u32>();
+        n_below as usize <= n / 2
+    };
+    median_reaches(|snr| snr >= SHORT_SEGMENT_MIN_SNR)
+        || n >= LONG_SEGMENT_COLUMNS && median_reaches(|snr| snr > 0.0)
 }

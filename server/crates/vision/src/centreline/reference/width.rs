@@ -35,11 +35,13 @@ fn smoothed_column<T: Level>(view: &View<T>, u: usize, column: &mut [f32]) {
 
 /// Adds the widths of the prominent peaks of a column to `widths`.
 pub fn collect_widths(column: &[f32], min_prominence: impl Fn(usize) -> f32, widths: &mut Vec<f32>) {
+    let floor = column.iter().copied().fold(f32::INFINITY, f32::min);
     for v in 2..column.len().saturating_sub(2) {
         let peak = column[v];
         let is_peak =
             peak > column[v - 1] && peak >= column[v + 1] && peak > column[v - 2] && peak >= column[v + 2];
-        if !is_peak {
+        // No base is below the floor: what does not stand out from it need not be looked at.
+        if !is_peak || peak - floor < min_prominence(v) {
             continue;
         }
         let above = &column[v.saturating_sub(WIDTH_SEARCH_PX)..v];

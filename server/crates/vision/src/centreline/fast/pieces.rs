@@ -1,0 +1,145 @@
+//! The crossings of an image, every quantity by itself, so that it is calculated for many columns at a time.
+
+use std::ops::Range;
+
+use crate::centreline::reference::crossing::{Crossing, Line};
+use crate::centreline::reference::ends::without_faded_ends;
+use crate::centreline::reference::steger::WIDTH_PER_SIGMA;
+use crate::params::{MIN_SEGMENT_COLUMNS, WIDTH_NEIGHBOURS};
+
+/// Full width at half height of a Gaussian over its area by its height: 2 √(2 ln 2) / √(2π).
+pub const WIDTH_PER_AREA: f32 = 0.939_437;
+
+/// Measured steps of all traces, one after the other; nothing where no centre was found.
+#[derive(Default)]
+pub struct Crossings {
+    /// Whether a centre was found.
+    pub found: Vec<bool>,
+    /// Row.
+    pub v: Vec<f64>,
+    /// Variance from camera noise, px².
+    pub camera_variance: Vec<f32>,
+    /// Variance per unit of squared speckle contrast times speckle grain, px².
+    pub speckle_variance: Vec<f32>,
+    /// Variance of the window that measured it, px²; then that of the line's profile times the window.
+    pub cross_variance_px2: Vec<f32>,
+    /// Grey levels above the background.
+    pub intensity: Vec<f32>,
+    /// Grey levels times rows above the background.
+    pub area: Vec<f32>,
+    /// Full width at half height along the column.
+    pub width_px: Vec<f32>,
+    /// Whether pixels near the centre are at full scale.
+    pub saturated: Vec<bool>,
+    /// Area and height of one trace with their neighbours beyond its ends.
+    padded: [Vec<f32>; 2],
+}
+
+/// Neighbouring columns of one line among all crossings.
+#[derive(Debug, Clone)]
+pub struct Piece {
+    /// Image column of the first.
+    pub first_u: usize,
+    /// Places among the crossings.
+    pub places: Range<usize>,
+}
+
+/// A piece with the crossings it is made of.
+#[derive(Clone, Copy)]
+pub struct PieceOf<'a> {
+    /// All crossings.
+    pub crossings: &'a Crossings,
+    /// The piece.
+    pub piece: &'a Piece,
+}
+
+impl Line for PieceOf<'_> {
+    #[inline(always)]
+    fn n_columns(&self) -> usize {
+        self.piece.places.len()
+    }
+
+    #[inline(always)]
+    fn at(&self, idx: usize) -> Crossing {
+        let (all, place) = (self.crossings, self.piece.places.start + idx);
+        Crossing {
+            u: self.piece.first_u + idx,
+            v: all.v[place],
+            camera_variance: f64::from(all.camera_variance[place]),
+            speckle_variance: f64::from(all.speckle_variance[place]),
+            cross_variance_px2: f64::from(all.cross_variance_px2[place]),
+            intensity: all.intensity[place],
+            width_px: all.width_px[place],
+            saturated: all.saturated[place],
+        }
+    }
+}
+
+impl Crossings {
+    /// Forgets all crossings and keeps their memory.
+    pub fn clear(&mut self) {
+        self.resize(0);
+    }
+
+    /// Makes room for `n` more, none of them found, and tells where they begin.
+    pub fn extend(&mut self, n: usize) -> usize {
+        let start = self.found.len();
+        self.resize(start + n);
+        start
+    }
+
+    fn resize(&mut self, n: usize) {
+        self.found.resize(n, false);
+        self.v.resize(n, 0.0);
+        self.saturated.resize(n, false);
+        let numbers = [
+            &mut self.camera_variance,
+            &mut self.speckle_variance,
+            &mut self.cross_variance_px2,
+            &mut self.intensity,
+            &mut self.area,
+            &mut self.width_px,
+        ];
+        numbers.into_iter().for_each(|number| number.resize(n, 0.0));
+    }
+
+    /// Gives every crossing from `start` on, one trace, the width of its neighbourhood: area by height, both summed.
+    #[inline(always)]
+    pub fn widen(&mut self, start: usize) {
+        let n = self.found.len() - start;
+        for (padded, numbers) in self.padded.iter_mut().zip([&self.area, &self.intensity]) {
+            padded.clear();
+            padded.resize(WIDTH_NEIGHBOURS, 0.0);
+            padded.extend_from_slice(&numbers[start..]);
+            padded.resize(n + 2 * WIDTH_NEIGHBOURS, 0.0);
+        }
+        let [areas, heights] = &self.padded;
+        let near = |numbers: &[f32], idx: usize| numbers[idx..idx + 2 * WIDTH_NEIGHBOURS + 1].iter().sum::<f32>();
+        let (widths, cross) = (&mut self.width_px[start..][..n], &mut self.cross_variance_px2[start..][..n]);
+        for (idx, (width_px, variance_px2)) in widths.iter_mut().zip(cross).enumerate() {
+            let (area, height) = (near(areas, idx), near(heights, idx));
+            *width_px = (WIDTH_PER_AREA * area / height.max(f32::MIN_POSITIVE)).max(0.5);
+            let line = WIDTH_PER_SIGMA / *width_px;
+            *variance_px2 = 1.0 / (line * line + 1.0 / variance_px2.max(f32::MIN_POSITIVE));
+        }
+    }
+
+    /// Cuts the trace whose crossings begin at `start` where the line is missing, and its blurred ends off.
+    #[inline(always)]
+    pub fn cut(&self, first_u: usize, start: usize, pieces: &mut Vec<Piece>) {
+        let mut rest = start..self.found.len();
+        while !rest.is_empty() {
+            let of_rest = &self.found[rest.clone()];
+            let n_missing = of_rest.iter().take_while(|&&found| !found).count();
+            let n_found = of_rest[n_missing..].iter().take_while(|&&found| found).count();
+            let begin = rest.start + n_missing;
+            rest.start = begin + n_found;
+            let whole = Piece { first_u: first_u + begin - start, places: begin..begin + n_found };
+            let kept = without_faded_ends(&PieceOf { crossings: self, piece: &whole });
+            if kept.len() >= MIN_SEGMENT_COLUMNS {
+                let places = begin + kept.start..begin + kept.end;
+                pieces.push(Piece { first_u: whole.first_u + kept.start, places });
+            }
+        }
+    }
+}
