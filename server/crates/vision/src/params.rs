@@ -116,6 +116,9 @@ pub const BORDER_WIDTHS: f32 = 1.0;
 pub const RIVAL_CONTRAST: f32 = 0.2;
 /// Where another line is nearer than this, in line widths, the two are one blob and neither centre is believed.
 pub const CLEARANCE_MIN_WIDTHS: f32 = 1.7;
+/// Lines further apart than this, in line widths, do not disturb each other: the kernel of a line twice as wide as the
+/// typical one ends there.
+pub const CLEARANCE_MATTERS_WIDTHS: f32 = 6.0;
 /// Near another line the kernel is that of a line this fraction of the distance wide: the other one then lies four
 /// standard deviations out.
 pub const CLEARANCE_KERNEL_WIDTH: f32 = 0.37;
@@ -145,8 +148,8 @@ pub const SKEW_DOUBT: f32 = 9.0;
 pub const SCATTER_LAG: usize = 4;
 /// Lag of the third differences that measure how far the noise is shared between columns.
 pub const SCATTER_SHORT_LAG: usize = 2;
-/// Most third differences used per image: the scatter is known to 3 % then.
-pub const SCATTER_MAX_SAMPLES: usize = 2000;
+/// Most third differences used per image: the scatter is known to 4 % then.
+pub const SCATTER_MAX_SAMPLES: usize = 1200;
 /// Fewest third differences that may speak; with fewer the prior holds.
 pub const SCATTER_MIN_SAMPLES: usize = 40;
 /// Squared normalised differences are cut here (3σ), so that corners and jumps do not pass for noise.

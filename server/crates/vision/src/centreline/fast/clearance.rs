@@ -1,7 +1,8 @@
 //! How far the nearest other line is, for every step of every trace.
 
+use crate::centreline::reference::candidates::Candidate;
 use crate::centreline::reference::segments::{Step, Trace};
-use crate::params::RIVAL_CONTRAST;
+use crate::params::{CLEARANCE_MATTERS_WIDTHS, RIVAL_CONTRAST};
 
 /// One step, where all steps of a column lie together.
 #[derive(Clone, Copy, Default)]
@@ -10,6 +11,15 @@ struct Entry {
     contrast: f32,
     trace: u32,
     step: u32,
+}
+
+/// Whether candidates of one column are so near to each other that clearances matter.
+#[inline(always)]
+pub fn are_crowded(candidates: &[Candidate], width_px: f32) -> bool {
+    let near = (CLEARANCE_MATTERS_WIDTHS * width_px) as u32;
+    let crowded =
+        |pair: &[Candidate; 2]| (pair[0].u == pair[1].u) & (pair[1].v - pair[0].v.min(pair[1].v) <= near);
+    candidates.array_windows::<2>().any(crowded)
 }
 
 /// Notes at every step how far the nearest other trace is that is bright enough to matter.

@@ -18,7 +18,7 @@ const AIM_NEIGHBOURS: usize = 3;
 /// Departure of a candidate from its neighbours' mean, in pixels, up to which the mean is believed.
 const AIM_SPREAD_PX: f32 = 1.5;
 /// Distance, in pixels, up to which windows stay about the row of the one before.
-const AIM_STAY_PX: f32 = 0.6;
+const AIM_STAY_PX: f32 = 0.5;
 /// Farthest a window is moved at once, in rows.
 const MOVE_MAX_PX: f32 = 4.0;
 

@@ -79,7 +79,9 @@ pub fn extract<T: Level>(view: &View<T>, memory: &mut Memory<T>, found: &mut Cen
     let box_noise = noise::of_boxes(view, boxes, &pixel_noise);
     search.candidates(view, &box_noise, boxes, width_px, &strips, candidates);
     let traces = linker.link(candidates, width_px);
-    clearance::mark_clearances(traces, view.width);
+    if clearance::are_crowded(candidates, width_px) {
+        clearance::mark_clearances(traces, view.width);
+    }
     let image = Image { view, noise: &pixel_noise, boxes, width_px };
     crossings.clear();
     pieces.clear();

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::lanes::{LANES, Numbers};
 use crate::centreline::reference::crossing::{Crossing, Line};
 use crate::centreline::reference::ends::without_faded_ends;
 use crate::centreline::reference::steger::WIDTH_PER_SIGMA;
@@ -111,16 +112,21 @@ impl Crossings {
             padded.clear();
             padded.resize(WIDTH_NEIGHBOURS, 0.0);
             padded.extend_from_slice(&numbers[start..]);
-            padded.resize(n + 2 * WIDTH_NEIGHBOURS, 0.0);
+            padded.resize(n + 2 * WIDTH_NEIGHBOURS + LANES, 0.0);
         }
         let [areas, heights] = &self.padded;
-        let near = |numbers: &[f32], idx: usize| numbers[idx..idx + 2 * WIDTH_NEIGHBOURS + 1].iter().sum::<f32>();
         let (widths, cross) = (&mut self.width_px[start..][..n], &mut self.cross_variance_px2[start..][..n]);
-        for (idx, (width_px, variance_px2)) in widths.iter_mut().zip(cross).enumerate() {
-            let (area, height) = (near(areas, idx), near(heights, idx));
-            *width_px = (WIDTH_PER_AREA * area / height.max(f32::MIN_POSITIVE)).max(0.5);
-            let line = WIDTH_PER_SIGMA / *width_px;
-            *variance_px2 = 1.0 / (line * line + 1.0 / variance_px2.max(f32::MIN_POSITIVE));
+        for (block, (widths, cross)) in widths.chunks_mut(LANES).zip(cross.chunks_mut(LANES)).enumerate() {
+            let (area, height) = (sum_near(&areas[block * LANES..]), sum_near(&heights[block * LANES..]));
+            let (mut width_px, mut variance_px2) = ([0.0; LANES], [1.0; LANES]);
+            variance_px2[..cross.len()].copy_from_slice(cross);
+            for i in 0..LANES {
+                width_px[i] = (WIDTH_PER_AREA * area.0[i] / height.0[i].max(f32::MIN_POSITIVE)).max(0.5);
+                let line = WIDTH_PER_SIGMA / width_px[i];
+                variance_px2[i] = 1.0 / (line * line + 1.0 / variance_px2[i].max(f32::MIN_POSITIVE));
+            }
+            widths.copy_from_slice(&width_px[..widths.len()]);
+            cross.copy_from_slice(&variance_px2[..cross.len()]);
         }
     }
 
@@ -142,4 +148,14 @@ impl Crossings {
             }
         }
     }
+}
+
+/// Sums over a number and its neighbours for eight numbers, of which the first has its first neighbour at the beginning.
+#[inline(always)]
+fn sum_near(padded: &[f32]) -> Numbers {
+    let mut sum = Numbers::of(padded);
+    for k in 1..=2 * WIDTH_NEIGHBOURS {
+        sum = sum + Numbers::of(&padded[k..]);
+    }
+    sum
 }

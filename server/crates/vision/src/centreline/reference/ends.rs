@@ -61,10 +61,11 @@ fn n_bent<L: Line>(line: &L, scatter: &Scatter, inward: impl Fn(usize) -> usize)
         (x_of(i), crossing.v - base, 1.0 / scatter.variance(&crossing).max(1e-8))
     });
     let Some(fit) = parabola(reference) else { return 0 };
+    let shared = scatter.correlation_px();
     let departs = |i: &usize| {
         let crossing = line.at(inward(*i));
         let (expected, variance) = fit.at(x_of(*i));
-        let sigma = (scatter.correlation_px() * variance + scatter.variance(&crossing)).sqrt();
+        let sigma = (shared * variance + scatter.variance(&crossing)).sqrt();
         (crossing.v - base - expected).abs() > (END_DEPARTURE_SIGMAS * sigma).max(END_DEPARTURE_MIN_PX)
     };
     (0..n_checked).rev().find(departs).map_or(0, |i| i + 1)

@@ -53,6 +53,7 @@ impl NoiseMap {
 
     /// A broad line can fill most of a tile and pass for noise; the tiles above and below know better. No tile
     /// counts for more than [`NOISE_OVER_NEIGHBOURS`] times the lower quartile of its surroundings.
+    #[inline(always)]
     pub fn limited_by_neighbours(&self) -> Self {
         let tiles_down = self.sigmas.len() / self.tiles_across;
         let mut sigmas = Vec::with_capacity(self.sigmas.len());

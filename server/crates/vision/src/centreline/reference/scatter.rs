@@ -136,47 +136,82 @@ impl Samples {
     /// The speckle factor for which the squares are those of unit Gaussians; zero if the camera noise explains them.
     #[inline(always)]
     fn speckle_factor(&self, gain: f64) -> f64 {
-        let (low, high) = (1e-5f64.ln(), 1e2f64.ln());
-        let excess = |speckle: f64| self.clipped_excess(speckle.exp(), gain);
-        if excess(low) <= 0.0 { 0.0 } else { falling_zero(low, high, excess).exp() }
+        let mut search = FallingZero::between(1e-5f64.ln(), 1e2f64.ln());
+        if self.clipped_excess(search.low.exp(), gain) <= 0.0 {
+            return 0.0;
+        }
+        while let Some(speckle) = search.next() {
+            search.tell(self.clipped_excess(speckle.exp(), gain));
+        }
+        search.found.exp()
     }
 
     /// The factor by which the squares exceed those of unit Gaussians.
     #[inline(always)]
     fn excess(&self, speckle: f64) -> f64 {
-        falling_zero(1e-4f64.ln(), 1e2f64.ln(), |factor| self.clipped_excess(speckle, factor.exp())).exp()
+        let mut search = FallingZero::between(1e-4f64.ln(), 1e2f64.ln());
+        while let Some(factor) = search.next() {
+            search.tell(self.clipped_excess(speckle, factor.exp()));
+        }
+        search.found.exp()
     }
 }
 
-/// Where a falling function is zero, between `low` and `high`, by the Illinois variant of regula falsi: two
-/// ends that keep a zero between them, the one that stays losing half of its weight.
-#[inline(always)]
-fn falling_zero(mut low: f64, mut high: f64, function: impl Fn(f64) -> f64) -> f64 {
-    /// What is left of the interval when it is narrow enough: logarithms to a ten-thousandth.
-    const TOLERANCE: f64 = 1e-4;
+/// Looks for where a falling function is zero, by the Illinois variant of regula falsi: two ends that keep a zero
+/// between them, the one that stays losing half of its weight. The caller evaluates the function: it is worth
+/// vectors, and a function handed over would not get them.
+struct FallingZero {
+    low: f64,
+    high: f64,
+    at_low: Option<f64>,
+    at_high: Option<f64>,
+    found: f64,
+    n_steps: usize,
+    done: bool,
+}
+
+impl FallingZero {
+    /// What is left of the interval when it is narrow enough: logarithms to a thousandth.
+    const TOLERANCE: f64 = 1e-3;
     const MAX_STEPS: usize = 40;
-    let (mut at_low, mut at_high) = (function(low), function(high));
-    if at_low <= 0.0 {
-        return low;
+
+    fn between(low: f64, high: f64) -> Self {
+        Self { low, high, at_low: None, at_high: None, found: low, n_steps: 0, done: false }
     }
-    if at_high >= 0.0 {
-        return high;
-    }
-    let mut middle = 0.5 * (low + high);
-    for _ in 0..MAX_STEPS {
-        let before = middle;
-        middle = (low * at_high - high * at_low) / (at_high - at_low);
-        let here = function(middle);
-        if here > 0.0 {
-            (low, at_low, at_high) = (middle, here, 0.5 * at_high);
-        } else {
-            (high, at_high, at_low) = (middle, here, 0.5 * at_low);
+
+    /// Where the function is to be evaluated next; nothing when the zero is found.
+    fn next(&mut self) -> Option<f64> {
+        let (Some(at_low), Some(at_high)) = (self.at_low, self.at_high) else {
+            let end = if self.at_low.is_none() { self.low } else { self.high };
+            return (!self.done).then_some(end);
+        };
+        if self.done || self.n_steps == Self::MAX_STEPS {
+            return None;
         }
-        if (middle - before).abs() < TOLERANCE {
-            break;
+        let before = self.found;
+        self.found = (self.low * at_high - self.high * at_low) / (at_high - at_low);
+        self.done = (self.found - before).abs() < Self::TOLERANCE;
+        self.n_steps += 1;
+        Some(self.found)
+    }
+
+    /// Takes the value there. A function without a change of sign has its zero at the end that is nearer to it.
+    fn tell(&mut self, value: f64) {
+        match (self.at_low, self.at_high) {
+            (None, _) => {
+                (self.at_low, self.found, self.done) = (Some(value), self.low, value <= 0.0);
+            }
+            (Some(_), None) => {
+                (self.at_high, self.found, self.done) = (Some(value), self.high, value >= 0.0);
+            }
+            (Some(at_low), Some(_)) if value <= 0.0 => {
+                (self.high, self.at_high, self.at_low) = (self.found, Some(value), Some(0.5 * at_low));
+            }
+            (Some(_), Some(at_high)) => {
+                (self.low, self.at_low, self.at_high) = (self.found, Some(value), Some(0.5 * at_high));
+            }
         }
     }
-    middle
 }
 
 /// Variance of a third difference at `lag` relative to independent noise, for ρ(k) = exp(−k² / 4ℓ²).

@@ -89,8 +89,9 @@ impl Open {
 #[derive(Default)]
 pub struct Linker {
     open: Vec<Open>,
-    /// Where every open trace is expected in the column at hand; none where it has its candidate.
+    /// Where every open trace is expected in the column at hand, in order, and whether it has its candidate.
     expected: Vec<f32>,
+    taken: Vec<bool>,
     closed: Vec<Trace>,
     spare: Vec<Vec<Step>>,
 }
@@ -128,13 +129,18 @@ impl Linker {
     fn add_column(&mut self, column: &[Candidate], gate: f32) {
         let u = column[0].u as usize;
         self.close_stale(u);
-        self.expected.clear();
-        self.expected.extend(self.open.iter().map(|open| open.expected(u)));
-        for candidate in column {
-            match nearest(&self.expected, candidate, gate, column) {
-                Some(idx) => {
-                    self.open[idx].grow(candidate);
-                    self.expected[idx] = f32::NAN;
+        self.expect(u);
+        let n_open = self.expected.len();
+        let mut near = 0;
+        for (idx, candidate) in column.iter().enumerate() {
+            let row = candidate.v as f32;
+            while near + 1 < n_open && (self.expected[near + 1] - row).abs() < (self.expected[near] - row).abs() {
+                near += 1;
+            }
+            match self.continued(near, idx, column, gate) {
+                Some(trace) => {
+                    self.open[trace].grow(candidate);
+                    self.taken[trace] = true;
                 }
                 None => {
                     let steps = self.spare.pop().unwrap_or_default();
@@ -144,12 +150,49 @@ impl Linker {
         }
     }
 
+    /// Where every open trace is expected in column `u`, in this order.
+    #[inline(always)]
+    fn expect(&mut self, u: usize) {
+        self.expected.clear();
+        self.expected.extend(self.open.iter().map(|open| open.expected(u)));
+        if !self.expected.is_sorted() {
+            self.open.sort_by(|a, b| a.expected(u).total_cmp(&b.expected(u)));
+            self.expected.clear();
+            self.expected.extend(self.open.iter().map(|open| open.expected(u)));
+        }
+        self.taken.clear();
+        self.taken.resize(self.open.len(), false);
+    }
+
+    /// The trace that the candidate `idx` of a column continues: nearest to it and, among the column's candidates, with
+    /// none nearer. `near` is expected nearest to it; where it has its candidate, those beside it are asked.
+    #[inline(always)]
+    fn continued(&self, near: usize, idx: usize, column: &[Candidate], gate: f32) -> Option<usize> {
+        let miss = |trace: usize, candidate: &Candidate| (candidate.v as f32 - self.expected[trace]).abs();
+        let here = &column[idx];
+        let free = |trace: &usize| self.taken.get(*trace) == Some(&false);
+        let nearest = if free(&near) {
+            near
+        } else {
+            let before = (0..near).rev().find(free);
+            let after = (near + 1..self.taken.len()).find(free);
+            before.into_iter().chain(after).min_by(|&a, &b| miss(a, here).total_cmp(&miss(b, here)))?
+        };
+        let distance = miss(nearest, here);
+        if distance > gate {
+            return None;
+        }
+        let beside = [idx.wrapping_sub(1), idx + 1];
+        let rival = beside.iter().filter_map(|&i| column.get(i)).any(|other| miss(nearest, other) < distance);
+        (!rival).then_some(nearest)
+    }
+
     #[inline(always)]
     fn close_stale(&mut self, u: usize) {
         let mut idx = 0;
         while idx < self.open.len() {
             if self.open[idx].next_u() + LINK_MAX_GAP_COLUMNS < u {
-                let done = self.open.swap_remove(idx).trace;
+                let done = self.open.remove(idx).trace;
                 if done.steps.len() >= MIN_SEGMENT_COLUMNS {
                     self.closed.push(done);
                 } else {
@@ -183,25 +226,6 @@ pub fn mark_clearances(traces: &mut [Trace]) {
             step.clearance_px = others.map(|other| (other.1 - step.v).abs()).fold(ALONE, f32::min);
         }
     }
-}
-
-/// The trace that `candidate` continues: nearest to it and, among the column's candidates, with none nearer.
-#[inline(always)]
-fn nearest(expected: &[f32], candidate: &Candidate, gate: f32, column: &[Candidate]) -> Option<usize> {
-    let here = candidate.v as f32;
-    let mut best = (usize::MAX, f32::INFINITY);
-    for (idx, &row) in expected.iter().enumerate() {
-        let distance = (here - row).abs();
-        if distance < best.1 {
-            best = (idx, distance);
-        }
-    }
-    let (idx, distance) = best;
-    if distance > gate {
-        return None;
-    }
-    let rival = column.iter().any(|c| (c.v as f32 - expected[idx]).abs() < distance);
-    (!rival).then_some(idx)
 }
 
 /// Whether a trace is a line rather than a chance row of noise: by the median of its signal-to-noise.

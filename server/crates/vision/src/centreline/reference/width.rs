@@ -34,6 +34,7 @@ fn smoothed_column<T: Level>(view: &View<T>, u: usize, column: &mut [f32]) {
 }
 
 /// Adds the widths of the prominent peaks of a column to `widths`.
+#[inline(always)]
 pub fn collect_widths(column: &[f32], min_prominence: impl Fn(usize) -> f32, widths: &mut Vec<f32>) {
     let floor = column.iter().copied().fold(f32::INFINITY, f32::min);
     for v in 2..column.len().saturating_sub(2) {
