@@ -30,7 +30,7 @@ const LIFE_S: f64 = 4.0;
 const ENOUGH: [usize; 4] = [10, 10, 3, 3];
 
 /// When to give up on that.
-const KILLS_AT_MOST: usize = 75;
+const KILLS_AT_MOST: u64 = 75;
 
 /// Jobs that may wait or run at once: more would only queue up behind the kills.
 const WAITING: usize = 3;
