@@ -7,10 +7,9 @@ pub const NOISE_TILE_PX: usize = 64;
 pub const NOISE_STRIDE_PX: usize = 4;
 /// Smallest noise believed, as a fraction of full scale: the rounding to 8 bits (1/√12 grey levels).
 pub const NOISE_FLOOR: f32 = 0.29 / 255.0;
-/// Neighbouring columns sampled in every noise tile by the fast extraction.
+/// Neighbouring columns sampled in every noise tile by the fast extraction: 256 samples, as many as on the grid. With
+/// half of them faint lines break.
 pub const NOISE_COLUMNS: usize = 16;
-/// Distance between the rows it samples: 128 samples give the noise of a tile to 7 %.
-pub const NOISE_FAST_STRIDE_PX: usize = 8;
 
 /// Most by which a tile's box noise may exceed that of the quieter tiles around it.
 pub const NOISE_OVER_NEIGHBOURS: f32 = 3.0;
@@ -148,8 +147,8 @@ pub const SKEW_DOUBT: f32 = 9.0;
 pub const SCATTER_LAG: usize = 4;
 /// Lag of the third differences that measure how far the noise is shared between columns.
 pub const SCATTER_SHORT_LAG: usize = 2;
-/// Most third differences used per image: the scatter is known to 4 % then.
-pub const SCATTER_MAX_SAMPLES: usize = 1200;
+/// Most third differences used per image: the scatter is known to 3 % then.
+pub const SCATTER_MAX_SAMPLES: usize = 2000;
 /// Fewest third differences that may speak; with fewer the prior holds.
 pub const SCATTER_MIN_SAMPLES: usize = 40;
 /// Squared normalised differences are cut here (3σ), so that corners and jumps do not pass for noise.

@@ -13,12 +13,6 @@ use crate::params::{
     LINK_GATE_MIN_PX, RIDGE_TRUSTED_PX, STEGER_MAX_STEPS, WIDTH_MIN_PX,
 };
 
-/// Columns to either side over which candidates are averaged to aim at the line.
-const AIM_NEIGHBOURS: usize = 3;
-/// Departure of a candidate from its neighbours' mean, in pixels, up to which the mean is believed.
-const AIM_SPREAD_PX: f32 = 1.5;
-/// Distance, in pixels, up to which windows stay about the row of the one before.
-const AIM_STAY_PX: f32 = 0.5;
 /// Farthest a window is moved at once, in rows.
 const MOVE_MAX_PX: f32 = 4.0;
 
@@ -96,7 +90,9 @@ impl<T: Level> Measurer<T> {
         let last = (image.view.height - 1) as u32;
         let start = crossings.extend(trace.steps.len());
         self.pending.clear();
-        self.aim(trace, last);
+        let anchor = |v: f32| ((v + 0.5).max(0.0) as u32).min(last);
+        let all = (0..).zip(&trace.steps);
+        self.pending.extend(all.map(|(idx, step)| Pending { idx, v: anchor(step.v) }));
         for _ in 0..STEGER_MAX_STEPS {
             let pending = std::mem::take(&mut self.pending);
             for some in pending.chunks(LANES) {
@@ -110,27 +106,6 @@ impl<T: Level> Measurer<T> {
         }
         crossings.widen(start);
         start
-    }
-
-    /// Chooses the row about which every step is looked at: the mean of its neighbourhood, where that is level enough,
-    /// and the row of the step before, as long as it is near. Candidates jump by a pixel or two; windows about the same
-    /// row are copied together.
-    #[inline(always)]
-    fn aim(&mut self, trace: &Trace, last: u32) {
-        let steps = &trace.steps;
-        let mut anchor = f32::INFINITY;
-        let mut sum = steps.iter().take(AIM_NEIGHBOURS).map(|step| step.v).sum::<f32>();
-        for (idx, step) in steps.iter().enumerate() {
-            let (from, to) = (idx.saturating_sub(AIM_NEIGHBOURS), (idx + AIM_NEIGHBOURS).min(steps.len() - 1));
-            sum += if idx + AIM_NEIGHBOURS < steps.len() { steps[to].v } else { 0.0 };
-            let mean = sum / (to + 1 - from) as f32;
-            sum -= if idx >= AIM_NEIGHBOURS { steps[from].v } else { 0.0 };
-            let row = if (mean - step.v).abs() <= AIM_SPREAD_PX { mean } else { step.v };
-            if (row - anchor).abs() > AIM_STAY_PX {
-                anchor = (row + 0.5).floor();
-            }
-            self.pending.push(Pending { idx: idx as u32, v: (anchor.max(0.0) as u32).min(last) });
-        }
     }
 
     #[inline(always)]

@@ -3,12 +3,12 @@
 use crate::centreline::reference::candidates::Boxes;
 use crate::centreline::reference::noise::NoiseMap;
 use crate::centreline::view::{Level, Sum, View};
-use crate::params::{NOISE_COLUMNS, NOISE_FAST_STRIDE_PX, NOISE_FLOOR, NOISE_TILE_PX};
+use crate::params::{NOISE_COLUMNS, NOISE_FLOOR, NOISE_STRIDE_PX, NOISE_TILE_PX};
 
 /// Root mean square of a unit Gaussian cut at 3 · 0.6745 σ.
 const CUT_RMS: f32 = 0.884;
 /// Rows sampled in a tile.
-const N_ROWS: usize = NOISE_TILE_PX / NOISE_FAST_STRIDE_PX;
+const N_ROWS: usize = NOISE_TILE_PX / NOISE_STRIDE_PX;
 
 /// Absolute differences of one row of samples.
 type Row = [i32; NOISE_COLUMNS];
@@ -46,7 +46,7 @@ fn measure<T: Level>(view: &View<T>, n_rows: usize, apart: usize) -> Vec<f32> {
             let u = (u0 + (NOISE_TILE_PX - NOISE_COLUMNS) / 2).min(view.width - NOISE_COLUMNS);
             let mut tile = [NOTHING; N_ROWS];
             let mut n = 0;
-            for (row, v) in tile.iter_mut().zip((v0..v1).step_by(NOISE_FAST_STRIDE_PX)) {
+            for (row, v) in tile.iter_mut().zip((v0..v1).step_by(NOISE_STRIDE_PX)) {
                 *row = difference(view, u, v, n_rows, apart);
                 n += NOISE_COLUMNS;
             }
