@@ -386,6 +386,31 @@ pub struct BenchArgs {
 pub enum BenchSubject {
     /// Image to labelled line pieces of sub-pixel points with σ, over rotating frames that are in memory.
     Centrelines(BenchCentrelinesArgs),
+    /// Image to the corners of a chessboard, on one thread, over rotating images that are in memory.
+    Corners(BenchBoardsArgs),
+    /// Corners of all images to a camera, on one thread: by plain least squares, which is the minimum that OpenCV's
+    /// `calibrateCamera` seeks, and as `sheaf calibrate` does it.
+    Camera(BenchBoardsArgs),
+}
+
+/// `sheaf bench corners` and `sheaf bench camera`.
+#[derive(Debug, Args)]
+pub struct BenchBoardsArgs {
+    /// Images of a chessboard: PNG, TIFF or JPEG, 8 or 16 bit.
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Inner corners along a board row.
+    #[arg(long)]
+    pub columns: usize,
+    /// Inner corners along a board column.
+    #[arg(long)]
+    pub rows: usize,
+    /// Rotations over the images that are timed; cameras that are fitted.
+    #[arg(long, value_name = "N", default_value_t = 21)]
+    pub passes: usize,
+    /// Also write the result as JSON to this file.
+    #[arg(id = "json", long, value_name = "OUT.json")]
+    pub json: Option<JsonTo>,
 }
 
 /// `sheaf bench centrelines`.

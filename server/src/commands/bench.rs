@@ -12,7 +12,7 @@ use serde_json::json;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
 
 use crate::cli::{BenchArgs, BenchCentrelinesArgs, BenchSubject};
-use crate::commands::Answer;
+use crate::commands::{Answer, bench_boards};
 use crate::failure::{Exit, Failure};
 use crate::output::{create_folder, file_names_after, write_file};
 use crate::progress::Reporter;
@@ -24,6 +24,8 @@ const MIN_TIMED_FRAMES: usize = 21;
 pub fn run(args: &BenchArgs, reporter: &Reporter) -> Result<Answer, Failure> {
     match &args.subject {
         BenchSubject::Centrelines(args) => centrelines(args, reporter),
+        BenchSubject::Corners(args) => bench_boards::corners(args),
+        BenchSubject::Camera(args) => bench_boards::camera(args),
     }
 }
 
@@ -130,7 +132,7 @@ fn timed_rotations<W: FnMut(&GreyImage) + Send>(
 }
 
 /// Median in milliseconds.
-fn median_ms(times: &mut [Duration]) -> f64 {
+pub fn median_ms(times: &mut [Duration]) -> f64 {
     let middle = times.len() / 2;
     times.select_nth_unstable(middle).1.as_secs_f64() * 1e3
 }

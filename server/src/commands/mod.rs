@@ -1,6 +1,7 @@
 //! One file per command: parse what it was given, call the core, answer.
 
 mod bench;
+mod bench_boards;
 mod calibrate;
 pub mod centrelines;
 pub mod config;
