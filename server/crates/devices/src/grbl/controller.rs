@@ -37,6 +37,9 @@ struct Shared {
     changed: Condvar,
     urgent: Mutex<Option<Box<dyn SerialWriter>>>,
     stop_byte: AtomicU8,
+    /// A stop whose byte goes out past the session, until the session knows of it. It is there before the byte is, so
+    /// that the controller's answer never comes before the question.
+    announced: Mutex<Option<(u8, Instant)>>,
 }
 
 /// See the module.
@@ -55,6 +58,7 @@ impl Controller {
             desk: Mutex::new(Desk { session, writer: None, ended: false }),
             changed: Condvar::new(),
             urgent: Mutex::new(None),
+            announced: Mutex::new(None),
         });
         let for_thread = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
@@ -112,13 +116,15 @@ impl Controller {
     /// Stops: the first byte goes out before anything else is looked at.
     pub fn stop(&self) {
         let byte = self.shared.stop_byte.load(Ordering::SeqCst);
-        let written = self.shared.write_urgent(byte);
-        self.act(|session, now| match written {
-            Ok(true) => session.stop_sent(byte, now),
+        let written = self.shared.write_announced(byte);
+        let mut desk = self.shared.lock();
+        match written {
+            Ok(true) => self.shared.tell_of_stops(&mut desk),
             // No line: nothing moves by our doing, and the fault is told already.
             Ok(false) => {}
-            Err(reason) => session.down(Fault::Gone { reason }),
-        });
+            Err(reason) => desk.session.down(Fault::Gone { reason }),
+        }
+        self.shared.settle(&mut desk);
     }
 }
 
@@ -158,10 +164,28 @@ impl Shared {
         self.changed.notify_all();
     }
 
-    fn write_urgent(&self, byte: u8) -> Result<bool, String> {
+    /// Writes a stop's byte past the session and leaves word of it; false without a line.
+    fn write_announced(&self, byte: u8) -> Result<bool, String> {
         let mut urgent = self.urgent.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(writer) = urgent.as_mut() else { return Ok(false) };
-        writer.write_now(&[byte]).map(|()| true).map_err(|error| chain(&error))
+        *self.announced() = Some((byte, Instant::now()));
+        let written = writer.write_now(&[byte]);
+        if written.is_err() {
+            *self.announced() = None;
+        }
+        written.map(|()| true).map_err(|error| chain(&error))
+    }
+
+    fn announced(&self) -> MutexGuard<'_, Option<(u8, Instant)>> {
+        self.announced.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Tells the session of a stop that went out past it: whoever comes first, the one that sent it or the one that read
+    /// the answer.
+    fn tell_of_stops(&self, desk: &mut Desk) {
+        if let Some((byte, sent_at)) = self.announced().take() {
+            desk.session.stop_sent(byte, sent_at);
+        }
     }
 
     fn set_writers(&self, writer: Option<Box<dyn SerialWriter>>, urgent: Option<Box<dyn SerialWriter>>) {
@@ -197,6 +221,7 @@ fn run(shared: &Shared, mut line: Box<dyn SerialLine>) {
             Next::Read(wait) => {
                 let read = line.read(&mut buffer, wait);
                 let mut desk = shared.lock();
+                shared.tell_of_stops(&mut desk);
                 match read {
                     Ok(n) => desk.session.received(&buffer[..n], Instant::now()),
                     Err(error) => desk.session.down(Fault::Gone { reason: chain(&error) }),
@@ -258,7 +283,7 @@ struct Farewell<'a>(&'a Shared);
 
 impl Drop for Farewell<'_> {
     fn drop(&mut self) {
-        self.0.write_urgent(RESET).ok();
+        self.0.write_announced(RESET).ok();
         self.0.set_writers(None, None);
     }
 }
