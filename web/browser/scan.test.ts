@@ -6,8 +6,9 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { decodeBlocks } from "../src/stream/protocol";
+import { orderColour } from "../src/theme";
 import { expectAccessible, launch, PICTURES, picture, Server, until, visit } from "./harness";
-import { blankPage, orderPixels } from "./pixels";
+import { blankPage, ORDERS, orderPixels, pixelsOf } from "./pixels";
 
 /** 41 rows of some 6,000 points: enough to grow, few enough for graphics in software. */
 const ROWS = { scan_from_mm: -15, scan_to_mm: 15, scan_step_mm: 0.75 };
@@ -128,6 +129,7 @@ test("radius and RMSE are two clicks from the scan; picks are exact; colours cos
   expect(Number(uploaded)).toBe(n_points);
   await picture(page, "result-deviation");
   await reported(page);
+  await sectioned(page);
 
   await page.getByRole("button", { name: "Top", exact: true }).click();
   await canvas.focus();
@@ -164,6 +166,29 @@ async function reported(page: Page): Promise<void> {
   await page.pdf({ path: join(PICTURES, "result.pdf"), format: "A4" });
   await picture(page, "result-printed");
   await page.emulateMedia({ media: "screen" });
+}
+
+/** The section follows the slider to the last frame, is drawn in the colours of the orders, and says a point of it. */
+async function sectioned(page: Page): Promise<void> {
+  const card = page.getByRole("region", { name: "Section" });
+  const slider = card.getByRole("slider");
+  await slider.focus();
+  await page.keyboard.press("End");
+  const places = await server.call<Schemas["ProfileListDto"]>("GET", `/api/v1/scans/${scan_id}/profiles`);
+  const last = places.items[places.items.length - 1];
+  const said = (await slider.getAttribute("aria-valuetext"))?.replace("−", "-");
+  expect(said).toBe(`${last?.position_mm.toFixed(2)} mm`);
+  const profile = await server.call<Schemas["ProfileDto"]>("GET", last?.href ?? "");
+  await card.getByText(`${profile.z_mm.length} points of one frame`).waitFor();
+  const colours = ORDERS.map(orderColour);
+  await until("the section is drawn", async () => sum(await pixelsOf(card.locator("canvas"), colours)) > 100);
+  await card.getByRole("application").focus();
+  await page.keyboard.press("ArrowRight");
+  const point = (await card.locator(".section-point").textContent())?.replaceAll("−", "-") ?? "";
+  const shown = profile.z_mm.some(
+    (z, idx) => point.includes(`x ${profile.x_mm[idx]?.toFixed(3)} mm`) && point.includes(`z ${z.toFixed(3)} mm`),
+  );
+  expect(shown, point).toBe(true);
 }
 
 /** The server's point at a pixel of a frame, in the part frame, past the page. */

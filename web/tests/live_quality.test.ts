@@ -3,9 +3,9 @@
 import { expect, test } from "vitest";
 import { adviceOf } from "../src/panels/live/advice";
 import { FrameRate } from "../src/panels/live/frame_rate";
-import { acrossOrders, nearestLinePoint, neighbour, profilePointAt } from "../src/panels/live/nearest";
 import { PIECE_POINTS, qualityOf, scatter } from "../src/panels/live/quality";
-import { SteadyRange } from "../src/panels/live/steady_range";
+import { acrossOrders, nearestLinePoint, neighbour, profilePointAt } from "../src/scene/nearest";
+import { SteadyRange } from "../src/scene/steady_range";
 import type { ImageMessage, ProfileMessage } from "../src/stream/protocol";
 
 const UNITS = 32;

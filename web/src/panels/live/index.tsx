@@ -3,13 +3,13 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { useApp } from "../../app";
+import type { PlotWords } from "../../scene/profile_plot";
 import { href } from "../../state/route";
 import { language, text } from "../../text";
 import { CameraCard } from "./camera_card";
 import { FrameFacts } from "./frame_facts";
 import { LightCard } from "./light_card";
 import { LiveView } from "./live_view";
-import type { PlotWords } from "./profile_plot";
 import { QualityTable } from "./quality_table";
 import { ReadoutLine } from "./readout_line";
 import { Snapshot } from "./snapshot";

@@ -5,6 +5,8 @@
 
 import { signal } from "@preact/signals";
 import { CameraPicture } from "../../scene/camera_picture";
+import { nearestLinePoint, orderOfPoint, profilePointAt } from "../../scene/nearest";
+import { type PlotWords, ProfilePlot } from "../../scene/profile_plot";
 import type { StreamConnection } from "../../stream/connection";
 import type { ImageMessage, ProfileMessage } from "../../stream/protocol";
 import type { DropCount } from "../../stream/texts";
@@ -12,8 +14,6 @@ import { LIVE_RATE_HZ, NO_ORDER } from "../../theme";
 import { type Advice, adviceOf } from "./advice";
 import { FrameRate } from "./frame_rate";
 import { HistogramView } from "./histogram";
-import { nearestLinePoint, orderOfPoint, profilePointAt } from "./nearest";
-import { type PlotWords, ProfilePlot } from "./profile_plot";
 import { type OrderQuality, qualityOf } from "./quality";
 
 /** Figures for people change so often. */

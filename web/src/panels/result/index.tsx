@@ -16,6 +16,7 @@ import { Downloads, Provenance, Recompute } from "./provenance";
 import { Printed, ReportCard } from "./report";
 import { findScan, ResultState } from "./result_state";
 import { overall, reportOf, type Scan } from "./scan_record";
+import { SectionCard } from "./section_card";
 import { VerdictWord } from "./verdict";
 import "./result.css";
 
@@ -102,6 +103,7 @@ function ScanResult({ scan }: { scan: Scan }) {
           />
           <Printed />
           <Measurements result={result} />
+          <SectionCard scan={scan} />
         </div>
         <div class="stack">
           <Provenance scan={scan} n_shown={result.view.n_points.value} />

@@ -16,6 +16,11 @@ export const result = {
   no_points_yet: "Die Punkte eines unvollständigen Scans erscheinen, sobald er fortgesetzt wird.",
   show_mesh: "Netz zeigen",
   shown_of: (shown: string) => `(${shown} gezeigt, wie jedes Bild sie sah)`,
+  section: "Schnitt",
+  section_at: "Position des Tisches",
+  section_none: "Von diesem Scan wurde kein Bild behalten.",
+  section_hint: (n: number) =>
+    `${n} Punkte eines Bildes, allein aus ihm zugeordnet, im Kamerasystem. Auf einen zeigen; ziehen vergrößert, Doppelklick zeigt alles.`,
   measurements: "Messungen",
   nothing_measured: "An diesem Scan wurde noch nichts gemessen.",
   tool: "Merkmal",

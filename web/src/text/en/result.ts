@@ -15,6 +15,11 @@ export const result = {
   no_points_yet: "The points of a partial scan are shown when it is resumed.",
   show_mesh: "Show mesh",
   shown_of: (shown: string) => `(${shown} shown, as each frame saw them)`,
+  section: "Section",
+  section_at: "Stage position",
+  section_none: "No frame of this scan was kept.",
+  section_hint: (n: number) =>
+    `${n} points of one frame, by its own labels, in the camera frame. Point at one; drag to zoom, double click for all.`,
   measurements: "Measurements",
   nothing_measured: "Nothing was measured on this scan yet.",
   tool: "Feature",

@@ -1,6 +1,6 @@
 /** Which point of a frame a person means. */
 
-import type { ImageMessage, ProfileMessage } from "../../stream/protocol";
+import type { ImageMessage, ProfileMessage } from "../stream/protocol";
 
 /** A point of a centreline, px of the frame. */
 export interface LinePoint {

@@ -5,8 +5,8 @@
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import type { ProfileMessage } from "../../stream/protocol";
-import { orderColour, orderName } from "../../theme";
+import type { ProfileMessage } from "../stream/protocol";
+import { orderColour, orderName } from "../theme";
 import { acrossOrders, nearestProfilePoint, neighbour } from "./nearest";
 import { SteadyRange } from "./steady_range";
 
