@@ -152,11 +152,16 @@ function takenForFault(cause: unknown): undefined {
   if (!/no frame arrived/.test(String(cause))) throw cause;
 }
 
-/** Chromium without a screen, with WebGL2 in software. */
-export async function launch(): Promise<Browser> {
+/** WebGL2, drawn by the processor. */
+const SOFTWARE_GRAPHICS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+/** For pages without WebGL: their canvases are painted directly. */
+export const NO_GRAPHICS = ["--disable-gpu"];
+
+/** Chromium without a screen. */
+export async function launch(graphics = SOFTWARE_GRAPHICS): Promise<Browser> {
   return await chromium.launch({
     executablePath: CHROMIUM,
-    args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"],
+    args: ["--no-sandbox", "--disable-dev-shm-usage", ...graphics],
   });
 }
 

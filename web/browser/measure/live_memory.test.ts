@@ -3,15 +3,13 @@
  *
  *   LIVE_MEMORY_MINUTES=30 npx vitest run --config vitest.browser.config.ts browser/measure/live_memory
  *
- * Starts the program (SHEAF_BIN; in release, a debug build is too slow for 30 Hz) with its simulated station, calibrates
+ * Starts the program (SHEAF_BIN, with its page) with its simulated station, calibrates
  * it, opens Live and reads the heap after a garbage collection every 20 s. Prints each reading and the slope of a
- * straight line through those after the warm-up, MiB/h. The page served is that of `dist`.
+ * straight line through those after the warm-up, MiB/h.
  */
 
-import { readFileSync } from "node:fs";
-import { extname, join } from "node:path";
 import { expect, test } from "vitest";
-import { launch, Server } from "../harness";
+import { launch, NO_GRAPHICS, Server } from "../harness";
 
 /** How long is measured; without it nothing is. */
 const MINUTES = Number(process.env.LIVE_MEMORY_MINUTES ?? 0);
@@ -21,8 +19,6 @@ const EVERY_MS = 20_000;
 const WARM_UP_MS = 60_000;
 
 const MIB = 1024 * 1024;
-const DIST = join(import.meta.dirname, "../../dist");
-const TYPES: Record<string, string> = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css" };
 
 interface Reading {
   at_ms: number;
@@ -50,19 +46,11 @@ test.runIf(MINUTES > 0)("the heap does not grow while Live runs", measure, 60_00
 
 async function measure(): Promise<void> {
   const server = await Server.start();
-  const browser = await launch();
+  const browser = await launch(NO_GRAPHICS);
   try {
     await server.calibrate();
     const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, locale: "en-GB" });
     const page = await context.newPage();
-    await page.route(
-      (url) => url.origin === server.url && !/^\/(api|health)/.test(url.pathname),
-      (route) => {
-        const path = new URL(route.request().url()).pathname.replace(/^\/$/, "/index.html");
-        const contentType = TYPES[extname(path)] ?? "application/octet-stream";
-        return route.fulfill({ body: readFileSync(join(DIST, path)), contentType });
-      },
-    );
     await page.goto(`${server.url}/#/live`);
     await page.locator(".start-here button").click();
     await page.waitForSelector('.frame-facts [data-fact="rate"]');
