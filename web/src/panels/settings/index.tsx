@@ -3,6 +3,7 @@
 import { useId } from "preact/hooks";
 import { useApp } from "../../app";
 import { CopyLine } from "../../parts/copy_line";
+import { NameField } from "../../parts/name_field";
 import { href } from "../../state/route";
 import { letter_shortcuts } from "../../state/shortcuts";
 import { type ThemeChoice, theme_choice } from "../../state/theme";
@@ -31,24 +32,11 @@ export default function Settings() {
 }
 
 function Person() {
-  const { control } = useApp();
   const words = text.value.settings;
-  const id = useId();
   return (
     <section class="card stack" aria-label={words.person}>
       <h2>{words.person}</h2>
-      <div class="field">
-        <label for={id}>{text.value.frame.your_name}</label>
-        <input
-          id={id}
-          value={control.holder.value}
-          maxLength={60}
-          autoComplete="name"
-          onInput={(event) => {
-            control.holder.value = event.currentTarget.value;
-          }}
-        />
-      </div>
+      <NameField />
       <p class="muted">{words.person_hint}</p>
       <label class="check">
         <input
