@@ -54,6 +54,18 @@ pub enum ConfigError {
         /// What was said.
         text: String,
     },
+    /// A kind of station without what it is made of.
+    #[error("station.kind is {kind} ({origin}), and {key} is empty; set {key} to {expected}")]
+    Missing {
+        /// The kind.
+        kind: &'static str,
+        /// Where it was said.
+        origin: Origin,
+        /// What it needs.
+        key: &'static str,
+        /// What that is.
+        expected: &'static str,
+    },
     /// The data folder inside its own file.
     #[error("\"data\" cannot be set in the data folder's own file ({origin}); use --data or SHEAF_DATA")]
     DataInside {

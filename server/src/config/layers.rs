@@ -101,6 +101,7 @@ pub fn effective(
     let mut layers = Layers::default();
     layers.add_file(asked, &environment, &above)?;
     layers.0.extend(above.0);
+    layers.check_station()?;
     Ok(layers.finish())
 }
 
@@ -212,6 +213,22 @@ impl Layers {
         let default = || SETTINGS.iter().find(|setting| setting.key == key).map(|setting| (setting.default)());
         let said = self.0.get(key).map(|(value, _)| value.clone());
         said.or_else(default).expect("every key that is read stands in the table; a test holds this")
+    }
+
+    /// A kind of station that is nothing without a folder or a port has it.
+    fn check_station(&self) -> Result<(), ConfigError> {
+        let needed = [
+            ("replay", "station.replay.folder", "the capture folder to be played"),
+            ("grbl", "station.grbl.port", "the serial port of the controller"),
+        ];
+        let chosen = self.value("station.kind").to_string();
+        match needed.into_iter().find(|(kind, key, _)| *kind == chosen && self.value(key).to_string().is_empty()) {
+            None => Ok(()),
+            Some((kind, key, expected)) => {
+                let origin = self.0.get("station.kind").map_or(Origin::Default, |(_, origin)| origin.clone());
+                Err(ConfigError::Missing { kind, origin, key, expected })
+            }
+        }
     }
 
     fn finish(self) -> Effective {

@@ -49,6 +49,11 @@ fn what_is_wrong_is_named_with_its_place_and_its_remedy() {
     refused(with_file("station = 3", &[], &[]), &["\"station\"", "sheaf config"]);
     refused(with_file("", &[("SHEAF_STATION__KIND", "robot")], &[]), &["robot", "SHEAF_STATION__KIND", "grbl"]);
     refused(with_file("", &[("SHEAF_COLOUR", "red")], &[]), &["\"colour\"", "SHEAF_COLOUR"]);
+    refused(
+        with_file("[station]\nkind = \"replay\"", &[], &[]),
+        &["line 2", "station.replay.folder", "capture folder"],
+    );
+    refused(with_file("", &[], &["station.kind=grbl"]), &["--set", "station.grbl.port", "serial port"]);
     refused(with_file("", &[], &["listen"]), &["--set KEY=VALUE"]);
     refused(with_file("", &[], &["projector.orders=1,x"]), &["projector.orders", "whole numbers"]);
 }

@@ -35,6 +35,12 @@ pub const UPLOAD_WINDOW: Duration = Duration::from_secs(10);
 /// See [`UPLOAD_WINDOW`]: a hundredth of the slowest line that makes sense.
 pub const UPLOAD_WINDOW_MIN_BYTES: u64 = 10 * 1024;
 
+/// Bytes of an upload between two looks at the room on the disk.
+pub const UPLOAD_ROOM_STEP_BYTES: u64 = 8 * 1024 * 1024;
+
+/// How long the rest of a refused upload is taken and forgotten: a client that still sends would not read the answer.
+pub const REFUSED_UPLOAD_PATIENCE: Duration = Duration::from_secs(5);
+
 /// A client that takes no byte for this long is closed; together with the reaction below the promised 15 s.
 pub const WRITE_STALL_TIMEOUT: Duration = Duration::from_secs(12);
 

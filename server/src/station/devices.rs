@@ -179,9 +179,14 @@ fn grbl_config(config: &GrblStationConfig) -> GrblConfig {
 fn replayed(config: ReplayStationConfig) -> Parts {
     let opener = move |wanted: Wanted| match open_replay(&config) {
         Ok((camera, stage, laser)) => opened(wanted, camera, stage, laser),
-        Err(error) => Opened { faults: vec![fault("camera", "gone", &with_causes(&error))], ..Opened::default() },
+        Err(error) => Opened { faults: vec![unplayable(&error)], ..Opened::default() },
     };
     Parts { opener: Arc::new(opener), simulated: Some("replay"), simulation: None, patience: Duration::ZERO }
+}
+
+fn unplayable(error: &replay::ReplayError) -> Fault {
+    let remedy = "put it in place and reset the station, or correct station.replay.folder and station.replay.scan";
+    fault("camera", "gone", &format!("{}; {remedy}", with_causes(error)))
 }
 
 fn open_replay(

@@ -4,7 +4,9 @@ use devices::Homing;
 use optics::Calibration;
 
 use super::motion::run_up_mm;
-use super::params::{DEFAULT_LASER_POWER, DEFAULT_STEP_MM, POINTS_LIMIT, SMEAR_SHARE, STEP_MIN_MM};
+use super::params::{
+    DEFAULT_LASER_POWER, DEFAULT_STEP_MM, POINTS_LIMIT, RESOLUTION_SHARE, SMEAR_SHARE, STEP_MIN_MM,
+};
 use super::prediction::Prediction;
 use super::{Rows, SweepRate};
 use crate::jobs::{ScanInput, ScanMode};
@@ -82,15 +84,20 @@ pub fn rows(input: &ScanInput, status: &StationStatus) -> Result<Rows, Problem> 
         (Some(ScanMode::Continuous), _) | (None, Some(_)) => true,
         (Some(ScanMode::StopAndGo) | None, None) => false,
     };
+    let resolution_mm = status.stage.capabilities.resolution_mm;
     let mut rows = Rows {
         mode: if continuous { ScanMode::Continuous } else { ScanMode::StopAndGo },
         from_mm,
         to_mm,
-        step_mm: input.step_mm.unwrap_or(DEFAULT_STEP_MM),
+        step_mm: input.step_mm.unwrap_or(DEFAULT_STEP_MM.max(resolution_mm)),
         sweep: None,
     };
     if continuous {
         sweep(&mut rows, input, status)?;
+    } else if rows.step_mm < resolution_mm * RESOLUTION_SHARE {
+        let detail =
+            format!("rows {} mm apart are finer than this stage's steps of {resolution_mm} mm", rows.step_mm);
+        return Err(refused("step_mm", detail, format!("give {resolution_mm} mm or more")));
     }
     if rows.step_mm < STEP_MIN_MM {
         let detail =
@@ -106,6 +113,14 @@ pub fn rows(input: &ScanInput, status: &StationStatus) -> Result<Rows, Problem> 
 
 /// Speed, step and frame rate of a continuous scan: what is not given follows from the rest.
 fn sweep(rows: &mut Rows, input: &ScanInput, status: &StationStatus) -> Result<(), Problem> {
+    if status.simulated == Some("replay") {
+        let detail = "a recording has no stage that could sweep over the part";
+        return Err(refused(
+            if input.mode.is_some() { "mode" } else { "speed_mm_s" },
+            detail,
+            "scan stop-and-go: its rows are the recorded ones",
+        ));
+    }
     if rows.from_mm == rows.to_mm {
         let detail = "a continuous scan needs a way to go, from_mm equals to_mm";
         return Err(refused("to_mm", detail, "give another to_mm, or scan stop-and-go"));

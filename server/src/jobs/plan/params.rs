@@ -9,6 +9,10 @@ pub const DEFAULT_LASER_POWER: f64 = 1.0;
 /// Smallest step, mm: below, rows differ by less than any stage can be read back.
 pub const STEP_MIN_MM: f64 = 0.001;
 
+/// Share of a stage's own resolution that rows must at least be apart: people give round numbers, and the mean distance
+/// of recorded positions is none.
+pub const RESOLUTION_SHARE: f64 = 0.999;
+
 /// Largest number of points a scan may be planned for. Computing the cloud takes about 250 bytes for each of them:
 /// 2.5 GB.
 pub const POINTS_LIMIT: u64 = 10_000_000;

@@ -207,3 +207,29 @@ fn smear_and_a_stage_without_its_zero_are_noted() {
     let notes = plan(&input, &calibration(), &status).unwrap().notes.join(" ");
     assert!(notes.contains("home it") && notes.contains("0.120 mm during an exposure"), "{notes}");
 }
+
+#[test]
+fn kept_pictures_are_counted_as_files_and_once_more_in_their_archive() {
+    let without = planned(|_| {}).unwrap().disk_bytes;
+    let with = planned(|input| input.keep_frames = true).unwrap().disk_bytes;
+    assert_eq!(with - without, 2 * 201 * 1280 * 1024);
+}
+
+#[test]
+fn a_recording_is_scanned_row_by_row_in_its_own_steps() {
+    let mut status = status();
+    (status.simulated, status.stage.capabilities.resolution_mm) = (Some("replay"), 2.08);
+    let planned = |change: &dyn Fn(&mut ScanInput)| {
+        let mut input = input(-15.6, 15.6);
+        change(&mut input);
+        plan(&input, &calibration(), &status)
+    };
+    let own = planned(&|_| {}).unwrap();
+    assert_eq!((own.step_mm, own.n_rows, own.position_mm(15)), (2.08, 16, 15.6));
+    let fine = planned(&|input| input.step_mm = Some(0.2)).unwrap_err();
+    assert_eq!(fine.place.as_deref(), Some("/step_mm"));
+    assert!(fine.detail.contains("steps of 2.08 mm"), "{fine:?}");
+    let sweep = planned(&|input| input.speed_mm_s = Some(5.0)).unwrap_err();
+    assert_eq!(sweep.place.as_deref(), Some("/speed_mm_s"));
+    assert!(sweep.remedy.unwrap().contains("stop-and-go"));
+}

@@ -73,6 +73,14 @@ impl ReplayCamera {
         Ok(())
     }
 
+    /// Frames play while the camera runs free; one that is triggered shows what there is where the stage stands.
+    fn tell_playback(&self) {
+        match (&self.run, self.trigger) {
+            (Some(_), Trigger::Free) => lock(&self.playback).play(),
+            _ => lock(&self.playback).end(),
+        }
+    }
+
     /// The next picture, if one is due within `timeout`; waits for it, or in vain.
     fn wait_for_next(&mut self, timeout: Duration) -> Result<Option<usize>, CameraError> {
         let held = lock(&self.playback).held();
@@ -81,6 +89,12 @@ impl ReplayCamera {
         let Some(run) = &mut self.run else { return Ok(wait_in_vain(deadline)) };
         if held || (self.trigger == Trigger::Software && run.n_triggers == 0) {
             return Ok(wait_in_vain(deadline));
+        }
+        if self.trigger == Trigger::Software
+            && let Some(here) =
+                lock(&self.playback).whereabouts().position_mm.and_then(|at| self.recording.nearest(at))
+        {
+            run.next_idx = here;
         }
         if run.next_idx == n_pictures {
             if !self.looped {
@@ -142,6 +156,7 @@ impl Camera for ReplayCamera {
         }
         if let Some(trigger) = wanted.trigger {
             self.trigger = trigger;
+            self.tell_playback();
         }
         Ok(self.settings())
     }
@@ -149,7 +164,7 @@ impl Camera for ReplayCamera {
     fn start(&mut self) -> Result<(), CameraError> {
         if self.run.is_none() {
             self.run = Some(Run { next_idx: 0, next_id: 0, lost: 0, due_at: Instant::now(), n_triggers: 0 });
-            lock(&self.playback).play();
+            self.tell_playback();
         }
         Ok(())
     }

@@ -1,8 +1,9 @@
 //! Replay: camera, stage and laser of a capture folder.
 //!
-//! The camera delivers the pictures of one scan (or the board or laser pictures) in their order, the stage is where
-//! the frame last delivered was taken, the laser does nothing but keep the rules of a lease. While frames play, a
-//! move ends when they pass its target; while none play, moves take no time.
+//! Running free, the camera delivers the pictures of one scan (or the board or laser pictures) in their order, and the
+//! stage is where the frame last delivered was taken: a move ends when frames pass its target. Otherwise moves take no
+//! time, and a software trigger gives the picture taken where the stage is, so that a scan row by row meets the
+//! recorded rows. The stage goes to recorded positions only. The laser does nothing but keep the rules of a lease.
 
 mod camera;
 mod laser;
@@ -108,7 +109,7 @@ pub fn open(config: &ReplayConfig) -> Result<(ReplayCamera, ReplayStage, ReplayL
     }
     let recording = Recording::open(config)?;
     let playback = Arc::new(Mutex::new(Playback::new(recording.first_position_mm())));
-    let stage = ReplayStage::new(recording.name(), recording.travel_mm(), Arc::clone(&playback));
+    let stage = ReplayStage::new(recording.name(), recording.positions_mm(), Arc::clone(&playback));
     let laser = ReplayLaser::new(recording.name());
     Ok((ReplayCamera::new(recording, config, playback), stage, laser))
 }

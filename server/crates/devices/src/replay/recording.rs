@@ -75,13 +75,20 @@ impl Recording {
         self.position_mm(0)
     }
 
-    /// Lowest and highest position; both 0 where none is recorded.
-    pub fn travel_mm(&self) -> (f64, f64) {
-        let positions = || self.pictures.iter().filter_map(|picture| picture.position_mm);
-        match positions().next() {
-            Some(first) => positions().fold((first, first), |(low, high), at| (low.min(at), high.max(at))),
-            None => (0.0, 0.0),
-        }
+    /// Where the stage was, picture by picture; empty where that was not recorded.
+    pub fn positions_mm(&self) -> Vec<f64> {
+        self.pictures.iter().filter_map(|picture| picture.position_mm).collect()
+    }
+
+    /// The picture taken nearest to `position_mm`, the first of several; `None` where positions were not recorded.
+    pub fn nearest(&self, position_mm: f64) -> Option<usize> {
+        let off_mm = |at: Option<f64>| Some((at? - position_mm).abs());
+        let places = self
+            .pictures
+            .iter()
+            .enumerate()
+            .filter_map(|(idx, picture)| Some((idx, off_mm(picture.position_mm)?)));
+        places.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(idx, _)| idx)
     }
 
     /// Writes picture `idx` into `target`, in `target`'s own memory.
