@@ -1,9 +1,9 @@
-//! Whether a job's input can work at all, before it is accepted.
+//! Whether a job's input can work at all, before it is accepted, and what it will need of the disk.
 
 use optics::LightModelKind;
 
 use crate::jobs::JobParts;
-use crate::jobs::input::{CalibrateInput, JobInput, ScanInput, ScanSource, Source};
+use crate::jobs::input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanSource, Source};
 use crate::jobs::params::SCAN_BYTES;
 use crate::jobs::plan::plan;
 use crate::jobs::verify;
@@ -13,13 +13,20 @@ use crate::stored_calibration::stored_document;
 /// Board poses a calibration may ask the virtual operator for: three determine a camera, more than sixty only cost time.
 const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;
 
-pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<(), Problem> {
+/// Refuses what cannot work; returns the bytes on the disk that the job will need.
+pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, Problem> {
     match input {
-        JobInput::Calibration(input) => check_calibration(input, parts).await,
+        JobInput::Calibration(input) => {
+            check_calibration(input, parts).await?;
+            Ok(calibration_bytes(input, parts))
+        }
         JobInput::Scan(input) => check_scan(input, parts).await,
         JobInput::Verification(input) => check_scan(&verify::checked(input)?, parts).await,
-        JobInput::Recomputation(input) => exists(parts.ledger.read().scan(&input.scan_id).await, "/scan_id"),
-        JobInput::Export(input) => exists(parts.ledger.read().scan(&input.scan_id).await, "/scan_id"),
+        JobInput::Recomputation(RecomputeInput { scan_id, .. })
+        | JobInput::Export(ExportInput { scan_id, .. }) => {
+            exists(parts.ledger.read().scan(scan_id).await, "/scan_id")?;
+            Ok(0)
+        }
     }
 }
 
@@ -37,11 +44,11 @@ async fn check_calibration(input: &CalibrateInput, parts: &JobParts) -> Result<(
             .at("/n_poses"));
     }
     if let Some(id) = &input.session_id {
-        return exists(parts.ledger.read().session(id).await, "/session_id");
+        return exists(parts.ledger.read().session(id).await, "/session_id").map(drop);
     }
     match &input.source {
         Source::Capture { capture_id } => {
-            exists(parts.ledger.read().capture(capture_id).await, "/source/capture_id")
+            exists(parts.ledger.read().capture(capture_id).await, "/source/capture_id").map(drop)
         }
         Source::Station if parts.station.status().simulated == Some("twin") => Ok(()),
         Source::Station => Err(Problem::new(
@@ -54,29 +61,34 @@ async fn check_calibration(input: &CalibrateInput, parts: &JobParts) -> Result<(
 }
 
 /// A scan from the station is planned once before it is accepted; one that goes on was planned already.
-async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<(), Problem> {
+async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, Problem> {
+    let read = parts.ledger.read();
     match &input.source {
         ScanSource::Capture { capture_id, .. } => {
-            exists(parts.ledger.read().capture(capture_id).await, "/source/capture_id")
+            exists(read.capture(capture_id).await, "/source/capture_id")?;
+            Ok(SCAN_BYTES)
         }
         ScanSource::Station => match &input.resume_scan_id {
-            Some(id) => exists(parts.ledger.read().scan(id).await, "/resume_scan_id"),
+            Some(id) => {
+                let earlier = exists(read.scan(id).await, "/resume_scan_id")?;
+                Ok(earlier.plan["disk_bytes"].as_u64().unwrap_or(SCAN_BYTES))
+            }
             None => {
                 let id = input.calibration_id.as_deref();
                 if let Some(id) = id {
-                    exists(parts.ledger.read().calibration(id).await, "/calibration_id")?;
+                    exists(read.calibration(id).await, "/calibration_id")?;
                 }
                 let document = stored_document(&parts.ledger, &*parts.artifacts, id).await?;
-                plan(input, &document.calibration(), &parts.station.status()).map(drop)
+                Ok(plan(input, &document.calibration(), &parts.station.status())?.disk_bytes)
             }
         },
     }
 }
 
 /// A record named by the input must be there; the request itself was understood, hence 422 and not 404.
-fn exists<T>(found: Result<T, store::StoreError>, place: &str) -> Result<(), Problem> {
+fn exists<T>(found: Result<T, store::StoreError>, place: &str) -> Result<T, Problem> {
     match found {
-        Ok(_) => Ok(()),
+        Ok(found) => Ok(found),
         Err(error @ store::StoreError::NotFound { .. }) => {
             Err(Problem::new(ProblemKind::Impossible, error.to_string())
                 .remedy("name one that is in its list")
@@ -96,18 +108,14 @@ fn word(known: bool, place: &str, found: &str, allowed: &str) -> Result<(), Prob
         .at(place))
 }
 
-/// Bytes on the disk that a job will need.
-pub(super) fn bytes_needed(input: &JobInput, parts: &JobParts) -> u64 {
+/// Pictures as files and once more in the archive.
+fn calibration_bytes(input: &CalibrateInput, parts: &JobParts) -> u64 {
+    if !input.needs_pictures() {
+        return 0;
+    }
     let (width_px, height_px) = parts.station.status().camera.capabilities.sensor_px;
     let picture_bytes = (width_px * height_px) as u64;
-    match input {
-        // Pictures as files and once more in the archive.
-        JobInput::Calibration(input) if input.needs_pictures() => {
-            4 * picture_bytes * (input.n_poses.unwrap_or(super::calibrate::N_POSES) as u64 + 5)
-        }
-        JobInput::Scan(_) | JobInput::Verification(_) => SCAN_BYTES,
-        _ => 0,
-    }
+    4 * picture_bytes * (input.n_poses.unwrap_or(super::calibrate::N_POSES) as u64 + 5)
 }
 
 impl CalibrateInput {

@@ -26,7 +26,8 @@ pub const GUESS_MEMORY_S: f64 = 3.0;
 /// Free space below which no job is begun: room for the catalogue, its log and the deletions that make room.
 pub const FREE_FLOOR_BYTES: u64 = 256 << 20;
 
-/// Bytes a scan of unknown length is assumed to need: peaks, cloud and display points of a thousand frames.
+/// Bytes a scan of unknown length, of a capture, is assumed to need: peaks, cloud and display points of a thousand
+/// frames. A scan from the station needs what its plan says, its kept pictures included.
 pub const SCAN_BYTES: u64 = 512 << 20;
 
 /// How long a job may take to end when the service shuts down.

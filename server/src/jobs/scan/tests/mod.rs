@@ -4,5 +4,6 @@
 mod bench;
 mod from_capture;
 mod from_station;
+mod room;
 mod stopped;
 mod verified;
