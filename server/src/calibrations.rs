@@ -153,7 +153,7 @@ impl Calibrations {
         let (mut rolled_back, mut before) = (0, None);
         loop {
             let page = Page { before: before.clone(), limit: ACTS_AT_A_TIME };
-            let acts = self.ledger.read().activations(&page).await?;
+            let acts = self.ledger.read().activations(&page).await?.whole()?;
             let Some(last) = acts.last() else { return Ok(None) };
             before = Some(last.seq.to_string());
             for act in acts {

@@ -9,7 +9,8 @@ use utoipa_axum::router::OpenApiRouter;
 
 use crate::app::App;
 use crate::http::dto::jobs::JobStateDto;
-use crate::http::dto::scans::{CloudFormatDto, MeshFormatDto};
+use crate::http::dto::measurements::VerdictDto;
+use crate::http::dto::scans::{CloudFormatDto, MeshFormatDto, ScanStateDto};
 use crate::http::problems::PROBLEM_TYPE;
 use crate::http::routes;
 use crate::problem::Problem;
@@ -37,7 +38,7 @@ use crate::problem::Problem;
         (name = "jobs", description = "What takes seconds"),
         (name = "events", description = "What happened")
     ),
-    components(schemas(Problem, CloudFormatDto, MeshFormatDto, JobStateDto))
+    components(schemas(Problem, CloudFormatDto, MeshFormatDto, JobStateDto, ScanStateDto, VerdictDto))
 )]
 struct Document;
 

@@ -1,7 +1,7 @@
-//! Lists: newest first, `?limit=` at a time, `next` leads on.
+//! Lists: newest first, `?limit=` at a time, `next` leads on; what is damaged is named beside what is whole.
 
 use serde::{Deserialize, Serialize};
-use store::Page;
+use store::{DamagedRow, Listed, Page};
 use utoipa::{IntoParams, ToSchema};
 
 use crate::config::limits::{PAGE_LIMIT_DEFAULT, PAGE_LIMIT_MAX};
@@ -42,25 +42,53 @@ pub fn page(before: Option<String>, limit: Option<u32>) -> Result<Page, Problem>
 pub struct ListDto<T> {
     /// The records, newest first.
     pub items: Vec<T>,
+    /// Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
+    /// missing if all are whole.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub damaged: Vec<DamagedDto>,
     /// Address of the next page; missing on the last one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next: Option<String>,
 }
 
-impl<T> ListDto<T> {
-    /// The page of `items`; a full one leads on, with the cursor that `id` gives of its last record.
-    pub fn new<R>(
-        path: &str,
-        page: &Page,
-        records: Vec<R>,
-        id: impl Fn(&R) -> String,
-        dto: impl Fn(R) -> T,
-    ) -> Self {
-        let full = records.len() as u64 >= u64::from(page.limit);
-        let next = records.last().filter(|_| full).map(|last| {
-            let joint = if path.contains('?') { '&' } else { '?' };
-            format!("{path}{joint}before={}&limit={}", id(last), page.limit)
-        });
-        Self { items: records.into_iter().map(dto).collect(), next }
+/// A record that is not what was written.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct DamagedDto {
+    /// What it was.
+    #[schema(example = "scan")]
+    pub kind: &'static str,
+    /// Its id, as far as it can be read.
+    pub id: String,
+    /// What is wrong.
+    pub detail: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+impl From<DamagedRow> for DamagedDto {
+    fn from(row: DamagedRow) -> Self {
+        let (kind, id) = (row.kind, row.id.clone());
+        let problem = Problem::from(store::StoreError::from(row));
+        Self { kind, id, detail: problem.detail, remedy: problem.remedy.unwrap_or_default() }
     }
+}
+
+impl<T> ListDto<T> {
+    /// The list at `path`, which may have a query, with at most `page.limit` records.
+    pub fn new<R>(path: &str, page: &Page, listed: Listed<R>, dto: impl Fn(R) -> T) -> Self {
+        let next = listed.next.map(|before| {
+            let joint = if path.contains('?') { '&' } else { '?' };
+            format!("{path}{joint}before={before}&limit={}", page.limit)
+        });
+        let damaged = listed.damaged.into_iter().map(DamagedDto::from).collect();
+        Self { items: listed.records.into_iter().map(dto).collect(), damaged, next }
+    }
+}
+
+/// An address with the parts of its query that were asked for. Values are words of the API and ids of records.
+pub fn path_with(path: &str, query: &[(&str, Option<&str>)]) -> String {
+    let asked = query.iter().filter_map(|(name, value)| Some(format!("{name}={}", (*value)?)));
+    let asked: Vec<String> = asked.collect();
+    if asked.is_empty() { path.to_owned() } else { format!("{path}?{}", asked.join("&")) }
 }

@@ -30,7 +30,7 @@ pub use input::{
 use std::sync::Arc;
 
 use serde_json::json;
-use store::{Artifacts, Change, JobRecord, JobState, StoreError};
+use store::{Artifacts, Change, JobRecord, JobState, Listed, StoreError};
 use tokio::sync::watch;
 
 use crate::captures::Captures;
@@ -99,7 +99,11 @@ impl Jobs {
     async fn start_with(parts: JobParts, procedure: Procedure) -> Result<Self, StoreError> {
         let queue = Queue::new(parts, procedure);
         scan::recover(&queue.parts.ledger, &*queue.parts.artifacts).await;
-        for record in queue.parts.ledger.read().queue().await? {
+        let waiting = queue.parts.ledger.read().queue().await?;
+        for row in &waiting.damaged {
+            tracing::error!(job = row.id, "a waiting job is damaged in the database and will not be done");
+        }
+        for record in waiting.records {
             let end = match serde_json::from_value::<JobInput>(record.input.clone()) {
                 Ok(input) if !input.needs_station() => {
                     queue.push(Waiting { record, input });
@@ -135,9 +139,9 @@ impl Jobs {
         and: impl FnOnce(&JobRecord) -> Vec<Change>,
     ) -> Result<JobRecord, Problem> {
         let queue = &self.0;
-        check::check(&input, &queue.parts).await?;
+        let needed_bytes = check::check(&input, &queue.parts).await?;
         let _turn = queue.turn.lock().await;
-        queue.check_room(&input)?;
+        queue.check_room(FREE_FLOOR_BYTES.saturating_add(needed_bytes))?;
         let record = queued_record(&input, source)?;
         let mut changes = and(&record);
         changes.push(Change::InsertJob(record.clone()));
@@ -170,9 +174,9 @@ impl Jobs {
     }
 
     /// Jobs now, newest first.
-    pub async fn list(&self, state: Option<JobState>, page: &store::Page) -> Result<Vec<JobView>, Problem> {
-        let records = self.0.parts.ledger.read().jobs(state, page).await?;
-        Ok(records.into_iter().map(|record| self.0.running_view(&record.id).unwrap_or(record.into())).collect())
+    pub async fn list(&self, state: Option<JobState>, page: &store::Page) -> Result<Listed<JobView>, Problem> {
+        let listed = self.0.parts.ledger.read().jobs(state, page).await?;
+        Ok(listed.map(|record| self.0.running_view(&record.id).unwrap_or(record.into())))
     }
 
     /// Changes with every progress of any job; carries the job that moved.
@@ -223,7 +227,7 @@ fn queued_record(input: &JobInput, source: &str) -> Result<JobRecord, Problem> {
 }
 
 impl Queue {
-    fn check_room(&self, input: &JobInput) -> Result<(), Problem> {
+    fn check_room(&self, needed_bytes: u64) -> Result<(), Problem> {
         if self.is_closing() {
             return Err(Problem::new(ProblemKind::Unavailable, "the service is shutting down")
                 .retry_after_s(RETRY_AFTER_S));
@@ -233,7 +237,6 @@ impl Queue {
                 .remedy("wait until some have ended, or cancel some")
                 .retry_after_s(RETRY_AFTER_S));
         }
-        let needed_bytes = FREE_FLOOR_BYTES + check::bytes_needed(input, &self.parts);
         let free_bytes = (self.parts.free_bytes)();
         if free_bytes < needed_bytes {
             return Err(Problem::new(

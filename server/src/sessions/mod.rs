@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use store::{Artifacts, Change, Page, SessionRecord, StoreError};
+use store::{Artifacts, Change, Listed, Page, SessionRecord, StoreError};
 use utoipa::ToSchema;
 
 use crate::cancel::CancelFlag;
@@ -172,8 +172,10 @@ impl Sessions {
     }
 
     /// Sessions, newest first.
-    pub async fn list(&self, page: &Page) -> Result<Vec<Session>, Problem> {
-        self.ledger.read().sessions(page).await?.into_iter().map(Session::try_from).collect()
+    pub async fn list(&self, page: &Page) -> Result<Listed<Session>, Problem> {
+        let Listed { records, damaged, next } = self.ledger.read().sessions(page).await?;
+        let records = records.into_iter().map(Session::try_from).collect::<Result<_, _>>()?;
+        Ok(Listed { records, damaged, next })
     }
 
     /// Looks at the newest frame of a running live view, else at a single exposure; the session stays as it is.

@@ -1,7 +1,7 @@
 """What schemathesis must know of the station: how uploads are written, and ids of things that exist.
 
 Random ids find nothing but 404; most of them are replaced by ids of what the server holds (`SHEAF_KNOWN_IDS`, JSON: the
-path's first word after the version → parameter → ids).
+path's first word after the version → parameter of path or query → ids).
 """
 
 import json
@@ -33,8 +33,9 @@ def map_case(context, case):
     place = sum(repr(sorted(case.path_parameters.items())).encode())
     if place % 4 == 0:
         return case
-    for name in case.path_parameters:
-        ids = known.get(name, [])
-        if ids:
-            case.path_parameters[name] = ids[place // 4 % len(ids)]
+    for parameters in (case.path_parameters, case.query or {}):
+        for name in parameters:
+            ids = known.get(name, [])
+            if ids:
+                parameters[name] = ids[place // 4 % len(ids)]
     return case

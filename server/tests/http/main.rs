@@ -11,8 +11,10 @@ mod document;
 mod edge;
 mod events;
 mod idempotency;
+mod lists;
 mod page;
 mod problems;
+mod replay;
 mod station;
 
 use common::server::Server;

@@ -1,8 +1,13 @@
 //! Every error is a problem with type, title, status and detail; what was wrong is named with its place.
 
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::time::Duration;
+
 use serde_json::Value;
 
 use crate::common::server::{Answer, Server};
+use crate::common::small_capture;
 use crate::fresh;
 
 /// More jobs than may wait.
@@ -10,6 +15,12 @@ const MANY_JOBS: usize = 40;
 
 /// Less than any job wants to have free, and room for a catalogue with its reserve.
 const SMALL_DISK_MIB: u32 = 64;
+
+/// A little more than what uploads leave free.
+const NEARLY_FULL_DISK_MIB: u32 = 300;
+
+/// More than a disk of [`NEARLY_FULL_DISK_MIB`] has to spare.
+const UPLOAD_MIB: usize = 80;
 
 #[track_caller]
 fn is_problem(answer: &Answer, status: u16, kind: &str) -> Value {
@@ -95,4 +106,57 @@ fn a_full_disk_refuses_what_needs_room_and_still_answers() {
     assert!(problem["remedy"].as_str().unwrap().contains("delete"), "{problem}");
 
     server.get("/api/v1/jobs").expect(200);
+}
+
+#[test]
+fn an_upload_for_which_the_disk_has_no_room_is_refused_before_it_is_sent_or_on_its_way() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let Some(server) = Server::start_on_small_disk(&folder.path().join("data"), NEARLY_FULL_DISK_MIB) else {
+        eprintln!("skipped: this system lets nobody mount a small disk (unshare --user --mount)");
+        return;
+    };
+    let is_full = |problem: &Value| {
+        assert!(problem["detail"].as_str().unwrap().contains("MiB are free"), "{problem}");
+        assert!(problem["remedy"].as_str().unwrap().contains("delete"), "{problem}");
+    };
+    // Its length is stated: not a byte is taken.
+    let host = server.address();
+    let head = format!("POST /api/v1/captures HTTP/1.1\r\nHost: {host}\r\nContent-Type: application/zip\r\n");
+    let stated = answer_to(&server, |stream| {
+        write!(stream, "{head}Content-Length: {}\r\nConnection: close\r\n\r\n", UPLOAD_MIB << 20)
+    });
+    is_full(&is_storage_full(&stated));
+    // It is not: what came is forgotten, and the client reads why although it was still sending.
+    let chunk = vec![0; 1 << 20];
+    let unstated = answer_to(&server, |stream| {
+        write!(stream, "{head}Transfer-Encoding: chunked\r\nConnection: close\r\n\r\n")?;
+        for _ in 0..UPLOAD_MIB {
+            write!(stream, "{:x}\r\n", chunk.len())?;
+            stream.write_all(&chunk)?;
+            stream.write_all(b"\r\n")?;
+        }
+        stream.write_all(b"0\r\n\r\n")
+    });
+    is_full(&is_storage_full(&unstated));
+
+    assert_eq!(server.get("/api/v1/captures").expect(200)["items"], serde_json::json!([]));
+    // Nothing was left behind: what is small enough still finds room.
+    server.upload(&small_capture());
+}
+
+fn is_storage_full(answer: &str) -> Value {
+    assert!(answer.starts_with("HTTP/1.1 507"), "{answer}");
+    let problem: Value = serde_json::from_str(answer.split_once("\r\n\r\n").unwrap().1).unwrap();
+    assert_eq!(problem["type"], "urn:sheaf:problem:storage-full");
+    problem
+}
+
+/// Everything the server says to what `send` writes, until it closes.
+fn answer_to(server: &Server, send: impl Fn(&mut TcpStream) -> std::io::Result<()>) -> String {
+    let mut stream = TcpStream::connect(server.address()).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    send(&mut stream).unwrap();
+    let mut said = String::new();
+    stream.read_to_string(&mut said).unwrap();
+    said
 }

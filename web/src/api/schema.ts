@@ -580,6 +580,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/measurements": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Measurements on all scans, newest first. */
+        get: operations["list_all_measurements"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/scans": {
         parameters: {
             query?: never;
@@ -1325,6 +1342,20 @@ export interface components {
             /** @description Send it as `Sheaf-Control` with every command. */
             id: string;
         };
+        /** @description A record that is not what was written. */
+        DamagedDto: {
+            /** @description What is wrong. */
+            detail: string;
+            /** @description Its id, as far as it can be read. */
+            id: string;
+            /**
+             * @description What it was.
+             * @example scan
+             */
+            kind: string;
+            /** @description What to do about it. */
+            remedy: string;
+        };
         /** @description Differences in depth over many pixels. */
         DepthDifferenceDto: {
             /**
@@ -1608,6 +1639,11 @@ export interface components {
         LightModelDto: "auto" | "planes" | "pencil" | "grating";
         /** @description A part of a list. */
         ListDto_ActivationDto: {
+            /**
+             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
+             *     missing if all are whole.
+             */
+            damaged?: components["schemas"]["DamagedDto"][];
             /** @description The records, newest first. */
             items: {
                 /** @description `activate` or `roll_back`. */
@@ -1634,6 +1670,11 @@ export interface components {
         };
         /** @description A part of a list. */
         ListDto_CalibrationItemDto: {
+            /**
+             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
+             *     missing if all are whole.
+             */
+            damaged?: components["schemas"]["DamagedDto"][];
             /** @description The records, newest first. */
             items: {
                 /** @description Whether scans use it now. */
@@ -1659,6 +1700,11 @@ export interface components {
         };
         /** @description A part of a list. */
         ListDto_CaptureDto: {
+            /**
+             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
+             *     missing if all are whole.
+             */
+            damaged?: components["schemas"]["DamagedDto"][];
             /** @description The records, newest first. */
             items: {
                 /** @description Address of the archive. */
@@ -1687,6 +1733,11 @@ export interface components {
         };
         /** @description A part of a list. */
         ListDto_JobDto: {
+            /**
+             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
+             *     missing if all are whole.
+             */
+            damaged?: components["schemas"]["DamagedDto"][];
             /** @description The records, newest first. */
             items: {
                 /**
@@ -1735,6 +1786,11 @@ export interface components {
         };
         /** @description A part of a list. */
         ListDto_MeasurementDto: {
+            /**
+             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
+             *     missing if all are whole.
+             */
+            damaged?: components["schemas"]["DamagedDto"][];
             /** @description The records, newest first. */
             items: {
                 /**
@@ -1756,6 +1812,11 @@ export interface components {
         };
         /** @description A part of a list. */
         ListDto_ScanDto: {
+            /**
+             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
+             *     missing if all are whole.
+             */
+            damaged?: components["schemas"]["DamagedDto"][];
             /** @description The records, newest first. */
             items: {
                 /** @description The calibration of the cloud. */
@@ -1794,6 +1855,11 @@ export interface components {
         };
         /** @description A part of a list. */
         ListDto_Session: {
+            /**
+             * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
+             *     missing if all are whole.
+             */
+            damaged?: components["schemas"]["DamagedDto"][];
             /** @description The records, newest first. */
             items: {
                 /** @description Everything else. */
@@ -2330,6 +2396,11 @@ export interface components {
             /** @description Which of its scans; missing: the only one. */
             scan?: string | null;
         };
+        /**
+         * @description What a scan is worth.
+         * @enum {string}
+         */
+        ScanStateDto: "complete" | "partial" | "invalid";
         /** @description What lies on the simulated stage. */
         SceneDto: {
             /**
@@ -2684,6 +2755,11 @@ export interface components {
          * @enum {string}
          */
         TriggerDto: "free" | "software" | "hardware";
+        /**
+         * @description What came of a measurement with a tolerance.
+         * @enum {string}
+         */
+        VerdictDto: "pass" | "fail" | "undecided" | "invalid";
         /** @description Where the virtual operator of a simulated station is to hold the board. */
         VirtualBoard: {
             /** @enum {string} */
@@ -4073,12 +4149,50 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
+    list_all_measurements: {
+        parameters: {
+            query?: {
+                /** @description Only those by this tool. */
+                tool?: components["schemas"]["ToolDto"];
+                /** @description Only those with this verdict. */
+                verdict?: components["schemas"]["VerdictDto"];
+                /** @description Id of the last measurement of the page before. */
+                before?: string;
+                /** @description Measurements of a page, 1 to 200; 50 if not said. */
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ListDto_MeasurementDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
     list_scans: {
         parameters: {
             query?: {
-                /** @description Id of the last record of the page before. */
+                /** @description Only those worth that much. */
+                state?: components["schemas"]["ScanStateDto"];
+                /** @description Only those computed with this calibration. */
+                calibration_id?: string;
+                /** @description Id of the last scan of the page before. */
                 before?: string;
-                /** @description Records of a page, 1 to 200; 50 if not said. */
+                /** @description Scans of a page, 1 to 200; 50 if not said. */
                 limit?: number;
             };
             header?: never;

@@ -7,7 +7,7 @@ use async_trait::async_trait;
 use crate::artifacts::ArtifactId;
 use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobOutcome, JobRecord,
-    JobState, MeasurementRecord, ScanRecord, SessionRecord,
+    JobState, MeasurementRecord, ScanRecord, ScanState, SessionRecord,
 };
 
 /// One change; a list of them is one transaction.
@@ -102,6 +102,71 @@ pub struct Page {
     pub before: Option<String>,
     /// At most this many.
     pub limit: u32,
+}
+
+/// Which scans a list has.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ScanFilter {
+    /// Only those worth that much.
+    pub state: Option<ScanState>,
+    /// Only those computed with this calibration.
+    pub calibration_id: Option<String>,
+}
+
+/// Which measurements a list has.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct MeasurementFilter {
+    /// Only those on this scan.
+    pub scan_id: Option<String>,
+    /// Only those whose request asked for this `tool`.
+    pub tool: Option<String>,
+    /// Only those whose result has this `verdict`.
+    pub verdict: Option<String>,
+}
+
+/// A row that is not what was written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DamagedRow {
+    /// Which collection.
+    pub kind: &'static str,
+    /// Its key, as it is found.
+    pub id: String,
+}
+
+/// A part of a list: the records that are what was written, and the rows between them that are not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Listed<T> {
+    /// At most as many as the page may have.
+    pub records: Vec<T>,
+    /// Rows that were met on the way. A filter cannot be asked of what is damaged: they are named whatever they were.
+    pub damaged: Vec<DamagedRow>,
+    /// Where the next page begins; `None` on the last one.
+    pub next: Option<String>,
+}
+
+impl<T> Listed<T> {
+    /// The records, for who can do nothing with a list that has gaps.
+    ///
+    /// # Errors
+    /// [`StoreError::DamagedRecord`] for the first row that is damaged.
+    pub fn whole(self) -> Result<Vec<T>, StoreError> {
+        match self.damaged.into_iter().next() {
+            None => Ok(self.records),
+            Some(DamagedRow { kind, id }) => Err(StoreError::DamagedRecord { kind, id }),
+        }
+    }
+
+    /// The same with other records in the place of these.
+    pub fn map<U>(self, change: impl FnMut(T) -> U) -> Listed<U> {
+        let Self { records, damaged, next } = self;
+        Listed { records: records.into_iter().map(change).collect(), damaged, next }
+    }
+}
+
+impl From<DamagedRow> for StoreError {
+    fn from(row: DamagedRow) -> Self {
+        Self::DamagedRecord { kind: row.kind, id: row.id }
+    }
 }
 
 /// Why the store did not do what it was asked.
@@ -203,7 +268,7 @@ pub enum StoreError {
     },
 }
 
-/// Typed reads and atomic changes. Lists are newest first.
+/// Typed reads and atomic changes. Lists are newest first, and name the rows that cannot be read.
 #[async_trait]
 pub trait Catalogue: Send + Sync {
     /// Makes all `changes` or none; when it returns, they are on the disk. Returns the events as they were stored.
@@ -212,37 +277,41 @@ pub trait Catalogue: Send + Sync {
     /// A job.
     async fn job(&self, id: &str) -> Result<JobRecord, StoreError>;
     /// Jobs, of one state if given.
-    async fn jobs(&self, state: Option<JobState>, page: &Page) -> Result<Vec<JobRecord>, StoreError>;
+    async fn jobs(&self, state: Option<JobState>, page: &Page) -> Result<Listed<JobRecord>, StoreError>;
     /// Queued jobs, oldest first.
-    async fn queue(&self) -> Result<Vec<JobRecord>, StoreError>;
+    async fn queue(&self) -> Result<Listed<JobRecord>, StoreError>;
 
     /// A capture.
     async fn capture(&self, id: &str) -> Result<CaptureRecord, StoreError>;
     /// Captures.
-    async fn captures(&self, page: &Page) -> Result<Vec<CaptureRecord>, StoreError>;
+    async fn captures(&self, page: &Page) -> Result<Listed<CaptureRecord>, StoreError>;
 
     /// A calibration.
     async fn calibration(&self, id: &str) -> Result<CalibrationRecord, StoreError>;
     /// Calibrations.
-    async fn calibrations(&self, page: &Page) -> Result<Vec<CalibrationRecord>, StoreError>;
+    async fn calibrations(&self, page: &Page) -> Result<Listed<CalibrationRecord>, StoreError>;
     /// The last entry of the log of activations; `None` if nothing was ever activated.
     async fn active(&self) -> Result<Option<ActivationRecord>, StoreError>;
     /// The log of activations; `page.before` is a sequence.
-    async fn activations(&self, page: &Page) -> Result<Vec<ActivationRecord>, StoreError>;
+    async fn activations(&self, page: &Page) -> Result<Listed<ActivationRecord>, StoreError>;
 
     /// A scan.
     async fn scan(&self, id: &str) -> Result<ScanRecord, StoreError>;
     /// Scans.
-    async fn scans(&self, page: &Page) -> Result<Vec<ScanRecord>, StoreError>;
-    /// The measurements of a scan.
-    async fn measurements(&self, scan_id: &str, page: &Page) -> Result<Vec<MeasurementRecord>, StoreError>;
+    async fn scans(&self, filter: &ScanFilter, page: &Page) -> Result<Listed<ScanRecord>, StoreError>;
+    /// Measurements.
+    async fn measurements(
+        &self,
+        filter: &MeasurementFilter,
+        page: &Page,
+    ) -> Result<Listed<MeasurementRecord>, StoreError>;
     /// A measurement.
     async fn measurement(&self, id: &str) -> Result<MeasurementRecord, StoreError>;
 
     /// A session.
     async fn session(&self, id: &str) -> Result<SessionRecord, StoreError>;
     /// Sessions.
-    async fn sessions(&self, page: &Page) -> Result<Vec<SessionRecord>, StoreError>;
+    async fn sessions(&self, page: &Page) -> Result<Listed<SessionRecord>, StoreError>;
 
     /// At most `limit` events after `seq`, oldest first.
     async fn events_after(&self, seq: i64, limit: u32) -> Result<Vec<EventRecord>, StoreError>;

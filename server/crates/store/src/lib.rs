@@ -16,7 +16,7 @@ pub mod records;
 pub mod sqlite;
 
 pub use artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
-pub use catalogue::{Catalogue, Change, Page, StoreError};
+pub use catalogue::{Catalogue, Change, DamagedRow, Listed, MeasurementFilter, Page, ScanFilter, StoreError};
 pub use disk::{Disk, LocalDisk};
 pub use health::Health;
 pub use local::LocalArtifacts;

@@ -88,7 +88,10 @@ impl Store {
     pub async fn recover(&self, now_ms: i64) -> Result<Vec<EventRecord>, StoreError> {
         let page = Page { before: None, limit: u32::MAX };
         let running = self.catalogue.jobs(Some(JobState::Running), &page).await?;
-        let changes = running.iter().flat_map(|job| interruption(job, now_ms)).collect();
+        for row in &running.damaged {
+            tracing::error!(kind = row.kind, id = row.id, "a damaged record is left as it is");
+        }
+        let changes = running.records.iter().flat_map(|job| interruption(job, now_ms)).collect();
         self.catalogue.commit(changes).await
     }
 

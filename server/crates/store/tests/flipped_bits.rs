@@ -10,7 +10,7 @@ use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 
 use common::{activate, calibration, capture, event, first, idempotency, job, measurement, scan, session};
-use store::{Change, Store, StoreError};
+use store::{Change, DamagedRow, Listed, MeasurementFilter, Page, ScanFilter, Store, StoreError};
 
 /// Distance between the bytes that are damaged one after the other: a prime, so that all places in a page have their turn.
 const STRIDE: usize = 251;
@@ -94,20 +94,20 @@ async fn answers(store: &Store, ids: &[String; 5]) -> Vec<Result<String, StoreEr
     let page = first(9);
     vec![
         text(catalogue.job(&ids[0]).await),
-        text(catalogue.jobs(None, &page).await),
-        text(catalogue.queue().await),
+        text(catalogue.jobs(None, &page).await.and_then(Listed::whole)),
+        text(catalogue.queue().await.and_then(Listed::whole)),
         text(catalogue.capture(&ids[1]).await),
-        text(catalogue.captures(&page).await),
+        text(catalogue.captures(&page).await.and_then(Listed::whole)),
         text(catalogue.calibration("c1").await),
-        text(catalogue.calibrations(&page).await),
+        text(catalogue.calibrations(&page).await.and_then(Listed::whole)),
         text(catalogue.active().await),
-        text(catalogue.activations(&page).await),
+        text(catalogue.activations(&page).await.and_then(Listed::whole)),
         text(catalogue.scan(&ids[2]).await),
-        text(catalogue.scans(&page).await),
-        text(catalogue.measurements(&ids[2], &page).await),
+        text(catalogue.scans(&ScanFilter::default(), &page).await.and_then(Listed::whole)),
+        text(catalogue.measurements(&MeasurementFilter::default(), &page).await.and_then(Listed::whole)),
         text(catalogue.measurement(&ids[3]).await),
         text(catalogue.session(&ids[4]).await),
-        text(catalogue.sessions(&page).await),
+        text(catalogue.sessions(&page).await.and_then(Listed::whole)),
         text(catalogue.events_after(0, 9).await),
         text(catalogue.last_event_seq().await),
         text(catalogue.idempotency("once").await),
@@ -185,9 +185,43 @@ async fn a_change_does_not_hide_damage_and_a_damaged_record_can_be_deleted() {
     let error = store.catalogue.scan(&filled.ids[2]).await.unwrap_err();
     assert!(matches!(error, StoreError::DamagedRecord { kind: "scan", .. }), "{error}");
     store.catalogue.commit(vec![Change::DeleteScan(filled.ids[2].clone())]).await.unwrap();
-    assert!(store.catalogue.scans(&first(9)).await.unwrap().is_empty());
+    assert!(store.catalogue.scans(&ScanFilter::default(), &first(9)).await.unwrap().records.is_empty());
 
     let store = filled.opened_with(&filled.bytes).await.unwrap();
     store.catalogue.commit(vec![Change::DeleteCapture(filled.ids[1].clone())]).await.unwrap();
     assert_eq!(store.catalogue.scan(&filled.ids[2]).await.unwrap().capture_id, None);
+}
+
+#[tokio::test]
+async fn a_list_shows_what_is_whole_around_a_damaged_row_and_names_it_page_by_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).await.unwrap();
+    let mut captures: Vec<_> = (0..5).map(|_| capture()).collect();
+    captures[2].name = "the damaged one".into();
+    let ids: Vec<String> = captures.iter().map(|capture| capture.id.clone()).collect();
+    store.catalogue.commit(captures.into_iter().map(Change::InsertCapture).collect()).await.unwrap();
+    store.close().await;
+    Store::open(folder.path()).await.unwrap().close().await;
+    let filled = Filled { bytes: std::fs::read(database(folder.path())).unwrap(), ids: Default::default() };
+
+    let store = filled.opened_with(&filled.flipped_at("the damaged one")).await.unwrap();
+    let damaged = [DamagedRow { kind: "capture", id: ids[2].clone() }];
+    let all = store.catalogue.captures(&first(9)).await.unwrap();
+    let shown: Vec<&str> = all.records.iter().map(|record| record.id.as_str()).collect();
+    assert_eq!(shown, [&ids[4], &ids[3], &ids[1], &ids[0]]);
+    assert_eq!((all.damaged.as_slice(), all.next), (damaged.as_slice(), None));
+    let (mut before, mut paged, mut named) = (None, Vec::new(), Vec::new());
+    loop {
+        let page = store.catalogue.captures(&Page { before, limit: 1 }).await.unwrap();
+        paged.extend(page.records.into_iter().map(|record| record.id));
+        named.extend(page.damaged);
+        before = page.next;
+        if before.is_none() {
+            break;
+        }
+    }
+    assert_eq!(
+        (paged, named.as_slice()),
+        (vec![ids[4].clone(), ids[3].clone(), ids[1].clone(), ids[0].clone()], damaged.as_slice())
+    );
 }

@@ -77,8 +77,8 @@ async fn check_acknowledged(store: &Store, acknowledged: &[Vec<String>]) {
 /// Each commit made a capture, a job of the capture's name, and two events about it.
 async fn check_whole(store: &Store) {
     let catalogue = &store.catalogue;
-    let captures = catalogue.captures(&first(MORE_RECORDS)).await.unwrap();
-    let jobs = catalogue.jobs(None, &first(MORE_RECORDS)).await.unwrap();
+    let captures = catalogue.captures(&first(MORE_RECORDS)).await.unwrap().records;
+    let jobs = catalogue.jobs(None, &first(MORE_RECORDS)).await.unwrap().records;
     let events = catalogue.events_after(0, MORE_RECORDS).await.unwrap();
     assert!(events.iter().map(|event| event.seq).eq(1..=events.len() as i64), "the sequence has gaps");
     let mut n_events: HashMap<&str, usize> = HashMap::new();

@@ -1,11 +1,12 @@
 //! Measurements on the wire.
 
-use metrology::{MeasureRequest, Region, Tool};
+use metrology::{MeasureRequest, Region, Tool, Verdict};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use store::MeasurementRecord;
-use utoipa::ToSchema;
+use utoipa::{IntoParams, ToSchema};
 
+use crate::measurements::INVALID;
 use crate::problem::{Problem, ProblemKind};
 
 /// What to measure.
@@ -26,6 +27,48 @@ pub enum ToolDto {
     Angle,
     /// Flatness of the dominant plane.
     Flatness,
+}
+
+/// What came of a measurement with a tolerance.
+#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum VerdictDto {
+    /// Within the tolerance beyond doubt.
+    Pass,
+    /// Outside of it beyond doubt.
+    Fail,
+    /// Neither could be proved.
+    Undecided,
+    /// Frames of the scan were lost.
+    Invalid,
+}
+
+impl VerdictDto {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Pass => Verdict::Pass.name(),
+            Self::Fail => Verdict::Fail.name(),
+            Self::Undecided => Verdict::Undecided.name(),
+            Self::Invalid => INVALID,
+        }
+    }
+}
+
+/// Which measurements.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct MeasurementsQuery {
+    /// Only those by this tool.
+    pub tool: Option<ToolDto>,
+    /// Only those with this verdict.
+    pub verdict: Option<VerdictDto>,
+    /// Id of the last measurement of the page before.
+    pub before: Option<String>,
+    /// Measurements of a page, 1 to 200; 50 if not said.
+    #[param(minimum = 1, maximum = 200)]
+    pub limit: Option<u32>,
 }
 
 /// What to measure, and what it should be.

@@ -7,6 +7,55 @@ use utoipa::{IntoParams, ToSchema};
 
 use crate::jobs::{ExportInput, ScanInput, ScanMode, ScanSource, VerifyInput};
 
+/// What a scan is worth.
+#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ScanStateDto {
+    /// Every planned frame is in it.
+    Complete,
+    /// It was stopped or interrupted.
+    Partial,
+    /// Frames were lost.
+    Invalid,
+}
+
+impl ScanStateDto {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Complete => "complete",
+            Self::Partial => "partial",
+            Self::Invalid => "invalid",
+        }
+    }
+}
+
+impl From<ScanStateDto> for ScanState {
+    fn from(dto: ScanStateDto) -> Self {
+        match dto {
+            ScanStateDto::Complete => Self::Complete,
+            ScanStateDto::Partial => Self::Partial,
+            ScanStateDto::Invalid => Self::Invalid,
+        }
+    }
+}
+
+/// Which scans.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct ScansQuery {
+    /// Only those worth that much.
+    pub state: Option<ScanStateDto>,
+    /// Only those computed with this calibration.
+    pub calibration_id: Option<String>,
+    /// Id of the last scan of the page before.
+    pub before: Option<String>,
+    /// Scans of a page, 1 to 200; 50 if not said.
+    #[param(minimum = 1, maximum = 200)]
+    pub limit: Option<u32>,
+}
+
 /// Where a scan's frames come from.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]

@@ -49,7 +49,7 @@ async fn list_calibrations(
     let active = active_id(&app).await?;
     let records = app.ledger.read().calibrations(&page).await?;
     let dto = |record| CalibrationItemDto::new(record, active.as_deref());
-    Ok(Json(ListDto::new("/api/v1/calibrations", &page, records, |record| record.id.clone(), dto)))
+    Ok(Json(ListDto::new("/api/v1/calibrations", &page, records, dto)))
 }
 
 async fn active_id(app: &App) -> Result<Option<String>, Problem> {
@@ -148,8 +148,7 @@ async fn list_activations(
 ) -> Result<Json<ListDto<ActivationDto>>, Problem> {
     let page = query.page()?;
     let records = app.ledger.read().activations(&page).await?;
-    let id = |record: &store::ActivationRecord| record.seq.to_string();
-    Ok(Json(ListDto::new("/api/v1/calibrations/activations", &page, records, id, ActivationDto::from)))
+    Ok(Json(ListDto::new("/api/v1/calibrations/activations", &page, records, ActivationDto::from)))
 }
 
 /// Makes a calibration the active one; a logged act.

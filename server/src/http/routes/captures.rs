@@ -14,21 +14,24 @@ use sha2::{Digest as _, Sha256};
 use store::Change;
 use tokio::fs::File;
 use tokio::io::AsyncWriteExt as _;
-use tokio::time::{Instant, timeout_at};
+use tokio::time::{Instant, timeout, timeout_at};
 use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use uuid::Uuid;
 
 use crate::app::App;
-use crate::captures::{ArchiveFormat, CaptureOrigin};
-use crate::config::limits::{UPLOAD_LIMIT_BYTES, UPLOAD_WINDOW, UPLOAD_WINDOW_MIN_BYTES};
+use crate::captures::{ArchiveFormat, CaptureOrigin, free_bytes};
+use crate::config::limits::{
+    REFUSED_UPLOAD_PATIENCE, UPLOAD_LIMIT_BYTES, UPLOAD_ROOM_STEP_BYTES, UPLOAD_WINDOW, UPLOAD_WINDOW_MIN_BYTES,
+};
 use crate::http::answers::{Reply, artifact};
 use crate::http::conversions::{blocking, label};
 use crate::http::dto::captures::{CaptureDto, capture_href};
 use crate::http::extract::{ApiPath, ApiQuery, media_type};
 use crate::http::idempotency::{Begun, enter};
 use crate::http::paging::{ListDto, PageQuery};
+use crate::jobs::params::FREE_FLOOR_BYTES;
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
 
@@ -61,7 +64,7 @@ async fn list_captures(
 ) -> Result<Json<ListDto<CaptureDto>>, Problem> {
     let page = query.page()?;
     let records = app.ledger.read().captures(&page).await?;
-    Ok(Json(ListDto::new("/api/v1/captures", &page, records, |record| record.id.clone(), CaptureDto::from)))
+    Ok(Json(ListDto::new("/api/v1/captures", &page, records, CaptureDto::from)))
 }
 
 /// Uploads a capture folder as zip or tar, at most 2 GiB; every picture of it is checked before the answer.
@@ -81,8 +84,18 @@ async fn upload_capture(
     label(&name, "query/name")?;
     let flight = enter(&app, &headers, "POST captures")?;
     refuse_too_large(&headers)?;
-    let archive = Scratch(app.artifacts.scratch().join(format!("upload-{}", Uuid::now_v7())));
-    let sha256 = receive(body.into_data_stream(), &archive.0).await?;
+    let folder = app.artifacts.scratch();
+    refuse_without_room(folder, stated_bytes(&headers).unwrap_or(0))?;
+    let archive = Scratch(folder.join(format!("upload-{}", Uuid::now_v7())));
+    let mut body = body.into_data_stream();
+    let sha256 = match receive(&mut body, &archive.0, || refuse_without_room(folder, 0)).await {
+        Ok(sha256) => sha256,
+        Err(problem) => {
+            drop(archive);
+            forget_rest(body).await;
+            return Err(problem);
+        }
+    };
     let once = match flight.begin(&app, &sha256).await? {
         Begun::Answered(reply) => return Ok(reply),
         Begun::Fresh(once) => once,
@@ -115,9 +128,30 @@ fn too_large() -> Problem {
         .remedy("upload fewer scans at once")
 }
 
+fn stated_bytes(headers: &HeaderMap) -> Option<u64> {
+    headers.get(header::CONTENT_LENGTH)?.to_str().ok()?.parse().ok()
+}
+
 fn refuse_too_large(headers: &HeaderMap) -> Result<(), Problem> {
-    let stated = headers.get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
-    if stated.is_some_and(|bytes| bytes > UPLOAD_LIMIT_BYTES) { Err(too_large()) } else { Ok(()) }
+    if stated_bytes(headers).is_some_and(|bytes| bytes > UPLOAD_LIMIT_BYTES) { Err(too_large()) } else { Ok(()) }
+}
+
+/// Uploads leave as much room as jobs do: for the catalogue, its log and the deletions that make room.
+fn refuse_without_room(folder: &Path, coming_bytes: u64) -> Result<(), Problem> {
+    let (needed_bytes, free_bytes) = (FREE_FLOOR_BYTES.saturating_add(coming_bytes), free_bytes(folder));
+    if free_bytes >= needed_bytes {
+        return Ok(());
+    }
+    let detail = format!("the upload needs {} MiB of disk, {} MiB are free", needed_bytes >> 20, free_bytes >> 20);
+    Err(Problem::new(ProblemKind::StorageFull, detail)
+        .remedy("delete captures or scans that are no longer needed"))
+}
+
+/// Takes what a client still sends of a refused upload, so that it reads the answer instead of a broken pipe.
+async fn forget_rest(mut body: BodyDataStream) {
+    let rest = async { while let Some(Ok(_)) = body.next().await {} };
+    // Whoever sends for longer finds the connection closed.
+    let _ = timeout(REFUSED_UPLOAD_PATIENCE, rest).await;
 }
 
 /// A file in the making; gone when this is dropped, unless it was moved away.
@@ -130,10 +164,14 @@ impl Drop for Scratch {
     }
 }
 
-/// Writes the body to `path` as it comes; returns its SHA-256.
-async fn receive(mut body: BodyDataStream, path: &Path) -> Result<String, Problem> {
+/// Writes the body to `path` as it comes, as long as `room` finds some; returns its SHA-256.
+async fn receive(
+    body: &mut BodyDataStream,
+    path: &Path,
+    room: impl Fn() -> Result<(), Problem>,
+) -> Result<String, Problem> {
     let mut file = File::create(path).await.map_err(|cause| unwritable(&cause))?;
-    let (mut hash, mut size_bytes) = (Sha256::new(), 0_u64);
+    let (mut hash, mut size_bytes, mut look_at_bytes) = (Sha256::new(), 0_u64, UPLOAD_ROOM_STEP_BYTES);
     let (mut window_ends, mut in_window) = (Instant::now() + UPLOAD_WINDOW, 0_u64);
     loop {
         let chunk = match timeout_at(window_ends, body.next()).await {
@@ -151,6 +189,10 @@ async fn receive(mut body: BodyDataStream, path: &Path) -> Result<String, Proble
         in_window += chunk.len() as u64;
         if size_bytes > UPLOAD_LIMIT_BYTES {
             return Err(too_large());
+        }
+        if size_bytes > look_at_bytes {
+            room()?;
+            look_at_bytes = size_bytes + UPLOAD_ROOM_STEP_BYTES;
         }
         hash.update(&chunk);
         file.write_all(&chunk).await.map_err(|cause| unwritable(&cause))?;

@@ -48,7 +48,7 @@ async fn list_jobs(
         None => "/api/v1/jobs".to_owned(),
     };
     let views = app.jobs.list(query.state.map(store::JobState::from), &page).await?;
-    Ok(Json(ListDto::new(&path, &page, views, |view| view.record.id.clone(), JobDto::from)))
+    Ok(Json(ListDto::new(&path, &page, views, JobDto::from)))
 }
 
 /// A job now.

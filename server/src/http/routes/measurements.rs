@@ -3,18 +3,19 @@
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
-use metrology::MeasureRequest;
+use metrology::{MeasureRequest, Tool};
+use store::MeasurementFilter;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::app::App;
 use crate::http::answers::Reply;
 use crate::http::conversions::blocking;
-use crate::http::dto::measurements::{MeasureDto, MeasurementDto};
+use crate::http::dto::measurements::{MeasureDto, MeasurementDto, MeasurementsQuery, VerdictDto};
 use crate::http::dto::scans::scan_href;
 use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::http::idempotency::{Begun, begin};
-use crate::http::paging::{ListDto, PageQuery};
+use crate::http::paging::{ListDto, PageQuery, page, path_with};
 use crate::measurements::{changes, measurement};
 use crate::problem::Problem;
 use crate::stored_calibration::stored_document;
@@ -22,7 +23,29 @@ use crate::stored_scan::stored_cloud;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<App> {
-    OpenApiRouter::new().routes(routes!(list_measurements, measure)).routes(routes!(get_measurement))
+    OpenApiRouter::new()
+        .routes(routes!(list_all_measurements))
+        .routes(routes!(list_measurements, measure))
+        .routes(routes!(get_measurement))
+}
+
+/// Measurements on all scans, newest first.
+#[utoipa::path(
+    get, path = "/measurements", tag = "measurements", params(MeasurementsQuery),
+    responses((status = 200, body = ListDto<MeasurementDto>))
+)]
+async fn list_all_measurements(
+    State(app): State<App>,
+    ApiQuery(query): ApiQuery<MeasurementsQuery>,
+) -> Result<Json<ListDto<MeasurementDto>>, Problem> {
+    let page = page(query.before, query.limit)?;
+    let tool = query.tool.map(|tool| Tool::from(tool).name());
+    let verdict = query.verdict.map(VerdictDto::word);
+    let path = path_with("/api/v1/measurements", &[("tool", tool), ("verdict", verdict)]);
+    let filter =
+        MeasurementFilter { scan_id: None, tool: tool.map(str::to_owned), verdict: verdict.map(str::to_owned) };
+    let listed = app.ledger.read().measurements(&filter, &page).await?;
+    Ok(Json(ListDto::new(&path, &page, listed, MeasurementDto::from)))
 }
 
 /// The measurements of a scan, newest first.
@@ -37,9 +60,10 @@ async fn list_measurements(
 ) -> Result<Json<ListDto<MeasurementDto>>, Problem> {
     let page = query.page()?;
     app.ledger.read().scan(&id).await?;
-    let records = app.ledger.read().measurements(&id, &page).await?;
     let path = format!("/api/v1/scans/{id}/measurements");
-    Ok(Json(ListDto::new(&path, &page, records, |record| record.id.clone(), MeasurementDto::from)))
+    let filter = MeasurementFilter { scan_id: Some(id), ..MeasurementFilter::default() };
+    let listed = app.ledger.read().measurements(&filter, &page).await?;
+    Ok(Json(ListDto::new(&path, &page, listed, MeasurementDto::from)))
 }
 
 /// A measurement.

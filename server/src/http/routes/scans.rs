@@ -5,7 +5,7 @@ use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::Response;
 use serde_json::json;
-use store::Change;
+use store::{Change, ScanFilter, ScanState};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
@@ -14,10 +14,11 @@ use crate::http::answers::{Reply, artifact, bytes};
 use crate::http::conversions::{accept_job, blocking, label};
 use crate::http::dto::jobs::JobDto;
 use crate::http::dto::scans::{
-    CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, StartExportDto, StartScanDto, StartVerificationDto,
+    CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, ScanStateDto, ScansQuery, StartExportDto,
+    StartScanDto, StartVerificationDto,
 };
 use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
-use crate::http::paging::{ListDto, PageQuery};
+use crate::http::paging::{ListDto, page, path_with};
 use crate::jobs::export::{ExportFormat, bytes_to_artifact};
 use crate::jobs::plan::{ScanPlan, plan};
 use crate::jobs::{JobInput, RecomputeInput, ScanInput};
@@ -43,16 +44,20 @@ pub fn routes() -> OpenApiRouter<App> {
 
 /// Scans, newest first.
 #[utoipa::path(
-    get, path = "/scans", tag = "scans", params(PageQuery),
+    get, path = "/scans", tag = "scans", params(ScansQuery),
     responses((status = 200, body = ListDto<ScanDto>))
 )]
 async fn list_scans(
     State(app): State<App>,
-    ApiQuery(query): ApiQuery<PageQuery>,
+    ApiQuery(query): ApiQuery<ScansQuery>,
 ) -> Result<Json<ListDto<ScanDto>>, Problem> {
-    let page = query.page()?;
-    let records = app.ledger.read().scans(&page).await?;
-    Ok(Json(ListDto::new("/api/v1/scans", &page, records, |record| record.id.clone(), ScanDto::from)))
+    let page = page(query.before, query.limit)?;
+    let state = query.state.map(ScanStateDto::word);
+    let path =
+        path_with("/api/v1/scans", &[("state", state), ("calibration_id", query.calibration_id.as_deref())]);
+    let filter = ScanFilter { state: query.state.map(ScanState::from), calibration_id: query.calibration_id };
+    let listed = app.ledger.read().scans(&filter, &page).await?;
+    Ok(Json(ListDto::new(&path, &page, listed, ScanDto::from)))
 }
 
 /// Starts a scan from the station or from a capture.

@@ -77,7 +77,7 @@ async fn tell_jobs(app: &App) -> Result<(), Problem> {
         /// More than the queue and the lanes can hold.
         const MANY: u32 = 1_000;
         let jobs = app.ledger.read().jobs(Some(state), &store::Page { before: None, limit: MANY }).await?;
-        metrics::gauge!("sheaf_jobs", "state" => word).set(jobs.len() as f64);
+        metrics::gauge!("sheaf_jobs", "state" => word).set(jobs.records.len() as f64);
     }
     Ok(())
 }

@@ -76,8 +76,7 @@ async fn list_sessions(
 ) -> Result<Json<ListDto<Session>>, Problem> {
     let page = query.page()?;
     let sessions = app.sessions.list(&page).await?;
-    let id = |session: &Session| session.id.clone();
-    Ok(Json(ListDto::new("/api/v1/calibration-sessions", &page, sessions, id, |session| session)))
+    Ok(Json(ListDto::new("/api/v1/calibration-sessions", &page, sessions, |session| session)))
 }
 
 /// Begins a session; it is kept on the server and goes on in any browser.

@@ -260,7 +260,7 @@ async fn a_job_for_which_the_disk_has_no_room_is_not_begun() {
     assert_eq!(refused.status, 507);
     assert!(script.began().is_empty());
     let page = Page { before: None, limit: 10 };
-    assert!(jobs.list(None, &page).await.unwrap().is_empty());
+    assert!(jobs.list(None, &page).await.unwrap().records.is_empty());
 }
 
 #[tokio::test(flavor = "multi_thread")]

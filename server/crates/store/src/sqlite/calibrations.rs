@@ -3,10 +3,11 @@
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use crate::catalogue::{Page, StoreError};
+use crate::catalogue::{Listed, Page, StoreError};
 use crate::records::{ActivationRecord, CalibrationRecord};
 use crate::sqlite::changes::{Written, met, next, refuse_dangling};
 use crate::sqlite::error::reading;
+use crate::sqlite::listing::{every, listed};
 use crate::sqlite::row::{artifact, get, json, optional_artifact};
 use crate::sqlite::seal;
 
@@ -46,17 +47,15 @@ pub async fn one(readers: &SqlitePool, id: &str) -> Result<CalibrationRecord, St
 }
 
 /// Newest first by arrival: the ids are hashes and have no order.
-pub async fn page(readers: &SqlitePool, page: &Page) -> Result<Vec<CalibrationRecord>, StoreError> {
+pub async fn page(readers: &SqlitePool, page: &Page) -> Result<Listed<CalibrationRecord>, StoreError> {
     let before = match &page.before {
         None => i64::MAX,
         Some(id) => position(readers, id).await?,
     };
-    let rows = sqlx::query("SELECT * FROM calibrations WHERE position < $1 ORDER BY position DESC LIMIT $2")
+    let rows = sqlx::query("SELECT * FROM calibrations WHERE position < $1 ORDER BY position DESC")
         .bind(before)
-        .bind(i64::from(page.limit))
-        .fetch_all(readers)
-        .await;
-    rows.map_err(|cause| reading(cause, "list calibrations"))?.iter().map(from_row).collect()
+        .fetch(readers);
+    listed(rows, page.limit, "list calibrations", from_row, every, |calibration| calibration.id.clone()).await
 }
 
 async fn position(readers: &SqlitePool, id: &str) -> Result<i64, StoreError> {
@@ -78,17 +77,14 @@ pub async fn active(readers: &SqlitePool) -> Result<Option<ActivationRecord>, St
         .transpose()
 }
 
-pub async fn activations(readers: &SqlitePool, page: &Page) -> Result<Vec<ActivationRecord>, StoreError> {
+pub async fn activations(readers: &SqlitePool, page: &Page) -> Result<Listed<ActivationRecord>, StoreError> {
     let before = match &page.before {
         None => i64::MAX,
         Some(text) => text.parse().map_err(|_| StoreError::NotFound { kind: "activation", id: text.clone() })?,
     };
-    let rows = sqlx::query("SELECT * FROM activations WHERE seq < $1 ORDER BY seq DESC LIMIT $2")
-        .bind(before)
-        .bind(i64::from(page.limit))
-        .fetch_all(readers)
-        .await;
-    rows.map_err(|cause| reading(cause, "list activations"))?.iter().map(activation_from_row).collect()
+    let rows =
+        sqlx::query("SELECT * FROM activations WHERE seq < $1 ORDER BY seq DESC").bind(before).fetch(readers);
+    listed(rows, page.limit, "list activations", activation_from_row, every, |act| act.seq.to_string()).await
 }
 
 /// The same content twice is once.

@@ -3,10 +3,11 @@
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use crate::catalogue::{Page, StoreError};
+use crate::catalogue::{Listed, Page, StoreError};
 use crate::records::CaptureRecord;
 use crate::sqlite::changes::{Written, inserted, met};
 use crate::sqlite::error::reading;
+use crate::sqlite::listing::{every, listed};
 use crate::sqlite::row::{artifact, before_id, get, json, size_bytes};
 use crate::sqlite::seal;
 
@@ -34,13 +35,10 @@ pub async fn one(readers: &SqlitePool, id: &str) -> Result<CaptureRecord, StoreE
     }
 }
 
-pub async fn page(readers: &SqlitePool, page: &Page) -> Result<Vec<CaptureRecord>, StoreError> {
-    let rows = sqlx::query("SELECT * FROM captures WHERE id < $1 ORDER BY id DESC LIMIT $2")
-        .bind(before_id(page))
-        .bind(i64::from(page.limit))
-        .fetch_all(readers)
-        .await;
-    rows.map_err(|cause| reading(cause, "list captures"))?.iter().map(from_row).collect()
+pub async fn page(readers: &SqlitePool, page: &Page) -> Result<Listed<CaptureRecord>, StoreError> {
+    let rows =
+        sqlx::query("SELECT * FROM captures WHERE id < $1 ORDER BY id DESC").bind(before_id(page)).fetch(readers);
+    listed(rows, page.limit, "list captures", from_row, every, |capture| capture.id.clone()).await
 }
 
 pub async fn insert(to: &mut SqliteConnection, capture: &CaptureRecord) -> Written {

@@ -7,7 +7,7 @@ use crate::catalogue::{Change, StoreError};
 use crate::health::Health;
 use crate::records::{ActivationRecord, EventRecord};
 use crate::sqlite::seal::{self, Table};
-use crate::sqlite::{calibrations, captures, error, events, jobs, scans, sessions};
+use crate::sqlite::{calibrations, captures, error, events, jobs, measurements, scans, sessions};
 
 /// What a statement that writes answers; errors are interpreted in one place, at the end.
 pub type Written<T = ()> = Result<T, WriteError>;
@@ -121,7 +121,7 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
         Change::InsertScan(scan) => scans::insert(to, &scan).await?,
         Change::ReplaceScan(scan) => scans::replace(to, &scan).await?,
         Change::DeleteScan(id) => scans::delete(to, &id).await?,
-        Change::InsertMeasurement(measurement) => scans::insert_measurement(to, &measurement).await?,
+        Change::InsertMeasurement(measurement) => measurements::insert(to, &measurement).await?,
         Change::InsertSession(session) => sessions::insert(to, &session).await?,
         Change::UpdateSession(session) => sessions::update(to, &session).await?,
         Change::DeleteSession(id) => sessions::delete(to, &id).await?,

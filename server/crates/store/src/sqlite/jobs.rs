@@ -4,10 +4,11 @@ use serde_json::Value;
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use crate::catalogue::{Page, StoreError};
+use crate::catalogue::{Listed, Page, StoreError};
 use crate::records::{JobOutcome, JobRecord, JobState, ResultRef};
 use crate::sqlite::changes::{Written, inserted};
 use crate::sqlite::error::reading;
+use crate::sqlite::listing::{every, listed};
 use crate::sqlite::row::{before_id, get, json, optional_json, word, word_from};
 use crate::sqlite::seal;
 
@@ -46,23 +47,22 @@ pub async fn page(
     readers: &SqlitePool,
     state: Option<JobState>,
     page: &Page,
-) -> Result<Vec<JobRecord>, StoreError> {
+) -> Result<Listed<JobRecord>, StoreError> {
     let query = match state {
-        None => sqlx::query("SELECT * FROM jobs WHERE id < $1 ORDER BY id DESC LIMIT $2"),
-        Some(_) => sqlx::query("SELECT * FROM jobs WHERE id < $1 AND state = $3 ORDER BY id DESC LIMIT $2"),
+        None => sqlx::query("SELECT * FROM jobs WHERE id < $1 ORDER BY id DESC"),
+        Some(_) => sqlx::query("SELECT * FROM jobs WHERE id < $1 AND state = $2 ORDER BY id DESC"),
     };
-    let query = query.bind(before_id(page)).bind(i64::from(page.limit));
+    let query = query.bind(before_id(page));
     let query = match state {
         None => query,
         Some(state) => query.bind(word_from(state)),
     };
-    let rows = query.fetch_all(readers).await.map_err(|cause| reading(cause, "list jobs"))?;
-    rows.iter().map(from_row).collect()
+    listed(query.fetch(readers), page.limit, "list jobs", from_row, every, |job| job.id.clone()).await
 }
 
-pub async fn queue(readers: &SqlitePool) -> Result<Vec<JobRecord>, StoreError> {
-    let rows = sqlx::query("SELECT * FROM jobs WHERE state = 'queued' ORDER BY id").fetch_all(readers).await;
-    rows.map_err(|cause| reading(cause, "list queued jobs"))?.iter().map(from_row).collect()
+pub async fn queue(readers: &SqlitePool) -> Result<Listed<JobRecord>, StoreError> {
+    let rows = sqlx::query("SELECT * FROM jobs WHERE state = 'queued' ORDER BY id").fetch(readers);
+    listed(rows, u32::MAX, "list queued jobs", from_row, every, |job| job.id.clone()).await
 }
 
 pub async fn insert(to: &mut SqliteConnection, job: &JobRecord) -> Written {

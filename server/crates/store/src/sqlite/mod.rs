@@ -6,6 +6,8 @@ mod changes;
 mod error;
 mod events;
 mod jobs;
+mod listing;
+mod measurements;
 mod migrate;
 mod named;
 mod row;
@@ -23,7 +25,7 @@ use sqlx::{ConnectOptions, SqliteConnection, SqlitePool};
 use tokio::sync::Mutex;
 
 use crate::artifacts::ArtifactId;
-use crate::catalogue::{Catalogue, Change, Page, StoreError};
+use crate::catalogue::{Catalogue, Change, Listed, MeasurementFilter, Page, ScanFilter, StoreError};
 use crate::health::Health;
 use crate::params::{BUSY_TIMEOUT, N_READERS, WAL_LIMIT_BYTES};
 use crate::records::{
@@ -127,11 +129,11 @@ impl Catalogue for SqliteCatalogue {
         jobs::one(&self.readers, id).await
     }
 
-    async fn jobs(&self, state: Option<JobState>, page: &Page) -> Result<Vec<JobRecord>, StoreError> {
+    async fn jobs(&self, state: Option<JobState>, page: &Page) -> Result<Listed<JobRecord>, StoreError> {
         jobs::page(&self.readers, state, page).await
     }
 
-    async fn queue(&self) -> Result<Vec<JobRecord>, StoreError> {
+    async fn queue(&self) -> Result<Listed<JobRecord>, StoreError> {
         jobs::queue(&self.readers).await
     }
 
@@ -139,7 +141,7 @@ impl Catalogue for SqliteCatalogue {
         captures::one(&self.readers, id).await
     }
 
-    async fn captures(&self, page: &Page) -> Result<Vec<CaptureRecord>, StoreError> {
+    async fn captures(&self, page: &Page) -> Result<Listed<CaptureRecord>, StoreError> {
         captures::page(&self.readers, page).await
     }
 
@@ -147,7 +149,7 @@ impl Catalogue for SqliteCatalogue {
         calibrations::one(&self.readers, id).await
     }
 
-    async fn calibrations(&self, page: &Page) -> Result<Vec<CalibrationRecord>, StoreError> {
+    async fn calibrations(&self, page: &Page) -> Result<Listed<CalibrationRecord>, StoreError> {
         calibrations::page(&self.readers, page).await
     }
 
@@ -155,7 +157,7 @@ impl Catalogue for SqliteCatalogue {
         calibrations::active(&self.readers).await
     }
 
-    async fn activations(&self, page: &Page) -> Result<Vec<ActivationRecord>, StoreError> {
+    async fn activations(&self, page: &Page) -> Result<Listed<ActivationRecord>, StoreError> {
         calibrations::activations(&self.readers, page).await
     }
 
@@ -163,23 +165,27 @@ impl Catalogue for SqliteCatalogue {
         scans::one(&self.readers, id).await
     }
 
-    async fn scans(&self, page: &Page) -> Result<Vec<ScanRecord>, StoreError> {
-        scans::page(&self.readers, page).await
+    async fn scans(&self, filter: &ScanFilter, page: &Page) -> Result<Listed<ScanRecord>, StoreError> {
+        scans::page(&self.readers, filter, page).await
     }
 
-    async fn measurements(&self, scan_id: &str, page: &Page) -> Result<Vec<MeasurementRecord>, StoreError> {
-        scans::measurements(&self.readers, scan_id, page).await
+    async fn measurements(
+        &self,
+        filter: &MeasurementFilter,
+        page: &Page,
+    ) -> Result<Listed<MeasurementRecord>, StoreError> {
+        measurements::page(&self.readers, filter, page).await
     }
 
     async fn measurement(&self, id: &str) -> Result<MeasurementRecord, StoreError> {
-        scans::measurement(&self.readers, id).await
+        measurements::one(&self.readers, id).await
     }
 
     async fn session(&self, id: &str) -> Result<SessionRecord, StoreError> {
         sessions::one(&self.readers, id).await
     }
 
-    async fn sessions(&self, page: &Page) -> Result<Vec<SessionRecord>, StoreError> {
+    async fn sessions(&self, page: &Page) -> Result<Listed<SessionRecord>, StoreError> {
         sessions::page(&self.readers, page).await
     }
 

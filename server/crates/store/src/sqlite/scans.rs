@@ -1,18 +1,18 @@
-//! Scans and the measurements made on them.
+//! Scans.
 
 use sqlx::sqlite::{SqliteArguments, SqliteRow};
 use sqlx::{Sqlite, SqliteConnection, SqlitePool, query::Query};
 
 use crate::artifacts::ArtifactId;
-use crate::catalogue::{Page, StoreError};
-use crate::records::{MeasurementRecord, ScanRecord};
+use crate::catalogue::{Listed, Page, ScanFilter, StoreError};
+use crate::records::ScanRecord;
 use crate::sqlite::changes::{Written, inserted, met, refuse_dangling};
 use crate::sqlite::error::reading;
+use crate::sqlite::listing::{every, listed};
 use crate::sqlite::row::{artifact, before_id, get, json, optional_artifact, word, word_from};
 use crate::sqlite::seal;
 
 const KIND: &str = "scan";
-const MEASUREMENT: &str = "measurement";
 const DANGLING: &str = "names a calibration, capture or scan that does not exist";
 
 fn from_row(row: &SqliteRow) -> Result<ScanRecord, StoreError> {
@@ -35,17 +35,6 @@ fn from_row(row: &SqliteRow) -> Result<ScanRecord, StoreError> {
     })
 }
 
-fn measurement_from_row(row: &SqliteRow) -> Result<MeasurementRecord, StoreError> {
-    seal::intact(row, &seal::MEASUREMENTS)?;
-    Ok(MeasurementRecord {
-        id: get(row, "id")?,
-        scan_id: get(row, "scan_id")?,
-        request: json(row, "request")?,
-        result: json(row, "result")?,
-        created_at_ms: get(row, "created_at_ms")?,
-    })
-}
-
 pub async fn one(readers: &SqlitePool, id: &str) -> Result<ScanRecord, StoreError> {
     let row = sqlx::query("SELECT * FROM scans WHERE id = $1").bind(id).fetch_optional(readers).await;
     match row.map_err(|cause| reading(cause, "read a scan"))? {
@@ -54,35 +43,20 @@ pub async fn one(readers: &SqlitePool, id: &str) -> Result<ScanRecord, StoreErro
     }
 }
 
-pub async fn page(readers: &SqlitePool, page: &Page) -> Result<Vec<ScanRecord>, StoreError> {
-    let rows = sqlx::query("SELECT * FROM scans WHERE id < $1 ORDER BY id DESC LIMIT $2")
-        .bind(before_id(page))
-        .bind(i64::from(page.limit))
-        .fetch_all(readers)
-        .await;
-    rows.map_err(|cause| reading(cause, "list scans"))?.iter().map(from_row).collect()
-}
-
-pub async fn measurements(
+pub async fn page(
     readers: &SqlitePool,
-    scan_id: &str,
+    filter: &ScanFilter,
     page: &Page,
-) -> Result<Vec<MeasurementRecord>, StoreError> {
-    let rows = sqlx::query("SELECT * FROM measurements WHERE scan_id = $1 AND id < $2 ORDER BY id DESC LIMIT $3")
-        .bind(scan_id)
-        .bind(before_id(page))
-        .bind(i64::from(page.limit))
-        .fetch_all(readers)
-        .await;
-    rows.map_err(|cause| reading(cause, "list measurements"))?.iter().map(measurement_from_row).collect()
-}
-
-pub async fn measurement(readers: &SqlitePool, id: &str) -> Result<MeasurementRecord, StoreError> {
-    let row = sqlx::query("SELECT * FROM measurements WHERE id = $1").bind(id).fetch_optional(readers).await;
-    match row.map_err(|cause| reading(cause, "read a measurement"))? {
-        Some(row) => measurement_from_row(&row),
-        None => Err(StoreError::NotFound { kind: MEASUREMENT, id: id.to_owned() }),
-    }
+) -> Result<Listed<ScanRecord>, StoreError> {
+    let rows = sqlx::query(
+        "SELECT * FROM scans WHERE id < $1 AND ($2 IS NULL OR state = $2) AND ($3 IS NULL OR calibration_id = $3)
+         ORDER BY id DESC",
+    )
+    .bind(before_id(page))
+    .bind(filter.state.map(word_from))
+    .bind(&filter.calibration_id)
+    .fetch(readers);
+    listed(rows, page.limit, "list scans", from_row, every, |scan| scan.id.clone()).await
 }
 
 pub async fn insert(to: &mut SqliteConnection, scan: &ScanRecord) -> Written {
@@ -131,20 +105,4 @@ fn bind<'q>(
 pub async fn delete(to: &mut SqliteConnection, id: &str) -> Written {
     let result = sqlx::query("DELETE FROM scans WHERE id = $1").bind(id).execute(to).await?;
     met(result, KIND, id)
-}
-
-pub async fn insert_measurement(to: &mut SqliteConnection, measurement: &MeasurementRecord) -> Written {
-    let result = sqlx::query(
-        "INSERT INTO measurements (id, scan_id, request, result, created_at_ms)
-         VALUES ($1, $2, $3, $4, $5) ON CONFLICT (id) DO NOTHING",
-    )
-    .bind(&measurement.id)
-    .bind(&measurement.scan_id)
-    .bind(measurement.request.to_string())
-    .bind(measurement.result.to_string())
-    .bind(measurement.created_at_ms)
-    .execute(to)
-    .await;
-    let result = refuse_dangling(result, MEASUREMENT, &measurement.id, "names a scan that does not exist")?;
-    inserted(result, MEASUREMENT, &measurement.id)
 }

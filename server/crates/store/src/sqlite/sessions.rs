@@ -3,10 +3,11 @@
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use crate::catalogue::{Page, StoreError};
+use crate::catalogue::{Listed, Page, StoreError};
 use crate::records::SessionRecord;
 use crate::sqlite::changes::{Written, inserted, met};
 use crate::sqlite::error::reading;
+use crate::sqlite::listing::{every, listed};
 use crate::sqlite::row::{before_id, get, json};
 use crate::sqlite::seal;
 
@@ -31,13 +32,10 @@ pub async fn one(readers: &SqlitePool, id: &str) -> Result<SessionRecord, StoreE
     }
 }
 
-pub async fn page(readers: &SqlitePool, page: &Page) -> Result<Vec<SessionRecord>, StoreError> {
-    let rows = sqlx::query("SELECT * FROM sessions WHERE id < $1 ORDER BY id DESC LIMIT $2")
-        .bind(before_id(page))
-        .bind(i64::from(page.limit))
-        .fetch_all(readers)
-        .await;
-    rows.map_err(|cause| reading(cause, "list sessions"))?.iter().map(from_row).collect()
+pub async fn page(readers: &SqlitePool, page: &Page) -> Result<Listed<SessionRecord>, StoreError> {
+    let rows =
+        sqlx::query("SELECT * FROM sessions WHERE id < $1 ORDER BY id DESC").bind(before_id(page)).fetch(readers);
+    listed(rows, page.limit, "list sessions", from_row, every, |session| session.id.clone()).await
 }
 
 pub async fn insert(to: &mut SqliteConnection, session: &SessionRecord) -> Written {

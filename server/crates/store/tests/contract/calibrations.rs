@@ -12,7 +12,7 @@ async fn a_calibration_comes_back_and_the_same_content_twice_is_once() {
         let insert = Change::InsertCalibration(made.clone());
         catalogue.commit(vec![Change::InsertCapture(capture.clone()), insert.clone()]).await.unwrap();
         catalogue.commit(vec![insert]).await.unwrap();
-        assert_eq!(catalogue.calibrations(&first(9)).await.unwrap(), [made.clone()]);
+        assert_eq!(catalogue.calibrations(&first(9)).await.unwrap().records, [made.clone()]);
         assert_eq!(catalogue.calibration("c1").await.unwrap(), made);
         assert_eq!(catalogue.capture(&capture.id).await.unwrap(), capture);
 
@@ -32,7 +32,10 @@ async fn calibrations_are_listed_by_arrival_though_their_ids_are_hashes() {
         }
         let page = async |before: Option<&str>| {
             let page = Page { before: before.map(str::to_owned), limit: 2 };
-            catalogue.calibrations(&page).await.map(|page| page.into_iter().map(|c| c.id).collect::<Vec<_>>())
+            catalogue
+                .calibrations(&page)
+                .await
+                .map(|page| page.records.into_iter().map(|c| c.id).collect::<Vec<_>>())
         };
         assert_eq!(page(None).await.unwrap(), ["k", "a"]);
         assert_eq!(page(Some("a")).await.unwrap(), ["z", "m"]);
@@ -51,12 +54,12 @@ async fn activations_are_a_log_whose_last_entry_counts() {
             catalogue.commit(vec![activate(id, None)]).await.unwrap();
             assert_eq!(catalogue.active().await.unwrap().unwrap().calibration_id.as_deref(), id);
         }
-        let log = catalogue.activations(&first(9)).await.unwrap();
+        let log = catalogue.activations(&first(9)).await.unwrap().records;
         let told: Vec<_> =
             log.iter().map(|a| (a.seq, a.previous_id.as_deref(), a.calibration_id.as_deref())).collect();
         assert_eq!(told, [(3, Some("c2"), None), (2, Some("c1"), Some("c2")), (1, None, Some("c1"))]);
         let older = Page { before: Some("2".into()), limit: 9 };
-        assert_eq!(catalogue.activations(&older).await.unwrap(), log[2..]);
+        assert_eq!(catalogue.activations(&older).await.unwrap().records, log[2..]);
     }
 }
 
@@ -73,7 +76,7 @@ async fn an_activation_checks_what_it_replaces_and_what_it_names() {
         }
         let missing = catalogue.commit(vec![activate(Some("c9"), None)]).await.unwrap_err();
         assert!(matches!(missing, StoreError::NotFound { kind: "calibration", .. }));
-        assert_eq!(catalogue.activations(&first(9)).await.unwrap().len(), 1);
+        assert_eq!(catalogue.activations(&first(9)).await.unwrap().records.len(), 1);
         catalogue.commit(vec![activate(Some("c2"), Some(Some("c1")))]).await.unwrap();
         assert_eq!(catalogue.active().await.unwrap().unwrap().calibration_id.as_deref(), Some("c2"));
     }

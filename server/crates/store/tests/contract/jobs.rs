@@ -90,14 +90,14 @@ async fn the_queue_is_oldest_first_and_lists_are_newest_first() {
         catalogue.commit(vec![start(&jobs[1].id)]).await.unwrap();
         let ids = |jobs: Vec<store::JobRecord>| jobs.into_iter().map(|job| job.id).collect::<Vec<_>>();
         let [a, b, c] = jobs.map(|job| job.id);
-        assert_eq!(ids(catalogue.queue().await.unwrap()), [a.clone(), c.clone()]);
-        assert_eq!(ids(catalogue.jobs(None, &first(9)).await.unwrap()), [c.clone(), b.clone(), a.clone()]);
+        assert_eq!(ids(catalogue.queue().await.unwrap().records), [a.clone(), c.clone()]);
+        assert_eq!(ids(catalogue.jobs(None, &first(9)).await.unwrap().records), [c.clone(), b.clone(), a.clone()]);
         assert_eq!(
-            ids(catalogue.jobs(Some(JobState::Running), &first(9)).await.unwrap()),
+            ids(catalogue.jobs(Some(JobState::Running), &first(9)).await.unwrap().records),
             std::slice::from_ref(&b)
         );
         let below_c = Page { before: Some(c), limit: 9 };
-        assert_eq!(ids(catalogue.jobs(Some(JobState::Queued), &below_c).await.unwrap()), [a]);
+        assert_eq!(ids(catalogue.jobs(Some(JobState::Queued), &below_c).await.unwrap().records), [a]);
     }
 }
 

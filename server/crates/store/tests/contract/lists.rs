@@ -13,7 +13,7 @@ async fn a_reader_that_pages_sees_every_record_once_while_others_arrive_and_go()
         let mut seen = Vec::new();
         let mut page = first(7);
         loop {
-            let records = catalogue.captures(&page).await.unwrap();
+            let records = catalogue.captures(&page).await.unwrap().records;
             let Some(last) = records.last() else { break };
             page.before = Some(last.id.clone());
             // The record the cursor stands on goes, and newer ones come.
@@ -37,7 +37,7 @@ async fn a_session_changes_one_version_after_the_other() {
         let late = catalogue.commit(vec![Change::UpdateSession(session.clone())]).await.unwrap_err();
         assert!(matches!(late, StoreError::Changed { kind: "session", .. }));
         assert_eq!(catalogue.session(&session.id).await.unwrap(), session);
-        assert_eq!(catalogue.sessions(&Page { before: None, limit: 1 }).await.unwrap(), [session.clone()]);
+        assert_eq!(catalogue.sessions(&Page { before: None, limit: 1 }).await.unwrap().records, [session.clone()]);
         catalogue.commit(vec![Change::DeleteSession(session.id.clone())]).await.unwrap();
         let gone = catalogue.commit(vec![Change::UpdateSession(session)]).await.unwrap_err();
         assert!(matches!(gone, StoreError::NotFound { kind: "session", .. }));

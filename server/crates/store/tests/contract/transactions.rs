@@ -104,6 +104,6 @@ async fn a_commit_whose_caller_goes_away_is_whole_and_blocks_nobody() {
             assert_eq!(after[0].subject, "after");
             assert_eq!(catalogue.job(&job.id).await.is_ok(), catalogue.job(&other.id).await.is_ok());
         }
-        assert!(catalogue.jobs(None, &first(100)).await.unwrap().len() <= 40);
+        assert!(catalogue.jobs(None, &first(100)).await.unwrap().records.len() <= 40);
     }
 }

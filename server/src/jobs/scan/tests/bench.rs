@@ -148,7 +148,7 @@ impl Bench {
 
     pub fn scans(&self) -> Vec<ScanRecord> {
         let page = store::Page { before: None, limit: 100 };
-        self.runtime.block_on(self.ledger.read().scans(&page)).unwrap()
+        self.runtime.block_on(self.ledger.read().scans(&store::ScanFilter::default(), &page)).unwrap().records
     }
 
     pub fn bytes(&self, id: &store::ArtifactId) -> Vec<u8> {
