@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use optics::Grating;
 
 use crate::block::{Block, NOTHING, exp};
-use crate::lit_pixels::LitPixels;
+use crate::lit_pixels::{LitPixels, lanes};
 use crate::params::{MAP_STEP_PX, SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
 use crate::renderer::Renderer;
 use crate::scene::{Ball, Scene, SceneHit};
@@ -65,7 +65,7 @@ impl Placed<'_> {
 }
 
 /// Adds to `levels` (of 255, before lens blur) the laser light that every pixel receives from the scene, and to `lit`
-/// the pixels it may fall on; `of_order` and `memory` are scratch.
+/// the pixels that receive any; `of_order` and `memory` are scratch.
 pub(crate) fn laser_light(
     renderer: &Renderer,
     scene: Placed<'_>,
@@ -79,34 +79,35 @@ pub(crate) fn laser_light(
         let mut view = View::new(scene, memory);
         view.shine_on(renderer, order_idx, of_order);
         view.look_at(renderer, of_order);
-        light_of_order(renderer, &mut view, order_idx, of_order, levels);
-        lit.add(of_order);
+        light_of_order(renderer, &mut view, order_idx, of_order, levels, lit);
     }
 }
 
-/// Adds the light of one order on the pixels of `lit`.
+/// Adds the light of one order, looked for on the pixels of `may_be_lit`, to `levels`, and where there is some, to `lit`.
 fn light_of_order(
     renderer: &Renderer,
     view: &mut View<'_>,
     order_idx: usize,
-    lit: &LitPixels,
+    may_be_lit: &LitPixels,
     levels: &mut [f32],
+    lit: &mut LitPixels,
 ) {
     let width = renderer.model.camera.width_px;
     let light = OrderLight::new(renderer, order_idx);
     let mut seen = Seen::nothing();
     let mut shine = Shine { level: NOTHING, source: [NOTHING; 3] };
-    for (u, v, n) in lit.stretches(MAP_STEP_PX) {
+    for (u, v, n) in may_be_lit.stretches(MAP_STEP_PX) {
         renderer.rays.read(u, v, n, &mut seen.rays);
         view.see(u, v, n, &mut seen);
         fall(&light, &seen, &renderer.sheets[order_idx].read(u, v, n), n, &mut shine);
-        view.follow_light(&shine.source, &seen, n);
-        let row = &mut levels[v * width + u..][..n.min(width - u)];
-        for (lane, slot) in row.iter_mut().enumerate() {
-            if shine.level[lane] > 0.0 && view.lights(&shine.source(lane), &seen, lane) {
-                *slot += shine.level[lane] as f32;
-            }
+        let bits = shine.bits(n.min(width - u));
+        if bits == 0 {
+            continue;
         }
+        let bits = view.lights(&shine.source, &seen, n, bits);
+        let row = &mut levels[v * width + u..];
+        lanes(bits).for_each(|lane| row[lane] += shine.level[lane] as f32);
+        lit.add_bits(u, v, bits);
     }
 }
 
@@ -125,8 +126,10 @@ impl OrderLight {
 }
 
 impl Shine {
-    fn source(&self, lane: usize) -> Vector3<f64> {
-        Vector3::new(self.source[0][lane], self.source[1][lane], self.source[2][lane])
+    /// Which of the first `n` pixels have light, from bit 0.
+    fn bits(&self, n: usize) -> u64 {
+        let lit = self.level[..n].iter().enumerate();
+        lit.fold(0, |bits, (lane, level)| bits | u64::from(*level > 0.0) << lane)
     }
 }
 
@@ -203,11 +206,11 @@ mod tests {
             laser_light(renderer, scene, &mut levels, &mut lit, &mut of_order, &mut memory);
             return levels;
         }
-        lit.add_rectangle([0.0; 2], [width as f64, height as f64], 0.0);
+        of_order.add_rectangle([0.0; 2], [width as f64, height as f64], 0.0);
         for order_idx in 0..renderer.model.orders.len() {
             let mut view = View::new(scene, &mut memory);
-            view.look_at(renderer, &lit);
-            light_of_order(renderer, &mut view, order_idx, &lit, &mut levels);
+            view.look_at(renderer, &of_order);
+            light_of_order(renderer, &mut view, order_idx, &of_order, &mut levels, &mut lit);
         }
         levels
     }

@@ -33,6 +33,7 @@ mod sheet_map;
 mod speckle;
 mod stl;
 mod trace;
+mod ways;
 
 pub use board::Board;
 pub use capture_folder::{CaptureRequest, Progress, ScanRequest, TwinCaptureError, capture_folder};

@@ -5,6 +5,16 @@ use crate::params::PSF_RADIUS_PX;
 /// Pixels per word of a row.
 pub(crate) const WORD_PX: usize = 64;
 
+/// The places of the bits that are set, from the lowest.
+#[inline]
+pub(crate) fn lanes(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < WORD_PX).then_some(lane)
+    })
+}
+
 /// A set of pixels of a picture.
 #[derive(Debug, Clone)]
 pub(crate) struct LitPixels {
@@ -44,11 +54,9 @@ impl LitPixels {
         }
     }
 
-    /// Adds the pixels of another set over the same picture.
-    pub(crate) fn add(&mut self, other: &Self) {
-        for (word, more) in self.words.iter_mut().zip(&other.words) {
-            *word |= more;
-        }
+    /// Adds pixels of a stretch that begins at column `u` of row `v` and does not leave its word: bit 0 is that column.
+    pub(crate) fn add_bits(&mut self, u: usize, v: usize, bits: u64) {
+        self.words[v * self.words_per_row + u / WORD_PX] |= bits << (u % WORD_PX);
     }
 
     /// Stretches (u, v, n) of rows that hold the set, row by row: whole steps of `step_px`, which divides a word, at most
@@ -73,18 +81,21 @@ impl LitPixels {
         self.words.len()
     }
 
-    /// Adds to `runs` the runs of pixels (from, to) of row `v` that lens blur may reach from the set, in whole words.
-    pub(crate) fn blurred_runs(&self, v: usize, runs: &mut Vec<(usize, usize)>) {
+    /// Adds to `runs` the runs of pixels (from, to) of row `v` that lens blur may reach from the set, in whole words;
+    /// `rows` is scratch.
+    pub(crate) fn blurred_runs(&self, v: usize, rows: &mut Vec<u64>, runs: &mut Vec<(usize, usize)>) {
         let top = v.saturating_sub(PSF_RADIUS_PX);
         let bottom = (v + PSF_RADIUS_PX).min(self.height - 1);
+        rows.clear();
+        rows.resize(self.words_per_row, 0);
+        let around = &self.words[top * self.words_per_row..(bottom + 1) * self.words_per_row];
+        for row in around.chunks_exact(self.words_per_row) {
+            rows.iter_mut().zip(row).for_each(|(all, word)| *all |= word);
+        }
         for word in 0..self.words_per_row {
-            let low = word.saturating_sub(1);
-            let high = (word + 1).min(self.words_per_row - 1);
-            let lit = (top..=bottom).any(|row| {
-                let start = row * self.words_per_row;
-                self.words[start + low..=start + high].iter().any(|&bits| bits != 0)
-            });
-            if !lit {
+            let before = if word > 0 { rows[word - 1] >> (WORD_PX - PSF_RADIUS_PX) } else { 0 };
+            let after = rows.get(word + 1).map_or(0, |bits| bits << (WORD_PX - PSF_RADIUS_PX));
+            if before | rows[word] | after == 0 {
                 continue;
             }
             let (from, to) = (word * WORD_PX, (word * WORD_PX + WORD_PX).min(self.width));
@@ -146,8 +157,25 @@ mod tests {
         assert_eq!(pixels, expected);
         assert_eq!(lit.stretches(8).take(3).collect::<Vec<_>>(), [(56, 1, 8), (64, 1, 64), (128, 1, 8)]);
         let mut runs = Vec::new();
-        lit.blurred_runs(4, &mut runs);
+        lit.blurred_runs(4, &mut Vec::new(), &mut runs);
         assert_eq!(runs, [(0, 130)]);
+    }
+
+    #[test]
+    fn lens_blur_reaches_four_pixels_from_the_set_and_no_farther() {
+        let runs_around = |u: usize, v: usize| {
+            let mut lit = LitPixels::none(200, 12);
+            lit.add_bits(u / 8 * 8, 6, 1 << (u % 8));
+            let mut runs = Vec::new();
+            lit.blurred_runs(v, &mut Vec::new(), &mut runs);
+            runs
+        };
+        assert_eq!(runs_around(68, 6), [(64, 128)]);
+        assert_eq!(runs_around(67, 2), [(0, 128)]);
+        assert_eq!(runs_around(124, 10), [(64, 192)]);
+        assert_eq!(runs_around(199, 6), [(192, 200)]);
+        assert_eq!(runs_around(68, 1), []);
+        assert_eq!(runs_around(68, 11), []);
     }
 
     #[test]

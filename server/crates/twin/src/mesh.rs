@@ -136,7 +136,7 @@ impl Solid {
     }
 
     /// Whether a triangle meets a ray before `limit`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn stands_before(
         &self,
         idx: u32,
@@ -256,7 +256,7 @@ impl Triangle {
     }
 
     /// Where a ray meets it (Möller & Trumbore 1997), from either side.
-    #[inline]
+    #[inline(always)]
     fn reach(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
         let [a, b] = &self.sides;
         let p = direction.cross(b);

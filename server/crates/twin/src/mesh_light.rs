@@ -5,19 +5,27 @@
 //! of light, which need not pass that viewpoint exactly, is a short line in it and is tested against the triangles of the
 //! cells along that line. So the result is that of a search of all triangles, whatever the viewpoint.
 
+use std::array::from_fn;
+
 use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector3};
 use optics::Grating;
 
-use crate::block::{Block, NOTHING, floor};
-use crate::lit_pixels::WORD_PX;
-use crate::mesh::Mesh;
-use crate::params::SAME_HIT_MM;
+use crate::block::{Block, floor};
+use crate::lit_pixels::{WORD_PX, lanes};
+use crate::mesh::{Mesh, Solid};
 use crate::scene::Ball;
+use crate::ways::Ways;
 
 /// Added around the bounds of a triangle, as a tangent and in mm: far more than they lose in single precision and than a
 /// triangle's seams, far less than a triangle.
 const BOUND_MARGIN: f64 = 1e-5;
+
+/// Members that are compared together: as many as a vector register holds.
+const STEP_MEMBERS: usize = 8;
+
+/// Added to either side of a band, in cells: more than a way of light strays from its sheet.
+const BAND_SLACK_CELLS: f64 = 0.25;
 
 /// Share by which the band is wider than the sheet: the sheet's distance is first order (`docs/maths/twin.md`).
 const BAND_SHARE: f64 = 1.1;
@@ -25,11 +33,12 @@ const BAND_SHARE: f64 = 1.1;
 /// A band of directions from a viewpoint, in columns.
 #[derive(Debug)]
 pub(crate) struct Band {
-    viewpoint: Vector3<f64>,
+    pub viewpoint: Vector3<f64>,
     /// Rows: along the band, across it, forwards.
-    axes: Matrix3<f64>,
-    cell: f64,
-    first_column: i64,
+    pub axes: Matrix3<f64>,
+    /// Side of a cell, a tangent.
+    pub cell: f64,
+    pub first_column: i64,
     /// Lowest and highest tangent across the band, by column.
     columns: Vec<[f64; 2]>,
 }
@@ -43,7 +52,7 @@ pub(crate) struct MeshLight {
     /// Where the triangles of each cell begin.
     cells: Vec<u32>,
     /// Triangles cell by cell.
-    members: Vec<Member>,
+    members: Members,
     entries: Vec<(u32, Member)>,
 }
 
@@ -55,6 +64,23 @@ struct Member {
     /// Depth of its nearest corner, mm.
     nearest: f32,
     idx: u32,
+}
+
+/// What may stand in a way: what takes up some of these tangents before this depth, and is not this triangle.
+struct Sought {
+    low: [f32; 2],
+    high: [f32; 2],
+    farthest: f32,
+    idx: u32,
+}
+
+/// Members by field, so that many are compared at once.
+#[derive(Debug, Default)]
+struct Members {
+    low: [Vec<f32>; 2],
+    high: [Vec<f32>; 2],
+    nearest: Vec<f32>,
+    idx: Vec<u32>,
 }
 
 /// Tangents along and across a band: lowest and highest.
@@ -72,13 +98,13 @@ impl Band {
     pub(crate) fn new(
         grating: &Grating,
         order: i8,
-        angles: impl Iterator<Item = f64> + Clone,
+        angles: impl Iterator<Item = f64>,
         reach_mm: f64,
         ball: &Ball,
         cell: f64,
     ) -> Option<Self> {
-        let rays = || angles.clone().filter_map(|phi| grating.ray(phi, order));
-        let (first, last) = (rays().next()?, rays().last()?);
+        let rays: Vec<_> = angles.filter_map(|phi| grating.ray(phi, order)).collect();
+        let (first, last) = (rays.first()?, rays.last()?);
         let forward = (first.direction + last.direction).normalize();
         let along = (grating.fan - forward * grating.fan.dot(&forward)).normalize();
         let axes =
@@ -91,7 +117,7 @@ impl Band {
         let viewpoint = first.origin_mm + first.direction * back;
         let mut band = Self { viewpoint, axes, cell, first_column: 0, columns: Vec::new() };
         let mut before: Option<Vec<[f64; 2]>> = None;
-        for ray in rays() {
+        for ray in &rays {
             let across = ray.direction.cross(&grating.fan).normalize() * (reach_mm * BAND_SHARE);
             let middle = (ball.centre_mm - ray.origin_mm).dot(&ray.direction);
             let ends = [middle - ball.radius_mm, middle + ball.radius_mm];
@@ -120,11 +146,38 @@ impl Band {
         (at.z > 0.0).then(|| [at.x / at.z, at.y / at.z, at.z])
     }
 
+    fn slack(&self) -> f64 {
+        self.cell * BAND_SLACK_CELLS
+    }
+
+    /// Lowest and highest tangents of the sheet itself across the columns that a patch reaches over.
+    fn sheet_across(&self, patch: &Patch) -> [f64; 2] {
+        let columns = &self.columns[self.columns_of(patch)];
+        let low = columns.iter().fold(f64::INFINITY, |low, column| low.min(column[0] + self.slack()));
+        let high = columns.iter().fold(f64::NEG_INFINITY, |high, column| high.max(column[1] - self.slack()));
+        [low, high]
+    }
+
+    /// Which part (from, to) of each side of a triangle, from corner to next corner, lies in the sheet; all of it, if a
+    /// corner lies behind the viewpoint.
+    pub(crate) fn sides_in_sheet(&self, corners: &[Vector3<f64>; 3]) -> [Option<(f64, f64)>; 3] {
+        let Some((at, patch)) = self.corners_seen(corners) else { return [Some((0.0, 1.0)); 3] };
+        let [low, high] = self.sheet_across(&patch);
+        // Signed distances from the planes through the viewpoint that bound it: linear along a side.
+        let above = at.map(|[_, across, depth]| (across - low) * depth);
+        let below = at.map(|[_, across, depth]| (high - across) * depth);
+        [(0, 1), (1, 2), (2, 0)].map(|(i, j)| {
+            let (a, b) = (not_negative(above[i], above[j])?, not_negative(below[i], below[j])?);
+            let (from, to) = (a.0.max(b.0), a.1.min(b.1));
+            (from <= to).then_some((from, to))
+        })
+    }
+
     fn column(&self, along: f64) -> i64 {
         floor(along / self.cell) as i64
     }
 
-    /// Adds what lies between two directions to the columns around them, with a cell to spare.
+    /// Adds what lies between two directions to the columns around them.
     fn widen(&mut self, a: [f64; 2], b: [f64; 2]) {
         let (from, to) = (self.column(a[0].min(b[0])) - 1, self.column(a[0].max(b[0])) + 1);
         const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
@@ -140,9 +193,10 @@ impl Band {
         if self.columns.len() < needed {
             self.columns.resize(needed, NOTHING);
         }
+        let slack = self.slack();
         for column in &mut self.columns[(from - self.first_column) as usize..needed] {
-            column[0] = column[0].min(a[1].min(b[1]) - self.cell);
-            column[1] = column[1].max(a[1].max(b[1]) + self.cell);
+            column[0] = column[0].min(a[1].min(b[1]) - slack);
+            column[1] = column[1].max(a[1].max(b[1]) + slack);
         }
     }
 
@@ -162,11 +216,16 @@ impl Band {
 
     /// The directions of a triangle; `None` if a corner lies behind the viewpoint.
     pub(crate) fn patch(&self, corners: &[Vector3<f64>; 3]) -> Option<Patch> {
+        self.corners_seen(corners).map(|(_, patch)| patch)
+    }
+
+    fn corners_seen(&self, corners: &[Vector3<f64>; 3]) -> Option<([[f64; 3]; 3], Patch)> {
         let [a, b, c] = corners.each_ref().map(|corner| self.seen(corner));
         let (a, b, c) = (a?, b?, c?);
         let low = [0, 1, 2].map(|axis: usize| a[axis].min(b[axis]).min(c[axis]));
         let high = [0, 1, 2].map(|axis: usize| a[axis].max(b[axis]).max(c[axis]));
-        Some(Patch { low: [low[0], low[1]], high: [high[0], high[1]], depth_mm: [low[2], high[2]] })
+        let patch = Patch { low: [low[0], low[1]], high: [high[0], high[1]], depth_mm: [low[2], high[2]] };
+        Some(([a, b, c], patch))
     }
 
     /// Whether a ball may touch the band.
@@ -180,6 +239,16 @@ impl Band {
         let half = radius_mm * (1.0 + middle[0].abs().max(middle[1].abs())) / nearest;
         let depth_mm = [nearest, at.z + radius_mm];
         self.touches(&Patch { low: middle.map(|x| x - half), high: middle.map(|x| x + half), depth_mm })
+    }
+}
+
+/// The part of 0–1 over which what is `a` at 0 and `b` at 1, and linear between, is not negative.
+fn not_negative(a: f64, b: f64) -> Option<(f64, f64)> {
+    match (a >= 0.0, b >= 0.0) {
+        (true, true) => Some((0.0, 1.0)),
+        (true, false) => Some((0.0, a / (a - b))),
+        (false, true) => Some((a / (a - b), 1.0)),
+        (false, false) => None,
     }
 }
 
@@ -198,24 +267,111 @@ impl Member {
             idx,
         }
     }
+}
 
-    /// What [`Self::may_stand_before`] compares with: a patch down to its farthest depth, and a triangle that does not count.
-    fn sought(patch: &Patch, idx: u32) -> Self {
-        let [low, high] = [patch.low, patch.high].map(|corner| corner.map(|tangent| tangent as f32));
-        Self { low, high, nearest: patch.depth_mm[1] as f32, idx }
+impl Members {
+    /// Room for `n` members, and for a step beyond them that holds none.
+    fn make_room(&mut self, n: usize) {
+        let Self { low: [left, bottom], high: [right, top], nearest, idx } = self;
+        for bounds in [left, bottom, right, top, nearest] {
+            bounds.clear();
+            bounds.resize(n + STEP_MEMBERS, f32::NAN);
+        }
+        idx.clear();
+        idx.resize(n + STEP_MEMBERS, 0);
     }
 
-    /// Whether it may stand in a patch before its farthest depth. All bounds are compared: that costs less than guessing
-    /// which will tell.
-    #[inline]
-    fn may_stand_before(&self, sought: &Self) -> bool {
-        (self.idx != sought.idx)
-            & (self.nearest < sought.nearest)
-            & (self.low[0] <= sought.high[0])
-            & (self.high[0] >= sought.low[0])
-            & (self.low[1] <= sought.high[1])
-            & (self.high[1] >= sought.low[1])
+    fn put(&mut self, place: usize, member: &Member) {
+        for axis in 0..2 {
+            self.low[axis][place] = member.low[axis];
+            self.high[axis][place] = member.high[axis];
+        }
+        self.nearest[place] = member.nearest;
+        self.idx[place] = member.idx;
     }
+
+    /// Which members of a step from `first` may stand in a patch before its farthest depth. All bounds are compared: that
+    /// costs less than guessing which will tell.
+    #[inline(always)]
+    fn may_stand_before(&self, first: usize, sought: &Sought) -> [bool; STEP_MEMBERS] {
+        let bounds = |bounds: &[f32]| -> [f32; STEP_MEMBERS] { from_fn(|k| bounds[first..][..STEP_MEMBERS][k]) };
+        let ([left, bottom], [right, top]) =
+            ([bounds(&self.low[0]), bounds(&self.low[1])], [bounds(&self.high[0]), bounds(&self.high[1])]);
+        let (nearest, idx) = (bounds(&self.nearest), &self.idx[first..][..STEP_MEMBERS]);
+        from_fn(|k| {
+            (idx[k] != sought.idx)
+                & (nearest[k] < sought.farthest)
+                & (left[k] <= sought.high[0])
+                & (right[k] >= sought.low[0])
+                & (bottom[k] <= sought.high[1])
+                & (top[k] >= sought.low[1])
+        })
+    }
+}
+
+/// Which of the ways `bits` are blocked by another triangle than the one at their end, which they meet there and nowhere
+/// before; and which it cannot tell, because they do not lie in the band.
+#[multiversion(targets("x86_64+avx2"))]
+pub(crate) fn blocked_ways(
+    light: &MeshLight,
+    band: &Band,
+    solid: &Solid,
+    ways: &Ways,
+    triangle: &[u32; WORD_PX],
+    bits: u64,
+) -> (u64, u64) {
+    let (mut blocked, mut unknown) = (0, 0);
+    for lane in lanes(bits) {
+        match is_blocked(light, band, solid, ways, lane, triangle[lane]) {
+            Some(is_blocked) => blocked |= u64::from(is_blocked) << lane,
+            None => unknown |= 1 << lane,
+        }
+    }
+    (blocked, unknown)
+}
+
+/// One way of [`blocked_ways`].
+#[inline(always)]
+fn is_blocked(
+    light: &MeshLight,
+    band: &Band,
+    solid: &Solid,
+    ways: &Ways,
+    lane: usize,
+    triangle: u32,
+) -> Option<bool> {
+    let at = |pair: &[Block; 2]| [pair[0][lane], pair[1][lane]];
+    let ([left, right], [bottom, top], [first, last]) = (at(&ways.along), at(&ways.across), at(&ways.columns));
+    if !(ways.before[lane] && first >= 0.0 && last < band.columns.len() as f64) {
+        return None;
+    }
+    let sought = Sought {
+        low: [left, bottom].map(|x| x as f32),
+        high: [right, top].map(|x| x as f32),
+        farthest: ways.farthest[lane] as f32,
+        idx: triangle,
+    };
+    let way = ways.in_part(lane);
+    for column in first as usize..=last as usize {
+        let [low, high] = band.columns[column];
+        if bottom < low || top > high {
+            return None;
+        }
+        let cell = |across: f64| light.columns[column] as usize + ((across - low) / band.cell) as usize;
+        let members = light.cells[cell(bottom)]..light.cells[cell(top) + 1];
+        for first in (members.start as usize..members.end as usize).step_by(STEP_MEMBERS) {
+            let may = light.members.may_stand_before(first, &sought);
+            if may == [false; STEP_MEMBERS] {
+                continue;
+            }
+            let idx = &light.members.idx[first..][..STEP_MEMBERS];
+            let mut found = idx.iter().zip(may).filter(|(_, may)| *may);
+            if found.any(|(idx, _)| solid.stands_before(*idx, &way.from, &way.way, way.limit)) {
+                return Some(true);
+            }
+        }
+    }
+    Some(false)
 }
 
 impl MeshLight {
@@ -287,149 +443,11 @@ impl MeshLight {
         for idx in 2..self.cells.len() {
             self.cells[idx] += self.cells[idx - 1];
         }
-        self.members.clear();
-        self.members.resize(self.entries.len(), Member::default());
-        for &(cell, member) in &self.entries {
-            let place = &mut self.cells[cell as usize + 1];
-            self.members[*place as usize] = member;
+        self.members.make_room(self.entries.len());
+        for (cell, member) in &self.entries {
+            let place = &mut self.cells[*cell as usize + 1];
+            self.members.put(*place as usize, member);
             *place += 1;
         }
-    }
-
-    /// Whether another triangle stands in a way than the one at its end, which it meets there and nowhere before; `None`
-    /// if it does not lie in the band.
-    pub(crate) fn is_in_the_way(
-        &self,
-        band: &Band,
-        mesh: &Mesh,
-        moved: &Vector3<f64>,
-        way: &Way<'_>,
-    ) -> Option<bool> {
-        let patch = way.ways.patch(way.lane)?;
-        let columns = band.columns_of(&patch);
-        if columns.len() as i64 != band.column(patch.high[0]) - band.column(patch.low[0]) + 1 {
-            return None;
-        }
-        let sought = Member::sought(&patch, way.triangle);
-        for column in columns {
-            let [low, high] = band.columns[column];
-            if patch.low[1] < low || patch.high[1] > high {
-                return None;
-            }
-            let cells = self.cells_of(band, column, patch.low[1], patch.high[1]);
-            let (first, end) = (self.cells[cells.start as usize], self.cells[cells.end as usize]);
-            let mut members = self.members[first as usize..end as usize].iter();
-            if members.any(|member| member.may_stand_before(&sought) && way.is_blocked(mesh, moved, member.idx)) {
-                return Some(true);
-            }
-        }
-        Some(false)
-    }
-}
-
-/// One of the ways of light, to a point on a triangle.
-pub(crate) struct Way<'w> {
-    pub ways: &'w Ways,
-    pub lane: usize,
-    pub from: &'w Vector3<f64>,
-    pub to: &'w Vector3<f64>,
-    pub triangle: u32,
-}
-
-impl Way<'_> {
-    #[inline]
-    fn is_blocked(&self, mesh: &Mesh, moved: &Vector3<f64>, idx: u32) -> bool {
-        let origin = mesh.plate.point_mm + moved;
-        let (way, from) = (mesh.plate.local(&(self.to - self.from)), mesh.plate.local(&(self.from - origin)));
-        mesh.solid.stands_before(idx, &from, &way, self.ways.hidden_beyond[self.lane])
-    }
-}
-
-/// The ways of light to a stretch of pixels.
-#[derive(Debug)]
-pub(crate) struct Ways {
-    /// Bounds along and across the band and greatest depth of each way inside the ball around the part.
-    low: [Block; 2],
-    high: [Block; 2],
-    farthest: Block,
-    /// The share of each way that counts: what it meets beyond is its end itself.
-    hidden_beyond: Block,
-    /// Whether it may meet the ball.
-    near: [bool; WORD_PX],
-    /// Whether it lies before the viewpoint.
-    before: [bool; WORD_PX],
-}
-
-impl Default for Ways {
-    fn default() -> Self {
-        Self {
-            low: [NOTHING; 2],
-            high: [NOTHING; 2],
-            farthest: NOTHING,
-            hidden_beyond: NOTHING,
-            near: [false; WORD_PX],
-            before: [false; WORD_PX],
-        }
-    }
-}
-
-impl Ways {
-    /// Follows the first `n` ways.
-    pub(crate) fn follow(&mut self, band: &Band, ball: &Ball, from: &[Block; 3], to: &[Block; 3], n: usize) {
-        follow(self, band, ball, from, to, n.min(WORD_PX));
-    }
-
-    /// Whether a way comes near the part.
-    pub(crate) fn is_near(&self, lane: usize) -> bool {
-        self.near[lane]
-    }
-
-    fn patch(&self, lane: usize) -> Option<Patch> {
-        let corner = |block: &[Block; 2]| [block[0][lane], block[1][lane]];
-        let depth_mm = [0.0, self.farthest[lane]];
-        self.before[lane].then(|| Patch { low: corner(&self.low), high: corner(&self.high), depth_mm })
-    }
-}
-
-/// [`Ways::follow`]: the ball's test is that of [`Ball::is_near`].
-#[multiversion(targets("x86_64+avx2"))]
-fn follow(ways: &mut Ways, band: &Band, ball: &Ball, from: &[Block; 3], to: &[Block; 3], n: usize) {
-    let Ways { low: [low_u, low_v], high: [high_u, high_v], farthest, hidden_beyond, near, before } = ways;
-    let ([fx, fy, fz], [tx, ty, tz]) = (from, to);
-    let (centre, radius_2) = (ball.centre_mm, ball.radius_mm * ball.radius_mm);
-    let (axes, viewpoint) = (band.axes, band.viewpoint);
-    for lane in 0..n {
-        let (origin, end) = ([fx[lane], fy[lane], fz[lane]], [tx[lane], ty[lane], tz[lane]]);
-        let way = [end[0] - origin[0], end[1] - origin[1], end[2] - origin[2]];
-        let to_centre = [centre.x - origin[0], centre.y - origin[1], centre.z - origin[2]];
-        let square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
-        let length = square.sqrt();
-        let beside = [
-            to_centre[1] * way[2] - to_centre[2] * way[1],
-            to_centre[2] * way[0] - to_centre[0] * way[2],
-            to_centre[0] * way[1] - to_centre[1] * way[0],
-        ];
-        let beside = beside[0] * beside[0] + beside[1] * beside[1] + beside[2] * beside[2];
-        near[lane] = beside <= radius_2 * square * (1.0 + SAME_HIT_MM);
-        let along = to_centre[0] * way[0] + to_centre[1] * way[1] + to_centre[2] * way[2];
-        let enter = (along / length - ball.radius_mm) / length;
-        let enter = if enter > 0.0 { enter } else { 0.0 };
-        let enter = if enter < 1.0 { enter } else { 1.0 };
-        let start = [0, 1, 2].map(|axis: usize| origin[axis] + way[axis] * enter);
-        let seen = |point: [f64; 3]| {
-            let at = [0, 1, 2].map(|axis: usize| point[axis] - viewpoint[axis]);
-            let [x, y, z] = [0, 1, 2]
-                .map(|row: usize| axes[(row, 0)] * at[0] + axes[(row, 1)] * at[1] + axes[(row, 2)] * at[2]);
-            [x / z, y / z, z]
-        };
-        let (a, b) = (seen(start), seen(end));
-        let ordered = |axis: usize| if a[axis] < b[axis] { (a[axis], b[axis]) } else { (b[axis], a[axis]) };
-        (low_u[lane], high_u[lane]) = ordered(0);
-        (low_v[lane], high_v[lane]) = ordered(1);
-        let (nearest, deepest) = ordered(2);
-        farthest[lane] = deepest;
-        before[lane] = nearest > 0.0;
-        let reach = if length > 1.0 { length } else { 1.0 };
-        hidden_beyond[lane] = (length - SAME_HIT_MM * reach) / length;
     }
 }

@@ -156,8 +156,9 @@ impl Renderer {
         let width = self.model.camera.width_px;
         let Darkroom { levels, along, runs, lit: Some([lit, of_order]), mesh, .. } = darkroom else { return };
         laser_light(self, exposure.placed(&self.model.stage.direction), levels, lit, of_order, mesh);
+        let mut rows = Vec::new();
         for (v, runs) in runs.iter_mut().enumerate() {
-            lit.blurred_runs(v, runs);
+            lit.blurred_runs(v, &mut rows, runs);
             for &(from, to) in runs.iter() {
                 let row = v * width..(v + 1) * width;
                 blur_along(&levels[row.clone()], from, to, &self.taps, &mut along[row]);

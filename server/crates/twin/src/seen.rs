@@ -7,13 +7,14 @@ use crate::block::{Block, NOTHING, floor};
 use crate::board::Board;
 use crate::freeform_block::Above;
 use crate::laser_image::Placed;
-use crate::lit_pixels::{LitPixels, WORD_PX};
-use crate::mesh_light::{MeshLight, Way, Ways};
+use crate::lit_pixels::{LitPixels, WORD_PX, lanes};
+use crate::mesh_light::{MeshLight, blocked_ways};
 use crate::mesh_view::MeshView;
 use crate::params::{BACKDROP_REFLECTANCE, BLACK_REFLECTANCE, PART_REFLECTANCE, WHITE_REFLECTANCE};
 use crate::renderer::Renderer;
 use crate::scene::{Ball, Plate, Scene};
 use crate::trace::{BandOnMesh, trace};
+use crate::ways::Ways;
 
 /// Surfaces that the camera's rays (x, y, 1) meet first, from the camera, which is the origin.
 #[derive(Debug, Clone)]
@@ -136,30 +137,30 @@ impl<'s> View<'s> {
         }
     }
 
-    /// Follows the ways of light from `source` to what the first `n` pixels of a stretch see; wanted before
-    /// [`Self::lights`].
-    pub(crate) fn follow_light(&mut self, source: &[Block; 3], seen: &Seen, n: usize) {
-        if let Some(BandOnMesh { band, ball }) = &self.band {
-            self.memory.ways.follow(band, ball, source, &seen.points(n), n);
+    /// Which of the pixels `bits` (from 0) of a stretch of `n` light from `source` reaches: points on the lit side of their
+    /// surfaces.
+    pub(crate) fn lights(&mut self, source: &[Block; 3], seen: &Seen, n: usize, bits: u64) -> u64 {
+        let from = |lane: usize| Vector3::new(source[0][lane], source[1][lane], source[2][lane]);
+        let (mut lit, mut unknown) = (0, bits);
+        if let (Scene::Mesh(mesh), Some(BandOnMesh { band, ball })) = (self.scene.scene, &self.band) {
+            let MeshMemory { light, ways, .. } = &mut *self.memory;
+            ways.follow((band, ball), (mesh, &self.scene.moved_mm), source, &seen.points(n), n);
+            let near = lanes(bits).fold(0, |near, lane| near | u64::from(ways.is_near(lane)) << lane);
+            let blocked;
+            (blocked, unknown) = blocked_ways(light, band, &mesh.solid, ways, &seen.triangle, near);
+            lit = bits & !blocked & !unknown;
         }
+        for lane in lanes(unknown) {
+            lit |= u64::from(self.lights_one(&from(lane), seen, lane)) << lane;
+        }
+        lit
     }
 
-    /// Whether light from `from` reaches what a pixel sees, a point on the lit side of its surface: a plate has nothing in
-    /// its light but the part.
+    /// The same for one pixel: a plate has nothing in its light but the part.
     #[inline]
-    pub(crate) fn lights(&self, from: &Vector3<f64>, seen: &Seen, lane: usize) -> bool {
+    fn lights_one(&self, from: &Vector3<f64>, seen: &Seen, lane: usize) -> bool {
         let to = seen.point(lane);
-        if let (Scene::Mesh(mesh), Some(BandOnMesh { band, .. })) = (self.scene.scene, &self.band) {
-            let MeshMemory { light, ways, .. } = &*self.memory;
-            if !ways.is_near(lane) {
-                return true;
-            }
-            let way = Way { ways, lane, from, to: &to, triangle: seen.triangle[lane] };
-            let shaded = light.is_in_the_way(band, mesh, &self.scene.moved_mm, &way);
-            if let Some(shaded) = shaded {
-                return !shaded;
-            }
-        } else if self.part.is_some_and(|part| !part.is_near(from, &(to - from))) {
+        if self.part.is_some_and(|part| !part.is_near(from, &(to - from))) {
             return true;
         }
         self.scene.lights(from, &to, &seen.normal(lane))

@@ -1,10 +1,13 @@
 //! The sensor: light to grey levels with shot and read noise, black level and saturation.
 
-use crate::params::{BLACK_LEVEL, ELECTRONS_PER_LEVEL, READ_NOISE_LEVELS};
+use crate::params::{BLACK_LEVEL, ELECTRONS_PER_LEVEL, QUANTILE_BITS, READ_NOISE_LEVELS};
 use crate::random::{derived_seed, scrambled};
 
 /// Full scale in the levels that light is counted in here, whatever the bit depth.
 pub(crate) const FULL_SCALE: f32 = 255.0;
+
+/// Values of the table of normal quantiles.
+const QUANTILES: usize = 1 << QUANTILE_BITS;
 
 /// Levels of a 16-bit image per level of an 8-bit one.
 const SIXTEEN_BY_EIGHT: f32 = 257.0;
@@ -78,29 +81,42 @@ impl Sensor {
 
     /// Fills `target`, which begins at column `from` (a multiple of 4) of a row, with unlit pixels.
     pub(crate) fn expose_dark<L: Level>(&self, row_seed: u64, from: usize, target: &mut [L]) {
-        let table = L::dark(self);
-        let mask = table.len() - 1;
-        for (word, four) in target.chunks_mut(4).enumerate() {
+        let table: &[L; QUANTILES] = L::dark(self).try_into().expect("a level per quantile was made");
+        let four = |word: usize| {
             let bits = Self::bits(row_seed, from / 4 + word);
-            for (part, slot) in four.iter_mut().enumerate() {
-                *slot = table[(bits >> (16 * part)) as usize & mask];
-            }
+            [0, 16, 32, 48].map(|shift| table[(bits >> shift) as usize % QUANTILES])
+        };
+        let (fours, rest) = target.as_chunks_mut();
+        let last = fours.len();
+        fours.iter_mut().enumerate().for_each(|(word, slots)| *slots = four(word));
+        if !rest.is_empty() {
+            rest.copy_from_slice(&four(last)[..rest.len()]);
         }
     }
 
     /// Fills `target`, which begins at column `from` (a multiple of 4) of a row, from the light on it: noise comes
     /// before the amplification by `gain`, black level and saturation after it.
     pub(crate) fn expose<L: Level>(&self, row_seed: u64, from: usize, light: &[f32], gain: f32, target: &mut [L]) {
-        let mask = self.quantiles.len() - 1;
+        let quantiles: &[f32; QUANTILES] = self.quantiles.as_slice().try_into().expect("as many as were made");
         let on = if self.noise == Noise::On { gain } else { 0.0 };
-        for (word, (four, light)) in target.chunks_mut(4).zip(light.chunks(4)).enumerate() {
+        let four = |word: usize, light: [f32; 4]| {
             let bits = Self::bits(row_seed, from / 4 + word);
-            for (part, (slot, &light)) in four.iter_mut().zip(light).enumerate() {
-                let variance = READ_NOISE_LEVELS * READ_NOISE_LEVELS + light / ELECTRONS_PER_LEVEL;
-                let deviate = self.quantiles[(bits >> (16 * part)) as usize & mask];
-                let level = BLACK_LEVEL + light * gain + on * variance.sqrt() * deviate;
-                *slot = L::from_light(level.clamp(0.0, FULL_SCALE));
-            }
+            let deviates = [0, 16, 32, 48].map(|shift| quantiles[(bits >> shift) as usize % QUANTILES]);
+            let levels: [f32; 4] = std::array::from_fn(|part| {
+                let variance = READ_NOISE_LEVELS * READ_NOISE_LEVELS + light[part] / ELECTRONS_PER_LEVEL;
+                let level = BLACK_LEVEL + light[part] * gain + on * variance.sqrt() * deviates[part];
+                level.clamp(0.0, FULL_SCALE)
+            });
+            levels.map(L::from_light)
+        };
+        let ((fours, rest), (lights, light_rest)) = (target.as_chunks_mut(), light.as_chunks());
+        let last = fours.len();
+        for (word, (slots, light)) in fours.iter_mut().zip(lights).enumerate() {
+            *slots = four(word, *light);
+        }
+        if !rest.is_empty() {
+            let light = std::array::from_fn(|part| light_rest.get(part).copied().unwrap_or(0.0));
+            rest.copy_from_slice(&four(last, light)[..rest.len()]);
         }
     }
 }

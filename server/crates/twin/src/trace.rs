@@ -276,11 +276,15 @@ impl<'r> Tracer<'r> {
 fn mark_triangle(camera: &Camera, band: &Band, corners: &[Vector3<f64>; 3], depth: usize, lit: &mut LitPixels) {
     let pixels = corners.each_ref().map(|corner| camera.project(corner).map(|pixel| [pixel.x, pixel.y]));
     let (whole, bounds) = match pixels {
-        [Some(a), Some(b), Some(c)] => (true, bounds(&[a, b, c])),
-        _ => (false, bounds(&pixels.into_iter().flatten().collect::<Vec<_>>())),
+        [Some(a), Some(b), Some(c)] => (Some([a, b, c]), bounds(&[a, b, c])),
+        _ => (None, bounds(&pixels.into_iter().flatten().collect::<Vec<_>>())),
     };
     let Some((low, high)) = bounds else { return };
-    if depth >= MAX_PIECES_DEPTH || (whole && (high[0] - low[0]).max(high[1] - low[1]) <= PIECE_PX) {
+    if let Some(pixels) = whole.filter(|_| (high[0] - low[0]).max(high[1] - low[1]) <= PIECE_PX) {
+        mark_in_sheet(band, corners, &pixels, lit);
+        return;
+    }
+    if depth >= MAX_PIECES_DEPTH {
         lit.add_rectangle(low, high, COARSE_MARGIN_PX);
         return;
     }
@@ -290,6 +294,23 @@ fn mark_triangle(camera: &Camera, band: &Band, corners: &[Vector3<f64>; 3], dept
         if band.patch(&piece).is_none_or(|patch| band.touches(&patch)) {
             mark_triangle(camera, band, &piece, depth + 1, lit);
         }
+    }
+}
+
+/// Marks the pixels around what the sheet holds of a triangle so small that it looks the same from anywhere.
+fn mark_in_sheet(band: &Band, corners: &[Vector3<f64>; 3], pixels: &[[f64; 2]; 3], lit: &mut LitPixels) {
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for (side, part) in band.sides_in_sheet(corners).into_iter().enumerate() {
+        let Some((from, to)) = part else { continue };
+        let (a, b) = (pixels[side], pixels[(side + 1) % 3]);
+        for axis in 0..2 {
+            let ends = [from, to].map(|share| a[axis] + (b[axis] - a[axis]) * share);
+            low[axis] = low[axis].min(ends[0].min(ends[1]));
+            high[axis] = high[axis].max(ends[0].max(ends[1]));
+        }
+    }
+    if low[0] <= high[0] {
+        lit.add_rectangle(low, high, COARSE_MARGIN_PX);
     }
 }
 

@@ -1,0 +1,149 @@
+//! The ways of light from the grating to a stretch of pixels, as the band of an order sees them.
+
+use multiversion::multiversion;
+use nalgebra::Vector3;
+
+use crate::block::{Block, NOTHING, floor};
+use crate::lit_pixels::WORD_PX;
+use crate::mesh::Mesh;
+use crate::mesh_light::Band;
+use crate::params::SAME_HIT_MM;
+use crate::scene::Ball;
+
+/// The ways of light to a stretch of pixels; pairs are the lowest and the highest of each way inside the ball around the
+/// part.
+#[derive(Debug)]
+pub(crate) struct Ways {
+    /// Tangents along the band.
+    pub along: [Block; 2],
+    /// Tangents across it.
+    pub across: [Block; 2],
+    /// Columns of the band, from 0.
+    pub columns: [Block; 2],
+    /// Greatest depth, mm.
+    pub farthest: Block,
+    /// The share of each way that counts: what it meets beyond is its end itself.
+    hidden_beyond: Block,
+    /// Beginning and way in the part's frame.
+    from: [Block; 3],
+    way: [Block; 3],
+    /// Whether it may meet the ball.
+    near: [bool; WORD_PX],
+    /// Whether it lies before the viewpoint.
+    pub before: [bool; WORD_PX],
+}
+
+/// A way of light in the part's frame.
+pub(crate) struct WayInPart {
+    pub from: Vector3<f64>,
+    pub way: Vector3<f64>,
+    /// The share of it that counts.
+    pub limit: f64,
+}
+
+impl Default for Ways {
+    fn default() -> Self {
+        Self {
+            along: [NOTHING; 2],
+            across: [NOTHING; 2],
+            columns: [NOTHING; 2],
+            farthest: NOTHING,
+            hidden_beyond: NOTHING,
+            from: [NOTHING; 3],
+            way: [NOTHING; 3],
+            near: [false; WORD_PX],
+            before: [false; WORD_PX],
+        }
+    }
+}
+
+impl Ways {
+    /// Follows the first `n` ways to points on the part or on its plate, carried by the stage.
+    pub(crate) fn follow(
+        &mut self,
+        (band, ball): (&Band, &Ball),
+        (mesh, moved): (&Mesh, &Vector3<f64>),
+        from: &[Block; 3],
+        to: &[Block; 3],
+        n: usize,
+    ) {
+        let n = n.min(WORD_PX);
+        follow(self, band, ball, from, to, n);
+        turn(self, mesh, &(mesh.plate.point_mm + moved), from, to, n);
+    }
+
+    /// Whether a way comes near the part.
+    pub(crate) fn is_near(&self, lane: usize) -> bool {
+        self.near[lane]
+    }
+
+    #[inline(always)]
+    pub(crate) fn in_part(&self, lane: usize) -> WayInPart {
+        let vector = |blocks: &[Block; 3]| Vector3::new(blocks[0][lane], blocks[1][lane], blocks[2][lane]);
+        WayInPart { from: vector(&self.from), way: vector(&self.way), limit: self.hidden_beyond[lane] }
+    }
+}
+
+/// The ball's test is that of [`Ball::is_near`].
+#[multiversion(targets("x86_64+avx2"))]
+fn follow(ways: &mut Ways, band: &Band, ball: &Ball, from: &[Block; 3], to: &[Block; 3], n: usize) {
+    let Ways { along: [low_u, high_u], across: [low_v, high_v], columns: [first, last], .. } = ways;
+    let Ways { farthest, hidden_beyond, near, before, .. } = ways;
+    let ([fx, fy, fz], [tx, ty, tz]) = (from, to);
+    let (centre, radius_2) = (ball.centre_mm, ball.radius_mm * ball.radius_mm);
+    let (axes, viewpoint) = (band.axes, band.viewpoint);
+    let first_column = band.first_column as f64;
+    for lane in 0..n {
+        let (origin, end) = ([fx[lane], fy[lane], fz[lane]], [tx[lane], ty[lane], tz[lane]]);
+        let way = [end[0] - origin[0], end[1] - origin[1], end[2] - origin[2]];
+        let to_centre = [centre.x - origin[0], centre.y - origin[1], centre.z - origin[2]];
+        let square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+        let length = square.sqrt();
+        let beside = [
+            to_centre[1] * way[2] - to_centre[2] * way[1],
+            to_centre[2] * way[0] - to_centre[0] * way[2],
+            to_centre[0] * way[1] - to_centre[1] * way[0],
+        ];
+        let beside = beside[0] * beside[0] + beside[1] * beside[1] + beside[2] * beside[2];
+        near[lane] = beside <= radius_2 * square * (1.0 + SAME_HIT_MM);
+        let along = to_centre[0] * way[0] + to_centre[1] * way[1] + to_centre[2] * way[2];
+        let enter = (along / length - ball.radius_mm) / length;
+        let enter = if enter > 0.0 { enter } else { 0.0 };
+        let enter = if enter < 1.0 { enter } else { 1.0 };
+        let start = [0, 1, 2].map(|axis: usize| origin[axis] + way[axis] * enter);
+        let seen = |point: [f64; 3]| {
+            let at = [0, 1, 2].map(|axis: usize| point[axis] - viewpoint[axis]);
+            let [x, y, z] = [0, 1, 2]
+                .map(|row: usize| axes[(row, 0)] * at[0] + axes[(row, 1)] * at[1] + axes[(row, 2)] * at[2]);
+            [x / z, y / z, z]
+        };
+        let (a, b) = (seen(start), seen(end));
+        let ordered = |axis: usize| if a[axis] < b[axis] { (a[axis], b[axis]) } else { (b[axis], a[axis]) };
+        let (low, high) = ordered(0);
+        (low_u[lane], high_u[lane]) = (low, high);
+        (first[lane], last[lane]) =
+            (floor(low / band.cell) - first_column, floor(high / band.cell) - first_column);
+        (low_v[lane], high_v[lane]) = ordered(1);
+        let (nearest, deepest) = ordered(2);
+        farthest[lane] = deepest;
+        before[lane] = nearest > 0.0;
+        let reach = if length > 1.0 { length } else { 1.0 };
+        hidden_beyond[lane] = (length - SAME_HIT_MM * reach) / length;
+    }
+}
+
+/// Turns the ways into the part's frame, whose origin is given.
+#[multiversion(targets("x86_64+avx2"))]
+fn turn(ways: &mut Ways, mesh: &Mesh, origin: &Vector3<f64>, from: &[Block; 3], to: &[Block; 3], n: usize) {
+    let ([fx, fy, fz], [tx, ty, tz]) = (from, to);
+    for axis in 0..3 {
+        let along = mesh.plate.axes.column(axis);
+        let (a, b, c) = (along[0], along[1], along[2]);
+        let (start, way) = (&mut ways.from[axis], &mut ways.way[axis]);
+        for lane in 0..n.min(start.len()) {
+            let (x, y, z) = (fx[lane], fy[lane], fz[lane]);
+            start[lane] = (x - origin.x) * a + (y - origin.y) * b + (z - origin.z) * c;
+            way[lane] = (tx[lane] - x) * a + (ty[lane] - y) * b + (tz[lane] - z) * c;
+        }
+    }
+}
