@@ -17,6 +17,7 @@ pub mod truth;
 mod block;
 mod board;
 mod board_image;
+mod cover;
 mod exposure;
 mod freeform;
 mod freeform_block;

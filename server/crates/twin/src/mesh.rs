@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use crate::cover::Cover;
 use crate::params::PART_REFLECTANCE;
 use crate::random::derived_seed;
 use crate::scene::{Ball, Plate, SceneHit};
@@ -49,6 +50,7 @@ pub struct Solid {
     /// Unit normals of the triangles, to either side.
     normals: Vec<Vector3<f64>>,
     nodes: Vec<Node>,
+    cover: Cover,
     fingerprint: u64,
 }
 
@@ -100,20 +102,22 @@ impl Solid {
             return Err(SolidError::TooLarge { size_mm, max_mm: MAX_SIZE_MM });
         }
         let foot = Vector3::new((low.x + high.x) / 2.0, (low.y + high.y) / 2.0, low.z);
-        let mut triangles: Vec<Triangle> = corners
+        let standing: Vec<[Vector3<f64>; 3]> = corners
             .iter()
             .map(|t| t.map(|corner| Vector3::from(corner) - foot))
-            .map(|[a, b, c]| Triangle { corner: a, sides: [b - a, c - a] })
-            .filter(|t| t.sides[0].cross(&t.sides[1]).norm_squared() > 0.0)
+            .filter(|[a, b, c]| (b - a).cross(&(c - a)).norm_squared() > 0.0)
             .collect();
-        if triangles.is_empty() {
+        if standing.is_empty() {
             return Err(SolidError::Empty);
         }
+        let cover = Cover::new(&standing, &(low - foot), &(high - foot));
+        let mut triangles: Vec<Triangle> =
+            standing.iter().map(|[a, b, c]| Triangle { corner: *a, sides: [b - a, c - a] }).collect();
         let fingerprint = corners.as_flattened().as_flattened().iter().map(|x| x.to_bits()).fold(6, derived_seed);
         let mut nodes = Vec::with_capacity(triangles.len());
         build(&mut triangles, 0, 0, &mut nodes);
         let normals = triangles.iter().map(Triangle::normal).collect();
-        Ok(Self { triangles, normals, nodes, fingerprint })
+        Ok(Self { triangles, normals, nodes, cover, fingerprint })
     }
 
     /// How many triangles it has.
@@ -219,6 +223,12 @@ impl Mesh {
         let from = self.plate.local(&(origin - self.plate.point_mm));
         let (reach, normal) = self.solid.hit(&from, &self.plate.local(direction))?;
         Some(SceneHit { reach, normal: self.plate.axes * normal, reflectance: PART_REFLECTANCE })
+    }
+
+    /// Whether no light that is about as far as `margin_mm` from this ray reaches the plate, because the part stands there.
+    pub(crate) fn hides_plate_from(&self, origin: &Vector3<f64>, direction: &Vector3<f64>, margin_mm: f64) -> bool {
+        let from = self.plate.local(&(origin - self.plate.point_mm));
+        self.solid.cover.hides_plate_from(&from, &self.plate.local(direction), margin_mm)
     }
 
     /// A ball around the part.

@@ -39,6 +39,10 @@ const COARSE_MARGIN_PX: f64 = 1.0;
 /// the rays' spacing and the sheet's reach together: at 50° of tilt these appear 1.6 times as long.
 const RIM: f64 = 4.0;
 
+/// Around each ray that is followed to the plate, how far a part must hide that, in units of the rays' spacing and the
+/// sheet's reach together, so that it hides all between: at half of it they touch on a plate across the camera's axis.
+const BETWEEN_RAYS: f64 = 1.0;
+
 /// Side of the cells in which triangles that may cast shadows are kept, pixels at the standoff: about a fine triangle's.
 const CELL_PX: f64 = 4.0;
 
@@ -54,11 +58,13 @@ pub(crate) struct BandOnMesh {
     pub ball: Ball,
 }
 
-/// Where a ray ends: the pixel, and whether the surface is smooth from this ray's end to the next one's.
+/// Where a ray ends: the pixel, whether the surface is smooth from this ray's end to the next one's, and whether something
+/// surely stands in the light that ends around it.
 #[derive(Clone, Copy)]
 struct Landed {
     pixel: [f64; 2],
     smooth: bool,
+    hidden: bool,
 }
 
 /// Ends of the rays across the sheet at one fan angle.
@@ -84,17 +90,17 @@ pub(crate) fn trace(
 ) -> Option<BandOnMesh> {
     let tracer = Tracer::new(renderer, renderer.model.orders[order_idx]);
     match scene.scene {
-        Scene::Plate(plate) => tracer.follow_to_plate(plate, scene, lit),
+        Scene::Plate(plate) => tracer.follow_to_plate(plate, scene, None, lit),
         Scene::Gauge(gauge) => {
-            tracer.follow_to_plate(&gauge.plate, scene, lit);
+            tracer.follow_to_plate(&gauge.plate, scene, None, lit);
             tracer.follow_to_part(scene, lit);
         }
         Scene::Sphere(ball) => {
-            tracer.follow_to_plate(&ball.plate, scene, lit);
+            tracer.follow_to_plate(&ball.plate, scene, None, lit);
             tracer.follow_to_part(scene, lit);
         }
         Scene::Mesh(mesh) => {
-            tracer.follow_to_plate(&mesh.plate, scene, lit);
+            tracer.follow_to_plate(&mesh.plate, scene, Some(mesh), lit);
             return tracer.follow_to_triangles(mesh, scene, lit, triangles);
         }
         Scene::Board(_) => tracer.follow_to_board(scene, lit),
@@ -124,11 +130,16 @@ impl<'r> Tracer<'r> {
         }
     }
 
-    fn follow_to_plate(&self, plate: &Plate, scene: Placed<'_>, lit: &mut LitPixels) {
+    /// The plate, without what a part of triangles on it surely hides.
+    fn follow_to_plate(&self, plate: &Plate, scene: Placed<'_>, part: Option<&Mesh>, lit: &mut LitPixels) {
         let plate = Plate { point_mm: plate.point_mm + scene.moved_mm, ..*plate };
+        let between_mm = BETWEEN_RAYS * (self.spacing_mm * f64::from(COARSE) + self.reach_mm);
         self.follow(lit, scene, |origin, direction| {
             let hit = plate.hit(origin, direction)?;
-            self.landed(&(origin + direction * hit.reach), true)
+            let landed = self.landed(&(origin + direction * hit.reach), true)?;
+            let hidden =
+                part.is_some_and(|p| p.hides_plate_from(&(origin - scene.moved_mm), direction, between_mm));
+            Some(Landed { hidden, ..landed })
         });
     }
 
@@ -214,8 +225,11 @@ impl<'r> Tracer<'r> {
             let section = self.section(idx, ACROSS, &mut end);
             if let Some((from, before)) = previous {
                 let smooth = before.iter().chain(&section).flatten().all(|landed| landed.smooth);
+                let hidden = |end: &Option<Landed>| end.is_some_and(|landed| landed.hidden);
                 if smooth {
-                    enclose(&before, &section, lit);
+                    if !before.iter().chain(&section).all(hidden) {
+                        enclose(&before, &section, lit);
+                    }
                 } else {
                     self.follow_closely(from..=idx, lit, |origin, direction| {
                         let hit = scene.hit(origin, direction)?;
@@ -268,7 +282,7 @@ impl<'r> Tracer<'r> {
 
     fn landed(&self, point_mm: &Vector3<f64>, smooth: bool) -> Option<Landed> {
         let pixel = self.renderer.model.camera.project(point_mm)?;
-        Some(Landed { pixel: [pixel.x, pixel.y], smooth })
+        Some(Landed { pixel: [pixel.x, pixel.y], smooth, hidden: false })
     }
 }
 
