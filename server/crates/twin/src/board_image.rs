@@ -38,7 +38,7 @@ pub(crate) fn ordinary_light(
         }
         for (word, stretch) in row.chunks_mut(WORD_PX).enumerate() {
             let (u, n) = (word * WORD_PX, stretch.len().next_multiple_of(MAP_STEP_PX));
-            renderer.rays.read(u, v, n, &mut seen.rays);
+            renderer.rays.read(u, v, seen.rays_mut(n));
             if !matches!(scene.scene, Scene::Board(_)) {
                 view.see(u, v, n, &mut seen);
             }

@@ -144,7 +144,8 @@ impl Cover {
     /// Whether an odd number of triangles lies over the middle of a cell; no where an edge of one does.
     fn is_odd_over(&self, cell: usize, triangles: &[[Vector3<f64>; 3]]) -> bool {
         // Off the middle, because the corners of regular parts lie there.
-        let at = |axis: usize, idx: usize| self.low_mm[axis] + (idx as f64 + [0.5123, 0.4789][axis]) * self.cell_mm;
+        let at =
+            |axis: usize, idx: usize| self.low_mm[axis] + (idx as f64 + [0.5123, 0.4789][axis]) * self.cell_mm;
         let (x, y) = (at(0, cell % self.n_cells[0]), at(1, cell / self.n_cells[0]));
         let mut n_over = 0;
         for [a, b, c] in triangles {

@@ -97,7 +97,7 @@ fn light_of_order(
     let mut seen = Seen::nothing();
     let mut shine = Shine { level: NOTHING, source: [NOTHING; 3] };
     for (u, v, n) in may_be_lit.stretches(MAP_STEP_PX) {
-        renderer.rays.read(u, v, n, &mut seen.rays);
+        view.aim(renderer, u, v, n, &mut seen);
         view.see(u, v, n, &mut seen);
         fall(&light, &seen, &renderer.sheets[order_idx].read(u, v, n), n, &mut shine);
         let bits = shine.bits(n.min(width - u));

@@ -71,6 +71,11 @@ impl LitPixels {
         })
     }
 
+    /// The pixels of the word that holds pixel (u, v): bit 0 is its first.
+    pub(crate) fn word(&self, u: usize, v: usize) -> u64 {
+        self.words[v * self.words_per_row + u / WORD_PX]
+    }
+
     /// Words in a row.
     pub(crate) fn words_per_row(&self) -> usize {
         self.words_per_row
@@ -107,30 +112,48 @@ impl LitPixels {
     }
 }
 
-/// How many words above each one hold any pixel of a set, to look into many rectangles of it.
+/// How many cells above each one hold any pixel of a set, to look into many rectangles of it.
 #[derive(Debug, Default)]
-pub(crate) struct FilledWords {
+pub(crate) struct FilledCells {
     above: Vec<u16>,
 }
 
-impl FilledWords {
-    /// Counts the words of another set.
+impl FilledCells {
+    /// Columns and rows of a cell.
+    const SIDES_PX: [usize; 2] = [16, 8];
+
+    /// Cells in a word.
+    const PER_WORD: usize = WORD_PX / Self::SIDES_PX[0];
+
+    /// Counts the cells of another set.
     pub(crate) fn count(&mut self, lit: &LitPixels) {
+        let per_row = lit.words_per_row * Self::PER_WORD;
         self.above.clear();
-        self.above.resize(lit.words_per_row, 0);
-        for (idx, word) in lit.words.iter().enumerate() {
-            self.above.push(self.above[idx] + u16::from(*word != 0));
+        self.above.resize(per_row, 0);
+        let mut rows = vec![0; lit.words_per_row];
+        for block in lit.words.chunks(lit.words_per_row * Self::SIDES_PX[1]) {
+            rows.fill(0);
+            for row in block.chunks_exact(lit.words_per_row) {
+                rows.iter_mut().zip(row).for_each(|(all, word)| *all |= word);
+            }
+            for word in &rows {
+                for part in 0..Self::PER_WORD {
+                    let filled = (word >> (part * Self::SIDES_PX[0])) as u16 != 0;
+                    self.above.push(self.above[self.above.len() - per_row] + u16::from(filled));
+                }
+            }
         }
     }
 
-    /// Whether the words that a rectangle (two corners, lower first) touches hold any of the set that was counted.
+    /// Whether the cells that a rectangle (two corners, lower first) touches hold any of the set that was counted.
     pub(crate) fn any_within(&self, lit: &LitPixels, low: [f64; 2], high: [f64; 2]) -> bool {
         if high[0] < 0.0 || high[1] < 0.0 || low[0] >= lit.width as f64 || low[1] >= lit.height as f64 {
             return false;
         }
-        let (left, right) = (low[0] as usize / WORD_PX, (high[0] as usize).min(lit.width - 1) / WORD_PX);
-        let [top, below] = [low[1] as usize, (high[1] as usize).min(lit.height - 1) + 1]
-            .map(|v| &self.above[v * lit.words_per_row..][left..=right]);
+        let [columns, rows] = Self::SIDES_PX;
+        let (left, right) = (low[0] as usize / columns, (high[0] as usize).min(lit.width - 1) / columns);
+        let [top, below] = [low[1] as usize / rows, (high[1] as usize).min(lit.height - 1) / rows + 1]
+            .map(|row| &self.above[row * lit.words_per_row * Self::PER_WORD..][left..=right]);
         top != below
     }
 }

@@ -226,7 +226,12 @@ impl Mesh {
     }
 
     /// Whether no light that is about as far as `margin_mm` from this ray reaches the plate, because the part stands there.
-    pub(crate) fn hides_plate_from(&self, origin: &Vector3<f64>, direction: &Vector3<f64>, margin_mm: f64) -> bool {
+    pub(crate) fn hides_plate_from(
+        &self,
+        origin: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        margin_mm: f64,
+    ) -> bool {
         let from = self.plate.local(&(origin - self.plate.point_mm));
         self.solid.cover.hides_plate_from(&from, &self.plate.local(direction), margin_mm)
     }

@@ -10,9 +10,9 @@ use nalgebra::Vector3;
 use optics::Camera;
 
 use crate::block::{Block, NOTHING};
-use crate::lit_pixels::{FilledWords, LitPixels, WORD_PX};
+use crate::lit_pixels::{FilledCells, LitPixels, WORD_PX};
 use crate::mesh::{Mesh, SEAM};
-use crate::params::PART_REFLECTANCE;
+use crate::params::{MAP_STEP_PX, PART_REFLECTANCE};
 use crate::renderer::Renderer;
 use crate::seen::{NO_TRIANGLE, Seen};
 
@@ -38,6 +38,8 @@ const NONE: u32 = u32::MAX;
 /// What a word of pixels sees of the part.
 #[derive(Debug, Clone)]
 struct Word {
+    /// The pixels that are asked for.
+    lit: u64,
     rays: [Block; 2],
     reach: Block,
     triangle: [u32; WORD_PX],
@@ -49,7 +51,7 @@ pub(crate) struct MeshView {
     word_idx: Vec<u32>,
     words: Vec<Word>,
     triangles: Vec<u32>,
-    filled: FilledWords,
+    filled: FilledCells,
 }
 
 /// Where and what rays from the camera meet of a triangle (Möller & Trumbore 1997, sorted by the ray): with D = (x, y, 1)
@@ -78,6 +80,10 @@ impl MeshView {
         for &idx in triangles.iter() {
             let corners = mesh.solid.corners(idx).map(|corner| origin + mesh.plate.axes * corner);
             let Some((left, right, top, bottom)) = pixels_around(camera, &corners) else { continue };
+            if !filled.any_within(lit, [left, top].map(|low| low as f64), [right, bottom].map(|high| high as f64))
+            {
+                continue;
+            }
             let rows = word_idx.chunks_exact(lit.words_per_row()).take(bottom + 1).skip(top);
             draw_facet(&Facet::new(&corners, idx), (left, right), rows, words);
         }
@@ -87,19 +93,36 @@ impl MeshView {
     fn lay_out(&mut self, renderer: &Renderer, lit: &LitPixels) {
         self.word_idx.clear();
         self.word_idx.resize(lit.n_words(), NONE);
-        for (word_idx, (u, v, n)) in lit.stretches(WORD_PX).enumerate() {
+        for (word_idx, (u, v, n)) in lit.stretches(MAP_STEP_PX).enumerate() {
             if word_idx == self.words.len() {
-                self.words.push(Word { rays: [NOTHING; 2], reach: NOTHING, triangle: [NO_TRIANGLE; WORD_PX] });
+                let triangle = [NO_TRIANGLE; WORD_PX];
+                self.words.push(Word { lit: 0, rays: [NOTHING; 2], reach: NOTHING, triangle });
             }
             let word = &mut self.words[word_idx];
-            let inside = renderer.steps_inside(u, n);
-            renderer.rays.read(u, v, inside, &mut word.rays);
+            let first = u % WORD_PX;
+            renderer.rays.read(u, v, word.rays.each_mut().map(|axis| &mut axis[first..first + n]));
+            word.lit = lit.word(u, v);
             word.reach = [f64::INFINITY; WORD_PX];
             self.word_idx[v * lit.words_per_row() + u / WORD_PX] = word_idx as u32;
         }
     }
 
-    /// Puts the part before what a stretch of pixels sees already.
+    /// The word of a stretch that was laid out, and where in it that begins.
+    fn word(&self, words_per_row: usize, (u, v): (usize, usize)) -> (&Word, usize) {
+        let slot = self.word_idx[v * words_per_row + u / WORD_PX];
+        debug_assert_ne!(slot, NONE, "only what is looked at is seen");
+        (&self.words[slot as usize], u % WORD_PX)
+    }
+
+    /// The rays of a stretch.
+    pub(crate) fn aim(&self, words_per_row: usize, (u, v): (usize, usize), n: usize, seen: &mut Seen) {
+        let (word, first) = self.word(words_per_row, (u, v));
+        for (axis, rays) in seen.rays_mut(n).into_iter().zip(&word.rays) {
+            axis.copy_from_slice(&rays[first..first + n]);
+        }
+    }
+
+    /// Puts the part before what a stretch of pixels sees already; pixels that were not asked for see nothing.
     pub(crate) fn see(
         &self,
         mesh: &Mesh,
@@ -109,13 +132,13 @@ impl MeshView {
         seen: &mut Seen,
     ) {
         seen.triangle[..n].fill(NO_TRIANGLE);
-        let slot = self.word_idx[v * words_per_row + u / WORD_PX];
-        if slot == NONE {
-            return;
-        }
-        let (word, first) = (&self.words[slot as usize], u % WORD_PX);
+        let (word, first) = self.word(words_per_row, (u, v));
         let mut last = (NO_TRIANGLE, Vector3::zeros());
         for lane in 0..n {
+            if word.lit >> (first + lane) & 1 == 0 {
+                seen.reach[lane] = f64::NAN;
+                continue;
+            }
             let (reach, idx) = (word.reach[first + lane], word.triangle[first + lane]);
             // Where the plate is not seen, its reach is not a number.
             if reach == f64::INFINITY || seen.reach[lane] < reach {
@@ -143,7 +166,7 @@ impl Facet {
     #[inline(always)]
     fn test(&self, step: usize, word: &mut Word) {
         let Self { u, v, scale, height, idx } = self;
-        let Word { rays: [x, y], reach, triangle } = word;
+        let Word { rays: [x, y], reach, triangle, .. } = word;
         let (x, y) = (&x.as_chunks::<STEP_PX>().0[step], &y.as_chunks::<STEP_PX>().0[step]);
         let reach = &mut reach.as_chunks_mut::<STEP_PX>().0[step];
         let triangle = &mut triangle.as_chunks_mut::<STEP_PX>().0[step];
@@ -163,7 +186,7 @@ impl Facet {
     }
 }
 
-/// Tests the pixels from column `left` to `right` (whole steps of them, at least) of rows, whose words lie at `rows`.
+/// Tests the pixels that are asked for from column `left` to `right` of rows, whose words lie at `rows`.
 #[multiversion(targets("x86_64+avx2"))]
 fn draw_facet(
     facet: &Facet,
@@ -178,8 +201,12 @@ fn draw_facet(
             }
             let first = left.max(word * WORD_PX) - word * WORD_PX;
             let last = right.min(word * WORD_PX + WORD_PX - 1) - word * WORD_PX;
-            for step in first / STEP_PX..=last / STEP_PX {
-                facet.test(step, &mut words[row[word] as usize]);
+            let word = &mut words[row[word] as usize];
+            let mut asked_for = word.lit & (u64::MAX << first) & (u64::MAX >> (WORD_PX - 1 - last));
+            while asked_for != 0 {
+                let step = asked_for.trailing_zeros() as usize / STEP_PX;
+                facet.test(step, word);
+                asked_for &= !(((1 << STEP_PX) - 1) << (step * STEP_PX));
             }
         }
     }

@@ -7,7 +7,7 @@ use vision::{GreyImage, Pixels};
 use crate::board_image::ordinary_light;
 use crate::exposure::{Darkroom, Exposure, OrdinaryPicture};
 use crate::laser_image::{Placed, laser_light};
-use crate::params::{BOARD_WHITE_LEVEL, MAP_STEP_PX};
+use crate::params::BOARD_WHITE_LEVEL;
 use crate::psf::{PSF_TAPS, blur_across, blur_along, psf_taps};
 use crate::random::{derived_seed, normal_quantiles, scrambled};
 use crate::scene::Scene;
@@ -140,11 +140,6 @@ impl Renderer {
 
     pub(crate) fn placed<'s>(&self, scene: &'s Scene, position_mm: f64) -> Placed<'s> {
         Placed { scene, moved_mm: self.model.stage.direction * position_mm }
-    }
-
-    /// How many of the `n` pixels from column `u` the maps hold: whole steps up to the picture's border.
-    pub(crate) fn steps_inside(&self, u: usize, n: usize) -> usize {
-        n.min((self.model.camera.width_px - u).next_multiple_of(MAP_STEP_PX))
     }
 
     fn picture_seed(&self, picture: u64) -> u64 {

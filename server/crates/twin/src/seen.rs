@@ -45,6 +45,10 @@ impl Seen {
         }
     }
 
+    pub(crate) fn rays_mut(&mut self, n: usize) -> [&mut [f64]; 2] {
+        self.rays.each_mut().map(|axis| &mut axis[..n])
+    }
+
     pub(crate) fn ray(&self, lane: usize) -> Vector3<f64> {
         Vector3::new(self.rays[0][lane], self.rays[1][lane], 1.0)
     }
@@ -112,6 +116,14 @@ impl<'s> View<'s> {
         self.words_per_row = lit.words_per_row();
         if let Scene::Mesh(mesh) = self.scene.scene {
             self.memory.view.draw(renderer, mesh, &self.scene.moved_mm, lit);
+        }
+    }
+
+    /// Fills in the first `n` rays of a stretch that begins at column `u` of row `v`.
+    pub(crate) fn aim(&self, renderer: &Renderer, u: usize, v: usize, n: usize, seen: &mut Seen) {
+        match self.scene.scene {
+            Scene::Mesh(_) => self.memory.view.aim(self.words_per_row, (u, v), n, seen),
+            _ => renderer.rays.read(u, v, seen.rays_mut(n)),
         }
     }
 

@@ -45,14 +45,14 @@ impl<const FIELDS: usize> PixelMap<FIELDS> {
         }
     }
 
-    /// Reads the fields at the `n` pixels (whole steps, at most a word) of row `v` from column `u`, the start of a step;
-    /// the last step may reach beyond the picture.
-    pub(crate) fn read(&self, u: usize, v: usize, n: usize, fields: &mut [Block; FIELDS]) {
+    /// Reads the fields at pixels (whole steps, at most a word) of row `v` from column `u`, the start of a step; the last
+    /// step may reach beyond the picture.
+    pub(crate) fn read(&self, u: usize, v: usize, fields: [&mut [f64]; FIELDS]) {
         let first = (v / MAP_STEP_PX) * self.columns + u / MAP_STEP_PX;
-        let steps = n / MAP_STEP_PX;
         for (nodes, field) in self.nodes.iter().zip(fields) {
+            let steps = field.len() / MAP_STEP_PX;
             let rows = [0, 1, 2, 3].map(|row| &nodes[first + row * self.columns..][..steps + 3]);
-            interpolate(&self.weights, v % MAP_STEP_PX, rows, &mut field[..n]);
+            interpolate(&self.weights, v % MAP_STEP_PX, rows, field);
         }
     }
 }
@@ -123,10 +123,10 @@ impl SheetMap {
         }))
     }
 
-    /// [`PixelMap::read`].
+    /// [`PixelMap::read`] of `n` pixels.
     pub(crate) fn read(&self, u: usize, v: usize, n: usize) -> SheetBlock {
         let mut fields = [NOTHING; 4];
-        self.0.read(u, v, n, &mut fields);
+        self.0.read(u, v, fields.each_mut().map(|field| &mut field[..n]));
         let [inverse_depth, steepness, phi_rad, tan_phi] = fields;
         SheetBlock { inverse_depth, steepness, phi_rad, tan_phi }
     }
@@ -159,7 +159,7 @@ mod tests {
                 let exact = model.camera.ray_from_pixel(&Vector2::new(u as f64, v as f64)).unwrap();
                 let (start, lane) = (u / MAP_STEP_PX * MAP_STEP_PX, u % MAP_STEP_PX);
                 let mut rays = [NOTHING; 2];
-                map.read(start, v, MAP_STEP_PX, &mut rays);
+                map.read(start, v, rays.each_mut().map(|field| &mut field[..MAP_STEP_PX]));
                 let [x, y] = rays.map(|field| field[lane]);
                 assert!((Vector2::new(x, y) - exact.xy()).norm() * model.camera.fx_px < RAY_TOLERANCE, "{u} {v}");
                 let Some(hit) = light.hit(order, &exact, None) else { continue };
