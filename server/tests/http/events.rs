@@ -8,6 +8,7 @@ use serde_json::json;
 
 use crate::common::server::Server;
 use crate::fresh;
+use crate::lists::damage;
 
 /// Makes one durable event.
 #[track_caller]
@@ -53,4 +54,32 @@ fn an_open_stream_brings_what_happens() {
         }
         assert_eq!(first.join().unwrap().len(), 3);
     });
+}
+
+#[test]
+fn a_damaged_event_is_named_and_the_others_are_told_in_list_and_stream() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    let server = Server::start(&data, &[]);
+    for holder in ["A", "B", "Tuesday", "D", "E"] {
+        take_over(&server, holder);
+    }
+    let list = |server: &Server| server.get("/api/v1/events").expect(200);
+    let seqs = |list: &serde_json::Value| -> Vec<u64> {
+        list["items"].as_array().unwrap().iter().map(|event| event["seq"].as_u64().unwrap()).collect()
+    };
+    let before = list(&server);
+    let to = |event: &&serde_json::Value| event["body"]["to"] == "Tuesday";
+    let damaged = before["items"].as_array().unwrap().iter().find(to).unwrap()["seq"].as_u64().unwrap();
+    server.terminate();
+    // Opening folds the log into the database.
+    Server::start(&data, &[]).terminate();
+    damage(&data, "\"to\":\"Tuesday\"");
+
+    let server = Server::start(&data, &[]);
+    let whole: Vec<u64> = seqs(&before).into_iter().filter(|seq| *seq != damaged).collect();
+    let after = list(&server);
+    assert_eq!(seqs(&after)[..whole.len()], whole);
+    assert_eq!(after["damaged"][0]["id"], json!(damaged.to_string()), "{after}");
+    assert_eq!(ids(&server, "Last-Event-ID: 0", whole.len()), whole);
 }

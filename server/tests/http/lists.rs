@@ -56,7 +56,7 @@ fn measurements_are_listed_over_all_scans_by_tool_and_verdict_and_scans_by_worth
 }
 
 /// Flips a bit in the one place of the database that holds `text`, as a failing disk would.
-fn damage(data: &Path, text: &str) {
+pub fn damage(data: &Path, text: &str) {
     let file = data.join("catalogue.sqlite3");
     let mut bytes = std::fs::read(&file).unwrap();
     let places: Vec<usize> = (0..bytes.len()).filter(|&at| bytes[at..].starts_with(text.as_bytes())).collect();

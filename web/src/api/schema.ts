@@ -518,7 +518,8 @@ export interface paths {
         /**
          * What happened, oldest first.
          * @description With `Accept: text/event-stream` a stream that does not end: durable events with their `id`, which a client that
-         *     comes back sends as `Last-Event-ID` and misses none; the progress of jobs as `job.progress` without `id`.
+         *     comes back sends as `Last-Event-ID` and misses none; the progress of jobs as `job.progress` without `id`; an event
+         *     that is damaged in the database as `event.damaged` without `id`.
          */
         get: operations["list_events"];
         put?: never;
@@ -1427,6 +1428,8 @@ export interface components {
         };
         /** @description Events, oldest first. */
         EventListDto: {
+            /** @description Events between these that are damaged in the database; missing if all are whole. */
+            damaged?: components["schemas"]["DamagedDto"][];
             /** @description The events. */
             items: components["schemas"]["EventDto"][];
             /** @description Address of those after them. */

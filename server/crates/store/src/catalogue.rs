@@ -314,7 +314,7 @@ pub trait Catalogue: Send + Sync {
     async fn sessions(&self, page: &Page) -> Result<Listed<SessionRecord>, StoreError>;
 
     /// At most `limit` events after `seq`, oldest first.
-    async fn events_after(&self, seq: i64, limit: u32) -> Result<Vec<EventRecord>, StoreError>;
+    async fn events_after(&self, seq: i64, limit: u32) -> Result<Listed<EventRecord>, StoreError>;
     /// Sequence of the newest event, forgotten ones included; 0 if there never was one.
     async fn last_event_seq(&self) -> Result<i64, StoreError>;
 

@@ -233,7 +233,7 @@ async fn a_catalogue_that_cannot_be_written_is_read_only_and_keeps_what_it_ackno
         let store = Store::open(folder.path()).await.unwrap();
         assert!(n_acknowledged > 0);
         assert_eq!(store.catalogue.last_event_seq().await.unwrap(), n_acknowledged);
-        assert_eq!(store.catalogue.events_after(0, 100_000).await.unwrap().len() as i64, n_acknowledged);
+        assert_eq!(store.catalogue.events_after(0, 100_000).await.unwrap().records.len() as i64, n_acknowledged);
     }
 }
 

@@ -108,7 +108,7 @@ async fn answers(store: &Store, ids: &[String; 5]) -> Vec<Result<String, StoreEr
         text(catalogue.measurement(&ids[3]).await),
         text(catalogue.session(&ids[4]).await),
         text(catalogue.sessions(&page).await.and_then(Listed::whole)),
-        text(catalogue.events_after(0, 9).await),
+        text(catalogue.events_after(0, 9).await.and_then(Listed::whole)),
         text(catalogue.last_event_seq().await),
         text(catalogue.idempotency("once").await),
         text(catalogue.artifacts_named().await.map(|named| {

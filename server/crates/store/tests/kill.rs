@@ -79,7 +79,7 @@ async fn check_whole(store: &Store) {
     let catalogue = &store.catalogue;
     let captures = catalogue.captures(&first(MORE_RECORDS)).await.unwrap().records;
     let jobs = catalogue.jobs(None, &first(MORE_RECORDS)).await.unwrap().records;
-    let events = catalogue.events_after(0, MORE_RECORDS).await.unwrap();
+    let events = catalogue.events_after(0, MORE_RECORDS).await.unwrap().records;
     assert!(events.iter().map(|event| event.seq).eq(1..=events.len() as i64), "the sequence has gaps");
     let mut n_events: HashMap<&str, usize> = HashMap::new();
     for event in events.iter().filter(|event| event.kind == "job.queued") {

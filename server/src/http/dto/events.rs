@@ -5,6 +5,8 @@ use serde_json::Value;
 use store::EventRecord;
 use utoipa::ToSchema;
 
+use crate::http::paging::DamagedDto;
+
 /// Something that happened.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct EventDto {
@@ -26,6 +28,10 @@ pub struct EventDto {
 pub struct EventListDto {
     /// The events.
     pub items: Vec<EventDto>,
+    /// Events between these that are damaged in the database; missing if all are whole.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub damaged: Vec<DamagedDto>,
     /// Address of those after them.
     pub next: String,
 }

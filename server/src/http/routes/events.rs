@@ -1,6 +1,6 @@
 //! Events: as a list, and as a stream that goes on where the client left it.
 
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 use std::convert::Infallible;
 
 use axum::Json;
@@ -10,7 +10,7 @@ use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse as _, Response};
 use futures_util::stream::{Stream, unfold};
 use serde::Deserialize;
-use store::EventRecord;
+use store::{DamagedRow, EventRecord, Listed};
 use tokio::sync::watch;
 use tokio::time::Instant;
 use utoipa::IntoParams;
@@ -23,7 +23,7 @@ use crate::http::answers::header_text;
 use crate::http::dto::events::{EventDto, EventListDto};
 use crate::http::dto::jobs::JobDto;
 use crate::http::extract::ApiQuery;
-use crate::http::paging::page;
+use crate::http::paging::{DamagedDto, page};
 use crate::jobs::JobView;
 use crate::problem::{Problem, ProblemKind};
 
@@ -53,7 +53,8 @@ struct EventsQuery {
 /// What happened, oldest first.
 ///
 /// With `Accept: text/event-stream` a stream that does not end: durable events with their `id`, which a client that
-/// comes back sends as `Last-Event-ID` and misses none; the progress of jobs as `job.progress` without `id`.
+/// comes back sends as `Last-Event-ID` and misses none; the progress of jobs as `job.progress` without `id`; an event
+/// that is damaged in the database as `event.damaged` without `id`.
 #[utoipa::path(
     get, path = "/events", tag = "events",
     params(EventsQuery, ("Last-Event-ID" = Option<String>, Header, description = "Last id seen of the stream")),
@@ -79,10 +80,12 @@ async fn list_events(
     }
     let limit = page(None, query.limit)?.limit;
     let after = seen.unwrap_or(0);
-    let records = app.ledger.read().events_after(after, limit).await?;
+    let Listed { records, damaged, .. } = app.ledger.read().events_after(after, limit).await?;
     let last = records.last().map_or(after, |record| record.seq);
+    let next = format!("/api/v1/events?after={last}&limit={limit}");
+    let damaged = damaged.into_iter().map(DamagedDto::from).collect();
     let items = records.into_iter().map(EventDto::from).collect();
-    Ok(Json(EventListDto { items, next: format!("/api/v1/events?after={last}&limit={limit}") }).into_response())
+    Ok(Json(EventListDto { items, damaged, next }).into_response())
 }
 
 fn sequence(text: &str) -> Result<i64, Problem> {
@@ -98,6 +101,9 @@ struct Follower {
     app: App,
     seen: i64,
     waiting: VecDeque<EventRecord>,
+    /// Damaged events: those to be told, and those that were.
+    damaged: VecDeque<DamagedRow>,
+    named: HashSet<String>,
     newest: watch::Receiver<i64>,
     progress: watch::Receiver<Option<JobView>>,
     next_progress: Instant,
@@ -107,20 +113,27 @@ impl Follower {
     fn new(app: App, seen: i64) -> Self {
         let (newest, mut progress) = (app.ledger.watch_events(), app.jobs.watch_progress());
         progress.mark_unchanged();
-        Self { app, seen, waiting: VecDeque::new(), newest, progress, next_progress: Instant::now() }
+        let (waiting, damaged, named) = (VecDeque::new(), VecDeque::new(), HashSet::new());
+        Self { app, seen, waiting, damaged, named, newest, progress, next_progress: Instant::now() }
     }
 
     /// The next thing to tell; `None` ends the stream.
     async fn next(&mut self) -> Option<Event> {
         loop {
+            if let Some(row) = self.damaged.pop_front() {
+                return Event::default().event("event.damaged").json_data(DamagedDto::from(row)).ok();
+            }
             if let Some(record) = self.waiting.pop_front() {
                 self.seen = record.seq;
                 return durable(record);
             }
             self.newest.mark_unchanged();
             // A store that fails ends the stream; the client comes back and goes on where it was.
-            self.waiting = self.app.ledger.read().events_after(self.seen, CATCH_UP).await.ok()?.into();
-            if !self.waiting.is_empty() {
+            let Listed { records, damaged, .. } =
+                self.app.ledger.read().events_after(self.seen, CATCH_UP).await.ok()?;
+            self.waiting = records.into();
+            self.damaged = damaged.into_iter().filter(|row| self.named.insert(row.id.clone())).collect();
+            if !(self.waiting.is_empty() && self.damaged.is_empty()) {
                 continue;
             }
             tokio::select! {

@@ -112,7 +112,7 @@ async fn submit(jobs: &Jobs, input: JobInput) -> String {
 }
 
 async fn events(bench: &Bench, subject: &str) -> Vec<EventRecord> {
-    let all = bench.parts.ledger.read().events_after(0, 1000).await.unwrap();
+    let all = bench.parts.ledger.read().events_after(0, 1000).await.unwrap().records;
     all.into_iter().filter(|event| event.subject == subject).collect()
 }
 

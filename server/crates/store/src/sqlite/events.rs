@@ -3,10 +3,11 @@
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use crate::catalogue::StoreError;
+use crate::catalogue::{Listed, StoreError};
 use crate::records::{EventRecord, IdempotencyRecord};
 use crate::sqlite::changes::{Written, inserted, next};
 use crate::sqlite::error::reading;
+use crate::sqlite::listing::{every, listed};
 use crate::sqlite::row::{get, json};
 use crate::sqlite::seal;
 
@@ -31,13 +32,9 @@ fn idempotency_from_row(row: &SqliteRow) -> Result<IdempotencyRecord, StoreError
     })
 }
 
-pub async fn after(readers: &SqlitePool, seq: i64, limit: u32) -> Result<Vec<EventRecord>, StoreError> {
-    let rows = sqlx::query("SELECT * FROM events WHERE seq > $1 ORDER BY seq LIMIT $2")
-        .bind(seq)
-        .bind(i64::from(limit))
-        .fetch_all(readers)
-        .await;
-    rows.map_err(|cause| reading(cause, "read events"))?.iter().map(from_row).collect()
+pub async fn after(readers: &SqlitePool, seq: i64, limit: u32) -> Result<Listed<EventRecord>, StoreError> {
+    let rows = sqlx::query("SELECT * FROM events WHERE seq > $1 ORDER BY seq").bind(seq).fetch(readers);
+    listed(rows, limit, "read events", from_row, every, |event| event.seq.to_string()).await
 }
 
 /// From the counter, which also knows of events that are forgotten.

@@ -189,7 +189,7 @@ impl Catalogue for SqliteCatalogue {
         sessions::page(&self.readers, page).await
     }
 
-    async fn events_after(&self, seq: i64, limit: u32) -> Result<Vec<EventRecord>, StoreError> {
+    async fn events_after(&self, seq: i64, limit: u32) -> Result<Listed<EventRecord>, StoreError> {
         events::after(&self.readers, seq, limit).await
     }
 

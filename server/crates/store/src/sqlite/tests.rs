@@ -94,7 +94,7 @@ async fn records_of_a_database_without_seals_are_sealed_and_read() {
     for _ in ["migrated", "opened again"] {
         let catalogue = catalogue(folder.path()).await;
         assert_eq!(catalogue.session("s1").await.unwrap().body, serde_json::json!({"step": 2}));
-        assert_eq!(catalogue.events_after(0, 9).await.unwrap()[0].subject, "j1");
+        assert_eq!(catalogue.events_after(0, 9).await.unwrap().records[0].subject, "j1");
         assert_eq!(catalogue.last_event_seq().await.unwrap(), 1);
         catalogue.close().await;
     }

@@ -16,9 +16,9 @@ async fn events_are_numbered_without_gaps_also_after_a_refused_commit() {
         assert_eq!(stored, [EventRecord { seq: 1, ..event("a") }, EventRecord { seq: 2, ..event("b") }]);
         catalogue.commit(vec![append("lost"), Change::DeleteScan("no".into())]).await.unwrap_err();
         catalogue.commit(vec![append("c")]).await.unwrap();
-        let read = catalogue.events_after(1, 9).await.unwrap();
+        let read = catalogue.events_after(1, 9).await.unwrap().records;
         assert_eq!(read, [EventRecord { seq: 2, ..event("b") }, EventRecord { seq: 3, ..event("c") }]);
-        assert_eq!(catalogue.events_after(0, 1).await.unwrap(), stored[..1]);
+        assert_eq!(catalogue.events_after(0, 1).await.unwrap().records, stored[..1]);
     }
 }
 
@@ -28,7 +28,7 @@ async fn numbers_of_forgotten_events_are_not_used_again() {
         let catalogue = &fresh.store.catalogue;
         catalogue.commit(vec![append("a"), append("b")]).await.unwrap();
         catalogue.commit(vec![Change::ForgetEventsThrough { seq: 2 }]).await.unwrap();
-        assert!(catalogue.events_after(0, 9).await.unwrap().is_empty());
+        assert!(catalogue.events_after(0, 9).await.unwrap().records.is_empty());
         assert_eq!(catalogue.last_event_seq().await.unwrap(), 2);
         assert_eq!(catalogue.commit(vec![append("c")]).await.unwrap()[0].seq, 3);
     }

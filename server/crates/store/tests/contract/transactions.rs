@@ -46,7 +46,7 @@ async fn many_tasks_commit_at_once_and_every_event_has_its_own_number() {
         for task in tasks {
             task.await.unwrap();
         }
-        let events = fresh.store.catalogue.events_after(0, 1_000).await.unwrap();
+        let events = fresh.store.catalogue.events_after(0, 1_000).await.unwrap().records;
         let seqs: Vec<_> = events.iter().map(|event| event.seq).collect();
         assert_eq!(seqs, (1..=(N_TASKS * N_COMMITS) as i64).collect::<Vec<_>>());
     }
