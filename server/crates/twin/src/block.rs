@@ -25,6 +25,12 @@ pub(crate) fn floor(x: f64) -> f64 {
     if nearest > x { nearest - 1.0 } else { nearest }
 }
 
+/// Smallest whole number that is not below `x`, for |x| < 2⁵¹.
+#[inline(always)]
+pub(crate) fn ceil(x: f64) -> f64 {
+    -floor(-x)
+}
+
 /// The exponential of a number up to 700, to two units in the last place: a multiple of ln 2 makes the exponent, a
 /// Taylor polynomial the rest. Unlike the system's it is the same on every machine.
 #[inline(always)]
@@ -74,9 +80,10 @@ mod tests {
     }
 
     #[test]
-    fn floor_rounds_down() {
+    fn floor_rounds_down_and_ceil_up() {
         for x in [-2.0, -1.5, -1.0, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.5, 1e6 + 0.75] {
             assert_eq!(floor(x), x.floor());
+            assert_eq!(ceil(x), x.ceil());
         }
     }
 }

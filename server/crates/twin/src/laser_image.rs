@@ -94,12 +94,13 @@ fn light_of_order(
 ) {
     let width = renderer.model.camera.width_px;
     let light = OrderLight::new(renderer, order_idx);
-    let mut seen = Seen::nothing();
+    let (mut seen, mut sheet) = (Seen::nothing(), SheetBlock::nothing());
     let mut shine = Shine { level: NOTHING, source: [NOTHING; 3] };
     for (u, v, n) in may_be_lit.stretches(MAP_STEP_PX) {
         view.aim(renderer, u, v, n, &mut seen);
         view.see(u, v, n, &mut seen);
-        fall(&light, &seen, &renderer.sheets[order_idx].read(u, v, n), n, &mut shine);
+        renderer.sheets[order_idx].read(u, v, n, &mut sheet);
+        fall(&light, &seen, &sheet, n, &mut shine);
         let bits = shine.bits(n.min(width - u));
         if bits == 0 {
             continue;

@@ -1,5 +1,6 @@
 //! Which pixels light can fall on: a bit per pixel, so that the rest of a picture costs nothing.
 
+use crate::block::{ceil, floor};
 use crate::params::PSF_RADIUS_PX;
 
 /// Pixels per word of a row.
@@ -38,8 +39,8 @@ impl LitPixels {
     /// Adds the pixels of the rectangle between two corners (u, v), widened by `margin_px`; what lies outside is cut off.
     pub(crate) fn add_rectangle(&mut self, a: [f64; 2], b: [f64; 2], margin_px: f64) {
         let span = |axis: usize, size: usize| {
-            let low = (a[axis].min(b[axis]) - margin_px).floor().max(0.0);
-            let high = (a[axis].max(b[axis]) + margin_px).ceil().min(size as f64 - 1.0);
+            let low = floor(a[axis].min(b[axis]) - margin_px).max(0.0);
+            let high = ceil(a[axis].max(b[axis]) + margin_px).min(size as f64 - 1.0);
             (low <= high).then_some((low as usize, high as usize))
         };
         let (Some((left, right)), Some((top, bottom))) = (span(0, self.width), span(1, self.height)) else {
@@ -154,7 +155,7 @@ impl FilledCells {
         let (left, right) = (low[0] as usize / columns, (high[0] as usize).min(lit.width - 1) / columns);
         let [top, below] = [low[1] as usize / rows, (high[1] as usize).min(lit.height - 1) / rows + 1]
             .map(|row| &self.above[row * lit.words_per_row * Self::PER_WORD..][left..=right]);
-        top != below
+        top.iter().zip(below).any(|(a, b)| a != b)
     }
 }
 

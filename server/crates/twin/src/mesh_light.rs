@@ -21,6 +21,9 @@ use crate::ways::Ways;
 /// triangle's seams, far less than a triangle.
 const BOUND_MARGIN: f64 = 1e-5;
 
+/// Bounds of a triangle: along the band, across it, and along both diagonals. A box alone is twice as large as a triangle.
+const N_BOUNDS: usize = 4;
+
 /// Members that are compared together: as many as a vector register holds.
 const STEP_MEMBERS: usize = 8;
 
@@ -56,11 +59,18 @@ pub(crate) struct MeshLight {
     entries: Vec<(u32, Member)>,
 }
 
+/// A triangle as seen from the viewpoint.
+pub(crate) struct Corners {
+    /// Tangents along and across the band, and depth, of each.
+    at: [[f64; 3]; 3],
+    pub patch: Patch,
+}
+
 /// A triangle of a cell and what it takes up as seen from the viewpoint: most are ruled out by that alone.
 #[derive(Debug, Clone, Copy, Default)]
 struct Member {
-    low: [f32; 2],
-    high: [f32; 2],
+    low: [f32; N_BOUNDS],
+    high: [f32; N_BOUNDS],
     /// Depth of its nearest corner, mm.
     nearest: f32,
     idx: u32,
@@ -68,17 +78,23 @@ struct Member {
 
 /// What may stand in a way: what takes up some of these tangents before this depth, and is not this triangle.
 struct Sought {
-    low: [f32; 2],
-    high: [f32; 2],
+    low: [f32; N_BOUNDS],
+    high: [f32; N_BOUNDS],
     farthest: f32,
     idx: u32,
+}
+
+/// A direction along the bounds of a member.
+#[inline]
+fn in_bounds(along: f64, across: f64) -> [f64; N_BOUNDS] {
+    [along, across, along + across, along - across]
 }
 
 /// Members by field, so that many are compared at once.
 #[derive(Debug, Default)]
 struct Members {
-    low: [Vec<f32>; 2],
-    high: [Vec<f32>; 2],
+    low: [Vec<f32>; N_BOUNDS],
+    high: [Vec<f32>; N_BOUNDS],
     nearest: Vec<f32>,
     idx: Vec<u32>,
 }
@@ -160,9 +176,9 @@ impl Band {
 
     /// Which part (from, to) of each side of a triangle, from corner to next corner, lies in the sheet; all of it, if a
     /// corner lies behind the viewpoint.
-    pub(crate) fn sides_in_sheet(&self, corners: &[Vector3<f64>; 3]) -> [Option<(f64, f64)>; 3] {
-        let Some((at, patch)) = self.corners_seen(corners) else { return [Some((0.0, 1.0)); 3] };
-        let [low, high] = self.sheet_across(&patch);
+    pub(crate) fn sides_in_sheet(&self, corners: Option<&Corners>) -> [Option<(f64, f64)>; 3] {
+        let Some(Corners { at, patch }) = corners else { return [Some((0.0, 1.0)); 3] };
+        let [low, high] = self.sheet_across(patch);
         // Signed distances from the planes through the viewpoint that bound it: linear along a side.
         let above = at.map(|[_, across, depth]| (across - low) * depth);
         let below = at.map(|[_, across, depth]| (high - across) * depth);
@@ -215,17 +231,13 @@ impl Band {
     }
 
     /// The directions of a triangle; `None` if a corner lies behind the viewpoint.
-    pub(crate) fn patch(&self, corners: &[Vector3<f64>; 3]) -> Option<Patch> {
-        self.corners_seen(corners).map(|(_, patch)| patch)
-    }
-
-    fn corners_seen(&self, corners: &[Vector3<f64>; 3]) -> Option<([[f64; 3]; 3], Patch)> {
-        let [a, b, c] = corners.each_ref().map(|corner| self.seen(corner));
-        let (a, b, c) = (a?, b?, c?);
+    pub(crate) fn corners(&self, corners: &[Vector3<f64>; 3]) -> Option<Corners> {
+        let [a, b, c] = corners;
+        let (a, b, c) = (self.seen(a)?, self.seen(b)?, self.seen(c)?);
         let low = [0, 1, 2].map(|axis: usize| a[axis].min(b[axis]).min(c[axis]));
         let high = [0, 1, 2].map(|axis: usize| a[axis].max(b[axis]).max(c[axis]));
         let patch = Patch { low: [low[0], low[1]], high: [high[0], high[1]], depth_mm: [low[2], high[2]] };
-        Some(([a, b, c], patch))
+        Some(Corners { at: [a, b, c], patch })
     }
 
     /// Whether a ball may touch the band.
@@ -236,9 +248,10 @@ impl Band {
             return true;
         }
         let middle = [at.x / at.z, at.y / at.z];
-        let half = radius_mm * (1.0 + middle[0].abs().max(middle[1].abs())) / nearest;
-        let depth_mm = [nearest, at.z + radius_mm];
-        self.touches(&Patch { low: middle.map(|x| x - half), high: middle.map(|x| x + half), depth_mm })
+        // By d from the centre, x/z changes by (d_x − (x/z)·d_z)/z.
+        let half = middle.map(|tangent| radius_mm * (1.0 + tangent * tangent).sqrt() / nearest);
+        let (low, high) = (from_fn(|axis| middle[axis] - half[axis]), from_fn(|axis| middle[axis] + half[axis]));
+        self.touches(&Patch { low, high, depth_mm: [nearest, at.z + radius_mm] })
     }
 }
 
@@ -259,10 +272,16 @@ impl Patch {
 }
 
 impl Member {
-    fn new(patch: &Patch, idx: u32) -> Self {
+    /// A triangle; where it is not known, it may be anywhere.
+    fn new(corners: Option<&Corners>, idx: u32) -> Self {
+        let Some(Corners { at, patch }) = corners else {
+            let (low, high) = ([f32::NEG_INFINITY; N_BOUNDS], [f32::INFINITY; N_BOUNDS]);
+            return Self { low, high, nearest: 0.0, idx };
+        };
+        let [a, b, c] = at.map(|[along, across, _]| in_bounds(along, across));
         Self {
-            low: patch.low.map(|low| (low - BOUND_MARGIN) as f32),
-            high: patch.high.map(|high| (high + BOUND_MARGIN) as f32),
+            low: from_fn(|k| (a[k].min(b[k]).min(c[k]) - BOUND_MARGIN) as f32),
+            high: from_fn(|k| (a[k].max(b[k]).max(c[k]) + BOUND_MARGIN) as f32),
             nearest: (patch.depth_mm[0] - BOUND_MARGIN * patch.depth_mm[0]) as f32,
             idx,
         }
@@ -272,8 +291,8 @@ impl Member {
 impl Members {
     /// Room for `n` members, and for a step beyond them that holds none.
     fn make_room(&mut self, n: usize) {
-        let Self { low: [left, bottom], high: [right, top], nearest, idx } = self;
-        for bounds in [left, bottom, right, top, nearest] {
+        let Self { low, high, nearest, idx } = self;
+        for bounds in low.iter_mut().chain(high).chain([nearest]) {
             bounds.clear();
             bounds.resize(n + STEP_MEMBERS, f32::NAN);
         }
@@ -282,7 +301,7 @@ impl Members {
     }
 
     fn put(&mut self, place: usize, member: &Member) {
-        for axis in 0..2 {
+        for axis in 0..N_BOUNDS {
             self.low[axis][place] = member.low[axis];
             self.high[axis][place] = member.high[axis];
         }
@@ -290,22 +309,24 @@ impl Members {
         self.idx[place] = member.idx;
     }
 
-    /// Which members of a step from `first` may stand in a patch before its farthest depth. All bounds are compared: that
+    /// Which members of a step from `first` may (1, else 0) stand in a patch before its farthest depth. All bounds are compared: that
     /// costs less than guessing which will tell.
     #[inline(always)]
-    fn may_stand_before(&self, first: usize, sought: &Sought) -> [bool; STEP_MEMBERS] {
-        let bounds = |bounds: &[f32]| -> [f32; STEP_MEMBERS] { from_fn(|k| bounds[first..][..STEP_MEMBERS][k]) };
-        let ([left, bottom], [right, top]) =
-            ([bounds(&self.low[0]), bounds(&self.low[1])], [bounds(&self.high[0]), bounds(&self.high[1])]);
-        let (nearest, idx) = (bounds(&self.nearest), &self.idx[first..][..STEP_MEMBERS]);
-        from_fn(|k| {
-            (idx[k] != sought.idx)
-                & (nearest[k] < sought.farthest)
-                & (left[k] <= sought.high[0])
-                & (right[k] >= sought.low[0])
-                & (bottom[k] <= sought.high[1])
-                & (top[k] >= sought.low[1])
-        })
+    fn may_stand_before(&self, first: usize, sought: &Sought) -> [u32; STEP_MEMBERS] {
+        let step = |bounds: &[f32]| -> [f32; STEP_MEMBERS] { from_fn(|k| bounds[first..][..STEP_MEMBERS][k]) };
+        let (nearest, idx) = (step(&self.nearest), &self.idx[first..][..STEP_MEMBERS]);
+        let mut may = [0; STEP_MEMBERS];
+        for k in 0..STEP_MEMBERS {
+            may[k] = u32::from(idx[k] != sought.idx) & u32::from(nearest[k] < sought.farthest);
+        }
+        for axis in 0..N_BOUNDS {
+            let (low, high) = (step(&self.low[axis]), step(&self.high[axis]));
+            let (sought_low, sought_high) = (sought.low[axis], sought.high[axis]);
+            for k in 0..STEP_MEMBERS {
+                may[k] &= u32::from(low[k] <= sought_high) & u32::from(high[k] >= sought_low);
+            }
+        }
+        may
     }
 }
 
@@ -346,12 +367,11 @@ fn is_blocked(
         return None;
     }
     let sought = Sought {
-        low: [left, bottom].map(|x| x as f32),
-        high: [right, top].map(|x| x as f32),
+        low: [left, bottom, left + bottom, left - top].map(|x| x as f32),
+        high: [right, top, right + top, right - bottom].map(|x| x as f32),
         farthest: ways.farthest[lane] as f32,
         idx: triangle,
     };
-    let way = ways.in_part(lane);
     for column in first as usize..=last as usize {
         let [low, high] = band.columns[column];
         if bottom < low || top > high {
@@ -361,11 +381,11 @@ fn is_blocked(
         let members = light.cells[cell(bottom)]..light.cells[cell(top) + 1];
         for first in (members.start as usize..members.end as usize).step_by(STEP_MEMBERS) {
             let may = light.members.may_stand_before(first, &sought);
-            if may == [false; STEP_MEMBERS] {
+            if may == [0; STEP_MEMBERS] {
                 continue;
             }
-            let idx = &light.members.idx[first..][..STEP_MEMBERS];
-            let mut found = idx.iter().zip(may).filter(|(_, may)| *may);
+            let (way, idx) = (ways.in_part(lane), &light.members.idx[first..][..STEP_MEMBERS]);
+            let mut found = idx.iter().zip(may).filter(|(_, may)| *may != 0);
             if found.any(|(idx, _)| solid.stands_before(*idx, &way.from, &way.way, way.limit)) {
                 return Some(true);
             }
@@ -382,7 +402,7 @@ impl MeshLight {
         band: &Band,
         mesh: &Mesh,
         moved: &Vector3<f64>,
-        mut each: impl FnMut(&[Vector3<f64>; 3]),
+        mut each: impl FnMut(&[Vector3<f64>; 3], Option<&Corners>),
     ) {
         let origin = mesh.plate.point_mm + moved;
         self.triangles.clear();
@@ -394,12 +414,12 @@ impl MeshLight {
         for position in 0..self.triangles.len() {
             let idx = self.triangles[position];
             let corners = mesh.solid.corners(idx).map(|corner| origin + mesh.plate.axes * corner);
-            let patch = band.patch(&corners);
-            if patch.is_some_and(|patch| !band.touches(&patch)) {
+            let seen = band.corners(&corners);
+            if seen.as_ref().is_some_and(|seen| !band.touches(&seen.patch)) {
                 continue;
             }
-            each(&corners);
-            self.enter(band, &patch.unwrap_or(Patch::EVERYWHERE), idx);
+            each(&corners, seen.as_ref());
+            self.enter(band, seen.as_ref(), idx);
         }
         self.sort();
     }
@@ -423,8 +443,9 @@ impl MeshLight {
         first + from as u32..first + to as u32
     }
 
-    fn enter(&mut self, band: &Band, patch: &Patch, idx: u32) {
-        let member = Member::new(patch, idx);
+    fn enter(&mut self, band: &Band, corners: Option<&Corners>, idx: u32) {
+        let member = Member::new(corners, idx);
+        let patch = corners.map_or(&Patch::EVERYWHERE, |corners| &corners.patch);
         for column in band.columns_of(patch) {
             for cell in self.cells_of(band, column, patch.low[1], patch.high[1]) {
                 self.entries.push((cell, member));

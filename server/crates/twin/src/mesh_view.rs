@@ -9,7 +9,7 @@ use multiversion::multiversion;
 use nalgebra::Vector3;
 use optics::Camera;
 
-use crate::block::{Block, NOTHING};
+use crate::block::{Block, NOTHING, ceil, floor};
 use crate::lit_pixels::{FilledCells, LitPixels, WORD_PX};
 use crate::mesh::{Mesh, SEAM};
 use crate::params::{MAP_STEP_PX, PART_REFLECTANCE};
@@ -216,8 +216,9 @@ fn draw_facet(
 fn rectangle_around(camera: &Camera, centre: &Vector3<f64>, radius_mm: f64) -> Option<([f64; 2], [f64; 2])> {
     let nearest = centre.z - radius_mm;
     let (x, y) = (centre.x / centre.z, centre.y / centre.z);
-    let ideal = radius_mm * (1.0 + x.abs().max(y.abs())) / nearest;
-    let half_px = 2.0_f64.sqrt() * LENS_STRETCH * camera.fx_px.max(camera.fy_px) * ideal;
+    // By d from the centre, (x, y) changes by (d_x − x·d_z, d_y − y·d_z)/z: at most |d|·√(1 + x² + y²)/z.
+    let ideal = radius_mm * (1.0 + x * x + y * y).sqrt() / nearest;
+    let half_px = LENS_STRETCH * camera.fx_px.max(camera.fy_px) * ideal;
     if nearest <= 0.0 || half_px > LARGE_PX {
         return None;
     }
@@ -228,12 +229,13 @@ fn rectangle_around(camera: &Camera, centre: &Vector3<f64>, radius_mm: f64) -> O
 /// Columns and rows of the picture that a triangle may cover: left, right, top, bottom.
 fn pixels_around(camera: &Camera, corners: &[Vector3<f64>; 3]) -> Option<(usize, usize, usize, usize)> {
     let (width, height) = (camera.width_px, camera.height_px);
-    let [a, b, c] = corners.each_ref().map(|corner| camera.project(corner));
-    let (Some(a), Some(b), Some(c)) = (a, b, c) else { return Some((0, width - 1, 0, height - 1)) };
+    let [a, b, c] = corners;
+    let pixels = (camera.project(a), camera.project(b), camera.project(c));
+    let (Some(a), Some(b), Some(c)) = pixels else { return Some((0, width - 1, 0, height - 1)) };
     let (low, high) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));
     let margin = MARGIN_PX + BOW_PER_PX * (high - low).norm_squared();
     let span = |low: f64, high: f64, size: usize| {
-        let (low, high) = ((low - margin).ceil().max(0.0), (high + margin).floor().min(size as f64 - 1.0));
+        let (low, high) = (ceil(low - margin).max(0.0), floor(high + margin).min(size as f64 - 1.0));
         (low <= high).then_some((low as usize, high as usize))
     };
     let (left, right) = span(low.x, high.x, width)?;

@@ -63,18 +63,6 @@ impl Seen {
         self.ray(lane) * self.reach[lane]
     }
 
-    /// The points that the first `n` pixels see.
-    fn points(&self, n: usize) -> [Block; 3] {
-        let mut points = [NOTHING; 3];
-        let [x, y] = &self.rays;
-        for lane in 0..n.min(x.len()) {
-            points[0][lane] = x[lane] * self.reach[lane];
-            points[1][lane] = y[lane] * self.reach[lane];
-            points[2][lane] = self.reach[lane];
-        }
-        points
-    }
-
     /// Puts another surface before a pixel.
     pub(crate) fn put(&mut self, lane: usize, reach: f64, normal: &Vector3<f64>, reflectance: f64) {
         self.reach[lane] = reach;
@@ -156,7 +144,7 @@ impl<'s> View<'s> {
         let (mut lit, mut unknown) = (0, bits);
         if let (Scene::Mesh(mesh), Some(BandOnMesh { band, ball })) = (self.scene.scene, &self.band) {
             let MeshMemory { light, ways, .. } = &mut *self.memory;
-            ways.follow((band, ball), (mesh, &self.scene.moved_mm), source, &seen.points(n), n);
+            ways.follow((band, ball), (mesh, &self.scene.moved_mm), source, seen, n);
             let near = lanes(bits).fold(0, |near, lane| near | u64::from(ways.is_near(lane)) << lane);
             let blocked;
             (blocked, unknown) = blocked_ways(light, band, &mesh.solid, ways, &seen.triangle, near);

@@ -82,15 +82,14 @@ impl Sensor {
     /// Fills `target`, which begins at column `from` (a multiple of 4) of a row, with unlit pixels.
     pub(crate) fn expose_dark<L: Level>(&self, row_seed: u64, from: usize, target: &mut [L]) {
         let table: &[L; QUANTILES] = L::dark(self).try_into().expect("a level per quantile was made");
-        let four = |word: usize| {
-            let bits = Self::bits(row_seed, from / 4 + word);
-            [0, 16, 32, 48].map(|shift| table[(bits >> shift) as usize % QUANTILES])
-        };
         let (fours, rest) = target.as_chunks_mut();
         let last = fours.len();
-        fours.iter_mut().enumerate().for_each(|(word, slots)| *slots = four(word));
+        for (word, slots) in fours.iter_mut().enumerate() {
+            *slots = dark_four(table, Self::bits(row_seed, from / 4 + word));
+        }
         if !rest.is_empty() {
-            rest.copy_from_slice(&four(last)[..rest.len()]);
+            let four = dark_four(table, Self::bits(row_seed, from / 4 + last));
+            rest.copy_from_slice(&four[..rest.len()]);
         }
     }
 
@@ -119,4 +118,10 @@ impl Sensor {
             rest.copy_from_slice(&four(last, light)[..rest.len()]);
         }
     }
+}
+
+/// Four unlit pixels by random bits.
+#[inline(always)]
+fn dark_four<L: Level>(table: &[L; QUANTILES], bits: u64) -> [L; 4] {
+    [0, 16, 32, 48].map(|shift| table[(bits >> shift) as usize % QUANTILES])
 }

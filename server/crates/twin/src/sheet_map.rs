@@ -124,11 +124,16 @@ impl SheetMap {
     }
 
     /// [`PixelMap::read`] of `n` pixels.
-    pub(crate) fn read(&self, u: usize, v: usize, n: usize) -> SheetBlock {
-        let mut fields = [NOTHING; 4];
-        self.0.read(u, v, fields.each_mut().map(|field| &mut field[..n]));
-        let [inverse_depth, steepness, phi_rad, tan_phi] = fields;
-        SheetBlock { inverse_depth, steepness, phi_rad, tan_phi }
+    pub(crate) fn read(&self, u: usize, v: usize, n: usize, sheet: &mut SheetBlock) {
+        let SheetBlock { inverse_depth, steepness, phi_rad, tan_phi } = sheet;
+        self.0.read(u, v, [inverse_depth, steepness, phi_rad, tan_phi].map(|field| &mut field[..n]));
+    }
+}
+
+impl SheetBlock {
+    /// No sheet.
+    pub(crate) fn nothing() -> Self {
+        Self { inverse_depth: NOTHING, steepness: NOTHING, phi_rad: NOTHING, tan_phi: NOTHING }
     }
 }
 
@@ -154,7 +159,7 @@ mod tests {
         let model = StationModel::seeded(9, &shape).unwrap();
         let (map, light) = (ray_map(&model.camera), LightSurfaces::Grating(model.grating));
         for &order in &model.orders {
-            let sheets = SheetMap::new(&model.camera, &light, order);
+            let (sheets, mut sheet) = (SheetMap::new(&model.camera, &light, order), SheetBlock::nothing());
             for (u, v) in (0..640).step_by(13).flat_map(|u| (0..512).step_by(11).map(move |v| (u, v))) {
                 let exact = model.camera.ray_from_pixel(&Vector2::new(u as f64, v as f64)).unwrap();
                 let (start, lane) = (u / MAP_STEP_PX * MAP_STEP_PX, u % MAP_STEP_PX);
@@ -166,7 +171,7 @@ mod tests {
                 if !(200.0..800.0).contains(&hit.depth_mm) {
                     continue;
                 }
-                let sheet = sheets.read(start, v, MAP_STEP_PX);
+                sheets.read(start, v, MAP_STEP_PX, &mut sheet);
                 let across = (1.0 / sheet.inverse_depth[lane] - hit.depth_mm) * sheet.steepness[lane];
                 assert!(across.abs() < ACROSS_TOLERANCE_MM, "{order} {u} {v}: {across}");
                 assert!((sheet.steepness[lane] - hit.normal.dot(&exact)).abs() < 1e-5);

@@ -9,7 +9,7 @@ use optics::{Camera, LightRay};
 use crate::laser_image::Placed;
 use crate::lit_pixels::LitPixels;
 use crate::mesh::Mesh;
-use crate::mesh_light::{Band, MeshLight};
+use crate::mesh_light::{Band, Corners, MeshLight};
 use crate::params::SHEET_REACH_SIGMAS;
 use crate::renderer::Renderer;
 use crate::scene::{Ball, NearHit, Plate, Scene};
@@ -208,7 +208,9 @@ impl<'r> Tracer<'r> {
         let cell = CELL_PX * self.step_rad / FINE_STEP_PX;
         let ball = scene.part_ball()?;
         let band = Band::new(&self.renderer.model.grating, self.order, angles, self.reach_mm, &ball, cell)?;
-        triangles.gather(&band, mesh, &scene.moved_mm, |corners| mark_triangle(camera, &band, corners, 0, lit));
+        triangles.gather(&band, mesh, &scene.moved_mm, |corners, seen| {
+            mark_triangle(camera, &band, (corners, seen), 0, lit);
+        });
         Some(BandOnMesh { band, ball })
     }
 
@@ -287,15 +289,22 @@ impl<'r> Tracer<'r> {
 }
 
 /// Marks the pixels that a triangle in the band covers, in pieces if it is large; those that do not touch it are left out.
-fn mark_triangle(camera: &Camera, band: &Band, corners: &[Vector3<f64>; 3], depth: usize, lit: &mut LitPixels) {
-    let pixels = corners.each_ref().map(|corner| camera.project(corner).map(|pixel| [pixel.x, pixel.y]));
+fn mark_triangle(
+    camera: &Camera,
+    band: &Band,
+    (corners, seen): (&[Vector3<f64>; 3], Option<&Corners>),
+    depth: usize,
+    lit: &mut LitPixels,
+) {
+    let [a, b, c] = corners;
+    let pixels = [camera.project(a), camera.project(b), camera.project(c)].map(|p| Some([p?.x, p?.y]));
     let (whole, bounds) = match pixels {
         [Some(a), Some(b), Some(c)] => (Some([a, b, c]), bounds(&[a, b, c])),
         _ => (None, bounds(&pixels.into_iter().flatten().collect::<Vec<_>>())),
     };
     let Some((low, high)) = bounds else { return };
     if let Some(pixels) = whole.filter(|_| (high[0] - low[0]).max(high[1] - low[1]) <= PIECE_PX) {
-        mark_in_sheet(band, corners, &pixels, lit);
+        mark_in_sheet(band, seen, &pixels, lit);
         return;
     }
     if depth >= MAX_PIECES_DEPTH {
@@ -305,14 +314,15 @@ fn mark_triangle(camera: &Camera, band: &Band, corners: &[Vector3<f64>; 3], dept
     let [a, b, c] = *corners;
     let (ab, bc, ca) = ((a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0);
     for piece in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-        if band.patch(&piece).is_none_or(|patch| band.touches(&patch)) {
-            mark_triangle(camera, band, &piece, depth + 1, lit);
+        let seen = band.corners(&piece);
+        if seen.as_ref().is_none_or(|seen| band.touches(&seen.patch)) {
+            mark_triangle(camera, band, (&piece, seen.as_ref()), depth + 1, lit);
         }
     }
 }
 
 /// Marks the pixels around what the sheet holds of a triangle so small that it looks the same from anywhere.
-fn mark_in_sheet(band: &Band, corners: &[Vector3<f64>; 3], pixels: &[[f64; 2]; 3], lit: &mut LitPixels) {
+fn mark_in_sheet(band: &Band, corners: Option<&Corners>, pixels: &[[f64; 2]; 3], lit: &mut LitPixels) {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for (side, part) in band.sides_in_sheet(corners).into_iter().enumerate() {
         let Some((from, to)) = part else { continue };

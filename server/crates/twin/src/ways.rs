@@ -9,6 +9,7 @@ use crate::mesh::Mesh;
 use crate::mesh_light::Band;
 use crate::params::SAME_HIT_MM;
 use crate::scene::Ball;
+use crate::seen::Seen;
 
 /// The ways of light to a stretch of pixels; pairs are the lowest and the highest of each way inside the ball around the
 /// part.
@@ -58,13 +59,13 @@ impl Default for Ways {
 }
 
 impl Ways {
-    /// Follows the first `n` ways to points on the part or on its plate, carried by the stage.
+    /// Follows the first `n` ways to points that are seen on the part or on its plate, carried by the stage.
     pub(crate) fn follow(
         &mut self,
         (band, ball): (&Band, &Ball),
         (mesh, moved): (&Mesh, &Vector3<f64>),
         from: &[Block; 3],
-        to: &[Block; 3],
+        to: &Seen,
         n: usize,
     ) {
         let n = n.min(WORD_PX);
@@ -86,15 +87,16 @@ impl Ways {
 
 /// The ball's test is that of [`Ball::is_near`].
 #[multiversion(targets("x86_64+avx2"))]
-fn follow(ways: &mut Ways, band: &Band, ball: &Ball, from: &[Block; 3], to: &[Block; 3], n: usize) {
+fn follow(ways: &mut Ways, band: &Band, ball: &Ball, from: &[Block; 3], to: &Seen, n: usize) {
     let Ways { along: [low_u, high_u], across: [low_v, high_v], columns: [first, last], .. } = ways;
     let Ways { farthest, hidden_beyond, near, before, .. } = ways;
-    let ([fx, fy, fz], [tx, ty, tz]) = (from, to);
+    let ([fx, fy, fz], Seen { rays: [x, y], reach, .. }) = (from, to);
     let (centre, radius_2) = (ball.centre_mm, ball.radius_mm * ball.radius_mm);
     let (axes, viewpoint) = (band.axes, band.viewpoint);
     let first_column = band.first_column as f64;
     for lane in 0..n {
-        let (origin, end) = ([fx[lane], fy[lane], fz[lane]], [tx[lane], ty[lane], tz[lane]]);
+        let origin = [fx[lane], fy[lane], fz[lane]];
+        let end = [x[lane] * reach[lane], y[lane] * reach[lane], reach[lane]];
         let way = [end[0] - origin[0], end[1] - origin[1], end[2] - origin[2]];
         let to_centre = [centre.x - origin[0], centre.y - origin[1], centre.z - origin[2]];
         let square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
@@ -127,15 +129,15 @@ fn follow(ways: &mut Ways, band: &Band, ball: &Ball, from: &[Block; 3], to: &[Bl
         let (nearest, deepest) = ordered(2);
         farthest[lane] = deepest;
         before[lane] = nearest > 0.0;
-        let reach = if length > 1.0 { length } else { 1.0 };
-        hidden_beyond[lane] = (length - SAME_HIT_MM * reach) / length;
+        let at_least = if length > 1.0 { length } else { 1.0 };
+        hidden_beyond[lane] = (length - SAME_HIT_MM * at_least) / length;
     }
 }
 
 /// Turns the ways into the part's frame, whose origin is given.
 #[multiversion(targets("x86_64+avx2"))]
-fn turn(ways: &mut Ways, mesh: &Mesh, origin: &Vector3<f64>, from: &[Block; 3], to: &[Block; 3], n: usize) {
-    let ([fx, fy, fz], [tx, ty, tz]) = (from, to);
+fn turn(ways: &mut Ways, mesh: &Mesh, origin: &Vector3<f64>, from: &[Block; 3], to: &Seen, n: usize) {
+    let ([fx, fy, fz], Seen { rays: [tx, ty], reach, .. }) = (from, to);
     for axis in 0..3 {
         let along = mesh.plate.axes.column(axis);
         let (a, b, c) = (along[0], along[1], along[2]);
@@ -143,7 +145,8 @@ fn turn(ways: &mut Ways, mesh: &Mesh, origin: &Vector3<f64>, from: &[Block; 3], 
         for lane in 0..n.min(start.len()) {
             let (x, y, z) = (fx[lane], fy[lane], fz[lane]);
             start[lane] = (x - origin.x) * a + (y - origin.y) * b + (z - origin.z) * c;
-            way[lane] = (tx[lane] - x) * a + (ty[lane] - y) * b + (tz[lane] - z) * c;
+            let depth = reach[lane];
+            way[lane] = (tx[lane] * depth - x) * a + (ty[lane] * depth - y) * b + (depth - z) * c;
         }
     }
 }
