@@ -5,6 +5,10 @@
 //! all triangles to the plate over such places alone meets an odd number of them where that number is odd: the
 //! upright surface between the ray and the vertical through its end is not pierced by an open edge, so what enters it
 //! leaves it. An odd number is not none.
+//!
+//! Take more edges: all that not just two triangles share, one to either side. Where a way crosses none of those, the
+//! number itself stays the same. Where it is one, the part is a height over the plate; where that is nowhere steeper than
+//! some slope, light that comes down steeper meets it where it ends and nowhere before.
 
 use nalgebra::Vector3;
 
@@ -22,22 +26,31 @@ const MAX_OPEN_EDGES: usize = 100_000;
 /// Most connected regions without open edges whose triangles are counted.
 const MAX_REGIONS: usize = 8;
 
+/// Steepest slope (a tangent) of what is gentle, and least of the light that surely reaches that.
+const GENTLE_SLOPE: f64 = 1.0;
+pub(crate) const STEEP_LIGHT: f64 = 1.05;
+
 /// What touches an open edge.
 const OPEN: u32 = u32::MAX;
 
 /// What belongs to no region yet.
 const UNSEEN: u32 = u32::MAX - 1;
 
-/// Places of the plate, in the part's frame, over which the number of triangles is odd.
+/// Two ends.
+type Edge = [Vector3<f64>; 2];
+
+/// What is known of the places of the plate, in the part's frame.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Cover {
     low_mm: [f64; 2],
     cell_mm: f64,
     n_cells: [usize; 2],
-    /// How many covered cells lie before each column and row.
-    before: Vec<u32>,
+    /// How many cells before each column and row have an odd number of triangles over them.
+    odd_before: Vec<u32>,
+    /// How many of them have one gentle triangle over each place.
+    gentle_before: Vec<u32>,
     /// No triangle reaches higher.
-    top_mm: f64,
+    pub top_mm: f64,
 }
 
 impl Cover {
@@ -46,12 +59,43 @@ impl Cover {
         let cell_mm = ((high.x - low.x).max(high.y - low.y) / CELLS).max(f64::MIN_POSITIVE);
         let n_cells = [0, 1].map(|axis| ((high[axis] - low[axis]) / cell_mm) as usize + 1);
         let low_mm = [low.x, low.y];
-        let mut cover = Self { low_mm, cell_mm, n_cells, before: Vec::new(), top_mm: high.z };
-        let counted: Vec<[Vector3<f64>; 3]> =
-            triangles.iter().filter(|corners| corners.iter().all(|c| c.z > FOOT_MM)).copied().collect();
-        let covered = cover.covered(&counted, &open_edges(&counted));
-        cover.before = cover.counted_before(&covered);
+        let (odd_before, gentle_before) = (Vec::new(), Vec::new());
+        let mut cover = Self { low_mm, cell_mm, n_cells, odd_before, gentle_before, top_mm: high.z };
+        let stands = |corners: &&[Vector3<f64>; 3]| corners.iter().all(|c| c.z > FOOT_MM);
+        let counted: Vec<[Vector3<f64>; 3]> = triangles.iter().filter(stands).copied().collect();
+        let (open, folded) = open_and_folded_edges(&counted);
+        let mut region_of = vec![UNSEEN; cover.n_cells[0] * cover.n_cells[1]];
+        cover.touch_edges(&open, &mut region_of);
+        let mut gentle_region_of = region_of.clone();
+        let odd = cover.covered(&counted, region_of, |n_over| n_over % 2 == 1);
+        cover.odd_before = cover.counted_before(&odd);
+        cover.touch_edges(&folded, &mut gentle_region_of);
+        let rising = triangles.iter().filter(|corners| !stands(corners) && corners.iter().any(|c| c.z > FOOT_MM));
+        for [a, b, c] in counted.iter().filter(|corners| is_steep(corners)).chain(rising) {
+            cover.touch(&a.inf(b).inf(c), &a.sup(b).sup(c), &mut gentle_region_of);
+        }
+        let gentle = cover.covered(&counted, gentle_region_of, |n_over| n_over == 1);
+        cover.gentle_before = cover.counted_before(&gentle);
         cover
+    }
+
+    /// Whether light steeper than [`STEEP_LIGHT`] surely reaches all of the part over a rectangle (part's frame) that its
+    /// ways do not leave as they come down from the top; points up to [`Self::lowest_mm`] do not count as the part.
+    pub(crate) fn is_gentle_over(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        self.all_within(&self.gentle_before, low, high)
+    }
+
+    /// Whether no triangle lies over a rectangle (part's frame).
+    pub(crate) fn is_beside(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        (0..2).any(|axis| {
+            let end = self.low_mm[axis] + self.n_cells[axis] as f64 * self.cell_mm;
+            high[axis] < self.low_mm[axis] - self.cell_mm || low[axis] > end
+        })
+    }
+
+    /// What lies lower may be the part's bottom.
+    pub(crate) fn lowest_mm(&self) -> f64 {
+        FOOT_MM
     }
 
     /// Whether no ray whose end on the plate lies within `margin_mm` of that of this one, and which comes from beside it
@@ -61,43 +105,55 @@ impl Cover {
             return false;
         }
         let [foot, top] = [0.0, self.top_mm].map(|height| origin + way * ((height - origin.z) / way.z));
+        let low = [0, 1].map(|axis| foot[axis].min(top[axis]) - margin_mm);
+        let high = [0, 1].map(|axis| foot[axis].max(top[axis]) + margin_mm);
+        self.all_within(&self.odd_before, low, high)
+    }
+
+    /// Whether all cells that a rectangle touches are among those counted in `before`.
+    fn all_within(&self, before: &[u32], low: [f64; 2], high: [f64; 2]) -> bool {
         let span = |axis: usize| {
             let cell = |x: f64| (x - self.low_mm[axis]) / self.cell_mm;
-            let from = cell(foot[axis].min(top[axis]) - margin_mm);
-            let to = cell(foot[axis].max(top[axis]) + margin_mm);
+            let (from, to) = (cell(low[axis]), cell(high[axis]));
             (from >= 0.0 && to < self.n_cells[axis] as f64).then_some((from as usize, to as usize + 1))
         };
         let (Some((left, right)), Some((front, back))) = (span(0), span(1)) else { return false };
-        let before = |column: usize, row: usize| self.before[row * (self.n_cells[0] + 1) + column] as usize;
+        let before = |column: usize, row: usize| before[row * (self.n_cells[0] + 1) + column] as usize;
         let n_covered = before(right, back) + before(left, front) - before(left, back) - before(right, front);
         n_covered == (right - left) * (back - front)
     }
 
-    /// The cells over which the number of triangles is odd everywhere.
-    fn covered(&self, triangles: &[[Vector3<f64>; 3]], open: &[[Vector3<f64>; 2]]) -> Vec<bool> {
-        let mut region_of = vec![UNSEEN; self.n_cells[0] * self.n_cells[1]];
-        if open.len() > MAX_OPEN_EDGES {
-            return vec![false; region_of.len()];
+    /// The cells of regions over whose places the same number of triangles lies, one that is `wanted`.
+    fn covered(
+        &self,
+        triangles: &[[Vector3<f64>; 3]],
+        mut region_of: Vec<u32>,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<bool> {
+        let mut regions = self.regions(&mut region_of);
+        regions.sort_by_key(|(n_cells, _)| std::cmp::Reverse(*n_cells));
+        let found = regions.iter().take(MAX_REGIONS).map(|&(_, first)| first);
+        let found = found.filter(|&first| self.n_over(first, triangles).is_some_and(&wanted));
+        let numbers: Vec<u32> = found.map(|first| region_of[first]).collect();
+        region_of.iter().map(|region| numbers.contains(region)).collect()
+    }
+
+    /// Marks the cells that edges touch; if they are too many, all.
+    fn touch_edges(&self, edges: &[Edge], region_of: &mut [u32]) {
+        if edges.len() > MAX_OPEN_EDGES {
+            region_of.fill(OPEN);
+            return;
         }
-        for [a, b] in open {
+        for [a, b] in edges {
             let n_pieces = ((b - a).xy().amax() / self.cell_mm).ceil().max(1.0);
             let at = |piece: f64| a + (b - a) * (piece / n_pieces);
             for piece in 0..n_pieces as usize {
-                self.touch(&at(piece as f64), &at(piece as f64 + 1.0), &mut region_of);
+                self.touch(&at(piece as f64), &at(piece as f64 + 1.0), region_of);
             }
         }
-        let mut regions = self.regions(&mut region_of);
-        regions.sort_by_key(|(n_cells, _)| std::cmp::Reverse(*n_cells));
-        let mut odd = Vec::new();
-        for &(_, first) in regions.iter().take(MAX_REGIONS) {
-            if self.is_odd_over(first, triangles) {
-                odd.push(region_of[first]);
-            }
-        }
-        region_of.iter().map(|region| odd.contains(region)).collect()
     }
 
-    /// Marks the cells around a piece of an open edge, and those that rounding might make it touch.
+    /// Marks the cells of the rectangle between two corners, and those that rounding might make it touch.
     fn touch(&self, a: &Vector3<f64>, b: &Vector3<f64>, region_of: &mut [u32]) {
         const ROUNDING: f64 = 1e-6;
         let span = |axis: usize| {
@@ -141,8 +197,8 @@ impl Cover {
         regions
     }
 
-    /// Whether an odd number of triangles lies over the middle of a cell; no where an edge of one does.
-    fn is_odd_over(&self, cell: usize, triangles: &[[Vector3<f64>; 3]]) -> bool {
+    /// How many triangles lie over the middle of a cell; `None` where an edge of one does.
+    fn n_over(&self, cell: usize, triangles: &[[Vector3<f64>; 3]]) -> Option<usize> {
         // Off the middle, because the corners of regular parts lie there.
         let at =
             |axis: usize, idx: usize| self.low_mm[axis] + (idx as f64 + [0.5123, 0.4789][axis]) * self.cell_mm;
@@ -158,11 +214,11 @@ impl Cover {
             let sides = [side(a, b), side(b, c), side(c, a)];
             let rounding = 1e-9 * (high - low).xy().norm_squared();
             if sides.iter().any(|side| side.abs() <= rounding) {
-                return false;
+                return None;
             }
             n_over += usize::from(sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0));
         }
-        n_over % 2 == 1
+        Some(n_over)
     }
 
     fn counted_before(&self, covered: &[bool]) -> Vec<u32> {
@@ -180,8 +236,15 @@ impl Cover {
     }
 }
 
-/// The edges that an odd number of triangles share, ends that are the same number by number.
-fn open_edges(triangles: &[[Vector3<f64>; 3]]) -> Vec<[Vector3<f64>; 2]> {
+/// Whether a triangle is steeper than what is gentle.
+fn is_steep([a, b, c]: &[Vector3<f64>; 3]) -> bool {
+    let normal = (b - a).cross(&(c - a));
+    normal.xy().norm() > GENTLE_SLOPE * normal.z.abs()
+}
+
+/// The edges that an odd number of triangles share (ends that are the same number by number), and all others but those that
+/// part two triangles, one to either side.
+fn open_and_folded_edges(triangles: &[[Vector3<f64>; 3]]) -> (Vec<Edge>, Vec<Edge>) {
     // Adding 0 makes the two zeros one.
     let name = |corner: &Vector3<f64>| corner.iter().map(|x| (x + 0.0).to_bits()).fold(7, derived_seed);
     let mut edges = Vec::with_capacity(3 * triangles.len());
@@ -193,8 +256,21 @@ fn open_edges(triangles: &[[Vector3<f64>; 3]]) -> Vec<[Vector3<f64>; 2]> {
         }
     }
     edges.sort_unstable();
-    let shared = edges.chunk_by(|a, b| a.0 == b.0).filter(|edges| edges.len() % 2 == 1);
-    shared.map(|edges| [0, 1].map(|end| triangles[edges[0].1][(edges[0].2 + end) % 3])).collect()
+    let (mut open, mut folded) = (Vec::new(), Vec::new());
+    for shared in edges.chunk_by(|a, b| a.0 == b.0) {
+        let [a, b] = [0, 1].map(|end| triangles[shared[0].1][(shared[0].2 + end) % 3]);
+        // On which side of the edge, seen from above, a triangle's third corner lies.
+        let side = |&(_, idx, side): &(u64, usize, usize)| {
+            let third = triangles[idx][(side + 2) % 3];
+            (b - a).xy().perp(&(third - a).xy())
+        };
+        match shared {
+            [one, other] if side(one) * side(other) < 0.0 => {}
+            _ if shared.len() % 2 == 1 => open.push([a, b]),
+            _ => folded.push([a, b]),
+        }
+    }
+    (open, folded)
 }
 
 #[cfg(test)]
@@ -223,6 +299,34 @@ mod tests {
         assert!(!hides(&roof, 14.5, 0.0) && !hides(&roof, 19.0, 0.0));
         // 12 mm up it comes in 6 mm from the end.
         assert!(!hides(&roof, -9.0, 0.5) && hides(&roof, -7.0, 0.5));
+    }
+
+    /// Whether light surely reaches the part over a square of 4 mm.
+    fn gentle(triangles: &[[Vector3<f64>; 3]], x: f64) -> bool {
+        let (low, high) = (Vector3::new(-20.0, -20.0, 0.0), Vector3::new(20.0, 20.0, 12.0));
+        Cover::new(triangles, &low, &high).is_gentle_over([x - 2.0, 1.0], [x + 2.0, 5.0])
+    }
+
+    #[test]
+    fn one_gentle_sheet_is_lit_everywhere() {
+        let bent = |rise: f64| {
+            let mut right = sheet([0.0, -15.0], [15.0, 15.0], 1.0);
+            for corner in right.as_flattened_mut() {
+                corner.z += rise * corner.x;
+            }
+            [sheet([-15.0, -15.0], [0.0, 15.0], 1.0), right].concat()
+        };
+        assert!(gentle(&bent(0.0), 0.0) && gentle(&bent(0.7), 0.0) && gentle(&bent(0.7), 9.0));
+        assert!(!gentle(&bent(1.1), 0.0) && !gentle(&bent(1.1), 9.0) && gentle(&bent(1.1), -9.0));
+        assert!(!gentle(&bent(0.7), 14.0), "the edge of the part");
+        let mut under_roof = bent(0.0);
+        under_roof.extend(sheet([-10.0, -10.0], [18.0, 18.0], 9.0));
+        assert!(!gentle(&under_roof, 0.0));
+        let mut folded_back = bent(0.0);
+        folded_back.extend(sheet([15.0, -15.0], [5.0, 15.0], 1.0));
+        assert!(!gentle(&folded_back, 9.0) && gentle(&folded_back, -9.0));
+        let slope = [[-15.0, -15.0, 0.0], [15.0, -15.0, 11.0], [15.0, 15.0, 11.0]].map(Vector3::from);
+        assert!(!gentle(&[bent(0.0), vec![slope]].concat(), 4.0), "from the plate up over it");
     }
 
     #[test]

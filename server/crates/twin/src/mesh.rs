@@ -225,6 +225,11 @@ impl Mesh {
         Some(SceneHit { reach, normal: self.plate.axes * normal, reflectance: PART_REFLECTANCE })
     }
 
+    /// [`Cover`], in the part's frame.
+    pub(crate) fn cover(&self) -> &Cover {
+        &self.solid.cover
+    }
+
     /// Whether no light that is about as far as `margin_mm` from this ray reaches the plate, because the part stands there.
     pub(crate) fn hides_plate_from(
         &self,

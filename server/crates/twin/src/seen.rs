@@ -63,6 +63,11 @@ impl Seen {
         self.ray(lane) * self.reach[lane]
     }
 
+    /// Which of the pixels `bits` see a triangle of a part.
+    fn on_part(&self, bits: u64) -> u64 {
+        lanes(bits).fold(0, |on_part, lane| on_part | u64::from(self.triangle[lane] != NO_TRIANGLE) << lane)
+    }
+
     /// Puts another surface before a pixel.
     pub(crate) fn put(&mut self, lane: usize, reach: f64, normal: &Vector3<f64>, reflectance: f64) {
         self.reach[lane] = reach;
@@ -144,11 +149,22 @@ impl<'s> View<'s> {
         let (mut lit, mut unknown) = (0, bits);
         if let (Scene::Mesh(mesh), Some(BandOnMesh { band, ball })) = (self.scene.scene, &self.band) {
             let MeshMemory { light, ways, .. } = &mut *self.memory;
-            ways.follow((band, ball), (mesh, &self.scene.moved_mm), source, seen, n);
-            let near = lanes(bits).fold(0, |near, lane| near | u64::from(ways.is_near(lane)) << lane);
+            ways.turn(mesh, &self.scene.moved_mm, source, seen, n);
+            let on_part = seen.on_part(bits);
+            for (bits, is_part) in [(on_part, true), (bits & !on_part, false)] {
+                if bits != 0 && ways.surely_free(mesh.cover(), seen, is_part, n) {
+                    lit |= bits;
+                }
+            }
+            let to_follow = bits & !lit;
+            if to_follow == 0 {
+                return lit;
+            }
+            ways.follow(band, ball, source, seen, n);
+            let near = lanes(to_follow).fold(0, |near, lane| near | u64::from(ways.is_near(lane)) << lane);
             let blocked;
             (blocked, unknown) = blocked_ways(light, band, &mesh.solid, ways, &seen.triangle, near);
-            lit = bits & !blocked & !unknown;
+            lit |= to_follow & !blocked & !unknown;
         }
         for lane in lanes(unknown) {
             lit |= u64::from(self.lights_one(&from(lane), seen, lane)) << lane;

@@ -4,12 +4,13 @@ use multiversion::multiversion;
 use nalgebra::Vector3;
 
 use crate::block::{Block, NOTHING, floor};
+use crate::cover::{Cover, STEEP_LIGHT};
 use crate::lit_pixels::WORD_PX;
 use crate::mesh::Mesh;
 use crate::mesh_light::Band;
 use crate::params::SAME_HIT_MM;
 use crate::scene::Ball;
-use crate::seen::Seen;
+use crate::seen::{NO_TRIANGLE, Seen};
 
 /// The ways of light to a stretch of pixels; pairs are the lowest and the highest of each way inside the ball around the
 /// part.
@@ -59,18 +60,30 @@ impl Default for Ways {
 }
 
 impl Ways {
-    /// Follows the first `n` ways to points that are seen on the part or on its plate, carried by the stage.
-    pub(crate) fn follow(
-        &mut self,
-        (band, ball): (&Band, &Ball),
-        (mesh, moved): (&Mesh, &Vector3<f64>),
-        from: &[Block; 3],
-        to: &Seen,
-        n: usize,
-    ) {
+    /// Turns the first `n` ways, to points that are seen on the part or on its plate, into the frame of that, carried by the
+    /// stage.
+    pub(crate) fn turn(&mut self, mesh: &Mesh, moved: &Vector3<f64>, from: &[Block; 3], to: &Seen, n: usize) {
+        turn(self, mesh, &(mesh.plate.point_mm + moved), from, to, n.min(WORD_PX));
+    }
+
+    /// Whether nothing stands in any of the first `n` ways that end on the part, or in any that end on its plate, once they
+    /// are turned. `false` decides nothing.
+    pub(crate) fn surely_free(&self, cover: &Cover, to: &Seen, on_part: bool, n: usize) -> bool {
         let n = n.min(WORD_PX);
-        follow(self, band, ball, from, to, n);
-        turn(self, mesh, &(mesh.plate.point_mm + moved), from, to, n);
+        if on_part {
+            let least =
+                Descent { top_mm: cover.top_mm, steepness: STEEP_LIGHT, lowest_mm: cover.lowest_mm(), on_part };
+            descent(self, &least, &to.triangle, n).is_some_and(|(low, high)| cover.is_gentle_over(low, high))
+        } else {
+            let lowest_mm = f64::NEG_INFINITY;
+            let least = Descent { top_mm: cover.top_mm, steepness: 0.0, lowest_mm, on_part };
+            descent(self, &least, &to.triangle, n).is_some_and(|(low, high)| cover.is_beside(low, high))
+        }
+    }
+
+    /// Follows the first `n` ways to points that are seen along the band.
+    pub(crate) fn follow(&mut self, band: &Band, ball: &Ball, from: &[Block; 3], to: &Seen, n: usize) {
+        follow(self, band, ball, from, to, n.min(WORD_PX));
     }
 
     /// Whether a way comes near the part.
@@ -149,4 +162,43 @@ fn turn(ways: &mut Ways, mesh: &Mesh, origin: &Vector3<f64>, from: &[Block; 3], 
             way[lane] = (tx[lane] * depth - x) * a + (ty[lane] * depth - y) * b + (depth - z) * c;
         }
     }
+}
+
+/// What is asked of ways that come down to the part or to its plate.
+struct Descent {
+    /// They begin higher.
+    top_mm: f64,
+    /// They are steeper (a tangent).
+    steepness: f64,
+    /// They end higher.
+    lowest_mm: f64,
+    on_part: bool,
+}
+
+/// The rectangle (two corners, lower first) over which ways come down from the top; `None` if there are none or one is not as
+/// asked.
+#[multiversion(targets("x86_64+avx2"))]
+fn descent(ways: &Ways, least: &Descent, triangle: &[u32; WORD_PX], n: usize) -> Option<([f64; 2], [f64; 2])> {
+    let Descent { top_mm, steepness, lowest_mm, on_part } = *least;
+    let Ways { from: [fx, fy, fz], way: [wx, wy, wz], .. } = ways;
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    let mut n_other = 0;
+    for lane in 0..n.min(fx.len()) {
+        let counts = (triangle[lane] != NO_TRIANGLE) == on_part;
+        let (x, y, z) = (wx[lane], wy[lane], wz[lane]);
+        let end = fz[lane] + z;
+        let steep = (z < 0.0) & (z * z > steepness * steepness * (x * x + y * y));
+        let well = steep & (fz[lane] > top_mm) & (end > lowest_mm);
+        n_other += u64::from(counts & !well);
+        let up = (top_mm - end) / z;
+        for (axis, (from, way)) in [(fx[lane], x), (fy[lane], y)].into_iter().enumerate() {
+            let foot = from + way;
+            let top = foot + way * up;
+            let (a, b) = if foot < top { (foot, top) } else { (top, foot) };
+            let (a, b) = if counts { (a, b) } else { (f64::INFINITY, f64::NEG_INFINITY) };
+            low[axis] = if a < low[axis] { a } else { low[axis] };
+            high[axis] = if b > high[axis] { b } else { high[axis] };
+        }
+    }
+    (n_other == 0 && low[0] <= high[0]).then_some((low, high))
 }
