@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use calibration::{CalibrationDifference, difference};
-use optics::{Calibration, LightSurfaces};
+use optics::{Calibration, LightSurfaces, Triangulator};
 use serde_json::json;
 use store::{ActivationRecord, Artifacts, Change, Page, StoreError};
 use tokio::sync::Mutex;
@@ -168,7 +168,7 @@ impl Calibrations {
 
     fn put_in_use(&self, calibration: Option<Calibration>) {
         self.station.calibration_changed(calibration.is_some());
-        self.live.set_calibration(calibration.map(Arc::new));
+        self.live.set_calibration(calibration.map(|calibration| Arc::new(Triangulator::new(calibration))));
     }
 }
 

@@ -386,11 +386,33 @@ pub struct BenchArgs {
 pub enum BenchSubject {
     /// Image to labelled line pieces of sub-pixel points with σ, over rotating frames that are in memory.
     Centrelines(BenchCentrelinesArgs),
+    /// Image to labelled, triangulated points with σ, on one thread, beside finding the lines alone.
+    Profiles(BenchProfilesArgs),
     /// Image to the corners of a chessboard, on one thread, over rotating images that are in memory.
     Corners(BenchBoardsArgs),
     /// Corners of all images to a camera, on one thread: by plain least squares, which is the minimum that OpenCV's
     /// `calibrateCamera` seeks, and as `sheaf calibrate` does it.
     Camera(BenchBoardsArgs),
+}
+
+/// `sheaf bench profiles`.
+#[derive(Debug, Args)]
+pub struct BenchProfilesArgs {
+    /// Frames of the calibrated station: PNG, TIFF or JPEG, 8 or 16 bit.
+    #[arg(required = true, value_name = "FRAME")]
+    pub frames: Vec<PathBuf>,
+    /// The station's calibration document.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: PathBuf,
+    /// Rotations over the frames that are timed, at the least; always at least 21 frames.
+    #[arg(long, value_name = "N", default_value_t = 21)]
+    pub passes: usize,
+    /// Which way the lines run.
+    #[arg(long, value_enum, default_value_t)]
+    pub line_direction: LineDirectionArg,
+    /// Also write the result as JSON to this file.
+    #[arg(id = "json", long, value_name = "OUT.json")]
+    pub json: Option<JsonTo>,
 }
 
 /// `sheaf bench corners` and `sheaf bench camera`.

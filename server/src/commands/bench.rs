@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::hint::black_box;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -12,25 +12,26 @@ use serde_json::json;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
 
 use crate::cli::{BenchArgs, BenchCentrelinesArgs, BenchSubject};
-use crate::commands::{Answer, bench_boards};
+use crate::commands::{Answer, bench_boards, bench_profiles};
 use crate::failure::{Exit, Failure};
 use crate::output::{create_folder, file_names_after, write_file};
 use crate::progress::Reporter;
 
 /// Fewest frames timed: their median is then known to a few percent.
-const MIN_TIMED_FRAMES: usize = 21;
+pub const MIN_TIMED_FRAMES: usize = 21;
 
 /// Measures.
 pub fn run(args: &BenchArgs, reporter: &Reporter) -> Result<Answer, Failure> {
     match &args.subject {
         BenchSubject::Centrelines(args) => centrelines(args, reporter),
+        BenchSubject::Profiles(args) => bench_profiles::profiles(args),
         BenchSubject::Corners(args) => bench_boards::corners(args),
         BenchSubject::Camera(args) => bench_boards::camera(args),
     }
 }
 
 fn centrelines(args: &BenchCentrelinesArgs, reporter: &Reporter) -> Result<Answer, Failure> {
-    let frames = frames_of_one_size(args)?;
+    let frames = frames_of_one_size(&args.frames)?;
     let params = CentrelineParams { line_direction: args.line_direction.into(), ..CentrelineParams::default() };
     let n_passes = args.passes.max(MIN_TIMED_FRAMES.div_ceil(frames.len()));
     reporter.note(&format!("{} frames in memory, {n_passes} rotations", frames.len()));
@@ -39,10 +40,10 @@ fn centrelines(args: &BenchCentrelinesArgs, reporter: &Reporter) -> Result<Answe
         let params = &params;
         move |image: &GreyImage| extractor.find(image, params, black_box(&mut found))
     };
-    let read_ms = median_ms(&mut timed_frames(&frames, n_passes, sum_of_levels));
+    let read_ms = median_ms(&mut timed(&frames, n_passes, sum_of_levels));
     let median_ms = match args.threads {
         0 => return Err(Failure::new(Exit::Usage, "--threads 0 measures nothing").remedy("give 1 or more")),
-        1 => median_ms(&mut timed_frames(&frames, n_passes, finder())),
+        1 => median_ms(&mut timed(&frames, n_passes, finder())),
         n => median_ms(&mut timed_rotations(&frames, n_passes, n, finder)?),
     };
     let found: Vec<Centrelines> = frames.iter().map(|image| find_centrelines(image, &params)).collect();
@@ -72,9 +73,10 @@ fn centrelines(args: &BenchCentrelinesArgs, reporter: &Reporter) -> Result<Answe
     Ok(Answer::done(text, json))
 }
 
-fn frames_of_one_size(args: &BenchCentrelinesArgs) -> Result<Vec<GreyImage>, Failure> {
-    let mut frames: Vec<GreyImage> = Vec::with_capacity(args.frames.len());
-    for path in &args.frames {
+/// The frames, all of the size of the first.
+pub fn frames_of_one_size(paths: &[PathBuf]) -> Result<Vec<GreyImage>, Failure> {
+    let mut frames: Vec<GreyImage> = Vec::with_capacity(paths.len());
+    for path in paths {
         let frame = read_grey_image(path).map_err(|error| Failure::from(error).in_file(path))?;
         let same = |first: &GreyImage| (first.width(), first.height()) == (frame.width(), frame.height());
         if !frames.first().is_none_or(same) {
@@ -88,7 +90,7 @@ fn frames_of_one_size(args: &BenchCentrelinesArgs) -> Result<Vec<GreyImage>, Fai
 }
 
 /// Time of every frame, in rotation, after one rotation to warm up.
-fn timed_frames<R>(frames: &[GreyImage], n_passes: usize, mut work: impl FnMut(&GreyImage) -> R) -> Vec<Duration> {
+pub fn timed<F, R>(frames: &[F], n_passes: usize, mut work: impl FnMut(&F) -> R) -> Vec<Duration> {
     frames.iter().for_each(|frame| drop(black_box(work(frame))));
     let rotation = (0..n_passes).flat_map(|_| frames);
     rotation

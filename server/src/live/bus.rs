@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bytes::Bytes;
-use optics::Calibration;
+use optics::{Calibration, Triangulator};
 use scanning::Profile;
 use tokio::sync::watch;
 use vision::Centrelines;
@@ -29,7 +29,7 @@ pub struct LiveFrame {
 pub struct LiveBus {
     frames: watch::Sender<Option<Arc<LiveFrame>>>,
     points: watch::Sender<PointsSeen>,
-    calibration: watch::Sender<Option<Arc<Calibration>>>,
+    calibration: watch::Sender<Option<Arc<Triangulator>>>,
     wishes: watch::Sender<Wishes>,
 }
 
@@ -66,12 +66,12 @@ impl LiveBus {
     }
 
     /// Which calibration live profiles are computed with.
-    pub fn set_calibration(&self, calibration: Option<Arc<Calibration>>) {
+    pub fn set_calibration(&self, calibration: Option<Arc<Triangulator>>) {
         self.calibration.send_replace(calibration);
     }
 
     /// Follows it.
-    pub fn watch_calibration(&self) -> watch::Receiver<Option<Arc<Calibration>>> {
+    pub fn watch_calibration(&self) -> watch::Receiver<Option<Arc<Triangulator>>> {
         self.calibration.subscribe()
     }
 

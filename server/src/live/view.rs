@@ -3,7 +3,7 @@
 use std::io;
 use std::sync::Arc;
 
-use optics::Calibration;
+use optics::Triangulator;
 use scanning::label_frame;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
@@ -61,7 +61,7 @@ async fn look(
 /// Finds the lines of a frame and, with a calibration, its profile. Without laser light there are no lines.
 pub fn seen_through(
     frame: SharedFrame,
-    calibration: Option<&Calibration>,
+    triangulator: Option<&Triangulator>,
     params: &CentrelineParams,
     extractor: &mut CentrelineExtractor,
 ) -> LiveFrame {
@@ -69,13 +69,15 @@ pub fn seen_through(
     if frame.laser_on {
         extractor.find(&frame.image, params, &mut centrelines);
     }
-    let fits = |calibration: &&Calibration| {
-        let camera = &calibration.camera;
+    let fits = |triangulator: &&Triangulator| {
+        let camera = &triangulator.calibration().camera;
         (camera.width_px, camera.height_px) == (frame.image.width(), frame.image.height())
     };
-    let calibration = calibration.filter(fits);
-    let profile =
-        calibration.map(|calibration| label_frame(&centrelines, calibration, calibration.depth_range_mm));
-    let calibration_id = calibration.map(|calibration| calibration.id.clone());
+    let triangulator = triangulator.filter(fits);
+    let labelled = |triangulator: &Triangulator| {
+        label_frame(&centrelines, triangulator, triangulator.calibration().depth_range_mm)
+    };
+    let profile = triangulator.map(labelled);
+    let calibration_id = triangulator.map(|triangulator| triangulator.calibration().id.clone());
     LiveFrame { frame, centrelines, profile, calibration_id }
 }

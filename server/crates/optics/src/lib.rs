@@ -5,6 +5,7 @@
 
 pub mod calibration;
 pub mod camera;
+mod cubic;
 pub mod frames;
 pub mod grating;
 pub mod pencil;
@@ -12,6 +13,7 @@ pub mod plane;
 pub mod rotation;
 pub mod stage;
 pub mod surface;
+pub mod triangulator;
 
 pub use calibration::{Calibration, DepthRangeMm, TriangulatedPoint};
 pub use camera::{CAMERA_PARAMETER_NAMES, CAMERA_PARAMETERS, Camera};
@@ -21,3 +23,4 @@ pub use pencil::{PENCIL_PARAMETERS, Pencil};
 pub use plane::Plane;
 pub use stage::StageAxis;
 pub use surface::{LightModelKind, LightSurfaces, SurfaceHit};
+pub use triangulator::{Hits, RayHit, Triangulator};

@@ -151,3 +151,6 @@ pub const SMOOTH_SIGMAS: f64 = 4.0;
 pub const FWHM_PER_SIGMA: f64 = 2.354_82;
 /// Points whose widths state the thickness of the light sheets: a median of thousands is good to a percent.
 pub const THICKNESS_SAMPLES: usize = 4000;
+
+/// Pieces or sheets that one task of the labelling looks at: fewer are not worth handing to another core.
+pub const PIECES_PER_TASK: usize = 64;

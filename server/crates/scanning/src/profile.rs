@@ -1,11 +1,11 @@
 //! One frame's labelled, triangulated points.
 
-use nalgebra::{Vector2, Vector3};
-use optics::{Calibration, CameraFrame, DepthRangeMm, PointMm};
+use nalgebra::Vector3;
+use optics::{CameraFrame, DepthRangeMm, Hits, PointMm, Triangulator};
 use vision::{CentrelinePoint, Centrelines};
 
 use crate::dropped::{DropReason, Dropped};
-use crate::label::{Labels, Verdict, along_across, label_frames};
+use crate::label::{Labels, Piece, Verdict, along_across, label_frames};
 
 /// A point of a profile, in the camera frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,9 +35,13 @@ pub struct Profile {
 /// order across the image. What stays ambiguous is left out and counted as [`DropReason::Doubtful`].
 ///
 /// Within [`crate::envelope::depth_envelope`] every line finds its label; beyond it only where ranks decide.
-pub fn label_frame(centrelines: &Centrelines, calibration: &Calibration, depth_range_mm: DepthRangeMm) -> Profile {
-    let labels = label_frames(&[centrelines], &[Vector3::zeros()], calibration, depth_range_mm);
-    profile_of_frame(centrelines, 0, &labels, calibration, depth_range_mm)
+pub fn label_frame(
+    centrelines: &Centrelines,
+    triangulator: &Triangulator,
+    depth_range_mm: DepthRangeMm,
+) -> Profile {
+    let labels = label_frames(&[centrelines], &[Vector3::zeros()], triangulator, depth_range_mm);
+    profile_of_frame(centrelines, 0, &labels, triangulator, depth_range_mm)
 }
 
 /// The profile of frame `frame`, whose centrelines are `lines`, under the labels of the whole scan.
@@ -45,28 +49,35 @@ pub(crate) fn profile_of_frame(
     lines: &Centrelines,
     frame: usize,
     labels: &Labels,
-    calibration: &Calibration,
+    triangulator: &Triangulator,
     depth_range_mm: DepthRangeMm,
 ) -> Profile {
+    let orders = &triangulator.calibration().orders;
+    let mut sightings = Sightings::default();
     let first = labels.pieces.partition_point(|piece| piece.frame < frame);
     let end = labels.pieces.partition_point(|piece| piece.frame <= frame);
     let mut profile = Profile { labels: vec![None; lines.segments.len()], ..Profile::default() };
     let mut most = vec![0; lines.segments.len()];
+    let mut kept: Vec<(&Piece, usize)> = Vec::new();
     for (piece, verdict) in labels.pieces[first..end].iter().zip(&labels.verdicts[first..end]) {
-        let reason = match verdict {
-            Verdict::Order(idx) => {
-                let order = calibration.orders[*idx];
-                if piece.n_points() > most[piece.segment] {
-                    most[piece.segment] = piece.n_points();
-                    profile.labels[piece.segment] = Some(order);
-                }
-                profile.triangulate(piece.points(lines), order, calibration, depth_range_mm);
-                continue;
-            }
-            Verdict::Doubtful => DropReason::Doubtful,
-            Verdict::Contradicted => DropReason::Contradicted,
-        };
-        profile.dropped.add_piece(reason, piece.n_points());
+        match verdict {
+            Verdict::Order(idx) => kept.push((piece, *idx)),
+            Verdict::Doubtful => profile.dropped.add_piece(DropReason::Doubtful, piece.n_points()),
+            Verdict::Contradicted => profile.dropped.add_piece(DropReason::Contradicted, piece.n_points()),
+        }
+    }
+    for &(piece, idx) in &kept {
+        if piece.n_points() > most[piece.segment] {
+            most[piece.segment] = piece.n_points();
+            profile.labels[piece.segment] = Some(orders[idx]);
+        }
+    }
+    // Pieces in the order of the profile leave its points nearly sorted.
+    kept.sort_by_key(|(piece, idx)| (orders[*idx], piece.along));
+    profile.points.reserve(kept.iter().map(|(piece, _)| piece.n_points()).sum());
+    for (piece, idx) in kept {
+        sightings.take(piece.points(lines), idx, triangulator);
+        profile.add(piece.points(lines), orders[idx], &sightings.hits, depth_range_mm);
     }
     let labelled: usize = labels.pieces[first..end].iter().map(|piece| piece.n_points()).sum();
     let all: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
@@ -76,33 +87,46 @@ pub(crate) fn profile_of_frame(
     profile
 }
 
+/// The points of one piece of a line as lists, and where their rays hit.
+#[derive(Debug, Default)]
+struct Sightings {
+    u_px: Vec<f64>,
+    v_px: Vec<f64>,
+    hits: Hits,
+}
+
+impl Sightings {
+    fn take(&mut self, points: &[CentrelinePoint], order_idx: usize, triangulator: &Triangulator) {
+        self.u_px.clear();
+        self.v_px.clear();
+        self.u_px.extend(points.iter().map(|seen| seen.u_px));
+        self.v_px.extend(points.iter().map(|seen| seen.v_px));
+        triangulator.triangulate_all(order_idx, &self.u_px, &self.v_px, &mut self.hits);
+    }
+}
+
 impl Profile {
-    fn triangulate(
-        &mut self,
-        points: &[CentrelinePoint],
-        order: i8,
-        calibration: &Calibration,
-        depth_range_mm: DepthRangeMm,
-    ) {
-        let mut guess = None;
-        for seen in points {
-            let pixel = Vector2::new(seen.u_px, seen.v_px);
-            let Some(hit) = calibration.triangulate(order, &pixel, guess) else {
-                guess = None;
-                self.dropped.add_points(DropReason::NoHit, 1);
-                continue;
-            };
-            guess = Some(hit.hit.phi_rad);
-            if !depth_range_mm.contains(hit.hit.depth_mm) {
-                self.dropped.add_points(DropReason::OutsideDepth, 1);
-                continue;
+    /// Adds the points that hit within the depth range; counts the others.
+    fn add(&mut self, points: &[CentrelinePoint], order: i8, hits: &Hits, depth_range_mm: DepthRangeMm) {
+        let (mut n_missed, mut n_outside) = (0, 0);
+        for (idx, seen) in points.iter().enumerate() {
+            let hit = hits.at(idx);
+            let depth_mm = hit.in_camera.xyz.z;
+            if depth_range_mm.contains(depth_mm) {
+                let noise_sigma_mm = hit.noise_sigma_mm(&seen.normal, seen.sigma_px);
+                self.points.push(ProfilePoint {
+                    order,
+                    hit_in_camera: hit.in_camera,
+                    seen: *seen,
+                    noise_sigma_mm,
+                });
+            } else if depth_mm.is_nan() {
+                n_missed += 1;
+            } else {
+                n_outside += 1;
             }
-            self.points.push(ProfilePoint {
-                order,
-                hit_in_camera: hit.hit_in_camera,
-                seen: *seen,
-                noise_sigma_mm: hit.noise_sigma_mm(&seen.normal, seen.sigma_px),
-            });
         }
+        self.dropped.add_points(DropReason::NoHit, n_missed);
+        self.dropped.add_points(DropReason::OutsideDepth, n_outside);
     }
 }

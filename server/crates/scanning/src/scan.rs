@@ -1,7 +1,7 @@
 //! A scan: labelled, triangulated, registered, checked.
 
 use nalgebra::{Vector2, Vector3};
-use optics::{Calibration, DepthRangeMm, PointMm};
+use optics::{Calibration, DepthRangeMm, PointMm, Triangulator};
 use rayon::prelude::*;
 use vision::Centrelines;
 
@@ -103,11 +103,12 @@ pub fn scan_cloud(
     let depth_range_mm = checked_depth_range(calibration, params)?;
     let shifts_mm = shifts(frames, calibration)?;
     let lines: Vec<&Centrelines> = frames.iter().map(|frame| &frame.centrelines).collect();
-    let labels = label_frames(&lines, &shifts_mm, calibration, depth_range_mm);
+    let triangulator = Triangulator::new(calibration.clone());
+    let labels = label_frames(&lines, &shifts_mm, &triangulator, depth_range_mm);
     let mut profiles: Vec<Profile> = lines
         .par_iter()
         .enumerate()
-        .map(|(frame, lines)| profile_of_frame(lines, frame, &labels, calibration, depth_range_mm))
+        .map(|(frame, lines)| profile_of_frame(lines, frame, &labels, &triangulator, depth_range_mm))
         .collect();
     let travel = Travel::of(&shifts_mm);
     let outlook = outlook(&travel, calibration, depth_range_mm, labels.direction);

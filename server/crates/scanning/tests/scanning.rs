@@ -7,7 +7,7 @@ mod common;
 use common::planes::fitted_planes;
 use common::scene::{Noise, scan};
 use common::{KnownScan, SIGMA_PX, assert_labelled, station};
-use optics::{DepthRangeMm, LightSurfaces};
+use optics::{DepthRangeMm, LightSurfaces, Triangulator};
 use scanning::{DropReason, ScanError, ScanParams, label_frame, scan_cloud};
 use vision::{CentrelinePoint, Segment};
 
@@ -89,12 +89,13 @@ fn one_frame_is_labelled_within_the_envelope_and_doubted_beyond() {
     let bar = |_: f64, y: f64| if y.abs() < 4.0 { 400.0 } else { f64::INFINITY };
     let known = scan(&station, &bar, &[0.0], false);
     let lines = &known.frames[0].centrelines;
-    let narrow = label_frame(lines, &station, DepthRangeMm { near_mm: 390.0, far_mm: 410.0 });
+    let tables = Triangulator::new(station.clone());
+    let narrow = label_frame(lines, &tables, DepthRangeMm { near_mm: 390.0, far_mm: 410.0 });
     assert_eq!(narrow.points.len(), known.n_true());
     assert!(
         narrow.points.iter().all(|p| Some(p.order) == known.order_at(0, p.seen.u_px as f32, p.seen.v_px as f32))
     );
-    let wide = label_frame(lines, &station, DepthRangeMm { near_mm: 340.0, far_mm: 460.0 });
+    let wide = label_frame(lines, &tables, DepthRangeMm { near_mm: 340.0, far_mm: 460.0 });
     assert_eq!(wide.points.len(), 0);
     assert_eq!(wide.dropped.n_points(DropReason::Doubtful), known.n_true());
 }

@@ -2,7 +2,7 @@
 
 use axum::Json;
 use axum::extract::State;
-use optics::Calibration;
+use optics::{Calibration, Triangulator};
 use scanning::files::peaks::Peaks;
 use scanning::label_frame;
 use utoipa_axum::router::OpenApiRouter;
@@ -68,7 +68,8 @@ async fn get_profile(
 fn profile(peaks: &Peaks, sequence: u32, calibration: &Calibration) -> Option<ProfileDto> {
     let idx = usize::try_from(sequence).ok()?;
     let frame = peaks.frames.get(idx)?;
-    let profile = label_frame(&frame.centrelines, calibration, calibration.depth_range_mm);
+    let triangulator = Triangulator::new(calibration.clone());
+    let profile = label_frame(&frame.centrelines, &triangulator, calibration.depth_range_mm);
     let captured_at_ns = peaks.captured_at_ns.get(idx).copied().flatten();
     Some(ProfileDto::new(sequence, frame.position_mm, captured_at_ns, &calibration.id, &profile))
 }

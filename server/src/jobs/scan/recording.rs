@@ -13,7 +13,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use capture::write_png;
-use optics::Calibration;
+use optics::Triangulator;
 use scanning::files::peaks::PeaksWriter;
 use scanning::{Profile, ScanFrame, label_frame};
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
@@ -43,7 +43,7 @@ pub struct Recorder<'a> {
     /// The scan.
     pub scan_id: &'a str,
     /// Labels what viewers see.
-    pub calibration: &'a Calibration,
+    pub triangulator: &'a Triangulator,
     /// Where pictures are kept, if they are.
     pub pictures: Option<PathBuf>,
 }
@@ -146,7 +146,8 @@ impl Recorder<'_> {
         }
         let mut centrelines = Centrelines::default();
         extractor.find(image, params, &mut centrelines);
-        let profile = label_frame(&centrelines, self.calibration, self.calibration.depth_range_mm);
+        let depth_range_mm = self.triangulator.calibration().depth_range_mm;
+        let profile = label_frame(&centrelines, self.triangulator, depth_range_mm);
         Ok((centrelines, profile))
     }
 
@@ -159,12 +160,13 @@ impl Recorder<'_> {
         // What the operating system has, the end of this process does not take away.
         peaks.flush().map_err(disk_problem)?;
         let live = &self.ctx.live;
-        live.add_profile_points(self.scan_id, taken.idx as u32, taken.position_mm, &profile, self.calibration);
+        let calibration = self.triangulator.calibration();
+        live.add_profile_points(self.scan_id, taken.idx as u32, taken.position_mm, &profile, calibration);
         live.show(Arc::new(LiveFrame {
             frame: taken.frame,
             centrelines: frame.centrelines.clone(),
             profile: Some(profile),
-            calibration_id: Some(self.calibration.id.clone()),
+            calibration_id: Some(calibration.id.clone()),
         }));
         frames.frames.push(frame);
         frames.captured_at_ns.push(captured_at_ns);

@@ -1,7 +1,7 @@
 //! A scan from the station: planned, taken row by row or in one sweep, every frame kept as it comes.
 
 use calibration::CalibrationDocument;
-use optics::Calibration;
+use optics::Triangulator;
 use scanning::files::peaks::PeaksHeader;
 use scanning::label_frame;
 use serde_json::{Value, json};
@@ -47,8 +47,9 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
         None => (new_note(&input, &planned, &document, ctx)?, no_frames(ctx)),
     };
     let (mut work, mut peaks) = Work::begin(&*ctx.artifacts, note, &frames, planned.keep_frames)?;
-    show_earlier(ctx, &work.note.scan_id, &frames, &calibration);
-    let taken = take(ctx, &planned, &calibration, &mut work, &mut frames, &mut peaks);
+    let triangulator = Triangulator::new(calibration);
+    show_earlier(ctx, &work.note.scan_id, &frames, &triangulator);
+    let taken = take(ctx, &planned, &triangulator, &mut work, &mut frames, &mut peaks);
     let blocks = ctx.live.end_scan(&work.note.scan_id).concat();
     let stopped = Stopped { ctx, work: &work, n_frames: frames.frames.len() };
     let peaks = match stopped.keep_peaks(peaks, &blocks) {
@@ -102,10 +103,11 @@ fn no_frames(ctx: &JobContext) -> FrameSet {
 }
 
 /// The points that are there already are shown again: viewers see one scan.
-fn show_earlier(ctx: &JobContext, scan_id: &str, frames: &FrameSet, calibration: &Calibration) {
+fn show_earlier(ctx: &JobContext, scan_id: &str, frames: &FrameSet, triangulator: &Triangulator) {
+    let calibration = triangulator.calibration();
     ctx.live.begin_scan(scan_id);
     for (idx, frame) in frames.frames.iter().enumerate() {
-        let profile = label_frame(&frame.centrelines, calibration, calibration.depth_range_mm);
+        let profile = label_frame(&frame.centrelines, triangulator, calibration.depth_range_mm);
         ctx.live.add_profile_points(scan_id, idx as u32, frame.position_mm, &profile, calibration);
     }
 }
@@ -113,7 +115,7 @@ fn show_earlier(ctx: &JobContext, scan_id: &str, frames: &FrameSet, calibration:
 fn take(
     ctx: &JobContext,
     planned: &ScanPlan,
-    calibration: &Calibration,
+    triangulator: &Triangulator,
     work: &mut Work,
     frames: &mut FrameSet,
     peaks: &mut PeaksFile,
@@ -121,7 +123,7 @@ fn take(
     let positions_mm = positions_mm(frames);
     let scan_id = work.note.scan_id.clone();
     let pictures = planned.keep_frames.then(|| work.pictures());
-    let recorder = Recorder { ctx, scan_id: &scan_id, calibration, pictures };
+    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures };
     let losses = &mut work.note.losses;
     recorder.record(frames, peaks, |hand| take_frames(ctx, planned, &positions_mm, losses, hand))
 }

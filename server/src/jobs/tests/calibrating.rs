@@ -194,7 +194,7 @@ async fn activations_are_acts_that_can_be_rolled_back_one_by_one() {
         ..from_station()
     };
     let two = calibrated(&jobs, planes).await;
-    let in_use = || parts.live.watch_calibration().borrow().as_ref().map(|calibration| calibration.id.clone());
+    let in_use = || parts.live.watch_calibration().borrow().as_ref().map(|tables| tables.calibration().id.clone());
     let last_act = async || calibrations.active().await.unwrap().map(|act| act.seq);
     assert_eq!(in_use(), None);
     calibrations.activate(&one, Some(None), "Anna").await.unwrap();
@@ -209,7 +209,7 @@ async fn activations_are_acts_that_can_be_rolled_back_one_by_one() {
     let later =
         Calibrations::new(parts.ledger.clone(), parts.artifacts.clone(), reborn.clone(), parts.station.clone());
     later.load_active().await.unwrap();
-    assert_eq!(reborn.watch_calibration().borrow().as_ref().unwrap().id, two);
+    assert_eq!(reborn.watch_calibration().borrow().as_ref().unwrap().calibration().id, two);
     assert_eq!(calibrations.roll_back("Anna").await.unwrap().calibration_id.as_ref(), Some(&one));
     assert_eq!(in_use().as_ref(), Some(&one));
     assert_eq!(calibrations.roll_back("Anna").await.unwrap().calibration_id, None);

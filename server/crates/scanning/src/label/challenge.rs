@@ -1,12 +1,12 @@
 //! Every sheet on its own: what would it cost if its label were another and all others gave way?
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 
 use rayon::prelude::*;
 
 use super::evidence::{Evidence, Kind};
 use crate::params::{
-    CHALLENGE_MARGIN, CHALLENGE_MARGIN_WITHOUT_RANKS, CHALLENGE_STEPS, RANK_ONLY_LENGTH_PITCHES,
+    CHALLENGE_MARGIN, CHALLENGE_MARGIN_WITHOUT_RANKS, CHALLENGE_STEPS, PIECES_PER_TASK, RANK_ONLY_LENGTH_PITCHES,
     SECOND_LOOK_SAMPLES, SECOND_LOOK_SHARE,
 };
 
@@ -35,16 +35,21 @@ pub fn challenged(
     moving: bool,
 ) -> Vec<bool> {
     let graph = SheetGraph::new(evidence, labels, sheets, true);
-    let unranked = SheetGraph::new(evidence, labels, sheets, false);
-    let n_sheets = graph.labels.len();
-    let in_doubt = |sheet: usize| {
-        let short = moving && lengths_pitches[sheet] < RANK_ONLY_LENGTH_PITCHES;
-        graph.has_rival(sheet, CHALLENGE_MARGIN, |_| true)
-            || short
-                && unranked
-                    .has_rival(sheet, CHALLENGE_MARGIN_WITHOUT_RANKS, |rival| unranked.is_seen_again(sheet, rival))
+    let unranked = moving.then(|| SheetGraph::new(evidence, labels, sheets, false));
+    let in_doubt = |(trial, unranked): &mut (Trial, Option<Trial>), sheet: usize| {
+        if trial.has_rival(sheet, CHALLENGE_MARGIN, |_| true) {
+            return true;
+        }
+        let short = unranked.as_mut().filter(|_| lengths_pitches[sheet] < RANK_ONLY_LENGTH_PITCHES);
+        short.is_some_and(|trial| {
+            let graph = trial.graph;
+            trial.has_rival(sheet, CHALLENGE_MARGIN_WITHOUT_RANKS, |rival| graph.is_seen_again(sheet, rival))
+        })
     };
-    let doubtful: Vec<bool> = (0..n_sheets).into_par_iter().map(in_doubt).collect();
+    let trials = || (Trial::new(&graph), unranked.as_ref().map(Trial::new));
+    let n_sheets = graph.labels.len();
+    let doubtful: Vec<bool> =
+        (0..n_sheets).into_par_iter().with_min_len(PIECES_PER_TASK).map_init(trials, in_doubt).collect();
     sheets.iter().map(|&sheet| doubtful[sheet]).collect()
 }
 
@@ -65,7 +70,7 @@ impl SheetGraph {
                 for pair in &evidence.pairs[piece * n_labels + label] {
                     let other = sheets[pair.piece as usize];
                     let weight = f64::from(pair.weight);
-                    if pair.kind == Kind::Bond || pair.kind == Kind::Rank && !with_ranks {
+                    if pair.kind == Kind::Bond {
                         continue;
                     }
                     if other == sheet {
@@ -83,7 +88,25 @@ impl SheetGraph {
                 }
             }
         }
-        pairs.par_iter_mut().chain(agreements.par_iter_mut()).for_each(merge);
+        if with_ranks {
+            for ((upper, lower), cost) in rank_costs(evidence, sheets) {
+                if upper == lower {
+                    // Beside itself every label is in the wrong place.
+                    own[upper * n_labels..][..n_labels - 1].iter_mut().for_each(|own| *own -= cost);
+                    continue;
+                }
+                for upper_label in 0..evidence.none() {
+                    for lower_label in 0..=upper_label {
+                        let slots = [(upper, upper_label), (lower, lower_label)];
+                        for [(sheet, label), (other, other_label)] in [slots, [slots[1], slots[0]]] {
+                            pairs[sheet * n_labels + label].push((other as u32, other_label as u32, -cost));
+                        }
+                    }
+                }
+            }
+        }
+        let lists = pairs.par_iter_mut().with_min_len(PIECES_PER_TASK);
+        lists.chain(agreements.par_iter_mut().with_min_len(PIECES_PER_TASK)).for_each(merge);
         Self { n_labels, sizes, own, pairs, agreements, labels: of_sheet }
     }
 
@@ -91,38 +114,9 @@ impl SheetGraph {
         self.n_labels - 1
     }
 
-    fn support(&self, sheet: usize, label: usize, label_of: impl Fn(usize) -> usize) -> f64 {
-        let slot = sheet * self.n_labels + label;
-        let pairs = self.pairs[slot].iter().filter(|pair| label_of(pair.0 as usize) == pair.1 as usize);
-        self.own[slot] + pairs.map(|pair| pair.2).sum::<f64>()
-    }
-
-    /// Whether another label of this sheet is nearly as good (by `margin` per sample) once the others have given way.
-    fn has_rival(&self, sheet: usize, margin: f64, plausible: impl Fn(usize) -> bool) -> bool {
-        let label = self.labels[sheet];
-        if label == self.none() {
-            return false;
-        }
-        let limit = margin * self.sizes[sheet];
-        (0..self.none()).filter(|&rival| rival != label && plausible(rival)).any(|rival| {
-            let alone = Answer::new(self, sheet, rival);
-            if alone.falls_below(limit) {
-                return true;
-            }
-            let mut pushed = Answer::new(self, sheet, rival);
-            pushed.push_all();
-            pushed.falls_below(limit)
-        })
-    }
-
-    /// The sheets that feel a change from one label to another.
-    fn touched(&self, sheet: usize, from: usize, to: usize) -> VecDeque<usize> {
-        let slots = [from, to].map(|label| sheet * self.n_labels + label);
-        let mut others: Vec<usize> =
-            slots.iter().flat_map(|&slot| &self.pairs[slot]).map(|pair| pair.0 as usize).collect();
-        others.sort_unstable();
-        others.dedup();
-        others.into()
+    /// What agrees and disagrees with (sheet, label).
+    fn pairs(&self, sheet: usize, label: usize) -> &[(u32, u32, f64)] {
+        &self.pairs[sheet * self.n_labels + label]
     }
 
     /// Whether other sheets, labelled as they are, see the surface that `label` would give this sheet.
@@ -134,52 +128,120 @@ impl SheetGraph {
     }
 }
 
-/// Another answer: one sheet has a rival label, others have followed.
-struct Answer<'a> {
+/// What two sheets cost in the wrong order, (upper, lower), both halves added up.
+fn rank_costs(evidence: &Evidence, sheets: &[usize]) -> BTreeMap<(usize, usize), f64> {
+    let mut costs = BTreeMap::new();
+    for (piece, ranks) in evidence.ranks.iter().enumerate() {
+        for rank in ranks.iter().filter(|rank| !rank.is_above) {
+            let pair = (sheets[piece], sheets[rank.piece as usize]);
+            *costs.entry(pair).or_insert(0.0) += 2.0 * f64::from(rank.cost);
+        }
+    }
+    costs
+}
+
+/// Tries other answers: one sheet has a rival label, others follow. Afterwards all labels are as before.
+struct Trial<'a> {
     graph: &'a SheetGraph,
-    sheet: usize,
-    rival: usize,
     labels: Vec<usize>,
-    changed: BTreeSet<usize>,
+    /// Per sheet and label: the sum of its pairs with the sheets' labels. Weights are multiples of what single precision
+    /// resolves: their sums are exact in double precision, so that taking off gives back what was before.
+    sums: Vec<f64>,
+    /// Sheets whose label was changed, each once.
+    changed: Vec<usize>,
+    is_changed: Vec<bool>,
+    waiting: VecDeque<usize>,
+    queued: Vec<bool>,
+    touched: Vec<usize>,
     /// How much worse it is than the answer in question.
     cost: f64,
 }
 
-impl<'a> Answer<'a> {
-    fn new(graph: &'a SheetGraph, sheet: usize, rival: usize) -> Self {
-        let mut answer =
-            Self { graph, sheet, rival, labels: graph.labels.clone(), changed: BTreeSet::new(), cost: 0.0 };
-        answer.change(sheet, rival);
-        answer
+impl<'a> Trial<'a> {
+    fn new(graph: &'a SheetGraph) -> Self {
+        let n_sheets = graph.labels.len();
+        let sum = |pairs: &Vec<(u32, u32, f64)>| {
+            let agreeing = pairs.iter().filter(|pair| graph.labels[pair.0 as usize] == pair.1 as usize);
+            agreeing.map(|pair| pair.2).sum()
+        };
+        Self {
+            graph,
+            labels: graph.labels.clone(),
+            sums: graph.pairs.iter().map(sum).collect(),
+            changed: Vec::new(),
+            is_changed: vec![false; n_sheets],
+            waiting: VecDeque::new(),
+            queued: vec![false; n_sheets],
+            touched: Vec::new(),
+            cost: 0.0,
+        }
     }
 
-    fn label(&self, sheet: usize) -> usize {
-        self.labels[sheet]
+    /// Whether another label of this sheet is nearly as good (by `margin` per sample) once the others have given way.
+    fn has_rival(&mut self, sheet: usize, margin: f64, plausible: impl Fn(usize) -> bool) -> bool {
+        let graph = self.graph;
+        let label = graph.labels[sheet];
+        if label == graph.none() {
+            return false;
+        }
+        let limit = margin * graph.sizes[sheet];
+        (0..graph.none()).filter(|&rival| rival != label && plausible(rival)).any(|rival| {
+            [false, true].into_iter().any(|pushing| {
+                self.change(sheet, rival);
+                if pushing {
+                    self.push_all(sheet);
+                }
+                let falls = self.falls_below(sheet, limit);
+                self.take_back();
+                falls
+            })
+        })
     }
 
     fn support(&self, sheet: usize, label: usize) -> f64 {
-        self.graph.support(sheet, label, |other| self.labels[other])
+        let slot = sheet * self.graph.n_labels + label;
+        self.graph.own[slot] + self.sums[slot]
     }
 
     fn change(&mut self, sheet: usize, label: usize) {
-        self.cost += self.support(sheet, self.label(sheet)) - self.support(sheet, label);
-        self.labels[sheet] = label;
-        self.changed.insert(sheet);
+        self.cost += self.support(sheet, self.labels[sheet]) - self.support(sheet, label);
+        self.relabel(sheet, label);
+        if !std::mem::replace(&mut self.is_changed[sheet], true) {
+            self.changed.push(sheet);
+        }
+    }
+
+    fn relabel(&mut self, sheet: usize, label: usize) {
+        let graph = self.graph;
+        let before = std::mem::replace(&mut self.labels[sheet], label);
+        for (label, sign) in [(before, -1.0), (label, 1.0)] {
+            for &(other, other_label, weight) in graph.pairs(sheet, label) {
+                self.sums[other as usize * graph.n_labels + other_label as usize] += sign * weight;
+            }
+        }
+    }
+
+    fn take_back(&mut self) {
+        while let Some(sheet) = self.changed.pop() {
+            self.is_changed[sheet] = false;
+            self.relabel(sheet, self.graph.labels[sheet]);
+        }
+        self.cost = 0.0;
     }
 
     /// Shifts by as much whatever stands in the way of what has been shifted: a row of lines gives way only together.
-    fn push_all(&mut self) {
+    fn push_all(&mut self, pushing: usize) {
         let graph = self.graph;
-        let mut waiting = VecDeque::from([self.sheet]);
+        let (from, to) = (graph.labels[pushing], self.labels[pushing]);
+        let mut waiting = VecDeque::from([pushing]);
         while let Some(sheet) = waiting.pop_front() {
-            let slot = sheet * graph.n_labels + self.label(sheet);
-            for &(other, label, weight) in &graph.pairs[slot] {
-                let other = other as usize;
-                let in_the_way = weight < 0.0 && label as usize == self.label(other);
-                if !in_the_way || self.changed.contains(&other) || label as usize == graph.none() {
+            for &(other, label, weight) in graph.pairs(sheet, self.labels[sheet]) {
+                let (other, label) = (other as usize, label as usize);
+                let in_the_way = weight < 0.0 && label == self.labels[other];
+                if !in_the_way || self.is_changed[other] || label == graph.none() {
                     continue;
                 }
-                let shifted = (label as usize + self.rival).checked_sub(graph.labels[self.sheet]);
+                let shifted = (label + to).checked_sub(from);
                 self.change(other, shifted.filter(|&label| label < graph.none()).unwrap_or(graph.none()));
                 waiting.push_back(other);
             }
@@ -187,36 +249,56 @@ impl<'a> Answer<'a> {
     }
 
     /// Lets every sheet that feels the changes take its best label, until nothing improves or the cost is below `limit`.
-    fn falls_below(mut self, limit: f64) -> bool {
+    fn falls_below(&mut self, tried: usize, limit: f64) -> bool {
         let graph = self.graph;
-        let mut waiting = VecDeque::new();
-        for &sheet in &self.changed {
-            waiting.extend(graph.touched(sheet, graph.labels[sheet], self.labels[sheet]));
-            waiting.push_back(sheet);
+        let mut changed = self.changed.clone();
+        changed.sort_unstable();
+        for sheet in changed {
+            self.queue_touched(sheet, graph.labels[sheet], self.labels[sheet]);
+            self.queue(sheet);
         }
-        let mut queued = vec![false; graph.labels.len()];
-        waiting.retain(|&sheet| !std::mem::replace(&mut queued[sheet], true));
         for _ in 0..CHALLENGE_STEPS {
-            let Some(other) = waiting.pop_front().filter(|_| self.cost >= limit) else { break };
-            queued[other] = false;
-            if other == self.sheet {
+            if self.cost < limit {
+                break;
+            }
+            let Some(other) = self.waiting.pop_front() else { break };
+            self.queued[other] = false;
+            if other == tried {
                 continue;
             }
-            let current = self.label(other);
+            let current = self.labels[other];
             let start = (current, self.support(other, current) + 1e-9);
             let (best, _) = (0..graph.n_labels)
                 .map(|label| (label, self.support(other, label)))
                 .fold(start, |best, next| if next.1 > best.1 { next } else { best });
             if best != current {
                 self.change(other, best);
-                for touched in graph.touched(other, current, best) {
-                    if !std::mem::replace(&mut queued[touched], true) {
-                        waiting.push_back(touched);
-                    }
-                }
+                self.queue_touched(other, current, best);
             }
         }
+        while let Some(sheet) = self.waiting.pop_front() {
+            self.queued[sheet] = false;
+        }
         self.cost < limit
+    }
+
+    /// Puts the sheets that feel a change from one label to another in the queue.
+    fn queue_touched(&mut self, sheet: usize, from: usize, to: usize) {
+        let mut touched = std::mem::take(&mut self.touched);
+        touched.clear();
+        for label in [from, to] {
+            touched.extend(self.graph.pairs(sheet, label).iter().map(|pair| pair.0 as usize));
+        }
+        touched.sort_unstable();
+        touched.dedup();
+        touched.iter().for_each(|&other| self.queue(other));
+        self.touched = touched;
+    }
+
+    fn queue(&mut self, sheet: usize) {
+        if !std::mem::replace(&mut self.queued[sheet], true) {
+            self.waiting.push_back(sheet);
+        }
     }
 }
 
@@ -230,4 +312,64 @@ fn merge(pairs: &mut Vec<(u32, u32, f64)>) {
         }
         same
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng as _, SeedableRng as _};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+
+    /// Evidence at random: lines in order, second looks that agree and deny.
+    fn evidence(n_pieces: usize, rng: &mut Pcg64Mcg) -> Evidence {
+        let mut evidence = Evidence::new(5, (0..n_pieces).map(|_| rng.random_range(0.5..8.0)).collect(), 0.4);
+        for _ in 0..4 * n_pieces {
+            let (a, b) = (rng.random_range(0..n_pieces), rng.random_range(0..n_pieces));
+            if a < b {
+                evidence.add_rank(a, b, rng.random_range(0.1..6.0));
+                let labels = (rng.random_range(0..5), rng.random_range(0..5));
+                evidence.add_testimony((a, labels.0), (b, labels.1), rng.random_range(-4.0..4.0));
+            }
+        }
+        evidence
+    }
+
+    #[test]
+    fn a_trial_leaves_nothing_behind_for_the_next() {
+        let mut rng = Pcg64Mcg::seed_from_u64(5);
+        let mut n_rivals = 0;
+        for _ in 0..40 {
+            let evidence = evidence(30, &mut rng);
+            let labels: Vec<usize> = (0..30).map(|_| rng.random_range(0..6)).collect();
+            let sheets: Vec<usize> = (0..30).map(|piece| piece / 2).collect();
+            let graph = SheetGraph::new(&evidence, &labels, &sheets, true);
+            let mut used = Trial::new(&graph);
+            for sheet in 0..15 {
+                let fresh = Trial::new(&graph).has_rival(sheet, CHALLENGE_MARGIN, |_| true);
+                assert_eq!(used.has_rival(sheet, CHALLENGE_MARGIN, |_| true), fresh);
+                n_rivals += usize::from(fresh);
+            }
+            assert_eq!(used.labels, graph.labels);
+            assert!(!used.queued.contains(&true) && used.waiting.is_empty());
+        }
+        assert!((60..540).contains(&n_rivals), "{n_rivals} of 600 sheets have a rival");
+    }
+
+    #[test]
+    fn sums_kept_while_labels_change_are_those_of_the_labels() {
+        let mut rng = Pcg64Mcg::seed_from_u64(6);
+        let evidence = evidence(30, &mut rng);
+        let labels: Vec<usize> = (0..30).map(|_| rng.random_range(0..6)).collect();
+        let graph = SheetGraph::new(&evidence, &labels, &(0..30).collect::<Vec<_>>(), true);
+        let mut trial = Trial::new(&graph);
+        for _ in 0..200 {
+            trial.change(rng.random_range(0..30), rng.random_range(0..6));
+        }
+        for (slot, pairs) in graph.pairs.iter().enumerate() {
+            let agreeing = pairs.iter().filter(|pair| trial.labels[pair.0 as usize] == pair.1 as usize);
+            let sum: f64 = agreeing.map(|pair| pair.2).sum();
+            assert!((trial.sums[slot] - sum).abs() < 1e-9, "slot {slot}: {} {sum}", trial.sums[slot]);
+        }
+    }
 }

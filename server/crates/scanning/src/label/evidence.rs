@@ -11,6 +11,30 @@ pub struct Evidence {
     pub single: Vec<f64>,
     /// Per piece and label: what other pieces' labels add to it.
     pub pairs: Vec<Vec<Pair>>,
+    /// Per piece: the other lines of its frame and on which side they lie.
+    pub ranks: Vec<Vec<Rank>>,
+}
+
+/// Another line of the same frame: where it lies above, its order must be lower, and the other way round.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rank {
+    /// The other piece.
+    pub piece: u32,
+    /// Whether the other lies above (left of) this one.
+    pub is_above: bool,
+    /// What two labels in the wrong order cost.
+    pub cost: f32,
+}
+
+impl Rank {
+    /// The labels of the other piece that are in the wrong order beside `label` of this one; "none" never is.
+    pub fn wrong_labels(&self, label: usize, none: usize) -> std::ops::Range<usize> {
+        match (label == none, self.is_above) {
+            (true, _) => 0..0,
+            (false, true) => label..none,
+            (false, false) => 0..label + 1,
+        }
+    }
 }
 
 /// A pair's other side.
@@ -29,8 +53,6 @@ pub struct Pair {
 /// Where a weight comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The order of the lines across the image.
-    Rank,
     /// Another order, or the same much later, at the same place of the part.
     SecondLook,
     /// Mere continuity: the same line elsewhere.
@@ -46,7 +68,8 @@ impl Evidence {
             single[piece * n_labels + n_orders] = -unlabelled_cost * size;
         }
         let pairs = vec![Vec::new(); sizes.len() * n_labels];
-        Self { n_labels, sizes, single, pairs }
+        let ranks = vec![Vec::new(); sizes.len()];
+        Self { n_labels, sizes, single, pairs, ranks }
     }
 
     /// The label "none".
@@ -64,10 +87,11 @@ impl Evidence {
         self.single[piece * self.n_labels + label] += weight;
     }
 
-    /// Adds a weight to two labels of one frame together.
-    pub fn add_pair(&mut self, a: (usize, usize), b: (usize, usize), weight: f64) {
-        self.add_half(a, b, weight, Kind::Rank);
-        self.add_half(b, a, weight, Kind::Rank);
+    /// Charges two pieces of one frame for labels in the wrong order.
+    pub fn add_rank(&mut self, upper: usize, lower: usize, cost: f64) {
+        let cost = cost as f32;
+        self.ranks[upper].push(Rank { piece: lower as u32, is_above: false, cost });
+        self.ranks[lower].push(Rank { piece: upper as u32, is_above: true, cost });
     }
 
     /// Adds a weight to the label of one piece if another piece has a label; the other finds its own testimony.
@@ -94,20 +118,50 @@ impl Evidence {
         self.pairs[piece * self.n_labels + label].push(pair);
     }
 
-    /// What speaks for `label` of `piece` per sample, given how much each label of the others is believed.
-    pub fn support(&self, piece: usize, label: usize, belief: impl Fn(usize, usize) -> f64) -> f64 {
-        let slot = piece * self.n_labels + label;
-        let pairs = &self.pairs[slot];
-        let sum: f64 =
-            pairs.iter().map(|p| f64::from(p.weight) * belief(p.piece as usize, p.label as usize)).sum();
-        (self.single[slot] + sum) / self.sizes[piece]
+    /// What speaks for every label of `piece` per sample, given how much each label of each piece is believed.
+    pub fn supports(&self, piece: usize, beliefs: &[f64], supports: &mut [f64]) {
+        let n = self.n_labels;
+        for (label, support) in supports.iter_mut().enumerate() {
+            let pairs = self.pairs[piece * n + label].iter();
+            *support = pairs.map(|p| f64::from(p.weight) * beliefs[p.piece as usize * n + p.label as usize]).sum();
+        }
+        for rank in &self.ranks[piece] {
+            let theirs = &beliefs[rank.piece as usize * n..][..n - 1];
+            let cost = f64::from(rank.cost);
+            let mut wrong = 0.0;
+            if rank.is_above {
+                for (support, belief) in supports[..n - 1].iter_mut().zip(theirs).rev() {
+                    wrong += belief;
+                    *support -= cost * wrong;
+                }
+            } else {
+                for (support, belief) in supports[..n - 1].iter_mut().zip(theirs) {
+                    wrong += belief;
+                    *support -= cost * wrong;
+                }
+            }
+        }
+        for (label, support) in supports.iter_mut().enumerate() {
+            *support = (self.single[piece * n + label] + *support) / self.sizes[piece];
+        }
+    }
+
+    /// What speaks for `label` of `piece` per sample, given the labels of all.
+    pub fn support(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
+        self.support_of(piece, label, labels, |_| true)
     }
 
     /// [`Evidence::support`] without continuity.
     pub fn support_beside_bonds(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
+        self.support_of(piece, label, labels, |kind| kind != Kind::Bond)
+    }
+
+    fn support_of(&self, piece: usize, label: usize, labels: &[usize], counts: impl Fn(Kind) -> bool) -> f64 {
         let slot = piece * self.n_labels + label;
-        let counts = |pair: &&Pair| pair.kind != Kind::Bond && labels[pair.piece as usize] == pair.label as usize;
-        let sum: f64 = self.pairs[slot].iter().filter(counts).map(|pair| f64::from(pair.weight)).sum();
-        (self.single[slot] + sum) / self.sizes[piece]
+        let agrees = |pair: &&Pair| counts(pair.kind) && labels[pair.piece as usize] == pair.label as usize;
+        let sum: f64 = self.pairs[slot].iter().filter(agrees).map(|pair| f64::from(pair.weight)).sum();
+        let is_wrong = |rank: &&Rank| rank.wrong_labels(label, self.none()).contains(&labels[rank.piece as usize]);
+        let wrong: f64 = self.ranks[piece].iter().filter(is_wrong).map(|rank| f64::from(rank.cost)).sum();
+        (self.single[slot] + sum - wrong) / self.sizes[piece]
     }
 }

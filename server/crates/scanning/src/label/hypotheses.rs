@@ -1,9 +1,9 @@
 //! Every sample triangulated with every label it could have.
 
-use nalgebra::{Vector2, Vector3};
-use optics::{Calibration, DepthRangeMm};
+use nalgebra::Vector3;
+use optics::{DepthRangeMm, Hits, Triangulator};
 use rayon::prelude::*;
-use vision::{Centrelines, LineDirection};
+use vision::{CentrelinePoint, Centrelines, LineDirection};
 
 use super::pieces::{Piece, along_across};
 
@@ -55,7 +55,12 @@ impl Samples {
         (steps >= 0 && steps % stride == 0 && range.contains(&place)).then_some(place)
     }
 
-    /// Their indices.
+    /// Indices of the samples of neighbouring pieces.
+    pub fn range_of(&self, pieces: std::ops::Range<usize>) -> std::ops::Range<usize> {
+        self.first_of_piece[pieces.start]..self.first_of_piece[pieces.end]
+    }
+
+    /// Indices of the samples of one piece.
     pub fn range(&self, piece: usize) -> std::ops::Range<usize> {
         self.first_of_piece[piece]..self.first_of_piece[piece + 1]
     }
@@ -64,7 +69,7 @@ impl Samples {
 /// What turns a pixel into hypotheses.
 pub struct View<'a> {
     /// The station.
-    pub calibration: &'a Calibration,
+    pub triangulator: &'a Triangulator,
     /// Depths the labels may lead to.
     pub depth_range_mm: DepthRangeMm,
     /// Which way the lines run.
@@ -88,50 +93,43 @@ impl View<'_> {
     }
 
     fn samples_of(&self, idx: usize, piece: &Piece, lines: &Centrelines, shift_mm: &Vector3<f64>) -> Vec<Sample> {
-        let mut guesses = vec![None; self.calibration.orders.len()];
-        let along = piece.samples();
-        along.filter_map(|along| self.sample(idx, piece, along, lines, shift_mm, &mut guesses)).collect()
-    }
-
-    fn sample(
-        &self,
-        idx: usize,
-        piece: &Piece,
-        along: i64,
-        lines: &Centrelines,
-        shift_mm: &Vector3<f64>,
-        guesses: &mut [Option<f64>],
-    ) -> Option<Sample> {
-        let point = piece.point_at(lines, along)?;
-        let pixel = Vector2::new(point.u_px, point.v_px);
-        let mut by_order = Vec::with_capacity(guesses.len());
-        let mut depths = Vec::with_capacity(guesses.len());
-        for (order, guess) in self.calibration.orders.iter().zip(guesses.iter_mut()) {
-            let hit = self.calibration.triangulate(*order, &pixel, *guess);
-            *guess = hit.map(|hit| hit.hit.phi_rad);
-            let across = match self.direction {
-                LineDirection::Rows => 1,
-                LineDirection::Columns => 0,
-            };
-            depths.push(hit.map(|hit| (hit.hit.depth_mm, hit.reach_by_pixel[across])));
-            by_order.push(hit.filter(|hit| self.depth_range_mm.contains(hit.hit.depth_mm)).map(|hit| {
-                Hypothesis {
-                    in_part_mm: hit.hit_in_camera.xyz - shift_mm,
-                    sigma_mm: hit.noise_sigma_mm(&point.normal, point.sigma_px),
-                }
-            }));
+        let (alongs, points): (Vec<i64>, Vec<&CentrelinePoint>) =
+            piece.samples().filter_map(|along| Some((along, piece.point_at(lines, along)?))).unzip();
+        let u_px: Vec<f64> = points.iter().map(|point| point.u_px).collect();
+        let v_px: Vec<f64> = points.iter().map(|point| point.v_px).collect();
+        let n_orders = self.triangulator.calibration().orders.len();
+        let mut of_orders = vec![Hits::default(); n_orders];
+        for (order_idx, hits) in of_orders.iter_mut().enumerate() {
+            self.triangulator.triangulate_all(order_idx, &u_px, &v_px, hits);
         }
-        let across_px = along_across(point, self.direction).1;
-        Some(Sample { piece: idx, along, across_px, pitch_px: pitch_px(&depths), by_order })
+        let sample = |(at, (along, point)): (usize, (i64, &CentrelinePoint))| {
+            let hypothesis = |hits: &Hits| {
+                let hit = hits.at(at);
+                let noise_sigma_mm = hit.noise_sigma_mm(&point.normal, point.sigma_px);
+                let in_range = self.depth_range_mm.contains(hit.in_camera.xyz.z);
+                in_range.then(|| Hypothesis { in_part_mm: hit.in_camera.xyz - shift_mm, sigma_mm: noise_sigma_mm })
+            };
+            Sample {
+                piece: idx,
+                along,
+                across_px: along_across(point, self.direction).1,
+                pitch_px: self.pitch_px(&of_orders, at),
+                by_order: of_orders.iter().map(hypothesis).collect(),
+            }
+        };
+        alongs.into_iter().zip(points).enumerate().map(sample).collect()
     }
-}
 
-/// Distance between neighbouring lines in the image: their difference in depth over the depth per pixel.
-fn pitch_px(depths: &[Option<(f64, f64)>]) -> f64 {
-    let pitches = depths.windows(2).filter_map(|pair| {
-        let ((near, by_px), (far, _)) = (pair[0]?, pair[1]?);
-        let pitch = ((far - near) / by_px).abs();
-        pitch.is_finite().then_some(pitch)
-    });
-    pitches.fold(f64::INFINITY, f64::min)
+    /// Distance between neighbouring lines in the image: their difference in depth over the depth per pixel.
+    fn pitch_px(&self, of_orders: &[Hits], at: usize) -> f64 {
+        let by_px = |hits: &Hits| match self.direction {
+            LineDirection::Rows => hits.reach_by_v[at],
+            LineDirection::Columns => hits.reach_by_u[at],
+        };
+        let pitches = of_orders
+            .windows(2)
+            .map(|pair| ((pair[1].z_mm[at] - pair[0].z_mm[at]) / by_px(&pair[0])).abs())
+            .filter(|pitch| pitch.is_finite());
+        pitches.fold(f64::INFINITY, f64::min)
+    }
 }

@@ -18,7 +18,7 @@ mod sheets;
 mod tracks;
 
 use nalgebra::{Vector2, Vector3};
-use optics::{Calibration, DepthRangeMm, LightModelKind};
+use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
 use vision::{Centrelines, LineDirection};
 
 use crate::params::{
@@ -75,9 +75,10 @@ pub(crate) fn sample_weight(piece: &Piece) -> f64 {
 pub fn label_frames(
     frames: &[&Centrelines],
     shifts_mm: &[Vector3<f64>],
-    calibration: &Calibration,
+    triangulator: &Triangulator,
     depth_range_mm: DepthRangeMm,
 ) -> Labels {
+    let calibration = triangulator.calibration();
     let direction = line_direction(frames.iter().copied());
     let pieces: Vec<Piece> = frames
         .iter()
@@ -86,7 +87,7 @@ pub fn label_frames(
         .collect();
     let travel = Travel::of(shifts_mm);
     let pieces = pieces::cut_at_joints_nearby(pieces, frames, direction, &travel.order);
-    let view = hypotheses::View { calibration, depth_range_mm, direction };
+    let view = hypotheses::View { triangulator, depth_range_mm, direction };
     let samples = view.samples(frames, shifts_mm, &pieces);
     let columns = columns::Columns::new(&pieces, frames, direction);
     let mut evidence = depth_evidence(&samples, &pieces, calibration.orders.len());

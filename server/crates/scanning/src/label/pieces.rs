@@ -60,8 +60,8 @@ pub fn along_across(point: &CentrelinePoint, direction: LineDirection) -> (f64, 
 /// Which way the lines run, from the points' normals.
 pub fn line_direction<'a>(frames: impl Iterator<Item = &'a Centrelines>) -> LineDirection {
     let mut balance = 0.0;
-    for point in frames.flat_map(|lines| &lines.segments).flat_map(|segment| &segment.points) {
-        balance += point.normal[1].abs() - point.normal[0].abs();
+    for segment in frames.flat_map(|lines| &lines.segments) {
+        balance += segment.points.iter().map(|point| point.normal[1].abs() - point.normal[0].abs()).sum::<f64>();
     }
     if balance < 0.0 { LineDirection::Columns } else { LineDirection::Rows }
 }
@@ -189,19 +189,11 @@ fn stride_for(n_points: usize) -> usize {
 /// Index ranges between jumps, kinks and small steps; what lies right at a cut belongs to neither side.
 fn cut_at_kinks(segment: &Segment, direction: LineDirection, correlation_px: f64) -> Vec<(usize, usize)> {
     let across: Vec<f64> = segment.points.iter().map(|point| along_across(point, direction).1).collect();
-    let bend = |idx: usize| {
-        if idx < KINK_SPAN_PX || idx + KINK_SPAN_PX >= across.len() {
-            return 0.0;
-        }
-        let ahead = across[idx + KINK_SPAN_PX] - across[idx];
-        let behind = across[idx] - across[idx - KINK_SPAN_PX];
-        (ahead - behind).abs() / KINK_SPAN_PX as f64
-    };
-    let bends: Vec<f64> = (0..across.len()).map(bend).collect();
+    let bends = bends(&across);
     // A mean over n correlated points is as good as one over n / correlation length.
     let correlation = correlation_px.max(1.0).sqrt();
-    let steps: Vec<f64> =
-        (0..across.len()).map(|idx| step_at(&across, idx, segment.points[idx].sigma_px * correlation)).collect();
+    let noise_px: Vec<f64> = segment.points.iter().map(|point| point.sigma_px * correlation).collect();
+    let steps = steps(&across, &noise_px);
     let mut ranges = Vec::new();
     let mut first = 0;
     for idx in 1..across.len() {
@@ -220,25 +212,59 @@ fn cut_at_kinks(segment: &Segment, direction: LineDirection, correlation_px: f64
     ranges
 }
 
-/// How far the line through the points before `idx` misses the line through those from it on, in limits.
-fn step_at(across: &[f64], idx: usize, sigma_px: f64) -> f64 {
-    let step = |(span, sigmas, least_px): (usize, f64, f64)| {
-        if idx < span || idx + span > across.len() {
-            return 0.0;
+/// Per point: the change of slope from the points before it to those after it, px/px.
+fn bends(across: &[f64]) -> Vec<f64> {
+    let mut bends = vec![0.0; across.len()];
+    if let (Some(here), Some(ahead)) = (across.get(KINK_SPAN_PX..), across.get(2 * KINK_SPAN_PX..)) {
+        let around = across.iter().zip(here).zip(ahead);
+        for (bend, ((behind, here), ahead)) in bends[KINK_SPAN_PX..].iter_mut().zip(around) {
+            *bend = ((ahead - here) - (here - behind)).abs() / KINK_SPAN_PX as f64;
         }
-        let before = end_of_line(span, |i| across[idx - span + i]);
-        let after = end_of_line(span, |i| across[idx + span - 1 - i]);
-        (after - before).abs() / (sigmas * sigma_px).max(least_px)
-    };
-    STEP_LIMITS.into_iter().map(step).fold(0.0, f64::max)
+    }
+    bends
 }
 
-/// The least-squares line through `n` equally spaced points, half a point beyond the last.
-fn end_of_line(n: usize, point: impl Fn(usize) -> f64) -> f64 {
+/// Per point: how far the line through the points before it misses the line through those from it on, in limits.
+///
+/// Lines through neighbouring points follow from running sums; `noise_px` holds the σ of every point.
+fn steps(across: &[f64], noise_px: &[f64]) -> Vec<f64> {
+    let (mut sum, mut moment) = (0.0, 0.0);
+    let (mut sums, mut moments) = (Vec::with_capacity(across.len() + 1), Vec::with_capacity(across.len() + 1));
+    sums.push(sum);
+    moments.push(moment);
+    for (place, y) in across.iter().enumerate() {
+        sum += y - across[0];
+        moment += place as f64 * (y - across[0]);
+        sums.push(sum);
+        moments.push(moment);
+    }
+    let mut steps = vec![0.0f64; across.len()];
+    for (span, sigmas, least_px) in STEP_LIMITS {
+        if across.len() < 2 * span {
+            continue;
+        }
+        let n = across.len() + 1 - 2 * span;
+        let of = |offset: usize| (&sums[offset..offset + n], &moments[offset..offset + n]);
+        let [first, middle, last] = [of(0), of(span), of(2 * span)];
+        let (constant, slope) = end_weights(span);
+        for (i, step) in steps[span..span + n].iter_mut().enumerate() {
+            // The line through the points before, half a point beyond the last: Σ (α + β j) y over j = 0 … span − 1.
+            let (before, moment) = (middle.0[i] - first.0[i], middle.1[i] - first.1[i]);
+            let ends = constant * before + slope * (moment - i as f64 * before);
+            // The line through the points after, half a point before the first, counted backwards.
+            let (after, moment) = (last.0[i] - middle.0[i], last.1[i] - middle.1[i]);
+            let starts = constant * after + slope * ((i + 2 * span - 1) as f64 * after - moment);
+            *step = step.max((ends - starts).abs() / (sigmas * noise_px[span + i]).max(least_px));
+        }
+    }
+    steps
+}
+
+/// Weight of point i of n in the value of their least-squares line half a point beyond the last: α + β i.
+fn end_weights(n: usize) -> (f64, f64) {
     let count = n as f64;
-    let lean = 6.0 / (count * count - 1.0);
-    let weight = |i: usize| (1.0 + (i as f64 - 0.5 * (count - 1.0)) * lean * count) / count;
-    (0..n).map(|i| weight(i) * point(i)).sum()
+    let slope = 6.0 / (count * count - 1.0);
+    (1.0 / count - 0.5 * (count - 1.0) * slope, slope)
 }
 
 /// Whether `idx` is the strongest bend within a span; the first of equals.

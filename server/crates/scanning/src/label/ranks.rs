@@ -1,7 +1,5 @@
 //! Order of the lines across the image: within a scan column (row) orders increase across.
 
-use std::collections::BTreeMap;
-
 use super::columns::Columns;
 use super::evidence::Evidence;
 use super::hypotheses::Samples;
@@ -13,22 +11,26 @@ use crate::params::RANK_COST;
 /// Lines of solid parts cannot change places: where the nearer surface throws order k beyond order k + 1's line
 /// on the ground, it also shades that line. Thin overhanging parts can; they are overruled or left unlabelled.
 pub fn add_ranks(evidence: &mut Evidence, samples: &Samples, pieces: &[Piece], columns: &Columns) {
-    let mut shared: BTreeMap<(usize, usize), f64> = BTreeMap::new();
-    for sample in &samples.all {
-        let piece = &pieces[sample.piece];
-        for other in columns.crossings(piece.frame, sample.along).filter(|other| other.piece != sample.piece) {
-            let above = other.across_px < sample.across_px;
-            let pair = if above { (other.piece, sample.piece) } else { (sample.piece, other.piece) };
-            // Each of the two brings half of what they share.
-            *shared.entry(pair).or_default() += 0.5 * super::sample_weight(piece);
-        }
-    }
-    let n_orders = evidence.none();
-    for ((upper, lower), share) in shared {
-        for upper_label in 0..n_orders {
-            for lower_label in 0..=upper_label {
-                evidence.add_pair((upper, upper_label), (lower, lower_label), -RANK_COST * share);
+    let mut shared = Vec::new();
+    let n_frames = pieces.last().map_or(0, |piece| piece.frame + 1);
+    for frame in 0..n_frames {
+        let of_frame = columns.pieces_of(frame);
+        let (first, n) = (of_frame.start, of_frame.len());
+        // Per (upper, lower): the samples they share.
+        shared.clear();
+        shared.resize(n * n, 0.0);
+        for sample in &samples.all[samples.range_of(of_frame)] {
+            let piece = &pieces[sample.piece];
+            for other in columns.crossings(frame, sample.along).filter(|other| other.piece != sample.piece) {
+                let (this, other, is_above) =
+                    (sample.piece - first, other.piece - first, other.across_px < sample.across_px);
+                let pair = if is_above { other * n + this } else { this * n + other };
+                // Each of the two brings half of what they share.
+                shared[pair] += 0.5 * super::sample_weight(piece);
             }
+        }
+        for (pair, share) in shared.iter().enumerate().filter(|(_, share)| **share > 0.0) {
+            evidence.add_rank(first + pair / n, first + pair % n, RANK_COST * share);
         }
     }
 }

@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::evidence::Evidence;
 use crate::params::{
-    CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, OVERRULED_MARGIN, RELAX_ROUNDS, RELAX_SHARPNESS, SETTLE_SWEEPS,
-    UNLABELLED_FROM,
+    CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, OVERRULED_MARGIN, PIECES_PER_TASK, RELAX_ROUNDS,
+    RELAX_SHARPNESS, SETTLE_SWEEPS, UNLABELLED_FROM,
 };
 
 /// What became of a piece.
@@ -65,33 +65,29 @@ pub fn settle(
 fn relaxed(evidence: &Evidence) -> Vec<f64> {
     let n = evidence.n_labels;
     let mut beliefs = vec![1.0 / n as f64; evidence.n_pieces() * n];
+    let mut fresh = beliefs.clone();
     for round in 0..RELAX_ROUNDS {
         let progress = round as f64 / (RELAX_ROUNDS - 1) as f64;
         let sharpness = RELAX_SHARPNESS[0] * (RELAX_SHARPNESS[1] / RELAX_SHARPNESS[0]).powf(progress);
-        let fresh: Vec<Vec<f64>> = (0..evidence.n_pieces())
-            .into_par_iter()
-            .map(|piece| {
-                let mut supports: Vec<f64> = (0..n)
-                    .map(|label| evidence.support(piece, label, |other, label| beliefs[other * n + label]))
-                    .collect();
-                if progress < UNLABELLED_FROM {
-                    supports[evidence.none()] = f64::NEG_INFINITY;
-                }
-                softmax(&supports, sharpness)
-            })
-            .collect();
-        for (belief, fresh) in beliefs.iter_mut().zip(fresh.into_iter().flatten()) {
+        fresh.par_chunks_mut(n).with_min_len(PIECES_PER_TASK).enumerate().for_each(|(piece, fresh)| {
+            evidence.supports(piece, &beliefs, fresh);
+            if progress < UNLABELLED_FROM {
+                fresh[evidence.none()] = f64::NEG_INFINITY;
+            }
+            softmax(fresh, sharpness);
+        });
+        for (belief, fresh) in beliefs.iter_mut().zip(&fresh) {
             *belief = 0.5 * (*belief + fresh);
         }
     }
     beliefs
 }
 
-fn softmax(supports: &[f64], sharpness: f64) -> Vec<f64> {
+fn softmax(supports: &mut [f64], sharpness: f64) {
     let top = supports.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = supports.iter().map(|support| ((support - top) * sharpness).exp()).collect();
-    let sum: f64 = weights.iter().sum();
-    weights.iter().map(|weight| weight / sum).collect()
+    supports.iter_mut().for_each(|support| *support = ((*support - top) * sharpness).exp());
+    let sum: f64 = supports.iter().sum();
+    supports.iter_mut().for_each(|weight| *weight /= sum);
 }
 
 /// Most believed labels, improved one by one until nothing changes.
@@ -117,9 +113,7 @@ fn improve(evidence: &Evidence, labels: &mut [usize], chosen: impl Fn(usize) -> 
 }
 
 fn supports(evidence: &Evidence, labels: &[usize], piece: usize) -> Vec<f64> {
-    (0..evidence.n_labels)
-        .map(|label| evidence.support(piece, label, |other, label| f64::from(labels[other] == label)))
-        .collect()
+    (0..evidence.n_labels).map(|label| evidence.support(piece, label, labels)).collect()
 }
 
 /// Index of the largest value, the first of equals.
@@ -191,8 +185,7 @@ fn membership(group: &[usize], n_pieces: usize) -> Vec<bool> {
 }
 
 fn group_support(evidence: &Evidence, labels: &[usize], group: &[usize]) -> f64 {
-    let belief = |other: usize, label: usize| f64::from(labels[other] == label);
-    group.iter().map(|&piece| evidence.support(piece, labels[piece], belief) * evidence.sizes[piece]).sum()
+    group.iter().map(|&piece| evidence.support(piece, labels[piece], labels) * evidence.sizes[piece]).sum()
 }
 
 /// Labelled pieces connected by pairs that speak for each other's labels.
