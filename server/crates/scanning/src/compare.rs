@@ -1,5 +1,7 @@
 //! The surfaces of different orders held against each other: contradictions and self-consistency.
 
+use std::borrow::Cow;
+
 use nalgebra::{Vector2, Vector3};
 use optics::Calibration;
 use rayon::prelude::*;
@@ -11,6 +13,8 @@ use crate::params::{
     PATCH_MAX_GRADIENT, PATCH_RADIUS_SPACINGS, SMOOTH_SIGMAS,
 };
 use crate::profile::{Profile, ProfilePoint};
+use crate::profiles::Profiles;
+use crate::scan::ScanError;
 
 /// How well two orders agree about the surface both have seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,12 +35,18 @@ pub struct OrderPair {
 #[derive(Debug, Clone, Copy)]
 struct Patch {
     in_part_mm: Vector3<f64>,
-    view: ViewPoint,
     gradient: Vector2<f64>,
     sigma_mm: f64,
     order: i8,
     frame: u32,
     smooth: bool,
+}
+
+impl Patch {
+    /// Where it lies in the common view; computed, as there are millions of patches.
+    fn view(&self, outlook: &Outlook) -> ViewPoint {
+        outlook.view_of(&self.in_part_mm)
+    }
 }
 
 /// The surfaces of all orders, ready to be asked.
@@ -54,32 +64,48 @@ struct Opinion {
     contradicting: usize,
 }
 
+/// Frames whose patches are made together, from their profiles and one more on either side.
+const WINDOW_FRAMES: usize = 32;
+
 impl<'a> Surfaces<'a> {
     /// Builds the patches of all labelled points; `None` if the stage does not move across the view.
     ///
     /// `travel_order`: the frames in the sequence of their stage positions.
+    ///
+    /// # Errors
+    /// [`ScanError::UnreadableFrame`].
     pub fn new(
-        profiles: &[Profile],
+        profiles: &Profiles,
         shifts_mm: &'a [Vector3<f64>],
         travel_order: &[usize],
         outlook: Outlook,
-        direction: LineDirection,
-        calibration: &Calibration,
-    ) -> Option<Self> {
+    ) -> Result<Option<Self>, ScanError> {
         let step = outlook.step_mm.norm();
         if !(step > 0.0 && step.is_finite()) {
-            return None;
+            return Ok(None);
         }
-        let lookup = Lookup::new(profiles, travel_order, direction, calibration);
-        let per_frame: Vec<Vec<Patch>> = (0..travel_order.len())
-            .into_par_iter()
-            .map(|place| lookup.patches_of(place, shifts_mm, &outlook))
-            .collect();
-        let patches: Vec<Patch> = per_frame.into_iter().flatten().collect();
+        let n_places = travel_order.len();
+        let mut patches: Vec<Patch> = Vec::new();
+        for first in (0..n_places).step_by(WINDOW_FRAMES) {
+            let end = n_places.min(first + WINDOW_FRAMES);
+            let from = first.saturating_sub(1);
+            let window = from..n_places.min(end + 1);
+            let seen: Result<Vec<(usize, Cow<Profile>)>, ScanError> = window
+                .into_par_iter()
+                .map(|place| travel_order[place])
+                .map(|f| Ok((f, profiles.of(f)?)))
+                .collect();
+            let lookup = Lookup::new(seen?, profiles.labels.direction, profiles.calibration);
+            let per_frame: Vec<Vec<Patch>> = (first..end)
+                .into_par_iter()
+                .map(|place| lookup.patches_of(place - from, shifts_mm, &outlook))
+                .collect();
+            patches.extend(per_frame.into_iter().flatten());
+        }
         let spacing_mm = outlook.column_mm * COMPARE_STRIDE_PX as f64;
         let radii = [spacing_mm * PATCH_RADIUS_SPACINGS, step * PATCH_RADIUS_SPACINGS];
-        let grid = PatchGrid::new(patches.iter().map(|patch| patch.view.xy_mm), outlook.step_mm, radii);
-        Some(Self { outlook, shifts_mm, patches, grid })
+        let grid = PatchGrid::new(patches.iter().map(|patch| patch.view(&outlook).xy_mm), outlook.step_mm, radii);
+        Ok(Some(Self { outlook, shifts_mm, patches, grid }))
     }
 
     /// Whether the surfaces of other orders deny the point.
@@ -97,10 +123,17 @@ impl<'a> Surfaces<'a> {
             if patch.order == point.order || patch.frame as usize == frame {
                 return;
             }
-            let (apart, tolerance) = self.difference(point, &view, patch);
+            let patch_view = patch.view(&self.outlook);
+            let (apart, tolerance) = self.difference(point, &view, patch, &patch_view);
             if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
                 opinion.agreeing += 1;
-            } else if patch.smooth && self.hides(&in_part, frame, &view, patch) {
+            } else if patch.smooth
+                && self.hides(
+                    &in_part,
+                    patch,
+                    if view.depth_mm > patch_view.depth_mm { frame } else { patch.frame as usize },
+                )
+            {
                 opinion.contradicting += 1;
             }
         });
@@ -108,58 +141,32 @@ impl<'a> Surfaces<'a> {
     }
 
     /// Depth of the point beyond the patch, and the tolerance of that.
-    fn difference(&self, point: &ProfilePoint, view: &ViewPoint, patch: &Patch) -> (f64, f64) {
-        let offset = view.xy_mm - patch.view.xy_mm;
-        let apart = view.depth_mm - patch.view.depth_mm - patch.gradient.dot(&offset);
+    fn difference(
+        &self,
+        point: &ProfilePoint,
+        view: &ViewPoint,
+        patch: &Patch,
+        patch_view: &ViewPoint,
+    ) -> (f64, f64) {
+        let offset = view.xy_mm - patch_view.xy_mm;
+        let apart = view.depth_mm - patch_view.depth_mm - patch.gradient.dot(&offset);
         let noise = AGREEMENT_SIGMAS * point.noise_sigma_mm.hypot(patch.sigma_mm);
         (apart, noise + self.outlook.floor_mm + 0.5 * PATCH_CURVATURE_PER_MM * offset.norm_squared())
     }
 
-    /// Whether one of the two would have hidden the other when that was seen.
-    fn hides(&self, in_part_mm: &Vector3<f64>, frame: usize, view: &ViewPoint, patch: &Patch) -> bool {
-        let seen_at = if view.depth_mm > patch.view.depth_mm { frame } else { patch.frame as usize };
+    /// Whether one of the two would have hidden the other when the farther one was seen, in frame `seen_at`.
+    fn hides(&self, in_part_mm: &Vector3<f64>, patch: &Patch, seen_at: usize) -> bool {
         let from = &self.shifts_mm[seen_at];
         let offset =
             self.outlook.seen_from(from, in_part_mm).xy_mm - self.outlook.seen_from(from, &patch.in_part_mm).xy_mm;
         self.grid.within(&offset)
     }
 
-    /// Bias and RMS of every pair of orders over the smooth surface both have seen.
-    pub fn self_consistency(&self, profiles: &[Profile], orders: &[i8]) -> Vec<OrderPair> {
-        let mut orders = orders.to_vec();
-        orders.sort_unstable();
-        let per_frame: Vec<Vec<Sums>> = profiles
-            .par_iter()
-            .enumerate()
-            .map(|(frame, profile)| self.differences_of(profile, frame, &orders))
-            .collect();
-        let mut totals = vec![Sums::default(); orders.len() * orders.len()];
-        for frame in per_frame {
-            for (total, sums) in totals.iter_mut().zip(frame) {
-                total.n += sums.n;
-                total.sum += sums.sum;
-                total.squares += sums.squares;
-            }
-        }
-        let mut pairs = Vec::new();
-        for (a, &order_a) in orders.iter().enumerate() {
-            for (b, &order_b) in orders.iter().enumerate().skip(a + 1) {
-                let sums = totals[a * orders.len() + b];
-                if sums.n > 0 {
-                    let n = sums.n as f64;
-                    let (bias_mm, rms_mm) = (sums.sum / n, (sums.squares / n).sqrt());
-                    pairs.push(OrderPair { order_a, order_b, n_pairs: sums.n, bias_mm, rms_mm });
-                }
-            }
-        }
-        pairs
-    }
-
-    /// Sums over one frame's points, by (lower order, own order).
-    fn differences_of(&self, profile: &Profile, frame: usize, orders: &[i8]) -> Vec<Sums> {
+    /// Sums over one frame's points, by (lower order, own order); `orders` are sorted.
+    pub fn differences_of(&self, points: &[ProfilePoint], frame: usize, orders: &[i8]) -> Vec<Sums> {
         let mut sums = vec![Sums::default(); orders.len() * orders.len()];
         let place = |order: i8| orders.binary_search(&order).ok();
-        for point in profile.points.iter().step_by(COMPARE_STRIDE_PX) {
+        for point in points.iter().step_by(COMPARE_STRIDE_PX) {
             let view = self.outlook.view_of(&(point.hit_in_camera.xyz - self.shifts_mm[frame]));
             let mut nearest: Vec<Option<(f64, usize)>> = vec![None; orders.len()];
             self.grid.for_each_near(&view.xy_mm, |idx, distance| {
@@ -175,7 +182,8 @@ impl<'a> Surfaces<'a> {
             let Some(own) = place(point.order) else { continue };
             for (slot, found) in nearest.iter().enumerate() {
                 let Some((_, idx)) = found else { continue };
-                let (apart, tolerance) = self.difference(point, &view, &self.patches[*idx]);
+                let patch = &self.patches[*idx];
+                let (apart, tolerance) = self.difference(point, &view, patch, &patch.view(&self.outlook));
                 if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
                     sums[slot * orders.len() + own].add(apart);
                 }
@@ -185,14 +193,38 @@ impl<'a> Surfaces<'a> {
     }
 }
 
+/// Differences in depth between two orders.
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
+pub struct Sums {
     n: usize,
     sum: f64,
     squares: f64,
 }
 
+/// Bias and RMS of every pair of `orders`, which are sorted, from the sums of all frames.
+pub fn order_pairs(totals: &[Sums], orders: &[i8]) -> Vec<OrderPair> {
+    let mut pairs = Vec::new();
+    for (a, &order_a) in orders.iter().enumerate() {
+        for (b, &order_b) in orders.iter().enumerate().skip(a + 1) {
+            let sums = totals[a * orders.len() + b];
+            if sums.n > 0 {
+                let n = sums.n as f64;
+                let (bias_mm, rms_mm) = (sums.sum / n, (sums.squares / n).sqrt());
+                pairs.push(OrderPair { order_a, order_b, n_pairs: sums.n, bias_mm, rms_mm });
+            }
+        }
+    }
+    pairs
+}
+
 impl Sums {
+    /// Adds those of another frame.
+    pub fn add_all(&mut self, other: &Self) {
+        self.n += other.n;
+        self.sum += other.sum;
+        self.squares += other.squares;
+    }
+
     fn add(&mut self, value: f64) {
         self.n += 1;
         self.sum += value;
@@ -203,9 +235,9 @@ impl Sums {
 /// No point of this order in this column (row).
 const ABSENT: u32 = u32::MAX;
 
-/// Points by frame, order and scan column (row).
+/// Points of some frames that follow one another, by frame, order and scan column (row).
 struct Lookup<'a> {
-    profiles: Vec<(usize, &'a Profile)>,
+    profiles: Vec<(usize, Cow<'a, Profile>)>,
     orders: &'a [i8],
     direction: LineDirection,
     n_along: usize,
@@ -214,8 +246,7 @@ struct Lookup<'a> {
 
 impl<'a> Lookup<'a> {
     fn new(
-        profiles: &'a [Profile],
-        travel_order: &[usize],
+        profiles: Vec<(usize, Cow<'a, Profile>)>,
         direction: LineDirection,
         calibration: &'a Calibration,
     ) -> Self {
@@ -223,8 +254,6 @@ impl<'a> Lookup<'a> {
             LineDirection::Rows => calibration.camera.width_px,
             LineDirection::Columns => calibration.camera.height_px,
         };
-        let profiles: Vec<(usize, &Profile)> =
-            travel_order.iter().map(|&frame| (frame, &profiles[frame])).collect();
         let orders = &calibration.orders[..];
         let mut lookup = Self {
             orders,
@@ -234,8 +263,8 @@ impl<'a> Lookup<'a> {
             profiles,
         };
         for place in 0..lookup.profiles.len() {
-            let profile = lookup.profiles[place].1;
-            for (idx, point) in profile.points.iter().enumerate() {
+            for idx in 0..lookup.profiles[place].1.points.len() {
+                let point = &lookup.profiles[place].1.points[idx];
                 if let Some(slot) = lookup.slot(place, point.order, lookup.along(point)) {
                     lookup.slots[slot] = idx as u32;
                 }
@@ -254,7 +283,7 @@ impl<'a> Lookup<'a> {
         Some((place * self.orders.len() + order) * self.n_along + along)
     }
 
-    fn find(&self, place: Option<usize>, order: i8, along: i64) -> Option<&'a ProfilePoint> {
+    fn find(&self, place: Option<usize>, order: i8, along: i64) -> Option<&ProfilePoint> {
         let place = place.filter(|&place| place < self.profiles.len())?;
         let idx = self.slots[self.slot(place, order, along)?];
         (idx != ABSENT).then(|| &self.profiles[place].1.points[idx as usize])
@@ -262,7 +291,8 @@ impl<'a> Lookup<'a> {
 
     /// The patches of one frame, every few columns.
     fn patches_of(&self, place: usize, shifts_mm: &[Vector3<f64>], outlook: &Outlook) -> Vec<Patch> {
-        let (frame, profile) = self.profiles[place];
+        let (frame, profile) = &self.profiles[place];
+        let frame = *frame;
         let stride = COMPARE_STRIDE_PX as i64;
         let on_grid = profile.points.iter().filter(|point| self.along(point) % stride == 0);
         let patch = |point: &ProfilePoint| {
@@ -274,14 +304,13 @@ impl<'a> Lookup<'a> {
             let centre = point.hit_in_camera.xyz - shifts_mm[frame];
             let line = [in_part(Some(place), along - stride)?, in_part(Some(place), along + stride)?];
             let travel = [in_part(place.checked_sub(1), along)?, in_part(Some(place + 1), along)?];
-            let view = outlook.view_of(&centre);
             let gradient = gradient(&line.map(|p| outlook.view_of(&p)), &travel.map(|p| outlook.view_of(&p)))?;
             let bend = |ends: &[Vector3<f64>; 2]| (ends[0].z + ends[1].z - 2.0 * centre.z).abs();
             // A second difference has √6 times the noise of one point.
             let limit = SMOOTH_SIGMAS * 6f64.sqrt() * point.noise_sigma_mm;
             let smooth = bend(&line) <= limit && bend(&travel) <= limit;
             let (order, sigma_mm, frame) = (point.order, point.noise_sigma_mm, frame as u32);
-            Some(Patch { in_part_mm: centre, view, gradient, sigma_mm, order, frame, smooth })
+            Some(Patch { in_part_mm: centre, gradient, sigma_mm, order, frame, smooth })
         };
         on_grid.filter_map(patch).collect()
     }

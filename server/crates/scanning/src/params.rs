@@ -147,6 +147,10 @@ pub const RUN_DENIED_SHARE: f64 = 0.5;
 /// Largest bend of a line over a comparison patch, in standard deviations, that counts as smooth.
 pub const SMOOTH_SIGMAS: f64 = 4.0;
 
+/// Points whose profiles are kept from one step to the next: 200 MB, which no usual scan exceeds. The others are computed
+/// four times, so that a scan of any size fits into memory.
+pub const KEPT_POINTS: usize = 2_000_000;
+
 /// Full width at half height of a Gaussian, in standard deviations.
 pub const FWHM_PER_SIGMA: f64 = 2.354_82;
 /// Points whose widths state the thickness of the light sheets: a median of thousands is good to a percent.

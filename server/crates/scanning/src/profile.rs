@@ -5,6 +5,7 @@ use optics::{CameraFrame, DepthRangeMm, Hits, PointMm, Triangulator};
 use vision::{CentrelinePoint, Centrelines};
 
 use crate::dropped::{DropReason, Dropped};
+use crate::frames::OneFrame;
 use crate::label::{Labels, Piece, Verdict, along_across, label_frames};
 
 /// A point of a profile, in the camera frame.
@@ -40,7 +41,8 @@ pub fn label_frame(
     triangulator: &Triangulator,
     depth_range_mm: DepthRangeMm,
 ) -> Profile {
-    let labels = label_frames(&[centrelines], &[Vector3::zeros()], triangulator, depth_range_mm);
+    let labels = label_frames(&OneFrame(centrelines), &[Vector3::zeros()], triangulator, depth_range_mm);
+    let labels = labels.expect("a frame in memory can be read");
     profile_of_frame(centrelines, 0, &labels, triangulator, depth_range_mm)
 }
 

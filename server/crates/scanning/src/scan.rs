@@ -1,18 +1,18 @@
 //! A scan: labelled, triangulated, registered, checked.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 use optics::{Calibration, DepthRangeMm, PointMm, Triangulator};
-use rayon::prelude::*;
 use vision::Centrelines;
 
-use crate::cloud::{Cloud, CloudPoint};
+use crate::cloud::Cloud;
 use crate::compare::{OrderPair, Surfaces};
-use crate::dropped::{DropReason, Dropped};
-use crate::envelope::{DepthEnvelope, depth_envelope};
+use crate::dropped::Dropped;
+use crate::envelope::DepthEnvelope;
+use crate::evaluation::Evaluation;
+use crate::frames::Frames;
 use crate::label::{Travel, label_frames, outlook};
-use crate::params::{FWHM_PER_SIGMA, KINK_STEP_PX, RUN_DENIED_SHARE, THICKNESS_SAMPLES};
-use crate::profile::{Profile, ProfilePoint, profile_of_frame};
-use crate::sigma_table::SigmaTable;
+use crate::params::KEPT_POINTS;
+use crate::profiles::Profiles;
 
 /// One frame of a scan.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,6 +60,14 @@ pub enum ScanError {
         /// Farthest depth.
         far_mm: f64,
     },
+    /// A frame that was there can no longer be read.
+    #[error("frame {frame} cannot be read: {problem}")]
+    UnreadableFrame {
+        /// Index of the frame.
+        frame: usize,
+        /// Why, with a remedy.
+        problem: String,
+    },
 }
 
 /// What a scan gave, besides its points.
@@ -100,38 +108,45 @@ pub fn scan_cloud(
     calibration: &Calibration,
     params: &ScanParams,
 ) -> Result<ScanResult, ScanError> {
+    let evaluation = evaluate_scan(&frames, calibration, params)?;
+    let mut points = Vec::with_capacity(evaluation.report.n_points);
+    evaluation.for_each_frame(|of_frame| -> Result<(), ScanError> {
+        points.extend_from_slice(of_frame);
+        Ok(())
+    })?;
+    let cloud = Cloud { points, comments: evaluation.comments };
+    Ok(ScanResult { cloud, report: evaluation.report })
+}
+
+/// [`scan_cloud`] for scans that need not fit into memory: labels and checks, and leaves the points to be asked for
+/// frame by frame. The points and the report are the same to the last bit.
+///
+/// # Errors
+/// As [`scan_cloud`], and [`ScanError::UnreadableFrame`].
+pub fn evaluate_scan<'a>(
+    frames: &'a dyn Frames,
+    calibration: &'a Calibration,
+    params: &ScanParams,
+) -> Result<Evaluation<'a>, ScanError> {
+    evaluate_keeping(frames, calibration, params, KEPT_POINTS)
+}
+
+/// [`evaluate_scan`] with the profiles of about `keep_points` points kept from one step to the next; the result is the same.
+pub(crate) fn evaluate_keeping<'a>(
+    frames: &'a dyn Frames,
+    calibration: &'a Calibration,
+    params: &ScanParams,
+    keep_points: usize,
+) -> Result<Evaluation<'a>, ScanError> {
     let depth_range_mm = checked_depth_range(calibration, params)?;
     let shifts_mm = shifts(frames, calibration)?;
-    let lines: Vec<&Centrelines> = frames.iter().map(|frame| &frame.centrelines).collect();
     let triangulator = Triangulator::new(calibration.clone());
-    let labels = label_frames(&lines, &shifts_mm, &triangulator, depth_range_mm);
-    let mut profiles: Vec<Profile> = lines
-        .par_iter()
-        .enumerate()
-        .map(|(frame, lines)| profile_of_frame(lines, frame, &labels, &triangulator, depth_range_mm))
-        .collect();
+    let labels = label_frames(frames, &shifts_mm, &triangulator, depth_range_mm)?;
     let travel = Travel::of(&shifts_mm);
     let outlook = outlook(&travel, calibration, depth_range_mm, labels.direction);
-    let surfaces = Surfaces::new(&profiles, &shifts_mm, &travel.order, outlook, labels.direction, calibration);
-    let mut self_consistency = Vec::new();
-    if let Some(surfaces) = surfaces {
-        drop_contradicted(&mut profiles, &surfaces);
-        self_consistency = surfaces.self_consistency(&profiles, &calibration.orders);
-    }
-    let report = ScanReport {
-        n_points: profiles.iter().map(|profile| profile.points.len()).sum(),
-        n_segments: lines.iter().map(|lines| lines.segments.len()).sum(),
-        dropped: profiles.iter().fold(Dropped::default(), |mut sum, profile| {
-            sum.add(&profile.dropped);
-            sum
-        }),
-        labels: profiles.iter().map(|profile| profile.labels.clone()).collect(),
-        self_consistency,
-        envelope: depth_envelope(calibration, depth_range_mm),
-    };
-    let comments = comments(frames, &profiles, calibration);
-    let points = cloud_points(frames, &profiles, calibration);
-    Ok(ScanResult { cloud: Cloud { points, comments }, report })
+    let profiles = Profiles::new(frames, labels, (calibration, triangulator), depth_range_mm, keep_points);
+    let surfaces = Surfaces::new(&profiles, &shifts_mm, &travel.order, outlook)?;
+    Evaluation::new(profiles, surfaces)
 }
 
 fn checked_depth_range(calibration: &Calibration, params: &ScanParams) -> Result<DepthRangeMm, ScanError> {
@@ -143,14 +158,14 @@ fn checked_depth_range(calibration: &Calibration, params: &ScanParams) -> Result
 }
 
 /// What the stage has moved the part by in each frame, in the camera frame.
-fn shifts(frames: &[ScanFrame], calibration: &Calibration) -> Result<Vec<Vector3<f64>>, ScanError> {
-    if frames.is_empty() {
+fn shifts(frames: &dyn Frames, calibration: &Calibration) -> Result<Vec<Vector3<f64>>, ScanError> {
+    if frames.n_frames() == 0 {
         return Err(ScanError::NoFrames);
     }
-    if let Some(frame) = frames.iter().position(|frame| !frame.position_mm.is_finite()) {
+    let positions = (0..frames.n_frames()).map(|frame| frames.position_mm(frame));
+    if let Some(frame) = positions.clone().position(|position_mm| !position_mm.is_finite()) {
         return Err(ScanError::BadPosition { frame });
     }
-    let positions = frames.iter().map(|frame| frame.position_mm);
     if let Some(stage) = calibration.stage {
         // X_part = X_camera − s·t: the shift is what is taken off.
         let origin = PointMm::new(Vector3::zeros());
@@ -161,112 +176,5 @@ fn shifts(frames: &[ScanFrame], calibration: &Calibration) -> Result<Vec<Vector3
     if high > low {
         return Err(ScanError::NoStage { calibration: calibration.id.clone(), travel_mm: high - low });
     }
-    Ok(vec![Vector3::zeros(); frames.len()])
-}
-
-/// Takes away the points that the surfaces of other orders deny, and what little is left of a run of denied ones.
-fn drop_contradicted(profiles: &mut [Profile], surfaces: &Surfaces) {
-    profiles.par_iter_mut().enumerate().for_each(|(frame, profile)| {
-        let mut kept = Vec::with_capacity(profile.points.len());
-        for run in profile.points.chunk_by(neighbours) {
-            let denied: Vec<bool> = run.iter().map(|point| surfaces.contradict(point, frame)).collect();
-            let n_denied = denied.iter().filter(|denied| **denied).count();
-            if n_denied as f64 <= RUN_DENIED_SHARE * run.len() as f64 {
-                kept.extend(run.iter().zip(denied).filter(|(_, denied)| !denied).map(|(point, _)| *point));
-            }
-        }
-        profile.dropped.add_points(DropReason::Contradicted, profile.points.len() - kept.len());
-        profile.points = kept;
-    });
-}
-
-/// Whether two points follow one another on one line.
-fn neighbours(a: &ProfilePoint, b: &ProfilePoint) -> bool {
-    let apart_px = (a.seen.u_px - b.seen.u_px).abs().max((a.seen.v_px - b.seen.v_px).abs());
-    a.order == b.order && apart_px <= KINK_STEP_PX
-}
-
-fn cloud_points(frames: &[ScanFrame], profiles: &[Profile], calibration: &Calibration) -> Vec<CloudPoint> {
-    let tables = sigma_tables(profiles, calibration);
-    let per_frame: Vec<Vec<CloudPoint>> = profiles
-        .par_iter()
-        .enumerate()
-        .map(|(frame, profile)| {
-            let point = |point: &ProfilePoint| {
-                let in_part = match calibration.stage {
-                    Some(stage) => stage.part_from_camera(&point.hit_in_camera, frames[frame].position_mm).xyz,
-                    None => point.hit_in_camera.xyz,
-                };
-                let systematic = tables
-                    .iter()
-                    .find(|(order, _)| *order == point.order)
-                    .map_or(0.0, |(_, table)| table.sigma_mm(calibration, point.seen.u_px, point.seen.v_px));
-                CloudPoint {
-                    x_mm: in_part.x,
-                    y_mm: in_part.y,
-                    z_mm: in_part.z,
-                    order: point.order,
-                    frame: frame as u32,
-                    u_px: point.seen.u_px as f32,
-                    v_px: point.seen.v_px as f32,
-                    intensity: point.seen.intensity,
-                    sigma_mm: point.noise_sigma_mm.hypot(systematic) as f32,
-                }
-            };
-            profile.points.iter().map(point).collect()
-        })
-        .collect();
-    per_frame.into_iter().flatten().collect()
-}
-
-/// One table per order, over the pixels where it was seen.
-fn sigma_tables(profiles: &[Profile], calibration: &Calibration) -> Vec<(i8, SigmaTable)> {
-    let bounds = |order: i8| {
-        let points = profiles.iter().flat_map(|profile| &profile.points).filter(|point| point.order == order);
-        points.fold(None, |bounds: Option<[[f64; 2]; 2]>, point| {
-            let at = [point.seen.u_px, point.seen.v_px];
-            let [low, high] = bounds.unwrap_or([at, at]);
-            Some([[0, 1].map(|axis| low[axis].min(at[axis])), [0, 1].map(|axis| high[axis].max(at[axis]))])
-        })
-    };
-    calibration
-        .orders
-        .par_iter()
-        .filter_map(|&order| {
-            let [low, high] = bounds(order)?;
-            Some((order, SigmaTable::new(calibration, order, low, high)))
-        })
-        .collect()
-}
-
-/// What the cloud must say about itself; the software adds its own name and version.
-fn comments(frames: &[ScanFrame], profiles: &[Profile], calibration: &Calibration) -> Vec<String> {
-    let mut correlations: Vec<f64> = frames.iter().map(|frame| frame.centrelines.correlation_px).collect();
-    correlations.sort_by(f64::total_cmp);
-    vec![
-        format!("calibration {}", calibration.id),
-        "units mm".into(),
-        "frame part".into(),
-        format!("noise_correlation_px {}", correlations[correlations.len() / 2]),
-        format!("line_sigma_mm {:.4}", line_sigma_mm(profiles, calibration)),
-    ]
-}
-
-/// Median thickness of the light sheets (one σ, along their normals) from the widths of the lines in the image.
-fn line_sigma_mm(profiles: &[Profile], calibration: &Calibration) -> f64 {
-    let points: Vec<&ProfilePoint> = profiles.iter().flat_map(|profile| &profile.points).collect();
-    let step = points.len().div_ceil(THICKNESS_SAMPLES).max(1);
-    let mut sigmas_mm: Vec<f64> = points
-        .iter()
-        .step_by(step)
-        .filter_map(|point| {
-            let pixel = Vector2::new(point.seen.u_px, point.seen.v_px);
-            let hit = calibration.triangulate(point.order, &pixel, None)?;
-            let along_ray_mm =
-                hit.noise_sigma_mm(&point.seen.normal, f64::from(point.seen.width_px) / FWHM_PER_SIGMA);
-            Some(along_ray_mm * hit.hit.normal.dot(&hit.ray).abs() / hit.ray.norm())
-        })
-        .collect();
-    sigmas_mm.sort_by(f64::total_cmp);
-    sigmas_mm.get(sigmas_mm.len() / 2).copied().unwrap_or(0.0)
+    Ok(vec![Vector3::zeros(); frames.n_frames()])
 }

@@ -3,17 +3,20 @@
 use std::io::{BufRead, Write};
 
 use super::{ContentError, FIELDS, header_line, one_line, point_from_fields};
-use crate::cloud::Cloud;
+use crate::cloud::{Cloud, CloudPoint};
 
 /// Column names, in the order of [`FIELDS`] and with their units.
 const COLUMNS: [&str; 9] = ["x_mm", "y_mm", "z_mm", "order", "frame", "u_px", "v_px", "intensity", "sigma_mm"];
 
-pub(super) fn write(out: &mut impl Write, cloud: &Cloud) -> Result<(), ContentError> {
-    for comment in &cloud.comments {
+pub(super) fn write_header(out: &mut impl Write, comments: &[String]) -> Result<(), ContentError> {
+    for comment in comments {
         writeln!(out, "# {}", one_line(comment))?;
     }
-    writeln!(out, "{}", COLUMNS.join(","))?;
-    for p in &cloud.points {
+    Ok(writeln!(out, "{}", COLUMNS.join(","))?)
+}
+
+pub(super) fn write_points(out: &mut impl Write, points: &[CloudPoint]) -> Result<(), ContentError> {
+    for p in points {
         // Rust's `Display` prints the shortest decimal that reads back as the same number.
         writeln!(
             out,

@@ -24,12 +24,14 @@ pub mod peaks;
 mod ply;
 mod ply_reader;
 mod stl;
+mod writer;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 pub use error::{ContentError, FileError};
+pub use writer::{AddPoints, CloudWriter, write_cloud_in_pieces};
 
 use crate::cloud::{Cloud, CloudPoint};
 use crate::mesh::Mesh;
@@ -130,12 +132,12 @@ pub fn write_cloud(path: &Path, format: CloudFormat, cloud: &Cloud) -> Result<()
 /// # Errors
 /// [`ContentError::Io`] if `out` refuses.
 pub fn write_cloud_to(out: &mut impl Write, format: CloudFormat, cloud: &Cloud) -> Result<(), ContentError> {
-    match format {
-        CloudFormat::Ply => ply::write_cloud(out, cloud),
-        CloudFormat::Csv => csv::write(out, cloud),
-        CloudFormat::Pcd => pcd::write(out, cloud),
-        CloudFormat::E57 => e57::write(out, cloud),
+    if format == CloudFormat::E57 {
+        return e57::write(out, cloud);
     }
+    let mut writer = CloudWriter::begin(out, format, &cloud.comments, cloud.points.len())?;
+    writer.add(&cloud.points)?;
+    writer.finish().map(drop)
 }
 
 /// Reads a cloud in the format its extension names.

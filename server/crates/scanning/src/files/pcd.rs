@@ -2,7 +2,6 @@
 
 use std::io::{BufRead, Write};
 
-use super::ply::vertex_bytes;
 use super::{ContentError, FIELDS, header_line, one_line, point_from_fields, trusted_capacity};
 use crate::cloud::Cloud;
 
@@ -11,21 +10,19 @@ const BANNER: &str = ".PCD v0.7 - Point Cloud Data file format";
 
 const REMEDY: &str = "export the file as PCD 0.7, binary or ascii";
 
-pub(super) fn write(out: &mut impl Write, cloud: &Cloud) -> Result<(), ContentError> {
+/// Vertices of PLY follow: the layout is the same.
+pub(super) fn write_header(
+    out: &mut impl Write,
+    comments: &[String],
+    n_points: usize,
+) -> Result<(), ContentError> {
     writeln!(out, "# {BANNER}")?;
-    for comment in &cloud.comments {
+    for comment in comments {
         writeln!(out, "# {}", one_line(comment))?;
     }
     writeln!(out, "VERSION 0.7\nFIELDS {}", FIELDS.join(" "))?;
     writeln!(out, "SIZE 8 8 8 1 4 4 4 4 4\nTYPE F F F I U F F F F\nCOUNT 1 1 1 1 1 1 1 1 1")?;
-    writeln!(
-        out,
-        "WIDTH {n}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {n}\nDATA binary",
-        n = cloud.points.len()
-    )?;
-    for point in &cloud.points {
-        out.write_all(&vertex_bytes(point))?;
-    }
+    writeln!(out, "WIDTH {n_points}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {n_points}\nDATA binary")?;
     Ok(())
 }
 

@@ -20,18 +20,35 @@ const CLOUD_PROPERTIES: [(&str, &str); 9] = [
     ("float", "sigma_mm"),
 ];
 
+/// Vertices encoded before they are handed on: 360 kB stay in the processor's cache and make few system calls.
+const CHUNK_POINTS: usize = 8192;
+
 /// Bytes of one vertex.
 const VERTEX_BYTES: usize = 3 * 8 + 1 + 4 + 4 * 4;
 
-pub(super) fn write_cloud(out: &mut impl Write, cloud: &Cloud) -> Result<(), ContentError> {
-    write_preamble(out, &cloud.comments)?;
-    writeln!(out, "element vertex {}", cloud.points.len())?;
+pub(super) fn write_cloud_header(
+    out: &mut impl Write,
+    comments: &[String],
+    n_points: usize,
+) -> Result<(), ContentError> {
+    write_preamble(out, comments)?;
+    writeln!(out, "element vertex {n_points}")?;
     for (kind, name) in CLOUD_PROPERTIES {
         writeln!(out, "property {kind} {name}")?;
     }
-    writeln!(out, "end_header")?;
-    for point in &cloud.points {
-        out.write_all(&vertex_bytes(point))?;
+    Ok(writeln!(out, "end_header")?)
+}
+
+/// The vertices as [`vertex_bytes`], handed over many at a time; `chunk` is memory to use again.
+pub(super) fn write_vertices(
+    out: &mut impl Write,
+    points: &[CloudPoint],
+    chunk: &mut Vec<u8>,
+) -> Result<(), ContentError> {
+    for points in points.chunks(CHUNK_POINTS) {
+        chunk.clear();
+        points.iter().for_each(|point| chunk.extend_from_slice(&vertex_bytes(point)));
+        out.write_all(chunk)?;
     }
     Ok(())
 }

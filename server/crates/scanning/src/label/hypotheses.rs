@@ -41,6 +41,17 @@ pub struct Samples {
 }
 
 impl Samples {
+    /// Without pieces.
+    pub fn new() -> Self {
+        Self { all: Vec::new(), first_of_piece: vec![0] }
+    }
+
+    /// Adds the samples of the next piece.
+    pub fn add_piece(&mut self, samples: Vec<Sample>) {
+        self.all.extend(samples);
+        self.first_of_piece.push(self.all.len());
+    }
+
     /// The samples of one piece.
     pub fn of_piece(&self, piece: usize) -> &[Sample] {
         &self.all[self.range(piece)]
@@ -53,11 +64,6 @@ impl Samples {
         let stride = piece.stride as i64;
         let place = range.start + usize::try_from(steps / stride).ok()?;
         (steps >= 0 && steps % stride == 0 && range.contains(&place)).then_some(place)
-    }
-
-    /// Indices of the samples of neighbouring pieces.
-    pub fn range_of(&self, pieces: std::ops::Range<usize>) -> std::ops::Range<usize> {
-        self.first_of_piece[pieces.start]..self.first_of_piece[pieces.end]
     }
 
     /// Indices of the samples of one piece.
@@ -77,19 +83,17 @@ pub struct View<'a> {
 }
 
 impl View<'_> {
-    /// Triangulates the samples of all pieces; `shifts_mm[frame]` takes camera points to the part.
-    pub fn samples(&self, frames: &[&Centrelines], shifts_mm: &[Vector3<f64>], pieces: &[Piece]) -> Samples {
-        let per_piece: Vec<Vec<Sample>> = pieces
-            .par_iter()
-            .enumerate()
-            .map(|(idx, piece)| self.samples_of(idx, piece, frames[piece.frame], &shifts_mm[piece.frame]))
-            .collect();
-        let mut samples = Samples { all: Vec::new(), first_of_piece: vec![0] };
-        for piece in per_piece {
-            samples.all.extend(piece);
-            samples.first_of_piece.push(samples.all.len());
-        }
-        samples
+    /// Triangulates the samples of a frame's pieces, which count from `first_piece` on; `shift_mm` takes camera points to
+    /// the part. One entry per piece.
+    pub fn samples(
+        &self,
+        pieces: &[Piece],
+        first_piece: usize,
+        lines: &Centrelines,
+        shift_mm: &Vector3<f64>,
+    ) -> Vec<Vec<Sample>> {
+        let pieces = pieces.par_iter().enumerate();
+        pieces.map(|(idx, piece)| self.samples_of(first_piece + idx, piece, lines, shift_mm)).collect()
     }
 
     fn samples_of(&self, idx: usize, piece: &Piece, lines: &Centrelines, shift_mm: &Vector3<f64>) -> Vec<Sample> {

@@ -9,6 +9,7 @@ mod challenge;
 mod columns;
 mod evidence;
 mod hypotheses;
+mod looks;
 mod outlook;
 mod patches;
 mod pieces;
@@ -19,19 +20,21 @@ mod tracks;
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
-use vision::{Centrelines, LineDirection};
+use vision::LineDirection;
 
+use crate::frames::Frames;
 use crate::params::{
     AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
     SYSTEMATIC_SIGMAS, UNLABELLED_COST,
 };
+use crate::scan::ScanError;
 use evidence::Evidence;
 use hypotheses::Samples;
 
 pub use agreement::gradient;
 pub use outlook::Outlook;
 pub use patches::{PatchGrid, ViewPoint};
-pub use pieces::{Piece, along_across, line_direction};
+pub use pieces::{Piece, along_across};
 pub use relax::Verdict;
 
 /// Pieces of all frames with what was decided about each.
@@ -47,11 +50,11 @@ pub struct Labels {
 
 impl Labels {
     /// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
-    fn doubt_stubs(&mut self, frames: &[&Centrelines]) {
+    /// `joined`: per piece, whether it follows the one before it without a jump.
+    fn doubt_stubs(&mut self, joined: &[bool]) {
         let verdicts = self.verdicts.clone();
         for idx in 1..self.pieces.len() {
-            let (a, b) = (&self.pieces[idx - 1], &self.pieces[idx]);
-            if verdicts[idx - 1] == verdicts[idx] || !tracks::joined(a, b, frames[a.frame], self.direction) {
+            if verdicts[idx - 1] == verdicts[idx] || !joined[idx] {
                 continue;
             }
             for stub in [idx - 1, idx] {
@@ -72,29 +75,24 @@ pub(crate) fn sample_weight(piece: &Piece) -> f64 {
 /// Labels all frames of a scan together. `shifts_mm[frame]` is what the stage has moved the part by.
 ///
 /// With one frame, or a stage that does not move, geometry within `depth_range_mm` and ranks decide alone.
+///
+/// # Errors
+/// [`ScanError::UnreadableFrame`].
 pub fn label_frames(
-    frames: &[&Centrelines],
+    frames: &dyn Frames,
     shifts_mm: &[Vector3<f64>],
     triangulator: &Triangulator,
     depth_range_mm: DepthRangeMm,
-) -> Labels {
+) -> Result<Labels, ScanError> {
     let calibration = triangulator.calibration();
-    let direction = line_direction(frames.iter().copied());
-    let pieces: Vec<Piece> = frames
-        .iter()
-        .enumerate()
-        .flat_map(|(frame, lines)| pieces::pieces_of_frame(lines, frame, direction))
-        .collect();
     let travel = Travel::of(shifts_mm);
-    let pieces = pieces::cut_at_joints_nearby(pieces, frames, direction, &travel.order);
-    let view = hypotheses::View { triangulator, depth_range_mm, direction };
-    let samples = view.samples(frames, shifts_mm, &pieces);
-    let columns = columns::Columns::new(&pieces, frames, direction);
+    let looks::Looks { direction, pieces, samples, ends, joined, shared_columns } =
+        looks::look_at(frames, shifts_mm, &travel.order, triangulator, depth_range_mm)?;
     let mut evidence = depth_evidence(&samples, &pieces, calibration.orders.len());
-    let partners = tracks::add_tracks(&mut evidence, &samples, &pieces, &columns, &travel.order);
-    tracks::add_continuations(&mut evidence, &samples, &pieces, frames, direction);
-    tracks::add_joints(&mut evidence, &pieces, frames, direction);
-    ranks::add_ranks(&mut evidence, &samples, &pieces, &columns);
+    let partners = tracks::add_tracks(&mut evidence, &samples, &pieces, frames, direction, &travel.order)?;
+    tracks::add_continuations(&mut evidence, &samples, &pieces, &ends);
+    tracks::add_joints(&mut evidence, &joined);
+    shared_columns.iter().for_each(|shared| ranks::add_ranks(&mut evidence, shared));
     let outlook = outlook(&travel, calibration, depth_range_mm, direction);
     let scene = agreement::Scene {
         samples: &samples,
@@ -105,16 +103,16 @@ pub fn label_frames(
         outlook: &outlook,
     };
     agreement::add_second_looks(&mut evidence, &scene);
-    let confirmation = (frames.len() > 1).then_some(CONFIRMATION);
+    let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
     let challenged = |labels: &[usize]| {
         let sheets = sheets::sheets(labels, &samples, &pieces, &partners);
         let lengths = lengths_pitches(&samples, &pieces, &sheets);
-        challenge::challenged(&evidence, labels, &sheets, &lengths, frames.len() > 1)
+        challenge::challenged(&evidence, labels, &sheets, &lengths, frames.n_frames() > 1)
     };
     let verdicts = relax::settle(&evidence, confirmation, challenged);
     let mut labels = Labels { verdicts, pieces, direction };
-    labels.doubt_stubs(frames);
-    labels
+    labels.doubt_stubs(&joined);
+    Ok(labels)
 }
 
 /// Per sheet: the longest of its pieces in line pitches.

@@ -57,12 +57,17 @@ pub fn along_across(point: &CentrelinePoint, direction: LineDirection) -> (f64, 
     }
 }
 
-/// Which way the lines run, from the points' normals.
-pub fn line_direction<'a>(frames: impl Iterator<Item = &'a Centrelines>) -> LineDirection {
+/// By how much the points' normals of a frame point along image columns rather than rows.
+pub fn line_balance(lines: &Centrelines) -> f64 {
     let mut balance = 0.0;
-    for segment in frames.flat_map(|lines| &lines.segments) {
+    for segment in &lines.segments {
         balance += segment.points.iter().map(|point| point.normal[1].abs() - point.normal[0].abs()).sum::<f64>();
     }
+    balance
+}
+
+/// Which way the lines run, from the balance of all frames.
+pub fn line_direction(balance: f64) -> LineDirection {
     if balance < 0.0 { LineDirection::Columns } else { LineDirection::Rows }
 }
 
@@ -82,17 +87,11 @@ pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirecti
     pieces
 }
 
-/// Cuts pieces where the same line was seen to end or to be cut in one of the frames before and after: a joint that
-/// hides in one frame shows in its neighbours. `travel_order`: the frames in the sequence of their stage positions.
-pub fn cut_at_joints_nearby(
-    pieces: Vec<Piece>,
-    frames: &[&Centrelines],
-    direction: LineDirection,
-    travel_order: &[usize],
-) -> Vec<Piece> {
-    let mut joints: Vec<Vec<Joint>> = vec![Vec::new(); frames.len()];
-    for piece in &pieces {
-        let points = piece.points(frames[piece.frame]);
+/// The ends of a frame's pieces that may be joints of lines.
+pub fn joints_of_frame(pieces: &[Piece], lines: &Centrelines, direction: LineDirection) -> Vec<Joint> {
+    let mut joints = Vec::with_capacity(2 * pieces.len());
+    for piece in pieces {
+        let points = piece.points(lines);
         let (start, end) = (piece.along, piece.along + points.len() as i64);
         let joint = |along: i64, point: &CentrelinePoint, starts: bool| Joint {
             along,
@@ -101,26 +100,40 @@ pub fn cut_at_joints_nearby(
             starts,
             segment: piece.segment,
         };
-        joints[piece.frame].push(joint(start, &points[0], true));
-        joints[piece.frame].push(joint(end, &points[points.len() - 1], false));
+        joints.push(joint(start, &points[0], true));
+        joints.push(joint(end, &points[points.len() - 1], false));
     }
-    for (joints, lines) in joints.iter_mut().zip(frames) {
-        drop_small_gaps(joints, lines.correlation_px);
-    }
-    let mut nearby: Vec<Vec<Joint>> = vec![Vec::new(); frames.len()];
+    drop_small_gaps(&mut joints, lines.correlation_px);
+    joints
+}
+
+/// Per frame: the joints in the frames before and after. `travel_order`: the frames in the sequence of their stage
+/// positions.
+pub fn joints_nearby(joints: &[Vec<Joint>], travel_order: &[usize]) -> Vec<Vec<Joint>> {
+    let mut nearby: Vec<Vec<Joint>> = vec![Vec::new(); joints.len()];
     for (place, &frame) in travel_order.iter().enumerate() {
         let around = place.saturating_sub(JOINT_FRAMES)..(place + JOINT_FRAMES + 1).min(travel_order.len());
         nearby[frame] =
             around.filter(|&other| other != place).flat_map(|other| joints[travel_order[other]].clone()).collect();
         nearby[frame].sort_by_key(|joint| joint.along);
     }
-    let cut = |piece: Piece| cut_piece(piece, frames[piece.frame], direction, &nearby[piece.frame]);
-    pieces.into_iter().flat_map(cut).collect()
+    nearby
+}
+
+/// Cuts the pieces of a frame where the same line was seen to end or to be cut in one of the frames before and after: a
+/// joint that hides in one frame shows in its neighbours.
+pub fn cut_at_joints(
+    pieces: &[Piece],
+    lines: &Centrelines,
+    direction: LineDirection,
+    nearby: &[Joint],
+) -> Vec<Piece> {
+    pieces.iter().flat_map(|piece| cut_piece(*piece, lines, direction, nearby)).collect()
 }
 
 /// An end of a piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Joint {
+pub struct Joint {
     /// Scan column (row).
     along: i64,
     across_px: f64,

@@ -2,35 +2,37 @@
 
 use super::columns::Columns;
 use super::evidence::Evidence;
-use super::hypotheses::Samples;
-use super::pieces::Piece;
+use super::hypotheses::Sample;
 use crate::params::RANK_COST;
+
+/// How many samples two pieces of one frame share: upper piece, lower piece, their number; ordered by piece.
+pub type SharedColumns = Vec<(usize, usize, f64)>;
+
+/// What the pieces of a frame share. `samples`: those of its pieces, in their order.
+pub fn shared_columns<'a>(samples: impl Iterator<Item = &'a Sample>, columns: &Columns) -> SharedColumns {
+    let (first, n) = (columns.own.start, columns.own.len());
+    // Per (upper, lower): the samples they share.
+    let mut shared = vec![0.0; n * n];
+    for sample in samples {
+        let piece = &columns.pieces[sample.piece];
+        for other in columns.crossings(sample.along).filter(|other| other.piece != sample.piece) {
+            let (this, other, is_above) =
+                (sample.piece - first, other.piece - first, other.across_px < sample.across_px);
+            let pair = if is_above { other * n + this } else { this * n + other };
+            // Each of the two brings half of what they share.
+            shared[pair] += 0.5 * super::sample_weight(piece);
+        }
+    }
+    let pairs = shared.into_iter().enumerate().filter(|(_, share)| *share > 0.0);
+    pairs.map(|(pair, share)| (first + pair / n, first + pair % n, share)).collect()
+}
 
 /// Charges every pair of labels that would stand in the wrong order, per sample they share.
 ///
 /// Lines of solid parts cannot change places: where the nearer surface throws order k beyond order k + 1's line
 /// on the ground, it also shades that line. Thin overhanging parts can; they are overruled or left unlabelled.
-pub fn add_ranks(evidence: &mut Evidence, samples: &Samples, pieces: &[Piece], columns: &Columns) {
-    let mut shared = Vec::new();
-    let n_frames = pieces.last().map_or(0, |piece| piece.frame + 1);
-    for frame in 0..n_frames {
-        let of_frame = columns.pieces_of(frame);
-        let (first, n) = (of_frame.start, of_frame.len());
-        // Per (upper, lower): the samples they share.
-        shared.clear();
-        shared.resize(n * n, 0.0);
-        for sample in &samples.all[samples.range_of(of_frame)] {
-            let piece = &pieces[sample.piece];
-            for other in columns.crossings(frame, sample.along).filter(|other| other.piece != sample.piece) {
-                let (this, other, is_above) =
-                    (sample.piece - first, other.piece - first, other.across_px < sample.across_px);
-                let pair = if is_above { other * n + this } else { this * n + other };
-                // Each of the two brings half of what they share.
-                shared[pair] += 0.5 * super::sample_weight(piece);
-            }
-        }
-        for (pair, share) in shared.iter().enumerate().filter(|(_, share)| **share > 0.0) {
-            evidence.add_rank(first + pair / n, first + pair % n, RANK_COST * share);
-        }
+pub fn add_ranks(evidence: &mut Evidence, shared: &SharedColumns) {
+    for &(upper, lower, share) in shared {
+        evidence.add_rank(upper, lower, RANK_COST * share);
     }
 }

@@ -4,14 +4,16 @@ use std::collections::BTreeMap;
 
 use vision::{Centrelines, LineDirection};
 
-use super::columns::Columns;
+use super::columns::{Columns, pieces_of};
 use super::evidence::Evidence;
 use super::hypotheses::{Sample, Samples};
 use super::pieces::{Piece, along_across};
+use crate::frames::{Frames, lines_of};
 use crate::params::{
     CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT,
     CUT_TRIM_POINTS, JOINT_WEIGHT, KINK_STEP_PX, TRACK_GATE_PITCHES, TRACK_WEIGHT,
 };
+use crate::scan::ScanError;
 
 /// Per sample: the sample of the same line in the neighbouring frames.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -28,20 +30,21 @@ pub fn add_tracks(
     evidence: &mut Evidence,
     samples: &Samples,
     pieces: &[Piece],
-    columns: &Columns,
+    frames: &dyn Frames,
+    direction: LineDirection,
     travel_order: &[usize],
-) -> Partners {
+) -> Result<Partners, ScanError> {
     let mut partners = Partners { next: vec![None; samples.all.len()], previous: vec![None; samples.all.len()] };
     let mut bonds: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+    let mut before = travel_order.first().map(|&frame| lines_of(frames, frame)).transpose()?;
     for pair in travel_order.windows(2) {
-        for (here, there, side) in
-            [(pair[0], pair[1], &mut partners.next), (pair[1], pair[0], &mut partners.previous)]
-        {
-            for piece in columns.pieces_of(here) {
+        let (Some(behind), ahead) = (before.take(), lines_of(frames, pair[1])?) else { break };
+        let columns = |frame: usize, lines| Columns { pieces, own: pieces_of(pieces, frame), lines, direction };
+        let (here, there) = (columns(pair[0], &*behind), columns(pair[1], &*ahead));
+        for (here, there, side) in [(&here, &there, &mut partners.next), (&there, &here, &mut partners.previous)] {
+            for piece in here.own.clone() {
                 for idx in samples.range(piece) {
-                    let Some((other, closeness)) = followed(&samples.all[idx], columns, here, there) else {
-                        continue;
-                    };
+                    let Some((other, closeness)) = followed(&samples.all[idx], here, there) else { continue };
                     side[idx] = samples.at(other, &pieces[other], samples.all[idx].along);
                     // Either side of the bond brings half of it.
                     let weight = 0.5 * TRACK_WEIGHT * closeness * super::sample_weight(&pieces[piece]);
@@ -49,32 +52,25 @@ pub fn add_tracks(
                 }
             }
         }
+        before = Some(ahead);
     }
     for ((a, b), weight) in bonds {
         evidence.add_bond(a, b, weight);
     }
-    partners
+    Ok(partners)
 }
 
 /// The piece that goes on with the line of `sample` in frame `there`, and how near it is (1 … 0 at the gate).
-fn followed(sample: &Sample, columns: &Columns, here: usize, there: usize) -> Option<(usize, f64)> {
+fn followed(sample: &Sample, here: &Columns, there: &Columns) -> Option<(usize, f64)> {
     let gate = TRACK_GATE_PITCHES * sample.pitch_px;
-    let other = columns.nearest(there, sample.along, sample.across_px, gate)?;
-    let back = columns.nearest(here, sample.along, other.across_px, gate)?;
+    let other = there.nearest(sample.along, sample.across_px, gate)?;
+    let back = here.nearest(sample.along, other.across_px, gate)?;
     let miss = (other.across_px - sample.across_px) / gate;
     (back.piece == sample.piece).then_some((other.piece, 1.0 - miss * miss))
 }
 
 /// Bonds between pieces of one frame that continue one another beyond a gap.
-pub fn add_continuations(
-    evidence: &mut Evidence,
-    samples: &Samples,
-    pieces: &[Piece],
-    frames: &[&Centrelines],
-    direction: LineDirection,
-) {
-    let ends: Vec<(End, End)> =
-        pieces.iter().map(|piece| ends_of(piece, frames[piece.frame], direction)).collect();
+pub fn add_continuations(evidence: &mut Evidence, samples: &Samples, pieces: &[Piece], ends: &[(End, End)]) {
     let mut first = 0;
     while first < pieces.len() {
         let end = first + pieces[first..].iter().take_while(|piece| piece.frame == pieces[first].frame).count();
@@ -103,13 +99,12 @@ fn strongest(pieces: std::ops::Range<usize>, strength: impl Fn(usize) -> f64) ->
     })
 }
 
-/// Bonds between pieces that were cut apart at a kink: usually the line merely bends there.
-pub fn add_joints(evidence: &mut Evidence, pieces: &[Piece], frames: &[&Centrelines], direction: LineDirection) {
-    for idx in 1..pieces.len() {
-        if joined(&pieces[idx - 1], &pieces[idx], frames[pieces[idx].frame], direction) {
-            let smaller = evidence.sizes[idx - 1].min(evidence.sizes[idx]);
-            evidence.add_bond(idx - 1, idx, JOINT_WEIGHT * smaller.min(1.0));
-        }
+/// Bonds between pieces that were cut apart at a kink: usually the line merely bends there. `joined`: per piece, whether
+/// it follows the one before it without a jump.
+pub fn add_joints(evidence: &mut Evidence, joined: &[bool]) {
+    for idx in (1..joined.len()).filter(|&idx| joined[idx]) {
+        let smaller = evidence.sizes[idx - 1].min(evidence.sizes[idx]);
+        evidence.add_bond(idx - 1, idx, JOINT_WEIGHT * smaller.min(1.0));
     }
 }
 
@@ -126,14 +121,15 @@ pub fn joined(a: &Piece, b: &Piece, lines: &Centrelines, direction: LineDirectio
 
 /// One end of a piece: its position and the line's slope there.
 #[derive(Debug, Clone, Copy)]
-struct End {
+pub struct End {
     along: f64,
     across: f64,
     slope: f64,
     n_points: usize,
 }
 
-fn ends_of(piece: &Piece, lines: &Centrelines, direction: LineDirection) -> (End, End) {
+/// Both ends of a piece.
+pub fn ends_of(piece: &Piece, lines: &Centrelines, direction: LineDirection) -> (End, End) {
     let points: Vec<(f64, f64)> = piece.points(lines).iter().map(|point| along_across(point, direction)).collect();
     let n = points.len().min(CONTINUATION_POINTS);
     (end_of(&points[..n], points[0].0), end_of(&points[points.len() - n..], points[points.len() - 1].0))

@@ -5,9 +5,11 @@
 //! Every record carries a checksum, so that a file cut or damaged anywhere shows how far it can be trusted.
 //! The byte table: `server/docs/scans.md`.
 
+mod file;
 mod reader;
 mod writer;
 
+pub use file::{PeaksFile, read_one_frame, read_positions};
 pub use reader::{PeaksPrefix, read_peaks, read_peaks_prefix};
 pub use writer::PeaksWriter;
 

@@ -34,15 +34,22 @@ pub fn read_peaks(mut input: impl Read) -> Result<Peaks, ContentError> {
         let place = format!("frame {}", peaks.frames.len());
         match read_record(&mut input, &place)? {
             Record::Frame(body) => add_frame(&mut peaks, &body, &place)?,
-            Record::End(n_frames) if n_frames == peaks.frames.len() as u64 => break,
             Record::End(n_frames) => {
-                let problem = format!("the file ends after {} of {n_frames} frames", peaks.frames.len());
-                return Err(ContentError::malformed("end", problem, RESTORE));
+                check_end(&mut input, n_frames, peaks.frames.len())?;
+                return Ok(peaks);
             }
         }
     }
+}
+
+/// Whether all frames were there, and nothing follows.
+pub(super) fn check_end(input: &mut impl Read, n_promised: u64, n_frames: usize) -> Result<(), ContentError> {
+    if n_promised != n_frames as u64 {
+        let problem = format!("the file ends after {n_frames} of {n_promised} frames");
+        return Err(ContentError::malformed("end", problem, RESTORE));
+    }
     match input.read(&mut [0])? {
-        0 => Ok(peaks),
+        0 => Ok(()),
         _ => Err(ContentError::malformed("end", "bytes follow the end", RESTORE)),
     }
 }
@@ -78,17 +85,17 @@ pub fn read_peaks_prefix(mut input: impl Read) -> Result<PeaksPrefix, ContentErr
     }
 }
 
-const HEADER_BYTES: usize = 40;
+pub(super) const HEADER_BYTES: usize = 40;
 
 /// Bytes of a record around its body: kind, size, checksum.
-const RECORD_FRAME_BYTES: usize = 4 + 4 + 8;
+pub(super) const RECORD_FRAME_BYTES: usize = 4 + 4 + 8;
 
-enum Record {
+pub(super) enum Record {
     Frame(Vec<u8>),
     End(u64),
 }
 
-fn read_header(input: &mut impl Read) -> Result<PeaksHeader, ContentError> {
+pub(super) fn read_header(input: &mut impl Read) -> Result<PeaksHeader, ContentError> {
     let mut bytes = [0; HEADER_BYTES];
     input.read_exact(&mut bytes).map_err(|cause| ContentError::truncated(cause, || "header".into()))?;
     if &bytes[..16] != MAGIC {
@@ -109,23 +116,38 @@ fn read_header(input: &mut impl Read) -> Result<PeaksHeader, ContentError> {
     Ok(PeaksHeader { width_px, height_px, line_direction })
 }
 
-fn read_record(input: &mut impl Read, place: &str) -> Result<Record, ContentError> {
-    let mut head = [0; 8];
-    let cut = |cause| ContentError::truncated(cause, || place.to_owned());
-    input.read_exact(&mut head).map_err(cut)?;
-    let mut cursor = Cursor { bytes: &head, place };
-    let (kind, size) = (cursor.u32()?, cursor.u32()?);
-    if size > RECORD_LIMIT_BYTES || !matches!(kind, FRAME_RECORD | END_RECORD) {
+/// What a record begins with.
+pub(super) struct Head {
+    bytes: [u8; Self::BYTES],
+    pub kind: u32,
+    pub size_bytes: u32,
+}
+
+impl Head {
+    pub const BYTES: usize = 8;
+}
+
+pub(super) fn read_head(input: &mut impl Read, place: &str) -> Result<Head, ContentError> {
+    let mut bytes = [0; Head::BYTES];
+    input.read_exact(&mut bytes).map_err(|cause| ContentError::truncated(cause, || place.to_owned()))?;
+    let mut cursor = Cursor { bytes: &bytes, place };
+    let (kind, size_bytes) = (cursor.u32()?, cursor.u32()?);
+    if size_bytes > RECORD_LIMIT_BYTES || !matches!(kind, FRAME_RECORD | END_RECORD) {
         return Err(damaged(place));
     }
+    Ok(Head { bytes, kind, size_bytes })
+}
+
+pub(super) fn read_record(input: &mut impl Read, place: &str) -> Result<Record, ContentError> {
+    let head = read_head(input, place)?;
     let mut body = Vec::new();
-    input.by_ref().take(size.into()).read_to_end(&mut body)?;
+    input.by_ref().take(head.size_bytes.into()).read_to_end(&mut body)?;
     let mut sum = [0; 8];
-    input.read_exact(&mut sum).map_err(cut)?;
-    if u64::from_le_bytes(sum) != Checksum::of(&[&head, &body]) {
+    input.read_exact(&mut sum).map_err(|cause| ContentError::truncated(cause, || place.to_owned()))?;
+    if u64::from_le_bytes(sum) != Checksum::of(&[&head.bytes, &body]) {
         return Err(damaged(place));
     }
-    if kind == FRAME_RECORD {
+    if head.kind == FRAME_RECORD {
         return Ok(Record::Frame(body));
     }
     let mut cursor = Cursor { bytes: &body, place };
@@ -135,6 +157,14 @@ fn read_record(input: &mut impl Read, place: &str) -> Result<Record, ContentErro
 }
 
 fn add_frame(peaks: &mut Peaks, body: &[u8], place: &str) -> Result<(), ContentError> {
+    let (frame, captured_at_ns) = read_frame(body, place)?;
+    peaks.frames.push(frame);
+    peaks.captured_at_ns.push(captured_at_ns);
+    Ok(())
+}
+
+/// The frame that a record holds, and when it was taken.
+pub(super) fn read_frame(body: &[u8], place: &str) -> Result<(ScanFrame, Option<u64>), ContentError> {
     let mut cursor = Cursor { bytes: body, place };
     let (position_mm, time_ns, correlation_px) = (cursor.f64()?, cursor.u64()?, cursor.f64()?);
     let n_segments = cursor.u32()?;
@@ -145,16 +175,15 @@ fn add_frame(peaks: &mut Peaks, body: &[u8], place: &str) -> Result<(), ContentE
         let points = bytes
             .chunks_exact(POINT_BYTES)
             .map(|bytes| Cursor { bytes, place }.point())
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<Vec<_>, _>>()?;
         segments.push(Segment { points });
     }
     cursor.end()?;
-    peaks.frames.push(ScanFrame { centrelines: Centrelines { segments, correlation_px }, position_mm });
-    peaks.captured_at_ns.push((time_ns != NO_TIME).then_some(time_ns));
-    Ok(())
+    let frame = ScanFrame { centrelines: Centrelines { segments, correlation_px }, position_mm };
+    Ok((frame, (time_ns != NO_TIME).then_some(time_ns)))
 }
 
-fn damaged(place: &str) -> ContentError {
+pub(super) fn damaged(place: &str) -> ContentError {
     ContentError::malformed(place, "the bytes are not those that were written", RESTORE)
 }
 

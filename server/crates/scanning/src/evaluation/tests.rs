@@ -1,0 +1,133 @@
+//! A scan that is read from a file piece by piece, on any number of threads, is the scan that was held in memory.
+//! That labels and points are right is shown elsewhere.
+#![allow(clippy::unwrap_used)]
+
+use std::io::Cursor;
+use std::path::Path;
+
+use vision::{LineDirection, Segment};
+
+use crate::Cloud;
+use crate::dropped::DropReason;
+use crate::files::peaks::{PeaksFile, PeaksHeader, PeaksWriter, read_one_frame, read_positions};
+use crate::files::{CloudFormat, CloudWriter, FileError, write_cloud_in_pieces, write_cloud_to};
+use crate::frames::Frames;
+use crate::scan::{ScanError, ScanFrame, ScanParams, ScanReport, evaluate_keeping, scan_cloud};
+use crate::synthetic::{SIZE_PX, SyntheticScan};
+
+/// Frames enough for several windows and batches that are worked on together.
+const N_FRAMES: usize = 90;
+
+/// A scan with a reflection that stays in the image, so that points are left out for every reason that needs others.
+fn frames(scan: &SyntheticScan) -> Vec<ScanFrame> {
+    let ghost = |mut frame: ScanFrame| {
+        let line = &frame.centrelines.segments[2].points;
+        let mut points = line[line.len() / 8..line.len() * 7 / 8].to_vec();
+        points.iter_mut().for_each(|point| point.v_px += 70.0);
+        frame.centrelines.segments.push(Segment { points });
+        frame
+    };
+    (0..N_FRAMES).map(|idx| ghost(scan.frame(idx))).collect()
+}
+
+fn written(frames: &[ScanFrame], folder: &Path) -> PeaksFile {
+    let path = folder.join("peaks");
+    let header = PeaksHeader {
+        width_px: SIZE_PX[0] as u32,
+        height_px: SIZE_PX[1] as u32,
+        line_direction: LineDirection::Rows,
+    };
+    let mut writer = PeaksWriter::create(&path, &header).unwrap();
+    frames.iter().for_each(|frame| writer.add(frame, None).unwrap());
+    writer.finish().unwrap();
+    PeaksFile::open(&path).unwrap()
+}
+
+fn evaluated(frames: &dyn Frames, scan: &SyntheticScan, keep_points: usize) -> (Cloud, ScanReport) {
+    let evaluation = evaluate_keeping(frames, &scan.calibration, &ScanParams::default(), keep_points).unwrap();
+    let mut points = Vec::new();
+    let taken = evaluation.for_each_frame(|of_frame| -> Result<(), ScanError> {
+        points.extend_from_slice(of_frame);
+        Ok(())
+    });
+    taken.unwrap();
+    (Cloud { points, comments: evaluation.comments }, evaluation.report)
+}
+
+#[test]
+fn a_scan_in_a_file_is_the_scan_in_memory_whatever_is_kept_and_on_any_number_of_threads() {
+    let scan = SyntheticScan::new(N_FRAMES, 600);
+    let frames = frames(&scan);
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(&frames, folder.path());
+    let whole = scan_cloud(&frames, &scan.calibration, &ScanParams::default()).unwrap();
+    assert!(whole.report.n_points > 40_000, "{:?}", whole.report.dropped);
+    assert!(whole.report.dropped.n_points(DropReason::Contradicted) > 0, "{:?}", whole.report.dropped);
+    for (threads, keep_points) in [(1, 0), (2, 20_000), (3, 0), (3, usize::MAX)] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let (cloud, report) = pool.install(|| evaluated(&file, &scan, keep_points));
+        assert_eq!(report, whole.report, "{threads} threads, {keep_points} kept");
+        assert!(cloud == whole.cloud, "{threads} threads, {keep_points} kept");
+    }
+}
+
+#[test]
+fn points_written_as_they_come_make_the_bytes_of_the_whole_cloud() {
+    let scan = SyntheticScan::new(N_FRAMES, 300);
+    let cloud = scan_cloud(&frames(&scan), &scan.calibration, &ScanParams::default()).unwrap().cloud;
+    for format in [CloudFormat::Ply, CloudFormat::Csv, CloudFormat::Pcd] {
+        let mut whole = Vec::new();
+        write_cloud_to(&mut whole, format, &cloud).unwrap();
+        let mut writer = CloudWriter::begin(Vec::new(), format, &cloud.comments, cloud.points.len()).unwrap();
+        cloud.points.chunks(997).for_each(|points| writer.add(points).unwrap());
+        assert!(writer.finish().unwrap() == whole, "{format:?}");
+    }
+}
+
+#[test]
+fn a_file_whose_points_end_early_is_not_left_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cloud.ply");
+    let short = write_cloud_in_pieces(&path, &[], 2, |_| Ok::<(), FileError>(())).unwrap_err();
+    assert!(matches!(short, FileError::Malformed { .. }), "{short}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn a_file_of_peaks_that_is_cut_or_damaged_is_not_opened() {
+    let scan = SyntheticScan::new(3, 50);
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(&frames(&scan)[..3], folder.path());
+    assert_eq!(file.frame(1).unwrap(), frames(&scan)[1]);
+    let path = folder.path().join("peaks");
+    let whole = std::fs::read(&path).unwrap();
+    for keep in [0, 39, 41, whole.len() / 2, whole.len() - 1] {
+        std::fs::write(&path, &whole[..keep]).unwrap();
+        assert!(matches!(PeaksFile::open(&path), Err(FileError::Malformed { .. })), "cut at {keep}");
+    }
+    for at in (0..whole.len()).step_by(101) {
+        let mut damaged = whole.clone();
+        damaged[at] ^= 0x41;
+        std::fs::write(&path, damaged).unwrap();
+        assert!(PeaksFile::open(&path).is_err(), "byte {at}");
+    }
+}
+
+#[test]
+fn single_frames_are_found_without_reading_the_others() {
+    let scan = SyntheticScan::new(4, 50);
+    let folder = tempfile::tempdir().unwrap();
+    let frames = &frames(&scan)[..4];
+    written(frames, folder.path());
+    let bytes = std::fs::read(folder.path().join("peaks")).unwrap();
+    let positions: Vec<f64> = frames.iter().map(|frame| frame.position_mm).collect();
+    assert_eq!(read_positions(Cursor::new(&bytes)).unwrap(), positions);
+    let one = |frame| read_one_frame(Cursor::new(&bytes), frame).unwrap();
+    assert_eq!(one(2).unwrap().0, frames[2]);
+    assert_eq!(one(4).unwrap_err(), 4);
+    // Damage in one frame is the business of who asks for it.
+    let mut damaged = bytes.clone();
+    damaged[150] ^= 0x41;
+    assert!(read_one_frame(Cursor::new(&damaged), 0).is_err());
+    assert_eq!(read_one_frame(Cursor::new(&damaged), 3).unwrap().unwrap().0, frames[3]);
+}

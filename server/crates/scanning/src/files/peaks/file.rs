@@ -1,0 +1,159 @@
+//! A file of peaks as the frames of a scan: only where each frame lies is kept in memory.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use vision::Centrelines;
+
+use super::reader::{
+    HEADER_BYTES, Head, RECORD_FRAME_BYTES, Record, damaged, read_frame, read_head, read_header, read_record,
+};
+use super::{FRAME_RECORD, PeaksHeader};
+use crate::files::{ContentError, FileError};
+use crate::frames::Frames;
+use crate::scan::ScanFrame;
+
+/// Bytes read at once when the whole file is checked.
+const BUFFER_BYTES: usize = 1 << 18;
+
+/// A finished file of peaks, checked from end to end when it was opened. Frames are read when they are asked for.
+#[derive(Debug)]
+pub struct PeaksFile {
+    /// What holds for all frames.
+    pub header: PeaksHeader,
+    file: Mutex<File>,
+    places: Vec<Place>,
+}
+
+/// Where a frame lies in the file, and when and where it was taken.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    offset_bytes: u64,
+    size_bytes: u32,
+    position_mm: f64,
+    captured_at_ns: Option<u64>,
+}
+
+impl PeaksFile {
+    /// Opens and checks the file `path`.
+    ///
+    /// # Errors
+    /// [`FileError::Read`], or [`FileError::Malformed`] if a byte is missing, wrong or too many.
+    pub fn open(path: &Path) -> Result<Self, FileError> {
+        let file = File::open(path).map_err(|cause| FileError::Read { path: path.to_owned(), cause })?;
+        Self::new(file).map_err(|error| FileError::reading(path, error))
+    }
+
+    /// Checks a file that is open.
+    ///
+    /// # Errors
+    /// [`ContentError::Malformed`] if a byte is missing, wrong or too many; never a shorter scan.
+    pub fn new(mut file: File) -> Result<Self, ContentError> {
+        let mut input = BufReader::with_capacity(BUFFER_BYTES, &mut file);
+        let header = read_header(&mut input)?;
+        let mut places: Vec<Place> = Vec::new();
+        let mut offset_bytes = HEADER_BYTES as u64;
+        loop {
+            let name = format!("frame {}", places.len());
+            match read_record(&mut input, &name)? {
+                Record::Frame(body) => {
+                    let (frame, captured_at_ns) = read_frame(&body, &name)?;
+                    places.push(Place {
+                        offset_bytes: offset_bytes + Head::BYTES as u64,
+                        size_bytes: body.len() as u32,
+                        position_mm: frame.position_mm,
+                        captured_at_ns,
+                    });
+                    offset_bytes += (RECORD_FRAME_BYTES + body.len()) as u64;
+                }
+                Record::End(n_frames) => {
+                    super::reader::check_end(&mut input, n_frames, places.len())?;
+                    break;
+                }
+            }
+        }
+        Ok(Self { header, file: Mutex::new(file), places })
+    }
+
+    /// When a frame was taken, by the station's clock; `None` if a recording does not tell.
+    pub fn captured_at_ns(&self, frame: usize) -> Option<u64> {
+        self.places[frame].captured_at_ns
+    }
+
+    /// Reads a frame.
+    ///
+    /// # Errors
+    /// [`ContentError`] if the disk fails, or the file has changed since it was checked.
+    pub fn frame(&self, frame: usize) -> Result<ScanFrame, ContentError> {
+        let place = &self.places[frame];
+        let mut body = vec![0; place.size_bytes as usize];
+        {
+            let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+            file.seek(SeekFrom::Start(place.offset_bytes))?;
+            file.read_exact(&mut body)?;
+        }
+        Ok(read_frame(&body, &format!("frame {frame}"))?.0)
+    }
+}
+
+impl Frames for PeaksFile {
+    fn n_frames(&self) -> usize {
+        self.places.len()
+    }
+
+    fn position_mm(&self, frame: usize) -> f64 {
+        self.places[frame].position_mm
+    }
+
+    fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
+        Ok(Cow::Owned(self.frame(frame)?.centrelines))
+    }
+}
+
+/// Where the frames of a file were taken, by its records' heads alone: nothing else is read or checked.
+///
+/// # Errors
+/// [`ContentError`] for a file whose header or records do not follow one another.
+pub fn read_positions(mut input: impl Read + Seek) -> Result<Vec<f64>, ContentError> {
+    read_header(&mut input)?;
+    let mut positions_mm = Vec::new();
+    loop {
+        let name = format!("frame {}", positions_mm.len());
+        let head = read_head(&mut input, &name)?;
+        if head.kind != FRAME_RECORD {
+            return Ok(positions_mm);
+        }
+        let mut position = [0; 8];
+        input.read_exact(&mut position).map_err(|cause| ContentError::truncated(cause, || name.clone()))?;
+        positions_mm.push(f64::from_le_bytes(position));
+        let rest = i64::from(head.size_bytes) + (RECORD_FRAME_BYTES - Head::BYTES) as i64 - position.len() as i64;
+        input.seek(SeekFrom::Current(rest))?;
+    }
+}
+
+/// Reads one frame, with its time, and checks it; those before it are skipped. `Err(n)` inside: there are only `n`.
+///
+/// # Errors
+/// [`ContentError`] for a damaged frame, or records that do not follow one another.
+pub fn read_one_frame(
+    mut input: impl Read + Seek,
+    frame: usize,
+) -> Result<Result<(ScanFrame, Option<u64>), usize>, ContentError> {
+    read_header(&mut input)?;
+    for idx in 0..frame {
+        let head = read_head(&mut input, &format!("frame {idx}"))?;
+        if head.kind != FRAME_RECORD {
+            return Ok(Err(idx));
+        }
+        input.seek(SeekFrom::Current(i64::from(head.size_bytes) + (RECORD_FRAME_BYTES - Head::BYTES) as i64))?;
+    }
+    let name = format!("frame {frame}");
+    match read_record(&mut input, &name)? {
+        Record::Frame(body) => Ok(Ok(read_frame(&body, &name)?)),
+        Record::End(n_frames) if n_frames == frame as u64 => Ok(Err(frame)),
+        Record::End(_) => Err(damaged(&name)),
+    }
+}

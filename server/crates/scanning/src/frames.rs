@@ -1,0 +1,83 @@
+//! The frames of a scan, wherever they are: asked for one at a time and as often as a step needs them.
+
+use std::borrow::Cow;
+
+use rayon::prelude::*;
+use vision::Centrelines;
+
+use crate::files::ContentError;
+use crate::scan::{ScanError, ScanFrame};
+
+/// Frames worked on before their results are taken over in order: enough for many threads, little memory.
+const BATCH_FRAMES: usize = 32;
+
+/// The frames of a scan, in order of capture. In memory, or in a file of peaks
+/// ([`PeaksFile`](crate::files::peaks::PeaksFile)): a large scan need not fit into memory.
+pub trait Frames: Sync {
+    /// How many there are.
+    fn n_frames(&self) -> usize;
+    /// Stage position a frame was taken at.
+    fn position_mm(&self, frame: usize) -> f64;
+    /// The lines found in a frame, the same whenever they are asked for.
+    ///
+    /// # Errors
+    /// [`ContentError`] if they can no longer be read.
+    fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError>;
+}
+
+impl Frames for &[ScanFrame] {
+    fn n_frames(&self) -> usize {
+        self.len()
+    }
+
+    fn position_mm(&self, frame: usize) -> f64 {
+        self[frame].position_mm
+    }
+
+    fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
+        Ok(Cow::Borrowed(&self[frame].centrelines))
+    }
+}
+
+/// A single frame, at rest.
+pub(crate) struct OneFrame<'a>(pub &'a Centrelines);
+
+impl Frames for OneFrame<'_> {
+    fn n_frames(&self) -> usize {
+        1
+    }
+
+    fn position_mm(&self, _: usize) -> f64 {
+        0.0
+    }
+
+    fn centrelines(&self, _: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
+        Ok(Cow::Borrowed(self.0))
+    }
+}
+
+/// The lines of a frame, or why the scan cannot go on.
+pub(crate) fn lines_of(frames: &dyn Frames, frame: usize) -> Result<Cow<'_, Centrelines>, ScanError> {
+    frames.centrelines(frame).map_err(|error| ScanError::UnreadableFrame { frame, problem: error.to_string() })
+}
+
+/// `work` on the lines of every frame, on all threads; the results in order.
+pub(crate) fn of_every_frame<T: Send>(
+    frames: &dyn Frames,
+    work: impl Fn(usize, &Centrelines) -> T + Sync,
+) -> Result<Vec<T>, ScanError> {
+    (0..frames.n_frames()).into_par_iter().map(|frame| Ok(work(frame, &*lines_of(frames, frame)?))).collect()
+}
+
+/// `work` on the numbers below `n`, on all threads; `take` gets the results in order and soon after they are made.
+pub(crate) fn in_order<T: Send, E: Send>(
+    n: usize,
+    work: impl Fn(usize) -> Result<T, E> + Sync,
+    mut take: impl FnMut(T) -> Result<(), E>,
+) -> Result<(), E> {
+    for first in (0..n).step_by(BATCH_FRAMES) {
+        let batch: Result<Vec<T>, E> = (first..n.min(first + BATCH_FRAMES)).into_par_iter().map(&work).collect();
+        batch?.into_iter().try_for_each(&mut take)?;
+    }
+    Ok(())
+}

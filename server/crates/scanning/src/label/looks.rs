@@ -1,0 +1,104 @@
+//! What labelling needs of every frame, gathered in a few passes: a scan's points need not be in memory together.
+
+use nalgebra::Vector3;
+use optics::{DepthRangeMm, Triangulator};
+use vision::{Centrelines, LineDirection};
+
+use super::columns::{Columns, pieces_of};
+use super::hypotheses::{Sample, Samples, View};
+use super::pieces::{self, Joint, Piece};
+use super::ranks::{SharedColumns, shared_columns};
+use super::tracks::{End, ends_of, joined};
+use crate::frames::{Frames, in_order, lines_of, of_every_frame};
+use crate::scan::ScanError;
+
+/// The pieces of all frames and what they show by themselves and in their frame.
+pub struct Looks {
+    /// Which way the lines run.
+    pub direction: LineDirection,
+    /// Ordered by frame, segment, then along the line.
+    pub pieces: Vec<Piece>,
+    /// Their samples.
+    pub samples: Samples,
+    /// Per piece: its ends.
+    pub ends: Vec<(End, End)>,
+    /// Per piece: whether it follows the one before it without a jump.
+    pub joined: Vec<bool>,
+    /// Per frame: what its pieces share.
+    pub shared_columns: Vec<SharedColumns>,
+}
+
+/// Looks at every frame. `travel_order`: the frames in the sequence of their stage positions.
+pub fn look_at(
+    frames: &dyn Frames,
+    shifts_mm: &[Vector3<f64>],
+    travel_order: &[usize],
+    triangulator: &Triangulator,
+    depth_range_mm: DepthRangeMm,
+) -> Result<Looks, ScanError> {
+    let balances = of_every_frame(frames, |_, lines| pieces::line_balance(lines))?;
+    let direction = pieces::line_direction(balances.iter().sum());
+    let pieces = cut_pieces(frames, travel_order, direction)?;
+    let view = View { triangulator, depth_range_mm, direction };
+    let mut looks = Looks {
+        direction,
+        samples: Samples::new(),
+        ends: Vec::with_capacity(pieces.len()),
+        joined: Vec::with_capacity(pieces.len()),
+        shared_columns: Vec::with_capacity(frames.n_frames()),
+        pieces: Vec::new(),
+    };
+    let look = |frame| Ok(FrameLook::new(&view, &pieces, frame, &*lines_of(frames, frame)?, &shifts_mm[frame]));
+    in_order(frames.n_frames(), look, |look| {
+        look.samples.into_iter().for_each(|piece| looks.samples.add_piece(piece));
+        looks.ends.extend(look.ends);
+        looks.joined.extend(look.joined);
+        looks.shared_columns.push(look.shared_columns);
+        Ok(())
+    })?;
+    looks.pieces = pieces;
+    Ok(looks)
+}
+
+/// The pieces of all frames, cut at their own kinks and at the joints of their neighbours.
+fn cut_pieces(
+    frames: &dyn Frames,
+    travel_order: &[usize],
+    direction: LineDirection,
+) -> Result<Vec<Piece>, ScanError> {
+    let found = of_every_frame(frames, |frame, lines| {
+        let pieces = pieces::pieces_of_frame(lines, frame, direction);
+        let joints = pieces::joints_of_frame(&pieces, lines, direction);
+        (pieces, joints)
+    })?;
+    let (pieces, joints): (Vec<Vec<Piece>>, Vec<Vec<Joint>>) = found.into_iter().unzip();
+    let nearby = pieces::joints_nearby(&joints, travel_order);
+    let cut = of_every_frame(frames, |frame, lines| {
+        pieces::cut_at_joints(&pieces[frame], lines, direction, &nearby[frame])
+    })?;
+    Ok(cut.into_iter().flatten().collect())
+}
+
+/// What one frame shows.
+struct FrameLook {
+    samples: Vec<Vec<Sample>>,
+    ends: Vec<(End, End)>,
+    joined: Vec<bool>,
+    shared_columns: SharedColumns,
+}
+
+impl FrameLook {
+    fn new(view: &View, pieces: &[Piece], frame: usize, lines: &Centrelines, shift_mm: &Vector3<f64>) -> Self {
+        let own = pieces_of(pieces, frame);
+        let samples = view.samples(&pieces[own.clone()], own.start, lines, shift_mm);
+        let follows =
+            |idx: usize| idx > own.start && joined(&pieces[idx - 1], &pieces[idx], lines, view.direction);
+        let columns = Columns { pieces, own: own.clone(), lines, direction: view.direction };
+        Self {
+            shared_columns: shared_columns(samples.iter().flatten(), &columns),
+            ends: pieces[own.clone()].iter().map(|piece| ends_of(piece, lines, view.direction)).collect(),
+            joined: own.clone().map(follows).collect(),
+            samples,
+        }
+    }
+}
