@@ -16,15 +16,13 @@ const KEY: &str = "calibration_json";
 const CHUNK_BYTES: usize = 900;
 
 /// Adds software version, scan name and the calibration to the comments.
-pub fn embed(cloud: &mut Cloud, document: &CalibrationDocument, scan: &str) {
-    cloud.comments.push(format!("software sheaf {}", env!("CARGO_PKG_VERSION")));
-    cloud.comments.push(format!("scan {}", scan.escape_default()));
+pub fn embed(comments: &mut Vec<String>, document: &CalibrationDocument, scan: &str) {
+    comments.push(format!("software sheaf {}", env!("CARGO_PKG_VERSION")));
+    comments.push(format!("scan {}", scan.escape_default()));
     let json = compact_ascii(&serde_json::to_string(&document.calibration).unwrap_or_default());
     let chunks = chunks(&json);
     let n_chunks = chunks.len();
-    cloud
-        .comments
-        .extend(chunks.iter().enumerate().map(|(idx, chunk)| format!("{KEY} {}/{n_chunks} {chunk}", idx + 1)));
+    comments.extend(chunks.iter().enumerate().map(|(idx, chunk)| format!("{KEY} {}/{n_chunks} {chunk}", idx + 1)));
 }
 
 /// The embedded calibration, checked against the id the cloud states; `None` if the cloud carries none.

@@ -73,8 +73,13 @@ pub fn calibration_features(
     Ok(Features { input: input(capture, poses, stage_views), left_out: sieve.left_out })
 }
 
-/// The centrelines of every frame of a scan, in the order of the frames.
-pub fn scan_centrelines(capture: &Capture, name: &str, reporter: &Reporter) -> Result<Vec<Centrelines>, Failure> {
+/// Takes the centrelines of every frame of a scan, in the order of the frames; few frames are in memory at a time.
+pub fn scan_centrelines(
+    capture: &Capture,
+    name: &str,
+    reporter: &Reporter,
+    mut take: impl FnMut(Centrelines) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let scan = capture.scan(name)?;
     let scan_idx = capture.manifest.scans.iter().position(|other| std::ptr::eq(other, scan)).unwrap_or(0);
     let pictures: Vec<Picture> = scan
@@ -88,18 +93,25 @@ pub fn scan_centrelines(capture: &Capture, name: &str, reporter: &Reporter) -> R
         .collect();
     let task = reporter.count(&format!("reading scan {name}"), "frames", pictures.len());
     let params = centreline_params(capture);
-    pictures
-        .par_iter()
-        .map_init(CentrelineExtractor::default, |extractor, picture| {
-            reporter.go_on()?;
-            let image = capture.image(&picture.entry, picture.path)?;
-            let mut lines = Centrelines::default();
-            extractor.find(&image, &params, &mut lines);
-            task.step();
-            Ok(lines)
-        })
-        .collect()
+    for some in pictures.chunks(PICTURES_AT_ONCE) {
+        let found: Result<Vec<Centrelines>, Failure> = some
+            .par_iter()
+            .map_init(CentrelineExtractor::default, |extractor, picture| {
+                reporter.go_on()?;
+                let image = capture.image(&picture.entry, picture.path)?;
+                let mut lines = Centrelines::default();
+                extractor.find(&image, &params, &mut lines);
+                task.step();
+                Ok(lines)
+            })
+            .collect();
+        found?.into_iter().try_for_each(&mut take)?;
+    }
+    Ok(())
 }
+
+/// Pictures of a scan that are read before their lines are taken over: enough for many cores.
+const PICTURES_AT_ONCE: usize = 64;
 
 /// How lines are looked for in this capture.
 fn centreline_params(capture: &Capture) -> CentrelineParams {

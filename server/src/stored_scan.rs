@@ -1,12 +1,12 @@
 //! Scans as the store keeps them: reading them back, and the words for a disk that does not take them.
 
 use std::error::Error;
-use std::io::{Cursor, ErrorKind};
+use std::io::{BufReader, Cursor, ErrorKind};
 
-use scanning::files::peaks::{Peaks, read_peaks};
+use scanning::files::peaks::{PeaksFile, read_one_frame, read_positions};
 use scanning::files::read_cloud_from;
-use scanning::{Cloud, CloudFormat};
-use store::{Artifacts, ScanRecord};
+use scanning::{Cloud, CloudFormat, ScanFrame};
+use store::{ArtifactId, Artifacts, ScanRecord};
 
 use crate::problem::{Problem, ProblemKind};
 
@@ -22,27 +22,53 @@ pub fn new_id() -> String {
 pub async fn stored_cloud(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Cloud, Problem> {
     let Some(id) = &scan.cloud else { return Err(without_cloud(scan)) };
     let bytes = artifacts.read(id).await?;
-    parsed(scan, "cloud", move || read_cloud_from(Cursor::new(bytes), CloudFormat::Ply)).await
+    parsed(&scan.id, "cloud", move || read_cloud_from(Cursor::new(bytes), CloudFormat::Ply)).await
 }
 
-/// The frames of a scan.
+/// The frames of a scan, checked; they stay in their file.
 ///
 /// # Errors
 /// A problem: the artifact is damaged.
-pub async fn stored_peaks(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Peaks, Problem> {
-    let bytes = artifacts.read(&scan.peaks).await?;
-    parsed(scan, "peaks", move || read_peaks(Cursor::new(bytes))).await
+pub async fn stored_peaks(
+    artifacts: &dyn Artifacts,
+    peaks: &ArtifactId,
+    scan_id: &str,
+) -> Result<PeaksFile, Problem> {
+    let file = artifacts.file(peaks).await?;
+    parsed(scan_id, "peaks", move || PeaksFile::new(file)).await
+}
+
+/// Where the frames of a scan were taken.
+///
+/// # Errors
+/// A problem: the artifact is damaged.
+pub async fn stored_positions(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Vec<f64>, Problem> {
+    let file = artifacts.file(&scan.peaks).await?;
+    parsed(&scan.id, "peaks", move || read_positions(BufReader::new(file))).await
+}
+
+/// One frame of a scan and when it was taken, or how many frames there are; the others are not read.
+///
+/// # Errors
+/// A problem: the artifact is damaged.
+pub async fn stored_frame(
+    artifacts: &dyn Artifacts,
+    scan: &ScanRecord,
+    frame: usize,
+) -> Result<Result<(ScanFrame, Option<u64>), usize>, Problem> {
+    let file = artifacts.file(&scan.peaks).await?;
+    parsed(&scan.id, "peaks", move || read_one_frame(file, frame)).await
 }
 
 /// Reads what takes up to a second on a thread that nobody else waits for.
 async fn parsed<T: Send + 'static, E: Error + Send + 'static>(
-    scan: &ScanRecord,
+    scan_id: &str,
     what: &str,
     parse: impl FnOnce() -> Result<T, E> + Send + 'static,
 ) -> Result<T, Problem> {
     match tokio::task::spawn_blocking(parse).await {
-        Ok(read) => read.map_err(|error| damaged(scan, what, &error)),
-        Err(stopped) => Err(damaged(scan, what, &stopped)),
+        Ok(read) => read.map_err(|error| damaged(scan_id, what, &error)),
+        Err(stopped) => Err(damaged(scan_id, what, &stopped)),
     }
 }
 
@@ -57,8 +83,8 @@ pub fn without_cloud(scan: &ScanRecord) -> Problem {
         .remedy("resume the scan, or compute it again from its peaks")
 }
 
-fn damaged(scan: &ScanRecord, what: &str, error: &dyn Error) -> Problem {
-    Problem::new(ProblemKind::Internal, format!("the {what} of scan {} cannot be read", scan.id))
+fn damaged(scan_id: &str, what: &str, error: &dyn Error) -> Problem {
+    Problem::new(ProblemKind::Internal, format!("the {what} of scan {scan_id} cannot be read"))
         .because(error.to_string())
         .remedy("scan again, or restore the data directory from a backup")
 }

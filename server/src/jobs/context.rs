@@ -2,16 +2,19 @@
 
 use std::sync::Arc;
 
+use scanning::{FileError, ScanError};
 use store::{Artifacts, Change, ResultRef};
 
 use crate::cancel::CancelFlag;
 use crate::captures::Captures;
 use crate::config::Config;
+use crate::failure::Failure;
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
 use crate::problem::Problem;
 use crate::progress::{JobVoice, Reporter, Tell};
 use crate::station::StationHandle;
+use crate::stored_scan::disk_problem;
 
 /// What a job gets to work with; a job runs on a thread of its own and may block.
 pub struct JobContext {
@@ -57,6 +60,18 @@ pub enum JobEnd {
 impl From<Problem> for JobEnd {
     fn from(problem: Problem) -> Self {
         Self::Failed(Box::new(problem))
+    }
+}
+
+impl From<FileError> for JobEnd {
+    fn from(error: FileError) -> Self {
+        disk_problem(error).into()
+    }
+}
+
+impl From<ScanError> for JobEnd {
+    fn from(error: ScanError) -> Self {
+        Failure::from(error).into()
     }
 }
 

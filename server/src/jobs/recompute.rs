@@ -1,6 +1,6 @@
 //! Compute a scan again from its peaks, with another calibration; the first one stays as it is.
 
-use crate::jobs::scan::{FrameSet, ScanStory, made_scan};
+use crate::jobs::scan::{ScanStory, check_camera_of, made_scan};
 use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput};
 use crate::stored_calibration::stored_document;
 use crate::stored_scan::{cloud_name, new_id, stored_peaks};
@@ -13,10 +13,9 @@ pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     ctx.report(0.0, "reading the scan's peaks");
-    let peaks = ctx.wait(stored_peaks(&*ctx.artifacts, &scan))?;
+    let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &scan.peaks, &scan.id))?;
     ctx.go_on()?;
-    let frames = FrameSet { header: peaks.header, frames: peaks.frames, captured_at_ns: peaks.captured_at_ns };
-    frames.check_camera(&document)?;
+    check_camera_of(&frames, &document)?;
     let losses = serde_json::from_value(scan.report["losses"].clone()).unwrap_or_default();
     let story = ScanStory {
         id: new_id(),

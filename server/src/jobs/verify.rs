@@ -9,6 +9,7 @@ use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource, VerifyInput};
 use crate::measurements::{changes, measurement};
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_calibration::stored_document;
+use crate::stored_scan::stored_cloud;
 
 /// The kind of record that a verification ends with.
 const MEASUREMENT: &str = "measurement";
@@ -38,7 +39,8 @@ pub fn run(input: VerifyInput, ctx: &JobContext) -> Result<Done, JobEnd> {
         tolerance_mm: input.tolerance_mm,
         ..MeasureRequest::new(tool)
     };
-    let record = measurement(&made.record, &made.result.cloud, &document.calibration(), &request)?;
+    let cloud = ctx.wait(stored_cloud(&*ctx.artifacts, &made.record))?;
+    let record = measurement(&made.record, &cloud, &document.calibration(), &request)?;
     let mut stored = made.changes();
     stored.extend(changes(&record));
     Ok(Done {

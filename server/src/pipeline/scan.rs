@@ -2,7 +2,10 @@
 
 use calibration::CalibrationDocument;
 use capture::Capture;
-use scanning::{ScanFrame, ScanParams, ScanResult, scan_cloud};
+use optics::Calibration;
+use scanning::{
+    Cloud, Evaluation, Frames, ScanError, ScanFrame, ScanParams, ScanReport, ScanResult, evaluate_scan,
+};
 
 use crate::cloud_provenance::embed;
 use crate::failure::Failure;
@@ -16,24 +19,30 @@ pub fn scan_capture(
     name: &str,
     reporter: &Reporter,
 ) -> Result<ScanResult, Failure> {
-    let frames = capture_frames(capture, document, name, reporter)?;
+    let mut frames = Vec::new();
+    capture_frames(capture, document, name, reporter, |frame| {
+        frames.push(frame);
+        Ok(())
+    })?;
     scan_frames(&frames, document, name, reporter).map_err(|failure| failure.in_file(&capture.manifest_path()))
 }
 
-/// The frames of one scan of the capture: the centrelines of every picture, and where the stage stood.
+/// Takes the frames of one scan of the capture in order: the centrelines of every picture, and where the stage stood.
 pub fn capture_frames(
     capture: &Capture,
     document: &CalibrationDocument,
     name: &str,
     reporter: &Reporter,
-) -> Result<Vec<ScanFrame>, Failure> {
+    mut take: impl FnMut(ScanFrame) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let images = capture.manifest.camera;
     check_camera(images.width_px, images.height_px, &document.calibration().camera)
         .map_err(|failure| failure.in_file(&capture.manifest_path()).at_entry("camera"))?;
-    let centrelines = scan_centrelines(capture, name, reporter)?;
-    let positions = capture.scan(name)?.frames.iter().map(|frame| frame.position_mm);
-    let frame = |(centrelines, position_mm)| ScanFrame { centrelines, position_mm };
-    Ok(centrelines.into_iter().zip(positions).map(frame).collect())
+    let mut positions = capture.scan(name)?.frames.iter().map(|frame| frame.position_mm);
+    scan_centrelines(capture, name, reporter, |centrelines| match positions.next() {
+        Some(position_mm) => take(ScanFrame { centrelines, position_mm }),
+        None => Ok(()),
+    })
 }
 
 /// Centrelines and positions of a scan's frames to a cloud that carries its calibration.
@@ -43,17 +52,37 @@ pub fn scan_frames(
     name: &str,
     reporter: &Reporter,
 ) -> Result<ScanResult, Failure> {
+    let calibration = document.calibration();
+    let evaluation = evaluated_scan(&frames, document, &calibration, name, reporter)?;
+    let mut points = Vec::with_capacity(evaluation.report.n_points);
+    evaluation.for_each_frame(|of_frame| -> Result<(), ScanError> {
+        points.extend_from_slice(of_frame);
+        Ok(())
+    })?;
+    Ok(ScanResult { cloud: Cloud { points, comments: evaluation.comments }, report: evaluation.report })
+}
+
+/// The same without the points: they are asked for frame by frame, and never need to be in memory together.
+/// `calibration`: that of the document.
+pub fn evaluated_scan<'a>(
+    frames: &'a dyn Frames,
+    document: &CalibrationDocument,
+    calibration: &'a Calibration,
+    name: &str,
+    reporter: &Reporter,
+) -> Result<Evaluation<'a>, Failure> {
     reporter.go_on()?;
-    let mut result = scan_cloud(frames, &document.calibration(), &ScanParams::default())?;
-    if result.cloud.points.is_empty() {
-        return Err(nothing_seen(name, &result));
+    let mut evaluation = evaluate_scan(frames, calibration, &ScanParams::default())?;
+    if evaluation.report.n_points == 0 {
+        return Err(nothing_seen(name, &evaluation.report));
     }
-    let dark = frames.iter().filter(|frame| frame.centrelines.segments.is_empty()).count();
+    let labels = &evaluation.report.labels;
+    let dark = labels.iter().filter(|of_frame| of_frame.is_empty()).count();
     if dark > 0 {
-        reporter.warn(&format!("scan {name}: {dark} of {} frames show no laser line", frames.len()));
+        reporter.warn(&format!("scan {name}: {dark} of {} frames show no laser line", labels.len()));
     }
-    embed(&mut result.cloud, document, name);
-    Ok(result)
+    embed(&mut evaluation.comments, document, name);
+    Ok(evaluation)
 }
 
 /// Whether images of that size are of the calibrated camera.
@@ -68,12 +97,12 @@ pub fn check_camera(width_px: usize, height_px: usize, camera: &optics::Camera) 
     .remedy("use the calibration of this camera at this resolution"))
 }
 
-fn nothing_seen(name: &str, result: &ScanResult) -> Failure {
-    let what = match result.report.n_segments {
+fn nothing_seen(name: &str, report: &ScanReport) -> Failure {
+    let what = match report.n_segments {
         0 => format!("scan {name}: no frame shows a laser line"),
         n_segments => format!(
             "scan {name}: none of {n_segments} line pieces gave a point ({} points left out)",
-            result.report.dropped.total_points()
+            report.dropped.total_points()
         ),
     };
     Failure::unobservable(what)

@@ -40,7 +40,11 @@ pub fn scan_text(name: &str, result: &ScanResult) -> String {
 
 /// The same for a machine.
 pub fn scan_json(name: &str, result: &ScanResult) -> Value {
-    let report = &result.report;
+    report_json(name, &result.report, median_sigma_mm(result))
+}
+
+/// The same from the report and the median σ of the points.
+pub fn report_json(name: &str, report: &ScanReport, median_sigma_mm: f64) -> Value {
     let left_out: Vec<Value> = losses(report)
         .into_iter()
         .map(|(reason, points, pieces)| json!({ "reason": reason, "n_points": points, "n_pieces": pieces }))
@@ -58,7 +62,7 @@ pub fn scan_json(name: &str, result: &ScanResult) -> Value {
         "scan": name,
         "n_points": report.n_points,
         "n_segments": report.n_segments,
-        "median_sigma_mm": median_sigma_mm(result),
+        "median_sigma_mm": median_sigma_mm,
         "left_out": left_out,
         "self_consistency": pairs,
         "envelope": {
@@ -79,7 +83,11 @@ pub fn losses(report: &ScanReport) -> Vec<(&'static str, usize, usize)> {
 
 /// Median of the points' own σ.
 pub fn median_sigma_mm(result: &ScanResult) -> f64 {
-    let mut sigmas: Vec<f32> = result.cloud.points.iter().map(|point| point.sigma_mm).collect();
-    sigmas.sort_by(f32::total_cmp);
+    median_mm(result.cloud.points.iter().map(|point| point.sigma_mm).collect())
+}
+
+/// The median of σ in mm, the upper one of two; 0 of nothing.
+pub fn median_mm(mut sigmas: Vec<f32>) -> f64 {
+    sigmas.sort_unstable_by(f32::total_cmp);
     sigmas.get(sigmas.len() / 2).copied().map_or(0.0, f64::from)
 }

@@ -47,6 +47,9 @@ pub trait Artifacts: Send + Sync {
     async fn create(&self) -> Result<Box<dyn ArtifactWriter>, StoreError>;
     /// Opens an artifact for reading.
     async fn open(&self, id: &ArtifactId) -> Result<ArtifactReader, StoreError>;
+    /// The artifact as a file of this machine, to be read at any place. Its hash is not checked: for formats whose parts
+    /// carry their own checksums.
+    async fn file(&self, id: &ArtifactId) -> Result<std::fs::File, StoreError>;
     /// All bytes of an artifact, checked.
     async fn read(&self, id: &ArtifactId) -> Result<Vec<u8>, StoreError>;
     /// Stores bytes that are in memory.

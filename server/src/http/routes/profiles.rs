@@ -2,8 +2,7 @@
 
 use axum::Json;
 use axum::extract::State;
-use optics::{Calibration, Triangulator};
-use scanning::files::peaks::Peaks;
+use optics::Triangulator;
 use scanning::label_frame;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -14,17 +13,11 @@ use crate::http::dto::profiles::{ProfileDto, ProfileListDto, ProfilePlaceDto};
 use crate::http::extract::ApiPath;
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_calibration::stored_document;
-use crate::stored_scan::stored_peaks;
+use crate::stored_scan::{stored_frame, stored_positions};
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(list_profiles)).routes(routes!(get_profile))
-}
-
-async fn peaks(app: &App, scan_id: &str) -> Result<(store::ScanRecord, Peaks), Problem> {
-    let scan = app.ledger.read().scan(scan_id).await?;
-    let peaks = stored_peaks(&*app.artifacts, &scan).await?;
-    Ok((scan, peaks))
 }
 
 /// Where the frames of a scan were taken.
@@ -36,13 +29,14 @@ async fn list_profiles(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<ProfileListDto>, Problem> {
-    let (_, peaks) = peaks(&app, &id).await?;
-    let place = |(sequence, frame): (u32, &scanning::ScanFrame)| ProfilePlaceDto {
+    let scan = app.ledger.read().scan(&id).await?;
+    let positions_mm = stored_positions(&*app.artifacts, &scan).await?;
+    let place = |(sequence, position_mm): (u32, f64)| ProfilePlaceDto {
         sequence,
-        position_mm: frame.position_mm,
+        position_mm,
         href: format!("/api/v1/scans/{id}/profiles/{sequence}"),
     };
-    Ok(Json(ProfileListDto { items: (0..).zip(&peaks.frames).map(place).collect() }))
+    Ok(Json(ProfileListDto { items: (0..).zip(positions_mm).map(place).collect() }))
 }
 
 /// The profile of one frame: all orders, labelled by this frame alone; the cloud's labels also use its neighbours.
@@ -55,21 +49,22 @@ async fn get_profile(
     State(app): State<App>,
     ApiPath((id, sequence)): ApiPath<(String, u32)>,
 ) -> Result<Json<ProfileDto>, Problem> {
-    let (scan, peaks) = peaks(&app, &id).await?;
+    let scan = app.ledger.read().scan(&id).await?;
     let document = stored_document(&app.ledger, &*app.artifacts, Some(&scan.calibration_id)).await?;
-    let n_frames = peaks.frames.len();
-    let made = blocking(move || profile(&peaks, sequence, &document.calibration())).await?;
-    made.map(Json).ok_or_else(|| {
-        Problem::new(ProblemKind::NotFound, format!("the scan has {n_frames} frames, there is no {sequence}"))
-            .remedy("frames are counted from 0")
-    })
-}
-
-fn profile(peaks: &Peaks, sequence: u32, calibration: &Calibration) -> Option<ProfileDto> {
-    let idx = usize::try_from(sequence).ok()?;
-    let frame = peaks.frames.get(idx)?;
-    let triangulator = Triangulator::new(calibration.clone());
-    let profile = label_frame(&frame.centrelines, &triangulator, calibration.depth_range_mm);
-    let captured_at_ns = peaks.captured_at_ns.get(idx).copied().flatten();
-    Some(ProfileDto::new(sequence, frame.position_mm, captured_at_ns, &calibration.id, &profile))
+    // An index beyond every scan is answered as one beyond this scan.
+    let frame = usize::try_from(sequence).unwrap_or(usize::MAX);
+    let (frame, captured_at_ns) = match stored_frame(&*app.artifacts, &scan, frame).await? {
+        Ok(found) => found,
+        Err(n_frames) => {
+            let detail = format!("the scan has {n_frames} frames, there is no {sequence}");
+            return Err(Problem::new(ProblemKind::NotFound, detail).remedy("frames are counted from 0"));
+        }
+    };
+    let made = blocking(move || {
+        let calibration = document.calibration();
+        let triangulator = Triangulator::new(calibration.clone());
+        let profile = label_frame(&frame.centrelines, &triangulator, calibration.depth_range_mm);
+        ProfileDto::new(sequence, frame.position_mm, captured_at_ns, &calibration.id, &profile)
+    });
+    Ok(Json(made.await?))
 }

@@ -13,8 +13,8 @@ pub const STEP_MIN_MM: f64 = 0.001;
 /// of recorded positions is none.
 pub const RESOLUTION_SHARE: f64 = 0.999;
 
-/// Largest number of points a scan may be planned for. Computing the cloud takes about 250 bytes for each of them:
-/// 2.5 GB.
+/// Largest number of points a scan may be planned for. Computing the cloud takes at most 64 bytes for each of them:
+/// 640 MB.
 pub const POINTS_LIMIT: u64 = 10_000_000;
 
 /// Standard deviation of a centreline's point, px, that σ is predicted with: the median on matt grey paint at a

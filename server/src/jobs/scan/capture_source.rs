@@ -1,16 +1,18 @@
 //! A scan of a stored capture.
 
 use capture::Capture;
-use scanning::files::peaks::PeaksHeader;
+use scanning::Frames as _;
+use scanning::files::peaks::{PeaksHeader, PeaksWriter};
 use serde_json::json;
 use store::ScanState;
 
-use crate::jobs::scan::{FrameSet, MadeScan, ScanStory, keep_peaks, made_scan};
+use crate::failure::Failure;
+use crate::jobs::scan::{MadeScan, ScanStory, made_scan};
 use crate::jobs::{JobContext, JobEnd, ScanInput};
 use crate::pipeline::{capture_frames, open_capture};
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_calibration::stored_document;
-use crate::stored_scan::new_id;
+use crate::stored_scan::{disk_problem, new_id, stored_peaks};
 
 /// Share of the job that reading the pictures takes.
 const READING: f64 = 0.8;
@@ -25,19 +27,26 @@ pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobCon
     let reporter = ctx.reporter(0.0..READING);
     let capture = open_capture(&checked_out.folder, &reporter)?;
     let cloud_name = chosen_scan(&capture, scan)?;
-    let frames = capture_frames(&capture, &document, &cloud_name, &reporter)?;
     let camera = capture.manifest.camera;
     let header = PeaksHeader {
         width_px: camera.width_px as u32,
         height_px: camera.height_px as u32,
         line_direction: capture.manifest.line_direction(),
     };
-    let frames = FrameSet { header, captured_at_ns: vec![None; frames.len()], frames };
-    let peaks = keep_peaks(ctx, &frames)?;
+    let place = tempfile::tempdir_in(ctx.artifacts.scratch()).map_err(disk_problem)?;
+    let path = place.path().join("peaks");
+    let mut writer = PeaksWriter::create(&path, &header).map_err(disk_problem)?;
+    capture_frames(&capture, &document, &cloud_name, &reporter, |frame| {
+        writer.add(&frame, None).map_err(|error| Failure::unwritable(&path, &error))
+    })?;
+    writer.finish().map_err(disk_problem)?;
+    let peaks = ctx.wait(ctx.artifacts.adopt(&path))?;
+    let id = new_id();
+    let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &peaks, &id))?;
     let story = ScanStory {
-        id: new_id(),
+        id,
         name: input.name.clone().unwrap_or_else(|| cloud_name.clone()),
-        plan: json!({ "source": input.source, "scan": cloud_name, "n_rows": frames.frames.len() }),
+        plan: json!({ "source": input.source, "scan": cloud_name, "n_rows": frames.n_frames() }),
         cloud_name,
         state: ScanState::Complete,
         peaks,

@@ -14,7 +14,7 @@ mod work;
 
 use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource};
 
-pub use result::{FrameSet, MadeScan, ScanStory, keep_peaks, made_scan, scan_changes};
+pub use result::{MadeScan, ScanStory, check_camera_of, made_scan, scan_changes};
 pub use work::recover;
 
 /// The kind of record that scans make.

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use capture::{BoardTarget, CameraFormat, Frame, Manifest, Projector, Scan, write_manifest};
+use scanning::Frames as _;
+use scanning::files::peaks::PeaksFile;
 use store::Change;
 use vision::LineDirection;
 
 use crate::captures::CaptureOrigin;
 use crate::config::Config;
 use crate::jobs::JobContext;
-use crate::jobs::scan::FrameSet;
 use crate::problem::Problem;
 
 /// Folder of the pictures within the capture.
@@ -39,16 +40,15 @@ pub fn take_in(
     folder: &Path,
     scan: &str,
     name: &str,
-    frames: &FrameSet,
+    frames: &PeaksFile,
 ) -> Result<(String, Change), Problem> {
     write_manifest(folder, &manifest(&ctx.config, scan, frames))?;
     let (record, change) = ctx.captures.take_in_folder(folder, CaptureOrigin::Scan, name)?;
     Ok((record.id, change))
 }
 
-fn manifest(config: &Config, scan: &str, frames: &FrameSet) -> Manifest {
+fn manifest(config: &Config, scan: &str, frames: &PeaksFile) -> Manifest {
     let (target, projector) = (&config.target, &config.projector);
-    let pictures = frames.frames.iter().enumerate();
     Manifest {
         format: capture::params::FORMAT.to_owned(),
         camera: CameraFormat {
@@ -71,8 +71,8 @@ fn manifest(config: &Config, scan: &str, frames: &FrameSet) -> Manifest {
         stage_views: Vec::new(),
         scans: vec![Scan {
             name: scan.to_owned(),
-            frames: pictures
-                .map(|(idx, frame)| Frame { image: picture_path(idx), position_mm: frame.position_mm })
+            frames: (0..frames.n_frames())
+                .map(|idx| Frame { image: picture_path(idx), position_mm: frames.position_mm(idx) })
                 .collect(),
         }],
     }

@@ -18,7 +18,6 @@ use scanning::files::peaks::PeaksWriter;
 use scanning::{Profile, ScanFrame, label_frame};
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
 
-use crate::jobs::scan::FrameSet;
 use crate::jobs::scan::pictures::picture_path;
 use crate::jobs::{JobContext, JobEnd};
 use crate::live::LiveFrame;
@@ -34,7 +33,7 @@ const QUEUE_FRAMES: usize = 3;
 const THREADS_MAX: usize = 4;
 
 /// The peaks file of a scan under way.
-pub type PeaksFile = PeaksWriter<BufWriter<File>>;
+pub type NewPeaks = PeaksWriter<BufWriter<File>>;
 
 /// What every frame goes through.
 pub struct Recorder<'a> {
@@ -82,21 +81,22 @@ impl Hand {
 }
 
 impl Recorder<'_> {
-    /// Runs `take`, which hands over frame after frame, and adds them to `frames` and to `peaks`.
+    /// Runs `take`, which hands over frame after frame, and adds them to `peaks`; where they were taken goes to
+    /// `positions_mm`.
     ///
     /// Returns how taking ended; what was recorded before is good in any case. A failure to record comes first: it
     /// ended the taking.
     pub fn record(
         &self,
-        frames: &mut FrameSet,
-        peaks: &mut PeaksFile,
+        positions_mm: &mut Vec<f64>,
+        peaks: &mut NewPeaks,
         take: impl FnOnce(&Hand) -> Result<(), JobEnd>,
     ) -> Result<(), JobEnd> {
         let (queue, taken) = sync_channel(QUEUE_FRAMES);
         let (results, seen) = sync_channel(QUEUE_FRAMES);
         let taken = Mutex::new(taken);
         let failed = Arc::new(AtomicBool::new(false));
-        let first = frames.frames.len();
+        let first = positions_mm.len();
         let hand = Hand { queue, next: Cell::new(first), failed: failed.clone() };
         std::thread::scope(|scope| {
             for _ in 0..n_threads() {
@@ -105,7 +105,7 @@ impl Recorder<'_> {
             }
             drop(results);
             let keeper = scope.spawn(|| {
-                let keep = |seen| self.keep(seen, frames, peaks);
+                let keep = |seen| self.keep(seen, positions_mm, peaks);
                 in_order(seen, first, &failed, keep)
             });
             let ended = take(&hand);
@@ -151,7 +151,7 @@ impl Recorder<'_> {
         Ok((centrelines, profile))
     }
 
-    fn keep(&self, seen: Seen, frames: &mut FrameSet, peaks: &mut PeaksFile) -> Result<(), Problem> {
+    fn keep(&self, seen: Seen, positions_mm: &mut Vec<f64>, peaks: &mut NewPeaks) -> Result<(), Problem> {
         let Seen { taken, found } = seen;
         let (centrelines, profile) = found?;
         let frame = ScanFrame { centrelines, position_mm: taken.position_mm };
@@ -164,12 +164,11 @@ impl Recorder<'_> {
         live.add_profile_points(self.scan_id, taken.idx as u32, taken.position_mm, &profile, calibration);
         live.show(Arc::new(LiveFrame {
             frame: taken.frame,
-            centrelines: frame.centrelines.clone(),
+            centrelines: frame.centrelines,
             profile: Some(profile),
             calibration_id: Some(calibration.id.clone()),
         }));
-        frames.frames.push(frame);
-        frames.captured_at_ns.push(captured_at_ns);
+        positions_mm.push(taken.position_mm);
         Ok(())
     }
 }

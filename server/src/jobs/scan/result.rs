@@ -1,39 +1,32 @@
 //! From frames to what is stored: peaks, cloud, figures, record.
 
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
 use std::ops::Range;
+use std::path::Path;
 
 use calibration::CalibrationDocument;
-use scanning::files::peaks::{PeaksHeader, PeaksWriter};
-use scanning::files::write_cloud;
-use scanning::{CloudFormat, ScanFrame, ScanResult};
+use scanning::files::peaks::PeaksFile;
+use scanning::files::write_cloud_in_pieces;
+use scanning::{CloudPoint, Evaluation, Frames as _};
 use serde_json::{Value, json};
 use store::{ArtifactId, Change, ResultRef, ScanRecord, ScanState};
 
 use crate::jobs::scan::SCAN;
 use crate::jobs::{Done, JobContext, JobEnd};
 use crate::ledger::event;
-use crate::live::points::{PointLog, display_point_of_cloud};
-use crate::pipeline::{check_camera, scan_frames};
+use crate::live::points::display_point_of_cloud;
+use crate::pipeline::{check_camera, evaluated_scan};
+use crate::problem::Problem;
 use crate::stored_scan::disk_problem;
-use crate::tables::scan_json;
+use crate::tables::{median_mm, report_json};
 use crate::wall_clock::now_ms;
+use crate::ws::protocol::points::encode_block;
 
-/// The frames of a scan with what holds for all of them.
-pub struct FrameSet {
-    /// Size and line direction.
-    pub header: PeaksHeader,
-    /// Centrelines and positions in order of capture.
-    pub frames: Vec<ScanFrame>,
-    /// Per frame, by the station's clock.
-    pub captured_at_ns: Vec<Option<u64>>,
-}
-
-impl FrameSet {
-    /// Whether the frames are of the calibrated camera.
-    pub fn check_camera(&self, document: &CalibrationDocument) -> Result<(), JobEnd> {
-        let (width_px, height_px) = (self.header.width_px as usize, self.header.height_px as usize);
-        Ok(check_camera(width_px, height_px, &document.calibration().camera)?)
-    }
+/// Whether the frames are of the calibrated camera.
+pub fn check_camera_of(frames: &PeaksFile, document: &CalibrationDocument) -> Result<(), JobEnd> {
+    let (width_px, height_px) = (frames.header.width_px as usize, frames.header.height_px as usize);
+    Ok(check_camera(width_px, height_px, &document.calibration().camera)?)
 }
 
 /// How a scan came about.
@@ -64,25 +57,12 @@ pub struct ScanStory {
     pub also: Vec<Change>,
 }
 
-/// Stores frames as peaks.
-pub fn keep_peaks(ctx: &JobContext, frames: &FrameSet) -> Result<ArtifactId, JobEnd> {
-    let place = tempfile::tempdir_in(ctx.artifacts.scratch()).map_err(disk_problem)?;
-    let path = place.path().join("peaks");
-    let mut writer = PeaksWriter::create(&path, &frames.header).map_err(disk_problem)?;
-    for (frame, captured_at_ns) in frames.frames.iter().zip(&frames.captured_at_ns) {
-        writer.add(frame, *captured_at_ns).map_err(disk_problem)?;
-    }
-    writer.finish().map_err(disk_problem)?;
-    Ok(ctx.wait(ctx.artifacts.adopt(&path))?)
-}
-
 /// A scan that was computed and stored, but for its record.
 pub struct MadeScan {
     /// The record.
     pub record: ScanRecord,
-    /// Points and figures.
-    pub result: ScanResult,
     replaces: bool,
+    n_points: usize,
     n_frames: usize,
     also: Vec<Change>,
 }
@@ -91,63 +71,107 @@ pub struct MadeScan {
 pub fn made_scan(
     ctx: &JobContext,
     story: ScanStory,
-    frames: &FrameSet,
+    frames: &PeaksFile,
     document: &CalibrationDocument,
     part: Range<f64>,
 ) -> Result<MadeScan, JobEnd> {
     let end = part.end;
     ctx.report(part.start, "computing the cloud");
     let reporter = ctx.reporter(part);
-    let result = scan_frames(&frames.frames, document, &story.cloud_name, &reporter)?;
+    let calibration = document.calibration();
+    let evaluation = evaluated_scan(frames, document, &calibration, &story.cloud_name, &reporter)?;
     ctx.report(end, "storing the cloud");
     ctx.go_on()?;
-    let cloud = keep_cloud(ctx, &result)?;
-    let display = match &story.display {
-        Some(blocks) => blocks.clone(),
-        None => keep_display(ctx, &story.id, &result, frames)?,
-    };
-    let replaces = story.replaces;
-    let also = story.also.clone();
-    let record = record(ctx, story, frames, document, &result, cloud, display);
-    Ok(MadeScan { record, result, replaces, n_frames: frames.frames.len(), also })
+    let kept = KeptCloud::new(ctx, &story, &evaluation, frames)?;
+    let (n_points, n_frames) = (evaluation.report.n_points, frames.n_frames());
+    let (replaces, also) = (story.replaces, story.also.clone());
+    let mut report = report_json(&story.cloud_name, &evaluation.report, kept.median_sigma_mm);
+    report["n_frames"] = json!(n_frames);
+    let record = record(ctx, story, document, report, kept);
+    Ok(MadeScan { record, replaces, n_points, n_frames, also })
 }
 
-fn keep_cloud(ctx: &JobContext, result: &ScanResult) -> Result<ArtifactId, JobEnd> {
-    let place = tempfile::tempdir_in(ctx.artifacts.scratch()).map_err(disk_problem)?;
-    let path = place.path().join("cloud.ply");
-    write_cloud(&path, CloudFormat::Ply, &result.cloud).map_err(disk_problem)?;
-    Ok(ctx.wait(ctx.artifacts.adopt(&path))?)
+/// What is stored of a cloud.
+struct KeptCloud {
+    cloud: ArtifactId,
+    display: ArtifactId,
+    median_sigma_mm: f64,
+}
+
+impl KeptCloud {
+    /// Writes the points to the disk as they are computed, and those that are shown, if they were not shown live.
+    fn new(
+        ctx: &JobContext,
+        story: &ScanStory,
+        evaluation: &Evaluation,
+        frames: &PeaksFile,
+    ) -> Result<Self, JobEnd> {
+        let place = tempfile::tempdir_in(ctx.artifacts.scratch()).map_err(disk_problem)?;
+        let [cloud, blocks] = ["cloud.ply", "blocks"].map(|name| place.path().join(name));
+        let mut display = match &story.display {
+            Some(_) => None,
+            None => Some(DisplayFile::create(&blocks, &story.id, frames)?),
+        };
+        let n_points = evaluation.report.n_points;
+        let mut sigmas_mm: Vec<f32> = Vec::with_capacity(n_points);
+        write_cloud_in_pieces(&cloud, &evaluation.comments, n_points, |add| {
+            evaluation.for_each_frame(|points| -> Result<(), JobEnd> {
+                sigmas_mm.extend(points.iter().map(|point| point.sigma_mm));
+                if let Some(display) = &mut display {
+                    display.add(points)?;
+                }
+                add(points)
+            })
+        })?;
+        let cloud = ctx.wait(ctx.artifacts.adopt(&cloud))?;
+        let display = match (display, &story.display) {
+            (_, Some(shown)) => shown.clone(),
+            (written, None) => {
+                written.map_or(Ok(()), DisplayFile::finish)?;
+                ctx.wait(ctx.artifacts.adopt(&blocks))?
+            }
+        };
+        Ok(Self { cloud, display, median_sigma_mm: median_mm(sigmas_mm) })
+    }
 }
 
 /// The points of the cloud in the blocks of the live stream, one per frame.
-fn keep_display(
-    ctx: &JobContext,
-    scan_id: &str,
-    result: &ScanResult,
-    frames: &FrameSet,
-) -> Result<ArtifactId, JobEnd> {
-    let along_u = frames.header.line_direction == vision::LineDirection::Rows;
-    let log = PointLog::new(scan_id);
-    for points in result.cloud.points.chunk_by(|a, b| a.frame == b.frame) {
-        let frame = points[0].frame;
-        let shown: Vec<_> = points.iter().map(|point| display_point_of_cloud(point, along_u)).collect();
-        log.add(frame, frames.frames[frame as usize].position_mm, &shown);
+struct DisplayFile<'a> {
+    out: BufWriter<File>,
+    scan_id: &'a str,
+    frames: &'a PeaksFile,
+    n_blocks: u32,
+}
+
+impl<'a> DisplayFile<'a> {
+    fn create(path: &Path, scan_id: &'a str, frames: &'a PeaksFile) -> Result<Self, Problem> {
+        let file = File::create_new(path).map_err(disk_problem)?;
+        Ok(Self { out: BufWriter::new(file), scan_id, frames, n_blocks: 0 })
     }
-    let blocks = log.blocks_from(0, usize::MAX).concat();
-    Ok(ctx.wait(ctx.artifacts.put(&blocks))?)
+
+    /// The points of one frame.
+    fn add(&mut self, points: &[CloudPoint]) -> Result<(), Problem> {
+        let Some(first) = points.first() else { return Ok(()) };
+        let along_u = self.frames.header.line_direction == vision::LineDirection::Rows;
+        let shown: Vec<_> = points.iter().map(|point| display_point_of_cloud(point, along_u)).collect();
+        let position_mm = self.frames.position_mm(first.frame as usize);
+        let block = encode_block(self.scan_id, self.n_blocks, first.frame, position_mm, &shown);
+        self.n_blocks += 1;
+        self.out.write_all(&block).map_err(disk_problem)
+    }
+
+    fn finish(mut self) -> Result<(), Problem> {
+        self.out.flush().map_err(disk_problem)
+    }
 }
 
 fn record(
     ctx: &JobContext,
     story: ScanStory,
-    frames: &FrameSet,
     document: &CalibrationDocument,
-    result: &ScanResult,
-    cloud: ArtifactId,
-    display: ArtifactId,
+    mut report: Value,
+    kept: KeptCloud,
 ) -> ScanRecord {
-    let mut report = scan_json(&story.cloud_name, result);
-    report["n_frames"] = json!(frames.frames.len());
     report["losses"] = json!(story.losses);
     ScanRecord {
         id: story.id,
@@ -157,8 +181,8 @@ fn record(
         plan: story.plan,
         peaks: story.peaks,
         capture_id: story.capture_id,
-        cloud: Some(cloud),
-        display: Some(display),
+        cloud: Some(kept.cloud),
+        display: Some(kept.display),
         report,
         recomputed_from: story.recomputed_from,
         job_id: Some(ctx.id.clone()),
@@ -175,7 +199,7 @@ impl MadeScan {
             ScanState::Partial => "; the scan is partial",
             ScanState::Invalid => "; frames were lost: the scan is invalid",
         };
-        format!("{} points from {} frames{worth}", self.result.report.n_points, self.n_frames)
+        format!("{} points from {} frames{worth}", self.n_points, self.n_frames)
     }
 
     /// What stores the record.

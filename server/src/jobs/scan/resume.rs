@@ -1,9 +1,9 @@
 //! A scan that was stopped goes on: the same plan, the same calibration, the first row that is missing.
 
+use scanning::files::peaks::PeaksFile;
 use store::{ScanRecord, ScanState};
 
 use crate::jobs::plan::ScanPlan;
-use crate::jobs::scan::FrameSet;
 use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_scan::stored_peaks;
@@ -15,7 +15,7 @@ pub struct Earlier {
     /// How it was run.
     pub plan: ScanPlan,
     /// Its frames.
-    pub frames: FrameSet,
+    pub frames: PeaksFile,
     /// Frames lost so far, in words.
     pub losses: Vec<String>,
 }
@@ -39,8 +39,7 @@ pub fn earlier(input: &ScanInput, ctx: &JobContext) -> Result<Option<Earlier>, J
     let plan = serde_json::from_value(record.plan.clone())
         .map_err(|cause| conflict(format!("the plan of scan {id} cannot be read: {cause}"), "scan anew"))?;
     ctx.report(0.0, "reading the rows that are there");
-    let peaks = ctx.wait(stored_peaks(&*ctx.artifacts, &record))?;
-    let frames = FrameSet { header: peaks.header, frames: peaks.frames, captured_at_ns: peaks.captured_at_ns };
+    let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &record.peaks, &record.id))?;
     let losses = serde_json::from_value(record.report["losses"].clone()).unwrap_or_default();
     Ok(Some(Earlier { record, plan, frames, losses }))
 }

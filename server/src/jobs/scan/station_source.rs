@@ -1,23 +1,24 @@
 //! A scan from the station: planned, taken row by row or in one sweep, every frame kept as it comes.
 
+use bytes::Bytes;
 use calibration::CalibrationDocument;
 use optics::Triangulator;
-use scanning::files::peaks::PeaksHeader;
-use scanning::label_frame;
+use scanning::files::peaks::{PeaksFile, PeaksHeader};
+use scanning::{Frames as _, label_frame};
 use serde_json::{Value, json};
 use store::{ArtifactId, ScanState};
 
 use crate::jobs::plan::{ScanPlan, plan};
 use crate::jobs::scan::acquisition::{TAKING, gaps, take_frames};
 use crate::jobs::scan::pictures::{line_direction, take_in};
-use crate::jobs::scan::recording::{PeaksFile, Recorder};
+use crate::jobs::scan::recording::{NewPeaks, Recorder};
 use crate::jobs::scan::resume::earlier;
 use crate::jobs::scan::work::{Work, WorkNote};
-use crate::jobs::scan::{FrameSet, MadeScan, ScanStory, made_scan, scan_changes};
+use crate::jobs::scan::{MadeScan, ScanStory, made_scan, scan_changes};
 use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_calibration::stored_document;
-use crate::stored_scan::{disk_problem, new_id};
+use crate::stored_scan::{disk_problem, new_id, stored_peaks};
 
 /// What a scan is called if nobody gives it a name.
 const DEFAULT_NAME: &str = "scan";
@@ -29,7 +30,7 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     let calibration = document.calibration();
     let planned = plan(&input, &calibration, &ctx.station.status())?;
-    let (note, mut frames) = match earlier {
+    let (note, earlier) = match earlier {
         Some(earlier) => {
             earlier.check(&planned)?;
             let record = earlier.record;
@@ -42,22 +43,24 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
                 replaces: true,
                 losses: earlier.losses,
             };
-            (note, earlier.frames)
+            (note, Some(earlier.frames))
         }
-        None => (new_note(&input, &planned, &document, ctx)?, no_frames(ctx)),
+        None => (new_note(&input, &planned, &document, ctx)?, None),
     };
-    let (mut work, mut peaks) = Work::begin(&*ctx.artifacts, note, &frames, planned.keep_frames)?;
+    let header = earlier.as_ref().map_or_else(|| header(ctx), |earlier| earlier.header);
+    let earlier = earlier.as_ref();
+    let (mut work, mut peaks) = Work::begin(&*ctx.artifacts, note, &header, earlier, planned.keep_frames)?;
     let triangulator = Triangulator::new(calibration);
-    show_earlier(ctx, &work.note.scan_id, &frames, &triangulator);
-    let taken = take(ctx, &planned, &triangulator, &mut work, &mut frames, &mut peaks);
-    let blocks = ctx.live.end_scan(&work.note.scan_id).concat();
-    let stopped = Stopped { ctx, work: &work, n_frames: frames.frames.len() };
+    let mut positions_mm = show_earlier(ctx, &work.note.scan_id, earlier, &triangulator)?;
+    let taken = take(ctx, &planned, &triangulator, &mut work, &mut positions_mm, &mut peaks);
+    let blocks = ctx.live.end_scan(&work.note.scan_id);
+    let stopped = Stopped { ctx, work: &work, n_frames: positions_mm.len() };
     let peaks = match stopped.keep_peaks(peaks, &blocks) {
         Ok(kept) => kept,
         // Nothing was taken, or nothing can be kept: why taking ended matters more.
         Err(end) => return Err(taken.err().unwrap_or(end)),
     };
-    match taken.and_then(|()| complete(ctx, &planned, &work, &frames, &document, peaks.clone())) {
+    match taken.and_then(|()| complete(ctx, &planned, &work, &document, peaks.clone())) {
         Ok(made) => {
             work.clear();
             Ok(made)
@@ -92,24 +95,31 @@ fn plan_value(planned: &ScanPlan, name: &str) -> Result<Value, Problem> {
     Ok(value)
 }
 
-fn no_frames(ctx: &JobContext) -> FrameSet {
+fn header(ctx: &JobContext) -> PeaksHeader {
     let roi = ctx.station.status().camera_settings.roi;
-    let header = PeaksHeader {
+    PeaksHeader {
         width_px: roi.width_px as u32,
         height_px: roi.height_px as u32,
         line_direction: line_direction(&ctx.config),
-    };
-    FrameSet { header, frames: Vec::new(), captured_at_ns: Vec::new() }
+    }
 }
 
-/// The points that are there already are shown again: viewers see one scan.
-fn show_earlier(ctx: &JobContext, scan_id: &str, frames: &FrameSet, triangulator: &Triangulator) {
+/// The points that are there already are shown again: viewers see one scan. Where they were taken.
+fn show_earlier(
+    ctx: &JobContext,
+    scan_id: &str,
+    frames: Option<&PeaksFile>,
+    triangulator: &Triangulator,
+) -> Result<Vec<f64>, Problem> {
     let calibration = triangulator.calibration();
     ctx.live.begin_scan(scan_id);
-    for (idx, frame) in frames.frames.iter().enumerate() {
+    let Some(frames) = frames else { return Ok(Vec::new()) };
+    for idx in 0..frames.n_frames() {
+        let frame = frames.frame(idx).map_err(disk_problem)?;
         let profile = label_frame(&frame.centrelines, triangulator, calibration.depth_range_mm);
         ctx.live.add_profile_points(scan_id, idx as u32, frame.position_mm, &profile, calibration);
     }
+    Ok((0..frames.n_frames()).map(|idx| frames.position_mm(idx)).collect())
 }
 
 fn take(
@@ -117,19 +127,15 @@ fn take(
     planned: &ScanPlan,
     triangulator: &Triangulator,
     work: &mut Work,
-    frames: &mut FrameSet,
-    peaks: &mut PeaksFile,
+    positions_mm: &mut Vec<f64>,
+    peaks: &mut NewPeaks,
 ) -> Result<(), JobEnd> {
-    let positions_mm = positions_mm(frames);
+    let earlier_mm = positions_mm.clone();
     let scan_id = work.note.scan_id.clone();
     let pictures = planned.keep_frames.then(|| work.pictures());
     let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures };
     let losses = &mut work.note.losses;
-    recorder.record(frames, peaks, |hand| take_frames(ctx, planned, &positions_mm, losses, hand))
-}
-
-fn positions_mm(frames: &FrameSet) -> Vec<f64> {
-    frames.frames.iter().map(|frame| frame.position_mm).collect()
+    recorder.record(positions_mm, peaks, |hand| take_frames(ctx, planned, &earlier_mm, losses, hand))
 }
 
 /// Every row is there: pictures, cloud, record.
@@ -137,20 +143,21 @@ fn complete(
     ctx: &JobContext,
     planned: &ScanPlan,
     work: &Work,
-    frames: &FrameSet,
     document: &CalibrationDocument,
     kept: Kept,
 ) -> Result<MadeScan, JobEnd> {
     let note = &work.note;
+    let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &kept.peaks, &note.scan_id))?;
+    let positions_mm: Vec<f64> = (0..frames.n_frames()).map(|idx| frames.position_mm(idx)).collect();
     let mut losses = note.losses.clone();
     if planned.mode == ScanMode::Continuous {
-        losses.extend(gaps(planned, &positions_mm(frames)));
+        losses.extend(gaps(planned, &positions_mm));
     }
     let mut also = Vec::new();
     let mut capture_id = None;
     if planned.keep_frames {
         ctx.report(TAKING, "packing the pictures");
-        let (id, change) = take_in(ctx, &work.pictures(), &note.name, &note.name, frames)?;
+        let (id, change) = take_in(ctx, &work.pictures(), &note.name, &note.name, &frames)?;
         capture_id = Some(id);
         also.push(change);
     }
@@ -168,7 +175,7 @@ fn complete(
         losses,
         also,
     };
-    made_scan(ctx, story, frames, document, TAKING..1.0)
+    made_scan(ctx, story, &frames, document, TAKING..1.0)
 }
 
 /// What is stored of a scan before its cloud.
@@ -186,7 +193,7 @@ struct Stopped<'a> {
 }
 
 impl Stopped<'_> {
-    fn keep_peaks(&self, peaks: PeaksFile, blocks: &[u8]) -> Result<Kept, JobEnd> {
+    fn keep_peaks(&self, peaks: NewPeaks, blocks: &[Bytes]) -> Result<Kept, JobEnd> {
         if self.n_frames == 0 {
             self.work.clear();
             return Err(Problem::new(ProblemKind::DeviceFault, "the station delivered no frame")
@@ -196,7 +203,13 @@ impl Stopped<'_> {
         peaks.finish().map_err(disk_problem)?;
         let artifacts = &self.ctx.artifacts;
         let peaks = self.ctx.wait(self.work.keep_peaks(&**artifacts))?;
-        let display = self.ctx.wait(artifacts.put(blocks))?;
+        let display = self.ctx.wait(async {
+            let mut display = artifacts.create().await?;
+            for block in blocks {
+                display.write(block).await?;
+            }
+            display.finish().await
+        })?;
         Ok(Kept { peaks, display })
     }
 

@@ -5,13 +5,14 @@
 
 use std::path::{Path, PathBuf};
 
-use scanning::files::peaks::PeaksWriter;
+use scanning::Frames;
+use scanning::files::peaks::{PeaksFile, PeaksHeader, PeaksWriter};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use store::{ArtifactId, Artifacts, ScanRecord, ScanState, StoreError};
 
-use crate::jobs::scan::recording::PeaksFile;
-use crate::jobs::scan::{FrameSet, pictures, scan_changes};
+use crate::jobs::scan::recording::NewPeaks;
+use crate::jobs::scan::{pictures, scan_changes};
 use crate::ledger::Ledger;
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_scan::disk_problem;
@@ -57,21 +58,25 @@ impl Work {
     pub fn begin(
         artifacts: &dyn Artifacts,
         note: WorkNote,
-        frames: &FrameSet,
+        header: &PeaksHeader,
+        earlier: Option<&PeaksFile>,
         keep_pictures: bool,
-    ) -> Result<(Self, PeaksFile), Problem> {
+    ) -> Result<(Self, NewPeaks), Problem> {
         let work = Self { folder: home(artifacts).join(&note.scan_id), note };
         std::fs::create_dir_all(&work.folder).map_err(disk_problem)?;
         if keep_pictures {
-            work.check_pictures(frames.frames.len())?;
+            work.check_pictures(earlier.map_or(0, Frames::n_frames))?;
             std::fs::create_dir_all(pictures::folder_in(&work.pictures())).map_err(disk_problem)?;
         }
         let text = serde_json::to_vec_pretty(&work.note).map_err(disk_problem)?;
         std::fs::write(work.folder.join(NOTE), text).map_err(disk_problem)?;
         let _ = std::fs::remove_file(work.peaks());
-        let mut peaks = PeaksWriter::create(&work.peaks(), &frames.header).map_err(disk_problem)?;
-        for (frame, captured_at_ns) in frames.frames.iter().zip(&frames.captured_at_ns) {
-            peaks.add(frame, *captured_at_ns).map_err(disk_problem)?;
+        let mut peaks = PeaksWriter::create(&work.peaks(), header).map_err(disk_problem)?;
+        if let Some(earlier) = earlier {
+            for idx in 0..earlier.n_frames() {
+                let frame = earlier.frame(idx).map_err(disk_problem)?;
+                peaks.add(&frame, earlier.captured_at_ns(idx)).map_err(disk_problem)?;
+            }
         }
         peaks.flush().map_err(disk_problem)?;
         Ok((work, peaks))

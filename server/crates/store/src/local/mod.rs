@@ -84,6 +84,14 @@ impl Artifacts for LocalArtifacts {
         reader::open(&self.place, id).await
     }
 
+    async fn file(&self, id: &ArtifactId) -> Result<std::fs::File, StoreError> {
+        let id = id.clone();
+        self.blocking(move |place| {
+            std::fs::File::open(place.file(&id)).map_err(|cause| place.read_failed(&id, cause))
+        })
+        .await
+    }
+
     async fn read(&self, id: &ArtifactId) -> Result<Vec<u8>, StoreError> {
         let id = id.clone();
         self.blocking(move |place| reader::read(place, &id)).await

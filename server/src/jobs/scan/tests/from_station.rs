@@ -10,7 +10,7 @@ use super::bench::{Bench, from_station};
 use crate::jobs::{JobEnd, ScanMode};
 use crate::measurements::measurement;
 use crate::stored_calibration::stored_document;
-use crate::stored_scan::stored_cloud;
+use crate::stored_scan::{stored_cloud, stored_frame, stored_peaks, stored_positions};
 
 #[test]
 fn every_row_is_in_the_scan_at_its_place_and_shown_live() {
@@ -77,6 +77,28 @@ fn a_scan_that_lost_frames_is_invalid_and_says_so() {
     let record = measurement(&scan, &cloud, &document.calibration(), &request).unwrap();
     assert_eq!(record.result["verdict"], "invalid");
     assert!(record.result["notes"].to_string().contains("lost"));
+}
+
+#[test]
+fn a_frame_of_a_stored_scan_is_found_without_the_others_and_a_damaged_one_is_named() {
+    let bench = Bench::new();
+    let scan = bench.scan(from_station(-2.0, 2.0, 0.5));
+    let artifacts = &*bench.store.artifacts;
+    let whole = read_peaks(Cursor::new(bench.bytes(&scan.peaks))).unwrap();
+    let positions_mm = bench.runtime.block_on(stored_positions(artifacts, &scan)).unwrap();
+    assert_eq!(positions_mm, whole.frames.iter().map(|frame| frame.position_mm).collect::<Vec<_>>());
+    let frame = |idx| bench.runtime.block_on(stored_frame(artifacts, &scan, idx));
+    assert_eq!(frame(5).unwrap().unwrap(), (whole.frames[5].clone(), whole.captured_at_ns[5]));
+    assert_eq!(frame(9).unwrap().unwrap_err(), 9);
+    let id = scan.peaks.as_str();
+    let path = bench.folder.path().join("data/artifacts").join(&id[..2]).join(&id[2..4]).join(id);
+    let mut bytes = std::fs::read(&path).unwrap();
+    bytes[200] ^= 1;
+    std::fs::write(&path, bytes).unwrap();
+    let problem = frame(0).unwrap_err();
+    assert!(problem.detail.contains("the peaks of scan"), "{problem:?}");
+    assert!(frame(5).unwrap().is_ok(), "the other frames carry their own checksums");
+    assert!(bench.runtime.block_on(stored_peaks(artifacts, &scan.peaks, &scan.id)).is_err());
 }
 
 #[test]

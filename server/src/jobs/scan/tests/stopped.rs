@@ -6,8 +6,8 @@ use scanning::files::peaks::{Peaks, read_peaks};
 use store::{ScanRecord, ScanState};
 use twin::TwinFault;
 
+use super::super::run;
 use super::super::work::{Work, WorkNote, recover};
-use super::super::{FrameSet, run};
 use super::bench::{Bench, from_station, resumed};
 use crate::jobs::{JobEnd, ScanInput};
 
@@ -115,8 +115,7 @@ fn what_a_crash_leaves_is_a_partial_scan_that_goes_on_to_the_same_end() {
         replaces: false,
         losses: Vec::new(),
     };
-    let none = FrameSet { header: all.header, frames: Vec::new(), captured_at_ns: Vec::new() };
-    let (work, mut file) = Work::begin(&*bench.store.artifacts, note.clone(), &none, false).unwrap();
+    let (work, mut file) = Work::begin(&*bench.store.artifacts, note.clone(), &all.header, None, false).unwrap();
     for frame in &all.frames[..3] {
         file.add(frame, None).unwrap();
     }
