@@ -393,6 +393,26 @@ pub enum BenchSubject {
     /// Corners of all images to a camera, on one thread: by plain least squares, which is the minimum that OpenCV's
     /// `calibrateCamera` seeks, and as `sheaf calibrate` does it.
     Camera(BenchBoardsArgs),
+    /// A made-up scan of any size, from its peaks on the disk to its cloud on the disk: memory a point at peak, and how fast
+    /// a PLY file is written beside what the disk takes.
+    Cloud(BenchCloudArgs),
+}
+
+/// `sheaf bench cloud`.
+#[derive(Debug, Args)]
+pub struct BenchCloudArgs {
+    /// Frames of the scan.
+    #[arg(long, value_name = "N", default_value_t = 2000)]
+    pub frames: usize,
+    /// Points of a frame, on five lines; at most 6400.
+    #[arg(long, value_name = "N", default_value_t = 5000)]
+    pub points: usize,
+    /// Folder on the disk that is measured; needs 190 bytes for every point, which are given back.
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub folder: PathBuf,
+    /// Also write the result as JSON to this file.
+    #[arg(id = "json", long, value_name = "OUT.json")]
+    pub json: Option<JsonTo>,
 }
 
 /// `sheaf bench profiles`.

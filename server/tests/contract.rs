@@ -360,6 +360,19 @@ fn the_twin_gives_the_same_capture_for_the_same_seed_and_another_for_another() {
 }
 
 #[test]
+fn bench_cloud_tells_memory_and_speed_and_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().to_str().unwrap();
+    let arguments = ["bench", "cloud", "--frames", "12", "--points", "500", "--folder", place, "--json", "-"];
+    let figures: serde_json::Value = serde_json::from_str(&out(&sheaf_ok(&arguments))).unwrap();
+    assert_eq!(figures["n_points"], 6000);
+    for speed in ["ply_mb_s", "encoded_mb_s", "disk_mb_s", "seconds"] {
+        assert!(figures[speed].as_f64().unwrap() > 0.0, "{figures}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
 fn bench_writes_its_figures_to_a_file_and_the_points_of_every_frame() {
     let folder = tempfile::tempdir().unwrap();
     let frame = folder.path().join("line.png");

@@ -2,6 +2,7 @@
 
 mod bench;
 mod bench_boards;
+mod bench_cloud;
 mod bench_profiles;
 mod calibrate;
 pub mod centrelines;
