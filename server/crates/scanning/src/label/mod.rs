@@ -17,6 +17,7 @@ mod ranks;
 mod relax;
 mod sheets;
 mod tracks;
+mod trial;
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
