@@ -92,7 +92,9 @@ async fn upload_capture(
         Ok(sha256) => sha256,
         Err(problem) => {
             drop(archive);
-            forget_rest(body).await;
+            if problem.status != StatusCode::REQUEST_TIMEOUT.as_u16() {
+                forget_rest(body).await;
+            }
             return Err(problem);
         }
     };
@@ -147,7 +149,8 @@ fn refuse_without_room(folder: &Path, coming_bytes: u64) -> Result<(), Problem> 
         .remedy("delete captures or scans that are no longer needed"))
 }
 
-/// Takes what a client still sends of a refused upload, so that it reads the answer instead of a broken pipe.
+/// Takes what a client still sends of a refused upload, so that it reads the answer instead of a broken pipe. Who was
+/// too slow has nothing under way, and had its time.
 async fn forget_rest(mut body: BodyDataStream) {
     let rest = async { while let Some(Ok(_)) = body.next().await {} };
     // Whoever sends for longer finds the connection closed.
