@@ -93,8 +93,11 @@ fn replay_build(stage: &Stage, page_root: &Path) -> Outcome<PathBuf> {
     let home = PathBuf::from(std::env::var_os("HOME").ok_or("HOME is not set")?);
     let cargo = std::env::var_os("CARGO_HOME").map_or_else(|| home.join(".cargo"), PathBuf::from);
     let rustup = std::env::var_os("RUSTUP_HOME").map_or_else(|| home.join(".rustup"), PathBuf::from);
-    mounts.bind(&cargo, &root.join("usr/local/cargo"))?;
-    mounts.bind(&rustup, &root.join("usr/local/rustup"))?;
+    mounts.add(cargo, root.join("usr/local/cargo"));
+    mounts.add(rustup, root.join("usr/local/rustup"));
+    // What every container has; rustup looks itself up in /proc.
+    mounts.add(PathBuf::from("/proc"), root.join("proc"));
+    mounts.add(PathBuf::from("/dev"), root.join("dev"));
     let output = target_folder().join("docker-target");
     std::fs::create_dir_all(&output)?;
     let mut folder = "/".to_owned();
@@ -106,7 +109,7 @@ fn replay_build(stage: &Stage, page_root: &Path) -> Outcome<PathBuf> {
             }
             Instruction::Copy { from: None, .. } => {
                 copy_context(&inside(&root, &folder))?;
-                mounts.bind(&output, &inside(&root, &folder).join("target"))?;
+                mounts.add(output.clone(), inside(&root, &folder).join("target"));
             }
             Instruction::Copy { from: Some(_), source, target } => {
                 let to = inside(&root, &folder).join(target);
@@ -117,7 +120,7 @@ fn replay_build(stage: &Stage, page_root: &Path) -> Outcome<PathBuf> {
                     "export PATH=/usr/local/cargo/bin:$PATH CARGO_HOME=/usr/local/cargo RUSTUP_HOME=/usr/local/rustup; \
                      cd {folder} && {line}"
                 );
-                run("RUN", Command::new("chroot").arg(&root).args(["/bin/sh", "-c", &line]))?;
+                run("RUN", &mut mounts.around(Command::new("chroot").arg(&root).args(["/bin/sh", "-c", &line])))?;
             }
             other => return Err(format!("the build stage must not hold {other:?}").into()),
         }
@@ -239,22 +242,24 @@ fn inside(root: &Path, path: &str) -> PathBuf {
     root.join(path.trim_start_matches('/'))
 }
 
-/// Bind mounts that go when this does.
-struct Mounts(Vec<PathBuf>);
+/// What stands where while a command runs: (from, to). It is mounted in a mount namespace of the command's own, so that
+/// nothing stays mounted however the command ends; what stayed would be emptied with the folder at the next run.
+struct Mounts(Vec<(PathBuf, PathBuf)>);
+
+/// Takes pairs up to `--` and mounts them, then becomes the command behind.
+const MOUNT_AND_RUN: &str =
+    r#"while [ "$1" != -- ]; do mkdir -p "$2"; mount --bind "$1" "$2"; shift 2; done; shift; exec "$@""#;
 
 impl Mounts {
-    fn bind(&mut self, from: &Path, to: &Path) -> Outcome {
-        std::fs::create_dir_all(to)?;
-        run("mount", Command::new("mount").arg("--bind").arg(from).arg(to))?;
-        self.0.push(to.to_owned());
-        Ok(())
+    fn add(&mut self, from: PathBuf, to: PathBuf) {
+        self.0.push((from, to));
     }
-}
 
-impl Drop for Mounts {
-    fn drop(&mut self) {
-        for mount in self.0.iter().rev() {
-            let _ = Command::new("umount").arg(mount).status();
-        }
+    fn around(&self, command: &Command) -> Command {
+        let mut around = Command::new("unshare");
+        around.args(["--mount", "/bin/sh", "-ec", MOUNT_AND_RUN, "sh"]);
+        around.args(self.0.iter().flat_map(|(from, to)| [from, to])).arg("--");
+        around.arg(command.get_program()).args(command.get_args());
+        around
     }
 }
