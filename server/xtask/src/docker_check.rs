@@ -260,6 +260,8 @@ impl Mounts {
         around.args(["--mount", "/bin/sh", "-ec", MOUNT_AND_RUN, "sh"]);
         around.args(self.0.iter().flat_map(|(from, to)| [from, to])).arg("--");
         around.arg(command.get_program()).args(command.get_args());
+        // Where the program is built is the image's affair.
+        around.env_remove("CARGO_TARGET_DIR");
         around
     }
 }
