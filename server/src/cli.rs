@@ -1,11 +1,17 @@
 //! The command line: what can be asked of `sheaf`, as types.
 
+mod bench;
+
 use std::convert::Infallible;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use optics::LightModelKind;
+
+pub use bench::{
+    BenchArgs, BenchBoardsArgs, BenchCentrelinesArgs, BenchCloudArgs, BenchProfilesArgs, BenchSubject,
+};
 
 /// Printed below every `--help`.
 const EXIT_CODES: &str = "\
@@ -371,111 +377,6 @@ pub struct StudyPaperArgs {
     /// Where the plot goes.
     #[arg(long, value_name = "PLOT.html", default_value = "study-paper.html")]
     pub plot: PathBuf,
-}
-
-/// `sheaf bench`.
-#[derive(Debug, Args)]
-pub struct BenchArgs {
-    /// What is measured.
-    #[command(subcommand)]
-    pub subject: BenchSubject,
-}
-
-/// What is measured.
-#[derive(Debug, Subcommand)]
-pub enum BenchSubject {
-    /// Image to labelled line pieces of sub-pixel points with σ, over rotating frames that are in memory.
-    Centrelines(BenchCentrelinesArgs),
-    /// Image to labelled, triangulated points with σ, on one thread, beside finding the lines alone.
-    Profiles(BenchProfilesArgs),
-    /// Image to the corners of a chessboard, on one thread, over rotating images that are in memory.
-    Corners(BenchBoardsArgs),
-    /// Corners of all images to a camera, on one thread: by plain least squares, which is the minimum that OpenCV's
-    /// `calibrateCamera` seeks, and as `sheaf calibrate` does it.
-    Camera(BenchBoardsArgs),
-    /// A made-up scan of any size, from its peaks on the disk to its cloud on the disk: memory a point at peak, and how fast
-    /// a PLY file is written beside what the disk takes.
-    Cloud(BenchCloudArgs),
-}
-
-/// `sheaf bench cloud`.
-#[derive(Debug, Args)]
-pub struct BenchCloudArgs {
-    /// Frames of the scan.
-    #[arg(long, value_name = "N", default_value_t = 2000)]
-    pub frames: usize,
-    /// Points of a frame, on five lines; at most 6400.
-    #[arg(long, value_name = "N", default_value_t = 5000)]
-    pub points: usize,
-    /// Folder on the disk that is measured; needs 190 bytes for every point, which are given back.
-    #[arg(long, value_name = "DIR", default_value = ".")]
-    pub folder: PathBuf,
-    /// Also write the result as JSON to this file.
-    #[arg(id = "json", long, value_name = "OUT.json")]
-    pub json: Option<JsonTo>,
-}
-
-/// `sheaf bench profiles`.
-#[derive(Debug, Args)]
-pub struct BenchProfilesArgs {
-    /// Frames of the calibrated station: PNG, TIFF or JPEG, 8 or 16 bit.
-    #[arg(required = true, value_name = "FRAME")]
-    pub frames: Vec<PathBuf>,
-    /// The station's calibration document.
-    #[arg(short, long, value_name = "CAL.json")]
-    pub calibration: PathBuf,
-    /// Rotations over the frames that are timed, at the least; always at least 21 frames.
-    #[arg(long, value_name = "N", default_value_t = 21)]
-    pub passes: usize,
-    /// Which way the lines run.
-    #[arg(long, value_enum, default_value_t)]
-    pub line_direction: LineDirectionArg,
-    /// Also write the result as JSON to this file.
-    #[arg(id = "json", long, value_name = "OUT.json")]
-    pub json: Option<JsonTo>,
-}
-
-/// `sheaf bench corners` and `sheaf bench camera`.
-#[derive(Debug, Args)]
-pub struct BenchBoardsArgs {
-    /// Images of a chessboard: PNG, TIFF or JPEG, 8 or 16 bit.
-    #[arg(required = true, value_name = "IMAGE")]
-    pub images: Vec<PathBuf>,
-    /// Inner corners along a board row.
-    #[arg(long)]
-    pub columns: usize,
-    /// Inner corners along a board column.
-    #[arg(long)]
-    pub rows: usize,
-    /// Rotations over the images that are timed; cameras that are fitted.
-    #[arg(long, value_name = "N", default_value_t = 21)]
-    pub passes: usize,
-    /// Also write the result as JSON to this file.
-    #[arg(id = "json", long, value_name = "OUT.json")]
-    pub json: Option<JsonTo>,
-}
-
-/// `sheaf bench centrelines`.
-#[derive(Debug, Args)]
-pub struct BenchCentrelinesArgs {
-    /// Frames of one size: PNG, TIFF or JPEG, 8 or 16 bit.
-    #[arg(required = true, value_name = "FRAME")]
-    pub frames: Vec<PathBuf>,
-    /// Threads that share the frames; with several, a time is that of the whole rotation over its frames.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub threads: usize,
-    /// Rotations over the frames that are timed, at the least; always at least 21 frames.
-    #[arg(long, value_name = "N", default_value_t = 21)]
-    pub passes: usize,
-    /// Which way the lines run.
-    #[arg(long, value_enum, default_value_t)]
-    pub line_direction: LineDirectionArg,
-    /// Also write the result as JSON to this file.
-    #[arg(id = "json", long, value_name = "OUT.json")]
-    pub json: Option<JsonTo>,
-    /// Folder for one CSV per frame: u_px,v_px.
-    #[arg(long, value_name = "DIR")]
-    pub points: Option<PathBuf>,
 }
 
 /// `sheaf twin`.

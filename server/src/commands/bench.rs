@@ -32,9 +32,10 @@ pub fn run(args: &BenchArgs, reporter: &Reporter) -> Result<Answer, Failure> {
 }
 
 fn centrelines(args: &BenchCentrelinesArgs, reporter: &Reporter) -> Result<Answer, Failure> {
-    let frames = frames_of_one_size(&args.frames)?;
-    let params = CentrelineParams { line_direction: args.line_direction.into(), ..CentrelineParams::default() };
-    let n_passes = args.passes.max(MIN_TIMED_FRAMES.div_ceil(frames.len()));
+    let frames = frames_of_one_size(&args.timed.frames)?;
+    let params =
+        CentrelineParams { line_direction: args.timed.line_direction.into(), ..CentrelineParams::default() };
+    let n_passes = args.timed.passes.max(MIN_TIMED_FRAMES.div_ceil(frames.len()));
     reporter.note(&format!("{} frames in memory, {n_passes} rotations", frames.len()));
     let finder = || {
         let (mut extractor, mut found) = (CentrelineExtractor::default(), Centrelines::default());
@@ -159,7 +160,7 @@ fn size_bytes(frame: &GreyImage) -> usize {
 
 fn write_points(folder: &Path, args: &BenchCentrelinesArgs, found: &[Centrelines]) -> Result<(), Failure> {
     create_folder(folder)?;
-    for (name, lines) in file_names_after(&args.frames, "csv").iter().zip(found) {
+    for (name, lines) in file_names_after(&args.timed.frames, "csv").iter().zip(found) {
         let mut csv = "u_px,v_px\n".to_owned();
         for point in lines.segments.iter().flat_map(|segment| &segment.points) {
             let _ = writeln!(csv, "{:.5},{:.5}", point.u_px, point.v_px);

@@ -21,17 +21,18 @@ pub fn profiles(args: &BenchProfilesArgs) -> Result<Answer, Failure> {
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
     let _alone =
         alone.map_err(|error| Failure::new(Exit::Internal, "cannot hold to one thread").because(&error))?;
-    let frames = frames_of_one_size(&args.frames)?;
+    let frames = frames_of_one_size(&args.timed.frames)?;
     let triangulator = Triangulator::new(read_document(&args.calibration)?.calibration());
     let calibration = triangulator.calibration();
     let (camera, frame) = (&calibration.camera, &frames[0]);
     if (camera.width_px, camera.height_px) != (frame.width(), frame.height()) {
         return Err(Failure::bad_input("the frames are not of the size the calibration was made with")
-            .in_file(&args.frames[0])
+            .in_file(&args.timed.frames[0])
             .remedy("give frames of the same camera without cropping"));
     }
-    let params = CentrelineParams { line_direction: args.line_direction.into(), ..CentrelineParams::default() };
-    let n_passes = args.passes.max(MIN_TIMED_FRAMES.div_ceil(frames.len()));
+    let params =
+        CentrelineParams { line_direction: args.timed.line_direction.into(), ..CentrelineParams::default() };
+    let n_passes = args.timed.passes.max(MIN_TIMED_FRAMES.div_ceil(frames.len()));
     let (mut extractor, mut found) = (CentrelineExtractor::default(), Centrelines::default());
     let lines_ms =
         median_ms(&mut timed(&frames, n_passes, |image| extractor.find(image, &params, black_box(&mut found))));

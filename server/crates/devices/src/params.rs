@@ -11,6 +11,9 @@ pub const REPLAY_MAX_RATE_HZ: f64 = 1000.0;
 /// Speed told for a replayed stage, mm/s; what it accepts has no effect, its positions come from the recording.
 pub const REPLAY_MAX_SPEED_MM_S: f64 = 1000.0;
 
+/// A replayed stage tells its resolution in nanometres: steps that are added up from it end where they should.
+pub const REPLAY_RESOLUTION_DIGITS_PER_MM: f64 = 1e6;
+
 /// Most memory that preloaded pictures may take, bytes: 1,600 frames of 1280×1024, half of a small computer.
 pub const PRELOAD_LIMIT_BYTES: usize = 2 << 30;
 

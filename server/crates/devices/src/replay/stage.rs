@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use super::playback::{Playback, lock};
-use crate::params::REPLAY_MAX_SPEED_MM_S;
+use crate::params::{REPLAY_MAX_SPEED_MM_S, REPLAY_RESOLUTION_DIGITS_PER_MM};
 use crate::stage_checks::{check_numbers, check_travel};
 use crate::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageState};
 
@@ -14,9 +14,6 @@ pub struct ReplayStage {
     positions_mm: Vec<f64>,
     playback: Arc<Mutex<Playback>>,
 }
-
-/// Resolutions are told in nanometres: what is added up from them ends where it should.
-const RESOLUTION_DIGITS_PER_MM: f64 = 1e6;
 
 impl ReplayStage {
     pub(super) fn new(name: String, mut positions_mm: Vec<f64>, playback: Arc<Mutex<Playback>>) -> Self {
@@ -37,7 +34,8 @@ impl ReplayStage {
     fn resolution_mm(&self) -> f64 {
         let (low_mm, high_mm) = self.travel_mm();
         let n_steps = self.positions_mm.len().saturating_sub(1).max(1);
-        ((high_mm - low_mm) / n_steps as f64 * RESOLUTION_DIGITS_PER_MM).round() / RESOLUTION_DIGITS_PER_MM
+        ((high_mm - low_mm) / n_steps as f64 * REPLAY_RESOLUTION_DIGITS_PER_MM).round()
+            / REPLAY_RESOLUTION_DIGITS_PER_MM
     }
 
     /// The recorded position next to `target_mm`.
