@@ -7,6 +7,7 @@ use store::{Change, JobRecord, JobState};
 
 use crate::jobs::JobView;
 use crate::jobs::remaining::Remaining;
+use crate::progress::Step;
 
 /// The progress of one running job.
 pub(super) struct Board {
@@ -16,6 +17,7 @@ pub(super) struct Board {
 
 struct State {
     record: JobRecord,
+    step: Option<Step>,
     remaining: Remaining,
     unpublished: bool,
     unstored: bool,
@@ -24,17 +26,19 @@ struct State {
 impl Board {
     /// For a job that begins now.
     pub fn new(record: JobRecord) -> Self {
-        let state = State { record, remaining: Remaining::default(), unpublished: true, unstored: false };
+        let state =
+            State { record, step: None, remaining: Remaining::default(), unpublished: true, unstored: false };
         Self { began: Instant::now(), state: Mutex::new(state) }
     }
 
     /// The job's own report; progress never goes back.
-    pub fn report(&self, fraction: f64, message: &str) {
+    pub fn report(&self, fraction: f64, step: Step, message: &str) {
         let elapsed_s = self.began.elapsed().as_secs_f64();
         let mut state = self.state();
         if fraction.is_finite() {
             state.record.progress = state.record.progress.max(fraction.clamp(0.0, 1.0));
         }
+        state.step = Some(step);
         if state.record.message != message {
             message.clone_into(&mut state.record.message);
         }
@@ -55,7 +59,7 @@ impl Board {
         let state = self.state();
         let running = state.record.state == JobState::Running;
         let remaining_s = if running { state.remaining.left_s(self.began.elapsed().as_secs_f64()) } else { None };
-        JobView { record: state.record.clone(), remaining_s }
+        JobView { record: state.record.clone(), step: state.step.filter(|_| running), remaining_s }
     }
 
     /// The job as it is now, if anything was reported since this was asked last.

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
 use crate::problem::Problem;
-use crate::progress::{JobVoice, Reporter, Tell};
+use crate::progress::{JobVoice, Phase, Reporter, Step, Tell};
 use crate::station::StationHandle;
 use crate::stored_scan::disk_problem;
 
@@ -76,14 +76,15 @@ impl From<ScanError> for JobEnd {
 }
 
 impl JobContext {
-    /// Says where the job is: 0–1, and in the operator's words.
-    pub fn report(&self, fraction: f64, message: &str) {
-        (self.progress)(fraction, message);
+    /// Says where the job is: 0–1, by name, and in the operator's words.
+    pub fn report(&self, fraction: f64, step: impl Into<Step>, message: &str) {
+        (self.progress)(fraction, step.into(), message);
     }
 
-    /// For a procedure that fills `part` of the job's fraction, such as `0.0..0.6`; it ends when the job is cancelled.
-    pub fn reporter(&self, part: std::ops::Range<f64>) -> Reporter {
-        Reporter::for_job(JobVoice { cancel: self.cancel.clone(), at: self.progress.clone(), part })
+    /// For a procedure that is the job's `phase` and fills `part` of its fraction, such as `0.0..0.6`; it ends when
+    /// the job is cancelled.
+    pub fn reporter(&self, phase: Phase, part: std::ops::Range<f64>) -> Reporter {
+        Reporter::for_job(JobVoice { cancel: self.cancel.clone(), at: self.progress.clone(), phase, part })
     }
 
     /// Ends the job if that was asked for.

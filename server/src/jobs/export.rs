@@ -11,6 +11,7 @@ use store::{ArtifactId, Artifacts, ResultRef, ScanRecord, StoreError};
 use crate::jobs::{Done, ExportInput, JobContext, JobEnd};
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
+use crate::progress::Phase;
 use crate::stored_scan::{disk_problem, stored_cloud, without_cloud};
 
 /// Folder beside the scratch folder that remembers what was exported; may be deleted at any time.
@@ -88,7 +89,8 @@ impl ExportFormat {
 pub fn run(input: ExportInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     let format = ExportFormat::parse(&input.what, &input.format)?;
     let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
-    ctx.report(0.0, &format!("writing the {} as {}", format.what(), format.extension()));
+    let words = format!("writing the {} as {}", format.what(), format.extension());
+    ctx.report(0.0, Phase::Exporting, &words);
     ctx.wait(bytes_to_artifact(&ctx.artifacts, &scan, format))?;
     ctx.go_on()?;
     let body = json!({ "scan_id": scan.id, "what": format.what(), "format": format.extension() });

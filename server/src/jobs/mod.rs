@@ -42,6 +42,7 @@ use crate::jobs::runner::End;
 use crate::ledger::{Ledger, event};
 use crate::live::LiveBus;
 use crate::problem::{Problem, ProblemKind};
+use crate::progress::Step;
 use crate::station::StationHandle;
 use crate::wall_clock::now_ms;
 use queue::Queue;
@@ -51,13 +52,15 @@ use queue::Queue;
 pub struct JobView {
     /// As stored, with progress and message of this moment.
     pub record: JobRecord,
+    /// What it does at this moment; `None` if it does nothing.
+    pub step: Option<Step>,
     /// Seconds to its end; `None` if it cannot be told.
     pub remaining_s: Option<f64>,
 }
 
 impl From<JobRecord> for JobView {
     fn from(record: JobRecord) -> Self {
-        Self { record, remaining_s: None }
+        Self { record, step: None, remaining_s: None }
     }
 }
 

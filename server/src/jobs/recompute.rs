@@ -2,6 +2,7 @@
 
 use crate::jobs::scan::{ScanStory, check_camera_of, made_scan};
 use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput};
+use crate::progress::Phase;
 use crate::stored_calibration::stored_document;
 use crate::stored_scan::{cloud_name, new_id, stored_peaks};
 
@@ -12,7 +13,7 @@ const READING: f64 = 0.2;
 pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
-    ctx.report(0.0, "reading the scan's peaks");
+    ctx.report(0.0, Phase::ReadingPeaks, "reading the scan's peaks");
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &scan.peaks, &scan.id))?;
     ctx.go_on()?;
     check_camera_of(&frames, &document)?;

@@ -135,7 +135,7 @@ impl Queue {
             station: parts.station,
             live: parts.live,
             runtime: self.runtime.clone(),
-            progress: Arc::new(move |fraction, words| board.report(fraction, words)),
+            progress: Arc::new(move |fraction, step, words| board.report(fraction, step, words)),
         }
     }
 

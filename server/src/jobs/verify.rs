@@ -8,6 +8,7 @@ use crate::jobs::scan::make;
 use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource, VerifyInput};
 use crate::measurements::{changes, measurement};
 use crate::problem::{Problem, ProblemKind};
+use crate::progress::Phase;
 use crate::stored_calibration::stored_document;
 use crate::stored_scan::stored_cloud;
 
@@ -33,7 +34,7 @@ pub fn run(input: VerifyInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     drop(at_work);
     let calibration_id = made.record.calibration_id.as_str();
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, Some(calibration_id)))?;
-    ctx.report(1.0, "measuring");
+    ctx.report(1.0, Phase::Measuring, "measuring");
     let request = MeasureRequest {
         nominal_mm: Some(input.nominal_mm),
         tolerance_mm: input.tolerance_mm,
@@ -103,7 +104,8 @@ struct Exchanged {
 
 impl Exchanged {
     fn new(operator: TwinControl, part: &SceneKind, ctx: &JobContext) -> Self {
-        ctx.report(0.0, &format!("the virtual operator puts a {} on the stage", part.name()));
+        let words = format!("the virtual operator puts a {} on the stage", part.name());
+        ctx.report(0.0, Phase::PlacingPart, &words);
         let before = (*operator.scene()).clone();
         operator.place_part(part);
         Self { operator, before }

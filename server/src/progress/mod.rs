@@ -5,12 +5,14 @@
 
 mod job;
 mod stderr;
+mod step;
 
 use std::sync::Arc;
 
 use job::JobTask;
 pub use job::{JobVoice, Tell};
 use stderr::{Stderr, StderrTask};
+pub use step::{Phase, Step};
 
 use crate::failure::Failure;
 

@@ -1575,6 +1575,7 @@ export interface components {
             started_at_ms?: number | null;
             /** @description Where it is in its life. */
             state: components["schemas"]["JobStateDto"];
+            step?: components["schemas"]["StepDto"] | null;
         };
         /**
          * @description Where a job is in its life.
@@ -1783,6 +1784,7 @@ export interface components {
                 started_at_ms?: number | null;
                 /** @description Where it is in its life. */
                 state: components["schemas"]["JobStateDto"];
+                step?: components["schemas"]["StepDto"] | null;
             }[];
             /** @description Address of the next page; missing on the last one. */
             next?: string | null;
@@ -2051,6 +2053,11 @@ export interface components {
              */
             points: number[][];
         };
+        /**
+         * @description What a job does.
+         * @enum {string}
+         */
+        PhaseDto: "homing" | "exposing_board" | "exposing_laser" | "exposing_stage" | "gathering_pictures" | "storing_pictures" | "unpacking_capture" | "reading_pictures" | "calibrating" | "writing_report" | "placing_part" | "reading_rows" | "taking_rows" | "packing_pictures" | "reading_frames" | "reading_peaks" | "computing_cloud" | "storing_cloud" | "measuring" | "exporting";
         /** @description A picture in the store. */
         Picture: {
             /** @description The PNG file's SHA-256. */
@@ -2704,6 +2711,15 @@ export interface components {
              * @example ready
              */
             words: string;
+        };
+        /** @description What a job does at this moment: `message` for programs and other languages. More phases may come. */
+        StepDto: {
+            /** @description At which one of them it is, from 1; missing where nothing is counted. */
+            number?: number | null;
+            /** @description How many they are. */
+            of?: number | null;
+            /** @description What it does. */
+            phase: components["schemas"]["PhaseDto"];
         };
         /** @description What Stop did. */
         StoppedDto: {

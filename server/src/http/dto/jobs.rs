@@ -6,6 +6,7 @@ use store::{JobState, ResultRef};
 use utoipa::ToSchema;
 
 use crate::jobs::JobView;
+use crate::progress::{Phase, Step};
 
 /// Where a job is in its life.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -23,6 +24,65 @@ pub enum JobStateDto {
     Cancelled,
     /// The process ended while it ran.
     Interrupted,
+}
+
+/// What a job does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PhaseDto {
+    /// The stage looks for its origin.
+    Homing,
+    /// Poses of the board, by daylight.
+    ExposingBoard,
+    /// Poses of the board, by laser light.
+    ExposingLaser,
+    /// The board on the stage, at several positions.
+    ExposingStage,
+    /// Pictures of a session are put together.
+    GatheringPictures,
+    /// Pictures become a capture.
+    StoringPictures,
+    /// A capture becomes pictures.
+    UnpackingCapture,
+    /// Corners and lines are looked for in the pictures of a calibration.
+    ReadingPictures,
+    /// Camera, light and stage are fitted.
+    Calibrating,
+    /// What was found is written down.
+    WritingReport,
+    /// The virtual operator puts a part on the stage.
+    PlacingPart,
+    /// Rows of a scan that was stopped are read back.
+    ReadingRows,
+    /// Rows of a scan.
+    TakingRows,
+    /// Pictures of a scan become a capture.
+    PackingPictures,
+    /// Lines are looked for in the pictures of a scan.
+    ReadingFrames,
+    /// Lines of an earlier scan are read back.
+    ReadingPeaks,
+    /// Lines become points.
+    ComputingCloud,
+    /// Points are stored.
+    StoringCloud,
+    /// A value is fitted to the points.
+    Measuring,
+    /// A cloud or mesh is written as a file.
+    Exporting,
+}
+
+/// What a job does at this moment: `message` for programs and other languages. More phases may come.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct StepDto {
+    /// What it does.
+    pub phase: PhaseDto,
+    /// At which one of them it is, from 1; missing where nothing is counted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub number: Option<usize>,
+    /// How many they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of: Option<usize>,
 }
 
 /// What a job made.
@@ -50,6 +110,9 @@ pub struct JobDto {
     pub progress: f64,
     /// In the operator's words.
     pub message: String,
+    /// What it does at this moment, by name; missing unless it is at work.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<StepDto>,
     /// Seconds to its end; missing if it cannot be told.
     pub remaining_s: Option<f64>,
     /// What it made.
@@ -86,6 +149,40 @@ impl From<&ResultRef> for ResultDto {
     }
 }
 
+impl From<Step> for StepDto {
+    fn from(step: Step) -> Self {
+        let (number, of) = step.count.unzip();
+        Self { phase: step.phase.into(), number, of }
+    }
+}
+
+impl From<Phase> for PhaseDto {
+    fn from(phase: Phase) -> Self {
+        match phase {
+            Phase::Homing => Self::Homing,
+            Phase::ExposingBoard => Self::ExposingBoard,
+            Phase::ExposingLaser => Self::ExposingLaser,
+            Phase::ExposingStage => Self::ExposingStage,
+            Phase::GatheringPictures => Self::GatheringPictures,
+            Phase::StoringPictures => Self::StoringPictures,
+            Phase::UnpackingCapture => Self::UnpackingCapture,
+            Phase::ReadingPictures => Self::ReadingPictures,
+            Phase::Calibrating => Self::Calibrating,
+            Phase::WritingReport => Self::WritingReport,
+            Phase::PlacingPart => Self::PlacingPart,
+            Phase::ReadingRows => Self::ReadingRows,
+            Phase::TakingRows => Self::TakingRows,
+            Phase::PackingPictures => Self::PackingPictures,
+            Phase::ReadingFrames => Self::ReadingFrames,
+            Phase::ReadingPeaks => Self::ReadingPeaks,
+            Phase::ComputingCloud => Self::ComputingCloud,
+            Phase::StoringCloud => Self::StoringCloud,
+            Phase::Measuring => Self::Measuring,
+            Phase::Exporting => Self::Exporting,
+        }
+    }
+}
+
 impl From<JobState> for JobStateDto {
     fn from(state: JobState) -> Self {
         match state {
@@ -114,7 +211,7 @@ impl From<JobStateDto> for JobState {
 
 impl From<JobView> for JobDto {
     fn from(view: JobView) -> Self {
-        let JobView { record, remaining_s } = view;
+        let JobView { record, step, remaining_s } = view;
         Self {
             result: record.result.as_ref().map(ResultDto::from),
             state: record.state.into(),
@@ -122,6 +219,7 @@ impl From<JobView> for JobDto {
             kind: record.kind,
             progress: record.progress,
             message: record.message,
+            step: step.map(StepDto::from),
             remaining_s,
             problem: record.problem,
             source: record.source,

@@ -15,6 +15,7 @@ use crate::captures::{CaptureOrigin, without_folder};
 use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, Source};
 use crate::ledger::event;
 use crate::pipeline::open_capture;
+use crate::progress::Phase;
 use crate::stored_scan::disk_problem;
 
 use product::calibrated;
@@ -51,7 +52,7 @@ pub fn run(input: CalibrateInput, ctx: &JobContext) -> Result<Done, JobEnd> {
 }
 
 fn from_capture(input: &CalibrateInput, capture_id: &str, ctx: &JobContext) -> Result<Done, JobEnd> {
-    ctx.report(0.0, "unpacking the capture");
+    ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
     let name = ctx.wait(ctx.ledger.read().capture(capture_id))?.name;
     let checked_out = ctx.captures.check_out(capture_id)?;
     ctx.go_on()?;
@@ -70,7 +71,7 @@ fn made_from(
     let folder = folder.map_err(disk_problem)?;
     take(folder.path())?;
     ctx.go_on()?;
-    ctx.report(taken, "storing the pictures");
+    ctx.report(taken, Phase::StoringPictures, "storing the pictures");
     let (record, change) = ctx.captures.take_in_folder(folder.path(), CaptureOrigin::Calibration, name)?;
     let told = event("capture.created", &record.id, json!({ "name": name, "origin": record.origin }));
     ctx.wait(ctx.ledger.commit(vec![change, told]))?;
@@ -86,7 +87,7 @@ fn compute(
     begun: f64,
 ) -> Result<Done, JobEnd> {
     let calibrate = |ctx: &JobContext| {
-        let capture = open_capture(folder, &ctx.reporter(begun..begun))?;
+        let capture = open_capture(folder, &ctx.reporter(Phase::ReadingPictures, begun..begun))?;
         calibrated(&capture, name, capture_id, input, ctx, begun..1.0)
     };
     calibrate(ctx).map_err(|end| match end {

@@ -14,6 +14,7 @@ use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd};
 use crate::ledger::event;
 use crate::pipeline::{Calibrated, calibrate_features, read_features};
 use crate::problem::{Problem, ProblemKind};
+use crate::progress::Phase;
 use crate::report::calibration_page;
 use crate::residuals::Residuals;
 use crate::tables::calibration_json;
@@ -35,10 +36,11 @@ pub(super) fn calibrated(
     part: Range<f64>,
 ) -> Result<Done, JobEnd> {
     let at = |share: f64| part.start + (part.end - part.start) * share;
-    let features = read_features(capture, input.leave_out_unreadable, &ctx.reporter(at(0.0)..at(READING)))?;
-    let reporter = ctx.reporter(at(READING)..at(FITTING));
-    let Calibrated { result, document } = calibrate_features(capture, &features, &options(input), &reporter)?;
-    ctx.report(at(FITTING), "writing the report");
+    let reading = ctx.reporter(Phase::ReadingPictures, at(0.0)..at(READING));
+    let features = read_features(capture, input.leave_out_unreadable, &reading)?;
+    let fitting = ctx.reporter(Phase::Calibrating, at(READING)..at(FITTING));
+    let Calibrated { result, document } = calibrate_features(capture, &features, &options(input), &fitting)?;
+    ctx.report(at(FITTING), Phase::WritingReport, "writing the report");
     let page = calibration_page(capture, name, &features, &result, &document)?;
     ctx.go_on()?;
     let id = document.calibration.id.clone();

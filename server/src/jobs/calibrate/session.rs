@@ -7,12 +7,13 @@ use store::{ArtifactId, StoreError};
 
 use crate::jobs::calibrate::station::{make_folders, write_capture};
 use crate::jobs::{JobContext, JobEnd};
+use crate::progress::Phase;
 use crate::sessions::{Picture, Session};
 use crate::stored_scan::disk_problem;
 
 /// Writes the session's readable pictures as the capture folder `folder`.
 pub(super) fn gather_pictures(session_id: &str, ctx: &JobContext, folder: &Path) -> Result<(), JobEnd> {
-    ctx.report(0.0, "gathering the session's pictures");
+    ctx.report(0.0, Phase::GatheringPictures, "gathering the session's pictures");
     let session = Session::try_from(ctx.wait(ctx.ledger.read().session(session_id))?)?;
     make_folders(folder)?;
     let put = |kind: &str, idx: usize, picture: &Picture| -> Result<PathBuf, JobEnd> {

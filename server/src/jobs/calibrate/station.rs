@@ -12,6 +12,7 @@ use crate::jobs::calibrate::N_POSES;
 use crate::jobs::{CalibrateInput, JobContext, JobEnd};
 use crate::photographer::{Exposures, Photographer};
 use crate::problem::{Problem, ProblemKind};
+use crate::progress::{Phase, Step};
 use crate::station::{Purpose, StampedFrame};
 use crate::stored_scan::disk_problem;
 use crate::virtual_operator::VirtualOperator;
@@ -33,22 +34,29 @@ pub(super) fn take_pictures(
     let positions_mm = operator.stage_positions_mm();
     let mut album = Album::new(folder, 2 * n_poses + positions_mm.len(), ctx, share)?;
     if !ctx.station.status().homed {
-        album.say(&camera, "homing the stage");
+        album.say(&camera, Phase::Homing, "homing the stage");
         camera.home()?;
     }
     camera.go_to(0.0)?;
     for pose_idx in 0..n_poses {
-        let pose = format!("pose {} of {n_poses}", pose_idx + 1);
+        let number = pose_idx + 1;
+        let pose = format!("pose {number} of {n_poses}");
         operator.hold_board(pose_idx, n_poses);
-        album.say(&camera, &format!("{pose}: exposing the board"));
+        album.say(&camera, Phase::ExposingBoard.counted(number, n_poses), &format!("{pose}: exposing the board"));
         let board = album.add("board", &*camera.board()?)?;
-        album.say(&camera, &format!("{pose}: exposing the laser lines"));
+        album.say(
+            &camera,
+            Phase::ExposingLaser.counted(number, n_poses),
+            &format!("{pose}: exposing the laser lines"),
+        );
         let laser = album.add("laser", &*camera.laser()?)?;
         album.poses.push(Pose { board, laser: Some(laser) });
     }
     operator.lay_board(&positions_mm);
     for (idx, position_mm) in positions_mm.iter().enumerate() {
-        album.say(&camera, &format!("stage position {} of {}: exposing the board", idx + 1, positions_mm.len()));
+        let (number, of) = (idx + 1, positions_mm.len());
+        let words = format!("stage position {number} of {of}: exposing the board");
+        album.say(&camera, Phase::ExposingStage.counted(number, of), &words);
         let position_mm = camera.go_to(*position_mm)?;
         let board = album.add("stage", &*camera.board()?)?;
         album.stage_views.push(StageView { board, position_mm });
@@ -80,9 +88,9 @@ impl<'a> Album<'a> {
         Ok(Self { ctx, folder, share, n_pictures, n_taken: 0, size_px: None, poses, stage_views })
     }
 
-    fn say(&self, camera: &Photographer, words: &str) {
+    fn say(&self, camera: &Photographer, step: impl Into<Step>, words: &str) {
         camera.say(words);
-        self.ctx.report(self.share * self.n_taken as f64 / self.n_pictures as f64, words);
+        self.ctx.report(self.share * self.n_taken as f64 / self.n_pictures as f64, step, words);
     }
 
     fn add(&mut self, folder: &str, frame: &StampedFrame) -> Result<PathBuf, JobEnd> {

@@ -1,20 +1,16 @@
 //! Taking the frames of a scan, as an operator would: set the camera, light, row after row or one sweep, dark.
 
-use std::time::Instant;
-
 use devices::{CameraRequest, Trigger};
 
 use crate::jobs::plan::ScanPlan;
 use crate::jobs::scan::recording::Hand;
 use crate::jobs::{JobContext, JobEnd, ScanMode};
 use crate::problem::{Problem, ProblemKind};
+use crate::progress::Phase;
 use crate::station::{Purpose, SharedFrame, StationLease, Sweep};
 
 /// Share of the job that the frames take; the cloud takes the rest.
 pub const TAKING: f64 = 0.85;
-
-/// Rows after which the time left is told from the pace of this scan rather than from its plan.
-const PACE_ROWS: usize = 3;
 
 /// Takes the frames that are missing and hands them over. What was lost goes to `losses`, in words.
 pub fn take_frames(
@@ -34,7 +30,7 @@ pub fn take_frames(
         trigger: triggered.then_some(Trigger::Software),
         ..CameraRequest::default()
     })?;
-    let mut run = Run { ctx, plan, lease, hand, losses, done: positions_mm.len(), began: None };
+    let mut run = Run { ctx, plan, lease, hand, losses, done: positions_mm.len() };
     match plan.mode {
         ScanMode::StopAndGo => run.row_by_row(),
         ScanMode::Continuous => run.in_one_sweep(positions_mm.last().copied()),
@@ -49,17 +45,15 @@ struct Run<'a> {
     losses: &'a mut Vec<String>,
     /// Rows that are taken.
     done: usize,
-    /// When this run began, and with how many rows.
-    began: Option<(Instant, usize)>,
 }
 
 impl Run<'_> {
     fn row_by_row(&mut self) -> Result<(), JobEnd> {
-        let mut lost = 0;
+        let (mut lost, first) = (0, self.done);
         for row in self.done..self.plan.n_rows {
             self.ctx.go_on()?;
             let at_mm = self.lease.move_to(self.plan.position_mm(row), None, &self.ctx.cancel)?;
-            if self.began.is_none() {
+            if row == first {
                 self.lease.laser_on(self.plan.laser_power)?;
             }
             let frame = self.lease.grab(&self.ctx.cancel)?;
@@ -111,22 +105,12 @@ impl Run<'_> {
     fn give(&mut self, frame: SharedFrame, position_mm: f64) -> Result<(), JobEnd> {
         self.hand.give(frame, position_mm)?;
         self.done += 1;
-        let began = *self.began.get_or_insert_with(|| (Instant::now(), self.done));
         let n_rows = self.plan.n_rows.max(self.done);
-        let left_s = self.left_s(began, n_rows);
-        let words = format!("row {} of {n_rows}, {left_s:.0} s left", self.done);
-        self.lease.activity(&format!("scanning, row {} of {n_rows}", self.done));
-        self.ctx.report(TAKING * self.done as f64 / n_rows as f64, &words);
+        let words = format!("row {} of {n_rows}", self.done);
+        self.lease.activity(&format!("scanning, {words}"));
+        let step = Phase::TakingRows.counted(self.done, n_rows);
+        self.ctx.report(TAKING * self.done as f64 / n_rows as f64, step, &words);
         Ok(())
-    }
-
-    fn left_s(&self, (since, first): (Instant, usize), n_rows: usize) -> f64 {
-        let rows = self.done - first;
-        let row_s = match rows {
-            0..PACE_ROWS => self.plan.duration_s / n_rows as f64,
-            _ => since.elapsed().as_secs_f64() / rows as f64,
-        };
-        row_s * (n_rows - self.done) as f64
     }
 }
 

@@ -11,6 +11,7 @@ use crate::jobs::scan::{MadeScan, ScanStory, made_scan};
 use crate::jobs::{JobContext, JobEnd, ScanInput};
 use crate::pipeline::{capture_frames, open_capture};
 use crate::problem::{Problem, ProblemKind};
+use crate::progress::Phase;
 use crate::stored_calibration::stored_document;
 use crate::stored_scan::{disk_problem, new_id, stored_peaks};
 
@@ -21,10 +22,10 @@ const READING: f64 = 0.8;
 pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
     refuse_station_fields(input)?;
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
-    ctx.report(0.0, "unpacking the capture");
+    ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
     let checked_out = ctx.captures.check_out(capture_id)?;
     ctx.go_on()?;
-    let reporter = ctx.reporter(0.0..READING);
+    let reporter = ctx.reporter(Phase::ReadingFrames, 0.0..READING);
     let capture = open_capture(&checked_out.folder, &reporter)?;
     let cloud_name = chosen_scan(&capture, scan)?;
     let camera = capture.manifest.camera;

@@ -18,6 +18,7 @@ use crate::ledger::event;
 use crate::live::points::display_point_of_cloud;
 use crate::pipeline::{check_camera, evaluated_scan};
 use crate::problem::Problem;
+use crate::progress::Phase;
 use crate::stored_scan::disk_problem;
 use crate::tables::{median_mm, report_json};
 use crate::wall_clock::now_ms;
@@ -76,11 +77,11 @@ pub fn made_scan(
     part: Range<f64>,
 ) -> Result<MadeScan, JobEnd> {
     let end = part.end;
-    ctx.report(part.start, "computing the cloud");
-    let reporter = ctx.reporter(part);
+    ctx.report(part.start, Phase::ComputingCloud, "computing the cloud");
+    let reporter = ctx.reporter(Phase::ComputingCloud, part);
     let calibration = document.calibration();
     let evaluation = evaluated_scan(frames, document, &calibration, &story.cloud_name, &reporter)?;
-    ctx.report(end, "storing the cloud");
+    ctx.report(end, Phase::StoringCloud, "storing the cloud");
     ctx.go_on()?;
     let kept = KeptCloud::new(ctx, &story, &evaluation, frames)?;
     let (n_points, n_frames) = (evaluation.report.n_points, frames.n_frames());

@@ -6,6 +6,7 @@ use store::{ScanRecord, ScanState};
 use crate::jobs::plan::ScanPlan;
 use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
 use crate::problem::{Problem, ProblemKind};
+use crate::progress::Phase;
 use crate::stored_scan::stored_peaks;
 
 /// The part of a scan that is there.
@@ -38,7 +39,7 @@ pub fn earlier(input: &ScanInput, ctx: &JobContext) -> Result<Option<Earlier>, J
     }
     let plan = serde_json::from_value(record.plan.clone())
         .map_err(|cause| conflict(format!("the plan of scan {id} cannot be read: {cause}"), "scan anew"))?;
-    ctx.report(0.0, "reading the rows that are there");
+    ctx.report(0.0, Phase::ReadingRows, "reading the rows that are there");
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &record.peaks, &record.id))?;
     let losses = serde_json::from_value(record.report["losses"].clone()).unwrap_or_default();
     Ok(Some(Earlier { record, plan, frames, losses }))

@@ -17,6 +17,7 @@ use crate::jobs::scan::work::{Work, WorkNote};
 use crate::jobs::scan::{MadeScan, ScanStory, made_scan, scan_changes};
 use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
 use crate::problem::{Problem, ProblemKind};
+use crate::progress::Phase;
 use crate::stored_calibration::stored_document;
 use crate::stored_scan::{disk_problem, new_id, stored_peaks};
 
@@ -156,7 +157,7 @@ fn complete(
     let mut also = Vec::new();
     let mut capture_id = None;
     if planned.keep_frames {
-        ctx.report(TAKING, "packing the pictures");
+        ctx.report(TAKING, Phase::PackingPictures, "packing the pictures");
         let (id, change) = take_in(ctx, &work.pictures(), &note.name, &note.name, &frames)?;
         capture_id = Some(id);
         also.push(change);

@@ -11,6 +11,7 @@ use crate::jobs::run::Procedure;
 use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, JobInput, Source};
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
+use crate::progress::Phase;
 
 /// What the jobs of a test did, and whether they may end.
 #[derive(Default)]
@@ -33,7 +34,7 @@ impl Script {
             "fail" => return Err(Problem::new(ProblemKind::Impossible, "it cannot be").into()),
             "reports" => {
                 for (fraction, words) in [(0.5, "half"), (0.2, "back"), (f64::NAN, "lost"), (0.7, "on")] {
-                    ctx.report(fraction, words);
+                    ctx.report(fraction, Phase::TakingRows.counted(3, 4), words);
                 }
             }
             _ => {}
@@ -215,7 +216,7 @@ async fn a_job_ends_together_with_what_it_made_or_made_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn progress_never_goes_back() {
+async fn progress_never_goes_back_and_a_job_at_work_names_its_step() {
     let (_bench, jobs, script) = stage().await;
     let mut watched = jobs.watch_progress();
     let id = submit(&jobs, computation("reports")).await;
@@ -228,11 +229,14 @@ async fn progress_never_goes_back() {
         fractions.push(view.record.progress);
         if view.record.message == "on" {
             assert_eq!(view.record.progress, 0.7);
+            assert_eq!(view.step.is_some(), view.record.state == JobState::Running);
+            assert!(view.step.is_none_or(|step| step == Phase::TakingRows.counted(3, 4)));
             script.release();
         }
     }
     assert!(fractions.windows(2).all(|pair| pair[0] <= pair[1]), "{fractions:?}");
-    assert_eq!(ended(&jobs, &id).await.record.message, "made");
+    let view = ended(&jobs, &id).await;
+    assert_eq!((view.record.message.as_str(), view.step), ("made", None));
 }
 
 #[tokio::test(flavor = "multi_thread")]

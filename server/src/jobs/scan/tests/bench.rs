@@ -114,7 +114,7 @@ impl Bench {
             station: self.station.clone(),
             live: self.live.clone(),
             runtime: self.runtime.handle().clone(),
-            progress: Arc::new(move |_, words| {
+            progress: Arc::new(move |_, _, words| {
                 heard.lock().unwrap().push(words.to_owned());
                 if cancel_at(words) {
                     wish.cancel();
