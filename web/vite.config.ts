@@ -18,6 +18,8 @@ export default defineConfig({
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
     reportCompressedSize: false,
+    // A file of its own costs a page more than a few kilobytes that it may not need.
+    rollupOptions: { output: { experimentalMinChunkSize: 6000 } },
   },
   esbuild: { jsx: "automatic", jsxImportSource: "preact", legalComments: "none" },
   plugins: [slimThree(), compressed()],
