@@ -20,7 +20,7 @@ export function problemOf(cause: unknown): Problem {
   if (cause instanceof Refusal) return cause.problem;
   const unreachable = cause instanceof TypeError;
   return {
-    type: unreachable ? "urn:sheaf:problem:unreachable" : "urn:sheaf:problem:page",
+    type: unreachable ? "urn:sheaf:problem:unreachable" : "urn:sheaf:problem:page-mistake",
     title: unreachable ? "The server was not reached" : "The page made a mistake",
     status: 0,
     detail: cause instanceof Error ? cause.message : String(cause),

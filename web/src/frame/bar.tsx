@@ -1,12 +1,13 @@
 /** The bar: what station, what state, what light, what link, who commands – and Stop. */
 
 import { useApp } from "../app";
+import { activityOf } from "../parts/job_words";
 import { text } from "../text";
 import { ControlButton } from "./control_button";
 import { StopButton } from "./stop";
 
 export function Bar() {
-  const { station } = useApp();
+  const { station, jobs } = useApp();
   const words = text.value.frame;
   const status = station.status.value;
   const simulated = station.simulated.value;
@@ -21,7 +22,7 @@ export function Bar() {
       )}
       <span class={`item state ${status?.state === "Error" ? "abnormal" : ""}`} title={status?.state}>
         <strong>{status ? (words.states[status.state] ?? status.words) : words.loading}</strong>
-        <small>{working ? status.activity : (status?.state ?? "–")}</small>
+        <small>{working ? activityOf(status, jobs.get(status.job_id ?? "")) : (status?.state ?? "–")}</small>
       </span>
       <span class="item optional">
         <small>{words.laser}</small>

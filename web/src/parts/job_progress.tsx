@@ -8,6 +8,7 @@ import { hasEnded } from "../state/jobs";
 import { language, text } from "../text";
 import { duration } from "../units";
 import { CommandButton } from "./command_button";
+import { wordsOf } from "./job_words";
 
 /** The command that ends a job. */
 export function useCancel({ api, jobs }: Pick<App, "api" | "jobs">, job: Job): Command {
@@ -27,10 +28,10 @@ export function JobProgress({ job }: { job: Job }) {
   const cancel = useCancel(useApp(), job);
   return (
     <div class="stack job" data-job-state={job.state}>
-      <progress value={job.progress} max={1} aria-label={job.message} />
+      <progress value={job.progress} max={1} aria-label={wordsOf(job)} />
       <div class="row">
         <span class="grow">
-          {job.message} <span class="muted number">{remaining(job)}</span>
+          {wordsOf(job)} <span class="muted number">{remaining(job)}</span>
         </span>
         {!hasEnded(job) && <CommandButton command={cancel}>{text.value.parts.cancel}</CommandButton>}
       </div>

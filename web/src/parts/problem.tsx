@@ -2,6 +2,10 @@ import type { Problem } from "../api/client";
 import { language, text } from "../text";
 
 const OF_SERVER = "urn:sheaf:problem:";
+const OF_PAGE = "urn:sheaf:problem:page";
+
+/** The language of what the server writes for people. */
+export const OF_THE_SERVER = "en";
 
 /** What kind of problem it is, in the chosen language where its type is known. */
 function titleOf({ type, title }: Problem): string {
@@ -13,17 +17,23 @@ function titleOf({ type, title }: Problem): string {
 /** A refusal: what happened, why, and what to do. The server speaks English. */
 export function ProblemCard({ problem, onDismiss }: { problem: Problem; onDismiss?: () => void }) {
   const words = text.value.parts;
+  // What the page itself says is in the chosen language.
+  const own = problem.type === OF_PAGE ? undefined : OF_THE_SERVER;
+  const unreachable = problem.type === `${OF_SERVER}unreachable`;
   return (
     <div class="problem" role="alert">
       <strong>{titleOf(problem)}</strong>
-      <div>
+      <div lang={own}>
         {problem.detail}
         {problem.cause && ` (${problem.cause})`}
         {problem.place && <span class="mono"> {problem.place}</span>}
       </div>
       {problem.remedy && (
         <div>
-          {words.remedy}: {problem.remedy}
+          {words.remedy}:{" "}
+          <span lang={unreachable ? undefined : own}>
+            {unreachable ? words.unreachable_remedy : problem.remedy}
+          </span>
         </div>
       )}
       {onDismiss && (

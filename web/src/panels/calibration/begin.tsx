@@ -5,12 +5,12 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { problemOfJob, succeeded } from "../../parts/job_end";
 import { JobProgress } from "../../parts/job_progress";
 import { ProblemCard } from "../../parts/problem";
 import { Command } from "../../state/command";
 import { href } from "../../state/route";
 import { text } from "../../text";
-import { problemOfJob, succeeded } from "./job_end";
 import { UploadButton } from "./upload_button";
 
 /** Starts a calibration and follows it to its end. */

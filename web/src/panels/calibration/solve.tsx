@@ -4,6 +4,7 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { problemOfJob, succeeded } from "../../parts/job_end";
 import { JobProgress } from "../../parts/job_progress";
 import { Show } from "../../parts/loading";
 import { ProblemCard } from "../../parts/problem";
@@ -12,7 +13,6 @@ import { hasEnded } from "../../state/jobs";
 import { text } from "../../text";
 import { useCalibration } from "./details";
 import { summaryOf } from "./figures";
-import { problemOfJob, succeeded } from "./job_end";
 import { FEWEST_BOARDS, readableBoards, type Session } from "./session_state";
 import { goToStep, type StepProperties } from "./wizard";
 

@@ -5,6 +5,7 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { problemOfJob, succeeded } from "../../parts/job_end";
 import { JobProgress } from "../../parts/job_progress";
 import { Show, useLoaded } from "../../parts/loading";
 import { NumberField } from "../../parts/number_field";
@@ -13,7 +14,6 @@ import { Command } from "../../state/command";
 import { hasEnded } from "../../state/jobs";
 import { language, text } from "../../text";
 import { decimal, moment } from "../../units";
-import { problemOfJob, succeeded } from "./job_end";
 import { type Measured, measurementOf, type Verification } from "./verifications";
 import { goToStep, type StepProperties } from "./wizard";
 

@@ -1,6 +1,7 @@
 /** Jobs that have ended, newest first, with the reason where one failed. */
 
 import type { Job, Problem } from "../../api/client";
+import { JobWords } from "../../parts/job_words";
 import { ProblemCard } from "../../parts/problem";
 import { language, text } from "../../text";
 import { duration, moment } from "../../units";
@@ -54,7 +55,7 @@ function Row({ job }: { job: Job }) {
         </span>
       </td>
       <td data-label={words.outcome}>
-        {bad && problem ? <ProblemCard problem={problem} /> : job.message}
+        {bad && problem ? <ProblemCard problem={problem} /> : <JobWords job={job} />}
         {made && (
           <div>
             <a href={made}>{words.open[job.result?.kind ?? ""] ?? words.open_other}</a>

@@ -3,6 +3,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { useApp } from "../../app";
+import { activityOf } from "../../parts/job_words";
 import type { PlotWords } from "../../scene/profile_plot";
 import { href } from "../../state/route";
 import { language, text } from "../../text";
@@ -92,7 +93,7 @@ function plotWords(): PlotWords {
 
 /** What a person must know about what is shown. */
 function Notes({ view }: { view: LiveView | undefined }) {
-  const { station } = useApp();
+  const { station, jobs } = useApp();
   const words = text.value.live;
   const status = station.status.value;
   const figures = view?.figures.value;
@@ -100,7 +101,8 @@ function Notes({ view }: { view: LiveView | undefined }) {
     <div class="stack notes">
       {status?.job_id != null && (
         <div class="note">
-          {words.job_shows(status.activity)} <a href={href("jobs")}>{text.value.pages.jobs}</a>
+          {words.job_shows(activityOf(status, jobs.get(status.job_id)))}{" "}
+          <a href={href("jobs")}>{text.value.pages.jobs}</a>
         </div>
       )}
       {figures && !figures.calibrated && (

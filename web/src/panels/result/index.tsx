@@ -94,7 +94,7 @@ function ScanResult({ scan }: { scan: Scan }) {
           <CloudView
             state={result.view}
             onViewer={onViewer}
-            empty={<p>{scan.state === "partial" ? words.no_points_yet : text.value.frame.loading}</p>}
+            empty={<p>{reportOf(scan).n_frames === 0 ? words.no_rows : text.value.frame.loading}</p>}
             tools={
               scan.cloud && !result.view.mesh.value ? (
                 <CommandButton command={result.loadMesh}>{words.show_mesh}</CommandButton>

@@ -3,6 +3,7 @@
 import type { Job, Problem } from "../../api/client";
 import { CommandButton } from "../../parts/command_button";
 import { JobProgress } from "../../parts/job_progress";
+import { JobWords } from "../../parts/job_words";
 import { ProblemCard } from "../../parts/problem";
 import { hasEnded } from "../../state/jobs";
 import { href } from "../../state/route";
@@ -40,14 +41,22 @@ function Running({ run, job }: { run: ScanRun; job: Job }) {
 function Ended({ run, job }: { run: ScanRun; job: Job }) {
   const words = text.value.scan;
   const partial = run.partial.value;
+  const invalid = run.made.value?.state === "invalid";
   const result_id = job.result?.id ?? partial?.id;
   return (
     <>
       <h2>
         {words.ended[job.state]} <small class="muted">{moment(job.ended_at_ms, language.value)}</small>
       </h2>
-      <p>{job.message}</p>
+      <p>
+        <JobWords job={job} />
+      </p>
       {job.state === "failed" && job.problem !== undefined && <ProblemCard problem={job.problem as Problem} />}
+      {invalid && (
+        <p class="problem" data-worth="invalid">
+          <strong>✕ {text.value.outcomes.invalid}</strong> {text.value.result.state_hints.invalid}
+        </p>
+      )}
       {partial && (
         <p class="note">
           {words.partial}{" "}

@@ -10,7 +10,7 @@ import { Command } from "../../state/command";
 import { hasEnded } from "../../state/jobs";
 import type { SetUp, StartScan } from "./set_up";
 
-/** Newest scans looked through for the one that can be resumed. */
+/** Newest scans looked through for the one that the newest job made. */
 const LOOKED_THROUGH = 50;
 
 interface ScanInput {
@@ -28,8 +28,10 @@ export class ScanRun {
   readonly n_blocks = signal(0);
   /** Why points could not be fetched. */
   readonly problem = signal<Problem | undefined>(undefined);
-  /** The stopped scan that the newest job left, if it can be taken up again. */
-  readonly partial: Signal<Schemas["ScanDto"] | undefined> = signal(undefined);
+  /** The scan that the newest job made, or left when it was stopped. */
+  readonly made: Signal<Schemas["ScanDto"] | undefined> = signal(undefined);
+  /** The same, if it was stopped and can be taken up again. */
+  readonly partial = computed(() => (this.made.value?.state === "partial" ? this.made.value : undefined));
   /** Lost frames at the station when this page first saw the job run, by reason. */
   private readonly lost_before = signal<Record<string, number>>({});
   readonly start: Command;
@@ -72,8 +74,8 @@ export class ScanRun {
       }),
       effect(() => {
         const job = this.job.value;
-        if (job && hasEnded(job) && job.state !== "succeeded") void this.findPartial(job);
-        else this.partial.value = undefined;
+        if (job && hasEnded(job)) void this.findMade(job);
+        else this.made.value = undefined;
       }),
     ];
     return () => {
@@ -113,14 +115,14 @@ export class ScanRun {
     };
   }
 
-  private async findPartial(job: Job): Promise<void> {
+  private async findMade(job: Job): Promise<void> {
     try {
       const query = { limit: LOOKED_THROUGH };
       const { items } = await data(this.app.api.GET("/api/v1/scans", { params: { query } }));
       if (this.job.peek()?.id !== job.id) return;
-      this.partial.value = items.find((scan) => scan.job_id === job.id && scan.state === "partial");
+      this.made.value = items.find((scan) => scan.job_id === job.id);
     } catch {
-      // Without an answer nothing can be resumed either; the next change of the job asks again.
+      // Without an answer nothing can be opened or resumed either; the next change of the job asks again.
     }
   }
 }

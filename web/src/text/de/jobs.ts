@@ -1,4 +1,7 @@
-export const jobs = {
+import type { Schemas } from "../../api/client";
+import type { Catalogue } from "../en";
+
+export const jobs: Catalogue["jobs"] = {
   title: "Aufträge",
   queue: "Warteschlange",
   nothing_waits: "Nichts läuft, nichts wartet.",
@@ -17,7 +20,7 @@ export const jobs = {
   by_api: "Schnittstelle",
   when: "Wann",
   took: "Dauer",
-  open: { scan: "Ergebnis öffnen", calibration: "Kalibrierung öffnen" } as Record<string, string>,
+  open: { scan: "Ergebnis öffnen", calibration: "Kalibrierung öffnen" },
   open_other: "Erzeugtes herunterladen",
   kinds: {
     calibration: "Kalibrierung",
@@ -25,7 +28,7 @@ export const jobs = {
     recomputation: "Neuberechnung",
     verification: "Prüfung",
     export: "Export",
-  } as Record<string, string>,
+  },
   states: {
     queued: "wartet",
     running: "läuft",
@@ -34,4 +37,40 @@ export const jobs = {
     cancelled: "abgebrochen",
     interrupted: "unterbrochen",
   },
+  waits: "wartet, bis er an der Reihe ist",
+  made: {
+    calibration: "Die Kalibrierung ist berechnet; sie bleibt ein Entwurf, bis jemand sie aktiviert.",
+    scan: "Das Teil ist gescannt.",
+    recomputation: "Der Scan ist neu berechnet.",
+    verification: "Das bekannte Teil ist nachgemessen.",
+    export: "Die Datei ist geschrieben.",
+  },
+  ended: {
+    failed: "Er ist fehlgeschlagen.",
+    cancelled: "Jemand hat ihn abgebrochen.",
+    interrupted: "Das Programm endete, während er lief oder wartete.",
+  },
+  phases: {
+    homing: "Achse sucht ihren Nullpunkt",
+    exposing_board: "Aufnahme der Tafel",
+    exposing_laser: "Aufnahme der Laserlinien auf der Tafel",
+    exposing_stage: "Aufnahme der Tafel auf der Achse",
+    gathering_pictures: "Bilder werden zusammengestellt",
+    storing_pictures: "Bilder werden gespeichert",
+    unpacking_capture: "Aufnahme wird ausgepackt",
+    reading_pictures: "Ecken und Linien werden in den Bildern gesucht",
+    calibrating: "Kamera, Licht und Achse werden angepasst",
+    writing_report: "Bericht wird geschrieben",
+    placing_part: "Der virtuelle Bediener legt das Teil auf die Achse",
+    reading_rows: "Vorhandene Zeilen werden gelesen",
+    taking_rows: "Zeilen werden aufgenommen",
+    packing_pictures: "Bilder werden verpackt",
+    reading_frames: "Linien werden in den Bildern gesucht",
+    reading_peaks: "Linien des Scans werden gelesen",
+    computing_cloud: "Punktwolke wird berechnet",
+    storing_cloud: "Punktwolke wird gespeichert",
+    measuring: "Messung",
+    exporting: "Datei wird geschrieben",
+  } satisfies Record<Schemas["PhaseDto"], string>,
+  counted: (doing, number, of) => `${doing}: ${number} von ${of}`,
 };

@@ -21,5 +21,6 @@ export const problems: Catalogue["problems"] = {
   unavailable: "Jetzt nicht",
   "storage-full": "Der Datenträger ist voll",
   stopped: "Von Hand gestoppt",
+  "page-mistake": "Ein Fehler dieser Seite",
   unreachable: "Der Server war nicht zu erreichen",
 };

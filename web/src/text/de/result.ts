@@ -13,7 +13,7 @@ export const result = {
   } as Record<string, string>,
   no_verdict: "nicht beurteilt",
   verdicts: { pass: "OK", fail: "Nicht OK", undecided: "Nicht entschieden" } as Record<Verdict, string>,
-  no_points_yet: "Die Punkte eines unvollständigen Scans erscheinen, sobald er fortgesetzt wird.",
+  no_rows: "Bevor der Scan endete, wurde keine einzige Zeile aufgenommen.",
   show_mesh: "Netz zeigen",
   shown_of: (shown: string) => `(${shown} gezeigt, wie jedes Bild sie sah)`,
   section: "Schnitt",

@@ -33,4 +33,10 @@ export const jobs = {
     cancelled: "cancelled",
     interrupted: "interrupted",
   },
+  // The server says in English what a job does and how it ended; other languages go by names.
+  waits: "",
+  made: {} as Record<string, string>,
+  ended: { failed: "", cancelled: "", interrupted: "" },
+  phases: {} as Record<string, string>,
+  counted: (doing: string, number: number, of: number) => `${doing}: ${number} of ${of}`,
 };

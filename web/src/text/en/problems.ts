@@ -1,24 +1,2 @@
-/** Titles of the server's problems by the last part of their type; the server says the rest. */
-export const problems = {
-  "bad-request": "The request cannot be understood",
-  "not-found": "There is no such thing",
-  "method-not-allowed": "This cannot be done here",
-  "control-required": "The control lease is needed",
-  "station-busy": "The station is busy",
-  conflict: "The present state does not allow it",
-  changed: "It was changed meanwhile",
-  "precondition-required": "Say which version is meant",
-  "timed-out": "The request did not arrive in time",
-  "too-large": "Too many bytes",
-  "unsupported-media-type": "The file is of another type",
-  impossible: "Understood, but impossible",
-  "key-reused": "The same request was sent with other contents",
-  "too-many": "Too many at once",
-  forbidden: "Not allowed",
-  internal: "A defect of the program",
-  "device-fault": "A device does not do what it should",
-  unavailable: "Not now",
-  "storage-full": "The disk is full",
-  stopped: "Stopped by a person",
-  unreachable: "The server was not reached",
-} as Record<string, string>;
+/** Titles by the last part of a problem's type; the English ones come with the problems. */
+export const problems = {} as Record<string, string>;

@@ -12,7 +12,7 @@ export const result = {
   } as Record<string, string>,
   no_verdict: "not judged",
   verdicts: { pass: "OK", fail: "Not OK", undecided: "Undecided" } as Record<Verdict, string>,
-  no_points_yet: "The points of a partial scan are shown when it is resumed.",
+  no_rows: "Not a single row was taken before the scan ended.",
   show_mesh: "Show mesh",
   shown_of: (shown: string) => `(${shown} shown, as each frame saw them)`,
   section: "Section",
