@@ -24,6 +24,8 @@ export function joined(known: readonly StationEvent[], news: readonly StationEve
 export class EventLog {
   /** Newest first, without gaps. */
   readonly list = signal<readonly StationEvent[]>([]);
+  /** Events between them that are damaged. */
+  readonly damaged = signal<readonly Schemas["DamagedDto"][]>([]);
   private readonly listeners = new Set<Listener>();
   private newest_seq = 0;
   private reading: Promise<void> | undefined;
@@ -86,7 +88,11 @@ export class EventLog {
   private async read(after: number, limit: number): Promise<StationEvent[]> {
     const told = await data(this.api.GET("/api/v1/events", { params: { query: { after, limit } } }));
     // The same address also tells a stream of text, to those who ask for one.
-    return (told as Schemas["EventListDto"]).items;
+    const { items, damaged = [] } = told as Schemas["EventListDto"];
+    const known = this.damaged.peek();
+    const unknown = damaged.filter(({ id }) => !known.some((one) => one.id === id));
+    if (unknown.length > 0) this.damaged.value = [...known, ...unknown];
+    return items;
   }
 
   private tell(news: readonly StationEvent[]): void {

@@ -1,7 +1,7 @@
 /** Jobs as the server tells them: the newest of each, followed until they end. */
 
 import { computed, signal } from "@preact/signals";
-import { type Api, data, type Job } from "../api/client";
+import { type Api, data, type Job, type Schemas } from "../api/client";
 import type { StreamConnection } from "../stream/connection";
 
 /** Jobs kept for the list. */
@@ -21,6 +21,8 @@ export class JobsState {
   readonly open = computed(() => this.list.value.filter((job) => !hasEnded(job)).reverse());
   /** Whether the server has jobs older than those in the list. */
   readonly has_older = signal(false);
+  /** Jobs between them that are damaged. */
+  readonly damaged = signal<readonly Schemas["DamagedDto"][]>([]);
   private readonly waiting = new Map<string, ((job: Job) => void)[]>();
 
   constructor(
@@ -45,7 +47,9 @@ export class JobsState {
   /** Reads the newest jobs again. */
   async refresh(): Promise<void> {
     try {
-      const { items, next } = await data(this.api.GET("/api/v1/jobs", { params: { query: { limit: AT_ONCE } } }));
+      const query = { limit: AT_ONCE };
+      const { items, damaged, next } = await data(this.api.GET("/api/v1/jobs", { params: { query } }));
+      this.noteDamaged(damaged);
       // The newest page says whether there is more, unless older pages were read already.
       if (this.list.peek().length <= AT_ONCE) this.has_older.value = next != null;
       for (const job of [...items].reverse()) this.note(job as Job);
@@ -58,7 +62,8 @@ export class JobsState {
   async older(): Promise<void> {
     const before = this.list.peek().at(-1)?.id;
     const query = before === undefined ? { limit: AT_ONCE } : { limit: AT_ONCE, before };
-    const { items, next } = await data(this.api.GET("/api/v1/jobs", { params: { query } }));
+    const { items, damaged, next } = await data(this.api.GET("/api/v1/jobs", { params: { query } }));
+    this.noteDamaged(damaged);
     for (const job of items) this.note(job as Job);
     this.has_older.value = next != null && this.list.peek().length < KEPT;
   }
@@ -76,6 +81,12 @@ export class JobsState {
       for (const tell of this.waiting.get(job.id) ?? []) tell(job);
       this.waiting.delete(job.id);
     }
+  }
+
+  private noteDamaged(news: readonly Schemas["DamagedDto"][] = []): void {
+    const known = this.damaged.peek();
+    const unknown = news.filter(({ id }) => !known.some((one) => one.id === id));
+    if (unknown.length > 0) this.damaged.value = [...known, ...unknown];
   }
 
   /** Resolves with the job when it has ended, whatever its end. */

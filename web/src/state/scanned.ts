@@ -27,6 +27,23 @@ export interface ScannedPart {
   measured: readonly Measured[];
 }
 
+type Damaged = Schemas["DamagedDto"];
+
+/** A part of the list of scanned parts. */
+export interface PartsPage {
+  parts: ScannedPart[];
+  /** Scans between them, and their measurements, that are damaged. */
+  damaged: readonly Damaged[];
+  /** The cursor of older ones. */
+  next: string | undefined;
+}
+
+/** What is known of a scan's measurements. */
+interface OfScan {
+  measured: readonly Measured[];
+  damaged: readonly Damaged[];
+}
+
 /** What a list shows of a measurement; undefined where it has no value. */
 export function measuredOf({ id, created_at_ms, result }: Schemas["MeasurementDto"]): Measured | undefined {
   const told = fields(result);
@@ -49,17 +66,21 @@ export function measuredOf({ id, created_at_ms, result }: Schemas["MeasurementDt
 
 /** Reads parts with their measurements; what did not change since is not asked for again. */
 export class ScannedParts {
-  private readonly known = new Map<string, Promise<readonly Measured[]>>();
+  private readonly known = new Map<string, Promise<OfScan>>();
 
   constructor(private readonly api: Api) {}
 
-  /** The newest parts, or those before one; `next` is the cursor of older ones. */
-  async page(limit: number, before?: string): Promise<{ parts: ScannedPart[]; next: string | undefined }> {
+  /** The newest parts, or those before one. */
+  async page(limit: number, before?: string): Promise<PartsPage> {
     const query = before === undefined ? { limit } : { limit, before };
-    const { items, next } = await data(this.api.GET("/api/v1/scans", { params: { query } }));
+    const { items, damaged = [], next } = await data(this.api.GET("/api/v1/scans", { params: { query } }));
     const scans = items as Scan[];
-    const parts = await Promise.all(scans.map(async (scan) => ({ scan, measured: await this.measured(scan.id) })));
-    return { parts, next: next ? scans.at(-1)?.id : undefined };
+    const of_scans = await Promise.all(scans.map((scan) => this.ofScan(scan.id)));
+    return {
+      parts: scans.map((scan, at) => ({ scan, measured: of_scans[at]?.measured ?? [] })),
+      damaged: [...damaged, ...of_scans.flatMap((of_scan) => of_scan.damaged)],
+      next: next ? scans.at(-1)?.id : undefined,
+    };
   }
 
   /** Forgets what is known about a scan's measurements. */
@@ -72,7 +93,7 @@ export class ScannedParts {
     this.known.clear();
   }
 
-  private measured(scan_id: string): Promise<readonly Measured[]> {
+  private ofScan(scan_id: string): Promise<OfScan> {
     const known = this.known.get(scan_id);
     if (known) return known;
     const asked = this.read(scan_id);
@@ -80,14 +101,14 @@ export class ScannedParts {
     // A scan that has just been deleted has no measurements; what failed is asked for again.
     return asked.catch(() => {
       this.known.delete(scan_id);
-      return [];
+      return { measured: [], damaged: [] };
     });
   }
 
-  private async read(id: string): Promise<readonly Measured[]> {
+  private async read(id: string): Promise<OfScan> {
     const params = { path: { id }, query: { limit: 20 } };
-    const { items } = await data(this.api.GET("/api/v1/scans/{id}/measurements", { params }));
-    return (items as Schemas["MeasurementDto"][]).flatMap((item) => measuredOf(item) ?? []);
+    const { items, damaged = [] } = await data(this.api.GET("/api/v1/scans/{id}/measurements", { params }));
+    return { measured: (items as Schemas["MeasurementDto"][]).flatMap((item) => measuredOf(item) ?? []), damaged };
   }
 }
 

@@ -3,6 +3,7 @@
 import { useSignal } from "@preact/signals";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
+import { DamagedRecords } from "../../parts/damaged";
 import { Show } from "../../parts/loading";
 import { route } from "../../state/route";
 import { text } from "../../text";
@@ -23,15 +24,19 @@ export function Overview() {
   const { api } = useApp();
   const words = text.value.calibration;
   const query = { params: { query: { limit: SHOWN } } };
-  const loaded = useFollowed(
-    async () => ({
-      calibrations: (await data(api.GET("/api/v1/calibrations", query))).items,
-      active: await data(api.GET("/api/v1/calibrations/active")),
-      acts: (await data(api.GET("/api/v1/calibrations/activations", query))).items,
-      sessions: (await data(api.GET("/api/v1/calibration-sessions", query))).items,
-    }),
-    [api],
-  );
+  const loaded = useFollowed(async () => {
+    const calibrations = await data(api.GET("/api/v1/calibrations", query));
+    const active = await data(api.GET("/api/v1/calibrations/active"));
+    const acts = await data(api.GET("/api/v1/calibrations/activations", query));
+    const sessions = await data(api.GET("/api/v1/calibration-sessions", query));
+    return {
+      calibrations: calibrations.items,
+      active,
+      acts: acts.items,
+      sessions: sessions.items,
+      damaged: [calibrations, acts, sessions].flatMap((list) => list.damaged ?? []),
+    };
+  }, [api]);
   const compared = useSignal<string | undefined>(undefined);
   const shown_id = route.value.query.get("show") ?? undefined;
   if (route.value.query.has("begin")) return <BeginSession />;
@@ -41,11 +46,12 @@ export function Overview() {
         <h1>{words.title}</h1>
       </header>
       <Show of={loaded.state}>
-        {({ calibrations, active, acts, sessions }) => {
+        {({ calibrations, active, acts, sessions, damaged }) => {
           const active_id = active.calibration_id ?? undefined;
           const item = calibrations.find((one) => one.id === active_id);
           return (
             <div class="stack calibration">
+              <DamagedRecords rows={damaged} />
               <div class="cards two">
                 <ActiveCard active={active} item={item} acts={acts} reload={loaded.reload} />
                 <Begin active_id={active_id} reload={loaded.reload} />

@@ -3,6 +3,7 @@
 import { useMemo } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { DamagedRecords } from "../../parts/damaged";
 import { Command } from "../../state/command";
 import type { StationEvent } from "../../state/events";
 import { language, text } from "../../text";
@@ -17,6 +18,7 @@ export function EventTable() {
   return (
     <section class="card" aria-label={words.events}>
       <h2>{words.events}</h2>
+      <DamagedRecords rows={events.damaged.value} />
       {list.length === 0 && <p class="muted">{words.no_events}</p>}
       {list.length > 0 && (
         <table class="wide events">

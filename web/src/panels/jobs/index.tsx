@@ -4,6 +4,7 @@ import { useMemo } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { CopyLine } from "../../parts/copy_line";
+import { DamagedRecords } from "../../parts/damaged";
 import { Command } from "../../state/command";
 import { hasEnded } from "../../state/jobs";
 import { text } from "../../text";
@@ -19,6 +20,7 @@ export default function Jobs() {
   return (
     <div class="stack jobs">
       <h1>{words.title}</h1>
+      <DamagedRecords rows={jobs.damaged.value} />
       <section class="card" aria-label={words.queue}>
         <h2>{words.queue}</h2>
         {open.length === 0 && <p class="muted">{words.nothing_waits}</p>}

@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
+import { DamagedRecords } from "../../parts/damaged";
 import { useFollowed } from "../../parts/followed";
 import { ProblemCard } from "../../parts/problem";
 import { ScannedParts } from "../../state/scanned";
@@ -43,14 +44,15 @@ export default function Operate() {
     calibrated: calibration === undefined ? undefined : calibration.calibration_id != null,
     busy: job !== undefined,
   });
-  const problem = parts.state.value.problem;
+  const { value: shown, problem } = parts.state.value;
   return (
     <div class="operate">
       <h1 class="visually-hidden">{text.value.operate.title}</h1>
       <Start operation={operation} serial={serial} obstacle={obstacle} job={job} />
-      <LastResult part={parts.state.value.value?.[0]} recipe={recipe} measuring={operation.measuring.value} />
+      <LastResult part={shown?.parts[0]} recipe={recipe} measuring={operation.measuring.value} />
       {problem && <ProblemCard problem={problem} />}
-      <Ticks parts={parts.state.value.value ?? []} />
+      <DamagedRecords rows={shown?.damaged ?? []} />
+      <Ticks parts={shown?.parts ?? []} />
       <SetUp
         recipe={recipe}
         travel_mm={station.status.value?.stage.travel_mm ?? []}
@@ -83,7 +85,7 @@ function useLastParts() {
     [events, reader],
   );
   return useFollowed(
-    async () => (await reader.page(TICKS)).parts,
+    () => reader.page(TICKS),
     ({ kind }) => kind.startsWith("scan.") || kind === "measurement.made",
   );
 }

@@ -4,6 +4,7 @@ import { useEffect } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { DamagedRecords } from "../../parts/damaged";
 import { NumberField } from "../../parts/number_field";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
@@ -22,6 +23,7 @@ export function Measurements({ result }: { result: ResultState }) {
   return (
     <section class="card" aria-label={words.measurements}>
       <h2>{words.measurements}</h2>
+      <DamagedRecords rows={result.damaged.value} />
       {measurements.length === 0 && <p class="muted">{words.nothing_measured}</p>}
       {measurements.length > 0 && <Table result={result} />}
       <Selected result={result} />

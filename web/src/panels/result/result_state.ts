@@ -3,6 +3,8 @@
 import { signal } from "@preact/signals";
 import { type Api, bytes, data, idempotencyKey, type Problem, problemOf } from "../../api/client";
 import type { App } from "../../app";
+import type { Damaged } from "../../parts/damaged";
+import { succeeded } from "../../parts/job_end";
 import { BlockFeed } from "../../scene/block_feed";
 import { exactPoint } from "../../scene/exact";
 import { meshFromGlb } from "../../scene/glb";
@@ -22,6 +24,8 @@ export function featureOf(measurement: Measurement) {
 export class ResultState {
   readonly view: ViewState;
   readonly measurements = signal<readonly Measurement[]>([]);
+  /** Measurements that cannot be shown. */
+  readonly damaged = signal<readonly Damaged[]>([]);
   /** The measurement whose fitted shape gives the deviations. */
   readonly selected = signal<string | undefined>(undefined);
   /** Why points or measurements could not be fetched. */
@@ -59,9 +63,7 @@ export class ResultState {
       const job = await data(api.POST("/api/v1/scans/{id}/recompute", { params: this.params(), body }));
       app.jobs.note(job);
       steps.accepted();
-      const ended = await app.jobs.ended(job.id);
-      if (ended.result) goTo("result", ended.result.id);
-      else throw new Error(ended.message);
+      goTo("result", succeeded(await app.jobs.ended(job.id)));
     });
   }
 
@@ -69,7 +71,8 @@ export class ResultState {
   async load(): Promise<void> {
     try {
       const params = { path: { id: this.scan.id }, query: { limit: 200 } };
-      const { items } = await data(this.app.api.GET("/api/v1/scans/{id}/measurements", { params }));
+      const { items, damaged } = await data(this.app.api.GET("/api/v1/scans/{id}/measurements", { params }));
+      this.damaged.value = damaged ?? [];
       this.measurements.value = items;
       const shaped = items.find(featureOf);
       if (shaped) this.select(shaped);

@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { DamagedRecords } from "../../parts/damaged";
 import { ProblemCard } from "../../parts/problem";
 import { href } from "../../state/route";
 import { text } from "../../text";
@@ -27,6 +28,7 @@ export default function Results() {
     <div class="stack results">
       <h1>{words.title}</h1>
       {problem && <ProblemCard problem={problem} />}
+      <DamagedRecords rows={state.damaged.value} />
       {!parts && !problem && <p class="muted">{text.value.frame.loading}</p>}
       {parts && parts.length === 0 && (
         <section class="card">

@@ -2,6 +2,7 @@
 
 import { signal } from "@preact/signals";
 import { type Api, type Problem, problemOf } from "../../api/client";
+import { type Damaged, named } from "../../parts/damaged";
 import { Command } from "../../state/command";
 import type { EventLog, StationEvent } from "../../state/events";
 import { type ScannedPart, ScannedParts } from "../../state/scanned";
@@ -12,6 +13,8 @@ const AT_ONCE = 50;
 export class ResultsState {
   /** Undefined: not read yet. */
   readonly parts = signal<readonly ScannedPart[] | undefined>(undefined);
+  /** Records between them that cannot be shown. */
+  readonly damaged = signal<readonly Damaged[]>([]);
   readonly has_older = signal(false);
   readonly problem = signal<Problem | undefined>(undefined);
   readonly older = new Command(() => this.readOlder());
@@ -44,9 +47,10 @@ export class ResultsState {
     try {
       // As many as are shown, so that a deleted one does not leave a gap.
       const limit = Math.min(200, Math.max(AT_ONCE, this.parts.peek()?.length ?? 0));
-      const { parts, next } = await this.reader.page(limit);
+      const { parts, damaged, next } = await this.reader.page(limit);
       if (asked !== this.asked) return;
       this.parts.value = parts;
+      this.damaged.value = named(damaged);
       this.has_older.value = next !== undefined;
       this.problem.value = undefined;
     } catch (cause) {
@@ -56,8 +60,9 @@ export class ResultsState {
 
   private async readOlder(): Promise<void> {
     const known = this.parts.peek() ?? [];
-    const { parts, next } = await this.reader.page(AT_ONCE, known.at(-1)?.scan.id);
+    const { parts, damaged, next } = await this.reader.page(AT_ONCE, known.at(-1)?.scan.id);
     this.parts.value = [...known, ...parts];
+    this.damaged.value = named([...this.damaged.peek(), ...damaged]);
     this.has_older.value = next !== undefined;
   }
 }

@@ -4,8 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
-import { CommandButton } from "../../parts/command_button";
-import { Dialog } from "../../parts/dialog";
+import { DeleteDialog } from "../../parts/delete_dialog";
 import { Command } from "../../state/command";
 import { outcomeOf, SIGN, standing } from "../../state/outcome";
 import { href } from "../../state/route";
@@ -42,7 +41,7 @@ export function Rows({ parts }: { parts: readonly ScannedPart[] }) {
           ))}
         </tbody>
       </table>
-      {deleting.value && <DeleteDialog scan={deleting.value} onClose={() => (deleting.value = undefined)} />}
+      {deleting.value && <Delete scan={deleting.value} onClose={() => (deleting.value = undefined)} />}
     </section>
   );
 }
@@ -111,7 +110,7 @@ function Value({ part }: { part: ScannedPart }) {
   );
 }
 
-function DeleteDialog({ scan, onClose }: { scan: Scan; onClose: () => void }) {
+function Delete({ scan, onClose }: { scan: Scan; onClose: () => void }) {
   const { api } = useApp();
   const words = text.value.results;
   const remove = useMemo(
@@ -122,19 +121,6 @@ function DeleteDialog({ scan, onClose }: { scan: Scan; onClose: () => void }) {
       }),
     [api, scan.id, onClose],
   );
-  return (
-    <Dialog title={words.delete_title} onClose={onClose}>
-      <div class="stack">
-        <p>{words.delete_question(scan.name, moment(scan.created_at_ms, language.value))}</p>
-        <div class="row">
-          <CommandButton command={remove} kind="danger">
-            {words.delete_yes}
-          </CommandButton>
-          <button type="button" onClick={onClose}>
-            {text.value.parts.cancel}
-          </button>
-        </div>
-      </div>
-    </Dialog>
-  );
+  const question = words.delete_question(scan.name, moment(scan.created_at_ms, language.value));
+  return <DeleteDialog title={words.delete_title} question={question} remove={remove} onClose={onClose} />;
 }

@@ -1,5 +1,6 @@
 import type { Catalogue } from "../en";
 import { calibration } from "./calibration";
+import { damaged } from "./damaged";
 import { frame, pages, parts } from "./frame";
 import { health } from "./health";
 import { help } from "./help";
@@ -24,6 +25,7 @@ export const de: Catalogue = {
   outcomes,
   light_models,
   calibration,
+  damaged,
   health,
   help,
   jobs,

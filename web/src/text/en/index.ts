@@ -1,4 +1,5 @@
 import { calibration } from "./calibration";
+import { damaged } from "./damaged";
 import { frame, pages, parts } from "./frame";
 import { health } from "./health";
 import { help } from "./help";
@@ -23,6 +24,7 @@ export const en = {
   outcomes,
   light_models,
   calibration,
+  damaged,
   health,
   help,
   jobs,
