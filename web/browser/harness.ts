@@ -190,7 +190,8 @@ export async function visit(browser: Browser, url: string, hash = "", options = 
     const network = /Failed to load resource|WebSocket connection|ERR_CONNECTION/.test(message.text());
     if (message.type() === "error" && !network) complaints.push(message.text());
   });
-  await page.goto(`${url}/${hash}`);
+  const answer = await page.goto(`${url}/${hash}`);
+  if (!answer?.ok()) throw new Error(`no page at ${url}: ${await answer?.text()}`);
   await page.waitForSelector(".frame");
   return { page, context, complaints };
 }
