@@ -14,6 +14,7 @@ pub mod shape;
 pub mod station;
 pub mod truth;
 
+mod band;
 mod block;
 mod board;
 mod board_image;
@@ -23,7 +24,9 @@ mod freeform;
 mod freeform_block;
 mod laser_image;
 mod lit_pixels;
+mod mark;
 mod mesh;
+mod mesh_corners;
 mod mesh_light;
 mod mesh_view;
 mod psf;

@@ -16,6 +16,14 @@ pub(crate) fn lanes(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
+/// The bits of the columns from `left` to `right` in a word of a row that holds any of them.
+#[inline(always)]
+pub(crate) fn bits_between(left: usize, right: usize, word: usize) -> u64 {
+    let from = left.max(word * WORD_PX) - word * WORD_PX;
+    let to = right.min(word * WORD_PX + WORD_PX - 1) - word * WORD_PX;
+    (u64::MAX << from) & (u64::MAX >> (WORD_PX - 1 - to))
+}
+
 /// A set of pixels of a picture.
 #[derive(Debug, Clone)]
 pub(crate) struct LitPixels {
@@ -46,12 +54,10 @@ impl LitPixels {
         let (Some((left, right)), Some((top, bottom))) = (span(0, self.width), span(1, self.height)) else {
             return;
         };
-        for v in top..=bottom {
-            for word in left / WORD_PX..=right / WORD_PX {
-                let from = left.max(word * WORD_PX) - word * WORD_PX;
-                let to = right.min(word * WORD_PX + WORD_PX - 1) - word * WORD_PX;
-                self.words[v * self.words_per_row + word] |= (u64::MAX >> (WORD_PX - 1 - (to - from))) << from;
-            }
+        for word in left / WORD_PX..=right / WORD_PX {
+            let bits = bits_between(left, right, word);
+            let rows = self.words[top * self.words_per_row + word..].iter_mut().step_by(self.words_per_row);
+            rows.take(bottom + 1 - top).for_each(|row| *row |= bits);
         }
     }
 
@@ -69,6 +75,15 @@ impl LitPixels {
             let first = word.trailing_zeros() as usize / step_px * step_px;
             let end = (WORD_PX - word.leading_zeros() as usize).next_multiple_of(step_px);
             (u + first, v, end - first)
+        })
+    }
+
+    /// Whether the set holds any pixel of these columns and rows of the picture, first and last.
+    pub(crate) fn any_between(&self, (left, right): (usize, usize), (top, bottom): (usize, usize)) -> bool {
+        (left / WORD_PX..=right / WORD_PX).any(|word| {
+            let bits = bits_between(left, right, word);
+            let rows = self.words[top * self.words_per_row + word..].iter().step_by(self.words_per_row);
+            rows.take(bottom + 1 - top).any(|row| row & bits != 0)
         })
     }
 
@@ -153,9 +168,9 @@ impl FilledCells {
         }
         let [columns, rows] = Self::SIDES_PX;
         let (left, right) = (low[0] as usize / columns, (high[0] as usize).min(lit.width - 1) / columns);
-        let [top, below] = [low[1] as usize / rows, (high[1] as usize).min(lit.height - 1) / rows + 1]
-            .map(|row| &self.above[row * lit.words_per_row * Self::PER_WORD..][left..=right]);
-        top.iter().zip(below).any(|(a, b)| a != b)
+        let (top, below) = (low[1] as usize / rows, (high[1] as usize).min(lit.height - 1) / rows + 1);
+        let row = |row: usize| &self.above[row * lit.words_per_row * Self::PER_WORD..][left..=right];
+        row(top).iter().zip(row(below)).any(|(a, b)| a != b)
     }
 }
 

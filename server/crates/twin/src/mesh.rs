@@ -1,5 +1,6 @@
 //! A part made of triangles, and the tree of boxes that finds the one a ray meets first.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -49,6 +50,9 @@ pub struct Solid {
     triangles: Vec<Triangle>,
     /// Unit normals of the triangles, to either side.
     normals: Vec<Vector3<f64>>,
+    /// Corners, each once, and which of them the triangles have.
+    corners: Vec<Vector3<f64>>,
+    corner_idx: Vec<[u32; 3]>,
     nodes: Vec<Node>,
     cover: Cover,
     fingerprint: u64,
@@ -111,13 +115,17 @@ impl Solid {
             return Err(SolidError::Empty);
         }
         let cover = Cover::new(&standing, &(low - foot), &(high - foot));
+        let (corners_once, mut corner_idx) = numbered(&standing);
         let mut triangles: Vec<Triangle> =
             standing.iter().map(|[a, b, c]| Triangle { corner: *a, sides: [b - a, c - a] }).collect();
         let fingerprint = corners.as_flattened().as_flattened().iter().map(|x| x.to_bits()).fold(6, derived_seed);
         let mut nodes = Vec::with_capacity(triangles.len());
-        build(&mut triangles, 0, 0, &mut nodes);
+        let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
+        build(&triangles, &mut order, 0, 0, &mut nodes);
+        triangles = order.iter().map(|&idx| triangles[idx as usize]).collect();
+        corner_idx = order.iter().map(|&idx| corner_idx[idx as usize]).collect();
         let normals = triangles.iter().map(Triangle::normal).collect();
-        Ok(Self { triangles, normals, nodes, cover, fingerprint })
+        Ok(Self { triangles, normals, corners: corners_once, corner_idx, nodes, cover, fingerprint })
     }
 
     /// How many triangles it has.
@@ -129,9 +137,19 @@ impl Solid {
         self.fingerprint
     }
 
-    /// Corners of a triangle in the part's frame.
-    pub(crate) fn corners(&self, idx: u32) -> [Vector3<f64>; 3] {
-        self.triangles[idx as usize].corners()
+    /// How many corners its triangles share.
+    pub(crate) fn n_corners(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// A corner in the part's frame.
+    pub(crate) fn corner(&self, idx: u32) -> Vector3<f64> {
+        self.corners[idx as usize]
+    }
+
+    /// Which corners a triangle has.
+    pub(crate) fn corner_idx(&self, triangle: u32) -> [u32; 3] {
+        self.corner_idx[triangle as usize]
     }
 
     /// Unit normal of a triangle in the part's frame, to either side.
@@ -312,26 +330,44 @@ fn empty_box() -> (Vector3<f64>, Vector3<f64>) {
     (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY))
 }
 
-/// Adds the tree over `triangles`, which begin at `first`, halving them along the longest side of their middles' box.
-fn build(triangles: &mut [Triangle], first: usize, depth: usize, nodes: &mut Vec<Node>) {
+/// The corners of triangles, each once, and which of them each triangle has.
+fn numbered(triangles: &[[Vector3<f64>; 3]]) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+    let mut corners = Vec::with_capacity(triangles.len() / 2 + 2);
+    let mut known = HashMap::with_capacity(triangles.len() / 2 + 2);
+    let mut number = |corner: &Vector3<f64>| {
+        // Adding 0 makes the two zeros one.
+        let name = [0, 1, 2].map(|axis| (corner[axis] + 0.0).to_bits());
+        *known.entry(name).or_insert_with(|| {
+            corners.push(*corner);
+            corners.len() as u32 - 1
+        })
+    };
+    let corner_idx = triangles.iter().map(|triangle| triangle.each_ref().map(&mut number)).collect();
+    (corners, corner_idx)
+}
+
+/// Adds the tree over the triangles of `order`, which begins at `first` of all, halving them along the longest side of their
+/// middles' box.
+fn build(triangles: &[Triangle], order: &mut [u32], first: usize, depth: usize, nodes: &mut Vec<Node>) {
     let grow = |(low, high): (Vector3<f64>, Vector3<f64>), p: Vector3<f64>| (low.inf(&p), high.sup(&p));
-    let (low, high) = triangles.iter().flat_map(Triangle::corners).fold(empty_box(), grow);
+    let of = |idx: &u32| &triangles[*idx as usize];
+    let (low, high) = order.iter().flat_map(|idx| of(idx).corners()).fold(empty_box(), grow);
     let idx = nodes.len();
-    let (first_u32, count) = (first as u32, triangles.len() as u32);
+    let (first_u32, count) = (first as u32, order.len() as u32);
     // Boxes are widened as triangles are at their seams.
     let margin = Vector3::repeat(SEAM * (high - low).max());
     nodes.push(Node { low: low - margin, high: high + margin, first: first_u32, count });
-    if triangles.len() <= LEAF_TRIANGLES || depth >= MAX_DEPTH {
+    if order.len() <= LEAF_TRIANGLES || depth >= MAX_DEPTH {
         return;
     }
-    let (low, high) = triangles.iter().map(Triangle::middle).fold(empty_box(), grow);
+    let (low, high) = order.iter().map(|idx| of(idx).middle()).fold(empty_box(), grow);
     let axis = (high - low).imax();
-    let half = triangles.len() / 2;
-    triangles.select_nth_unstable_by(half, |a, b| a.middle()[axis].total_cmp(&b.middle()[axis]));
-    let (left, right) = triangles.split_at_mut(half);
-    build(left, first, depth + 1, nodes);
+    let half = order.len() / 2;
+    order.select_nth_unstable_by(half, |a, b| of(a).middle()[axis].total_cmp(&of(b).middle()[axis]));
+    let (left, right) = order.split_at_mut(half);
+    build(triangles, left, first, depth + 1, nodes);
     let second = nodes.len() as u32;
-    build(right, first + half, depth + 1, nodes);
+    build(triangles, right, first + half, depth + 1, nodes);
     (nodes[idx].first, nodes[idx].count) = (second, 0);
 }
 

@@ -1,18 +1,15 @@
 //! A part of triangles as the camera sees it: triangles are drawn into the words of pixels that are asked for, the
 //! nearest wins. Each pixel's ray is tested exactly; being drawn only says which triangles it is tested against.
 
-use std::array::from_fn;
-use std::iter::{Skip, Take};
-use std::slice::ChunksExact;
-
 use multiversion::multiversion;
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 use optics::Camera;
 
 use crate::block::{Block, NOTHING, ceil, floor};
-use crate::lit_pixels::{FilledCells, LitPixels, WORD_PX};
+use crate::lit_pixels::{FilledCells, LitPixels, WORD_PX, bits_between, lanes};
 use crate::mesh::{Mesh, SEAM};
-use crate::params::{MAP_STEP_PX, PART_REFLECTANCE};
+use crate::mesh_corners::PlacedCorners;
+use crate::params::MAP_STEP_PX;
 use crate::renderer::Renderer;
 use crate::seen::{NO_TRIANGLE, Seen};
 
@@ -26,7 +23,8 @@ const MARGIN_PX: f64 = 0.5;
 /// corners of a field as wide as the standoff.
 const BOW_PER_PX: f64 = 1e-4;
 
-/// Boxes larger than this in the picture are looked into without asking whether they hide all.
+/// Boxes larger than this in the picture are looked into without asking whether they hide all, and triangles as large are
+/// looked for in cells first.
 const LARGE_PX: f64 = 256.0;
 
 /// Pixels that are tested together: as many as a vector register holds.
@@ -55,10 +53,10 @@ pub(crate) struct MeshView {
 }
 
 /// Where and what rays from the camera meet of a triangle (Möller & Trumbore 1997, sorted by the ray): with D = (x, y, 1)
-/// the barycentric u = U·D/G·D, v = V·D/G·D, and the reach is `height`/G·D.
+/// the barycentric u = U·D/G·D, v = V·D/G·D, and the reach is `height`/G·D. `within` are what times D is not negative
+/// for rays that do not pass: U, V and G − U − V, each with the seam.
 struct Facet {
-    u: Vector3<f64>,
-    v: Vector3<f64>,
+    within: [Vector3<f64>; 3],
     scale: Vector3<f64>,
     height: f64,
     idx: u32,
@@ -66,9 +64,17 @@ struct Facet {
 
 impl MeshView {
     /// Draws the part, carried by the stage, into the words that hold the set `lit`.
-    pub(crate) fn draw(&mut self, renderer: &Renderer, mesh: &Mesh, moved: &Vector3<f64>, lit: &LitPixels) {
+    pub(crate) fn draw(
+        &mut self,
+        renderer: &Renderer,
+        mesh: &Mesh,
+        moved: &Vector3<f64>,
+        lit: &LitPixels,
+        placed: &mut PlacedCorners,
+    ) {
         self.lay_out(renderer, lit);
         let camera = &renderer.model.camera;
+        placed.turn_to(camera, mesh, moved);
         let origin = mesh.plate.point_mm + moved;
         let Self { word_idx, words, triangles, filled } = self;
         filled.count(lit);
@@ -78,14 +84,15 @@ impl MeshView {
                 .is_none_or(|(low, high)| filled.any_within(lit, low, high))
         });
         for &idx in triangles.iter() {
-            let corners = mesh.solid.corners(idx).map(|corner| origin + mesh.plate.axes * corner);
-            let Some((left, right, top, bottom)) = pixels_around(camera, &corners) else { continue };
-            if !filled.any_within(lit, [left, top].map(|low| low as f64), [right, bottom].map(|high| high as f64))
+            let triangle = placed.triangle(mesh, idx);
+            let Some((left, right, top, bottom)) = pixels_around(camera, &triangle.pixels) else { continue };
+            let large = bottom - top > LARGE_PX as usize;
+            if (!large || filled.any_within(lit, [left as f64, top as f64], [right as f64, bottom as f64]))
+                && lit.any_between((left, right), (top, bottom))
             {
-                continue;
+                let rows = &word_idx[top * lit.words_per_row()..(bottom + 1) * lit.words_per_row()];
+                draw_facet(&Facet::new(&triangle.corners, idx), (left, right), rows, lit.words_per_row(), words);
             }
-            let rows = word_idx.chunks_exact(lit.words_per_row()).take(bottom + 1).skip(top);
-            draw_facet(&Facet::new(&corners, idx), (left, right), rows, words);
         }
     }
 
@@ -122,7 +129,8 @@ impl MeshView {
         }
     }
 
-    /// Puts the part before what a stretch of pixels sees already; pixels that were not asked for see nothing.
+    /// Puts the part before what a stretch of pixels sees already, which is its plate and as bright; pixels that were not
+    /// asked for see nothing.
     pub(crate) fn see(
         &self,
         mesh: &Mesh,
@@ -131,24 +139,18 @@ impl MeshView {
         n: usize,
         seen: &mut Seen,
     ) {
-        seen.triangle[..n].fill(NO_TRIANGLE);
         let (word, first) = self.word(words_per_row, (u, v));
+        let on_part = put_before(&word.reach[first..first + n], word.lit >> first, seen);
+        seen.triangle[..n].fill(NO_TRIANGLE);
         let mut last = (NO_TRIANGLE, Vector3::zeros());
-        for lane in 0..n {
-            if word.lit >> (first + lane) & 1 == 0 {
-                seen.reach[lane] = f64::NAN;
-                continue;
-            }
-            let (reach, idx) = (word.reach[first + lane], word.triangle[first + lane]);
-            // Where the plate is not seen, its reach is not a number.
-            if reach == f64::INFINITY || seen.reach[lane] < reach {
-                continue;
-            }
+        for lane in lanes(on_part) {
+            let idx = word.triangle[first + lane];
             if last.0 != idx {
-                last = (idx, mesh.plate.axes * mesh.solid.normal(idx));
+                // All of a triangle shows the camera the same side.
+                let normal = mesh.plate.axes * mesh.solid.normal(idx);
+                last = (idx, if normal.dot(&seen.ray(lane)) > 0.0 { -normal } else { normal });
             }
-            let normal = if last.1.dot(&seen.ray(lane)) > 0.0 { -last.1 } else { last.1 };
-            seen.put(lane, reach, &normal, PART_REFLECTANCE);
+            seen.turn(lane, &last.1);
             seen.triangle[lane] = idx;
         }
     }
@@ -159,50 +161,60 @@ impl Facet {
         let [corner, a, b] = [corners[0], corners[1] - corners[0], corners[2] - corners[0]];
         let from = -corner;
         let v = from.cross(&a);
-        Self { u: b.cross(&from), v, scale: b.cross(&a), height: b.dot(&v), idx }
+        let (u, scale, height) = (b.cross(&from), b.cross(&a), b.dot(&v));
+        // Rays meet it before the camera where `scale` has the sign of `height`.
+        let sign = height.signum();
+        let (u, v, scale) = (u * sign, v * sign, scale * sign);
+        let seam = scale * SEAM;
+        Self { within: [u + seam, v + seam, scale + seam - u - v], scale, height: height * sign, idx }
     }
 
     /// Tests the pixels of a step of a word.
     #[inline(always)]
     fn test(&self, step: usize, word: &mut Word) {
-        let Self { u, v, scale, height, idx } = self;
+        let Self { within: [u, v, w], scale, height, idx } = self;
         let Word { rays: [x, y], reach, triangle, .. } = word;
         let (x, y) = (&x.as_chunks::<STEP_PX>().0[step], &y.as_chunks::<STEP_PX>().0[step]);
+        let mut inside = [false; STEP_PX];
+        for lane in 0..STEP_PX {
+            let by = |n: &Vector3<f64>| n.x * x[lane] + n.y * y[lane] + n.z;
+            inside[lane] = (by(u) >= 0.0) & (by(v) >= 0.0) & (by(w) >= 0.0);
+        }
+        if inside == [false; STEP_PX] {
+            return;
+        }
         let reach = &mut reach.as_chunks_mut::<STEP_PX>().0[step];
         let triangle = &mut triangle.as_chunks_mut::<STEP_PX>().0[step];
-        let by = |n: &Vector3<f64>| from_fn(|lane| n.x * x[lane] + n.y * y[lane] + n.z);
-        let [u, v, scale]: [[f64; STEP_PX]; 3] = [by(u), by(v), by(scale)];
-        let share = scale.map(f64::recip);
-        let met: [f64; STEP_PX] = from_fn(|lane| {
-            let (along_a, along_b, met) = (u[lane] * share[lane], v[lane] * share[lane], height * share[lane]);
-            let inside = (along_a >= -SEAM) & (along_b >= -SEAM) & (along_a + along_b <= 1.0 + SEAM) & (met > 0.0);
-            if inside { met } else { f64::INFINITY }
-        });
-        let nearest: [bool; STEP_PX] = from_fn(|lane| met[lane] < reach[lane]);
+        let (mut met, mut nearest) = ([0.0; STEP_PX], [false; STEP_PX]);
+        for lane in 0..STEP_PX {
+            met[lane] = height / (scale.x * x[lane] + scale.y * y[lane] + scale.z);
+        }
+        for lane in 0..STEP_PX {
+            nearest[lane] = inside[lane] & (met[lane] > 0.0) & (met[lane] < reach[lane]);
+        }
         if nearest != [false; STEP_PX] {
-            *reach = from_fn(|lane| if nearest[lane] { met[lane] } else { reach[lane] });
-            *triangle = from_fn(|lane| if nearest[lane] { *idx } else { triangle[lane] });
+            for lane in 0..STEP_PX {
+                reach[lane] = if nearest[lane] { met[lane] } else { reach[lane] };
+                triangle[lane] = if nearest[lane] { *idx } else { triangle[lane] };
+            }
         }
     }
 }
 
-/// Tests the pixels that are asked for from column `left` to `right` of rows, whose words lie at `rows`.
+/// Tests the pixels that are asked for from column `left` to `right` of whole rows, whose words lie at `rows`.
 #[multiversion(targets("x86_64+avx2"))]
 fn draw_facet(
     facet: &Facet,
     (left, right): (usize, usize),
-    rows: Skip<Take<ChunksExact<'_, u32>>>,
+    rows: &[u32],
+    words_per_row: usize,
     words: &mut [Word],
 ) {
-    for row in rows {
-        for word in left / WORD_PX..=right / WORD_PX {
-            if row[word] == NONE {
-                continue;
-            }
-            let first = left.max(word * WORD_PX) - word * WORD_PX;
-            let last = right.min(word * WORD_PX + WORD_PX - 1) - word * WORD_PX;
-            let word = &mut words[row[word] as usize];
-            let mut asked_for = word.lit & (u64::MAX << first) & (u64::MAX >> (WORD_PX - 1 - last));
+    for word in left / WORD_PX..=right / WORD_PX {
+        let between = bits_between(left, right, word);
+        for row in rows[word..].iter().step_by(words_per_row) {
+            let Some(word) = words.get_mut(*row as usize) else { continue };
+            let mut asked_for = word.lit & between;
             while asked_for != 0 {
                 let step = asked_for.trailing_zeros() as usize / STEP_PX;
                 facet.test(step, word);
@@ -210,6 +222,23 @@ fn draw_facet(
             }
         }
     }
+}
+
+/// Puts the part before what pixels see already where it is nearer, and returns where; those that are not `asked_for` see
+/// nothing.
+#[multiversion(targets("x86_64+avx2"))]
+fn put_before(part: &[f64], asked_for: u64, seen: &mut Seen) -> u64 {
+    let mut on_part = 0;
+    for (lane, (reach, part)) in seen.reach.iter_mut().zip(part).enumerate() {
+        // Where the plate is not seen, its reach is not a number.
+        let behind = *reach < *part;
+        let nearer = (*part < f64::INFINITY) & !behind;
+        let asked_for = asked_for >> lane & 1 != 0;
+        on_part |= u64::from(nearer & asked_for) << lane;
+        let nearest = if nearer { *part } else { *reach };
+        *reach = if asked_for { nearest } else { f64::NAN };
+    }
+    on_part
 }
 
 /// Corners (u, v) of a rectangle of the picture around a ball; `None` if it is large or the camera is near it.
@@ -227,11 +256,10 @@ fn rectangle_around(camera: &Camera, centre: &Vector3<f64>, radius_mm: f64) -> O
 }
 
 /// Columns and rows of the picture that a triangle may cover: left, right, top, bottom.
-fn pixels_around(camera: &Camera, corners: &[Vector3<f64>; 3]) -> Option<(usize, usize, usize, usize)> {
+fn pixels_around(camera: &Camera, pixels: &[Option<[f64; 2]>; 3]) -> Option<(usize, usize, usize, usize)> {
     let (width, height) = (camera.width_px, camera.height_px);
-    let [a, b, c] = corners;
-    let pixels = (camera.project(a), camera.project(b), camera.project(c));
-    let (Some(a), Some(b), Some(c)) = pixels else { return Some((0, width - 1, 0, height - 1)) };
+    let [Some(a), Some(b), Some(c)] = *pixels else { return Some((0, width - 1, 0, height - 1)) };
+    let [a, b, c] = [a, b, c].map(Vector2::from);
     let (low, high) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));
     let margin = MARGIN_PX + BOW_PER_PX * (high - low).norm_squared();
     let span = |low: f64, high: f64, size: usize| {

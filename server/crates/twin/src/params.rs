@@ -34,6 +34,10 @@ pub const SPECKLE_LOOKS_MAX: usize = 64;
 /// Bits of the index into the table of normal quantiles: 2¹⁴ values reach ±4.0 standard deviations.
 pub const QUANTILE_BITS: u32 = 14;
 
+/// Length of the strip of unlit pixels that dark words of a picture are copied from, at random places: each quantile
+/// four times, and short enough for a processor's cache.
+pub const DARK_STRIP_PX: usize = 4 << QUANTILE_BITS;
+
 /// Reflectance of the target's white.
 pub const WHITE_REFLECTANCE: f64 = 0.8;
 

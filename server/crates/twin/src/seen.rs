@@ -8,6 +8,7 @@ use crate::board::Board;
 use crate::freeform_block::Above;
 use crate::laser_image::Placed;
 use crate::lit_pixels::{LitPixels, WORD_PX, lanes};
+use crate::mesh_corners::PlacedCorners;
 use crate::mesh_light::{MeshLight, blocked_ways};
 use crate::mesh_view::MeshView;
 use crate::params::{BACKDROP_REFLECTANCE, BLACK_REFLECTANCE, PART_REFLECTANCE, WHITE_REFLECTANCE};
@@ -68,10 +69,16 @@ impl Seen {
         lanes(bits).fold(0, |on_part, lane| on_part | u64::from(self.triangle[lane] != NO_TRIANGLE) << lane)
     }
 
+    /// Turns the surface that a pixel sees.
+    #[inline]
+    pub(crate) fn turn(&mut self, lane: usize, normal: &Vector3<f64>) {
+        (0..3).for_each(|axis| self.normal[axis][lane] = normal[axis]);
+    }
+
     /// Puts another surface before a pixel.
     pub(crate) fn put(&mut self, lane: usize, reach: f64, normal: &Vector3<f64>, reflectance: f64) {
         self.reach[lane] = reach;
-        (0..3).for_each(|axis| self.normal[axis][lane] = normal[axis]);
+        self.turn(lane, normal);
         self.reflectance[lane] = reflectance;
     }
 }
@@ -81,6 +88,7 @@ impl Seen {
 pub(crate) struct MeshMemory {
     view: MeshView,
     light: MeshLight,
+    placed: PlacedCorners,
     ways: Ways,
 }
 
@@ -101,14 +109,16 @@ impl<'s> View<'s> {
 
     /// Marks the pixels of `lit` that light of an order may fall on, and finds the triangles that may stand in it.
     pub(crate) fn shine_on(&mut self, renderer: &Renderer, order_idx: usize, lit: &mut LitPixels) {
-        self.band = trace(renderer, self.scene, order_idx, lit, &mut self.memory.light);
+        let MeshMemory { light, placed, .. } = &mut *self.memory;
+        self.band = trace(renderer, self.scene, order_idx, lit, (light, placed));
     }
 
     /// Makes ready to see the words that hold the set `lit`; wanted before any is seen.
     pub(crate) fn look_at(&mut self, renderer: &Renderer, lit: &LitPixels) {
         self.words_per_row = lit.words_per_row();
         if let Scene::Mesh(mesh) = self.scene.scene {
-            self.memory.view.draw(renderer, mesh, &self.scene.moved_mm, lit);
+            let MeshMemory { view, placed, .. } = &mut *self.memory;
+            view.draw(renderer, mesh, &self.scene.moved_mm, lit, placed);
         }
     }
 

@@ -1,6 +1,7 @@
 //! The sensor: light to grey levels with shot and read noise, black level and saturation.
 
-use crate::params::{BLACK_LEVEL, ELECTRONS_PER_LEVEL, QUANTILE_BITS, READ_NOISE_LEVELS};
+use crate::lit_pixels::WORD_PX;
+use crate::params::{BLACK_LEVEL, DARK_STRIP_PX, ELECTRONS_PER_LEVEL, QUANTILE_BITS, READ_NOISE_LEVELS};
 use crate::random::{derived_seed, scrambled};
 
 /// Full scale in the levels that light is counted in here, whatever the bit depth.
@@ -23,6 +24,7 @@ pub(crate) enum Noise {
 #[derive(Debug, Clone)]
 pub(crate) struct Sensor {
     quantiles: Vec<f32>,
+    /// A strip of unlit pixels, and its first word once more.
     dark_eight: Vec<u8>,
     dark_sixteen: Vec<u16>,
     noise: Noise,
@@ -32,7 +34,7 @@ pub(crate) struct Sensor {
 pub(crate) trait Level: Copy + Send + Sync {
     /// The nearest level, held within the type's range.
     fn from_light(level: f32) -> Self;
-    /// What unlit pixels give, by random index.
+    /// A strip of unlit pixels.
     fn dark(sensor: &Sensor) -> &[Self];
 }
 
@@ -59,7 +61,7 @@ impl Level for u16 {
 impl Sensor {
     pub(crate) fn new(quantiles: &[f32], noise: Noise) -> Self {
         let read = if noise == Noise::On { READ_NOISE_LEVELS } else { 0.0 };
-        let dark: Vec<f32> = quantiles.iter().map(|q| BLACK_LEVEL + read * q).collect();
+        let dark: Vec<f32> = shuffled(quantiles).iter().map(|q| BLACK_LEVEL + read * q).collect();
         Self {
             quantiles: quantiles.to_vec(),
             dark_eight: dark.iter().map(|&level| u8::from_light(level)).collect(),
@@ -79,18 +81,17 @@ impl Sensor {
         derived_seed(picture_seed, v as u64)
     }
 
-    /// Fills `target`, which begins at column `from` (a multiple of 4) of a row, with unlit pixels.
+    /// Fills `target`, which begins at column `from` (the start of a word) of a row, with unlit pixels: each word from
+    /// another place of the strip.
     pub(crate) fn expose_dark<L: Level>(&self, row_seed: u64, from: usize, target: &mut [L]) {
-        let table: &[L; QUANTILES] = L::dark(self).try_into().expect("a level per quantile was made");
-        let (fours, rest) = target.as_chunks_mut();
-        let last = fours.len();
-        for (word, slots) in fours.iter_mut().enumerate() {
-            *slots = dark_four(table, Self::bits(row_seed, from / 4 + word));
+        let strip = L::dark(self);
+        let place = |word: usize| Self::bits(row_seed, from / 4 + word * (WORD_PX / 4)) as usize % DARK_STRIP_PX;
+        let (words, rest) = target.as_chunks_mut::<WORD_PX>();
+        let last = words.len();
+        for (word, pixels) in words.iter_mut().enumerate() {
+            pixels.copy_from_slice(&strip[place(word)..][..WORD_PX]);
         }
-        if !rest.is_empty() {
-            let four = dark_four(table, Self::bits(row_seed, from / 4 + last));
-            rest.copy_from_slice(&four[..rest.len()]);
-        }
+        rest.copy_from_slice(&strip[place(last)..][..rest.len()]);
     }
 
     /// Fills `target`, which begins at column `from` (a multiple of 4) of a row, from the light on it: noise comes
@@ -120,8 +121,54 @@ impl Sensor {
     }
 }
 
-/// Four unlit pixels by random bits.
-#[inline(always)]
-fn dark_four<L: Level>(table: &[L; QUANTILES], bits: u64) -> [L; 4] {
-    [0, 16, 32, 48].map(|shift| table[(bits >> shift) as usize % QUANTILES])
+/// Quantiles in random order, each as often as every other, and the first word of them once more.
+fn shuffled(quantiles: &[f32]) -> Vec<f32> {
+    let mut strip: Vec<f32> = quantiles.iter().copied().cycle().take(DARK_STRIP_PX).collect();
+    for idx in (1..strip.len()).rev() {
+        strip.swap(idx, (scrambled(idx as u64) % (idx as u64 + 1)) as usize);
+    }
+    strip.extend_from_within(..WORD_PX);
+    strip
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::normal_quantiles;
+
+    fn dark_rows(sensor: &Sensor, picture_seed: u64) -> Vec<f64> {
+        let mut rows = vec![0_u16; 1280 * 256];
+        for (v, row) in rows.chunks_exact_mut(1280).enumerate() {
+            sensor.expose_dark(Sensor::row_seed(picture_seed, v), 0, row);
+        }
+        rows.iter().map(|&level| f64::from(level) / f64::from(SIXTEEN_BY_EIGHT) - f64::from(BLACK_LEVEL)).collect()
+    }
+
+    #[test]
+    fn unlit_pixels_have_the_read_noise_and_know_nothing_of_each_other() {
+        let sensor = Sensor::new(&normal_quantiles(), Noise::On);
+        let (one, other) = (dark_rows(&sensor, 1), dark_rows(&sensor, 2));
+        let variance = f64::from(READ_NOISE_LEVELS * READ_NOISE_LEVELS);
+        let product =
+            |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / variance / a.len() as f64;
+        // The normal distribution cut at −2.5 σ, grey level 0: 1 − ((1 − 2.5²)·Q(2.5) + 2.5·φ(2.5)); 1.6 σ of chance.
+        assert!((product(&one, &one) - 0.9888).abs() < 0.004, "{}", product(&one, &one));
+        // 5 σ of the mean of 3·10⁵ products.
+        const CHANCE: f64 = 0.009;
+        assert!(product(&one, &other).abs() < CHANCE, "pictures");
+        for shift in [1, 2, WORD_PX, 1280] {
+            assert!(product(&one[shift..], &one[..one.len() - shift]).abs() < CHANCE, "{shift} px");
+        }
+    }
+
+    #[test]
+    fn unlit_pixels_are_the_same_however_a_row_is_cut() {
+        let sensor = Sensor::new(&normal_quantiles(), Noise::On);
+        let (mut whole, mut cut) = ([0_u8; 200], [0_u8; 200]);
+        sensor.expose_dark(5, 0, &mut whole);
+        for (from, to) in [(0, 64), (64, 192), (192, 200)] {
+            sensor.expose_dark(5, from, &mut cut[from..to]);
+        }
+        assert_eq!(whole, cut);
+    }
 }

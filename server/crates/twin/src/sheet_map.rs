@@ -4,6 +4,8 @@
 //! through nodes every few pixels replaces them. The sheet is kept as inverse depth, which for a plane and an
 //! ideal lens is linear in the pixel.
 
+use std::array::from_fn;
+
 use multiversion::multiversion;
 use nalgebra::{Vector2, Vector3};
 use optics::{Camera, LightSurfaces};
@@ -16,13 +18,16 @@ use crate::params::MAP_STEP_PX;
 /// Nodes before the first pixel, so that every pixel lies between four.
 const MARGIN_NODES: usize = 1;
 
+/// Most nodes that are needed for a word of a row.
+const MAX_NODES: usize = WORD_PX / MAP_STEP_PX + 3;
+
 /// Several smooth fields over the picture.
 #[derive(Debug, Clone)]
 pub(crate) struct PixelMap<const FIELDS: usize> {
     columns: usize,
-    nodes: [Vec<f64>; FIELDS],
-    /// Cubic weights of the four nodes around each position within a step.
-    weights: [[f64; 4]; MAP_STEP_PX],
+    nodes: Vec<[f64; FIELDS]>,
+    /// Cubic weights of the four nodes around it: node by node, the positions within a step.
+    weights: [[f64; MAP_STEP_PX]; 4],
 }
 
 impl<const FIELDS: usize> PixelMap<FIELDS> {
@@ -34,14 +39,14 @@ impl<const FIELDS: usize> PixelMap<FIELDS> {
     ) -> Self {
         let columns = nodes_for(width_px);
         let at = |idx: usize| (idx as f64 - MARGIN_NODES as f64) * MAP_STEP_PX as f64;
-        let nodes: Vec<[f64; FIELDS]> = (0..nodes_for(height_px) * columns)
+        let nodes = (0..nodes_for(height_px) * columns)
             .into_par_iter()
             .map(|idx| value(&Vector2::new(at(idx % columns), at(idx / columns))))
             .collect();
         Self {
             columns,
-            nodes: std::array::from_fn(|field| nodes.iter().map(|node| node[field]).collect()),
-            weights: std::array::from_fn(|idx| cubic(idx as f64 / MAP_STEP_PX as f64)),
+            nodes,
+            weights: from_fn(|node| from_fn(|idx| cubic(idx as f64 / MAP_STEP_PX as f64)[node])),
         }
     }
 
@@ -49,26 +54,41 @@ impl<const FIELDS: usize> PixelMap<FIELDS> {
     /// step may reach beyond the picture.
     pub(crate) fn read(&self, u: usize, v: usize, fields: [&mut [f64]; FIELDS]) {
         let first = (v / MAP_STEP_PX) * self.columns + u / MAP_STEP_PX;
-        for (nodes, field) in self.nodes.iter().zip(fields) {
-            let steps = field.len() / MAP_STEP_PX;
-            let rows = [0, 1, 2, 3].map(|row| &nodes[first + row * self.columns..][..steps + 3]);
-            interpolate(&self.weights, v % MAP_STEP_PX, rows, field);
+        let n_nodes = fields.iter().map(|field| field.len() / MAP_STEP_PX + 3).max().unwrap_or(0);
+        let rows = [0, 1, 2, 3].map(|row| &self.nodes[first + row * self.columns..][..n_nodes]);
+        let mut columns = [[0.0; MAX_NODES]; FIELDS];
+        interpolate_down(&self.weights, v % MAP_STEP_PX, rows, &mut columns);
+        for (columns, field) in columns.iter().zip(fields) {
+            interpolate_along(&self.weights, columns, field);
         }
     }
 }
 
-/// One field along a row: the four rows of nodes around it to that row, then along it.
+/// The fields between four rows of nodes.
 #[multiversion(targets("x86_64+avx2"))]
-fn interpolate(weights: &[[f64; 4]; MAP_STEP_PX], down: usize, rows: [&[f64]; 4], field: &mut [f64]) {
-    let mut columns = [0.0; WORD_PX / MAP_STEP_PX + 3];
-    let columns = &mut columns[..rows[0].len()];
-    let [a, b, c, d] = &weights[down];
-    for (idx, column) in columns.iter_mut().enumerate() {
-        *column = rows[0][idx] * a + rows[1][idx] * b + rows[2][idx] * c + rows[3][idx] * d;
+fn interpolate_down<const FIELDS: usize>(
+    weights: &[[f64; MAP_STEP_PX]; 4],
+    down: usize,
+    [first, second, third, fourth]: [&[[f64; FIELDS]]; 4],
+    columns: &mut [[f64; MAX_NODES]; FIELDS],
+) {
+    let [a, b, c, d] = weights;
+    let (a, b, c, d) = (a[down], b[down], c[down], d[down]);
+    let nodes = first.iter().zip(second).zip(third).zip(fourth).take(MAX_NODES);
+    for (idx, (((first, second), third), fourth)) in nodes.enumerate() {
+        for field in 0..FIELDS {
+            columns[field][idx] = first[field] * a + second[field] * b + third[field] * c + fourth[field] * d;
+        }
     }
-    for (four, step) in columns.windows(4).zip(field.chunks_exact_mut(MAP_STEP_PX)) {
-        for (value, [a, b, c, d]) in step.iter_mut().zip(weights) {
-            *value = four[0] * a + four[1] * b + four[2] * c + four[3] * d;
+}
+
+/// One field along a row, between its nodes.
+#[multiversion(targets("x86_64+avx2"))]
+fn interpolate_along(weights: &[[f64; MAP_STEP_PX]; 4], columns: &[f64; MAX_NODES], field: &mut [f64]) {
+    let [a, b, c, d] = weights;
+    for (four, step) in columns.windows(4).zip(field.as_chunks_mut::<MAP_STEP_PX>().0) {
+        for (idx, value) in step.iter_mut().enumerate() {
+            *value = four[0] * a[idx] + four[1] * b[idx] + four[2] * c[idx] + four[3] * d[idx];
         }
     }
 }

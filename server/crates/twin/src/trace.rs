@@ -4,36 +4,30 @@
 //! comes near a part's edges is followed more closely than pixels.
 
 use nalgebra::Vector3;
-use optics::{Camera, LightRay};
+use optics::LightRay;
 
+use crate::band::Band;
 use crate::laser_image::Placed;
 use crate::lit_pixels::LitPixels;
+use crate::mark::{ACROSS, COARSE, Landed, Section, enclose, mark_triangle};
 use crate::mesh::Mesh;
-use crate::mesh_light::{Band, Corners, MeshLight};
+use crate::mesh_corners::PlacedCorners;
+use crate::mesh_light::MeshLight;
 use crate::params::SHEET_REACH_SIGMAS;
 use crate::renderer::Renderer;
 use crate::scene::{Ball, NearHit, Plate, Scene};
 
-/// Places across the sheet, in units of its reach, whose hits show where light falls.
-const ACROSS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
-
-/// The same close to edges, at which the last hit must not lie farther from the edge than the margin.
+/// Places across the sheet like [`ACROSS`], close to edges, at which the last hit must not lie farther from the edge than the margin.
 const FINE_ACROSS: [f64; 9] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// Fan angle between two neighbouring rays, in pixels at the standoff.
 const FINE_STEP_PX: f64 = 0.9;
-
-/// Of how many rays one is followed where the surface is smooth: one in 7 pixels, between which a line is straight.
-const COARSE: i32 = 8;
 
 /// Two hits of neighbouring rays farther apart than this lie on different surfaces, pixels.
 const JUMP_PX: f64 = 48.0;
 
 /// Added around what fine rays show, pixels: more than their spacing, also where they graze the rim of a ball.
 const FINE_MARGIN_PX: f64 = 4.0;
-
-/// Added around what coarse rays enclose, pixels: the bow of a line between them is a hundredth of it.
-const COARSE_MARGIN_PX: f64 = 1.0;
 
 /// How far beyond the rim of a target its plane is followed, and how far inside the light that passes it, in units of
 /// the rays' spacing and the sheet's reach together: at 50° of tilt these appear 1.6 times as long.
@@ -46,29 +40,11 @@ const BETWEEN_RAYS: f64 = 1.0;
 /// Side of the cells in which triangles that may cast shadows are kept, pixels at the standoff: about a fine triangle's.
 const CELL_PX: f64 = 4.0;
 
-/// Triangles larger than this in the picture are marked in pieces.
-const PIECE_PX: f64 = 16.0;
-
-/// Largest number of halvings of a triangle: 2¹² pieces along a side cover any picture.
-const MAX_PIECES_DEPTH: usize = 12;
-
 /// The light of one order on a part of triangles, and a ball around that.
 pub(crate) struct BandOnMesh {
     pub band: Band,
     pub ball: Ball,
 }
-
-/// Where a ray ends: the pixel, whether the surface is smooth from this ray's end to the next one's, and whether something
-/// surely stands in the light that ends around it.
-#[derive(Clone, Copy)]
-struct Landed {
-    pixel: [f64; 2],
-    smooth: bool,
-    hidden: bool,
-}
-
-/// Ends of the rays across the sheet at one fan angle.
-type Section = [Option<Landed>; ACROSS.len()];
 
 /// One order's sheet, to be followed into a scene.
 struct Tracer<'r> {
@@ -86,7 +62,7 @@ pub(crate) fn trace(
     scene: Placed<'_>,
     order_idx: usize,
     lit: &mut LitPixels,
-    triangles: &mut MeshLight,
+    (triangles, placed): (&mut MeshLight, &mut PlacedCorners),
 ) -> Option<BandOnMesh> {
     let tracer = Tracer::new(renderer, renderer.model.orders[order_idx]);
     match scene.scene {
@@ -101,7 +77,7 @@ pub(crate) fn trace(
         }
         Scene::Mesh(mesh) => {
             tracer.follow_to_plate(&mesh.plate, scene, Some(mesh), lit);
-            return tracer.follow_to_triangles(mesh, scene, lit, triangles);
+            return tracer.follow_to_triangles(mesh, scene, lit, (triangles, placed));
         }
         Scene::Board(_) => tracer.follow_to_board(scene, lit),
         Scene::Freeform(_) => tracer.follow_to_hills(scene, lit),
@@ -200,7 +176,7 @@ impl<'r> Tracer<'r> {
         mesh: &Mesh,
         scene: Placed<'_>,
         lit: &mut LitPixels,
-        triangles: &mut MeshLight,
+        (triangles, placed): (&mut MeshLight, &mut PlacedCorners),
     ) -> Option<BandOnMesh> {
         let camera = &self.renderer.model.camera;
         let angles = (-self.last..=self.last).step_by(COARSE as usize).chain([self.last]);
@@ -208,8 +184,9 @@ impl<'r> Tracer<'r> {
         let cell = CELL_PX * self.step_rad / FINE_STEP_PX;
         let ball = scene.part_ball()?;
         let band = Band::new(&self.renderer.model.grating, self.order, angles, self.reach_mm, &ball, cell)?;
-        triangles.gather(&band, mesh, &scene.moved_mm, |corners, seen| {
-            mark_triangle(camera, &band, (corners, seen), 0, lit);
+        placed.turn_to(camera, mesh, &scene.moved_mm);
+        triangles.gather(&band, mesh, &scene.moved_mm, placed, |triangle, seen| {
+            mark_triangle(camera, &band, (triangle, seen), 0, lit);
         });
         Some(BandOnMesh { band, ball })
     }
@@ -286,95 +263,4 @@ impl<'r> Tracer<'r> {
         let pixel = self.renderer.model.camera.project(point_mm)?;
         Some(Landed { pixel: [pixel.x, pixel.y], smooth, hidden: false })
     }
-}
-
-/// Marks the pixels that a triangle in the band covers, in pieces if it is large; those that do not touch it are left out.
-fn mark_triangle(
-    camera: &Camera,
-    band: &Band,
-    (corners, seen): (&[Vector3<f64>; 3], Option<&Corners>),
-    depth: usize,
-    lit: &mut LitPixels,
-) {
-    let [a, b, c] = corners;
-    let pixels = [camera.project(a), camera.project(b), camera.project(c)].map(|p| Some([p?.x, p?.y]));
-    let (whole, bounds) = match pixels {
-        [Some(a), Some(b), Some(c)] => (Some([a, b, c]), bounds(&[a, b, c])),
-        _ => (None, bounds(&pixels.into_iter().flatten().collect::<Vec<_>>())),
-    };
-    let Some((low, high)) = bounds else { return };
-    if let Some(pixels) = whole.filter(|_| (high[0] - low[0]).max(high[1] - low[1]) <= PIECE_PX) {
-        mark_in_sheet(band, seen, &pixels, lit);
-        return;
-    }
-    if depth >= MAX_PIECES_DEPTH {
-        lit.add_rectangle(low, high, COARSE_MARGIN_PX);
-        return;
-    }
-    let [a, b, c] = *corners;
-    let (ab, bc, ca) = ((a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0);
-    for piece in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-        let seen = band.corners(&piece);
-        if seen.as_ref().is_none_or(|seen| band.touches(&seen.patch)) {
-            mark_triangle(camera, band, (&piece, seen.as_ref()), depth + 1, lit);
-        }
-    }
-}
-
-/// Marks the pixels around what the sheet holds of a triangle so small that it looks the same from anywhere.
-fn mark_in_sheet(band: &Band, corners: Option<&Corners>, pixels: &[[f64; 2]; 3], lit: &mut LitPixels) {
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for (side, part) in band.sides_in_sheet(corners).into_iter().enumerate() {
-        let Some((from, to)) = part else { continue };
-        let (a, b) = (pixels[side], pixels[(side + 1) % 3]);
-        for axis in 0..2 {
-            let ends = [from, to].map(|share| a[axis] + (b[axis] - a[axis]) * share);
-            low[axis] = low[axis].min(ends[0].min(ends[1]));
-            high[axis] = high[axis].max(ends[0].max(ends[1]));
-        }
-    }
-    if low[0] <= high[0] {
-        lit.add_rectangle(low, high, COARSE_MARGIN_PX);
-    }
-}
-
-/// Marks the pixels between two sections of a smooth surface.
-fn enclose(before: &Section, after: &Section, lit: &mut LitPixels) {
-    let whole = before.iter().chain(after).all(Option::is_some);
-    let strips = if whole { vec![[0, ACROSS.len() - 1]] } else { (1..ACROSS.len()).map(|k| [k - 1, k]).collect() };
-    for [a, b] in strips {
-        let [from, to] =
-            [before, after].map(|section| [section[a], section[b]].map(|end| end.map(|end| end.pixel)));
-        match (from, to) {
-            ([Some(p), Some(q)], [Some(r), Some(s)]) => enclose_four([p, q], [r, s], lit),
-            _ => {
-                let ends: Vec<[f64; 2]> = from.into_iter().chain(to).flatten().collect();
-                if let Some((low, high)) = bounds(&ends) {
-                    lit.add_rectangle(low, high, COARSE_MARGIN_PX);
-                }
-            }
-        }
-    }
-}
-
-/// Marks the pixels between two pairs of ends in rectangles that a slanted line leaves by a pixel at most.
-fn enclose_four(from: [[f64; 2]; 2], to: [[f64; 2]; 2], lit: &mut LitPixels) {
-    let rise = |axis: usize| (to[0][axis] - from[0][axis]).abs().max((to[1][axis] - from[1][axis]).abs());
-    let n = (rise(0).min(rise(1)).ceil() as usize).clamp(1, COARSE as usize);
-    let at = |side: usize, step: usize| {
-        let share = step as f64 / n as f64;
-        [0, 1].map(|axis| from[side][axis] + (to[side][axis] - from[side][axis]) * share)
-    };
-    for step in 0..n {
-        if let Some((low, high)) = bounds(&[at(0, step), at(1, step), at(0, step + 1), at(1, step + 1)]) {
-            lit.add_rectangle(low, high, COARSE_MARGIN_PX);
-        }
-    }
-}
-
-fn bounds(points: &[[f64; 2]]) -> Option<([f64; 2], [f64; 2])> {
-    let (first, rest) = points.split_first()?;
-    Some(rest.iter().fold((*first, *first), |(low, high), p| {
-        ([low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])])
-    }))
 }

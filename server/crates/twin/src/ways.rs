@@ -3,14 +3,17 @@
 use multiversion::multiversion;
 use nalgebra::Vector3;
 
+use crate::band::Band;
 use crate::block::{Block, NOTHING, floor};
 use crate::cover::{Cover, STEEP_LIGHT};
 use crate::lit_pixels::WORD_PX;
 use crate::mesh::Mesh;
-use crate::mesh_light::Band;
 use crate::params::SAME_HIT_MM;
 use crate::scene::Ball;
 use crate::seen::{NO_TRIANGLE, Seen};
+
+/// Ways that are looked at together: as many as a vector register holds.
+const STEP: usize = 4;
 
 /// The ways of light to a stretch of pixels; pairs are the lowest and the highest of each way inside the ball around the
 /// part.
@@ -164,6 +167,11 @@ fn turn(ways: &mut Ways, mesh: &Mesh, origin: &Vector3<f64>, from: &[Block; 3], 
     }
 }
 
+#[inline(always)]
+fn read(block: &Block, step: usize) -> &[f64; STEP] {
+    &block.as_chunks().0[step]
+}
+
 /// What is asked of ways that come down to the part or to its plate.
 struct Descent {
     /// They begin higher.
@@ -180,25 +188,35 @@ struct Descent {
 #[multiversion(targets("x86_64+avx2"))]
 fn descent(ways: &Ways, least: &Descent, triangle: &[u32; WORD_PX], n: usize) -> Option<([f64; 2], [f64; 2])> {
     let Descent { top_mm, steepness, lowest_mm, on_part } = *least;
+    let (mut low, mut high) = ([[f64::INFINITY; STEP]; 2], [[f64::NEG_INFINITY; STEP]; 2]);
+    let mut other = [0.0; STEP];
     let Ways { from: [fx, fy, fz], way: [wx, wy, wz], .. } = ways;
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    let mut n_other = 0;
-    for lane in 0..n.min(fx.len()) {
-        let counts = (triangle[lane] != NO_TRIANGLE) == on_part;
-        let (x, y, z) = (wx[lane], wy[lane], wz[lane]);
-        let end = fz[lane] + z;
-        let steep = (z < 0.0) & (z * z > steepness * steepness * (x * x + y * y));
-        let well = steep & (fz[lane] > top_mm) & (end > lowest_mm);
-        n_other += u64::from(counts & !well);
-        let up = (top_mm - end) / z;
-        for (axis, (from, way)) in [(fx[lane], x), (fy[lane], y)].into_iter().enumerate() {
-            let foot = from + way;
-            let top = foot + way * up;
-            let (a, b) = if foot < top { (foot, top) } else { (top, foot) };
-            let (a, b) = if counts { (a, b) } else { (f64::INFINITY, f64::NEG_INFINITY) };
-            low[axis] = if a < low[axis] { a } else { low[axis] };
-            high[axis] = if b > high[axis] { b } else { high[axis] };
+    for step in 0..n.min(WORD_PX).div_ceil(STEP) {
+        let (fx, fy, fz) = (read(fx, step), read(fy, step), read(fz, step));
+        let (wx, wy, wz) = (read(wx, step), read(wy, step), read(wz, step));
+        let triangle = &triangle.as_chunks::<STEP>().0[step];
+        for k in 0..STEP {
+            let counts = (triangle[k] != NO_TRIANGLE) == on_part;
+            // No comparison holds with what does not count.
+            let (x, y, z) = (if counts { wx[k] } else { f64::NAN }, if counts { wy[k] } else { f64::NAN }, wz[k]);
+            let end = fz[k] + z;
+            let steep = (z < 0.0) & (z * z > steepness * steepness * (wx[k] * wx[k] + wy[k] * wy[k]));
+            let well = steep & (fz[k] > top_mm) & (end > lowest_mm);
+            let flaw = if well { 0.0 } else { 1.0 };
+            other[k] += if counts { flaw } else { 0.0 };
+            let up = (top_mm - end) / z;
+            let foot = [fx[k] + x, fy[k] + y];
+            let top = [foot[0] + x * up, foot[1] + y * up];
+            for axis in 0..2 {
+                let (foot, top) = (foot[axis], top[axis]);
+                low[axis][k] = if foot < low[axis][k] { foot } else { low[axis][k] };
+                low[axis][k] = if top < low[axis][k] { top } else { low[axis][k] };
+                high[axis][k] = if foot > high[axis][k] { foot } else { high[axis][k] };
+                high[axis][k] = if top > high[axis][k] { top } else { high[axis][k] };
+            }
         }
     }
-    (n_other == 0 && low[0] <= high[0]).then_some((low, high))
+    let low = low.map(|low| low.into_iter().fold(f64::INFINITY, f64::min));
+    let high = high.map(|high| high.into_iter().fold(f64::NEG_INFINITY, f64::max));
+    (other == [0.0; STEP] && low[0] <= high[0]).then_some((low, high))
 }
