@@ -1,14 +1,17 @@
-/** Calibrating from a recording that somebody brings: uploaded, a draft, activated, named in the log. */
+/**
+ * A recording that somebody brings: uploaded, calibrated from, a draft, activated, named in the log; results of it,
+ * deleted and damaged.
+ */
 
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { tarOfFolder } from "./archive";
-import { expectAccessible, launch, picture, Server, SHEAF, visit } from "./harness";
+import { expectAccessible, expectAccessibleInBoth, launch, picture, Server, SHEAF, visit } from "./harness";
 
 /** A calibration on a busy machine. */
 const SOLVED_WITHIN_MS = 200_000;
@@ -52,6 +55,87 @@ test("an uploaded capture becomes a draft, and active only by a person's act", a
   await page.waitForSelector(`section[data-active="${id}"]`);
   await fresh.waitFor({ state: "detached" });
   expect(await active()).toMatchObject({ calibration_id: id, actor: "Zoë" });
+  expect(complaints).toEqual([]);
+  await context.close();
+});
+
+/** Flips a bit wherever the database holds `text`, as a failing disk would. */
+function damage(server: Server, text: string): void {
+  const file = join(server.folder, "data/catalogue.sqlite3");
+  const bytes = readFileSync(file);
+  let n_places = 0;
+  // A row that was moved leaves its bytes where it was.
+  for (let at = bytes.indexOf(text); at >= 0; at = bytes.indexOf(text, at + 1), n_places += 1) {
+    bytes[at] = (bytes[at] ?? 0) ^ 1;
+  }
+  expect(n_places, text).toBeGreaterThan(0);
+  writeFileSync(file, bytes);
+}
+
+/** Three results, of which the second is damaged, as are the job of the calibration and an event; answers their ids. */
+async function damaged(): Promise<{ scans: string[]; job: string; event: string }> {
+  const [capture] = (await server.call<Schemas["ListDto_CaptureDto"]>("GET", "/api/v1/captures")).items;
+  const scans: string[] = [];
+  for (const name of ["first", "ball-of-tuesday", "last"]) {
+    const source = { kind: "capture", capture_id: capture?.id, scan: "plate" };
+    scans.push((await server.job("/api/v1/scans", { source, name })).result?.id ?? "");
+  }
+  for (const holder of ["Monday", "Tuesday"]) {
+    await server.call("POST", "/api/v1/station/control", { holder, take_over: true });
+  }
+  const { items: jobs } = await server.call<Schemas["ListDto_JobDto"]>("GET", "/api/v1/jobs");
+  const { items: events } = await server.call<Schemas["EventListDto"]>("GET", "/api/v1/events?limit=200");
+  const takeover = '"to":"Tuesday"';
+  const event = events.find(({ body }) => JSON.stringify(body).includes(takeover));
+  await server.terminate();
+  // Opening folds the log into the database.
+  await (await server.startAgain()).terminate();
+  // Neighbours in the row.
+  for (const text of ["ball-of-tuesdaycomplete", "calibrationsucceeded{", takeover]) damage(server, text);
+  server = await server.startAgain();
+  return { scans, job: jobs.find(({ kind }) => kind === "calibration")?.id ?? "", event: `${event?.seq}` };
+}
+
+test("what is damaged is named, what can be done is said; deleting asks first", async () => {
+  const { scans, job, event } = await damaged();
+  const { page, context, complaints } = await visit(browser, server.url, "#/results");
+  const answer = (name: string) => page.getByRole("dialog").getByRole("button", { name, exact: true }).click();
+  const row = page.locator(`[data-damaged="${scans[1]}"]`);
+  await row.waitFor();
+  await page.getByText("A record is damaged and cannot be shown").waitFor();
+  for (const name of ["first", "last"]) await page.getByRole("link", { name, exact: true }).waitFor();
+  await expectAccessibleInBoth(page);
+  await picture(page, "results-damaged");
+  await row.getByRole("button", { name: "Delete" }).click();
+  await page.getByRole("dialog", { name: "Delete a result" }).waitFor();
+  await expectAccessibleInBoth(page);
+  await answer("Delete for ever");
+  await row.waitFor({ state: "detached" });
+
+  await page.getByRole("button", { name: "Delete last" }).click();
+  await page.getByRole("dialog", { name: "Delete a result" }).waitFor();
+  await expectAccessibleInBoth(page);
+  await picture(page, "results-delete");
+  await answer("Cancel");
+  await page.getByRole("dialog").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Delete last" }).click();
+  await answer("Delete for ever");
+  await page.getByRole("link", { name: "last", exact: true }).waitFor({ state: "detached" });
+  const left = await server.call<Schemas["ListDto_ScanDto"]>("GET", "/api/v1/scans");
+  expect([left.items.map(({ id }) => id), left.damaged]).toEqual([[scans[0]], undefined]);
+
+  // Others can only be restored.
+  for (const [hash, id] of [
+    ["#/jobs", job],
+    ["#/health", event],
+  ]) {
+    await page.goto(`${server.url}/${hash}`);
+    const named = page.locator(`[data-damaged="${id}"]`);
+    await named.waitFor();
+    expect(await named.getByRole("button").count()).toBe(0);
+    await page.getByText("restore the data folder from a backup").waitFor();
+    await expectAccessibleInBoth(page);
+  }
   expect(complaints).toEqual([]);
   await context.close();
 });

@@ -2,11 +2,13 @@
 
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
-import type { Station } from "../src/api/client";
+import type { Schemas, Station } from "../src/api/client";
 import { PAGES } from "../src/state/route";
 import { de } from "../src/text/de";
 import { en } from "../src/text/en";
-import { launch, picture, Server, until, type Visit, visit } from "./harness";
+import { AT_WORK, ENDED, englishIn } from "./german";
+import { expectAccessible, launch, picture, Server, until, type Visit, visit } from "./harness";
+import { StagedJob } from "./staged_job";
 
 let server: Server;
 let browser: Browser;
@@ -157,6 +159,51 @@ test("in German no English is left in the frame", async () => {
   // The choice is remembered.
   await page.reload();
   await page.getByRole("heading", { name: "Einstellungen" }).waitFor();
+  expect(complaints).toEqual([]);
+});
+
+test("in German no English is left where a job is shown, at every step and after every end", async () => {
+  const begun = { name: "Nachtschicht" };
+  const session = await server.call<Schemas["Session"]>("POST", "/api/v1/calibration-sessions", begun);
+  const { page, complaints } = await enter("", { locale: "de-DE" });
+  const staged = await StagedJob.before(page, AT_WORK, ENDED);
+  await page.route(`**/api/v1/calibration-sessions/${session.id}`, async (route) => {
+    const response = await route.fetch();
+    const told = (await response.json()) as Schemas["Session"];
+    told.body.job_id = AT_WORK.id;
+    await route.fulfill({ response, json: told });
+  });
+  await page.goto(`${server.url}/#/jobs`);
+  await page.reload();
+  for (const [phase, doing] of Object.entries(de.jobs.phases)) {
+    staged.tell({
+      step: { phase: phase as Schemas["PhaseDto"], number: 3, of: 12 },
+      message: `${phase} of the board`,
+    });
+    const told = de.jobs.counted(doing, 3, 12);
+    await page.locator(".open-job", { hasText: told }).waitFor();
+    await page.locator(".bar .state", { hasText: told }).waitFor();
+    expect(await englishIn(page, ".bar, .rail, main"), phase).toEqual([]);
+  }
+  const ended = page.getByRole("region", { name: de.jobs.history });
+  const { cancelled, interrupted } = de.jobs.ended;
+  for (const words of [...Object.values(de.jobs.made), cancelled, interrupted, de.problems["device-fault"]]) {
+    await ended
+      .getByText(words ?? "no words")
+      .first()
+      .waitFor();
+  }
+  await picture(page, "jobs-german");
+  await expectAccessible(page);
+  staged.tell({ step: AT_WORK.step ?? null, message: AT_WORK.message });
+  const doing = de.jobs.counted(de.jobs.phases.exposing_board ?? "", 3, 12);
+  for (const hash of ["#/calibration", `#/calibration/${session.id}?step=stage`, "#/live"]) {
+    await page.evaluate((hash) => location.assign(hash), hash);
+    await page.locator("main", { hasText: doing }).waitFor();
+    expect(await englishIn(page, ".bar, .rail, main"), hash).toEqual([]);
+    await expectAccessible(page);
+  }
+  await picture(page, "live-german");
   expect(complaints).toEqual([]);
 });
 

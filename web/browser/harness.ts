@@ -69,6 +69,11 @@ export class Server {
     await this.end("SIGKILL");
   }
 
+  /** Ends the process as a service manager would; the data stay. */
+  async terminate(): Promise<void> {
+    await this.end("SIGTERM");
+  }
+
   /** Starts again on the same data and the same port. */
   async startAgain(): Promise<Server> {
     return await Server.on(this.folder, new URL(this.url).host, this.args);
@@ -203,6 +208,15 @@ export async function expectAccessible(page: Page): Promise<void> {
   const { violations } = await new AxeBuilder({ page }).withTags(tags).setLegacyMode().analyze();
   const told = violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(" | ")}`);
   expect(told).toEqual([]);
+}
+
+/** Demands it in light and in dark, and leaves the page in light. */
+export async function expectAccessibleInBoth(page: Page): Promise<void> {
+  for (const colorScheme of ["dark", "light"] as const) {
+    await page.emulateMedia({ colorScheme });
+    await page.locator(`html[data-theme=${colorScheme}]`).waitFor();
+    await expectAccessible(page);
+  }
 }
 
 /** Writes a picture of what the person sees now. */
