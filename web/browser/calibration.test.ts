@@ -4,7 +4,7 @@ import type { Browser, Locator, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { tarOf } from "./archive";
-import { expectAccessible, launch, picture, Server, until, visit } from "./harness";
+import { expectAccessible, expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
 
 /** Longest time a calibration may take on a busy machine. */
 const SOLVED_WITHIN_MS = 160_000;
@@ -109,7 +109,7 @@ test(
     const row = page.locator(`tr[data-calibration="${first_id}"]`);
     await row.getByRole("button", { name: "Activate…" }).click();
     await page.locator("dialog").waitFor();
-    await expectAccessible(page);
+    await expectAccessibleInBoth(page);
     // This page does not control the station; the log shall name the person nevertheless.
     await page.getByLabel("Your name").fill("J\u00fcrgen");
     await answer(page, "Activate");
@@ -120,10 +120,7 @@ test(
     await picture(page, "calibration-active");
     await press(page, "Roll back…");
     await page.locator("dialog").waitFor();
-    await expectAccessible(page);
-    await dark(page);
-    await expectAccessible(page);
-    await light(page);
+    await expectAccessibleInBoth(page);
     await answer(page, "Roll back");
     await page.waitForSelector('section[data-active="none"]');
     const acts = page.locator("table.log tbody tr");
@@ -216,6 +213,8 @@ test(
     await last.page.waitForSelector('.wizard[data-step="camera"]');
     await press(last.page, "Go on to “Light”");
     await last.page.waitForSelector('.wizard[data-step="light"]');
+    await last.page.locator(".wizard .picture canvas").first().waitFor();
+    await expectAccessibleInBoth(last.page);
     await press(last.page, "Go on to “Stage”");
     await press(last.page, "Take 5 positions by itself");
     const views = last.page.locator("[data-view]");
@@ -236,6 +235,7 @@ test(
     await expectAccessible(last.page);
     await last.page.getByRole("link", { name: "Light" }).click();
     await until("three models", async () => (await last.page.locator("[data-model]").count()) === 3);
+    await expectAccessibleInBoth(last.page);
     await picture(last.page, "calibration-light");
     await last.page.getByRole("link", { name: "Finish" }).click();
     const rms = last.page.locator("table.difference [data-rms-mm]");

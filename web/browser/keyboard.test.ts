@@ -1,9 +1,14 @@
-/** The operator's page by keys alone: a part is scanned and judged, the next one stopped, the station reset. */
+/**
+ * The operator's page by keys alone: a part is scanned and judged, the next one stopped, the station reset. And what is
+ * left of a scan that was ended early.
+ */
 
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import type { Job, Station } from "../src/api/client";
-import { expectAccessible, launch, picture, Server, until, visit } from "./harness";
+import type { Job, Schemas, Station } from "../src/api/client";
+import { decodeBlocks } from "../src/stream/protocol";
+import { expectAccessible, expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
+import { orderPixels } from "./pixels";
 
 /** A job of the simulated station on a busy machine, ms. */
 const JOB_MS = 240_000;
@@ -103,4 +108,34 @@ test(
     await context.close();
   },
   WALK_MS,
+);
+
+test(
+  "the rows of a scan that was ended early are shown as its result",
+  async () => {
+    // More rows than are taken before the person ends it.
+    const asked = { source: { kind: "station" }, from_mm: -20, to_mm: 20, step_mm: 0.05, name: "Ended early" };
+    const { id } = await server.call<Job>("POST", "/api/v1/scans", asked);
+    const job = () => server.call<Job>("GET", `/api/v1/jobs/${id}`);
+    await until("some rows", async () => ((await job()).step?.number ?? 0) > 3, JOB_MS);
+    await server.call("POST", `/api/v1/jobs/${id}/cancel`);
+    await until("the end", async () => (await job()).state !== "running", JOB_MS);
+    const [scan] = (await server.call<Schemas["ListDto_ScanDto"]>("GET", "/api/v1/scans?limit=1")).items;
+    expect(scan).toMatchObject({ name: "Ended early", state: "partial", cloud: null });
+    const answer = await fetch(`${server.url}/api/v1/scans/${scan?.id}/points?from_block=0`);
+    const first = decodeBlocks(await answer.arrayBuffer()).slice(0, 3);
+    const few = first.reduce((sum, block) => sum + block.n_points, 0);
+    expect(few).toBeGreaterThan(1000);
+
+    const { page, context, complaints } = await visit(browser, server.url, `#/result/${scan?.id}`);
+    await page.getByText("The scan was stopped before its end.").waitFor();
+    const shown = page.locator(".cloud-count");
+    await until("its points", async () => Number(await shown.getAttribute("data-points")) > few);
+    await until("their colours", async () => (await orderPixels(page)).every((n_pixels) => n_pixels > 50));
+    await expectAccessibleInBoth(page);
+    await picture(page, "result-partial");
+    expect(complaints).toEqual([]);
+    await context.close();
+  },
+  JOB_MS,
 );

@@ -3,7 +3,7 @@
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
-import { expectAccessible, launch, picture, Server, until, visit } from "./harness";
+import { expectAccessible, expectAccessibleInBoth, launch, picture, Server, until, visit } from "./harness";
 
 /** A picture of the simulated station on a busy machine. */
 const TAKEN_WITHIN_MS = 120_000;
@@ -124,10 +124,7 @@ test("a browser that is behind changes nothing, sees the newest state and is tol
   await page.getByText("Changed in another browser").waitFor({ state: "detached" });
   await page.getByRole("button", { name: "Discard…" }).first().click();
   await page.locator("dialog").waitFor();
-  await expectAccessible(page);
-  await page.emulateMedia({ colorScheme: "dark" });
-  await page.waitForSelector(':root[data-theme="dark"]');
-  await expectAccessible(page);
+  await expectAccessibleInBoth(page);
   expect(complaints).toEqual([]);
   await context.close();
 });
@@ -152,7 +149,7 @@ test(
     await outcome.waitFor();
     expect(await outcome.getAttribute("data-verdict")).toBe("pass");
     expect(await outcome.textContent()).toContain("18.9000 mm ± 0.1000 mm");
-    await expectAccessible(page);
+    await expectAccessibleInBoth(page);
     await page.waitForSelector('.wizard[data-step="verify"]');
     await picture(page, "calibration-verified");
     expect(complaints).toEqual([]);
