@@ -230,3 +230,19 @@ impl From<JobView> for JobDto {
         }
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn a_step_is_a_name_and_counts_only_where_something_is_counted() {
+        let told = |step: Step| serde_json::to_value(StepDto::from(step)).unwrap();
+        let counted = Phase::ExposingBoard.counted(3, 12);
+        assert_eq!(told(counted), json!({ "phase": "exposing_board", "number": 3, "of": 12 }));
+        assert_eq!(told(Phase::Homing.into()), json!({ "phase": "homing" }));
+    }
+}
