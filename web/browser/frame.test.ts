@@ -78,6 +78,27 @@ test("Stop is on the screen at the width of a phone, and a finger on it is enoug
   expect(complaints).toEqual([]);
 });
 
+test("Stop is heard while a dialog is open, by pointer and by keys", async () => {
+  const { page, complaints } = await enter("#/health");
+  await page.getByRole("button", { name: "Nobody controls" }).click();
+  const dialog = page.getByRole("dialog");
+  await dialog.waitFor();
+  const box = await page.locator(".bar .stop").boundingBox();
+  if (!box) throw new Error("no Stop");
+  await picture(page, "stop-and-dialog");
+  for (const stop of [
+    () => page.mouse.click(box.x + box.width / 2, box.y + box.height / 2),
+    () => page.keyboard.press("Pause"),
+  ]) {
+    await stop();
+    await until("Halted", async () => (await state()) === "Halted");
+    expect(await dialog.isVisible()).toBe(true);
+    await server.reset();
+    await until("reset", async () => (await state()) === "Operational.Initialized");
+  }
+  expect(complaints).toEqual([]);
+});
+
 test("a dead server is called stale, and the page comes back by itself", async () => {
   const { page, complaints } = await enter("#/health");
   await page.evaluate(() => Object.assign(window, { kept: "this page was not loaded again" }));

@@ -1,7 +1,7 @@
 /** Stop: alone at the right end of the bar, on every page, for everybody, with or without control. */
 
 import { signal } from "@preact/signals";
-import { useEffect } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import { text } from "../text";
 
 /** After so long without an answer the person is told to use the machine's own means. */
@@ -32,20 +32,37 @@ function isStopKey(event: KeyboardEvent): boolean {
   return event.key === "Pause" || ((event.ctrlKey || event.metaKey) && event.key === ".");
 }
 
+/** Whether it is on the button while a dialog lies over all of the page and takes what is meant for it. */
+function isBehindDialog(event: PointerEvent, button: Element | null): boolean {
+  const box = button?.getBoundingClientRect();
+  if (!box || !document.querySelector("dialog:modal")) return false;
+  const { clientX: x, clientY: y } = event;
+  return x >= box.left && x <= box.right && y >= box.top && y <= box.bottom;
+}
+
 export function StopButton() {
+  const button = useRef<HTMLButtonElement>(null);
   useEffect(() => {
+    const onPointer = (event: PointerEvent) => {
+      if (isBehindDialog(event, button.current)) void stop();
+    };
     const onKey = (event: KeyboardEvent) => {
       if (!isStopKey(event)) return;
       event.preventDefault();
       void stop();
     };
     addEventListener("keydown", onKey, { capture: true });
-    return () => removeEventListener("keydown", onKey, { capture: true });
+    addEventListener("pointerdown", onPointer, { capture: true });
+    return () => {
+      removeEventListener("keydown", onKey, { capture: true });
+      removeEventListener("pointerdown", onPointer, { capture: true });
+    };
   }, []);
   const words = text.value.frame;
   // Down, not click: a finger that slides off has still asked for a stop.
   return (
     <button
+      ref={button}
       type="button"
       class="stop"
       title={words.stop_hint}
