@@ -147,21 +147,79 @@ impl GreyImage {
 
     /// The image mirrored at its main diagonal: columns become rows.
     pub fn transposed(&self) -> Self {
-        let (w, h) = (self.width, self.height);
         let pixels = match &self.pixels {
-            Pixels::Eight(p) => Pixels::Eight(transpose(p, w, h)),
-            Pixels::Sixteen(p) => Pixels::Sixteen(transpose(p, w, h)),
+            Pixels::Eight(_) => Pixels::Eight(vec![]),
+            Pixels::Sixteen(_) => Pixels::Sixteen(vec![]),
         };
-        Self { width: h, height: w, pixels }
+        let mut turned = Self { width: 0, height: 0, pixels };
+        self.transpose_into(&mut turned);
+        turned
+    }
+
+    /// As [`GreyImage::transposed`], in the memory of an image before.
+    pub fn transpose_into(&self, turned: &mut Self) {
+        let (w, h) = (self.width, self.height);
+        match (&self.pixels, &mut turned.pixels) {
+            (Pixels::Eight(from), Pixels::Eight(to)) => transpose(from, w, h, to),
+            (Pixels::Sixteen(from), Pixels::Sixteen(to)) => transpose(from, w, h, to),
+            _ => {
+                *turned = self.transposed();
+                return;
+            }
+        }
+        (turned.width, turned.height) = (h, w);
     }
 }
 
-fn transpose<T: Copy>(source: &[T], width: usize, height: usize) -> Vec<T> {
-    let mut target = Vec::with_capacity(source.len());
-    for u in 0..width {
-        target.extend((0..height).map(|v| source[v * width + u]));
+/// Side of the blocks that are mirrored in registers.
+const BLOCK: usize = 16;
+
+type Block<T> = [[T; BLOCK]; BLOCK];
+
+fn transpose<T: Copy + Default>(source: &[T], width: usize, height: usize, target: &mut Vec<T>) {
+    target.resize(source.len(), T::default());
+    let (whole_u, whole_v) = (width - width % BLOCK, height - height % BLOCK);
+    for u0 in (0..whole_u).step_by(BLOCK) {
+        for v0 in (0..whole_v).step_by(BLOCK) {
+            let mut block = [[T::default(); BLOCK]; BLOCK];
+            for (k, row) in block.iter_mut().enumerate() {
+                row.copy_from_slice(&source[(v0 + k) * width + u0..][..BLOCK]);
+            }
+            for (k, row) in transposed_block(block).iter().enumerate() {
+                target[(u0 + k) * height + v0..][..BLOCK].copy_from_slice(row);
+            }
+        }
     }
-    target
+    for v in 0..height {
+        let beyond = if v < whole_v { whole_u } else { 0 };
+        for u in beyond..width {
+            target[u * height + v] = source[v * width + u];
+        }
+    }
+}
+
+/// Interleaves the first half of the rows with the second, as often as exchanges the bits of row and column.
+#[inline(always)]
+fn transposed_block<T: Copy>(mut block: Block<T>) -> Block<T> {
+    for _ in 0..BLOCK.ilog2() {
+        let before = block;
+        for i in 0..BLOCK / 2 {
+            block[2 * i] = interleaved(&before[i], &before[i + BLOCK / 2], 0);
+            block[2 * i + 1] = interleaved(&before[i], &before[i + BLOCK / 2], BLOCK / 2);
+        }
+    }
+    block
+}
+
+/// Half of two rows, their elements in turn.
+#[inline(always)]
+fn interleaved<T: Copy>(a: &[T; BLOCK], b: &[T; BLOCK], from: usize) -> [T; BLOCK] {
+    let mut row = *a;
+    for k in 0..BLOCK / 2 {
+        row[2 * k] = a[from + k];
+        row[2 * k + 1] = b[from + k];
+    }
+    row
 }
 
 #[cfg(test)]
@@ -178,5 +236,13 @@ mod tests {
     fn transposing_exchanges_columns_and_rows() {
         let image = GreyImage::new(3, 2, Pixels::Sixteen(vec![1, 2, 3, 4, 5, 6])).unwrap();
         assert_eq!(image.transposed().pixels(), &Pixels::Sixteen(vec![1, 4, 2, 5, 3, 6]));
+        let (width, height) = (37, 50);
+        let pixels: Vec<u8> = (0..width * height).map(|i| (i * 31 % 251) as u8).collect();
+        let image = GreyImage::new(width, height, Pixels::Eight(pixels.clone())).unwrap();
+        let mut turned = GreyImage::new(1, 1, Pixels::Sixteen(vec![1])).unwrap();
+        image.transpose_into(&mut turned);
+        assert_eq!((turned.width(), turned.height()), (height, width));
+        let Pixels::Eight(found) = turned.pixels() else { panic!("8 bits stay 8 bits") };
+        (0..width * height).for_each(|i| assert_eq!(found[i], pixels[i % height * width + i / height]));
     }
 }
