@@ -42,8 +42,8 @@ pub const CELL_HEIGHT_PX: usize = 4;
 /// Columns that are searched together, a whole number of cells: more cost rows where lines slope, fewer cost steps.
 pub const STRIP_WIDTH_PX: usize = 16;
 /// Brightness of a cell over its surroundings, in its standard deviations, from which it is searched. A line at the
-/// threshold of candidates has seven; of pure noise one cell in three hundred passes.
-pub const CELL_MIN_SNR: f32 = 4.0;
+/// threshold of candidates has seven; of pure noise one cell in three thousand passes.
+pub const CELL_MIN_SNR: f32 = 5.0;
 /// Cells above and below among which the darkest is taken: further than the flank of the widest line (37 pixels).
 pub const CELLS_BESIDE: usize = 10;
 /// Cells from the border within which only the side away from it counts.
@@ -147,7 +147,7 @@ pub const SKEW_DOUBT: f32 = 9.0;
 pub const SCATTER_LAG: usize = 4;
 /// Lag of the third differences that measure how far the noise is shared between columns.
 pub const SCATTER_SHORT_LAG: usize = 2;
-/// Most third differences used per image: the scatter is known to 3 % then.
+/// Most third differences used per image, in runs of eight columns: the scatter is known to some 5 % then.
 pub const SCATTER_MAX_SAMPLES: usize = 2000;
 /// Fewest third differences that may speak; with fewer the prior holds.
 pub const SCATTER_MIN_SAMPLES: usize = 40;

@@ -94,6 +94,8 @@ pub fn find_centrelines(image: &GreyImage, params: &CentrelineParams) -> Centrel
 pub struct CentrelineExtractor {
     eight: fast::Memory<u8>,
     sixteen: fast::Memory<u16>,
+    /// The image with columns as rows.
+    turned: Option<GreyImage>,
 }
 
 impl CentrelineExtractor {
@@ -102,14 +104,22 @@ impl CentrelineExtractor {
         match params.line_direction {
             LineDirection::Rows => self.along_rows(image, params.method, found),
             LineDirection::Columns => {
-                self.along_rows(&image.transposed(), params.method, found);
+                let turned = match self.turned.take() {
+                    Some(mut turned) => {
+                        image.transpose_into(&mut turned);
+                        turned
+                    }
+                    None => image.transposed(),
+                };
+                self.along_rows(&turned, params.method, found);
+                self.turned = Some(turned);
                 exchange(found);
             }
         }
     }
 
     fn along_rows(&mut self, image: &GreyImage, method: CentrelineMethod, found: &mut Centrelines) {
-        if method != CentrelineMethod::Steger || !fast::large_enough(image.width(), image.height()) {
+        if method != CentrelineMethod::Steger || !fast::fits(image.width(), image.height()) {
             *found = along_rows_by_reference(image, method);
             return;
         }

@@ -8,6 +8,8 @@ use crate::params::{CELL_HEIGHT_PX, CELL_WIDTH_PX};
 pub trait Sum: Copy + Default + Ord + Send + Sync {
     /// One grey level.
     const ONE: Self;
+    /// More than any sum.
+    const MAX: Self;
     /// Sum.
     fn plus(self, other: Self) -> Self;
     /// Difference.
@@ -16,6 +18,18 @@ pub trait Sum: Copy + Default + Ord + Send + Sync {
     fn number(self) -> f32;
     /// The sum as an integer.
     fn int(self) -> i32;
+    /// Its absolute value.
+    fn abs(self) -> Self;
+    /// All bits set where it is negative, otherwise none.
+    fn sign(self) -> Self;
+    /// Bits set in both.
+    fn and(self, other: Self) -> Self;
+    /// Bits set in either.
+    fn or(self, other: Self) -> Self;
+    /// The other bits.
+    fn not(self) -> Self;
+    /// A whole number that is one.
+    fn whole(int: i32) -> Self;
     /// The nearest sum to a number.
     fn nearest(number: f32) -> Self;
 }
@@ -24,6 +38,7 @@ macro_rules! wrapping_sum {
     ($whole:ty) => {
         impl Sum for $whole {
             const ONE: Self = 1;
+            const MAX: Self = <$whole>::MAX;
             #[inline(always)]
             fn plus(self, other: Self) -> Self {
                 self.wrapping_add(other)
@@ -39,6 +54,30 @@ macro_rules! wrapping_sum {
             #[inline(always)]
             fn int(self) -> i32 {
                 i32::from(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                self.wrapping_abs()
+            }
+            #[inline(always)]
+            fn sign(self) -> Self {
+                self >> (<$whole>::BITS - 1)
+            }
+            #[inline(always)]
+            fn and(self, other: Self) -> Self {
+                self & other
+            }
+            #[inline(always)]
+            fn or(self, other: Self) -> Self {
+                self | other
+            }
+            #[inline(always)]
+            fn not(self) -> Self {
+                !self
+            }
+            #[inline(always)]
+            fn whole(int: i32) -> Self {
+                int as Self
             }
             #[inline(always)]
             fn nearest(number: f32) -> Self {
@@ -62,7 +101,7 @@ pub trait Level: Copy + Default + Ord + Send + Sync {
     /// The level as a number to calculate with.
     fn grey(self) -> f32;
     /// The sum over a cell.
-    fn cell_sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> i32;
+    fn cell_sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> Self::Sum;
 }
 
 impl Level for u8 {
@@ -80,7 +119,7 @@ impl Level for u8 {
         f32::from(self)
     }
     #[inline(always)]
-    fn cell_sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> i32 {
+    fn cell_sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> i16 {
         // Eight levels as one word: even and odd ones in four lanes of 16 bits, which hold 32 levels.
         let pairs = |row: &[u8; CELL_WIDTH_PX]| {
             let word = u64::from_le_bytes(*row);
@@ -89,7 +128,7 @@ impl Level for u8 {
         let [a, b, c, d] = rows.map(pairs);
         let four = a + b + c + d;
         let two = (four & 0x0000_FFFF_0000_FFFF) + (four >> 16 & 0x0000_FFFF_0000_FFFF);
-        (two as u32 + (two >> 32) as u32) as i32
+        (two + (two >> 32)) as i16
     }
 }
 

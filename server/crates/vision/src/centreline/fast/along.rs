@@ -1,9 +1,11 @@
-//! Averaging along the line as the reference does it, eight columns at a time: a weighted local parabola, as long as
-//! the line agrees with one.
+//! Averaging along the line, several columns at a time: a local parabola, as long as the line agrees with one.
 //!
-//! Moments of the weights are sums over shifted arrays; the noise shared between columns enters as a factor on the
-//! variance, exact for even weights.
+//! Noise falls with the length of the window, and a parabola keeps curves where they are. Where a longer window
+//! contradicts a shorter one by more than their noise, the shorter one holds, as in the reference. Unlike there all
+//! crossings of a window count alike: what the light of a single column says about its own noise is mostly speckle, and
+//! weights made of it cost accuracy. So fits are sums with fixed kernels.
 
+use super::kernels::{Kernel, Kernels, MAX_LAG};
 use super::lanes::{LANES, Numbers};
 use super::pieces::{Crossings, Piece};
 use crate::centreline::CentrelinePoint;
@@ -12,45 +14,63 @@ use crate::params::{
     ALONG_AGREEMENT_SIGMAS, ALONG_HALF_LENGTH_WIDTHS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH, SKEW_DOUBT,
 };
 
-/// Farthest lag, in columns, at which noise is still taken as shared.
-const MAX_LAG: usize = 8;
-/// A window whose determinant is a smaller part of its diagonal's product holds too few points. A parabola fitted to
-/// one side of its vertex has some 0.003.
-const MIN_DETERMINANT: f32 = 1e-4;
-
 type Lanes = [f32; LANES];
 
 /// Fits local parabolas along lines; keeps its memory from image to image.
 #[derive(Default)]
 pub struct Averager {
-    windows: Vec<Window>,
+    /// The shortest first.
+    windows: Vec<Kernels>,
     longest: usize,
-    correlation_px: f32,
-    weights: Vec<f32>,
-    detrended: Vec<f32>,
+    /// Variance of every crossing of a piece, and nothing beyond its ends.
+    variances: Vec<f32>,
+    /// Rows of a block and of its surroundings above the block's first.
+    rows: Vec<f32>,
 }
 
-/// One length of window; x runs from −1 to 1 between the first points of weight zero.
+/// Some neighbouring columns of a piece.
+#[derive(Clone, Copy)]
+struct Block {
+    start: usize,
+    /// Columns of the whole piece.
+    n: usize,
+}
+
+/// The fit chosen in every lane; x in columns.
+struct Chosen {
+    /// Which window, `NONE` where no parabola can be fitted.
+    window: Numbers,
+    value: Numbers,
+    variance: Numbers,
+}
+
+/// No window.
+const NONE: f32 = -1.0;
+
+/// How the chosen parabolas lie.
 #[derive(Default)]
-struct Window {
-    half_length: usize,
-    /// Taper times 1, x, x², x³, x⁴, for every place from the middle on.
-    moments: Vec<[f32; 5]>,
-    /// Factor on the variance for shared noise, by how many places on either side the line has; not a number before it
-    /// is asked for.
-    shared: Vec<f32>,
-    correlations: [f64; MAX_LAG + 1],
+struct Shape {
+    slope: Numbers,
+    bend: Numbers,
+    /// Variance of the bend over that of the value.
+    bend_gain: Numbers,
 }
 
-/// Parabolas fitted to eight windows: value, slope and bend (of x scaled) at the middle, and the first and last
-/// entries of the inverse of the normal matrix's diagonal.
+/// Fits of one window.
 struct Fits {
-    valid: [bool; LANES],
-    value: Lanes,
-    slope: Lanes,
-    bend: Lanes,
-    value_variance: Lanes,
-    bend_variance: Lanes,
+    /// 1 where the window holds enough places, otherwise 0.
+    valid: Numbers,
+    value: Numbers,
+    variance: Numbers,
+}
+
+/// What is told of some points.
+struct Described {
+    /// Rows above the block's first.
+    shift: Lanes,
+    normal_u: Lanes,
+    across: Lanes,
+    sigma_px: Lanes,
 }
 
 impl Averager {
@@ -61,15 +81,13 @@ impl Averager {
         let halves =
             std::iter::successors(Some(self.longest), |&h| (h >= 2 * ALONG_MIN_HALF_LENGTH).then_some(h / 2));
         let correlations: [f64; MAX_LAG + 1] = std::array::from_fn(|lag| scatter.correlation(lag));
-        let n_windows = halves.clone().count();
-        self.windows.resize_with(n_windows, Window::default);
+        self.windows.resize_with(halves.clone().count(), Kernels::default);
         for (window, half_length) in self.windows.iter_mut().rev().zip(halves) {
             window.prepare(half_length, &correlations);
         }
-        self.correlation_px = scatter.correlation_px() as f32;
     }
 
-    /// Adds the averaged points of a piece to `points`, and for every eighth how much less it varies to `gains`.
+    /// Adds the averaged points of a piece to `points`, and for some how much less it varies to `gains`.
     #[inline(always)]
     pub fn average(
         &mut self,
@@ -80,281 +98,193 @@ impl Averager {
         gains: &mut Vec<f32>,
     ) {
         let n = piece.places.len();
-        let unit = self.weigh(crossings, piece, scatter);
-        let per_unit = 1.0 / unit;
+        self.predict(crossings, piece, scatter);
         let rows = &crossings.v[piece.places.clone()];
         points.reserve(n);
         for start in (0..n).step_by(LANES) {
-            let (base, trend) = self.detrend(rows, start);
-            let chosen = self.chosen(start, n, per_unit);
-            let mut cross_variance_px2 = [0.0f32; LANES];
+            let block = Block { start, n };
+            self.bring_near(rows, start);
+            let chosen = self.chosen(block);
+            let shape = self.shape(block, chosen.window);
             let places = piece.places.start + start..(piece.places.start + start + LANES).min(piece.places.end);
-            cross_variance_px2
-                .iter_mut()
-                .zip(&crossings.cross_variance_px2[places.clone()])
-                .for_each(|(c, &v)| *c = v);
-            let own_variance: Lanes =
-                std::array::from_fn(|i| per_unit / self.weights[self.longest + start + i].max(f32::MIN_POSITIVE));
-            let fits = chosen.described(trend, &cross_variance_px2, &own_variance, per_unit, self.correlation_px);
-            gains.push(own_variance[0] / fits.variance[0]);
-            for (i, place) in places.enumerate() {
-                points.push(CentrelinePoint {
-                    u_px: (piece.first_u + start + i) as f64,
-                    v_px: base + (f64::from(trend) * i as f64 + f64::from(fits.shift[i])),
-                    normal: [f64::from(fits.normal_u[i]), f64::from(fits.across[i])],
-                    sigma_px: f64::from(fits.sigma_px[i]),
-                    intensity: crossings.intensity[place],
-                    width_px: crossings.width_px[place] * fits.across[i],
-                    saturated: crossings.saturated[place],
-                });
-            }
+            let mut cross_variance_px2 = [0.0f32; LANES];
+            cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
+            let told = chosen.described(&shape, &cross_variance_px2);
+            gains.push(self.variances[self.longest + start] / chosen.variance.0[0]);
+            let first_u = piece.first_u + start;
+            let measured = crossings.intensity[places.clone()]
+                .iter()
+                .zip(&crossings.width_px[places.clone()])
+                .zip(&crossings.saturated[places]);
+            let tell =
+                |(i, ((&intensity, &width_px), &saturated)): (usize, ((&f32, &f32), &bool))| CentrelinePoint {
+                    u_px: (first_u + i) as i32 as f64,
+                    v_px: rows[start] + f64::from(told.shift[i]),
+                    normal: [f64::from(told.normal_u[i]), f64::from(told.across[i])],
+                    sigma_px: f64::from(told.sigma_px[i]),
+                    intensity,
+                    width_px: width_px * told.across[i],
+                    saturated,
+                };
+            points.extend(measured.take(LANES).enumerate().map(tell));
         }
     }
 
-    /// Inverse variances of a piece, nothing beyond its ends, in units of the largest, which is returned.
+    /// Variances of the crossings of a piece.
     #[inline(always)]
-    fn weigh(&mut self, crossings: &Crossings, piece: &Piece, scatter: &Scatter) -> f32 {
-        let (n, pad) = (piece.places.len(), self.longest);
+    fn predict(&mut self, crossings: &Crossings, piece: &Piece, scatter: &Scatter) {
         let speckle = scatter.speckle() as f32;
         let cameras = &crossings.camera_variance[piece.places.clone()];
         let speckles = &crossings.speckle_variance[piece.places.clone()];
-        self.weights.clear();
-        self.weights.resize(n + 2 * pad + LANES, 0.0);
-        let weights = &mut self.weights[pad..pad + n];
-        for ((weight, camera), of_speckle) in weights.iter_mut().zip(cameras).zip(speckles) {
-            *weight = 1.0 / (camera + speckle * of_speckle).max(1e-8);
+        self.variances.clear();
+        self.variances.resize(piece.places.len() + 2 * self.longest + LANES, 0.0);
+        let variances = &mut self.variances[self.longest..];
+        for ((variance, camera), of_speckle) in variances.iter_mut().zip(cameras).zip(speckles) {
+            *variance = (camera + speckle * of_speckle).max(1e-8);
         }
-        let unit = weights.iter().fold(0.0f32, |a, &b| if b > a { b } else { a });
-        let per_unit = 1.0 / unit;
-        weights.iter_mut().for_each(|weight| *weight *= per_unit);
-        unit
     }
 
-    /// Rows of the block at `start` and of its surroundings with a straight line taken off: its row at `start` and its
-    /// slope.
+    /// Rows of the block at `start` and of its surroundings above its first.
     #[inline(always)]
-    fn detrend(&mut self, rows: &[f64], start: usize) -> (f64, f32) {
+    fn bring_near(&mut self, rows: &[f64], start: usize) {
         let pad = self.longest;
-        let (from, to) = (start.saturating_sub(pad), (start + LANES + pad).min(rows.len()) - 1);
-        let trend = ((rows[to] - rows[from]) / (to - from).max(1) as f64) as f32;
+        let (from, to) = (start.saturating_sub(pad), (start + LANES + pad).min(rows.len()));
         let base = rows[start];
-        self.detrended.clear();
-        self.detrended.resize(LANES + 2 * pad, 0.0);
-        let first_x = from as f32 - start as f32;
-        let detrended = &mut self.detrended[from + pad - start..][..to + 1 - from];
-        for (j, (out, &row)) in detrended.iter_mut().zip(&rows[from..=to]).enumerate() {
-            *out = (row - base) as f32 - trend * (first_x + j as u32 as f32);
-        }
-        (base, trend)
+        self.rows.resize(LANES + 2 * pad, 0.0);
+        let near = &mut self.rows[from + pad - start..][..to - from];
+        near.iter_mut().zip(&rows[from..to]).for_each(|(near, &row)| *near = (row - base) as f32);
     }
 
     /// For every lane the longest window that agrees with all shorter ones, and its fit.
     #[inline(always)]
-    fn chosen(&mut self, start: usize, n: usize, per_unit: f32) -> Chosen {
-        let agreement = (ALONG_AGREEMENT_SIGMAS * ALONG_AGREEMENT_SIGMAS) as f32 * per_unit;
-        let mut chosen = Chosen::default();
+    fn chosen(&mut self, block: Block) -> Chosen {
+        let agreement = (ALONG_AGREEMENT_SIGMAS * ALONG_AGREEMENT_SIGMAS) as f32;
+        let (zero, one) = (Numbers::default(), Numbers::splat(1.0));
         // Without any fit a crossing stands where it was measured.
-        chosen.value.copy_from_slice(&self.detrended[self.longest..][..LANES]);
-        let mut closed = [false; LANES];
-        for window in &mut self.windows {
-            let shared = window.shared(start, n);
-            let fits = window.fit(
-                &self.weights[start + self.longest - window.half_length..],
-                &self.detrended[self.longest - window.half_length..],
-            );
-            let per_px = window.per_px();
-            let squared = per_px * per_px;
-            for i in 0..LANES {
-                let variance = fits.value_variance[i] * shared[i];
-                let shorter = chosen.variance[i];
-                let noise = (shorter - variance).max(0.1 * shorter);
-                let departure = fits.value[i] - chosen.value[i];
-                let contradicts = chosen.any[i] & (departure * departure > agreement * noise);
-                closed[i] |= fits.valid[i] & contradicts;
-                let better = fits.valid[i] & !closed[i];
-                let choose = |new: f32, old: f32| if better { new } else { old };
-                chosen.any[i] |= better;
-                chosen.value[i] = choose(fits.value[i], chosen.value[i]);
-                chosen.slope[i] = choose(fits.slope[i] * per_px, chosen.slope[i]);
-                chosen.bend[i] = choose(fits.bend[i] * squared, chosen.bend[i]);
-                chosen.variance[i] = choose(variance, chosen.variance[i]);
-                let bend_variance = fits.bend_variance[i] * (squared * squared);
-                chosen.bend_variance[i] = choose(bend_variance, chosen.bend_variance[i]);
-            }
+        let mut chosen = Chosen {
+            window: Numbers::splat(NONE),
+            value: Numbers::of(&self.rows[self.longest..]),
+            variance: Numbers::of(&self.variances[self.longest + block.start..]),
+        };
+        // 1 until a window contradicts a shorter one.
+        let mut open = one;
+        for idx in 0..self.windows.len() {
+            let Fits { valid, value, variance } = self.fit(idx, block);
+            let noise = (chosen.variance - variance).max(chosen.variance * 0.1);
+            let departure = value - chosen.value;
+            let allowed =
+                chosen.window.where_over(Numbers::splat(NONE), noise * agreement, Numbers::splat(f32::MAX));
+            let contradicts = (departure * departure).where_over(allowed, valid, zero);
+            open = contradicts.where_over(zero, zero, open);
+            let better = open * valid;
+            chosen.window = better.where_over(zero, Numbers::splat(idx as f32), chosen.window);
+            chosen.value = better.where_over(zero, value, chosen.value);
+            chosen.variance = better.where_over(zero, variance, chosen.variance);
         }
         chosen
     }
+
+    /// Fits by whole windows, then anew where the line ends inside of them.
+    #[inline(always)]
+    fn fit(&mut self, idx: usize, block: Block) -> Fits {
+        let half = self.windows[idx].half_length();
+        let kernel = self.windows[idx].whole();
+        let value = windowed(&kernel.value, &self.rows[self.longest - half..]);
+        let variances = &self.variances[self.longest + block.start - half..];
+        let variance = windowed(&kernel.squared, variances) * kernel.shared;
+        let mut fits = Fits { valid: Numbers::splat(1.0), value, variance };
+        for i in block.cut(half) {
+            let (kernel, from) = block.kernel_at(&mut self.windows[idx], i);
+            fits.valid.0[i] = if kernel.value.is_empty() { 0.0 } else { 1.0 };
+            fits.value.0[i] = sum(&kernel.value, &self.rows[self.longest + i - from..]);
+            let variances = &self.variances[self.longest + block.start + i - from..];
+            fits.variance.0[i] = sum(&kernel.squared, variances) * kernel.shared;
+        }
+        fits
+    }
+
+    /// Slopes and bends in the windows chosen.
+    #[inline(always)]
+    fn shape(&mut self, block: Block, window: Numbers) -> Shape {
+        let mut shape = Shape::default();
+        for idx in 0..self.windows.len() {
+            // Over a half in the lanes that chose this window.
+            let away = window - Numbers::splat(idx as f32);
+            let mine = Numbers::splat(1.0) - away * away;
+            if !mine.any_over(0.5) {
+                continue;
+            }
+            let half = self.windows[idx].half_length();
+            let kernel = self.windows[idx].whole();
+            let rows = &self.rows[self.longest - half..];
+            let limit = Numbers::splat(0.5);
+            shape.slope = mine.where_over(limit, windowed(&kernel.slope, rows), shape.slope);
+            shape.bend = mine.where_over(limit, windowed(&kernel.bend, rows), shape.bend);
+            shape.bend_gain = mine.where_over(limit, Numbers::splat(kernel.bend_gain), shape.bend_gain);
+            for i in block.cut(half).filter(|&i| mine.0[i] > 0.5) {
+                let (kernel, from) = block.kernel_at(&mut self.windows[idx], i);
+                let rows = &self.rows[self.longest + i - from..];
+                shape.slope.0[i] = sum(&kernel.slope, rows);
+                shape.bend.0[i] = sum(&kernel.bend, rows);
+                shape.bend_gain.0[i] = kernel.bend_gain;
+            }
+        }
+        shape
+    }
 }
 
-/// The fit chosen in every lane; x in columns.
-#[derive(Default)]
-struct Chosen {
-    any: [bool; LANES],
-    value: Lanes,
-    slope: Lanes,
-    bend: Lanes,
-    variance: Lanes,
-    bend_variance: Lanes,
-}
+impl Block {
+    /// Columns whose windows the ends of the piece cut.
+    #[inline(always)]
+    fn cut(self, half_length: usize) -> impl Iterator<Item = usize> {
+        let n_columns = LANES.min(self.n - self.start);
+        let n_first = half_length.saturating_sub(self.start).min(n_columns);
+        let last = (self.n.saturating_sub(half_length + self.start)).clamp(n_first, n_columns);
+        (0..n_first).chain(last..n_columns)
+    }
 
-/// What is told of eight points.
-struct Described {
-    /// Rows above the trend.
-    shift: Lanes,
-    variance: Lanes,
-    normal_u: Lanes,
-    across: Lanes,
-    sigma_px: Lanes,
+    /// The kernel for one of its columns, and how many places it begins before the column.
+    #[inline(always)]
+    fn kernel_at(self, kernels: &mut Kernels, i: usize) -> (&Kernel, usize) {
+        let (idx, half) = (self.start + i, kernels.half_length());
+        let before = idx.min(half);
+        (kernels.at(before, (self.n - 1 - idx).min(half)), before)
+    }
 }
 
 impl Chosen {
     /// Position, normal and σ; a crossing without a fit stands for itself.
     #[inline(always)]
-    fn described(
-        &self,
-        trend: f32,
-        cross_variance_px2: &Lanes,
-        own_variance: &Lanes,
-        per_unit: f32,
-        correlation_px: f32,
-    ) -> Described {
-        let [mut shift, mut variance, mut normal_u, mut across, mut sigma_px] = [[0.0f32; LANES]; 5];
+    fn described(&self, shape: &Shape, cross_variance_px2: &Lanes) -> Described {
+        let [mut shift, mut normal_u, mut across, mut sigma_px] = [[0.0f32; LANES]; 4];
         for i in 0..LANES {
-            let any = self.any[i];
-            let slope = if any { trend + self.slope[i] } else { 0.0 };
-            let bend = self.bend[i];
-            let bend_variance = self.bend_variance[i] * per_unit * correlation_px;
-            let sure = (1.0 - SKEW_DOUBT * bend_variance / (bend * bend).max(f32::MIN_POSITIVE)).max(0.0);
-            let skew = sure * skew_shift(slope, 2.0 * bend, cross_variance_px2[i]);
-            shift[i] = self.value[i] - skew;
-            variance[i] = if any { (self.variance[i] * per_unit).max(1e-10) } else { own_variance[i] };
+            let (slope, bend) = (shape.slope.0[i], shape.bend.0[i]);
+            let variance = self.variance.0[i].max(1e-10);
+            let doubt = SKEW_DOUBT * shape.bend_gain.0[i] * variance;
+            let sure = (1.0 - doubt / (bend * bend).max(f32::MIN_POSITIVE)).max(0.0);
+            shift[i] = self.value.0[i] - sure * skew_shift(slope, 2.0 * bend, cross_variance_px2[i]);
             across[i] = 1.0 / (1.0 + slope * slope).sqrt();
             normal_u[i] = -slope * across[i];
-            sigma_px[i] = variance[i].sqrt() * across[i];
+            sigma_px[i] = variance.sqrt() * across[i];
         }
-        Described { shift, variance, normal_u, across, sigma_px }
+        Described { shift, normal_u, across, sigma_px }
     }
 }
 
-impl Window {
-    fn prepare(&mut self, half_length: usize, correlations: &[f64; MAX_LAG + 1]) {
-        let reach = (half_length + 1) as f64;
-        let x_of = |k: usize| k as f64 / reach;
-        self.half_length = half_length;
-        self.moments.clear();
-        let moment = |x: f64, power: i32| ((1.0 - x * x) * x.powi(power)) as f32;
-        self.moments.extend((0..=half_length).map(|k| std::array::from_fn(|power| moment(x_of(k), power as i32))));
-        self.shared.clear();
-        self.shared.resize((half_length + 1) * (half_length + 1), f32::NAN);
-        self.correlations = *correlations;
-    }
-
-    fn per_px(&self) -> f32 {
-        1.0 / (self.half_length + 1) as f32
-    }
-
-    /// Factors on the variance for eight columns of `n` from `start` on.
-    #[inline(always)]
-    fn shared(&mut self, start: usize, n: usize) -> Lanes {
-        let half = self.half_length;
-        if start >= half && start + LANES + half <= n {
-            return [self.shared_at(half, half); LANES];
-        }
-        std::array::from_fn(|i| {
-            let idx = (start + i).min(n - 1);
-            self.shared_at(idx.min(half), (n - 1 - idx).min(half))
-        })
-    }
-
-    fn shared_at(&mut self, before: usize, after: usize) -> f32 {
-        let place = before * (self.half_length + 1) + after;
-        if self.shared[place].is_nan() {
-            let reach = (self.half_length + 1) as f64;
-            self.shared[place] = shared_noise(before, after, reach, &self.correlations) as f32;
-        }
-        self.shared[place]
-    }
-
-    /// Fits eight parabolas; `weights` and `rows` begin at the first place of the first window.
-    ///
-    /// Even moments take the sum of the places on either side of the middle, odd ones their difference.
-    #[inline(always)]
-    fn fit(&self, weights: &[f32], rows: &[f32]) -> Fits {
-        let half = self.half_length;
-        let (weights, rows) = (&weights[..2 * half + LANES], &rows[..2 * half + LANES]);
-        let w = Numbers::of(&weights[half..]);
-        let zero = Numbers::default();
-        let (mut s0, mut s1, mut s2, mut s3, mut s4) = (w, zero, zero, zero, zero);
-        let (mut t0, mut t1, mut t2) = (w * Numbers::of(&rows[half..]), zero, zero);
-        for (k, &[m0, m1, m2, m3, m4]) in self.moments.iter().enumerate().skip(1) {
-            let (before, after) = (Numbers::of(&weights[half - k..]), Numbers::of(&weights[half + k..]));
-            let (sum, difference) = (after + before, after - before);
-            let (before, after) =
-                (before * Numbers::of(&rows[half - k..]), after * Numbers::of(&rows[half + k..]));
-            let (sum_y, difference_y) = (after + before, after - before);
-            s0 = s0 + sum * m0;
-            s1 = s1 + difference * m1;
-            s2 = s2 + sum * m2;
-            s3 = s3 + difference * m3;
-            s4 = s4 + sum * m4;
-            t0 = t0 + sum_y * m0;
-            t1 = t1 + difference_y * m1;
-            t2 = t2 + sum_y * m2;
-        }
-        solved(&[s0, s1, s2, s3, s4].map(|s| s.0), &[t0, t1, t2].map(|t| t.0))
-    }
-}
-
+/// Sums with a kernel of neighbouring windows, the first of which begins with `numbers`.
 #[inline(always)]
-fn solved(s: &[Lanes; 5], t: &[Lanes; 3]) -> Fits {
-    let mut fits = Fits {
-        valid: [false; LANES],
-        value: [0.0; LANES],
-        slope: [0.0; LANES],
-        bend: [0.0; LANES],
-        value_variance: [0.0; LANES],
-        bend_variance: [0.0; LANES],
-    };
-    for i in 0..LANES {
-        let [s0, s1, s2, s3, s4] = [s[0][i], s[1][i], s[2][i], s[3][i], s[4][i]];
-        let (c00, c01, c02) = (s2 * s4 - s3 * s3, s2 * s3 - s1 * s4, s1 * s3 - s2 * s2);
-        let (c11, c12, c22) = (s0 * s4 - s2 * s2, s1 * s2 - s0 * s3, s0 * s2 - s1 * s1);
-        let determinant = s0 * c00 + s1 * c01 + s2 * c02;
-        let valid = determinant > MIN_DETERMINANT * s0 * s2 * s4;
-        let inverse = 1.0 / if valid { determinant } else { 1.0 };
-        fits.valid[i] = valid;
-        fits.value[i] = (c00 * t[0][i] + c01 * t[1][i] + c02 * t[2][i]) * inverse;
-        fits.slope[i] = (c01 * t[0][i] + c11 * t[1][i] + c12 * t[2][i]) * inverse;
-        fits.bend[i] = (c02 * t[0][i] + c12 * t[1][i] + c22 * t[2][i]) * inverse;
-        fits.value_variance[i] = c00 * inverse;
-        fits.bend_variance[i] = c22 * inverse;
+fn windowed(weights: &[f32], numbers: &[f32]) -> Numbers {
+    let mut sum = Numbers::default();
+    for (&weight, window) in weights.iter().zip(numbers.array_windows::<LANES>()) {
+        sum = sum + Numbers(*window) * weight;
     }
-    fits
+    sum
 }
 
-/// Variance of the value at x = 0 of a tapered parabola through evenly noisy places with shared noise, `before` and
-/// `after` it, over what the inverse of the normal matrix says.
-fn shared_noise(before: usize, after: usize, reach: f64, correlations: &[f64; MAX_LAG + 1]) -> f64 {
-    let n = before + after + 1;
-    let x_of = |k: usize| (k as f64 - before as f64) / reach;
-    let mut s = [0.0f64; 5];
-    for x in (0..n).map(x_of) {
-        (0..5).for_each(|power| s[power] += (1.0 - x * x) * x.powi(power as i32));
-    }
-    let first = [s[2] * s[4] - s[3] * s[3], s[2] * s[3] - s[1] * s[4], s[1] * s[3] - s[2] * s[2]];
-    let determinant = s[0] * first[0] + s[1] * first[1] + s[2] * first[2];
-    if determinant <= f64::from(MIN_DETERMINANT) * s[0] * s[2] * s[4] {
-        return 1.0;
-    }
-    let mut kernel = [0.0f64; 2 * ALONG_MAX_HALF_LENGTH + 1];
-    let kernel = &mut kernel[..n];
-    for (k, weight) in kernel.iter_mut().enumerate() {
-        let x = x_of(k);
-        *weight = (1.0 - x * x) * (first[0] + x * (first[1] + x * first[2])) / determinant;
-    }
-    let products = |lag: usize| kernel.iter().zip(kernel.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
-    let sum = products(0) + (1..=MAX_LAG).map(|lag| 2.0 * correlations[lag] * products(lag)).sum::<f64>();
-    sum * determinant / first[0]
+/// Sum with the kernel of one window.
+#[inline(always)]
+fn sum(weights: &[f32], numbers: &[f32]) -> f32 {
+    weights.iter().zip(numbers).map(|(weight, number)| weight * number).sum()
 }
 
 /// How far (rows) the centre of a column's profile lies from a line that is steep and curved at once: to first order

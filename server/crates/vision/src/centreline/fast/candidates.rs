@@ -25,6 +25,59 @@ struct Sought<'a, T> {
     separation_px: f32,
 }
 
+/// The latest candidate of every column: its row in the run and its response, which is zero before there is one.
+struct Latest<T: Level> {
+    v: Lanes<T>,
+    response: Lanes<T>,
+    before: (Lanes<T>, Lanes<T>),
+    separation: T::Sum,
+}
+
+impl<T: Level> Latest<T> {
+    #[inline(always)]
+    fn new(separation_px: f32) -> Self {
+        let zero = [T::Sum::default(); STRIP_WIDTH_PX];
+        let separation = T::Sum::nearest(separation_px.ceil());
+        Self { v: zero, response: zero, before: (zero, zero), separation }
+    }
+
+    /// Meets the responses of a row where `lead` is not negative: of two that are too close the stronger stays. Not
+    /// negative is the answer where the one before was left for good.
+    #[inline(always)]
+    fn meet(&mut self, lead: &Lanes<T>, response: &Lanes<T>, v: usize) -> Lanes<T> {
+        let next = T::Sum::whole(v as i32 + 1).minus(self.separation);
+        self.before = (self.v, self.response);
+        let here = T::Sum::whole(v as i32);
+        let mut done = *lead;
+        for i in 0..STRIP_WIDTH_PX {
+            // Negative is what is so.
+            let is_far = self.v[i].minus(next);
+            let is_stronger = self.response[i].minus(response[i]);
+            let is_first = self.response[i].minus(T::Sum::ONE);
+            let taken = is_far.or(is_stronger).or(is_first).and(lead[i].not()).sign();
+            done[i] = is_far.and(is_first.not()).and(lead[i].not()).not();
+            self.v[i] = here.and(taken).or(self.v[i].and(taken.not()));
+            self.response[i] = response[i].and(taken).or(self.response[i].and(taken.not()));
+        }
+        done
+    }
+
+    /// Row and response of the one before.
+    fn left(&self, i: usize) -> (T::Sum, T::Sum) {
+        (self.before.0[i], self.before.1[i])
+    }
+}
+
+impl<T: Level> Sought<'_, T> {
+    #[inline(always)]
+    fn candidate(&self, strip: &Strip, first: usize, i: usize, (v, response): (T::Sum, T::Sum)) -> Candidate {
+        let (u, v) = (strip.u0 + i, first + v.int() as usize);
+        let contrast = response.number() / self.boxes.rows() as f32;
+        let snr = contrast / self.noise.at(strip.u0, v);
+        Candidate { u: u as u32, v: v as u32, contrast, snr }
+    }
+}
+
 impl<T: Level> Search<T> {
     /// Finds all candidates, ordered by column, then by row. `noise` is that of box differences.
     #[inline(always)]
@@ -53,31 +106,40 @@ impl<T: Level> Search<T> {
     #[inline(always)]
     fn strip(&mut self, sought: &Sought<T>, strip: &Strip, rows: std::ops::Range<usize>) {
         self.respond(sought, strip, &rows);
-        let n_rows = sought.boxes.rows() as f32;
-        let n_columns = strip.u1 - strip.u0;
         let first = rows.start;
+        let mut latest = Latest::<T>::new(sought.separation_px);
         let mut rest = rows;
         while !rest.is_empty() {
             let tile_end = ((rest.start / NOISE_TILE_PX + 1) * NOISE_TILE_PX).min(rest.end);
-            let sum_sigma = sought.noise.at(strip.u0, rest.start) * n_rows;
+            let sum_sigma = sought.noise.at(strip.u0, rest.start) * sought.boxes.rows() as f32;
             let threshold = T::Sum::nearest((CANDIDATE_MIN_SNR * sum_sigma).ceil());
             let three = &self.response[rest.start - first..tile_end + 2 - first];
             let nexts = three.iter().zip(&three[1..]).zip(&three[2..]);
-            for (v, ((before, here), after)) in (rest.start..tile_end).zip(nexts) {
+            for (v, ((before, here), after)) in (rest.start - first..).zip(nexts) {
                 let lead = lead::<T>(before, here, after, threshold);
-                if lead.iter().fold(T::Sum::default().minus(T::Sum::ONE), |most, &lead| most.max(lead))
-                    < T::Sum::default()
-                {
+                if !any_from_zero::<T>(&lead) {
                     continue;
                 }
-                for i in (0..n_columns).filter(|&i| lead[i] >= T::Sum::default()) {
-                    let response = here[i].number();
-                    let (contrast, snr) = (response / n_rows, response / sum_sigma);
-                    let candidate = Candidate { u: (strip.u0 + i) as u32, v: v as u32, contrast, snr };
-                    keep(&mut self.columns[i], candidate, sought.separation_px);
+                let done = latest.meet(&lead, here, v);
+                if !any_from_zero::<T>(&done) {
+                    continue;
+                }
+                for i in (0..STRIP_WIDTH_PX).filter(|&i| done[i] >= T::Sum::default()) {
+                    // What was latest before has come back in exchange.
+                    keep(
+                        &mut self.columns[i],
+                        sought.candidate(strip, first, i, latest.left(i)),
+                        sought.separation_px,
+                    );
                 }
             }
             rest.start = tile_end;
+        }
+        for i in 0..strip.u1 - strip.u0 {
+            if latest.response[i] > T::Sum::default() {
+                let candidate = sought.candidate(strip, first, i, (latest.v[i], latest.response[i]));
+                keep(&mut self.columns[i], candidate, sought.separation_px);
+            }
         }
     }
 
@@ -157,6 +219,13 @@ fn contrast<T: Level>(
         contrast[i] = here.0[i].minus(here.1[i]).minus(flank);
     }
     contrast
+}
+
+/// Whether any lane is not negative.
+#[inline(always)]
+fn any_from_zero<T: Level>(lanes: &Lanes<T>) -> bool {
+    let most = lanes.iter().fold(T::Sum::default().minus(T::Sum::ONE), |most, &lane| most.max(lane));
+    most >= T::Sum::default()
 }
 
 /// By how much every lane is at least the threshold, more than the row before and at least the row after; negative where

@@ -4,7 +4,7 @@
 //! column stands out clearly; the threshold is low, for a cell too many costs time only.
 
 use crate::centreline::reference::noise::NoiseMap;
-use crate::centreline::view::{Level, View};
+use crate::centreline::view::{Level, Sum, View};
 use crate::params::{
     CELL_HEIGHT_PX, CELL_MIN_SNR, CELL_WIDTH_PX, CELLS_AT_BORDER, CELLS_BESIDE, NOISE_TILE_PX, STRIP_WIDTH_PX,
 };
@@ -15,7 +15,7 @@ const STRIP_CELLS: usize = STRIP_WIDTH_PX / CELL_WIDTH_PX;
 const LANES: usize = 16;
 
 /// Columns of the image that share cells, and the rows in which they may hold lines.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Strip {
     /// First column.
     pub u0: usize,
@@ -25,20 +25,58 @@ pub struct Strip {
     pub rows: Vec<std::ops::Range<usize>>,
 }
 
-/// Sums of grey levels over cells, row by row of cells. Where the image does not hold a whole number of cells, the
-/// last ones overlap those before.
-struct Cells {
+/// Sums of cells side by side.
+type Sums<T> = [<T as Level>::Sum; LANES];
+
+/// Looks for bright cells; keeps its memory from image to image.
+#[derive(Default)]
+pub struct Cells<T: Level> {
+    /// Cells in a row.
     across: usize,
+    /// Rows of cells.
     down: usize,
-    sums: Vec<i32>,
+    /// Groups of [`LANES`] cells in a row.
+    groups: usize,
+    /// Sums of grey levels, row by row of cells. Where the image does not hold a whole number of cells, the last ones
+    /// overlap those before.
+    sums: Vec<Sums<T>>,
+    /// One group of columns with as many rows beyond either end as a comparison looks at.
+    levels: Vec<Sums<T>>,
+    least: Vec<Sums<T>>,
+    /// A bit for every cell, by column.
+    bright: Vec<u64>,
 }
 
-impl Cells {
+impl<T: Level> Cells<T> {
+    /// The strips of an image with the rows in which lines may be.
     #[inline(always)]
-    fn of<T: Level>(view: &View<T>) -> Self {
+    pub fn strips_with_light(&mut self, view: &View<T>, noise: &NoiseMap, strips: &mut Vec<Strip>) {
+        self.sum_up(view);
+        let words = self.down.div_ceil(64);
+        self.bright.clear();
+        self.bright.resize(self.groups * LANES * words, 0);
+        for group in 0..self.groups {
+            self.mark_bright(group, noise, words);
+        }
+        let of_cells = |idx: usize| &self.bright[idx * words..(idx + 1) * words];
+        strips.resize_with(self.across.div_ceil(STRIP_CELLS), Strip::default);
+        for (strip, first) in strips.iter_mut().zip((0..self.across).step_by(STRIP_CELLS)) {
+            let own = first..(first + STRIP_CELLS).min(self.across);
+            let bits = |word: usize| own.clone().fold(0, |bits, idx| bits | of_cells(idx)[word]);
+            strip.u0 = first * CELL_WIDTH_PX;
+            strip.u1 = (strip.u0 + STRIP_WIDTH_PX).min(view.width);
+            rows_of((0..words).map(bits), self.down, view.height, &mut strip.rows);
+        }
+    }
+
+    #[inline(always)]
+    fn sum_up(&mut self, view: &View<T>) {
         let (across, down) = (view.width.div_ceil(CELL_WIDTH_PX), view.height.div_ceil(CELL_HEIGHT_PX));
-        let mut sums = vec![0i32; across * down];
-        for (row, out) in sums.chunks_exact_mut(across).enumerate() {
+        (self.across, self.down, self.groups) = (across, down, across.div_ceil(LANES));
+        self.sums.resize(self.groups * down, [T::Sum::default(); LANES]);
+        for (row, out) in self.sums.chunks_exact_mut(self.groups).enumerate() {
+            let out = out.as_flattened_mut();
+            out[across..].fill(T::Sum::default());
             let v = (row * CELL_HEIGHT_PX).min(view.height - CELL_HEIGHT_PX);
             let rows: [&[T]; CELL_HEIGHT_PX] = std::array::from_fn(|i| view.row(v + i));
             let [a, b, c, d] = rows.map(|r| r.as_chunks::<CELL_WIDTH_PX>().0);
@@ -46,42 +84,82 @@ impl Cells {
                 *out = T::cell_sum([a, b, c, d]);
             }
             if !view.width.is_multiple_of(CELL_WIDTH_PX) {
-                let tails = rows.map(|r| {
-                    r.last_chunk::<CELL_WIDTH_PX>().map_or(0, |t| t.iter().map(|l| l.int()).sum::<i32>())
-                });
-                out[across - 1] = tails.iter().sum();
+                let tails = rows.map(|r| r.last_chunk::<CELL_WIDTH_PX>().expect("rows are wider than cells"));
+                out[across - 1] = T::cell_sum(tails);
             }
         }
-        Self { across, down, sums }
     }
-}
 
-/// The strips of an image with the rows in which lines may be.
-#[inline(always)]
-pub fn strips_with_light<T: Level>(view: &View<T>, noise: &NoiseMap) -> Vec<Strip> {
-    let cells = Cells::of(view);
-    let words = cells.down.div_ceil(64);
-    let mut bright = vec![0u64; cells.across * words];
-    for first in (0..cells.across).step_by(LANES) {
-        mark_bright(&cells, first, noise, &mut bright[first * words..], words);
+    /// Sets a bit for every cell of a group of columns that is brighter, by [`CELL_MIN_SNR`], than the darkest cell
+    /// above and the darkest below it.
+    #[inline(always)]
+    fn mark_bright(&mut self, group: usize, noise: &NoiseMap, words: usize) {
+        self.take(group);
+        let scale = CELL_MIN_SNR * ((CELL_WIDTH_PX * CELL_HEIGHT_PX) as f32).sqrt();
+        let n = LANES.min(self.across - group * LANES);
+        let mut thresholds = [T::Sum::default(); LANES];
+        let rows = self.levels[CELLS_BESIDE..].iter().zip(&self.least).zip(&self.least[CELLS_BESIDE + 1..]);
+        for (row, ((here, above), below)) in rows.enumerate().take(self.down) {
+            if (row * CELL_HEIGHT_PX).is_multiple_of(NOISE_TILE_PX) {
+                let sigmas = noise.row(row * CELL_HEIGHT_PX);
+                for (lane, threshold) in thresholds.iter_mut().enumerate().take(n) {
+                    let sigma = sigmas[(group * LANES + lane) * CELL_WIDTH_PX / NOISE_TILE_PX];
+                    *threshold = T::Sum::nearest(scale * sigma).plus(T::Sum::ONE);
+                }
+            }
+            let above = if row < CELLS_AT_BORDER { below } else { above };
+            let below = if row + CELLS_AT_BORDER >= self.down { above } else { below };
+            let mut excess = *here;
+            let mut most = T::Sum::default().minus(T::Sum::ONE);
+            for lane in 0..LANES {
+                let base = above[lane].max(below[lane]);
+                excess[lane] = here[lane].minus(base).minus(thresholds[lane]);
+            }
+            for lane in 0..LANES {
+                most = most.max(excess[lane]);
+            }
+            if most < T::Sum::default() {
+                continue;
+            }
+            for lane in (0..n).filter(|&lane| excess[lane] >= T::Sum::default()) {
+                self.bright[(group * LANES + lane) * words + row / 64] |= 1 << (row % 64);
+            }
+        }
     }
-    let of_cells = |idx: usize| &bright[idx * words..(idx + 1) * words];
-    (0..cells.across)
-        .step_by(STRIP_CELLS)
-        .map(|first| {
-            let near = first.saturating_sub(1)..(first + STRIP_CELLS + 1).min(cells.across);
-            let bits = |word: usize| near.clone().fold(0, |bits, idx| bits | of_cells(idx)[word]);
-            let u0 = first * CELL_WIDTH_PX;
-            let rows = rows_of((0..words).map(bits), cells.down, view.height);
-            Strip { u0, u1: (u0 + STRIP_WIDTH_PX).min(view.width), rows }
-        })
-        .collect()
+
+    /// Takes out a group of columns, and for every row of cells the least of it and the `CELLS_BESIDE − 1` that follow.
+    #[inline(always)]
+    fn take(&mut self, group: usize) {
+        let beyond = [T::Sum::MAX; LANES];
+        self.levels.clear();
+        self.levels.resize(CELLS_BESIDE, beyond);
+        self.levels.extend(self.sums[group..].iter().step_by(self.groups));
+        self.levels.resize(self.down + 2 * CELLS_BESIDE, beyond);
+        self.least.clone_from(&self.levels);
+        let mut covered = 1;
+        while covered < CELLS_BESIDE {
+            let step = covered.min(CELLS_BESIDE - covered);
+            for row in 0..self.least.len() - step {
+                let further = self.least[row + step];
+                let here = &mut self.least[row];
+                for lane in 0..LANES {
+                    here[lane] = here[lane].min(further[lane]);
+                }
+            }
+            covered += step;
+        }
+    }
 }
 
 /// Runs of set bits, one cell longer at either end, as rows of pixels.
 #[inline(always)]
-fn rows_of(bits: impl Iterator<Item = u64>, n_cells: usize, height: usize) -> Vec<std::ops::Range<usize>> {
-    let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
+fn rows_of(
+    bits: impl Iterator<Item = u64>,
+    n_cells: usize,
+    height: usize,
+    runs: &mut Vec<std::ops::Range<usize>>,
+) {
+    runs.clear();
     for (idx, word) in bits.enumerate() {
         let mut rest = word;
         while rest != 0 {
@@ -97,62 +175,4 @@ fn rows_of(bits: impl Iterator<Item = u64>, n_cells: usize, height: usize) -> Ve
             }
         }
     }
-    runs
-}
-
-/// Sets a bit for every cell of some neighbouring strips that is brighter, by [`CELL_MIN_SNR`], than the darkest cell
-/// above and the darkest below it.
-#[inline(always)]
-fn mark_bright(cells: &Cells, first: usize, noise: &NoiseMap, bright: &mut [u64], words: usize) {
-    let n = LANES.min(cells.across - first);
-    // Rows of cells with as many beyond either end as a comparison looks at.
-    let padded = cells.down + 2 * CELLS_BESIDE;
-    let mut levels = vec![[i32::MAX; LANES]; padded];
-    for (row, out) in levels[CELLS_BESIDE..].iter_mut().take(cells.down).enumerate() {
-        out[..n].copy_from_slice(&cells.sums[row * cells.across + first..][..n]);
-    }
-    let least = running_least(&levels);
-    let scale = CELL_MIN_SNR * ((CELL_WIDTH_PX * CELL_HEIGHT_PX) as f32).sqrt();
-    let mut thresholds = [0i32; LANES];
-    let mut word = [0u64; LANES];
-    for row in 0..cells.down {
-        if (row * CELL_HEIGHT_PX).is_multiple_of(NOISE_TILE_PX) {
-            let sigmas = noise.row(row * CELL_HEIGHT_PX);
-            for (lane, threshold) in thresholds.iter_mut().enumerate().take(n) {
-                *threshold = (scale * sigmas[(first + lane) * CELL_WIDTH_PX / NOISE_TILE_PX]) as i32;
-            }
-        }
-        let (here, above, below) = (&levels[row + CELLS_BESIDE], &least[row], &least[row + CELLS_BESIDE + 1]);
-        let (alone_above, alone_below) = (row + CELLS_AT_BORDER >= cells.down, row < CELLS_AT_BORDER);
-        for lane in 0..LANES {
-            let base = match (alone_above, alone_below) {
-                (true, false) => above[lane],
-                (false, true) => below[lane],
-                _ => above[lane].max(below[lane]),
-            };
-            word[lane] |= u64::from(here[lane].saturating_sub(base) > thresholds[lane]) << (row % 64);
-        }
-        if row % 64 == 63 || row + 1 == cells.down {
-            word.iter().take(n).enumerate().for_each(|(lane, &w)| bright[lane * words + row / 64] = w);
-            word = [0; LANES];
-        }
-    }
-}
-
-/// For every row of cells the least of it and the `CELLS_BESIDE − 1` that follow.
-#[inline(always)]
-fn running_least(levels: &[[i32; LANES]]) -> Vec<[i32; LANES]> {
-    let mut least = levels.to_vec();
-    let mut covered = 1;
-    while covered < CELLS_BESIDE {
-        let step = covered.min(CELLS_BESIDE - covered);
-        for row in 0..least.len() - step {
-            let further = least[row + step];
-            for lane in 0..LANES {
-                least[row][lane] = least[row][lane].min(further[lane]);
-            }
-        }
-        covered += step;
-    }
-    least
 }

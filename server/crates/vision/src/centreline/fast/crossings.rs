@@ -1,6 +1,6 @@
 //! The crossings of a trace: sixteen columns at a time, straightened, measured across the line.
 
-use super::pieces::{Crossings, WIDTH_PER_AREA};
+use super::pieces::{Crossings, Measured, WIDTH_PER_AREA};
 use super::taps::Taps;
 use super::window::{LANES, Places, Window};
 use crate::centreline::reference::candidates::Boxes;
@@ -15,6 +15,9 @@ use crate::params::{
 
 /// Farthest a window is moved at once, in rows.
 const MOVE_MAX_PX: f32 = 4.0;
+
+/// Neighbouring columns that may be looked at about the same row.
+const SHARING: usize = 4;
 
 type Lanes = [f32; LANES];
 
@@ -46,6 +49,18 @@ struct Pending {
     v: u32,
 }
 
+/// Lets some columns be looked at about the same row if theirs are next to it: their pixels are then copied together.
+#[inline(always)]
+fn share_row(pending: &mut [Pending; SHARING]) {
+    let n = SHARING as u32;
+    // Halves are rounded up and down in turn: where the window stands must not move the line.
+    let half = n / 2 - (pending[0].idx / n) % 2;
+    let mean = (pending.iter().map(|column| column.v).sum::<u32>() + half) / n;
+    if pending.iter().fold(true, |all, column| all & ((column.v + 1).wrapping_sub(mean) <= 2)) {
+        pending.iter_mut().for_each(|column| column.v = mean);
+    }
+}
+
 /// Steps of a trace side by side; lanes beyond the last step repeat it.
 struct Block {
     n: usize,
@@ -59,6 +74,7 @@ struct Block {
 struct Surroundings {
     background: Lanes,
     background_slope: Lanes,
+    is_even: [bool; LANES],
     clearance_px: Lanes,
     plausible: [bool; LANES],
     height: Lanes,
@@ -66,12 +82,10 @@ struct Surroundings {
     saturated: [bool; LANES],
 }
 
-/// Derivatives at the anchors, and the light that speckle plays with.
+/// Derivatives at the anchors.
 struct Derivatives {
     first: Lanes,
     second: Lanes,
-    third: Lanes,
-    speckle: Lanes,
 }
 
 /// Where the ridge lies.
@@ -93,6 +107,7 @@ impl<T: Level> Measurer<T> {
         let anchor = |v: f32| ((v + 0.5).max(0.0) as u32).min(last);
         let all = (0..).zip(&trace.steps);
         self.pending.extend(all.map(|(idx, step)| Pending { idx, v: anchor(step.v) }));
+        self.pending.as_chunks_mut().0.iter_mut().for_each(share_row);
         for _ in 0..STEGER_MAX_STEPS {
             let pending = std::mem::take(&mut self.pending);
             for some in pending.chunks(LANES) {
@@ -124,28 +139,64 @@ impl<T: Level> Measurer<T> {
         let seen = surroundings(image, &block, &self.window);
         let (width_px, clearance_px) = seen.width_and_clearance(block.n, image.width_px);
         let taps = Taps::for_width(width_px.min(CLEARANCE_KERNEL_WIDTH * clearance_px), reach);
-        let derivatives = derivatives(&self.window, taps, &seen.background, image.view.full_scale);
+        let derivatives = derivatives(&self.window, taps);
         let ridge = ridge(image, &block, &seen, &derivatives, taps.sigma_px, width_px);
         let middle = block.n / 2;
         let noise = image.noise.at(block.places.u[middle], block.places.v[middle]);
-        let camera = taps.first_squared * noise * noise;
-        for i in 0..block.n {
-            let Pending { idx, v } = pending[i];
-            if ridge.found[i] {
-                let gain = 1.0 / derivatives.second[i];
-                let place = start + idx as usize;
-                crossings.found[place] = true;
-                crossings.v[place] = f64::from(v) + f64::from(ridge.offset[i]);
-                crossings.camera_variance[place] = camera * gain * gain;
-                crossings.speckle_variance[place] = derivatives.speckle[i] * gain * gain;
-                crossings.cross_variance_px2[place] = taps.sigma_px * taps.sigma_px;
-                crossings.intensity[place] = seen.height[i];
-                crossings.area[place] = seen.area[i];
-                crossings.saturated[place] = seen.saturated[i];
-            } else if ridge.moved[i] != 0.0 {
-                self.later.push(Pending { idx, v: (v as f32 + ridge.moved[i]) as u32 });
-            }
+        let measured = Measured::of(&block, &seen, &derivatives, &ridge, taps, width_px, noise);
+        let first = pending[0].idx as usize;
+        if block.n == LANES && pending[LANES - 1].idx as usize == first + LANES - 1 {
+            crossings.put(start + first, &measured);
+        } else {
+            let found = pending.iter().enumerate().filter(|&(i, _)| measured.found[i]);
+            found.for_each(|(i, column)| crossings.put_one(start + column.idx as usize, &measured, i));
         }
+        if ridge.moved.iter().fold(false, |any, &moved| any | (moved != 0.0)) {
+            let moved = pending.iter().zip(&ridge.moved).filter(|&(_, &moved)| moved != 0.0);
+            self.later
+                .extend(moved.map(|(&Pending { idx, v }, &moved)| Pending { idx, v: (v as f32 + moved) as u32 }));
+        }
+    }
+}
+
+impl Measured {
+    #[inline(always)]
+    fn of(
+        block: &Block,
+        seen: &Surroundings,
+        derivatives: &Derivatives,
+        ridge: &Ridge,
+        taps: &Taps,
+        width_px: f32,
+        noise: f32,
+    ) -> Self {
+        let camera = taps.first_squared * noise * noise;
+        let per_area = WIDTH_PER_AREA / width_px;
+        let speckle = taps.speckle(width_px) * per_area * per_area;
+        let zero = [0.0f32; LANES];
+        let mut measured = Self {
+            found: ridge.found,
+            v: [0.0; LANES],
+            camera_variance: zero,
+            speckle_variance: zero,
+            cross_variance_px2: taps.sigma_px * taps.sigma_px,
+            intensity: zero,
+            area: zero,
+            saturated: seen.saturated,
+        };
+        for i in 0..LANES {
+            measured.v[i] = f64::from(block.places.v[i] as i32) + f64::from(ridge.offset[i]);
+        }
+        for i in 0..LANES {
+            let second = derivatives.second[i];
+            let squared_gain = 1.0 / (second * second).max(f32::MIN_POSITIVE);
+            let area = seen.area[i];
+            measured.camera_variance[i] = camera * squared_gain;
+            measured.speckle_variance[i] = speckle * (area * area) * squared_gain;
+            measured.intensity[i] = if ridge.found[i] { seen.height[i] } else { 0.0 };
+            measured.area[i] = if ridge.found[i] { area } else { 0.0 };
+        }
+        measured
     }
 }
 
@@ -190,6 +241,7 @@ fn surroundings<T: Level>(image: &Image<T>, block: &Block, window: &Window<T>) -
     let mut seen = Surroundings {
         background: [0.0; LANES],
         background_slope: [0.0; LANES],
+        is_even: [false; LANES],
         clearance_px: [0.0; LANES],
         plausible: [false; LANES],
         height: [0.0; LANES],
@@ -210,6 +262,7 @@ fn surroundings<T: Level>(image: &Image<T>, block: &Block, window: &Window<T>) -
         let even = difference.abs() < FLANK_STEP_EVEN * block.contrast[i];
         let background = 0.5 * (above + below);
         seen.plausible[i] = difference.abs() <= FLANK_STEP_MAX * block.contrast[i];
+        seen.is_even[i] = even;
         seen.background_slope[i] = if even { difference * per_distance } else { 0.0 };
         let clearance_px = block.clearance_px[i];
         seen.clearance_px[i] = if even { clearance_px } else { clearance_px.min(flank as f32) };
@@ -240,32 +293,21 @@ impl Surroundings {
 }
 
 #[inline(always)]
-fn derivatives<T: Level>(window: &Window<T>, taps: &Taps, background: &Lanes, full_scale: f32) -> Derivatives {
-    let [mut first, mut second, mut third, mut speckle] = [[0.0f32; LANES]; 4];
-    // Speckle scales with the light and is absent where the pixel is at full scale.
-    let light = |level: f32, background: f32| {
-        let above = (level - background).max(0.0);
-        if level < full_scale { above } else { 0.0 }
-    };
+fn derivatives<T: Level>(window: &Window<T>, taps: &Taps) -> Derivatives {
+    let [mut first, mut second] = [[0.0f32; LANES]; 2];
     let middle = window.row(0);
-    let [_, w2, _] = taps.weights[taps.reach];
+    let [_, w2] = taps.weights[taps.reach];
     (0..LANES).for_each(|i| second[i] = w2 * middle[i].grey());
-    for k in 1..=taps.reach {
-        // Odd derivatives take the difference of the rows on either side, even ones their sum.
-        let [w1, w2, w3] = taps.weights[taps.reach + k];
-        let (before, after) = (window.row(-(k as isize)), window.row(k as isize));
-        let squared = w1 * w1;
+    for (&[w1, w2], (before, after)) in taps.weights[taps.reach + 1..].iter().zip(window.pairs()) {
+        // The first takes the difference of the rows on either side, the second their sum.
         for i in 0..LANES {
             let (before, after) = (before[i].grey(), after[i].grey());
             let (sum, difference) = (before + after, after - before);
             first[i] += w1 * difference;
             second[i] += w2 * sum;
-            third[i] += w3 * difference;
-            let (a, b) = (light(before, background[i]), light(after, background[i]));
-            speckle[i] += squared * (a * a + b * b);
         }
     }
-    Derivatives { first, second, third, speckle }
+    Derivatives { first, second }
 }
 
 #[inline(always)]
@@ -282,7 +324,8 @@ fn ridge<T: Level>(
     let (first_v, last_v) = (BORDER_WIDTHS * width_px, last - BORDER_WIDTHS * width_px);
     let clearance_px = CLEARANCE_MIN_WIDTHS * width_px;
     let line_sigma_px = width_px / WIDTH_PER_SIGMA;
-    let quartic = -3.0 / (sigma_px * sigma_px + line_sigma_px * line_sigma_px);
+    let leak = leak(image.boxes, line_sigma_px) * WIDTH_PER_AREA / width_px;
+    let per_spread = 1.0 / (sigma_px * sigma_px + line_sigma_px * line_sigma_px);
     let mut ridge = Ridge { offset: [0.0; LANES], found: [false; LANES], moved: [0.0; LANES] };
     let v = block.places.v.map(|v| v as i32 as f32);
     for i in 0..LANES {
@@ -292,10 +335,12 @@ fn ridge<T: Level>(
         let clear = block.clearance_px[i] >= clearance_px;
         let bright = (second < 0.0) & (seen.height[i] > 0.0);
         let usable = inside & clear & seen.plausible[i] & bright;
-        let per_second = 1.0 / if bright { second } else { -1.0 };
-        let guess = -slope * per_second;
+        // A line off the anchor leaks into the nearer flank.
+        let leaked = if seen.is_even[i] { leak * seen.area[i] } else { 0.0 };
+        let guess = -slope / if bright { (second + leaked).min(0.5 * second) } else { -1.0 };
         let near = guess.abs() <= RIDGE_TRUSTED_PX;
-        let offset = refined(guess, derivatives.third[i] * per_second, quartic);
+        // For a Gaussian line R′ / R″ = t / (1 − t²/S²), S² the variance of line and kernel together.
+        let offset = 2.0 * guess / (1.0 + (1.0 + 4.0 * guess * guess * per_spread).sqrt());
         let found = v[i] + offset;
         let reached = ((found - expected).abs() <= gate_px) & (found >= 0.0) & (found <= last);
         ridge.offset[i] = offset;
@@ -307,14 +352,14 @@ fn ridge<T: Level>(
     ridge
 }
 
-/// The zero of the slope near a first guess t = −R′/R″: one Newton step on R′ + R″t + R‴t²/2 + R⁗t³/6, with
-/// `third` = R‴/R″ as measured and `fourth` = R⁗/R″ of a Gaussian line.
+/// By how much the background slope rises per row that the line lies below the anchor, for a line of height one: the
+/// flank below then has more of its light than the one above.
 #[inline(always)]
-fn refined(t: f32, third: f32, fourth: f32) -> f32 {
-    let excess = t * t * (0.5 * third + fourth * t * (1.0 / 6.0));
-    let slope = 1.0 + t * (third + 0.5 * fourth * t);
-    let step = excess / if slope > 0.3 { slope } else { 1.0 };
-    if slope > 0.3 { t - step } else { t }
+fn leak(boxes: Boxes, line_sigma_px: f32) -> f32 {
+    let half = boxes.half_height as f32 + 0.5;
+    let bell = |x: f32| (-0.5 * (x / line_sigma_px) * (x / line_sigma_px)).exp();
+    let flank = boxes.flank as f32;
+    (bell(flank - half) - bell(flank + half)) / (boxes.rows() as f32 * flank)
 }
 
 #[inline(always)]

@@ -1,11 +1,11 @@
-//! Numbers side by side: what one vector register holds, whatever the instruction set.
+//! Numbers side by side: what one or two vector registers hold, whatever the instruction set.
 
 use std::ops::{Add, Mul, Sub};
 
-/// Numbers in a register.
-pub const LANES: usize = 8;
+/// Numbers calculated with at once.
+pub const LANES: usize = 16;
 
-/// Eight numbers that are calculated with at once.
+/// Numbers that are calculated with at once.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Numbers(pub [f32; LANES]);
 
@@ -16,10 +16,32 @@ impl Numbers {
         Self([number; LANES])
     }
 
-    /// The first eight of a slice, which holds as many.
+    /// The first of a slice, which holds as many.
     #[inline(always)]
     pub fn of(slice: &[f32]) -> Self {
-        Self(*slice.first_chunk().expect("the caller slices eight"))
+        Self(*slice.first_chunk().expect("the caller slices as many"))
+    }
+
+    /// The larger of each pair; the second where the first is not a number.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        self.where_over(other, self, other)
+    }
+
+    /// One number where this is more than `limit`, another where it is not.
+    #[inline(always)]
+    pub fn where_over(self, limit: Self, over: Self, otherwise: Self) -> Self {
+        let mut result = [0.0; LANES];
+        for i in 0..LANES {
+            result[i] = if self.0[i] > limit.0[i] { over.0[i] } else { otherwise.0[i] };
+        }
+        Self(result)
+    }
+
+    /// Whether this is more than `limit` in any lane.
+    #[inline(always)]
+    pub fn any_over(self, limit: f32) -> bool {
+        self.0.iter().fold(false, |any, &number| any | (number > limit))
     }
 }
 

@@ -15,6 +15,7 @@ mod candidates;
 mod cells;
 mod clearance;
 mod crossings;
+mod kernels;
 mod lanes;
 mod noise;
 mod pieces;
@@ -32,20 +33,26 @@ use super::view::{Level, View};
 use super::{Centrelines, Segment};
 use along::Averager;
 use candidates::Search;
+use cells::{Cells, Strip};
 use crossings::{Image, Measurer};
 use pieces::{Crossings, Piece, PieceOf};
 
 /// Smallest side, in pixels, that is worth the trouble: smaller images go the straightforward way.
 const MIN_SIDE_PX: usize = 64;
 
-/// Whether an image is large enough for this way.
-pub fn large_enough(width: usize, height: usize) -> bool {
-    width >= MIN_SIDE_PX && height >= MIN_SIDE_PX
+/// Most rows: their numbers are calculated with in 16 bits.
+const MAX_HEIGHT_PX: usize = 1 << 14;
+
+/// Whether an image is of a size for this way.
+pub fn fits(width: usize, height: usize) -> bool {
+    width >= MIN_SIDE_PX && (MIN_SIDE_PX..=MAX_HEIGHT_PX).contains(&height)
 }
 
 /// The memory of an extraction, kept from image to image.
 #[derive(Default)]
 pub struct Memory<T: Level> {
+    cells: Cells<T>,
+    strips: Vec<Strip>,
     search: Search<T>,
     candidates: Vec<Candidate>,
     linker: Linker,
@@ -71,13 +78,13 @@ pub fn extract_sixteen(view: &View<u16>, memory: &mut Memory<u16>, found: &mut C
 /// The lines of an image, by whatever instructions the caller was compiled for.
 #[inline(always)]
 pub fn extract<T: Level>(view: &View<T>, memory: &mut Memory<T>, found: &mut Centrelines) {
-    let Memory { search, candidates, linker, measurer, crossings, pieces, .. } = memory;
+    let Memory { cells, strips, search, candidates, linker, measurer, crossings, pieces, .. } = memory;
     let pixel_noise = noise::of_pixels(view);
-    let strips = cells::strips_with_light(view, &pixel_noise);
-    let width_px = width::typical_width_px(view, &pixel_noise, &strips);
+    cells.strips_with_light(view, &pixel_noise, strips);
+    let width_px = width::typical_width_px(view, &pixel_noise, strips);
     let boxes = Boxes::for_width(width_px);
     let box_noise = noise::of_boxes(view, boxes, &pixel_noise);
-    search.candidates(view, &box_noise, boxes, width_px, &strips, candidates);
+    search.candidates(view, &box_noise, boxes, width_px, strips, candidates);
     let traces = linker.link(candidates, width_px);
     if clearance::are_crowded(candidates, width_px) {
         clearance::mark_clearances(traces, view.width);

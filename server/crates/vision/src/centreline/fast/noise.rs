@@ -11,9 +11,7 @@ const CUT_RMS: f32 = 0.884;
 const N_ROWS: usize = NOISE_TILE_PX / NOISE_STRIDE_PX;
 
 /// Absolute differences of one row of samples.
-type Row = [i32; NOISE_COLUMNS];
-/// What a row holds where there is no difference: beyond every cut.
-const NOTHING: Row = [i32::MAX; NOISE_COLUMNS];
+type Row<T> = [<T as Level>::Sum; NOISE_COLUMNS];
 
 /// Noise of pixels from differences two rows apart.
 #[inline(always)]
@@ -40,84 +38,125 @@ pub fn of_boxes<T: Level>(view: &View<T>, boxes: Boxes, pixels: &NoiseMap) -> No
 fn measure<T: Level>(view: &View<T>, n_rows: usize, apart: usize) -> Vec<f32> {
     let tiles_across = view.width.div_ceil(NOISE_TILE_PX);
     let mut sigmas = Vec::with_capacity(tiles_across * view.height.div_ceil(NOISE_TILE_PX));
+    // The median of a tile is near that of the tile before.
+    let mut median = T::Sum::ONE;
+    let mut sums = vec![[T::Sum::default(); NOISE_COLUMNS]; NOISE_TILE_PX + apart + n_rows];
     for v0 in (0..view.height).step_by(NOISE_TILE_PX) {
         let v1 = (v0 + NOISE_TILE_PX).min(view.height.saturating_sub(apart + n_rows - 1));
         for u0 in (0..view.width).step_by(NOISE_TILE_PX) {
             let u = (u0 + (NOISE_TILE_PX - NOISE_COLUMNS) / 2).min(view.width - NOISE_COLUMNS);
-            let mut tile = [NOTHING; N_ROWS];
-            let mut n = 0;
-            for (row, v) in tile.iter_mut().zip((v0..v1).step_by(NOISE_STRIDE_PX)) {
-                *row = difference(view, u, v, n_rows, apart);
-                n += NOISE_COLUMNS;
+            let mut tile = [[T::Sum::default(); NOISE_COLUMNS]; N_ROWS];
+            let rows = (v0..v1).step_by(NOISE_STRIDE_PX);
+            let n = rows.len();
+            if n_rows == 1 {
+                for (row, v) in tile.iter_mut().zip(rows) {
+                    *row = pixel_difference(view, u, v, apart);
+                }
+            } else {
+                sum_up(view, u, v0..(v0 + NOISE_TILE_PX + apart + n_rows - 1).min(view.height), &mut sums);
+                for (row, first) in tile.iter_mut().zip(rows.map(|v| v - v0)) {
+                    let sums = &sums[first..=first + apart + n_rows];
+                    *row = difference::<T>([&sums[0], &sums[n_rows], &sums[apart], &sums[apart + n_rows]]);
+                }
             }
-            sigmas.push(sigma_of(&tile, n));
+            sigmas.push(sigma_of::<T>(&tile[..n], n * NOISE_COLUMNS, &mut median));
         }
     }
     sigmas
 }
 
-/// Absolute differences of some neighbouring columns from `u` on.
+/// Sums over some neighbouring columns from `u` on, from the first row up to every row.
 #[inline(always)]
-fn difference<T: Level>(view: &View<T>, u: usize, v: usize, n_rows: usize, apart: usize) -> Row {
+fn sum_up<T: Level>(view: &View<T>, u: usize, rows: std::ops::Range<usize>, sums: &mut [Row<T>]) {
     let mut sum = [T::Sum::default(); NOISE_COLUMNS];
-    let upper = view.pixels[v * view.width + u..].chunks(view.width);
-    let lower = view.pixels[(v + apart) * view.width + u..].chunks(view.width);
-    for (a, b) in upper.zip(lower).take(n_rows) {
-        let (a, b) = (&a[..NOISE_COLUMNS], &b[..NOISE_COLUMNS]);
+    sums[0] = sum;
+    let mut place = rows.start * view.width + u;
+    for out in &mut sums[1..=rows.len()] {
+        let row = &view.pixels[place..place + NOISE_COLUMNS];
         for i in 0..NOISE_COLUMNS {
-            sum[i] = sum[i].plus(a[i].sum().minus(b[i].sum()));
+            sum[i] = sum[i].plus(row[i].sum());
         }
+        *out = sum;
+        place += view.width;
     }
-    let mut row = NOTHING;
+}
+
+/// Absolute differences of pixels.
+#[inline(always)]
+fn pixel_difference<T: Level>(view: &View<T>, u: usize, v: usize, apart: usize) -> Row<T> {
+    let from = |v: usize| -> &[T; NOISE_COLUMNS] {
+        view.pixels[v * view.width + u..].first_chunk().expect("the columns lie in every row")
+    };
+    let (upper, lower) = (from(v), from(v + apart));
+    let mut row = [T::Sum::default(); NOISE_COLUMNS];
     for i in 0..NOISE_COLUMNS {
-        row[i] = sum[i].int().abs();
+        row[i] = upper[i].sum().minus(lower[i].sum()).abs();
+    }
+    row
+}
+
+/// Absolute difference of two boxes by the running sums before and behind either.
+#[inline(always)]
+fn difference<T: Level>([from, to, other_from, other_to]: [&Row<T>; 4]) -> Row<T> {
+    let mut row = *from;
+    for i in 0..NOISE_COLUMNS {
+        row[i] = to[i].minus(from[i]).minus(other_to[i].minus(other_from[i])).abs();
     }
     row
 }
 
 /// Standard deviation of `n` absolute differences: the root mean square of those below three times the median (at
-/// 2.02 σ for a Gaussian), which a line in the tile hardly touches.
+/// 2.02 σ for a Gaussian), which a line in the tile hardly touches. `median` goes from tile to tile.
 #[inline(always)]
-fn sigma_of(tile: &[Row; N_ROWS], n: usize) -> f32 {
+fn sigma_of<T: Level>(tile: &[Row<T>], n: usize, median: &mut T::Sum) -> f32 {
     if n == 0 {
         return 0.0;
     }
-    let cut = (3 * median_of(tile, n / 2)).max(3);
-    let (mut sums, mut counts) = ([0.0f32; NOISE_COLUMNS], [0i32; NOISE_COLUMNS]);
+    *median = median_of::<T>(tile, n / 2, *median);
+    let below_max = T::Sum::MAX.minus(T::Sum::ONE).number();
+    let cut = T::Sum::nearest((3.0 * median.number()).max(3.0).min(below_max));
+    let mut sums = [0.0f32; NOISE_COLUMNS];
     for row in tile {
         for i in 0..NOISE_COLUMNS {
-            let inside = row[i] <= cut;
-            let d = if inside { row[i] as f32 } else { 0.0 };
+            let d = row[i].and(row[i].minus(cut).minus(T::Sum::ONE).sign()).number();
             sums[i] += d * d;
-            counts[i] += i32::from(inside);
         }
     }
-    (sums.iter().sum::<f32>() / (counts.iter().sum::<i32>() as f32).max(1.0)).sqrt() / CUT_RMS
+    (sums.iter().sum::<f32>() / (n_up_to::<T>(tile, cut) as f32).max(1.0)).sqrt() / CUT_RMS
 }
 
-/// The element of rank `rank` by counting: galloping up, then halving.
+/// The element of rank `rank` by counting: from a guess in steps that double, then halving.
 #[inline(always)]
-fn median_of(tile: &[Row; N_ROWS], rank: usize) -> i32 {
-    let mut high = 1;
-    while n_up_to(tile, high) <= rank {
-        high *= 2;
-    }
-    let mut low = if n_up_to(tile, 0) > rank { return 0 } else { high / 2 };
+fn median_of<T: Level>(tile: &[Row<T>], rank: usize, guess: T::Sum) -> T::Sum {
+    let most = T::Sum::MAX.int() - 1;
+    let (mut low, mut high, mut step) = (guess.int(), guess.int(), 1);
     // More than `rank` are at most `high`, no more than `rank` at most `low`.
+    if n_up_to::<T>(tile, guess) > rank {
+        low -= 1;
+        while n_up_to::<T>(tile, T::Sum::whole(low)) > rank {
+            (high, step) = (low, 2 * step);
+            low = (high - step).max(-1);
+        }
+    } else {
+        high += 1;
+        while n_up_to::<T>(tile, T::Sum::whole(high)) <= rank {
+            (low, step) = (high, 2 * step);
+            high = (low + step).min(most);
+        }
+    }
     while high - low > 1 {
         let middle = low + (high - low) / 2;
-        if n_up_to(tile, middle) > rank { high = middle } else { low = middle }
+        if n_up_to::<T>(tile, T::Sum::whole(middle)) > rank { high = middle } else { low = middle }
     }
-    high
+    T::Sum::whole(high)
 }
 
 #[inline(always)]
-fn n_up_to(tile: &[Row; N_ROWS], limit: i32) -> usize {
-    let mut counts = [0i32; NOISE_COLUMNS];
-    for row in tile {
-        for i in 0..NOISE_COLUMNS {
-            counts[i] += i32::from(row[i] <= limit);
-        }
+fn n_up_to<T: Level>(tile: &[Row<T>], limit: T::Sum) -> usize {
+    let beyond = limit.plus(T::Sum::ONE);
+    let mut n = T::Sum::default();
+    for difference in tile.as_flattened() {
+        n = n.plus(beyond.minus(*difference).max(T::Sum::default()).min(T::Sum::ONE));
     }
-    counts.iter().sum::<i32>() as usize
+    n.int() as usize
 }

@@ -33,12 +33,16 @@ pub fn typical_width_px<T: Level>(view: &View<T>, noise: &NoiseMap, strips: &[St
 /// Part of a column, averaged over three rows.
 #[inline(always)]
 fn smoothed<T: Level>(view: &View<T>, u: usize, rows: std::ops::Range<usize>, column: &mut Vec<f32>) {
-    let last = view.height - 1;
+    let at = |v: usize| view.grey(u, v.min(view.height - 1));
     column.clear();
-    let (mut before, mut here) = (view.grey(u, rows.start.saturating_sub(1)), view.grey(u, rows.start));
-    for v in rows {
-        let after = view.grey(u, (v + 1).min(last));
-        column.push((before + here + after) / 3.0);
+    let (mut before, mut here) = (at(rows.start.saturating_sub(1)), at(rows.start));
+    let inside = (rows.start + 1) * view.width + u..(rows.end * view.width).min(view.pixels.len());
+    for after in view.pixels[inside].iter().step_by(view.width).map(|level| level.grey()) {
+        column.push((before + here + after) * (1.0 / 3.0));
         (before, here) = (here, after);
+    }
+    while column.len() < rows.len() {
+        column.push((before + here + at(rows.end)) * (1.0 / 3.0));
+        (before, here) = (here, at(rows.end));
     }
 }

@@ -43,20 +43,12 @@ impl<T: Level> Window<T> {
     /// Columns in a row about the same row are copied together, and what follows them is overwritten by the next.
     #[inline(always)]
     fn copy_runs(&mut self, view: &View<T>, Places { u, v }: &Places) {
-        let top = v.iter().copied().min().unwrap_or(0) - self.reach;
-        let mut runs = [(0, 0); LANES];
-        let mut n_runs = 0;
-        for i in 0..LANES {
-            if i == 0 || v[i] != v[i - 1] {
-                runs[n_runs] = ((v[i] - self.reach - top) * view.width + u[i], i);
-                n_runs += 1;
-            }
-        }
-        for (k, row) in self.rows.iter_mut().enumerate() {
-            let from = &view.pixels[(top + k) * view.width..];
-            for &(start, lane) in &runs[..n_runs] {
-                let lane = lane % LANES;
-                row[lane..lane + LANES].copy_from_slice(&from[start..start + LANES]);
+        for i in (0..LANES).filter(|&i| i == 0 || v[i] != v[i - 1]) {
+            let lane = i % LANES;
+            let mut place = (v[i] - self.reach) * view.width + u[i];
+            for row in &mut self.rows {
+                row[lane..lane + LANES].copy_from_slice(&view.pixels[place..place + LANES]);
+                place += view.width;
             }
         }
     }
@@ -76,6 +68,16 @@ impl<T: Level> Window<T> {
     pub fn row(&self, offset: isize) -> &[T; LANES] {
         let row = &self.rows[self.reach.wrapping_add_signed(offset)];
         row.first_chunk().expect("a row holds twice as many")
+    }
+
+    /// The rows above and below the places at the same distance, the nearest first.
+    #[inline(always)]
+    pub fn pairs(&self) -> impl Iterator<Item = (&[T; LANES], &[T; LANES])> {
+        let (above, below) = self.rows.split_at(self.reach);
+        above.iter().rev().zip(&below[1..]).map(|(above, below)| {
+            let halves = [above, below].map(|row| row.first_chunk().expect("a row holds twice as many"));
+            (halves[0], halves[1])
+        })
     }
 
     /// Rows `middle − half ..= middle + half`, counted from the places.

@@ -2,6 +2,7 @@
 
 use super::candidates::Boxes;
 use super::noise::NoiseMap;
+use super::scatter::{LANES, ThirdDifferences};
 use super::segments::{Step, Trace};
 use super::steger::{Approach, Kernels, Ridge, WIDTH_PER_SIGMA};
 use super::width::crossing_width_px;
@@ -39,6 +40,12 @@ pub trait Line {
     fn n_columns(&self) -> usize;
     /// The crossing of the column `idx` columns after the first.
     fn at(&self, idx: usize) -> Crossing;
+    /// Third differences at a lag that begin at `start` and at the columns after it, all inside of the line.
+    fn third_differences(&self, start: usize, lag: usize) -> ThirdDifferences {
+        let mut differences = ThirdDifferences::default();
+        (0..LANES).for_each(|lane| differences.set(lane, self, start + lane, lag));
+        differences
+    }
 }
 
 impl Line for &[Crossing] {

@@ -57,7 +57,12 @@ impl NoiseMap {
     pub fn limited_by_neighbours(&self) -> Self {
         let tiles_down = self.sigmas.len() / self.tiles_across;
         let mut sigmas = Vec::with_capacity(self.sigmas.len());
+        let least = self.sigmas.iter().copied().fold(f32::INFINITY, f32::min);
         for (idx, &sigma) in self.sigmas.iter().enumerate() {
+            if sigma <= NOISE_OVER_NEIGHBOURS * least {
+                sigmas.push(sigma);
+                continue;
+            }
             let (row, column) = (idx / self.tiles_across, idx % self.tiles_across);
             let mut least = Least::default();
             for r in row.saturating_sub(1)..(row + 2).min(tiles_down) {

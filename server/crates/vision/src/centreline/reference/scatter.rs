@@ -24,17 +24,26 @@ pub struct Scatter {
     grain_px: f64,
 }
 
-/// Third differences, squared, with what the model predicts for each, were neighbours independent. Every quantity by
-/// itself, in whole blocks: places without a difference have none and predict something.
+/// Third differences of some neighbouring columns, squared, with what the model predicts for each, were neighbours
+/// independent. Lanes without a difference have none and predict something.
+#[derive(Debug, Clone, Copy)]
+pub struct ThirdDifferences {
+    /// Squares, px².
+    pub square: Lanes,
+    /// Predicted for camera noise, px².
+    pub camera: Lanes,
+    /// Predicted for speckle, px² per unit of squared contrast times grain.
+    pub speckle: Lanes,
+}
+
+/// The third differences of an image's lines.
 struct Samples {
-    square: Vec<Lanes>,
-    camera: Vec<Lanes>,
-    speckle: Vec<Lanes>,
+    blocks: Vec<ThirdDifferences>,
     n: usize,
 }
 
-/// Samples calculated side by side.
-const LANES: usize = 8;
+/// Neighbouring columns in a block.
+pub const LANES: usize = 8;
 type Lanes = [f32; LANES];
 
 impl Scatter {
@@ -73,60 +82,63 @@ impl Scatter {
     }
 }
 
+impl Default for ThirdDifferences {
+    fn default() -> Self {
+        Self { square: [0.0; LANES], camera: [1.0; LANES], speckle: [0.0; LANES] }
+    }
+}
+
+impl ThirdDifferences {
+    /// Takes the difference that begins at one column.
+    #[inline(always)]
+    pub fn set<L: Line + ?Sized>(&mut self, lane: usize, line: &L, start: usize, lag: usize) {
+        let (mut difference, mut camera, mut speckle) = (0.0, 0.0, 0.0);
+        for (k, factor) in THIRD.into_iter().enumerate() {
+            let crossing = line.at(start + k * lag);
+            difference += factor * crossing.v;
+            camera += factor * factor * crossing.camera_variance;
+            speckle += factor * factor * crossing.speckle_variance;
+        }
+        self.square[lane] = (difference * difference) as f32;
+        self.camera[lane] = camera as f32;
+        self.speckle[lane] = speckle as f32;
+    }
+}
+
 impl Samples {
-    /// Third differences of all lines, thinned evenly to at most [`SCATTER_MAX_SAMPLES`].
+    /// Third differences of all lines in blocks of neighbouring columns, thinned evenly to about
+    /// [`SCATTER_MAX_SAMPLES`].
     #[inline(always)]
     fn take<L: Line>(lines: impl Iterator<Item = L> + Clone, lag: usize) -> Self {
-        let span = 3 * lag;
-        let n_of = |line: &L| line.n_columns().saturating_sub(span);
+        let n_of = |line: &L| line.n_columns().saturating_sub(3 * lag);
         let available: usize = lines.clone().map(|line| n_of(&line)).sum();
-        let stride = available.div_ceil(SCATTER_MAX_SAMPLES).max(1);
-        let mut samples = Self { square: vec![], camera: vec![], speckle: vec![], n: 0 };
+        let stride = LANES * available.div_ceil(SCATTER_MAX_SAMPLES).max(1);
+        let mut samples = Self { blocks: Vec::with_capacity(available / stride + 1), n: 0 };
         for line in lines {
-            let mut start = 0;
-            while start < n_of(&line) {
-                samples.add([
-                    line.at(start),
-                    line.at(start + lag),
-                    line.at(start + 2 * lag),
-                    line.at(start + span),
-                ]);
-                start += stride;
+            for start in (0..n_of(&line)).step_by(stride) {
+                samples.n += LANES.min(n_of(&line) - start);
+                samples.blocks.push(if start + LANES <= n_of(&line) {
+                    line.third_differences(start, lag)
+                } else {
+                    let mut some = ThirdDifferences::default();
+                    (start..n_of(&line)).for_each(|idx| some.set(idx - start, &line, idx, lag));
+                    some
+                });
             }
         }
         samples
     }
 
-    #[inline(always)]
-    fn add(&mut self, four: [Crossing; 4]) {
-        let (mut difference, mut camera, mut speckle) = (0.0, 0.0, 0.0);
-        for k in 0..4 {
-            difference += THIRD[k] * four[k].v;
-            camera += THIRD[k] * THIRD[k] * four[k].camera_variance;
-            speckle += THIRD[k] * THIRD[k] * four[k].speckle_variance;
-        }
-        let lane = self.n % LANES;
-        if lane == 0 {
-            self.square.push([0.0; LANES]);
-            self.camera.push([1.0; LANES]);
-            self.speckle.push([0.0; LANES]);
-        }
-        let block = self.square.len() - 1;
-        self.square[block][lane] = (difference * difference) as f32;
-        self.camera[block][lane] = camera as f32;
-        self.speckle[block][lane] = speckle as f32;
-        self.n += 1;
-    }
-
     /// Mean of the squares over what camera and speckle predict times `gain`, each cut at [`SCATTER_CLIP`], above what
     /// unit Gaussians have.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "lane by lane is what compilers turn into vectors")]
     fn clipped_excess(&self, speckle: f64, gain: f64) -> f64 {
         let (speckle, gain) = (speckle as f32, gain as f32);
         let mut sums: Lanes = [0.0; LANES];
-        for ((square, camera), of_speckle) in self.square.iter().zip(&self.camera).zip(&self.speckle) {
+        for block in &self.blocks {
             for i in 0..LANES {
-                let normalised = square[i] / (gain * (camera[i] + speckle * of_speckle[i]));
+                let normalised = block.square[i] / (gain * (block.camera[i] + speckle * block.speckle[i]));
                 sums[i] += normalised.min(SCATTER_CLIP);
             }
         }

@@ -53,26 +53,33 @@ impl Open {
         Self { trace: Trace { first_u: candidate.u as usize, steps }, heading: 0.0 }
     }
 
+    #[inline(always)]
     fn last(&self) -> Step {
         self.trace.steps[self.trace.steps.len() - 1]
     }
 
+    #[inline(always)]
     fn next_u(&self) -> usize {
         self.trace.first_u + self.trace.steps.len()
     }
 
     /// Row expected in column `u`.
+    #[inline(always)]
     fn expected(&self, u: usize) -> f32 {
         self.last().v + self.heading * (u + 1 - self.next_u()) as f32
     }
 
+    #[inline(always)]
     fn grow(&mut self, candidate: &Candidate) {
         let from = self.last();
         let n = candidate.u as usize + 1 - self.next_u();
-        let slope = (candidate.v as f32 - from.v) / n as f32;
-        for i in 1..n {
+        let mut slope = candidate.v as f32 - from.v;
+        if n > 1 {
+            slope /= n as f32;
             let contrast = from.contrast.min(candidate.contrast);
-            self.trace.steps.push(Step { v: from.v + slope * i as f32, contrast, snr: 0.0, clearance_px: ALONE });
+            let between =
+                (1..n).map(|i| Step { v: from.v + slope * i as f32, contrast, snr: 0.0, clearance_px: ALONE });
+            self.trace.steps.extend(between);
         }
         self.trace.steps.push(Step {
             v: candidate.v as f32,
@@ -131,6 +138,12 @@ impl Linker {
         self.close_stale(u);
         self.expect(u);
         let n_open = self.expected.len();
+        if self.is_plain(column, gate) {
+            self.open.iter_mut().zip(column).for_each(|(open, candidate)| open.grow(candidate));
+            return;
+        }
+        self.taken.clear();
+        self.taken.resize(n_open, false);
         let mut near = 0;
         for (idx, candidate) in column.iter().enumerate() {
             let row = candidate.v as f32;
@@ -160,8 +173,23 @@ impl Linker {
             self.expected.clear();
             self.expected.extend(self.open.iter().map(|open| open.expected(u)));
         }
-        self.taken.clear();
-        self.taken.resize(self.open.len(), false);
+    }
+
+    /// Whether every trace has its one candidate within the gate and all are so far apart that no other comes near.
+    #[inline(always)]
+    fn is_plain(&self, column: &[Candidate], gate: f32) -> bool {
+        if column.len() != self.expected.len() {
+            return false;
+        }
+        let mut before = f32::NEG_INFINITY;
+        for (&expected, candidate) in self.expected.iter().zip(column) {
+            let is_own = (candidate.v as f32 - expected).abs() <= gate;
+            if !is_own || expected - before <= 4.0 * gate {
+                return false;
+            }
+            before = expected;
+        }
+        true
     }
 
     /// The trace that the candidate `idx` of a column continues: nearest to it and, among the column's candidates, with

@@ -37,10 +37,8 @@ fn smoothed_column<T: Level>(view: &View<T>, u: usize, column: &mut [f32]) {
 #[inline(always)]
 pub fn collect_widths(column: &[f32], min_prominence: impl Fn(usize) -> f32, widths: &mut Vec<f32>) {
     let floor = column.iter().copied().fold(f32::INFINITY, f32::min);
-    for v in 2..column.len().saturating_sub(2) {
-        let peak = column[v];
-        let is_peak =
-            peak > column[v - 1] && peak >= column[v + 1] && peak > column[v - 2] && peak >= column[v + 2];
+    for (v, &[up_2, up_1, peak, down_1, down_2]) in (2..).zip(column.array_windows::<5>()) {
+        let is_peak = (peak > up_1) & (peak >= down_1) & (peak > up_2) & (peak >= down_2);
         // No base is below the floor: what does not stand out from it need not be looked at.
         if !is_peak || peak - floor < min_prominence(v) {
             continue;

@@ -1,0 +1,148 @@
+//! Kernels that fit a parabola to evenly spaced points: tapered least squares, every point counting alike.
+
+/// Farthest lag, in columns, at which noise is still taken as shared.
+pub const MAX_LAG: usize = 8;
+/// A window whose determinant is a smaller part of its diagonal's product holds too few points. A parabola fitted to
+/// one side of its vertex has some 0.003.
+const MIN_DETERMINANT: f64 = 1e-4;
+
+/// A window with what every place of it counts, from its first place to its last; nothing if it holds too few.
+#[derive(Debug, Clone)]
+pub struct Kernel {
+    /// In the value at the middle.
+    pub value: Vec<f32>,
+    /// Its square: in the variance of the value.
+    pub squared: Vec<f32>,
+    /// In the slope there, per column.
+    pub slope: Vec<f32>,
+    /// In half the curvature, per column².
+    pub bend: Vec<f32>,
+    /// Factor on the variance for noise that neighbours share.
+    pub shared: f32,
+    /// Variance of the bend over that of the value.
+    pub bend_gain: f32,
+    /// Σ value(k) value(k + lag) over Σ value², by lag.
+    autocorrelation: [f64; MAX_LAG + 1],
+    bend_gain_alone: f64,
+}
+
+/// All kernels of one length, made when they are asked for.
+#[derive(Default)]
+pub struct Kernels {
+    half_length: usize,
+    kernels: Vec<Option<Kernel>>,
+    correlations: [f64; MAX_LAG + 1],
+}
+
+impl Kernels {
+    /// Prepares for windows of up to `half_length` places on either side, and for noise correlated in this way.
+    pub fn prepare(&mut self, half_length: usize, correlations: &[f64; MAX_LAG + 1]) {
+        if half_length != self.half_length {
+            self.kernels.clear();
+        }
+        self.half_length = half_length;
+        self.correlations = *correlations;
+        self.kernels.resize_with((half_length + 1) * (half_length + 1), || None);
+        self.kernels.iter_mut().flatten().for_each(|kernel| kernel.share(correlations));
+        self.at(half_length, half_length);
+    }
+
+    /// Places on either side of the middle.
+    pub fn half_length(&self) -> usize {
+        self.half_length
+    }
+
+    /// The kernel of a whole window.
+    pub fn whole(&self) -> &Kernel {
+        let last = self.kernels.last().and_then(Option::as_ref);
+        last.expect("made while preparing")
+    }
+
+    /// The kernel where the line has so many places before and after, at most the half length.
+    pub fn at(&mut self, before: usize, after: usize) -> &Kernel {
+        let (half_length, correlations) = (self.half_length, self.correlations);
+        let place = &mut self.kernels[before * (half_length + 1) + after];
+        place.get_or_insert_with(|| {
+            let mut kernel = Kernel::new(before, after, (half_length + 1) as f64);
+            kernel.share(&correlations);
+            kernel
+        })
+    }
+}
+
+impl Kernel {
+    /// `reach` is the distance of the first place that does not count any more.
+    fn new(before: usize, after: usize, reach: f64) -> Self {
+        let xs = || (0..before + after + 1).map(|k| (k as f64 - before as f64) / reach);
+        let taper = |x: f64| 1.0 - x * x;
+        let mut s = [0.0f64; 5];
+        for x in xs() {
+            (0..5).for_each(|power| s[power] += taper(x) * x.powi(power as i32));
+        }
+        let c = [
+            [s[2] * s[4] - s[3] * s[3], s[2] * s[3] - s[1] * s[4], s[1] * s[3] - s[2] * s[2]],
+            [s[2] * s[3] - s[1] * s[4], s[0] * s[4] - s[2] * s[2], s[1] * s[2] - s[0] * s[3]],
+            [s[1] * s[3] - s[2] * s[2], s[1] * s[2] - s[0] * s[3], s[0] * s[2] - s[1] * s[1]],
+        ];
+        let determinant = s[0] * c[0][0] + s[1] * c[0][1] + s[2] * c[0][2];
+        let mut kernel = Self {
+            value: vec![],
+            squared: vec![],
+            slope: vec![],
+            bend: vec![],
+            shared: 1.0,
+            bend_gain: 0.0,
+            autocorrelation: [0.0; MAX_LAG + 1],
+            bend_gain_alone: 0.0,
+        };
+        if determinant <= MIN_DETERMINANT * s[0] * s[2] * s[4] {
+            return kernel;
+        }
+        let rows: Vec<[f64; 3]> = xs()
+            .map(|x| c.map(|row| taper(x) * (row[0] + x * (row[1] + x * row[2])) / determinant))
+            .map(|[value, slope, bend]| [value, slope / reach, bend / (reach * reach)])
+            .collect();
+        let products = |lag: usize| rows.iter().zip(rows.iter().skip(lag)).map(|(a, b)| a[0] * b[0]).sum::<f64>();
+        kernel.autocorrelation = std::array::from_fn(|lag| products(lag) / products(0));
+        kernel.bend_gain_alone = rows.iter().map(|row| row[2] * row[2]).sum::<f64>() / products(0);
+        kernel.value = rows.iter().map(|row| row[0] as f32).collect();
+        kernel.squared = rows.iter().map(|row| (row[0] * row[0]) as f32).collect();
+        kernel.slope = rows.iter().map(|row| row[1] as f32).collect();
+        kernel.bend = rows.iter().map(|row| row[2] as f32).collect();
+        kernel
+    }
+
+    /// Takes it that noise is correlated in this way.
+    fn share(&mut self, correlations: &[f64; MAX_LAG + 1]) {
+        let beyond = (1..=MAX_LAG).map(|lag| 2.0 * correlations[lag] * self.autocorrelation[lag]).sum::<f64>();
+        let correlation_px = 1.0 + 2.0 * correlations[1..].iter().sum::<f64>();
+        let shared = (1.0 + beyond).max(f64::from(f32::MIN_POSITIVE));
+        self.shared = shared as f32;
+        self.bend_gain = (self.bend_gain_alone * correlation_px / shared) as f32;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kernel_returns_the_parabola_it_is_given() {
+        let mut kernels = Kernels::default();
+        kernels.prepare(7, &[0.0; MAX_LAG + 1]);
+        for (before, after) in [(7, 7), (0, 7), (7, 2), (3, 3)] {
+            let kernel = kernels.at(before, after);
+            assert_eq!(kernel.value.len(), before + after + 1);
+            let parabola = |x: f64| 2.0 - 0.3 * x + 0.05 * x * x;
+            let sum = |weights: &[f32]| -> f64 {
+                let terms = weights.iter().enumerate();
+                terms.map(|(k, &weight)| f64::from(weight) * parabola(k as f64 - before as f64)).sum()
+            };
+            // Weights are single precision.
+            assert!((sum(&kernel.value) - 2.0).abs() < 1e-5);
+            assert!((sum(&kernel.slope) + 0.3).abs() < 1e-5);
+            assert!((sum(&kernel.bend) - 0.05).abs() < 1e-5);
+        }
+        assert!(kernels.at(1, 0).value.is_empty(), "two points make no parabola");
+    }
+}
