@@ -47,9 +47,9 @@ function Faults({ status }: { status: Station }) {
         {status.faults.map((fault) => (
           <div key={`${fault.device}-${fault.kind}`}>
             <strong>
-              {words.fault}: {fault.detail}
+              {words.fault}: <span lang="en">{fault.detail}</span>
             </strong>
-            <div>{fault.remedy}</div>
+            <div lang="en">{fault.remedy}</div>
           </div>
         ))}
         {status.faults.length === 0 && <strong>{words.states.Error}</strong>}

@@ -19,7 +19,7 @@ export function wordsOf(job: Job): string {
 
 /** With the server's own words below, which may say more of how it ended. */
 export function JobWords({ job }: { job: Job }) {
-  const more = language.value !== "en" && hasEnded(job);
+  const more = language.value !== "en" && hasEnded(job) && job.message !== job.state;
   return (
     <>
       {wordsOf(job)}

@@ -5,7 +5,7 @@ const OF_SERVER = "urn:sheaf:problem:";
 const OF_PAGE = "urn:sheaf:problem:page";
 
 /** The language of what the server writes for people. */
-export const OF_THE_SERVER = "en";
+const OF_THE_SERVER = "en";
 
 /** What kind of problem it is, in the chosen language where its type is known. */
 function titleOf({ type, title }: Problem): string {

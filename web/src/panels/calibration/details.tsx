@@ -43,7 +43,7 @@ export function Details({ id }: { id: string }) {
             <>
               <Facts item={calibration} />
               {[...summary.warnings, ...summary.left_out].map((warning) => (
-                <div class="note" key={warning}>
+                <div class="note" key={warning} lang="en">
                   {warning}
                 </div>
               ))}

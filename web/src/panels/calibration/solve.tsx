@@ -84,7 +84,7 @@ function Made({ id, session }: { id: string; session: Session }) {
             <>
               {old && <p class="note">{words.solved_old}</p>}
               {warnings.map((warning) => (
-                <p class="note" key={warning}>
+                <p class="note" key={warning} lang="en">
                   {warning}
                 </p>
               ))}

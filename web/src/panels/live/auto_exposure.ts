@@ -59,7 +59,8 @@ async function frameWith(view: LiveView, exposure_us: number): Promise<Figures> 
     }, FRAME_WITHIN_MS);
     const end = effect(() => {
       const figures = view.figures.value;
-      if (!figures || figures.sequence === first) return;
+      // A frame between two pulses of light says nothing of the exposure.
+      if (!figures?.laser_shone || figures.sequence === first) return;
       const off = Math.abs(figures.exposure_us - exposure_us) > SAME_EXPOSURE * exposure_us;
       // A recording does not tell its exposure.
       if (off && figures.exposure_us > 0) return;

@@ -86,7 +86,7 @@ function ScanResult({ scan }: { scan: Scan }) {
       {result.problem.value && <ProblemCard problem={result.problem.value} />}
       {scan.state !== "complete" && (
         <p class="note">
-          {words.state_hints[scan.state] ?? scan.state} {reportOf(scan).losses?.join("; ")}
+          {words.state_hints[scan.state] ?? scan.state} <span lang="en">{reportOf(scan).losses?.join("; ")}</span>
         </p>
       )}
       <div class="result-page">

@@ -97,7 +97,7 @@ function PlanFacts({ plan }: { plan: Plan }) {
         <dd>{bytes(plan.disk_bytes, shown)}</dd>
       </dl>
       {plan.notes.map((note) => (
-        <p class="plan-note" key={note}>
+        <p class="plan-note" key={note} lang="en">
           {note}
         </p>
       ))}
