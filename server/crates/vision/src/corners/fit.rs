@@ -7,7 +7,9 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::model::CrossShape;
-use super::params::{BLUR_RANGE_PX, FIRST_STEP_TOLERANCE_PX, MAX_ITERATIONS, STEP_TOLERANCE_PX};
+use super::params::{
+    BLUR_RANGE_PX, FIRST_STEP_TOLERANCE_PX, MAX_ITERATIONS, MAX_STRETCH, SAME_SLOPES_STEP_PX, STEP_TOLERANCE_PX,
+};
 use super::sums::{BLOCK, CornerState, LEVELS, Sums, accumulate, accumulate_levels, expected_levels};
 
 /// u, v, two normals, blur, then the six linear grey-level parameters.
@@ -51,11 +53,11 @@ impl Window {
         Self { centre, half_side_px, x: room(), y: room(), level: room(), present: room(), n_pixels: 0 }
     }
 
-    /// Adds a pixel at (`x`, `y`) relative to the centre.
-    pub(super) fn push(&mut self, x: f32, y: f32, level: f32) {
-        self.x.push(x);
-        self.y.push(y);
-        self.level.push(level);
+    /// Adds neighbouring pixels of a row, the first at (`x`, `y`) relative to the centre.
+    pub(super) fn push_run<T: Copy + Into<f32>>(&mut self, x: f32, y: f32, levels: &[T]) {
+        self.x.extend((0..levels.len() as i32).map(|k| x + k as f32));
+        self.y.extend(std::iter::repeat_n(y, levels.len()));
+        self.level.extend(levels.iter().map(|&level| level.into()));
     }
 
     /// The window with its last block filled up.
@@ -91,37 +93,40 @@ pub(super) struct CornerFit {
     pub sigma_px: f64,
 }
 
-/// Fits the corner near `start_px`; `None` if the pixels do not determine it.
-///
-/// Without a noise model the fit is exploratory: plain least squares, ended early.
-pub(super) fn fit_corner(
-    window: &Window,
-    start_px: [f64; 2],
-    shape: CrossShape,
-    noise: Option<&NoiseModel>,
-) -> Option<CornerFit> {
+/// Where a fit starts: the crossing at `start_px`, and the grey levels that go best with it; `None` if the pixels do
+/// not determine them.
+pub(super) fn start_at(window: &Window, start_px: [f64; 2], shape: CrossShape) -> Option<CornerState> {
     if window.n_pixels() < 2 * N {
         return None;
     }
     let position = [start_px[0] - window.centre[0], start_px[1] - window.centre[1]];
     let mut state = CornerState { position, shape, levels: [0.0; LEVELS] };
-    let mut damping = 1e-3;
     solve_levels(window, &mut state)?;
-    let mut sums = accumulate(window, &state, noise);
+    Some(state)
+}
+
+/// Fits the corner near `start`; `None` if the pixels do not determine it.
+///
+/// Without a noise model the fit is exploratory: plain least squares, ended early.
+pub(super) fn fit_corner(window: &Window, start: CornerState, noise: Option<&NoiseModel>) -> Option<CornerFit> {
+    let mut state = start;
+    let mut damping = 1e-3;
+    let mut sums = accumulate(window, &state, noise, None);
     let tolerance_px = if noise.is_some() { STEP_TOLERANCE_PX } else { FIRST_STEP_TOLERANCE_PX };
     for _ in 0..MAX_ITERATIONS {
         let mut damped = normal_matrix(&sums);
         for k in 0..N {
             damped[(k, k)] *= 1.0 + damping;
         }
-        let step = damped.cholesky()?.solve(&Step::from(sums.gradient));
+        let step = damped.cholesky()?.solve(&Step::from(sums.gradient)) * stretch(&sums);
         let candidate = moved(&state, &step);
         // The last step is taken without another look: what it changes in the sums is far below their noise.
         if step[0].hypot(step[1]) < tolerance_px {
             state = candidate;
             break;
         }
-        let candidate_sums = accumulate(window, &candidate, noise);
+        let short = step[0].hypot(step[1]).max(step[4].abs()) < SAME_SLOPES_STEP_PX;
+        let candidate_sums = accumulate(window, &candidate, noise, short.then_some(&sums.normal));
         if candidate_sums.cost <= sums.cost {
             (state, sums) = (candidate, candidate_sums);
             damping = (damping * 0.1).max(1e-9);
@@ -133,6 +138,12 @@ pub(super) fn fit_corner(
         }
     }
     finished(window, &state, &sums, noise.is_none())
+}
+
+/// How much longer than a step of reweighted least squares the step to the M-estimator's minimum is: the weights of its
+/// normal matrix stand where the influences' derivatives belong (Huber 1981, 7.8).
+fn stretch(sums: &Sums) -> f64 {
+    if sums.response > 0.0 { (sums.weight / sums.response).clamp(1.0, MAX_STRETCH) } else { 1.0 }
 }
 
 fn normal_matrix(sums: &Sums) -> Normal {
@@ -202,12 +213,8 @@ fn misfit_rms(window: &Window, state: &CornerState) -> f64 {
     f64::from((square / residuals.len() as f32 - noise / count.max(1.0)).max(0.0).sqrt())
 }
 
-/// Grey level the fit expects at each pixel of the window, and the residual there.
-pub(super) fn residuals(window: &Window, fit: &CornerFit) -> Vec<[f32; 2]> {
-    let position = [fit.position_px[0] - window.centre[0], fit.position_px[1] - window.centre[1]];
-    let mut state = CornerState { position, shape: fit.shape, levels: [0.0; LEVELS] };
-    if solve_levels(window, &mut state).is_none() {
-        return Vec::new();
-    }
-    expected_levels(window, &state).iter().zip(&window.level).map(|(&e, level)| [e, level - e]).collect()
+/// Grey level that `state` expects at every `step`-th pixel of the window, and the residual there.
+pub(super) fn residuals(window: &Window, state: &CornerState, step: usize) -> Vec<[f32; 2]> {
+    let expected = expected_levels(window, state);
+    expected.iter().zip(&window.level).step_by(step).map(|(&e, level)| [e, level - e]).collect()
 }

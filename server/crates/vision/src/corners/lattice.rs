@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::GreyImage;
 
-use super::fit::{CornerFit, fit_corner};
+use super::fit::{CornerFit, fit_corner, start_at};
 use super::model::CrossShape;
 use super::params::{
     BLUR_START_PX, FIRST_WINDOW_BLURS, FIRST_WINDOW_MAX_PX, FIRST_WINDOW_SQUARES, GLANCE_MIN_CONTRAST_RATIO,
@@ -85,7 +85,8 @@ impl Lattice {
         let max_px = FIRST_WINDOW_MAX_PX.max(FIRST_WINDOW_BLURS * shape.blur_px);
         let reach = Reach { squares: FIRST_WINDOW_SQUARES, max_px };
         let fit_from = |centre: [f64; 2], shape: CrossShape| {
-            fit_corner(&window_around(image, centre, square_px, reach, None), centre, shape, None)
+            let window = window_around(image, centre, square_px, reach, None);
+            fit_corner(&window, start_at(&window, centre, shape)?, None)
         };
         let mut fit = fit_from(start_px, shape)?;
         let shift_px =

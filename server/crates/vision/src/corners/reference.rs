@@ -235,7 +235,7 @@ fn window() -> (Window, CornerState) {
             let s = cross.at([x - state.position[0], y - state.position[1]]).value;
             let basis = level_basis(x / 9.5, y / 9.5, s);
             let level: f64 = basis.iter().zip(&state.levels).map(|(b, l)| b * l).sum();
-            window.push(u as f32, v as f32, (level + 2.0 * (3.1 * x + 1.7 * y).sin()) as f32);
+            window.push_run(u as f32, v as f32, &[(level + 2.0 * (3.1 * x + 1.7 * y).sin()) as f32]);
         }
     }
     (window.filled(), state)
@@ -252,7 +252,7 @@ fn the_fast_sums_are_the_plain_ones() {
     window.level[40] += 90.0;
     let noise = NoiseModel { offset: 1.5, per_level: 0.02, floor: 1.0 };
     for noise in [None, Some(&noise)] {
-        let (fast, plain) = (accumulate(&window, &state, noise), plain_sums(&window, &state, noise));
+        let (fast, plain) = (accumulate(&window, &state, noise, None), plain_sums(&window, &state, noise));
         for i in 0..N {
             for j in 0..N {
                 let unit = (plain.normal[i][i] * plain.normal[j][j]).sqrt();
@@ -267,6 +267,19 @@ fn the_fast_sums_are_the_plain_ones() {
             assert!((fast - plain).abs() < ROUNDING * plain.abs(), "{fast} {plain}");
         }
     }
+}
+
+#[test]
+fn with_a_known_normal_matrix_the_other_sums_stay() {
+    let (window, state) = window();
+    let noise = NoiseModel { offset: 1.5, per_level: 0.02, floor: 1.0 };
+    let whole = accumulate(&window, &state, Some(&noise), None);
+    let known = [[7.0; N]; N];
+    let rest = accumulate(&window, &state, Some(&noise), Some(&known));
+    assert_eq!(rest.normal, known);
+    assert_eq!(rest.gradient, whole.gradient);
+    let scalars = |s: &Sums| [s.cost, s.weight, s.influence2, s.response];
+    assert_eq!(scalars(&rest), scalars(&whole));
 }
 
 #[test]

@@ -7,13 +7,14 @@ use rayon::prelude::*;
 
 use crate::GreyImage;
 
-use super::fit::{CornerFit, NoiseModel, Window, fit_corner, residuals};
+use super::fit::{CornerFit, NoiseModel, Window, fit_corner, residuals, start_at};
 use super::model::CrossShape;
 use super::params::{
     DISAGREEMENT_MIN_SAMPLES, DISAGREEMENT_REACH, NOISE_SAMPLE_STEP, QUANTISATION_VARIANCE, WINDOW_MAX_PX,
     WINDOW_SQUARES,
 };
-use super::warp::BoardWarp;
+use super::sums::CornerState;
+use super::warp::{BoardWarp, LocalShape};
 use super::window::{Reach, window_around};
 
 /// Refits all corners (row by row, `columns` in a row).
@@ -22,11 +23,18 @@ use super::window::{Reach, window_around};
 pub(super) fn refine(image: &GreyImage, first: &[CornerFit], columns: usize) -> Vec<CornerFit> {
     let Some(warp) = BoardWarp::fit(&indexed(first, columns)) else { return first.to_vec() };
     let all = (0..first.len()).into_par_iter();
-    let windows: Vec<Window> = all.clone().map(|k| window_for(image, &warp, &first[k], k, columns)).collect();
-    let noise = noise_from(&windows, first);
+    let started = |k: usize| {
+        let local = warp.shape_at(index_of(k, columns));
+        let edges = with_board_edges(&local, &first[k]);
+        let window = window_for(image, &local, &first[k], &edges);
+        let start = start_at(&window, first[k].position_px, edges);
+        (window, start)
+    };
+    let starts: Vec<(Window, Option<CornerState>)> = all.clone().map(started).collect();
+    let noise = noise_from(&starts);
     let refit = |k: usize| {
-        let start = with_board_edges(&warp, &first[k], k, columns);
-        fit_corner(&windows[k], first[k].position_px, start, Some(&noise)).unwrap_or(first[k])
+        let (window, start) = &starts[k];
+        start.and_then(|start| fit_corner(window, start, Some(&noise))).unwrap_or(first[k])
     };
     let mut fits: Vec<CornerFit> = all.map(refit).collect();
     add_disagreement(&mut fits, columns);
@@ -41,8 +49,7 @@ fn index_of(k: usize, columns: usize) -> [f64; 2] {
     [(k % columns) as f64, (k / columns) as f64]
 }
 
-fn with_board_edges(warp: &BoardWarp, fit: &CornerFit, k: usize, columns: usize) -> CrossShape {
-    let local = warp.shape_at(index_of(k, columns));
+fn with_board_edges(local: &LocalShape, fit: &CornerFit) -> CrossShape {
     CrossShape {
         normal_rad: local.normal_rad,
         curvature_per_px: local.curvature_per_px,
@@ -50,17 +57,17 @@ fn with_board_edges(warp: &BoardWarp, fit: &CornerFit, k: usize, columns: usize)
     }
 }
 
-fn window_for(image: &GreyImage, warp: &BoardWarp, fit: &CornerFit, k: usize, columns: usize) -> Window {
+fn window_for(image: &GreyImage, local: &LocalShape, fit: &CornerFit, edges: &CrossShape) -> Window {
     let reach = Reach { squares: WINDOW_SQUARES, max_px: WINDOW_MAX_PX };
-    let edges = with_board_edges(warp, fit, k, columns);
-    window_around(image, fit.position_px, warp.shape_at(index_of(k, columns)).square_px, reach, Some(&edges))
+    window_around(image, fit.position_px, local.square_px, reach, Some(edges))
 }
 
 /// Variance over grey level from the residuals of all corners: a line through its values in the dark and in the
 /// bright half (median absolute deviation, so that dirt does not count).
-fn noise_from(windows: &[Window], fits: &[CornerFit]) -> NoiseModel {
-    let of_window = |(w, f): (&Window, &CornerFit)| residuals(w, f).into_iter().step_by(NOISE_SAMPLE_STEP);
-    let mut samples: Vec<[f32; 2]> = windows.iter().zip(fits).flat_map(of_window).collect();
+fn noise_from(starts: &[(Window, Option<CornerState>)]) -> NoiseModel {
+    let known = starts.iter().filter_map(|(window, start)| Some((window, start.as_ref()?)));
+    let mut samples: Vec<[f32; 2]> =
+        known.flat_map(|(window, start)| residuals(window, start, NOISE_SAMPLE_STEP)).collect();
     let middle = samples.len() / 2;
     if middle == 0 {
         return NoiseModel { offset: QUANTISATION_VARIANCE, per_level: 0.0, floor: QUANTISATION_VARIANCE };

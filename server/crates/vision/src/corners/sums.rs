@@ -59,10 +59,17 @@ pub(super) struct Sums {
 }
 
 /// Normal equations and robust cost of `window` at `state`; plain least squares without a noise model.
-pub(super) fn accumulate(window: &Window, state: &CornerState, noise: Option<&NoiseModel>) -> Sums {
+///
+/// With `known_normal` the normal matrix is taken from there and not summed up again: nine tenths of the products.
+pub(super) fn accumulate(
+    window: &Window,
+    state: &CornerState,
+    noise: Option<&NoiseModel>,
+    known_normal: Option<&[[f64; N]; N]>,
+) -> Sums {
     let mut partial =
         Partial { normal: [[0.0; LANES]; PAIRS], gradient: [[0.0; LANES]; N], scalars: [[0.0; LANES]; 4] };
-    add_window(window, &Constants::new(window, state, noise), &mut partial);
+    add_window(window, &Constants::new(window, state, noise), known_normal.is_none(), &mut partial);
     let mut pair = partial.normal.iter();
     let mut normal = [[0.0; N]; N];
     for i in 0..N {
@@ -72,6 +79,7 @@ pub(super) fn accumulate(window: &Window, state: &CornerState, noise: Option<&No
         }
     }
     let [cost, weight, influence2, response] = [0, 1, 2, 3].map(|k| total(&partial.scalars[k]));
+    let normal = known_normal.copied().unwrap_or(normal);
     Sums { normal, gradient: partial.gradient.map(|g| total(&g)), cost, weight, influence2, response }
 }
 
@@ -154,10 +162,9 @@ fn blocks(window: &Window) -> impl Iterator<Item = Block<'_>> {
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn add_window(window: &Window, c: &Constants, sums: &mut Partial) {
+fn add_window(window: &Window, c: &Constants, with_normal: bool, sums: &mut Partial) {
     let mut rows = [[0.0; BLOCK]; N];
-    let mut weighted = [[0.0; BLOCK]; N];
-    let (mut residual, mut scale) = ([0.0; BLOCK], [0.0; BLOCK]);
+    let (mut residual, mut scale, mut weighted) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
     let mut scalars = [[0.0; BLOCK]; 4];
     for block in blocks(window) {
         for k in 0..BLOCK {
@@ -184,18 +191,23 @@ fn add_window(window: &Window, c: &Constants, sums: &mut Partial) {
             scalars[2][k] = scale[k] * robust.weight * r * r;
             scalars[3][k] = block.present[k] * robust.response;
         }
-        for i in 0..N {
-            for k in 0..BLOCK {
-                weighted[i][k] = scale[k] * rows[i][k];
-            }
+        for k in 0..BLOCK {
+            residual[k] *= scale[k];
         }
-        let mut pair = 0;
         for i in 0..N {
-            for j in i..N {
-                add_products(&mut sums.normal[pair], &weighted[i], &rows[j]);
-                pair += 1;
+            add_products(&mut sums.gradient[i], &rows[i], &residual);
+        }
+        if with_normal {
+            let mut pair = 0;
+            for i in 0..N {
+                for k in 0..BLOCK {
+                    weighted[k] = scale[k] * rows[i][k];
+                }
+                for j in i..N {
+                    add_products(&mut sums.normal[pair], &weighted, &rows[j]);
+                    pair += 1;
+                }
             }
-            add_products(&mut sums.gradient[i], &weighted[i], &residual);
         }
         for (sum, values) in sums.scalars.iter_mut().zip(&scalars) {
             for chunk in values.chunks_exact(LANES) {

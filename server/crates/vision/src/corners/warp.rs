@@ -48,8 +48,9 @@ impl BoardWarp {
 
     fn fit_polynomial(&mut self, pairs: &[([f64; 2], [f64; 2])]) -> Option<()> {
         let ideal: Vec<[f64; 2]> = pairs.iter().map(|p| project(&self.homography, p.0)).collect();
-        let terms: Vec<f64> = ideal.iter().flat_map(|&p| self.terms(p)).collect();
-        let rows = DMatrix::from_row_slice(pairs.len(), n_terms(self.degree), &terms);
+        let n_terms = n_terms(self.degree);
+        let terms: Vec<f64> = ideal.iter().flat_map(|&p| self.terms(p).into_iter().take(n_terms)).collect();
+        let rows = DMatrix::from_row_slice(pairs.len(), n_terms, &terms);
         let normal = (rows.transpose() * &rows).cholesky()?;
         self.coefficients = [0, 1].map(|axis| {
             let right = DVector::from_fn(pairs.len(), |i, _| pairs[i].1[axis] - ideal[i][axis]);
@@ -59,10 +60,21 @@ impl BoardWarp {
     }
 
     /// All products of powers of the normalised coordinates up to the degree.
-    fn terms(&self, p: [f64; 2]) -> Vec<f64> {
+    fn terms(&self, p: [f64; 2]) -> [f64; MAX_TERMS] {
         let (x, y) = ((p[0] - self.centre[0]) / self.scale, (p[1] - self.centre[1]) / self.scale);
-        let powers = (0..=self.degree as i32).flat_map(|d| (0..=d).map(move |k| (d - k, k)));
-        powers.map(|(a, b)| x.powi(a) * y.powi(b)).collect()
+        let (mut xs, mut ys) = ([1.0; MAX_DEGREE + 1], [1.0; MAX_DEGREE + 1]);
+        for k in 0..self.degree {
+            (xs[k + 1], ys[k + 1]) = (xs[k] * x, ys[k] * y);
+        }
+        let mut terms = [0.0; MAX_TERMS];
+        let mut next = 0;
+        for d in 0..=self.degree {
+            for k in 0..=d {
+                terms[next] = xs[d - k] * ys[k];
+                next += 1;
+            }
+        }
+        terms
     }
 
     /// Pixel of the board index (column, row).
@@ -115,8 +127,11 @@ pub(super) fn edge_normals(square_px: [[f64; 2]; 2]) -> [f64; 2] {
     [towards(r, c), towards(c, r)]
 }
 
+/// Terms of the lens polynomial of the highest degree.
+const MAX_TERMS: usize = n_terms(MAX_DEGREE);
+
 /// Terms of a polynomial of `degree` in two variables.
-fn n_terms(degree: usize) -> usize {
+const fn n_terms(degree: usize) -> usize {
     (degree + 1) * (degree + 2) / 2
 }
 

@@ -1,5 +1,7 @@
 //! Which pixels a corner fit sees: a parallelogram along the board's own directions.
 
+use multiversion::multiversion;
+
 use crate::{GreyImage, Pixels};
 
 use super::fit::Window;
@@ -47,16 +49,27 @@ fn collected<T: Copy + Into<f32>>(
     let band = edges.map(Band::new);
     let mut window =
         Window::new(centre, half_sides[0].max(half_sides[1]), (4.2 * half_sides[0] * half_sides[1]) as usize);
+    let mut near = Vec::new();
     let extent = share[0] * square_px[0][1].abs() + share[1] * square_px[1][1].abs();
     for v in pixel_range(centre_px[1], extent, image.height()) {
         let (from, to) = span(v as f64 - centre_px[1], square_px, share);
         let row = &levels[v * image.width()..][..image.width()];
         let y = (v as f64 - centre[1]) as f32;
-        for u in pixel_range(centre_px[0] + 0.5 * (from + to), 0.5 * (to - from), image.width()) {
-            let x = (u as f64 - centre[0]) as f32;
-            if band.as_ref().is_none_or(|band| band.holds([x + offset[0], y + offset[1]])) {
-                window.push(x, y, row[u].into());
+        let columns = pixel_range(centre_px[0] + 0.5 * (from + to), 0.5 * (to - from), image.width());
+        let x = (columns.start as f64 - centre[0]) as f32;
+        let levels = row.get(columns).unwrap_or_default();
+        let Some(band) = &band else {
+            window.push_run(x, y, levels);
+            continue;
+        };
+        near.resize(levels.len(), false);
+        mark_near(band, x + offset[0], y + offset[1], &mut near);
+        let mut passed = 0;
+        for run in near.chunk_by(|a, b| a == b) {
+            if run[0] {
+                window.push_run(x + passed as f32, y, &levels[passed..passed + run.len()]);
             }
+            passed += run.len();
         }
     }
     window.filled()
@@ -93,13 +106,22 @@ impl Band {
     }
 
     /// Whether the place `q` (px from the crossing) is near one of the edges.
+    #[inline(always)]
     fn holds(&self, q: [f32; 2]) -> bool {
         let distance = |k: usize| {
             let n = self.normal[k];
             let along = n[0] * q[1] - n[1] * q[0];
             n[0] * q[0] + n[1] * q[1] - self.half_curvature[k] * along * along
         };
-        distance(0).abs() <= self.half_width || distance(1).abs() <= self.half_width
+        (distance(0).abs() <= self.half_width) | (distance(1).abs() <= self.half_width)
+    }
+}
+
+/// Which pixels of a row are near an edge; the first is at (`x`, `y`) px from the crossing.
+#[multiversion(targets("x86_64+avx2"))]
+fn mark_near(band: &Band, x: f32, y: f32, near: &mut [bool]) {
+    for (k, near) in near.iter_mut().enumerate() {
+        *near = band.holds([x + k as i32 as f32, y]);
     }
 }
 
