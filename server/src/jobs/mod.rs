@@ -170,16 +170,22 @@ impl Jobs {
 
     /// A job now.
     pub async fn view(&self, id: &str) -> Result<JobView, Problem> {
-        if let Some(view) = self.0.running_view(id) {
-            return Ok(view);
+        // Before the catalogue is read: who comes with the news of an end must not be told the moment before.
+        let running = self.0.running_views();
+        match self.0.parts.ledger.read().job(id).await {
+            Ok(record) => Ok(now(record, &running)),
+            Err(error) => match running.into_iter().find(|view| view.record.id == id) {
+                Some(view) => Ok(view),
+                None => Err(error.into()),
+            },
         }
-        Ok(self.0.parts.ledger.read().job(id).await?.into())
     }
 
     /// Jobs now, newest first.
     pub async fn list(&self, state: Option<JobState>, page: &store::Page) -> Result<Listed<JobView>, Problem> {
+        let running = self.0.running_views();
         let listed = self.0.parts.ledger.read().jobs(state, page).await?;
-        Ok(listed.map(|record| self.0.running_view(&record.id).unwrap_or(record.into())))
+        Ok(listed.map(|record| now(record, &running)))
     }
 
     /// Changes with every progress of any job; carries the job that moved.
@@ -205,6 +211,15 @@ impl Jobs {
     /// Begins nothing any more, ends what runs as interrupted, and waits for that.
     pub async fn shut_down(&self) {
         self.0.shut_down().await;
+    }
+}
+
+/// A stored job as it is now: its end as stored, until then as its thread tells.
+fn now(record: JobRecord, running: &[JobView]) -> JobView {
+    let told = running.iter().find(|view| view.record.id == record.id);
+    match told.filter(|_| !record.state.is_terminal()) {
+        Some(view) => view.clone(),
+        None => record.into(),
     }
 }
 

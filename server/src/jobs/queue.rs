@@ -117,19 +117,27 @@ impl Queue {
         self.lanes().iter().map(|lane| lane.waiting.len()).sum()
     }
 
-    pub fn running_view(&self, id: &str) -> Option<JobView> {
-        let running = self.lanes().iter().filter_map(|lane| lane.running.clone()).find(|running| running.id == id);
-        let unsaved =
-            || self.unsaved.lock().unwrap_or_else(PoisonError::into_inner).iter().find(|r| r.id == id).cloned();
-        running.or_else(unsaved).map(|running| running.board.view())
+    /// The jobs that run, and those whose end could not be stored.
+    pub fn running_views(&self) -> Vec<JobView> {
+        let mut running: Vec<Running> = self.lanes().iter().filter_map(|lane| lane.running.clone()).collect();
+        running.extend_from_slice(&self.unsaved.lock().unwrap_or_else(PoisonError::into_inner));
+        running.iter().map(|running| running.board.view()).collect()
     }
 
     pub fn remember_unsaved(&self, running: &Running) {
         self.unsaved.lock().unwrap_or_else(PoisonError::into_inner).push(running.clone());
     }
 
+    /// Tells where a job is. What is late, and of a job whose end was told, is not told any more.
     pub fn publish(&self, view: JobView) {
-        self.progress.send_replace(Some(view));
+        let has_ended = |told: &JobView| told.record.id == view.record.id && told.record.state.is_terminal();
+        self.progress.send_if_modified(|told| {
+            let late = !view.record.state.is_terminal() && told.as_ref().is_some_and(has_ended);
+            if !late {
+                *told = Some(view.clone());
+            }
+            !late
+        });
     }
 
     pub fn is_closing(&self) -> bool {

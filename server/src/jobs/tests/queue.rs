@@ -4,7 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::json;
-use store::{ArtifactId, CaptureRecord, Change, EventRecord, JobOutcome, Page, ResultRef};
+use store::{ArtifactId, CaptureRecord, Change, EventRecord, JobOutcome, JobRecord, Page, ResultRef};
 
 use super::*;
 use crate::jobs::run::Procedure;
@@ -119,6 +119,30 @@ async fn events(bench: &Bench, subject: &str) -> Vec<EventRecord> {
 
 async fn event_kinds(bench: &Bench, subject: &str) -> Vec<String> {
     events(bench, subject).await.into_iter().map(|event| event.kind).collect()
+}
+
+/// Who hears of an end asks at once, maybe before the job's thread goes on; a late word of progress comes after it.
+#[tokio::test(flavor = "multi_thread")]
+async fn an_end_that_is_stored_is_told_whatever_the_thread_still_says() {
+    let (bench, jobs, script) = stage().await;
+    let id = submit(&jobs, computation("a")).await;
+    let before = running(&jobs, &id).await;
+    let end =
+        Change::EndJob { id: id.clone(), outcome: JobOutcome::Cancelled, message: "stored".to_owned(), at_ms: 1 };
+    bench.parts.ledger.commit(vec![end]).await.unwrap();
+    let view = jobs.view(&id).await.unwrap();
+    assert_eq!((view.record.state, view.record.message.as_str()), (JobState::Cancelled, "stored"));
+    let page = Page { before: None, limit: 10 };
+    assert_eq!(jobs.list(None, &page).await.unwrap().records[0].record.state, JobState::Cancelled);
+
+    let progress = jobs.watch_progress();
+    jobs.0.publish(view);
+    jobs.0.publish(before.clone());
+    assert_eq!(progress.borrow().as_ref().unwrap().record.state, JobState::Cancelled);
+    let other = JobView { record: JobRecord { id: "another".to_owned(), ..before.record }, ..before };
+    jobs.0.publish(other);
+    assert_eq!(progress.borrow().as_ref().unwrap().record.id, "another");
+    script.release();
 }
 
 #[tokio::test(flavor = "multi_thread")]
