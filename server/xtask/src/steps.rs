@@ -74,7 +74,7 @@ fn run_tests(python: &Path) -> Outcome<Vec<String>> {
         cargo(&["nextest", "run", "--workspace", "--no-fail-fast", "--color", "never"])
     } else {
         println!("── cargo-nextest is not installed: using cargo test");
-        cargo(&["test", "--workspace", "--all-targets", "--no-fail-fast", "--color", "never"])
+        cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast", "--color", "never"])
     };
     command.env("SHEAF_TEST_PYTHON", python);
     title("tests", &command);
