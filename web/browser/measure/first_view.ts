@@ -56,7 +56,11 @@ interface Seen {
 }
 
 async function visited(): Promise<Seen> {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, locale: "en-GB" });
+  const context = await browser.newContext({
+    bypassCSP: true,
+    viewport: { width: 1280, height: 800 },
+    locale: "en-GB",
+  });
   const page = await context.newPage();
   await page.addInitScript(WATCH);
   await page.goto(url);
