@@ -4,7 +4,7 @@ use std::io;
 use std::sync::Arc;
 
 use optics::Triangulator;
-use scanning::label_frame;
+use scanning::{FrameLabeller, Profile};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, LineDirection};
@@ -35,7 +35,7 @@ async fn look(
     let mut wishes = bus.watch_wishes();
     let calibration = bus.watch_calibration();
     let mut pace = Pace::new(1.0, Instant::now());
-    let mut extractor = CentrelineExtractor::default();
+    let mut finder = Finder::default();
     loop {
         let Ok(rate_hz) =
             wishes.wait_for(|wishes| wishes.any_rate_hz().is_some()).await.map(|wishes| wishes.any_rate_hz())
@@ -54,8 +54,15 @@ async fn look(
         }
         pace.pass(Instant::now());
         let calibration = calibration.borrow().clone();
-        bus.show(Arc::new(seen_through(frame, calibration.as_deref(), &params, &mut extractor)));
+        bus.show(Arc::new(seen_through(frame, calibration.as_deref(), &params, &mut finder)));
     }
+}
+
+/// What finding lines and labelling them keep from frame to frame.
+#[derive(Default)]
+pub struct Finder {
+    extractor: CentrelineExtractor,
+    labeller: FrameLabeller,
 }
 
 /// Finds the lines of a frame and, with a calibration, its profile. Without laser light there are no lines.
@@ -63,11 +70,11 @@ pub fn seen_through(
     frame: SharedFrame,
     triangulator: Option<&Triangulator>,
     params: &CentrelineParams,
-    extractor: &mut CentrelineExtractor,
+    finder: &mut Finder,
 ) -> LiveFrame {
     let mut centrelines = Centrelines::default();
     if frame.laser_on {
-        extractor.find(&frame.image, params, &mut centrelines);
+        finder.extractor.find(&frame.image, params, &mut centrelines);
     }
     let fits = |triangulator: &&Triangulator| {
         let camera = &triangulator.calibration().camera;
@@ -75,7 +82,10 @@ pub fn seen_through(
     };
     let triangulator = triangulator.filter(fits);
     let labelled = |triangulator: &Triangulator| {
-        label_frame(&centrelines, triangulator, triangulator.calibration().depth_range_mm)
+        let mut profile = Profile::default();
+        let depth_range_mm = triangulator.calibration().depth_range_mm;
+        finder.labeller.label(&centrelines, triangulator, depth_range_mm, &mut profile);
+        profile
     };
     let profile = triangulator.map(labelled);
     let calibration_id = triangulator.map(|triangulator| triangulator.calibration().id.clone());

@@ -21,6 +21,9 @@ const CHECKS: usize = 5;
 /// Left of and above the first pixel's centre, where the first cell begins: pixels reach half a pixel out.
 const MARGIN_PX: f64 = 1.0;
 
+/// Pixels that are asked together whether they lie in one cell.
+const TOGETHER: usize = 8;
+
 /// Triangulates many pixels of one calibration, as [`Calibration::triangulate`] does, within 0.1 µm.
 ///
 /// The ray of a pixel and the inverse depth of its hit are smooth functions of the pixel; over a cell of the image a
@@ -112,11 +115,11 @@ impl Triangulator {
         for list in [&mut hits.x_mm, &mut hits.y_mm, &mut hits.z_mm, &mut hits.reach_by_u, &mut hits.reach_by_v] {
             list.resize(n, f64::NAN);
         }
+        let (u_px, v_px) = (&u_px[..n], &v_px[..n]);
         let mut first = 0;
         while first < n {
-            let cell = self.cell_of(u_px[first], v_px[first]);
-            let run = (first + 1..n).find(|&idx| self.cell_of(u_px[idx], v_px[idx]) != cell).unwrap_or(n);
-            let range = first..run;
+            let (cell, length) = run(&u_px[first..], &v_px[first..]);
+            let range = first..first + length;
             let out = HitsMut {
                 x: &mut hits.x_mm[range.clone()],
                 y: &mut hits.y_mm[range.clone()],
@@ -124,37 +127,42 @@ impl Triangulator {
                 by_u: &mut hits.reach_by_u[range.clone()],
                 by_v: &mut hits.reach_by_v[range.clone()],
             };
-            self.triangulate_run(order_idx, cell, &u_px[range.clone()], &v_px[range], out);
-            first = run;
-        }
-    }
-
-    /// Column and row of the cell of a pixel; beyond the image numbers that no cell has.
-    #[inline(always)]
-    fn cell_of(&self, u_px: f64, v_px: f64) -> (u32, u32) {
-        let place = |pixel: f64| {
-            let shifted = pixel + MARGIN_PX;
-            if shifted >= 0.0 { (shifted * (1.0 / CELL_PX)) as u32 } else { u32::MAX }
-        };
-        (place(u_px), place(v_px))
-    }
-
-    fn triangulate_run(
-        &self,
-        order_idx: usize,
-        (column, row): (u32, u32),
-        u_px: &[f64],
-        v_px: &[f64],
-        hits: HitsMut,
-    ) {
-        let (column, row) = (column as usize, row as usize);
-        if column < self.columns && row < self.rows {
-            let idx = (order_idx * self.rows + row) * self.columns + column;
-            if let Some(cell) = self.cells[idx].get_or_init(|| self.fitted(order_idx, column, row)) {
-                return evaluate(cell, u_px, v_px, hits);
+            let (u_px, v_px) = (&u_px[range.clone()], &v_px[range]);
+            match self.cell(order_idx, cell) {
+                Some(cell) => evaluate(cell, u_px, v_px, out),
+                None => self.solve(order_idx, u_px, v_px, out),
             }
+            first += length;
         }
-        self.solve(order_idx, u_px, v_px, hits);
+    }
+
+    /// The depths alone of what [`Triangulator::triangulate_all`] finds, mm; NaN for no hit.
+    pub fn depths(&self, order_idx: usize, u_px: &[f64], v_px: &[f64], depths_mm: &mut Vec<f64>) {
+        let n = u_px.len().min(v_px.len());
+        depths_mm.resize(n, f64::NAN);
+        let (u_px, v_px) = (&u_px[..n], &v_px[..n]);
+        let mut first = 0;
+        while first < n {
+            let (cell, length) = run(&u_px[first..], &v_px[first..]);
+            let range = first..first + length;
+            let (u_px, v_px, depths_mm) = (&u_px[range.clone()], &v_px[range.clone()], &mut depths_mm[range]);
+            match self.cell(order_idx, cell) {
+                Some(cell) => evaluate_depths(cell, u_px, v_px, depths_mm),
+                None => self.solve_depths(order_idx, u_px, v_px, depths_mm),
+            }
+            first += length;
+        }
+    }
+
+    /// What a cell of the image sees of a sheet; `None` where the exact solution has to answer.
+    #[inline(always)]
+    fn cell(&self, order_idx: usize, (column, row): (u32, u32)) -> Option<&Cell> {
+        let (column, row) = (column as usize, row as usize);
+        if column >= self.columns || row >= self.rows {
+            return None;
+        }
+        let idx = (order_idx * self.rows + row) * self.columns + column;
+        self.cells[idx].get_or_init(|| self.fitted(order_idx, column, row)).as_deref()
     }
 
     /// The exact solution, pixel by pixel.
@@ -166,6 +174,14 @@ impl Triangulator {
             let reach = hit.map_or([f64::NAN; 2], |hit| hit.reach_by_pixel.into());
             (hits.x[idx], hits.y[idx], hits.z[idx]) = (xyz[0], xyz[1], xyz[2]);
             (hits.by_u[idx], hits.by_v[idx]) = (reach[0], reach[1]);
+        }
+    }
+
+    fn solve_depths(&self, order_idx: usize, u_px: &[f64], v_px: &[f64], depths_mm: &mut [f64]) {
+        let order = self.calibration.orders[order_idx];
+        for (depth_mm, (u, v)) in depths_mm.iter_mut().zip(u_px.iter().zip(v_px)) {
+            let hit = self.calibration.triangulate(order, &Vector2::new(*u, *v), None);
+            *depth_mm = hit.map_or(f64::NAN, |hit| hit.hit_in_camera.xyz.z);
         }
     }
 
@@ -207,6 +223,44 @@ impl Cell {
     }
 }
 
+/// Column or row of the cell of a pixel, which lies `shifted` from where the first cell begins; beyond the image a number
+/// that no cell has.
+#[inline(always)]
+fn place(shifted: f64) -> u32 {
+    if shifted >= 0.0 { (shifted * (1.0 / CELL_PX)) as u32 } else { u32::MAX }
+}
+
+/// Whether a place is within the cell that begins at `edge`.
+#[inline(always)]
+fn is_within(place: f64, edge: f64) -> bool {
+    (place >= edge) & (place < edge + CELL_PX)
+}
+
+/// Column and row of the cell of the first pixel, and how many pixels from the first on lie in it.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn run(u_px: &[f64], v_px: &[f64]) -> ((u32, u32), usize) {
+    let (column, row) = (place(u_px[0] + MARGIN_PX), place(v_px[0] + MARGIN_PX));
+    let (left, top) = (f64::from(column) * CELL_PX, f64::from(row) * CELL_PX);
+    let mut length = 1;
+    while length + TOGETHER <= u_px.len() {
+        let (u, v) = (&u_px[length..length + TOGETHER], &v_px[length..length + TOGETHER]);
+        let mut all_within = true;
+        for (u, v) in u.iter().zip(v) {
+            all_within &= is_within(u + MARGIN_PX, left) & is_within(v + MARGIN_PX, top);
+        }
+        if !all_within {
+            break;
+        }
+        length += TOGETHER;
+    }
+    while length < u_px.len()
+        && (place(u_px[length] + MARGIN_PX), place(v_px[length] + MARGIN_PX)) == (column, row)
+    {
+        length += 1;
+    }
+    ((column, row), length)
+}
+
 /// Where the hits of one run go.
 struct HitsMut<'a> {
     x: &'a mut [f64],
@@ -233,6 +287,18 @@ fn evaluate(cell: &Cell, u_px: &[f64], v_px: &[f64], hits: HitsMut) {
         let reach = -(length * depth * depth) * (2.0 / CELL_PX);
         (x[i], y[i], z[i]) = (ray_x * depth, ray_y * depth, depth);
         (by_u[i], by_v[i]) = (reach * by_s, reach * by_t);
+    }
+}
+
+/// The depths of [`evaluate`].
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn evaluate_depths(cell: &Cell, u_px: &[f64], v_px: &[f64], depths_mm: &mut [f64]) {
+    let n = u_px.len();
+    let (v_px, depths_mm) = (&v_px[..n], &mut depths_mm[..n]);
+    for i in 0..n {
+        let s = (u_px[i] - cell.u_px) * (2.0 / CELL_PX);
+        let t = (v_px[i] - cell.v_px) * (2.0 / CELL_PX);
+        depths_mm[i] = 1.0 / value(&cell.inverse_depth, s, t);
     }
 }
 

@@ -7,6 +7,7 @@ use vision::{CentrelinePoint, Centrelines};
 use crate::dropped::{DropReason, Dropped};
 use crate::frames::OneFrame;
 use crate::label::{Labels, Piece, Verdict, along_across, label_frames};
+use crate::labeller::FrameLabeller;
 
 /// A point of a profile, in the camera frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,8 +36,20 @@ pub struct Profile {
 /// Labels and triangulates one frame by geometry alone: depths within `depth_range_mm`, and the lines in their
 /// order across the image. What stays ambiguous is left out and counted as [`DropReason::Doubtful`].
 ///
-/// Within [`crate::envelope::depth_envelope`] every line finds its label; beyond it only where ranks decide.
+/// Within [`crate::envelope::depth_envelope`] every line finds its label; beyond it only where ranks decide. Who labels
+/// many frames keeps a [`FrameLabeller`], which does the same without asking for memory each time.
 pub fn label_frame(
+    centrelines: &Centrelines,
+    triangulator: &Triangulator,
+    depth_range_mm: DepthRangeMm,
+) -> Profile {
+    let mut profile = Profile::default();
+    FrameLabeller::default().label(centrelines, triangulator, depth_range_mm, &mut profile);
+    profile
+}
+
+/// As [`label_frame`], by the straightforward way of whole scans that the fast one is compared with.
+pub fn label_frame_by_reference(
     centrelines: &Centrelines,
     triangulator: &Triangulator,
     depth_range_mm: DepthRangeMm,

@@ -117,23 +117,24 @@ impl View<'_> {
                 piece: idx,
                 along,
                 across_px: along_across(point, self.direction).1,
-                pitch_px: self.pitch_px(&of_orders, at),
+                pitch_px: pitch_px(&of_orders, at, self.direction),
                 by_order: of_orders.iter().map(hypothesis).collect(),
             }
         };
         alongs.into_iter().zip(points).enumerate().map(sample).collect()
     }
+}
 
-    /// Distance between neighbouring lines in the image: their difference in depth over the depth per pixel.
-    fn pitch_px(&self, of_orders: &[Hits], at: usize) -> f64 {
-        let by_px = |hits: &Hits| match self.direction {
-            LineDirection::Rows => hits.reach_by_v[at],
-            LineDirection::Columns => hits.reach_by_u[at],
-        };
-        let pitches = of_orders
-            .windows(2)
-            .map(|pair| ((pair[1].z_mm[at] - pair[0].z_mm[at]) / by_px(&pair[0])).abs())
-            .filter(|pitch| pitch.is_finite());
-        pitches.fold(f64::INFINITY, f64::min)
-    }
+/// Distance between neighbouring lines in the image: their difference in depth over the depth per pixel. `of_orders`:
+/// where the rays hit under every order, `at`: which of them.
+pub fn pitch_px(of_orders: &[Hits], at: usize, direction: LineDirection) -> f64 {
+    let by_px = |hits: &Hits| match direction {
+        LineDirection::Rows => hits.reach_by_v[at],
+        LineDirection::Columns => hits.reach_by_u[at],
+    };
+    let pitches = of_orders
+        .windows(2)
+        .map(|pair| ((pair[1].z_mm[at] - pair[0].z_mm[at]) / by_px(&pair[0])).abs())
+        .filter(|pitch| pitch.is_finite());
+    pitches.fold(f64::INFINITY, f64::min)
 }

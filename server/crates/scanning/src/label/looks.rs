@@ -6,7 +6,7 @@ use vision::{Centrelines, LineDirection};
 
 use super::columns::{Columns, pieces_of};
 use super::hypotheses::{Sample, Samples, View};
-use super::pieces::{self, Joint, Piece};
+use super::pieces::{self, Joint, Piece, along_across};
 use super::ranks::{SharedColumns, shared_columns};
 use super::tracks::{End, ends_of, joined};
 use crate::frames::{Frames, in_order, lines_of, of_every_frame};
@@ -96,9 +96,15 @@ impl FrameLook {
         let columns = Columns { pieces, own: own.clone(), lines, direction: view.direction };
         Self {
             shared_columns: shared_columns(samples.iter().flatten(), &columns),
-            ends: pieces[own.clone()].iter().map(|piece| ends_of(piece, lines, view.direction)).collect(),
+            ends: pieces[own.clone()].iter().map(|piece| both_ends(piece, lines, view.direction)).collect(),
             joined: own.clone().map(follows).collect(),
             samples,
         }
     }
+}
+
+fn both_ends(piece: &Piece, lines: &Centrelines, direction: LineDirection) -> (End, End) {
+    let points = piece.points(lines).iter().map(|point| along_across(point, direction));
+    let (along, across): (Vec<f64>, Vec<f64>) = points.unzip();
+    ends_of(&along, &across)
 }

@@ -16,6 +16,7 @@ mod pieces;
 mod ranks;
 mod relax;
 mod sheets;
+mod still;
 mod tracks;
 mod trial;
 
@@ -37,6 +38,7 @@ pub use outlook::Outlook;
 pub use patches::{PatchGrid, ViewPoint};
 pub use pieces::{Piece, along_across};
 pub use relax::Verdict;
+pub use still::{FrameLabels, fits as still_fits};
 
 /// Pieces of all frames with what was decided about each.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,20 +51,17 @@ pub struct Labels {
     pub direction: LineDirection,
 }
 
-impl Labels {
-    /// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
-    /// `joined`: per piece, whether it follows the one before it without a jump.
-    fn doubt_stubs(&mut self, joined: &[bool]) {
-        let verdicts = self.verdicts.clone();
-        for idx in 1..self.pieces.len() {
-            if verdicts[idx - 1] == verdicts[idx] || !joined[idx] {
-                continue;
-            }
-            for stub in [idx - 1, idx] {
-                let doubted = matches!(verdicts[stub], Verdict::Order(_));
-                if doubted && self.pieces[stub].n_points() < STUB_POINTS {
-                    self.verdicts[stub] = Verdict::Doubtful;
-                }
+/// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
+/// `before`: the same verdicts; `joined`: per piece, whether it follows the one before it without a jump.
+fn doubt_stubs(pieces: &[Piece], verdicts: &mut [Verdict], before: &[Verdict], joined: &[bool]) {
+    for idx in 1..pieces.len() {
+        if before[idx - 1] == before[idx] || !joined[idx] {
+            continue;
+        }
+        for stub in [idx - 1, idx] {
+            let doubted = matches!(before[stub], Verdict::Order(_));
+            if doubted && pieces[stub].n_points() < STUB_POINTS {
+                verdicts[stub] = Verdict::Doubtful;
             }
         }
     }
@@ -110,10 +109,10 @@ pub fn label_frames(
         let lengths = lengths_pitches(&samples, &pieces, &sheets);
         challenge::challenged(&evidence, labels, &sheets, &lengths, frames.n_frames() > 1)
     };
-    let verdicts = relax::settle(&evidence, confirmation, challenged);
-    let mut labels = Labels { verdicts, pieces, direction };
-    labels.doubt_stubs(&joined);
-    Ok(labels)
+    let settled = relax::settle(&evidence, confirmation, challenged);
+    let mut verdicts = settled.clone();
+    doubt_stubs(&pieces, &mut verdicts, &settled, &joined);
+    Ok(Labels { verdicts, pieces, direction })
 }
 
 /// Per sheet: the longest of its pieces in line pitches.

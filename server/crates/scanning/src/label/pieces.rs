@@ -191,7 +191,7 @@ fn cut_piece(piece: Piece, lines: &Centrelines, direction: LineDirection, joints
 
 /// The largest of 16, 8, 4, … that still gives enough samples: strides nest, so that pieces of neighbouring
 /// frames share their samples.
-fn stride_for(n_points: usize) -> usize {
+pub fn stride_for(n_points: usize) -> usize {
     let mut stride = SAMPLE_STRIDE_PX;
     while stride > 1 && n_points < stride * MIN_SAMPLES {
         stride /= 2;
@@ -274,14 +274,14 @@ fn steps(across: &[f64], noise_px: &[f64]) -> Vec<f64> {
 }
 
 /// Weight of point i of n in the value of their least-squares line half a point beyond the last: α + β i.
-fn end_weights(n: usize) -> (f64, f64) {
+pub fn end_weights(n: usize) -> (f64, f64) {
     let count = n as f64;
     let slope = 6.0 / (count * count - 1.0);
     (1.0 / count - 0.5 * (count - 1.0) * slope, slope)
 }
 
 /// Whether `idx` is the strongest bend within a span; the first of equals.
-fn is_peak(bends: &[f64], idx: usize) -> bool {
+pub fn is_peak(bends: &[f64], idx: usize) -> bool {
     let from = idx.saturating_sub(KINK_SPAN_PX);
     let to = (idx + KINK_SPAN_PX + 1).min(bends.len());
     bends[from..idx].iter().all(|other| *other < bends[idx])

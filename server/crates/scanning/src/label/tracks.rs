@@ -91,7 +91,7 @@ pub fn add_continuations(evidence: &mut Evidence, samples: &Samples, pieces: &[P
 }
 
 /// The piece with the largest strength above zero, the first of equals.
-fn strongest(pieces: std::ops::Range<usize>, strength: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
+pub fn strongest(pieces: std::ops::Range<usize>, strength: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
     let strengths = pieces.map(|piece| (piece, strength(piece))).filter(|(_, strength)| *strength > 0.0);
     strengths.fold(None, |best, next| match best {
         Some((_, strength)) if strength >= next.1 => best,
@@ -128,27 +128,29 @@ pub struct End {
     n_points: usize,
 }
 
-/// Both ends of a piece.
-pub fn ends_of(piece: &Piece, lines: &Centrelines, direction: LineDirection) -> (End, End) {
-    let points: Vec<(f64, f64)> = piece.points(lines).iter().map(|point| along_across(point, direction)).collect();
-    let n = points.len().min(CONTINUATION_POINTS);
-    (end_of(&points[..n], points[0].0), end_of(&points[points.len() - n..], points[points.len() - 1].0))
+/// Both ends of a piece whose points lie at `along` and `across`, px.
+pub fn ends_of(along: &[f64], across: &[f64]) -> (End, End) {
+    let last = along.len() - 1;
+    let n = along.len().min(CONTINUATION_POINTS);
+    let tail = along.len() - n;
+    (end_of(&along[..n], &across[..n], along[0]), end_of(&along[tail..], &across[tail..], along[last]))
 }
 
-/// A straight line through `points`, evaluated at `along`.
-fn end_of(points: &[(f64, f64)], along: f64) -> End {
-    let n = points.len() as f64;
-    let mean = points.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / n, sum.1 + p.1 / n));
-    let (spread, lean) = points.iter().fold((0.0, 0.0), |(spread, lean), p| {
+/// A straight line through points, evaluated at `place`.
+fn end_of(along: &[f64], across: &[f64], place: f64) -> End {
+    let points = || along.iter().zip(across);
+    let n = along.len() as f64;
+    let mean = points().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / n, sum.1 + p.1 / n));
+    let (spread, lean) = points().fold((0.0, 0.0), |(spread, lean), p| {
         let along = p.0 - mean.0;
         (spread + along * along, lean + along * (p.1 - mean.1))
     });
     let slope = if spread > 0.0 { lean / spread } else { 0.0 };
-    End { along, across: mean.1 + slope * (along - mean.0), slope, n_points: points.len() }
+    End { along: place, across: mean.1 + slope * (place - mean.0), slope, n_points: along.len() }
 }
 
 /// How well `right` continues `left`, 0–1; `None` if it does not.
-fn continuation(left: &End, right: &End, pitch_px: f64) -> Option<f64> {
+pub fn continuation(left: &End, right: &End, pitch_px: f64) -> Option<f64> {
     let gap = right.along - left.along;
     if !(gap > 0.0 && gap <= CONTINUATION_GAP_PITCHES * pitch_px) {
         return None;

@@ -1,0 +1,84 @@
+//! The samples of one frame: at how many of them an order is impossible, and how far apart lines are there.
+
+use optics::{DepthRangeMm, Hits, Triangulator};
+use vision::LineDirection;
+
+use super::super::hypotheses::pitch_px;
+use super::super::pieces::Piece;
+use super::lines::Lines;
+
+/// What samples say about every piece by itself, in memory that is kept from frame to frame.
+#[derive(Debug, Default)]
+pub struct Places {
+    /// Per piece: size in full samples.
+    pub sizes: Vec<f64>,
+    /// Per piece: line pitch at its first sample.
+    pub pitches_px: Vec<f64>,
+    /// Per piece and order: samples that miss the sheet or lie outside of the depth range.
+    pub n_outside: Vec<usize>,
+    u_px: Vec<f64>,
+    v_px: Vec<f64>,
+    /// Per piece: the end of its samples.
+    ends: Vec<usize>,
+    depths_mm: Vec<f64>,
+    first_u_px: Vec<f64>,
+    first_v_px: Vec<f64>,
+    first_hits: Vec<Hits>,
+}
+
+impl Places {
+    /// Looks at the samples of all pieces under every order.
+    pub fn look(
+        &mut self,
+        lines: &Lines,
+        pieces: &[Piece],
+        triangulator: &Triangulator,
+        depth_range_mm: DepthRangeMm,
+    ) {
+        self.gather(lines, pieces);
+        let n_orders = triangulator.calibration().orders.len();
+        self.n_outside.clear();
+        self.n_outside.resize(pieces.len() * n_orders, 0);
+        for order in 0..n_orders {
+            triangulator.depths(order, &self.u_px, &self.v_px, &mut self.depths_mm);
+            let mut start = 0;
+            for (piece, &end) in self.ends.iter().enumerate() {
+                let outside =
+                    self.depths_mm[start..end].iter().filter(|depth_mm| !depth_range_mm.contains(**depth_mm));
+                self.n_outside[piece * n_orders + order] = outside.count();
+                start = end;
+            }
+        }
+        self.measure_pitches(triangulator, lines.direction);
+    }
+
+    fn gather(&mut self, lines: &Lines, pieces: &[Piece]) {
+        let lists = [&mut self.u_px, &mut self.v_px, &mut self.first_u_px, &mut self.first_v_px, &mut self.sizes];
+        lists.into_iter().for_each(Vec::clear);
+        self.ends.clear();
+        for piece in pieces {
+            let start = lines.range(piece).start;
+            let before = self.u_px.len();
+            for along in piece.samples() {
+                let idx = start + (along - piece.along) as usize;
+                self.u_px.push(lines.u_px[idx]);
+                self.v_px.push(lines.v_px[idx]);
+            }
+            let n_samples = self.u_px.len() - before;
+            self.ends.push(before + n_samples);
+            self.sizes.push((n_samples as f64 * super::super::sample_weight(piece)).max(f64::MIN_POSITIVE));
+            // A piece has four samples at least.
+            self.first_u_px.push(self.u_px[before]);
+            self.first_v_px.push(self.v_px[before]);
+        }
+    }
+
+    fn measure_pitches(&mut self, triangulator: &Triangulator, direction: LineDirection) {
+        self.first_hits.resize_with(triangulator.calibration().orders.len(), Hits::default);
+        for (order, hits) in self.first_hits.iter_mut().enumerate() {
+            triangulator.triangulate_all(order, &self.first_u_px, &self.first_v_px, hits);
+        }
+        self.pitches_px.clear();
+        self.pitches_px.extend((0..self.sizes.len()).map(|piece| pitch_px(&self.first_hits, piece, direction)));
+    }
+}

@@ -1,0 +1,150 @@
+//! Labels and points of one frame after the other, in the memory of those before.
+
+use multiversion::multiversion;
+use optics::{DepthRangeMm, Hits, Triangulator};
+use vision::{CentrelinePoint, Centrelines};
+
+use crate::dropped::DropReason;
+use crate::label::{FrameLabels, Verdict, along_across, still_fits};
+use crate::profile::{Profile, ProfilePoint, label_frame_by_reference};
+
+/// Points that are triangulated at once: what they need stays in the nearest cache.
+const POINTS_AT_ONCE: usize = 256;
+
+/// Labels and triangulates one frame after the other. What it finds depends on the frame alone.
+///
+/// It keeps its memory: once the largest frame has been seen, none is asked for.
+#[derive(Debug, Default)]
+pub struct FrameLabeller {
+    labels: FrameLabels,
+    /// Pieces that have an order: (order, column or row of the first point, piece, index of the order).
+    kept: Vec<(i8, i64, usize, usize)>,
+    /// Per segment: points of the longest piece with a label.
+    longest: Vec<usize>,
+    hits: Hits,
+    sequence: Vec<u32>,
+    sorted: Vec<ProfilePoint>,
+}
+
+impl FrameLabeller {
+    /// As [`crate::label_frame`]; what `profile` held is replaced.
+    pub fn label(
+        &mut self,
+        centrelines: &Centrelines,
+        triangulator: &Triangulator,
+        depth_range_mm: DepthRangeMm,
+        profile: &mut Profile,
+    ) {
+        let orders = &triangulator.calibration().orders;
+        if !still_fits(orders.len()) {
+            *profile = label_frame_by_reference(centrelines, triangulator, depth_range_mm);
+            return;
+        }
+        self.labels.find(centrelines, triangulator, depth_range_mm);
+        profile.points.clear();
+        profile.dropped = Default::default();
+        self.take_verdicts(orders, profile);
+        let n_points = self.kept.iter().map(|kept| self.labels.pieces[kept.2].n_points()).sum();
+        profile.points.reserve(n_points);
+        for &(order, _, piece, order_idx) in &self.kept {
+            let piece = &self.labels.pieces[piece];
+            let points = piece.points(centrelines);
+            let range = self.labels.lines.range(piece);
+            let lines = &self.labels.lines;
+            let (u_px, v_px) = (&lines.u_px[range.clone()], &lines.v_px[range]);
+            for first in (0..points.len()).step_by(POINTS_AT_ONCE) {
+                let part = first..points.len().min(first + POINTS_AT_ONCE);
+                triangulator.triangulate_all(order_idx, &u_px[part.clone()], &v_px[part.clone()], &mut self.hits);
+                add(profile, &points[part], order, &self.hits, depth_range_mm);
+            }
+        }
+        if !self.is_sorted() {
+            self.sort(&mut profile.points);
+        }
+    }
+
+    /// Labels of the segments, what was left out, and the pieces to triangulate in the order of the profile.
+    fn take_verdicts(&mut self, orders: &[i8], profile: &mut Profile) {
+        let FrameLabels { lines, pieces, verdicts, .. } = &self.labels;
+        let n_segments = lines.starts.len() - 1;
+        profile.labels.clear();
+        profile.labels.resize(n_segments, None);
+        self.longest.clear();
+        self.longest.resize(n_segments, 0);
+        self.kept.clear();
+        let mut n_labelled = 0;
+        for (idx, (piece, verdict)) in pieces.iter().zip(verdicts).enumerate() {
+            n_labelled += piece.n_points();
+            match *verdict {
+                Verdict::Order(order_idx) => {
+                    self.kept.push((orders[order_idx], piece.along, idx, order_idx));
+                    if piece.n_points() > self.longest[piece.segment] {
+                        self.longest[piece.segment] = piece.n_points();
+                        profile.labels[piece.segment] = Some(orders[order_idx]);
+                    }
+                }
+                Verdict::Doubtful => profile.dropped.add_piece(DropReason::Doubtful, piece.n_points()),
+                Verdict::Contradicted => profile.dropped.add_piece(DropReason::Contradicted, piece.n_points()),
+            }
+        }
+        profile.dropped.add_points(DropReason::TooShort, lines.u_px.len() - n_labelled);
+        self.kept.sort_unstable();
+    }
+
+    /// Whether the points of all pieces follow one another along the lines, order by order.
+    fn is_sorted(&self) -> bool {
+        let lines = &self.labels.lines;
+        let of = |piece: usize| &lines.along()[lines.range(&self.labels.pieces[piece])];
+        let follows = |pair: &[(i8, i64, usize, usize)]| {
+            let (before, after) = (of(pair[0].2), of(pair[1].2));
+            pair[0].0 != pair[1].0 || before[before.len() - 1] <= after[0]
+        };
+        self.kept.windows(2).all(follows) && self.kept.iter().all(|kept| is_rising(of(kept.2)))
+    }
+
+    /// By order, then along the line; equals stay as they are.
+    fn sort(&mut self, points: &mut Vec<ProfilePoint>) {
+        let along = |idx: u32| along_across(&points[idx as usize].seen, self.labels.lines.direction).0;
+        let order = |idx: u32| points[idx as usize].order;
+        self.sequence.clear();
+        self.sequence.extend(0..points.len() as u32);
+        self.sequence.sort_unstable_by(|&a, &b| {
+            order(a).cmp(&order(b)).then(along(a).total_cmp(&along(b))).then(a.cmp(&b))
+        });
+        self.sorted.clear();
+        self.sorted.extend(self.sequence.iter().map(|&idx| points[idx as usize]));
+        std::mem::swap(points, &mut self.sorted);
+    }
+}
+
+/// Whether no number is less than the one before it.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn is_rising(numbers: &[f64]) -> bool {
+    let n = numbers.len().max(1) - 1;
+    let (before, after) = (&numbers[..n], &numbers[numbers.len() - n..]);
+    let mut n_rising = 0;
+    for (before, after) in before.iter().zip(after) {
+        n_rising += u64::from(before <= after);
+    }
+    n_rising == n as u64
+}
+
+/// Adds the points that hit within the depth range; counts the others.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn add(profile: &mut Profile, seen: &[CentrelinePoint], order: i8, hits: &Hits, depth_range_mm: DepthRangeMm) {
+    let n_within = hits.z_mm.iter().filter(|depth_mm| depth_range_mm.contains(**depth_mm)).count();
+    let point = |idx: usize, seen: &CentrelinePoint| {
+        let hit = hits.at(idx);
+        let noise_sigma_mm = hit.noise_sigma_mm(&seen.normal, seen.sigma_px);
+        ProfilePoint { order, hit_in_camera: hit.in_camera, seen: *seen, noise_sigma_mm }
+    };
+    if n_within == seen.len() {
+        profile.points.extend(seen.iter().enumerate().map(|(idx, seen)| point(idx, seen)));
+        return;
+    }
+    let within = |idx: &usize| depth_range_mm.contains(hits.z_mm[*idx]);
+    profile.points.extend((0..seen.len()).filter(within).map(|idx| point(idx, &seen[idx])));
+    let n_missed = hits.z_mm.iter().filter(|depth_mm| depth_mm.is_nan()).count();
+    profile.dropped.add_points(DropReason::NoHit, n_missed);
+    profile.dropped.add_points(DropReason::OutsideDepth, seen.len() - n_within - n_missed);
+}
