@@ -1,13 +1,14 @@
 /**
  * The camera's picture, and on a second layer the centrelines of the same frame.
  *
- * Only the newest frame is decoded; frames that arrive meanwhile replace each other and are counted. Draws when
- * something changed, at most once per refresh of the screen. What it holds (a bitmap, two canvases, one message) is
- * freed in dispose().
+ * Only the newest frame is decoded, as finely as it is shown; frames that arrive meanwhile replace each other and are
+ * counted. Draws when something changed, at most once per refresh of the screen. What it holds (a bitmap, two
+ * canvases, one message) is freed in dispose().
  */
 
 import type { ImageMessage } from "../stream/protocol";
 import { drawCentrelines } from "./centreline_layer";
+import { type Decoded, decodeJpeg, eighthsFor, WHOLE } from "./jpeg";
 import { listen } from "./picture_input";
 import {
   centred,
@@ -33,8 +34,18 @@ export interface PictureEvents {
   viewed?(view: PictureView, is_fitted: boolean): void;
 }
 
+/** A picture's grey levels: `data[4 · (row · width + column)]`. */
+export interface Greys {
+  readonly data: ArrayLike<number>;
+  readonly width: number;
+  readonly height: number;
+}
+
 /** Draws something of its own over the picture, in CSS px, after the centrelines. */
 export type DrawOver = (context: CanvasRenderingContext2D, view: PictureView, image: ImageMessage) => void;
+
+/** Reduced further than this, pixels fall between those that smoothing of low quality looks at. */
+const HALF = 0.5;
 
 export class CameraPicture {
   /** Frames that were replaced by a newer one before they were decoded. */
@@ -49,7 +60,7 @@ export class CameraPicture {
   private readonly line_canvas = document.createElement("canvas");
   private readonly picture_context: CanvasRenderingContext2D;
   private readonly line_context: CanvasRenderingContext2D;
-  private readonly one_pixel: CanvasRenderingContext2D;
+  private readonly pixels: CanvasRenderingContext2D;
   private readonly resized: ResizeObserver;
   private readonly stop_listening: () => void;
   private place_size: Size = { width: 0, height: 0 };
@@ -60,7 +71,8 @@ export class CameraPicture {
   private held = false;
   private decoding = false;
   private waiting: ImageMessage | undefined;
-  private shown: { image: ImageMessage; bitmap: ImageBitmap } | undefined;
+  private shown: ({ image: ImageMessage; eighths: number } & Decoded) | undefined;
+  private greys_: { of: ImageMessage; read: Promise<Greys | undefined> } | undefined;
   private untold = false;
   private frame_request = 0;
   private disposed = false;
@@ -72,9 +84,7 @@ export class CameraPicture {
   ) {
     this.picture_context = contextOf(this.picture_canvas, {});
     this.line_context = contextOf(this.line_canvas, {});
-    this.one_pixel = contextOf(document.createElement("canvas"), { willReadFrequently: true });
-    this.one_pixel.canvas.width = 1;
-    this.one_pixel.canvas.height = 1;
+    this.pixels = contextOf(document.createElement("canvas"), { willReadFrequently: true });
     this.picture_canvas.className = "layer picture";
     this.line_canvas.className = "layer lines";
     for (const canvas of [this.picture_canvas, this.line_canvas]) {
@@ -125,6 +135,7 @@ export class CameraPicture {
     this.waiting = undefined;
     this.shown?.bitmap.close();
     this.shown = undefined;
+    this.greys_ = undefined;
     this.redraw();
   }
 
@@ -149,6 +160,7 @@ export class CameraPicture {
   showZebra(shown: boolean): void {
     this.zebra = shown ? new Zebra() : undefined;
     if (this.shown) this.zebra?.take(this.shown.bitmap);
+    this.refine();
     this.redraw();
   }
 
@@ -159,29 +171,15 @@ export class CameraPicture {
     this.redraw();
   }
 
-  /** Grey level 0–255 of a pixel of the frame on the screen. */
-  greyAt(u_px: number, v_px: number): number | undefined {
-    const { width, height } = this.picture_size;
-    const [column, row] = [Math.round(u_px), Math.round(v_px)];
-    if (!this.shown || column < 0 || row < 0 || column >= width || row >= height) return undefined;
-    const { image, bitmap } = this.shown;
-    this.one_pixel.drawImage(
-      bitmap,
-      Math.floor(column / image.scale),
-      Math.floor(row / image.scale),
-      1,
-      1,
-      0,
-      0,
-      1,
-      1,
-    );
-    return this.one_pixel.getImageData(0, 0, 1, 1).data[0];
-  }
-
-  /** The decoded picture on the screen, for a look at all of its pixels; valid until the next frame. */
-  get bitmap(): ImageBitmap | undefined {
-    return this.shown?.bitmap;
+  /**
+   * All grey levels of the frame on the screen: `data[4 · (row · width + column)]`, a pixel for every pixel of the
+   * JPEG, however finely it is shown. Asked again for the same frame, it is the same answer.
+   */
+  greys(): Promise<Greys | undefined> {
+    const image = this.shown?.image;
+    if (!image) return Promise.resolve(undefined);
+    if (this.greys_?.of !== image) this.greys_ = { of: image, read: this.read(image) };
+    return this.greys_.read;
   }
 
   /** Asks for drawing at the next refresh of the screen. */
@@ -199,6 +197,7 @@ export class CameraPicture {
     this.waiting = undefined;
     this.shown?.bitmap.close();
     this.shown = undefined;
+    this.greys_ = undefined;
     this.picture_canvas.remove();
     this.line_canvas.remove();
   }
@@ -211,8 +210,7 @@ export class CameraPicture {
   private async decode(image: ImageMessage): Promise<void> {
     this.decoding = true;
     try {
-      const blob = new Blob([image.jpeg as Uint8Array<ArrayBuffer>], { type: "image/jpeg" });
-      this.take(image, await createImageBitmap(blob));
+      this.take(image, await this.decoded(image, this.eighths_wanted));
     } catch {
       // A frame that cannot be decoded is not shown; the next one is a thirtieth of a second away.
       this.skipped += 1;
@@ -223,18 +221,66 @@ export class CameraPicture {
     if (next && !this.disposed) void this.decode(next);
   }
 
-  private take(image: ImageMessage, bitmap: ImageBitmap): void {
-    if (this.disposed || this.held) {
+  private async decoded(image: ImageMessage, eighths: number): Promise<Decoded & { eighths: number }> {
+    return { ...(await decodeJpeg(image.jpeg, image.jpeg_width_px, image.jpeg_height_px, eighths)), eighths };
+  }
+
+  /** How finely the JPEG must be decoded for what is shown of it. */
+  private get eighths_wanted(): number {
+    // Before the first frame the size on the screen is not known; stripes are judged pixel by pixel.
+    if (!this.shown || this.zebra) return WHOLE;
+    return eighthsFor(this.view_.scale * this.shown.image.scale * devicePixelRatio);
+  }
+
+  /** Decodes the frame on the screen again if more of it is shown than was decoded. */
+  private refine(): void {
+    const { shown } = this;
+    const eighths = this.eighths_wanted;
+    if (!shown || shown.eighths >= eighths) return;
+    shown.eighths = eighths;
+    const { image } = shown;
+    const replace = (finer: Decoded) => {
+      if (this.shown !== shown) {
+        finer.bitmap.close();
+        return;
+      }
+      shown.bitmap.close();
+      Object.assign(shown, finer);
+      this.zebra?.take(shown.bitmap);
+      this.redraw();
+    };
+    // It was decoded before; should it fail, the coarser one stays.
+    this.decoded(image, eighths).then(replace, () => undefined);
+  }
+
+  private async read(image: ImageMessage): Promise<Greys | undefined> {
+    try {
+      const { bitmap } = await this.decoded(image, WHOLE);
+      const { canvas } = this.pixels;
+      const { width, height } = bitmap;
+      if (canvas.width !== width) canvas.width = width;
+      if (canvas.height !== height) canvas.height = height;
+      this.pixels.drawImage(bitmap, 0, 0);
       bitmap.close();
+      return { data: this.pixels.getImageData(0, 0, width, height).data, width, height };
+    } catch {
+      return undefined;
+    }
+  }
+
+  private take(image: ImageMessage, decoded: Decoded & { eighths: number }): void {
+    if (this.disposed || this.held) {
+      decoded.bitmap.close();
       return;
     }
     const before = this.shown?.image;
     this.shown?.bitmap.close();
-    this.shown = { image, bitmap };
+    this.shown = { image, ...decoded };
     this.untold = true;
-    this.zebra?.take(bitmap);
+    this.zebra?.take(decoded.bitmap);
     const resized = before?.width_px !== image.width_px || before?.height_px !== image.height_px;
     if (resized) this.fit();
+    this.refine();
     this.redraw();
   }
 
@@ -255,6 +301,7 @@ export class CameraPicture {
     this.place.style.touchAction = is_fitted ? "pan-y" : "none";
     this.place.dataset.view = `${view.scale} ${view.left} ${view.top}`;
     this.events.viewed?.(view, is_fitted);
+    this.refine();
     this.redraw();
   }
 
@@ -272,8 +319,8 @@ export class CameraPicture {
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
     }
     if (!this.shown) return;
-    const { image, bitmap } = this.shown;
-    this.drawPicture(image, bitmap);
+    const { image } = this.shown;
+    this.drawPicture(this.shown);
     if (this.lines_shown) drawCentrelines(this.line_context, this.view_, image, this.hidden_orders);
     this.draw_over?.(this.line_context, this.view_, image);
     if (this.marked) drawMark(this.line_context, this.view_, this.marked);
@@ -284,19 +331,16 @@ export class CameraPicture {
     }
   }
 
-  private drawPicture(image: ImageMessage, bitmap: ImageBitmap): void {
+  private drawPicture({ image, bitmap, share }: { image: ImageMessage } & Decoded): void {
     const { scale, left, top } = this.view_;
+    const [width, height] = [share * image.jpeg_width_px, share * image.jpeg_height_px];
+    const to_scale = (scale * image.scale) / share;
     // Enlarged pixels stay squares: what is measured is pixels.
-    // Reduced, neighbours are averaged: lines a few pixels wide would otherwise break into dots.
-    this.picture_context.imageSmoothingQuality = "medium";
+    // Much reduced, neighbours are averaged: lines a few pixels wide would otherwise break into dots.
+    this.picture_context.imageSmoothingQuality = to_scale * devicePixelRatio < HALF ? "medium" : "low";
     this.picture_context.imageSmoothingEnabled = scale * devicePixelRatio < 2;
-    this.picture_context.drawImage(
-      this.zebra?.canvas ?? bitmap,
-      left,
-      top,
-      scale * image.scale * image.jpeg_width_px,
-      scale * image.scale * image.jpeg_height_px,
-    );
+    const shown = this.zebra?.canvas ?? bitmap;
+    this.picture_context.drawImage(shown, 0, 0, width, height, left, top, to_scale * width, to_scale * height);
   }
 }
 

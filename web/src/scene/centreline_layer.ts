@@ -14,6 +14,9 @@ const POINT_RADIUS_PX = 2.5;
 /** Neighbouring points of a line are one pixel apart; wider gaps are interruptions. */
 const GAP_PX = 1.5;
 
+/** Points nearer to each other than this are one on the screen: every further one costs and shows nothing, device px. */
+const APART_PX = 0.6;
+
 /** Lines shorter than this get no name, points. */
 const NAMED_FROM_POINTS = 60;
 
@@ -59,15 +62,23 @@ function strokeLine(
 ): void {
   const { points, units_per_px } = image;
   const gap = GAP_PX * units_per_px;
+  const apart = APART_PX / devicePixelRatio;
+  const end = 2 * (line.first + line.n_points);
   let before = Number.NEGATIVE_INFINITY;
+  let [drawn_x, drawn_y] = [0, 0];
   context.beginPath();
-  for (let at = 2 * line.first; at < 2 * (line.first + line.n_points); at += 2) {
-    const [u, v] = [points[at] ?? 0, points[at + 1] ?? 0];
-    const along = along_u ? u : v;
-    const [x, y] = [placeOfU(view, u / units_per_px), placeOfV(view, v / units_per_px)];
-    if (Math.abs(along - before) > gap) context.moveTo(x, y);
-    else context.lineTo(x, y);
+  for (let at = 2 * line.first; at < end; at += 2) {
+    const along = points[along_u ? at : at + 1] ?? 0;
+    const begins = Math.abs(along - before) > gap;
+    const next = points[along_u ? at + 2 : at + 3] ?? 0;
+    const ends = at + 2 >= end || Math.abs(next - along) > gap;
     before = along;
+    const x = placeOfU(view, (points[at] ?? 0) / units_per_px);
+    const y = placeOfV(view, (points[at + 1] ?? 0) / units_per_px);
+    if (!begins && !ends && Math.abs(x - drawn_x) < apart && Math.abs(y - drawn_y) < apart) continue;
+    [drawn_x, drawn_y] = [x, y];
+    if (begins) context.moveTo(x, y);
+    else context.lineTo(x, y);
   }
   context.stroke();
 }

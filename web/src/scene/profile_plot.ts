@@ -13,6 +13,9 @@ import { SteadyRange } from "./steady_range";
 /** The pointer means a point up to so far away, CSS px. */
 const REACH_PX = 24;
 
+/** Points nearer to each other than this are one on the screen, device px. */
+const APART_PX = 1;
+
 /** A step with Shift, points. */
 const LONG_STEP = 20;
 
@@ -97,6 +100,13 @@ export class ProfilePlot {
     if (this.frame_request === 0) this.frame_request = requestAnimationFrame(() => this.draw());
   }
 
+  /** Draws what is asked for at once: for those who are drawing themselves. */
+  drawNow(): void {
+    if (this.frame_request === 0) return;
+    cancelAnimationFrame(this.frame_request);
+    this.draw();
+  }
+
   dispose(): void {
     cancelAnimationFrame(this.frame_request);
     this.ended.abort();
@@ -172,6 +182,11 @@ export class ProfilePlot {
     const along = profile.along === "x" ? profile.x_mm : profile.y_mm;
     const axis = profile.along === "x" ? 0 : 1;
     const gap = 1.5 * profile.units_per_px;
+    // As `valToPos` places values on a linear scale, for thousands of points.
+    const [from_x, from_y] = [plot.scales.x?.min ?? 0, plot.scales.y?.min ?? 0];
+    const [left, top] = [plot.valToPos(from_x, "x", true), plot.valToPos(from_y, "y", true)];
+    const to_x = plot.valToPos(from_x + 1, "x", true) - left;
+    const to_y = plot.valToPos(from_y + 1, "y", true) - top;
     context.save();
     context.beginPath();
     context.rect(plot.bbox.left, plot.bbox.top, plot.bbox.width, plot.bbox.height);
@@ -182,14 +197,21 @@ export class ProfilePlot {
       context.strokeStyle = orderColour(range.order);
       context.lineWidth = 1.5 * devicePixelRatio;
       context.beginPath();
+      const end = range.first + range.n_points;
       let before = Number.NEGATIVE_INFINITY;
-      for (let idx = range.first; idx < range.first + range.n_points; idx++) {
-        const x = plot.valToPos(along[idx] ?? 0, "x", true);
-        const y = plot.valToPos(profile.z_mm[idx] ?? 0, "y", true);
+      let [drawn_x, drawn_y] = [0, 0];
+      for (let idx = range.first; idx < end; idx++) {
         const seen = profile.pixels[2 * idx + axis] ?? 0;
-        if (Math.abs(seen - before) > gap) context.moveTo(x, y);
-        else context.lineTo(x, y);
+        const begins = Math.abs(seen - before) > gap;
+        const ends = idx + 1 >= end || Math.abs((profile.pixels[2 * (idx + 1) + axis] ?? 0) - seen) > gap;
         before = seen;
+        const x = left + to_x * ((along[idx] ?? 0) - from_x);
+        const y = top + to_y * ((profile.z_mm[idx] ?? 0) - from_y);
+        const near = Math.abs(x - drawn_x) < APART_PX && Math.abs(y - drawn_y) < APART_PX;
+        if (near && !begins && !ends) continue;
+        [drawn_x, drawn_y] = [x, y];
+        if (begins) context.moveTo(x, y);
+        else context.lineTo(x, y);
       }
       context.stroke();
     }

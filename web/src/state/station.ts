@@ -8,6 +8,9 @@ import { STALE_AFTER_MS } from "../theme";
 /** The page looks so often whether what it shows has become stale. */
 const LOOK_EVERY_MS = 250;
 
+/** Positions and counts are told so often; what matters, changes of state, comes at once. */
+const TOLD_HZ = 5;
+
 export class StationState {
   /** The newest status; undefined before the first. */
   readonly status = signal<Station | undefined>(undefined);
@@ -22,7 +25,7 @@ export class StationState {
   constructor(private readonly stream: StreamConnection) {}
 
   start(): void {
-    this.stream.want({ stream: "state", max_rate_hz: 10 }, (message) => {
+    this.stream.want({ stream: "state", max_rate_hz: TOLD_HZ }, (message) => {
       if ("op" in message && message.op === "state") this.status.value = message.station;
     });
     setInterval(() => this.look(), LOOK_EVERY_MS);

@@ -14,7 +14,7 @@ import { LIVE_RATE_HZ, NO_ORDER } from "../../theme";
 import { type Advice, adviceOf } from "./advice";
 import { FrameRate } from "./frame_rate";
 import { HistogramView } from "./histogram";
-import { type OrderQuality, qualityOf } from "./quality";
+import { greyAt, type OrderQuality, qualityOf } from "./quality";
 
 /** Figures for people change so often. */
 const FIGURES_EVERY_MS = 250;
@@ -74,7 +74,6 @@ export class LiveView {
   private readonly rate = new FrameRate();
   private readonly profiles: ProfileMessage[] = [];
   private readonly endings: (() => void)[] = [];
-  private readonly pixels = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
   private shown_profile: ProfileMessage | undefined;
   private pointed: Pointed | undefined;
   private ticks = 0;
@@ -144,6 +143,8 @@ export class LiveView {
     const profile = this.profiles.find(({ sequence }) => sequence === image.sequence);
     if (profile) this.showProfile(profile);
     else if (!image.calibrated) this.showProfile(undefined);
+    // In the same refresh of the screen: two would cost the browser twice.
+    this.plot.drawNow();
   }
 
   private take(profile: ProfileMessage): void {
@@ -172,7 +173,7 @@ export class LiveView {
     this.pointed = pointed;
     if (pointed) {
       this.follow(pointed);
-      this.tellReadout();
+      void this.tellReadout();
       return;
     }
     this.picture.mark(undefined);
@@ -205,21 +206,26 @@ export class LiveView {
     return { u_px: u / profile.units_per_px, v_px: v / profile.units_per_px };
   }
 
-  private tellReadout(): void {
-    const pointed = this.pointed;
-    if (!pointed) return;
+  /** Tells what is pointed at in the frame on the screen, once its grey levels are read. */
+  private async tellReadout(): Promise<void> {
+    const image = this.picture.image;
+    const found = image && this.pointed && this.found(this.pointed);
+    const greys = await this.picture.greys();
+    // The pointer may have left meanwhile.
+    if (!this.pointed) return;
+    const grey = found && greys && greyAt(greys, image, found.u_px, found.v_px);
+    this.readout.value = found && { ...found, grey };
+  }
+
+  private found(pointed: Pointed): Omit<Readout, "grey"> | undefined {
     const line = pointed.in === "picture" ? this.lineAt(pointed) : undefined;
     const at = pointed.in === "plot" ? this.seenAt(pointed.idx) : pointed;
-    if (!at) {
-      this.readout.value = undefined;
-      return;
-    }
+    if (!at) return undefined;
     const profile = this.profileOfPicture();
     const idx = pointed.in === "plot" ? pointed.idx : line && profile ? profilePointAt(profile, line) : undefined;
     const order = line?.order ?? (idx !== undefined && profile ? orderOfPoint(profile, idx) : undefined);
-    const spot = line ?? at;
-    const grey = this.picture.greyAt(spot.u_px, spot.v_px);
-    this.readout.value = { u_px: spot.u_px, v_px: spot.v_px, grey, order, point: pointOf(profile, idx) };
+    const { u_px, v_px } = line ?? at;
+    return { u_px, v_px, order, point: pointOf(profile, idx) };
   }
 
   /** The profile of the very frame whose picture is shown. */
@@ -248,21 +254,14 @@ export class LiveView {
       skipped: this.picture.skipped,
       dropped: this.stream.dropped.peek(),
     };
-    this.tellReadout();
-    if (this.ticks++ % QUALITY_EVERY === 0) this.tellQuality(image);
+    if (this.pointed) void this.tellReadout();
+    if (this.ticks++ % QUALITY_EVERY === 0) void this.tellQuality(image);
   }
 
-  private tellQuality(image: ImageMessage): void {
-    const { bitmap } = this.picture;
-    const { pixels } = this;
-    let greys: ImageData | undefined;
-    if (bitmap && pixels && image.lines.length > 0) {
-      if (pixels.canvas.width !== bitmap.width) pixels.canvas.width = bitmap.width;
-      if (pixels.canvas.height !== bitmap.height) pixels.canvas.height = bitmap.height;
-      pixels.drawImage(bitmap, 0, 0);
-      greys = pixels.getImageData(0, 0, bitmap.width, bitmap.height);
-    }
-    this.quality.value = qualityOf(image, this.profileOfPicture(), greys);
+  private async tellQuality(image: ImageMessage): Promise<void> {
+    const profile = this.profileOfPicture();
+    const greys = image.lines.length > 0 ? await this.picture.greys() : undefined;
+    this.quality.value = qualityOf(image, profile, greys);
   }
 }
 

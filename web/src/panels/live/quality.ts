@@ -1,5 +1,6 @@
 /** How good the lines of a frame are, order by order. */
 
+import type { Greys } from "../../scene/camera_picture";
 import { runAlongU } from "../../scene/centreline_layer";
 import type { ImageMessage, OrderRange, ProfileMessage } from "../../stream/protocol";
 import { NO_ORDER } from "../../theme";
@@ -23,13 +24,6 @@ export interface OrderQuality {
   sigma_mm: number | undefined;
   /** RMS deviation of z from straight pieces of `PIECE_POINTS` neighbouring points, mm. */
   scatter_mm: number | undefined;
-}
-
-/** A picture's grey levels: `data[4 · (row · width + column)]`, as `ImageData` has them. */
-export interface Greys {
-  readonly data: ArrayLike<number>;
-  readonly width: number;
-  readonly height: number;
 }
 
 /** All orders that a frame shows, in their order. */
@@ -65,7 +59,7 @@ function seenInPicture(image: ImageMessage, order: number, greys: Greys | undefi
       const column = Math.round((image.points[2 * idx] ?? 0) / image.units_per_px);
       const row = Math.round((image.points[2 * idx + 1] ?? 0) / image.units_per_px);
       seen[along_u ? column : row] = 1;
-      const grey = greys && greyAt(greys, Math.floor(column / image.scale), Math.floor(row / image.scale));
+      const grey = greys && greyAt(greys, image, column, row);
       if (grey === undefined) continue;
       centre_greys.push(grey);
       if (grey >= FULL_SCALE_GREY) n_saturated += 1;
@@ -80,7 +74,9 @@ function seenInPicture(image: ImageMessage, order: number, greys: Greys | undefi
   };
 }
 
-function greyAt(greys: Greys, column: number, row: number): number | undefined {
+/** Grey level 0–255 at a position of the frame; `greys` are those of its picture. */
+export function greyAt(greys: Greys, image: ImageMessage, u_px: number, v_px: number): number | undefined {
+  const [column, row] = [Math.floor(Math.round(u_px) / image.scale), Math.floor(Math.round(v_px) / image.scale)];
   if (column < 0 || row < 0 || column >= greys.width || row >= greys.height) return undefined;
   return greys.data[4 * (row * greys.width + column)];
 }
