@@ -1,0 +1,16 @@
+import { expect, test } from "vitest";
+import { eighthsFor, WHOLE } from "../src/scene/jpeg";
+
+test("a picture is decoded no coarser than it is shown, and never finer than it is", () => {
+  const cases = [
+    [0.336, 3],
+    [0.375, 3],
+    [0.376, 4],
+    [0.5, 4],
+    [0.99, WHOLE],
+    [1, WHOLE],
+    [6, WHOLE],
+    [0.01, 1],
+  ] as const;
+  for (const [scale, eighths] of cases) expect(eighthsFor(scale), String(scale)).toBe(eighths);
+});
