@@ -123,9 +123,7 @@ impl GreyJpeg {
         let n_bits = size(difference);
         bits.put_value(self.dc[n_bits as usize], difference, n_bits);
         // The first is the brightness of the whole block, which was just written.
-        let mut left = 0u64;
-        block.iter().enumerate().for_each(|(at, coefficient)| left |= u64::from(*coefficient != 0) << at);
-        left &= !1;
+        let mut left = not_zero(block) & !1;
         let mut next = 1;
         while left != 0 {
             let at = left.trailing_zeros();
@@ -180,6 +178,18 @@ fn codes((counts, values): ([u8; 16], &[u8])) -> [Code; 256] {
         bits <<= 1;
     }
     codes
+}
+
+/// A bit for every coefficient that is not zero, from bit 0.
+fn not_zero(block: &[i16; BLOCK]) -> u64 {
+    /// Multiplied by it, eight bytes of 0 or 1 become the bits of the highest byte.
+    const PACKS: u64 = 0x0102_0408_1020_4080;
+    let eight = |eight: &[i16]| {
+        let mut bytes = [0; SIDE];
+        bytes.iter_mut().zip(eight).for_each(|(byte, coefficient)| *byte = u8::from(*coefficient != 0));
+        u64::from_le_bytes(bytes).wrapping_mul(PACKS) >> 56
+    };
+    block.chunks_exact(SIDE).enumerate().fold(0, |bits, (idx, chunk)| bits | eight(chunk) << (SIDE * idx))
 }
 
 /// Bits that a value needs, T.81 table F.1.
@@ -262,9 +272,9 @@ fn transform(rows: &[u8], stride: usize, inverse: &[Lanes; SIDE], blocks: &mut [
         }
         cosines(&mut lanes);
         let mut turned = [[0.0; SIDE]; SIDE];
-        for row in 0..SIDE {
-            for column in 0..SIDE {
-                turned[column][row] = lanes[row][column];
+        for (row, lanes) in lanes.iter().enumerate() {
+            for (turned, lane) in turned.iter_mut().zip(lanes) {
+                turned[row] = *lane;
             }
         }
         cosines(&mut turned);
@@ -286,8 +296,8 @@ fn transform(rows: &[u8], stride: usize, inverse: &[Lanes; SIDE], blocks: &mut [
 #[inline(always)]
 fn plus(a: Lanes, b: Lanes) -> Lanes {
     let mut sum = a;
-    for lane in 0..SIDE {
-        sum[lane] += b[lane];
+    for (sum, b) in sum.iter_mut().zip(b) {
+        *sum += b;
     }
     sum
 }
@@ -295,8 +305,8 @@ fn plus(a: Lanes, b: Lanes) -> Lanes {
 #[inline(always)]
 fn minus(a: Lanes, b: Lanes) -> Lanes {
     let mut difference = a;
-    for lane in 0..SIDE {
-        difference[lane] -= b[lane];
+    for (difference, b) in difference.iter_mut().zip(b) {
+        *difference -= b;
     }
     difference
 }
@@ -304,8 +314,8 @@ fn minus(a: Lanes, b: Lanes) -> Lanes {
 #[inline(always)]
 fn times(a: Lanes, factor: f32) -> Lanes {
     let mut product = a;
-    for lane in 0..SIDE {
-        product[lane] *= factor;
+    for product in &mut product {
+        *product *= factor;
     }
     product
 }
