@@ -255,6 +255,7 @@ impl Bits {
     }
 }
 
+/// Numbers side by side. Loops over them count: what iterators become may be compiled for the plainest processor.
 type Lanes = [f32; SIDE];
 
 /// Quantised coefficients of all blocks of eight rows, in the order they are written.
@@ -296,8 +297,8 @@ fn transform(rows: &[u8], stride: usize, inverse: &[Lanes; SIDE], blocks: &mut [
 #[inline(always)]
 fn plus(a: Lanes, b: Lanes) -> Lanes {
     let mut sum = a;
-    for (sum, b) in sum.iter_mut().zip(b) {
-        *sum += b;
+    for lane in 0..SIDE {
+        sum[lane] += b[lane];
     }
     sum
 }
@@ -305,8 +306,8 @@ fn plus(a: Lanes, b: Lanes) -> Lanes {
 #[inline(always)]
 fn minus(a: Lanes, b: Lanes) -> Lanes {
     let mut difference = a;
-    for (difference, b) in difference.iter_mut().zip(b) {
-        *difference -= b;
+    for lane in 0..SIDE {
+        difference[lane] -= b[lane];
     }
     difference
 }
@@ -314,8 +315,8 @@ fn minus(a: Lanes, b: Lanes) -> Lanes {
 #[inline(always)]
 fn times(a: Lanes, factor: f32) -> Lanes {
     let mut product = a;
-    for product in &mut product {
-        *product *= factor;
+    for lane in 0..SIDE {
+        product[lane] = a[lane] * factor;
     }
     product
 }
