@@ -41,11 +41,11 @@ pub fn profiles(args: &BenchProfilesArgs) -> Result<Answer, Failure> {
         extractor.find(image, &params, lines);
     }
     let (mut labeller, mut profile) = (FrameLabeller::default(), Profile::default());
-    let mut label = |lines: &Centrelines| {
+    let label = |lines: &Centrelines| {
         labeller.label(lines, &triangulator, calibration.depth_range_mm, black_box(&mut profile));
         profile.points.len()
     };
-    let label_ms = median_ms(&mut timed(&lines, n_passes, &mut label));
+    let label_ms = median_ms(&mut timed(&lines, n_passes, label));
     let labelled = |lines: &Centrelines| label_frame(lines, &triangulator, calibration.depth_range_mm);
     let profiles: Vec<Profile> = lines.iter().map(labelled).collect();
     let n_points = profiles.iter().map(|profile| profile.points.len()).sum::<usize>();
