@@ -90,6 +90,12 @@ macro_rules! wrapping_sum {
 wrapping_sum!(i16);
 wrapping_sum!(i32);
 
+/// Cells summed up at once.
+pub const CELL_BLOCK: usize = 4;
+
+/// One row of pixels of cells side by side.
+pub type CellRow<T> = [[T; CELL_WIDTH_PX]; CELL_BLOCK];
+
 /// A grey level of an image.
 pub trait Level: Copy + Default + Ord + Send + Sync {
     /// Holds sums over up to 128 rows.
@@ -102,6 +108,8 @@ pub trait Level: Copy + Default + Ord + Send + Sync {
     fn grey(self) -> f32;
     /// The sum over a cell.
     fn cell_sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> Self::Sum;
+    /// The sums over some cells side by side.
+    fn cell_sums(rows: [&CellRow<Self>; CELL_HEIGHT_PX]) -> [Self::Sum; CELL_BLOCK];
 }
 
 impl Level for u8 {
@@ -130,6 +138,23 @@ impl Level for u8 {
         let two = (four & 0x0000_FFFF_0000_FFFF) + (four >> 16 & 0x0000_FFFF_0000_FFFF);
         (two + (two >> 32)) as i16
     }
+    #[inline(always)]
+    fn cell_sums(rows: [&CellRow<Self>; CELL_HEIGHT_PX]) -> [i16; CELL_BLOCK] {
+        const EVEN: u64 = 0x00FF_00FF_00FF_00FF;
+        let mut pairs = [0u64; CELL_BLOCK];
+        for row in rows {
+            for i in 0..CELL_BLOCK {
+                let word = u64::from_le_bytes(row[i]);
+                pairs[i] += (word & EVEN) + (word >> 8 & EVEN);
+            }
+        }
+        let mut sums = [0i16; CELL_BLOCK];
+        for i in 0..CELL_BLOCK {
+            let two = pairs[i] + (pairs[i] >> 32);
+            sums[i] = (two + (two >> 16)) as i16;
+        }
+        sums
+    }
 }
 
 impl Level for u16 {
@@ -153,6 +178,10 @@ impl Level for u16 {
             (0..CELL_WIDTH_PX).for_each(|i| sums[i] += u32::from(row[i]));
         }
         sums.iter().sum::<u32>() as i32
+    }
+    #[inline(always)]
+    fn cell_sums(rows: [&CellRow<Self>; CELL_HEIGHT_PX]) -> [i32; CELL_BLOCK] {
+        std::array::from_fn(|i| Self::cell_sum([&rows[0][i], &rows[1][i], &rows[2][i], &rows[3][i]]))
     }
 }
 

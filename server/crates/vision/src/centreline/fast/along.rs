@@ -116,8 +116,8 @@ impl Averager {
                 .iter()
                 .zip(&crossings.width_px[places.clone()])
                 .zip(&crossings.saturated[places]);
-            let tell =
-                |(i, ((&intensity, &width_px), &saturated)): (usize, ((&f32, &f32), &bool))| CentrelinePoint {
+            for (i, ((&intensity, &width_px), &saturated)) in measured.take(LANES).enumerate() {
+                points.push(CentrelinePoint {
                     u_px: (first_u + i) as i32 as f64,
                     v_px: rows[start] + f64::from(told.shift[i]),
                     normal: [f64::from(told.normal_u[i]), f64::from(told.across[i])],
@@ -125,8 +125,8 @@ impl Averager {
                     intensity,
                     width_px: width_px * told.across[i],
                     saturated,
-                };
-            points.extend(measured.take(LANES).enumerate().map(tell));
+                });
+            }
         }
     }
 

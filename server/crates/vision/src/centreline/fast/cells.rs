@@ -4,7 +4,7 @@
 //! column stands out clearly; the threshold is low, for a cell too many costs time only.
 
 use crate::centreline::reference::noise::NoiseMap;
-use crate::centreline::view::{Level, Sum, View};
+use crate::centreline::view::{CELL_BLOCK, Level, Sum, View};
 use crate::params::{
     CELL_HEIGHT_PX, CELL_MIN_SNR, CELL_WIDTH_PX, CELLS_AT_BORDER, CELLS_BESIDE, NOISE_TILE_PX, STRIP_WIDTH_PX,
 };
@@ -48,10 +48,9 @@ pub struct Cells<T: Level> {
 }
 
 impl<T: Level> Cells<T> {
-    /// The strips of an image with the rows in which lines may be.
+    /// The strips of an image, summed up before, with the rows in which lines may be.
     #[inline(always)]
     pub fn strips_with_light(&mut self, view: &View<T>, noise: &NoiseMap, strips: &mut Vec<Strip>) {
-        self.sum_up(view);
         let words = self.down.div_ceil(64);
         self.bright.clear();
         self.bright.resize(self.groups * LANES * words, 0);
@@ -69,19 +68,33 @@ impl<T: Level> Cells<T> {
         }
     }
 
-    #[inline(always)]
-    fn sum_up(&mut self, view: &View<T>) {
+    /// Prepares for the sums over an image.
+    pub fn begin(&mut self, view: &View<T>) {
         let (across, down) = (view.width.div_ceil(CELL_WIDTH_PX), view.height.div_ceil(CELL_HEIGHT_PX));
         (self.across, self.down, self.groups) = (across, down, across.div_ceil(LANES));
         self.sums.resize(self.groups * down, [T::Sum::default(); LANES]);
-        for (row, out) in self.sums.chunks_exact_mut(self.groups).enumerate() {
-            let out = out.as_flattened_mut();
+    }
+
+    /// Sums up the cells that begin in some rows.
+    #[inline(always)]
+    pub fn sum_up(&mut self, view: &View<T>, rows: std::ops::Range<usize>) {
+        let across = self.across;
+        for row in rows.start.div_ceil(CELL_HEIGHT_PX)..rows.end.div_ceil(CELL_HEIGHT_PX) {
+            let out = self.sums[row * self.groups..(row + 1) * self.groups].as_flattened_mut();
             out[across..].fill(T::Sum::default());
             let v = (row * CELL_HEIGHT_PX).min(view.height - CELL_HEIGHT_PX);
             let rows: [&[T]; CELL_HEIGHT_PX] = std::array::from_fn(|i| view.row(v + i));
             let [a, b, c, d] = rows.map(|r| r.as_chunks::<CELL_WIDTH_PX>().0);
-            for ((((out, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-                *out = T::cell_sum([a, b, c, d]);
+            let some = [a, b, c, d].map(|row| row.as_chunks::<CELL_BLOCK>());
+            let mut place = 0;
+            for (((a, b), c), d) in some[0].0.iter().zip(some[1].0).zip(some[2].0).zip(some[3].0) {
+                let sums = T::cell_sums([a, b, c, d]);
+                out[place..place + CELL_BLOCK].copy_from_slice(&sums);
+                place += CELL_BLOCK;
+            }
+            let rest = some.map(|(_, rest)| rest);
+            for (i, out) in out[place..].iter_mut().enumerate().take(rest[0].len()) {
+                *out = T::cell_sum([&rest[0][i], &rest[1][i], &rest[2][i], &rest[3][i]]);
             }
             if !view.width.is_multiple_of(CELL_WIDTH_PX) {
                 let tails = rows.map(|r| r.last_chunk::<CELL_WIDTH_PX>().expect("rows are wider than cells"));

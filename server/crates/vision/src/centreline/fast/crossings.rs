@@ -32,6 +32,19 @@ pub struct Image<'a, T> {
     pub boxes: Boxes,
     /// Typical width of the lines.
     pub width_px: f32,
+    /// Rows on either side of a crossing that are looked at.
+    reach: usize,
+    /// Scales that reach no further.
+    scales: &'static [Taps],
+}
+
+impl<'a, T> Image<'a, T> {
+    /// An image with lines of this typical width.
+    pub fn new(view: &'a View<'a, T>, noise: &'a NoiseMap, boxes: Boxes, width_px: f32) -> Self {
+        let kernel = Taps::for_width(width_px, Taps::scales(usize::MAX)).reach;
+        let reach = kernel.max(boxes.flank + boxes.half_height);
+        Self { view, noise, boxes, width_px, reach, scales: Taps::scales(reach) }
+    }
 }
 
 /// Measures traces; keeps its memory from image to image.
@@ -55,9 +68,19 @@ fn share_row(pending: &mut [Pending; SHARING]) {
     let n = SHARING as u32;
     // Halves are rounded up and down in turn: where the window stands must not move the line.
     let half = n / 2 - (pending[0].idx / n) % 2;
-    let mean = (pending.iter().map(|column| column.v).sum::<u32>() + half) / n;
-    if pending.iter().fold(true, |all, column| all & ((column.v + 1).wrapping_sub(mean) <= 2)) {
-        pending.iter_mut().for_each(|column| column.v = mean);
+    let mut sum = half;
+    for column in &*pending {
+        sum += column.v;
+    }
+    let mean = sum / n;
+    let mut all_beside = true;
+    for column in &*pending {
+        all_beside &= (column.v + 1).wrapping_sub(mean) <= 2;
+    }
+    if all_beside {
+        for column in pending {
+            column.v = mean;
+        }
     }
 }
 
@@ -104,10 +127,13 @@ impl<T: Level> Measurer<T> {
         let last = (image.view.height - 1) as u32;
         let start = crossings.extend(trace.steps.len());
         self.pending.clear();
-        let anchor = |v: f32| ((v + 0.5).max(0.0) as u32).min(last);
-        let all = (0..).zip(&trace.steps);
-        self.pending.extend(all.map(|(idx, step)| Pending { idx, v: anchor(step.v) }));
-        self.pending.as_chunks_mut().0.iter_mut().for_each(share_row);
+        self.pending.reserve(trace.steps.len());
+        for (idx, step) in (0..).zip(&trace.steps) {
+            self.pending.push(Pending { idx, v: ((step.v + 0.5).max(0.0) as u32).min(last) });
+        }
+        for some in self.pending.as_chunks_mut().0 {
+            share_row(some);
+        }
         for _ in 0..STEGER_MAX_STEPS {
             let pending = std::mem::take(&mut self.pending);
             for some in pending.chunks(LANES) {
@@ -133,12 +159,10 @@ impl<T: Level> Measurer<T> {
         start: usize,
     ) {
         let block = Block::of(trace, pending);
-        let kernel = Taps::for_width(image.width_px, usize::MAX).reach;
-        let reach = kernel.max(image.boxes.flank + image.boxes.half_height);
-        self.window.straighten(image.view, &block.places, reach);
+        self.window.straighten(image.view, &block.places, image.reach);
         let seen = surroundings(image, &block, &self.window);
         let (width_px, clearance_px) = seen.width_and_clearance(block.n, image.width_px);
-        let taps = Taps::for_width(width_px.min(CLEARANCE_KERNEL_WIDTH * clearance_px), reach);
+        let taps = Taps::for_width(width_px.min(CLEARANCE_KERNEL_WIDTH * clearance_px), image.scales);
         let derivatives = derivatives(&self.window, taps);
         let ridge = ridge(image, &block, &seen, &derivatives, taps.sigma_px, width_px);
         let middle = block.n / 2;

@@ -34,7 +34,9 @@ use super::{Centrelines, Segment};
 use along::Averager;
 use candidates::Search;
 use cells::{Cells, Strip};
+use crate::params::NOISE_TILE_PX;
 use crossings::{Image, Measurer};
+use noise::PixelNoise;
 use pieces::{Crossings, Piece, PieceOf};
 
 /// Smallest side, in pixels, that is worth the trouble: smaller images go the straightforward way.
@@ -79,17 +81,24 @@ pub fn extract_sixteen(view: &View<u16>, memory: &mut Memory<u16>, found: &mut C
 #[inline(always)]
 pub fn extract<T: Level>(view: &View<T>, memory: &mut Memory<T>, found: &mut Centrelines) {
     let Memory { cells, strips, search, candidates, linker, measurer, crossings, pieces, .. } = memory;
-    let pixel_noise = noise::of_pixels(view);
+    cells.begin(view);
+    let mut pixel_noise = PixelNoise::new(view);
+    for v0 in (0..view.height).step_by(NOISE_TILE_PX) {
+        // What is read from memory here is near when its noise is measured.
+        cells.sum_up(view, v0..(v0 + NOISE_TILE_PX).min(view.height));
+        pixel_noise.measure(view, v0);
+    }
+    let pixel_noise = pixel_noise.finish(view);
     cells.strips_with_light(view, &pixel_noise, strips);
     let width_px = width::typical_width_px(view, &pixel_noise, strips);
     let boxes = Boxes::for_width(width_px);
-    let box_noise = noise::of_boxes(view, boxes, &pixel_noise);
+    let box_noise = noise::of_boxes(view, boxes, &pixel_noise, strips);
     search.candidates(view, &box_noise, boxes, width_px, strips, candidates);
     let traces = linker.link(candidates, width_px);
     if clearance::are_crowded(candidates, width_px) {
         clearance::mark_clearances(traces, view.width);
     }
-    let image = Image { view, noise: &pixel_noise, boxes, width_px };
+    let image = Image::new(view, &pixel_noise, boxes, width_px);
     crossings.clear();
     pieces.clear();
     for trace in &*traces {

@@ -1,9 +1,10 @@
 //! Noise level of the image, tile by tile, from a few columns of each.
 
+use super::cells::Strip;
 use crate::centreline::reference::candidates::Boxes;
 use crate::centreline::reference::noise::NoiseMap;
 use crate::centreline::view::{Level, Sum, View};
-use crate::params::{NOISE_COLUMNS, NOISE_FLOOR, NOISE_STRIDE_PX, NOISE_TILE_PX};
+use crate::params::{NOISE_COLUMNS, NOISE_FLOOR, NOISE_OVER_NEIGHBOURS, NOISE_STRIDE_PX, NOISE_TILE_PX};
 
 /// Root mean square of a unit Gaussian cut at 3 · 0.6745 σ.
 const CUT_RMS: f32 = 0.884;
@@ -13,56 +14,118 @@ const N_ROWS: usize = NOISE_TILE_PX / NOISE_STRIDE_PX;
 /// Absolute differences of one row of samples.
 type Row<T> = [<T as Level>::Sum; NOISE_COLUMNS];
 
-/// Noise of pixels from differences two rows apart.
-#[inline(always)]
-pub fn of_pixels<T: Level>(view: &View<T>) -> NoiseMap {
-    let floor = NOISE_FLOOR * view.full_scale;
-    let mut map = measure(view, 1, 2);
-    map.iter_mut().for_each(|sigma| *sigma = (*sigma / 2.0f32.sqrt()).max(floor));
-    NoiseMap::from_sigmas(map, view.width.div_ceil(NOISE_TILE_PX))
+/// Noise of pixels from differences two rows apart, measured one row of tiles after the other.
+pub struct PixelNoise<T: Level> {
+    tiles: Tiles<T>,
+    sigmas: Vec<f32>,
 }
 
-/// Noise of the mean of one box against another, as the search for candidates compares them.
-#[inline(always)]
-pub fn of_boxes<T: Level>(view: &View<T>, boxes: Boxes, pixels: &NoiseMap) -> NoiseMap {
-    let n_rows = boxes.rows();
-    let mut map = measure(view, n_rows, boxes.flank);
-    map.iter_mut().for_each(|sigma| *sigma /= n_rows as f32);
-    let measured = NoiseMap::from_sigmas(map, view.width.div_ceil(NOISE_TILE_PX));
-    measured.limited_by_neighbours().at_least(pixels, (2.0 / n_rows as f32).sqrt())
-}
+impl<T: Level> PixelNoise<T> {
+    /// Nothing measured yet.
+    pub fn new(view: &View<T>) -> Self {
+        let n_tiles = view.width.div_ceil(NOISE_TILE_PX) * view.height.div_ceil(NOISE_TILE_PX);
+        Self { tiles: Tiles::new(1, 2), sigmas: Vec::with_capacity(n_tiles) }
+    }
 
-/// Robust spread in every tile of the difference between the sums of two boxes of `n_rows` rows, one `apart` rows below
-/// the other.
-#[inline(always)]
-fn measure<T: Level>(view: &View<T>, n_rows: usize, apart: usize) -> Vec<f32> {
-    let tiles_across = view.width.div_ceil(NOISE_TILE_PX);
-    let mut sigmas = Vec::with_capacity(tiles_across * view.height.div_ceil(NOISE_TILE_PX));
-    // The median of a tile is near that of the tile before.
-    let mut median = T::Sum::ONE;
-    let mut sums = vec![[T::Sum::default(); NOISE_COLUMNS]; NOISE_TILE_PX + apart + n_rows];
-    for v0 in (0..view.height).step_by(NOISE_TILE_PX) {
-        let v1 = (v0 + NOISE_TILE_PX).min(view.height.saturating_sub(apart + n_rows - 1));
+    /// Measures the tiles whose first row is `v0`; they come in order.
+    #[inline(always)]
+    pub fn measure(&mut self, view: &View<T>, v0: usize) {
+        let floor = NOISE_FLOOR * view.full_scale;
         for u0 in (0..view.width).step_by(NOISE_TILE_PX) {
-            let u = (u0 + (NOISE_TILE_PX - NOISE_COLUMNS) / 2).min(view.width - NOISE_COLUMNS);
-            let mut tile = [[T::Sum::default(); NOISE_COLUMNS]; N_ROWS];
-            let rows = (v0..v1).step_by(NOISE_STRIDE_PX);
-            let n = rows.len();
-            if n_rows == 1 {
-                for (row, v) in tile.iter_mut().zip(rows) {
-                    *row = pixel_difference(view, u, v, apart);
-                }
-            } else {
-                sum_up(view, u, v0..(v0 + NOISE_TILE_PX + apart + n_rows - 1).min(view.height), &mut sums);
-                for (row, first) in tile.iter_mut().zip(rows.map(|v| v - v0)) {
-                    let sums = &sums[first..=first + apart + n_rows];
-                    *row = difference::<T>([&sums[0], &sums[n_rows], &sums[apart], &sums[apart + n_rows]]);
-                }
-            }
-            sigmas.push(sigma_of::<T>(&tile[..n], n * NOISE_COLUMNS, &mut median));
+            let sigma = self.tiles.sigma(view, u0, v0) / 2.0f32.sqrt();
+            self.sigmas.push(sigma.max(floor));
         }
     }
-    sigmas
+
+    /// All tiles.
+    pub fn finish(self, view: &View<T>) -> NoiseMap {
+        NoiseMap::from_sigmas(self.sigmas, view.width.div_ceil(NOISE_TILE_PX))
+    }
+}
+
+/// Noise of the mean of one box against another, as the search for candidates compares them: in the tiles with light
+/// in their strips, elsewhere only that of independent pixels.
+///
+/// Where a tile's noise is so large that a line may have passed for it, the tiles around it are asked as well.
+#[inline(always)]
+pub fn of_boxes<T: Level>(view: &View<T>, boxes: Boxes, pixels: &NoiseMap, strips: &[Strip]) -> NoiseMap {
+    let n_rows = boxes.rows();
+    let per_row = 1.0 / n_rows as f32;
+    let of_independent = (2.0 * per_row).sqrt();
+    let (across, down) = (view.width.div_ceil(NOISE_TILE_PX), view.height.div_ceil(NOISE_TILE_PX));
+    let mut tiles = Tiles::new(n_rows, boxes.flank);
+    let mut sigmas = vec![UNKNOWN; across * down];
+    let mut doubted = Vec::new();
+    for strip in strips {
+        let column = strip.u0 / NOISE_TILE_PX;
+        for rows in &strip.rows {
+            for row in rows.start / NOISE_TILE_PX..rows.end.div_ceil(NOISE_TILE_PX) {
+                let place = row * across + column;
+                if sigmas[place] != UNKNOWN {
+                    continue;
+                }
+                sigmas[place] = tiles.sigma(view, column * NOISE_TILE_PX, row * NOISE_TILE_PX) * per_row;
+                if sigmas[place] > NOISE_OVER_NEIGHBOURS * of_independent * pixels.least_around(column, row) {
+                    doubted.push((column, row));
+                }
+            }
+        }
+    }
+    for &(column, row) in &doubted {
+        for r in row.saturating_sub(1)..(row + 2).min(down) {
+            for c in column.saturating_sub(1)..(column + 2).min(across) {
+                if sigmas[r * across + c] == UNKNOWN {
+                    sigmas[r * across + c] = tiles.sigma(view, c * NOISE_TILE_PX, r * NOISE_TILE_PX) * per_row;
+                }
+            }
+        }
+    }
+    let measured = NoiseMap::from_sigmas(sigmas, across);
+    measured.limited_by_neighbours(&doubted).at_least(pixels, of_independent)
+}
+
+/// A tile that is not measured: less than any noise.
+const UNKNOWN: f32 = -1.0;
+
+/// Measures, tile by tile, the robust spread of the difference between the sums of two boxes of `n_rows` rows, one
+/// `apart` rows below the other.
+struct Tiles<T: Level> {
+    n_rows: usize,
+    apart: usize,
+    /// The median of a tile is near that of the tile before.
+    median: T::Sum,
+    sums: Vec<Row<T>>,
+}
+
+impl<T: Level> Tiles<T> {
+    fn new(n_rows: usize, apart: usize) -> Self {
+        let sums = vec![[T::Sum::default(); NOISE_COLUMNS]; NOISE_TILE_PX + apart + n_rows];
+        Self { n_rows, apart, median: T::Sum::ONE, sums }
+    }
+
+    /// The spread in the tile that begins at column `u0` and row `v0`.
+    #[inline(always)]
+    fn sigma(&mut self, view: &View<T>, u0: usize, v0: usize) -> f32 {
+        let Self { n_rows, apart, .. } = *self;
+        let v1 = (v0 + NOISE_TILE_PX).min(view.height.saturating_sub(apart + n_rows - 1));
+        let u = (u0 + (NOISE_TILE_PX - NOISE_COLUMNS) / 2).min(view.width - NOISE_COLUMNS);
+        let mut tile = [[T::Sum::default(); NOISE_COLUMNS]; N_ROWS];
+        let rows = (v0..v1).step_by(NOISE_STRIDE_PX);
+        let n = rows.len();
+        if n_rows == 1 {
+            for (row, v) in tile.iter_mut().zip(rows) {
+                *row = pixel_difference(view, u, v, apart);
+            }
+        } else {
+            let last = (v0 + NOISE_TILE_PX + apart + n_rows - 1).min(view.height);
+            sum_up(view, u, v0..last, &mut self.sums);
+            for (row, first) in tile.iter_mut().zip(rows.map(|v| v - v0)) {
+                let sums = &self.sums[first..=first + apart + n_rows];
+                *row = difference::<T>([&sums[0], &sums[n_rows], &sums[apart], &sums[apart + n_rows]]);
+            }
+        }
+        sigma_of::<T>(&tile[..n], n * NOISE_COLUMNS, &mut self.median)
+    }
 }
 
 /// Sums over some neighbouring columns from `u` on, from the first row up to every row.

@@ -43,16 +43,21 @@ impl Taps {
         sixth / (4.0 * std::f32::consts::PI.sqrt() * q * q.sqrt())
     }
 
-    /// The scale for lines of this full width at half height along the column, the nearest that reaches no further
-    /// than `reach`.
-    pub fn for_width(width_px: f32, reach: usize) -> &'static Self {
-        let wanted = STEGER_SIGMA_PER_LINE_SIGMA * width_px / WIDTH_PER_SIGMA;
+    /// The scales that reach no further than `reach`, the smallest first; that one in any case.
+    pub fn scales(reach: usize) -> &'static [Self] {
         let n_allowed = SCALES.partition_point(|taps| taps.reach <= reach).max(1);
-        let allowed = &SCALES[..n_allowed];
-        let idx = allowed.partition_point(|taps| taps.sigma_px < wanted).min(n_allowed - 1);
-        let lower = idx.saturating_sub(1);
-        let nearer_lower = wanted * wanted < allowed[lower].sigma_px * allowed[idx].sigma_px;
-        &allowed[if nearer_lower { lower } else { idx }]
+        &SCALES[..n_allowed]
+    }
+
+    /// The scale for lines of this full width at half height along the column, the nearest by ratio.
+    #[inline(always)]
+    pub fn for_width(width_px: f32, scales: &'static [Self]) -> &'static Self {
+        let wanted = STEGER_SIGMA_PER_LINE_SIGMA * width_px / WIDTH_PER_SIGMA;
+        let mut idx = 0;
+        for pair in scales.windows(2) {
+            idx += usize::from(wanted * wanted >= pair[0].sigma_px * pair[1].sigma_px);
+        }
+        &scales[idx]
     }
 }
 

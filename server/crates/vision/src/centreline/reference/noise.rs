@@ -35,7 +35,10 @@ impl NoiseMap {
         };
         let n_rows = boxes.rows() as f32;
         let measured = Self::measure(view, difference, |difference_sigma| difference_sigma / n_rows);
-        measured.limited_by_neighbours().at_least(pixels, (2.0 / n_rows).sqrt())
+        let down = view.height.div_ceil(NOISE_TILE_PX);
+        let all: Vec<_> =
+            (0..down).flat_map(|row| (0..measured.tiles_across).map(move |column| (column, row))).collect();
+        measured.limited_by_neighbours(&all).at_least(pixels, (2.0 / n_rows).sqrt())
     }
 
     /// A map from the noise of every tile, row by row.
@@ -51,28 +54,35 @@ impl NoiseMap {
         self
     }
 
-    /// A broad line can fill most of a tile and pass for noise; the tiles above and below know better. No tile
-    /// counts for more than [`NOISE_OVER_NEIGHBOURS`] times the lower quartile of its surroundings.
-    #[inline(always)]
-    pub fn limited_by_neighbours(&self) -> Self {
-        let tiles_down = self.sigmas.len() / self.tiles_across;
-        let mut sigmas = Vec::with_capacity(self.sigmas.len());
-        let least = self.sigmas.iter().copied().fold(f32::INFINITY, f32::min);
-        for (idx, &sigma) in self.sigmas.iter().enumerate() {
-            if sigma <= NOISE_OVER_NEIGHBOURS * least {
-                sigmas.push(sigma);
-                continue;
-            }
-            let (row, column) = (idx / self.tiles_across, idx % self.tiles_across);
+    /// A broad line can fill most of a tile and pass for noise; the tiles above and below know better. None of the
+    /// `doubted` tiles (column, row) counts for more than [`NOISE_OVER_NEIGHBOURS`] times the lower quartile of its
+    /// surroundings.
+    pub fn limited_by_neighbours(&self, doubted: &[(usize, usize)]) -> Self {
+        let mut sigmas = self.sigmas.clone();
+        for &(column, row) in doubted {
             let mut least = Least::default();
-            for r in row.saturating_sub(1)..(row + 2).min(tiles_down) {
-                for c in column.saturating_sub(1)..(column + 2).min(self.tiles_across) {
-                    least.add(self.sigmas[r * self.tiles_across + c]);
-                }
-            }
-            sigmas.push(sigma.min(NOISE_OVER_NEIGHBOURS * least.lower_quartile()));
+            self.for_each_around(column, row, |sigma| least.add(sigma));
+            let sigma = &mut sigmas[row * self.tiles_across + column];
+            *sigma = sigma.min(NOISE_OVER_NEIGHBOURS * least.lower_quartile());
         }
         Self { sigmas, tiles_across: self.tiles_across }
+    }
+
+    /// The least noise of a tile and those around it.
+    pub fn least_around(&self, column: usize, row: usize) -> f32 {
+        let mut least = f32::INFINITY;
+        self.for_each_around(column, row, |sigma| least = least.min(sigma));
+        least
+    }
+
+    #[inline(always)]
+    fn for_each_around(&self, column: usize, row: usize, mut look: impl FnMut(f32)) {
+        let tiles_down = self.sigmas.len() / self.tiles_across;
+        for r in row.saturating_sub(1)..(row + 2).min(tiles_down) {
+            for c in column.saturating_sub(1)..(column + 2).min(self.tiles_across) {
+                look(self.sigmas[r * self.tiles_across + c]);
+            }
+        }
     }
 
     /// Robust spread of `difference` in every tile, made a noise level by `finish`.

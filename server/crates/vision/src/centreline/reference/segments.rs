@@ -139,7 +139,9 @@ impl Linker {
         self.expect(u);
         let n_open = self.expected.len();
         if self.is_plain(column, gate) {
-            self.open.iter_mut().zip(column).for_each(|(open, candidate)| open.grow(candidate));
+            for (open, candidate) in self.open.iter_mut().zip(column) {
+                open.grow(candidate);
+            }
             return;
         }
         self.taken.clear();
