@@ -5,6 +5,8 @@
 //! crossings of a window count alike: what the light of a single column says about its own noise is mostly speckle, and
 //! weights made of it cost accuracy. So fits are sums with fixed kernels.
 
+use std::ops::Range;
+
 use super::kernels::{Kernel, Kernels, MAX_LAG};
 use super::lanes::{LANES, Numbers};
 use super::pieces::{Crossings, Piece};
@@ -111,22 +113,7 @@ impl Averager {
             cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
             let told = chosen.described(&shape, &cross_variance_px2);
             gains.push(self.variances[self.longest + start] / chosen.variance.0[0]);
-            let first_u = piece.first_u + start;
-            let measured = crossings.intensity[places.clone()]
-                .iter()
-                .zip(&crossings.width_px[places.clone()])
-                .zip(&crossings.saturated[places]);
-            for (i, ((&intensity, &width_px), &saturated)) in measured.take(LANES).enumerate() {
-                points.push(CentrelinePoint {
-                    u_px: (first_u + i) as i32 as f64,
-                    v_px: rows[start] + f64::from(told.shift[i]),
-                    normal: [f64::from(told.normal_u[i]), f64::from(told.across[i])],
-                    sigma_px: f64::from(told.sigma_px[i]),
-                    intensity,
-                    width_px: width_px * told.across[i],
-                    saturated,
-                });
-            }
+            points.extend_from_slice(&told.points(crossings, places.clone(), piece.first_u + start, rows[start])[..places.len()]);
         }
     }
 
@@ -251,6 +238,45 @@ impl Block {
         (kernels.at(before, (self.n - 1 - idx).min(half)), before)
     }
 }
+
+impl Described {
+    /// The points of neighbouring crossings; those beyond the last are nothing. `first_u` is the column and `row` the
+    /// row of the first.
+    #[inline(always)]
+    fn points(&self, crossings: &Crossings, places: Range<usize>, first_u: usize, row: f64) -> [CentrelinePoint; LANES] {
+        let [mut intensity, mut width_px] = [[0.0f32; LANES]; 2];
+        let mut saturated = [false; LANES];
+        let n = places.len();
+        intensity[..n].copy_from_slice(&crossings.intensity[places.clone()]);
+        width_px[..n].copy_from_slice(&crossings.width_px[places.clone()]);
+        saturated[..n].copy_from_slice(&crossings.saturated[places]);
+        let first_u = first_u as i32;
+        let mut points = [NO_POINT; LANES];
+        for (i, point) in points.iter_mut().enumerate() {
+            *point = CentrelinePoint {
+                u_px: f64::from(first_u + i as i32),
+                v_px: row + f64::from(self.shift[i]),
+                normal: [f64::from(self.normal_u[i]), f64::from(self.across[i])],
+                sigma_px: f64::from(self.sigma_px[i]),
+                intensity: intensity[i],
+                width_px: width_px[i] * self.across[i],
+                saturated: saturated[i],
+            };
+        }
+        points
+    }
+}
+
+/// What stands beyond the last point of a block.
+const NO_POINT: CentrelinePoint = CentrelinePoint {
+    u_px: 0.0,
+    v_px: 0.0,
+    normal: [0.0; 2],
+    sigma_px: 0.0,
+    intensity: 0.0,
+    width_px: 0.0,
+    saturated: false,
+};
 
 impl Chosen {
     /// Position, normal and σ; a crossing without a fit stands for itself.

@@ -56,10 +56,17 @@ pub struct Measurer<T> {
 }
 
 /// A column that still has to be measured.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Pending {
     idx: u32,
     v: u32,
+}
+
+/// The row nearest to one that is not negative: a number with so large a whole part has no digits behind the point.
+#[inline(always)]
+fn nearest_row(v: f32) -> u32 {
+    const WHOLE: f32 = (1 << 23) as f32;
+    (v + WHOLE).to_bits() - WHOLE.to_bits()
 }
 
 /// Lets some columns be looked at about the same row if theirs are next to it: their pixels are then copied together.
@@ -127,9 +134,9 @@ impl<T: Level> Measurer<T> {
         let last = (image.view.height - 1) as u32;
         let start = crossings.extend(trace.steps.len());
         self.pending.clear();
-        self.pending.reserve(trace.steps.len());
-        for (idx, step) in (0..).zip(&trace.steps) {
-            self.pending.push(Pending { idx, v: ((step.v + 0.5).max(0.0) as u32).min(last) });
+        self.pending.resize(trace.steps.len(), Pending::default());
+        for ((idx, step), pending) in (0..).zip(&trace.steps).zip(&mut self.pending) {
+            *pending = Pending { idx, v: nearest_row(step.v).min(last) };
         }
         for some in self.pending.as_chunks_mut().0 {
             share_row(some);

@@ -30,10 +30,11 @@ impl<T: Level> Window<T> {
         self.reach = reach;
         self.rows.resize(2 * reach + 1, [T::default(); 2 * LANES]);
         let Places { u, v } = places;
-        let inside =
-            (0..LANES).all(|i| v[i] >= reach && (v[i] + reach) * view.width + u[i] + LANES <= view.pixels.len());
-        let neighbours = (1..LANES).all(|i| u[i] == u[0] + i);
-        if inside && neighbours {
+        let mut inside = u[0] + 2 * LANES <= view.width;
+        for i in 0..LANES {
+            inside &= (v[i] >= reach) & (v[i] + reach < view.height) & (u[i] == u[0] + i);
+        }
+        if inside {
             self.copy_runs(view, places);
         } else {
             self.copy_each(view, places);
@@ -43,12 +44,15 @@ impl<T: Level> Window<T> {
     /// Columns in a row about the same row are copied together, and what follows them is overwritten by the next.
     #[inline(always)]
     fn copy_runs(&mut self, view: &View<T>, Places { u, v }: &Places) {
-        for i in (0..LANES).filter(|&i| i == 0 || v[i] != v[i - 1]) {
-            let lane = i % LANES;
-            let mut place = (v[i] - self.reach) * view.width + u[i];
-            for row in &mut self.rows {
-                row[lane..lane + LANES].copy_from_slice(&view.pixels[place..place + LANES]);
-                place += view.width;
+        for i in 0..LANES {
+            if i > 0 && v[i] == v[i - 1] {
+                continue;
+            }
+            let columns = u[i]..u[i] + LANES;
+            let first = (v[i] - self.reach) * view.width;
+            let rows = view.pixels[first..].chunks_exact(view.width);
+            for (row, levels) in self.rows.iter_mut().zip(rows) {
+                row[i..i + LANES].copy_from_slice(&levels[columns.clone()]);
             }
         }
     }

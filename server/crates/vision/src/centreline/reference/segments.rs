@@ -36,6 +36,10 @@ const ALONE: f32 = f32::INFINITY;
 /// A trace that may still grow.
 struct Open {
     trace: Trace,
+    /// Row of its last step.
+    last_v: f32,
+    /// Column after its last step.
+    next_u: usize,
     /// Rows per column the trace is heading.
     heading: f32,
 }
@@ -50,39 +54,32 @@ impl Open {
             snr: candidate.snr,
             clearance_px: ALONE,
         });
-        Self { trace: Trace { first_u: candidate.u as usize, steps }, heading: 0.0 }
-    }
-
-    #[inline(always)]
-    fn last(&self) -> Step {
-        self.trace.steps[self.trace.steps.len() - 1]
-    }
-
-    #[inline(always)]
-    fn next_u(&self) -> usize {
-        self.trace.first_u + self.trace.steps.len()
+        let first_u = candidate.u as usize;
+        Self { trace: Trace { first_u, steps }, last_v: candidate.v as f32, next_u: first_u + 1, heading: 0.0 }
     }
 
     /// Row expected in column `u`.
     #[inline(always)]
     fn expected(&self, u: usize) -> f32 {
-        self.last().v + self.heading * (u + 1 - self.next_u()) as f32
+        self.last_v + self.heading * (u + 1 - self.next_u) as i32 as f32
     }
 
     #[inline(always)]
     fn grow(&mut self, candidate: &Candidate) {
-        let from = self.last();
-        let n = candidate.u as usize + 1 - self.next_u();
-        let mut slope = candidate.v as f32 - from.v;
+        let v = candidate.v as f32;
+        let n = candidate.u as usize + 1 - self.next_u;
+        let mut slope = v - self.last_v;
         if n > 1 {
             slope /= n as f32;
-            let contrast = from.contrast.min(candidate.contrast);
+            let last = self.trace.steps.last().map_or(candidate.contrast, |last| last.contrast);
+            let (from_v, contrast) = (self.last_v, last.min(candidate.contrast));
             let between =
-                (1..n).map(|i| Step { v: from.v + slope * i as f32, contrast, snr: 0.0, clearance_px: ALONE });
+                (1..n).map(|i| Step { v: from_v + slope * i as f32, contrast, snr: 0.0, clearance_px: ALONE });
             self.trace.steps.extend(between);
         }
+        (self.last_v, self.next_u) = (v, candidate.u as usize + 1);
         self.trace.steps.push(Step {
-            v: candidate.v as f32,
+            v,
             contrast: candidate.contrast,
             snr: candidate.snr,
             clearance_px: ALONE,
@@ -135,15 +132,15 @@ impl Linker {
     #[inline(always)]
     fn add_column(&mut self, column: &[Candidate], gate: f32) {
         let u = column[0].u as usize;
-        self.close_stale(u);
-        self.expect(u);
-        let n_open = self.expected.len();
         if self.is_plain(column, gate) {
             for (open, candidate) in self.open.iter_mut().zip(column) {
                 open.grow(candidate);
             }
             return;
         }
+        self.close_stale(u);
+        self.expect(u);
+        let n_open = self.expected.len();
         self.taken.clear();
         self.taken.resize(n_open, false);
         let mut near = 0;
@@ -177,21 +174,24 @@ impl Linker {
         }
     }
 
-    /// Whether every trace has its one candidate within the gate and all are so far apart that no other comes near.
+    /// Whether every trace goes on with its one candidate within the gate and all are so far apart that no other comes
+    /// near.
     #[inline(always)]
     fn is_plain(&self, column: &[Candidate], gate: f32) -> bool {
-        if column.len() != self.expected.len() {
+        if column.len() != self.open.len() {
             return false;
         }
         let mut before = f32::NEG_INFINITY;
-        for (&expected, candidate) in self.expected.iter().zip(column) {
-            let is_own = (candidate.v as f32 - expected).abs() <= gate;
-            if !is_own || expected - before <= 4.0 * gate {
-                return false;
-            }
+        let mut is_plain = true;
+        for (open, candidate) in self.open.iter().zip(column) {
+            let u = candidate.u as usize;
+            let expected = open.expected(u);
+            is_plain &= (candidate.v as f32 - expected).abs() <= gate;
+            is_plain &= expected - before > 4.0 * gate;
+            is_plain &= open.next_u + LINK_MAX_GAP_COLUMNS >= u;
             before = expected;
         }
-        true
+        is_plain
     }
 
     /// The trace that the candidate `idx` of a column continues: nearest to it and, among the column's candidates, with
@@ -221,7 +221,7 @@ impl Linker {
     fn close_stale(&mut self, u: usize) {
         let mut idx = 0;
         while idx < self.open.len() {
-            if self.open[idx].next_u() + LINK_MAX_GAP_COLUMNS < u {
+            if self.open[idx].next_u + LINK_MAX_GAP_COLUMNS < u {
                 let done = self.open.remove(idx).trace;
                 if done.steps.len() >= MIN_SEGMENT_COLUMNS {
                     self.closed.push(done);
