@@ -31,6 +31,8 @@ pub const WIDTH_MAX_PX: f32 = 24.0;
 /// Strips of which the fast extraction looks at one column each to learn how wide the lines are: five lines then
 /// give 80 widths, whose median is known to 3 %.
 pub const WIDTH_FEW_COLUMNS: usize = 16;
+/// So many widths are enough: their median is known to 4 %.
+pub const WIDTH_ENOUGH: usize = 48;
 /// Columns to either side over which the width of a crossing is averaged: speckle makes single ones worthless.
 pub const WIDTH_NEIGHBOURS: usize = 4;
 

@@ -13,7 +13,8 @@ type Lanes<T> = [<T as Level>::Sum; STRIP_WIDTH_PX];
 pub struct Search<T: Level> {
     prefix: Vec<Lanes<T>>,
     response: Vec<Lanes<T>>,
-    columns: [Vec<Candidate>; STRIP_WIDTH_PX],
+    /// The candidates of every column: row and response.
+    columns: [Vec<(u32, T::Sum)>; STRIP_WIDTH_PX],
 }
 
 /// What one image is searched for.
@@ -22,7 +23,7 @@ struct Sought<'a, T> {
     view: &'a View<'a, T>,
     noise: &'a NoiseMap,
     boxes: Boxes,
-    separation_px: f32,
+    separation: u32,
 }
 
 /// The latest candidate of every column: its row in the run and its response, which is zero before there is one.
@@ -35,10 +36,9 @@ struct Latest<T: Level> {
 
 impl<T: Level> Latest<T> {
     #[inline(always)]
-    fn new(separation_px: f32) -> Self {
+    fn new(separation: u32) -> Self {
         let zero = [T::Sum::default(); STRIP_WIDTH_PX];
-        let separation = T::Sum::nearest(separation_px.ceil());
-        Self { v: zero, response: zero, before: (zero, zero), separation }
+        Self { v: zero, response: zero, before: (zero, zero), separation: T::Sum::whole(separation as i32) }
     }
 
     /// Meets the responses of a row where `lead` is not negative: of two that are too close the stronger stays. Not
@@ -62,20 +62,6 @@ impl<T: Level> Latest<T> {
         done
     }
 
-    /// Row and response of the one before.
-    fn left(&self, i: usize) -> (T::Sum, T::Sum) {
-        (self.before.0[i], self.before.1[i])
-    }
-}
-
-impl<T: Level> Sought<'_, T> {
-    #[inline(always)]
-    fn candidate(&self, strip: &Strip, first: usize, i: usize, (v, response): (T::Sum, T::Sum)) -> Candidate {
-        let (u, v) = (strip.u0 + i, first + v.int() as usize);
-        let contrast = response.number() / self.boxes.rows() as f32;
-        let snr = contrast / self.noise.at(strip.u0, v);
-        Candidate { u: u as u32, v: v as u32, contrast, snr }
-    }
 }
 
 impl<T: Level> Search<T> {
@@ -90,15 +76,20 @@ impl<T: Level> Search<T> {
         strips: &[Strip],
         found: &mut Vec<Candidate>,
     ) {
-        let separation_px = (CANDIDATE_SEPARATION_WIDTHS * width_px).max(2.0);
-        let sought = Sought { view, noise, boxes, separation_px };
+        let separation = (CANDIDATE_SEPARATION_WIDTHS * width_px).max(2.0).ceil() as u32;
+        let sought = Sought { view, noise, boxes, separation };
         found.clear();
         for strip in strips {
             for rows in &strip.rows {
                 self.strip(&sought, strip, rows.clone());
             }
-            for column in &mut self.columns {
-                found.append(column);
+            for (u, column) in (strip.u0..).zip(&mut self.columns) {
+                for &(v, response) in &*column {
+                    let contrast = response.number() / boxes.rows() as f32;
+                    let snr = contrast / noise.at(strip.u0, v as usize);
+                    found.push(Candidate { u: u as u32, v, contrast, snr });
+                }
+                column.clear();
             }
         }
     }
@@ -107,7 +98,7 @@ impl<T: Level> Search<T> {
     fn strip(&mut self, sought: &Sought<T>, strip: &Strip, rows: std::ops::Range<usize>) {
         self.respond(sought, strip, &rows);
         let first = rows.start;
-        let mut latest = Latest::<T>::new(sought.separation_px);
+        let mut latest = Latest::<T>::new(sought.separation);
         let mut rest = rows;
         while !rest.is_empty() {
             let tile_end = ((rest.start / NOISE_TILE_PX + 1) * NOISE_TILE_PX).min(rest.end);
@@ -125,20 +116,16 @@ impl<T: Level> Search<T> {
                     continue;
                 }
                 for i in (0..STRIP_WIDTH_PX).filter(|&i| done[i] >= T::Sum::default()) {
-                    // What was latest before has come back in exchange.
-                    keep(
-                        &mut self.columns[i],
-                        sought.candidate(strip, first, i, latest.left(i)),
-                        sought.separation_px,
-                    );
+                    let v = (first as i32 + latest.before.0[i].int()) as u32;
+                    keep::<T>(&mut self.columns[i], v, latest.before.1[i], sought.separation);
                 }
             }
             rest.start = tile_end;
         }
         for i in 0..strip.u1 - strip.u0 {
             if latest.response[i] > T::Sum::default() {
-                let candidate = sought.candidate(strip, first, i, (latest.v[i], latest.response[i]));
-                keep(&mut self.columns[i], candidate, sought.separation_px);
+                let v = (first as i32 + latest.v[i].int()) as u32;
+                keep::<T>(&mut self.columns[i], v, latest.response[i], sought.separation);
             }
         }
     }
@@ -187,9 +174,9 @@ impl<T: Level> Search<T> {
         let (first, beyond) = (top.wrapping_sub(half), top + n - half);
         let is_whole = strip.u1 - strip.u0 == STRIP_WIDTH_PX;
         if top >= half && beyond <= last + 1 && is_whole {
-            let rows = view.pixels[first * view.width + strip.u0..].chunks(view.width);
+            let rows = view.pixels[first * view.width..].chunks_exact(view.width);
             for (prefix, row) in self.prefix[1..].iter_mut().zip(rows) {
-                let levels: &[T; STRIP_WIDTH_PX] = row.first_chunk().expect("a whole strip lies in every row");
+                let levels = &row[strip.u0..strip.u0 + STRIP_WIDTH_PX];
                 for i in 0..STRIP_WIDTH_PX {
                     sum[i] = sum[i].plus(levels[i].sum());
                 }
@@ -242,13 +229,13 @@ fn lead<T: Level>(before: &Lanes<T>, here: &Lanes<T>, after: &Lanes<T>, threshol
 
 /// Adds a candidate to its column, or lets the stronger of two that are too close stay.
 #[inline(always)]
-fn keep(column: &mut Vec<Candidate>, candidate: Candidate, separation_px: f32) {
+fn keep<T: Level>(column: &mut Vec<(u32, T::Sum)>, v: u32, response: T::Sum, separation: u32) {
     match column.last_mut() {
-        Some(last) if ((candidate.v - last.v) as f32) < separation_px => {
-            if candidate.contrast > last.contrast {
-                *last = candidate;
+        Some(last) if v - last.0 < separation => {
+            if response > last.1 {
+                *last = (v, response);
             }
         }
-        _ => column.push(candidate),
+        _ => column.push((v, response)),
     }
 }

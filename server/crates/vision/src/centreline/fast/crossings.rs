@@ -135,8 +135,8 @@ impl<T: Level> Measurer<T> {
         let start = crossings.extend(trace.steps.len());
         self.pending.clear();
         self.pending.resize(trace.steps.len(), Pending::default());
-        for ((idx, step), pending) in (0..).zip(&trace.steps).zip(&mut self.pending) {
-            *pending = Pending { idx, v: nearest_row(step.v).min(last) };
+        for (idx, (step, pending)) in trace.steps.iter().zip(&mut self.pending).enumerate() {
+            *pending = Pending { idx: idx as u32, v: nearest_row(step.v).min(last) };
         }
         for some in self.pending.as_chunks_mut().0 {
             share_row(some);

@@ -5,16 +5,21 @@ use crate::centreline::reference::noise::NoiseMap;
 use crate::centreline::reference::width::collect_widths;
 use crate::centreline::view::{Level, View};
 use crate::params::{
-    WIDTH_DEFAULT_PX, WIDTH_FEW_COLUMNS, WIDTH_MAX_PX, WIDTH_MIN_PX, WIDTH_MIN_SNR, WIDTH_SEARCH_PX,
+    WIDTH_DEFAULT_PX, WIDTH_ENOUGH, WIDTH_FEW_COLUMNS, WIDTH_MAX_PX, WIDTH_MIN_PX, WIDTH_MIN_SNR, WIDTH_SEARCH_PX,
 };
 
 /// Typical full width at half height (pixels, along columns); [`WIDTH_DEFAULT_PX`] without any peak.
 #[inline(always)]
 pub fn typical_width_px<T: Level>(view: &View<T>, noise: &NoiseMap, strips: &[Strip]) -> f32 {
     let step = (strips.len() / WIDTH_FEW_COLUMNS).max(1);
+    let some = || strips.iter().skip(step / 2).step_by(step);
     let mut column = Vec::with_capacity(view.height);
     let mut widths = Vec::new();
-    for strip in strips.iter().skip(step / 2).step_by(step) {
+    // Every other column first, so that those looked at lie all over the image.
+    for strip in some().step_by(2).chain(some().skip(1).step_by(2)) {
+        if widths.len() >= WIDTH_ENOUGH {
+            break;
+        }
         let u = (strip.u0 + strip.u1) / 2;
         for rows in &strip.rows {
             let from = rows.start.saturating_sub(WIDTH_SEARCH_PX + 2);

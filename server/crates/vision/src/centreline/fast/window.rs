@@ -30,12 +30,14 @@ impl<T: Level> Window<T> {
         self.reach = reach;
         self.rows.resize(2 * reach + 1, [T::default(); 2 * LANES]);
         let Places { u, v } = places;
-        let mut inside = u[0] + 2 * LANES <= view.width;
+        let mut inside = true;
         for i in 0..LANES {
             inside &= (v[i] >= reach) & (v[i] + reach < view.height) & (u[i] == u[0] + i);
         }
-        if inside {
+        if inside && u[0] + 2 * LANES <= view.width {
             self.copy_runs(view, places);
+        } else if inside {
+            self.copy_runs_at_border(view, places);
         } else {
             self.copy_each(view, places);
         }
@@ -53,6 +55,18 @@ impl<T: Level> Window<T> {
             let rows = view.pixels[first..].chunks_exact(view.width);
             for (row, levels) in self.rows.iter_mut().zip(rows) {
                 row[i..i + LANES].copy_from_slice(&levels[columns.clone()]);
+            }
+        }
+    }
+
+    /// The same where the image ends within the columns that are copied; what lies beyond is left as it was.
+    fn copy_runs_at_border(&mut self, view: &View<T>, Places { u, v }: &Places) {
+        for i in (0..LANES).filter(|&i| u[i] < view.width && (i == 0 || v[i] != v[i - 1])) {
+            let columns = u[i]..(u[i] + LANES).min(view.width);
+            let first = (v[i] - self.reach) * view.width;
+            let rows = view.pixels[first..].chunks_exact(view.width);
+            for (row, levels) in self.rows.iter_mut().zip(rows) {
+                row[i..i + columns.len()].copy_from_slice(&levels[columns.clone()]);
             }
         }
     }
