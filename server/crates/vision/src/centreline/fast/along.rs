@@ -113,7 +113,9 @@ impl Averager {
             cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
             let told = chosen.described(&shape, &cross_variance_px2);
             gains.push(self.variances[self.longest + start] / chosen.variance.0[0]);
-            points.extend_from_slice(&told.points(crossings, places.clone(), piece.first_u + start, rows[start])[..places.len()]);
+            points.extend_from_slice(
+                &told.points(crossings, places.clone(), piece.first_u + start, rows[start])[..places.len()],
+            );
         }
     }
 
@@ -243,7 +245,13 @@ impl Described {
     /// The points of neighbouring crossings; those beyond the last are nothing. `first_u` is the column and `row` the
     /// row of the first.
     #[inline(always)]
-    fn points(&self, crossings: &Crossings, places: Range<usize>, first_u: usize, row: f64) -> [CentrelinePoint; LANES] {
+    fn points(
+        &self,
+        crossings: &Crossings,
+        places: Range<usize>,
+        first_u: usize,
+        row: f64,
+    ) -> [CentrelinePoint; LANES] {
         let [mut intensity, mut width_px] = [[0.0f32; LANES]; 2];
         let mut saturated = [false; LANES];
         let n = places.len();

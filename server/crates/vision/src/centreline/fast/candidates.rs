@@ -61,7 +61,6 @@ impl<T: Level> Latest<T> {
         }
         done
     }
-
 }
 
 impl<T: Level> Search<T> {

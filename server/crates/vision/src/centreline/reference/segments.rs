@@ -78,12 +78,7 @@ impl Open {
             self.trace.steps.extend(between);
         }
         (self.last_v, self.next_u) = (v, candidate.u as usize + 1);
-        self.trace.steps.push(Step {
-            v,
-            contrast: candidate.contrast,
-            snr: candidate.snr,
-            clearance_px: ALONE,
-        });
+        self.trace.steps.push(Step { v, contrast: candidate.contrast, snr: candidate.snr, clearance_px: ALONE });
         let memory = LINK_HEADING_COLUMNS.min(self.trace.steps.len() as f32 - 1.0).max(1.0);
         self.heading += (slope - self.heading) / memory;
     }
