@@ -102,8 +102,31 @@ impl FrameLabeller {
         self.kept.windows(2).all(follows) && self.kept.iter().all(|kept| is_rising(of(kept.2)))
     }
 
-    /// By order, then along the line; equals stay as they are.
+    /// By order, then along the line; equals stay as they are. Points are nearly sorted, as a rule: those that are not
+    /// move a few places up.
     fn sort(&mut self, points: &mut Vec<ProfilePoint>) {
+        let direction = self.labels.lines.direction;
+        let along = |point: &ProfilePoint| along_across(&point.seen, direction).0;
+        let is_before = |a: &ProfilePoint, b: &ProfilePoint| {
+            a.order < b.order || (a.order == b.order && along(a).total_cmp(&along(b)).is_lt())
+        };
+        let mut moves_left = MOVES_PER_POINT * points.len();
+        for idx in 1..points.len() {
+            if !is_before(&points[idx], &points[idx - 1]) {
+                continue;
+            }
+            let first = points[..idx].iter().rposition(|before| !is_before(&points[idx], before));
+            let place = first.map_or(0, |first| first + 1);
+            points[place..=idx].rotate_right(1);
+            if moves_left < idx - place {
+                return self.sort_anew(points);
+            }
+            moves_left -= idx - place;
+        }
+    }
+
+    /// The same for points in any sequence.
+    fn sort_anew(&mut self, points: &mut Vec<ProfilePoint>) {
         let along = |idx: u32| along_across(&points[idx as usize].seen, self.labels.lines.direction).0;
         let order = |idx: u32| points[idx as usize].order;
         self.sequence.clear();
@@ -116,6 +139,9 @@ impl FrameLabeller {
         std::mem::swap(points, &mut self.sorted);
     }
 }
+
+/// Places that points may move up before sorting them anew is cheaper.
+const MOVES_PER_POINT: usize = 4;
 
 /// Whether no number is less than the one before it.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
