@@ -252,6 +252,7 @@ fn no_stage() -> StageCapabilities {
         acceleration_mm_s2: None,
         homing: Homing::Required,
         resolution_mm: 0.0,
+        follows_frames: false,
     }
 }
 

@@ -37,6 +37,8 @@ pub struct Run {
 enum Phase {
     /// On the way to the start of the run-up; `false` until the stage was told.
     Approach(bool),
+    /// At the start of a recording, which begins to play once the light is as wanted: there are no frames to spare.
+    Waiting,
     /// At the start; the camera delivers its first frame.
     Starting,
     Running,
@@ -138,6 +140,7 @@ impl Station {
         }
         let capabilities = stage.device().capabilities();
         let ramp_mm = match capabilities.acceleration_mm_s2 {
+            _ if capabilities.follows_frames => 0.0,
             Some(a) if a > 0.0 => sweep.speed_mm_s * sweep.speed_mm_s / (2.0 * a) * RUN_UP_MARGIN,
             _ => sweep.speed_mm_s * RUN_UP_TIME.as_secs_f64(),
         };
@@ -162,6 +165,10 @@ impl Station {
             let start_mm = run.start_mm();
             let told = self.move_for_run(start_mm, None);
             self.enter(Phase::Approach(true), told);
+        } else if run.phase == Phase::Waiting && self.light_is_as_wanted() {
+            let told = self.expose_freely(run.sweep.frame_rate_hz);
+            self.enter(Phase::Starting, told);
+            self.run_off();
         }
     }
 
@@ -169,6 +176,9 @@ impl Station {
     pub(super) fn run_arrived(&mut self, arrival: Arrival) {
         let Some(run) = &self.run else { return };
         if run.phase == Phase::Approach(true) && matches!(arrival, Arrival::Moved(_)) {
+            if self.stage.as_mut().is_some_and(|stage| stage.device().capabilities().follows_frames) {
+                return self.enter(Phase::Waiting, Ok(()));
+            }
             let rate_hz = run.sweep.frame_rate_hz;
             let told = self.expose_freely(rate_hz);
             self.enter(Phase::Starting, told);
@@ -179,7 +189,7 @@ impl Station {
     pub(super) fn record(&mut self, frame: &SharedFrame, lost: Lost) {
         let Some(run) = &self.run else { return };
         match run.phase {
-            Phase::Approach(_) => {}
+            Phase::Approach(_) | Phase::Waiting => {}
             Phase::Starting => self.run_off(),
             Phase::Running => self.record_running(frame, lost),
         }
@@ -207,7 +217,7 @@ impl Station {
                 Err(TrySendError::Disconnected(_)) => wanted = false,
             }
         }
-        let passed = frame.position_mm.is_some_and(|position_mm| run.along_mm(position_mm) > run.length_mm());
+        let passed = frame.position_mm.is_some_and(|position_mm| run.along_mm(position_mm) >= run.length_mm());
         if passed || !wanted {
             drop(run);
             self.rest_after_run();
@@ -229,7 +239,7 @@ impl Station {
 
     /// The camera delivers and the light is as wanted: off it goes.
     fn run_off(&mut self) {
-        if !self.laser.as_ref().is_none_or(Light::has_obeyed) {
+        if !self.light_is_as_wanted() {
             return;
         }
         let Some(run) = &self.run else { return };
@@ -240,6 +250,10 @@ impl Station {
         if let Some((reply, stream)) = handed_over {
             self.answer(reply, Ok(stream));
         }
+    }
+
+    fn light_is_as_wanted(&self) -> bool {
+        self.laser.as_ref().is_none_or(Light::has_obeyed)
     }
 
     fn move_for_run(&mut self, target_mm: f64, speed_mm_s: Option<f64>) -> Result<(), StationRefusal> {

@@ -92,6 +92,7 @@ impl Station {
         let now = Instant::now();
         while let Some(frame) = self.stamping.waiting.front() {
             let place = match &self.stage {
+                _ if frame.info.recorded_position_mm.is_some() => Place::At(None),
                 Some(stage) => stage.place(frame.info.exposed_at, now),
                 None => Place::At(None),
             };

@@ -110,6 +110,32 @@ fn a_replayed_capture_is_a_station_and_its_scan_is_that_of_the_capture_bit_by_bi
 }
 
 #[test]
+fn a_sweep_over_a_recording_takes_every_recorded_frame_in_order_there_and_back() {
+    let capture = small_capture();
+    let positions_mm = recorded_mm(&capture);
+    let (_folder, server) = replaying(&capture);
+    calibrate(&server, &capture);
+    let (first_mm, last_mm) = (positions_mm[0], positions_mm[positions_mm.len() - 1]);
+    let sweep = |from_mm: f64, to_mm: f64| {
+        let wish = json!({
+            "source": { "kind": "station" }, "name": "gauge",
+            "from_mm": from_mm, "to_mm": to_mm, "mode": "continuous",
+        });
+        let id = server.result_of("/api/v1/scans", &wish);
+        let scan = server.get(&format!("/api/v1/scans/{id}")).expect(200);
+        assert_eq!((&scan["state"], &scan["report"]["losses"]), (&json!("complete"), &json!([])), "{scan:#}");
+        assert_eq!(scan["report"]["n_frames"], positions_mm.len());
+        server.get(&format!("/api/v1/scans/{id}/cloud?format=ply")).body
+    };
+    let there = sweep(first_mm, last_mm);
+    sweep(last_mm, first_mm);
+    // The same frames in the same order row by row: the same cloud.
+    let rows = json!({ "source": { "kind": "station" }, "name": "gauge", "from_mm": first_mm, "to_mm": last_mm });
+    let id = server.result_of("/api/v1/scans", &rows);
+    assert!(there == server.get(&format!("/api/v1/scans/{id}/cloud?format=ply")).body, "the clouds differ");
+}
+
+#[test]
 fn what_a_recording_cannot_do_is_refused_with_a_remedy() {
     let capture = small_capture();
     let (_folder, server) = replaying(&capture);
@@ -121,7 +147,8 @@ fn what_a_recording_cannot_do_is_refused_with_a_remedy() {
     };
     let fine = from_to(json!({ "step_mm": 0.01 }));
     assert_eq!(fine["place"], "/step_mm", "{fine}");
-    let sweep = from_to(json!({ "mode": "continuous" }));
+    let sweep = from_to(json!({ "mode": "continuous", "step_mm": 0.3 }));
+    assert_eq!(sweep["place"], "/step_mm", "{sweep}");
     assert!(sweep["remedy"].as_str().unwrap().contains("stop-and-go"), "{sweep}");
 }
 

@@ -26,6 +26,9 @@ pub struct StageCapabilities {
     pub homing: Homing,
     /// The smallest step it can make, mm; 0 if unknown.
     pub resolution_mm: f64,
+    /// Whether it is where the frame last delivered was taken, as that of a recording: a sweep needs no run-up, and
+    /// its frames are the recorded ones.
+    pub follows_frames: bool,
 }
 
 /// A move as the controller accepted it.

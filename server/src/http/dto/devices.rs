@@ -154,6 +154,9 @@ pub struct StageDto {
     pub max_speed_mm_s: f64,
     /// The smallest step; 0 if unknown.
     pub resolution_mm: f64,
+    /// Whether it is where the frame last delivered was taken, as that of a recording: continuous scans then take the
+    /// recorded frames, `resolution_mm` apart.
+    pub follows_frames: bool,
     /// Whether it must be homed before it moves.
     pub needs_homing: bool,
     /// Whether its zero is established.
@@ -358,6 +361,7 @@ impl From<&StationStatus> for StageDto {
             travel_mm: [can.travel_mm.0, can.travel_mm.1],
             max_speed_mm_s: can.max_speed_mm_s,
             resolution_mm: can.resolution_mm,
+            follows_frames: can.follows_frames,
             needs_homing: can.homing == Homing::Required,
             homed: status.homed,
             position_mm: status.position_mm,

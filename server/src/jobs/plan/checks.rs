@@ -113,26 +113,28 @@ pub fn rows(input: &ScanInput, status: &StationStatus) -> Result<Rows, Problem> 
 
 /// Speed, step and frame rate of a continuous scan: what is not given follows from the rest.
 fn sweep(rows: &mut Rows, input: &ScanInput, status: &StationStatus) -> Result<(), Problem> {
-    if status.simulated == Some("replay") {
-        let detail = "a recording has no stage that could sweep over the part";
-        return Err(refused(
-            if input.mode.is_some() { "mode" } else { "speed_mm_s" },
-            detail,
-            "scan stop-and-go: its rows are the recorded ones",
-        ));
+    let stage = &status.stage.capabilities;
+    if stage.follows_frames {
+        let recorded_mm = stage.resolution_mm;
+        if input.step_mm.is_some_and(|step_mm| (step_mm / recorded_mm - 1.0).abs() > 1.0 - RESOLUTION_SHARE) {
+            let detail = format!("the recorded frames are {recorded_mm} mm apart, a sweep takes them as they are");
+            return Err(refused("step_mm", detail, "leave it out, or scan stop-and-go"));
+        }
+        rows.step_mm = recorded_mm;
     }
     if rows.from_mm == rows.to_mm {
         let detail = "a continuous scan needs a way to go, from_mm equals to_mm";
         return Err(refused("to_mm", detail, "give another to_mm, or scan stop-and-go"));
     }
     let rate_hz = status.camera_settings.frame_rate_hz;
-    let (speed_mm_s, frame_rate_hz) = match (input.speed_mm_s, input.step_mm) {
+    let given_step_mm = if stage.follows_frames { Some(rows.step_mm) } else { input.step_mm };
+    let (speed_mm_s, frame_rate_hz) = match (input.speed_mm_s, given_step_mm) {
         (Some(speed), Some(step)) => (speed, speed / step),
         (Some(speed), None) => (speed, rate_hz),
         (None, _) => (rows.step_mm * rate_hz, rate_hz),
     };
     rows.step_mm = speed_mm_s / frame_rate_hz;
-    let top_mm_s = status.stage.capabilities.max_speed_mm_s;
+    let top_mm_s = stage.max_speed_mm_s;
     if speed_mm_s > top_mm_s {
         let detail = format!("the scan needs {speed_mm_s} mm/s, the stage moves at most at {top_mm_s} mm/s");
         let field = if input.speed_mm_s.is_some() { "speed_mm_s" } else { "step_mm" };

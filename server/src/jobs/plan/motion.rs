@@ -7,6 +7,9 @@ use crate::station::params::{RUN_UP_MARGIN, RUN_UP_TIME};
 
 /// Way the stage needs before and behind the range of a continuous scan, mm.
 pub fn run_up_mm(speed_mm_s: f64, status: &StationStatus) -> f64 {
+    if status.stage.capabilities.follows_frames {
+        return 0.0;
+    }
     match status.stage.capabilities.acceleration_mm_s2 {
         Some(a) if a > 0.0 => speed_mm_s * speed_mm_s / (2.0 * a) * RUN_UP_MARGIN,
         _ => speed_mm_s * RUN_UP_TIME.as_secs_f64(),

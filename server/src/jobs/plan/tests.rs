@@ -51,6 +51,7 @@ fn status() -> StationStatus {
         acceleration_mm_s2: Some(500.0),
         homing: devices::Homing::Required,
         resolution_mm: 1e-6,
+        follows_frames: false,
     };
     StationStatus {
         state: MachineState::Operational(OperationalState::Ready),
@@ -229,7 +230,24 @@ fn a_recording_is_scanned_row_by_row_in_its_own_steps() {
     let fine = planned(&|input| input.step_mm = Some(0.2)).unwrap_err();
     assert_eq!(fine.place.as_deref(), Some("/step_mm"));
     assert!(fine.detail.contains("steps of 2.08 mm"), "{fine:?}");
-    let sweep = planned(&|input| input.speed_mm_s = Some(5.0)).unwrap_err();
-    assert_eq!(sweep.place.as_deref(), Some("/speed_mm_s"));
-    assert!(sweep.remedy.unwrap().contains("stop-and-go"));
+}
+
+#[test]
+fn a_sweep_over_a_recording_takes_its_own_frames_without_run_up() {
+    let mut status = status();
+    let stage = &mut status.stage.capabilities;
+    (stage.follows_frames, stage.resolution_mm, stage.travel_mm) = (true, 2.08, (-15.6, 15.6));
+    let planned = |change: &dyn Fn(&mut ScanInput)| {
+        let mut input = input(-15.6, 15.6);
+        change(&mut input);
+        plan(&input, &calibration(), &status)
+    };
+    let whole = planned(&|input| input.mode = Some(ScanMode::Continuous)).unwrap();
+    assert_eq!((whole.step_mm, whole.n_rows, whole.frame_rate_hz), (2.08, 16, Some(30.0)));
+    let slow = planned(&|input| input.speed_mm_s = Some(10.4)).unwrap();
+    assert_eq!((slow.step_mm, slow.n_rows, slow.frame_rate_hz), (2.08, 16, Some(5.0)));
+    let fine =
+        planned(&|input| (input.mode, input.step_mm) = (Some(ScanMode::Continuous), Some(0.2))).unwrap_err();
+    assert_eq!(fine.place.as_deref(), Some("/step_mm"));
+    assert!(fine.detail.contains("2.08 mm apart"), "{fine:?}");
 }

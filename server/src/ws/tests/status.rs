@@ -24,6 +24,7 @@ pub fn first_status() -> StationStatus {
         acceleration_mm_s2: None,
         homing: Homing::Absent,
         resolution_mm: 0.0,
+        follows_frames: false,
     };
     StationStatus {
         state: MachineState::Preoperational,

@@ -77,6 +77,7 @@ impl Description {
                 acceleration_mm_s2: Some(self.of_axis(120, config.axis, place)?),
                 homing,
                 resolution_mm: 1.0 / steps_per_mm,
+                follows_frames: false,
             },
             full_power: self.number(30, place)?,
             answers_while_homing: self.is_grbl_hal(),

@@ -29,6 +29,7 @@ impl Stage for GrblStage {
             acceleration_mm_s2: None,
             homing: Homing::Required,
             resolution_mm: 0.0,
+            follows_frames: false,
         };
         // A controller is handed out only after it was up once.
         self.controller.act(|session, _| session.machine().map_or(unknown, |machine| machine.capabilities.clone()))

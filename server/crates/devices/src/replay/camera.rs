@@ -27,8 +27,10 @@ pub struct ReplayCamera {
 /// A started acquisition.
 #[derive(Debug)]
 struct Run {
-    /// The next picture.
-    next_idx: usize,
+    /// The next picture; `None` beyond the last.
+    next_idx: Option<usize>,
+    /// Whether pictures are played from the last to the first.
+    backwards: bool,
     /// The next frame's number.
     next_id: u64,
     /// Pictures that could not be read since the last frame delivered.
@@ -94,20 +96,32 @@ impl ReplayCamera {
             && let Some(here) =
                 lock(&self.playback).whereabouts().position_mm.and_then(|at| self.recording.nearest(at))
         {
-            run.next_idx = here;
+            run.next_idx = Some(here);
         }
-        if run.next_idx == n_pictures {
-            if !self.looped {
+        if let Some(sweep) = lock(&self.playback).take_sweep() {
+            run.next_idx = self.recording.nearest(sweep.from_mm);
+            run.backwards = (sweep.to_mm < sweep.from_mm) == self.recording.ascends();
+        }
+        let idx = match run.next_idx {
+            Some(idx) => idx,
+            None if self.looped => {
+                if run.backwards {
+                    n_pictures - 1
+                } else {
+                    0
+                }
+            }
+            None => {
                 lock(&self.playback).end();
                 return Err(CameraError::EndOfRecording);
             }
-            run.next_idx = 0;
-        }
+        };
+        run.next_idx = Some(idx);
         if run.due_at > deadline {
             return Ok(wait_in_vain(deadline));
         }
         std::thread::sleep(run.due_at.saturating_duration_since(Instant::now()));
-        Ok(Some(run.next_idx))
+        Ok(Some(idx))
     }
 }
 
@@ -163,7 +177,7 @@ impl Camera for ReplayCamera {
 
     fn start(&mut self) -> Result<(), CameraError> {
         if self.run.is_none() {
-            self.run = Some(Run { next_idx: 0, next_id: 0, lost: 0, due_at: Instant::now(), n_triggers: 0 });
+            self.run = Some(Run::new());
             self.tell_playback();
         }
         Ok(())
@@ -185,7 +199,7 @@ impl Camera for ReplayCamera {
         let Some(idx) = self.wait_for_next(timeout)? else { return Ok(None) };
         let read = self.recording.read_into(idx, image);
         let Some(run) = &mut self.run else { return Ok(None) };
-        let (frame_id, exposed_at, lost_before) = run.advance(self.pace);
+        let (frame_id, exposed_at, lost_before) = run.advance(self.pace, self.recording.n_pictures());
         if let Err(cause) = read {
             run.lost = lost_before + 1;
             return Err(CameraError::Unreadable { frame_id, cause });
@@ -215,8 +229,12 @@ impl Camera for ReplayCamera {
 }
 
 impl Run {
+    fn new() -> Self {
+        Self { next_idx: Some(0), backwards: false, next_id: 0, lost: 0, due_at: Instant::now(), n_triggers: 0 }
+    }
+
     /// Steps over the frame that is due: its number, its time, and how many were lost before it.
-    fn advance(&mut self, pace: Pace) -> (u64, Instant, u64) {
+    fn advance(&mut self, pace: Pace, n_pictures: usize) -> (u64, Instant, u64) {
         let now = Instant::now();
         let exposed_at = match pace {
             Pace::Hz(_) if now.saturating_duration_since(self.due_at) < REPLAY_CATCH_UP => self.due_at,
@@ -228,7 +246,9 @@ impl Run {
         };
         let (frame_id, lost) = (self.next_id, std::mem::take(&mut self.lost));
         self.next_id += 1;
-        self.next_idx += 1;
+        self.next_idx = self.next_idx.and_then(|idx| {
+            if self.backwards { idx.checked_sub(1) } else { Some(idx + 1).filter(|next| *next < n_pictures) }
+        });
         self.n_triggers = self.n_triggers.saturating_sub(1);
         (frame_id, exposed_at, lost)
     }

@@ -1,8 +1,9 @@
 //! Replay: camera, stage and laser of a capture folder.
 //!
 //! Running free, the camera delivers the pictures of one scan (or the board or laser pictures) in their order, and the
-//! stage is where the frame last delivered was taken: a move ends when frames pass its target. Otherwise moves take no
-//! time, and a software trigger gives the picture taken where the stage is, so that a scan row by row meets the
+//! stage is where the frame last delivered was taken: a move ends when frames pass its target. A move that begins before
+//! the first of them begins with the picture taken where the stage stands and plays towards its target, forwards or
+//! backwards: that is a sweep. Otherwise moves take no time, and a software trigger gives the picture taken where the stage is, so that a scan row by row meets the
 //! recorded rows. The stage goes to recorded positions only. The laser does nothing but keep the rules of a lease.
 
 mod camera;

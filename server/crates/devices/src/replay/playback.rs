@@ -18,6 +18,18 @@ pub struct Playback {
     position_mm: Option<f64>,
     measured_at: Instant,
     under_way: Option<Move>,
+    /// Whether frames were delivered since they began to play.
+    begun: bool,
+    sweep: Option<Sweep>,
+}
+
+/// Where a recording that begins to play has to begin, and which way it goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sweep {
+    /// Where the stage stands.
+    pub from_mm: f64,
+    /// Where it goes.
+    pub to_mm: f64,
 }
 
 /// What the stage reports.
@@ -35,7 +47,15 @@ pub struct Whereabouts {
 
 impl Playback {
     pub fn new(position_mm: Option<f64>) -> Self {
-        Self { playing: false, held: false, position_mm, measured_at: Instant::now(), under_way: None }
+        Self {
+            playing: false,
+            held: false,
+            position_mm,
+            measured_at: Instant::now(),
+            under_way: None,
+            begun: false,
+            sweep: None,
+        }
     }
 
     pub fn whereabouts(&self) -> Whereabouts {
@@ -54,13 +74,17 @@ impl Playback {
 
     /// Frames begin to play.
     pub fn play(&mut self) {
-        self.playing = true;
+        (self.playing, self.begun) = (true, false);
+    }
+
+    /// The sweep that the next frame begins, told once.
+    pub fn take_sweep(&mut self) -> Option<Sweep> {
+        self.sweep.take()
     }
 
     /// Frames end; a move still under way needs no time now.
     pub fn end(&mut self) {
-        self.playing = false;
-        self.held = false;
+        (self.playing, self.held, self.sweep) = (false, false, None);
         if let Some(ended) = self.under_way.take() {
             self.arrive(ended.target_mm);
         }
@@ -68,6 +92,7 @@ impl Playback {
 
     /// A frame was delivered that was taken at `position_mm`.
     pub fn delivered(&mut self, position_mm: Option<f64>, at: Instant) {
+        self.begun = true;
         let Some(position_mm) = position_mm else { return };
         (self.position_mm, self.measured_at) = (Some(position_mm), at);
         if self.under_way.is_some_and(|step| step.passed_at(position_mm)) {
@@ -79,6 +104,9 @@ impl Playback {
         if self.playing {
             let from_mm = self.position_mm.unwrap_or(target_mm);
             self.under_way = Some(Move { from_mm, target_mm });
+            if !self.begun {
+                self.sweep = Some(Sweep { from_mm, to_mm: target_mm });
+            }
         } else {
             self.arrive(target_mm);
         }
@@ -94,7 +122,7 @@ impl Playback {
 
     /// Forgets the move; frames play on.
     pub fn stop(&mut self) {
-        (self.held, self.under_way) = (false, None);
+        (self.held, self.under_way, self.sweep) = (false, None, None);
     }
 
     fn arrive(&mut self, target_mm: f64) {

@@ -80,6 +80,12 @@ impl Recording {
         self.pictures.iter().filter_map(|picture| picture.position_mm).collect()
     }
 
+    /// Whether the stage went upwards while pictures were taken.
+    pub fn ascends(&self) -> bool {
+        let last_mm = self.pictures.last().and_then(|picture| picture.position_mm);
+        last_mm >= self.first_position_mm()
+    }
+
     /// The picture taken nearest to `position_mm`, the first of several; `None` where positions were not recorded.
     pub fn nearest(&self, position_mm: f64) -> Option<usize> {
         let off_mm = |at: Option<f64>| Some((at? - position_mm).abs());

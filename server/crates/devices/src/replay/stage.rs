@@ -74,6 +74,7 @@ impl Stage for ReplayStage {
             acceleration_mm_s2: None,
             homing: Homing::Absent,
             resolution_mm: self.resolution_mm(),
+            follows_frames: true,
         }
     }
 

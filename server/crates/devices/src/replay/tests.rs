@@ -88,6 +88,35 @@ fn a_move_while_frames_play_ends_when_they_pass_its_target() {
 }
 
 #[test]
+fn a_move_before_the_first_frame_is_a_sweep_from_where_the_stage_stands() {
+    let folder = recorded();
+    for (from_mm, to_mm, expected_mm) in [
+        (-1.0, 1.0, &POSITIONS_MM[..]),
+        (-0.5, 0.5, &[-0.5, 0.0, 0.5]),
+        (0.5, -0.5, &[0.5, 0.0, -0.5]),
+        (1.0, -1.0, &[1.0, 0.5, 0.0, -0.5, -1.0]),
+    ] {
+        let (mut camera, mut stage, _) = open(&looped(folder.path())).unwrap();
+        let mut image = blank();
+        stage.start_move(from_mm, 1.0).unwrap();
+        camera.start().unwrap();
+        stage.start_move(to_mm, 1.0).unwrap();
+        let mut positions = Vec::new();
+        while stage.poll().unwrap().moving {
+            let info = camera.next_frame(&mut image, Duration::from_secs(1)).unwrap().unwrap();
+            let position_mm = info.recorded_position_mm.unwrap();
+            assert_eq!(
+                f64::from(image.at(0, 0)),
+                2.0 * (position_mm + 1.0),
+                "another picture than the recorded one"
+            );
+            positions.push(position_mm);
+        }
+        assert_eq!(positions, expected_mm);
+    }
+}
+
+#[test]
 fn a_triggered_picture_is_the_one_taken_where_the_stage_is() {
     let folder = recorded();
     let (mut camera, mut stage, _) = open(&scan(folder.path())).unwrap();

@@ -281,6 +281,7 @@ impl Stage for TwinStage {
             acceleration_mm_s2: stage.acceleration_mm_s2(),
             homing: stage.homing,
             resolution_mm: RESOLUTION_MM,
+            follows_frames: false,
         }
     }
 
