@@ -1,4 +1,4 @@
-//! The peaks of a scan, `sheaf-peaks/1`: every frame's centrelines with position and time, exact to the last bit.
+//! The peaks of a scan, `sheaf-peaks/2`: every frame's centrelines with position and time, exact to the last bit.
 //!
 //! From them a scan is computed again with another calibration, and an interrupted one goes on. Little endian.
 //! A header of 40 bytes, then records, one per frame, then an end record; without it the file is unfinished.
@@ -18,7 +18,7 @@ use vision::LineDirection;
 use crate::scan::ScanFrame;
 
 /// First bytes of every such file.
-const MAGIC: &[u8; 16] = b"sheaf-peaks/1\n\0\0";
+const MAGIC: &[u8; 16] = b"sheaf-peaks/2\n\0\0";
 
 /// Record of one frame.
 const FRAME_RECORD: u32 = 1;
@@ -57,17 +57,15 @@ pub struct Peaks {
     pub captured_at_ns: Vec<Option<u64>>,
 }
 
-/// FNV-1a, 64 bits: finds what disks and cut copies do to a file; who changes it on purpose is none of its business.
-#[derive(Clone, Copy)]
-struct Checksum(u64);
+/// CRC-32 in 64 bits: finds what disks and cut copies do to a file, at the speed of memory; who changes it on purpose
+/// is none of its business.
+struct Checksum;
 
 impl Checksum {
     fn of(parts: &[&[u8]]) -> u64 {
-        let mut sum = Self(0xcbf2_9ce4_8422_2325);
-        for byte in parts.iter().copied().flatten() {
-            sum.0 = (sum.0 ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-        sum.0
+        let mut sum = crc32fast::Hasher::new();
+        parts.iter().for_each(|part| sum.update(part));
+        u64::from(sum.finalize())
     }
 }
 

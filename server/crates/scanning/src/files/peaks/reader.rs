@@ -100,7 +100,7 @@ pub(super) fn read_header(input: &mut impl Read) -> Result<PeaksHeader, ContentE
     input.read_exact(&mut bytes).map_err(|cause| ContentError::truncated(cause, || "header".into()))?;
     if &bytes[..16] != MAGIC {
         let remedy = "give a file of peaks that this version of the program knows";
-        return Err(ContentError::malformed("header", "the file does not begin with `sheaf-peaks/1`", remedy));
+        return Err(ContentError::malformed("header", "the file does not begin with `sheaf-peaks/2`", remedy));
     }
     let mut cursor = Cursor { bytes: &bytes[16..], place: "header" };
     let (width_px, height_px, direction) = (cursor.u32()?, cursor.u32()?, cursor.u32()?);

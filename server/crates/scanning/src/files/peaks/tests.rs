@@ -56,7 +56,7 @@ fn peaks_come_back_to_the_last_bit() {
 #[test]
 fn the_bytes_are_those_of_the_table_in_the_documentation() {
     let bytes = written(&[frame(1, 1)]);
-    assert_eq!(&bytes[..32], b"sheaf-peaks/1\n\0\0\x00\x05\0\0\x00\x04\0\0\x01\0\0\0\0\0\0\0");
+    assert_eq!(&bytes[..32], b"sheaf-peaks/2\n\0\0\x00\x05\0\0\x00\x04\0\0\x01\0\0\0\0\0\0\0");
     let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
     let f64_at = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
     let body = 3 * 8 + 4 + 3 * 4 + 2 * POINT_BYTES;

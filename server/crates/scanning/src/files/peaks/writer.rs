@@ -18,8 +18,8 @@ use crate::scan::ScanFrame;
 pub struct PeaksWriter<W: Write> {
     out: W,
     n_frames: u64,
-    /// Body of the frame being written; its memory is used again.
-    body: Vec<u8>,
+    /// The record being written; its memory is used again.
+    record: Vec<u8>,
 }
 
 impl<W: Write> PeaksWriter<W> {
@@ -35,7 +35,7 @@ impl<W: Write> PeaksWriter<W> {
         let sum = Checksum::of(&[&bytes]);
         bytes.extend(sum.to_le_bytes());
         out.write_all(&bytes)?;
-        Ok(Self { out, n_frames: 0, body: Vec::new() })
+        Ok(Self { out, n_frames: 0, record: Vec::new() })
     }
 
     /// Frames so far.
@@ -48,12 +48,20 @@ impl<W: Write> PeaksWriter<W> {
     /// # Errors
     /// [`ContentError::Io`] if the disk refuses, [`ContentError::Malformed`] for more points than a record holds.
     pub fn add(&mut self, frame: &ScanFrame, captured_at_ns: Option<u64>) -> Result<(), ContentError> {
-        let mut body = std::mem::take(&mut self.body);
-        body.clear();
-        write_frame(&mut body, frame, captured_at_ns);
-        let added = self.record(FRAME_RECORD, &body);
-        self.body = body;
-        added?;
+        self.add_lines(&frame.centrelines, frame.position_mm, captured_at_ns)
+    }
+
+    /// The same for lines that others look at, too.
+    ///
+    /// # Errors
+    /// As [`PeaksWriter::add`].
+    pub fn add_lines(
+        &mut self,
+        centrelines: &Centrelines,
+        position_mm: f64,
+        captured_at_ns: Option<u64>,
+    ) -> Result<(), ContentError> {
+        self.record(FRAME_RECORD, |body| write_frame(body, centrelines, position_mm, captured_at_ns))?;
         self.n_frames += 1;
         Ok(())
     }
@@ -71,25 +79,32 @@ impl<W: Write> PeaksWriter<W> {
     /// # Errors
     /// [`ContentError::Io`].
     pub fn finish(mut self) -> Result<W, ContentError> {
-        self.record(END_RECORD, &self.n_frames.to_le_bytes())?;
+        let n_frames = self.n_frames;
+        self.record(END_RECORD, |body| body.extend(n_frames.to_le_bytes()))?;
         self.out.flush()?;
         Ok(self.out)
     }
 
-    fn record(&mut self, kind: u32, body: &[u8]) -> Result<(), ContentError> {
-        let size = u32::try_from(body.len()).ok().filter(|size| *size <= RECORD_LIMIT_BYTES).ok_or_else(|| {
+    /// One record in one write: kind, size, body, checksum.
+    fn record(&mut self, kind: u32, write_body: impl FnOnce(&mut Vec<u8>)) -> Result<(), ContentError> {
+        const HEAD_BYTES: usize = 8;
+        let record = &mut self.record;
+        record.clear();
+        record.extend(kind.to_le_bytes());
+        record.extend([0; 4]);
+        write_body(record);
+        let n_bytes = record.len() - HEAD_BYTES;
+        let size = u32::try_from(n_bytes).ok().filter(|size| *size <= RECORD_LIMIT_BYTES).ok_or_else(|| {
             ContentError::malformed(
                 format!("frame {}", self.n_frames),
-                format!("{} bytes of points are more than {RECORD_LIMIT_BYTES}", body.len()),
+                format!("{n_bytes} bytes of points are more than {RECORD_LIMIT_BYTES}"),
                 "check exposure and laser: this is no picture of lines",
             )
         })?;
-        let (kind, size) = (kind.to_le_bytes(), size.to_le_bytes());
-        self.out.write_all(&kind)?;
-        self.out.write_all(&size)?;
-        self.out.write_all(body)?;
-        self.out.write_all(&Checksum::of(&[&kind, &size, body]).to_le_bytes())?;
-        Ok(())
+        record[4..HEAD_BYTES].copy_from_slice(&size.to_le_bytes());
+        let sum = Checksum::of(&[record]);
+        record.extend(sum.to_le_bytes());
+        Ok(self.out.write_all(record)?)
     }
 }
 
@@ -118,21 +133,22 @@ impl PeaksWriter<BufWriter<File>> {
             file.set_len(prefix.trusted_bytes).and_then(|()| file.seek(SeekFrom::Start(prefix.trusted_bytes)));
         cut.map_err(|cause| FileError::Write { path: path.to_owned(), cause })?;
         let n_frames = prefix.peaks.frames.len() as u64;
-        Ok((Self { out: BufWriter::with_capacity(1 << 18, file), n_frames, body: Vec::new() }, prefix))
+        Ok((Self { out: BufWriter::with_capacity(1 << 18, file), n_frames, record: Vec::new() }, prefix))
     }
 }
 
-fn write_frame(body: &mut Vec<u8>, frame: &ScanFrame, captured_at_ns: Option<u64>) {
-    let Centrelines { segments, correlation_px } = &frame.centrelines;
-    body.extend(frame.position_mm.to_le_bytes());
+fn write_frame(body: &mut Vec<u8>, centrelines: &Centrelines, position_mm: f64, captured_at_ns: Option<u64>) {
+    let Centrelines { segments, correlation_px } = centrelines;
+    body.extend(position_mm.to_le_bytes());
     body.extend(captured_at_ns.unwrap_or(NO_TIME).to_le_bytes());
     body.extend(correlation_px.to_le_bytes());
     // Counts beyond u32 would exceed the limit of a record, which is checked before anything is written.
     body.extend((segments.len() as u32).to_le_bytes());
     for segment in segments {
         body.extend((segment.points.len() as u32).to_le_bytes());
+        body.reserve(segment.points.len() * POINT_BYTES);
         for point in &segment.points {
-            body.extend(point_bytes(point));
+            body.extend_from_slice(&point_bytes(point));
         }
     }
 }
