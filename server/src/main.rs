@@ -1,6 +1,7 @@
 //! `sheaf`: the command line of the scanner. Parses, dispatches, prints, and ends with a documented exit code.
 #![allow(clippy::result_large_err, reason = "a problem ends a request: its size does not matter")]
 
+mod allocations;
 mod app;
 mod background;
 mod calibration_file;
@@ -30,6 +31,7 @@ mod pixel_row;
 mod problem;
 mod problem_causes;
 mod progress;
+mod recycling;
 mod refusal;
 mod report;
 mod residuals;

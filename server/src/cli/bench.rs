@@ -29,6 +29,57 @@ pub enum BenchSubject {
     /// A made-up scan of any size, from its peaks on the disk to its cloud on the disk: memory a point at peak, and how fast
     /// a PLY file is written beside what the disk takes.
     Cloud(BenchCloudArgs),
+    /// The whole service: a recording played from memory, swept as a scan, watched by viewers. Frames a second, what was
+    /// lost, how long frames take to their profiles and into the file, and what every thread does for it.
+    Server(BenchServerArgs),
+    /// The live stream to many viewers, beside bare TCP connections that carry the same bytes, by turns.
+    Stream(BenchStreamArgs),
+}
+
+/// `sheaf bench stream`.
+#[derive(Debug, Args)]
+pub struct BenchStreamArgs {
+    /// Viewers; several numbers are measured one after the other.
+    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [10, 100])]
+    pub viewers: Vec<usize>,
+    /// Bytes of a message.
+    #[arg(long, value_name = "N", default_value_t = 30_000)]
+    pub bytes: usize,
+    /// Rounds, each once by the stream and once by bare connections.
+    #[arg(long, value_name = "N", default_value_t = 7)]
+    pub rounds: usize,
+    /// Also write the result as JSON to this file.
+    #[arg(id = "json", long, value_name = "OUT.json")]
+    pub json: Option<JsonTo>,
+}
+
+/// `sheaf bench server`.
+#[derive(Debug, Args)]
+pub struct BenchServerArgs {
+    /// A capture folder whose scan pictures are played, there and back, as often as it takes.
+    #[arg(value_name = "CAPTURE")]
+    pub capture: PathBuf,
+    /// The station's calibration document.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: PathBuf,
+    /// Frames a second.
+    #[arg(long, value_name = "HZ", default_value_t = 500.0)]
+    pub rate_hz: f64,
+    /// Frames of a sweep; they are held in memory.
+    #[arg(long, value_name = "N", default_value_t = 1500)]
+    pub frames: usize,
+    /// Sweeps, one after the other.
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub sweeps: usize,
+    /// Viewers of profiles at 60 Hz, on threads of the same process.
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub viewers: usize,
+    /// Folder on the disk that is recorded to.
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub folder: PathBuf,
+    /// Also write the result as JSON to this file.
+    #[arg(id = "json", long, value_name = "OUT.json")]
+    pub json: Option<JsonTo>,
 }
 
 /// `sheaf bench cloud`.

@@ -12,7 +12,7 @@ use serde_json::json;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
 
 use crate::cli::{BenchArgs, BenchCentrelinesArgs, BenchSubject};
-use crate::commands::{Answer, bench_boards, bench_cloud, bench_profiles};
+use crate::commands::{Answer, bench_boards, bench_cloud, bench_profiles, bench_server, bench_stream};
 use crate::failure::{Exit, Failure};
 use crate::output::{create_folder, file_names_after, write_file};
 use crate::progress::Reporter;
@@ -28,6 +28,8 @@ pub fn run(args: &BenchArgs, reporter: &Reporter) -> Result<Answer, Failure> {
         BenchSubject::Corners(args) => bench_boards::corners(args),
         BenchSubject::Camera(args) => bench_boards::camera(args),
         BenchSubject::Cloud(args) => bench_cloud::cloud(args, reporter),
+        BenchSubject::Server(args) => bench_server::server(args, reporter),
+        BenchSubject::Stream(args) => bench_stream::stream(args, reporter),
     }
 }
 

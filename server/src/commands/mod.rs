@@ -4,6 +4,8 @@ mod bench;
 mod bench_boards;
 mod bench_cloud;
 mod bench_profiles;
+mod bench_server;
+mod bench_stream;
 mod calibrate;
 pub mod centrelines;
 pub mod config;

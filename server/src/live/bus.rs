@@ -9,7 +9,7 @@ use tokio::sync::watch;
 use vision::Centrelines;
 
 use crate::live::interest::{Sight, Wish, Wishes};
-use crate::live::points::{PointLog, PointsSeen, display_points};
+use crate::live::points::{PointLog, PointsSeen};
 use crate::station::SharedFrame;
 
 /// One frame, seen through.
@@ -21,7 +21,7 @@ pub struct LiveFrame {
     /// Labelled and triangulated; `None` without an active calibration.
     pub profile: Option<Profile>,
     /// The calibration of the profile.
-    pub calibration_id: Option<String>,
+    pub calibration_id: Option<Arc<str>>,
 }
 
 /// Where producers put what viewers see. Clones are the same bus.
@@ -91,10 +91,13 @@ impl LiveBus {
         profile: &Profile,
         calibration: &Calibration,
     ) {
-        let points = display_points(profile, position_mm, calibration);
+        let Some(log) = self.points.borrow().log_of(scan_id).cloned() else { return };
+        // Packed before viewers are kept from looking.
+        let n_blocks = log.add(frame_idx, position_mm, profile, calibration);
         self.points.send_if_modified(|seen| {
-            let Some(log) = seen.log_of(scan_id) else { return false };
-            let n_blocks = log.add(frame_idx, position_mm, &points);
+            if seen.log_of(scan_id).is_none() {
+                return false;
+            }
             let grown = n_blocks > seen.n_blocks;
             seen.n_blocks = n_blocks;
             grown
@@ -107,7 +110,7 @@ impl LiveBus {
         let mut blocks = Vec::new();
         self.points.send_if_modified(|seen| {
             let Some(log) = seen.log_of(scan_id) else { return false };
-            blocks = log.blocks_from(0, usize::MAX);
+            blocks = log.blocks();
             std::mem::replace(&mut seen.running, false)
         });
         blocks

@@ -1,12 +1,12 @@
 //! The points of a scan, packed for display in blocks without gaps.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use bytes::Bytes;
+use bytes::{Bytes, BytesMut};
 use optics::Calibration;
 use scanning::{CloudPoint, Profile};
 
-use crate::ws::protocol::points::encode_block;
+use crate::ws::protocol::points::{block_bytes, put_block};
 
 /// A point as it is shown: in the part frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,9 +24,14 @@ pub struct DisplayPoint {
 }
 
 /// A profile's points in the part frame: X_part = X_camera − s·t. Their σ is that of the image noise alone.
-pub fn display_points(profile: &Profile, position_mm: f64, calibration: &Calibration) -> Vec<DisplayPoint> {
-    let display = |point: &scanning::ProfilePoint| {
-        let in_part = match calibration.stage {
+fn display_points(
+    profile: &Profile,
+    position_mm: f64,
+    calibration: &Calibration,
+) -> impl Iterator<Item = DisplayPoint> {
+    let stage = calibration.stage;
+    let display = move |point: &scanning::ProfilePoint| {
+        let in_part = match stage {
             Some(stage) => stage.part_from_camera(&point.hit_in_camera, position_mm).xyz,
             None => point.hit_in_camera.xyz,
         };
@@ -40,7 +45,7 @@ pub fn display_points(profile: &Profile, position_mm: f64, calibration: &Calibra
             along_px: along as f32,
         }
     };
-    profile.points.iter().map(display).collect()
+    profile.points.iter().map(display)
 }
 
 /// A point of a finished cloud; `along_u`: whether lines run along the rows of the image.
@@ -54,17 +59,30 @@ pub fn display_point_of_cloud(point: &CloudPoint, along_u: bool) -> DisplayPoint
     }
 }
 
-/// The display points of one scan: blocks that only ever grow in number.
+/// Memory asked for at once, bytes: two seconds of a fast camera share fewer than twenty pieces, and what is not used
+/// costs nothing.
+const PIECE_BYTES: usize = 4 << 20;
+
+/// The display points of one scan: blocks that only ever grow in number, cut from large pieces of memory.
 #[derive(Debug)]
 pub struct PointLog {
     scan_id: String,
-    blocks: Mutex<Vec<Bytes>>,
+    packed: Mutex<Packed>,
+}
+
+#[derive(Debug, Default)]
+struct Packed {
+    blocks: Vec<Bytes>,
+    /// What is left of the newest piece of memory.
+    piece: BytesMut,
+    /// The points of the newest frame; their memory is used again.
+    points: Vec<DisplayPoint>,
 }
 
 impl PointLog {
     /// Without points.
     pub fn new(scan_id: &str) -> Self {
-        Self { scan_id: scan_id.to_owned(), blocks: Mutex::new(Vec::new()) }
+        Self { scan_id: scan_id.to_owned(), packed: Mutex::default() }
     }
 
     /// Which scan.
@@ -72,25 +90,40 @@ impl PointLog {
         &self.scan_id
     }
 
+    fn packed(&self) -> MutexGuard<'_, Packed> {
+        self.packed.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Packs the points of a frame as the next block; none for no points. Returns how many blocks there are.
-    pub fn add(&self, frame_idx: u32, position_mm: f64, points: &[DisplayPoint]) -> u32 {
-        let mut blocks = self.blocks.lock().unwrap_or_else(PoisonError::into_inner);
+    pub fn add(&self, frame_idx: u32, position_mm: f64, profile: &Profile, calibration: &Calibration) -> u32 {
+        let mut packed = self.packed();
+        let Packed { blocks, piece, points } = &mut *packed;
+        points.clear();
+        points.extend(display_points(profile, position_mm, calibration));
         if !points.is_empty() {
-            let number = blocks.len() as u32;
-            blocks.push(encode_block(&self.scan_id, number, frame_idx, position_mm, points));
+            let (number, size) = (blocks.len() as u32, block_bytes(points.len()));
+            if piece.capacity() < size {
+                *piece = BytesMut::with_capacity(size.max(PIECE_BYTES));
+            }
+            put_block(piece, &self.scan_id, number, frame_idx, position_mm, points);
+            blocks.push(piece.split().freeze());
         }
         blocks.len() as u32
     }
 
     /// How many blocks there are.
     pub fn n_blocks(&self) -> u32 {
-        self.blocks.lock().unwrap_or_else(PoisonError::into_inner).len() as u32
+        self.packed().blocks.len() as u32
     }
 
-    /// At most `limit` blocks from number `first` on; shared, not copied.
-    pub fn blocks_from(&self, first: u32, limit: usize) -> Vec<Bytes> {
-        let blocks = self.blocks.lock().unwrap_or_else(PoisonError::into_inner);
-        blocks.iter().skip(first as usize).take(limit).cloned().collect()
+    /// Block number `number`, shared, not copied.
+    pub fn block(&self, number: u32) -> Option<Bytes> {
+        self.packed().blocks.get(number as usize).cloned()
+    }
+
+    /// All blocks, shared, not copied.
+    pub fn blocks(&self) -> Vec<Bytes> {
+        self.packed().blocks.clone()
     }
 }
 

@@ -88,6 +88,6 @@ pub fn seen_through(
         profile
     };
     let profile = triangulator.map(labelled);
-    let calibration_id = triangulator.map(|triangulator| triangulator.calibration().id.clone());
+    let calibration_id = triangulator.map(|triangulator| triangulator.calibration().id.as_str().into());
     LiveFrame { frame, centrelines, profile, calibration_id }
 }

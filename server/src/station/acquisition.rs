@@ -8,8 +8,9 @@ use devices::{Camera, CameraError, CameraRequest, CameraSettings, FrameInfo, Pix
 use vision::GreyImage;
 
 use crate::station::exposures::{Delivered, Exposures};
+use crate::station::frame::SharedFrame;
 use crate::station::params::{CAMERA_SILENCE, GRAB_WAIT, PROBE_CAMERA, SILENT_PERIODS};
-use crate::station::pool::{Pool, empty_image};
+use crate::station::pool::{Pool, empty_image, pool};
 use crate::station::status::DropCounts;
 
 /// Exposures lost, by reason.
@@ -39,13 +40,18 @@ impl Lost {
 
 /// A frame in a buffer of its own, not yet stamped.
 pub struct RawFrame {
-    /// The pixels.
-    pub image: GreyImage,
+    /// Memory that nobody else holds, with the pixels in it.
+    pub frame: SharedFrame,
+    /// When the driver had delivered it.
+    pub arrived_at: Instant,
     /// What the driver knows about them.
     pub info: FrameInfo,
     /// Exposures lost since the frame before.
     pub lost: Lost,
 }
+
+/// Why a frame that was taken from the pool can be written.
+pub const UNSHARED: &str = "nobody else holds a frame that was taken from the pool";
 
 /// The camera and the account of its exposures.
 pub struct Acquisition {
@@ -67,7 +73,7 @@ impl Acquisition {
         let now = Instant::now();
         Self {
             device,
-            pool: Pool::default(),
+            pool: pool(),
             spare: empty_image(),
             running: false,
             exposures: Exposures::default(),
@@ -95,9 +101,9 @@ impl Acquisition {
         self.device.settings()
     }
 
-    /// Where the buffer of a frame goes at its end.
-    pub fn home(&self) -> std::sync::mpsc::SyncSender<GreyImage> {
-        self.pool.home()
+    /// The buffers of its frames.
+    pub fn pool(&mut self) -> &mut Pool {
+        &mut self.pool
     }
 
     /// Whether frames may come.
@@ -167,12 +173,12 @@ impl Acquisition {
         let Delivered::InTime { newly_lost } = self.exposures.deliver(info.lost_before) else { return Ok(None) };
         self.lose(Lost { camera: newly_lost, ..Lost::default() });
         self.check_format()?;
-        let Some(buffer) = self.pool.take() else {
+        let Some(mut frame) = self.pool.take() else {
             self.lose(Lost { no_buffer: 1, ..Lost::default() });
             return Ok(None);
         };
-        let image = std::mem::replace(&mut self.spare, buffer);
-        Ok(Some(RawFrame { image, info, lost: std::mem::take(&mut self.lost) }))
+        std::mem::swap(&mut Arc::get_mut(&mut frame).expect(UNSHARED).image, &mut self.spare);
+        Ok(Some(RawFrame { frame, arrived_at: now, info, lost: std::mem::take(&mut self.lost) }))
     }
 
     /// Asks a camera that does not expose whether it is still there.

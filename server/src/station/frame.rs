@@ -1,11 +1,12 @@
 //! Frames as the station thread stamps them.
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 use vision::GreyImage;
 
+use crate::station::pool::empty_image;
 use crate::station::status::DropCounts;
 
 /// A frame with everything the station knows about its moment.
@@ -14,7 +15,9 @@ pub struct StampedFrame {
     pub sequence: u64,
     /// The middle of the exposure.
     pub captured_at: Instant,
-    /// The same, nanoseconds since the station thread began.
+    /// When the driver had delivered it.
+    pub arrived_at: Instant,
+    /// The middle of the exposure, nanoseconds since the station thread began.
     pub captured_at_ns: u64,
     /// Stage position at the middle of the exposure, interpolated between readings; `None` is unknown.
     pub position_mm: Option<f64>,
@@ -24,9 +27,26 @@ pub struct StampedFrame {
     pub exposure_us: f64,
     /// Whether the laser shone.
     pub laser_on: bool,
-    /// The pixels; their memory goes back to the station when the frame is dropped.
+    /// The pixels; the station uses their memory again when nobody looks at the frame any more.
     pub image: GreyImage,
-    pub(super) home: Option<SyncSender<GreyImage>>,
+}
+
+impl StampedFrame {
+    /// Memory for a frame.
+    pub(super) fn empty() -> Self {
+        let now = Instant::now();
+        Self {
+            sequence: 0,
+            captured_at: now,
+            arrived_at: now,
+            captured_at_ns: 0,
+            position_mm: None,
+            lost_before: 0,
+            exposure_us: 0.0,
+            laser_on: false,
+            image: empty_image(),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -36,29 +56,19 @@ impl StampedFrame {
         Self {
             sequence,
             captured_at: Instant::now(),
+            arrived_at: Instant::now(),
             captured_at_ns: sequence * 1_000_000,
             position_mm: Some(position_mm),
             lost_before: 0,
             exposure_us: 2000.0,
             laser_on: true,
             image,
-            home: None,
         }
     }
 }
 
 /// A frame that several look at.
 pub type SharedFrame = Arc<StampedFrame>;
-
-impl Drop for StampedFrame {
-    fn drop(&mut self) {
-        if let Some(home) = &self.home {
-            let empty = GreyImage::new(1, 1, vision::Pixels::Eight(vec![0])).expect("one pixel is an image");
-            // A full or closed pool means that the memory is not needed any more.
-            let _ = home.try_send(std::mem::replace(&mut self.image, empty));
-        }
-    }
-}
 
 /// Every frame of a run, in order; what could not be delivered is counted, never skipped silently.
 pub struct FrameStream {

@@ -37,6 +37,7 @@ mod track;
 pub use frame::{SharedFrame, StampedFrame};
 pub use handle::{LiveRequest, Manual, Purpose, StationHandle, Sweep};
 pub use lease::StationLease;
+pub use outlook::first_status;
 pub use refusal::StationRefusal;
 #[cfg(test)]
 pub use status::{DeviceStatus, StateHistory};

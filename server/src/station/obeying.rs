@@ -62,7 +62,7 @@ impl Station {
         match self.machine {
             Preoperational | Error => Err(self.in_error()),
             Halted => Err(StationRefusal::Halted),
-            Operational(SingleExecution) => Err(StationRefusal::Busy { activity: self.activity() }),
+            Operational(SingleExecution) => Err(StationRefusal::Busy { activity: self.activity().to_owned() }),
             Operational(_) => Ok(()),
         }
     }
@@ -83,7 +83,7 @@ impl Station {
 
     fn darken_by_hand(&mut self) -> Result<Option<AcceptedMove>, StationRefusal> {
         if let Operational(SingleExecution) = self.machine {
-            return Err(StationRefusal::Busy { activity: self.activity() });
+            return Err(StationRefusal::Busy { activity: self.activity().to_owned() });
         }
         let laser = self.laser.as_mut().ok_or(StationRefusal::Absent { device: "laser" })?;
         Ok(laser.off().map(|()| None)?)
@@ -94,7 +94,7 @@ impl Station {
         mut wanted: devices::CameraRequest,
     ) -> Result<Option<AcceptedMove>, StationRefusal> {
         if let Operational(SingleExecution) = self.machine {
-            return Err(StationRefusal::Busy { activity: self.activity() });
+            return Err(StationRefusal::Busy { activity: self.activity().to_owned() });
         }
         if self.ails("camera") {
             return Err(self.in_error());
@@ -111,8 +111,8 @@ impl Station {
         let by_hand = self.task.is_some() || self.stage.as_ref().is_some_and(Motion::is_under_way);
         let refusal = match self.machine {
             Preoperational | Error => Some(self.in_error()),
-            Operational(SingleExecution) => Some(StationRefusal::Busy { activity: self.activity() }),
-            _ if by_hand => Some(StationRefusal::Busy { activity: self.activity() }),
+            Operational(SingleExecution) => Some(StationRefusal::Busy { activity: self.activity().to_owned() }),
+            _ if by_hand => Some(StationRefusal::Busy { activity: self.activity().to_owned() }),
             _ => None,
         };
         if let Some(refusal) = refusal {
@@ -157,7 +157,7 @@ impl Station {
         }
         let by_run = self.run.is_some() && !matches!(call, JobCall::Light(..));
         if self.task.is_some() || by_run {
-            return call.refuse(StationRefusal::Busy { activity: self.activity() });
+            return call.refuse(StationRefusal::Busy { activity: self.activity().to_owned() });
         }
         self.begin(call);
     }
@@ -188,7 +188,7 @@ impl Station {
                 StationRefusal::Stopped { actor: actor.clone() }
             }
             Some((revoked, Revoked::Fault)) if *revoked == lease => self.in_error(),
-            _ => StationRefusal::Busy { activity: self.activity() },
+            _ => StationRefusal::Busy { activity: self.activity().to_owned() },
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What the station thread shows to the rest of the service.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
@@ -31,20 +32,28 @@ pub struct Outlook {
     /// Told once the first attempt to open the devices has ended.
     pub(super) opened: Option<SyncSender<()>>,
     pub(super) published_at: Option<Instant>,
-    pub(super) published: Option<Essence>,
+    pub(super) published: Option<Essence<'static>>,
 }
 
 /// What is shown at once when it changes; the rest are numbers that wait for their turn.
 #[derive(PartialEq)]
-pub(super) struct Essence {
+pub(super) struct Essence<'a> {
     changes: u64,
-    activity: String,
+    activity: Cow<'a, str>,
     faults: usize,
     moving: bool,
     homed: bool,
     light: LaserLight,
     interlock_closed: Option<bool>,
     settings: Option<CameraSettings>,
+}
+
+impl Essence<'_> {
+    fn kept(self) -> Essence<'static> {
+        let Self { changes, activity, faults, moving, homed, light, interlock_closed, settings } = self;
+        let activity = Cow::Owned(activity.into_owned());
+        Essence { changes, activity, faults, moving, homed, light, interlock_closed, settings }
+    }
 }
 
 impl Outlook {
@@ -71,7 +80,7 @@ impl Station {
         if !due && self.outlook.published.as_ref() == Some(&essence) {
             return;
         }
-        (self.outlook.published_at, self.outlook.published) = (Some(now), Some(essence));
+        (self.outlook.published_at, self.outlook.published) = (Some(now), Some(essence.kept()));
         let status = self.status(now);
         self.outlook.status.send_if_modified(|shown| {
             let changed = **shown != status;
@@ -82,10 +91,10 @@ impl Station {
         });
     }
 
-    fn essence(&self) -> Essence {
+    fn essence(&self) -> Essence<'_> {
         Essence {
             changes: self.history.newest(),
-            activity: self.activity(),
+            activity: Cow::Borrowed(self.activity()),
             faults: self.faults.len(),
             moving: self.stage.as_ref().is_some_and(Motion::is_moving),
             homed: self.stage.as_ref().is_some_and(Motion::homed),
@@ -99,7 +108,7 @@ impl Station {
         StationStatus {
             state: self.machine,
             state_history: self.history.clone(),
-            activity: self.activity(),
+            activity: self.activity().to_owned(),
             simulated: self.outlook.simulated,
             camera: self.camera_status(),
             camera_settings: self.camera.as_ref().map_or(no_settings(), |camera| camera.settings()),
@@ -137,12 +146,12 @@ impl Station {
     }
 
     /// What it does now, in the operator's words.
-    pub(super) fn activity(&self) -> String {
+    pub(super) fn activity(&self) -> &str {
         if let Some(tenant) = &self.tenant {
-            return tenant.purpose.activity.clone();
+            return &tenant.purpose.activity;
         }
         let moving = self.stage.as_ref().is_some_and(Motion::is_moving);
-        let words = match self.machine {
+        match self.machine {
             MachineState::Preoperational if self.opening.is_some() || self.resetting.is_some() => {
                 "reaching the devices"
             }
@@ -154,8 +163,7 @@ impl Station {
             MachineState::Operational(OperationalState::Initialized) if !self.calibrated => "not calibrated",
             MachineState::Operational(OperationalState::Initialized) => "not homed",
             MachineState::Operational(_) => "ready",
-        };
-        words.to_owned()
+        }
     }
 
     fn camera_status(&mut self) -> DeviceStatus<CameraCapabilities> {

@@ -25,7 +25,7 @@ impl Station {
     pub(super) fn begin_reset(&mut self, reply: Reply<Option<AcceptedMove>>) {
         self.end_live();
         if self.resetting.is_some() || !self.happen(Event::Reset) {
-            return self.answer(reply, Err(StationRefusal::Busy { activity: self.activity() }));
+            return self.answer(reply, Err(StationRefusal::Busy { activity: self.activity().to_owned() }));
         }
         let open = std::mem::take(&mut self.faults);
         for fault in &open {

@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::station::acquisition::{Lost, RawFrame};
-use crate::station::frame::StampedFrame;
+use crate::station::acquisition::{Lost, RawFrame, UNSHARED};
+use crate::station::frame::SharedFrame;
 use crate::station::motion::Place;
 use crate::station::owner::Station;
 use crate::station::params::TURN;
@@ -104,26 +104,28 @@ impl Station {
         }
     }
 
-    fn stamp(&mut self, frame: RawFrame, position_mm: Option<f64>, now: Instant) -> StampedFrame {
-        let captured_at = frame.info.exposed_at;
+    fn stamp(&mut self, raw: RawFrame, position_mm: Option<f64>, now: Instant) -> SharedFrame {
+        let RawFrame { mut frame, arrived_at, info, lost } = raw;
+        let captured_at = info.exposed_at;
         self.stamping.sequence += 1;
         self.stamping.note_arrival(now);
         let since = captured_at.saturating_duration_since(self.stamping.began_at);
-        StampedFrame {
-            sequence: self.stamping.sequence,
-            captured_at,
-            captured_at_ns: since.as_nanos() as u64,
-            position_mm: frame.info.recorded_position_mm.or(position_mm),
-            lost_before: frame.lost.total(),
-            exposure_us: frame.info.exposure_us,
-            laser_on: self.laser.as_ref().is_some_and(|laser| laser.shone_at(captured_at)),
-            image: frame.image,
-            home: self.camera.as_ref().map(|camera| camera.home()),
+        let stamped = Arc::get_mut(&mut frame).expect(UNSHARED);
+        stamped.sequence = self.stamping.sequence;
+        stamped.captured_at = captured_at;
+        stamped.arrived_at = arrived_at;
+        stamped.captured_at_ns = since.as_nanos() as u64;
+        stamped.position_mm = info.recorded_position_mm.or(position_mm);
+        stamped.lost_before = lost.total();
+        stamped.exposure_us = info.exposure_us;
+        stamped.laser_on = self.laser.as_ref().is_some_and(|laser| laser.shone_at(captured_at));
+        if let Some(camera) = &mut self.camera {
+            camera.pool().lend(&frame);
         }
+        frame
     }
 
-    fn deliver(&mut self, frame: StampedFrame, lost: Lost) {
-        let frame = Arc::new(frame);
+    fn deliver(&mut self, frame: SharedFrame, lost: Lost) {
         if let Some(laser) = &mut self.laser
             && let Err(error) = laser.touch(Instant::now())
         {
@@ -136,6 +138,9 @@ impl Station {
 
     /// Frames that wait are of an acquisition that ended.
     pub(super) fn forget_waiting_frames(&mut self) {
-        self.stamping.waiting.clear();
+        let waiting = self.stamping.waiting.drain(..);
+        if let Some(camera) = &mut self.camera {
+            waiting.for_each(|raw| camera.pool().give_back(raw.frame));
+        }
     }
 }

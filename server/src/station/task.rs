@@ -181,7 +181,7 @@ impl Station {
             let newest = self.outlook.newest.borrow().clone();
             return match newest.filter(|frame| frame.captured_at.elapsed() < SNAPSHOT_AGE) {
                 Some(frame) => self.answer(reply, Ok(frame)),
-                None => self.answer(reply, Err(StationRefusal::Busy { activity: self.activity() })),
+                None => self.answer(reply, Err(StationRefusal::Busy { activity: self.activity().to_owned() })),
             };
         }
         if self.live.is_some() {

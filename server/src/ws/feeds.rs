@@ -247,7 +247,7 @@ impl PointsFeed {
             if first && (!over || self.next_block < log.n_blocks()) {
                 return said(log, true, self.next_block);
             }
-            if let Some(block) = log.blocks_from(self.next_block, 1).pop() {
+            if let Some(block) = log.block(self.next_block) {
                 self.next_block += 1;
                 return Next::Message(Message::Binary(block));
             }

@@ -52,7 +52,7 @@ pub(super) fn live_page(live: &LiveBus, scan_id: &str, from_block: u32) -> Optio
     let log = seen.log_of(scan_id)?;
     let mut bytes = BytesMut::new();
     let mut next_block = from_block;
-    while let Some(block) = log.blocks_from(next_block, 1).pop() {
+    while let Some(block) = log.block(next_block) {
         if !bytes.is_empty() && bytes.len() + block.len() > PAGE_BYTES {
             break;
         }

@@ -2543,6 +2543,11 @@ export interface components {
         StageDto: {
             /** @description Whether it answers. */
             connected: boolean;
+            /**
+             * @description Whether it is where the frame last delivered was taken, as that of a recording: continuous scans then take the
+             *     recorded frames, `resolution_mm` apart.
+             */
+            follows_frames: boolean;
             /** @description Whether its zero is established. */
             homed: boolean;
             /** @description Which one. */

@@ -1,5 +1,7 @@
 //! Taking the frames of a scan, as an operator would: set the camera, light, row after row or one sweep, dark.
 
+use std::time::{Duration, Instant};
+
 use devices::{CameraRequest, Trigger};
 
 use crate::jobs::plan::ScanPlan;
@@ -11,6 +13,9 @@ use crate::station::{Purpose, SharedFrame, StationLease, Sweep};
 
 /// Share of the job that the frames take; the cloud takes the rest.
 pub const TAKING: f64 = 0.85;
+
+/// Time between two words about a sweep: people read no faster, and frames come by the hundred in a second.
+const TOLD_EVERY: Duration = Duration::from_millis(50);
 
 /// Takes the frames that are missing and hands them over. What was lost goes to `losses`, in words.
 pub fn take_frames(
@@ -30,7 +35,7 @@ pub fn take_frames(
         trigger: triggered.then_some(Trigger::Software),
         ..CameraRequest::default()
     })?;
-    let mut run = Run { ctx, plan, lease, hand, losses, done: positions_mm.len() };
+    let mut run = Run { ctx, plan, lease, hand, losses, done: positions_mm.len(), told_at: None };
     match plan.mode {
         ScanMode::StopAndGo => run.row_by_row(),
         ScanMode::Continuous => run.in_one_sweep(positions_mm.last().copied()),
@@ -45,6 +50,8 @@ struct Run<'a> {
     losses: &'a mut Vec<String>,
     /// Rows that are taken.
     done: usize,
+    /// When that was told last.
+    told_at: Option<Instant>,
 }
 
 impl Run<'_> {
@@ -105,6 +112,11 @@ impl Run<'_> {
     fn give(&mut self, frame: SharedFrame, position_mm: f64) -> Result<(), JobEnd> {
         self.hand.give(frame, position_mm)?;
         self.done += 1;
+        let soon = self.told_at.is_some_and(|at| at.elapsed() < TOLD_EVERY);
+        if self.plan.mode == ScanMode::Continuous && soon && self.done < self.plan.n_rows {
+            return Ok(());
+        }
+        self.told_at = Some(Instant::now());
         let n_rows = self.plan.n_rows.max(self.done);
         let words = format!("row {} of {n_rows}", self.done);
         self.lease.activity(&format!("scanning, {words}"));

@@ -10,6 +10,7 @@ mod recording;
 mod result;
 mod resume;
 mod station_source;
+mod timing;
 mod work;
 
 use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource};

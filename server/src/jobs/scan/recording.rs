@@ -4,24 +4,26 @@
 //! every frame in them holds a buffer of the station. Nothing is left out: a full queue holds the taker back.
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{Builder, Scope, ScopedJoinHandle};
 
 use capture::write_png;
 use optics::Triangulator;
 use scanning::files::peaks::PeaksWriter;
-use scanning::{Profile, ScanFrame, label_frame};
+use scanning::label_frame;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
 
 use crate::jobs::scan::pictures::picture_path;
+use crate::jobs::scan::timing::Timing;
 use crate::jobs::{JobContext, JobEnd};
 use crate::live::LiveFrame;
 use crate::problem::{Problem, ProblemKind};
+use crate::recycling::Recycling;
 use crate::station::SharedFrame;
 use crate::stored_scan::disk_problem;
 
@@ -29,7 +31,7 @@ use crate::stored_scan::disk_problem;
 /// keeps sixteen beside those of its own recorder.
 const QUEUE_FRAMES: usize = 3;
 
-/// Most threads that look for centrelines: with the queues they hold ten buffers.
+/// Most threads that look for centrelines: with the queues they hold ten buffers, and as many wait to be used again.
 const THREADS_MAX: usize = 4;
 
 /// The peaks file of a scan under way.
@@ -60,10 +62,25 @@ struct Taken {
     position_mm: f64,
 }
 
+/// What a thread made of a frame.
 struct Seen {
-    taken: Taken,
-    found: Result<(Centrelines, Profile), Problem>,
+    idx: usize,
+    position_mm: f64,
+    found: Result<Arc<LiveFrame>, Problem>,
 }
+
+/// What is kept of the frames.
+pub struct Kept<'k> {
+    /// Where they were taken.
+    pub positions_mm: &'k mut Vec<f64>,
+    /// Their lines.
+    pub peaks: &'k mut NewPeaks,
+    /// How long that took.
+    pub timing: &'k mut Timing,
+}
+
+/// What frames become; the memory of those that nobody looks at any more is used for the next ones.
+type Results = Mutex<Recycling<LiveFrame>>;
 
 impl Hand {
     /// Hands a frame over; waits if the threads are behind.
@@ -81,33 +98,30 @@ impl Hand {
 }
 
 impl Recorder<'_> {
-    /// Runs `take`, which hands over frame after frame, and adds them to `peaks`; where they were taken goes to
-    /// `positions_mm`.
+    /// Runs `take`, which hands over frame after frame, and adds them to `kept`.
     ///
     /// Returns how taking ended; what was recorded before is good in any case. A failure to record comes first: it
     /// ended the taking.
     pub fn record(
         &self,
-        positions_mm: &mut Vec<f64>,
-        peaks: &mut NewPeaks,
+        kept: &mut Kept<'_>,
         take: impl FnOnce(&Hand) -> Result<(), JobEnd>,
     ) -> Result<(), JobEnd> {
         let (queue, taken) = sync_channel(QUEUE_FRAMES);
-        let (results, seen) = sync_channel(QUEUE_FRAMES);
-        let taken = Mutex::new(taken);
+        let (sender, seen) = sync_channel(QUEUE_FRAMES);
+        let (taken, results) = (Mutex::new(taken), Results::default());
         let failed = Arc::new(AtomicBool::new(false));
-        let first = positions_mm.len();
+        let first = kept.positions_mm.len();
         let hand = Hand { queue, next: Cell::new(first), failed: failed.clone() };
         std::thread::scope(|scope| {
-            for _ in 0..n_threads() {
-                let (results, taken) = (results.clone(), &taken);
-                scope.spawn(move || self.look_at_frames(taken, &results));
+            for number in 0..n_threads() {
+                let (sender, taken, results) = (sender.clone(), &taken, &results);
+                let look = move || self.look_at_frames(taken, results, &sender);
+                spawned(scope, format!("scan-lines-{number}"), look)?;
             }
-            drop(results);
-            let keeper = scope.spawn(|| {
-                let keep = |seen| self.keep(seen, positions_mm, peaks);
-                in_order(seen, first, &failed, keep)
-            });
+            drop(sender);
+            let keep = |idx, position_mm, found| self.keep(idx, position_mm, found, &results, kept);
+            let keeper = spawned(scope, "scan-keep".to_owned(), || in_order(seen, first, &failed, keep))?;
             let ended = take(&hand);
             drop(hand);
             match keeper.join() {
@@ -118,59 +132,104 @@ impl Recorder<'_> {
         })
     }
 
-    fn look_at_frames(&self, taken: &Mutex<Receiver<Taken>>, results: &SyncSender<Seen>) {
+    fn look_at_frames(&self, taken: &Mutex<Receiver<Taken>>, results: &Results, sender: &SyncSender<Seen>) {
+        // Labelling uses rayon: on the shared pool a frame would wait behind the seconds of a computation.
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+        if let Err(error) = &alone {
+            tracing::warn!("recording shares the threads of computations: {error}");
+        }
         let params = CentrelineParams {
             line_direction: crate::jobs::scan::pictures::line_direction(&self.ctx.config),
             ..CentrelineParams::default()
         };
         let mut extractor = CentrelineExtractor::default();
+        let calibration_id = self.triangulator.calibration().id.as_str().into();
         loop {
             let next = taken.lock().unwrap_or_else(PoisonError::into_inner).recv();
             let Ok(taken) = next else { return };
-            let found = self.look_at(&taken, &params, &mut extractor);
-            if results.send(Seen { taken, found }).is_err() {
+            let (idx, position_mm) = (taken.idx, taken.position_mm);
+            let kept = self.keep_picture(&taken);
+            let found = kept.map(|()| {
+                let mut result = fresh(results, taken.frame, &calibration_id);
+                self.look_at(Arc::get_mut(&mut result).expect(UNSHARED), &params, &mut extractor);
+                result
+            });
+            if sender.send(Seen { idx, position_mm, found }).is_err() {
                 return;
             }
         }
     }
 
-    fn look_at(
-        &self,
-        taken: &Taken,
-        params: &CentrelineParams,
-        extractor: &mut CentrelineExtractor,
-    ) -> Result<(Centrelines, Profile), Problem> {
-        let image = &taken.frame.image;
-        if let Some(folder) = &self.pictures {
-            write_png(&folder.join(picture_path(taken.idx)), image).map_err(disk_problem)?;
-        }
-        let mut centrelines = Centrelines::default();
-        extractor.find(image, params, &mut centrelines);
-        let depth_range_mm = self.triangulator.calibration().depth_range_mm;
-        let profile = label_frame(&centrelines, self.triangulator, depth_range_mm);
-        Ok((centrelines, profile))
+    fn keep_picture(&self, taken: &Taken) -> Result<(), Problem> {
+        let Some(folder) = &self.pictures else { return Ok(()) };
+        write_png(&folder.join(picture_path(taken.idx)), &taken.frame.image).map_err(disk_problem)
     }
 
-    fn keep(&self, seen: Seen, positions_mm: &mut Vec<f64>, peaks: &mut NewPeaks) -> Result<(), Problem> {
-        let Seen { taken, found } = seen;
-        let (centrelines, profile) = found?;
-        let frame = ScanFrame { centrelines, position_mm: taken.position_mm };
-        let captured_at_ns = Some(taken.frame.captured_at_ns);
-        peaks.add(&frame, captured_at_ns).map_err(disk_problem)?;
-        // What the operating system has, the end of this process does not take away.
-        peaks.flush().map_err(disk_problem)?;
+    fn look_at(&self, result: &mut LiveFrame, params: &CentrelineParams, extractor: &mut CentrelineExtractor) {
+        extractor.find(&result.frame.image, params, &mut result.centrelines);
+        let depth_range_mm = self.triangulator.calibration().depth_range_mm;
+        result.profile = Some(label_frame(&result.centrelines, self.triangulator, depth_range_mm));
+    }
+
+    fn keep(
+        &self,
+        idx: usize,
+        position_mm: f64,
+        result: Arc<LiveFrame>,
+        results: &Results,
+        kept: &mut Kept<'_>,
+    ) -> Result<(), Problem> {
         let live = &self.ctx.live;
-        let calibration = self.triangulator.calibration();
-        live.add_profile_points(self.scan_id, taken.idx as u32, taken.position_mm, &profile, calibration);
-        live.show(Arc::new(LiveFrame {
-            frame: taken.frame,
-            centrelines: frame.centrelines,
-            profile: Some(profile),
-            calibration_id: Some(calibration.id.clone()),
-        }));
-        positions_mm.push(taken.position_mm);
+        live.show(result.clone());
+        kept.timing.shown(result.frame.arrived_at);
+        let captured_at_ns = Some(result.frame.captured_at_ns);
+        kept.peaks.add_lines(&result.centrelines, position_mm, captured_at_ns).map_err(disk_problem)?;
+        // What the operating system has, the end of this process does not take away.
+        kept.peaks.flush().map_err(disk_problem)?;
+        kept.timing.kept(result.frame.arrived_at);
+        if let Some(profile) = &result.profile {
+            let calibration = self.triangulator.calibration();
+            live.add_profile_points(self.scan_id, idx as u32, position_mm, profile, calibration);
+        }
+        kept.positions_mm.push(position_mm);
+        lock(results).give_back(result);
         Ok(())
     }
+}
+
+/// Why the memory of a result can be written.
+const UNSHARED: &str = "nobody else holds a result that was taken for a new frame";
+
+/// Memory for what `frame` becomes.
+fn fresh(results: &Results, frame: SharedFrame, calibration_id: &Arc<str>) -> Arc<LiveFrame> {
+    let used = lock(results).take();
+    match used {
+        Some(mut result) => {
+            Arc::get_mut(&mut result).expect(UNSHARED).frame = frame;
+            result
+        }
+        None => Arc::new(LiveFrame {
+            frame,
+            centrelines: Centrelines::default(),
+            profile: None,
+            calibration_id: Some(calibration_id.clone()),
+        }),
+    }
+}
+
+fn lock(results: &Results) -> std::sync::MutexGuard<'_, Recycling<LiveFrame>> {
+    results.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A thread with a name, by which its work is found in measurements.
+fn spawned<'scope, T: Send + 'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    name: String,
+    work: impl FnOnce() -> T + Send + 'scope,
+) -> Result<ScopedJoinHandle<'scope, T>, Problem> {
+    Builder::new().name(name).spawn_scoped(scope, work).map_err(|cause| {
+        Problem::new(ProblemKind::Internal, "no thread can be started for the scan").because(cause.to_string())
+    })
 }
 
 /// Keeps results in the order of their frames; after a failure it takes and forgets, so that nobody waits for ever.
@@ -178,17 +237,18 @@ fn in_order(
     seen: Receiver<Seen>,
     first: usize,
     failed: &AtomicBool,
-    mut keep: impl FnMut(Seen) -> Result<(), Problem>,
+    mut keep: impl FnMut(usize, f64, Arc<LiveFrame>) -> Result<(), Problem>,
 ) -> Result<(), Problem> {
-    let mut early = BTreeMap::new();
+    let mut early: Vec<Seen> = Vec::with_capacity(THREADS_MAX + QUEUE_FRAMES);
     let mut next = first;
     let mut outcome = Ok(());
     for result in seen {
-        early.insert(result.taken.idx, result);
-        while let Some(result) = early.remove(&next) {
+        early.push(result);
+        while let Some(at) = early.iter().position(|result| result.idx == next) {
+            let Seen { idx, position_mm, found } = early.swap_remove(at);
             next += 1;
             if outcome.is_ok() {
-                outcome = keep(result);
+                outcome = found.and_then(|found| keep(idx, position_mm, found));
                 failed.store(outcome.is_err(), Ordering::Relaxed);
             }
         }
@@ -196,7 +256,7 @@ fn in_order(
     outcome
 }
 
-/// One core is left to the station.
+/// All cores: the station's thread needs little and is woken first, since it sleeps most of the time.
 fn n_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, |n| n.get().saturating_sub(1).clamp(1, THREADS_MAX))
+    std::thread::available_parallelism().map_or(1, |n| n.get().clamp(1, THREADS_MAX))
 }

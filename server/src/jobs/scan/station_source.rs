@@ -11,8 +11,9 @@ use store::{ArtifactId, ScanState};
 use crate::jobs::plan::{ScanPlan, plan};
 use crate::jobs::scan::acquisition::{TAKING, gaps, take_frames};
 use crate::jobs::scan::pictures::{line_direction, take_in};
-use crate::jobs::scan::recording::{NewPeaks, Recorder};
+use crate::jobs::scan::recording::{Kept, NewPeaks, Recorder};
 use crate::jobs::scan::resume::earlier;
+use crate::jobs::scan::timing::Timing;
 use crate::jobs::scan::work::{Work, WorkNote};
 use crate::jobs::scan::{MadeScan, ScanStory, made_scan, scan_changes};
 use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
@@ -53,7 +54,14 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
     let (mut work, mut peaks) = Work::begin(&*ctx.artifacts, note, &header, earlier, planned.keep_frames)?;
     let triangulator = Triangulator::new(calibration);
     let mut positions_mm = show_earlier(ctx, &work.note.scan_id, earlier, &triangulator)?;
-    let taken = take(ctx, &planned, &triangulator, &mut work, &mut positions_mm, &mut peaks);
+    let mut timing = Timing::default();
+    let taken = take(
+        ctx,
+        &planned,
+        &triangulator,
+        &mut work,
+        &mut Kept { positions_mm: &mut positions_mm, peaks: &mut peaks, timing: &mut timing },
+    );
     let blocks = ctx.live.end_scan(&work.note.scan_id);
     let stopped = Stopped { ctx, work: &work, n_frames: positions_mm.len() };
     let peaks = match stopped.keep_peaks(peaks, &blocks) {
@@ -61,7 +69,7 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
         // Nothing was taken, or nothing can be kept: why taking ended matters more.
         Err(end) => return Err(taken.err().unwrap_or(end)),
     };
-    match taken.and_then(|()| complete(ctx, &planned, &work, &document, peaks.clone())) {
+    match taken.and_then(|()| complete(ctx, &planned, &work, &document, peaks.clone(), &timing)) {
         Ok(made) => {
             work.clear();
             Ok(made)
@@ -128,15 +136,15 @@ fn take(
     planned: &ScanPlan,
     triangulator: &Triangulator,
     work: &mut Work,
-    positions_mm: &mut Vec<f64>,
-    peaks: &mut NewPeaks,
+    kept: &mut Kept<'_>,
 ) -> Result<(), JobEnd> {
-    let earlier_mm = positions_mm.clone();
+    let earlier_mm = kept.positions_mm.clone();
+    kept.positions_mm.reserve(planned.n_rows.saturating_sub(earlier_mm.len()));
     let scan_id = work.note.scan_id.clone();
     let pictures = planned.keep_frames.then(|| work.pictures());
     let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures };
     let losses = &mut work.note.losses;
-    recorder.record(positions_mm, peaks, |hand| take_frames(ctx, planned, &earlier_mm, losses, hand))
+    recorder.record(kept, |hand| take_frames(ctx, planned, &earlier_mm, losses, hand))
 }
 
 /// Every row is there: pictures, cloud, record.
@@ -145,10 +153,11 @@ fn complete(
     planned: &ScanPlan,
     work: &Work,
     document: &CalibrationDocument,
-    kept: Kept,
+    stored: Stored,
+    timing: &Timing,
 ) -> Result<MadeScan, JobEnd> {
     let note = &work.note;
-    let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &kept.peaks, &note.scan_id))?;
+    let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &stored.peaks, &note.scan_id))?;
     let positions_mm: Vec<f64> = (0..frames.n_frames()).map(|idx| frames.position_mm(idx)).collect();
     let mut losses = note.losses.clone();
     if planned.mode == ScanMode::Continuous {
@@ -168,20 +177,24 @@ fn complete(
         cloud_name: note.name.clone(),
         plan: note.plan.clone(),
         state: if losses.is_empty() { ScanState::Complete } else { ScanState::Invalid },
-        peaks: kept.peaks,
+        peaks: stored.peaks,
         capture_id,
         recomputed_from: None,
-        display: Some(kept.display),
+        display: Some(stored.display),
         replaces: note.replaces,
         losses,
         also,
     };
-    made_scan(ctx, story, &frames, document, TAKING..1.0)
+    let mut made = made_scan(ctx, story, &frames, document, TAKING..1.0)?;
+    if let Some(timing) = timing.to_json() {
+        made.record.report["timing"] = timing;
+    }
+    Ok(made)
 }
 
 /// What is stored of a scan before its cloud.
 #[derive(Clone)]
-struct Kept {
+struct Stored {
     peaks: ArtifactId,
     display: ArtifactId,
 }
@@ -194,7 +207,7 @@ struct Stopped<'a> {
 }
 
 impl Stopped<'_> {
-    fn keep_peaks(&self, peaks: NewPeaks, blocks: &[Bytes]) -> Result<Kept, JobEnd> {
+    fn keep_peaks(&self, peaks: NewPeaks, blocks: &[Bytes]) -> Result<Stored, JobEnd> {
         if self.n_frames == 0 {
             self.work.clear();
             return Err(Problem::new(ProblemKind::DeviceFault, "the station delivered no frame")
@@ -211,16 +224,16 @@ impl Stopped<'_> {
             }
             display.finish().await
         })?;
-        Ok(Kept { peaks, display })
+        Ok(Stored { peaks, display })
     }
 
     /// Stores what there is as a partial scan, and tells how to go on.
-    fn as_partial(&self, end: JobEnd, kept: Kept) -> JobEnd {
+    fn as_partial(&self, end: JobEnd, stored: Stored) -> JobEnd {
         let why = match &end {
             JobEnd::Cancelled => "stopped by a person".to_owned(),
             JobEnd::Failed(problem) => problem.detail.clone(),
         };
-        let record = self.work.partial(self.n_frames, kept.peaks, Some(kept.display), &why);
+        let record = self.work.partial(self.n_frames, stored.peaks, Some(stored.display), &why);
         let changes = scan_changes(&record, self.work.note.replaces);
         if let Err(error) = self.ctx.wait(self.ctx.ledger.commit(changes)) {
             tracing::error!(scan = %record.id, %error, "a stopped scan cannot be kept");

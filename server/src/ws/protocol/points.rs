@@ -28,8 +28,26 @@ pub fn encode_block(
     position_mm: f64,
     points: &[DisplayPoint],
 ) -> Bytes {
+    let mut bytes = BytesMut::with_capacity(block_bytes(points.len()));
+    put_block(&mut bytes, scan_id, block, frame_idx, position_mm, points);
+    bytes.freeze()
+}
+
+/// Length of a block of so many points.
+pub fn block_bytes(n_points: usize) -> usize {
+    HEADER_BYTES + n_points * POINT_BYTES
+}
+
+/// The same behind what is in `bytes`.
+pub fn put_block(
+    bytes: &mut BytesMut,
+    scan_id: &str,
+    block: u32,
+    frame_idx: u32,
+    position_mm: f64,
+    points: &[DisplayPoint],
+) {
     let axes = [0, 1, 2].map(|axis| Axis::of(points.iter().map(|point| point.xyz_mm[axis])));
-    let mut bytes = BytesMut::with_capacity(HEADER_BYTES + points.len() * POINT_BYTES);
     bytes.put_u8(OPCODE);
     bytes.put_u8(0);
     bytes.put_u16_le(HEADER_BYTES as u16);
@@ -49,7 +67,6 @@ pub fn encode_block(
         bytes.put_u8(sigma_class(point.sigma_mm));
         bytes.put_u16_le(rounded(point.along_px));
     }
-    bytes.freeze()
 }
 
 /// Length of the block that begins with `header`; `None` if no block begins so.
@@ -57,7 +74,7 @@ pub fn block_length(header: &[u8]) -> Option<usize> {
     let count = header.get(36..40)?;
     let begins = header[0] == OPCODE && header[2..4] == (HEADER_BYTES as u16).to_le_bytes();
     let n_points = u32::from_le_bytes(count.try_into().ok()?) as usize;
-    begins.then(|| HEADER_BYTES + n_points * POINT_BYTES)
+    begins.then(|| block_bytes(n_points))
 }
 
 /// How one coordinate of a block is quantised.

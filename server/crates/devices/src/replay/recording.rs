@@ -1,6 +1,8 @@
 //! The pictures of a replay in their order, from memory or from their files.
 
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use capture::{Capture, CaptureError};
 use vision::{GreyImage, Pixels};
@@ -24,7 +26,7 @@ pub struct Recording {
     capture: Capture,
     pictures: Vec<Picture>,
     /// All of them, if they were preloaded.
-    images: Option<Vec<GreyImage>>,
+    images: Option<Vec<Arc<GreyImage>>>,
     format: PixelFormat,
 }
 
@@ -119,13 +121,29 @@ fn copy(source: &GreyImage, target: &mut GreyImage) {
     }
 }
 
-fn preload(capture: &Capture, pictures: &[Picture], first: &GreyImage) -> Result<Vec<GreyImage>, ReplayError> {
+/// All pictures; one that the manifest names several times is held once.
+fn preload(
+    capture: &Capture,
+    pictures: &[Picture],
+    first: &GreyImage,
+) -> Result<Vec<Arc<GreyImage>>, ReplayError> {
+    let mut held: BTreeMap<&Path, Arc<GreyImage>> = BTreeMap::new();
+    let n_different =
+        pictures.iter().map(|picture| &picture.path).collect::<std::collections::BTreeSet<_>>().len();
     let picture_bytes = first.width() * first.height() * (first.bit_depth() as usize / 8);
-    let size_bytes = picture_bytes.saturating_mul(pictures.len());
+    let size_bytes = picture_bytes.saturating_mul(n_different);
     if size_bytes > PRELOAD_LIMIT_BYTES {
         return Err(ReplayError::TooLargeToPreload { size_bytes });
     }
-    let read = |picture: &Picture| capture.image(&picture.entry, &picture.path).map_err(ReplayError::from);
+    let read = |picture| {
+        let Picture { entry, path, .. }: &Picture = picture;
+        if let Some(image) = held.get(path.as_path()) {
+            return Ok(image.clone());
+        }
+        let image = Arc::new(capture.image(entry, path)?);
+        held.insert(path, image.clone());
+        Ok(image)
+    };
     pictures.iter().map(read).collect()
 }
 

@@ -1,0 +1,75 @@
+//! A viewer that does nothing but read: the thinnest client there can be, so that what is measured is the server.
+
+use std::io::{BufRead as _, BufReader, Read, Write as _};
+use std::net::{SocketAddr, TcpStream};
+
+/// Bytes read at once.
+const BUFFER_BYTES: usize = 1 << 16;
+
+/// A connection whose handshake is done.
+pub struct Viewer {
+    stream: BufReader<TcpStream>,
+    message: Vec<u8>,
+}
+
+impl Viewer {
+    /// Connects and opens the live stream.
+    pub fn open(address: SocketAddr) -> std::io::Result<Self> {
+        let mut viewer = Self::connect(address)?;
+        let request = format!(
+            "GET /api/v1/stream HTTP/1.1\r\nHost: {address}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+             Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
+             Sec-WebSocket-Protocol: sheaf.v1\r\n\r\n"
+        );
+        viewer.stream.get_mut().write_all(request.as_bytes())?;
+        let mut line = String::new();
+        viewer.stream.read_line(&mut line)?;
+        if !line.starts_with("HTTP/1.1 101") {
+            return Err(std::io::Error::other(format!("the stream was refused: {}", line.trim_end())));
+        }
+        while line != "\r\n" {
+            line.clear();
+            viewer.stream.read_line(&mut line)?;
+        }
+        Ok(viewer)
+    }
+
+    /// Connects and says nothing.
+    pub fn connect(address: SocketAddr) -> std::io::Result<Self> {
+        let stream = TcpStream::connect(address)?;
+        stream.set_nodelay(true)?;
+        Ok(Self { stream: BufReader::with_capacity(BUFFER_BYTES, stream), message: Vec::new() })
+    }
+
+    /// The connection, to end it from elsewhere.
+    pub fn stream(&self) -> &TcpStream {
+        self.stream.get_ref()
+    }
+
+    /// Says a text of at most 64 kB, masked with zeros.
+    pub fn say(&mut self, text: &str) -> std::io::Result<()> {
+        let length = (text.len() as u16).to_be_bytes();
+        let frame = [&[0x81, 0xfe][..], &length, &[0; 4], text.as_bytes()].concat();
+        self.stream.get_mut().write_all(&frame)
+    }
+
+    /// The next message, whatever it is: whether it is binary, and its bytes.
+    pub fn next(&mut self) -> std::io::Result<(bool, &[u8])> {
+        let mut head = [0; 2];
+        self.stream.read_exact(&mut head)?;
+        let length = match head[1] {
+            126 => u64::from(u16::from_be_bytes(read(&mut self.stream)?)),
+            127 => u64::from_be_bytes(read(&mut self.stream)?),
+            short => u64::from(short),
+        };
+        self.message.resize(length as usize, 0);
+        self.stream.read_exact(&mut self.message)?;
+        Ok((head[0] & 0x0f == 2, &self.message))
+    }
+}
+
+fn read<const N: usize>(input: &mut impl Read) -> std::io::Result<[u8; N]> {
+    let mut bytes = [0; N];
+    input.read_exact(&mut bytes)?;
+    Ok(bytes)
+}

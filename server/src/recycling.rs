@@ -1,0 +1,67 @@
+//! Memory that several look at, and that is used again once nobody does.
+
+use std::sync::Arc;
+
+/// Values lent to any number of lookers; one that nobody else holds any more can be taken and filled anew.
+pub struct Recycling<T> {
+    free: Vec<Arc<T>>,
+    lent: Vec<Arc<T>>,
+}
+
+impl<T> Default for Recycling<T> {
+    fn default() -> Self {
+        Self { free: Vec::new(), lent: Vec::new() }
+    }
+}
+
+impl<T> Recycling<T> {
+    /// With `n` values.
+    pub fn of(n: usize, make: impl Fn() -> T) -> Self {
+        Self { free: (0..n).map(|_| Arc::new(make())).collect(), lent: Vec::with_capacity(n) }
+    }
+
+    /// A value that only the caller holds, the one used last if possible, so that few are touched when few are needed;
+    /// `None` if somebody looks at every one.
+    pub fn take(&mut self) -> Option<Arc<T>> {
+        let mut idx = 0;
+        while idx < self.lent.len() {
+            if Arc::strong_count(&self.lent[idx]) == 1 {
+                self.free.push(self.lent.swap_remove(idx));
+            } else {
+                idx += 1;
+            }
+        }
+        self.free.pop()
+    }
+
+    /// Takes note of a value that others look at from now on.
+    pub fn lend(&mut self, value: &Arc<T>) {
+        self.lent.push(value.clone());
+    }
+
+    /// A value that was taken and is not needed.
+    pub fn give_back(&mut self, value: Arc<T>) {
+        self.lent.push(value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_comes_back_when_the_last_one_has_looked() {
+        let mut values = Recycling::of(2, || 0);
+        let mut first = values.take().unwrap();
+        *Arc::get_mut(&mut first).unwrap() = 7;
+        values.lend(&first);
+        let looker = first.clone();
+        let second = values.take().unwrap();
+        values.lend(&second);
+        drop(first);
+        assert!(values.take().is_none(), "both are looked at");
+        drop(looker);
+        let mut again = values.take().unwrap();
+        assert_eq!(Arc::get_mut(&mut again), Some(&mut 7));
+    }
+}
