@@ -14,8 +14,8 @@ use std::thread::{Builder, Scope, ScopedJoinHandle};
 
 use capture::write_png;
 use optics::Triangulator;
+use scanning::FrameLabeller;
 use scanning::files::peaks::PeaksWriter;
-use scanning::label_frame;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
 
 use crate::jobs::scan::pictures::picture_path;
@@ -133,16 +133,12 @@ impl Recorder<'_> {
     }
 
     fn look_at_frames(&self, taken: &Mutex<Receiver<Taken>>, results: &Results, sender: &SyncSender<Seen>) {
-        // Labelling uses rayon: on the shared pool a frame would wait behind the seconds of a computation.
-        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
-        if let Err(error) = &alone {
-            tracing::warn!("recording shares the threads of computations: {error}");
-        }
         let params = CentrelineParams {
             line_direction: crate::jobs::scan::pictures::line_direction(&self.ctx.config),
             ..CentrelineParams::default()
         };
-        let mut extractor = CentrelineExtractor::default();
+        let (mut extractor, mut labeller) = (CentrelineExtractor::default(), FrameLabeller::default());
+        let depth_range_mm = self.triangulator.calibration().depth_range_mm;
         let calibration_id = self.triangulator.calibration().id.as_str().into();
         loop {
             let next = taken.lock().unwrap_or_else(PoisonError::into_inner).recv();
@@ -151,7 +147,10 @@ impl Recorder<'_> {
             let kept = self.keep_picture(&taken);
             let found = kept.map(|()| {
                 let mut result = fresh(results, taken.frame, &calibration_id);
-                self.look_at(Arc::get_mut(&mut result).expect(UNSHARED), &params, &mut extractor);
+                let LiveFrame { frame, centrelines, profile, .. } = Arc::get_mut(&mut result).expect(UNSHARED);
+                extractor.find(&frame.image, &params, centrelines);
+                let profile = profile.get_or_insert_default();
+                labeller.label(centrelines, self.triangulator, depth_range_mm, profile);
                 result
             });
             if sender.send(Seen { idx, position_mm, found }).is_err() {
@@ -163,12 +162,6 @@ impl Recorder<'_> {
     fn keep_picture(&self, taken: &Taken) -> Result<(), Problem> {
         let Some(folder) = &self.pictures else { return Ok(()) };
         write_png(&folder.join(picture_path(taken.idx)), &taken.frame.image).map_err(disk_problem)
-    }
-
-    fn look_at(&self, result: &mut LiveFrame, params: &CentrelineParams, extractor: &mut CentrelineExtractor) {
-        extractor.find(&result.frame.image, params, &mut result.centrelines);
-        let depth_range_mm = self.triangulator.calibration().depth_range_mm;
-        result.profile = Some(label_frame(&result.centrelines, self.triangulator, depth_range_mm));
     }
 
     fn keep(
