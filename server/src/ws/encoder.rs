@@ -4,6 +4,7 @@ use std::io;
 use std::sync::Arc;
 
 use bytes::Bytes;
+use jpeg_encoder::{ColorType, Encoder};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 use vision::LineDirection;
@@ -11,7 +12,6 @@ use vision::LineDirection;
 use crate::live::pace::Pace;
 use crate::live::worker::Worker;
 use crate::live::{LiveBus, LiveFrame, Sight};
-use crate::ws::jpeg::GreyJpeg;
 use crate::ws::protocol::header::{FrameStamp, PixelGrid};
 use crate::ws::protocol::image::{Brightness, ImageMessage, shrink};
 use crate::ws::protocol::profile::{ProfileMessage, calibration_mark};
@@ -82,7 +82,7 @@ struct Line {
 async fn encode_frames(bus: LiveBus, slots: Slots, line_direction: LineDirection) {
     let mut frames = bus.watch_frames();
     let mut wishes = bus.watch_wishes();
-    let mut encoding = Encoding { line_direction, grey: Vec::new(), jpeg: GreyJpeg::new(JPEG_QUALITY) };
+    let mut encoding = Encoding { line_direction, grey: Vec::new() };
     let start = Instant::now();
     let sights = SCALES.map(|scale| Sight::Image { scale }).into_iter().chain([Sight::Profile]);
     let mut lines: Vec<Line> = sights.map(|sight| Line { sight, pace: Pace::new(1.0, start), done: 0 }).collect();
@@ -124,7 +124,6 @@ async fn encode_frames(bus: LiveBus, slots: Slots, line_direction: LineDirection
 struct Encoding {
     line_direction: LineDirection,
     grey: Vec<u8>,
-    jpeg: GreyJpeg,
 }
 
 impl Encoding {
@@ -142,11 +141,7 @@ impl Encoding {
             }
             Sight::Image { scale } => {
                 let jpeg_px = shrink(image, usize::from(scale), &mut self.grey);
-                let jpeg = self.jpeg.encode(&self.grey, jpeg_px.0, jpeg_px.1);
-                let Some(jpeg) = jpeg else {
-                    tracing::error!("a picture of {}×{} pixels could not be encoded", jpeg_px.0, jpeg_px.1);
-                    return None;
-                };
+                let jpeg = self.jpeg(jpeg_px)?;
                 let message = ImageMessage {
                     stamp,
                     grid,
@@ -160,6 +155,17 @@ impl Encoding {
                     jpeg: &jpeg,
                 };
                 Some(message.encode(number))
+            }
+        }
+    }
+
+    fn jpeg(&self, (width, height): (u16, u16)) -> Option<Vec<u8>> {
+        let mut jpeg = Vec::new();
+        match Encoder::new(&mut jpeg, JPEG_QUALITY).encode(&self.grey, width, height, ColorType::Luma) {
+            Ok(()) => Some(jpeg),
+            Err(error) => {
+                tracing::error!("a picture of {width}×{height} pixels could not be encoded: {error}");
+                None
             }
         }
     }

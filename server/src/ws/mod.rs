@@ -6,7 +6,6 @@
 pub mod connection;
 pub mod encoder;
 pub mod feeds;
-pub mod jpeg;
 pub mod listener;
 pub mod meter;
 pub mod points_page;
