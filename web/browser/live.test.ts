@@ -185,11 +185,14 @@ test("drawn lines lie on the lines of the picture, whole, pixel by pixel and enl
   }
   await page.locator(".picture-area").focus();
   await page.keyboard.press("0");
+  await drawn();
 });
 
 test("a key hides the lines of its order, and only those", async () => {
   const { page } = seen;
   const both = async () => [await pixelsOf(orderColour(-2)), await pixelsOf(orderColour(-1))];
+  // A view that was asked for is drawn at the next refresh.
+  await drawn();
   const [before = 0] = await both();
   expect(before).toBeGreaterThan(100);
   await page.keyboard.press("1");
