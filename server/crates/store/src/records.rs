@@ -169,7 +169,7 @@ pub struct ScanRecord {
     pub calibration_id: String,
     /// The plan it was made by: range, step or speed, exposure, mode.
     pub plan: Value,
-    /// Peaks of every frame (`sheaf-peaks/1`).
+    /// Peaks of every frame (`sheaf-peaks/2`).
     pub peaks: ArtifactId,
     /// The frames, if they were asked for or the scan was made from a capture.
     pub capture_id: Option<String>,
