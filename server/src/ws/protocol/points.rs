@@ -16,7 +16,7 @@ const FULL_SCALE: f64 = 65535.0;
 /// σ of class 0, mm: a tenth of a micrometre, below what any station resolves.
 const SIGMA_CLASS_0_MM: f32 = 1e-4;
 /// Classes per doubling of σ: steps of 4.4 %, so that 255 classes reach 6 mm.
-const SIGMA_CLASSES_PER_DOUBLING: f32 = 16.0;
+const SIGMA_CLASSES_PER_DOUBLING: usize = 16;
 /// The class of a σ that is not known.
 const SIGMA_UNKNOWN: u8 = 255;
 
@@ -58,14 +58,28 @@ pub fn put_block(
     bytes.put_u32_le(points.len() as u32);
     axes.iter().for_each(|axis| bytes.put_f32_le(axis.origin_mm));
     axes.iter().for_each(|axis| bytes.put_f32_le(axis.step_mm));
+    let classes = SigmaClasses::new();
+    bytes.reserve(points.len() * POINT_BYTES);
     for point in points {
-        for (axis, value) in axes.iter().zip(point.xyz_mm) {
-            bytes.put_u16_le(axis.quantised(value));
-        }
-        bytes.put_u16_le(rounded(point.intensity));
-        bytes.put_i8(point.order);
-        bytes.put_u8(sigma_class(point.sigma_mm));
-        bytes.put_u16_le(rounded(point.along_px));
+        let [x, y, z] = [0, 1, 2].map(|axis| axes[axis].quantised(point.xyz_mm[axis]).to_le_bytes());
+        let [intensity, along] =
+            [point.intensity, point.along_px].map(|value| rounded(value.into()).to_le_bytes());
+        let [order] = point.order.to_le_bytes();
+        let class = classes.of(point.sigma_mm);
+        bytes.put_slice(&[
+            x[0],
+            x[1],
+            y[0],
+            y[1],
+            z[0],
+            z[1],
+            intensity[0],
+            intensity[1],
+            order,
+            class,
+            along[0],
+            along[1],
+        ]);
     }
 }
 
@@ -97,22 +111,43 @@ impl Axis {
         if self.step_mm == 0.0 {
             return 0;
         }
-        // `as` saturates: the rounding of the origin may push the ends out by a step.
-        ((value_mm - f64::from(self.origin_mm)) / f64::from(self.step_mm)).round() as u16
+        rounded((value_mm - f64::from(self.origin_mm)) / f64::from(self.step_mm))
     }
 }
 
-fn rounded(value: f32) -> u16 {
-    value.round() as u16
+/// The nearest whole number, without a call of the mathematical library. `as` saturates: the rounding of an origin may
+/// push the ends out by a step.
+fn rounded(value: f64) -> u16 {
+    (value + 0.5) as u16
 }
 
-/// The class of a σ: 16·log₂(σ / 0.1 µm), rounded, at most 254; 255 is unknown.
-fn sigma_class(sigma_mm: f32) -> u8 {
-    if !sigma_mm.is_finite() || sigma_mm < 0.0 {
-        return SIGMA_UNKNOWN;
+/// Classes of σ: 16·log₂(σ / 0.1 µm), rounded, at most 254; 255 is unknown. Looked up, since a logarithm a point is
+/// what a frame of points can do without.
+struct SigmaClasses {
+    /// Where, from one power of two to the next, the classes begin.
+    rises: [f32; SIGMA_CLASSES_PER_DOUBLING],
+}
+
+impl SigmaClasses {
+    fn new() -> Self {
+        let rise = |class: usize| ((class as f32 + 0.5) / SIGMA_CLASSES_PER_DOUBLING as f32).exp2();
+        Self { rises: std::array::from_fn(rise) }
     }
-    let class = (SIGMA_CLASSES_PER_DOUBLING * (sigma_mm / SIGMA_CLASS_0_MM).log2()).round();
-    class.clamp(0.0, f32::from(SIGMA_UNKNOWN - 1)) as u8
+
+    fn of(&self, sigma_mm: f32) -> u8 {
+        if !sigma_mm.is_finite() || sigma_mm < 0.0 {
+            return SIGMA_UNKNOWN;
+        }
+        const EXPONENT_BIAS: i32 = 127;
+        const MANTISSA: u32 = (1 << 23) - 1;
+        let bits = (sigma_mm / SIGMA_CLASS_0_MM).to_bits();
+        let doublings = (bits >> 23) as i32 - EXPONENT_BIAS;
+        // The same number between 1 and 2.
+        let rest = f32::from_bits(bits & MANTISSA | 1f32.to_bits());
+        let risen: i32 = self.rises.iter().map(|rise| i32::from(rest >= *rise)).sum();
+        let class = doublings * SIGMA_CLASSES_PER_DOUBLING as i32 + risen;
+        class.clamp(0, i32::from(SIGMA_UNKNOWN) - 1) as u8
+    }
 }
 
 #[cfg(test)]
@@ -159,9 +194,18 @@ mod tests {
 
     #[test]
     fn classes_of_sigma() {
+        let classes = SigmaClasses::new();
         let cases = [(0.0, 0), (1e-4, 0), (2e-4, 16), (1e-3, 53), (1e3, 254), (f32::NAN, 255), (-1.0, 255)];
         for (sigma_mm, class) in cases {
-            assert_eq!(sigma_class(sigma_mm), class, "{sigma_mm} mm");
+            assert_eq!(classes.of(sigma_mm), class, "{sigma_mm} mm");
+        }
+        for step in 0..20_000 {
+            let sigma_mm = 1e-5 * 1.001f64.powi(step);
+            // Counted in steps, so that no rounding decides a case that is not a tie.
+            let class = 16.0 * (sigma_mm / f64::from(SIGMA_CLASS_0_MM)).log2();
+            let got = f64::from(classes.of(sigma_mm as f32));
+            let wanted = class.clamp(0.0, 254.0);
+            assert!((got - wanted).abs() < 0.5 + 1e-4, "{sigma_mm} mm: class {got} for {class}");
         }
     }
 }
