@@ -38,6 +38,31 @@ async fn nothing_is_encoded_for_nobody() {
     assert_eq!(bench.streams.slots.of(Sight::Profile).borrow().number, 1);
 }
 
+#[tokio::test]
+async fn a_frame_is_encoded_once_whatever_the_number_of_viewers() {
+    const VIEWERS: usize = 10;
+    const FRAMES: u64 = 5;
+    for (stream, opcode, sight) in [("image", 1, Sight::Image { scale: 1 }), ("profile", 2, Sight::Profile)] {
+        let bench = Bench::start().await;
+        let mut clients = Vec::new();
+        for _ in 0..VIEWERS {
+            let mut client = bench.client().await;
+            client.subscribe(json!({ "stream": stream, "max_rate_hz": 200 })).await;
+            clients.push(client);
+        }
+        for frame in 1..=FRAMES {
+            bench.show(frame, 64);
+            let first = clients[0].binary_of(opcode).await;
+            assert_eq!(sequence(&first), frame);
+            for client in &mut clients[1..] {
+                assert!(client.binary_of(opcode).await == first, "viewers were sent different bytes");
+            }
+        }
+        let encoded = bench.streams.slots.of(sight).borrow().number;
+        assert_eq!(encoded, FRAMES, "{stream}: messages made");
+    }
+}
+
 /// Frames until the client was offered `n` messages and told what was left out: its count, and how many it got.
 async fn watch(client: &mut Client, n: u64) -> (Value, u64) {
     let mut got = 0;
