@@ -6,6 +6,17 @@ use std::net::{SocketAddr, TcpStream};
 /// Bytes read at once.
 const BUFFER_BYTES: usize = 1 << 16;
 
+/// Opcodes of RFC 6455, and the mark of a message that is whole.
+const TEXT: u8 = 1;
+/// See [`TEXT`].
+const BINARY: u8 = 2;
+/// See [`TEXT`].
+const PING: u8 = 9;
+/// See [`TEXT`].
+const PONG: u8 = 10;
+/// See [`TEXT`].
+const LAST: u8 = 0x80;
+
 /// A connection whose handshake is done.
 pub struct Viewer {
     stream: BufReader<TcpStream>,
@@ -46,15 +57,40 @@ impl Viewer {
         self.stream.get_ref()
     }
 
-    /// Says a text of at most 64 kB, masked with zeros.
+    /// Says a text of at most 64 kB.
     pub fn say(&mut self, text: &str) -> std::io::Result<()> {
-        let length = (text.len() as u16).to_be_bytes();
-        let frame = [&[0x81, 0xfe][..], &length, &[0; 4], text.as_bytes()].concat();
+        self.send(TEXT, text.as_bytes())
+    }
+
+    /// Sends at most 64 kB, masked with zeros.
+    fn send(&mut self, opcode: u8, bytes: &[u8]) -> std::io::Result<()> {
+        let length = (bytes.len() as u16).to_be_bytes();
+        let frame = [&[LAST | opcode, 0xfe][..], &length, &[0; 4], bytes].concat();
         self.stream.get_mut().write_all(&frame)
     }
 
-    /// The next message, whatever it is: whether it is binary, and its bytes.
+    /// The next message: whether it is binary, and its bytes. Whether it is there is answered on the way: who is not
+    /// heard is dropped.
     pub fn next(&mut self) -> std::io::Result<(bool, &[u8])> {
+        loop {
+            let opcode = self.receive()?;
+            if opcode == PING {
+                self.pong()?;
+            } else {
+                return Ok((opcode == BINARY, &self.message));
+            }
+        }
+    }
+
+    /// Control messages have at most 125 bytes, whose length takes one.
+    fn pong(&mut self) -> std::io::Result<()> {
+        let head = [LAST | PONG, 0x80 | self.message.len() as u8, 0, 0, 0, 0];
+        let frame = [&head, self.message.as_slice()].concat();
+        self.stream.get_mut().write_all(&frame)
+    }
+
+    /// Reads a message; what it is.
+    fn receive(&mut self) -> std::io::Result<u8> {
         let mut head = [0; 2];
         self.stream.read_exact(&mut head)?;
         let length = match head[1] {
@@ -64,7 +100,7 @@ impl Viewer {
         };
         self.message.resize(length as usize, 0);
         self.stream.read_exact(&mut self.message)?;
-        Ok((head[0] & 0x0f == 2, &self.message))
+        Ok(head[0] & !LAST)
     }
 }
 
