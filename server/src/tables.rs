@@ -9,7 +9,7 @@ mod study;
 pub use calibration::{calibration_json, calibration_text, order_sums};
 pub use demo::{demo_json, demo_text};
 pub use measurement::{measurement_json, measurement_text};
-pub use scan::{losses, median_mm, median_sigma_mm, report_json, scan_json, scan_text};
+pub use scan::{losses, median_mm, median_sigma_mm, scan_json, scan_text};
 pub use study::{study_json, study_text};
 
 /// An order as a person writes it: 0, +1, −1.

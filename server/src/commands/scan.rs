@@ -1,9 +1,13 @@
 //! `sheaf scan`: the frames of a scan to a cloud, a mesh and a report.
+//!
+//! Frames go through a file beside the cloud, and points to the cloud as they are computed: a scan need not fit into
+//! memory, unless something is asked for that needs all points together.
 
 use std::path::Path;
 
+use scanning::files::peaks::PeaksFile;
 use scanning::files::{write_cloud, write_mesh};
-use scanning::{Cloud, CloudFormat, Mesh, MeshFormat, MeshParams, mesh_from_cloud};
+use scanning::{Cloud, CloudFormat, Mesh, MeshFormat, MeshParams, ScanReport, mesh_from_cloud};
 use serde_json::json;
 
 use crate::calibration_file::read_document;
@@ -11,10 +15,10 @@ use crate::cli::ScanArgs;
 use crate::commands::Answer;
 use crate::failure::Failure;
 use crate::output::write_file;
-use crate::pipeline::{open_capture, scan_capture};
+use crate::pipeline::{collected, evaluated_scan, open_capture, write_capture_peaks, write_scan_cloud};
 use crate::progress::Reporter;
 use crate::report;
-use crate::tables::{scan_json, scan_text};
+use crate::tables::{median_sigma_mm, scan_json, scan_text};
 
 /// Scans and writes the cloud, then mesh and report if asked for.
 pub fn run(args: &ScanArgs, reporter: &Reporter) -> Result<Answer, Failure> {
@@ -22,13 +26,28 @@ pub fn run(args: &ScanArgs, reporter: &Reporter) -> Result<Answer, Failure> {
     let mesh_format = args.mesh.as_deref().map(MeshFormat::from_path).transpose()?;
     let document = read_document(&args.calibration)?;
     let capture = open_capture(&args.capture, reporter)?;
-    let result = scan_capture(&capture, &document, &args.scan, reporter)?;
+    let place = folder_beside(&args.output)?;
+    let peaks = place.path().join("peaks");
+    write_capture_peaks(&capture, &document, &args.scan, &peaks, reporter)?;
+    let (frames, calibration) = (PeaksFile::open(&peaks)?, document.calibration());
+    let evaluation = evaluated_scan(&frames, &document, &calibration, &args.scan, reporter)
+        .map_err(|failure| failure.in_file(&capture.manifest_path()))?;
+    let told = |report: &ScanReport, median_sigma_mm: f64| {
+        let mut text = scan_text(&args.scan, report, median_sigma_mm);
+        text.push_str(&format!("cloud → {}\n", args.output.display()));
+        let mut json = scan_json(&args.scan, report, median_sigma_mm);
+        json["calibration_id"] = json!(document.calibration.id);
+        json["output"] = json!(args.output);
+        (text, json)
+    };
+    if cloud_format != CloudFormat::E57 && args.mesh.is_none() && args.report.is_none() {
+        let written = write_scan_cloud(&args.output, cloud_format, &evaluation, |_| Ok::<(), Failure>(()));
+        let (text, json) = told(&evaluation.report, written?);
+        return Ok(Answer::done(text, json));
+    }
+    let result = collected(evaluation)?;
     write_cloud(&args.output, cloud_format, &result.cloud)?;
-    let mut text = scan_text(&args.scan, &result);
-    text.push_str(&format!("cloud → {}\n", args.output.display()));
-    let mut json = scan_json(&args.scan, &result);
-    json["calibration_id"] = json!(document.calibration.id);
-    json["output"] = json!(args.output);
+    let (mut text, mut json) = told(&result.report, median_sigma_mm(&result));
     if let (Some(path), Some(format)) = (&args.mesh, mesh_format) {
         let mesh = write_part_mesh(path, format, &result.cloud)?;
         let (n_vertices, n_triangles) = (mesh.vertices_mm.len(), mesh.triangles.len());
@@ -42,6 +61,15 @@ pub fn run(args: &ScanArgs, reporter: &Reporter) -> Result<Answer, Failure> {
         json["report_file"] = json!(path);
     }
     Ok(Answer::done(text, json))
+}
+
+/// A folder on the disk of `path` that goes away by itself.
+fn folder_beside(path: &Path) -> Result<tempfile::TempDir, Failure> {
+    let home = path.parent().filter(|home| !home.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    tempfile::Builder::new()
+        .prefix(".sheaf-scan-")
+        .tempdir_in(home)
+        .map_err(|cause| Failure::unwritable(home, &cause))
 }
 
 /// Meshes a cloud and writes the mesh.

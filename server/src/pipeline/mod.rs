@@ -4,4 +4,4 @@ mod calibration;
 mod scan;
 
 pub use calibration::{Calibrated, calibrate_features, open_capture, read_features};
-pub use scan::{capture_frames, check_camera, evaluated_scan, scan_capture};
+pub use scan::{check_camera, collected, evaluated_scan, scan_capture, write_capture_peaks, write_scan_cloud};

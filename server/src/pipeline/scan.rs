@@ -1,16 +1,22 @@
 //! A scan's frames to a cloud.
 
+use std::path::Path;
+
 use calibration::CalibrationDocument;
 use capture::Capture;
 use optics::Calibration;
+use scanning::files::peaks::{PeaksHeader, PeaksWriter};
+use scanning::files::{FileError, write_cloud_in_pieces};
 use scanning::{
-    Cloud, Evaluation, Frames, ScanError, ScanFrame, ScanParams, ScanReport, ScanResult, evaluate_scan,
+    Cloud, CloudFormat, CloudPoint, Evaluation, Frames, ScanError, ScanFrame, ScanParams, ScanReport, ScanResult,
+    evaluate_scan,
 };
 
 use crate::cloud_provenance::embed;
 use crate::failure::Failure;
 use crate::features::scan_centrelines;
 use crate::progress::Reporter;
+use crate::tables::median_mm;
 
 /// Scans one scan of the capture; the cloud carries its calibration.
 pub fn scan_capture(
@@ -27,8 +33,30 @@ pub fn scan_capture(
     scan_frames(&frames, document, name, reporter).map_err(|failure| failure.in_file(&capture.manifest_path()))
 }
 
+/// Writes the frames of one scan of the capture to the new file `path`: no more than a few are in memory.
+pub fn write_capture_peaks(
+    capture: &Capture,
+    document: &CalibrationDocument,
+    name: &str,
+    path: &Path,
+    reporter: &Reporter,
+) -> Result<(), Failure> {
+    let camera = capture.manifest.camera;
+    let header = PeaksHeader {
+        width_px: camera.width_px as u32,
+        height_px: camera.height_px as u32,
+        line_direction: capture.manifest.line_direction(),
+    };
+    let mut peaks = PeaksWriter::create(path, &header)?;
+    capture_frames(capture, document, name, reporter, |frame| {
+        peaks.add(&frame, None).map_err(|error| Failure::unwritable(path, &error))
+    })?;
+    peaks.finish().map_err(|error| Failure::unwritable(path, &error))?;
+    Ok(())
+}
+
 /// Takes the frames of one scan of the capture in order: the centrelines of every picture, and where the stage stood.
-pub fn capture_frames(
+fn capture_frames(
     capture: &Capture,
     document: &CalibrationDocument,
     name: &str,
@@ -53,13 +81,36 @@ pub fn scan_frames(
     reporter: &Reporter,
 ) -> Result<ScanResult, Failure> {
     let calibration = document.calibration();
-    let evaluation = evaluated_scan(&frames, document, &calibration, name, reporter)?;
+    collected(evaluated_scan(&frames, document, &calibration, name, reporter)?)
+}
+
+/// All points of a scan in memory, for what needs them together.
+pub fn collected(evaluation: Evaluation) -> Result<ScanResult, Failure> {
     let mut points = Vec::with_capacity(evaluation.report.n_points);
     evaluation.for_each_frame(|of_frame| -> Result<(), ScanError> {
         points.extend_from_slice(of_frame);
         Ok(())
     })?;
     Ok(ScanResult { cloud: Cloud { points, comments: evaluation.comments }, report: evaluation.report })
+}
+
+/// Writes the points of a scan to `path` as they are computed, and hands them to `also`. Returns their median σ, mm.
+pub fn write_scan_cloud<E: From<FileError> + From<ScanError> + Send>(
+    path: &Path,
+    format: CloudFormat,
+    evaluation: &Evaluation,
+    mut also: impl FnMut(&[CloudPoint]) -> Result<(), E>,
+) -> Result<f64, E> {
+    let n_points = evaluation.report.n_points;
+    let mut sigmas_mm: Vec<f32> = Vec::with_capacity(n_points);
+    write_cloud_in_pieces(path, format, &evaluation.comments, n_points, |add| {
+        evaluation.for_each_frame(|points| -> Result<(), E> {
+            sigmas_mm.extend(points.iter().map(|point| point.sigma_mm));
+            also(points)?;
+            add(points)
+        })
+    })?;
+    Ok(median_mm(sigmas_mm))
 }
 
 /// The same without the points: they are asked for frame by frame, and never need to be in memory together.

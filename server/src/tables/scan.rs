@@ -8,10 +8,9 @@ use serde_json::{Value, json};
 use super::order_name;
 
 /// Points, losses, agreement of the orders.
-pub fn scan_text(name: &str, result: &ScanResult) -> String {
-    let report = &result.report;
+pub fn scan_text(name: &str, report: &ScanReport, median_sigma_mm: f64) -> String {
     let mut text = format!("scan {name}: {} points from {} line pieces\n", report.n_points, report.n_segments);
-    let _ = writeln!(text, "  median σ {:.1} µm along the ray", median_sigma_mm(result) * 1e3);
+    let _ = writeln!(text, "  median σ {:.1} µm along the ray", median_sigma_mm * 1e3);
     let losses: Vec<String> =
         losses(report).into_iter().map(|(why, points, _)| format!("{points} {why}")).collect();
     let _ =
@@ -39,12 +38,7 @@ pub fn scan_text(name: &str, result: &ScanResult) -> String {
 }
 
 /// The same for a machine.
-pub fn scan_json(name: &str, result: &ScanResult) -> Value {
-    report_json(name, &result.report, median_sigma_mm(result))
-}
-
-/// The same from the report and the median σ of the points.
-pub fn report_json(name: &str, report: &ScanReport, median_sigma_mm: f64) -> Value {
+pub fn scan_json(name: &str, report: &ScanReport, median_sigma_mm: f64) -> Value {
     let left_out: Vec<Value> = losses(report)
         .into_iter()
         .map(|(reason, points, pieces)| json!({ "reason": reason, "n_points": points, "n_pieces": pieces }))

@@ -86,7 +86,7 @@ fn computed(scan: &SyntheticScan, folder: &Path) -> Result<Computed, Failure> {
     let frames = PeaksFile::open(&path)?;
     let evaluation = evaluate_scan(&frames, &scan.calibration, &ScanParams::default())?;
     let n_points = evaluation.report.n_points;
-    write_cloud_in_pieces(&folder.join("cloud.ply"), &evaluation.comments, n_points, |add| {
+    write_cloud_in_pieces(&folder.join("cloud.ply"), CloudFormat::Ply, &evaluation.comments, n_points, |add| {
         evaluation.for_each_frame(|points| -> Result<(), Failure> { add(points) })
     })?;
     let seconds = begun.elapsed().as_secs_f64();

@@ -2,14 +2,12 @@
 
 use capture::Capture;
 use scanning::Frames as _;
-use scanning::files::peaks::{PeaksHeader, PeaksWriter};
 use serde_json::json;
 use store::ScanState;
 
-use crate::failure::Failure;
 use crate::jobs::scan::{MadeScan, ScanStory, made_scan};
 use crate::jobs::{JobContext, JobEnd, ScanInput};
-use crate::pipeline::{capture_frames, open_capture};
+use crate::pipeline::{open_capture, write_capture_peaks};
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
 use crate::stored_calibration::stored_document;
@@ -28,19 +26,9 @@ pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobCon
     let reporter = ctx.reporter(Phase::ReadingFrames, 0.0..READING);
     let capture = open_capture(&checked_out.folder, &reporter)?;
     let cloud_name = chosen_scan(&capture, scan)?;
-    let camera = capture.manifest.camera;
-    let header = PeaksHeader {
-        width_px: camera.width_px as u32,
-        height_px: camera.height_px as u32,
-        line_direction: capture.manifest.line_direction(),
-    };
     let place = tempfile::tempdir_in(ctx.artifacts.scratch()).map_err(disk_problem)?;
     let path = place.path().join("peaks");
-    let mut writer = PeaksWriter::create(&path, &header).map_err(disk_problem)?;
-    capture_frames(&capture, &document, &cloud_name, &reporter, |frame| {
-        writer.add(&frame, None).map_err(|error| Failure::unwritable(&path, &error))
-    })?;
-    writer.finish().map_err(disk_problem)?;
+    write_capture_peaks(&capture, &document, &cloud_name, &path, &reporter)?;
     let peaks = ctx.wait(ctx.artifacts.adopt(&path))?;
     let id = new_id();
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &peaks, &id))?;

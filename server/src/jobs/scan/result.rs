@@ -7,8 +7,7 @@ use std::path::Path;
 
 use calibration::CalibrationDocument;
 use scanning::files::peaks::PeaksFile;
-use scanning::files::write_cloud_in_pieces;
-use scanning::{CloudPoint, Evaluation, Frames as _};
+use scanning::{CloudFormat, CloudPoint, Evaluation, Frames as _};
 use serde_json::{Value, json};
 use store::{ArtifactId, Change, ResultRef, ScanRecord, ScanState};
 
@@ -16,11 +15,11 @@ use crate::jobs::scan::SCAN;
 use crate::jobs::{Done, JobContext, JobEnd};
 use crate::ledger::event;
 use crate::live::points::display_point_of_cloud;
-use crate::pipeline::{check_camera, evaluated_scan};
+use crate::pipeline::{check_camera, evaluated_scan, write_scan_cloud};
 use crate::problem::Problem;
 use crate::progress::Phase;
 use crate::stored_scan::disk_problem;
-use crate::tables::{median_mm, report_json};
+use crate::tables::scan_json;
 use crate::wall_clock::now_ms;
 use crate::ws::protocol::points::encode_block;
 
@@ -86,7 +85,7 @@ pub fn made_scan(
     let kept = KeptCloud::new(ctx, &story, &evaluation, frames)?;
     let (n_points, n_frames) = (evaluation.report.n_points, frames.n_frames());
     let (replaces, also) = (story.replaces, story.also.clone());
-    let mut report = report_json(&story.cloud_name, &evaluation.report, kept.median_sigma_mm);
+    let mut report = scan_json(&story.cloud_name, &evaluation.report, kept.median_sigma_mm);
     report["n_frames"] = json!(n_frames);
     let record = record(ctx, story, document, report, kept);
     Ok(MadeScan { record, replaces, n_points, n_frames, also })
@@ -113,17 +112,10 @@ impl KeptCloud {
             Some(_) => None,
             None => Some(DisplayFile::create(&blocks, &story.id, frames)?),
         };
-        let n_points = evaluation.report.n_points;
-        let mut sigmas_mm: Vec<f32> = Vec::with_capacity(n_points);
-        write_cloud_in_pieces(&cloud, &evaluation.comments, n_points, |add| {
-            evaluation.for_each_frame(|points| -> Result<(), JobEnd> {
-                sigmas_mm.extend(points.iter().map(|point| point.sigma_mm));
-                if let Some(display) = &mut display {
-                    display.add(points)?;
-                }
-                add(points)
-            })
-        })?;
+        let show = |points: &[CloudPoint]| -> Result<(), JobEnd> {
+            Ok(display.as_mut().map_or(Ok(()), |display| display.add(points))?)
+        };
+        let median_sigma_mm = write_scan_cloud(&cloud, CloudFormat::Ply, evaluation, show)?;
         let cloud = ctx.wait(ctx.artifacts.adopt(&cloud))?;
         let display = match (display, &story.display) {
             (_, Some(shown)) => shown.clone(),
@@ -132,7 +124,7 @@ impl KeptCloud {
                 ctx.wait(ctx.artifacts.adopt(&blocks))?
             }
         };
-        Ok(Self { cloud, display, median_sigma_mm: median_mm(sigmas_mm) })
+        Ok(Self { cloud, display, median_sigma_mm })
     }
 }
 

@@ -88,7 +88,7 @@ fn points_written_as_they_come_make_the_bytes_of_the_whole_cloud() {
 fn a_file_whose_points_end_early_is_not_left_behind() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cloud.ply");
-    let short = write_cloud_in_pieces(&path, &[], 2, |_| Ok::<(), FileError>(())).unwrap_err();
+    let short = write_cloud_in_pieces(&path, CloudFormat::Ply, &[], 2, |_| Ok::<(), FileError>(())).unwrap_err();
     assert!(matches!(short, FileError::Malformed { .. }), "{short}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }

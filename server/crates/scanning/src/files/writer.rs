@@ -75,19 +75,22 @@ fn wrong_count() -> ContentError {
 /// Takes the points that come next.
 pub type AddPoints<'a, E> = &'a mut dyn FnMut(&[CloudPoint]) -> Result<(), E>;
 
-/// Writes a PLY file whole or not at all; `add_points` hands over its `n_points` points, some at a time.
+/// Writes a file of any format but E57 whole or not at all; `add_points` hands over its `n_points` points, some at a
+/// time.
 ///
 /// # Errors
-/// What `add_points` answers; [`FileError::Write`] if the disk refuses, [`FileError::Malformed`] for another number of points.
+/// What `add_points` answers; [`FileError::Write`] if the disk refuses, [`FileError::Malformed`] for E57, or for another
+/// number of points.
 pub fn write_cloud_in_pieces<E: From<FileError>>(
     path: &Path,
+    format: CloudFormat,
     comments: &[String],
     n_points: usize,
     add_points: impl FnOnce(AddPoints<E>) -> Result<(), E>,
 ) -> Result<(), E> {
     let mut ended = Ok(());
     let written = atomically(path, |out| {
-        let mut writer = CloudWriter::begin(out, CloudFormat::Ply, comments, n_points)?;
+        let mut writer = CloudWriter::begin(out, format, comments, n_points)?;
         ended =
             add_points(&mut |points| writer.add(points).map_err(|error| E::from(FileError::writing(path, error))));
         match ended {
