@@ -12,6 +12,7 @@ mod resume;
 mod station_source;
 mod timing;
 mod work;
+mod writing;
 
 use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource};
 

@@ -1,25 +1,25 @@
-//! Frames on their way into a scan: centrelines on several threads, then in order to the peaks and to the viewers.
+//! Frames on their way into a scan: centrelines on several threads, then in order to the viewers and to the peaks.
 //!
-//! Taking frames never waits for the disk or for labels as long as the queues have room; they are short, because
-//! every frame in them holds a buffer of the station. Nothing is left out: a full queue holds the taker back.
+//! Taking frames never waits for labels or for the disk as long as the queues have room; those before the lines are
+//! found are short, because every frame in them holds a buffer of the station. Nothing is left out: a full queue holds
+//! the taker back.
 
 use std::cell::Cell;
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{Builder, Scope, ScopedJoinHandle};
+use std::time::Instant;
 
 use capture::write_png;
 use optics::Triangulator;
 use scanning::FrameLabeller;
-use scanning::files::peaks::PeaksWriter;
+use scanning::files::peaks::pack_frame;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
 
 use crate::jobs::scan::pictures::picture_path;
-use crate::jobs::scan::timing::Timing;
+use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::{JobContext, JobEnd};
 use crate::live::LiveFrame;
 use crate::problem::{Problem, ProblemKind};
@@ -27,15 +27,12 @@ use crate::recycling::Recycling;
 use crate::station::SharedFrame;
 use crate::stored_scan::disk_problem;
 
-/// Frames that wait for a thread, and results that wait to be written: each holds a buffer of the station, which
+/// Frames that wait for a thread, and results that wait to be shown: each holds a buffer of the station, which
 /// keeps sixteen beside those of its own recorder.
 const QUEUE_FRAMES: usize = 3;
 
 /// Most threads that look for centrelines: with the queues they hold ten buffers, and as many wait to be used again.
 const THREADS_MAX: usize = 4;
-
-/// The peaks file of a scan under way.
-pub type NewPeaks = PeaksWriter<BufWriter<File>>;
 
 /// What every frame goes through.
 pub struct Recorder<'a> {
@@ -66,21 +63,21 @@ struct Taken {
 struct Seen {
     idx: usize,
     position_mm: f64,
-    found: Result<Arc<LiveFrame>, Problem>,
+    found: Result<Found, Problem>,
 }
 
-/// What is kept of the frames.
-pub struct Kept<'k> {
-    /// Where they were taken.
-    pub positions_mm: &'k mut Vec<f64>,
-    /// Their lines.
-    pub peaks: &'k mut NewPeaks,
-    /// How long that took.
-    pub timing: &'k mut Timing,
+/// For viewers, and for the file.
+struct Found {
+    live: Arc<LiveFrame>,
+    record: Vec<u8>,
 }
 
-/// What frames become; the memory of those that nobody looks at any more is used for the next ones.
-type Results = Mutex<Recycling<LiveFrame>>;
+/// Memory of what nobody looks at any more, for the next frames.
+#[derive(Default)]
+struct Memory {
+    results: Mutex<Recycling<LiveFrame>>,
+    records: FreeRecords,
+}
 
 impl Hand {
     /// Hands a frame over; waits if the threads are behind.
@@ -109,30 +106,32 @@ impl Recorder<'_> {
     ) -> Result<(), JobEnd> {
         let (queue, taken) = sync_channel(QUEUE_FRAMES);
         let (sender, seen) = sync_channel(QUEUE_FRAMES);
-        let (taken, results) = (Mutex::new(taken), Results::default());
+        let (to_disk, records) = sync_channel(QUEUE_RECORDS);
+        let (taken, memory) = (Mutex::new(taken), Memory::default());
         let failed = Arc::new(AtomicBool::new(false));
         let first = kept.positions_mm.len();
         let hand = Hand { queue, next: Cell::new(first), failed: failed.clone() };
+        let (taken, memory, failed) = (&taken, &memory, &*failed);
         std::thread::scope(|scope| {
             for number in 0..n_threads() {
-                let (sender, taken, results) = (sender.clone(), &taken, &results);
-                let look = move || self.look_at_frames(taken, results, &sender);
+                let sender = sender.clone();
+                let look = move || self.look_at_frames(taken, memory, &sender);
                 spawned(scope, format!("scan-lines-{number}"), look)?;
             }
             drop(sender);
-            let keep = |idx, position_mm, found| self.keep(idx, position_mm, found, &results, kept);
-            let keeper = spawned(scope, "scan-keep".to_owned(), || in_order(seen, first, &failed, keep))?;
+            let write = move || kept.write(&records, &memory.records, failed);
+            let writer = spawned(scope, "scan-write".to_owned(), write)?;
+            let show = move |idx, position_mm, found| self.show(idx, position_mm, found, memory, &to_disk);
+            let shower = spawned(scope, "scan-show".to_owned(), move || in_order(seen, first, failed, show))?;
             let ended = take(&hand);
             drop(hand);
-            match keeper.join() {
-                Ok(kept) => Ok(kept?),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-            .and(ended)
+            let shown = joined(shower);
+            joined(writer).and(shown)?;
+            ended
         })
     }
 
-    fn look_at_frames(&self, taken: &Mutex<Receiver<Taken>>, results: &Results, sender: &SyncSender<Seen>) {
+    fn look_at_frames(&self, taken: &Mutex<Receiver<Taken>>, memory: &Memory, sender: &SyncSender<Seen>) {
         let params = CentrelineParams {
             line_direction: crate::jobs::scan::pictures::line_direction(&self.ctx.config),
             ..CentrelineParams::default()
@@ -143,15 +142,17 @@ impl Recorder<'_> {
         loop {
             let next = taken.lock().unwrap_or_else(PoisonError::into_inner).recv();
             let Ok(taken) = next else { return };
-            let (idx, position_mm) = (taken.idx, taken.position_mm);
+            let (idx, position_mm, captured_at_ns) = (taken.idx, taken.position_mm, taken.frame.captured_at_ns);
             let kept = self.keep_picture(&taken);
-            let found = kept.map(|()| {
-                let mut result = fresh(results, taken.frame, &calibration_id);
-                let LiveFrame { frame, centrelines, profile, .. } = Arc::get_mut(&mut result).expect(UNSHARED);
+            let found = kept.and_then(|()| {
+                let mut live = fresh(&memory.results, taken.frame, &calibration_id);
+                let LiveFrame { frame, centrelines, profile, .. } = Arc::get_mut(&mut live).expect(UNSHARED);
                 extractor.find(&frame.image, &params, centrelines);
                 let profile = profile.get_or_insert_default();
                 labeller.label(centrelines, self.triangulator, depth_range_mm, profile);
-                result
+                let mut record = memory.records.take();
+                pack_frame(&mut record, centrelines, position_mm, Some(captured_at_ns)).map_err(disk_problem)?;
+                Ok(Found { live, record })
             });
             if sender.send(Seen { idx, position_mm, found }).is_err() {
                 return;
@@ -164,29 +165,25 @@ impl Recorder<'_> {
         write_png(&folder.join(picture_path(taken.idx)), &taken.frame.image).map_err(disk_problem)
     }
 
-    fn keep(
+    fn show(
         &self,
         idx: usize,
         position_mm: f64,
-        result: Arc<LiveFrame>,
-        results: &Results,
-        kept: &mut Kept<'_>,
+        found: Found,
+        memory: &Memory,
+        to_disk: &SyncSender<Record>,
     ) -> Result<(), Problem> {
-        let live = &self.ctx.live;
+        let Found { live: result, record } = found;
+        let (live, arrived_at) = (&self.ctx.live, result.frame.arrived_at);
         live.show(result.clone());
-        kept.timing.shown(result.frame.arrived_at);
-        let captured_at_ns = Some(result.frame.captured_at_ns);
-        kept.peaks.add_lines(&result.centrelines, position_mm, captured_at_ns).map_err(disk_problem)?;
-        // What the operating system has, the end of this process does not take away.
-        kept.peaks.flush().map_err(disk_problem)?;
-        kept.timing.kept(result.frame.arrived_at);
+        let shown_at = Instant::now();
         if let Some(profile) = &result.profile {
             let calibration = self.triangulator.calibration();
             live.add_profile_points(self.scan_id, idx as u32, position_mm, profile, calibration);
         }
-        kept.positions_mm.push(position_mm);
-        lock(results).give_back(result);
-        Ok(())
+        lock(&memory.results).give_back(result);
+        let gone = |_| Problem::new(ProblemKind::Internal, "the thread that writes the scan has ended");
+        to_disk.send(Record { bytes: record, position_mm, arrived_at, shown_at }).map_err(gone)
     }
 }
 
@@ -194,7 +191,7 @@ impl Recorder<'_> {
 const UNSHARED: &str = "nobody else holds a result that was taken for a new frame";
 
 /// Memory for what `frame` becomes.
-fn fresh(results: &Results, frame: SharedFrame, calibration_id: &Arc<str>) -> Arc<LiveFrame> {
+fn fresh(results: &Mutex<Recycling<LiveFrame>>, frame: SharedFrame, calibration_id: &Arc<str>) -> Arc<LiveFrame> {
     let used = lock(results).take();
     match used {
         Some(mut result) => {
@@ -210,7 +207,7 @@ fn fresh(results: &Results, frame: SharedFrame, calibration_id: &Arc<str>) -> Ar
     }
 }
 
-fn lock(results: &Results) -> std::sync::MutexGuard<'_, Recycling<LiveFrame>> {
+fn lock(results: &Mutex<Recycling<LiveFrame>>) -> std::sync::MutexGuard<'_, Recycling<LiveFrame>> {
     results.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -225,12 +222,16 @@ fn spawned<'scope, T: Send + 'scope>(
     })
 }
 
-/// Keeps results in the order of their frames; after a failure it takes and forgets, so that nobody waits for ever.
+fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+/// Hands results on in the order of their frames; after a failure it takes and forgets, so that nobody waits for ever.
 fn in_order(
     seen: Receiver<Seen>,
     first: usize,
     failed: &AtomicBool,
-    mut keep: impl FnMut(usize, f64, Arc<LiveFrame>) -> Result<(), Problem>,
+    mut hand_on: impl FnMut(usize, f64, Found) -> Result<(), Problem>,
 ) -> Result<(), Problem> {
     let mut early: Vec<Seen> = Vec::with_capacity(THREADS_MAX + QUEUE_FRAMES);
     let mut next = first;
@@ -241,8 +242,10 @@ fn in_order(
             let Seen { idx, position_mm, found } = early.swap_remove(at);
             next += 1;
             if outcome.is_ok() {
-                outcome = found.and_then(|found| keep(idx, position_mm, found));
-                failed.store(outcome.is_err(), Ordering::Relaxed);
+                outcome = found.and_then(|found| hand_on(idx, position_mm, found));
+                if outcome.is_err() {
+                    failed.store(true, Ordering::Relaxed);
+                }
             }
         }
     }

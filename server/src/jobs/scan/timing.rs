@@ -19,10 +19,10 @@ pub struct Timing {
 }
 
 impl Timing {
-    /// A frame that had arrived then was shown as a profile now.
-    pub fn shown(&mut self, arrived_at: Instant) {
+    /// A frame that had arrived then was shown as a profile at that moment.
+    pub fn shown(&mut self, arrived_at: Instant, shown_at: Instant) {
         self.first_arrived_at.get_or_insert(arrived_at);
-        self.to_profile.add(arrived_at.elapsed());
+        self.to_profile.add(shown_at.saturating_duration_since(arrived_at));
     }
 
     /// A frame that had arrived then is now with the operating system.

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use store::{ArtifactId, Artifacts, ScanRecord, ScanState, StoreError};
 
-use crate::jobs::scan::recording::NewPeaks;
+use crate::jobs::scan::writing::NewPeaks;
 use crate::jobs::scan::{pictures, scan_changes};
 use crate::ledger::Ledger;
 use crate::problem::{Problem, ProblemKind};

@@ -11,7 +11,7 @@ mod writer;
 
 pub use file::{PeaksFile, read_one_frame, read_positions};
 pub use reader::{PeaksPrefix, read_peaks, read_peaks_prefix};
-pub use writer::PeaksWriter;
+pub use writer::{PeaksWriter, pack_frame};
 
 use vision::LineDirection;
 

@@ -1,7 +1,7 @@
 //! Writing peaks, one frame at a time.
 
 use std::fs::{File, OpenOptions};
-use std::io::{BufReader, BufWriter, Seek, SeekFrom, Write};
+use std::io::{BufReader, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use vision::{CentrelinePoint, Centrelines};
@@ -61,7 +61,19 @@ impl<W: Write> PeaksWriter<W> {
         position_mm: f64,
         captured_at_ns: Option<u64>,
     ) -> Result<(), ContentError> {
-        self.record(FRAME_RECORD, |body| write_frame(body, centrelines, position_mm, captured_at_ns))?;
+        let mut record = std::mem::take(&mut self.record);
+        let packed = pack_frame(&mut record, centrelines, position_mm, captured_at_ns);
+        let added = packed.and_then(|()| self.add_packed(&record));
+        self.record = record;
+        added
+    }
+
+    /// Adds what [`pack_frame`] packed, in one write.
+    ///
+    /// # Errors
+    /// [`ContentError::Io`] if the disk refuses.
+    pub fn add_packed(&mut self, record: &[u8]) -> Result<(), ContentError> {
+        self.out.write_all(record)?;
         self.n_frames += 1;
         Ok(())
     }
@@ -80,43 +92,21 @@ impl<W: Write> PeaksWriter<W> {
     /// [`ContentError::Io`].
     pub fn finish(mut self) -> Result<W, ContentError> {
         let n_frames = self.n_frames;
-        self.record(END_RECORD, |body| body.extend(n_frames.to_le_bytes()))?;
+        pack_record(&mut self.record, END_RECORD, |body| body.extend(n_frames.to_le_bytes()))?;
+        self.out.write_all(&self.record)?;
         self.out.flush()?;
         Ok(self.out)
     }
-
-    /// One record in one write: kind, size, body, checksum.
-    fn record(&mut self, kind: u32, write_body: impl FnOnce(&mut Vec<u8>)) -> Result<(), ContentError> {
-        const HEAD_BYTES: usize = 8;
-        let record = &mut self.record;
-        record.clear();
-        record.extend(kind.to_le_bytes());
-        record.extend([0; 4]);
-        write_body(record);
-        let n_bytes = record.len() - HEAD_BYTES;
-        let size = u32::try_from(n_bytes).ok().filter(|size| *size <= RECORD_LIMIT_BYTES).ok_or_else(|| {
-            ContentError::malformed(
-                format!("frame {}", self.n_frames),
-                format!("{n_bytes} bytes of points are more than {RECORD_LIMIT_BYTES}"),
-                "check exposure and laser: this is no picture of lines",
-            )
-        })?;
-        record[4..HEAD_BYTES].copy_from_slice(&size.to_le_bytes());
-        let sum = Checksum::of(&[record]);
-        record.extend(sum.to_le_bytes());
-        Ok(self.out.write_all(record)?)
-    }
 }
 
-impl PeaksWriter<BufWriter<File>> {
+/// Without a buffer: a record is one write.
+impl PeaksWriter<File> {
     /// Begins a new file.
     ///
     /// # Errors
     /// [`FileError::Write`].
     pub fn create(path: &Path, header: &PeaksHeader) -> Result<Self, FileError> {
-        let begun = File::create_new(path)
-            .map_err(ContentError::from)
-            .and_then(|file| Self::begin(BufWriter::with_capacity(1 << 18, file), header));
+        let begun = File::create_new(path).map_err(ContentError::from).and_then(|file| Self::begin(file, header));
         begun.map_err(|error| FileError::writing(path, error))
     }
 
@@ -133,8 +123,46 @@ impl PeaksWriter<BufWriter<File>> {
             file.set_len(prefix.trusted_bytes).and_then(|()| file.seek(SeekFrom::Start(prefix.trusted_bytes)));
         cut.map_err(|cause| FileError::Write { path: path.to_owned(), cause })?;
         let n_frames = prefix.peaks.frames.len() as u64;
-        Ok((Self { out: BufWriter::with_capacity(1 << 18, file), n_frames, record: Vec::new() }, prefix))
+        Ok((Self { out: file, n_frames, record: Vec::new() }, prefix))
     }
+}
+
+/// Packs a frame for [`PeaksWriter::add_packed`], in place of what is in `record`: work that needs no disk.
+///
+/// # Errors
+/// [`ContentError::Malformed`] for more points than a record holds.
+pub fn pack_frame(
+    record: &mut Vec<u8>,
+    centrelines: &Centrelines,
+    position_mm: f64,
+    captured_at_ns: Option<u64>,
+) -> Result<(), ContentError> {
+    pack_record(record, FRAME_RECORD, |body| write_frame(body, centrelines, position_mm, captured_at_ns))
+}
+
+/// Kind, size, body, checksum.
+fn pack_record(
+    record: &mut Vec<u8>,
+    kind: u32,
+    write_body: impl FnOnce(&mut Vec<u8>),
+) -> Result<(), ContentError> {
+    const HEAD_BYTES: usize = 8;
+    record.clear();
+    record.extend(kind.to_le_bytes());
+    record.extend([0; 4]);
+    write_body(record);
+    let n_bytes = record.len() - HEAD_BYTES;
+    let size = u32::try_from(n_bytes).ok().filter(|size| *size <= RECORD_LIMIT_BYTES).ok_or_else(|| {
+        ContentError::malformed(
+            "a frame of the scan",
+            format!("{n_bytes} bytes of points are more than {RECORD_LIMIT_BYTES}"),
+            "check exposure and laser: this is no picture of lines",
+        )
+    })?;
+    record[4..HEAD_BYTES].copy_from_slice(&size.to_le_bytes());
+    let sum = Checksum::of(&[record]);
+    record.extend(sum.to_le_bytes());
+    Ok(())
 }
 
 fn write_frame(body: &mut Vec<u8>, centrelines: &Centrelines, position_mm: f64, captured_at_ns: Option<u64>) {
