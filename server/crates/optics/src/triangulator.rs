@@ -104,6 +104,16 @@ impl Triangulator {
         Self { calibration, fit: CubicFit::new(), columns, rows, cells }
     }
 
+    /// Fills all tables, for those who cannot wait once pixels come: a tenth of a second for 1280 × 1024 pixels and five
+    /// orders.
+    pub fn fill(&self) {
+        for order_idx in 0..self.calibration.orders.len() {
+            for (row, column) in (0..self.rows).flat_map(|row| (0..self.columns).map(move |column| (row, column))) {
+                self.cell(order_idx, (column as u32, row as u32));
+            }
+        }
+    }
+
     /// Whose tables these are.
     pub fn calibration(&self) -> &Calibration {
         &self.calibration

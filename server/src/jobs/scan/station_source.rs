@@ -54,6 +54,8 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
     let earlier = earlier.as_ref();
     let (mut work, mut peaks) = Work::begin(&*ctx.artifacts, note, &header, earlier, planned.keep_frames)?;
     let triangulator = Triangulator::new(calibration);
+    // Before anything moves: afterwards frames would wait for it.
+    triangulator.fill();
     let mut positions_mm = show_earlier(ctx, &work.note.scan_id, earlier, &triangulator)?;
     let mut timing = Timing::default();
     let taken = take(

@@ -59,14 +59,15 @@ pub fn put_block(
     axes.iter().for_each(|axis| bytes.put_f32_le(axis.origin_mm));
     axes.iter().for_each(|axis| bytes.put_f32_le(axis.step_mm));
     let classes = SigmaClasses::new();
-    bytes.reserve(points.len() * POINT_BYTES);
-    for point in points {
+    let header_end = bytes.len();
+    bytes.resize(header_end + points.len() * POINT_BYTES, 0);
+    for (packed, point) in bytes[header_end..].chunks_exact_mut(POINT_BYTES).zip(points) {
         let [x, y, z] = [0, 1, 2].map(|axis| axes[axis].quantised(point.xyz_mm[axis]).to_le_bytes());
         let [intensity, along] =
             [point.intensity, point.along_px].map(|value| rounded(value.into()).to_le_bytes());
         let [order] = point.order.to_le_bytes();
         let class = classes.of(point.sigma_mm);
-        bytes.put_slice(&[
+        packed.copy_from_slice(&[
             x[0],
             x[1],
             y[0],
