@@ -108,7 +108,8 @@ impl Triangulator {
     /// orders.
     pub fn fill(&self) {
         for order_idx in 0..self.calibration.orders.len() {
-            for (row, column) in (0..self.rows).flat_map(|row| (0..self.columns).map(move |column| (row, column))) {
+            for (row, column) in (0..self.rows).flat_map(|row| (0..self.columns).map(move |column| (row, column)))
+            {
                 self.cell(order_idx, (column as u32, row as u32));
             }
         }

@@ -11,8 +11,9 @@ use std::cell::Cell;
 use common::scene::scan;
 use common::{random, rig_a, station};
 use optics::{Calibration, DepthRangeMm, Triangulator};
+use scanning::files::peaks::pack_frame;
 use scanning::{FrameLabeller, Profile, ScanFrame, label_frame, label_frame_by_reference};
-use vision::Centrelines;
+use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels};
 
 /// Counts what the asking thread asks for.
 struct Counting;
@@ -144,4 +145,33 @@ fn frame_after_frame_asks_for_no_memory() {
     assert!(n_requests[0] > 0, "nothing is counted");
     assert_eq!(n_requests[1], 0, "requests in {} frames", frames.len());
     assert_eq!(profile, label_frame(&frames[5].centrelines, &triangulator, station.depth_range_mm));
+}
+
+#[test]
+fn picture_after_picture_becomes_a_profile_and_a_record_without_asking_for_memory() {
+    let Some(folder) = rig_a::folder() else { return };
+    let calibration = rig_a::calibration(&folder);
+    let depth_range_mm = calibration.depth_range_mm;
+    let triangulator = Triangulator::new(calibration);
+    let read = |idx: usize| {
+        let picture = image::open(folder.join(format!("scan-sphere/{idx:05}.png"))).unwrap().into_luma8();
+        let (width, height) = (picture.width() as usize, picture.height() as usize);
+        GreyImage::new(width, height, Pixels::Eight(picture.into_raw())).unwrap()
+    };
+    let pictures: Vec<GreyImage> = (0..40).step_by(4).map(read).collect();
+    let (mut extractor, mut labeller) = (CentrelineExtractor::default(), FrameLabeller::default());
+    let (mut lines, mut profile, mut record) = (Centrelines::default(), Profile::default(), Vec::new());
+    let mut n_requests = [0; 3];
+    for pass in &mut n_requests {
+        let before = N_REQUESTS.get();
+        for picture in &pictures {
+            extractor.find(picture, &CentrelineParams::default(), &mut lines);
+            labeller.label(&lines, &triangulator, depth_range_mm, &mut profile);
+            pack_frame(&mut record, &lines, 0.0, None).unwrap();
+            assert!(profile.points.len() > 2000, "{} points", profile.points.len());
+        }
+        *pass = N_REQUESTS.get() - before;
+    }
+    assert!(n_requests[0] > 0, "nothing is counted");
+    assert_eq!(n_requests[2], 0, "requests in {} pictures, pass by pass: {n_requests:?}", pictures.len());
 }

@@ -23,6 +23,8 @@ type Lanes = [f32; LANES];
 pub struct Averager {
     /// The shortest first.
     windows: Vec<Kernels>,
+    /// Those of other images: widths come again.
+    others: Vec<Kernels>,
     longest: usize,
     /// Variance of every crossing of a piece, and nothing beyond its ends.
     variances: Vec<f32>,
@@ -83,10 +85,14 @@ impl Averager {
         let halves =
             std::iter::successors(Some(self.longest), |&h| (h >= 2 * ALONG_MIN_HALF_LENGTH).then_some(h / 2));
         let correlations: [f64; MAX_LAG + 1] = std::array::from_fn(|lag| scatter.correlation(lag));
-        self.windows.resize_with(halves.clone().count(), Kernels::default);
-        for (window, half_length) in self.windows.iter_mut().rev().zip(halves) {
-            window.prepare(half_length, &correlations);
+        self.others.append(&mut self.windows);
+        for half_length in halves {
+            let known = self.others.iter().position(|kernels| kernels.half_length() == half_length);
+            let mut kernels = known.map_or_else(Kernels::default, |idx| self.others.swap_remove(idx));
+            kernels.prepare(half_length, &correlations);
+            self.windows.push(kernels);
         }
+        self.windows.reverse();
     }
 
     /// Adds the averaged points of a piece to `points`, and for some how much less it varies to `gains`.

@@ -22,10 +22,19 @@ pub fn are_crowded(candidates: &[Candidate], width_px: f32) -> bool {
     candidates.array_windows::<2>().any(crowded)
 }
 
+/// All steps column by column; their memory is kept from image to image.
+#[derive(Default)]
+pub struct Columns {
+    starts: Vec<u32>,
+    entries: Vec<Entry>,
+}
+
 /// Notes at every step how far the nearest other trace is that is bright enough to matter.
 #[inline(always)]
-pub fn mark_clearances(traces: &mut [Trace], width: usize) {
-    let mut starts = vec![0u32; width + 2];
+pub fn mark_clearances(traces: &mut [Trace], width: usize, columns: &mut Columns) {
+    let Columns { starts, entries } = columns;
+    starts.clear();
+    starts.resize(width + 2, 0);
     for trace in &*traces {
         for n in &mut starts[trace.first_u + 2..trace.first_u + 2 + trace.steps.len()] {
             *n += 1;
@@ -35,7 +44,8 @@ pub fn mark_clearances(traces: &mut [Trace], width: usize) {
     for u in 1..starts.len() {
         starts[u] += starts[u - 1];
     }
-    let mut entries = vec![Entry::default(); starts[width + 1] as usize];
+    entries.clear();
+    entries.resize(starts[width + 1] as usize, Entry::default());
     for (trace_idx, trace) in traces.iter().enumerate() {
         for (idx, &Step { v, contrast, .. }) in trace.steps.iter().enumerate() {
             let place = &mut starts[trace.first_u + idx + 1];

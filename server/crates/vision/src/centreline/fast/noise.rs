@@ -14,17 +14,19 @@ const N_ROWS: usize = NOISE_TILE_PX / NOISE_STRIDE_PX;
 /// Absolute differences of one row of samples.
 type Row<T> = [<T as Level>::Sum; NOISE_COLUMNS];
 
-/// Noise of pixels from differences two rows apart, measured one row of tiles after the other.
+/// Noise of pixels from differences two rows apart, measured one row of tiles after the other; keeps its memory from
+/// image to image.
+#[derive(Default)]
 pub struct PixelNoise<T: Level> {
     tiles: Tiles<T>,
-    sigmas: Vec<f32>,
+    map: NoiseMap,
 }
 
 impl<T: Level> PixelNoise<T> {
-    /// Nothing measured yet.
-    pub fn new(view: &View<T>) -> Self {
-        let n_tiles = view.width.div_ceil(NOISE_TILE_PX) * view.height.div_ceil(NOISE_TILE_PX);
-        Self { tiles: Tiles::new(1, 2), sigmas: Vec::with_capacity(n_tiles) }
+    /// Forgets the image before.
+    pub fn begin(&mut self, view: &View<T>) {
+        self.tiles.begin(1, 2);
+        self.map.begin(view.width.div_ceil(NOISE_TILE_PX));
     }
 
     /// Measures the tiles whose first row is `v0`; they come in order.
@@ -33,55 +35,68 @@ impl<T: Level> PixelNoise<T> {
         let floor = NOISE_FLOOR * view.full_scale;
         for u0 in (0..view.width).step_by(NOISE_TILE_PX) {
             let sigma = self.tiles.sigma(view, u0, v0) / 2.0f32.sqrt();
-            self.sigmas.push(sigma.max(floor));
+            self.map.push(sigma.max(floor));
         }
     }
 
-    /// All tiles.
-    pub fn finish(self, view: &View<T>) -> NoiseMap {
-        NoiseMap::from_sigmas(self.sigmas, view.width.div_ceil(NOISE_TILE_PX))
+    /// The tiles measured so far.
+    pub fn map(&self) -> &NoiseMap {
+        &self.map
     }
 }
 
 /// Noise of the mean of one box against another, as the search for candidates compares them: in the tiles with light
-/// in their strips, elsewhere only that of independent pixels.
-///
-/// Where a tile's noise is so large that a line may have passed for it, the tiles around it are asked as well.
-#[inline(always)]
-pub fn of_boxes<T: Level>(view: &View<T>, boxes: Boxes, pixels: &NoiseMap, strips: &[Strip]) -> NoiseMap {
-    let n_rows = boxes.rows();
-    let per_row = 1.0 / n_rows as f32;
-    let of_independent = (2.0 * per_row).sqrt();
-    let (across, down) = (view.width.div_ceil(NOISE_TILE_PX), view.height.div_ceil(NOISE_TILE_PX));
-    let mut tiles = Tiles::new(n_rows, boxes.flank);
-    let mut sigmas = vec![UNKNOWN; across * down];
-    let mut doubted = Vec::new();
-    for strip in strips {
-        let column = strip.u0 / NOISE_TILE_PX;
-        for rows in &strip.rows {
-            for row in rows.start / NOISE_TILE_PX..rows.end.div_ceil(NOISE_TILE_PX) {
-                let place = row * across + column;
-                if sigmas[place] != UNKNOWN {
-                    continue;
-                }
-                sigmas[place] = tiles.sigma(view, column * NOISE_TILE_PX, row * NOISE_TILE_PX) * per_row;
-                if sigmas[place] > NOISE_OVER_NEIGHBOURS * of_independent * pixels.least_around(column, row) {
-                    doubted.push((column, row));
+/// in their strips, elsewhere only that of independent pixels. Keeps its memory from image to image.
+#[derive(Default)]
+pub struct BoxNoise<T: Level> {
+    tiles: Tiles<T>,
+    measured: NoiseMap,
+    /// Column and row of tiles whose noise is so large that a line may have passed for it.
+    doubted: Vec<(usize, usize)>,
+    map: NoiseMap,
+}
+
+impl<T: Level> BoxNoise<T> {
+    /// Measures an image. The tiles around those that are doubted are asked as well.
+    #[inline(always)]
+    pub fn measure(&mut self, view: &View<T>, boxes: Boxes, pixels: &NoiseMap, strips: &[Strip]) -> &NoiseMap {
+        let Self { tiles, measured, doubted, map } = self;
+        let n_rows = boxes.rows();
+        let per_row = 1.0 / n_rows as f32;
+        let of_independent = (2.0 * per_row).sqrt();
+        let (across, down) = (view.width.div_ceil(NOISE_TILE_PX), view.height.div_ceil(NOISE_TILE_PX));
+        tiles.begin(n_rows, boxes.flank);
+        let sigmas = measured.begin(across);
+        sigmas.resize(across * down, UNKNOWN);
+        doubted.clear();
+        for strip in strips {
+            let column = strip.u0 / NOISE_TILE_PX;
+            for rows in &strip.rows {
+                for row in rows.start / NOISE_TILE_PX..rows.end.div_ceil(NOISE_TILE_PX) {
+                    let place = row * across + column;
+                    if sigmas[place] != UNKNOWN {
+                        continue;
+                    }
+                    sigmas[place] = tiles.sigma(view, column * NOISE_TILE_PX, row * NOISE_TILE_PX) * per_row;
+                    if sigmas[place] > NOISE_OVER_NEIGHBOURS * of_independent * pixels.least_around(column, row) {
+                        doubted.push((column, row));
+                    }
                 }
             }
         }
-    }
-    for &(column, row) in &doubted {
-        for r in row.saturating_sub(1)..(row + 2).min(down) {
-            for c in column.saturating_sub(1)..(column + 2).min(across) {
-                if sigmas[r * across + c] == UNKNOWN {
-                    sigmas[r * across + c] = tiles.sigma(view, c * NOISE_TILE_PX, r * NOISE_TILE_PX) * per_row;
+        for &(column, row) in &*doubted {
+            for r in row.saturating_sub(1)..(row + 2).min(down) {
+                for c in column.saturating_sub(1)..(column + 2).min(across) {
+                    if sigmas[r * across + c] == UNKNOWN {
+                        sigmas[r * across + c] = tiles.sigma(view, c * NOISE_TILE_PX, r * NOISE_TILE_PX) * per_row;
+                    }
                 }
             }
         }
+        measured.limit_by_neighbours(doubted, map);
+        map.raise_to(pixels, of_independent);
+        map
     }
-    let measured = NoiseMap::from_sigmas(sigmas, across);
-    measured.limited_by_neighbours(&doubted).at_least(pixels, of_independent)
 }
 
 /// A tile that is not measured: less than any noise.
@@ -89,6 +104,7 @@ const UNKNOWN: f32 = -1.0;
 
 /// Measures, tile by tile, the robust spread of the difference between the sums of two boxes of `n_rows` rows, one
 /// `apart` rows below the other.
+#[derive(Default)]
 struct Tiles<T: Level> {
     n_rows: usize,
     apart: usize,
@@ -98,9 +114,9 @@ struct Tiles<T: Level> {
 }
 
 impl<T: Level> Tiles<T> {
-    fn new(n_rows: usize, apart: usize) -> Self {
-        let sums = vec![[T::Sum::default(); NOISE_COLUMNS]; NOISE_TILE_PX + apart + n_rows];
-        Self { n_rows, apart, median: T::Sum::ONE, sums }
+    fn begin(&mut self, n_rows: usize, apart: usize) {
+        (self.n_rows, self.apart, self.median) = (n_rows, apart, T::Sum::ONE);
+        self.sums.resize(NOISE_TILE_PX + apart + n_rows, [T::Sum::default(); NOISE_COLUMNS]);
     }
 
     /// The spread in the tile that begins at column `u0` and row `v0`.

@@ -8,13 +8,20 @@ use crate::params::{
     WIDTH_DEFAULT_PX, WIDTH_ENOUGH, WIDTH_FEW_COLUMNS, WIDTH_MAX_PX, WIDTH_MIN_PX, WIDTH_MIN_SNR, WIDTH_SEARCH_PX,
 };
 
+/// Peaks looked at; their memory is kept from image to image.
+#[derive(Default)]
+pub struct Peaks {
+    column: Vec<f32>,
+    widths: Vec<f32>,
+}
+
 /// Typical full width at half height (pixels, along columns); [`WIDTH_DEFAULT_PX`] without any peak.
 #[inline(always)]
-pub fn typical_width_px<T: Level>(view: &View<T>, noise: &NoiseMap, strips: &[Strip]) -> f32 {
+pub fn typical_width_px<T: Level>(view: &View<T>, noise: &NoiseMap, strips: &[Strip], peaks: &mut Peaks) -> f32 {
+    let Peaks { column, widths } = peaks;
+    widths.clear();
     let step = (strips.len() / WIDTH_FEW_COLUMNS).max(1);
     let some = || strips.iter().skip(step / 2).step_by(step);
-    let mut column = Vec::with_capacity(view.height);
-    let mut widths = Vec::new();
     // Every other column first, so that those looked at lie all over the image.
     for strip in some().step_by(2).chain(some().skip(1).step_by(2)) {
         if widths.len() >= WIDTH_ENOUGH {
@@ -24,8 +31,8 @@ pub fn typical_width_px<T: Level>(view: &View<T>, noise: &NoiseMap, strips: &[St
         for rows in &strip.rows {
             let from = rows.start.saturating_sub(WIDTH_SEARCH_PX + 2);
             let to = (rows.end + WIDTH_SEARCH_PX + 2).min(view.height);
-            smoothed(view, u, from..to, &mut column);
-            collect_widths(&column, |k| WIDTH_MIN_SNR * noise.at(u, from + k), &mut widths);
+            smoothed(view, u, from..to, column);
+            collect_widths(column, |k| WIDTH_MIN_SNR * noise.at(u, from + k), widths);
         }
     }
     if widths.is_empty() {

@@ -22,7 +22,7 @@ use candidates::{Boxes, find_candidates};
 use crossing::{Crossing, Measurer};
 use ends::{without_bent_ends, without_faded_ends};
 use noise::NoiseMap;
-use scatter::Scatter;
+use scatter::{Differences, Scatter};
 use segments::{Linker, mark_clearances};
 use steger::Kernels;
 use width::typical_width_px;
@@ -58,7 +58,8 @@ fn described(lines: &[Vec<Crossing>], width_px: f32, method: CentrelineMethod, k
         CentrelineMethod::Steger => f64::from(kernels.along_variance_px2()),
         CentrelineMethod::CentreOfGravity => 0.0,
     };
-    let scatter = Scatter::measure(lines.iter().map(Vec::as_slice), along_variance_px2.sqrt());
+    let each = lines.iter().map(Vec::as_slice);
+    let scatter = Scatter::measure(each, along_variance_px2.sqrt(), &mut Differences::default());
     let averager = Averager::new(width_px, &scatter, along_variance_px2);
     let mut gains = Vec::new();
     let mut segments = Vec::with_capacity(lines.len());

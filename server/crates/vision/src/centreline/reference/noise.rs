@@ -5,6 +5,7 @@ use crate::centreline::view::{Level, View};
 use crate::params::{NOISE_FLOOR, NOISE_OVER_NEIGHBOURS, NOISE_STRIDE_PX, NOISE_TILE_PX};
 
 /// Standard deviations of noise (grey levels) in tiles over the image.
+#[derive(Default)]
 pub struct NoiseMap {
     sigmas: Vec<f32>,
     tiles_across: usize,
@@ -38,34 +39,44 @@ impl NoiseMap {
         let down = view.height.div_ceil(NOISE_TILE_PX);
         let all: Vec<_> =
             (0..down).flat_map(|row| (0..measured.tiles_across).map(move |column| (column, row))).collect();
-        measured.limited_by_neighbours(&all).at_least(pixels, (2.0 / n_rows).sqrt())
+        let mut limited = Self::default();
+        measured.limit_by_neighbours(&all, &mut limited);
+        limited.raise_to(pixels, (2.0 / n_rows).sqrt());
+        limited
     }
 
-    /// A map from the noise of every tile, row by row.
-    pub fn from_sigmas(sigmas: Vec<f32>, tiles_across: usize) -> Self {
-        Self { sigmas, tiles_across }
+    /// Begins a new map; gives the noise of every tile, row by row, to be filled in the memory of the map before.
+    pub fn begin(&mut self, tiles_across: usize) -> &mut Vec<f32> {
+        self.tiles_across = tiles_across;
+        self.sigmas.clear();
+        &mut self.sigmas
     }
 
-    /// The same with no tile below `least`, tile by tile.
-    pub fn at_least(mut self, least: &NoiseMap, factor: f32) -> Self {
+    /// Adds the next tile.
+    #[inline(always)]
+    pub fn push(&mut self, sigma: f32) {
+        self.sigmas.push(sigma);
+    }
+
+    /// Raises every tile that is below `least`, tile by tile.
+    pub fn raise_to(&mut self, least: &NoiseMap, factor: f32) {
         for (sigma, least) in self.sigmas.iter_mut().zip(&least.sigmas) {
             *sigma = sigma.max(least * factor);
         }
-        self
     }
 
     /// A broad line can fill most of a tile and pass for noise; the tiles above and below know better. None of the
     /// `doubted` tiles (column, row) counts for more than [`NOISE_OVER_NEIGHBOURS`] times the lower quartile of its
-    /// surroundings.
-    pub fn limited_by_neighbours(&self, doubted: &[(usize, usize)]) -> Self {
-        let mut sigmas = self.sigmas.clone();
+    /// surroundings in `limited`, which becomes the same map otherwise.
+    pub fn limit_by_neighbours(&self, doubted: &[(usize, usize)], limited: &mut Self) {
+        let sigmas = limited.begin(self.tiles_across);
+        sigmas.extend_from_slice(&self.sigmas);
         for &(column, row) in doubted {
             let mut least = Least::default();
             self.for_each_around(column, row, |sigma| least.add(sigma));
             let sigma = &mut sigmas[row * self.tiles_across + column];
             *sigma = sigma.min(NOISE_OVER_NEIGHBOURS * least.lower_quartile());
         }
-        Self { sigmas, tiles_across: self.tiles_across }
     }
 
     /// The least noise of a tile and those around it.

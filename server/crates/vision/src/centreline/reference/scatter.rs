@@ -36,7 +36,15 @@ pub struct ThirdDifferences {
     pub speckle: Lanes,
 }
 
-/// The third differences of an image's lines.
+/// The third differences of an image's lines at a long and a short lag; their memory is kept from image to image.
+#[derive(Default)]
+pub struct Differences {
+    long: Samples,
+    short: Samples,
+}
+
+/// Those at one lag.
+#[derive(Default)]
 struct Samples {
     blocks: Vec<ThirdDifferences>,
     n: usize,
@@ -49,8 +57,14 @@ type Lanes = [f32; LANES];
 impl Scatter {
     /// Measures the scatter. `grain_min_px` is the smoothing along the line that made the crossings.
     #[inline(always)]
-    pub fn measure<L: Line>(lines: impl Iterator<Item = L> + Clone, grain_min_px: f64) -> Self {
-        let (long, short) = (Samples::take(lines.clone(), SCATTER_LAG), Samples::take(lines, SCATTER_SHORT_LAG));
+    pub fn measure<L: Line>(
+        lines: impl Iterator<Item = L> + Clone,
+        grain_min_px: f64,
+        differences: &mut Differences,
+    ) -> Self {
+        let Differences { long, short } = differences;
+        long.take(lines.clone(), SCATTER_LAG);
+        short.take(lines, SCATTER_SHORT_LAG);
         let prior = Self { speckle: SPECKLE_PRIOR, grain_px: grain_min_px.max(0.5) };
         if long.n < SCATTER_MIN_SAMPLES {
             return prior;
@@ -109,15 +123,16 @@ impl Samples {
     /// Third differences of all lines in blocks of neighbouring columns, thinned evenly to about
     /// [`SCATTER_MAX_SAMPLES`].
     #[inline(always)]
-    fn take<L: Line>(lines: impl Iterator<Item = L> + Clone, lag: usize) -> Self {
+    fn take<L: Line>(&mut self, lines: impl Iterator<Item = L> + Clone, lag: usize) {
         let n_of = |line: &L| line.n_columns().saturating_sub(3 * lag);
         let available: usize = lines.clone().map(|line| n_of(&line)).sum();
         let stride = LANES * available.div_ceil(SCATTER_MAX_SAMPLES).max(1);
-        let mut samples = Self { blocks: Vec::with_capacity(available / stride + 1), n: 0 };
+        self.blocks.clear();
+        self.n = 0;
         for line in lines {
             for start in (0..n_of(&line)).step_by(stride) {
-                samples.n += LANES.min(n_of(&line) - start);
-                samples.blocks.push(if start + LANES <= n_of(&line) {
+                self.n += LANES.min(n_of(&line) - start);
+                self.blocks.push(if start + LANES <= n_of(&line) {
                     line.third_differences(start, lag)
                 } else {
                     let mut some = ThirdDifferences::default();
@@ -126,7 +141,6 @@ impl Samples {
                 });
             }
         }
-        samples
     }
 
     /// Mean of the squares over what camera and speckle predict times `gain`, each cut at [`SCATTER_CLIP`], above what
