@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use optics::Grating;
 
 use crate::block::{Block, NOTHING, exp};
-use crate::lit_pixels::{LitPixels, lanes};
+use crate::lit_pixels::LitPixels;
 use crate::params::{MAP_STEP_PX, SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
 use crate::renderer::Renderer;
 use crate::scene::{Ball, Scene, SceneHit};
@@ -101,13 +101,13 @@ fn light_of_order(
         view.see(u, v, n, &mut seen);
         renderer.sheets[order_idx].read(u, v, n, &mut sheet);
         fall(&light, &seen, &sheet, n, &mut shine);
-        let bits = shine.bits(n.min(width - u));
+        let inside = n.min(width - u);
+        let bits = lit_bits(&shine.level, inside);
         if bits == 0 {
             continue;
         }
         let bits = view.lights(&shine.source, &seen, n, bits);
-        let row = &mut levels[v * width + u..];
-        lanes(bits).for_each(|lane| row[lane] += shine.level[lane] as f32);
+        add_light(&shine.level, bits, &mut levels[v * width + u..][..inside]);
         lit.add_bits(u, v, bits);
     }
 }
@@ -126,11 +126,21 @@ impl OrderLight {
     }
 }
 
-impl Shine {
-    /// Which of the first `n` pixels have light, from bit 0.
-    fn bits(&self, n: usize) -> u64 {
-        let lit = self.level[..n].iter().enumerate();
-        lit.fold(0, |bits, (lane, level)| bits | u64::from(*level > 0.0) << lane)
+/// Which of the first `n` pixels have light, from bit 0.
+#[multiversion(targets("x86_64+avx2"))]
+fn lit_bits(level: &Block, n: usize) -> u64 {
+    let mut bits = 0;
+    for (lane, level) in level[..n].iter().enumerate() {
+        bits |= u64::from(*level > 0.0) << lane;
+    }
+    bits
+}
+
+/// Adds the light of the pixels `bits` to a stretch of a row.
+#[multiversion(targets("x86_64+avx2"))]
+fn add_light(level: &Block, bits: u64, row: &mut [f32]) {
+    for (lane, (slot, level)) in row.iter_mut().zip(level).enumerate() {
+        *slot += if bits >> lane & 1 == 1 { *level as f32 } else { 0.0 };
     }
 }
 
