@@ -20,6 +20,7 @@ mod board;
 mod board_image;
 mod cover;
 mod exposure;
+mod fan;
 mod freeform;
 mod freeform_block;
 mod laser_image;

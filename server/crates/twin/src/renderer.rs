@@ -6,6 +6,7 @@ use vision::{GreyImage, Pixels};
 
 use crate::board_image::ordinary_light;
 use crate::exposure::{Darkroom, Exposure, LaserPicture, OrdinaryPicture};
+use crate::fan::{Fan, FanAngles};
 use crate::laser_image::{Placed, laser_light};
 use crate::params::BOARD_WHITE_LEVEL;
 use crate::psf::{PSF_TAPS, blur_across, blur_along, psf_taps};
@@ -29,6 +30,8 @@ pub struct Renderer {
     pub(crate) model: StationModel,
     pub(crate) rays: PixelMap<2>,
     pub(crate) sheets: Vec<SheetMap>,
+    pub(crate) fan_angles: FanAngles,
+    pub(crate) fans: Vec<Fan>,
     /// Distance from the source to the middle of the working volume.
     pub(crate) reference_distance_mm: f64,
     /// Towards which side of the picture ordinary light grows.
@@ -55,10 +58,14 @@ impl Renderer {
         let contrast = if noise == Noise::On { model.shape.speckle_contrast } else { 0.0 };
         let side = scrambled(model.seed) as f64 / u64::MAX as f64 * std::f64::consts::TAU;
         let middle = Vector3::new(0.0, 0.0, model.shape.standoff_mm);
+        let reference_distance_mm = (middle - model.grating.source_mm).norm();
+        let fan_angles = FanAngles::new(model, reference_distance_mm);
         Self {
             rays: ray_map(&model.camera),
             sheets: model.orders.iter().map(|&order| SheetMap::new(&model.camera, &light, order)).collect(),
-            reference_distance_mm: (middle - model.grating.source_mm).norm(),
+            fan_angles,
+            fans: fans(model, fan_angles),
+            reference_distance_mm,
             brighter_side: Vector2::new(side.cos(), side.sin()),
             speckle: Speckle::new(
                 derived_seed(model.seed, SPECKLE_STREAM),
@@ -76,7 +83,7 @@ impl Renderer {
     pub(crate) fn with_light_of(&self, model: &StationModel) -> Self {
         let light = LightSurfaces::Grating(model.grating);
         let sheets = model.orders.iter().map(|&order| SheetMap::new(&model.camera, &light, order)).collect();
-        Self { sheets, model: model.clone(), ..self.clone() }
+        Self { sheets, fans: fans(model, self.fan_angles), model: model.clone(), ..self.clone() }
     }
 
     /// The station.
@@ -221,4 +228,9 @@ impl Renderer {
             }
         }
     }
+}
+
+/// The fan of every order.
+fn fans(model: &StationModel, angles: FanAngles) -> Vec<Fan> {
+    model.orders.iter().map(|&order| Fan::new(model, angles, order)).collect()
 }
