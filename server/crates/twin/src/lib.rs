@@ -14,6 +14,7 @@ pub mod shape;
 pub mod station;
 pub mod truth;
 
+mod ball_block;
 mod band;
 mod block;
 mod board;
