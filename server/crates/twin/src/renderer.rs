@@ -208,9 +208,8 @@ impl Renderer {
             }
             let mut dark_from = 0;
             for &(from, to) in if exposure.laser() { &laser.runs[v] } else { DARK } {
-                light[from..to].copy_from_slice(&laser.levels[pixels.clone()][from..to]);
-                speckle.apply(v, from, &mut light[from..to]);
-                light[from..to].iter_mut().for_each(|level| *level *= exposure.laser_share);
+                let smooth = &laser.levels[pixels.clone()][from..to];
+                speckle.grain(v, from, smooth, exposure.laser_share, &mut light[from..to]);
                 if !whole_rows {
                     self.sensor.expose_dark(row_seed, dark_from, &mut row[dark_from..from]);
                     self.sensor.expose(row_seed, from, &light[from..to], 1.0, &mut row[from..to]);
