@@ -117,3 +117,57 @@ impl<'s> Exposure<'s> {
         Placed { scene: self.scene, moved_mm: direction * self.position_mm }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use vision::{GreyImage, Pixels};
+
+    use super::*;
+    use crate::renderer::Renderer;
+    use crate::scene::SceneKind;
+    use crate::shape::StationShape;
+
+    #[test]
+    fn memory_used_again_gives_the_pictures_of_fresh_memory() {
+        let shape = StationShape { width_px: 328, height_px: 250, ..StationShape::default() };
+        let larger = StationShape { width_px: 400, height_px: 300, ..shape.clone() };
+        let model = StationModel::seeded(3, &shape).unwrap();
+        let station = Renderer::new(&model);
+        let mut drifted = model.clone();
+        drifted.grating.wavelength_over_period *= 1.001;
+        let (drifted, larger) =
+            (station.with_light_of(&drifted), Renderer::new(&StationModel::seeded(3, &larger).unwrap()));
+        let scenes = [SceneKind::Sphere { radius_mm: 18.9 }, SceneKind::Plate].map(|kind| kind.placed(&model, 1));
+        let mut darkroom = Darkroom::default();
+        let blank = || GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
+        for (picture, (renderer, scene_idx, position_mm, laser_share)) in [
+            (&station, 0, 0.0, 1.0),
+            (&station, 0, 0.0, 0.7),
+            (&station, 0, 0.0, 0.0),
+            (&station, 0, 0.0, 1.0),
+            (&station, 0, 2.5, 1.0),
+            (&station, 1, 2.5, 1.0),
+            (&drifted, 1, 2.5, 1.0),
+            (&larger, 1, 2.5, 1.0),
+            (&station, 1, 2.5, 1.0),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let exposure = Exposure {
+                scene: &scenes[scene_idx],
+                position_mm,
+                ordinary_level: 0.0,
+                ordinary_share: 0.0,
+                laser_share,
+                gain: 1.0,
+                bits: 8,
+                picture: picture as u64,
+            };
+            let (mut again, mut fresh) = (blank(), blank());
+            renderer.expose(&exposure, &mut darkroom, &mut again);
+            renderer.expose(&exposure, &mut Darkroom::default(), &mut fresh);
+            assert!(again == fresh, "picture {picture}");
+        }
+    }
+}
