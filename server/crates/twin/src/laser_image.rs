@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use optics::Grating;
 
 use crate::block::{Block, NOTHING, exp};
-use crate::lit_pixels::{LitPixels, lanes};
+use crate::lit_pixels::LitPixels;
 use crate::params::{MAP_STEP_PX, SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
 use crate::renderer::Renderer;
 use crate::scene::{Ball, Scene, SceneHit};
@@ -100,14 +100,16 @@ fn light_of_order(
         view.aim(renderer, u, v, n, &mut seen);
         view.see(u, v, n, &mut seen);
         renderer.sheets[order_idx].read(u, v, n, &mut sheet);
-        fall(&light, &seen, &sheet, n, &mut shine);
-        let bits = shine.bits(n.min(width - u));
+        if !fall(&light, &seen, &sheet, n, &mut shine) {
+            continue;
+        }
+        let inside = n.min(width - u);
+        let bits = lit_bits(&shine.level, inside);
         if bits == 0 {
             continue;
         }
         let bits = view.lights(&shine.source, &seen, n, bits);
-        let row = &mut levels[v * width + u..];
-        lanes(bits).for_each(|lane| row[lane] += shine.level[lane] as f32);
+        add_light(&shine.level, bits, &mut levels[v * width + u..][..inside]);
         lit.add_bits(u, v, bits);
     }
 }
@@ -126,26 +128,46 @@ impl OrderLight {
     }
 }
 
-impl Shine {
-    /// Which of the first `n` pixels have light, from bit 0.
-    fn bits(&self, n: usize) -> u64 {
-        let lit = self.level[..n].iter().enumerate();
-        lit.fold(0, |bits, (lane, level)| bits | u64::from(*level > 0.0) << lane)
+/// Which of the first `n` pixels have light, from bit 0.
+#[multiversion(targets("x86_64+avx2"))]
+fn lit_bits(level: &Block, n: usize) -> u64 {
+    let mut bits = 0;
+    for (lane, level) in level[..n].iter().enumerate() {
+        bits |= u64::from(*level > 0.0) << lane;
+    }
+    bits
+}
+
+/// Adds the light of the pixels `bits` to a stretch of a row.
+#[multiversion(targets("x86_64+avx2"))]
+fn add_light(level: &Block, bits: u64, row: &mut [f32]) {
+    for (lane, (slot, level)) in row.iter_mut().zip(level).enumerate() {
+        *slot += if bits >> lane & 1 == 1 { *level as f32 } else { 0.0 };
     }
 }
 
 /// The light of one order on the surfaces that a stretch of pixels sees, were nothing in its way; 0 where there is none.
+/// Returns whether the sheet reaches any of them; if not, nothing is filled in.
 ///
 /// The laser's power drops at the ends of its fan as 1 − (φ/φ_max)¹⁶.
 #[multiversion(targets("x86_64+avx2"))]
-fn fall(light: &OrderLight, seen: &Seen, sheet: &SheetBlock, n: usize, shine: &mut Shine) {
+fn fall(light: &OrderLight, seen: &Seen, sheet: &SheetBlock, n: usize, shine: &mut Shine) -> bool {
     let Grating { source_mm, axis, fan, normal, gap_mm, .. } = &light.grating;
     let [axis_incidence, fan_incidence] = [axis.dot(normal), fan.dot(normal)];
     let Shine { level, source: [qx, qy, qz] } = shine;
     let Seen { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = seen;
+    let (mut across, mut reached) = (NOTHING, false);
     for lane in 0..n.min(level.len()) {
         let sigmas =
             (reach[lane] - 1.0 / sheet.inverse_depth[lane]) * sheet.steepness[lane] / light.sheet_sigma_mm;
+        reached |= sigmas.abs() <= SHEET_REACH_SIGMAS;
+        across[lane] = sigmas;
+    }
+    if !reached {
+        return false;
+    }
+    for lane in 0..n.min(level.len()) {
+        let sigmas = across[lane];
         // Q = S + h/(k·n)·k, where any length of k will do: a + tanφ·f.
         let (tan, phi) = (sheet.tan_phi[lane], sheet.phi_rad[lane] / light.fan_half_angle_rad);
         let to_grating = gap_mm / (axis_incidence + tan * fan_incidence);
@@ -161,6 +183,7 @@ fn fall(light: &OrderLight, seen: &Seen, sheet: &SheetBlock, n: usize, shine: &m
         level[lane] = if there { profile * power * incidence / square } else { 0.0 };
         (qx[lane], qy[lane], qz[lane]) = (source[0], source[1], source[2]);
     }
+    true
 }
 
 /// Cosine of incidence of the fan's axis on a plate across the camera's axis.

@@ -14,12 +14,14 @@ pub mod shape;
 pub mod station;
 pub mod truth;
 
+mod ball_block;
 mod band;
 mod block;
 mod board;
 mod board_image;
 mod cover;
 mod exposure;
+mod fan;
 mod freeform;
 mod freeform_block;
 mod laser_image;

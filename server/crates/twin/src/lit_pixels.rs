@@ -56,8 +56,8 @@ impl LitPixels {
         };
         for word in left / WORD_PX..=right / WORD_PX {
             let bits = bits_between(left, right, word);
-            let rows = self.words[top * self.words_per_row + word..].iter_mut().step_by(self.words_per_row);
-            rows.take(bottom + 1 - top).for_each(|row| *row |= bits);
+            let rows = &mut self.words[top * self.words_per_row..(bottom + 1) * self.words_per_row];
+            rows.chunks_exact_mut(self.words_per_row).for_each(|row| row[word] |= bits);
         }
     }
 

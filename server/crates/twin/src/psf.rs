@@ -1,5 +1,9 @@
 //! Lens blur: a separable Gaussian, over the whole picture or where there is light.
 
+use std::array::from_fn;
+
+use multiversion::multiversion;
+
 use crate::params::{PSF_RADIUS_PX, PSF_SIGMA_PX};
 
 /// Taps of the sampled Gaussian.
@@ -7,7 +11,7 @@ pub(crate) const PSF_TAPS: usize = 2 * PSF_RADIUS_PX + 1;
 
 /// The sampled, normalised point spread.
 pub(crate) fn psf_taps() -> [f32; PSF_TAPS] {
-    let raw: [f32; PSF_TAPS] = std::array::from_fn(|idx| {
+    let raw: [f32; PSF_TAPS] = from_fn(|idx| {
         let x = (idx as f32 - PSF_RADIUS_PX as f32) / PSF_SIGMA_PX;
         (-x * x / 2.0).exp()
     });
@@ -22,18 +26,9 @@ pub(crate) fn blur_along(row: &[f32], from: usize, to: usize, taps: &[f32; PSF_T
     for u in (from..inner_from.min(to)).chain(inner_to.max(from)..to) {
         target[u] = taps.iter().enumerate().map(|(tap, weight)| weight * row[clamped(u, tap, row.len())]).sum();
     }
-    if inner_from >= inner_to {
-        return;
-    }
-    let (first, rest) = taps.split_first().expect("a point spread has taps");
-    for (slot, value) in target[inner_from..inner_to].iter_mut().zip(&row[inner_from - PSF_RADIUS_PX..]) {
-        *slot = first * value;
-    }
-    for (tap, weight) in rest.iter().enumerate() {
-        let shifted = &row[inner_from - PSF_RADIUS_PX + tap + 1..];
-        for (slot, value) in target[inner_from..inner_to].iter_mut().zip(shifted) {
-            *slot += weight * value;
-        }
+    if inner_from < inner_to {
+        let shifted = from_fn(|tap| &row[inner_from - PSF_RADIUS_PX + tap..]);
+        weigh(shifted, taps, &mut target[inner_from..inner_to]);
     }
 }
 
@@ -47,13 +42,21 @@ pub(crate) fn blur_across(
     target: &mut [f32],
 ) {
     let height = image.len() / width;
-    target[from..to].fill(0.0);
-    for (tap, weight) in taps.iter().enumerate() {
-        let start = clamped(v, tap, height) * width;
-        let row = &image[start + from..start + to];
-        for (slot, value) in target[from..to].iter_mut().zip(row) {
-            *slot += weight * value;
+    let rows = from_fn(|tap| &image[clamped(v, tap, height) * width + from..]);
+    weigh(rows, taps, &mut target[from..to]);
+}
+
+/// The weighted sum of what stands at each tap, which is at least as long as `target`.
+#[multiversion(targets("x86_64+avx2"))]
+fn weigh(at: [&[f32]; PSF_TAPS], taps: &[f32; PSF_TAPS], target: &mut [f32]) {
+    let n = target.len();
+    let at = at.map(|values| &values[..n]);
+    for idx in 0..n {
+        let mut sum = taps[0] * at[0][idx];
+        for tap in 1..PSF_TAPS {
+            sum += taps[tap] * at[tap][idx];
         }
+        target[idx] = sum;
     }
 }
 

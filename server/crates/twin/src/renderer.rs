@@ -5,7 +5,8 @@ use optics::LightSurfaces;
 use vision::{GreyImage, Pixels};
 
 use crate::board_image::ordinary_light;
-use crate::exposure::{Darkroom, Exposure, OrdinaryPicture};
+use crate::exposure::{Darkroom, Exposure, LaserPicture, OrdinaryPicture};
+use crate::fan::{Fan, FanAngles};
 use crate::laser_image::{Placed, laser_light};
 use crate::params::BOARD_WHITE_LEVEL;
 use crate::psf::{PSF_TAPS, blur_across, blur_along, psf_taps};
@@ -29,6 +30,8 @@ pub struct Renderer {
     pub(crate) model: StationModel,
     pub(crate) rays: PixelMap<2>,
     pub(crate) sheets: Vec<SheetMap>,
+    pub(crate) fan_angles: FanAngles,
+    pub(crate) fans: Vec<Fan>,
     /// Distance from the source to the middle of the working volume.
     pub(crate) reference_distance_mm: f64,
     /// Towards which side of the picture ordinary light grows.
@@ -55,10 +58,14 @@ impl Renderer {
         let contrast = if noise == Noise::On { model.shape.speckle_contrast } else { 0.0 };
         let side = scrambled(model.seed) as f64 / u64::MAX as f64 * std::f64::consts::TAU;
         let middle = Vector3::new(0.0, 0.0, model.shape.standoff_mm);
+        let reference_distance_mm = (middle - model.grating.source_mm).norm();
+        let fan_angles = FanAngles::new(model, reference_distance_mm);
         Self {
             rays: ray_map(&model.camera),
             sheets: model.orders.iter().map(|&order| SheetMap::new(&model.camera, &light, order)).collect(),
-            reference_distance_mm: (middle - model.grating.source_mm).norm(),
+            fan_angles,
+            fans: fans(model, fan_angles),
+            reference_distance_mm,
             brighter_side: Vector2::new(side.cos(), side.sin()),
             speckle: Speckle::new(
                 derived_seed(model.seed, SPECKLE_STREAM),
@@ -76,7 +83,7 @@ impl Renderer {
     pub(crate) fn with_light_of(&self, model: &StationModel) -> Self {
         let light = LightSurfaces::Grating(model.grating);
         let sheets = model.orders.iter().map(|&order| SheetMap::new(&model.camera, &light, order)).collect();
-        Self { sheets, model: model.clone(), ..self.clone() }
+        Self { sheets, fans: fans(model, self.fan_angles), model: model.clone(), ..self.clone() }
     }
 
     /// The station.
@@ -122,19 +129,16 @@ impl Renderer {
     pub fn expose(&self, exposure: &Exposure<'_>, darkroom: &mut Darkroom, image: &mut GreyImage) {
         const SIDES: &str = "a station's pictures have at least one row and one column";
         let (width, height) = (self.model.camera.width_px, self.model.camera.height_px);
-        darkroom.prepare(width, height);
-        if exposure.laser_share > 0.0 {
-            self.project_laser(exposure, darkroom);
+        if exposure.laser() {
+            self.project_laser(exposure, &mut darkroom.laser, &mut darkroom.mesh);
         }
-        let ordinary = exposure.ordinary_level > 0.0 && exposure.ordinary_share > 0.0;
-        if ordinary {
+        if exposure.ordinary() {
             self.light_up(exposure, &mut darkroom.ordinary, &mut darkroom.mesh);
         }
-        let whole_rows = ordinary || exposure.gain != 1.0;
         if exposure.bits == 16 {
-            self.collect(exposure, darkroom, whole_rows, image.sixteen_mut(width, height).expect(SIDES));
+            self.collect(exposure, darkroom, image.sixteen_mut(width, height).expect(SIDES));
         } else {
-            self.collect(exposure, darkroom, whole_rows, image.eight_mut(width, height).expect(SIDES));
+            self.collect(exposure, darkroom, image.eight_mut(width, height).expect(SIDES));
         }
     }
 
@@ -146,17 +150,25 @@ impl Renderer {
         derived_seed(derived_seed(self.model.seed, PICTURE_STREAM), picture)
     }
 
-    /// Laser light on every pixel, blurred along rows, and the runs of pixels that it may reach.
-    fn project_laser(&self, exposure: &Exposure<'_>, darkroom: &mut Darkroom) {
+    /// The picture by laser light before speckle and sensor, drawn anew only where it shows something else than before.
+    fn project_laser(&self, exposure: &Exposure<'_>, picture: &mut LaserPicture, memory: &mut MeshMemory) {
+        if !picture.turn_to(&self.model, exposure.scene, exposure.position_mm) {
+            return;
+        }
         let width = self.model.camera.width_px;
-        let Darkroom { levels, along, runs, lit: Some([lit, of_order]), mesh, .. } = darkroom else { return };
-        laser_light(self, exposure.placed(&self.model.stage.direction), levels, lit, of_order, mesh);
+        let LaserPicture { levels, along, runs, lit: Some([lit, of_order]), .. } = picture else { return };
+        laser_light(self, exposure.placed(&self.model.stage.direction), levels, lit, of_order, memory);
         let mut rows = Vec::new();
         for (v, runs) in runs.iter_mut().enumerate() {
             lit.blurred_runs(v, &mut rows, runs);
+            let row = v * width..(v + 1) * width;
             for &(from, to) in runs.iter() {
-                let row = v * width..(v + 1) * width;
-                blur_along(&levels[row.clone()], from, to, &self.taps, &mut along[row]);
+                blur_along(&levels[row.clone()], from, to, &self.taps, &mut along[row.clone()]);
+            }
+        }
+        for ((v, row), runs) in levels.chunks_exact_mut(width).enumerate().zip(runs) {
+            for &mut run in runs {
+                blur_across(along, width, v, run, &self.taps, row);
             }
         }
     }
@@ -180,28 +192,24 @@ impl Renderer {
     }
 
     /// The sensor: row by row, from light to grey levels.
-    fn collect<L: Level>(
-        &self,
-        exposure: &Exposure<'_>,
-        darkroom: &mut Darkroom,
-        whole_rows: bool,
-        pixels: &mut [L],
-    ) {
+    fn collect<L: Level>(&self, exposure: &Exposure<'_>, darkroom: &mut Darkroom, pixels: &mut [L]) {
+        const DARK: &Vec<(usize, usize)> = &Vec::new();
         let width = self.model.camera.width_px;
         let seed = self.picture_seed(exposure.picture);
         let speckle = self.speckle.view(derived_seed(seed, SPECKLE_STREAM));
-        let ordinary = exposure.ordinary_level > 0.0 && exposure.ordinary_share > 0.0;
-        let Darkroom { along, row: light, runs, ordinary: picture, .. } = darkroom;
-        for (v, (row, runs)) in pixels.chunks_exact_mut(width).zip(runs.iter()).enumerate() {
+        let whole_rows = exposure.ordinary() || exposure.gain != 1.0;
+        let Darkroom { row: light, laser, ordinary, .. } = darkroom;
+        light.resize(width, 0.0);
+        for (v, row) in pixels.chunks_exact_mut(width).enumerate() {
+            let pixels = v * width..(v + 1) * width;
             let row_seed = Sensor::row_seed(seed, v);
             if whole_rows {
                 light.fill(0.0);
             }
             let mut dark_from = 0;
-            for &(from, to) in runs {
-                blur_across(along, width, v, (from, to), &self.taps, light);
-                speckle.apply(v, from, &mut light[from..to]);
-                light[from..to].iter_mut().for_each(|level| *level *= exposure.laser_share);
+            for &(from, to) in if exposure.laser() { &laser.runs[v] } else { DARK } {
+                let smooth = &laser.levels[pixels.clone()][from..to];
+                speckle.grain(v, from, smooth, exposure.laser_share, &mut light[from..to]);
                 if !whole_rows {
                     self.sensor.expose_dark(row_seed, dark_from, &mut row[dark_from..from]);
                     self.sensor.expose(row_seed, from, &light[from..to], 1.0, &mut row[from..to]);
@@ -209,8 +217,8 @@ impl Renderer {
                 }
             }
             if whole_rows {
-                if ordinary {
-                    let more = &picture.levels[v * width..(v + 1) * width];
+                if exposure.ordinary() {
+                    let more = &ordinary.levels[pixels];
                     light.iter_mut().zip(more).for_each(|(level, more)| *level += more * exposure.ordinary_share);
                 }
                 self.sensor.expose(row_seed, 0, light, exposure.gain, row);
@@ -219,4 +227,9 @@ impl Renderer {
             }
         }
     }
+}
+
+/// The fan of every order.
+fn fans(model: &StationModel, angles: FanAngles) -> Vec<Fan> {
+    model.orders.iter().map(|&order| Fan::new(model, angles, order)).collect()
 }

@@ -3,6 +3,7 @@
 use multiversion::multiversion;
 use nalgebra::Vector3;
 
+use crate::ball_block::{rays_near, see_ball, ways_beside_ball, ways_near};
 use crate::block::{Block, NOTHING, floor};
 use crate::board::Board;
 use crate::freeform_block::Above;
@@ -138,11 +139,15 @@ impl<'s> View<'s> {
             Scene::Plate(plate) => see_plate(plate, moved, n, seen),
             Scene::Gauge(gauge) => {
                 see_plate(&gauge.plate, moved, n, seen);
-                self.see_part(n, seen);
+                let near = self.part.map_or(0, |part| rays_near(&part, &seen.rays, n));
+                lanes(near).for_each(|lane| self.see_one(lane, seen));
             }
             Scene::Sphere(ball) => {
                 see_plate(&ball.plate, moved, n, seen);
-                self.see_part(n, seen);
+                let near = self.part.map_or(0, |part| rays_near(&part, &seen.rays, n));
+                if near != 0 {
+                    see_ball(ball, moved, n, near, seen);
+                }
             }
             Scene::Freeform(part) => self.above.see(part, moved, (u, v), n, seen),
             Scene::Mesh(mesh) => {
@@ -155,7 +160,6 @@ impl<'s> View<'s> {
     /// Which of the pixels `bits` (from 0) of a stretch of `n` light from `source` reaches: points on the lit side of their
     /// surfaces.
     pub(crate) fn lights(&mut self, source: &[Block; 3], seen: &Seen, n: usize, bits: u64) -> u64 {
-        let from = |lane: usize| Vector3::new(source[0][lane], source[1][lane], source[2][lane]);
         let (mut lit, mut unknown) = (0, bits);
         if let (Scene::Mesh(mesh), Some(BandOnMesh { band, ball })) = (self.scene.scene, &self.band) {
             let MeshMemory { light, ways, .. } = &mut *self.memory;
@@ -176,39 +180,35 @@ impl<'s> View<'s> {
             (blocked, unknown) = blocked_ways(light, band, &mesh.solid, ways, &seen.triangle, near);
             lit |= to_follow & !blocked & !unknown;
         }
-        for lane in lanes(unknown) {
-            lit |= u64::from(self.lights_one(&from(lane), seen, lane)) << lane;
-        }
-        lit
+        lit | self.lights_of_unknown(source, seen, n, unknown)
     }
 
-    /// The same for one pixel: a plate has nothing in its light but the part.
+    /// The same, with nothing known: a plate has nothing in its light but the part.
+    fn lights_of_unknown(&self, source: &[Block; 3], seen: &Seen, n: usize, unknown: u64) -> u64 {
+        if unknown == 0 || matches!(self.scene.scene, Scene::Plate(_)) {
+            return unknown;
+        }
+        let near = self.part.map_or(u64::MAX, |part| ways_near(&part, source, seen, n)) & unknown;
+        let beside = match self.scene.scene {
+            Scene::Sphere(ball) if near != 0 => {
+                near & ways_beside_ball(ball, &self.scene.moved_mm, source, seen, n)
+            }
+            _ => lanes(near).fold(0, |lit, lane| lit | u64::from(self.lights_one(source, seen, lane)) << lane),
+        };
+        unknown & !near | beside
+    }
+
+    /// The same for one pixel.
     #[inline]
-    fn lights_one(&self, from: &Vector3<f64>, seen: &Seen, lane: usize) -> bool {
-        let to = seen.point(lane);
-        if self.part.is_some_and(|part| !part.is_near(from, &(to - from))) {
-            return true;
-        }
-        self.scene.lights(from, &to, &seen.normal(lane))
+    fn lights_one(&self, source: &[Block; 3], seen: &Seen, lane: usize) -> bool {
+        let from = Vector3::new(source[0][lane], source[1][lane], source[2][lane]);
+        self.scene.lights(&from, &seen.point(lane), &seen.normal(lane))
     }
 
-    /// Puts the part before its plate where a ray comes near it.
-    fn see_part(&self, n: usize, seen: &mut Seen) {
-        let Some(part) = self.part else { return };
-        for lane in 0..n {
-            let ray = seen.ray(lane);
-            if part.is_near(&Vector3::zeros(), &ray) {
-                self.see_one_by_one(lane..lane + 1, seen);
-            }
-        }
-    }
-
-    fn see_one_by_one(&self, lanes: std::ops::Range<usize>, seen: &mut Seen) {
-        for lane in lanes {
-            match self.scene.hit(&Vector3::zeros(), &seen.ray(lane)) {
-                Some(hit) => seen.put(lane, hit.reach, &hit.normal, hit.reflectance),
-                None => seen.reach[lane] = f64::NAN,
-            }
+    fn see_one(&self, lane: usize, seen: &mut Seen) {
+        match self.scene.hit(&Vector3::zeros(), &seen.ray(lane)) {
+            Some(hit) => seen.put(lane, hit.reach, &hit.normal, hit.reflectance),
+            None => seen.reach[lane] = f64::NAN,
         }
     }
 }

@@ -1,5 +1,7 @@
 //! The sensor: light to grey levels with shot and read noise, black level and saturation.
 
+use multiversion::multiversion;
+
 use crate::lit_pixels::WORD_PX;
 use crate::params::{BLACK_LEVEL, DARK_STRIP_PX, ELECTRONS_PER_LEVEL, QUANTILE_BITS, READ_NOISE_LEVELS};
 use crate::random::{derived_seed, scrambled};
@@ -39,6 +41,7 @@ pub(crate) trait Level: Copy + Send + Sync {
 }
 
 impl Level for u8 {
+    #[inline(always)]
     fn from_light(level: f32) -> Self {
         (level + 0.5) as u8
     }
@@ -49,6 +52,7 @@ impl Level for u8 {
 }
 
 impl Level for u16 {
+    #[inline(always)]
     fn from_light(level: f32) -> Self {
         (level * SIXTEEN_BY_EIGHT + 0.5) as u16
     }
@@ -98,26 +102,26 @@ impl Sensor {
     /// before the amplification by `gain`, black level and saturation after it.
     pub(crate) fn expose<L: Level>(&self, row_seed: u64, from: usize, light: &[f32], gain: f32, target: &mut [L]) {
         let quantiles: &[f32; QUANTILES] = self.quantiles.as_slice().try_into().expect("as many as were made");
-        let on = if self.noise == Noise::On { gain } else { 0.0 };
-        let four = |word: usize, light: [f32; 4]| {
-            let bits = Self::bits(row_seed, from / 4 + word);
-            let deviates = [0, 16, 32, 48].map(|shift| quantiles[(bits >> shift) as usize % QUANTILES]);
-            let levels: [f32; 4] = std::array::from_fn(|part| {
-                let variance = READ_NOISE_LEVELS * READ_NOISE_LEVELS + light[part] / ELECTRONS_PER_LEVEL;
-                let level = BLACK_LEVEL + light[part] * gain + on * variance.sqrt() * deviates[part];
-                level.clamp(0.0, FULL_SCALE)
-            });
-            levels.map(L::from_light)
-        };
-        let ((fours, rest), (lights, light_rest)) = (target.as_chunks_mut(), light.as_chunks());
-        let last = fours.len();
-        for (word, (slots, light)) in fours.iter_mut().zip(lights).enumerate() {
-            *slots = four(word, *light);
+        let noise = if self.noise == Noise::On { gain } else { 0.0 };
+        let words = target.chunks_mut(WORD_PX).zip(light.chunks(WORD_PX)).enumerate();
+        for (word, (pixels, light)) in words {
+            let mut deviates = [0.0; WORD_PX];
+            for (four, deviates) in deviates.as_chunks_mut().0.iter_mut().enumerate() {
+                let bits = Self::bits(row_seed, from / 4 + word * (WORD_PX / 4) + four);
+                *deviates = [0, 16, 32, 48].map(|shift| quantiles[(bits >> shift) as usize % QUANTILES]);
+            }
+            develop(light, &deviates, (gain, noise), pixels);
         }
-        if !rest.is_empty() {
-            let light = std::array::from_fn(|part| light_rest.get(part).copied().unwrap_or(0.0));
-            rest.copy_from_slice(&four(last, light)[..rest.len()]);
-        }
+    }
+}
+
+/// The grey levels of pixels from the light on them and a normal deviate each.
+#[multiversion(targets("x86_64+avx2"))]
+fn develop<L: Level>(light: &[f32], deviates: &[f32; WORD_PX], (gain, noise): (f32, f32), pixels: &mut [L]) {
+    for ((pixel, light), deviate) in pixels.iter_mut().zip(light).zip(deviates) {
+        let variance = READ_NOISE_LEVELS * READ_NOISE_LEVELS + light / ELECTRONS_PER_LEVEL;
+        let level = BLACK_LEVEL + light * gain + noise * variance.sqrt() * deviate;
+        *pixel = L::from_light(level.clamp(0.0, FULL_SCALE));
     }
 }
 

@@ -56,39 +56,37 @@ impl<const FIELDS: usize> PixelMap<FIELDS> {
         let first = (v / MAP_STEP_PX) * self.columns + u / MAP_STEP_PX;
         let n_nodes = fields.iter().map(|field| field.len() / MAP_STEP_PX + 3).max().unwrap_or(0);
         let rows = [0, 1, 2, 3].map(|row| &self.nodes[first + row * self.columns..][..n_nodes]);
-        let mut columns = [[0.0; MAX_NODES]; FIELDS];
-        interpolate_down(&self.weights, v % MAP_STEP_PX, rows, &mut columns);
-        for (columns, field) in columns.iter().zip(fields) {
-            interpolate_along(&self.weights, columns, field);
-        }
+        let mut columns = [[0.0; FIELDS]; MAX_NODES];
+        let weights = self.weights.map(|weights| weights[v % MAP_STEP_PX]);
+        interpolate_down(weights, rows.map(|row| row.as_flattened()), columns.as_flattened_mut());
+        interpolate_along(&self.weights, &columns, fields);
     }
 }
 
 /// The fields between four rows of nodes.
 #[multiversion(targets("x86_64+avx2"))]
-fn interpolate_down<const FIELDS: usize>(
-    weights: &[[f64; MAP_STEP_PX]; 4],
-    down: usize,
-    [first, second, third, fourth]: [&[[f64; FIELDS]]; 4],
-    columns: &mut [[f64; MAX_NODES]; FIELDS],
-) {
-    let [a, b, c, d] = weights;
-    let (a, b, c, d) = (a[down], b[down], c[down], d[down]);
-    let nodes = first.iter().zip(second).zip(third).zip(fourth).take(MAX_NODES);
-    for (idx, (((first, second), third), fourth)) in nodes.enumerate() {
-        for field in 0..FIELDS {
-            columns[field][idx] = first[field] * a + second[field] * b + third[field] * c + fourth[field] * d;
-        }
+fn interpolate_down([a, b, c, d]: [f64; 4], [first, second, third, fourth]: [&[f64]; 4], columns: &mut [f64]) {
+    let n = first.len().min(columns.len());
+    let (first, second, third, fourth) = (&first[..n], &second[..n], &third[..n], &fourth[..n]);
+    for (idx, column) in columns[..n].iter_mut().enumerate() {
+        *column = first[idx] * a + second[idx] * b + third[idx] * c + fourth[idx] * d;
     }
 }
 
-/// One field along a row, between its nodes.
+/// The fields along a row, between its nodes.
 #[multiversion(targets("x86_64+avx2"))]
-fn interpolate_along(weights: &[[f64; MAP_STEP_PX]; 4], columns: &[f64; MAX_NODES], field: &mut [f64]) {
+fn interpolate_along<const FIELDS: usize>(
+    weights: &[[f64; MAP_STEP_PX]; 4],
+    columns: &[[f64; FIELDS]; MAX_NODES],
+    fields: [&mut [f64]; FIELDS],
+) {
     let [a, b, c, d] = weights;
-    for (four, step) in columns.windows(4).zip(field.as_chunks_mut::<MAP_STEP_PX>().0) {
-        for (idx, value) in step.iter_mut().enumerate() {
-            *value = four[0] * a[idx] + four[1] * b[idx] + four[2] * c[idx] + four[3] * d[idx];
+    for (idx, field) in fields.into_iter().enumerate() {
+        for (four, step) in columns.array_windows::<4>().zip(field.as_chunks_mut::<MAP_STEP_PX>().0) {
+            let four = four.map(|node| node[idx]);
+            for at in 0..MAP_STEP_PX {
+                step[at] = four[0] * a[at] + four[1] * b[at] + four[2] * c[at] + four[3] * d[at];
+            }
         }
     }
 }

@@ -55,18 +55,21 @@ impl Speckle {
 }
 
 impl SpeckleView<'_> {
-    /// Multiplies the light on a run of pixels of row `v` from column `from` by the pattern.
-    pub(crate) fn apply(&self, v: usize, from: usize, light: &mut [f32]) {
+    /// Fills `target` with a share of the light on a run of pixels of row `v` from column `from`, grained by the pattern.
+    pub(crate) fn grain(&self, v: usize, from: usize, light: &[f32], share: f32, target: &mut [f32]) {
         let mut u = from;
         let to = from + light.len();
         while u < to {
             let block_end = ((u / SPECKLE_BLOCK_PX + 1) * SPECKLE_BLOCK_PX).min(to);
             let (right, down) = self.block_offset(u, v);
-            let row = &self.tile[(v + down) % SPECKLE_TILE_PX * SPECKLE_TILE_PX..][..SPECKLE_TILE_PX];
-            for (slot, at) in light[u - from..block_end - from].iter_mut().zip(u + right..) {
-                *slot *= row[at % SPECKLE_TILE_PX];
+            let at = (u + right) % SPECKLE_TILE_PX;
+            let n = (block_end - u).min(SPECKLE_TILE_PX - at);
+            let pattern = &self.tile[(v + down) % SPECKLE_TILE_PX * SPECKLE_TILE_PX + at..][..n];
+            let run = u - from..u - from + n;
+            for ((slot, level), grain) in target[run.clone()].iter_mut().zip(&light[run]).zip(pattern) {
+                *slot = level * grain * share;
             }
-            u = block_end;
+            u += n;
         }
     }
 

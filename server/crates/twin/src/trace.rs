@@ -4,24 +4,20 @@
 //! comes near a part's edges is followed more closely than pixels.
 
 use nalgebra::Vector3;
-use optics::LightRay;
 
 use crate::band::Band;
+use crate::fan::{FINE_STEP_PX, Fan, FanRay};
 use crate::laser_image::Placed;
 use crate::lit_pixels::LitPixels;
 use crate::mark::{ACROSS, COARSE, Landed, Section, enclose, mark_triangle};
 use crate::mesh::Mesh;
 use crate::mesh_corners::PlacedCorners;
 use crate::mesh_light::MeshLight;
-use crate::params::SHEET_REACH_SIGMAS;
 use crate::renderer::Renderer;
 use crate::scene::{Ball, NearHit, Plate, Scene};
 
 /// Places across the sheet like [`ACROSS`], close to edges, at which the last hit must not lie farther from the edge than the margin.
 const FINE_ACROSS: [f64; 9] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
-
-/// Fan angle between two neighbouring rays, in pixels at the standoff.
-const FINE_STEP_PX: f64 = 0.9;
 
 /// Two hits of neighbouring rays farther apart than this lie on different surfaces, pixels.
 const JUMP_PX: f64 = 48.0;
@@ -49,11 +45,7 @@ pub(crate) struct BandOnMesh {
 /// One order's sheet, to be followed into a scene.
 struct Tracer<'r> {
     renderer: &'r Renderer,
-    order: i8,
-    reach_mm: f64,
-    spacing_mm: f64,
-    step_rad: f64,
-    last: i32,
+    fan: &'r Fan,
 }
 
 /// Marks the pixels of `lit` that light of an order may fall on; for a part of triangles, it gathers what may cast shadows.
@@ -64,7 +56,7 @@ pub(crate) fn trace(
     lit: &mut LitPixels,
     (triangles, placed): (&mut MeshLight, &mut PlacedCorners),
 ) -> Option<BandOnMesh> {
-    let tracer = Tracer::new(renderer, renderer.model.orders[order_idx]);
+    let tracer = Tracer { renderer, fan: &renderer.fans[order_idx] };
     match scene.scene {
         Scene::Plate(plate) => tracer.follow_to_plate(plate, scene, None, lit),
         Scene::Gauge(gauge) => {
@@ -85,31 +77,16 @@ pub(crate) fn trace(
     None
 }
 
-/// The fan angles at which a sheet is traced: closer than pixels.
-pub(crate) fn traced_angles(renderer: &Renderer) -> impl Iterator<Item = f64> + use<> {
-    let Tracer { step_rad, last, .. } = Tracer::new(renderer, 0);
-    (-last..=last).map(move |idx| f64::from(idx) * step_rad)
-}
-
-impl<'r> Tracer<'r> {
-    fn new(renderer: &'r Renderer, order: i8) -> Self {
-        let model = &renderer.model;
-        let spacing_mm = FINE_STEP_PX / model.camera.fx_px.max(model.camera.fy_px) * model.shape.standoff_mm;
-        let step_rad = spacing_mm / renderer.reference_distance_mm;
-        Self {
-            renderer,
-            order,
-            reach_mm: SHEET_REACH_SIGMAS * model.sheet_sigma_mm,
-            spacing_mm,
-            step_rad,
-            last: (model.fan_half_angle_rad / step_rad).ceil() as i32,
-        }
+impl Tracer<'_> {
+    /// Distance between two [`COARSE`] rays, and the sheet's reach.
+    fn around_ray_mm(&self) -> f64 {
+        self.fan.angles.spacing_mm * f64::from(COARSE) + self.fan.reach_mm
     }
 
     /// The plate, without what a part of triangles on it surely hides.
     fn follow_to_plate(&self, plate: &Plate, scene: Placed<'_>, part: Option<&Mesh>, lit: &mut LitPixels) {
         let plate = Plate { point_mm: plate.point_mm + scene.moved_mm, ..*plate };
-        let between_mm = BETWEEN_RAYS * (self.spacing_mm * f64::from(COARSE) + self.reach_mm);
+        let between_mm = BETWEEN_RAYS * self.around_ray_mm();
         self.follow(lit, scene, |origin, direction| {
             let hit = plate.hit(origin, direction)?;
             let landed = self.landed(&(origin + direction * hit.reach), true)?;
@@ -123,7 +100,7 @@ impl<'r> Tracer<'r> {
     fn follow_to_board(&self, scene: Placed<'_>, lit: &mut LitPixels) {
         let Scene::Board(board) = scene.scene else { return };
         let board = board.moved(&scene.moved_mm);
-        let rim_mm = RIM * (self.spacing_mm * f64::from(COARSE) + self.reach_mm);
+        let rim_mm = RIM * self.around_ray_mm();
         let edge = board.half_mm().add_scalar(board.square_mm);
         let within = |origin: &Vector3<f64>, direction: &Vector3<f64>, rim_mm: f64| {
             let (reach, at) = board.plane_hit(origin, direction)?;
@@ -161,7 +138,12 @@ impl<'r> Tracer<'r> {
     /// Light that comes near a part, ray by ray.
     fn follow_to_part(&self, scene: Placed<'_>, lit: &mut LitPixels) {
         let Some(part) = scene.part_ball() else { return };
-        self.follow_closely(-self.last..=self.last, lit, |origin, direction| {
+        // Only from the middle of the sheet that close can a ray of its thickness come near.
+        let around = Ball { radius_mm: part.radius_mm + self.fan.reach_mm, ..part };
+        let passes = |ray: &FanRay| around.is_near(&ray.origin_mm, &ray.direction);
+        let last = self.fan.angles.last;
+        let close = (-last..=last).filter(|&idx| self.fan.ray(idx).is_some_and(passes));
+        self.follow_closely(close, lit, |origin, direction| {
             if !part.is_near(origin, direction) {
                 return None;
             }
@@ -179,11 +161,12 @@ impl<'r> Tracer<'r> {
         (triangles, placed): (&mut MeshLight, &mut PlacedCorners),
     ) -> Option<BandOnMesh> {
         let camera = &self.renderer.model.camera;
-        let angles = (-self.last..=self.last).step_by(COARSE as usize).chain([self.last]);
-        let angles = angles.map(|idx| f64::from(idx) * self.step_rad);
-        let cell = CELL_PX * self.step_rad / FINE_STEP_PX;
+        let Fan { order, angles, reach_mm, .. } = *self.fan;
+        let steps = (-angles.last..=angles.last).step_by(COARSE as usize).chain([angles.last]);
+        let cell = CELL_PX * angles.step_rad / FINE_STEP_PX;
         let ball = scene.part_ball()?;
-        let band = Band::new(&self.renderer.model.grating, self.order, angles, self.reach_mm, &ball, cell)?;
+        let steps = steps.map(|idx| angles.phi_rad(idx));
+        let band = Band::new(&self.renderer.model.grating, order, steps, reach_mm, &ball, cell)?;
         placed.turn_to(camera, mesh, &scene.moved_mm);
         triangles.gather(&band, mesh, &scene.moved_mm, placed, |triangle, seen| {
             mark_triangle(camera, &band, (triangle, seen), 0, lit);
@@ -199,7 +182,8 @@ impl<'r> Tracer<'r> {
         mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
     ) {
         let mut previous: Option<(i32, Section)> = None;
-        let mut idx = -self.last;
+        let last = self.fan.angles.last;
+        let mut idx = -last;
         loop {
             let section = self.section(idx, ACROSS, &mut end);
             if let Some((from, before)) = previous {
@@ -216,17 +200,17 @@ impl<'r> Tracer<'r> {
                     });
                 }
             }
-            if idx == self.last {
+            if idx == last {
                 break;
             }
             previous = Some((idx, section));
-            idx = (idx + COARSE).min(self.last);
+            idx = (idx + COARSE).min(last);
         }
     }
 
     fn follow_closely(
         &self,
-        angles: std::ops::RangeInclusive<i32>,
+        angles: impl Iterator<Item = i32>,
         lit: &mut LitPixels,
         mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
     ) {
@@ -250,13 +234,8 @@ impl<'r> Tracer<'r> {
         places: [f64; N],
         mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
     ) -> [Option<Landed>; N] {
-        let grating = &self.renderer.model.grating;
-        let Some(LightRay { origin_mm, direction }) = grating.ray(f64::from(idx) * self.step_rad, self.order)
-        else {
-            return [None; N];
-        };
-        let across = direction.cross(&grating.fan).normalize() * self.reach_mm;
-        places.map(|place| end(&(origin_mm + across * place), &direction))
+        let Some(FanRay { origin_mm, direction, across_mm }) = self.fan.ray(idx) else { return [None; N] };
+        places.map(|place| end(&(origin_mm + across_mm * place), direction))
     }
 
     fn landed(&self, point_mm: &Vector3<f64>, smooth: bool) -> Option<Landed> {

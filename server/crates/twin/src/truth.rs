@@ -12,7 +12,6 @@ use crate::laser_image::Placed;
 use crate::renderer::Renderer;
 use crate::scene::{Plate, Scene};
 use crate::station::StationModel;
-use crate::trace::traced_angles;
 
 /// Secant steps towards a whole pixel column; on a smooth surface three suffice.
 const COLUMN_MAX_STEPS: usize = 30;
@@ -49,7 +48,8 @@ impl Renderer {
         let last = if self.lines_along_rows() { camera.width_px } else { camera.height_px } as f64 - 1.0;
         let mut points = Vec::new();
         let mut previous: Option<(f64, TruthPoint)> = None;
-        for phi in traced_angles(self) {
+        let angles = self.fan_angles;
+        for phi in (-angles.last..=angles.last).map(|idx| angles.phi_rad(idx)) {
             let current = self.lit_point(scene, order, phi).map(|point| (phi, point));
             if let (Some(a), Some(b)) = (&previous, &current) {
                 let (from, to) = (self.along(&a.1), self.along(&b.1));
