@@ -5,13 +5,13 @@ use nalgebra::{Vector2, Vector3, Vector6};
 use optics::{CAMERA_PARAMETERS, Camera, LightSurfaces, SurfaceHit};
 use rayon::prelude::*;
 
-use crate::corner_sums::{CornerRow, add_rows};
 use crate::normal::{ArrowNormal, BlockNormal, Ranges};
 use crate::observation::{CornerView, LaserObservation, huber};
 use crate::params::{
     CORNER_HUBER_SIGMAS, LASER_HUBER_SIGMAS, STEP_ANGLE_RAD, STEP_DISTORTION, STEP_LENGTH_RELATIVE,
 };
 use crate::prior::Priors;
+use crate::row_sums::{CORNER_COLUMNS, LASER_COLUMNS, MAX_ROW_LIGHT_PARAMETERS, Rows};
 use crate::solver::Problem;
 use crate::station::{BoardPose, Station};
 
@@ -95,7 +95,7 @@ impl Bundle {
         let carried = station.stage.is_some() && view.travel_mm != 0.0;
         let stage_start = CAMERA_PARAMETERS + station.light_parameters();
         let rotation = pose.rotation.into_inner();
-        let mut rows = Vec::with_capacity(2 * view.corners.len());
+        let mut rows = Rows::<CORNER_COLUMNS>::new();
         for corner in &view.corners {
             let arm = rotation * corner.board_mm;
             let Some(seen) = station.camera.project_with_jacobian(&(arm + pose.translation_mm)) else {
@@ -116,14 +116,16 @@ impl Bundle {
                     let runs: [(usize, &[f64]); 2] = [(0, &by_camera), (stage_start, by_stage.as_slice())];
                     sums.add(&runs, &by_pose, error[axis], weight);
                 } else {
-                    rows.push(CornerRow::new(&by_camera, &by_pose, error[axis], weight));
+                    rows.push(&by_camera, &by_pose, error[axis], weight);
                 }
             }
         }
-        add_rows(&rows, sums);
+        rows.add_to(sums);
     }
 
     fn add_laser(&self, station: &Station, light: &LightSurfaces, block: usize, sums: &mut BlockNormal) {
+        let fits_row = light.parameters() <= MAX_ROW_LIGHT_PARAMETERS;
+        let mut rows = Rows::<LASER_COLUMNS>::new();
         let mut phi_guess = None;
         for &idx in &self.laser_of_block[block] {
             let point = &self.laser[idx];
@@ -139,11 +141,19 @@ impl Bundle {
             let weight = robust * point.independence / (point.sigma_px * point.sigma_px);
             let by_camera = by_camera(&station.camera, &sheet);
             let ray = sheet.ideal.push(1.0);
-            let Some(motion) = light.normal_motion_by_parameters(point.order, &ray, &sheet.hit) else { continue };
-            let by_light: Vec<f64> = motion.iter().map(|m| m * sheet.by_sheet_motion).collect();
+            let Some(mut by_light) = light.normal_motion_by_parameters(point.order, &ray, &sheet.hit) else {
+                continue;
+            };
+            by_light.iter_mut().for_each(|motion| *motion *= sheet.by_sheet_motion);
             let by_pose = if self.free_poses { sheet.by_pose } else { [0.0; 6] };
-            sums.add(&[(0, &by_camera), (CAMERA_PARAMETERS, &by_light)], &by_pose, sheet.residual_px, weight);
+            if fits_row {
+                rows.push(by_camera.iter().chain(&by_light), &by_pose, sheet.residual_px, weight);
+            } else {
+                let runs: [(usize, &[f64]); 2] = [(0, &by_camera), (CAMERA_PARAMETERS, &by_light)];
+                sums.add(&runs, &by_pose, sheet.residual_px, weight);
+            }
         }
+        rows.add_to(sums);
     }
 
     fn block_sums(&self, station: &Station, block: usize) -> BlockNormal {

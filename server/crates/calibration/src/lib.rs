@@ -20,12 +20,12 @@ mod laser_points;
 pub mod light_fit;
 
 pub mod bundle;
-mod corner_sums;
 mod cross_validation;
 mod joint;
 pub mod normal;
 pub mod observation;
 pub mod prior;
+mod row_sums;
 pub mod solver;
 mod stage_fit;
 pub mod station;

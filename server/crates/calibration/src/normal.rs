@@ -167,6 +167,13 @@ impl ArrowNormal {
         Some(ArrowStep { globals, blocks })
     }
 
+    /// How much lower the cost is after `step`, if the residuals are linear; at least, where the step was damped.
+    pub fn expected_gain(&self, step: &ArrowStep) -> f64 {
+        let globals = self.globals.g.dot(&step.globals);
+        let blocks = self.blocks.iter().zip(&step.blocks).map(|(block, step)| block.b.dot(step));
+        -0.5 * (globals + blocks.sum::<f64>())
+    }
+
     /// Covariance of the globals with the blocks integrated out; `None` if something is unobservable.
     /// Rows and columns of fixed parameters are zero.
     pub fn global_covariance(&self, free: &[bool]) -> Option<DMatrix<f64>> {

@@ -16,7 +16,7 @@ const MAX_DAMPING: f64 = 1e12;
 /// Damping below which it plays no part.
 const MIN_DAMPING: f64 = 1e-6;
 
-/// Converged when a step lowers the cost by less than this part of it …
+/// Converged when a step lowers the cost by less than this part of it, or is expected to …
 const RELATIVE_COST_TOLERANCE: f64 = 1e-10;
 
 /// … or by less than this: the cost is half a χ², so no parameter moves by more than a hundredth of its own σ.
@@ -81,7 +81,7 @@ pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<
 }
 
 /// The next state with a lower cost, and the normal equations there; damps harder until there is one, `None` if there
-/// is none.
+/// is none worth a look: where less can be gained than rounding takes away, every step would be tried in vain.
 ///
 /// A candidate is linearised at once and not looked at for its cost alone: nearly all are taken.
 fn downhill<P: Problem>(
@@ -92,8 +92,11 @@ fn downhill<P: Problem>(
     damping: &mut f64,
 ) -> Option<(P::State, ArrowNormal)> {
     while *damping <= MAX_DAMPING {
-        if let Some(ArrowStep { globals, blocks }) = normal.solve(*damping, ranges) {
-            let next = problem.stepped(state, globals.as_slice(), &blocks);
+        if let Some(step) = normal.solve(*damping, ranges) {
+            if is_negligible(normal, &step) {
+                return None;
+            }
+            let next = problem.stepped(state, step.globals.as_slice(), &step.blocks);
             let next_normal = problem.linearise(&next);
             if next_normal.cost() <= normal.cost() {
                 *damping = (*damping / DAMPING_FACTOR).max(MIN_DAMPING);
@@ -103,4 +106,10 @@ fn downhill<P: Problem>(
         *damping *= DAMPING_FACTOR;
     }
     None
+}
+
+/// Whether a step is not worth an evaluation. An infinite cost is worth any.
+fn is_negligible(normal: &ArrowNormal, step: &ArrowStep) -> bool {
+    let cost = normal.cost();
+    cost.is_finite() && normal.expected_gain(step) <= COST_TOLERANCE.min(RELATIVE_COST_TOLERANCE * cost)
 }

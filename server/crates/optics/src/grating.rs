@@ -1,7 +1,7 @@
 //! The exact light surfaces behind a grating (`docs/maths/grating.md`): a diverging line diffracts into
 //! curved sheets, and every order shares the same ten parameters.
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::Vector3;
 
 use crate::rotation::turned;
 
@@ -57,38 +57,6 @@ pub struct LightRay {
     pub direction: Vector3<f64>,
 }
 
-/// Derivatives of a [`LightRay`].
-#[derive(Debug, Clone, Copy)]
-pub struct LightRayJacobian {
-    /// The ray itself.
-    pub ray: LightRay,
-    /// dQ/dφ.
-    pub origin_by_phi: Vector3<f64>,
-    /// dk'/dφ.
-    pub direction_by_phi: Vector3<f64>,
-    /// dQ / d(local parameters).
-    pub origin_by_grating: SMatrix<f64, 3, GRATING_PARAMETERS>,
-    /// dk' / d(local parameters).
-    pub direction_by_grating: SMatrix<f64, 3, GRATING_PARAMETERS>,
-}
-
-/// What moves while a derivative is taken: the fan ray, the grating's vectors and scalars.
-struct Motion {
-    source: Vector3<f64>,
-    ray: Vector3<f64>,
-    normal: Vector3<f64>,
-    period: Vector3<f64>,
-    gap: f64,
-    s: f64,
-}
-
-impl Motion {
-    fn none() -> Self {
-        let zero = Vector3::zeros();
-        Self { source: zero, ray: zero, normal: zero, period: zero, gap: 0.0, s: 0.0 }
-    }
-}
-
 impl Grating {
     /// p = n × g, the direction across the grooves.
     pub fn period_direction(&self) -> Vector3<f64> {
@@ -102,7 +70,11 @@ impl Grating {
 
     /// The diffracted ray of `order` at fan angle φ; `None` where the ray misses the grating or is evanescent.
     pub fn ray(&self, phi_rad: f64, order: i8) -> Option<LightRay> {
-        let k = self.fan_ray(phi_rad);
+        self.diffracted(&self.fan_ray(phi_rad), order)
+    }
+
+    /// What becomes of the fan's ray `k`: [`Grating::ray`].
+    pub(crate) fn diffracted(&self, k: &Vector3<f64>, order: i8) -> Option<LightRay> {
         let incidence = k.dot(&self.normal);
         if incidence <= 0.0 {
             return None;
@@ -119,59 +91,45 @@ impl Grating {
         })
     }
 
-    /// [`Grating::ray`] with its derivatives by φ and the ten local parameters.
-    pub fn ray_with_jacobian(&self, phi_rad: f64, order: i8) -> Option<LightRayJacobian> {
-        let ray = self.ray(phi_rad, order)?;
+    /// How far the sheet of `order` moves along its unit `normal`, `reach_mm` from the grating along the ray of φ, per
+    /// local parameter (mm per unit): normal · (dQ + reach · dk'), by `docs/maths/grating.md`, eq. 6–8, summed up from
+    /// their end, so that the ten parameters share nearly all of the work.
+    ///
+    /// `None` where there is no such ray.
+    pub fn normal_motion(
+        &self,
+        phi_rad: f64,
+        order: i8,
+        reach_mm: f64,
+        normal: &Vector3<f64>,
+    ) -> Option<[f64; GRATING_PARAMETERS]> {
         let (sin, cos) = phi_rad.sin_cos();
         let (a, f, n, g) = (self.axis, self.fan, self.normal, self.groove);
         let (p, across) = (self.period_direction(), a.cross(&f));
-        let by_phi = Motion { ray: f * cos - a * sin, ..Motion::none() };
-        let motions = [
-            Motion { source: Vector3::x(), ..Motion::none() },
-            Motion { source: Vector3::y(), ..Motion::none() },
-            Motion { source: Vector3::z(), ..Motion::none() },
-            Motion { ray: across * sin, ..Motion::none() },
-            Motion { ray: -across * cos, source: across * self.pivot_reach_mm(), ..Motion::none() },
-            Motion { normal: g, ..Motion::none() },
-            Motion { normal: p, period: -n, ..Motion::none() },
-            Motion { period: -g, ..Motion::none() },
-            Motion { gap: 1.0, source: -a / a.dot(&n), ..Motion::none() },
-            Motion { s: 1.0, ..Motion::none() },
-        ];
-        let k = self.fan_ray(phi_rad);
-        let (origin_by_phi, direction_by_phi) = self.moved_ray(&k, &ray, order, &by_phi);
-        let mut origin_by_grating = SMatrix::<f64, 3, GRATING_PARAMETERS>::zeros();
-        let mut direction_by_grating = SMatrix::<f64, 3, GRATING_PARAMETERS>::zeros();
-        for (column, motion) in motions.iter().enumerate() {
-            let (origin, direction) = self.moved_ray(&k, &ray, order, motion);
-            origin_by_grating.set_column(column, &origin);
-            direction_by_grating.set_column(column, &direction);
-        }
-        Some(LightRayJacobian { ray, origin_by_phi, direction_by_phi, origin_by_grating, direction_by_grating })
-    }
-
-    /// Directional derivative of (Q, k') along `motion` (`docs/maths/grating.md`, eq. 6–8).
-    fn moved_ray(
-        &self,
-        k: &Vector3<f64>,
-        ray: &LightRay,
-        order: i8,
-        motion: &Motion,
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let n = self.normal;
-        let m = f64::from(order);
-        let incidence = k.dot(&n);
-        let incidence_step = motion.ray.dot(&n) + k.dot(&motion.normal);
-        let reach = self.gap_mm / incidence;
-        let origin = motion.source + k * (motion.gap / incidence) + motion.ray * reach
-            - k * (reach * incidence_step / incidence);
-        let forward = ray.direction.dot(&n);
-        let tangential = ray.direction - n * forward;
-        let tangential_step = motion.ray - n * incidence_step - motion.normal * incidence
-            + self.period_direction() * (m * motion.s)
-            + motion.period * (m * self.wavelength_over_period);
-        let forward_step = -tangential.dot(&tangential_step) / forward;
-        (origin, tangential_step + n * forward_step + motion.normal * forward)
+        let k = a * cos + f * sin;
+        let direction = self.diffracted(&k, order)?.direction;
+        let (incidence, forward) = (k.dot(&n), direction.dot(&n));
+        let tangential = direction - n * forward;
+        // What the distance gains per unit of each quantity that moves, the ones before held.
+        let by_tangential = (normal - tangential * (normal.dot(&n) / forward)) * reach_mm;
+        let by_incidence = -normal.dot(&k) * self.gap_mm / (incidence * incidence) - reach_mm * normal.dot(&n);
+        let by_ray = normal * (self.gap_mm / incidence) + by_tangential + n * by_incidence;
+        let by_normal = normal * (reach_mm * forward) - by_tangential * incidence + k * by_incidence;
+        let by_gap = normal.dot(&k) / incidence;
+        let by_momentum = by_tangential * f64::from(order);
+        let by_period = by_momentum * self.wavelength_over_period;
+        Some([
+            normal.x,
+            normal.y,
+            normal.z,
+            by_ray.dot(&across) * sin,
+            normal.dot(&across) * self.pivot_reach_mm() - by_ray.dot(&across) * cos,
+            by_normal.dot(&g),
+            by_normal.dot(&p) - by_period.dot(&n),
+            -by_period.dot(&g),
+            by_gap - normal.dot(&a) / a.dot(&n),
+            by_momentum.dot(&p),
+        ])
     }
 
     /// Distance from the source along the axis to where it comes nearest to the camera's optical axis: the middle of
@@ -260,31 +218,34 @@ pub(crate) mod tests {
 
     #[test]
     fn derivatives_agree_with_central_differences() {
-        // Second-order truncation of a step of 1e-5 stays below 1e-7 at these lengths (≤ 20 mm).
+        // Second-order truncation of a step of 1e-5 stays below 1e-7 at these lengths (≤ 20 mm) and directions …
         const STEP: f64 = 1e-5;
         const TOLERANCE: f64 = 1e-7;
+        // … which reach this far behind the grating.
+        const REACHES_MM: [f64; 2] = [0.0, 400.0];
         let grating = grating();
         for (phi, order) in [(0.25, -2), (-0.1, 1), (0.3, 4)] {
-            let exact = grating.ray_with_jacobian(phi, order).unwrap();
-            for parameter in 0..GRATING_PARAMETERS {
-                let moved = |size: f64| {
-                    let mut step = [0.0; GRATING_PARAMETERS];
-                    step[parameter] = size;
-                    grating.stepped(&step).ray(phi, order).unwrap()
+            for reach in REACHES_MM {
+                let point = |step: &[f64; GRATING_PARAMETERS]| {
+                    let ray = grating.stepped(step).ray(phi, order).unwrap();
+                    ray.origin_mm + ray.direction * reach
                 };
-                let (ahead, behind) = (moved(STEP), moved(-STEP));
-                let origin = (ahead.origin_mm - behind.origin_mm) / (2.0 * STEP);
-                let direction = (ahead.direction - behind.direction) / (2.0 * STEP);
-                assert!((origin - exact.origin_by_grating.column(parameter)).norm() < TOLERANCE, "{parameter}");
-                assert!(
-                    (direction - exact.direction_by_grating.column(parameter)).norm() < TOLERANCE,
-                    "{parameter}"
-                );
+                for axis in 0..3 {
+                    let normal = Vector3::ith(axis, 1.0);
+                    let exact = grating.normal_motion(phi, order, reach, &normal).unwrap();
+                    for parameter in 0..GRATING_PARAMETERS {
+                        let mut step = [0.0; GRATING_PARAMETERS];
+                        step[parameter] = STEP;
+                        let moved = point(&step) - point(&step.map(|size| -size));
+                        let difference = moved[axis] / (2.0 * STEP);
+                        assert!(
+                            (difference - exact[parameter]).abs() < TOLERANCE * (1.0 + reach),
+                            "{parameter}: {difference} {}",
+                            exact[parameter]
+                        );
+                    }
+                }
             }
-            let (ahead, behind) =
-                (grating.ray(phi + STEP, order).unwrap(), grating.ray(phi - STEP, order).unwrap());
-            let direction = (ahead.direction - behind.direction) / (2.0 * STEP);
-            assert!((direction - exact.direction_by_phi).norm() < TOLERANCE);
         }
     }
 }

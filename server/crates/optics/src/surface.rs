@@ -135,9 +135,7 @@ impl LightSurfaces {
                 Some(pencil.distance_by_parameters(order, &point)?.iter().map(|slope| -slope).collect())
             }
             Self::Grating(grating) => {
-                let light = grating.ray_with_jacobian(hit.phi_rad, order)?;
-                let motion = light.origin_by_grating + light.direction_by_grating * hit.reach_mm;
-                Some((motion.transpose() * hit.normal).iter().copied().collect())
+                Some(grating.normal_motion(hit.phi_rad, order, hit.reach_mm, &hit.normal)?.to_vec())
             }
         }
     }
@@ -201,9 +199,9 @@ struct RayByPhi {
 }
 
 fn ray_by_phi(grating: &Grating, phi: f64, order: i8) -> Option<RayByPhi> {
-    let ray = grating.ray(phi, order)?;
     let (sin, cos) = phi.sin_cos();
-    let k = grating.fan_ray(phi);
+    let k = grating.axis * cos + grating.fan * sin;
+    let ray = grating.diffracted(&k, order)?;
     let k_by_phi = grating.fan * cos - grating.axis * sin;
     let n = grating.normal;
     let incidence = k.dot(&n);
@@ -262,6 +260,23 @@ mod tests {
             let hit = LightSurfaces::Grating(grating).hit(order, &ray, None).unwrap();
             assert!((hit.depth_mm - point.z).abs() < 1e-9, "{phi} {order}: {} {}", hit.depth_mm, point.z);
             assert!((hit.phi_rad - phi).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_ray_turns_with_phi_as_predicted() {
+        // Second-order truncation of the differences.
+        const STEP: f64 = 1e-5;
+        const TOLERANCE: f64 = 1e-7;
+        let grating = grating();
+        for (phi, order) in [(0.25, -2), (-0.1, 1), (0.3, 4)] {
+            let exact = ray_by_phi(&grating, phi, order).unwrap();
+            let (ahead, behind) =
+                (grating.ray(phi + STEP, order).unwrap(), grating.ray(phi - STEP, order).unwrap());
+            let origin = (ahead.origin_mm - behind.origin_mm) / (2.0 * STEP);
+            let direction = (ahead.direction - behind.direction) / (2.0 * STEP);
+            assert!((origin - exact.origin_by_phi).norm() < TOLERANCE);
+            assert!((direction - exact.direction_by_phi).norm() < TOLERANCE);
         }
     }
 

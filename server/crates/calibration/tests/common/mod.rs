@@ -5,6 +5,8 @@
 
 #![allow(dead_code, clippy::unwrap_used)]
 
+pub mod refinement;
+
 use calibration::{BoardGeometry, CalibrationInput, PoseInput, ProjectorSheet, StageViewInput};
 use nalgebra::{Rotation3, Vector2, Vector3};
 use optics::{BoardFrame, Camera, CameraFrame, Grating, Rigid};
