@@ -2,6 +2,7 @@
 
 mod docker_check;
 mod dockerfile;
+mod neon;
 mod page;
 mod steps;
 mod tools;
@@ -20,7 +21,9 @@ Developer commands:
   cargo xtask openapi        write openapi/openapi.json from the code, and the page's types from it
   cargo xtask docker-check [--binary FILE]
                              replay docker/Dockerfile in Debian 12 folders and start the result;
-                             with FILE the build stage is left out";
+                             with FILE the build stage is left out
+  cargo xtask neon           the tests of instruction sets on aarch64, emulated; installs an emulator, a linker and a
+                             Rust target where they are missing, and is therefore no part of test";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -33,6 +36,7 @@ fn main() -> ExitCode {
         "browser" => steps::test_in_browser(),
         "openapi" => steps::write_openapi(),
         "docker-check" => docker(rest),
+        "neon" => neon::neon(),
         "help" | "--help" | "-h" => {
             println!("{HELP}");
             Ok(())

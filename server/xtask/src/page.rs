@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::SystemTime;
 
 use crate::steps::{Outcome, run, target_folder, workspace};
-use crate::tools::ensure_program;
+use crate::tools::{ensure_file, ensure_program};
 
 /// What the built page follows from.
 const SOURCES: [&str; 6] = ["src", "public", "index.html", "vite.config.ts", "tsconfig.json", "package-lock.json"];
@@ -62,10 +62,7 @@ fn ensure_packages(web: &Path) -> Outcome {
 
 /// Text without fonts is boxes; a minimal Debian has none.
 fn ensure_fonts() -> Outcome {
-    if Path::new("/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf").is_file() {
-        return Ok(());
-    }
-    crate::tools::ensure_apt("fonts-dejavu-core")
+    ensure_file("/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf", "fonts-dejavu-core")
 }
 
 fn npm(web: &Path) -> Command {

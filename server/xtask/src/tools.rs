@@ -34,6 +34,11 @@ pub fn ensure_program(program: &str, package: &str) -> Outcome {
     if on_path || Path::new("/usr/sbin").join(program).is_file() { Ok(()) } else { ensure_apt(package) }
 }
 
+/// Installs the Debian package of a file unless the file is there.
+pub fn ensure_file(file: &str, package: &str) -> Outcome {
+    if Path::new(file).is_file() { Ok(()) } else { ensure_apt(package) }
+}
+
 /// Installs a Debian package.
 pub fn ensure_apt(package: &str) -> Outcome {
     println!("── installing the Debian package {package}");
