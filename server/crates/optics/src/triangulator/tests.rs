@@ -91,3 +91,23 @@ fn a_pixel_is_triangulated_alone_as_among_others() {
         assert_eq!(one.at(0), many.at(i));
     }
 }
+
+#[test]
+fn every_instruction_set_gives_the_same_bits() {
+    let triangulator = Triangulator::new(station(&[-0.097, 0.115], LightSurfaces::Grating(grating())));
+    let (u, v) = pixels();
+    let (mut hits, mut depths_mm) = (Hits::default(), Vec::new());
+    triangulator.triangulate_all(1, &u, &v, &mut hits);
+    triangulator.depths(1, &u, &v, &mut depths_mm);
+    let mut compared = 0;
+    for i in 0..u.len() {
+        // Compiled for what every machine of this architecture has, unlike what is called above.
+        let place_of = (place(u[i] + MARGIN_PX), place(v[i] + MARGIN_PX));
+        let Some(cell) = triangulator.cell(1, place_of) else { continue };
+        let hit = cell.hit(u[i], v[i]);
+        assert_eq!([hits.x_mm[i], hits.y_mm[i], hits.z_mm[i]], [hit.x, hit.y, hit.z]);
+        assert_eq!(depths_mm[i], hit.z);
+        compared += 1;
+    }
+    assert!(compared > u.len() / 2, "{compared} of {}", u.len());
+}

@@ -441,3 +441,59 @@ fn a_window_holds_the_pixels_of_its_parallelogram_once() {
         assert_eq!(found, expected);
     }
 }
+
+/// A tilted board of 7 × 4 corners in whole numbers alone: no library's `exp` or `sin` has a say in the image. A pixel is
+/// the mean over a box of two pixels, looked at in eighths of a pixel.
+fn whole_number_board() -> GreyImage {
+    const SIDES: (i64, i64) = (420, 300);
+    const PER_PX: i64 = 8;
+    /// Board columns and rows grow by this many parts per eighth of a pixel along u and v, from these places on …
+    const STEPS: [[i64; 2]; 2] = [[21, 2], [-3, 22]];
+    const START_PX: [i64; 2] = [72, 78];
+    /// … and a square has so many, which makes it 43 pixels wide.
+    const PARTS: i64 = 21 * 43 * PER_PX;
+    let light = |u: i64, v: i64| {
+        let place = [0, 1].map(|axis: usize| {
+            let parts = STEPS[axis][0] * u + STEPS[axis][1] * v - 21 * PER_PX * START_PX[axis];
+            parts.div_euclid(PARTS)
+        });
+        let inside = |margin: i64| {
+            (-1 - margin..7 + margin).contains(&place[0]) && (-1 - margin..4 + margin).contains(&place[1])
+        };
+        match (inside(0), inside(1)) {
+            (true, _) if (place[0] + place[1]).rem_euclid(2) == 0 => 40,
+            (true, _) | (_, true) => 200,
+            _ => 90,
+        }
+    };
+    let level = |idx: i64| {
+        let (u, v) = (idx % SIDES.0 * PER_PX, idx / SIDES.0 * PER_PX);
+        let sum: i64 = (v - PER_PX..v + PER_PX)
+            .flat_map(|v| (u - PER_PX..u + PER_PX).map(move |u| (u, v)))
+            .map(|(u, v)| light(u, v))
+            .sum();
+        // A grain of a few levels in place of noise.
+        (sum / (4 * PER_PX * PER_PX) + idx * 7919 % 13 % 4) as u8
+    };
+    let pixels = (0..SIDES.0 * SIDES.1).map(level).collect();
+    GreyImage::new(SIDES.0 as usize, SIDES.1 as usize, Pixels::Eight(pixels)).unwrap()
+}
+
+#[test]
+fn every_architecture_finds_the_corners_written_here() {
+    /// What is promised whatever the instruction set; angles and logarithms of the system's library are within it.
+    const AGREEMENT_PX: f64 = 1e-6;
+    /// The first and last corner of the first and last row. Whoever changes the fit on purpose writes the new ones.
+    const EXPECTED: [(usize, [f64; 2]); 4] = [
+        (0, [64.139_242_493, 83.248_745_229]),
+        (6, [318.823_824_084, 117.983_345_289]),
+        (21, [52.554_451_775, 204.810_216_731]),
+        (27, [307.255_125_477, 239.539_328_262]),
+    ];
+    let board = find_corners(&whole_number_board(), &CornerParams { inner_columns: 7, inner_rows: 4 }).unwrap();
+    let found = EXPECTED.map(|(idx, _)| (idx, [board.corners[idx].u_px, board.corners[idx].v_px]));
+    for ((_, [u, v]), (_, expected)) in found.iter().zip(EXPECTED) {
+        let apart_px = (u - expected[0]).hypot(v - expected[1]);
+        assert!(apart_px < AGREEMENT_PX, "{apart_px} px; found {found:?}");
+    }
+}

@@ -106,3 +106,6 @@ fn decide_many(
 ) {
     judge.decide(places, pieces, n_orders, neighbours, verdicts);
 }
+
+#[cfg(test)]
+mod tests;
