@@ -60,6 +60,9 @@ async function measure(): Promise<void> {
     const begun = Date.now();
     while (Date.now() - begun < 60_000 * MINUTES) {
       await page.waitForTimeout(EVERY_MS);
+      // Before the collection, which stops the page for some frames.
+      const rate = await page.textContent('.frame-facts [data-fact="rate"] dd');
+      const frame = await page.textContent('.frame-facts [data-fact="frame"] dd');
       await session.send("HeapProfiler.collectGarbage");
       const usage: { usedSize: number; backingStorageSize?: number } = await session.send("Runtime.getHeapUsage");
       const reading = {
@@ -68,8 +71,6 @@ async function measure(): Promise<void> {
         outside_mib: (usage.backingStorageSize ?? 0) / MIB,
       };
       readings.push(reading);
-      const rate = await page.textContent('.frame-facts [data-fact="rate"] dd');
-      const frame = await page.textContent('.frame-facts [data-fact="frame"] dd');
       const told = `heap ${reading.heap_mib.toFixed(3)} MiB, buffers ${reading.outside_mib.toFixed(3)} MiB`;
       console.log(`${(reading.at_ms / 1000).toFixed(0)} s: ${told}, ${rate}, frame ${frame}`);
     }
