@@ -93,6 +93,21 @@ fn a_pixel_is_triangulated_alone_as_among_others() {
 }
 
 #[test]
+fn tables_filled_beforehand_are_whole_and_answer_as_those_filled_on_the_way() {
+    let calibration = station(&[-0.097, 0.115], LightSurfaces::Grating(grating()));
+    let (beforehand, on_the_way) = (Triangulator::new(calibration.clone()), Triangulator::new(calibration));
+    beforehand.fill();
+    assert!(beforehand.cells.iter().all(|cell| cell.get().is_some()));
+    let (u, v) = pixels();
+    let (mut hits, mut expected) = (Hits::default(), Hits::default());
+    beforehand.triangulate_all(2, &u, &v, &mut hits);
+    on_the_way.triangulate_all(2, &u, &v, &mut expected);
+    for i in (0..u.len()).filter(|&i| expected.z_mm[i].is_finite()) {
+        assert_eq!(hits.at(i), expected.at(i));
+    }
+}
+
+#[test]
 fn every_instruction_set_gives_the_same_bits() {
     let triangulator = Triangulator::new(station(&[-0.097, 0.115], LightSurfaces::Grating(grating())));
     let (u, v) = pixels();
