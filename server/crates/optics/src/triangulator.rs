@@ -146,19 +146,23 @@ impl Triangulator {
         }
     }
 
-    /// The depths alone of what [`Triangulator::triangulate_all`] finds, mm; NaN for no hit.
-    pub fn depths(&self, order_idx: usize, u_px: &[f64], v_px: &[f64], depths_mm: &mut Vec<f64>) {
+    /// The depths alone of what [`Triangulator::triangulate_all`] finds, mm; NaN for no hit. All pixels under the first
+    /// order, then under the next.
+    pub fn depths(&self, u_px: &[f64], v_px: &[f64], depths_mm: &mut Vec<f64>) {
         let n = u_px.len().min(v_px.len());
-        depths_mm.resize(n, f64::NAN);
+        let n_orders = self.calibration.orders.len();
+        depths_mm.resize(n * n_orders, f64::NAN);
         let (u_px, v_px) = (&u_px[..n], &v_px[..n]);
         let mut first = 0;
         while first < n {
             let (cell, length) = run(&u_px[first..], &v_px[first..]);
-            let range = first..first + length;
-            let (u_px, v_px, depths_mm) = (&u_px[range.clone()], &v_px[range.clone()], &mut depths_mm[range]);
-            match self.cell(order_idx, cell) {
-                Some(cell) => evaluate_depths(cell, u_px, v_px, depths_mm),
-                None => self.solve_depths(order_idx, u_px, v_px, depths_mm),
+            let (u_px, v_px) = (&u_px[first..][..length], &v_px[first..][..length]);
+            for order_idx in 0..n_orders {
+                let depths_mm = &mut depths_mm[order_idx * n + first..][..length];
+                match self.cell(order_idx, cell) {
+                    Some(cell) => evaluate_depths(cell, u_px, v_px, depths_mm),
+                    None => self.solve_depths(order_idx, u_px, v_px, depths_mm),
+                }
             }
             first += length;
         }

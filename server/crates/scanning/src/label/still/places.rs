@@ -39,12 +39,12 @@ impl Places {
         let n_orders = triangulator.calibration().orders.len();
         self.n_outside.clear();
         self.n_outside.resize(pieces.len() * n_orders, 0);
+        triangulator.depths(&self.u_px, &self.v_px, &mut self.depths_mm);
         for order in 0..n_orders {
-            triangulator.depths(order, &self.u_px, &self.v_px, &mut self.depths_mm);
+            let depths_mm = &self.depths_mm[order * self.u_px.len()..];
             let mut start = 0;
             for (piece, &end) in self.ends.iter().enumerate() {
-                let outside =
-                    self.depths_mm[start..end].iter().filter(|depth_mm| !depth_range_mm.contains(**depth_mm));
+                let outside = depths_mm[start..end].iter().filter(|depth_mm| !depth_range_mm.contains(**depth_mm));
                 self.n_outside[piece * n_orders + order] = outside.count();
                 start = end;
             }
