@@ -21,6 +21,7 @@ pub struct DepthRangeMm {
 
 impl DepthRangeMm {
     /// Whether `depth_mm` lies inside.
+    #[inline]
     pub fn contains(&self, depth_mm: f64) -> bool {
         (self.near_mm..=self.far_mm).contains(&depth_mm)
     }

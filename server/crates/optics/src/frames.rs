@@ -27,7 +27,7 @@ pub struct PointMm<F> {
 
 impl<F> PointMm<F> {
     /// A point from its coordinates.
-    pub fn new(xyz: Vector3<f64>) -> Self {
+    pub const fn new(xyz: Vector3<f64>) -> Self {
         Self { xyz, frame: PhantomData }
     }
 }

@@ -1,15 +1,32 @@
 //! Labels and points of one frame after the other, in the memory of those before.
 
 use multiversion::multiversion;
-use optics::{DepthRangeMm, Hits, Triangulator};
+use nalgebra::{Vector2, Vector3};
+use optics::{DepthRangeMm, Hits, PointMm, RayHit, Triangulator};
 use vision::{CentrelinePoint, Centrelines};
 
-use crate::dropped::DropReason;
+use crate::dropped::{DropReason, Dropped};
 use crate::label::{FrameLabels, Verdict, along_across, still_fits};
 use crate::profile::{Profile, ProfilePoint, label_frame_by_reference};
 
 /// Points that are triangulated at once: what they need stays in the nearest cache.
 const POINTS_AT_ONCE: usize = 256;
+
+/// Stands where a point will be written.
+const NOWHERE: ProfilePoint = ProfilePoint {
+    order: 0,
+    hit_in_camera: PointMm::new(Vector3::new(0.0, 0.0, 0.0)),
+    seen: CentrelinePoint {
+        u_px: 0.0,
+        v_px: 0.0,
+        normal: [0.0; 2],
+        sigma_px: 0.0,
+        intensity: 0.0,
+        width_px: 0.0,
+        saturated: false,
+    },
+    noise_sigma_mm: 0.0,
+};
 
 /// Labels and triangulates one frame after the other. What it finds depends on the frame alone.
 ///
@@ -41,11 +58,12 @@ impl FrameLabeller {
             return;
         }
         self.labels.find(centrelines, triangulator, depth_range_mm);
-        profile.points.clear();
         profile.dropped = Default::default();
         self.take_verdicts(orders, profile);
         let n_points = self.kept.iter().map(|kept| self.labels.pieces[kept.2].n_points()).sum();
-        profile.points.reserve(n_points);
+        // What was there before is written over.
+        profile.points.resize(n_points, NOWHERE);
+        let mut n_written = 0;
         for &(order, _, piece, order_idx) in &self.kept {
             let piece = &self.labels.pieces[piece];
             let points = piece.points(centrelines);
@@ -55,9 +73,12 @@ impl FrameLabeller {
             for first in (0..points.len()).step_by(POINTS_AT_ONCE) {
                 let part = first..points.len().min(first + POINTS_AT_ONCE);
                 triangulator.triangulate_all(order_idx, &u_px[part.clone()], &v_px[part.clone()], &mut self.hits);
-                add(profile, &points[part], order, &self.hits, depth_range_mm);
+                let Profile { points: written, dropped, .. } = profile;
+                let seen = (&points[part], order);
+                n_written = write(written, n_written, seen, &self.hits, depth_range_mm, dropped);
             }
         }
+        profile.points.truncate(n_written);
         if !self.is_sorted() {
             self.sort(&mut profile.points);
         }
@@ -155,22 +176,40 @@ fn is_rising(numbers: &[f64]) -> bool {
     n_rising == n as u64
 }
 
-/// Adds the points that hit within the depth range; counts the others.
+/// Writes the points that hit within the depth range over those from `first` on; counts the others. Returns where the
+/// next points go.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn add(profile: &mut Profile, seen: &[CentrelinePoint], order: i8, hits: &Hits, depth_range_mm: DepthRangeMm) {
-    let n_within = hits.z_mm.iter().filter(|depth_mm| depth_range_mm.contains(**depth_mm)).count();
-    let point = |idx: usize, seen: &CentrelinePoint| {
-        let hit = hits.at(idx);
-        let noise_sigma_mm = hit.noise_sigma_mm(&seen.normal, seen.sigma_px);
-        ProfilePoint { order, hit_in_camera: hit.in_camera, seen: *seen, noise_sigma_mm }
-    };
-    if n_within == seen.len() {
-        profile.points.extend(seen.iter().enumerate().map(|(idx, seen)| point(idx, seen)));
-        return;
+fn write(
+    points: &mut [ProfilePoint],
+    first: usize,
+    (seen, order): (&[CentrelinePoint], i8),
+    hits: &Hits,
+    depth_range_mm: DepthRangeMm,
+    dropped: &mut Dropped,
+) -> usize {
+    let n = seen.len();
+    let (x_mm, y_mm, z_mm) = (&hits.x_mm[..n], &hits.y_mm[..n], &hits.z_mm[..n]);
+    let (by_u, by_v) = (&hits.reach_by_u[..n], &hits.reach_by_v[..n]);
+    let (mut n_within, mut n_missed) = (0, 0);
+    for depth_mm in z_mm {
+        n_within += u64::from(depth_range_mm.contains(*depth_mm));
+        n_missed += u64::from(depth_mm.is_nan());
     }
-    let within = |idx: &usize| depth_range_mm.contains(hits.z_mm[*idx]);
-    profile.points.extend((0..seen.len()).filter(within).map(|idx| point(idx, &seen[idx])));
-    let n_missed = hits.z_mm.iter().filter(|depth_mm| depth_mm.is_nan()).count();
-    profile.dropped.add_points(DropReason::NoHit, n_missed);
-    profile.dropped.add_points(DropReason::OutsideDepth, seen.len() - n_within - n_missed);
+    let all_within = n_within == n as u64;
+    let points = &mut points[first..][..n];
+    let mut place = 0;
+    for i in 0..n {
+        let seen = seen[i];
+        let reach_by_pixel = Vector2::new(by_u[i], by_v[i]);
+        let in_camera = PointMm::new(Vector3::new(x_mm[i], y_mm[i], z_mm[i]));
+        let hit = RayHit { in_camera, reach_by_pixel };
+        let noise_sigma_mm = hit.noise_sigma_mm(&seen.normal, seen.sigma_px);
+        points[place] = ProfilePoint { order, hit_in_camera: hit.in_camera, seen, noise_sigma_mm };
+        place += usize::from(all_within || depth_range_mm.contains(z_mm[i]));
+    }
+    if !all_within {
+        dropped.add_points(DropReason::NoHit, n_missed as usize);
+        dropped.add_points(DropReason::OutsideDepth, n - (n_within + n_missed) as usize);
+    }
+    first + place
 }
