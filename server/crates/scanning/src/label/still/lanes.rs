@@ -41,6 +41,15 @@ impl<const N: usize> Lanes<N> {
         self
     }
 
+    /// The larger of this and `other`.
+    #[inline(always)]
+    pub fn or(mut self, other: &Self) -> Self {
+        for i in 0..N {
+            self.0[i] = if other.0[i] > self.0[i] { other.0[i] } else { self.0[i] };
+        }
+        self
+    }
+
     /// All divided by one number.
     #[inline(always)]
     pub fn over(mut self, divisor: f64) -> Self {

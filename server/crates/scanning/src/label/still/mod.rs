@@ -11,6 +11,7 @@
 )]
 
 mod beliefs;
+mod bounds;
 mod evidence;
 mod lanes;
 mod lines;

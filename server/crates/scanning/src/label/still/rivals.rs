@@ -3,20 +3,20 @@
 //! Step by step as [`super::super::trial`] does it for sheets of whole scans; in one frame every piece is a sheet, and
 //! order across the image is all that pieces know of each other.
 
-use std::collections::VecDeque;
-
+use super::bounds::Bounds;
 use super::evidence::Evidence;
 use super::lanes::Lanes;
 use crate::params::{CHALLENGE_MARGIN, CHALLENGE_STEPS};
 
 /// Another piece and what it costs to stand in the wrong order beside it, both halves added up.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Side {
-    piece: usize,
+pub struct Side {
+    /// The other piece.
+    pub piece: usize,
     /// Where the other lies above.
-    above: f64,
+    pub above: f64,
     /// Where the other lies below.
-    below: f64,
+    pub below: f64,
 }
 
 /// Memory of the trials.
@@ -30,9 +30,14 @@ pub struct Rivals<const N: usize> {
     labels: Vec<usize>,
     /// Per piece and label: what it costs beside the labels of the others.
     costs: Vec<Lanes<N>>,
+    /// The same beside the labels of the answer in question.
+    given_costs: Vec<Lanes<N>>,
+    bounds: Bounds<N>,
     changed: Vec<usize>,
     is_changed: Vec<bool>,
-    waiting: VecDeque<usize>,
+    /// Pieces that wait to be asked; those before `n_asked` have been.
+    waiting: Vec<usize>,
+    n_asked: usize,
     queued: Vec<bool>,
     /// How much worse the tried answer is.
     cost: f64,
@@ -50,7 +55,7 @@ impl<const N: usize> Rivals<N> {
         self.is_changed.resize(labels.len(), false);
         self.queued.clear();
         self.queued.resize(labels.len(), false);
-        self.waiting.reserve(labels.len());
+        self.waiting.reserve(labels.len() + CHALLENGE_STEPS);
         self.changed.reserve(labels.len());
         self.costs.clear();
         for piece in 0..labels.len() {
@@ -62,6 +67,8 @@ impl<const N: usize> Rivals<N> {
             }
             self.costs.push(costs);
         }
+        self.given_costs.clone_from(&self.costs);
+        self.bounds.find(evidence, labels, &self.costs, (&self.sides, &self.ends));
     }
 
     #[inline(always)]
@@ -87,13 +94,8 @@ impl<const N: usize> Rivals<N> {
     }
 
     #[inline(always)]
-    fn range_of(&self, piece: usize) -> std::ops::Range<usize> {
-        (if piece == 0 { 0 } else { self.ends[piece - 1] })..self.ends[piece]
-    }
-
-    #[inline(always)]
     fn sides_of(&self, piece: usize) -> &[Side] {
-        &self.sides[self.range_of(piece)]
+        &self.sides[range_of(&self.ends, piece)]
     }
 
     /// Whether another order of this piece is nearly as good once the others have given way.
@@ -101,7 +103,7 @@ impl<const N: usize> Rivals<N> {
     pub fn has_rival(&mut self, evidence: &Evidence<N>, piece: usize) -> bool {
         let limit = CHALLENGE_MARGIN * evidence.sizes[piece];
         for rival in 0..evidence.n_orders {
-            if rival == self.given[piece] {
+            if rival == self.given[piece] || self.bounds.excludes(evidence, piece, rival, limit) {
                 continue;
             }
             for pushing in [false, true] {
@@ -110,7 +112,7 @@ impl<const N: usize> Rivals<N> {
                     self.push_all(evidence, piece);
                 }
                 let falls = self.falls_below(evidence, piece, limit);
-                self.take_back(evidence);
+                self.take_back();
                 if falls {
                     return true;
                 }
@@ -134,27 +136,27 @@ impl<const N: usize> Rivals<N> {
         }
     }
 
-    /// Costs are multiples of what single precision resolves: their sums are exact, so that taking off gives back what
-    /// was before.
+    /// Costs are multiples of what single precision resolves: their sums are exact, in whatever sequence.
     #[inline(always)]
     fn relabel(&mut self, evidence: &Evidence<N>, piece: usize, label: usize) {
         let before = std::mem::replace(&mut self.labels[piece], label);
-        for idx in self.range_of(piece) {
-            let side = self.sides[idx];
-            // For the other, this piece is on the opposite side.
-            self.costs[side.piece] = self.costs[side.piece]
-                .minus(side.above, &evidence.wrong_above[before])
-                .minus(side.below, &evidence.wrong_below[before])
-                .plus(side.above, &evidence.wrong_above[label])
-                .plus(side.below, &evidence.wrong_below[label]);
+        // For the others, this piece is on the opposite side.
+        let above = evidence.wrong_above[label].minus(1.0, &evidence.wrong_above[before]);
+        let below = evidence.wrong_below[label].minus(1.0, &evidence.wrong_below[before]);
+        for side in &self.sides[range_of(&self.ends, piece)] {
+            let costs = &mut self.costs[side.piece];
+            *costs = costs.plus(side.above, &above).plus(side.below, &below);
         }
     }
 
     #[inline(always)]
-    fn take_back(&mut self, evidence: &Evidence<N>) {
+    fn take_back(&mut self) {
         while let Some(piece) = self.changed.pop() {
             self.is_changed[piece] = false;
-            self.relabel(evidence, piece, self.given[piece]);
+            self.labels[piece] = self.given[piece];
+            for side in &self.sides[range_of(&self.ends, piece)] {
+                self.costs[side.piece] = self.given_costs[side.piece];
+            }
         }
         self.cost = 0.0;
     }
@@ -163,9 +165,9 @@ impl<const N: usize> Rivals<N> {
     #[inline(always)]
     fn push_all(&mut self, evidence: &Evidence<N>, pushing: usize) {
         let (from, to, none) = (self.given[pushing], self.labels[pushing], evidence.none());
-        self.waiting.push_back(pushing);
-        while let Some(piece) = self.waiting.pop_front() {
-            for idx in self.range_of(piece) {
+        self.waiting.push(pushing);
+        while let Some(piece) = self.next_waiting() {
+            for idx in range_of(&self.ends, piece) {
                 let side = self.sides[idx];
                 let (own, other) = (self.labels[piece], self.labels[side.piece]);
                 let wrong = side.above > 0.0 && other >= own || side.below > 0.0 && other <= own;
@@ -174,9 +176,10 @@ impl<const N: usize> Rivals<N> {
                 }
                 let shifted = (other + to).checked_sub(from).filter(|&label| label < none);
                 self.change(evidence, side.piece, shifted.unwrap_or(none));
-                self.waiting.push_back(side.piece);
+                self.waiting.push(side.piece);
             }
         }
+        self.forget_waiting();
     }
 
     /// Lets every piece that feels the changes take its best label, until nothing improves or the cost is below `limit`.
@@ -192,7 +195,7 @@ impl<const N: usize> Rivals<N> {
             if self.cost < limit {
                 break;
             }
-            let Some(other) = self.waiting.pop_front() else { break };
+            let Some(other) = self.next_waiting() else { break };
             self.queued[other] = false;
             if other == tried {
                 continue;
@@ -200,18 +203,37 @@ impl<const N: usize> Rivals<N> {
             let current = self.labels[other];
             let supports = self.supports(evidence, other).0;
             let (mut best, mut most) = (current, supports[current] + 1e-9);
+            let mut n_better = 0;
+            for label in 0..N {
+                n_better += u64::from(supports[label] > most);
+            }
+            if n_better == 0 {
+                continue;
+            }
             for label in 0..evidence.n_labels() {
                 (best, most) = if supports[label] > most { (label, supports[label]) } else { (best, most) };
             }
-            if best != current {
-                self.change(evidence, other, best);
-                self.queue_touched(evidence, other, current, best);
-            }
+            self.change(evidence, other, best);
+            self.queue_touched(evidence, other, current, best);
         }
-        while let Some(piece) = self.waiting.pop_front() {
+        while let Some(piece) = self.next_waiting() {
             self.queued[piece] = false;
         }
+        self.forget_waiting();
         self.cost < limit
+    }
+
+    #[inline(always)]
+    fn next_waiting(&mut self) -> Option<usize> {
+        let next = self.waiting.get(self.n_asked).copied();
+        self.n_asked += usize::from(next.is_some());
+        next
+    }
+
+    #[inline(always)]
+    fn forget_waiting(&mut self) {
+        self.waiting.clear();
+        self.n_asked = 0;
     }
 
     /// Puts the pieces that feel a change from one label to another in the queue: "none" nobody feels.
@@ -220,7 +242,7 @@ impl<const N: usize> Rivals<N> {
         if (from, to) == (evidence.none(), evidence.none()) {
             return;
         }
-        for idx in self.range_of(piece) {
+        for idx in range_of(&self.ends, piece) {
             self.queue(self.sides[idx].piece);
         }
     }
@@ -228,7 +250,13 @@ impl<const N: usize> Rivals<N> {
     #[inline(always)]
     fn queue(&mut self, piece: usize) {
         if !std::mem::replace(&mut self.queued[piece], true) {
-            self.waiting.push_back(piece);
+            self.waiting.push(piece);
         }
     }
+}
+
+/// Where the sides of a piece are.
+#[inline(always)]
+fn range_of(ends: &[usize], piece: usize) -> std::ops::Range<usize> {
+    (if piece == 0 { 0 } else { ends[piece - 1] })..ends[piece]
 }
