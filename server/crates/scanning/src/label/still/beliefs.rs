@@ -2,16 +2,18 @@
 
 use super::evidence::Evidence;
 use super::lanes::Lanes;
+use super::softmax::{self, Softmax};
 use crate::params::{RELAX_ROUNDS, RELAX_SHARPNESS, UNLABELLED_FROM};
 
 /// How much each label of each piece is believed, in memory that is kept from frame to frame.
 #[derive(Debug, Default)]
 pub struct Beliefs<const N: usize> {
     beliefs: Vec<Lanes<N>>,
-    fresh: Vec<Lanes<N>>,
-    /// Per piece and label: belief in this label or a lower one, in this one or a higher one; nothing for "none".
-    at_most: Vec<Lanes<N>>,
-    at_least: Vec<Lanes<N>>,
+    /// Per piece and label: what speaks for it.
+    supports: Vec<[f64; N]>,
+    softmax: Softmax,
+    /// Per piece and label: belief in this label or a lower one, then in this one or a higher one; nothing for "none".
+    up_to_and_from: Vec<[Lanes<N>; 2]>,
 }
 
 impl<const N: usize> Beliefs<N> {
@@ -19,21 +21,29 @@ impl<const N: usize> Beliefs<N> {
     #[inline(always)]
     pub fn relax(&mut self, evidence: &Evidence<N>, labels: &mut Vec<usize>) {
         let n_pieces = evidence.sizes.len();
+        let width = softmax::width(n_pieces);
         let mut even = Lanes::splat(0.0);
         for label in 0..evidence.n_labels() {
             even.0[label] = 1.0 / evidence.n_labels() as f64;
         }
-        for list in [&mut self.beliefs, &mut self.fresh, &mut self.at_most, &mut self.at_least] {
-            list.clear();
-            list.resize(n_pieces, even);
-        }
+        self.beliefs.clear();
+        self.beliefs.resize(n_pieces, even);
+        self.up_to_and_from.clear();
+        self.up_to_and_from.resize(n_pieces, [even; 2]);
         for round in 0..RELAX_ROUNDS {
             let progress = round as f64 / (RELAX_ROUNDS - 1) as f64;
             let sharpness = RELAX_SHARPNESS[0] * (RELAX_SHARPNESS[1] / RELAX_SHARPNESS[0]).powf(progress);
             self.add_up(evidence.n_orders);
-            self.ask(evidence, sharpness, progress >= UNLABELLED_FROM);
-            for piece in 0..n_pieces {
-                self.beliefs[piece] = Lanes::splat(0.0).plus(0.5, &self.beliefs[piece].and(&self.fresh[piece]));
+            self.ask(evidence);
+            let n_labels = if progress >= UNLABELLED_FROM { evidence.n_labels() } else { evidence.n_orders };
+            let shares = self.softmax.share(&self.supports, n_labels, sharpness);
+            for (piece, belief) in self.beliefs.iter_mut().enumerate() {
+                for label in 0..n_labels {
+                    belief.0[label] = 0.5 * (belief.0[label] + shares[label * width + piece]);
+                }
+                for label in n_labels..evidence.n_labels() {
+                    belief.0[label] *= 0.5;
+                }
             }
         }
         labels.clear();
@@ -55,28 +65,24 @@ impl<const N: usize> Beliefs<N> {
                 at_most.0[i] = below;
                 at_least.0[from_above] = above;
             }
-            self.at_most[piece] = at_most;
-            self.at_least[piece] = at_least;
+            self.up_to_and_from[piece] = [at_most, at_least];
         }
     }
 
-    /// What every piece believes, given what the others did.
+    /// What speaks for the labels of every piece, given what the others believe.
     #[inline(always)]
-    fn ask(&mut self, evidence: &Evidence<N>, sharpness: f64, none_takes_part: bool) {
+    fn ask(&mut self, evidence: &Evidence<N>) {
+        self.supports.clear();
         for piece in 0..self.beliefs.len() {
             let mut support = Lanes::splat(0.0);
             for bond in evidence.neighbours.bonds.of(piece) {
                 support = support.plus(bond.weight, &self.beliefs[bond.piece]);
             }
             for rank in evidence.neighbours.ranks.of(piece) {
-                let theirs = if rank.is_above { &self.at_least } else { &self.at_most };
-                support = support.minus(rank.cost, &theirs[rank.piece]);
+                let theirs = &self.up_to_and_from[rank.piece][usize::from(rank.is_above)];
+                support = support.minus(rank.cost, theirs);
             }
-            let mut support = evidence.single[piece].and(&support).over(evidence.sizes[piece]);
-            if !none_takes_part {
-                support.0[evidence.none()] = f64::NEG_INFINITY;
-            }
-            self.fresh[piece] = support.softmax(sharpness);
+            self.supports.push(evidence.single[piece].and(&support).over(evidence.sizes[piece]).0);
         }
     }
 }

@@ -19,6 +19,7 @@ mod neighbours;
 mod places;
 mod rivals;
 mod settle;
+mod softmax;
 
 use multiversion::multiversion;
 use optics::{DepthRangeMm, Triangulator};
