@@ -66,7 +66,9 @@ impl FrameLabels {
     pub fn find(&mut self, centrelines: &Centrelines, triangulator: &Triangulator, depth_range_mm: DepthRangeMm) {
         let n_orders = triangulator.calibration().orders.len();
         let Self { lines, pieces, cutter, places, neighbours, verdicts, .. } = self;
-        take_and_cut(centrelines, lines, cutter, pieces);
+        // Compiled for every machine: where vectors are wide, points in lists of other numbers would be gathered, slowly.
+        lines.take(centrelines);
+        cut(lines, centrelines.correlation_px, cutter, pieces);
         places.look(lines, pieces, triangulator, depth_range_mm);
         neighbours.find(lines, pieces, &places.sizes, &places.pitches_px);
         if n_orders < FEW {
@@ -80,9 +82,8 @@ impl FrameLabels {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn take_and_cut(centrelines: &Centrelines, lines: &mut Lines, cutter: &mut Cutter, pieces: &mut Vec<Piece>) {
-    lines.take(centrelines);
-    cutter.cut(lines, centrelines.correlation_px, pieces);
+fn cut(lines: &Lines, correlation_px: f64, cutter: &mut Cutter, pieces: &mut Vec<Piece>) {
+    cutter.cut(lines, correlation_px, pieces);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
