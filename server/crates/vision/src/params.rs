@@ -69,7 +69,7 @@ pub const LINK_GATE_MIN_PX: f32 = 2.0;
 /// Columns a segment may cross without a candidate (a dark speckle); the line is measured there all the same.
 pub const LINK_MAX_GAP_COLUMNS: usize = 3;
 /// Columns over which the heading of a segment is averaged.
-pub const LINK_HEADING_COLUMNS: f32 = 6.0;
+pub const LINK_HEADING_COLUMNS: usize = 6;
 /// Shortest segment kept. A slot of 1 mm seen at 6 px/mm is as long.
 pub const MIN_SEGMENT_COLUMNS: usize = 6;
 /// Median signal-to-noise a short segment needs.

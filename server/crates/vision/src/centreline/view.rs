@@ -1,11 +1,12 @@
 //! Typed access to the pixels of one image, so that the loops are compiled for 8 and for 16 bits.
 
+use super::fast::spread::Difference;
 use crate::params::{CELL_HEIGHT_PX, CELL_WIDTH_PX};
 
 /// A whole number that holds the sum of grey levels over the rows of a box, and differences of two such sums.
 ///
 /// Running sums may wrap: their differences are right all the same.
-pub trait Sum: Copy + Default + Ord + Send + Sync {
+pub trait Sum: Difference + Ord {
     /// One grey level.
     const ONE: Self;
     /// More than any sum.
@@ -16,8 +17,6 @@ pub trait Sum: Copy + Default + Ord + Send + Sync {
     fn minus(self, other: Self) -> Self;
     /// The number to calculate with.
     fn number(self) -> f32;
-    /// The sum as an integer.
-    fn int(self) -> i32;
     /// Its absolute value.
     fn abs(self) -> Self;
     /// All bits set where it is negative, otherwise none.
@@ -50,10 +49,6 @@ macro_rules! wrapping_sum {
             #[inline(always)]
             fn number(self) -> f32 {
                 self as f32
-            }
-            #[inline(always)]
-            fn int(self) -> i32 {
-                i32::from(self)
             }
             #[inline(always)]
             fn abs(self) -> Self {
@@ -97,13 +92,13 @@ pub const CELL_BLOCK: usize = 4;
 pub type CellRow<T> = [[T; CELL_WIDTH_PX]; CELL_BLOCK];
 
 /// A grey level of an image.
-pub trait Level: Copy + Default + Ord + Send + Sync {
+pub trait Level: Difference + Ord {
     /// Holds sums over up to 128 rows.
     type Sum: Sum;
     /// The level as such a sum.
     fn sum(self) -> Self::Sum;
-    /// The level as an integer.
-    fn int(self) -> i32;
+    /// How far two levels are apart.
+    fn apart(self, other: Self) -> Self;
     /// The level as a number to calculate with.
     fn grey(self) -> f32;
     /// The sum over a cell.
@@ -119,8 +114,8 @@ impl Level for u8 {
         i16::from(self)
     }
     #[inline(always)]
-    fn int(self) -> i32 {
-        i32::from(self)
+    fn apart(self, other: Self) -> Self {
+        self.saturating_sub(other) | other.saturating_sub(self)
     }
     #[inline(always)]
     fn grey(self) -> f32 {
@@ -164,8 +159,8 @@ impl Level for u16 {
         i32::from(self)
     }
     #[inline(always)]
-    fn int(self) -> i32 {
-        i32::from(self)
+    fn apart(self, other: Self) -> Self {
+        self.saturating_sub(other) | other.saturating_sub(self)
     }
     #[inline(always)]
     fn grey(self) -> f32 {

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::kernels::{Kernel, Kernels, MAX_LAG};
+use super::kernels::{Kernel, Kernels, MAX_LAG, RUN};
 use super::lanes::{LANES, Numbers};
 use super::pieces::{Crossings, Piece};
 use crate::centreline::CentrelinePoint;
@@ -31,6 +31,10 @@ pub struct Averager {
     /// Rows of a block and of its surroundings above the block's first.
     rows: Vec<f32>,
 }
+
+/// Columns whose rows are brought near at a time: what was just written in parts is slow to read as a whole, so not block
+/// by block.
+const GROUP: usize = 4 * LANES;
 
 /// Some neighbouring columns of a piece.
 #[derive(Clone, Copy)]
@@ -111,16 +115,27 @@ impl Averager {
         points.reserve(n);
         for start in (0..n).step_by(LANES) {
             let block = Block { start, n };
-            self.bring_near(rows, start);
-            let chosen = self.chosen(block);
-            let shape = self.shape(block, chosen.window);
+            if start.is_multiple_of(GROUP) {
+                self.bring_near(rows, start);
+            }
+            let at = self.longest + start % GROUP;
+            let (chosen, shape) = if block.is_whole(self.longest) {
+                let chosen = self.chosen::<true>(block, at);
+                let shape = self.shape::<true>(block, at, chosen.window);
+                (chosen, shape)
+            } else {
+                let chosen = self.chosen::<false>(block, at);
+                let shape = self.shape::<false>(block, at, chosen.window);
+                (chosen, shape)
+            };
             let places = piece.places.start + start..(piece.places.start + start + LANES).min(piece.places.end);
             let mut cross_variance_px2 = [0.0f32; LANES];
             cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
             let told = chosen.described(&shape, &cross_variance_px2);
             gains.push(self.variances[self.longest + start] / chosen.variance.0[0]);
             points.extend_from_slice(
-                &told.points(crossings, places.clone(), piece.first_u + start, rows[start])[..places.len()],
+                &told.points(crossings, places.clone(), piece.first_u + start, rows[start - start % GROUP])
+                    [..places.len()],
             );
         }
     }
@@ -139,32 +154,33 @@ impl Averager {
         }
     }
 
-    /// Rows of the block at `start` and of its surroundings above its first.
+    /// Rows of the group of blocks at `start` and of its surroundings above its first.
     #[inline(always)]
     fn bring_near(&mut self, rows: &[f64], start: usize) {
         let pad = self.longest;
-        let (from, to) = (start.saturating_sub(pad), (start + LANES + pad).min(rows.len()));
+        let (from, to) = (start.saturating_sub(pad), (start + GROUP + pad).min(rows.len()));
         let base = rows[start];
-        self.rows.resize(LANES + 2 * pad, 0.0);
+        self.rows.resize(GROUP + 2 * pad + RUN, 0.0);
         let near = &mut self.rows[from + pad - start..][..to - from];
         near.iter_mut().zip(&rows[from..to]).for_each(|(near, &row)| *near = (row - base) as f32);
     }
 
-    /// For every lane the longest window that agrees with all shorter ones, and its fit.
+    /// For every lane the longest window that agrees with all shorter ones, and its fit. The block begins at the place
+    /// `at` of the rows; `WHOLE` if no window is cut by the ends of the piece.
     #[inline(always)]
-    fn chosen(&mut self, block: Block) -> Chosen {
+    fn chosen<const WHOLE: bool>(&mut self, block: Block, at: usize) -> Chosen {
         let agreement = (ALONG_AGREEMENT_SIGMAS * ALONG_AGREEMENT_SIGMAS) as f32;
         let (zero, one) = (Numbers::default(), Numbers::splat(1.0));
         // Without any fit a crossing stands where it was measured.
         let mut chosen = Chosen {
             window: Numbers::splat(NONE),
-            value: Numbers::of(&self.rows[self.longest..]),
+            value: Numbers::of(&self.rows[at..]),
             variance: Numbers::of(&self.variances[self.longest + block.start..]),
         };
         // 1 until a window contradicts a shorter one.
         let mut open = one;
         for idx in 0..self.windows.len() {
-            let Fits { valid, value, variance } = self.fit(idx, block);
+            let Fits { valid, value, variance } = self.fit::<WHOLE>(idx, block, at);
             let noise = (chosen.variance - variance).max(chosen.variance * 0.1);
             let departure = value - chosen.value;
             let allowed =
@@ -181,17 +197,20 @@ impl Averager {
 
     /// Fits by whole windows, then anew where the line ends inside of them.
     #[inline(always)]
-    fn fit(&mut self, idx: usize, block: Block) -> Fits {
+    fn fit<const WHOLE: bool>(&mut self, idx: usize, block: Block, at: usize) -> Fits {
         let half = self.windows[idx].half_length();
         let kernel = self.windows[idx].whole();
-        let value = windowed(&kernel.value, &self.rows[self.longest - half..]);
+        let value = windowed(&kernel.value[..kernel.n], &self.rows[at - half..]);
         let variances = &self.variances[self.longest + block.start - half..];
-        let variance = windowed(&kernel.squared, variances) * kernel.shared;
+        let variance = windowed(&kernel.squared[..kernel.n], variances) * kernel.shared;
         let mut fits = Fits { valid: Numbers::splat(1.0), value, variance };
+        if WHOLE {
+            return fits;
+        }
         for i in block.cut(half) {
             let (kernel, from) = block.kernel_at(&mut self.windows[idx], i);
             fits.valid.0[i] = if kernel.value.is_empty() { 0.0 } else { 1.0 };
-            fits.value.0[i] = sum(&kernel.value, &self.rows[self.longest + i - from..]);
+            fits.value.0[i] = sum(&kernel.value, &self.rows[at + i - from..]);
             let variances = &self.variances[self.longest + block.start + i - from..];
             fits.variance.0[i] = sum(&kernel.squared, variances) * kernel.shared;
         }
@@ -200,7 +219,7 @@ impl Averager {
 
     /// Slopes and bends in the windows chosen.
     #[inline(always)]
-    fn shape(&mut self, block: Block, window: Numbers) -> Shape {
+    fn shape<const WHOLE: bool>(&mut self, block: Block, at: usize, window: Numbers) -> Shape {
         let mut shape = Shape::default();
         for idx in 0..self.windows.len() {
             // Over a half in the lanes that chose this window.
@@ -211,14 +230,17 @@ impl Averager {
             }
             let half = self.windows[idx].half_length();
             let kernel = self.windows[idx].whole();
-            let rows = &self.rows[self.longest - half..];
+            let rows = &self.rows[at - half..];
             let limit = Numbers::splat(0.5);
-            shape.slope = mine.where_over(limit, windowed(&kernel.slope, rows), shape.slope);
-            shape.bend = mine.where_over(limit, windowed(&kernel.bend, rows), shape.bend);
+            shape.slope = mine.where_over(limit, windowed(&kernel.slope[..kernel.n], rows), shape.slope);
+            shape.bend = mine.where_over(limit, windowed(&kernel.bend[..kernel.n], rows), shape.bend);
             shape.bend_gain = mine.where_over(limit, Numbers::splat(kernel.bend_gain), shape.bend_gain);
+            if WHOLE {
+                continue;
+            }
             for i in block.cut(half).filter(|&i| mine.0[i] > 0.5) {
                 let (kernel, from) = block.kernel_at(&mut self.windows[idx], i);
-                let rows = &self.rows[self.longest + i - from..];
+                let rows = &self.rows[at + i - from..];
                 shape.slope.0[i] = sum(&kernel.slope, rows);
                 shape.bend.0[i] = sum(&kernel.bend, rows);
                 shape.bend_gain.0[i] = kernel.bend_gain;
@@ -229,6 +251,12 @@ impl Averager {
 }
 
 impl Block {
+    /// Whether all of its columns have so many neighbours on either side.
+    #[inline(always)]
+    fn is_whole(self, n_beside: usize) -> bool {
+        self.start >= n_beside && self.start + LANES + n_beside <= self.n
+    }
+
     /// Columns whose windows the ends of the piece cut.
     #[inline(always)]
     fn cut(self, half_length: usize) -> impl Iterator<Item = usize> {
@@ -321,10 +349,17 @@ fn windowed(weights: &[f32], numbers: &[f32]) -> Numbers {
     sum
 }
 
-/// Sum with the kernel of one window.
+/// Sum with the kernel of one window; where its weights go on with zeros, any number does.
 #[inline(always)]
 fn sum(weights: &[f32], numbers: &[f32]) -> f32 {
-    weights.iter().zip(numbers).map(|(weight, number)| weight * number).sum()
+    let mut sums = [0.0f32; RUN];
+    for (weights, numbers) in weights.as_chunks::<RUN>().0.iter().zip(numbers.as_chunks::<RUN>().0) {
+        for i in 0..RUN {
+            sums[i] += weights[i] * numbers[i];
+        }
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
 /// How far (rows) the centre of a column's profile lies from a line that is steep and curved at once: to first order

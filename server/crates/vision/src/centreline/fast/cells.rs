@@ -12,7 +12,7 @@ use crate::params::{
 /// Columns of cells in a strip.
 const STRIP_CELLS: usize = STRIP_WIDTH_PX / CELL_WIDTH_PX;
 /// Columns of cells compared side by side.
-const LANES: usize = 16;
+const LANES: usize = 32;
 
 /// Columns of the image that share cells, and the rows in which they may hold lines.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -43,28 +43,19 @@ pub struct Cells<T: Level> {
     /// One group of columns with as many rows beyond either end as a comparison looks at.
     levels: Vec<Sums<T>>,
     least: Vec<Sums<T>>,
-    /// A bit for every cell, by column.
-    bright: Vec<u64>,
 }
 
 impl<T: Level> Cells<T> {
     /// The strips of an image, summed up before, with the rows in which lines may be.
     #[inline(always)]
     pub fn strips_with_light(&mut self, view: &View<T>, noise: &NoiseMap, strips: &mut Vec<Strip>) {
-        let words = self.down.div_ceil(64);
-        self.bright.clear();
-        self.bright.resize(self.groups * LANES * words, 0);
-        for group in 0..self.groups {
-            self.mark_bright(group, noise, words);
-        }
-        let of_cells = |idx: usize| &self.bright[idx * words..(idx + 1) * words];
         strips.resize_with(self.across.div_ceil(STRIP_CELLS), Strip::default);
-        for (strip, first) in strips.iter_mut().zip((0..self.across).step_by(STRIP_CELLS)) {
-            let own = first..(first + STRIP_CELLS).min(self.across);
-            let bits = |word: usize| own.clone().fold(0, |bits, idx| bits | of_cells(idx)[word]);
-            strip.u0 = first * CELL_WIDTH_PX;
-            strip.u1 = (strip.u0 + STRIP_WIDTH_PX).min(view.width);
-            rows_of((0..words).map(bits), self.down, view.height, &mut strip.rows);
+        for (strip, u0) in strips.iter_mut().zip((0..).step_by(STRIP_WIDTH_PX)) {
+            (strip.u0, strip.u1) = (u0, (u0 + STRIP_WIDTH_PX).min(view.width));
+            strip.rows.clear();
+        }
+        for (group, strips) in strips.chunks_mut(LANES / STRIP_CELLS).enumerate() {
+            self.mark_bright(group, noise, strips, view.height);
         }
     }
 
@@ -103,14 +94,17 @@ impl<T: Level> Cells<T> {
         }
     }
 
-    /// Sets a bit for every cell of a group of columns that is brighter, by [`CELL_MIN_SNR`], than the darkest cell
-    /// above and the darkest below it.
+    /// Tells the strips of a group of columns where a cell is brighter, by [`CELL_MIN_SNR`], than the darkest cell above
+    /// and the darkest below it.
     #[inline(always)]
-    fn mark_bright(&mut self, group: usize, noise: &NoiseMap, words: usize) {
+    fn mark_bright(&mut self, group: usize, noise: &NoiseMap, strips: &mut [Strip], height: usize) {
         self.take(group);
         let scale = CELL_MIN_SNR * ((CELL_WIDTH_PX * CELL_HEIGHT_PX) as f32).sqrt();
         let n = LANES.min(self.across - group * LANES);
-        let mut thresholds = [T::Sum::default(); LANES];
+        // A bit for every strip that was lit in the row before.
+        let mut before = 0;
+        // Lanes beyond the last column are never bright.
+        let mut thresholds = [T::Sum::MAX; LANES];
         let rows = self.levels[CELLS_BESIDE..].iter().zip(&self.least).zip(&self.least[CELLS_BESIDE + 1..]);
         for (row, ((here, above), below)) in rows.enumerate().take(self.down) {
             if (row * CELL_HEIGHT_PX).is_multiple_of(NOISE_TILE_PX) {
@@ -122,21 +116,24 @@ impl<T: Level> Cells<T> {
             }
             let above = if row < CELLS_AT_BORDER { below } else { above };
             let below = if row + CELLS_AT_BORDER >= self.down { above } else { below };
-            let mut excess = *here;
-            let mut most = T::Sum::default().minus(T::Sum::ONE);
+            let mut bright = 0u32;
             for lane in 0..LANES {
                 let base = above[lane].max(below[lane]);
-                excess[lane] = here[lane].minus(base).minus(thresholds[lane]);
+                bright |= u32::from(here[lane].minus(base) >= thresholds[lane]) << lane;
             }
-            for lane in 0..LANES {
-                most = most.max(excess[lane]);
+            let lit = of_strips(bright);
+            let mut changed = lit ^ before;
+            before = lit;
+            while changed != 0 {
+                let lane = changed.trailing_zeros();
+                changed &= changed - 1;
+                let strip = &mut strips[lane as usize / STRIP_CELLS];
+                if lit >> lane & 1 != 0 { strip.begin(row) } else { strip.end(row, height) }
             }
-            if most < T::Sum::default() {
-                continue;
-            }
-            for lane in (0..n).filter(|&lane| excess[lane] >= T::Sum::default()) {
-                self.bright[(group * LANES + lane) * words + row / 64] |= 1 << (row % 64);
-            }
+        }
+        while before != 0 {
+            strips[before.trailing_zeros() as usize / STRIP_CELLS].end(self.down, height);
+            before &= before - 1;
         }
     }
 
@@ -164,28 +161,33 @@ impl<T: Level> Cells<T> {
     }
 }
 
-/// Runs of set bits, one cell longer at either end, as rows of pixels.
+/// Bits of cells side by side as bits of strips, at their first cells.
 #[inline(always)]
-fn rows_of(
-    bits: impl Iterator<Item = u64>,
-    n_cells: usize,
-    height: usize,
-    runs: &mut Vec<std::ops::Range<usize>>,
-) {
-    runs.clear();
-    for (idx, word) in bits.enumerate() {
-        let mut rest = word;
-        while rest != 0 {
-            let begin = rest.trailing_zeros();
-            let length = (rest >> begin).trailing_ones();
-            rest = if begin + length >= 64 { 0 } else { rest >> (begin + length) << (begin + length) };
-            let from = (idx * 64 + begin as usize).saturating_sub(1);
-            let to = (idx * 64 + (begin + length) as usize + 1).min(n_cells);
-            let rows = from * CELL_HEIGHT_PX..(to * CELL_HEIGHT_PX).min(height);
-            match runs.last_mut() {
-                Some(last) if last.end >= rows.start => last.end = rows.end,
-                _ => runs.push(rows),
-            }
+fn of_strips(bright: u32) -> u32 {
+    let mut lit = 0;
+    let mut firsts = 0;
+    for lane in 0..LANES {
+        lit |= bright >> (lane % STRIP_CELLS);
+        firsts |= u32::from(lane % STRIP_CELLS == 0) << lane;
+    }
+    lit & firsts
+}
+
+impl Strip {
+    /// Light begins in a row of cells: lines may be from the cell before it on.
+    #[inline(always)]
+    fn begin(&mut self, row: usize) {
+        let from = row.saturating_sub(1) * CELL_HEIGHT_PX;
+        if self.rows.last().is_none_or(|last| last.end < from) {
+            self.rows.push(from..from);
+        }
+    }
+
+    /// Light ends before a row of cells: lines may be up to the end of that cell.
+    #[inline(always)]
+    fn end(&mut self, row: usize, height: usize) {
+        if let Some(last) = self.rows.last_mut() {
+            last.end = ((row + 1) * CELL_HEIGHT_PX).min(height);
         }
     }
 }

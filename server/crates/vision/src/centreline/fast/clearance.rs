@@ -1,8 +1,7 @@
 //! How far the nearest other line is, for every step of every trace.
 
-use crate::centreline::reference::candidates::Candidate;
-use crate::centreline::reference::segments::{Step, Trace};
-use crate::params::{CLEARANCE_MATTERS_WIDTHS, RIVAL_CONTRAST};
+use crate::centreline::reference::segments::Trace;
+use crate::params::RIVAL_CONTRAST;
 
 /// One step, where all steps of a column lie together.
 #[derive(Clone, Copy, Default)]
@@ -11,15 +10,6 @@ struct Entry {
     contrast: f32,
     trace: u32,
     step: u32,
-}
-
-/// Whether candidates of one column are so near to each other that clearances matter.
-#[inline(always)]
-pub fn are_crowded(candidates: &[Candidate], width_px: f32) -> bool {
-    let near = (CLEARANCE_MATTERS_WIDTHS * width_px) as u32;
-    let crowded =
-        |pair: &[Candidate; 2]| (pair[0].u == pair[1].u) & (pair[1].v - pair[0].v.min(pair[1].v) <= near);
-    candidates.array_windows::<2>().any(crowded)
 }
 
 /// All steps column by column; their memory is kept from image to image.
@@ -36,7 +26,7 @@ pub fn mark_clearances(traces: &mut [Trace], width: usize, columns: &mut Columns
     starts.clear();
     starts.resize(width + 2, 0);
     for trace in &*traces {
-        for n in &mut starts[trace.first_u + 2..trace.first_u + 2 + trace.steps.len()] {
+        for n in &mut starts[trace.first_u + 2..trace.first_u + 2 + trace.len()] {
             *n += 1;
         }
     }
@@ -47,7 +37,7 @@ pub fn mark_clearances(traces: &mut [Trace], width: usize, columns: &mut Columns
     entries.clear();
     entries.resize(starts[width + 1] as usize, Entry::default());
     for (trace_idx, trace) in traces.iter().enumerate() {
-        for (idx, &Step { v, contrast, .. }) in trace.steps.iter().enumerate() {
+        for (idx, (&v, &contrast)) in trace.v.iter().zip(&trace.contrast).enumerate() {
             let place = &mut starts[trace.first_u + idx + 1];
             entries[*place as usize] = Entry { v, contrast, trace: trace_idx as u32, step: idx as u32 };
             *place += 1;
@@ -68,7 +58,7 @@ pub fn mark_clearances(traces: &mut [Trace], width: usize, columns: &mut Columns
                 _ => f32::INFINITY,
             };
             let clearance_px = distance(i.checked_sub(1).map(|k| &column[k])).min(distance(column.get(i + 1)));
-            traces[here.trace as usize].steps[here.step as usize].clearance_px = clearance_px;
+            traces[here.trace as usize].clearance_px[here.step as usize] = clearance_px;
         }
     }
 }

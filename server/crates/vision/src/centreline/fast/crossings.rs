@@ -1,8 +1,9 @@
 //! The crossings of a trace: sixteen columns at a time, straightened, measured across the line.
 
+use super::lanes::Numbers;
 use super::pieces::{Crossings, Measured, WIDTH_PER_AREA};
 use super::taps::Taps;
-use super::window::{LANES, Places, Window};
+use super::window::{LANES, Places, SHARING, Window};
 use crate::centreline::reference::candidates::Boxes;
 use crate::centreline::reference::noise::NoiseMap;
 use crate::centreline::reference::segments::Trace;
@@ -15,9 +16,6 @@ use crate::params::{
 
 /// Farthest a window is moved at once, in rows.
 const MOVE_MAX_PX: f32 = 4.0;
-
-/// Neighbouring columns that may be looked at about the same row.
-const SHARING: usize = 4;
 
 type Lanes = [f32; LANES];
 
@@ -58,7 +56,7 @@ pub struct Measurer<T> {
 /// A column that still has to be measured.
 #[derive(Clone, Copy, Default)]
 struct Pending {
-    idx: u32,
+    idx: usize,
     v: u32,
 }
 
@@ -70,24 +68,15 @@ fn nearest_row(v: f32) -> u32 {
 }
 
 /// Lets some columns be looked at about the same row if theirs are next to it: their pixels are then copied together.
+/// `idx` tells one such group of a trace from the next.
 #[inline(always)]
-fn share_row(pending: &mut [Pending; SHARING]) {
+fn share_row(rows: &mut [u32; SHARING], idx: usize) {
     let n = SHARING as u32;
     // Halves are rounded up and down in turn: where the window stands must not move the line.
-    let half = n / 2 - (pending[0].idx / n) % 2;
-    let mut sum = half;
-    for column in &*pending {
-        sum += column.v;
-    }
-    let mean = sum / n;
-    let mut all_beside = true;
-    for column in &*pending {
-        all_beside &= (column.v + 1).wrapping_sub(mean) <= 2;
-    }
+    let mean = (rows.iter().sum::<u32>() + n / 2 - idx as u32 % 2) / n;
+    let all_beside = rows.iter().fold(true, |all, row| all & ((row + 1).wrapping_sub(mean) <= 2));
     if all_beside {
-        for column in pending {
-            column.v = mean;
-        }
+        *rows = [mean; SHARING];
     }
 }
 
@@ -132,60 +121,51 @@ impl<T: Level> Measurer<T> {
     #[inline(always)]
     pub fn measure(&mut self, image: &Image<T>, trace: &Trace, crossings: &mut Crossings) -> usize {
         let last = (image.view.height - 1) as u32;
-        let start = crossings.extend(trace.steps.len());
+        let start = crossings.extend(trace.len());
         self.pending.clear();
-        self.pending.resize(trace.steps.len(), Pending::default());
-        for (idx, (step, pending)) in trace.steps.iter().zip(&mut self.pending).enumerate() {
-            *pending = Pending { idx: idx as u32, v: nearest_row(step.v).min(last) };
+        for first in (0..trace.len()).step_by(LANES) {
+            self.block(image, trace, &Block::from(trace, first, last), crossings, start);
         }
-        for some in self.pending.as_chunks_mut().0 {
-            share_row(some);
-        }
-        for _ in 0..STEGER_MAX_STEPS {
-            let pending = std::mem::take(&mut self.pending);
-            for some in pending.chunks(LANES) {
-                self.block(image, trace, some, crossings, start);
-            }
-            self.pending = std::mem::replace(&mut self.later, pending);
-            self.later.clear();
-            if self.pending.is_empty() {
+        for _ in 1..STEGER_MAX_STEPS {
+            if self.later.is_empty() {
                 break;
             }
+            std::mem::swap(&mut self.pending, &mut self.later);
+            let pending = std::mem::take(&mut self.pending);
+            for some in pending.chunks(LANES) {
+                self.block(image, trace, &Block::of(trace, some), crossings, start);
+            }
+            self.pending = pending;
+            self.pending.clear();
         }
+        self.later.clear();
         crossings.widen(start);
         start
     }
 
     #[inline(always)]
-    fn block(
-        &mut self,
-        image: &Image<T>,
-        trace: &Trace,
-        pending: &[Pending],
-        crossings: &mut Crossings,
-        start: usize,
-    ) {
-        let block = Block::of(trace, pending);
+    fn block(&mut self, image: &Image<T>, trace: &Trace, block: &Block, crossings: &mut Crossings, start: usize) {
         self.window.straighten(image.view, &block.places, image.reach);
-        let seen = surroundings(image, &block, &self.window);
+        let seen = surroundings(image, block, &self.window);
         let (width_px, clearance_px) = seen.width_and_clearance(block.n, image.width_px);
         let taps = Taps::for_width(width_px.min(CLEARANCE_KERNEL_WIDTH * clearance_px), image.scales);
         let derivatives = derivatives(&self.window, taps);
-        let ridge = ridge(image, &block, &seen, &derivatives, taps.sigma_px, width_px);
+        let ridge = ridge(image, block, &seen, &derivatives, taps.sigma_px, width_px);
         let middle = block.n / 2;
-        let noise = image.noise.at(block.places.u[middle], block.places.v[middle]);
-        let measured = Measured::of(&block, &seen, &derivatives, &ridge, taps, width_px, noise);
-        let first = pending[0].idx as usize;
-        if block.n == LANES && pending[LANES - 1].idx as usize == first + LANES - 1 {
-            crossings.put(start + first, &measured);
+        let noise = image.noise.at(block.places.u[middle] as usize, block.places.v[middle] as usize);
+        let measured = Measured::of(block, &seen, &derivatives, &ridge, taps, width_px, noise);
+        let idx = |i: usize| block.places.u[i] as usize - trace.first_u;
+        if block.n == LANES && block.places.adjoin {
+            crossings.put(start + idx(0), &measured);
         } else {
-            let found = pending.iter().enumerate().filter(|&(i, _)| measured.found[i]);
-            found.for_each(|(i, column)| crossings.put_one(start + column.idx as usize, &measured, i));
+            let found = (0..block.n).filter(|&i| measured.found[i]);
+            found.for_each(|i| crossings.put_one(start + idx(i), &measured, i));
         }
         if ridge.moved.iter().fold(false, |any, &moved| any | (moved != 0.0)) {
-            let moved = pending.iter().zip(&ridge.moved).filter(|&(_, &moved)| moved != 0.0);
-            self.later
-                .extend(moved.map(|(&Pending { idx, v }, &moved)| Pending { idx, v: (v as f32 + moved) as u32 }));
+            let moved = (0..block.n).filter(|&i| ridge.moved[i] != 0.0);
+            self.later.extend(
+                moved.map(|i| Pending { idx: idx(i), v: (block.places.v[i] as f32 + ridge.moved[i]) as u32 }),
+            );
         }
     }
 }
@@ -232,28 +212,63 @@ impl Measured {
 }
 
 impl Block {
+    /// Steps in a row, from `first` on. `last` is the last row of the image.
+    #[inline(always)]
+    fn from(trace: &Trace, first: usize, last: u32) -> Self {
+        let (step_v, contrast) = (from(&trace.v[first..]), from(&trace.contrast[first..]));
+        let clearance_px = from(&trace.clearance_px[first..]);
+        let mut rows = [0; LANES];
+        for i in 0..LANES {
+            rows[i] = nearest_row(step_v[i]).min(last);
+        }
+        let n = LANES.min(trace.len() - first);
+        for (idx, some) in rows.as_chunks_mut::<SHARING>().0.iter_mut().enumerate() {
+            if (idx + 1) * SHARING <= n {
+                share_row(some, first / SHARING + idx);
+            }
+        }
+        let first_u = (trace.first_u + first) as u32;
+        let mut u = [first_u; LANES];
+        for i in 0..LANES {
+            u[i] += i as u32;
+        }
+        let places = Places { u, v: rows, adjoin: true };
+        Self { n, places, step_v, contrast, clearance_px }
+    }
+
+    /// Some steps that are looked at again.
     #[inline(always)]
     fn of(trace: &Trace, pending: &[Pending]) -> Self {
         let n = pending.len();
-        let last = pending[n - 1];
         let mut block = Self {
             n,
-            places: Places { u: [0; LANES], v: [last.v as usize; LANES] },
+            places: Places { u: [0; LANES], v: [0; LANES], adjoin: false },
             step_v: [0.0; LANES],
             contrast: [0.0; LANES],
             clearance_px: [0.0; LANES],
         };
         for i in 0..LANES {
-            let Pending { idx, v } = if i < n { pending[i] } else { last };
-            let step = &trace.steps[idx as usize];
-            // Beyond the last step the columns go on, so that they stay neighbours.
-            block.places.u[i] = trace.first_u + idx as usize + (i + 1).saturating_sub(n);
-            block.places.v[i] = v as usize;
-            block.step_v[i] = step.v;
-            block.contrast[i] = step.contrast;
-            block.clearance_px[i] = step.clearance_px;
+            let Pending { idx, v } = pending[i.min(n - 1)];
+            block.places.u[i] = (trace.first_u + idx) as u32;
+            block.places.v[i] = v;
+            block.step_v[i] = trace.v[idx];
+            block.contrast[i] = trace.contrast[idx];
+            block.clearance_px[i] = trace.clearance_px[idx];
         }
         block
+    }
+}
+
+/// The numbers a slice begins with; the last is repeated if there are fewer.
+#[inline(always)]
+fn from(numbers: &[f32]) -> Lanes {
+    match numbers.first_chunk() {
+        Some(all) => *all,
+        None => {
+            let mut some = [numbers[numbers.len() - 1]; LANES];
+            some[..numbers.len()].copy_from_slice(numbers);
+            some
+        }
     }
 }
 
@@ -277,13 +292,14 @@ fn surroundings<T: Level>(image: &Image<T>, block: &Block, window: &Window<T>) -
         plausible: [false; LANES],
         height: [0.0; LANES],
         area: [0.0; LANES],
-        saturated: std::array::from_fn(|i| {
-            rows[0][i].max(rows[1][i]).max(rows[2][i]).grey() >= image.view.full_scale
-        }),
+        saturated: [false; LANES],
     };
+    for i in 0..LANES {
+        seen.saturated[i] = rows[0][i].max(rows[1][i]).max(rows[2][i]).grey() >= image.view.full_scale;
+    }
     let per_row = 1.0 / n_rows;
     let per_distance = 1.0 / (2.0 * flank as f32);
-    let v = block.places.v.map(|v| v as u32);
+    let v = block.places.v;
     let (first, last) = (flank as u32, (image.view.height - flank) as u32);
     for i in 0..LANES {
         let (above, below) = (above[i] * per_row, below[i] * per_row);
@@ -316,29 +332,23 @@ impl Surroundings {
             let clear = counts & (self.clearance_px[i] >= CLEARANCE_MIN_WIDTHS * WIDTH_MIN_PX);
             clearance_px[i] = if clear { self.clearance_px[i] } else { f32::INFINITY };
         }
-        let (area, height) = (area.iter().sum::<f32>(), height.iter().sum::<f32>());
+        let (area, height) = (Numbers(area).sum(), Numbers(height).sum());
         let width_px = if height > 0.0 { WIDTH_PER_AREA * area / height } else { typical_px };
-        let clearance_px = clearance_px.into_iter().fold(f32::INFINITY, |a, b| if b < a { b } else { a });
-        (width_px.clamp(WIDTH_MIN_PX, 2.0 * typical_px), clearance_px)
+        (width_px.clamp(WIDTH_MIN_PX, 2.0 * typical_px), Numbers(clearance_px).least())
     }
 }
 
 #[inline(always)]
 fn derivatives<T: Level>(window: &Window<T>, taps: &Taps) -> Derivatives {
-    let [mut first, mut second] = [[0.0f32; LANES]; 2];
-    let middle = window.row(0);
     let [_, w2] = taps.weights[taps.reach];
-    (0..LANES).for_each(|i| second[i] = w2 * middle[i].grey());
+    let (mut first, mut second) = (Numbers::default(), Numbers::greys(window.row(0)) * w2);
     for (&[w1, w2], (before, after)) in taps.weights[taps.reach + 1..].iter().zip(window.pairs()) {
         // The first takes the difference of the rows on either side, the second their sum.
-        for i in 0..LANES {
-            let (before, after) = (before[i].grey(), after[i].grey());
-            let (sum, difference) = (before + after, after - before);
-            first[i] += w1 * difference;
-            second[i] += w2 * sum;
-        }
+        let (before, after) = (Numbers::greys(before), Numbers::greys(after));
+        first = first + (after - before) * w1;
+        second = second + (before + after) * w2;
     }
-    Derivatives { first, second }
+    Derivatives { first: first.0, second: second.0 }
 }
 
 #[inline(always)]
@@ -358,8 +368,8 @@ fn ridge<T: Level>(
     let leak = leak(image.boxes, line_sigma_px) * WIDTH_PER_AREA / width_px;
     let per_spread = 1.0 / (sigma_px * sigma_px + line_sigma_px * line_sigma_px);
     let mut ridge = Ridge { offset: [0.0; LANES], found: [false; LANES], moved: [0.0; LANES] };
-    let v = block.places.v.map(|v| v as i32 as f32);
     for i in 0..LANES {
+        let v = block.places.v[i] as i32 as f32;
         let (expected, second) = (block.step_v[i], derivatives.second[i]);
         let slope = derivatives.first[i] - seen.background_slope[i];
         let inside = (expected >= first_v) & (expected <= last_v);
@@ -372,13 +382,13 @@ fn ridge<T: Level>(
         let near = guess.abs() <= RIDGE_TRUSTED_PX;
         // For a Gaussian line R′ / R″ = t / (1 − t²/S²), S² the variance of line and kernel together.
         let offset = 2.0 * guess / (1.0 + (1.0 + 4.0 * guess * guess * per_spread).sqrt());
-        let found = v[i] + offset;
+        let found = v + offset;
         let reached = ((found - expected).abs() <= gate_px) & (found >= 0.0) & (found <= last);
         ridge.offset[i] = offset;
         ridge.found[i] = usable & near & reached;
-        let moved = (v[i] + guess.clamp(-MOVE_MAX_PX, MOVE_MAX_PX)).round_ties_even().clamp(0.0, last);
+        let moved = (v + guess.clamp(-MOVE_MAX_PX, MOVE_MAX_PX)).round_ties_even().clamp(0.0, last);
         let worth = usable & !near & ((moved - expected).abs() <= gate_px + 1.0);
-        ridge.moved[i] = if worth { moved - v[i] } else { 0.0 };
+        ridge.moved[i] = if worth { moved - v } else { 0.0 };
     }
     ridge
 }
@@ -388,9 +398,19 @@ fn ridge<T: Level>(
 #[inline(always)]
 fn leak(boxes: Boxes, line_sigma_px: f32) -> f32 {
     let half = boxes.half_height as f32 + 0.5;
-    let bell = |x: f32| (-0.5 * (x / line_sigma_px) * (x / line_sigma_px)).exp();
+    let bell = |x: f32| decay(0.5 * (x / line_sigma_px) * (x / line_sigma_px));
     let flank = boxes.flank as f32;
     (bell(flank - half) - bell(flank + half)) / (boxes.rows() as f32 * flank)
+}
+
+/// e^−y of what is not negative, to 2e-4 of itself; libraries disagree in the last bit.
+#[inline(always)]
+fn decay(y: f32) -> f32 {
+    let halvings = (y * std::f32::consts::LOG2_E).min(126.0);
+    let whole = halvings as u32;
+    let x = (halvings - whole as f32) * std::f32::consts::LN_2;
+    let rest = 1.0 - x * (1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0)))));
+    rest * f32::from_bits((127 - whole) << 23)
 }
 
 #[inline(always)]
@@ -399,5 +419,9 @@ fn sum_of<'a, T: Level + 'a>(rows: impl Iterator<Item = &'a [T; LANES]>) -> Lane
     for row in rows {
         (0..LANES).for_each(|i| sum[i] = sum[i].plus(row[i].sum()));
     }
-    sum.map(Sum::number)
+    let mut numbers = [0.0; LANES];
+    for i in 0..LANES {
+        numbers[i] = sum[i].number();
+    }
+    numbers
 }

@@ -6,9 +6,14 @@ pub const MAX_LAG: usize = 8;
 /// one side of its vertex has some 0.003.
 const MIN_DETERMINANT: f64 = 1e-4;
 
+/// Weights are stored in whole runs of so many, the last filled up with nothing.
+pub const RUN: usize = 8;
+
 /// A window with what every place of it counts, from its first place to its last; nothing if it holds too few.
 #[derive(Debug, Clone)]
 pub struct Kernel {
+    /// Places of the window; the weights go on with zeros.
+    pub n: usize,
     /// In the value at the middle.
     pub value: Vec<f32>,
     /// Its square: in the variance of the value.
@@ -86,6 +91,7 @@ impl Kernel {
         ];
         let determinant = s[0] * c[0][0] + s[1] * c[0][1] + s[2] * c[0][2];
         let mut kernel = Self {
+            n: before + after + 1,
             value: vec![],
             squared: vec![],
             slope: vec![],
@@ -105,10 +111,15 @@ impl Kernel {
         let products = |lag: usize| rows.iter().zip(rows.iter().skip(lag)).map(|(a, b)| a[0] * b[0]).sum::<f64>();
         kernel.autocorrelation = std::array::from_fn(|lag| products(lag) / products(0));
         kernel.bend_gain_alone = rows.iter().map(|row| row[2] * row[2]).sum::<f64>() / products(0);
-        kernel.value = rows.iter().map(|row| row[0] as f32).collect();
-        kernel.squared = rows.iter().map(|row| (row[0] * row[0]) as f32).collect();
-        kernel.slope = rows.iter().map(|row| row[1] as f32).collect();
-        kernel.bend = rows.iter().map(|row| row[2] as f32).collect();
+        let filled_up = |weight: fn(&[f64; 3]) -> f64| {
+            let mut weights: Vec<f32> = rows.iter().map(|row| weight(row) as f32).collect();
+            weights.resize(rows.len().next_multiple_of(RUN), 0.0);
+            weights
+        };
+        kernel.value = filled_up(|row| row[0]);
+        kernel.squared = filled_up(|row| row[0] * row[0]);
+        kernel.slope = filled_up(|row| row[1]);
+        kernel.bend = filled_up(|row| row[2]);
         kernel
     }
 
@@ -132,7 +143,8 @@ mod tests {
         kernels.prepare(7, &[0.0; MAX_LAG + 1]);
         for (before, after) in [(7, 7), (0, 7), (7, 2), (3, 3)] {
             let kernel = kernels.at(before, after);
-            assert_eq!(kernel.value.len(), before + after + 1);
+            assert_eq!(kernel.n, before + after + 1);
+            assert!(kernel.value[kernel.n..].iter().all(|&weight| weight == 0.0));
             let parabola = |x: f64| 2.0 - 0.3 * x + 0.05 * x * x;
             let sum = |weights: &[f32]| -> f64 {
                 let terms = weights.iter().enumerate();

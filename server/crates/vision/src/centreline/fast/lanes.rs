@@ -2,6 +2,8 @@
 
 use std::ops::{Add, Mul, Sub};
 
+use crate::centreline::view::Level;
+
 /// Numbers calculated with at once.
 pub const LANES: usize = 16;
 
@@ -22,6 +24,16 @@ impl Numbers {
         Self(*slice.first_chunk().expect("the caller slices as many"))
     }
 
+    /// Grey levels.
+    #[inline(always)]
+    pub fn greys<T: Level>(levels: &[T; LANES]) -> Self {
+        let mut greys = [0.0; LANES];
+        for i in 0..LANES {
+            greys[i] = levels[i].grey();
+        }
+        Self(greys)
+    }
+
     /// The larger of each pair; the second where the first is not a number.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
@@ -36,6 +48,35 @@ impl Numbers {
             result[i] = if self.0[i] > limit.0[i] { over.0[i] } else { otherwise.0[i] };
         }
         Self(result)
+    }
+
+    /// The sum of all lanes, halves added to halves.
+    #[inline(always)]
+    pub fn sum(self) -> f32 {
+        let mut numbers = self.0;
+        let mut half = LANES / 2;
+        while half > 0 {
+            for i in 0..half {
+                numbers[i] += numbers[i + half];
+            }
+            half /= 2;
+        }
+        numbers[0]
+    }
+
+    /// The least of all lanes.
+    #[inline(always)]
+    pub fn least(self) -> f32 {
+        let mut numbers = self.0;
+        let mut half = LANES / 2;
+        while half > 0 {
+            for i in 0..half {
+                let other = numbers[i + half];
+                numbers[i] = if other < numbers[i] { other } else { numbers[i] };
+            }
+            half /= 2;
+        }
+        numbers[0]
     }
 
     /// Whether this is more than `limit` in any lane.

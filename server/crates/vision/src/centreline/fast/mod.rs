@@ -19,13 +19,14 @@ mod kernels;
 mod lanes;
 mod noise;
 mod pieces;
+pub mod spread;
 mod taps;
 mod width;
 mod window;
 
-use multiversion::multiversion;
+use multiversion::{inherit_target, multiversion};
 
-use super::reference::candidates::{Boxes, Candidate};
+use super::reference::candidates::Boxes;
 use super::reference::ends::without_bent_ends;
 use super::reference::scatter::{Differences, Scatter};
 use super::reference::segments::Linker;
@@ -62,9 +63,10 @@ pub struct Memory<T: Level> {
     pixel_noise: PixelNoise<T>,
     strips: Vec<Strip>,
     peaks: Peaks,
+    /// Typical full width at half height.
+    width_px: f32,
     box_noise: BoxNoise<T>,
     search: Search<T>,
-    candidates: Vec<Candidate>,
     linker: Linker,
     columns: Columns,
     measurer: Measurer<T>,
@@ -77,57 +79,123 @@ pub struct Memory<T: Level> {
     spare: Vec<Segment>,
 }
 
-/// The lines of an image of 8 bits.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-pub fn extract_eight(view: &View<u8>, memory: &mut Memory<u8>, found: &mut Centrelines) {
-    extract(view, memory, found);
+/// The extraction compiled for every instruction set, step by step: in one function as large as all of them compilers
+/// keep sums of inner loops in memory.
+macro_rules! extraction {
+    ($(#[$doc:meta])* $name:ident, $level:ty) => {
+        $(#[$doc])*
+        #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+        pub fn $name(view: &View<$level>, memory: &mut Memory<$level>, found: &mut Centrelines) {
+            #[inherit_target]
+            #[inline(never)]
+            fn read(view: &View<$level>, memory: &mut Memory<$level>) {
+                memory.read(view);
+            }
+            #[inherit_target]
+            #[inline(never)]
+            fn learn_width(view: &View<$level>, memory: &mut Memory<$level>) {
+                memory.learn_width(view);
+            }
+            #[inherit_target]
+            #[inline(never)]
+            fn measure_box_noise(view: &View<$level>, memory: &mut Memory<$level>) {
+                memory.measure_box_noise(view);
+            }
+            #[inherit_target]
+            #[inline(never)]
+            fn search(view: &View<$level>, memory: &mut Memory<$level>) {
+                memory.search(view);
+            }
+            #[inherit_target]
+            #[inline(never)]
+            fn measure(view: &View<$level>, memory: &mut Memory<$level>) {
+                memory.measure(view);
+            }
+            #[inherit_target]
+            #[inline(never)]
+            fn describe(memory: &mut Memory<$level>, found: &mut Centrelines) {
+                memory.describe(found);
+            }
+            read(view, memory);
+            learn_width(view, memory);
+            measure_box_noise(view, memory);
+            search(view, memory);
+            measure(view, memory);
+            describe(memory, found);
+        }
+    };
 }
 
-/// The lines of an image of 16 bits.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-pub fn extract_sixteen(view: &View<u16>, memory: &mut Memory<u16>, found: &mut Centrelines) {
-    extract(view, memory, found);
-}
-
-/// The lines of an image, by whatever instructions the caller was compiled for.
-#[inline(always)]
-pub fn extract<T: Level>(view: &View<T>, memory: &mut Memory<T>, found: &mut Centrelines) {
-    let Memory { cells, pixel_noise, strips, peaks, box_noise, search, candidates, linker, .. } = memory;
-    let Memory { columns, measurer, crossings, pieces, .. } = memory;
-    cells.begin(view);
-    pixel_noise.begin(view);
-    for v0 in (0..view.height).step_by(NOISE_TILE_PX) {
-        // What is read from memory here is near when its noise is measured.
-        cells.sum_up(view, v0..(v0 + NOISE_TILE_PX).min(view.height));
-        pixel_noise.measure(view, v0);
-    }
-    let pixel_noise = pixel_noise.map();
-    cells.strips_with_light(view, pixel_noise, strips);
-    let width_px = width::typical_width_px(view, pixel_noise, strips, peaks);
-    let boxes = Boxes::for_width(width_px);
-    let box_noise = box_noise.measure(view, boxes, pixel_noise, strips);
-    search.candidates(view, box_noise, boxes, width_px, strips, candidates);
-    let traces = linker.link(candidates, width_px);
-    if clearance::are_crowded(candidates, width_px) {
-        clearance::mark_clearances(traces, view.width, columns);
-    }
-    let image = Image::new(view, pixel_noise, boxes, width_px);
-    crossings.clear();
-    pieces.clear();
-    for trace in &*traces {
-        let start = measurer.measure(&image, trace, crossings);
-        crossings.cut(trace.first_u, start, pieces);
-    }
-    memory.describe(width_px, found);
-}
+extraction!(
+    /// The lines of an image of 8 bits.
+    extract_eight,
+    u8
+);
+extraction!(
+    /// The lines of an image of 16 bits.
+    extract_sixteen,
+    u16
+);
 
 impl<T: Level> Memory<T> {
+    /// The one look at every pixel: where light is, and the noise of pixels.
     #[inline(always)]
-    fn describe(&mut self, width_px: f32, found: &mut Centrelines) {
-        let Self { crossings, pieces, differences, averager, gains, spare, .. } = self;
+    fn read(&mut self, view: &View<T>) {
+        self.cells.begin(view);
+        self.pixel_noise.begin(view);
+        for v0 in (0..view.height).step_by(NOISE_TILE_PX) {
+            // What is read from memory here is near when its noise is measured.
+            self.cells.sum_up(view, v0..(v0 + NOISE_TILE_PX).min(view.height));
+            self.pixel_noise.measure(view, v0);
+        }
+        self.cells.strips_with_light(view, self.pixel_noise.map(), &mut self.strips);
+    }
+
+    /// How wide the lines are.
+    #[inline(always)]
+    fn learn_width(&mut self, view: &View<T>) {
+        self.width_px = width::typical_width_px(view, self.pixel_noise.map(), &self.strips, &mut self.peaks);
+    }
+
+    /// The noise that candidates are compared with.
+    #[inline(always)]
+    fn measure_box_noise(&mut self, view: &View<T>) {
+        let boxes = Boxes::for_width(self.width_px);
+        self.box_noise.measure(view, boxes, self.pixel_noise.map(), &self.strips);
+    }
+
+    /// Candidates and the traces they make.
+    #[inline(always)]
+    fn search(&mut self, view: &View<T>) {
+        let Self { search, strips, linker, width_px, .. } = self;
+        let (noise, boxes) = (self.box_noise.map(), Boxes::for_width(*width_px));
+        linker.begin(*width_px);
+        let crowded = search.candidates(view, noise, boxes, *width_px, strips, linker);
+        linker.finish();
+        if crowded {
+            clearance::mark_clearances(linker.traces_mut(), view.width, &mut self.columns);
+        }
+    }
+
+    /// The crossings of all traces and the pieces of lines they make.
+    #[inline(always)]
+    fn measure(&mut self, view: &View<T>) {
+        let image = Image::new(view, self.pixel_noise.map(), Boxes::for_width(self.width_px), self.width_px);
+        self.crossings.clear();
+        self.pieces.clear();
+        for trace in self.linker.traces_mut() {
+            let start = self.measurer.measure(&image, trace, &mut self.crossings);
+            self.crossings.cut(trace.first_u, start, &mut self.pieces);
+        }
+    }
+
+    /// Averages along the lines.
+    #[inline(always)]
+    fn describe(&mut self, found: &mut Centrelines) {
+        let Self { crossings, pieces, differences, averager, gains, spare, width_px, .. } = self;
         let lines = pieces.iter().map(|piece| PieceOf { crossings, piece });
         let scatter = Scatter::measure(lines, 0.0, differences);
-        averager.prepare(width_px, &scatter);
+        averager.prepare(*width_px, &scatter);
         gains.clear();
         spare.extend(found.segments.drain(pieces.len().min(found.segments.len())..));
         spare.truncate(SPARE_SEGMENTS);

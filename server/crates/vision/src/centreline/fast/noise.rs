@@ -1,31 +1,34 @@
 //! Noise level of the image, tile by tile, from a few columns of each.
 
 use super::cells::Strip;
+use super::spread::sigma_of;
 use crate::centreline::reference::candidates::Boxes;
 use crate::centreline::reference::noise::NoiseMap;
 use crate::centreline::view::{Level, Sum, View};
 use crate::params::{NOISE_COLUMNS, NOISE_FLOOR, NOISE_OVER_NEIGHBOURS, NOISE_STRIDE_PX, NOISE_TILE_PX};
 
-/// Root mean square of a unit Gaussian cut at 3 · 0.6745 σ.
-const CUT_RMS: f32 = 0.884;
 /// Rows sampled in a tile.
 const N_ROWS: usize = NOISE_TILE_PX / NOISE_STRIDE_PX;
 
 /// Absolute differences of one row of samples.
 type Row<T> = [<T as Level>::Sum; NOISE_COLUMNS];
 
+/// Rows between pixels that are compared.
+const PIXELS_APART: usize = 2;
+
 /// Noise of pixels from differences two rows apart, measured one row of tiles after the other; keeps its memory from
 /// image to image.
 #[derive(Default)]
 pub struct PixelNoise<T: Level> {
-    tiles: Tiles<T>,
+    /// The median of a tile is near that of the tile before.
+    median: T,
     map: NoiseMap,
 }
 
 impl<T: Level> PixelNoise<T> {
     /// Forgets the image before.
     pub fn begin(&mut self, view: &View<T>) {
-        self.tiles.begin(1, 2);
+        self.median = T::default();
         self.map.begin(view.width.div_ceil(NOISE_TILE_PX));
     }
 
@@ -34,9 +37,23 @@ impl<T: Level> PixelNoise<T> {
     pub fn measure(&mut self, view: &View<T>, v0: usize) {
         let floor = NOISE_FLOOR * view.full_scale;
         for u0 in (0..view.width).step_by(NOISE_TILE_PX) {
-            let sigma = self.tiles.sigma(view, u0, v0) / 2.0f32.sqrt();
+            let sigma = self.sigma(view, u0, v0) / 2.0f32.sqrt();
             self.map.push(sigma.max(floor));
         }
+    }
+
+    /// The spread of differences in the tile that begins at column `u0` and row `v0`.
+    #[inline(always)]
+    fn sigma(&mut self, view: &View<T>, u0: usize, v0: usize) -> f32 {
+        let v1 = (v0 + NOISE_TILE_PX).min(view.height - PIXELS_APART);
+        let u = columns_of_tile(view, u0);
+        let mut tile = [[T::default(); NOISE_COLUMNS]; N_ROWS];
+        let mut n = 0;
+        for (row, v) in tile.iter_mut().zip((v0..v1).step_by(NOISE_STRIDE_PX)) {
+            *row = apart(levels(view, u, v), levels(view, u, v + PIXELS_APART));
+            n += 1;
+        }
+        sigma_of(&tile[..n], &mut self.median)
     }
 
     /// The tiles measured so far.
@@ -59,7 +76,7 @@ pub struct BoxNoise<T: Level> {
 impl<T: Level> BoxNoise<T> {
     /// Measures an image. The tiles around those that are doubted are asked as well.
     #[inline(always)]
-    pub fn measure(&mut self, view: &View<T>, boxes: Boxes, pixels: &NoiseMap, strips: &[Strip]) -> &NoiseMap {
+    pub fn measure(&mut self, view: &View<T>, boxes: Boxes, pixels: &NoiseMap, strips: &[Strip]) {
         let Self { tiles, measured, doubted, map } = self;
         let n_rows = boxes.rows();
         let per_row = 1.0 / n_rows as f32;
@@ -73,15 +90,16 @@ impl<T: Level> BoxNoise<T> {
             let column = strip.u0 / NOISE_TILE_PX;
             for rows in &strip.rows {
                 for row in rows.start / NOISE_TILE_PX..rows.end.div_ceil(NOISE_TILE_PX) {
-                    let place = row * across + column;
-                    if sigmas[place] != UNKNOWN {
-                        continue;
-                    }
-                    sigmas[place] = tiles.sigma(view, column * NOISE_TILE_PX, row * NOISE_TILE_PX) * per_row;
-                    if sigmas[place] > NOISE_OVER_NEIGHBOURS * of_independent * pixels.least_around(column, row) {
-                        doubted.push((column, row));
-                    }
+                    sigmas[row * across + column] = WANTED;
                 }
+            }
+        }
+        // From the last row up: the image has been read to its end, and that is what is still near.
+        for (place, sigma) in sigmas.iter_mut().enumerate().rev().filter(|(_, sigma)| **sigma == WANTED) {
+            let (column, row) = (place % across, place / across);
+            *sigma = tiles.sigma(view, column * NOISE_TILE_PX, row * NOISE_TILE_PX) * per_row;
+            if *sigma > NOISE_OVER_NEIGHBOURS * of_independent * pixels.least_around(column, row) {
+                doubted.push((column, row));
             }
         }
         for &(column, row) in &*doubted {
@@ -95,12 +113,18 @@ impl<T: Level> BoxNoise<T> {
         }
         measured.limit_by_neighbours(doubted, map);
         map.raise_to(pixels, of_independent);
-        map
+    }
+
+    /// The noise of the image measured last.
+    pub fn map(&self) -> &NoiseMap {
+        &self.map
     }
 }
 
 /// A tile that is not measured: less than any noise.
 const UNKNOWN: f32 = -1.0;
+/// A tile that is about to be measured.
+const WANTED: f32 = -2.0;
 
 /// Measures, tile by tile, the robust spread of the difference between the sums of two boxes of `n_rows` rows, one
 /// `apart` rows below the other.
@@ -115,7 +139,7 @@ struct Tiles<T: Level> {
 
 impl<T: Level> Tiles<T> {
     fn begin(&mut self, n_rows: usize, apart: usize) {
-        (self.n_rows, self.apart, self.median) = (n_rows, apart, T::Sum::ONE);
+        (self.n_rows, self.apart, self.median) = (n_rows, apart, T::Sum::default());
         self.sums.resize(NOISE_TILE_PX + apart + n_rows, [T::Sum::default(); NOISE_COLUMNS]);
     }
 
@@ -124,24 +148,29 @@ impl<T: Level> Tiles<T> {
     fn sigma(&mut self, view: &View<T>, u0: usize, v0: usize) -> f32 {
         let Self { n_rows, apart, .. } = *self;
         let v1 = (v0 + NOISE_TILE_PX).min(view.height.saturating_sub(apart + n_rows - 1));
-        let u = (u0 + (NOISE_TILE_PX - NOISE_COLUMNS) / 2).min(view.width - NOISE_COLUMNS);
         let mut tile = [[T::Sum::default(); NOISE_COLUMNS]; N_ROWS];
         let rows = (v0..v1).step_by(NOISE_STRIDE_PX);
         let n = rows.len();
-        if n_rows == 1 {
-            for (row, v) in tile.iter_mut().zip(rows) {
-                *row = pixel_difference(view, u, v, apart);
-            }
-        } else {
-            let last = (v0 + NOISE_TILE_PX + apart + n_rows - 1).min(view.height);
-            sum_up(view, u, v0..last, &mut self.sums);
-            for (row, first) in tile.iter_mut().zip(rows.map(|v| v - v0)) {
-                let sums = &self.sums[first..=first + apart + n_rows];
-                *row = difference::<T>([&sums[0], &sums[n_rows], &sums[apart], &sums[apart + n_rows]]);
-            }
+        let last = (v0 + NOISE_TILE_PX + apart + n_rows - 1).min(view.height);
+        sum_up(view, columns_of_tile(view, u0), v0..last, &mut self.sums);
+        for (row, first) in tile.iter_mut().zip(rows.map(|v| v - v0)) {
+            let sums = &self.sums[first..=first + apart + n_rows];
+            *row = difference::<T>([&sums[0], &sums[n_rows], &sums[apart], &sums[apart + n_rows]]);
         }
-        sigma_of::<T>(&tile[..n], n * NOISE_COLUMNS, &mut self.median)
+        sigma_of(&tile[..n], &mut self.median)
     }
+}
+
+/// The first of the columns that are sampled in the tile that begins at column `u0`.
+#[inline(always)]
+fn columns_of_tile<T>(view: &View<T>, u0: usize) -> usize {
+    (u0 + (NOISE_TILE_PX - NOISE_COLUMNS) / 2).min(view.width - NOISE_COLUMNS)
+}
+
+/// The columns of a row that are sampled.
+#[inline(always)]
+fn levels<'a, T>(view: &'a View<T>, u: usize, v: usize) -> &'a [T; NOISE_COLUMNS] {
+    view.pixels[v * view.width + u..].first_chunk().expect("the columns lie in every row")
 }
 
 /// Sums over some neighbouring columns from `u` on, from the first row up to every row.
@@ -160,16 +189,12 @@ fn sum_up<T: Level>(view: &View<T>, u: usize, rows: std::ops::Range<usize>, sums
     }
 }
 
-/// Absolute differences of pixels.
+/// How far levels are apart.
 #[inline(always)]
-fn pixel_difference<T: Level>(view: &View<T>, u: usize, v: usize, apart: usize) -> Row<T> {
-    let from = |v: usize| -> &[T; NOISE_COLUMNS] {
-        view.pixels[v * view.width + u..].first_chunk().expect("the columns lie in every row")
-    };
-    let (upper, lower) = (from(v), from(v + apart));
-    let mut row = [T::Sum::default(); NOISE_COLUMNS];
+fn apart<T: Level>(upper: &[T; NOISE_COLUMNS], lower: &[T; NOISE_COLUMNS]) -> [T; NOISE_COLUMNS] {
+    let mut row = *upper;
     for i in 0..NOISE_COLUMNS {
-        row[i] = upper[i].sum().minus(lower[i].sum()).abs();
+        row[i] = row[i].apart(lower[i]);
     }
     row
 }
@@ -182,60 +207,4 @@ fn difference<T: Level>([from, to, other_from, other_to]: [&Row<T>; 4]) -> Row<T
         row[i] = to[i].minus(from[i]).minus(other_to[i].minus(other_from[i])).abs();
     }
     row
-}
-
-/// Standard deviation of `n` absolute differences: the root mean square of those below three times the median (at
-/// 2.02 σ for a Gaussian), which a line in the tile hardly touches. `median` goes from tile to tile.
-#[inline(always)]
-fn sigma_of<T: Level>(tile: &[Row<T>], n: usize, median: &mut T::Sum) -> f32 {
-    if n == 0 {
-        return 0.0;
-    }
-    *median = median_of::<T>(tile, n / 2, *median);
-    let below_max = T::Sum::MAX.minus(T::Sum::ONE).number();
-    let cut = T::Sum::nearest((3.0 * median.number()).max(3.0).min(below_max));
-    let mut sums = [0.0f32; NOISE_COLUMNS];
-    for row in tile {
-        for i in 0..NOISE_COLUMNS {
-            let d = row[i].and(row[i].minus(cut).minus(T::Sum::ONE).sign()).number();
-            sums[i] += d * d;
-        }
-    }
-    (sums.iter().sum::<f32>() / (n_up_to::<T>(tile, cut) as f32).max(1.0)).sqrt() / CUT_RMS
-}
-
-/// The element of rank `rank` by counting: from a guess in steps that double, then halving.
-#[inline(always)]
-fn median_of<T: Level>(tile: &[Row<T>], rank: usize, guess: T::Sum) -> T::Sum {
-    let most = T::Sum::MAX.int() - 1;
-    let (mut low, mut high, mut step) = (guess.int(), guess.int(), 1);
-    // More than `rank` are at most `high`, no more than `rank` at most `low`.
-    if n_up_to::<T>(tile, guess) > rank {
-        low -= 1;
-        while n_up_to::<T>(tile, T::Sum::whole(low)) > rank {
-            (high, step) = (low, 2 * step);
-            low = (high - step).max(-1);
-        }
-    } else {
-        high += 1;
-        while n_up_to::<T>(tile, T::Sum::whole(high)) <= rank {
-            (low, step) = (high, 2 * step);
-            high = (low + step).min(most);
-        }
-    }
-    while high - low > 1 {
-        let middle = low + (high - low) / 2;
-        if n_up_to::<T>(tile, T::Sum::whole(middle)) > rank { high = middle } else { low = middle }
-    }
-    T::Sum::whole(high)
-}
-
-#[inline(always)]
-fn n_up_to<T: Level>(tile: &[Row<T>], limit: T::Sum) -> usize {
-    let beyond = limit.plus(T::Sum::ONE);
-    let mut n = T::Sum::default();
-    for difference in tile.as_flattened() {
-        n = n.plus(beyond.minus(*difference).max(T::Sum::default()).min(T::Sum::ONE));
-    }
-    n.int() as usize
 }

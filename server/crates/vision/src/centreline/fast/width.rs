@@ -46,15 +46,12 @@ pub fn typical_width_px<T: Level>(view: &View<T>, noise: &NoiseMap, strips: &[St
 #[inline(always)]
 fn smoothed<T: Level>(view: &View<T>, u: usize, rows: std::ops::Range<usize>, column: &mut Vec<f32>) {
     let at = |v: usize| view.grey(u, v.min(view.height - 1));
-    column.clear();
+    column.resize(rows.len(), 0.0);
     let (mut before, mut here) = (at(rows.start.saturating_sub(1)), at(rows.start));
-    let inside = (rows.start + 1) * view.width + u..(rows.end * view.width).min(view.pixels.len());
-    for after in view.pixels[inside].iter().step_by(view.width).map(|level| level.grey()) {
-        column.push((before + here + after) * (1.0 / 3.0));
+    let below = (rows.start + 1) * view.width + u;
+    let inside = view.pixels[below.min(view.pixels.len())..].iter().step_by(view.width).map(|level| level.grey());
+    for (mean, after) in column.iter_mut().zip(inside.chain([at(rows.end)])) {
+        *mean = (before + here + after) * (1.0 / 3.0);
         (before, here) = (here, after);
-    }
-    while column.len() < rows.len() {
-        column.push((before + here + at(rows.end)) * (1.0 / 3.0));
-        (before, here) = (here, at(rows.end));
     }
 }

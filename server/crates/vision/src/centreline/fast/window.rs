@@ -9,9 +9,35 @@ pub const LANES: usize = 16;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Places {
     /// Columns.
-    pub u: [usize; LANES],
+    pub u: [u32; LANES],
     /// Rows.
-    pub v: [usize; LANES],
+    pub v: [u32; LANES],
+    /// Whether the columns are neighbours.
+    pub adjoin: bool,
+}
+
+/// Neighbouring columns that may be looked at about the same row.
+pub const SHARING: usize = 4;
+
+impl Places {
+    /// Whether each [`SHARING`] columns are looked at about the same row.
+    #[inline(always)]
+    fn share_rows(&self) -> bool {
+        let (groups, _) = self.v.as_chunks::<SHARING>();
+        groups.iter().fold(true, |all, group| {
+            all & (group[0] == group[1]) & (group[1] == group[2]) & (group[2] == group[3])
+        })
+    }
+
+    /// Whether so many rows above and below every place are in an image so high.
+    #[inline(always)]
+    fn are_inside(&self, reach: usize, height: usize) -> bool {
+        let (mut first, mut last) = (u32::MAX, 0);
+        for v in self.v {
+            (first, last) = (first.min(v), last.max(v));
+        }
+        first as usize >= reach && last as usize + reach < height
+    }
 }
 
 /// The pixels about some places, row by row.
@@ -29,30 +55,47 @@ impl<T: Level> Window<T> {
     pub fn straighten(&mut self, view: &View<T>, places: &Places, reach: usize) {
         self.reach = reach;
         self.rows.resize(2 * reach + 1, [T::default(); 2 * LANES]);
-        let Places { u, v } = places;
-        let mut inside = true;
-        for i in 0..LANES {
-            inside &= (v[i] >= reach) & (v[i] + reach < view.height) & (u[i] == u[0] + i);
-        }
-        if inside && u[0] + 2 * LANES <= view.width {
-            self.copy_runs(view, places);
-        } else if inside {
-            self.copy_runs_at_border(view, places);
-        } else {
+        let u0 = places.u[0] as usize;
+        if !places.adjoin || !places.are_inside(reach, view.height) {
             self.copy_each(view, places);
+        } else if places.share_rows() && u0 + LANES <= view.width {
+            self.copy_shared(view, u0, &places.v);
+        } else if u0 + 2 * LANES <= view.width {
+            self.copy_runs(view, u0, &places.v);
+        } else {
+            self.copy_runs_at_border(view, u0, &places.v);
+        }
+    }
+
+    /// The rows of an image from `reach` above one of them on.
+    #[inline(always)]
+    fn rows_of<'a>(&self, view: &View<'a, T>, v: u32) -> std::slice::ChunksExact<'a, T> {
+        view.pixels[(v as usize - self.reach) * view.width..].chunks_exact(view.width)
+    }
+
+    /// Columns each [`SHARING`] of which share their row: no branch depends on how the line lies.
+    #[inline(always)]
+    fn copy_shared(&mut self, view: &View<T>, u0: usize, v: &[u32; LANES]) {
+        let (a, b) = (self.rows_of(view, v[0]), self.rows_of(view, v[SHARING]));
+        let (c, d) = (self.rows_of(view, v[2 * SHARING]), self.rows_of(view, v[3 * SHARING]));
+        let levels = &mut self.rows;
+        for (row, (((a, b), c), d)) in levels.iter_mut().zip(a.zip(b).zip(c).zip(d)) {
+            row[..SHARING].copy_from_slice(&a[u0..u0 + SHARING]);
+            row[SHARING..2 * SHARING].copy_from_slice(&b[u0 + SHARING..u0 + 2 * SHARING]);
+            row[2 * SHARING..3 * SHARING].copy_from_slice(&c[u0 + 2 * SHARING..u0 + 3 * SHARING]);
+            row[3 * SHARING..4 * SHARING].copy_from_slice(&d[u0 + 3 * SHARING..u0 + 4 * SHARING]);
         }
     }
 
     /// Columns in a row about the same row are copied together, and what follows them is overwritten by the next.
     #[inline(always)]
-    fn copy_runs(&mut self, view: &View<T>, Places { u, v }: &Places) {
+    fn copy_runs(&mut self, view: &View<T>, u0: usize, v: &[u32; LANES]) {
         for i in 0..LANES {
             if i > 0 && v[i] == v[i - 1] {
                 continue;
             }
-            let columns = u[i]..u[i] + LANES;
-            let first = (v[i] - self.reach) * view.width;
-            let rows = view.pixels[first..].chunks_exact(view.width);
+            let columns = u0 + i..u0 + i + LANES;
+            let rows = self.rows_of(view, v[i]);
             for (row, levels) in self.rows.iter_mut().zip(rows) {
                 row[i..i + LANES].copy_from_slice(&levels[columns.clone()]);
             }
@@ -60,11 +103,10 @@ impl<T: Level> Window<T> {
     }
 
     /// The same where the image ends within the columns that are copied; what lies beyond is left as it was.
-    fn copy_runs_at_border(&mut self, view: &View<T>, Places { u, v }: &Places) {
-        for i in (0..LANES).filter(|&i| u[i] < view.width && (i == 0 || v[i] != v[i - 1])) {
-            let columns = u[i]..(u[i] + LANES).min(view.width);
-            let first = (v[i] - self.reach) * view.width;
-            let rows = view.pixels[first..].chunks_exact(view.width);
+    fn copy_runs_at_border(&mut self, view: &View<T>, u0: usize, v: &[u32; LANES]) {
+        for i in (0..LANES).filter(|&i| u0 + i < view.width && (i == 0 || v[i] != v[i - 1])) {
+            let columns = u0 + i..(u0 + i + LANES).min(view.width);
+            let rows = self.rows_of(view, v[i]);
             for (row, levels) in self.rows.iter_mut().zip(rows) {
                 row[i..i + columns.len()].copy_from_slice(&levels[columns.clone()]);
             }
@@ -72,11 +114,18 @@ impl<T: Level> Window<T> {
     }
 
     #[inline(always)]
-    fn copy_each(&mut self, view: &View<T>, Places { u, v }: &Places) {
-        for (k, row) in self.rows.iter_mut().enumerate() {
-            for i in 0..LANES {
-                let v = (v[i] + k).saturating_sub(self.reach).min(view.height - 1);
-                row[i] = view.pixels[v * view.width + u[i].min(view.width - 1)];
+    fn copy_each(&mut self, view: &View<T>, Places { u, v, .. }: &Places) {
+        let inside = |v: u32| v as usize >= self.reach && v as usize + self.reach < view.height;
+        for i in 0..LANES {
+            let u = (u[i] as usize).min(view.width - 1);
+            if inside(v[i]) {
+                let rows = self.rows_of(view, v[i]);
+                self.rows.iter_mut().zip(rows).for_each(|(row, levels)| row[i] = levels[u]);
+                continue;
+            }
+            for (k, row) in self.rows.iter_mut().enumerate() {
+                let v = (v[i] as usize + k).saturating_sub(self.reach).min(view.height - 1);
+                row[i] = view.pixels[v * view.width + u];
             }
         }
     }
@@ -85,17 +134,14 @@ impl<T: Level> Window<T> {
     #[inline(always)]
     pub fn row(&self, offset: isize) -> &[T; LANES] {
         let row = &self.rows[self.reach.wrapping_add_signed(offset)];
-        row.first_chunk().expect("a row holds twice as many")
+        first_half(row)
     }
 
     /// The rows above and below the places at the same distance, the nearest first.
     #[inline(always)]
     pub fn pairs(&self) -> impl Iterator<Item = (&[T; LANES], &[T; LANES])> {
         let (above, below) = self.rows.split_at(self.reach);
-        above.iter().rev().zip(&below[1..]).map(|(above, below)| {
-            let halves = [above, below].map(|row| row.first_chunk().expect("a row holds twice as many"));
-            (halves[0], halves[1])
-        })
+        above.iter().rev().zip(&below[1..]).map(|(above, below)| (first_half(above), first_half(below)))
     }
 
     /// Rows `middle − half ..= middle + half`, counted from the places.
@@ -103,6 +149,11 @@ impl<T: Level> Window<T> {
     pub fn rows(&self, middle: isize, half: usize) -> impl Iterator<Item = &[T; LANES]> {
         let middle = self.reach.wrapping_add_signed(middle);
         let rows = &self.rows[middle - half..=middle + half];
-        rows.iter().map(|row| row.first_chunk().expect("a row holds twice as many"))
+        rows.iter().map(first_half)
     }
+}
+
+#[inline(always)]
+fn first_half<T>(row: &[T; 2 * LANES]) -> &[T; LANES] {
+    row.first_chunk().expect("a row holds twice as many")
 }

@@ -3,7 +3,7 @@
 use super::candidates::Boxes;
 use super::noise::NoiseMap;
 use super::scatter::{LANES, ThirdDifferences};
-use super::segments::{Step, Trace};
+use super::segments::Trace;
 use super::steger::{Approach, Kernels, Ridge, WIDTH_PER_SIGMA};
 use super::width::crossing_width_px;
 use crate::centreline::CentrelineMethod;
@@ -101,16 +101,16 @@ impl<T: Level> Measurer<'_, T> {
     pub fn measure(&self, trace: &Trace) -> Vec<Option<Crossing>> {
         let widths = self.widths(trace);
         let slopes = slopes(trace);
-        (0..trace.steps.len()).map(|idx| self.crossing(trace, idx, widths[idx], slopes[idx])).collect()
+        (0..trace.len()).map(|idx| self.crossing(trace, idx, widths[idx], slopes[idx])).collect()
     }
 
     fn crossing(&self, trace: &Trace, idx: usize, width_px: f32, slope: f32) -> Option<Crossing> {
-        let (u, v) = (trace.first_u + idx, trace.steps[idx].v);
+        let (u, v) = (trace.first_u + idx, trace.v[idx]);
         let margin = BORDER_WIDTHS * width_px;
         if v < margin || v > (self.view.height - 1) as f32 - margin {
             return None;
         }
-        let Step { contrast, clearance_px, .. } = trace.steps[idx];
+        let (contrast, clearance_px) = (trace.contrast[idx], trace.clearance_px[idx]);
         let beside = self.beside(u, v);
         let step = beside.below - beside.above;
         if clearance_px < CLEARANCE_MIN_WIDTHS * width_px || step.abs() > FLANK_STEP_MAX * contrast {
@@ -215,13 +215,13 @@ impl<T: Level> Measurer<'_, T> {
         const NEIGHBOURS: usize = 4;
         let reach = (2.0 * self.width_px).ceil() as usize + 2;
         let raw: Vec<f32> = trace
-            .steps
+            .v
             .iter()
             .enumerate()
-            .map(|(idx, step)| {
+            .map(|(idx, &v)| {
                 let u = trace.first_u + idx;
-                let beside = self.beside(u, step.v);
-                let v = step.v.round().max(0.0) as usize;
+                let beside = self.beside(u, v);
+                let v = v.round().max(0.0) as usize;
                 crossing_width_px(&self.view, u, v, self.peak(u, v), 0.5 * (beside.above + beside.below), reach)
             })
             .collect();
@@ -267,15 +267,14 @@ impl<T: Level> Measurer<'_, T> {
 /// Rows per column at every step: difference of the means over a few columns to either side.
 fn slopes(trace: &Trace) -> Vec<f32> {
     const REACH: usize = 8;
-    let steps = &trace.steps;
-    (0..steps.len())
+    (0..trace.len())
         .map(|idx| {
-            let (from, to) = (idx.saturating_sub(REACH), (idx + REACH).min(steps.len() - 1));
+            let (from, to) = (idx.saturating_sub(REACH), (idx + REACH).min(trace.len() - 1));
             let middle = 0.5 * (from + to) as f32;
             let (mut moment, mut norm) = (0.0f32, 0.0f32);
-            for (k, step) in steps.iter().enumerate().take(to + 1).skip(from) {
+            for (k, v) in trace.v.iter().enumerate().take(to + 1).skip(from) {
                 let x = k as f32 - middle;
-                moment += x * step.v;
+                moment += x * v;
                 norm += x * x;
             }
             moment / norm.max(1.0)
