@@ -46,6 +46,9 @@ pub const STRIP_WIDTH_PX: usize = 16;
 /// Brightness of a cell over its surroundings, in its standard deviations, from which it is searched. A line at the
 /// threshold of candidates has seven; of pure noise one cell in three thousand passes.
 pub const CELL_MIN_SNR: f32 = 5.0;
+/// Rows beyond bright cells that are searched as well: a line's middle lies in a bright cell, but columns of a sloping line
+/// share one.
+pub const CELL_MARGIN_PX: usize = 2;
 /// Cells above and below among which the darkest is taken: further than the flank of the widest line (37 pixels).
 pub const CELLS_BESIDE: usize = 10;
 /// Cells from the border within which only the side away from it counts.

@@ -44,33 +44,26 @@ struct Block {
     n: usize,
 }
 
-/// The fit chosen in every lane; x in columns.
-struct Chosen {
-    /// Which window, `NONE` where no parabola can be fitted.
-    window: Numbers,
+/// A parabola in every lane; x in columns.
+#[derive(Default)]
+struct Fit {
     value: Numbers,
     variance: Numbers,
-}
-
-/// No window.
-const NONE: f32 = -1.0;
-
-/// How the chosen parabolas lie.
-#[derive(Default)]
-struct Shape {
     slope: Numbers,
     bend: Numbers,
     /// Variance of the bend over that of the value.
     bend_gain: Numbers,
 }
 
-/// Fits of one window.
-struct Fits {
-    /// 1 where the window holds enough places, otherwise 0.
-    valid: Numbers,
-    value: Numbers,
-    variance: Numbers,
+/// The fit chosen in every lane.
+struct Chosen {
+    /// Which window, `NONE` where no parabola can be fitted.
+    window: Numbers,
+    fit: Fit,
 }
+
+/// No window.
+const NONE: f32 = -1.0;
 
 /// What is told of some points.
 struct Described {
@@ -119,20 +112,16 @@ impl Averager {
                 self.bring_near(rows, start);
             }
             let at = self.longest + start % GROUP;
-            let (chosen, shape) = if block.is_whole(self.longest) {
-                let chosen = self.chosen::<true>(block, at);
-                let shape = self.shape::<true>(block, at, chosen.window);
-                (chosen, shape)
+            let chosen = if block.is_whole(self.longest) {
+                self.chosen::<true>(block, at)
             } else {
-                let chosen = self.chosen::<false>(block, at);
-                let shape = self.shape::<false>(block, at, chosen.window);
-                (chosen, shape)
+                self.chosen::<false>(block, at)
             };
             let places = piece.places.start + start..(piece.places.start + start + LANES).min(piece.places.end);
             let mut cross_variance_px2 = [0.0f32; LANES];
             cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
-            let told = chosen.described(&shape, &cross_variance_px2);
-            gains.push(self.variances[self.longest + start] / chosen.variance.0[0]);
+            let told = chosen.described(&cross_variance_px2);
+            gains.push(self.variances[self.longest + start] / chosen.fit.variance.0[0]);
             points.extend_from_slice(
                 &told.points(crossings, places.clone(), piece.first_u + start, rows[start - start % GROUP])
                     [..places.len()],
@@ -174,79 +163,99 @@ impl Averager {
         // Without any fit a crossing stands where it was measured.
         let mut chosen = Chosen {
             window: Numbers::splat(NONE),
-            value: Numbers::of(&self.rows[at..]),
-            variance: Numbers::of(&self.variances[self.longest + block.start..]),
+            fit: Fit {
+                value: Numbers::of(&self.rows[at..]),
+                variance: Numbers::of(&self.variances[self.longest + block.start..]),
+                ..Fit::default()
+            },
         };
         // 1 until a window contradicts a shorter one.
         let mut open = one;
         for idx in 0..self.windows.len() {
-            let Fits { valid, value, variance } = self.fit::<WHOLE>(idx, block, at);
-            let noise = (chosen.variance - variance).max(chosen.variance * 0.1);
-            let departure = value - chosen.value;
+            let mut fit = self.whole_fit(idx, block, at);
+            // 1 where the window holds enough places, otherwise 0.
+            let mut valid = one;
+            if !WHOLE {
+                valid = self.cut_fits(idx, block, at, &mut fit);
+            }
+            let before = &chosen.fit;
+            let noise = (before.variance - fit.variance).max(before.variance * 0.1);
+            let departure = fit.value - before.value;
             let allowed =
                 chosen.window.where_over(Numbers::splat(NONE), noise * agreement, Numbers::splat(f32::MAX));
             let contradicts = (departure * departure).where_over(allowed, valid, zero);
             open = contradicts.where_over(zero, zero, open);
             let better = open * valid;
             chosen.window = better.where_over(zero, Numbers::splat(idx as f32), chosen.window);
-            chosen.value = better.where_over(zero, value, chosen.value);
-            chosen.variance = better.where_over(zero, variance, chosen.variance);
+            chosen.fit = fit.where_over_zero(better, &chosen.fit);
+        }
+        if !WHOLE {
+            self.shape_cut(block, at, &mut chosen);
         }
         chosen
     }
 
-    /// Fits by whole windows, then anew where the line ends inside of them.
+    /// Fits by whole windows: places equally far before and after the middle are taken together.
     #[inline(always)]
-    fn fit<const WHOLE: bool>(&mut self, idx: usize, block: Block, at: usize) -> Fits {
-        let half = self.windows[idx].half_length();
-        let kernel = self.windows[idx].whole();
-        let value = windowed(&kernel.value[..kernel.n], &self.rows[at - half..]);
-        let variances = &self.variances[self.longest + block.start - half..];
-        let variance = windowed(&kernel.squared[..kernel.n], variances) * kernel.shared;
-        let mut fits = Fits { valid: Numbers::splat(1.0), value, variance };
-        if WHOLE {
-            return fits;
+    fn whole_fit(&self, idx: usize, block: Block, at: usize) -> Fit {
+        let (half, kernel) = (self.windows[idx].half_length(), self.windows[idx].whole());
+        let (rows, variances) = (&self.rows[at - half..], &self.variances[self.longest + block.start - half..]);
+        let [middle, weights @ ..] = self.windows[idx].outwards() else { return Fit::default() };
+        let mut value = Numbers::of(&rows[half..]) * middle.value;
+        let mut bend = Numbers::of(&rows[half..]) * middle.bend;
+        let mut variance = Numbers::of(&variances[half..]) * middle.squared;
+        let mut slope = Numbers::default();
+        let pairs = pairs(rows, half).zip(pairs(variances, half));
+        for (weights, ((before, after), (before_variance, after_variance))) in weights.iter().zip(pairs) {
+            let (sum, difference) = (before + after, after - before);
+            value = value + sum * weights.value;
+            bend = bend + sum * weights.bend;
+            slope = slope + difference * weights.slope;
+            variance = variance + (before_variance + after_variance) * weights.squared;
         }
-        for i in block.cut(half) {
-            let (kernel, from) = block.kernel_at(&mut self.windows[idx], i);
-            fits.valid.0[i] = if kernel.value.is_empty() { 0.0 } else { 1.0 };
-            fits.value.0[i] = sum(&kernel.value, &self.rows[at + i - from..]);
-            let variances = &self.variances[self.longest + block.start + i - from..];
-            fits.variance.0[i] = sum(&kernel.squared, variances) * kernel.shared;
-        }
-        fits
+        let variance = variance * kernel.shared;
+        Fit { value, variance, slope, bend, bend_gain: Numbers::splat(kernel.bend_gain) }
     }
 
-    /// Slopes and bends in the windows chosen.
+    /// Fits value and variance anew where the line ends inside of the window, and tells where it holds enough places.
     #[inline(always)]
-    fn shape<const WHOLE: bool>(&mut self, block: Block, at: usize, window: Numbers) -> Shape {
-        let mut shape = Shape::default();
-        for idx in 0..self.windows.len() {
-            // Over a half in the lanes that chose this window.
-            let away = window - Numbers::splat(idx as f32);
-            let mine = Numbers::splat(1.0) - away * away;
-            if !mine.any_over(0.5) {
-                continue;
-            }
-            let half = self.windows[idx].half_length();
-            let kernel = self.windows[idx].whole();
-            let rows = &self.rows[at - half..];
-            let limit = Numbers::splat(0.5);
-            shape.slope = mine.where_over(limit, windowed(&kernel.slope[..kernel.n], rows), shape.slope);
-            shape.bend = mine.where_over(limit, windowed(&kernel.bend[..kernel.n], rows), shape.bend);
-            shape.bend_gain = mine.where_over(limit, Numbers::splat(kernel.bend_gain), shape.bend_gain);
-            if WHOLE {
-                continue;
-            }
-            for i in block.cut(half).filter(|&i| mine.0[i] > 0.5) {
-                let (kernel, from) = block.kernel_at(&mut self.windows[idx], i);
-                let rows = &self.rows[at + i - from..];
-                shape.slope.0[i] = sum(&kernel.slope, rows);
-                shape.bend.0[i] = sum(&kernel.bend, rows);
-                shape.bend_gain.0[i] = kernel.bend_gain;
-            }
+    fn cut_fits(&mut self, idx: usize, block: Block, at: usize, fit: &mut Fit) -> Numbers {
+        let mut valid = Numbers::splat(1.0);
+        for i in block.cut(self.windows[idx].half_length()) {
+            let (kernel, from) = block.kernel_at(&mut self.windows[idx], i);
+            valid.0[i] = if kernel.value.is_empty() { 0.0 } else { 1.0 };
+            fit.value.0[i] = sum(&kernel.value, &self.rows[at + i - from..]);
+            let variances = &self.variances[self.longest + block.start + i - from..];
+            fit.variance.0[i] = sum(&kernel.squared, variances) * kernel.shared;
         }
-        shape
+        valid
+    }
+
+    /// Slopes and bends anew where the line ends inside of the window that was chosen.
+    #[inline(always)]
+    fn shape_cut(&mut self, block: Block, at: usize, chosen: &mut Chosen) {
+        for i in block.cut(self.longest).filter(|&i| chosen.window.0[i] != NONE) {
+            let (kernel, from) = block.kernel_at(&mut self.windows[chosen.window.0[i] as usize], i);
+            let rows = &self.rows[at + i - from..];
+            chosen.fit.slope.0[i] = sum(&kernel.slope, rows);
+            chosen.fit.bend.0[i] = sum(&kernel.bend, rows);
+            chosen.fit.bend_gain.0[i] = kernel.bend_gain;
+        }
+    }
+}
+
+impl Fit {
+    /// This one where `limits` are over zero, the other elsewhere.
+    #[inline(always)]
+    fn where_over_zero(&self, limits: Numbers, other: &Self) -> Self {
+        let zero = Numbers::default();
+        Self {
+            value: limits.where_over(zero, self.value, other.value),
+            variance: limits.where_over(zero, self.variance, other.variance),
+            slope: limits.where_over(zero, self.slope, other.slope),
+            bend: limits.where_over(zero, self.bend, other.bend),
+            bend_gain: limits.where_over(zero, self.bend_gain, other.bend_gain),
+        }
     }
 }
 
@@ -323,14 +332,15 @@ const NO_POINT: CentrelinePoint = CentrelinePoint {
 impl Chosen {
     /// Position, normal and σ; a crossing without a fit stands for itself.
     #[inline(always)]
-    fn described(&self, shape: &Shape, cross_variance_px2: &Lanes) -> Described {
+    fn described(&self, cross_variance_px2: &Lanes) -> Described {
+        let Fit { value, variance, slope, bend, bend_gain } = &self.fit;
         let [mut shift, mut normal_u, mut across, mut sigma_px] = [[0.0f32; LANES]; 4];
         for i in 0..LANES {
-            let (slope, bend) = (shape.slope.0[i], shape.bend.0[i]);
-            let variance = self.variance.0[i].max(1e-10);
-            let doubt = SKEW_DOUBT * shape.bend_gain.0[i] * variance;
+            let (slope, bend) = (slope.0[i], bend.0[i]);
+            let variance = variance.0[i].max(1e-10);
+            let doubt = SKEW_DOUBT * bend_gain.0[i] * variance;
             let sure = (1.0 - doubt / (bend * bend).max(f32::MIN_POSITIVE)).max(0.0);
-            shift[i] = self.value.0[i] - sure * skew_shift(slope, 2.0 * bend, cross_variance_px2[i]);
+            shift[i] = value.0[i] - sure * skew_shift(slope, 2.0 * bend, cross_variance_px2[i]);
             across[i] = 1.0 / (1.0 + slope * slope).sqrt();
             normal_u[i] = -slope * across[i];
             sigma_px[i] = variance.sqrt() * across[i];
@@ -339,14 +349,12 @@ impl Chosen {
     }
 }
 
-/// Sums with a kernel of neighbouring windows, the first of which begins with `numbers`.
+/// Neighbouring numbers before and after those `half` behind the first, the nearest pair first.
 #[inline(always)]
-fn windowed(weights: &[f32], numbers: &[f32]) -> Numbers {
-    let mut sum = Numbers::default();
-    for (&weight, window) in weights.iter().zip(numbers.array_windows::<LANES>()) {
-        sum = sum + Numbers(*window) * weight;
-    }
-    sum
+fn pairs(numbers: &[f32], half: usize) -> impl Iterator<Item = (Numbers, Numbers)> {
+    let before = numbers[..half + LANES - 1].array_windows().rev();
+    let after = numbers[half + 1..].array_windows();
+    before.zip(after).map(|(before, after)| (Numbers(*before), Numbers(*after)))
 }
 
 /// Sum with the kernel of one window; where its weights go on with zeros, any number does.

@@ -6,7 +6,8 @@
 use crate::centreline::reference::noise::NoiseMap;
 use crate::centreline::view::{CELL_BLOCK, Level, Sum, View};
 use crate::params::{
-    CELL_HEIGHT_PX, CELL_MIN_SNR, CELL_WIDTH_PX, CELLS_AT_BORDER, CELLS_BESIDE, NOISE_TILE_PX, STRIP_WIDTH_PX,
+    CELL_HEIGHT_PX, CELL_MARGIN_PX, CELL_MIN_SNR, CELL_WIDTH_PX, CELLS_AT_BORDER, CELLS_BESIDE, NOISE_TILE_PX,
+    STRIP_WIDTH_PX,
 };
 
 /// Columns of cells in a strip.
@@ -40,8 +41,7 @@ pub struct Cells<T: Level> {
     /// Sums of grey levels, row by row of cells. Where the image does not hold a whole number of cells, the last ones
     /// overlap those before.
     sums: Vec<Sums<T>>,
-    /// One group of columns with as many rows beyond either end as a comparison looks at.
-    levels: Vec<Sums<T>>,
+    /// Of one group of columns: see [`Cells::find_least`].
     least: Vec<Sums<T>>,
 }
 
@@ -98,14 +98,15 @@ impl<T: Level> Cells<T> {
     /// and the darkest below it.
     #[inline(always)]
     fn mark_bright(&mut self, group: usize, noise: &NoiseMap, strips: &mut [Strip], height: usize) {
-        self.take(group);
+        self.find_least(group);
         let scale = CELL_MIN_SNR * ((CELL_WIDTH_PX * CELL_HEIGHT_PX) as f32).sqrt();
         let n = LANES.min(self.across - group * LANES);
         // A bit for every strip that was lit in the row before.
         let mut before = 0;
         // Lanes beyond the last column are never bright.
         let mut thresholds = [T::Sum::MAX; LANES];
-        let rows = self.levels[CELLS_BESIDE..].iter().zip(&self.least).zip(&self.least[CELLS_BESIDE + 1..]);
+        let levels = self.sums[group..].iter().step_by(self.groups);
+        let rows = levels.zip(&self.least).zip(&self.least[CELLS_BESIDE + 1..]);
         for (row, ((here, above), below)) in rows.enumerate().take(self.down) {
             if (row * CELL_HEIGHT_PX).is_multiple_of(NOISE_TILE_PX) {
                 let sigmas = noise.row(row * CELL_HEIGHT_PX);
@@ -137,28 +138,40 @@ impl<T: Level> Cells<T> {
         }
     }
 
-    /// Takes out a group of columns, and for every row of cells the least of it and the `CELLS_BESIDE − 1` that follow.
+    /// For a group of columns the least of the [`CELLS_BESIDE`] rows of cells before every row and before as many beyond
+    /// the last; beyond the image nothing is less. A window is the end of one run of so many rows and the beginning of
+    /// the next, and both grow row by row (van Herk 1992).
     #[inline(always)]
-    fn take(&mut self, group: usize) {
+    fn find_least(&mut self, group: usize) {
         let beyond = [T::Sum::MAX; LANES];
-        self.levels.clear();
-        self.levels.resize(CELLS_BESIDE, beyond);
-        self.levels.extend(self.sums[group..].iter().step_by(self.groups));
-        self.levels.resize(self.down + 2 * CELLS_BESIDE, beyond);
-        self.least.clone_from(&self.levels);
-        let mut covered = 1;
-        while covered < CELLS_BESIDE {
-            let step = covered.min(CELLS_BESIDE - covered);
-            for row in 0..self.least.len() - step {
-                let further = self.least[row + step];
-                let here = &mut self.least[row];
-                for lane in 0..LANES {
-                    here[lane] = here[lane].min(further[lane]);
-                }
+        let mut to_end = [beyond; CELLS_BESIDE];
+        self.least.clear();
+        let mut rows = self.sums[group..].iter().step_by(self.groups);
+        while self.least.len() < self.down + CELLS_BESIDE + 1 {
+            let mut run = [beyond; CELLS_BESIDE];
+            run.iter_mut().zip(&mut rows).for_each(|(own, row)| *own = *row);
+            let mut from_begin = beyond;
+            for (row, to_end) in run.iter().zip(&to_end) {
+                self.least.push(lower::<T>(&from_begin, to_end));
+                from_begin = lower::<T>(&from_begin, row);
             }
-            covered += step;
+            let mut least = beyond;
+            for (row, to_end) in run.iter().zip(&mut to_end).rev() {
+                least = lower::<T>(&least, row);
+                *to_end = least;
+            }
         }
     }
+}
+
+/// The lower of each pair.
+#[inline(always)]
+fn lower<T: Level>(a: &Sums<T>, b: &Sums<T>) -> Sums<T> {
+    let mut lower = *a;
+    for lane in 0..LANES {
+        lower[lane] = lower[lane].min(b[lane]);
+    }
+    lower
 }
 
 /// Bits of cells side by side as bits of strips, at their first cells.
@@ -174,20 +187,20 @@ fn of_strips(bright: u32) -> u32 {
 }
 
 impl Strip {
-    /// Light begins in a row of cells: lines may be from the cell before it on.
+    /// Light begins in a row of cells: lines may be from a little before it on.
     #[inline(always)]
     fn begin(&mut self, row: usize) {
-        let from = row.saturating_sub(1) * CELL_HEIGHT_PX;
+        let from = (row * CELL_HEIGHT_PX).saturating_sub(CELL_MARGIN_PX);
         if self.rows.last().is_none_or(|last| last.end < from) {
             self.rows.push(from..from);
         }
     }
 
-    /// Light ends before a row of cells: lines may be up to the end of that cell.
+    /// Light ended before a row of cells: lines may be up to a little behind that.
     #[inline(always)]
     fn end(&mut self, row: usize, height: usize) {
         if let Some(last) = self.rows.last_mut() {
-            last.end = ((row + 1) * CELL_HEIGHT_PX).min(height);
+            last.end = (row * CELL_HEIGHT_PX + CELL_MARGIN_PX).min(height);
         }
     }
 }

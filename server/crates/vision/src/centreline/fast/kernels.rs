@@ -6,14 +6,25 @@ pub const MAX_LAG: usize = 8;
 /// one side of its vertex has some 0.003.
 const MIN_DETERMINANT: f64 = 1e-4;
 
+/// What one place of a window counts.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Weights {
+    /// In the value at the middle.
+    pub value: f32,
+    /// Its square: in the variance of the value.
+    pub squared: f32,
+    /// In the slope there, per column.
+    pub slope: f32,
+    /// In half the curvature, per column².
+    pub bend: f32,
+}
+
 /// Weights are stored in whole runs of so many, the last filled up with nothing.
 pub const RUN: usize = 8;
 
 /// A window with what every place of it counts, from its first place to its last; nothing if it holds too few.
 #[derive(Debug, Clone)]
 pub struct Kernel {
-    /// Places of the window; the weights go on with zeros.
-    pub n: usize,
     /// In the value at the middle.
     pub value: Vec<f32>,
     /// Its square: in the variance of the value.
@@ -36,6 +47,7 @@ pub struct Kernel {
 pub struct Kernels {
     half_length: usize,
     kernels: Vec<Option<Kernel>>,
+    outwards: Vec<Weights>,
     correlations: [f64; MAX_LAG + 1],
 }
 
@@ -49,12 +61,25 @@ impl Kernels {
         self.correlations = *correlations;
         self.kernels.resize_with((half_length + 1) * (half_length + 1), || None);
         self.kernels.iter_mut().flatten().for_each(|kernel| kernel.share(correlations));
-        self.at(half_length, half_length);
+        let whole = self.at(half_length, half_length);
+        let weights = |k: usize| Weights {
+            value: whole.value[k],
+            squared: whole.squared[k],
+            slope: whole.slope[k],
+            bend: whole.bend[k],
+        };
+        self.outwards = (half_length..=2 * half_length).map(weights).collect();
     }
 
     /// Places on either side of the middle.
     pub fn half_length(&self) -> usize {
         self.half_length
+    }
+
+    /// What the places of a whole window count from its middle on, place by place. Before the middle they count the same,
+    /// in the slope with the other sign.
+    pub fn outwards(&self) -> &[Weights] {
+        &self.outwards
     }
 
     /// The kernel of a whole window.
@@ -91,7 +116,6 @@ impl Kernel {
         ];
         let determinant = s[0] * c[0][0] + s[1] * c[0][1] + s[2] * c[0][2];
         let mut kernel = Self {
-            n: before + after + 1,
             value: vec![],
             squared: vec![],
             slope: vec![],
@@ -143,8 +167,8 @@ mod tests {
         kernels.prepare(7, &[0.0; MAX_LAG + 1]);
         for (before, after) in [(7, 7), (0, 7), (7, 2), (3, 3)] {
             let kernel = kernels.at(before, after);
-            assert_eq!(kernel.n, before + after + 1);
-            assert!(kernel.value[kernel.n..].iter().all(|&weight| weight == 0.0));
+            assert_eq!(kernel.value.len(), (before + after + 1).next_multiple_of(RUN));
+            assert!(kernel.value[before + after + 1..].iter().all(|&weight| weight == 0.0));
             let parabola = |x: f64| 2.0 - 0.3 * x + 0.05 * x * x;
             let sum = |weights: &[f32]| -> f64 {
                 let terms = weights.iter().enumerate();

@@ -78,12 +78,6 @@ impl Numbers {
         }
         numbers[0]
     }
-
-    /// Whether this is more than `limit` in any lane.
-    #[inline(always)]
-    pub fn any_over(self, limit: f32) -> bool {
-        self.0.iter().fold(false, |any, &number| any | (number > limit))
-    }
 }
 
 macro_rules! lane_by_lane {

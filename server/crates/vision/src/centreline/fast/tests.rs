@@ -129,7 +129,7 @@ fn fingerprint(found: &Centrelines) -> u64 {
 ///
 /// What could still differ is `exp` and `ln` of the system's library, of which the extraction makes its weights; those of
 /// glibc agree on x86-64 and aarch64.
-const FINGERPRINT: u64 = 0x65a2_cf1c_e132_d6ae;
+const FINGERPRINT: u64 = 0x340d_f3ac_12d1_e560;
 
 #[test]
 fn every_architecture_gives_the_bits_written_here() {

@@ -162,10 +162,11 @@ impl Samples {
     /// The speckle factor for which the squares are those of unit Gaussians; zero if the camera noise explains them.
     #[inline(always)]
     fn speckle_factor(&self, gain: f64) -> f64 {
-        let mut search = FallingZero::between(1e-5f64.ln(), 1e2f64.ln());
-        if self.clipped_excess(search.low.exp(), gain) <= 0.0 {
+        const LEAST: f64 = 1e-5;
+        if self.clipped_excess(LEAST, gain) <= 0.0 {
             return 0.0;
         }
+        let mut search = FallingZero::about(SPECKLE_PRIOR.ln(), LEAST.ln(), 1e2f64.ln());
         while let Some(speckle) = search.next() {
             search.tell(self.clipped_excess(speckle.exp(), gain));
         }
@@ -175,7 +176,7 @@ impl Samples {
     /// The factor by which the squares exceed those of unit Gaussians.
     #[inline(always)]
     fn excess(&self, speckle: f64) -> f64 {
-        let mut search = FallingZero::between(1e-4f64.ln(), 1e2f64.ln());
+        let mut search = FallingZero::about(0.0, 1e-4f64.ln(), 1e2f64.ln());
         while let Some(factor) = search.next() {
             search.tell(self.clipped_excess(speckle, factor.exp()));
         }
@@ -183,59 +184,66 @@ impl Samples {
     }
 }
 
-/// Looks for where a falling function is zero, by the Illinois variant of regula falsi: two ends that keep a zero
-/// between them, the one that stays losing half of its weight. The caller evaluates the function: it is worth
-/// vectors, and a function handed over would not get them.
+/// Looks for where a falling function is zero: in steps from a guess until it changes its sign, then by the Illinois
+/// variant of regula falsi: two ends that keep a zero between them, the one that stays losing half of its weight. The
+/// caller evaluates the function: it is worth vectors, and a function handed over would not get them.
 struct FallingZero {
-    low: f64,
-    high: f64,
-    at_low: Option<f64>,
-    at_high: Option<f64>,
+    /// Where the zero is looked for.
+    limits: (f64, f64),
+    /// The nearest places known before and after the zero, with the function there.
+    before: Option<(f64, f64)>,
+    after: Option<(f64, f64)>,
     found: f64,
     n_steps: usize,
     done: bool,
 }
 
 impl FallingZero {
-    /// What is left of the interval when it is narrow enough: logarithms to a thousandth.
+    /// A step that leads on by less is the last: logarithms to a thousandth.
     const TOLERANCE: f64 = 1e-3;
+    /// The first steps from the guess: a factor of two.
+    const STRIDE: f64 = std::f64::consts::LN_2;
     const MAX_STEPS: usize = 40;
 
-    fn between(low: f64, high: f64) -> Self {
-        Self { low, high, at_low: None, at_high: None, found: low, n_steps: 0, done: false }
+    fn about(guess: f64, low: f64, high: f64) -> Self {
+        Self { limits: (low, high), before: None, after: None, found: guess, n_steps: 0, done: false }
     }
 
     /// Where the function is to be evaluated next; nothing when the zero is found.
     fn next(&mut self) -> Option<f64> {
-        let (Some(at_low), Some(at_high)) = (self.at_low, self.at_high) else {
-            let end = if self.at_low.is_none() { self.low } else { self.high };
-            return (!self.done).then_some(end);
+        let last = self.found;
+        self.found = match (self.before, self.after) {
+            (None, None) => last,
+            (Some((place, _)), None) => (place + self.stride()).min(self.limits.1),
+            (None, Some((place, _))) => (place - self.stride()).max(self.limits.0),
+            (Some((low, at_low)), Some((high, at_high))) => (low * at_high - high * at_low) / (at_high - at_low),
         };
-        if self.done || self.n_steps == Self::MAX_STEPS {
+        // At a limit without a change of sign the zero is beyond.
+        self.done |= self.n_steps == Self::MAX_STEPS || self.n_steps > 0 && self.found == last;
+        if self.done {
             return None;
         }
-        let before = self.found;
-        self.found = (self.low * at_high - self.high * at_low) / (at_high - at_low);
-        self.done = (self.found - before).abs() < Self::TOLERANCE;
+        self.done = self.n_steps > 0 && (self.found - last).abs() < Self::TOLERANCE;
         self.n_steps += 1;
         Some(self.found)
     }
 
-    /// Takes the value there. A function without a change of sign has its zero at the end that is nearer to it.
+    /// Strides double, so that no guess is far away.
+    fn stride(&self) -> f64 {
+        Self::STRIDE * f64::from(1u32 << self.n_steps.clamp(1, 16) as u32 >> 1)
+    }
+
+    /// Takes the value there.
     fn tell(&mut self, value: f64) {
-        match (self.at_low, self.at_high) {
-            (None, _) => {
-                (self.at_low, self.found, self.done) = (Some(value), self.low, value <= 0.0);
-            }
-            (Some(_), None) => {
-                (self.at_high, self.found, self.done) = (Some(value), self.high, value >= 0.0);
-            }
-            (Some(at_low), Some(_)) if value <= 0.0 => {
-                (self.high, self.at_high, self.at_low) = (self.found, Some(value), Some(0.5 * at_low));
-            }
-            (Some(_), Some(at_high)) => {
-                (self.low, self.at_low, self.at_high) = (self.found, Some(value), Some(0.5 * at_high));
-            }
+        let here = Some((self.found, value));
+        let halved = |end: Option<(f64, f64)>| end.map(|(place, value)| (place, 0.5 * value));
+        let is_between = self.before.is_some() && self.after.is_some();
+        if value > 0.0 {
+            self.before = here;
+            self.after = if is_between { halved(self.after) } else { self.after };
+        } else {
+            self.after = here;
+            self.before = if is_between { halved(self.before) } else { self.before };
         }
     }
 }
