@@ -85,11 +85,8 @@ macro_rules! wrapping_sum {
 wrapping_sum!(i16);
 wrapping_sum!(i32);
 
-/// Cells summed up at once.
-pub const CELL_BLOCK: usize = 4;
-
 /// One row of pixels of cells side by side.
-pub type CellRow<T> = [[T; CELL_WIDTH_PX]; CELL_BLOCK];
+pub type CellRow<T> = [[T; CELL_WIDTH_PX]];
 
 /// A grey level of an image.
 pub trait Level: Difference + Ord {
@@ -103,8 +100,8 @@ pub trait Level: Difference + Ord {
     fn grey(self) -> f32;
     /// The sum over a cell.
     fn cell_sum(rows: [&[Self; CELL_WIDTH_PX]; CELL_HEIGHT_PX]) -> Self::Sum;
-    /// The sums over some cells side by side.
-    fn cell_sums(rows: [&CellRow<Self>; CELL_HEIGHT_PX]) -> [Self::Sum; CELL_BLOCK];
+    /// The sums over cells side by side, as many as `sums`.
+    fn cell_sums(rows: [&CellRow<Self>; CELL_HEIGHT_PX], sums: &mut [Self::Sum]);
 }
 
 impl Level for u8 {
@@ -134,21 +131,30 @@ impl Level for u8 {
         (two + (two >> 32)) as i16
     }
     #[inline(always)]
-    fn cell_sums(rows: [&CellRow<Self>; CELL_HEIGHT_PX]) -> [i16; CELL_BLOCK] {
+    fn cell_sums([a, b, c, d]: [&CellRow<Self>; CELL_HEIGHT_PX], sums: &mut [i16]) {
         const EVEN: u64 = 0x00FF_00FF_00FF_00FF;
-        let mut pairs = [0u64; CELL_BLOCK];
-        for row in rows {
-            for i in 0..CELL_BLOCK {
-                let word = u64::from_le_bytes(row[i]);
-                pairs[i] += (word & EVEN) + (word >> 8 & EVEN);
+        /// Cells at once: as many as compilers take together without taking them apart first.
+        const BLOCK: usize = 4;
+        let n = sums.len();
+        let (some, rest) = sums.as_chunks_mut::<BLOCK>();
+        let rows = a.as_chunks::<BLOCK>().0.iter().zip(b.as_chunks::<BLOCK>().0);
+        let rows = rows.zip(c.as_chunks::<BLOCK>().0).zip(d.as_chunks::<BLOCK>().0);
+        for (sums, (((a, b), c), d)) in some.iter_mut().zip(rows) {
+            let mut pairs = [0u64; BLOCK];
+            for row in [a, b, c, d] {
+                for i in 0..BLOCK {
+                    let word = u64::from_le_bytes(row[i]);
+                    pairs[i] += (word & EVEN) + (word >> 8 & EVEN);
+                }
+            }
+            for i in 0..BLOCK {
+                let two = pairs[i] + (pairs[i] >> 32);
+                sums[i] = (two + (two >> 16)) as i16;
             }
         }
-        let mut sums = [0i16; CELL_BLOCK];
-        for i in 0..CELL_BLOCK {
-            let two = pairs[i] + (pairs[i] >> 32);
-            sums[i] = (two + (two >> 16)) as i16;
+        for (sum, i) in rest.iter_mut().zip(n - n % BLOCK..) {
+            *sum = Self::cell_sum([&a[i], &b[i], &c[i], &d[i]]);
         }
-        sums
     }
 }
 
@@ -175,8 +181,31 @@ impl Level for u16 {
         sums.iter().sum::<u32>() as i32
     }
     #[inline(always)]
-    fn cell_sums(rows: [&CellRow<Self>; CELL_HEIGHT_PX]) -> [i32; CELL_BLOCK] {
-        std::array::from_fn(|i| Self::cell_sum([&rows[0][i], &rows[1][i], &rows[2][i], &rows[3][i]]))
+    fn cell_sums([a, b, c, d]: [&CellRow<Self>; CELL_HEIGHT_PX], sums: &mut [i32]) {
+        const BLOCK: usize = 8;
+        let n = sums.len();
+        let (some, rest) = sums.as_chunks_mut::<BLOCK>();
+        let rows = a.as_chunks::<BLOCK>().0.iter().zip(b.as_chunks::<BLOCK>().0);
+        let rows = rows.zip(c.as_chunks::<BLOCK>().0).zip(d.as_chunks::<BLOCK>().0);
+        for (sums, (((a, b), c), d)) in some.iter_mut().zip(rows) {
+            // Pairs of neighbours, then fours, then all eight.
+            let (mut pairs, mut fours) = ([0u32; 4 * BLOCK], [0u32; 2 * BLOCK]);
+            for row in [a, b, c, d] {
+                let levels = row.as_flattened();
+                for i in 0..pairs.len() {
+                    pairs[i] += u32::from(levels[2 * i]) + u32::from(levels[2 * i + 1]);
+                }
+            }
+            for i in 0..fours.len() {
+                fours[i] = pairs[2 * i] + pairs[2 * i + 1];
+            }
+            for i in 0..BLOCK {
+                sums[i] = (fours[2 * i] + fours[2 * i + 1]) as i32;
+            }
+        }
+        for (sum, i) in rest.iter_mut().zip(n - n % BLOCK..) {
+            *sum = Self::cell_sum([&a[i], &b[i], &c[i], &d[i]]);
+        }
     }
 }
 

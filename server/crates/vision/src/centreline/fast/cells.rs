@@ -4,7 +4,7 @@
 //! column stands out clearly; the threshold is low, for a cell too many costs time only.
 
 use crate::centreline::reference::noise::NoiseMap;
-use crate::centreline::view::{CELL_BLOCK, Level, Sum, View};
+use crate::centreline::view::{Level, Sum, View};
 use crate::params::{
     CELL_HEIGHT_PX, CELL_MARGIN_PX, CELL_MIN_SNR, CELL_WIDTH_PX, CELLS_AT_BORDER, CELLS_BESIDE, NOISE_TILE_PX,
     STRIP_WIDTH_PX,
@@ -75,18 +75,8 @@ impl<T: Level> Cells<T> {
             out[across..].fill(T::Sum::default());
             let v = (row * CELL_HEIGHT_PX).min(view.height - CELL_HEIGHT_PX);
             let rows: [&[T]; CELL_HEIGHT_PX] = std::array::from_fn(|i| view.row(v + i));
-            let [a, b, c, d] = rows.map(|r| r.as_chunks::<CELL_WIDTH_PX>().0);
-            let some = [a, b, c, d].map(|row| row.as_chunks::<CELL_BLOCK>());
-            let mut place = 0;
-            for (((a, b), c), d) in some[0].0.iter().zip(some[1].0).zip(some[2].0).zip(some[3].0) {
-                let sums = T::cell_sums([a, b, c, d]);
-                out[place..place + CELL_BLOCK].copy_from_slice(&sums);
-                place += CELL_BLOCK;
-            }
-            let rest = some.map(|(_, rest)| rest);
-            for (i, out) in out[place..].iter_mut().enumerate().take(rest[0].len()) {
-                *out = T::cell_sum([&rest[0][i], &rest[1][i], &rest[2][i], &rest[3][i]]);
-            }
+            let n_whole = view.width / CELL_WIDTH_PX;
+            T::cell_sums(rows.map(|row| row.as_chunks().0), &mut out[..n_whole]);
             if !view.width.is_multiple_of(CELL_WIDTH_PX) {
                 let tails = rows.map(|r| r.last_chunk::<CELL_WIDTH_PX>().expect("rows are wider than cells"));
                 out[across - 1] = T::cell_sum(tails);
