@@ -1,5 +1,7 @@
 //! Candidates as the reference finds them, only where cells are bright: sixteen columns side by side.
 
+use std::ops::Range;
+
 use super::cells::Strip;
 use super::latest::{Latest, any_from_zero, lead};
 use super::responses::{Lanes, Responses};
@@ -17,6 +19,7 @@ use crate::params::{
 pub struct Search<T: Level> {
     responses: Responses<T>,
     found: Found,
+    crowded: Vec<Range<usize>>,
 }
 
 /// The candidates of one strip.
@@ -71,7 +74,7 @@ impl<T: Level> Sought<'_, T> {
 
     /// The latest candidates of all columns from `u0` on, `rows` being those that were searched.
     #[inline(always)]
-    fn stretch(&self, u0: usize, rows: &std::ops::Range<usize>, latest: &Latest<T>) -> Stretch {
+    fn stretch(&self, u0: usize, rows: &Range<usize>, latest: &Latest<T>) -> Stretch {
         let n_rows = self.boxes.rows() as f32;
         let mut stretch = Stretch { v: [0.0; STRETCH], contrast: [0.0; STRETCH], snr: [0.0; STRETCH] };
         let mut sigmas = [self.noise.at(u0, rows.start); STRETCH];
@@ -92,8 +95,7 @@ impl<T: Level> Sought<'_, T> {
 }
 
 impl<T: Level> Search<T> {
-    /// Finds all candidates and hands them to the linker, strip by strip. `noise` is that of box differences. Whether
-    /// any two of a column are so near to each other that clearances matter.
+    /// Finds all candidates and hands them to the linker, strip by strip. `noise` is that of box differences.
     #[inline(always)]
     pub fn candidates(
         &mut self,
@@ -103,33 +105,46 @@ impl<T: Level> Search<T> {
         width_px: f32,
         strips: &[Strip],
         linker: &mut Linker,
-    ) -> bool {
+    ) {
         let separation = (CANDIDATE_SEPARATION_WIDTHS * width_px).max(2.0).ceil() as u32;
         let sought = Sought { view, noise, boxes, separation };
         let near = (CLEARANCE_MATTERS_WIDTHS * width_px) as u32;
-        let mut crowded = false;
+        self.crowded.clear();
         for strip in strips {
             self.found.clear();
             for rows in &strip.rows {
                 self.run(&sought, strip, rows.clone());
             }
             let found = &mut self.found;
+            let mut is_crowded = false;
             if !found.is_mixed && linker.add_stretches(strip.u0, &found.stretches) {
-                crowded |= !are_apart(&found.stretches, near as f32);
-                continue;
+                is_crowded = !are_apart(&found.stretches, near as f32);
+            } else {
+                found.mix(strip.u0, separation);
+                for column in found.columns.iter().filter(|column| !column.is_empty()) {
+                    linker.add_column(column);
+                    for [upper, lower] in column.array_windows() {
+                        is_crowded |= lower.v - upper.v <= near;
+                    }
+                }
             }
-            found.mix(strip.u0, separation);
-            for column in found.columns.iter().filter(|column| !column.is_empty()) {
-                linker.add_column(column);
-                crowded |= column.array_windows().any(|[upper, lower]| lower.v - upper.v <= near);
+            if is_crowded {
+                match self.crowded.last_mut() {
+                    Some(last) if last.end == strip.u0 => last.end = strip.u1,
+                    _ => self.crowded.push(strip.u0..strip.u1),
+                }
             }
         }
-        crowded
+    }
+
+    /// Columns in which candidates are so near to each other that clearances matter.
+    pub fn crowded(&self) -> &[Range<usize>] {
+        &self.crowded
     }
 
     /// Looks for candidates in some rows of a strip.
     #[inline(always)]
-    fn run(&mut self, sought: &Sought<T>, strip: &Strip, rows: std::ops::Range<usize>) {
+    fn run(&mut self, sought: &Sought<T>, strip: &Strip, rows: Range<usize>) {
         self.responses.find(sought.view, sought.boxes, strip, &rows);
         let found = &mut self.found;
         let (mut latest, left_any) = met::<T, false>(self.responses.rows(), sought, strip.u0, &rows, found);
@@ -157,7 +172,7 @@ fn met<T: Level, const KEEPING: bool>(
     response: &[Lanes<T>],
     sought: &Sought<T>,
     u0: usize,
-    rows: &std::ops::Range<usize>,
+    rows: &Range<usize>,
     found: &mut Found,
 ) -> (Latest<T>, bool) {
     let first = rows.start;

@@ -1,64 +1,47 @@
-//! How far the nearest other line is, for every step of every trace.
+//! How far the nearest other line is, for the steps of traces in columns where lines come near to each other.
+
+use std::ops::Range;
 
 use crate::centreline::reference::segments::Trace;
 use crate::params::RIVAL_CONTRAST;
 
-/// One step, where all steps of a column lie together.
-#[derive(Clone, Copy, Default)]
-struct Entry {
-    v: f32,
-    contrast: f32,
-    trace: u32,
-    step: u32,
-}
-
-/// All steps column by column; their memory is kept from image to image.
-#[derive(Default)]
-pub struct Columns {
-    starts: Vec<u32>,
-    entries: Vec<Entry>,
-}
-
-/// Notes at every step how far the nearest other trace is that is bright enough to matter.
+/// Notes at every step in some columns how far the nearest other trace is that is bright enough to matter. `here` is
+/// memory.
 #[inline(always)]
-pub fn mark_clearances(traces: &mut [Trace], width: usize, columns: &mut Columns) {
-    let Columns { starts, entries } = columns;
-    starts.clear();
-    starts.resize(width + 2, 0);
-    for trace in &*traces {
-        for n in &mut starts[trace.first_u + 2..trace.first_u + 2 + trace.len()] {
-            *n += 1;
+pub fn mark_clearances(traces: &mut [Trace], columns: &[Range<usize>], here: &mut Vec<usize>) {
+    for columns in columns {
+        here.clear();
+        here.extend((0..traces.len()).filter(|&idx| !traces[idx].within(columns).is_empty()));
+        for (n, &second) in here.iter().enumerate() {
+            for &first in &here[..n] {
+                let (before, after) = traces.split_at_mut(second);
+                mark_pair(&mut before[first], &mut after[0], columns);
+            }
         }
     }
-    // starts[u + 1] is where column u goes on; when all are placed, it is where column u ends.
-    for u in 1..starts.len() {
-        starts[u] += starts[u - 1];
+}
+
+/// Notes how far two traces are from each other.
+#[inline(always)]
+fn mark_pair(a: &mut Trace, b: &mut Trace, columns: &Range<usize>) {
+    let (of_a, of_b) = (a.within(columns), b.within(columns));
+    let both = of_a.start.max(of_b.start)..of_a.end.min(of_b.end);
+    let n = both.len();
+    let (in_a, in_b) = (both.start.saturating_sub(a.first_u), both.start.saturating_sub(b.first_u));
+    if n == 0 {
+        return;
     }
-    entries.clear();
-    entries.resize(starts[width + 1] as usize, Entry::default());
-    for (trace_idx, trace) in traces.iter().enumerate() {
-        for (idx, (&v, &contrast)) in trace.v.iter().zip(&trace.contrast).enumerate() {
-            let place = &mut starts[trace.first_u + idx + 1];
-            entries[*place as usize] = Entry { v, contrast, trace: trace_idx as u32, step: idx as u32 };
-            *place += 1;
-        }
-    }
-    for u in 0..width {
-        let column = &mut entries[starts[u] as usize..starts[u + 1] as usize];
-        if column.len() < 2 {
-            continue;
-        }
-        if !column.is_sorted_by(|a, b| a.v <= b.v) {
-            column.sort_by(|a, b| a.v.total_cmp(&b.v));
-        }
-        for i in 0..column.len() {
-            let here = column[i];
-            let distance = |other: Option<&Entry>| match other {
-                Some(other) if other.contrast >= RIVAL_CONTRAST * here.contrast => (other.v - here.v).abs(),
-                _ => f32::INFINITY,
-            };
-            let clearance_px = distance(i.checked_sub(1).map(|k| &column[k])).min(distance(column.get(i + 1)));
-            traces[here.trace as usize].clearance_px[here.step as usize] = clearance_px;
-        }
+    let (v, contrast, clearance_px) =
+        (&a.v[in_a..][..n], &a.contrast[in_a..][..n], &mut a.clearance_px[in_a..][..n]);
+    let (other_v, other_contrast, other_clearance_px) =
+        (&b.v[in_b..][..n], &b.contrast[in_b..][..n], &mut b.clearance_px[in_b..][..n]);
+    for i in 0..n {
+        let distance = (other_v[i] - v[i]).abs();
+        let matters = other_contrast[i] >= RIVAL_CONTRAST * contrast[i];
+        let nearest = if matters { distance } else { f32::INFINITY };
+        clearance_px[i] = if nearest < clearance_px[i] { nearest } else { clearance_px[i] };
+        let matters = contrast[i] >= RIVAL_CONTRAST * other_contrast[i];
+        let nearest = if matters { distance } else { f32::INFINITY };
+        other_clearance_px[i] = if nearest < other_clearance_px[i] { nearest } else { other_clearance_px[i] };
     }
 }

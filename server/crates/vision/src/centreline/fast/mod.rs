@@ -38,7 +38,6 @@ use crate::params::NOISE_TILE_PX;
 use along::Averager;
 use candidates::Search;
 use cells::{Cells, Strip};
-use clearance::Columns;
 use crossings::{Image, Measurer};
 use noise::{BoxNoise, PixelNoise};
 use pieces::{Crossings, Piece, PieceOf};
@@ -70,7 +69,8 @@ pub struct Memory<T: Level> {
     box_noise: BoxNoise<T>,
     search: Search<T>,
     linker: Linker,
-    columns: Columns,
+    /// Traces that are near to each other.
+    near: Vec<usize>,
     measurer: Measurer<T>,
     crossings: Crossings,
     pieces: Vec<Piece>,
@@ -172,11 +172,9 @@ impl<T: Level> Memory<T> {
         let Self { search, strips, linker, width_px, .. } = self;
         let (noise, boxes) = (self.box_noise.map(), Boxes::for_width(*width_px));
         linker.begin(*width_px);
-        let crowded = search.candidates(view, noise, boxes, *width_px, strips, linker);
+        search.candidates(view, noise, boxes, *width_px, strips, linker);
         linker.finish();
-        if crowded {
-            clearance::mark_clearances(linker.traces_mut(), view.width, &mut self.columns);
-        }
+        clearance::mark_clearances(linker.traces_mut(), search.crowded(), &mut self.near);
     }
 
     /// The crossings of all traces and the pieces of lines they make.

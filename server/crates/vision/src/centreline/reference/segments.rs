@@ -1,6 +1,7 @@
 //! Candidates joined, column by column, into traces of one line each.
 
 use std::cmp::Ordering;
+use std::ops::Range;
 
 use super::candidates::Candidate;
 use crate::params::{
@@ -46,6 +47,12 @@ impl Trace {
     /// How many steps it has.
     pub fn len(&self) -> usize {
         self.v.len()
+    }
+
+    /// Those of some columns in which it has steps.
+    #[inline(always)]
+    pub fn within(&self, columns: &Range<usize>) -> Range<usize> {
+        columns.start.max(self.first_u)..columns.end.min(self.first_u + self.len())
     }
 
     #[inline(always)]
@@ -341,23 +348,21 @@ pub fn are_apart(stretches: &[Stretch], rows: f32) -> bool {
 
 /// Notes at every step how far the nearest other trace is that is bright enough to matter.
 pub fn mark_clearances(traces: &mut [Trace]) {
-    let steps = |trace: &Trace| {
+    let steps = |(trace_idx, trace): (usize, &Trace)| {
         let (first_u, of_trace) = (trace.first_u, trace.v.iter().zip(&trace.contrast));
-        of_trace.enumerate().map(move |(i, (&v, &contrast))| (first_u + i, v, contrast)).collect::<Vec<_>>()
+        of_trace
+            .enumerate()
+            .map(move |(i, (&v, &contrast))| (first_u + i, v, contrast, trace_idx))
+            .collect::<Vec<_>>()
     };
-    let mut all: Vec<(usize, f32, f32)> = traces.iter().flat_map(steps).collect();
-    all.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    for trace in traces {
-        for (idx, clearance_px) in trace.clearance_px.iter_mut().enumerate() {
-            let (u, v) = (trace.first_u + idx, trace.v[idx]);
-            let here = all.partition_point(|&(other_u, other_v, _)| (other_u, other_v) < (u, v));
-            let beside = [here.checked_sub(1), Some(here + 1)];
-            let others = beside
-                .into_iter()
-                .flatten()
-                .filter_map(|i| all.get(i))
-                .filter(|other| other.0 == u && other.2 >= RIVAL_CONTRAST * trace.contrast[idx]);
-            *clearance_px = others.map(|other| (other.1 - v).abs()).fold(ALONE, f32::min);
+    let mut all: Vec<(usize, f32, f32, usize)> = traces.iter().enumerate().flat_map(steps).collect();
+    all.sort_unstable_by_key(|step| step.0);
+    for (trace_idx, trace) in traces.iter_mut().enumerate() {
+        for idx in 0..trace.len() {
+            let (u, v, least) = (trace.first_u + idx, trace.v[idx], RIVAL_CONTRAST * trace.contrast[idx]);
+            let column = all.partition_point(|step| step.0 < u)..all.partition_point(|step| step.0 <= u);
+            let others = all[column].iter().filter(|other| other.3 != trace_idx && other.2 >= least);
+            trace.clearance_px[idx] = others.map(|other| (other.1 - v).abs()).fold(ALONE, f32::min);
         }
     }
 }
