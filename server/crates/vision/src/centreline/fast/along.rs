@@ -5,18 +5,15 @@
 //! crossings of a window count alike: what the light of a single column says about its own noise is mostly speckle, and
 //! weights made of it cost accuracy. So fits are sums with fixed kernels.
 
-use std::ops::Range;
-
 use super::kernels::{Kernel, Kernels, MAX_LAG, RUN};
 use super::lanes::{LANES, Numbers};
 use super::pieces::{Crossings, Piece};
+use super::points::{Chosen, Fit, NONE};
 use crate::centreline::CentrelinePoint;
 use crate::centreline::reference::scatter::Scatter;
 use crate::params::{
-    ALONG_AGREEMENT_SIGMAS, ALONG_HALF_LENGTH_WIDTHS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH, SKEW_DOUBT,
+    ALONG_AGREEMENT_SIGMAS, ALONG_HALF_LENGTH_WIDTHS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH,
 };
-
-type Lanes = [f32; LANES];
 
 /// Fits local parabolas along lines; keeps its memory from image to image.
 #[derive(Default)]
@@ -42,36 +39,6 @@ struct Block {
     start: usize,
     /// Columns of the whole piece.
     n: usize,
-}
-
-/// A parabola in every lane; x in columns.
-#[derive(Default)]
-struct Fit {
-    value: Numbers,
-    variance: Numbers,
-    slope: Numbers,
-    bend: Numbers,
-    /// Variance of the bend over that of the value.
-    bend_gain: Numbers,
-}
-
-/// The fit chosen in every lane.
-struct Chosen {
-    /// Which window, `NONE` where no parabola can be fitted.
-    window: Numbers,
-    fit: Fit,
-}
-
-/// No window.
-const NONE: f32 = -1.0;
-
-/// What is told of some points.
-struct Described {
-    /// Rows above the block's first.
-    shift: Lanes,
-    normal_u: Lanes,
-    across: Lanes,
-    sigma_px: Lanes,
 }
 
 impl Averager {
@@ -284,71 +251,6 @@ impl Block {
     }
 }
 
-impl Described {
-    /// The points of neighbouring crossings; those beyond the last are nothing. `first_u` is the column and `row` the
-    /// row of the first.
-    #[inline(always)]
-    fn points(
-        &self,
-        crossings: &Crossings,
-        places: Range<usize>,
-        first_u: usize,
-        row: f64,
-    ) -> [CentrelinePoint; LANES] {
-        let [mut intensity, mut width_px] = [[0.0f32; LANES]; 2];
-        let mut saturated = [false; LANES];
-        let n = places.len();
-        intensity[..n].copy_from_slice(&crossings.intensity[places.clone()]);
-        width_px[..n].copy_from_slice(&crossings.width_px[places.clone()]);
-        saturated[..n].copy_from_slice(&crossings.saturated[places]);
-        let first_u = first_u as i32;
-        let mut points = [NO_POINT; LANES];
-        for (i, point) in points.iter_mut().enumerate() {
-            *point = CentrelinePoint {
-                u_px: f64::from(first_u + i as i32),
-                v_px: row + f64::from(self.shift[i]),
-                normal: [f64::from(self.normal_u[i]), f64::from(self.across[i])],
-                sigma_px: f64::from(self.sigma_px[i]),
-                intensity: intensity[i],
-                width_px: width_px[i] * self.across[i],
-                saturated: saturated[i],
-            };
-        }
-        points
-    }
-}
-
-/// What stands beyond the last point of a block.
-const NO_POINT: CentrelinePoint = CentrelinePoint {
-    u_px: 0.0,
-    v_px: 0.0,
-    normal: [0.0; 2],
-    sigma_px: 0.0,
-    intensity: 0.0,
-    width_px: 0.0,
-    saturated: false,
-};
-
-impl Chosen {
-    /// Position, normal and σ; a crossing without a fit stands for itself.
-    #[inline(always)]
-    fn described(&self, cross_variance_px2: &Lanes) -> Described {
-        let Fit { value, variance, slope, bend, bend_gain } = &self.fit;
-        let [mut shift, mut normal_u, mut across, mut sigma_px] = [[0.0f32; LANES]; 4];
-        for i in 0..LANES {
-            let (slope, bend) = (slope.0[i], bend.0[i]);
-            let variance = variance.0[i].max(1e-10);
-            let doubt = SKEW_DOUBT * bend_gain.0[i] * variance;
-            let sure = (1.0 - doubt / (bend * bend).max(f32::MIN_POSITIVE)).max(0.0);
-            shift[i] = value.0[i] - sure * skew_shift(slope, 2.0 * bend, cross_variance_px2[i]);
-            across[i] = 1.0 / (1.0 + slope * slope).sqrt();
-            normal_u[i] = -slope * across[i];
-            sigma_px[i] = variance.sqrt() * across[i];
-        }
-        Described { shift, normal_u, across, sigma_px }
-    }
-}
-
 /// Neighbouring numbers before and after those `half` behind the first, the nearest pair first.
 #[inline(always)]
 fn pairs(numbers: &[f32], half: usize) -> impl Iterator<Item = (Numbers, Numbers)> {
@@ -368,12 +270,4 @@ fn sum(weights: &[f32], numbers: &[f32]) -> f32 {
     }
     let [a, b, c, d, e, f, g, h] = sums;
     ((a + e) + (c + g)) + ((b + f) + (d + h))
-}
-
-/// How far (rows) the centre of a column's profile lies from a line that is steep and curved at once: to first order
-/// in the curvature v″ it is 3/2 · v″ · m² / (1 + m²)² · s², m the slope and s² the variance of profile times window.
-#[inline(always)]
-fn skew_shift(slope: f32, curvature: f32, cross_variance_px2: f32) -> f32 {
-    let steep = slope * slope;
-    1.5 * curvature * steep / ((1.0 + steep) * (1.0 + steep)) * cross_variance_px2
 }

@@ -8,7 +8,8 @@ use super::responses::{Lanes, Responses};
 use super::spread::Difference;
 use crate::centreline::reference::candidates::{Boxes, Candidate};
 use crate::centreline::reference::noise::NoiseMap;
-use crate::centreline::reference::segments::{Linker, STRETCH, Stretch, are_apart};
+use crate::centreline::reference::segments::Linker;
+use crate::centreline::reference::traces::{STRETCH, Stretch, are_apart};
 use crate::centreline::view::{Level, Sum, View};
 use crate::params::{
     CANDIDATE_MIN_SNR, CANDIDATE_SEPARATION_WIDTHS, CLEARANCE_MATTERS_WIDTHS, NOISE_TILE_PX, STRIP_WIDTH_PX,

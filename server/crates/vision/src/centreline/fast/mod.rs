@@ -11,6 +11,7 @@
 )]
 
 mod along;
+mod block;
 mod candidates;
 mod cells;
 mod clearance;
@@ -20,8 +21,11 @@ mod lanes;
 mod latest;
 mod noise;
 mod pieces;
+mod points;
 mod responses;
+mod ridge;
 pub mod spread;
+mod surroundings;
 mod taps;
 mod width;
 mod window;
@@ -36,9 +40,10 @@ use super::view::{Level, View};
 use super::{Centrelines, Segment};
 use crate::params::NOISE_TILE_PX;
 use along::Averager;
+use block::Image;
 use candidates::Search;
 use cells::{Cells, Strip};
-use crossings::{Image, Measurer};
+use crossings::Measurer;
 use noise::{BoxNoise, PixelNoise};
 use pieces::{Crossings, Piece, PieceOf};
 use width::Peaks;

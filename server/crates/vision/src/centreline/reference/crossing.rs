@@ -3,8 +3,8 @@
 use super::candidates::Boxes;
 use super::noise::NoiseMap;
 use super::scatter::{LANES, ThirdDifferences};
-use super::segments::Trace;
 use super::steger::{Approach, Kernels, Ridge, WIDTH_PER_SIGMA};
+use super::traces::Trace;
 use super::width::crossing_width_px;
 use crate::centreline::CentrelineMethod;
 use crate::centreline::view::{Level, View};

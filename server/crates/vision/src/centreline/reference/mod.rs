@@ -12,6 +12,7 @@ pub mod noise;
 pub mod scatter;
 pub mod segments;
 pub mod steger;
+pub mod traces;
 pub mod width;
 
 use super::view::{Level, View};

@@ -1,0 +1,113 @@
+//! What is told of the points of a line by the parabolas chosen for them.
+
+use std::ops::Range;
+
+use super::lanes::{LANES, Numbers};
+use super::pieces::Crossings;
+use crate::centreline::CentrelinePoint;
+use crate::params::SKEW_DOUBT;
+
+type Lanes = [f32; LANES];
+
+/// A parabola in every lane; x in columns.
+#[derive(Default)]
+pub struct Fit {
+    pub value: Numbers,
+    pub variance: Numbers,
+    pub slope: Numbers,
+    pub bend: Numbers,
+    /// Variance of the bend over that of the value.
+    pub bend_gain: Numbers,
+}
+
+/// The fit chosen in every lane.
+pub struct Chosen {
+    /// Which window, `NONE` where no parabola can be fitted.
+    pub window: Numbers,
+    pub fit: Fit,
+}
+
+/// No window.
+pub const NONE: f32 = -1.0;
+
+/// What is told of some points.
+pub struct Described {
+    /// Rows above the block's first.
+    pub shift: Lanes,
+    pub normal_u: Lanes,
+    pub across: Lanes,
+    pub sigma_px: Lanes,
+}
+
+impl Described {
+    /// The points of neighbouring crossings; those beyond the last are nothing. `first_u` is the column and `row` the
+    /// row of the first.
+    #[inline(always)]
+    pub fn points(
+        &self,
+        crossings: &Crossings,
+        places: Range<usize>,
+        first_u: usize,
+        row: f64,
+    ) -> [CentrelinePoint; LANES] {
+        let [mut intensity, mut width_px] = [[0.0f32; LANES]; 2];
+        let mut saturated = [false; LANES];
+        let n = places.len();
+        intensity[..n].copy_from_slice(&crossings.intensity[places.clone()]);
+        width_px[..n].copy_from_slice(&crossings.width_px[places.clone()]);
+        saturated[..n].copy_from_slice(&crossings.saturated[places]);
+        let first_u = first_u as i32;
+        let mut points = [NO_POINT; LANES];
+        for (i, point) in points.iter_mut().enumerate() {
+            *point = CentrelinePoint {
+                u_px: f64::from(first_u + i as i32),
+                v_px: row + f64::from(self.shift[i]),
+                normal: [f64::from(self.normal_u[i]), f64::from(self.across[i])],
+                sigma_px: f64::from(self.sigma_px[i]),
+                intensity: intensity[i],
+                width_px: width_px[i] * self.across[i],
+                saturated: saturated[i],
+            };
+        }
+        points
+    }
+}
+
+/// What stands beyond the last point of a block.
+const NO_POINT: CentrelinePoint = CentrelinePoint {
+    u_px: 0.0,
+    v_px: 0.0,
+    normal: [0.0; 2],
+    sigma_px: 0.0,
+    intensity: 0.0,
+    width_px: 0.0,
+    saturated: false,
+};
+
+impl Chosen {
+    /// Position, normal and σ; a crossing without a fit stands for itself.
+    #[inline(always)]
+    pub fn described(&self, cross_variance_px2: &Lanes) -> Described {
+        let Fit { value, variance, slope, bend, bend_gain } = &self.fit;
+        let [mut shift, mut normal_u, mut across, mut sigma_px] = [[0.0f32; LANES]; 4];
+        for i in 0..LANES {
+            let (slope, bend) = (slope.0[i], bend.0[i]);
+            let variance = variance.0[i].max(1e-10);
+            let doubt = SKEW_DOUBT * bend_gain.0[i] * variance;
+            let sure = (1.0 - doubt / (bend * bend).max(f32::MIN_POSITIVE)).max(0.0);
+            shift[i] = value.0[i] - sure * skew_shift(slope, 2.0 * bend, cross_variance_px2[i]);
+            across[i] = 1.0 / (1.0 + slope * slope).sqrt();
+            normal_u[i] = -slope * across[i];
+            sigma_px[i] = variance.sqrt() * across[i];
+        }
+        Described { shift, normal_u, across, sigma_px }
+    }
+}
+
+/// How far (rows) the centre of a column's profile lies from a line that is steep and curved at once: to first order
+/// in the curvature v″ it is 3/2 · v″ · m² / (1 + m²)² · s², m the slope and s² the variance of profile times window.
+#[inline(always)]
+fn skew_shift(slope: f32, curvature: f32, cross_variance_px2: f32) -> f32 {
+    let steep = slope * slope;
+    1.5 * curvature * steep / ((1.0 + steep) * (1.0 + steep)) * cross_variance_px2
+}
