@@ -13,7 +13,12 @@ use common::{random, rig_a, station};
 use optics::{Calibration, DepthRangeMm, Triangulator};
 use scanning::files::peaks::pack_frame;
 use scanning::{FrameLabeller, Profile, ScanFrame, label_frame, label_frame_by_reference};
-use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels};
+use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, Segment};
+
+/// Points of what lines are torn into.
+const SHRED_POINTS: usize = 30;
+/// Pieces beyond which sets of them take several words.
+const LARGEST_WORD: usize = 64;
 
 /// Counts what the asking thread asks for.
 struct Counting;
@@ -113,6 +118,20 @@ fn lines_along_columns_and_stations_of_many_orders_are_labelled_as_by_the_refere
         let (n_points, _) = compare("step", &known.frames, &station);
         assert!(n_points > 0);
     }
+}
+
+#[test]
+fn frames_of_many_short_pieces_are_labelled_as_by_the_reference() {
+    let station = station(5, false);
+    let step = |x: f64, y: f64| if x.abs() < 12.0 && y.abs() < 10.0 { 391.0 } else { 400.0 };
+    let mut known = scan(&station, &step, &[-6.0, 0.0, 4.0], false);
+    for Centrelines { segments, .. } in known.frames.iter_mut().map(|frame| &mut frame.centrelines) {
+        let shreds = segments.iter().flat_map(|segment| segment.points.chunks(SHRED_POINTS));
+        *segments = shreds.map(|points| Segment { points: points.to_vec() }).collect();
+        assert!(segments.len() > LARGEST_WORD, "{} shreds", segments.len());
+    }
+    let (n_points, n_dropped) = compare("shreds", &known.frames, &station);
+    assert!(n_points > 10_000 && n_dropped > 100, "{n_points} points, {n_dropped} left out");
 }
 
 #[test]

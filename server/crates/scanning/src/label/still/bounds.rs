@@ -74,12 +74,18 @@ impl<const N: usize> Bounds<N> {
         }
     }
 
-    /// Whether no answer in which `piece` has an order costs less than `limit` more than the given one.
+    /// The orders of `piece` for which there may be an answer that costs less than `limit` more than the given one, a bit
+    /// each.
     #[inline(always)]
-    pub fn excludes(&self, evidence: &Evidence<N>, piece: usize, order: usize, limit: f64) -> bool {
-        self.least_cost(evidence, piece, order) > limit + ROUNDING
+    pub fn near(&self, evidence: &Evidence<N>, piece: usize, limit: f64) -> u64 {
+        let mut near = 0;
+        for order in 0..evidence.n_orders {
+            near |= u64::from(self.least_cost(evidence, piece, order) <= limit + ROUNDING) << order;
+        }
+        near
     }
 
+    /// What an answer costs at the least in which `piece` has a label.
     #[inline(always)]
     fn least_cost(&self, evidence: &Evidence<N>, piece: usize, label: usize) -> f64 {
         let at_best = &self.at_best[piece];
@@ -187,8 +193,8 @@ mod tests {
                 let answers = all_answers().filter(|labels| labels[piece] == label);
                 let best = answers.map(|labels| fares(single, pairs, &labels)).fold(f64::NEG_INFINITY, f64::max);
                 let bound = bounds.least_cost(&evidence, piece, label);
-                assert!(!bounds.excludes(&evidence, piece, label, bound));
-                assert!(bounds.excludes(&evidence, piece, label, bound - 2.0 * ROUNDING));
+                let is_near = |limit: f64| bounds.near(&evidence, piece, limit) >> label & 1 == 1;
+                assert_eq!((is_near(bound), is_near(bound - 2.0 * ROUNDING)), (label < N_ORDERS, false));
                 found.push((fares(single, pairs, given) - best, bound));
             }
         }

@@ -62,9 +62,9 @@ impl<const N: usize> Lanes<N> {
     /// Index of the largest among the first `n`, the first of equals.
     #[inline(always)]
     pub fn largest(&self, n: usize) -> usize {
-        let mut best = 0;
+        let (mut best, mut most) = (0, self.0[0]);
         for i in 1..n {
-            best = if self.0[i] > self.0[best] { i } else { best };
+            (best, most) = if self.0[i] > most { (i, self.0[i]) } else { (best, most) };
         }
         best
     }

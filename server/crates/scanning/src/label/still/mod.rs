@@ -20,6 +20,7 @@ mod places;
 mod rivals;
 mod settle;
 mod softmax;
+mod waiting;
 
 use multiversion::multiversion;
 use optics::{DepthRangeMm, Triangulator};

@@ -6,6 +6,7 @@
 use super::bounds::Bounds;
 use super::evidence::Evidence;
 use super::lanes::Lanes;
+use super::waiting::{self, Waiting};
 use crate::params::{CHALLENGE_MARGIN, CHALLENGE_STEPS};
 
 /// Another piece and what it costs to stand in the wrong order beside it, both halves added up.
@@ -33,12 +34,11 @@ pub struct Rivals<const N: usize> {
     /// The same beside the labels of the answer in question.
     given_costs: Vec<Lanes<N>>,
     bounds: Bounds<N>,
-    changed: Vec<usize>,
-    is_changed: Vec<bool>,
-    /// Pieces that wait to be asked; those before `n_asked` have been.
-    waiting: Vec<usize>,
-    n_asked: usize,
-    queued: Vec<bool>,
+    /// Sets of pieces, a bit each. Per piece, word by word: those beside it.
+    beside: Vec<u64>,
+    /// Those whose label was changed.
+    changed: Vec<u64>,
+    waiting: Waiting,
     /// How much worse the tried answer is.
     cost: f64,
 }
@@ -51,12 +51,6 @@ impl<const N: usize> Rivals<N> {
         self.given.clear();
         self.given.extend_from_slice(labels);
         self.labels.clone_from(&self.given);
-        self.is_changed.clear();
-        self.is_changed.resize(labels.len(), false);
-        self.queued.clear();
-        self.queued.resize(labels.len(), false);
-        self.waiting.reserve(labels.len() + CHALLENGE_STEPS);
-        self.changed.reserve(labels.len());
         self.costs.clear();
         for piece in 0..labels.len() {
             let mut costs = Lanes::splat(0.0);
@@ -68,6 +62,9 @@ impl<const N: usize> Rivals<N> {
             self.costs.push(costs);
         }
         self.given_costs.clone_from(&self.costs);
+        self.waiting.prepare(labels.len(), 2 * labels.len() + CHALLENGE_STEPS);
+        self.changed.clear();
+        self.changed.resize(waiting::n_words(labels.len()), 0);
         self.bounds.find(evidence, labels, &self.costs, (&self.sides, &self.ends));
     }
 
@@ -75,6 +72,7 @@ impl<const N: usize> Rivals<N> {
     fn gather_sides(&mut self, evidence: &Evidence<N>) {
         self.sides.clear();
         self.ends.clear();
+        self.beside.clear();
         for piece in 0..evidence.sizes.len() {
             let start = self.sides.len();
             for rank in evidence.neighbours.ranks.of(piece) {
@@ -90,6 +88,12 @@ impl<const N: usize> Rivals<N> {
                 }
             }
             self.ends.push(self.sides.len());
+            let first = self.beside.len();
+            self.beside.resize(first + waiting::n_words(evidence.sizes.len()), 0);
+            for side in &self.sides[start..] {
+                let (word, bit) = waiting::bit(side.piece);
+                self.beside[first + word] |= bit;
+            }
         }
     }
 
@@ -102,38 +106,36 @@ impl<const N: usize> Rivals<N> {
     #[inline(always)]
     pub fn has_rival(&mut self, evidence: &Evidence<N>, piece: usize) -> bool {
         let limit = CHALLENGE_MARGIN * evidence.sizes[piece];
-        for rival in 0..evidence.n_orders {
-            if rival == self.given[piece] || self.bounds.excludes(evidence, piece, rival, limit) {
-                continue;
-            }
-            for pushing in [false, true] {
+        let near = self.bounds.near(evidence, piece, limit) & !(1 << self.given[piece]);
+        for rival in waiting::pieces_of(0, near) {
+            self.change(evidence, piece, rival);
+            let mut falls = self.falls_below(evidence, piece, limit);
+            self.take_back();
+            if !falls {
                 self.change(evidence, piece, rival);
-                if pushing {
-                    self.push_all(evidence, piece);
-                }
-                let falls = self.falls_below(evidence, piece, limit);
+                // Where nothing stands in the way, all would be as before.
+                falls = self.push_all(evidence, piece) && self.falls_below(evidence, piece, limit);
                 self.take_back();
-                if falls {
-                    return true;
-                }
+            }
+            if falls {
+                return true;
             }
         }
         false
     }
 
+    /// What speaks for a label of a piece beside the labels of the others.
     #[inline(always)]
-    fn supports(&self, evidence: &Evidence<N>, piece: usize) -> Lanes<N> {
-        evidence.single[piece].minus(1.0, &self.costs[piece])
+    fn support(&self, evidence: &Evidence<N>, piece: usize, label: usize) -> f64 {
+        evidence.single[piece].0[label] - self.costs[piece].0[label]
     }
 
     #[inline(always)]
     fn change(&mut self, evidence: &Evidence<N>, piece: usize, label: usize) {
-        let supports = self.supports(evidence, piece).0;
-        self.cost += supports[self.labels[piece]] - supports[label];
+        self.cost += self.support(evidence, piece, self.labels[piece]) - self.support(evidence, piece, label);
+        let (word, bit) = waiting::bit(piece);
+        self.changed[word] |= bit;
         self.relabel(evidence, piece, label);
-        if !std::mem::replace(&mut self.is_changed[piece], true) {
-            self.changed.push(piece);
-        }
     }
 
     /// Costs are multiples of what single precision resolves: their sums are exact, in whatever sequence.
@@ -143,117 +145,116 @@ impl<const N: usize> Rivals<N> {
         // For the others, this piece is on the opposite side.
         let above = evidence.wrong_above[label].minus(1.0, &evidence.wrong_above[before]);
         let below = evidence.wrong_below[label].minus(1.0, &evidence.wrong_below[before]);
-        for side in &self.sides[range_of(&self.ends, piece)] {
-            let costs = &mut self.costs[side.piece];
-            *costs = costs.plus(side.above, &above).plus(side.below, &below);
+        for idx in range_of(&self.ends, piece) {
+            let side = self.sides[idx];
+            self.costs[side.piece] = self.costs[side.piece].plus(side.above, &above).plus(side.below, &below);
         }
+    }
+
+    /// Whether another label suits the piece better.
+    #[inline(always)]
+    fn is_restless(&self, evidence: &Evidence<N>, piece: usize) -> bool {
+        let most = self.support(evidence, piece, self.labels[piece]) + LEAST_GAIN;
+        let supports = evidence.single[piece].minus(1.0, &self.costs[piece]).0;
+        let mut signs = 0;
+        for label in 0..N {
+            signs |= (most - supports[label]).to_bits();
+        }
+        signs >> (u64::BITS - 1) != 0
     }
 
     #[inline(always)]
     fn take_back(&mut self) {
-        while let Some(piece) = self.changed.pop() {
-            self.is_changed[piece] = false;
-            self.labels[piece] = self.given[piece];
-            for side in &self.sides[range_of(&self.ends, piece)] {
-                self.costs[side.piece] = self.given_costs[side.piece];
-            }
-        }
+        self.labels.copy_from_slice(&self.given);
+        self.costs.copy_from_slice(&self.given_costs);
+        self.changed.fill(0);
         self.cost = 0.0;
     }
 
     /// Shifts by as much whatever stands in the way of what has been shifted: a row of lines gives way only together.
+    /// Returns whether anything did.
     #[inline(always)]
-    fn push_all(&mut self, evidence: &Evidence<N>, pushing: usize) {
+    fn push_all(&mut self, evidence: &Evidence<N>, pushing: usize) -> bool {
         let (from, to, none) = (self.given[pushing], self.labels[pushing], evidence.none());
-        self.waiting.push(pushing);
-        while let Some(piece) = self.next_waiting() {
-            for idx in range_of(&self.ends, piece) {
-                let side = self.sides[idx];
-                let (own, other) = (self.labels[piece], self.labels[side.piece]);
-                let wrong = side.above > 0.0 && other >= own || side.below > 0.0 && other <= own;
-                if own == none || other == none || !wrong || self.is_changed[side.piece] {
-                    continue;
+        let mut gives_way = false;
+        let mut next = Some(pushing);
+        while let Some(piece) = next {
+            for word in 0..self.changed.len() {
+                let in_the_way = self.in_the_way(piece, none, word);
+                for other in waiting::pieces_of(word, in_the_way) {
+                    let shifted = (self.labels[other] + to).checked_sub(from).filter(|&label| label < none);
+                    self.change(evidence, other, shifted.unwrap_or(none));
                 }
-                let shifted = (other + to).checked_sub(from).filter(|&label| label < none);
-                self.change(evidence, side.piece, shifted.unwrap_or(none));
-                self.waiting.push(side.piece);
+                gives_way |= in_the_way != 0;
+                self.waiting.add(word, in_the_way);
             }
+            next = self.waiting.next();
         }
-        self.forget_waiting();
+        self.waiting.forget();
+        gives_way
+    }
+
+    /// Pieces beside this one that stand in the wrong order and have not been changed: one word of their set.
+    #[inline(always)]
+    fn in_the_way(&self, piece: usize, none: usize, word: usize) -> u64 {
+        let own = self.labels[piece];
+        let mut found = 0;
+        for side in &self.sides[range_of(&self.ends, piece)] {
+            let other = self.labels[side.piece];
+            let wrong = (side.above > 0.0) & (other >= own) | (side.below > 0.0) & (other <= own);
+            let (its_word, bit) = waiting::bit(side.piece);
+            let counts = wrong & (own != none) & (other != none) & (its_word == word);
+            found |= if counts { bit } else { 0 };
+        }
+        found & !self.changed[word]
     }
 
     /// Lets every piece that feels the changes take its best label, until nothing improves or the cost is below `limit`.
     #[inline(always)]
     fn falls_below(&mut self, evidence: &Evidence<N>, tried: usize, limit: f64) -> bool {
-        self.changed.sort_unstable();
-        for idx in 0..self.changed.len() {
-            let piece = self.changed[idx];
-            self.queue_touched(evidence, piece, self.given[piece], self.labels[piece]);
-            self.queue(piece);
+        for word in 0..self.changed.len() {
+            for piece in waiting::pieces_of(word, self.changed[word]) {
+                self.queue_beside(evidence, piece, self.given[piece]);
+                let (word, bit) = waiting::bit(piece);
+                self.waiting.add(word, bit);
+            }
         }
         for _ in 0..CHALLENGE_STEPS {
             if self.cost < limit {
                 break;
             }
-            let Some(other) = self.next_waiting() else { break };
-            self.queued[other] = false;
-            if other == tried {
+            let Some(other) = self.waiting.next() else { break };
+            if other == tried || !self.is_restless(evidence, other) {
                 continue;
             }
             let current = self.labels[other];
-            let supports = self.supports(evidence, other).0;
-            let (mut best, mut most) = (current, supports[current] + 1e-9);
-            let mut n_better = 0;
-            for label in 0..N {
-                n_better += u64::from(supports[label] > most);
-            }
-            if n_better == 0 {
-                continue;
-            }
+            let (mut best, mut most) = (current, self.support(evidence, other, current) + LEAST_GAIN);
             for label in 0..evidence.n_labels() {
-                (best, most) = if supports[label] > most { (label, supports[label]) } else { (best, most) };
+                let support = self.support(evidence, other, label);
+                (best, most) = if support > most { (label, support) } else { (best, most) };
             }
             self.change(evidence, other, best);
-            self.queue_touched(evidence, other, current, best);
+            self.queue_beside(evidence, other, current);
         }
-        while let Some(piece) = self.next_waiting() {
-            self.queued[piece] = false;
-        }
-        self.forget_waiting();
+        self.waiting.forget();
         self.cost < limit
     }
 
+    /// Queues the pieces that feel the change of a label: "none" nobody feels.
     #[inline(always)]
-    fn next_waiting(&mut self) -> Option<usize> {
-        let next = self.waiting.get(self.n_asked).copied();
-        self.n_asked += usize::from(next.is_some());
-        next
-    }
-
-    #[inline(always)]
-    fn forget_waiting(&mut self) {
-        self.waiting.clear();
-        self.n_asked = 0;
-    }
-
-    /// Puts the pieces that feel a change from one label to another in the queue: "none" nobody feels.
-    #[inline(always)]
-    fn queue_touched(&mut self, evidence: &Evidence<N>, piece: usize, from: usize, to: usize) {
-        if (from, to) == (evidence.none(), evidence.none()) {
+    fn queue_beside(&mut self, evidence: &Evidence<N>, piece: usize, before: usize) {
+        if before == evidence.none() && self.labels[piece] == before {
             return;
         }
-        for idx in range_of(&self.ends, piece) {
-            self.queue(self.sides[idx].piece);
-        }
-    }
-
-    #[inline(always)]
-    fn queue(&mut self, piece: usize) {
-        if !std::mem::replace(&mut self.queued[piece], true) {
-            self.waiting.push(piece);
+        let n_words = self.changed.len();
+        for word in 0..n_words {
+            self.waiting.add(word, self.beside[piece * n_words + word]);
         }
     }
 }
+
+/// A label has to be better than another by this much to be taken instead.
+const LEAST_GAIN: f64 = 1e-9;
 
 /// Where the sides of a piece are.
 #[inline(always)]
