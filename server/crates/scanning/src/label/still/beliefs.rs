@@ -29,7 +29,7 @@ impl<const N: usize> Beliefs<N> {
         self.beliefs.clear();
         self.beliefs.resize(n_pieces, even);
         self.up_to_and_from.clear();
-        self.up_to_and_from.resize(n_pieces, [even; 2]);
+        self.up_to_and_from.resize(n_pieces, [Lanes::splat(0.0); 2]);
         for round in 0..RELAX_ROUNDS {
             let progress = round as f64 / (RELAX_ROUNDS - 1) as f64;
             let sharpness = RELAX_SHARPNESS[0] * (RELAX_SHARPNESS[1] / RELAX_SHARPNESS[0]).powf(progress);
@@ -54,18 +54,15 @@ impl<const N: usize> Beliefs<N> {
 
     #[inline(always)]
     fn add_up(&mut self, n_orders: usize) {
-        for piece in 0..self.beliefs.len() {
-            let belief = &self.beliefs[piece].0;
-            let (mut at_most, mut at_least) = (Lanes::splat(0.0), Lanes::splat(0.0));
+        for (belief, [up_to, from]) in self.beliefs.iter().zip(&mut self.up_to_and_from) {
             let (mut below, mut above) = (0.0, 0.0);
-            for i in 0..n_orders {
+            for i in 0..n_orders.min(N) {
                 let from_above = n_orders - 1 - i;
-                below += belief[i];
-                above += belief[from_above];
-                at_most.0[i] = below;
-                at_least.0[from_above] = above;
+                below += belief.0[i];
+                above += belief.0[from_above];
+                up_to.0[i] = below;
+                from.0[from_above] = above;
             }
-            self.up_to_and_from[piece] = [at_most, at_least];
         }
     }
 
