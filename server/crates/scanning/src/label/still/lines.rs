@@ -9,9 +9,6 @@ use crate::params::{
     CUT_TRIM_POINTS, KINK_SIGMAS, KINK_SLOPE, KINK_SPAN_PX, KINK_STEP_PX, MIN_PIECE_POINTS, STEP_LIMITS,
 };
 
-/// Points that are taken over together: they stay in the nearest cache.
-const POINTS_AT_ONCE: usize = 64;
-
 /// Balance a point beyond which no rounding decides which way the lines run.
 const LEAST_BALANCE: f64 = 1e-6;
 
@@ -44,10 +41,8 @@ impl Lines {
         self.starts.push(0);
         let (mut start, mut balance) = (0, 0.0);
         for segment in &lines.segments {
-            for points in segment.points.chunks(POINTS_AT_ONCE) {
-                balance += self.take_points(start, points);
-                start += points.len();
-            }
+            balance += self.take_points(start, &segment.points);
+            start += segment.points.len();
             self.starts.push(start);
         }
         // Sums in another sequence differ in their last bits, which decide nothing unless lines run askew.
@@ -55,23 +50,23 @@ impl Lines {
         self.direction = pieces::line_direction(if is_clear { balance } else { pieces::line_balance(lines) });
     }
 
-    /// Takes over some points; returns their balance as [`pieces::line_balance`] defines it.
+    /// Takes over the points of a segment; returns their balance as [`pieces::line_balance`] defines it.
     fn take_points(&mut self, start: usize, points: &[CentrelinePoint]) -> f64 {
         let n = points.len();
         let (u_px, v_px) = (&mut self.u_px[start..][..n], &mut self.v_px[start..][..n]);
         let sigma_px = &mut self.sigma_px[start..][..n];
-        for i in 0..n {
-            let point = &points[i];
-            (u_px[i], v_px[i], sigma_px[i]) = (point.u_px, point.v_px, point.sigma_px);
-        }
+        // Numbers are waited for while those before them are added up.
         let mut balances = [0.0; 4];
-        let (fours, rest) = points.as_chunks::<4>();
-        for four in fours {
-            for i in 0..4 {
-                balances[i] += four[i].normal[1].abs() - four[i].normal[0].abs();
+        for four in 0..n / 4 {
+            for (lane, i) in (4 * four..4 * four + 4).enumerate() {
+                let point = &points[i];
+                (u_px[i], v_px[i], sigma_px[i]) = (point.u_px, point.v_px, point.sigma_px);
+                balances[lane] += point.normal[1].abs() - point.normal[0].abs();
             }
         }
-        for point in rest {
+        for i in n / 4 * 4..n {
+            let point = &points[i];
+            (u_px[i], v_px[i], sigma_px[i]) = (point.u_px, point.v_px, point.sigma_px);
             balances[0] += point.normal[1].abs() - point.normal[0].abs();
         }
         (balances[0] + balances[1]) + (balances[2] + balances[3])
@@ -172,10 +167,9 @@ impl Cutter {
 
     #[inline(always)]
     fn running_sums(&mut self, across: &[f64]) {
-        self.sums.clear();
-        self.moments.clear();
         self.sums.resize(across.len() + 1, 0.0);
         self.moments.resize(across.len() + 1, 0.0);
+        (self.sums[0], self.moments[0]) = (0.0, 0.0);
         let (mut sum, mut moment) = (0.0, 0.0);
         let (sums, moments) = (&mut self.sums[1..], &mut self.moments[1..]);
         let (sums, moments) = (&mut sums[..across.len()], &mut moments[..across.len()]);
@@ -216,8 +210,8 @@ impl Cutter {
     #[inline(always)]
     fn mark_suspects(&mut self, across: &[f64]) {
         let n = across.len();
-        self.suspects.clear();
         self.suspects.resize(n, 0);
+        self.suspects[0] = 0;
         let (here, before) = (&across[1..n], &across[..n - 1]);
         let (bends, steps, suspects) = (&self.bends[1..n], &self.steps[1..n], &mut self.suspects[1..n]);
         for i in 0..n - 1 {
@@ -239,9 +233,10 @@ impl Cutter {
 /// Per point: the change of slope from the points before it to those after it, px/px.
 #[inline(always)]
 fn bends(across: &[f64], bends: &mut Vec<f64>) {
-    bends.clear();
     bends.resize(across.len(), 0.0);
-    let Some(n) = across.len().checked_sub(2 * KINK_SPAN_PX) else { return };
+    let Some(n) = across.len().checked_sub(2 * KINK_SPAN_PX) else { return bends.fill(0.0) };
+    bends[..KINK_SPAN_PX].fill(0.0);
+    bends[KINK_SPAN_PX + n..].fill(0.0);
     let (behind, here) = (&across[..n], &across[KINK_SPAN_PX..][..n]);
     let (ahead, bends) = (&across[2 * KINK_SPAN_PX..][..n], &mut bends[KINK_SPAN_PX..][..n]);
     for i in 0..n {
