@@ -11,6 +11,8 @@ pub struct Beliefs<const N: usize> {
     beliefs: Vec<Lanes<N>>,
     /// Per piece and label: what speaks for it.
     supports: Vec<[f64; N]>,
+    /// Per piece: one by its size.
+    by_size: Vec<f64>,
     softmax: Softmax,
     /// Per piece and label: belief in this label or a lower one, then in this one or a higher one; nothing for "none".
     up_to_and_from: Vec<[Lanes<N>; 2]>,
@@ -28,6 +30,8 @@ impl<const N: usize> Beliefs<N> {
         }
         self.beliefs.clear();
         self.beliefs.resize(n_pieces, even);
+        self.by_size.clear();
+        self.by_size.extend(evidence.sizes.iter().map(|size| 1.0 / size));
         self.up_to_and_from.clear();
         self.up_to_and_from.resize(n_pieces, [Lanes::splat(0.0); 2]);
         for round in 0..RELAX_ROUNDS {
@@ -79,7 +83,8 @@ impl<const N: usize> Beliefs<N> {
                 let theirs = &self.up_to_and_from[rank.piece][usize::from(rank.is_above)];
                 support = support.minus(rank.cost, theirs);
             }
-            self.supports.push(evidence.single[piece].and(&support).over(evidence.sizes[piece]).0);
+            let all = evidence.single[piece].and(&support);
+            self.supports.push(Lanes::splat(0.0).plus(self.by_size[piece], &all).0);
         }
     }
 }

@@ -16,16 +16,14 @@ impl Softmax {
     #[inline(always)]
     pub fn share<const N: usize>(&mut self, supports: &[[f64; N]], n_labels: usize, sharpness: f64) -> &[f64] {
         let width = width(supports.len());
-        for (list, n, fill) in [
-            (&mut self.tops, width, f64::NEG_INFINITY),
-            (&mut self.sums, width, 0.0),
-            (&mut self.shares, n_labels * width, 0.0),
-        ] {
-            list.clear();
-            list.resize(n, fill);
+        // What stays in entries beyond the last piece are shares: numbers, which nobody asks for.
+        for (list, n) in [(&mut self.tops, width), (&mut self.sums, width), (&mut self.shares, n_labels * width)] {
+            list.resize(n, 0.0);
         }
         let (tops, sums, shares) = (&mut self.tops[..], &mut self.sums[..width], &mut self.shares[..]);
         let tops = &mut tops[..width];
+        tops.fill(f64::NEG_INFINITY);
+        sums.fill(0.0);
         for label in 0..n_labels {
             let shares = &mut shares[label * width..][..width];
             for (share, support) in shares.iter_mut().zip(supports) {
@@ -50,10 +48,13 @@ impl Softmax {
                 sums[i] += shares[i];
             }
         }
+        for sum in sums.iter_mut() {
+            *sum = 1.0 / *sum;
+        }
         for label in 0..n_labels {
             let shares = &mut shares[label * width..][..width];
             for i in 0..width {
-                shares[i] /= sums[i];
+                shares[i] *= sums[i];
             }
         }
         &self.shares
