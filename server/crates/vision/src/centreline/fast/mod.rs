@@ -91,6 +91,8 @@ pub struct Memory<T: Level> {
 macro_rules! extraction {
     ($(#[$doc:meta])* $name:ident, $level:ty) => {
         $(#[$doc])*
+        // Where every machine has the best of these targets, the compiler sees the versions by name unused.
+        #[allow(dead_code)]
         #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
         pub fn $name(view: &View<$level>, memory: &mut Memory<$level>, found: &mut Centrelines) {
             #[inherit_target]

@@ -213,3 +213,76 @@ pub fn mark_clearances(traces: &mut [Trace]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::traces::STRETCH;
+    use super::*;
+
+    const WIDTH_PX: f32 = 6.0;
+    const N_STRETCHES: usize = 12;
+
+    /// Three lines that waver by a row; the second leaps by `leap` rows in the middle of a stretch.
+    fn stretches(leap: f32) -> Vec<[Stretch; 3]> {
+        let mut state = 5u32;
+        let mut waver = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 31) as f32
+        };
+        let mut line = |idx: usize, first: usize| {
+            let leapt = |u: usize| if idx == 1 && u >= 5 * STRETCH + 7 { leap } else { 0.0 };
+            let v = |u: usize| 100.0 * (idx + 1) as f32 + (u as f32 * 0.3).round() + leapt(u) + waver();
+            let v: Vec<f32> = (first..first + STRETCH).map(v).collect();
+            Stretch {
+                v: v.try_into().expect("as many"),
+                contrast: [20.0 + idx as f32; STRETCH],
+                snr: [9.0; STRETCH],
+            }
+        };
+        (0..N_STRETCHES).map(|n| [0, 1, 2].map(|idx| line(idx, n * STRETCH))).collect()
+    }
+
+    fn add_columns(linker: &mut Linker, first_u: usize, stretches: &[Stretch]) {
+        for i in 0..STRETCH {
+            let candidate = |stretch: &Stretch| Candidate {
+                u: (first_u + i) as u32,
+                v: stretch.v[i] as u32,
+                contrast: stretch.contrast[i],
+                snr: stretch.snr[i],
+            };
+            linker.add_column(&stretches.iter().map(candidate).collect::<Vec<_>>());
+        }
+    }
+
+    /// What becomes of stretches, and how many were added as they are.
+    fn linked(stretches: &[[Stretch; 3]], as_they_are: bool) -> (Vec<Trace>, usize) {
+        let (mut linker, mut n_as_they_are) = (Linker::default(), 0);
+        linker.begin(WIDTH_PX);
+        for (n, some) in stretches.iter().enumerate() {
+            if as_they_are && linker.add_stretches(n * STRETCH, some) {
+                n_as_they_are += 1;
+            } else {
+                add_columns(&mut linker, n * STRETCH, some);
+            }
+        }
+        linker.finish();
+        (linker.traces_mut().to_vec(), n_as_they_are)
+    }
+
+    #[test]
+    fn stretches_and_columns_make_the_same_traces() {
+        // Where a line leaps another trace begins, and stretches wait until the old one is given up.
+        for (leap, n_traces, n_plain) in [(0.0, 3, N_STRETCHES - 1), (40.0, 4, N_STRETCHES - 2)] {
+            let stretches = stretches(leap);
+            let (by_columns, _) = linked(&stretches, false);
+            let (by_stretches, n) = linked(&stretches, true);
+            assert_eq!(by_columns.len(), n_traces);
+            assert!((n_plain - 2..=n_plain).contains(&n), "{n} of {N_STRETCHES} were added as they are");
+            for (one, other) in by_columns.iter().zip(&by_stretches) {
+                assert_eq!((one.first_u, &one.v, &one.contrast), (other.first_u, &other.v, &other.contrast));
+                assert_eq!(one.is_believable(), other.is_believable());
+            }
+            assert_eq!(by_columns.len(), by_stretches.len());
+        }
+    }
+}
