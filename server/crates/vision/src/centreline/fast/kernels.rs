@@ -61,14 +61,16 @@ impl Kernels {
         self.correlations = *correlations;
         self.kernels.resize_with((half_length + 1) * (half_length + 1), || None);
         self.kernels.iter_mut().flatten().for_each(|kernel| kernel.share(correlations));
-        let whole = self.at(half_length, half_length);
-        let weights = |k: usize| Weights {
-            value: whole.value[k],
-            squared: whole.squared[k],
-            slope: whole.slope[k],
-            bend: whole.bend[k],
-        };
-        self.outwards = (half_length..=2 * half_length).map(weights).collect();
+        self.at(half_length, half_length);
+        self.outwards.clear();
+        if let Some(whole) = self.kernels.last().and_then(Option::as_ref) {
+            self.outwards.extend((half_length..=2 * half_length).map(|k| Weights {
+                value: whole.value[k],
+                squared: whole.squared[k],
+                slope: whole.slope[k],
+                bend: whole.bend[k],
+            }));
+        }
     }
 
     /// Places on either side of the middle.
