@@ -8,7 +8,8 @@
 use super::kernels::{Kernel, Kernels, MAX_LAG, RUN};
 use super::lanes::{LANES, Numbers};
 use super::pieces::{Crossings, Piece};
-use super::points::{Chosen, Fit, NONE};
+use super::means::{MAX_WINDOWS, Mean, Shape, Windows};
+use super::points::{Chosen, NO_POINT, NONE};
 use crate::centreline::CentrelinePoint;
 use crate::centreline::reference::scatter::Scatter;
 use crate::params::{
@@ -20,6 +21,8 @@ use crate::params::{
 pub struct Averager {
     /// The shortest first.
     windows: Vec<Kernels>,
+    /// All of them together.
+    all: Windows,
     /// Those of other images: widths come again.
     others: Vec<Kernels>,
     longest: usize,
@@ -57,9 +60,10 @@ impl Averager {
             self.windows.push(kernels);
         }
         self.windows.reverse();
+        self.all.prepare(&self.windows);
     }
 
-    /// Adds the averaged points of a piece to `points`, and for some how much less it varies to `gains`.
+    /// Makes `points` the averaged points of a piece, and adds how much less it varies to `gains`.
     #[inline(always)]
     pub fn average(
         &mut self,
@@ -72,7 +76,7 @@ impl Averager {
         let n = piece.places.len();
         self.predict(crossings, piece, scatter);
         let rows = &crossings.v[piece.places.clone()];
-        points.reserve(n);
+        points.resize(n, NO_POINT);
         for start in (0..n).step_by(LANES) {
             let block = Block { start, n };
             if start.is_multiple_of(GROUP) {
@@ -88,11 +92,9 @@ impl Averager {
             let mut cross_variance_px2 = [0.0f32; LANES];
             cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
             let told = chosen.described(&cross_variance_px2);
-            gains.push(self.variances[self.longest + start] / chosen.fit.variance.0[0]);
-            points.extend_from_slice(
-                &told.points(crossings, places.clone(), piece.first_u + start, rows[start - start % GROUP])
-                    [..places.len()],
-            );
+            gains.push(self.variances[self.longest + start] / chosen.mean.variance.0[0]);
+            let (first_u, row) = (piece.first_u + start, rows[start - start % GROUP]);
+            told.write(crossings, places.clone(), first_u, row, &mut points[start..start + places.len()]);
         }
     }
 
@@ -128,100 +130,81 @@ impl Averager {
         let agreement = (ALONG_AGREEMENT_SIGMAS * ALONG_AGREEMENT_SIGMAS) as f32;
         let (zero, one) = (Numbers::default(), Numbers::splat(1.0));
         // Without any fit a crossing stands where it was measured.
-        let mut chosen = Chosen {
-            window: Numbers::splat(NONE),
-            fit: Fit {
-                value: Numbers::of(&self.rows[at..]),
-                variance: Numbers::of(&self.variances[self.longest + block.start..]),
-                ..Fit::default()
-            },
+        let mut window = Numbers::splat(NONE);
+        let mut mean = Mean {
+            value: Numbers::of(&self.rows[at..]),
+            variance: Numbers::of(&self.variances[self.longest + block.start..]),
         };
+        let whole = self.all.fit(&self.rows[at - self.longest..], &self.variances[block.start..]);
+        let first = MAX_WINDOWS - self.windows.len();
         // 1 until a window contradicts a shorter one.
         let mut open = one;
         for idx in 0..self.windows.len() {
-            let mut fit = self.whole_fit(idx, block, at);
+            let mut next = whole.means[first + idx];
             // 1 where the window holds enough places, otherwise 0.
             let mut valid = one;
             if !WHOLE {
-                valid = self.cut_fits(idx, block, at, &mut fit);
+                valid = self.cut_means(idx, block, at, &mut next);
             }
-            let before = &chosen.fit;
-            let noise = (before.variance - fit.variance).max(before.variance * 0.1);
-            let departure = fit.value - before.value;
-            let allowed =
-                chosen.window.where_over(Numbers::splat(NONE), noise * agreement, Numbers::splat(f32::MAX));
+            let noise = (mean.variance - next.variance).max(mean.variance * 0.1);
+            let departure = next.value - mean.value;
+            let allowed = window.where_over(Numbers::splat(NONE), noise * agreement, Numbers::splat(f32::MAX));
             let contradicts = (departure * departure).where_over(allowed, valid, zero);
             open = contradicts.where_over(zero, zero, open);
             let better = open * valid;
-            chosen.window = better.where_over(zero, Numbers::splat(idx as f32), chosen.window);
-            chosen.fit = fit.where_over_zero(better, &chosen.fit);
+            window = better.where_over(zero, Numbers::splat(idx as f32), window);
+            mean.value = better.where_over(zero, next.value, mean.value);
+            mean.variance = better.where_over(zero, next.variance, mean.variance);
         }
+        let mut shape = self.whole_shape(&window, &whole.shape, at);
         if !WHOLE {
-            self.shape_cut(block, at, &mut chosen);
+            self.cut_shapes(block, at, &window, &mut shape);
         }
-        chosen
+        Chosen { mean, shape }
     }
 
-    /// Fits by whole windows: places equally far before and after the middle are taken together.
+    /// The shape of every lane in the whole window that was chosen for it, given that in the longest.
     #[inline(always)]
-    fn whole_fit(&self, idx: usize, block: Block, at: usize) -> Fit {
-        let (half, kernel) = (self.windows[idx].half_length(), self.windows[idx].whole());
-        let (rows, variances) = (&self.rows[at - half..], &self.variances[self.longest + block.start - half..]);
-        let [middle, weights @ ..] = self.windows[idx].outwards() else { return Fit::default() };
-        let mut value = Numbers::of(&rows[half..]) * middle.value;
-        let mut bend = Numbers::of(&rows[half..]) * middle.bend;
-        let mut variance = Numbers::of(&variances[half..]) * middle.squared;
-        let mut slope = Numbers::default();
-        let pairs = pairs(rows, half).zip(pairs(variances, half));
-        for (weights, ((before, after), (before_variance, after_variance))) in weights.iter().zip(pairs) {
-            let (sum, difference) = (before + after, after - before);
-            value = value + sum * weights.value;
-            bend = bend + sum * weights.bend;
-            slope = slope + difference * weights.slope;
-            variance = variance + (before_variance + after_variance) * weights.squared;
+    fn whole_shape(&self, window: &Numbers, longest: &Shape, at: usize) -> Shape {
+        let mut shape = *longest;
+        // Most often all lanes have chosen the longest.
+        for idx in 0..self.windows.len() - 1 {
+            let number = idx as f32;
+            if window.0.iter().fold(false, |any, &window| any | (window == number)) {
+                let of_this = Shape::fit(&self.windows[idx], &self.rows[at - self.windows[idx].half_length()..]);
+                let not_longer = (*window - Numbers::splat(number + 0.5)) * -1.0;
+                shape = if idx == 0 { of_this.where_over_zero(not_longer, &shape) } else {
+                    let not_shorter = *window - Numbers::splat(number - 0.5);
+                    of_this.where_over_zero(not_longer.where_over(Numbers::default(), not_shorter, Numbers::default()), &shape)
+                };
+            }
         }
-        let variance = variance * kernel.shared;
-        Fit { value, variance, slope, bend, bend_gain: Numbers::splat(kernel.bend_gain) }
+        shape
     }
 
     /// Fits value and variance anew where the line ends inside of the window, and tells where it holds enough places.
     #[inline(always)]
-    fn cut_fits(&mut self, idx: usize, block: Block, at: usize, fit: &mut Fit) -> Numbers {
+    fn cut_means(&mut self, idx: usize, block: Block, at: usize, mean: &mut Mean) -> Numbers {
         let mut valid = Numbers::splat(1.0);
         for i in block.cut(self.windows[idx].half_length()) {
             let (kernel, from) = block.kernel_at(&mut self.windows[idx], i);
             valid.0[i] = if kernel.value.is_empty() { 0.0 } else { 1.0 };
-            fit.value.0[i] = sum(&kernel.value, &self.rows[at + i - from..]);
+            mean.value.0[i] = sum(&kernel.value, &self.rows[at + i - from..]);
             let variances = &self.variances[self.longest + block.start + i - from..];
-            fit.variance.0[i] = sum(&kernel.squared, variances) * kernel.shared;
+            mean.variance.0[i] = sum(&kernel.squared, variances) * kernel.shared;
         }
         valid
     }
 
     /// Slopes and bends anew where the line ends inside of the window that was chosen.
     #[inline(always)]
-    fn shape_cut(&mut self, block: Block, at: usize, chosen: &mut Chosen) {
-        for i in block.cut(self.longest).filter(|&i| chosen.window.0[i] != NONE) {
-            let (kernel, from) = block.kernel_at(&mut self.windows[chosen.window.0[i] as usize], i);
+    fn cut_shapes(&mut self, block: Block, at: usize, window: &Numbers, shape: &mut Shape) {
+        for i in block.cut(self.longest).filter(|&i| window.0[i] != NONE) {
+            let (kernel, from) = block.kernel_at(&mut self.windows[window.0[i] as usize], i);
             let rows = &self.rows[at + i - from..];
-            chosen.fit.slope.0[i] = sum(&kernel.slope, rows);
-            chosen.fit.bend.0[i] = sum(&kernel.bend, rows);
-            chosen.fit.bend_gain.0[i] = kernel.bend_gain;
-        }
-    }
-}
-
-impl Fit {
-    /// This one where `limits` are over zero, the other elsewhere.
-    #[inline(always)]
-    fn where_over_zero(&self, limits: Numbers, other: &Self) -> Self {
-        let zero = Numbers::default();
-        Self {
-            value: limits.where_over(zero, self.value, other.value),
-            variance: limits.where_over(zero, self.variance, other.variance),
-            slope: limits.where_over(zero, self.slope, other.slope),
-            bend: limits.where_over(zero, self.bend, other.bend),
-            bend_gain: limits.where_over(zero, self.bend_gain, other.bend_gain),
+            shape.slope.0[i] = sum(&kernel.slope, rows);
+            shape.bend.0[i] = sum(&kernel.bend, rows);
+            shape.bend_gain.0[i] = kernel.bend_gain;
         }
     }
 }
@@ -249,14 +232,6 @@ impl Block {
         let before = idx.min(half);
         (kernels.at(before, (self.n - 1 - idx).min(half)), before)
     }
-}
-
-/// Neighbouring numbers before and after those `half` behind the first, the nearest pair first.
-#[inline(always)]
-fn pairs(numbers: &[f32], half: usize) -> impl Iterator<Item = (Numbers, Numbers)> {
-    let before = numbers[..half + LANES - 1].array_windows().rev();
-    let after = numbers[half + 1..].array_windows();
-    before.zip(after).map(|(before, after)| (Numbers(*before), Numbers(*after)))
 }
 
 /// Sum with the kernel of one window; where its weights go on with zeros, any number does.

@@ -19,6 +19,7 @@ mod crossings;
 mod kernels;
 mod lanes;
 mod latest;
+mod means;
 mod noise;
 mod pieces;
 mod points;
@@ -212,7 +213,6 @@ impl<T: Level> Memory<T> {
             let start = piece.places.start;
             let piece =
                 Piece { first_u: piece.first_u + kept.start, places: start + kept.start..start + kept.end };
-            segment.points.clear();
             averager.average(crossings, &piece, &scatter, &mut segment.points, gains);
         }
         // A fit that keeps the mean keeps the noise at long waves: variance × correlation length is conserved.

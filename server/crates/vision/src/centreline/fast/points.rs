@@ -2,29 +2,18 @@
 
 use std::ops::Range;
 
-use super::lanes::{LANES, Numbers};
+use super::lanes::LANES;
+use super::means::{Mean, Shape};
 use super::pieces::Crossings;
 use crate::centreline::CentrelinePoint;
 use crate::params::SKEW_DOUBT;
 
 type Lanes = [f32; LANES];
 
-/// A parabola in every lane; x in columns.
-#[derive(Default)]
-pub struct Fit {
-    pub value: Numbers,
-    pub variance: Numbers,
-    pub slope: Numbers,
-    pub bend: Numbers,
-    /// Variance of the bend over that of the value.
-    pub bend_gain: Numbers,
-}
-
-/// The fit chosen in every lane.
+/// The parabola chosen in every lane.
 pub struct Chosen {
-    /// Which window, `NONE` where no parabola can be fitted.
-    pub window: Numbers,
-    pub fit: Fit,
+    pub mean: Mean,
+    pub shape: Shape,
 }
 
 /// No window.
@@ -40,26 +29,22 @@ pub struct Described {
 }
 
 impl Described {
-    /// The points of neighbouring crossings; those beyond the last are nothing. `first_u` is the column and `row` the
-    /// row of the first.
+    /// Writes the points of neighbouring crossings. `first_u` is the column and `row` the row of the first.
     #[inline(always)]
-    pub fn points(
+    pub fn write(
         &self,
         crossings: &Crossings,
         places: Range<usize>,
         first_u: usize,
         row: f64,
-    ) -> [CentrelinePoint; LANES] {
-        let [mut intensity, mut width_px] = [[0.0f32; LANES]; 2];
-        let mut saturated = [false; LANES];
-        let n = places.len();
-        intensity[..n].copy_from_slice(&crossings.intensity[places.clone()]);
-        width_px[..n].copy_from_slice(&crossings.width_px[places.clone()]);
-        saturated[..n].copy_from_slice(&crossings.saturated[places]);
+        points: &mut [CentrelinePoint],
+    ) {
+        let intensity = &crossings.intensity[places.clone()];
+        let width_px = &crossings.width_px[places.clone()];
+        let saturated = &crossings.saturated[places];
         let first_u = first_u as i32;
-        let mut points = [NO_POINT; LANES];
-        for (i, point) in points.iter_mut().enumerate() {
-            *point = CentrelinePoint {
+        for i in 0..LANES.min(points.len()) {
+            points[i] = CentrelinePoint {
                 u_px: f64::from(first_u + i as i32),
                 v_px: row + f64::from(self.shift[i]),
                 normal: [f64::from(self.normal_u[i]), f64::from(self.across[i])],
@@ -69,12 +54,11 @@ impl Described {
                 saturated: saturated[i],
             };
         }
-        points
     }
 }
 
-/// What stands beyond the last point of a block.
-const NO_POINT: CentrelinePoint = CentrelinePoint {
+/// Before a point is written.
+pub const NO_POINT: CentrelinePoint = CentrelinePoint {
     u_px: 0.0,
     v_px: 0.0,
     normal: [0.0; 2],
@@ -88,7 +72,7 @@ impl Chosen {
     /// Position, normal and σ; a crossing without a fit stands for itself.
     #[inline(always)]
     pub fn described(&self, cross_variance_px2: &Lanes) -> Described {
-        let Fit { value, variance, slope, bend, bend_gain } = &self.fit;
+        let (Mean { value, variance }, Shape { slope, bend, bend_gain }) = (&self.mean, &self.shape);
         let [mut shift, mut normal_u, mut across, mut sigma_px] = [[0.0f32; LANES]; 4];
         for i in 0..LANES {
             let (slope, bend) = (slope.0[i], bend.0[i]);
