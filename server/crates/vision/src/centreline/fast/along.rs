@@ -92,7 +92,9 @@ impl Averager {
             let mut cross_variance_px2 = [0.0f32; LANES];
             cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
             let told = chosen.described(&cross_variance_px2);
-            gains.push(self.variances[self.longest + start] / chosen.mean.variance.0[0]);
+            if start.is_multiple_of(GROUP) {
+                gains.push(self.variances[self.longest + start] / chosen.mean.variance.0[0]);
+            }
             let (first_u, row) = (piece.first_u + start, rows[start - start % GROUP]);
             told.write(crossings, places.clone(), first_u, row, &mut points[start..start + places.len()]);
         }

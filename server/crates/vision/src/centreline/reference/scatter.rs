@@ -20,8 +20,8 @@ const THIRD: [f64; 4] = [1.0, -3.0, 3.0, -1.0];
 pub struct Scatter {
     /// Squared speckle contrast times grain, px.
     speckle: f64,
-    /// ρ(k) = exp(−k² / 4ℓ²): ℓ in columns.
-    grain_px: f64,
+    /// The correlation ρ of neighbouring columns; of columns k apart it is ρ^(k²), a Gaussian.
+    neighbours: f64,
 }
 
 /// Third differences of some neighbouring columns, squared, with what the model predicts for each, were neighbours
@@ -65,14 +65,15 @@ impl Scatter {
         let Differences { long, short } = differences;
         long.take(lines.clone(), SCATTER_LAG);
         short.take(lines, SCATTER_SHORT_LAG);
-        let prior = Self { speckle: SPECKLE_PRIOR, grain_px: grain_min_px.max(0.5) };
+        let least = neighbours_of_grain(grain_min_px.max(0.5));
+        let prior = Self { speckle: SPECKLE_PRIOR, neighbours: least };
         if long.n < SCATTER_MIN_SAMPLES {
             return prior;
         }
         let apparent = long.speckle_factor(1.0);
         let ratio = short.excess(apparent) / long.excess(apparent).max(1e-9);
-        let grain_px = grain_of_ratio(ratio, grain_min_px.max(0.5));
-        Self { speckle: long.speckle_factor(third_difference_gain(SCATTER_LAG, grain_px)), grain_px }
+        let neighbours = neighbours_of_ratio(ratio, least);
+        Self { speckle: long.speckle_factor(third_difference_gain(SCATTER_LAG, neighbours)), neighbours }
     }
 
     /// Squared speckle contrast times grain, px: factor of every crossing's speckle variance.
@@ -87,7 +88,7 @@ impl Scatter {
 
     /// Correlation of the noise of two crossings `columns` apart.
     pub fn correlation(&self, columns: usize) -> f64 {
-        (-((columns * columns) as f64) / (4.0 * self.grain_px * self.grain_px)).exp()
+        self.neighbours.powi((columns * columns) as i32)
     }
 
     /// Σ ρ over all lags: columns per independent crossing.
@@ -248,17 +249,25 @@ impl FallingZero {
     }
 }
 
-/// Variance of a third difference at `lag` relative to independent noise, for ρ(k) = exp(−k² / 4ℓ²).
-fn third_difference_gain(lag: usize, grain_px: f64) -> f64 {
-    let rho = |steps: usize| (-((steps * lag * steps * lag) as f64) / (4.0 * grain_px * grain_px)).exp();
+/// The correlation of neighbouring columns for a grain of ℓ columns: ρ(k) = exp(−k² / 4ℓ²).
+fn neighbours_of_grain(grain_px: f64) -> f64 {
+    (-1.0 / (4.0 * grain_px * grain_px)).exp()
+}
+
+/// Variance of a third difference at `lag` relative to independent noise.
+fn third_difference_gain(lag: usize, neighbours: f64) -> f64 {
+    let rho = |steps: usize| neighbours.powi((steps * lag * steps * lag) as i32);
     (20.0 - 30.0 * rho(1) + 12.0 * rho(2) - 2.0 * rho(3)) / 20.0
 }
 
-/// The grain at which the short lag shows `ratio` of the long lag's variance.
-fn grain_of_ratio(ratio: f64, grain_min_px: f64) -> f64 {
-    let (mut low, mut high) = (grain_min_px, 3.0);
-    let predicted =
-        |grain: f64| third_difference_gain(SCATTER_SHORT_LAG, grain) / third_difference_gain(SCATTER_LAG, grain);
+/// The correlation of neighbours, from `least` on, at which the short lag shows `ratio` of the long lag's variance.
+fn neighbours_of_ratio(ratio: f64, least: f64) -> f64 {
+    /// Wider grain is not believed.
+    const MOST_GRAIN_PX: f64 = 3.0;
+    let (mut low, mut high) = (least, neighbours_of_grain(MOST_GRAIN_PX));
+    let predicted = |neighbours: f64| {
+        third_difference_gain(SCATTER_SHORT_LAG, neighbours) / third_difference_gain(SCATTER_LAG, neighbours)
+    };
     for _ in 0..24 {
         let middle = 0.5 * (low + high);
         if predicted(middle) > ratio { low = middle } else { high = middle }
