@@ -7,6 +7,7 @@
 
 mod fast;
 mod reference;
+mod spread;
 mod view;
 
 use crate::{GreyImage, Pixels};

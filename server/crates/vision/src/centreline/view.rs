@@ -1,12 +1,12 @@
 //! Typed access to the pixels of one image, so that the loops are compiled for 8 and for 16 bits.
 
-use super::fast::spread::Difference;
+use super::spread::Difference;
 use crate::params::{CELL_HEIGHT_PX, CELL_WIDTH_PX};
 
 /// A whole number that holds the sum of grey levels over the rows of a box, and differences of two such sums.
 ///
 /// Running sums may wrap: their differences are right all the same.
-pub trait Sum: Difference + Ord {
+pub trait Sum: Copy + Default + Ord + Send + Sync {
     /// One grey level.
     const ONE: Self;
     /// More than any sum.
@@ -17,8 +17,10 @@ pub trait Sum: Difference + Ord {
     fn minus(self, other: Self) -> Self;
     /// The number to calculate with.
     fn number(self) -> f32;
-    /// Its absolute value.
-    fn abs(self) -> Self;
+    /// The sum as an integer.
+    fn int(self) -> i32;
+    /// Its absolute value, or the largest there is if that is less.
+    fn apart(self) -> u16;
     /// All bits set where it is negative, otherwise none.
     fn sign(self) -> Self;
     /// Bits set in both.
@@ -34,7 +36,7 @@ pub trait Sum: Difference + Ord {
 }
 
 macro_rules! wrapping_sum {
-    ($whole:ty) => {
+    ($whole:ty, $short:expr) => {
         impl Sum for $whole {
             const ONE: Self = 1;
             const MAX: Self = <$whole>::MAX;
@@ -51,8 +53,12 @@ macro_rules! wrapping_sum {
                 self as f32
             }
             #[inline(always)]
-            fn abs(self) -> Self {
-                self.wrapping_abs()
+            fn int(self) -> i32 {
+                self.into()
+            }
+            #[inline(always)]
+            fn apart(self) -> u16 {
+                $short(self.wrapping_abs())
             }
             #[inline(always)]
             fn sign(self) -> Self {
@@ -82,8 +88,8 @@ macro_rules! wrapping_sum {
     };
 }
 
-wrapping_sum!(i16);
-wrapping_sum!(i32);
+wrapping_sum!(i16, |whole: i16| whole as u16);
+wrapping_sum!(i32, |whole: i32| whole.min(i32::from(u16::MAX)) as u16);
 
 /// One row of pixels of cells side by side.
 pub type CellRow<T> = [[T; CELL_WIDTH_PX]];
@@ -182,25 +188,29 @@ impl Level for u16 {
     }
     #[inline(always)]
     fn cell_sums([a, b, c, d]: [&CellRow<Self>; CELL_HEIGHT_PX], sums: &mut [i32]) {
-        const BLOCK: usize = 8;
+        const EVEN: u64 = 0x0000_FFFF_0000_FFFF;
+        /// See the sums of 8 bits.
+        const BLOCK: usize = 2;
+        // Four levels as one word: even and odd ones in two lanes of 32 bits.
+        let pairs = |levels: &[u8; 8]| {
+            let word = u64::from_ne_bytes(*levels);
+            (word & EVEN) + (word >> 16 & EVEN)
+        };
         let n = sums.len();
         let (some, rest) = sums.as_chunks_mut::<BLOCK>();
         let rows = a.as_chunks::<BLOCK>().0.iter().zip(b.as_chunks::<BLOCK>().0);
         let rows = rows.zip(c.as_chunks::<BLOCK>().0).zip(d.as_chunks::<BLOCK>().0);
         for (sums, (((a, b), c), d)) in some.iter_mut().zip(rows) {
-            // Pairs of neighbours, then fours, then all eight.
-            let (mut pairs, mut fours) = ([0u32; 4 * BLOCK], [0u32; 2 * BLOCK]);
+            let mut both = [0u64; 2 * BLOCK];
             for row in [a, b, c, d] {
-                let levels = row.as_flattened();
-                for i in 0..pairs.len() {
-                    pairs[i] += u32::from(levels[2 * i]) + u32::from(levels[2 * i + 1]);
+                let fours: &[[u8; 8]; 2 * BLOCK] = bytemuck::cast_ref(row);
+                for i in 0..2 * BLOCK {
+                    both[i] += pairs(&fours[i]);
                 }
             }
-            for i in 0..fours.len() {
-                fours[i] = pairs[2 * i] + pairs[2 * i + 1];
-            }
             for i in 0..BLOCK {
-                sums[i] = (fours[2 * i] + fours[2 * i + 1]) as i32;
+                let two = both[2 * i] + both[2 * i + 1];
+                sums[i] = (two + (two >> 32)) as i32;
             }
         }
         for (sum, i) in rest.iter_mut().zip(n - n % BLOCK..) {

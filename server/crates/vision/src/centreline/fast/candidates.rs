@@ -5,7 +5,6 @@ use std::ops::Range;
 use super::cells::Strip;
 use super::latest::{Latest, any_from_zero, lead};
 use super::responses::{Lanes, Responses};
-use super::spread::Difference;
 use crate::centreline::reference::candidates::{Boxes, Candidate};
 use crate::centreline::reference::noise::NoiseMap;
 use crate::centreline::reference::segments::Linker;

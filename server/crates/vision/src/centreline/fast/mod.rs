@@ -25,7 +25,6 @@ mod pieces;
 mod points;
 mod responses;
 mod ridge;
-pub mod spread;
 mod surroundings;
 mod taps;
 mod width;

@@ -1,16 +1,16 @@
 //! Noise level of the image, tile by tile, from a few columns of each.
 
 use super::cells::Strip;
-use super::spread::sigma_of;
 use crate::centreline::reference::candidates::Boxes;
 use crate::centreline::reference::noise::NoiseMap;
+use crate::centreline::spread::sigma_of;
 use crate::centreline::view::{Level, Sum, View};
 use crate::params::{NOISE_COLUMNS, NOISE_FLOOR, NOISE_OVER_NEIGHBOURS, NOISE_STRIDE_PX, NOISE_TILE_PX};
 
 /// Rows sampled in a tile.
 const N_ROWS: usize = NOISE_TILE_PX / NOISE_STRIDE_PX;
 
-/// Absolute differences of one row of samples.
+/// Sums of one row of samples.
 type Row<T> = [<T as Level>::Sum; NOISE_COLUMNS];
 
 /// Rows between pixels that are compared.
@@ -133,13 +133,13 @@ struct Tiles<T: Level> {
     n_rows: usize,
     apart: usize,
     /// The median of a tile is near that of the tile before.
-    median: T::Sum,
+    median: u16,
     sums: Vec<Row<T>>,
 }
 
 impl<T: Level> Tiles<T> {
     fn begin(&mut self, n_rows: usize, apart: usize) {
-        (self.n_rows, self.apart, self.median) = (n_rows, apart, T::Sum::default());
+        (self.n_rows, self.apart, self.median) = (n_rows, apart, 0);
         self.sums.resize(NOISE_TILE_PX + apart + n_rows, [T::Sum::default(); NOISE_COLUMNS]);
     }
 
@@ -148,14 +148,14 @@ impl<T: Level> Tiles<T> {
     fn sigma(&mut self, view: &View<T>, u0: usize, v0: usize) -> f32 {
         let Self { n_rows, apart, .. } = *self;
         let v1 = (v0 + NOISE_TILE_PX).min(view.height.saturating_sub(apart + n_rows - 1));
-        let mut tile = [[T::Sum::default(); NOISE_COLUMNS]; N_ROWS];
+        let mut tile = [[0; NOISE_COLUMNS]; N_ROWS];
         let rows = (v0..v1).step_by(NOISE_STRIDE_PX);
         let n = rows.len();
         let last = (v0 + NOISE_TILE_PX + apart + n_rows - 1).min(view.height);
         sum_up(view, columns_of_tile(view, u0), v0..last, &mut self.sums);
         for (row, first) in tile.iter_mut().zip(rows.map(|v| v - v0)) {
             let sums = &self.sums[first..=first + apart + n_rows];
-            *row = difference::<T>([&sums[0], &sums[n_rows], &sums[apart], &sums[apart + n_rows]]);
+            *row = boxes_apart::<T>([&sums[0], &sums[n_rows], &sums[apart], &sums[apart + n_rows]]);
         }
         sigma_of(&tile[..n], &mut self.median)
     }
@@ -199,12 +199,13 @@ fn apart<T: Level>(upper: &[T; NOISE_COLUMNS], lower: &[T; NOISE_COLUMNS]) -> [T
     row
 }
 
-/// Absolute difference of two boxes by the running sums before and behind either.
+/// How far two boxes are apart, by the running sums before and behind either. Noise has no differences of more than 16
+/// bits.
 #[inline(always)]
-fn difference<T: Level>([from, to, other_from, other_to]: [&Row<T>; 4]) -> Row<T> {
-    let mut row = *from;
+fn boxes_apart<T: Level>([from, to, other_from, other_to]: [&Row<T>; 4]) -> [u16; NOISE_COLUMNS] {
+    let mut row = [0; NOISE_COLUMNS];
     for i in 0..NOISE_COLUMNS {
-        row[i] = to[i].minus(from[i]).minus(other_to[i].minus(other_from[i])).abs();
+        row[i] = to[i].minus(from[i]).minus(other_to[i].minus(other_from[i])).apart();
     }
     row
 }

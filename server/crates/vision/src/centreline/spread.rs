@@ -26,9 +26,9 @@ pub trait Difference: Copy + Default + Send + Sync {
 }
 
 macro_rules! difference {
-    ($whole:ty, $most:expr, $beyond:expr) => {
+    ($whole:ty) => {
         impl Difference for $whole {
-            const MOST: i32 = $most;
+            const MOST: i32 = <$whole>::MAX as i32;
             #[inline(always)]
             fn of(int: i32) -> Self {
                 int as Self
@@ -39,11 +39,11 @@ macro_rules! difference {
             }
             #[inline(always)]
             fn beyond(self, limit: Self) -> Self {
-                $beyond(self, limit)
+                self.saturating_sub(limit).min(1)
             }
             #[inline(always)]
             fn add(self, other: Self) -> Self {
-                self.wrapping_add(other)
+                self + other
             }
             #[inline(always)]
             fn squares_up_to(tile: &[[Self; COLUMNS]], limit: Self) -> f32 {
@@ -61,10 +61,8 @@ macro_rules! difference {
     };
 }
 
-difference!(u8, u8::MAX as i32, |d: u8, limit: u8| d.saturating_sub(limit).min(1));
-difference!(u16, u16::MAX as i32, |d: u16, limit: u16| d.saturating_sub(limit).min(1));
-difference!(i16, i16::MAX as i32, |d: i16, limit: i16| ((limit - d) >> 15) & 1);
-difference!(i32, i32::MAX - 1, |d: i32, limit: i32| ((limit - d) >> 31) & 1);
+difference!(u8);
+difference!(u16);
 
 /// How many of a tile are at most `limit`.
 #[inline(always)]
@@ -92,26 +90,27 @@ pub fn sigma_of<D: Difference>(tile: &[[D; COLUMNS]], median: &mut D) -> f32 {
     (D::squares_up_to(tile, cut) / (n_up_to(tile, cut) as f32).max(1.0)).sqrt() / CUT_RMS
 }
 
-/// The median by counting: from a guess in steps that double, then halving.
+/// The median by counting, or what exceeds it by less than a 32nd: from a guess in steps that double, then halving.
 #[inline(always)]
 fn median_of<D: Difference>(tile: &[[D; COLUMNS]], guess: D) -> D {
     let rank = tile.len() * COLUMNS / 2;
-    let (mut low, mut high, mut step) = (guess.int(), guess.int(), 1);
+    let near = (guess.int() / 32).max(1);
+    let (mut low, mut high, mut step) = (guess.int(), guess.int(), near);
     // More than `rank` are at most `high`, no more than `rank` at most `low`.
     if n_up_to(tile, guess) > rank {
-        low -= 1;
+        low = (low - near).max(-1);
         while low >= 0 && n_up_to(tile, D::of(low)) > rank {
             (high, step) = (low, 2 * step);
             low = (high - step).max(-1);
         }
     } else {
-        high = (high + 1).min(D::MOST);
+        high = (high + near).min(D::MOST);
         while high < D::MOST && n_up_to(tile, D::of(high)) <= rank {
             (low, step) = (high, 2 * step);
             high = low.saturating_add(step).min(D::MOST);
         }
     }
-    while high - low > 1 {
+    while high - low > (low / 32).max(1) {
         let middle = low + (high - low) / 2;
         if n_up_to(tile, D::of(middle)) > rank { high = middle } else { low = middle }
     }
