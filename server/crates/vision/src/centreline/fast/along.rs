@@ -5,11 +5,12 @@
 //! crossings of a window count alike: what the light of a single column says about its own noise is mostly speckle, and
 //! weights made of it cost accuracy. So fits are sums with fixed kernels.
 
-use super::kernels::{Kernel, Kernels, MAX_LAG, RUN};
+use super::kernels::{MAX_LAG, RUN};
 use super::lanes::{LANES, Numbers};
+use super::means::{AllWindows, MAX_WINDOWS, Mean, Shape};
 use super::pieces::{Crossings, Piece};
-use super::means::{MAX_WINDOWS, Mean, Shape, Windows};
 use super::points::{Chosen, NO_POINT, NONE};
+use super::windows::{Along, Block, Windows};
 use crate::centreline::CentrelinePoint;
 use crate::centreline::reference::scatter::Scatter;
 use crate::params::{
@@ -20,11 +21,11 @@ use crate::params::{
 #[derive(Default)]
 pub struct Averager {
     /// The shortest first.
-    windows: Vec<Kernels>,
+    windows: Vec<Windows>,
     /// All of them together.
-    all: Windows,
+    all: AllWindows,
     /// Those of other images: widths come again.
-    others: Vec<Kernels>,
+    others: Vec<Windows>,
     longest: usize,
     /// Variance of every crossing of a piece, and nothing beyond its ends.
     variances: Vec<f32>,
@@ -36,14 +37,6 @@ pub struct Averager {
 /// by block.
 const GROUP: usize = 4 * LANES;
 
-/// Some neighbouring columns of a piece.
-#[derive(Clone, Copy)]
-struct Block {
-    start: usize,
-    /// Columns of the whole piece.
-    n: usize,
-}
-
 impl Averager {
     /// Prepares for the lines of an image of a typical width (full, at half height).
     pub fn prepare(&mut self, width_px: f32, scatter: &Scatter) {
@@ -54,13 +47,13 @@ impl Averager {
         let correlations: [f64; MAX_LAG + 1] = std::array::from_fn(|lag| scatter.correlation(lag));
         self.others.append(&mut self.windows);
         for half_length in halves {
-            let known = self.others.iter().position(|kernels| kernels.half_length() == half_length);
-            let mut kernels = known.map_or_else(Kernels::default, |idx| self.others.swap_remove(idx));
-            kernels.prepare(half_length, &correlations);
-            self.windows.push(kernels);
+            let known = self.others.iter().position(|windows| windows.kernels().half_length() == half_length);
+            let mut windows = known.map_or_else(Windows::default, |idx| self.others.swap_remove(idx));
+            windows.prepare(half_length, &correlations);
+            self.windows.push(windows);
         }
         self.windows.reverse();
-        self.all.prepare(&self.windows);
+        self.all.prepare(self.windows.iter().map(Windows::kernels));
     }
 
     /// Makes `points` the averaged points of a piece, and adds how much less it varies to `gains`.
@@ -92,7 +85,8 @@ impl Averager {
             let mut cross_variance_px2 = [0.0f32; LANES];
             cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
             let told = chosen.described(&cross_variance_px2);
-            if start.is_multiple_of(GROUP) {
+            // One of every group tells, and one of a short piece.
+            if start % GROUP == GROUP / 2 || n <= GROUP / 2 && start == 0 {
                 gains.push(self.variances[self.longest + start] / chosen.mean.variance.0[0]);
             }
             let (first_u, row) = (piece.first_u + start, rows[start - start % GROUP]);
@@ -146,7 +140,9 @@ impl Averager {
             // 1 where the window holds enough places, otherwise 0.
             let mut valid = one;
             if !WHOLE {
-                valid = self.cut_means(idx, block, at, &mut next);
+                let rows = Along { numbers: &self.rows, at };
+                let variances = Along { numbers: &self.variances, at: self.longest + block.start };
+                valid = self.windows[idx].cut_means(block, rows, variances, &mut next);
             }
             let noise = (mean.variance - next.variance).max(mean.variance * 0.1);
             let departure = next.value - mean.value;
@@ -158,93 +154,29 @@ impl Averager {
             mean.value = better.where_over(zero, next.value, mean.value);
             mean.variance = better.where_over(zero, next.variance, mean.variance);
         }
-        let mut shape = self.whole_shape(&window, &whole.shape, at);
+        let mut shape = self.whole_shape(window, &whole.shape, at);
         if !WHOLE {
-            self.cut_shapes(block, at, &window, &mut shape);
+            let rows = Along { numbers: &self.rows, at };
+            for (idx, windows) in self.windows.iter_mut().enumerate() {
+                windows.cut_shapes(block, rows, &window.is(idx as f32), &mut shape);
+            }
         }
         Chosen { mean, shape }
     }
 
     /// The shape of every lane in the whole window that was chosen for it, given that in the longest.
     #[inline(always)]
-    fn whole_shape(&self, window: &Numbers, longest: &Shape, at: usize) -> Shape {
+    fn whole_shape(&self, window: Numbers, longest: &Shape, at: usize) -> Shape {
         let mut shape = *longest;
         // Most often all lanes have chosen the longest.
         for idx in 0..self.windows.len() - 1 {
-            let number = idx as f32;
-            if window.0.iter().fold(false, |any, &window| any | (window == number)) {
-                let of_this = Shape::fit(&self.windows[idx], &self.rows[at - self.windows[idx].half_length()..]);
-                let not_longer = (*window - Numbers::splat(number + 0.5)) * -1.0;
-                shape = if idx == 0 { of_this.where_over_zero(not_longer, &shape) } else {
-                    let not_shorter = *window - Numbers::splat(number - 0.5);
-                    of_this.where_over_zero(not_longer.where_over(Numbers::default(), not_shorter, Numbers::default()), &shape)
-                };
+            let chosen = window.is(idx as f32);
+            if chosen.any_over_zero() {
+                let kernels = self.windows[idx].kernels();
+                let of_this = Shape::fit(kernels, &self.rows[at - kernels.half_length()..]);
+                shape = of_this.where_over_zero(chosen, &shape);
             }
         }
         shape
     }
-
-    /// Fits value and variance anew where the line ends inside of the window, and tells where it holds enough places.
-    #[inline(always)]
-    fn cut_means(&mut self, idx: usize, block: Block, at: usize, mean: &mut Mean) -> Numbers {
-        let mut valid = Numbers::splat(1.0);
-        for i in block.cut(self.windows[idx].half_length()) {
-            let (kernel, from) = block.kernel_at(&mut self.windows[idx], i);
-            valid.0[i] = if kernel.value.is_empty() { 0.0 } else { 1.0 };
-            mean.value.0[i] = sum(&kernel.value, &self.rows[at + i - from..]);
-            let variances = &self.variances[self.longest + block.start + i - from..];
-            mean.variance.0[i] = sum(&kernel.squared, variances) * kernel.shared;
-        }
-        valid
-    }
-
-    /// Slopes and bends anew where the line ends inside of the window that was chosen.
-    #[inline(always)]
-    fn cut_shapes(&mut self, block: Block, at: usize, window: &Numbers, shape: &mut Shape) {
-        for i in block.cut(self.longest).filter(|&i| window.0[i] != NONE) {
-            let (kernel, from) = block.kernel_at(&mut self.windows[window.0[i] as usize], i);
-            let rows = &self.rows[at + i - from..];
-            shape.slope.0[i] = sum(&kernel.slope, rows);
-            shape.bend.0[i] = sum(&kernel.bend, rows);
-            shape.bend_gain.0[i] = kernel.bend_gain;
-        }
-    }
-}
-
-impl Block {
-    /// Whether all of its columns have so many neighbours on either side.
-    #[inline(always)]
-    fn is_whole(self, n_beside: usize) -> bool {
-        self.start >= n_beside && self.start + LANES + n_beside <= self.n
-    }
-
-    /// Columns whose windows the ends of the piece cut.
-    #[inline(always)]
-    fn cut(self, half_length: usize) -> impl Iterator<Item = usize> {
-        let n_columns = LANES.min(self.n - self.start);
-        let n_first = half_length.saturating_sub(self.start).min(n_columns);
-        let last = (self.n.saturating_sub(half_length + self.start)).clamp(n_first, n_columns);
-        (0..n_first).chain(last..n_columns)
-    }
-
-    /// The kernel for one of its columns, and how many places it begins before the column.
-    #[inline(always)]
-    fn kernel_at(self, kernels: &mut Kernels, i: usize) -> (&Kernel, usize) {
-        let (idx, half) = (self.start + i, kernels.half_length());
-        let before = idx.min(half);
-        (kernels.at(before, (self.n - 1 - idx).min(half)), before)
-    }
-}
-
-/// Sum with the kernel of one window; where its weights go on with zeros, any number does.
-#[inline(always)]
-fn sum(weights: &[f32], numbers: &[f32]) -> f32 {
-    let mut sums = [0.0f32; RUN];
-    for (weights, numbers) in weights.as_chunks::<RUN>().0.iter().zip(numbers.as_chunks::<RUN>().0) {
-        for i in 0..RUN {
-            sums[i] += weights[i] * numbers[i];
-        }
-    }
-    let [a, b, c, d, e, f, g, h] = sums;
-    ((a + e) + (c + g)) + ((b + f) + (d + h))
 }

@@ -50,6 +50,22 @@ impl Numbers {
         Self(result)
     }
 
+    /// 1 where this is the number, otherwise 0.
+    #[inline(always)]
+    pub fn is(self, number: f32) -> Self {
+        let mut result = [0.0; LANES];
+        for i in 0..LANES {
+            result[i] = if self.0[i] == number { 1.0 } else { 0.0 };
+        }
+        Self(result)
+    }
+
+    /// Whether any lane is over zero.
+    #[inline(always)]
+    pub fn any_over_zero(self) -> bool {
+        self.0.iter().fold(false, |any, &number| any | (number > 0.0))
+    }
+
     /// The sum of all lanes, halves added to halves.
     #[inline(always)]
     pub fn sum(self) -> f32 {

@@ -38,7 +38,7 @@ struct Step {
 
 /// Windows of all lengths, prepared for one pass over their places.
 #[derive(Default)]
-pub struct Windows {
+pub struct AllWindows {
     /// From the middle on.
     steps: Vec<Step>,
     /// Places on either side, the shortest window first.
@@ -56,9 +56,9 @@ pub struct Whole {
     pub shape: Shape,
 }
 
-impl Windows {
+impl AllWindows {
     /// Takes the windows of some kernels, at most [`MAX_WINDOWS`], the shortest first.
-    pub fn prepare(&mut self, kernels: &[Kernels]) {
+    pub fn prepare<'a>(&mut self, kernels: impl ExactSizeIterator<Item = &'a Kernels>) {
         self.steps.clear();
         self.halves.clear();
         for (idx, kernels) in (MAX_WINDOWS - kernels.len()..).zip(kernels) {
@@ -165,7 +165,9 @@ impl<'a> Near<'a> {
         let (mut slope, mut bend) = (whole.shape.slope, whole.shape.bend);
         let rows = self.before.array_windows().rev().zip(self.after.array_windows());
         let variances = self.variances_before.array_windows().rev().zip(self.variances_after.array_windows());
-        for (step, ((before, after), (variance_before, variance_after))) in self.steps.iter().zip(rows.zip(variances)) {
+        for (step, ((before, after), (variance_before, variance_after))) in
+            self.steps.iter().zip(rows.zip(variances))
+        {
             let (before, after) = (Numbers(*before), Numbers(*after));
             let both = before + after;
             let variance = Numbers(*variance_before) + Numbers(*variance_after);

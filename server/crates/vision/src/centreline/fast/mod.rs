@@ -16,6 +16,7 @@ mod candidates;
 mod cells;
 mod clearance;
 mod crossings;
+mod cut;
 mod kernels;
 mod lanes;
 mod latest;
@@ -29,6 +30,7 @@ mod surroundings;
 mod taps;
 mod width;
 mod window;
+mod windows;
 
 use multiversion::{inherit_target, multiversion};
 
