@@ -1,70 +1,38 @@
-//! Shares of belief of all labels of all pieces, piece beside piece: sums and maxima over labels never cross a register.
+//! Shares of belief of all labels, piece beside piece: sums and maxima over labels never cross a register.
 
-/// Memory of the shares.
-#[derive(Debug, Default)]
-pub struct Softmax {
-    /// Per label and piece: what speaks for it, then its share.
-    shares: Vec<f64>,
-    /// Per piece: the largest of its labels, and their sum.
-    tops: Vec<f64>,
-    sums: Vec<f64>,
-}
+use super::beliefs::BLOCK;
 
-impl Softmax {
-    /// Shares in proportion to e to the power of `sharpness` times what `supports` says of a piece and a label. One list of
-    /// all pieces after the other, label by label, each filled up to [`width`].
-    #[inline(always)]
-    pub fn share<const N: usize>(&mut self, supports: &[[f64; N]], n_labels: usize, sharpness: f64) -> &[f64] {
-        let width = width(supports.len());
-        // What stays in entries beyond the last piece are shares: numbers, which nobody asks for.
-        for (list, n) in [(&mut self.tops, width), (&mut self.sums, width), (&mut self.shares, n_labels * width)] {
-            list.resize(n, 0.0);
-        }
-        let (tops, sums, shares) = (&mut self.tops[..], &mut self.sums[..width], &mut self.shares[..]);
-        let tops = &mut tops[..width];
-        tops.fill(f64::NEG_INFINITY);
-        sums.fill(0.0);
-        for label in 0..n_labels {
-            let shares = &mut shares[label * width..][..width];
-            for (share, support) in shares.iter_mut().zip(supports) {
-                *share = support[label];
-            }
-            for i in 0..width {
-                tops[i] = if shares[i] > tops[i] { shares[i] } else { tops[i] };
-            }
-        }
-        for label in 0..n_labels {
-            let shares = &mut shares[label * width..][..width];
-            for i in 0..width {
-                shares[i] = (shares[i] - tops[i]) * sharpness;
-            }
-        }
-        for share in shares.iter_mut() {
-            *share = exponential(*share);
-        }
-        for label in 0..n_labels {
-            let shares = &shares[label * width..][..width];
-            for i in 0..width {
-                sums[i] += shares[i];
-            }
-        }
-        for sum in sums.iter_mut() {
-            *sum = 1.0 / *sum;
-        }
-        for label in 0..n_labels {
-            let shares = &mut shares[label * width..][..width];
-            for i in 0..width {
-                shares[i] *= sums[i];
-            }
-        }
-        &self.shares
-    }
-}
-
-/// Entries of a list of pieces: whole registers, whatever the instruction set.
+/// Makes of what speaks for each label of each piece its share: in proportion to e to the power of `sharpness` times that.
 #[inline(always)]
-pub fn width(n_pieces: usize) -> usize {
-    n_pieces.next_multiple_of(8)
+pub fn share<const L: usize>(shares: &mut [[f64; BLOCK]; L], sharpness: f64) {
+    let mut tops = [f64::NEG_INFINITY; BLOCK];
+    for label in 0..L {
+        for i in 0..BLOCK {
+            tops[i] = if shares[label][i] > tops[i] { shares[label][i] } else { tops[i] };
+        }
+    }
+    for label in 0..L {
+        for i in 0..BLOCK {
+            shares[label][i] = (shares[label][i] - tops[i]) * sharpness;
+        }
+    }
+    for share in shares.as_flattened_mut() {
+        *share = exponential(*share);
+    }
+    let mut sums = [0.0; BLOCK];
+    for label in 0..L {
+        for i in 0..BLOCK {
+            sums[i] += shares[label][i];
+        }
+    }
+    for i in 0..BLOCK {
+        sums[i] = 1.0 / sums[i];
+    }
+    for label in 0..L {
+        for i in 0..BLOCK {
+            shares[label][i] *= sums[i];
+        }
+    }
 }
 
 /// e to the power of a number that is not positive, to two units in the last place; nothing below e⁻⁷⁰⁰.
@@ -76,11 +44,17 @@ fn exponential(x: f64) -> f64 {
     let whole = rounded - ROUNDING;
     let rest = (power - whole * LN_2_HIGH) - whole * LN_2_LOW;
     let scale = f64::from_bits(rounded.to_bits().wrapping_add(1023) << 52);
-    let mut sum = FACTORIALS[FACTORIALS.len() - 1];
-    for factor in FACTORIALS.iter().rev().skip(1) {
-        sum = sum * rest + factor;
-    }
-    if x > LEAST_EXPONENT { sum * scale } else { 0.0 }
+    if x > LEAST_EXPONENT { series(rest) * scale } else { 0.0 }
+}
+
+/// The power series of e by parts that need not wait for each other.
+#[inline(always)]
+fn series(x: f64) -> f64 {
+    let f = &FACTORIALS;
+    let (x2, x4, x8) = (x * x, (x * x) * (x * x), ((x * x) * (x * x)) * ((x * x) * (x * x)));
+    let low = ((f[0] + f[1] * x) + (f[2] + f[3] * x) * x2) + ((f[4] + f[5] * x) + (f[6] + f[7] * x) * x2) * x4;
+    let high = ((f[8] + f[9] * x) + (f[10] + f[11] * x) * x2) + (f[12] + f[13] * x) * x4;
+    low + high * x8
 }
 
 /// Powers of e below this one are taken for nothing.
@@ -132,16 +106,25 @@ mod tests {
     #[test]
     fn shares_sum_up_to_one_and_impossible_labels_have_none() {
         let supports = [[0.3, -0.4, f64::NEG_INFINITY, 0.2], [-3000.0, f64::NEG_INFINITY, -3000.0, 9.0]];
-        let mut softmax = Softmax::default();
-        let found = softmax.share(&supports, 4, 3.0);
+        let share_of = |n_labels: usize| {
+            let mut shares = [[0.0; BLOCK]; 4];
+            for (label, shares) in shares.iter_mut().enumerate() {
+                for (piece, share) in shares.iter_mut().enumerate() {
+                    *share = if label < n_labels { supports[piece % 2][label] } else { f64::NEG_INFINITY };
+                }
+            }
+            share(&mut shares, 3.0);
+            shares
+        };
+        let found = share_of(4);
         let weights = [0.0f64, -2.1, -0.3].map(f64::exp);
         let sum: f64 = weights.iter().sum();
         for (label, weight) in [0, 1, 3].into_iter().zip(weights) {
-            assert!((found[8 * label] - weight / sum).abs() < EXPONENTIAL_ERROR);
+            assert!((found[label][0] - weight / sum).abs() < EXPONENTIAL_ERROR);
         }
-        assert_eq!(found[16], 0.0);
+        assert_eq!(found[2][0], 0.0);
         // The last label of the second piece does not take part.
-        let found = softmax.share(&supports, 3, 3.0);
-        assert_eq!([found[1], found[9], found[17]], [0.5, 0.0, 0.5]);
+        let found = share_of(3);
+        assert_eq!([found[0][1], found[1][1], found[2][1]], [0.5, 0.0, 0.5]);
     }
 }
