@@ -12,6 +12,7 @@
 
 mod beliefs;
 mod bounds;
+mod cutter;
 mod evidence;
 mod lanes;
 mod lines;
@@ -19,6 +20,7 @@ mod neighbours;
 mod places;
 mod rivals;
 mod settle;
+mod smooth;
 mod softmax;
 mod waiting;
 
@@ -28,7 +30,7 @@ use vision::Centrelines;
 
 use super::pieces::Piece;
 use super::relax::Verdict;
-use lines::Cutter;
+use cutter::Cutter;
 use neighbours::Neighbours;
 use places::Places;
 use settle::Judge;
