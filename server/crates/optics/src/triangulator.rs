@@ -1,16 +1,16 @@
 //! Triangulation by tables: the exact solution, fitted cell by cell where it is needed (`docs/maths/grating.md`).
 
+mod cell;
+
 use std::sync::OnceLock;
 
 use multiversion::multiversion;
 use nalgebra::{DVector, Vector2, Vector3};
 
 use crate::calibration::Calibration;
-use crate::cubic::{Cubic, CubicFit, slopes, value};
+use crate::cubic::CubicFit;
 use crate::frames::{CameraFrame, PointMm};
-
-/// Width of a cell. Over 64 pixels a cubic follows lenses and sheets of usual stations to a nanometre.
-const CELL_PX: f64 = 64.0;
+use cell::{CELL_PX, Cell, DEPTHS_TOGETHER, HitsMut, TOGETHER};
 
 /// Largest difference to the exact hit in a cell that is used, as a share of the depth: 0.02 µm at 400 mm.
 const TOLERANCE: f64 = 5e-8;
@@ -20,9 +20,6 @@ const CHECKS: usize = 5;
 
 /// Left of and above the first pixel's centre, where the first cell begins: pixels reach half a pixel out.
 const MARGIN_PX: f64 = 1.0;
-
-/// Pixels that are asked together whether they lie in one cell.
-const TOGETHER: usize = 8;
 
 /// Triangulates many pixels of one calibration, as [`Calibration::triangulate`] does, within 0.1 µm.
 ///
@@ -63,6 +60,12 @@ impl Hits {
             reach_by_pixel: Vector2::new(self.reach_by_u[idx], self.reach_by_v[idx]),
         }
     }
+
+    fn set(&mut self, idx: usize, hit: &RayHit) {
+        let xyz = &hit.in_camera.xyz;
+        (self.x_mm[idx], self.y_mm[idx], self.z_mm[idx]) = (xyz.x, xyz.y, xyz.z);
+        (self.reach_by_u[idx], self.reach_by_v[idx]) = (hit.reach_by_pixel.x, hit.reach_by_pixel.y);
+    }
 }
 
 /// One ray's hit.
@@ -79,19 +82,6 @@ impl RayHit {
     pub fn noise_sigma_mm(&self, normal: &[f64; 2], sigma_px: f64) -> f64 {
         (self.reach_by_pixel.x * normal[0] + self.reach_by_pixel.y * normal[1]).abs() * sigma_px
     }
-}
-
-/// What a cell of the image sees of one sheet, by the place within it.
-#[derive(Debug, Clone, PartialEq)]
-struct Cell {
-    /// Centre of the cell.
-    u_px: f64,
-    v_px: f64,
-    /// The camera ray (x_h, y_h, 1).
-    ray_x: Cubic,
-    ray_y: Cubic,
-    /// 1 / z of the hit, per mm.
-    inverse_depth: Cubic,
 }
 
 impl Triangulator {
@@ -125,46 +115,22 @@ impl Triangulator {
         for list in [&mut hits.x_mm, &mut hits.y_mm, &mut hits.z_mm, &mut hits.reach_by_u, &mut hits.reach_by_v] {
             list.resize(n, f64::NAN);
         }
-        let (u_px, v_px) = (&u_px[..n], &v_px[..n]);
-        let mut first = 0;
-        while first < n {
-            let (cell, length) = run(&u_px[first..], &v_px[first..]);
-            let range = first..first + length;
-            let out = HitsMut {
-                x: &mut hits.x_mm[range.clone()],
-                y: &mut hits.y_mm[range.clone()],
-                z: &mut hits.z_mm[range.clone()],
-                by_u: &mut hits.reach_by_u[range.clone()],
-                by_v: &mut hits.reach_by_v[range.clone()],
-            };
-            let (u_px, v_px) = (&u_px[range.clone()], &v_px[range]);
-            match self.cell(order_idx, cell) {
-                Some(cell) => evaluate(cell, u_px, v_px, out),
-                None => self.solve(order_idx, u_px, v_px, out),
-            }
-            first += length;
-        }
+        find_hits(self, order_idx, &u_px[..n], &v_px[..n], hits);
     }
 
     /// The depths alone of what [`Triangulator::triangulate_all`] finds, mm; NaN for no hit. All pixels under the first
     /// order, then under the next.
     pub fn depths(&self, u_px: &[f64], v_px: &[f64], depths_mm: &mut Vec<f64>) {
         let n = u_px.len().min(v_px.len());
-        let n_orders = self.calibration.orders.len();
-        depths_mm.resize(n * n_orders, f64::NAN);
-        let (u_px, v_px) = (&u_px[..n], &v_px[..n]);
-        let mut first = 0;
-        while first < n {
-            let (cell, length) = run(&u_px[first..], &v_px[first..]);
-            let (u_px, v_px) = (&u_px[first..][..length], &v_px[first..][..length]);
-            for order_idx in 0..n_orders {
-                let depths_mm = &mut depths_mm[order_idx * n + first..][..length];
-                match self.cell(order_idx, cell) {
-                    Some(cell) => evaluate_depths(cell, u_px, v_px, depths_mm),
-                    None => self.solve_depths(order_idx, u_px, v_px, depths_mm),
-                }
-            }
-            first += length;
+        depths_mm.resize(n * self.calibration.orders.len(), f64::NAN);
+        find_depths(self, &u_px[..n], &v_px[..n], depths_mm);
+    }
+
+    /// One pixel of what [`Triangulator::triangulate_all`] finds; all numbers NaN for no hit.
+    pub fn hit(&self, order_idx: usize, u_px: f64, v_px: f64) -> RayHit {
+        match self.cell(order_idx, (place(u_px + MARGIN_PX), place(v_px + MARGIN_PX))) {
+            Some(cell) => cell.hit(u_px, v_px),
+            None => self.solve(order_idx, u_px, v_px),
         }
     }
 
@@ -179,24 +145,17 @@ impl Triangulator {
         self.cells[idx].get_or_init(|| self.fitted(order_idx, column, row)).as_deref()
     }
 
-    /// The exact solution, pixel by pixel.
-    fn solve(&self, order_idx: usize, u_px: &[f64], v_px: &[f64], hits: HitsMut) {
+    /// The exact solution.
+    #[cold]
+    fn solve(&self, order_idx: usize, u_px: f64, v_px: f64) -> RayHit {
         let order = self.calibration.orders[order_idx];
-        for (idx, (u, v)) in u_px.iter().zip(v_px).enumerate() {
-            let hit = self.calibration.triangulate(order, &Vector2::new(*u, *v), None);
-            let xyz = hit.map_or([f64::NAN; 3], |hit| hit.hit_in_camera.xyz.into());
-            let reach = hit.map_or([f64::NAN; 2], |hit| hit.reach_by_pixel.into());
-            (hits.x[idx], hits.y[idx], hits.z[idx]) = (xyz[0], xyz[1], xyz[2]);
-            (hits.by_u[idx], hits.by_v[idx]) = (reach[0], reach[1]);
-        }
-    }
-
-    fn solve_depths(&self, order_idx: usize, u_px: &[f64], v_px: &[f64], depths_mm: &mut [f64]) {
-        let order = self.calibration.orders[order_idx];
-        for (depth_mm, (u, v)) in depths_mm.iter_mut().zip(u_px.iter().zip(v_px)) {
-            let hit = self.calibration.triangulate(order, &Vector2::new(*u, *v), None);
-            *depth_mm = hit.map_or(f64::NAN, |hit| hit.hit_in_camera.xyz.z);
-        }
+        let nowhere = RayHit {
+            in_camera: PointMm::new(Vector3::repeat(f64::NAN)),
+            reach_by_pixel: Vector2::repeat(f64::NAN),
+        };
+        self.calibration
+            .triangulate(order, &Vector2::new(u_px, v_px), None)
+            .map_or(nowhere, |hit| RayHit { in_camera: hit.hit_in_camera, reach_by_pixel: hit.reach_by_pixel })
     }
 
     /// A cell fitted to the exact solution; `None` where a ray misses the sheet or the fit does not hold.
@@ -220,20 +179,11 @@ impl Triangulator {
         let check = |idx: usize| 2.0 * idx as f64 / (CHECKS - 1) as f64 - 1.0;
         let holds = (0..CHECKS * CHECKS).all(|idx| {
             exact(check(idx % CHECKS), check(idx / CHECKS)).is_some_and(|(pixel, hit)| {
-                let apart_mm = (cell.hit(pixel.x, pixel.y) - hit.hit_in_camera.xyz).norm();
+                let apart_mm = (cell.hit(pixel.x, pixel.y).in_camera.xyz - hit.hit_in_camera.xyz).norm();
                 apart_mm <= TOLERANCE * hit.hit.depth_mm
             })
         });
         holds.then(|| Box::new(cell))
-    }
-}
-
-impl Cell {
-    fn hit(&self, u_px: f64, v_px: f64) -> Vector3<f64> {
-        let place = |pixel: f64, centre: f64| (pixel - centre) * (2.0 / CELL_PX);
-        let (s, t) = (place(u_px, self.u_px), place(v_px, self.v_px));
-        let depth = 1.0 / value(&self.inverse_depth, s, t);
-        Vector3::new(value(&self.ray_x, s, t), value(&self.ray_y, s, t), 1.0) * depth
     }
 }
 
@@ -250,8 +200,57 @@ fn is_within(place: f64, edge: f64) -> bool {
     (place >= edge) & (place < edge + CELL_PX)
 }
 
-/// Column and row of the cell of the first pixel, and how many pixels from the first on lie in it.
+/// See [`Triangulator::triangulate_all`].
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn find_hits(triangulator: &Triangulator, order_idx: usize, u_px: &[f64], v_px: &[f64], hits: &mut Hits) {
+    let n = u_px.len();
+    let mut first = 0;
+    while first < n {
+        let (cell, length) = run(&u_px[first..], &v_px[first..]);
+        if let Some(cell) = triangulator.cell(order_idx, cell) {
+            // Whole registers: what is written beyond the run, the next run writes over.
+            let range = first..n.min(first + length.next_multiple_of(TOGETHER));
+            let out = HitsMut {
+                x: &mut hits.x_mm[range.clone()],
+                y: &mut hits.y_mm[range.clone()],
+                z: &mut hits.z_mm[range.clone()],
+                by_u: &mut hits.reach_by_u[range.clone()],
+                by_v: &mut hits.reach_by_v[range.clone()],
+            };
+            cell.hits(&u_px[range.clone()], &v_px[range], out);
+        } else {
+            for i in first..first + length {
+                hits.set(i, &triangulator.solve(order_idx, u_px[i], v_px[i]));
+            }
+        }
+        first += length;
+    }
+}
+
+/// See [`Triangulator::depths`].
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn find_depths(triangulator: &Triangulator, u_px: &[f64], v_px: &[f64], depths_mm: &mut [f64]) {
+    let n = u_px.len();
+    let mut first = 0;
+    while first < n {
+        let (cell, length) = run(&u_px[first..], &v_px[first..]);
+        for order_idx in 0..triangulator.calibration.orders.len() {
+            let depths_mm = &mut depths_mm[order_idx * n..][..n];
+            if let Some(cell) = triangulator.cell(order_idx, cell) {
+                let range = first..n.min(first + length.next_multiple_of(DEPTHS_TOGETHER));
+                cell.depths(&u_px[range.clone()], &v_px[range.clone()], &mut depths_mm[range]);
+            } else {
+                for i in first..first + length {
+                    depths_mm[i] = triangulator.solve(order_idx, u_px[i], v_px[i]).in_camera.xyz.z;
+                }
+            }
+        }
+        first += length;
+    }
+}
+
+/// Column and row of the cell of the first pixel, and how many pixels from the first on lie in it.
+#[inline(always)]
 fn run(u_px: &[f64], v_px: &[f64]) -> ((u32, u32), usize) {
     let (column, row) = (place(u_px[0] + MARGIN_PX), place(v_px[0] + MARGIN_PX));
     let (left, top) = (f64::from(column) * CELL_PX, f64::from(row) * CELL_PX);
@@ -273,47 +272,6 @@ fn run(u_px: &[f64], v_px: &[f64]) -> ((u32, u32), usize) {
         length += 1;
     }
     ((column, row), length)
-}
-
-/// Where the hits of one run go.
-struct HitsMut<'a> {
-    x: &'a mut [f64],
-    y: &'a mut [f64],
-    z: &'a mut [f64],
-    by_u: &'a mut [f64],
-    by_v: &'a mut [f64],
-}
-
-/// z = 1/q, X = z·(x_h, y_h, 1); d|X| along the ray = |D|·dz = −|D|·z²·dq.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn evaluate(cell: &Cell, u_px: &[f64], v_px: &[f64], hits: HitsMut) {
-    let n = u_px.len();
-    let HitsMut { x, y, z, by_u, by_v } = hits;
-    let (v_px, x, y, z) = (&v_px[..n], &mut x[..n], &mut y[..n], &mut z[..n]);
-    let (by_u, by_v) = (&mut by_u[..n], &mut by_v[..n]);
-    for i in 0..n {
-        let s = (u_px[i] - cell.u_px) * (2.0 / CELL_PX);
-        let t = (v_px[i] - cell.v_px) * (2.0 / CELL_PX);
-        let depth = 1.0 / value(&cell.inverse_depth, s, t);
-        let (ray_x, ray_y) = (value(&cell.ray_x, s, t), value(&cell.ray_y, s, t));
-        let (by_s, by_t) = slopes(&cell.inverse_depth, s, t);
-        let length = (ray_x * ray_x + ray_y * ray_y + 1.0).sqrt();
-        let reach = -(length * depth * depth) * (2.0 / CELL_PX);
-        (x[i], y[i], z[i]) = (ray_x * depth, ray_y * depth, depth);
-        (by_u[i], by_v[i]) = (reach * by_s, reach * by_t);
-    }
-}
-
-/// The depths of [`evaluate`].
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
-fn evaluate_depths(cell: &Cell, u_px: &[f64], v_px: &[f64], depths_mm: &mut [f64]) {
-    let n = u_px.len();
-    let (v_px, depths_mm) = (&v_px[..n], &mut depths_mm[..n]);
-    for i in 0..n {
-        let s = (u_px[i] - cell.u_px) * (2.0 / CELL_PX);
-        let t = (v_px[i] - cell.v_px) * (2.0 / CELL_PX);
-        depths_mm[i] = 1.0 / value(&cell.inverse_depth, s, t);
-    }
 }
 
 #[cfg(test)]

@@ -188,28 +188,43 @@ fn write(
     dropped: &mut Dropped,
 ) -> usize {
     let n = seen.len();
-    let (x_mm, y_mm, z_mm) = (&hits.x_mm[..n], &hits.y_mm[..n], &hits.z_mm[..n]);
-    let (by_u, by_v) = (&hits.reach_by_u[..n], &hits.reach_by_v[..n]);
+    let points = &mut points[first..][..n];
     let (mut n_within, mut n_missed) = (0, 0);
-    for depth_mm in z_mm {
+    for depth_mm in &hits.z_mm[..n] {
         n_within += u64::from(depth_range_mm.contains(*depth_mm));
         n_missed += u64::from(depth_mm.is_nan());
     }
-    let all_within = n_within == n as u64;
-    let points = &mut points[first..][..n];
+    if n_within == n as u64 {
+        write_all(points, seen, order, hits);
+        return first + n;
+    }
     let mut place = 0;
-    for i in 0..n {
-        let seen = seen[i];
-        let reach_by_pixel = Vector2::new(by_u[i], by_v[i]);
-        let in_camera = PointMm::new(Vector3::new(x_mm[i], y_mm[i], z_mm[i]));
-        let hit = RayHit { in_camera, reach_by_pixel };
-        let noise_sigma_mm = hit.noise_sigma_mm(&seen.normal, seen.sigma_px);
-        points[place] = ProfilePoint { order, hit_in_camera: hit.in_camera, seen, noise_sigma_mm };
-        place += usize::from(all_within || depth_range_mm.contains(z_mm[i]));
+    for (i, seen) in seen.iter().enumerate() {
+        write_point(&mut points[place], seen, order, &hits.at(i));
+        place += usize::from(depth_range_mm.contains(hits.z_mm[i]));
     }
-    if !all_within {
-        dropped.add_points(DropReason::NoHit, n_missed as usize);
-        dropped.add_points(DropReason::OutsideDepth, n - (n_within + n_missed) as usize);
-    }
+    dropped.add_points(DropReason::NoHit, n_missed as usize);
+    dropped.add_points(DropReason::OutsideDepth, n - (n_within + n_missed) as usize);
     first + place
+}
+
+#[inline(always)]
+fn write_all(points: &mut [ProfilePoint], seen: &[CentrelinePoint], order: i8, hits: &Hits) {
+    let n = points.len();
+    let (x_mm, y_mm, z_mm) = (&hits.x_mm[..n], &hits.y_mm[..n], &hits.z_mm[..n]);
+    let (by_u, by_v) = (&hits.reach_by_u[..n], &hits.reach_by_v[..n]);
+    for (i, (point, seen)) in points.iter_mut().zip(seen).enumerate() {
+        let in_camera = PointMm::new(Vector3::new(x_mm[i], y_mm[i], z_mm[i]));
+        let hit = RayHit { in_camera, reach_by_pixel: Vector2::new(by_u[i], by_v[i]) };
+        write_point(point, seen, order, &hit);
+    }
+}
+
+/// Field by field: what was seen is copied as it is.
+#[inline(always)]
+fn write_point(point: &mut ProfilePoint, seen: &CentrelinePoint, order: i8, hit: &RayHit) {
+    point.noise_sigma_mm = hit.noise_sigma_mm(&seen.normal, seen.sigma_px);
+    point.hit_in_camera = hit.in_camera;
+    point.seen = *seen;
+    point.order = order;
 }

@@ -1,7 +1,7 @@
 //! Every sample triangulated with every label it could have.
 
 use nalgebra::Vector3;
-use optics::{DepthRangeMm, Hits, Triangulator};
+use optics::{DepthRangeMm, Hits, RayHit, Triangulator};
 use rayon::prelude::*;
 use vision::{CentrelinePoint, Centrelines, LineDirection};
 
@@ -117,7 +117,7 @@ impl View<'_> {
                 piece: idx,
                 along,
                 across_px: along_across(point, self.direction).1,
-                pitch_px: pitch_px(&of_orders, at, self.direction),
+                pitch_px: pitch_px(of_orders.iter().map(|hits| hits.at(at)), self.direction),
                 by_order: of_orders.iter().map(hypothesis).collect(),
             }
         };
@@ -125,16 +125,20 @@ impl View<'_> {
     }
 }
 
-/// Distance between neighbouring lines in the image: their difference in depth over the depth per pixel. `of_orders`:
-/// where the rays hit under every order, `at`: which of them.
-pub fn pitch_px(of_orders: &[Hits], at: usize, direction: LineDirection) -> f64 {
-    let by_px = |hits: &Hits| match direction {
-        LineDirection::Rows => hits.reach_by_v[at],
-        LineDirection::Columns => hits.reach_by_u[at],
-    };
-    let pitches = of_orders
-        .windows(2)
-        .map(|pair| ((pair[1].z_mm[at] - pair[0].z_mm[at]) / by_px(&pair[0])).abs())
-        .filter(|pitch| pitch.is_finite());
-    pitches.fold(f64::INFINITY, f64::min)
+/// Distance between neighbouring lines in the image: their difference in depth over the depth per pixel. `by_order`:
+/// where the ray hits under one order after the other.
+pub fn pitch_px(by_order: impl Iterator<Item = RayHit>, direction: LineDirection) -> f64 {
+    let mut least = f64::INFINITY;
+    let mut before: Option<RayHit> = None;
+    for hit in by_order {
+        if let Some(before) = before.replace(hit) {
+            let by_px = match direction {
+                LineDirection::Rows => before.reach_by_pixel.y,
+                LineDirection::Columns => before.reach_by_pixel.x,
+            };
+            let pitch = ((hit.in_camera.xyz.z - before.in_camera.xyz.z) / by_px).abs();
+            least = if pitch.is_finite() { least.min(pitch) } else { least };
+        }
+    }
+    least
 }

@@ -1,6 +1,6 @@
 //! The samples of one frame: at how many of them an order is impossible, and how far apart lines are there.
 
-use optics::{DepthRangeMm, Hits, Triangulator};
+use optics::{DepthRangeMm, Triangulator};
 use vision::LineDirection;
 
 use super::super::hypotheses::pitch_px;
@@ -23,7 +23,6 @@ pub struct Places {
     depths_mm: Vec<f64>,
     first_u_px: Vec<f64>,
     first_v_px: Vec<f64>,
-    first_hits: Vec<Hits>,
 }
 
 impl Places {
@@ -74,11 +73,11 @@ impl Places {
     }
 
     fn measure_pitches(&mut self, triangulator: &Triangulator, direction: LineDirection) {
-        self.first_hits.resize_with(triangulator.calibration().orders.len(), Hits::default);
-        for (order, hits) in self.first_hits.iter_mut().enumerate() {
-            triangulator.triangulate_all(order, &self.first_u_px, &self.first_v_px, hits);
-        }
+        let n_orders = triangulator.calibration().orders.len();
         self.pitches_px.clear();
-        self.pitches_px.extend((0..self.sizes.len()).map(|piece| pitch_px(&self.first_hits, piece, direction)));
+        for (u_px, v_px) in self.first_u_px.iter().zip(&self.first_v_px) {
+            let by_order = (0..n_orders).map(|order| triangulator.hit(order, *u_px, *v_px));
+            self.pitches_px.push(pitch_px(by_order, direction));
+        }
     }
 }
