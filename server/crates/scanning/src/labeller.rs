@@ -39,6 +39,8 @@ pub struct FrameLabeller {
     /// Per segment: points of the longest piece with a label.
     longest: Vec<usize>,
     hits: Hits,
+    /// Per piece that has an order: where its points end in the profile.
+    ends: Vec<usize>,
     sequence: Vec<u32>,
     sorted: Vec<ProfilePoint>,
 }
@@ -64,6 +66,7 @@ impl FrameLabeller {
         // What was there before is written over.
         profile.points.resize(n_points, NOWHERE);
         let mut n_written = 0;
+        self.ends.clear();
         for &(order, _, piece, order_idx) in &self.kept {
             let piece = &self.labels.pieces[piece];
             let points = piece.points(centrelines);
@@ -77,11 +80,10 @@ impl FrameLabeller {
                 let seen = (&points[part], order);
                 n_written = write(written, n_written, seen, &self.hits, depth_range_mm, dropped);
             }
+            self.ends.push(n_written);
         }
         profile.points.truncate(n_written);
-        if !self.is_sorted() {
-            self.sort(&mut profile.points);
-        }
+        self.sort(&mut profile.points);
     }
 
     /// Labels of the segments, what was left out, and the pieces to triangulate in the order of the profile.
@@ -112,37 +114,37 @@ impl FrameLabeller {
         self.kept.sort_unstable();
     }
 
-    /// Whether the points of all pieces follow one another along the lines, order by order.
-    fn is_sorted(&self) -> bool {
-        let lines = &self.labels.lines;
-        let of = |piece: usize| &lines.along()[lines.range(&self.labels.pieces[piece])];
-        let follows = |pair: &[(i8, i64, usize, usize)]| {
-            let (before, after) = (of(pair[0].2), of(pair[1].2));
-            pair[0].0 != pair[1].0 || before[before.len() - 1] <= after[0]
-        };
-        self.kept.windows(2).all(follows) && self.kept.iter().all(|kept| is_rising(of(kept.2)))
-    }
-
-    /// By order, then along the line; equals stay as they are. Points are nearly sorted, as a rule: those that are not
-    /// move a few places up.
+    /// By order, then along the line; equals stay as they are. Most pieces follow one another; points of those that do not
+    /// move a few places up, as a rule.
     fn sort(&mut self, points: &mut Vec<ProfilePoint>) {
-        let direction = self.labels.lines.direction;
-        let along = |point: &ProfilePoint| along_across(&point.seen, direction).0;
+        let lines = &self.labels.lines;
+        let along = |point: &ProfilePoint| along_across(&point.seen, lines.direction).0;
         let is_before = |a: &ProfilePoint, b: &ProfilePoint| {
             a.order < b.order || (a.order == b.order && along(a).total_cmp(&along(b)).is_lt())
         };
         let mut moves_left = MOVES_PER_POINT * points.len();
-        for idx in 1..points.len() {
-            if !is_before(&points[idx], &points[idx - 1]) {
-                continue;
+        let (mut start, mut reach) = (0, None);
+        for (&(order, _, piece, _), &end) in self.kept.iter().zip(&self.ends) {
+            let own = &lines.along()[lines.range(&self.labels.pieces[piece])];
+            let follows = reach.is_none_or(|(before, reach)| before != order || reach <= own[0]);
+            let is_rising = is_rising(own);
+            let is_sorted = follows && is_rising;
+            for idx in start.max(1)..if is_sorted { start } else { end } {
+                if !is_before(&points[idx], &points[idx - 1]) {
+                    continue;
+                }
+                let first = points[..idx].iter().rposition(|before| !is_before(&points[idx], before));
+                let place = first.map_or(0, |first| first + 1);
+                points[place..=idx].rotate_right(1);
+                if moves_left < idx - place {
+                    return self.sort_anew(points);
+                }
+                moves_left -= idx - place;
             }
-            let first = points[..idx].iter().rposition(|before| !is_before(&points[idx], before));
-            let place = first.map_or(0, |first| first + 1);
-            points[place..=idx].rotate_right(1);
-            if moves_left < idx - place {
-                return self.sort_anew(points);
-            }
-            moves_left -= idx - place;
+            start = end;
+            let before =
+                reach.filter(|(before, _)| *before == order).map_or(f64::NEG_INFINITY, |(_, reach)| reach);
+            reach = Some((order, if is_rising { before.max(own[own.len() - 1]) } else { f64::INFINITY }));
         }
     }
 

@@ -130,10 +130,20 @@ pub struct End {
 
 /// Both ends of a piece whose points lie at `along` and `across`, px.
 pub fn ends_of(along: &[f64], across: &[f64]) -> (End, End) {
-    let last = along.len() - 1;
+    (left_end(along, across), right_end(along, across))
+}
+
+/// Where a piece begins.
+pub fn left_end(along: &[f64], across: &[f64]) -> End {
     let n = along.len().min(CONTINUATION_POINTS);
-    let tail = along.len() - n;
-    (end_of(&along[..n], &across[..n], along[0]), end_of(&along[tail..], &across[tail..], along[last]))
+    end_of(&along[..n], &across[..n], along[0])
+}
+
+/// Where a piece ends.
+pub fn right_end(along: &[f64], across: &[f64]) -> End {
+    let last = along.len() - 1;
+    let tail = along.len() - along.len().min(CONTINUATION_POINTS);
+    end_of(&along[tail..], &across[tail..], along[last])
 }
 
 /// A straight line through points, evaluated at `place`.
@@ -149,10 +159,15 @@ fn end_of(along: &[f64], across: &[f64], place: f64) -> End {
     End { along: place, across: mean.1 + slope * (place - mean.0), slope, n_points: along.len() }
 }
 
+/// Whether a line may go on beyond a gap of so many pixels.
+pub fn is_gap(gap: f64, pitch_px: f64) -> bool {
+    gap > 0.0 && gap <= CONTINUATION_GAP_PITCHES * pitch_px
+}
+
 /// How well `right` continues `left`, 0–1; `None` if it does not.
 pub fn continuation(left: &End, right: &End, pitch_px: f64) -> Option<f64> {
     let gap = right.along - left.along;
-    if !(gap > 0.0 && gap <= CONTINUATION_GAP_PITCHES * pitch_px) {
+    if !is_gap(gap, pitch_px) {
         return None;
     }
     let reaches = |end: &End| gap <= 2.0 * end.n_points as f64;

@@ -73,7 +73,8 @@ impl FrameLabels {
         lines.take(centrelines);
         cut(lines, centrelines.correlation_px, cutter, pieces);
         places.look(lines, pieces, triangulator, depth_range_mm);
-        neighbours.find(lines, pieces, &places.sizes, &places.pitches_px);
+        let pitch_px = |piece| places.pitch_px(piece, triangulator, lines.direction);
+        neighbours.find(lines, pieces, places, pitch_px);
         if n_orders < FEW {
             decide_few(&mut self.few, places, pieces, n_orders, neighbours, verdicts);
         } else {

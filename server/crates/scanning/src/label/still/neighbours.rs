@@ -1,8 +1,14 @@
 //! What the pieces of one frame have to do with each other: who stands above whom, and who goes on where another ends.
 
+use std::ops::Range;
+
+use multiversion::multiversion;
+use vision::LineDirection;
+
 use super::super::pieces::Piece;
 use super::super::tracks::{self, End};
 use super::lines::Lines;
+use super::places::Places;
 use crate::params::{CONTINUATION_WEIGHT, CUT_TRIM_POINTS, JOINT_WEIGHT, KINK_STEP_PX, RANK_COST};
 
 /// Another line that shares columns with a piece.
@@ -81,24 +87,22 @@ pub struct Neighbours {
     pub bonds: PerPiece<Bond>,
     /// Per (upper, lower): samples they share.
     shared: Vec<f64>,
-    ends: Vec<(End, End)>,
+    /// Per (left, right): how well the right one continues the left one.
+    strengths: Vec<f64>,
+    left_ends: Vec<Option<End>>,
     /// Per piece: whether it follows the one before it without a jump.
     pub joined: Vec<bool>,
 }
 
 impl Neighbours {
     /// Finds them; the sums are those of [`super::super::ranks`], [`super::super::tracks`] and
-    /// [`super::super::evidence`], entry by entry in their order.
-    pub fn find(&mut self, lines: &Lines, pieces: &[Piece], sizes: &[f64], pitches_px: &[f64]) {
-        self.add_ranks(lines, pieces);
+    /// [`super::super::evidence`], entry by entry in their order. `pitch_px`: line pitch at a piece.
+    pub fn find(&mut self, lines: &Lines, pieces: &[Piece], places: &Places, pitch_px: impl Fn(usize) -> f64) {
+        let sizes = &places.sizes;
+        self.add_ranks(lines, pieces, places);
         self.ranks.sort(pieces.len());
-        let ends = |piece: &Piece| {
-            let range = lines.range(piece);
-            tracks::ends_of(&lines.along()[range.clone()], &lines.across()[range])
-        };
-        self.ends.clear();
-        self.ends.extend(pieces.iter().map(ends));
-        self.add_continuations(sizes, pitches_px);
+        self.measure_strengths(lines, pieces, pitch_px);
+        self.add_continuations(sizes);
         self.joined.clear();
         self.joined.extend((0..pieces.len()).map(|idx| idx > 0 && joined(&pieces[idx - 1], &pieces[idx], lines)));
         for idx in (1..pieces.len()).filter(|&idx| self.joined[idx]) {
@@ -107,19 +111,11 @@ impl Neighbours {
         self.bonds.sort(pieces.len());
     }
 
-    fn add_ranks(&mut self, lines: &Lines, pieces: &[Piece]) {
+    fn add_ranks(&mut self, lines: &Lines, pieces: &[Piece], places: &Places) {
         let n = pieces.len();
         self.shared.clear();
         self.shared.resize(n * n, 0.0);
-        for (a, piece) in pieces.iter().enumerate() {
-            for (b, other) in pieces.iter().enumerate().filter(|(b, _)| *b != a) {
-                let (above, below) = shared_samples(lines, piece, other);
-                // Each of the two brings half of what they share.
-                let share = 0.5 * super::super::sample_weight(piece);
-                self.shared[b * n + a] += above as f64 * share;
-                self.shared[a * n + b] += below as f64 * share;
-            }
-        }
+        share_samples(lines, pieces, places, &mut self.shared);
         for (pair, share) in self.shared.iter().enumerate().filter(|(_, share)| **share > 0.0) {
             let (upper, lower) = (pair / n, pair % n);
             let cost = f64::from((RANK_COST * share) as f32);
@@ -128,12 +124,36 @@ impl Neighbours {
         }
     }
 
-    fn add_continuations(&mut self, sizes: &[f64], pitches_px: &[f64]) {
-        let ends = &self.ends;
-        let n = ends.len();
-        let strength = |left: usize, right: usize| {
-            tracks::continuation(&ends[left].1, &ends[right].0, pitches_px[left]).unwrap_or(0.0)
-        };
+    /// Pitches and ends are asked for only where a line may go on.
+    fn measure_strengths(&mut self, lines: &Lines, pieces: &[Piece], pitch_px: impl Fn(usize) -> f64) {
+        let n = pieces.len();
+        let (along, across) = (lines.along(), lines.across());
+        self.strengths.clear();
+        self.strengths.resize(n * n, 0.0);
+        self.left_ends.clear();
+        self.left_ends.resize(n, None);
+        for left in 0..n {
+            let (mut pitch, mut end) = (None, None);
+            let range = lines.range(&pieces[left]);
+            for right in 0..n {
+                let beyond = lines.range(&pieces[right]);
+                let gap = along[beyond.start] - along[range.end - 1];
+                if !(gap > 0.0 && tracks::is_gap(gap, *pitch.get_or_insert_with(|| pitch_px(left)))) {
+                    continue;
+                }
+                let of = |range: &Range<usize>| (&along[range.clone()], &across[range.clone()]);
+                let end = end.get_or_insert_with(|| tracks::right_end(of(&range).0, of(&range).1));
+                let start =
+                    self.left_ends[right].get_or_insert_with(|| tracks::left_end(of(&beyond).0, of(&beyond).1));
+                let pitch = pitch.unwrap_or(f64::NAN);
+                self.strengths[left * n + right] = tracks::continuation(end, start, pitch).unwrap_or(0.0);
+            }
+        }
+    }
+
+    fn add_continuations(&mut self, sizes: &[f64]) {
+        let n = sizes.len();
+        let strength = |left: usize, right: usize| self.strengths[left * n + right];
         for left in 0..n {
             let Some((right, best)) = tracks::strongest(0..n, |right| strength(left, right)) else { continue };
             if tracks::strongest(0..n, |other| strength(other, right)).is_some_and(|(back, _)| back == left) {
@@ -150,15 +170,30 @@ fn add_bond(bonds: &mut PerPiece<Bond>, [a, b]: [usize; 2], weight: f64) {
     bonds.add(b, Bond { piece: a, weight });
 }
 
+/// Adds up, per (upper, lower), the samples at which one piece passes above another; each of the two brings half.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
+fn share_samples(lines: &Lines, pieces: &[Piece], places: &Places, shared: &mut [f64]) {
+    let n = pieces.len();
+    for (a, piece) in pieces.iter().enumerate() {
+        for (b, other) in pieces.iter().enumerate().skip(a + 1) {
+            let both = if piece.stride == other.stride {
+                shared_samples(places, lines.direction, (a, piece), (b, other))
+            } else {
+                [passes(lines, piece, other), passes(lines, other, piece)]
+            };
+            let [(above, below), (above_other, below_other)] = both;
+            let share = 0.5 * super::super::sample_weight(piece);
+            let share_other = 0.5 * super::super::sample_weight(other);
+            shared[b * n + a] += above as f64 * share + below_other as f64 * share_other;
+            shared[a * n + b] += below as f64 * share + above_other as f64 * share_other;
+        }
+    }
+}
+
 /// At how many samples of `piece` `other` passes above it, and at how many below.
 #[inline(always)]
-fn shared_samples(lines: &Lines, piece: &Piece, other: &Piece) -> (usize, usize) {
-    let stride = piece.stride as i64;
-    let end = |piece: &Piece| piece.along + piece.n_points() as i64;
-    let from = piece.along.max(other.along);
-    // The next multiple of the stride, which is a power of two.
-    let mut along = (from + stride - 1) & -stride;
-    let to = end(piece).min(end(other));
+fn passes(lines: &Lines, piece: &Piece, other: &Piece) -> (usize, usize) {
+    let (mut along, to) = shared_columns(piece, other);
     let across = lines.across();
     let (own, others) = (&across[lines.range(piece)], &across[lines.range(other)]);
     let (mut above, mut below) = (0, 0);
@@ -166,9 +201,47 @@ fn shared_samples(lines: &Lines, piece: &Piece, other: &Piece) -> (usize, usize)
         let is_above = others[(along - other.along) as usize] < own[(along - piece.along) as usize];
         above += usize::from(is_above);
         below += usize::from(!is_above);
-        along += stride;
+        along += piece.stride as i64;
     }
     (above, below)
+}
+
+/// [`passes`] of both pieces, which have their samples in the same columns.
+#[inline(always)]
+fn shared_samples(
+    places: &Places,
+    direction: LineDirection,
+    (a, piece): (usize, &Piece),
+    (b, other): (usize, &Piece),
+) -> [(usize, usize); 2] {
+    let (from, to) = shared_columns(piece, other);
+    if from >= to {
+        return [(0, 0); 2];
+    }
+    let stride = piece.stride as i64;
+    let n = ((to - from + stride - 1) / stride) as usize;
+    let first = |piece: &Piece| ((from - first_column(piece.along, stride)) / stride) as usize;
+    let own = &places.across(a, direction)[first(piece)..][..n];
+    let others = &places.across(b, direction)[first(other)..][..n];
+    let (mut n_above, mut n_below) = (0, 0);
+    for i in 0..n {
+        n_above += u64::from(others[i] < own[i]);
+        n_below += u64::from(own[i] < others[i]);
+    }
+    [n_above, n_below].map(|above| (above as usize, n - above as usize))
+}
+
+/// The columns that both pieces have, from the first sample of `piece` on.
+#[inline(always)]
+fn shared_columns(piece: &Piece, other: &Piece) -> (i64, i64) {
+    let end = |piece: &Piece| piece.along + piece.n_points() as i64;
+    (first_column(piece.along.max(other.along), piece.stride as i64), end(piece).min(end(other)))
+}
+
+/// The next multiple of the stride, which is a power of two.
+#[inline(always)]
+fn first_column(along: i64, stride: i64) -> i64 {
+    (along + stride - 1) & -stride
 }
 
 /// Whether `b` follows `a` in its segment without a jump.

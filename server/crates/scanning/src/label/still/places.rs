@@ -12,8 +12,6 @@ use super::lines::Lines;
 pub struct Places {
     /// Per piece: size in full samples.
     pub sizes: Vec<f64>,
-    /// Per piece: line pitch at its first sample.
-    pub pitches_px: Vec<f64>,
     /// Per piece and order: samples that miss the sheet or lie outside of the depth range.
     pub n_outside: Vec<usize>,
     u_px: Vec<f64>,
@@ -21,8 +19,6 @@ pub struct Places {
     /// Per piece: the end of its samples.
     ends: Vec<usize>,
     depths_mm: Vec<f64>,
-    first_u_px: Vec<f64>,
-    first_v_px: Vec<f64>,
 }
 
 impl Places {
@@ -48,11 +44,10 @@ impl Places {
                 start = end;
             }
         }
-        self.measure_pitches(triangulator, lines.direction);
     }
 
     fn gather(&mut self, lines: &Lines, pieces: &[Piece]) {
-        let lists = [&mut self.u_px, &mut self.v_px, &mut self.first_u_px, &mut self.first_v_px, &mut self.sizes];
+        let lists = [&mut self.u_px, &mut self.v_px, &mut self.sizes];
         lists.into_iter().for_each(Vec::clear);
         self.ends.clear();
         for piece in pieces {
@@ -66,18 +61,29 @@ impl Places {
             let n_samples = self.u_px.len() - before;
             self.ends.push(before + n_samples);
             self.sizes.push((n_samples as f64 * super::super::sample_weight(piece)).max(f64::MIN_POSITIVE));
-            // A piece has four samples at least.
-            self.first_u_px.push(self.u_px[before]);
-            self.first_v_px.push(self.v_px[before]);
         }
     }
 
-    fn measure_pitches(&mut self, triangulator: &Triangulator, direction: LineDirection) {
+    /// Line pitch at the first sample of a piece, which has four samples at least.
+    pub fn pitch_px(&self, piece: usize, triangulator: &Triangulator, direction: LineDirection) -> f64 {
+        let first = self.range(piece).start;
+        let (u_px, v_px) = (self.u_px[first], self.v_px[first]);
         let n_orders = triangulator.calibration().orders.len();
-        self.pitches_px.clear();
-        for (u_px, v_px) in self.first_u_px.iter().zip(&self.first_v_px) {
-            let by_order = (0..n_orders).map(|order| triangulator.hit(order, *u_px, *v_px));
-            self.pitches_px.push(pitch_px(by_order, direction));
-        }
+        pitch_px((0..n_orders).map(|order| triangulator.hit(order, u_px, v_px)), direction)
+    }
+
+    /// Positions of the samples of a piece across the lines.
+    #[inline(always)]
+    pub fn across(&self, piece: usize, direction: LineDirection) -> &[f64] {
+        let across = match direction {
+            LineDirection::Rows => &self.v_px,
+            LineDirection::Columns => &self.u_px,
+        };
+        &across[self.range(piece)]
+    }
+
+    #[inline(always)]
+    fn range(&self, piece: usize) -> std::ops::Range<usize> {
+        (if piece == 0 { 0 } else { self.ends[piece - 1] })..self.ends[piece]
     }
 }

@@ -55,11 +55,11 @@ impl QuickLook {
         n_suspects += n_jumps(y) + n_bends(y);
         if n >= 2 * NARROW {
             four.sum_up(y);
-            narrow.double::<4>(four);
+            narrow.double::<4>(four, n + 1 - NARROW);
             n_suspects += narrow.n_steps::<NARROW>(noise, STEP_LIMITS[0]);
         }
         if n >= 2 * WIDE {
-            wide.double::<NARROW>(narrow);
+            wide.double::<NARROW>(narrow, n + 1 - WIDE);
             n_suspects += wide.n_steps::<WIDE>(noise, STEP_LIMITS[1]);
         }
         n_suspects == 0
@@ -68,7 +68,9 @@ impl QuickLook {
 
 #[inline(always)]
 fn sized(list: &mut Vec<f32>, n: usize) -> &mut [f32] {
-    list.resize(n, 0.0);
+    if list.len() < n {
+        list.resize(n, 0.0);
+    }
     &mut list[..n]
 }
 
@@ -114,10 +116,9 @@ impl Windows {
         }
     }
 
-    /// Windows of twice the `HALF` points of those before.
+    /// `n` windows of twice the `HALF` points of those before.
     #[inline(always)]
-    fn double<const HALF: usize>(&mut self, half: &Self) {
-        let n = half.sums.len() - HALF;
+    fn double<const HALF: usize>(&mut self, half: &Self, n: usize) {
         let (sum, next_sum) = (&half.sums[..n], &half.sums[HALF..][..n]);
         let (tilt, next_tilt) = (&half.tilts[..n], &half.tilts[HALF..][..n]);
         let (sums, tilts) = self.sized(n);
@@ -130,7 +131,7 @@ impl Windows {
     /// At how many points the lines through the points before and after miss each other by about the limit or more.
     #[inline(always)]
     fn n_steps<const SPAN: usize>(&self, noise: &[f32], (_, sigmas, least_px): (usize, f64, f64)) -> u32 {
-        let n = self.sums.len() - SPAN;
+        let n = noise.len() + 1 - 2 * SPAN;
         let (before, after) = (&self.sums[..n], &self.sums[SPAN..][..n]);
         let (tilt_before, tilt_after) = (&self.tilts[..n], &self.tilts[SPAN..][..n]);
         let noise = &noise[SPAN..][..n];
