@@ -249,7 +249,7 @@ fn find_depths(triangulator: &Triangulator, u_px: &[f64], v_px: &[f64], depths_m
     }
 }
 
-/// Column and row of the cell of the first pixel, and how many pixels from the first on lie in it.
+/// Column and row of the cell of the first pixel, and how many pixels from the first on lie in it; beyond the image, one.
 #[inline(always)]
 fn run(u_px: &[f64], v_px: &[f64]) -> ((u32, u32), usize) {
     let (column, row) = (place(u_px[0] + MARGIN_PX), place(v_px[0] + MARGIN_PX));
@@ -267,7 +267,7 @@ fn run(u_px: &[f64], v_px: &[f64]) -> ((u32, u32), usize) {
         length += TOGETHER;
     }
     while length < u_px.len()
-        && (place(u_px[length] + MARGIN_PX), place(v_px[length] + MARGIN_PX)) == (column, row)
+        && is_within(u_px[length] + MARGIN_PX, left) & is_within(v_px[length] + MARGIN_PX, top)
     {
         length += 1;
     }

@@ -173,7 +173,8 @@ impl<const N: usize> Beliefs<N> {
     }
 }
 
-/// What speaks for the labels of the pieces of a block, given what all tell.
+/// What speaks for the labels of the pieces of a block, given what all tell. `handicaps`: nothing for labels that take
+/// part, minus infinity for the others.
 #[inline(always)]
 fn supports<const N: usize, const L: usize>(
     alone: &Alone<N>,

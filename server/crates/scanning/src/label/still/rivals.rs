@@ -110,18 +110,26 @@ impl<const N: usize> Rivals<N> {
         for rival in waiting::pieces_of(0, near) {
             self.change(evidence, piece, rival);
             let mut falls = self.falls_below(evidence, piece, limit);
-            self.take_back();
             if !falls {
-                self.change(evidence, piece, rival);
+                if !self.is_alone() {
+                    self.take_back();
+                    self.change(evidence, piece, rival);
+                }
                 // Where nothing stands in the way, all would be as before.
                 falls = self.push_all(evidence, piece) && self.falls_below(evidence, piece, limit);
-                self.take_back();
             }
+            self.take_back();
             if falls {
                 return true;
             }
         }
         false
+    }
+
+    /// Whether the labels of all but one piece are as given.
+    #[inline(always)]
+    fn is_alone(&self) -> bool {
+        self.changed.iter().map(|word| word.count_ones()).sum::<u32>() == 1
     }
 
     /// What speaks for a label of a piece beside the labels of the others.
