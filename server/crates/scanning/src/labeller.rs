@@ -16,15 +16,7 @@ const POINTS_AT_ONCE: usize = 256;
 const NOWHERE: ProfilePoint = ProfilePoint {
     order: 0,
     hit_in_camera: PointMm::new(Vector3::new(0.0, 0.0, 0.0)),
-    seen: CentrelinePoint {
-        u_px: 0.0,
-        v_px: 0.0,
-        normal: [0.0; 2],
-        sigma_px: 0.0,
-        intensity: 0.0,
-        width_px: 0.0,
-        saturated: false,
-    },
+    seen: CentrelinePoint::UNWRITTEN,
     noise_sigma_mm: 0.0,
 };
 

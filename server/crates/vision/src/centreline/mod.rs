@@ -61,6 +61,19 @@ pub struct CentrelinePoint {
     pub saturated: bool,
 }
 
+impl CentrelinePoint {
+    /// Stands where a point will be written.
+    pub const UNWRITTEN: Self = Self {
+        u_px: 0.0,
+        v_px: 0.0,
+        normal: [0.0; 2],
+        sigma_px: 0.0,
+        intensity: 0.0,
+        width_px: 0.0,
+        saturated: false,
+    };
+}
+
 /// A connected piece of one line: points ordered along the line (by column for [`LineDirection::Rows`],
 /// by row for [`LineDirection::Columns`]), at most one per column (row), without gaps.
 #[derive(Debug, Clone, PartialEq, Default)]

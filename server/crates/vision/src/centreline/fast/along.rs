@@ -9,7 +9,7 @@ use super::kernels::{MAX_LAG, RUN};
 use super::lanes::{LANES, Numbers};
 use super::means::{AllWindows, MAX_WINDOWS, Mean, Shape};
 use super::pieces::{Crossings, Piece};
-use super::points::{Chosen, NO_POINT, NONE};
+use super::points::{Chosen, NONE};
 use super::windows::{Along, Block, Windows};
 use crate::centreline::CentrelinePoint;
 use crate::centreline::reference::scatter::Scatter;
@@ -69,7 +69,7 @@ impl Averager {
         let n = piece.places.len();
         self.predict(crossings, piece, scatter);
         let rows = &crossings.v[piece.places.clone()];
-        points.resize(n, NO_POINT);
+        points.resize(n, CentrelinePoint::UNWRITTEN);
         for start in (0..n).step_by(LANES) {
             let block = Block { start, n };
             if start.is_multiple_of(GROUP) {

@@ -57,17 +57,6 @@ impl Described {
     }
 }
 
-/// Before a point is written.
-pub const NO_POINT: CentrelinePoint = CentrelinePoint {
-    u_px: 0.0,
-    v_px: 0.0,
-    normal: [0.0; 2],
-    sigma_px: 0.0,
-    intensity: 0.0,
-    width_px: 0.0,
-    saturated: false,
-};
-
 impl Chosen {
     /// Position, normal and σ; a crossing without a fit stands for itself.
     #[inline(always)]

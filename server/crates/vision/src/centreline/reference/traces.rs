@@ -53,6 +53,7 @@ impl Trace {
         columns.start.max(self.first_u)..columns.end.min(self.first_u + self.len())
     }
 
+    /// Adds a step.
     #[inline(always)]
     pub fn push(&mut self, candidate: &Candidate) {
         self.v.push(candidate.v as f32);
@@ -105,6 +106,7 @@ impl Open {
         self.last_v + self.heading * (u + 1 - self.next_u) as i32 as f32
     }
 
+    /// Goes on with a candidate; the columns without one before it are interpolated.
     #[inline(always)]
     pub fn grow(&mut self, candidate: &Candidate) {
         let v = candidate.v as f32;
@@ -135,6 +137,7 @@ impl Open {
         within.then_some(heading)
     }
 
+    /// Goes on with a stretch, after which it heads so.
     #[inline(always)]
     pub fn grow_by(&mut self, stretch: &Stretch, heading: f32) {
         self.trace.v.extend_from_slice(&stretch.v);
