@@ -153,7 +153,7 @@ pub struct BenchCentrelinesArgs {
     /// What is timed.
     #[command(flatten)]
     pub timed: TimedFrames,
-    /// Threads that share the frames; with several, a time is that of the whole rotation over its frames.
+    /// Threads that share the frames; with several, a time is that of a thousand frames over their number.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub threads: usize,
     /// Folder for one CSV per frame: u_px,v_px.

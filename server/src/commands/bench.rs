@@ -108,7 +108,13 @@ pub fn timed<F, R>(frames: &[F], n_passes: usize, mut work: impl FnMut(&F) -> R)
         .collect()
 }
 
-/// Time of whole rotations shared by `n_threads`, each with its own worker, divided by the frames in each.
+/// Turns that are timed when threads share the frames.
+const TURNS: usize = 5;
+/// Fewest frames of a turn: in the first milliseconds systems keep several threads on one processor.
+const MIN_SHARED_FRAMES: usize = 1000;
+
+/// Time of at least `n_passes` rotations shared by `n_threads`, each with its own worker, divided by their frames: several
+/// times. Between single rotations threads would fall asleep, and waking them is not what is measured.
 fn timed_rotations<W: FnMut(&GreyImage) + Send>(
     frames: &[GreyImage],
     n_passes: usize,
@@ -119,20 +125,20 @@ fn timed_rotations<W: FnMut(&GreyImage) + Send>(
         .num_threads(n_threads)
         .build()
         .map_err(|error| Failure::new(Exit::Internal, "cannot start the threads").because(&error))?;
-    let n_frames = u32::try_from(frames.len()).unwrap_or(u32::MAX);
+    let n_frames = (n_passes * frames.len()).max(MIN_SHARED_FRAMES);
     let workers: Vec<Mutex<W>> = (0..n_threads).map(|_| Mutex::new(worker())).collect();
-    let rotation = || {
-        frames.par_iter().with_max_len(1).for_each(|frame| {
+    let rotations = || {
+        (0..n_frames).into_par_iter().with_max_len(1).for_each(|idx| {
             let mine = &workers[rayon::current_thread_index().unwrap_or(0)];
-            mine.lock().unwrap_or_else(PoisonError::into_inner)(black_box(frame));
+            mine.lock().unwrap_or_else(PoisonError::into_inner)(black_box(&frames[idx % frames.len()]));
         });
     };
-    pool.install(rotation);
-    Ok((0..n_passes)
+    pool.install(rotations);
+    Ok((0..TURNS)
         .map(|_| {
             let begun = Instant::now();
-            pool.install(rotation);
-            begun.elapsed() / n_frames
+            pool.install(rotations);
+            begun.elapsed().div_f64(n_frames as f64)
         })
         .collect())
 }
