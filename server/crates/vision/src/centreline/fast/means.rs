@@ -2,9 +2,11 @@
 
 use super::kernels::Kernels;
 use super::lanes::{LANES, Numbers};
+use crate::params::{ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH};
 
 /// Most windows of different lengths, each twice the one before: 4, 8, 16 and 32 places on either side.
 pub const MAX_WINDOWS: usize = 4;
+const _: () = assert!(ALONG_MAX_HALF_LENGTH < ALONG_MIN_HALF_LENGTH << MAX_WINDOWS);
 
 /// Where parabolas stand in the middle of their windows.
 #[derive(Debug, Clone, Copy, Default)]
