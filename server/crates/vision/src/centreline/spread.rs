@@ -6,6 +6,10 @@ const CUT_RMS: f32 = 0.884;
 /// Differences side by side in a row of a tile.
 pub const COLUMNS: usize = crate::params::NOISE_COLUMNS;
 
+/// Part of itself to which a median is looked for: a cut that is larger by as much makes the spread of a Gaussian 1.4 %
+/// larger, far less than a tile tells it to.
+const MEDIAN_PART: i32 = 32;
+
 /// Rows whose differences 8 bits can count.
 const ROWS_COUNTED: usize = 8;
 
@@ -90,11 +94,12 @@ pub fn sigma_of<D: Difference>(tile: &[[D; COLUMNS]], median: &mut D) -> f32 {
     (D::squares_up_to(tile, cut) / (n_up_to(tile, cut) as f32).max(1.0)).sqrt() / CUT_RMS
 }
 
-/// The median by counting, or what exceeds it by less than a 32nd: from a guess in steps that double, then halving.
+/// The median by counting, or what exceeds it by less than one [`MEDIAN_PART`]th: from a guess in steps that double, then
+/// halving.
 #[inline(always)]
 fn median_of<D: Difference>(tile: &[[D; COLUMNS]], guess: D) -> D {
     let rank = tile.len() * COLUMNS / 2;
-    let near = (guess.int() / 32).max(1);
+    let near = (guess.int() / MEDIAN_PART).max(1);
     let (mut low, mut high, mut step) = (guess.int(), guess.int(), near);
     // More than `rank` are at most `high`, no more than `rank` at most `low`.
     if n_up_to(tile, guess) > rank {
@@ -110,7 +115,7 @@ fn median_of<D: Difference>(tile: &[[D; COLUMNS]], guess: D) -> D {
             high = low.saturating_add(step).min(D::MOST);
         }
     }
-    while high - low > (low / 32).max(1) {
+    while high - low > (low / MEDIAN_PART).max(1) {
         let middle = low + (high - low) / 2;
         if n_up_to(tile, D::of(middle)) > rank { high = middle } else { low = middle }
     }

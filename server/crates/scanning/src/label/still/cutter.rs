@@ -169,7 +169,7 @@ fn next_marked(marks: &[u8], from: usize) -> Option<usize> {
     while idx + TOGETHER <= marks.len() {
         let word = marks[idx..].first_chunk::<TOGETHER>().map_or(0, |bytes| u64::from_le_bytes(*bytes));
         if word != 0 {
-            return Some(idx + word.trailing_zeros() as usize / TOGETHER);
+            return Some(idx + (word.trailing_zeros() / u8::BITS) as usize);
         }
         idx += TOGETHER;
     }

@@ -50,7 +50,7 @@ pub struct AllWindows {
     bend_gain: f32,
 }
 
-/// Fits by whole windows.
+/// Fits by whole windows, every lane about its own place.
 pub struct Whole {
     /// By windows of every length, the longest last.
     pub means: [Mean; MAX_WINDOWS],
@@ -90,13 +90,13 @@ impl AllWindows {
         whole.shape.bend = middle * step.bend;
         let mut from = 0;
         for (idx, &to) in self.halves.iter().enumerate() {
-            let near = Near::new(&self.steps, rows, variances, from..to);
+            let ring = Ring::new(&self.steps, rows, variances, from..to);
             from = to;
             match self.halves.len() - idx {
-                1 => near.add::<1>(&mut whole),
-                2 => near.add::<2>(&mut whole),
-                3 => near.add::<3>(&mut whole),
-                _ => near.add::<MAX_WINDOWS>(&mut whole),
+                1 => ring.add::<1>(&mut whole),
+                2 => ring.add::<2>(&mut whole),
+                3 => ring.add::<3>(&mut whole),
+                _ => ring.add::<MAX_WINDOWS>(&mut whole),
             }
         }
         for idx in 0..MAX_WINDOWS {
@@ -135,7 +135,7 @@ impl Shape {
 }
 
 /// Places some way before and after the middles, which the same windows hold.
-struct Near<'a> {
+struct Ring<'a> {
     steps: &'a [Step],
     before: &'a [f32],
     after: &'a [f32],
@@ -143,15 +143,15 @@ struct Near<'a> {
     variances_after: &'a [f32],
 }
 
-impl<'a> Near<'a> {
-    /// Those more than `ring.start` and at most `ring.end` places away.
+impl<'a> Ring<'a> {
+    /// Those more than `away.start` and at most `away.end` places away.
     #[inline(always)]
-    fn new(steps: &'a [Step], rows: &'a [f32], variances: &'a [f32], ring: std::ops::Range<usize>) -> Self {
+    fn new(steps: &'a [Step], rows: &'a [f32], variances: &'a [f32], away: std::ops::Range<usize>) -> Self {
         let longest = steps.len() - 1;
-        let before = longest - ring.end..longest - ring.start + LANES - 1;
-        let after = longest + ring.start + 1..longest + ring.end + LANES;
+        let before = longest - away.end..longest - away.start + LANES - 1;
+        let after = longest + away.start + 1..longest + away.end + LANES;
         Self {
-            steps: &steps[ring.start + 1..=ring.end],
+            steps: &steps[away.start + 1..=away.end],
             before: &rows[before.clone()],
             after: &rows[after.clone()],
             variances_before: &variances[before],
