@@ -7,7 +7,7 @@ use async_trait::async_trait;
 use crate::artifacts::ArtifactId;
 use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobOutcome, JobRecord,
-    JobState, MeasurementRecord, ScanRecord, ScanState, SessionRecord,
+    JobState, MeasurementRecord, ScanRecord, ScanState, SessionRecord, SettingRecord,
 };
 
 /// One change; a list of them is one transaction.
@@ -79,6 +79,8 @@ pub enum Change {
     UpdateSession(SessionRecord),
     /// A session is over.
     DeleteSession(String),
+    /// The station remembers this value under this name; the one before is forgotten.
+    PutSetting(SettingRecord),
     /// Something happened; `seq` is given by the store.
     AppendEvent(EventRecord),
     /// A request was answered; refused with [`StoreError::Exists`] if the key is there.
@@ -312,6 +314,9 @@ pub trait Catalogue: Send + Sync {
     async fn session(&self, id: &str) -> Result<SessionRecord, StoreError>;
     /// Sessions.
     async fn sessions(&self, page: &Page) -> Result<Listed<SessionRecord>, StoreError>;
+
+    /// What the station remembers under that name, if anything.
+    async fn setting(&self, name: &str) -> Result<Option<SettingRecord>, StoreError>;
 
     /// At most `limit` events after `seq`, oldest first.
     async fn events_after(&self, seq: i64, limit: u32) -> Result<Listed<EventRecord>, StoreError>;

@@ -22,7 +22,7 @@ pub use health::Health;
 pub use local::LocalArtifacts;
 pub use records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobOutcome, JobRecord,
-    JobState, MeasurementRecord, ResultRef, ScanRecord, ScanState, SessionRecord,
+    JobState, MeasurementRecord, ResultRef, ScanRecord, ScanState, SessionRecord, SettingRecord,
 };
 pub use sqlite::SqliteCatalogue;
 pub use store::Store;

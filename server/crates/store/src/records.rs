@@ -219,6 +219,17 @@ pub struct SessionRecord {
     pub changed_at_ms: i64,
 }
 
+/// What the station remembers beside its records: a value under a name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SettingRecord {
+    /// A stable name: `station.halted`, `camera.settings`, …
+    pub name: String,
+    /// The value.
+    pub value: Value,
+    /// When it was put there.
+    pub changed_at_ms: i64,
+}
+
 /// Something that happened; the sequence has no gaps in what a reader sees.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventRecord {

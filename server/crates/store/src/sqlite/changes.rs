@@ -7,7 +7,7 @@ use crate::catalogue::{Change, StoreError};
 use crate::health::Health;
 use crate::records::{ActivationRecord, EventRecord};
 use crate::sqlite::seal::{self, Table};
-use crate::sqlite::{calibrations, captures, error, events, jobs, measurements, scans, sessions};
+use crate::sqlite::{calibrations, captures, error, events, jobs, measurements, scans, sessions, settings};
 
 /// What a statement that writes answers; errors are interpreted in one place, at the end.
 pub type Written<T = ()> = Result<T, WriteError>;
@@ -83,6 +83,7 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<(
         Change::InsertScan(scan) | Change::ReplaceScan(scan) => (seal::SCANS, &scan.id),
         Change::InsertMeasurement(measurement) => (seal::MEASUREMENTS, &measurement.id),
         Change::InsertSession(session) | Change::UpdateSession(session) => (seal::SESSIONS, &session.id),
+        Change::PutSetting(setting) => (seal::SETTINGS, &setting.name),
         Change::InsertIdempotency(record) => (seal::IDEMPOTENCY, &record.key),
         Change::DeleteCapture(id) => {
             let mut naming = seal::naming(to, &seal::SCANS, "capture_id", id).await?;
@@ -125,6 +126,7 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
         Change::InsertSession(session) => sessions::insert(to, &session).await?,
         Change::UpdateSession(session) => sessions::update(to, &session).await?,
         Change::DeleteSession(id) => sessions::delete(to, &id).await?,
+        Change::PutSetting(setting) => settings::put(to, &setting).await?,
         Change::AppendEvent(event) => return events::append(to, event).await.map(Some),
         Change::InsertIdempotency(record) => events::insert_idempotency(to, &record).await?,
         Change::ForgetIdempotencyBefore { at_ms } => events::forget_idempotency(to, at_ms).await?,

@@ -14,6 +14,7 @@ mod row;
 mod scans;
 mod seal;
 mod sessions;
+mod settings;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -30,7 +31,7 @@ use crate::health::Health;
 use crate::params::{BUSY_TIMEOUT, N_READERS, WAL_LIMIT_BYTES};
 use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobRecord, JobState,
-    MeasurementRecord, ScanRecord, SessionRecord,
+    MeasurementRecord, ScanRecord, SessionRecord, SettingRecord,
 };
 
 /// The catalogue in an SQLite file.
@@ -187,6 +188,10 @@ impl Catalogue for SqliteCatalogue {
 
     async fn sessions(&self, page: &Page) -> Result<Listed<SessionRecord>, StoreError> {
         sessions::page(&self.readers, page).await
+    }
+
+    async fn setting(&self, name: &str) -> Result<Option<SettingRecord>, StoreError> {
+        settings::one(&self.readers, name).await
     }
 
     async fn events_after(&self, seq: i64, limit: u32) -> Result<Listed<EventRecord>, StoreError> {

@@ -36,11 +36,23 @@ pub const SCANS: Table = Table { name: "scans", key: "id", kind: "scan" };
 pub const MEASUREMENTS: Table = Table { name: "measurements", key: "id", kind: "measurement" };
 pub const SESSIONS: Table = Table { name: "sessions", key: "id", kind: "session" };
 pub const EVENTS: Table = Table { name: "events", key: "seq", kind: "event" };
+pub const SETTINGS: Table = Table { name: "settings", key: "name", kind: "setting" };
 pub const IDEMPOTENCY: Table = Table { name: "idempotency", key: "key", kind: "idempotency key" };
 
 /// All of them.
-pub const TABLES: [Table; 10] =
-    [SEQUENCES, JOBS, CAPTURES, CALIBRATIONS, ACTIVATIONS, SCANS, MEASUREMENTS, SESSIONS, EVENTS, IDEMPOTENCY];
+pub const TABLES: [Table; 11] = [
+    SEQUENCES,
+    JOBS,
+    CAPTURES,
+    CALIBRATIONS,
+    ACTIVATIONS,
+    SCANS,
+    MEASUREMENTS,
+    SESSIONS,
+    SETTINGS,
+    EVENTS,
+    IDEMPOTENCY,
+];
 
 /// Refuses a row that is not what was written.
 pub fn intact(row: &SqliteRow, table: &Table) -> Result<(), StoreError> {
