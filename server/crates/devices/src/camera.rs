@@ -211,6 +211,12 @@ pub trait Camera: Send {
     /// [`CameraError::Gone`] if the camera went away: noticed within two seconds, and again at every later call.
     fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError>;
 
+    /// Whether a frame that was exposed is still being computed, so that it is late without being lost. Only a
+    /// simulated camera computes its frames; one that hangs computes nothing.
+    fn is_computing(&self) -> bool {
+        false
+    }
+
     /// Ends acquisition. Works in every state.
     fn stop(&mut self) -> Result<(), CameraError>;
 

@@ -205,6 +205,11 @@ impl Camera for TwinCamera {
         }
     }
 
+    fn is_computing(&self) -> bool {
+        let hangs = self.world.lock().has(TwinFault::CameraHang);
+        !hangs && self.sensor.lock().is_computing(Instant::now())
+    }
+
     fn stop(&mut self) -> Result<(), CameraError> {
         self.sensor.lock().end_run();
         Ok(())

@@ -59,6 +59,8 @@ pub(super) struct SensorState {
     pub run: Option<Run>,
     pub n_runs: u64,
     pub gone: bool,
+    /// Whether the thread is making a picture.
+    rendering: bool,
     spare: Vec<GreyImage>,
     closed: bool,
 }
@@ -119,6 +121,13 @@ impl SensorState {
         }
     }
 
+    /// Whether an exposure of this run has not become a frame yet, or its turn has come and the thread has not.
+    pub(super) fn is_computing(&self, now: Instant) -> bool {
+        let free = self.settings.trigger == Trigger::Free;
+        let behind = |run: &Run| !run.pending.is_empty() || (free && run.due <= now);
+        self.run.as_ref().is_some_and(|run| self.rendering || behind(run))
+    }
+
     pub(super) fn take_frame(&mut self) -> Option<Finished> {
         self.run.as_mut()?.frames.pop_front()
     }
@@ -126,7 +135,15 @@ impl SensorState {
 
 impl Sensor {
     pub(super) fn new(world: SharedWorld, timing: Timing, settings: CameraSettings) -> Self {
-        let state = SensorState { settings, run: None, n_runs: 0, gone: false, spare: Vec::new(), closed: false };
+        let state = SensorState {
+            settings,
+            run: None,
+            n_runs: 0,
+            gone: false,
+            rendering: false,
+            spare: Vec::new(),
+            closed: false,
+        };
         Self {
             world,
             timing,
@@ -201,10 +218,12 @@ impl Sensor {
             let now = Instant::now();
             match self.next_exposure(&mut state, now) {
                 Ok((number, exposure, mut image)) => {
+                    state.rendering = true;
                     drop(state);
                     self.render(&exposure, &mut darkroom, &mut image);
                     self.read_out(&exposure);
                     state = self.lock();
+                    state.rendering = false;
                     self.deliver(&mut state, number, &exposure, image);
                 }
                 Err(wait) => {
