@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use metrics_exporter_prometheus::PrometheusHandle;
 use store::{Artifacts, Store};
+use tokio_util::task::TaskTracker;
 
 use crate::calibrations::Calibrations;
 use crate::captures::Captures;
 use crate::closing::Closing;
 use crate::config::Config;
-use crate::http::control::ControlDesk;
+use crate::control::ControlDesk;
 use crate::http::idempotency::KeysInFlight;
 use crate::jobs::Jobs;
 use crate::ledger::Ledger;
@@ -45,6 +46,10 @@ pub struct App {
     pub streams: Streams,
     /// Who commands.
     pub control: ControlDesk,
+    /// Held while it is stored whether the station is stopped, so that the last word on the disk is the last word.
+    pub halt_turn: Arc<tokio::sync::Mutex<()>>,
+    /// What was asked for and runs to its end, whether or not the client waits.
+    pub tasks: TaskTracker,
     /// Requests with a key that are being answered.
     pub keys: KeysInFlight,
     /// Figures for `/metrics`.

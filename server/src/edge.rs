@@ -1,10 +1,11 @@
 //! The outermost edge: an own accept loop, because slow, silent and too many clients must not cost the others.
 //!
 //! Every connection has ten seconds for each request header and takes bytes at least every twelve seconds; there are
-//! at most [`CONNECTION_LIMIT`] of them. A few more are heard for one thing only: Stop. Why not the framework's own
-//! server: ADR 0010.
+//! at most [`CONNECTION_LIMIT`] of them. Beyond that a few are heard for one thing only: Stop. Why not the framework's
+//! own server: ADR 0010.
 
 mod stalled;
+mod stop_places;
 
 use std::convert::Infallible;
 use std::net::SocketAddr;
@@ -19,7 +20,7 @@ use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::sync::Semaphore;
 use tokio::task::JoinSet;
 use tower::ServiceExt as _;
 
@@ -30,6 +31,7 @@ use crate::config::limits::{
 };
 use crate::problem::{Problem, ProblemKind};
 use stalled::NeverStalled;
+use stop_places::StopPlaces;
 
 /// The only path that a connection beyond the limit is heard for.
 pub const STOP_PATH: &str = "/api/v1/station/stop";
@@ -44,6 +46,11 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 #[derive(Debug, Clone, Copy)]
 pub struct Peer(pub SocketAddr);
 
+/// Where a request came from, for the log of events.
+pub fn source(peer: Option<&axum::Extension<Peer>>) -> String {
+    peer.map_or_else(|| "server".to_owned(), |peer| peer.0.0.ip().to_string())
+}
+
 /// What a connection is heard for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Admission {
@@ -56,7 +63,7 @@ enum Admission {
 /// Accepts connections until `closing`, then gives those at work [`DRAIN_TIMEOUT`] to end.
 pub async fn serve(listener: TcpListener, router: Router, closing: Closing) {
     let places = Arc::new(Semaphore::new(CONNECTION_LIMIT));
-    let spare = Arc::new(Semaphore::new(STOP_CONNECTION_LIMIT));
+    let stop_places = StopPlaces::new(STOP_CONNECTION_LIMIT);
     let mut connections = JoinSet::new();
     loop {
         let accepted = tokio::select! {
@@ -72,11 +79,21 @@ pub async fn serve(listener: TcpListener, router: Router, closing: Closing) {
                 continue;
             }
         };
-        let Some((place, admission)) = admit(&places, &spare) else {
-            metrics::counter!("sheaf_connections_refused_total").increment(1);
-            continue;
-        };
-        connections.spawn(converse(stream, peer, router.clone(), admission, closing.clone(), place));
+        match places.clone().try_acquire_owned() {
+            Ok(place) => {
+                let connection = converse(stream, peer, router.clone(), Admission::Full, closing.clone());
+                connections.spawn(async move {
+                    connection.await;
+                    drop(place);
+                });
+            }
+            Err(_) => {
+                metrics::counter!("sheaf_connections_refused_total").increment(1);
+                let connection = converse(stream, peer, router.clone(), Admission::StopOnly, closing.clone());
+                let place = stop_places.take(peer.ip());
+                connections.spawn(async move { place.hold(connection).await });
+            }
+        }
     }
     drop(listener);
     let drained = async { while connections.join_next().await.is_some() {} };
@@ -85,19 +102,7 @@ pub async fn serve(listener: TcpListener, router: Router, closing: Closing) {
     }
 }
 
-fn admit(places: &Arc<Semaphore>, spare: &Arc<Semaphore>) -> Option<(OwnedSemaphorePermit, Admission)> {
-    let full = places.clone().try_acquire_owned().map(|place| (place, Admission::Full));
-    full.or_else(|_| spare.clone().try_acquire_owned().map(|place| (place, Admission::StopOnly))).ok()
-}
-
-async fn converse(
-    stream: TcpStream,
-    peer: SocketAddr,
-    router: Router,
-    admission: Admission,
-    closing: Closing,
-    place: OwnedSemaphorePermit,
-) {
+async fn converse(stream: TcpStream, peer: SocketAddr, router: Router, admission: Admission, closing: Closing) {
     // Small messages of the live stream must not wait for the next one; a socket that refuses is slower, not wrong.
     let _ = stream.set_nodelay(true);
     let service = hyper::service::service_fn(move |request: Request<Incoming>| {
@@ -126,7 +131,6 @@ async fn converse(
     if let Err(cause) = ended {
         tracing::debug!(%peer, %cause, "connection ended");
     }
-    drop(place);
 }
 
 async fn answer(

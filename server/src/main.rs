@@ -13,6 +13,7 @@ mod closing;
 mod cloud_provenance;
 mod commands;
 mod config;
+mod control;
 mod edge;
 mod failure;
 mod features;

@@ -14,6 +14,10 @@ pub enum ProblemKind {
     MethodNotAllowed,
     /// Nobody has, or somebody else has, the control lease.
     ControlRequired,
+    /// The control lease that came along has run out.
+    ControlExpired,
+    /// The station was stopped and not reset since.
+    Halted,
     /// The station does something else.
     StationBusy,
     /// The state of the thing does not allow it.
@@ -56,6 +60,8 @@ impl ProblemKind {
             Self::NotFound => ("not-found", "There is no such thing", 404),
             Self::MethodNotAllowed => ("method-not-allowed", "This cannot be done here", 405),
             Self::ControlRequired => ("control-required", "The control lease is needed", 409),
+            Self::ControlExpired => ("control-expired", "The control lease has expired", 409),
+            Self::Halted => ("halted", "The station was stopped", 409),
             Self::StationBusy => ("station-busy", "The station is busy", 409),
             Self::Conflict => ("conflict", "The present state does not allow it", 409),
             Self::Changed => ("changed", "It was changed meanwhile", 412),

@@ -66,9 +66,11 @@ impl From<StationRefusal> for Problem {
             StationRefusal::Stopped { .. } | StationRefusal::Cancelled => ProblemKind::Stopped,
             StationRefusal::ShuttingDown => ProblemKind::Unavailable,
             StationRefusal::TooManyCommands => ProblemKind::TooMany,
-            StationRefusal::Halted | StationRefusal::NoLiveView => ProblemKind::Conflict,
+            StationRefusal::Halted => ProblemKind::Halted,
+            StationRefusal::NoLiveView => ProblemKind::Conflict,
             StationRefusal::Stage(StageError::NotHomed | StageError::Moving) => ProblemKind::Conflict,
-            StationRefusal::Stage(StageError::OutOfTravel { .. } | StageError::BadNumber { .. })
+            StationRefusal::SpeedOutOfRange { .. }
+            | StationRefusal::Stage(StageError::OutOfTravel { .. } | StageError::BadNumber { .. })
             | StationRefusal::Camera(CameraError::Unsupported { .. })
             | StationRefusal::Laser(LaserError::BadPower { .. }) => ProblemKind::Impossible,
             StationRefusal::InError { .. }

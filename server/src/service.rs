@@ -1,11 +1,13 @@
 //! The service from start to end: what must be there before the port opens, and what must be dark before it closes.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use metrics_exporter_prometheus::PrometheusBuilder;
+use serde_json::json;
 use store::{Change, Store};
 use tokio::net::TcpListener;
+use tokio_util::task::TaskTracker;
 use vision::LineDirection;
 
 use crate::app::App;
@@ -13,17 +15,17 @@ use crate::calibrations::Calibrations;
 use crate::captures::Captures;
 use crate::closing::Closing;
 use crate::config::Config;
-use crate::config::limits::{EVENTS_KEPT, HOUSEKEEPING_PERIOD, IDEMPOTENCY_KEPT_MS};
+use crate::config::limits::{CONTROL_WATCH, DRAIN_TIMEOUT, EVENTS_KEPT, HOUSEKEEPING_PERIOD, IDEMPOTENCY_KEPT_MS};
+use crate::control::{ControlDesk, was_halted};
 use crate::failure::{Exit, Failure};
-use crate::http::control::ControlDesk;
 use crate::http::idempotency::KeysInFlight;
 use crate::jobs::{JobParts, Jobs};
-use crate::ledger::Ledger;
+use crate::ledger::{Ledger, event};
 use crate::live::LiveBus;
 use crate::live::worker::Worker;
 use crate::problem::Problem;
 use crate::sessions::Sessions;
-use crate::station::StationHandle;
+use crate::station::{Fault, StationHandle};
 use crate::wall_clock::now_ms;
 use crate::ws::{Sources, Streams};
 
@@ -53,7 +55,7 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
                 .remedy("check the data folder's rights")
         })?;
     let live = LiveBus::default();
-    let station = StationHandle::start(&config);
+    let station = StationHandle::start(&config, was_halted(&ledger).await);
     let calibrations = Calibrations::new(ledger.clone(), artifacts.clone(), live.clone(), station.clone());
     if let Err(problem) = calibrations.load_active().await {
         // Scans are refused with the same words; captures, downloads and a new calibration work.
@@ -61,12 +63,14 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
     }
     let sessions = Sessions::new(config.clone(), ledger.clone(), artifacts.clone(), station.clone());
     let free = store.clone();
+    let control = ControlDesk::default();
     let jobs = Jobs::start(JobParts {
         config: config.clone(),
         ledger: ledger.clone(),
         artifacts: artifacts.clone(),
         captures: captures.clone(),
         station: station.clone(),
+        control: control.clone(),
         live: live.clone(),
         free_bytes: Arc::new(move || free.free_bytes().unwrap_or(0)),
     })
@@ -77,7 +81,6 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
     };
     let direction = line_direction(&config);
     let view = crate::live::view::start(&station, live.clone(), direction).map_err(no_thread)?;
-    let control = ControlDesk::default();
     let sources = Sources {
         live: live.clone(),
         frames: station.watch_frames(),
@@ -100,6 +103,8 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
         live,
         streams,
         control,
+        halt_turn: Arc::default(),
+        tasks: TaskTracker::new(),
         keys: KeysInFlight::default(),
         figures: figures()?,
         closing: Closing::default(),
@@ -137,8 +142,11 @@ pub async fn run(running: Running, listener: TcpListener, ended: impl Future<Out
     let router = crate::http::router(app.clone());
     let edge = tokio::spawn(crate::edge::serve(listener, router, app.closing.clone()));
     let housekeeping = tokio::spawn(keep_house(app.clone()));
+    let watching = [tokio::spawn(watch_control(app.clone())), tokio::spawn(watch_store(app.clone()))];
     ended.await;
-    tracing::info!("shutting down: the laser goes dark first");
+    tracing::info!("shutting down: the laser is turned off first");
+    // Nothing may begin between the stop and the end.
+    app.jobs.close();
     if let Err(refusal) = app.station.stop("shutdown").await {
         tracing::warn!(%refusal, "the station did not take the last stop");
     }
@@ -150,10 +158,48 @@ pub async fn run(running: Running, listener: TcpListener, ended: impl Future<Out
         tracing::error!("the station thread did not end well");
     }
     housekeeping.abort();
+    watching.iter().for_each(tokio::task::JoinHandle::abort);
+    app.tasks.close();
+    if tokio::time::timeout(DRAIN_TIMEOUT, app.tasks.wait()).await.is_err() {
+        tracing::warn!("a request did not run to its end");
+    }
     if edge.await.is_err() {
         tracing::error!("the edge did not end well");
     }
     tracing::info!("ended");
+}
+
+/// Says when control lapses, and lets jobs begin that waited for it.
+async fn watch_control(app: App) {
+    let mut changes = app.control.watch();
+    loop {
+        // A lease ends by time alone, which nobody tells.
+        let _ = tokio::time::timeout(CONTROL_WATCH, changes.changed()).await;
+        if let Some(lease) = app.control.collect_expired(Instant::now()) {
+            let lapsed =
+                event("control.expired", &lease.holder, json!({ "actor": lease.holder, "source": "server" }));
+            if let Err(error) = app.ledger.commit(vec![lapsed]).await {
+                tracing::warn!(%error, "the end of control is not stored");
+            }
+        }
+        app.jobs.look_again();
+    }
+}
+
+/// A store that cannot write ends light and motion: nothing may be made that cannot be kept.
+async fn watch_store(app: App) {
+    let mut failure = app.store.watch_failure();
+    let Ok(failed) = failure.wait_for(Option::is_some).await.map(|reason| reason.clone()) else { return };
+    let reason = failed.unwrap_or_default();
+    let detail = format!("the data directory is read-only since a write failed: {reason}");
+    app.station.alarm(Fault {
+        device: "store",
+        kind: "read_only",
+        detail,
+        remedy: "check the disk, then restart the server".to_owned(),
+        since_ms: now_ms(),
+    });
+    drop(app.jobs.clear_station_jobs());
 }
 
 /// Forgets old keys and events, deletes artifacts that nothing names.

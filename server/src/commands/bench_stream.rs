@@ -29,8 +29,9 @@ use crate::commands::bench_server::viewer::Viewer;
 use crate::failure::{Exit, Failure};
 use crate::live::LiveBus;
 use crate::progress::Reporter;
-use crate::station::first_status;
+use crate::station::{MachineState, first_status};
 use crate::ws::protocol::points::{HEADER_BYTES, POINT_BYTES};
+use crate::ws::station::NoStation;
 use crate::ws::{Sources, Streams};
 
 /// Bytes that go out in one round, at least: a tenth of a second or more.
@@ -96,13 +97,13 @@ async fn serve(message_bytes: usize, n_messages: usize) -> std::io::Result<Serve
     let sources = Sources {
         live: bus,
         frames: watch::channel(None).1,
-        status: watch::channel(Arc::new(first_status(None))).1,
+        status: watch::channel(Arc::new(first_status(None, MachineState::Preoperational))).1,
         control: watch::channel(None).1,
         jobs: watch::channel(None).1,
         events: watch::channel(0).1,
     };
     let (streams, encoder) = Streams::start(sources, LineDirection::Rows)?;
-    let accept = any(|State(streams): State<Streams>, upgrade| async move { streams.accept(upgrade) });
+    let accept = any(|State(streams): State<Streams>, upgrade| async move { streams.accept(upgrade, NoStation) });
     let router = Router::new().route("/api/v1/stream", accept).with_state(streams);
     let listener = TcpListener::bind("127.0.0.1:0").await?;
     let stream = listener.local_addr()?;

@@ -32,12 +32,17 @@ pub fn run(args: &ServeArgs, json: bool) -> Result<Answer, Failure> {
 async fn serve(config: crate::config::Config) -> Result<(), Failure> {
     let mut terminate = on(SignalKind::terminate())?;
     let mut interrupt = on(SignalKind::interrupt())?;
-    let listen = config.listen;
+    let (listen, trusted_proxy) = (config.listen, config.http.trusted_proxy);
+    if !listen.ip().is_loopback() && !trusted_proxy {
+        return Err(Failure::new(Exit::Usage, format!("{listen} is reached by other machines, and there are no users and no TLS"))
+            .remedy("listen on 127.0.0.1, or put a reverse proxy that sees to both before it and set http.trusted_proxy=true"));
+    }
     // The address is taken before anything slow, and answers only once everything is there.
     let listener = TcpListener::bind(listen).await.map_err(|cause| cannot_listen(listen, &cause))?;
     let address = listener.local_addr().map_err(|cause| cannot_listen(listen, &cause))?;
     let running = service::assemble(config).await?;
     announce(address);
+    say_at_start(trusted_proxy);
     let ended = async move {
         tokio::select! {
             _ = terminate.recv() => {}
@@ -56,6 +61,15 @@ fn cannot_listen(address: SocketAddr, cause: &std::io::Error) -> Failure {
     Failure::new(Exit::Usage, format!("cannot listen on {address}"))
         .because(cause)
         .remedy("choose another --listen, or stop the program that has it")
+}
+
+/// What whoever starts the service has to know, on stderr.
+fn say_at_start(trusted_proxy: bool) {
+    if trusted_proxy {
+        tracing::warn!(
+            "http.trusted_proxy is set: users and TLS are left to the reverse proxy before this server"
+        );
+    }
 }
 
 /// The one line on stdout.

@@ -14,6 +14,12 @@ pub const CONNECTION_LIMIT: usize = 1_000;
 /// Connections beyond [`CONNECTION_LIMIT`] that are heard for one thing only: Stop.
 pub const STOP_CONNECTION_LIMIT: usize = 32;
 
+/// Computations of whole clouds at once: each takes a processor and up to 200 MiB for seconds.
+pub const HEAVY_REQUESTS: usize = 1;
+
+/// How long another one waits before it is told to come back.
+pub const HEAVY_WAIT: Duration = Duration::from_secs(5);
+
 /// Time for the header of a request, also on a silent kept-open connection.
 pub const HEADER_TIMEOUT: Duration = Duration::from_secs(10);
 
@@ -49,6 +55,12 @@ pub const DRAIN_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// The control lease: long enough for a lost packet, short enough for a closed laptop.
 pub const CONTROL_LEASE: Duration = Duration::from_secs(5);
+
+/// Control lapses so long after the last command: long enough to look at a result, short enough for whoever waits.
+pub const CONTROL_IDLE: Duration = Duration::from_secs(120);
+
+/// Time between two looks whether control has lapsed.
+pub const CONTROL_WATCH: Duration = Duration::from_millis(500);
 
 /// How long an `Idempotency-Key` is remembered, ms.
 pub const IDEMPOTENCY_KEPT_MS: i64 = 7 * 24 * 3600 * 1000;

@@ -46,6 +46,8 @@ pub struct HttpConfig {
     pub allowed_hosts: Vec<String>,
     /// Origins of pages that may use it (`Origin`), beside its own: `https://line3.example`.
     pub allowed_origins: Vec<String>,
+    /// Whether a reverse proxy that is trusted with users and TLS stands before it; without, only this machine is served.
+    pub trusted_proxy: bool,
 }
 
 /// What the station is made of.

@@ -68,6 +68,12 @@ pub const SETTINGS: &[Setting] = &[
     row("projector.line_direction", Kind::Word(&["rows", "columns"]), || text("rows"), "which way the lines run"),
     row("http.allowed_hosts", Kind::Texts, || Value::Texts(Vec::new()), "further names of this server"),
     row("http.allowed_origins", Kind::Texts, || Value::Texts(Vec::new()), "further pages that may use it"),
+    row(
+        "http.trusted_proxy",
+        Kind::Switch,
+        || Value::Switch(false),
+        "a proxy that sees to users and TLS is before it",
+    ),
 ];
 
 /// Side of a square of the simulated station's board; a test compares it with what the twin shows.
@@ -119,6 +125,7 @@ pub fn config(get: &dyn Fn(&str) -> Value) -> Config {
         http: HttpConfig {
             allowed_hosts: read.texts("http.allowed_hosts"),
             allowed_origins: read.texts("http.allowed_origins"),
+            trusted_proxy: read.switch("http.trusted_proxy"),
         },
     }
 }

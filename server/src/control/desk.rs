@@ -1,22 +1,16 @@
-//! One commander: the control lease, five seconds long, renewed by who holds it, taken over only explicitly.
+//! One commander: the control lease, five seconds long, renewed by who holds it, taken over only explicitly. It lapses
+//! when nothing is commanded for two minutes, however faithfully it is renewed.
 
 use std::sync::Arc;
 use std::time::Instant;
 
-use axum::http::{HeaderMap, HeaderName};
 use tokio::sync::watch;
 use uuid::Uuid;
 
-use crate::config::limits::CONTROL_LEASE;
-use crate::http::answers::header_text;
-use crate::http::conversions::label;
+use crate::config::limits::{CONTROL_IDLE, CONTROL_LEASE};
+use crate::control::{Asker, Authority};
 use crate::problem::{Problem, ProblemKind};
-
-/// The header that carries the lease's id.
-pub const CONTROL_HEADER: HeaderName = HeaderName::from_static("sheaf-control");
-
-/// The header that says who sends a request, for the log, where no lease says it: a name in UTF-8.
-pub const ACTOR_HEADER: HeaderName = HeaderName::from_static("sheaf-actor");
+use crate::station::StopEpoch;
 
 /// A lease that runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +21,21 @@ pub struct Lease {
     pub holder: String,
     /// When it ends, unless renewed.
     pub ends_at: Instant,
+    /// When something was commanded with it last.
+    commanded_at: Instant,
+    /// Whether its end was told; it stays on the desk so that its holder hears "expired".
+    collected: bool,
+}
+
+impl Lease {
+    fn runs(&self, now: Instant) -> bool {
+        self.ends_at > now
+    }
+
+    /// Five more seconds, but not beyond the time without a command.
+    fn renewed(&mut self, now: Instant) {
+        self.ends_at = (now + CONTROL_LEASE).min(self.commanded_at + CONTROL_IDLE);
+    }
 }
 
 /// How a lease came about.
@@ -46,10 +55,16 @@ impl ControlDesk {
     /// Takes control if it is free, or from somebody else if that is said explicitly.
     pub fn take(&self, holder: &str, take_over: bool, now: Instant) -> Result<Taken, Problem> {
         let id = Uuid::new_v4().to_string();
-        let lease = Lease { id, holder: holder.to_owned(), ends_at: now + CONTROL_LEASE };
+        let lease = Lease {
+            id,
+            holder: holder.to_owned(),
+            ends_at: now + CONTROL_LEASE,
+            commanded_at: now,
+            collected: false,
+        };
         let mut from = None;
         let taken = self.0.send_if_modified(|desk| {
-            from = desk.as_ref().filter(|present| present.ends_at > now).map(|present| present.holder.clone());
+            from = desk.as_ref().filter(|present| present.runs(now)).map(|present| present.holder.clone());
             let taken = take_over || from.is_none();
             if taken {
                 *desk = Some(lease.clone());
@@ -64,7 +79,7 @@ impl ControlDesk {
 
     /// Who has control now.
     pub fn present(&self, now: Instant) -> Option<Lease> {
-        self.0.borrow().clone().filter(|lease| lease.ends_at > now)
+        self.0.borrow().clone().filter(|lease| lease.runs(now))
     }
 
     /// Tells of every change but the end of a lease that nobody renews: that comes with time alone.
@@ -73,55 +88,94 @@ impl ControlDesk {
     }
 
     /// Holds on for five more seconds.
+    ///
+    /// # Errors
+    /// `control-required` if somebody else is in control or nobody is, `control-expired` if this very lease ran out.
     pub fn renew(&self, id: Option<&str>, now: Instant) -> Result<Lease, Problem> {
-        let mut renewed = Err(nobody());
+        self.hold(id, now, |_| {})
+    }
+
+    /// The same for a command, which keeps control from lapsing.
+    ///
+    /// # Errors
+    /// As [`ControlDesk::renew`].
+    pub fn command(&self, id: Option<&str>, now: Instant) -> Result<Lease, Problem> {
+        self.hold(id, now, |lease| lease.commanded_at = now)
+    }
+
+    fn hold(&self, id: Option<&str>, now: Instant, note: impl Fn(&mut Lease)) -> Result<Lease, Problem> {
+        let mut held = Err(nobody());
         self.0.send_if_modified(|desk| {
-            renewed = match desk.as_mut().filter(|lease| lease.ends_at > now) {
-                Some(lease) if Some(lease.id.as_str()) == id => {
-                    lease.ends_at = now + CONTROL_LEASE;
-                    Ok(lease.clone())
-                }
-                Some(lease) => Err(controlled_by(&lease.holder)),
-                None => Err(nobody()),
+            held = match desk.as_mut() {
+                Some(lease) if Some(lease.id.as_str()) == id => match lease.runs(now) {
+                    true => {
+                        note(lease);
+                        lease.renewed(now);
+                        Ok(lease.clone())
+                    }
+                    false => Err(expired()),
+                },
+                Some(lease) if lease.runs(now) => Err(controlled_by(&lease.holder)),
+                _ => Err(nobody()),
             };
-            renewed.is_ok()
+            held.is_ok()
         });
-        renewed
+        held
     }
 
-    /// Gives control back; giving back what one does not have is no error.
-    pub fn give_back(&self, id: Option<&str>) {
-        self.0.send_if_modified(|desk| desk.take_if(|lease| Some(lease.id.as_str()) == id).is_some());
+    /// Where somebody with the lease `id` stands.
+    pub fn asker(&self, id: Option<&str>, now: Instant) -> Asker {
+        match self.present(now) {
+            None => Asker::WhileNobodyIs,
+            Some(lease) if Some(lease.id.as_str()) == id => Asker::InControl,
+            Some(_) => Asker::WhileAnotherIs,
+        }
     }
 
-    /// Passes if the request carries the lease; a command renews it.
-    pub fn authorize(&self, headers: &HeaderMap) -> Result<Lease, Problem> {
-        let id = header_text(headers, &CONTROL_HEADER)?;
-        self.renew(id.as_deref(), Instant::now())
+    /// On whose word a job of somebody with the lease `id` uses the station.
+    pub fn authority(&self, id: Option<&str>, epoch: StopEpoch, now: Instant) -> Authority {
+        let own = self.present(now).filter(|lease| Some(lease.id.as_str()) == id);
+        Authority { holder: own.map(|lease| lease.holder), epoch }
     }
 
-    /// What a log calls the sender of a request: the holder of the lease that came along, else the name it gives
-    /// itself. Neither is proven.
-    pub fn actor(&self, headers: &HeaderMap) -> String {
-        let id = headers.get(CONTROL_HEADER).and_then(|id| id.to_str().ok());
-        let present = self.present(Instant::now()).filter(|lease| Some(lease.id.as_str()) == id);
-        let holder = present.map(|lease| lease.holder);
-        holder.or_else(|| own_name(headers)).unwrap_or_else(|| "rest".to_owned())
+    /// Takes a lease that ran out off the desk, once, and says whose it was.
+    pub fn collect_expired(&self, now: Instant) -> Option<Lease> {
+        let mut expired = None;
+        self.0.send_if_modified(|desk| {
+            let ran_out = desk.as_ref().is_some_and(|lease| !lease.runs(now) && !lease.collected);
+            if ran_out && let Some(lease) = desk {
+                lease.collected = true;
+                expired = Some(lease.clone());
+            }
+            ran_out
+        });
+        expired
+    }
+
+    /// Gives control back and returns the lease; giving back what one does not have is no error.
+    pub fn give_back(&self, id: Option<&str>) -> Option<Lease> {
+        let mut given_back = None;
+        self.0.send_if_modified(|desk| {
+            given_back = desk.take_if(|lease| Some(lease.id.as_str()) == id);
+            given_back.is_some()
+        });
+        given_back
     }
 }
 
-/// The name that a request gives its sender, where it is one.
-fn own_name(headers: &HeaderMap) -> Option<String> {
-    let name = std::str::from_utf8(headers.get(ACTOR_HEADER)?.as_bytes()).ok()?;
-    label(name, "").ok().map(|()| name.trim().to_owned())
-}
-
-fn controlled_by(holder: &str) -> Problem {
-    Problem::new(ProblemKind::ControlRequired, format!("{holder} controls the station"))
+/// The refusal while somebody else is in control.
+pub fn controlled_by(holder: &str) -> Problem {
+    Problem::new(ProblemKind::ControlRequired, format!("{holder} is in control of the station"))
         .remedy("ask, or take over with POST /api/v1/station/control {\"holder\":\"…\",\"take_over\":true}")
 }
 
-fn nobody() -> Problem {
+fn expired() -> Problem {
+    Problem::new(ProblemKind::ControlExpired, "the control lease has expired")
+        .remedy("take control again with POST /api/v1/station/control {\"holder\":\"…\"}")
+}
+
+/// The refusal of a command without a lease while nobody is in control.
+pub fn nobody() -> Problem {
     Problem::new(ProblemKind::ControlRequired, "the request carries no control lease that runs").remedy(
         "take control with POST /api/v1/station/control {\"holder\":\"…\"}, send its id as Sheaf-Control, renew it",
     )
@@ -131,8 +185,6 @@ fn nobody() -> Problem {
 mod tests {
     use std::time::Duration;
 
-    use axum::http::HeaderValue;
-
     use super::*;
 
     #[test]
@@ -141,7 +193,7 @@ mod tests {
         let anna = desk.take("Anna", false, now).unwrap();
         assert_eq!(anna.from, None);
         let refused = desk.take("Ben", false, now).unwrap_err();
-        assert_eq!((refused.status, refused.detail.as_str()), (409, "Anna controls the station"));
+        assert_eq!((refused.status, refused.detail.as_str()), (409, "Anna is in control of the station"));
         assert_eq!(desk.present(now).map(|lease| lease.holder).as_deref(), Some("Anna"));
         let ben = desk.take("Ben", true, now).unwrap();
         assert_eq!(ben.from.as_deref(), Some("Anna"));
@@ -153,20 +205,40 @@ mod tests {
     }
 
     #[test]
-    fn a_log_names_the_holder_of_the_lease_else_the_name_that_came_along() {
-        let desk = ControlDesk::default();
-        let anna = desk.take("Anna", false, Instant::now()).unwrap().lease.id;
-        let check = |control: &str, name: &[u8], expected: &str| {
-            let mut headers = HeaderMap::new();
-            headers.insert(CONTROL_HEADER, control.parse().unwrap());
-            headers.insert(ACTOR_HEADER, HeaderValue::from_bytes(name).unwrap());
-            assert_eq!(desk.actor(&headers), expected, "{control} {name:?}");
-        };
-        check(&anna, b"Ben", "Anna");
-        check("no lease", " J\u{fc}rgen ".as_bytes(), "J\u{fc}rgen");
-        check("no lease", b"", "rest");
-        check("no lease", b"\xff\xfe", "rest");
-        check("no lease", &[b'n'; 200], "rest");
-        assert_eq!(desk.actor(&HeaderMap::new()), "rest");
+    fn a_lease_that_ran_out_is_called_expired_until_somebody_takes_control() {
+        let (desk, now) = (ControlDesk::default(), Instant::now());
+        let anna = desk.take("Anna", false, now).unwrap().lease.id;
+        let later = now + Duration::from_secs(6);
+        let refused = desk.command(Some(&anna), later).unwrap_err();
+        assert_eq!(refused.r#type, "urn:sheaf:problem:control-expired");
+        assert_eq!(desk.collect_expired(later).map(|lease| lease.holder).as_deref(), Some("Anna"));
+        assert_eq!(desk.collect_expired(later), None, "its end is told once");
+        assert_eq!(desk.asker(Some(&anna), later), Asker::WhileNobodyIs);
+        desk.take("Ben", false, later).unwrap();
+        let refused = desk.command(Some(&anna), later).unwrap_err();
+        assert_eq!(refused.detail, "Ben is in control of the station");
+    }
+
+    #[test]
+    fn control_lapses_two_minutes_after_the_last_command_however_often_it_is_renewed() {
+        let (desk, begun) = (ControlDesk::default(), Instant::now());
+        let anna = desk.take("Anna", false, begun).unwrap().lease.id;
+        let at = |s: u64| begun + Duration::from_secs(s);
+        (1..30).for_each(|n| drop(desk.renew(Some(&anna), at(4 * n)).unwrap()));
+        desk.command(Some(&anna), at(119)).unwrap();
+        (30..59).for_each(|n| drop(desk.renew(Some(&anna), at(4 * n)).unwrap()));
+        let lapsed = desk.renew(Some(&anna), at(240)).unwrap_err();
+        assert_eq!(lapsed.r#type, "urn:sheaf:problem:control-expired");
+    }
+
+    #[test]
+    fn a_job_keeps_the_holder_it_was_accepted_under() {
+        let (desk, now) = (ControlDesk::default(), Instant::now());
+        let epoch = crate::station::StopEpoch::default();
+        let unattended = desk.authority(None, epoch, now);
+        let anna = desk.take("Anna", false, now).unwrap().lease.id;
+        assert!(!unattended.may_begin(Some("Anna")) && unattended.may_begin(None));
+        let hers = desk.authority(Some(&anna), epoch, now);
+        assert!(hers.may_begin(Some("Anna")) && hers.may_begin(None) && !hers.may_begin(Some("Ben")));
     }
 }

@@ -3,7 +3,9 @@
 use axum::http::HeaderMap;
 
 use crate::app::App;
+use crate::control::{Ask, Authority};
 use crate::http::answers::Reply;
+use crate::http::control::admit;
 use crate::http::dto::jobs::{JobDto, job_href};
 use crate::http::idempotency::{Begun, begin};
 use crate::jobs::JobInput;
@@ -22,11 +24,20 @@ pub async fn accept_job(
         Begun::Fresh(once) => once,
     };
     let source = app.control.actor(headers);
+    let authority = authority(app, headers, &input)?;
     let answer = |record: &store::JobRecord| {
         Reply::accepted(job_href(&record.id), &JobDto::from(crate::jobs::JobView::from(record.clone())))
     };
-    let record = app.jobs.submit_with(input, &source, |record| once.changes(&answer(record))).await?;
+    let record = app.jobs.submit_with(input, &source, authority, |record| once.changes(&answer(record))).await?;
     Ok(answer(&record))
+}
+
+/// On whose word the job uses the station; a computation needs nobody's.
+fn authority(app: &App, headers: &HeaderMap, input: &JobInput) -> Result<Authority, Problem> {
+    if input.needs_station() {
+        return admit(app, headers, Ask::StartJob);
+    }
+    Ok(Authority { holder: None, epoch: app.station.stop_epoch() })
 }
 
 /// Runs what blocks or calculates away from the threads that answer.

@@ -3,11 +3,13 @@
 pub mod answers;
 pub mod control;
 pub mod conversions;
+mod detached;
 pub mod dto;
 pub mod etag;
 pub mod extract;
 pub mod guard;
 pub mod headers;
+mod heavy;
 pub mod idempotency;
 pub mod metering;
 pub mod openapi;
@@ -36,7 +38,9 @@ pub fn router(app: App) -> Router {
         .route("/api/v1/stream", axum::routing::get(crate::ws::stream))
         .fallback(problems::no_such_path)
         .method_not_allowed_fallback(problems::no_such_method)
-        .with_state(app)
+        .with_state(app.clone())
+        .layer(from_fn_with_state(app, detached::detached))
+        .layer(from_fn_with_state(heavy::Places::default(), heavy::limit))
         // The limits of bodies are each reader's own: `extract` and the upload of captures.
         .layer(DefaultBodyLimit::disable())
         .layer(from_fn_with_state(guard, guard::guard))

@@ -40,6 +40,13 @@ pub async fn no_such_method(method: axum::http::Method, uri: axum::http::Uri) ->
         .remedy("the header Allow names the methods that do")
 }
 
+/// The runtime ended a request before its end.
+pub fn cut_off(cause: &tokio::task::JoinError) -> Response {
+    Problem::new(ProblemKind::Unavailable, "the service ended before the request did")
+        .because(cause.to_string())
+        .into_response()
+}
+
 /// A handler panicked: a defect, told without its inside.
 pub fn panicked(panic: Box<dyn std::any::Any + Send + 'static>) -> Response {
     let text = panic.downcast_ref::<String>().cloned();

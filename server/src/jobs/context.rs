@@ -1,6 +1,7 @@
 //! What a job gets to work with, and how it ends.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use scanning::{FileError, ScanError};
 use store::{Artifacts, Change, ResultRef};
@@ -8,13 +9,17 @@ use store::{Artifacts, Change, ResultRef};
 use crate::cancel::CancelFlag;
 use crate::captures::Captures;
 use crate::config::Config;
+use crate::control::Authority;
 use crate::failure::Failure;
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
 use crate::problem::Problem;
 use crate::progress::{JobVoice, Phase, Reporter, Step, Tell};
-use crate::station::StationHandle;
+use crate::station::{Purpose, StationHandle, StationLease, StationRefusal};
 use crate::stored_scan::disk_problem;
+
+/// Time between two attempts to take a station that is busy for a moment.
+const STATION_RETRY: Duration = Duration::from_millis(20);
 
 /// What a job gets to work with; a job runs on a thread of its own and may block.
 pub struct JobContext {
@@ -32,6 +37,8 @@ pub struct JobContext {
     pub captures: Captures,
     /// The hardware.
     pub station: StationHandle,
+    /// On whose word the job uses it.
+    pub authority: Authority,
     /// What browsers see while it runs.
     pub live: LiveBus,
     pub(super) runtime: tokio::runtime::Handle,
@@ -90,6 +97,22 @@ impl JobContext {
     /// Ends the job if that was asked for.
     pub fn go_on(&self) -> Result<(), JobEnd> {
         if self.cancel.is_cancelled() { Err(JobEnd::Cancelled) } else { Ok(()) }
+    }
+
+    /// Takes the station; waits while a session's photograph or a motion by hand has it.
+    ///
+    /// # Errors
+    /// [`JobEnd::Cancelled`] after a Stop or a cancellation, else why the station cannot be had.
+    pub fn take_station(&self, activity: &str) -> Result<StationLease, JobEnd> {
+        loop {
+            self.go_on()?;
+            let purpose =
+                Purpose { job_id: self.id.clone(), activity: activity.to_owned(), epoch: self.authority.epoch };
+            match self.station.lease(purpose) {
+                Err(StationRefusal::Busy { .. }) => std::thread::sleep(STATION_RETRY),
+                taken => return Ok(taken?),
+            }
+        }
     }
 
     /// Waits for something asynchronous from the job's thread.

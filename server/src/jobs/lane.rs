@@ -6,14 +6,19 @@ use std::sync::Arc;
 use store::JobRecord;
 
 use crate::cancel::CancelFlag;
+use crate::control::Authority;
 use crate::jobs::board::Board;
 use crate::jobs::input::JobInput;
 
 /// A job that waits.
 #[derive(Clone)]
-pub(super) struct Waiting {
+pub struct Waiting {
+    /// As stored.
     pub record: JobRecord,
+    /// What it is to do.
     pub input: JobInput,
+    /// On whose word it takes the station.
+    pub authority: Authority,
 }
 
 /// A job that runs.
@@ -22,6 +27,7 @@ pub(super) struct Running {
     pub id: String,
     pub cancel: CancelFlag,
     pub board: Arc<Board>,
+    pub authority: Authority,
 }
 
 /// Jobs that run one at a time.
@@ -34,9 +40,9 @@ pub(super) struct Lane {
 }
 
 impl Lane {
-    /// The job to begin now, if one waits and none runs; it counts as running from here on.
-    pub fn next(&mut self) -> Option<(Waiting, Running)> {
-        if self.closed || self.running.is_some() {
+    /// The job to begin now, if one waits that may and none runs; it counts as running from here on.
+    pub fn next(&mut self, may_begin: impl Fn(&Waiting) -> bool) -> Option<(Waiting, Running)> {
+        if self.closed || self.running.is_some() || !self.waiting.front().is_some_and(may_begin) {
             return None;
         }
         let waiting = self.waiting.pop_front()?;
@@ -44,6 +50,7 @@ impl Lane {
             id: waiting.record.id.clone(),
             cancel: CancelFlag::default(),
             board: Arc::new(Board::new(waiting.record.clone())),
+            authority: waiting.authority.clone(),
         };
         self.running = Some(running.clone());
         Some((waiting, running))

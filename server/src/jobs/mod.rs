@@ -26,6 +26,7 @@ pub use context::{Done, JobContext, JobEnd};
 pub use input::{
     CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanMode, ScanSource, Source, VerifyInput,
 };
+pub use lane::Waiting;
 
 use std::sync::Arc;
 
@@ -35,7 +36,7 @@ use tokio::sync::watch;
 
 use crate::captures::Captures;
 use crate::config::Config;
-use crate::jobs::lane::Waiting;
+use crate::control::{Authority, ControlDesk};
 use crate::jobs::params::{FREE_FLOOR_BYTES, QUEUE_LIMIT, RETRY_AFTER_S};
 use crate::jobs::run::Procedure;
 use crate::jobs::runner::End;
@@ -43,7 +44,7 @@ use crate::ledger::{Ledger, event};
 use crate::live::LiveBus;
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Step;
-use crate::station::StationHandle;
+use crate::station::{StationHandle, StationRefusal};
 use crate::wall_clock::now_ms;
 use queue::Queue;
 
@@ -77,6 +78,8 @@ pub struct JobParts {
     pub captures: Captures,
     /// The hardware.
     pub station: StationHandle,
+    /// Who is in control.
+    pub control: ControlDesk,
     /// What is seen at this moment.
     pub live: LiveBus,
     /// Bytes free on the disk of the data directory.
@@ -106,10 +109,12 @@ impl Jobs {
         for row in &waiting.damaged {
             tracing::error!(job = row.id, "a waiting job is damaged in the database and will not be done");
         }
+        let authority = queue.nobodys_authority();
         for record in waiting.records {
             let end = match serde_json::from_value::<JobInput>(record.input.clone()) {
                 Ok(input) if !input.needs_station() => {
-                    queue.push(Waiting { record, input });
+                    // A computation waits for no Stop.
+                    let _ = queue.push(Waiting { record, input, authority: authority.clone() });
                     continue;
                 }
                 Ok(_) => End::interrupted("the service was restarted while the job waited for the station"),
@@ -127,21 +132,28 @@ impl Jobs {
     /// Accepts a job and nothing else.
     #[cfg(test)]
     pub async fn submit(&self, input: JobInput, source: &str) -> Result<JobRecord, Problem> {
-        self.submit_with(input, source, |_| Vec::new()).await
+        let authority = self.0.nobodys_authority();
+        self.submit_with(input, source, authority, |_| Vec::new()).await
     }
 
-    /// Accepts a job durably; `source` says who asked. What `and` returns, such as the answer that is kept for the
-    /// request's key, is stored in the same transaction or not at all.
+    /// Accepts a job durably; `source` says who asked, `authority` on whose word it takes the station. What `and`
+    /// returns, such as the answer that is kept for the request's key, is stored in the same transaction or not at
+    /// all. A job that a Stop meets on its way is accepted and cancelled.
     ///
     /// # Errors
-    /// A problem: `too-many` with a full queue, `storage-full`, `impossible` for an input that cannot work.
+    /// A problem: `halted` if it needs a station that was stopped, `too-many` with a full queue, `storage-full`,
+    /// `impossible` for an input that cannot work.
     pub async fn submit_with(
         &self,
         input: JobInput,
         source: &str,
+        authority: Authority,
         and: impl FnOnce(&JobRecord) -> Vec<Change>,
     ) -> Result<JobRecord, Problem> {
         let queue = &self.0;
+        if input.needs_station() && queue.parts.station.is_halted() {
+            return Err(StationRefusal::Halted.into());
+        }
         let needed_bytes = check::check(&input, &queue.parts).await?;
         let _turn = queue.turn.lock().await;
         queue.check_room(FREE_FLOOR_BYTES.saturating_add(needed_bytes))?;
@@ -151,8 +163,10 @@ impl Jobs {
         let told = json!({ "id": record.id, "kind": record.kind, "state": "queued", "source": source });
         changes.push(event("job.queued", &record.id, told));
         queue.parts.ledger.commit(changes).await?;
-        queue.push(Waiting { record: record.clone(), input });
-        queue.publish(record.clone().into());
+        match queue.push(Waiting { record: record.clone(), input, authority }) {
+            Ok(()) => queue.publish(record.clone().into()),
+            Err(stopped) => self.end_jobs(vec![*stopped], &stopped_on_its_way(), source, Vec::new()).await?,
+        }
         queue.advance();
         Ok(record)
     }
@@ -193,19 +207,60 @@ impl Jobs {
         self.0.progress.subscribe()
     }
 
-    /// After Stop: ends the running station job and takes the station jobs that wait out of the queue.
-    pub async fn stop_station_jobs(&self, actor: &str) {
-        let queue = &self.0;
-        // At once, before anything that could wait.
-        queue.cancel_running_station_job();
-        let _turn = queue.turn.lock().await;
+    /// After the stop line was pulled: empties the station's queue and ends the job that has it. Waits for nothing;
+    /// the jobs that it returns are to be given to [`Jobs::end_cleared_jobs`].
+    pub fn clear_station_jobs(&self) -> Vec<Waiting> {
+        self.0.clear_station()
+    }
+
+    /// Stores that these jobs were ended by a Stop, and `also`, in one transaction.
+    ///
+    /// # Errors
+    /// If the catalogue cannot be written; the next start calls the jobs interrupted.
+    pub async fn end_cleared_jobs(
+        &self,
+        cleared: Vec<Waiting>,
+        actor: &str,
+        also: Vec<Change>,
+    ) -> Result<(), StoreError> {
         let end = End::cancelled(&format!("the station was stopped by {actor}"));
-        for id in queue.waiting_for_station() {
-            if let Err(problem) = queue.cancel_waiting(&id, &end, actor).await {
-                tracing::error!(job = %id, problem = %problem.detail, "a waiting job cannot be cancelled after Stop");
-            }
+        self.end_jobs(cleared, &end, actor, also).await
+    }
+
+    async fn end_jobs(
+        &self,
+        ended: Vec<Waiting>,
+        end: &End,
+        actor: &str,
+        also: Vec<Change>,
+    ) -> Result<(), StoreError> {
+        let at_ms = now_ms();
+        let mut changes = also;
+        for waiting in &ended {
+            changes.extend(end.changes(&waiting.record.id, waiting.input.kind(), Some(actor), at_ms));
         }
-        queue.cancel_running_station_job();
+        let stored = self.0.parts.ledger.commit(changes).await;
+        for waiting in ended {
+            let mut record = waiting.record;
+            record.state = end.state();
+            self.0.publish(record.into());
+        }
+        stored.map(drop)
+    }
+
+    /// Whether a job waits for the station or has it; one that has ended does not.
+    pub fn is_station_job(&self, id: &str) -> bool {
+        self.0.is_station_job(id)
+    }
+
+    /// Looks whether a job may begin that waited for somebody to give control back.
+    pub fn look_again(&self) {
+        self.0.advance();
+    }
+
+    /// Begins nothing any more.
+    pub fn close(&self) {
+        self.0.close();
     }
 
     /// Begins nothing any more, ends what runs as interrupted, and waits for that.
@@ -221,6 +276,10 @@ fn now(record: JobRecord, running: &[JobView]) -> JobView {
         Some(view) => view.clone(),
         None => record.into(),
     }
+}
+
+fn stopped_on_its_way() -> End {
+    End::cancelled("the station was stopped while the job was accepted")
 }
 
 fn queued_record(input: &JobInput, source: &str) -> Result<JobRecord, Problem> {
@@ -245,6 +304,11 @@ fn queued_record(input: &JobInput, source: &str) -> Result<JobRecord, Problem> {
 }
 
 impl Queue {
+    /// The authority of who is not in control, now.
+    fn nobodys_authority(&self) -> Authority {
+        Authority { holder: None, epoch: self.parts.station.stop_epoch() }
+    }
+
     fn check_room(&self, needed_bytes: u64) -> Result<(), Problem> {
         if self.is_closing() {
             return Err(Problem::new(ProblemKind::Unavailable, "the service is shutting down")

@@ -56,14 +56,48 @@ impl Queue {
         self.this.upgrade().expect("a method runs while the queue lives")
     }
 
-    pub fn push(&self, waiting: Waiting) {
-        self.lanes()[lane_of(&waiting)].waiting.push_back(waiting);
+    /// Lets a job wait for its turn; given back if the station was stopped since it was authorised.
+    pub fn push(&self, waiting: Waiting) -> Result<(), Box<Waiting>> {
+        let lane_idx = lane_of(&waiting);
+        let mut lanes = self.lanes();
+        // Under the lock that empties the lane after a Stop: it is either refused here or taken out there.
+        if lane_idx == STATION && waiting.authority.epoch != self.parts.station.stop_epoch() {
+            return Err(Box::new(waiting));
+        }
+        lanes[lane_idx].waiting.push_back(waiting);
+        Ok(())
+    }
+
+    /// After the stop line was pulled: takes all out that waits for the station, and ends what has it. Waits for
+    /// nothing.
+    pub fn clear_station(&self) -> Vec<Waiting> {
+        let mut lanes = self.lanes();
+        let lane = &mut lanes[STATION];
+        if let Some(running) = &lane.running {
+            running.cancel.cancel();
+        }
+        std::mem::take(&mut lane.waiting).into()
+    }
+
+    /// Whether the front job of the station's lane may begin, as far as control goes.
+    fn may_begin(&self, waiting: &Waiting) -> bool {
+        let in_control = self.parts.control.present(std::time::Instant::now()).map(|lease| lease.holder);
+        waiting.authority.may_begin(in_control.as_deref())
+    }
+
+    /// Begins nothing any more.
+    pub fn close(&self) {
+        self.closing.store(true, Ordering::SeqCst);
+        for lane in self.lanes().iter_mut() {
+            lane.closed = true;
+        }
     }
 
     /// Begins what can begin.
     pub fn advance(&self) {
         for lane_idx in [STATION, COMPUTATION] {
-            let Some((waiting, running)) = self.lanes()[lane_idx].next() else { continue };
+            let may_begin = |waiting: &Waiting| lane_idx != STATION || self.may_begin(waiting);
+            let Some((waiting, running)) = self.lanes()[lane_idx].next(may_begin) else { continue };
             let queue = self.this();
             let thread = std::thread::Builder::new().name(format!("job-{}", waiting.input.kind()));
             let spawned = thread.spawn(move || {
@@ -103,14 +137,12 @@ impl Queue {
         }
     }
 
-    pub fn cancel_running_station_job(&self) {
-        if let Some(running) = &self.lanes()[STATION].running {
-            running.cancel.cancel();
-        }
-    }
-
-    pub fn waiting_for_station(&self) -> Vec<String> {
-        self.lanes()[STATION].waiting.iter().map(|waiting| waiting.record.id.clone()).collect()
+    /// Whether the job waits for the station, or has it.
+    pub fn is_station_job(&self, id: &str) -> bool {
+        let lanes = self.lanes();
+        let lane = &lanes[STATION];
+        lane.waiting.iter().any(|waiting| waiting.record.id == id)
+            || lane.running.as_ref().is_some_and(|running| running.id == id)
     }
 
     pub fn n_waiting(&self) -> usize {
@@ -145,10 +177,7 @@ impl Queue {
     }
 
     pub async fn shut_down(&self) {
-        self.closing.store(true, Ordering::SeqCst);
-        for lane in self.lanes().iter_mut() {
-            lane.closed = true;
-        }
+        self.close();
         self.cancel_running(|_| true);
         let all_ended = async {
             loop {

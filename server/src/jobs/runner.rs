@@ -5,9 +5,9 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 use store::{Change, JobOutcome, JobState, ResultRef, StoreError};
 
-use crate::jobs::lane::{Running, Waiting};
+use crate::jobs::lane::Running;
 use crate::jobs::params::{CHECKPOINT_INTERVAL, PUBLISH_INTERVAL};
-use crate::jobs::{Done, JobContext, JobEnd, Queue, run};
+use crate::jobs::{Done, JobContext, JobEnd, Queue, Waiting, run};
 use crate::ledger::event;
 use crate::problem::Problem;
 use crate::wall_clock::now_ms;
@@ -133,6 +133,7 @@ impl Queue {
             artifacts: parts.artifacts,
             captures: parts.captures,
             station: parts.station,
+            authority: running.authority.clone(),
             live: parts.live,
             runtime: self.runtime.clone(),
             progress: Arc::new(move |fraction, step, words| board.report(fraction, step, words)),

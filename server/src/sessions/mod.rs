@@ -337,7 +337,8 @@ impl Sessions {
     }
 
     fn photographer(&self, id: &str, body: &SessionBody, activity: &str) -> Result<Photographer, Problem> {
-        let purpose = Purpose { job_id: id.to_owned(), activity: activity.to_owned() };
+        let epoch = self.station.stop_epoch();
+        let purpose = Purpose { job_id: id.to_owned(), activity: activity.to_owned(), epoch };
         let lease: StationLease = self.station.lease(purpose)?;
         Ok(Photographer::new(lease, CancelFlag::default(), body.exposures))
     }

@@ -9,7 +9,9 @@ use vision::GreyImage;
 
 use crate::station::exposures::{Delivered, Exposures};
 use crate::station::frame::SharedFrame;
-use crate::station::params::{CAMERA_SILENCE, GRAB_WAIT, PROBE_CAMERA, SILENT_PERIODS};
+use crate::station::params::{
+    CAMERA_SILENCE, FRAME_TRANSFER, GRAB_WAIT, PROBE_CAMERA, RENDERING_PATIENCE, SILENT_PERIODS,
+};
 use crate::station::pool::{Pool, empty_image, pool};
 use crate::station::status::DropCounts;
 
@@ -63,13 +65,13 @@ pub struct Acquisition {
     lost: Lost,
     totals: Arc<DropCounts>,
     heard_at: Instant,
+    asked_at: Instant,
     probed_at: Instant,
-    patience: Duration,
 }
 
 impl Acquisition {
-    /// Over a camera that was just opened; counts what is lost into `totals`, waits longer by `patience`.
-    pub fn new(device: Box<dyn Camera>, totals: Arc<DropCounts>, patience: Duration) -> Self {
+    /// Over a camera that was just opened; counts what is lost into `totals`.
+    pub fn new(device: Box<dyn Camera>, totals: Arc<DropCounts>) -> Self {
         let now = Instant::now();
         Self {
             device,
@@ -80,15 +82,34 @@ impl Acquisition {
             lost: Lost::default(),
             totals,
             heard_at: now,
+            asked_at: now,
             probed_at: now,
-            patience,
         }
     }
 
     /// How long an exposure may take from the trigger to the frame.
     pub fn grab_limit(&self) -> Duration {
-        let exposure_s = (self.settings().exposure_us * 1e-6).clamp(0.0, 60.0);
-        Duration::from_secs_f64(exposure_s) + GRAB_WAIT + self.patience
+        exposure(&self.settings()) + GRAB_WAIT
+    }
+
+    /// Whether a frame that was asked for at `since` is still being computed by a simulated camera.
+    pub fn is_computing(&self, since: Instant, now: Instant) -> bool {
+        now.saturating_duration_since(since) < RENDERING_PATIENCE && self.device.is_computing()
+    }
+
+    /// When the next frame is due, if one is expected; the light it needs goes out soon after.
+    pub fn frame_due(&self, now: Instant) -> Option<Instant> {
+        if !self.expects_frames() {
+            return None;
+        }
+        let settings = self.settings();
+        let (since, period_s) = match settings.trigger {
+            Trigger::Free => (self.heard_at, 1.0 / settings.frame_rate_hz.max(SLOWEST_HZ)),
+            Trigger::Software => (self.asked_at, 0.0),
+            Trigger::Hardware => (self.heard_at, 0.0),
+        };
+        let due = since + Duration::from_secs_f64(period_s) + exposure(&settings) + FRAME_TRANSFER;
+        Some(if self.is_computing(since, now) { due.max(now) } else { due })
     }
 
     /// The camera itself, for what does not concern frames.
@@ -146,6 +167,7 @@ impl Acquisition {
     pub fn trigger(&mut self) -> Result<(), CameraError> {
         self.device.trigger()?;
         self.exposures.ask();
+        self.asked_at = Instant::now();
         Ok(())
     }
 
@@ -195,6 +217,11 @@ impl Acquisition {
         self.device.next_frame(&mut self.spare, Duration::ZERO).map(drop)
     }
 
+    /// For how long nothing was heard of it.
+    pub fn silent_for(&self) -> Duration {
+        self.heard_at.elapsed()
+    }
+
     /// For how long a free-running camera has been silent, once that is too long.
     pub fn silence(&self, now: Instant) -> Option<Duration> {
         let settings = self.settings();
@@ -202,9 +229,9 @@ impl Acquisition {
             return None;
         }
         let period_s = SILENT_PERIODS / settings.frame_rate_hz.max(1e-3) + settings.exposure_us * 1e-6;
-        let limit = CAMERA_SILENCE.max(Duration::from_secs_f64(period_s)) + self.patience;
+        let limit = CAMERA_SILENCE.max(Duration::from_secs_f64(period_s));
         let silent = now.saturating_duration_since(self.heard_at);
-        (silent > limit).then_some(silent)
+        (silent > limit && !self.is_computing(self.heard_at, now)).then_some(silent)
     }
 
     fn lose(&mut self, lost: Lost) {
@@ -226,3 +253,11 @@ impl Acquisition {
         Err(CameraError::WrongFrame { width_px, height_px, got_width_px, got_height_px })
     }
 }
+
+/// How long the sensor collects light; longer than a minute is taken for a minute.
+fn exposure(settings: &CameraSettings) -> Duration {
+    Duration::from_secs_f64((settings.exposure_us * 1e-6).clamp(0.0, 60.0))
+}
+
+/// Rate of a free-running camera that states none, or less: light waits no longer than a second for its frames.
+const SLOWEST_HZ: f64 = 1.0;

@@ -9,6 +9,7 @@ use crate::cancel::CancelFlag;
 use crate::station::frame::{FrameStream, SharedFrame};
 use crate::station::handle::{LiveRequest, Manual, Purpose, Sweep};
 use crate::station::refusal::StationRefusal;
+use crate::station::status::Fault;
 
 /// What a call comes back with.
 pub type Answer<T> = Result<T, StationRefusal>;
@@ -52,6 +53,8 @@ pub enum Command {
     Job(u64, JobCall),
     /// The job gives the station back.
     Release(u64, Reply<()>),
+    /// Something outside the station failed: motion and light end, a person has to act.
+    Alarm(Fault),
     /// Look at the stop line.
     Wake,
     /// Darken, stop, end.

@@ -1,7 +1,6 @@
 //! The devices a station is made of, opened from its configuration.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use devices::grbl::{self, GrblConfig};
 use devices::replay::{self, Pace, Pictures, ReplayConfig};
@@ -13,7 +12,7 @@ use twin::{
 use crate::config::{Config, GrblStationConfig, ReplayStationConfig, StationConfig, TwinConfig};
 use crate::station::faults::{fault, fault_of};
 use crate::station::mirror::{Mirror, MirroredLaser, MirroredStage};
-use crate::station::params::{OPEN_LIMIT, RENDERING_PATIENCE};
+use crate::station::params::OPEN_LIMIT;
 use crate::station::status::Fault;
 
 /// Which devices are to be opened.
@@ -51,20 +50,18 @@ pub struct Parts {
     pub simulated: Option<&'static str>,
     /// The virtual operator, where the camera is simulated.
     pub simulation: Option<TwinControl>,
-    /// Added to every wait for a frame.
-    pub patience: Duration,
 }
 
 /// The parts that the configuration names.
 pub fn parts(config: &Config) -> Parts {
     match &config.station {
         StationConfig::Twin(twin) => match simulated(twin) {
-            Ok(station) => Parts { patience: RENDERING_PATIENCE, ..twinned(station, twin.frame_rate_hz) },
+            Ok(station) => twinned(station, twin.frame_rate_hz),
             Err(fault) => absent("twin", fault),
         },
         StationConfig::Replay(replay) => replayed(replay.clone()),
         StationConfig::Grbl(grbl) => match simulated(&grbl.camera) {
-            Ok(station) => Parts { patience: RENDERING_PATIENCE, ..driven(grbl.clone(), station) },
+            Ok(station) => driven(grbl.clone(), station),
             Err(fault) => absent("twin", fault),
         },
     }
@@ -73,7 +70,7 @@ pub fn parts(config: &Config) -> Parts {
 /// A station that never comes to be.
 fn absent(simulated: &'static str, why: Fault) -> Parts {
     let opener = move |_: Wanted| Opened { faults: vec![why.clone()], ..Opened::default() };
-    Parts { opener: Arc::new(opener), simulated: Some(simulated), simulation: None, patience: Duration::ZERO }
+    Parts { opener: Arc::new(opener), simulated: Some(simulated), simulation: None }
 }
 
 fn simulated(config: &TwinConfig) -> Result<TwinStation, Fault> {
@@ -137,7 +134,7 @@ pub fn twinned(twin: TwinStation, frame_rate_hz: f64) -> Parts {
         laser: wanted.laser.then(|| Box::new(twin.laser()) as Box<dyn Laser>),
         faults: Vec::new(),
     };
-    Parts { opener: Arc::new(opener), simulated: Some("twin"), simulation, patience: Duration::ZERO }
+    Parts { opener: Arc::new(opener), simulated: Some("twin"), simulation }
 }
 
 /// A real stage and laser under a simulated camera, whose world follows what the controller reports.
@@ -158,12 +155,7 @@ pub fn driven(config: GrblStationConfig, twin: TwinStation) -> Parts {
             }
         }
     };
-    Parts {
-        opener: Arc::new(opener),
-        simulated: Some("twin"),
-        simulation: Some(control),
-        patience: Duration::ZERO,
-    }
+    Parts { opener: Arc::new(opener), simulated: Some("twin"), simulation: Some(control) }
 }
 
 fn grbl_config(config: &GrblStationConfig) -> GrblConfig {
@@ -181,7 +173,7 @@ fn replayed(config: ReplayStationConfig) -> Parts {
         Ok((camera, stage, laser)) => opened(wanted, camera, stage, laser),
         Err(error) => Opened { faults: vec![unplayable(&error)], ..Opened::default() },
     };
-    Parts { opener: Arc::new(opener), simulated: Some("replay"), simulation: None, patience: Duration::ZERO }
+    Parts { opener: Arc::new(opener), simulated: Some("replay"), simulation: None }
 }
 
 fn unplayable(error: &replay::ReplayError) -> Fault {

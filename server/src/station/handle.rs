@@ -3,7 +3,7 @@
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use devices::{AcceptedMove, CameraRequest};
 use tokio::sync::{oneshot, watch};
@@ -16,11 +16,12 @@ use crate::station::frame::SharedFrame;
 use crate::station::lease::StationLease;
 use crate::station::outlook::{Outlook, first_status};
 use crate::station::owner::Station;
-use crate::station::params::{COMMANDS, LIVE_UNWATCHED, START_WAIT};
+use crate::station::params::{COMMANDS, LIVE_LIGHT_UNWATCHED, LIVE_UNWATCHED, START_WAIT};
 use crate::station::refusal::StationRefusal;
-use crate::station::status::StationStatus;
-use crate::station::stop_line::{StopLine, StopRequest};
+use crate::station::status::{Fault, MachineState, StationStatus};
+use crate::station::stop_line::{StopEpoch, StopLine, StopRequest};
 use crate::station::thread;
+use crate::station::viewers::Viewers;
 
 /// Everyone's access to the station.
 #[derive(Clone)]
@@ -31,10 +32,26 @@ pub struct StationHandle {
 struct Shared {
     commands: SyncSender<Command>,
     stop_line: Arc<StopLine>,
+    viewers: Arc<Viewers>,
     status: watch::Sender<Arc<StationStatus>>,
     newest: watch::Sender<Option<SharedFrame>>,
     thread: Mutex<Option<JoinHandle<()>>>,
     simulation: Option<TwinControl>,
+}
+
+/// How long a live view goes on without anyone watching.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Watch {
+    /// Its camera.
+    pub view: Duration,
+    /// Its light.
+    pub light: Duration,
+}
+
+impl Default for Watch {
+    fn default() -> Self {
+        Self { view: LIVE_UNWATCHED, light: LIVE_LIGHT_UNWATCHED }
+    }
 }
 
 /// Who wants the station, shown to people.
@@ -44,6 +61,21 @@ pub struct Purpose {
     pub job_id: String,
     /// In the operator's words: "scanning".
     pub activity: String,
+    /// When it was authorised, see [`StationHandle::stop_epoch`].
+    pub epoch: StopEpoch,
+}
+
+/// Stop was asked for; resolves once the devices were told.
+pub struct ToldToStop(oneshot::Receiver<Result<(), StationRefusal>>);
+
+impl ToldToStop {
+    /// Returns once the devices were told.
+    ///
+    /// # Errors
+    /// Which device could not be told, or that the station is shutting down.
+    pub async fn done(self) -> Result<(), StationRefusal> {
+        self.0.await.unwrap_or(Err(StationRefusal::ShuttingDown))
+    }
 }
 
 /// A person's single command; refused while a job has the station.
@@ -98,9 +130,9 @@ pub struct Sweep {
 
 impl StationHandle {
     /// Starts the station thread and waits until it tried to open its devices; what is absent then is a fault of the
-    /// status, and a reset tries again.
-    pub fn start(config: &Config) -> Self {
-        Self::start_with(parts(config), LIVE_UNWATCHED)
+    /// status, and a reset tries again. `halted`: it was stopped in an earlier life and not reset since.
+    pub fn start(config: &Config, halted: bool) -> Self {
+        Self::start_with(parts(config), Watch::default(), halted)
     }
 
     /// Starts the station thread over a simulated station of any shape.
@@ -108,28 +140,32 @@ impl StationHandle {
     pub fn over_twin(twin: twin::TwinStation) -> Self {
         Self::start_with(
             crate::station::devices::twinned(twin, crate::station::params::TEST_RATE_HZ),
-            LIVE_UNWATCHED,
+            Watch::default(),
+            false,
         )
     }
 
     /// Starts the station thread over these parts.
-    pub(super) fn start_with(parts: Parts, live_unwatched: Duration) -> Self {
+    pub(super) fn start_with(parts: Parts, watch: Watch, halted: bool) -> Self {
         let (commands, receiver) = sync_channel(COMMANDS);
         let (opened, first_opening) = sync_channel(1);
-        let stop_line = Arc::new(StopLine::default());
-        let status = watch::Sender::new(Arc::new(first_status(parts.simulated)));
+        let (stop_line, viewers) = (Arc::new(StopLine::latched(halted)), Arc::new(Viewers::default()));
+        let first_state = if halted { MachineState::Halted } else { MachineState::Preoperational };
+        let status = watch::Sender::new(Arc::new(first_status(parts.simulated, first_state)));
         let newest = watch::Sender::new(None);
         let outlook = Outlook {
             status: status.clone(),
             newest: newest.clone(),
             stop_line: stop_line.clone(),
             simulated: parts.simulated,
-            live_unwatched,
+            viewers: viewers.clone(),
+            live_unwatched: watch.view,
+            live_light_unwatched: watch.light,
             opened: Some(opened),
             published_at: None,
             published: None,
         };
-        let begin = move || thread::run(Station::new(receiver, outlook, parts.opener, parts.patience));
+        let begin = move || thread::run(Station::new(receiver, outlook, parts.opener));
         let thread = std::thread::Builder::new().name("station".to_owned()).spawn(begin);
         if let Err(error) = &thread {
             tracing::error!(%error, "the station thread could not be started");
@@ -137,7 +173,7 @@ impl StationHandle {
         // Late devices are missing devices; they may still come with a reset.
         let _ = first_opening.recv_timeout(START_WAIT);
         let (thread, simulation) = (Mutex::new(thread.ok()), parts.simulation);
-        Self { shared: Arc::new(Shared { commands, stop_line, status, newest, thread, simulation }) }
+        Self { shared: Arc::new(Shared { commands, stop_line, viewers, status, newest, thread, simulation }) }
     }
 
     /// The virtual operator's hands, where the station is simulated.
@@ -156,21 +192,48 @@ impl StationHandle {
     }
 
     /// Follows the frames; the newest wins, whoever made the camera expose.
-    ///
-    /// Whoever holds the receiver watches: the live view goes on until 30 s after the last one was dropped.
     pub fn watch_frames(&self) -> watch::Receiver<Option<SharedFrame>> {
         self.shared.newest.subscribe()
     }
 
-    /// Stops motion, darkens the laser, ends what runs. Always taken; returns once the devices were told.
-    pub async fn stop(&self, actor: &str) -> Result<(), StationRefusal> {
+    /// Somebody who sees the frames was there at that moment; light of a live view goes out 4 s, the view itself 30 s
+    /// after the last one.
+    pub fn note_viewer(&self, at: Instant) {
+        self.shared.viewers.note(at);
+    }
+
+    /// Stops motion, turns the laser off, ends what runs. Always taken, and latched from here on: nothing that was
+    /// authorised before takes the station again, nothing new does before a reset.
+    pub fn pull_stop(&self, actor: &str) -> ToldToStop {
         let (done, told) = oneshot::channel();
         self.shared.stop_line.pull(StopRequest { actor: actor.to_owned(), done });
-        // A full channel needs no waking: the thread looks at the line before each command.
+        // A full channel needs no waking: the thread looks at the line before each command. One that has ended told
+        // its devices as it did; the sender that is dropped with the line says so.
         if let Err(TrySendError::Disconnected(_)) = self.shared.commands.try_send(Command::Wake) {
-            return Err(StationRefusal::ShuttingDown);
+            drop(self.shared.stop_line.take());
         }
-        told.await.unwrap_or(Err(StationRefusal::ShuttingDown))
+        ToldToStop(told)
+    }
+
+    /// [`StationHandle::pull_stop`], and waits until the devices were told.
+    pub async fn stop(&self, actor: &str) -> Result<(), StationRefusal> {
+        self.pull_stop(actor).done().await
+    }
+
+    /// The present epoch, to be kept with what is authorised now.
+    pub fn stop_epoch(&self) -> StopEpoch {
+        self.shared.stop_line.epoch()
+    }
+
+    /// Whether it was stopped and not reset since.
+    pub fn is_halted(&self) -> bool {
+        self.shared.stop_line.is_latched()
+    }
+
+    /// Something outside the station failed: motion and light end, and a fault says what a person has to do.
+    pub fn alarm(&self, fault: Fault) {
+        // A thread that has ended is dark and at rest.
+        let _ = self.shared.commands.send(Command::Alarm(fault));
     }
 
     /// A person's single command; returns once it was accepted, moves go on.

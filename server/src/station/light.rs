@@ -1,4 +1,5 @@
-//! The laser in the hands of the station thread: its lease is renewed only while someone lives who needs the light.
+//! The laser in the hands of the station thread: light follows frames. It goes out when no frame is due any more,
+//! whoever wanted it and whatever call is under way, and comes back only with the next exposure of whoever wanted it.
 
 use std::time::Instant;
 
@@ -17,7 +18,8 @@ pub struct Light {
     /// When it was switched on; `None`: dark, or gone dark because its user was idle.
     lit_at: Option<Instant>,
     renewed_at: Instant,
-    used_at: Instant,
+    /// No frame is due after this moment.
+    needed_until: Instant,
     polled_at: Option<Instant>,
     changed_at: Instant,
 }
@@ -32,7 +34,7 @@ impl Light {
             wanted: 0.0,
             lit_at: None,
             renewed_at: now,
-            used_at: now,
+            needed_until: now,
             polled_at: None,
             changed_at: now,
         }
@@ -85,29 +87,35 @@ impl Light {
         self.polled_at.is_none_or(|at| now.saturating_duration_since(at) >= period)
     }
 
-    /// Wants light of that power.
+    /// Wants light of that power. Without frames it goes out soon after it has come.
     pub fn want(&mut self, power: f64, now: Instant) -> Result<(), LaserError> {
-        self.used_at = now;
         if !(power > 0.0 && power <= 1.0) {
             return Err(LaserError::BadPower { value: power });
         }
         let state = self.device.switch_on(power, LIGHT_LEASE)?;
         self.wanted = power;
         (self.lit_at, self.renewed_at, self.polled_at) = (Some(now), now, None);
+        // Until it shines: whether it does at all is found out before this ends.
+        self.needed_until = self.needed_until.max(now + LIGHT_UP_LIMIT + LIGHT_IDLE);
         self.take(state, now);
         Ok(())
     }
 
-    /// Its user lives: light that had gone out for idleness comes back.
-    pub fn touch(&mut self, now: Instant) -> Result<(), LaserError> {
-        self.used_at = now;
+    /// A frame is due at `due`: the light that is wanted stays until then, or comes back for it.
+    pub fn serve_frame(&mut self, due: Instant, now: Instant) -> Result<(), LaserError> {
+        self.needed_until = self.needed_until.max(due + LIGHT_IDLE);
         if self.is_wanted() && self.lit_at.is_none() { self.want(self.wanted, now) } else { Ok(()) }
+    }
+
+    /// A frame that is on its way is due at `due`; light that has gone out stays out.
+    pub fn expect_frame(&mut self, due: Instant) {
+        self.needed_until = self.needed_until.max(due + LIGHT_IDLE);
     }
 
     /// Goes dark and stays so.
     pub fn off(&mut self) -> Result<(), LaserError> {
         self.wanted = 0.0;
-        self.doze()
+        self.suspend()
     }
 
     /// Reads the state, renews the lease or lets the light go out.
@@ -115,12 +123,12 @@ impl Light {
     /// # Errors
     /// What the laser reports, and light that went out by itself.
     pub fn tend(&mut self, now: Instant) -> Result<(), LaserError> {
-        if self.lit_at.is_some() && now.saturating_duration_since(self.used_at) > LIGHT_IDLE {
-            self.doze()?;
+        if self.lit_at.is_some() && now > self.needed_until {
+            self.suspend()?;
         }
         if self.lit_at.is_some() && now.saturating_duration_since(self.renewed_at) >= LIGHT_LEASE {
-            // This thread came too late and the lease ran out: no fault of the laser; its user's next call lights it.
-            self.doze()?;
+            // This thread came too late and the lease ran out: no fault of the laser; the next exposure lights it.
+            self.suspend()?;
         }
         if self.lit_at.is_some() && now - self.renewed_at >= LIGHT_RENEWAL {
             self.renewed_at = now;
@@ -137,7 +145,8 @@ impl Light {
         Ok(())
     }
 
-    fn doze(&mut self) -> Result<(), LaserError> {
+    /// Goes dark until the next exposure of whoever wanted the light.
+    pub fn suspend(&mut self) -> Result<(), LaserError> {
         (self.lit_at, self.polled_at) = (None, None);
         self.device.switch_off()
     }
@@ -145,6 +154,9 @@ impl Light {
     fn take(&mut self, state: LaserState, now: Instant) {
         if self.shines() != state.emitting {
             self.changed_at = now;
+            if state.emitting {
+                self.needed_until = now + LIGHT_IDLE;
+            }
         }
         self.state = Some(state);
     }
@@ -174,16 +186,34 @@ mod tests {
     use crate::station::tests::bench::small_twin;
 
     #[test]
-    fn a_lease_that_this_thread_let_run_out_is_no_fault_and_the_users_next_call_lights_again() {
+    fn a_lease_that_this_thread_let_run_out_is_no_fault_and_the_next_exposure_lights_again() {
         let twin = small_twin(twin::TwinOptions::default());
         let mut light = Light::new(Box::new(twin.laser()));
         let now = Instant::now();
         light.want(0.5, now).unwrap();
-        light.touch(now + LIGHT_LEASE).unwrap();
+        light.expect_frame(now + LIGHT_LEASE);
         light.tend(now + LIGHT_LEASE + Duration::from_millis(1)).unwrap();
         light.check_dark().unwrap();
         assert!(!light.shines() && light.is_wanted());
-        light.touch(Instant::now()).unwrap();
+        light.serve_frame(Instant::now(), Instant::now()).unwrap();
         assert!(light.shines());
+    }
+
+    #[test]
+    fn light_goes_out_after_the_last_frame_that_was_due_and_an_expected_frame_does_not_light_it_again() {
+        let twin = small_twin(twin::TwinOptions::default());
+        let mut light = Light::new(Box::new(twin.laser()));
+        let lit = Instant::now();
+        light.want(0.5, lit).unwrap();
+        let due = lit + Duration::from_millis(300);
+        light.expect_frame(due);
+        light.tend(due + LIGHT_IDLE).unwrap();
+        assert!(light.shines(), "a frame was due so long");
+        light.tend(due + LIGHT_IDLE + Duration::from_millis(1)).unwrap();
+        light.check_dark().unwrap();
+        assert!(!light.shines(), "none is due any more");
+        light.expect_frame(Instant::now() + Duration::from_secs(1));
+        light.tend(Instant::now()).unwrap();
+        assert!(!light.shines(), "a frame on its way does not light it");
     }
 }

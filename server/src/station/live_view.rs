@@ -6,13 +6,15 @@ use devices::{CameraRequest, CameraSettings, Trigger};
 
 use crate::station::command::Reply;
 use crate::station::handle::LiveRequest;
+use crate::station::light::Light;
 use crate::station::machine::Event;
 use crate::station::owner::Station;
 use crate::station::refusal::StationRefusal;
 
 /// A running live view.
 pub struct LiveView {
-    watched_at: Instant,
+    /// When it was begun, lit, or asked for a picture.
+    used_at: Instant,
     camera_before: CameraSettings,
 }
 
@@ -42,7 +44,7 @@ impl Station {
         let camera_before = camera.settings();
         camera.configure(&CameraRequest { trigger: Some(Trigger::Free), ..CameraRequest::default() })?;
         camera.start()?;
-        self.live = Some(LiveView { watched_at: Instant::now(), camera_before });
+        self.live = Some(LiveView { used_at: Instant::now(), camera_before });
         self.happen(Event::LiveBegins);
         Ok(())
     }
@@ -53,25 +55,28 @@ impl Station {
         if power == 0.0 {
             return Ok(laser.off()?);
         }
-        if self.live.is_none() {
-            return Err(StationRefusal::NoLiveView);
-        }
+        let Some(live) = &mut self.live else { return Err(StationRefusal::NoLiveView) };
+        live.used_at = Instant::now();
         Ok(laser.want(power, Instant::now())?)
     }
 
-    /// Somebody watches.
+    /// Somebody looks at a picture.
     pub(super) fn watched(&mut self) {
         if let Some(live) = &mut self.live {
-            live.watched_at = Instant::now();
+            live.used_at = Instant::now();
         }
     }
 
+    /// Ends light, then the view, when nobody watches any more. A viewer who comes back finds it dark: only a person
+    /// lights it again.
     pub(super) fn tend_live(&mut self) {
-        if self.outlook.newest.receiver_count() > 0 {
-            self.watched();
+        let Some(live) = &self.live else { return };
+        let unwatched = live.used_at.max(self.outlook.viewers.last_at()).elapsed();
+        if unwatched > self.outlook.live_unwatched {
+            return self.end_live();
         }
-        if self.live.as_ref().is_some_and(|live| live.watched_at.elapsed() > self.outlook.live_unwatched) {
-            self.end_live();
+        if unwatched > self.outlook.live_light_unwatched && self.laser.as_ref().is_some_and(Light::is_wanted) {
+            self.go_dark();
         }
     }
 

@@ -36,25 +36,26 @@ pub fn next(state: MachineState, event: Event) -> Option<MachineState> {
         Preoperational => match event {
             Event::Reached => Some(Operational(Initialized)),
             Event::Fault => Some(Error),
+            Event::Stop => Some(Halted),
             Event::JobBegins | Event::LiveBegins => None,
             _ => Some(Preoperational),
         },
+        // A fault is noted and shown; it changes nothing about who has to act.
         Halted => match event {
-            Event::JobBegins => Some(Operational(SingleExecution)),
-            Event::Fault => Some(Error),
             Event::Reset => Some(Preoperational),
-            Event::LiveBegins => None,
+            Event::JobBegins | Event::LiveBegins => None,
             _ => Some(Halted),
         },
         Error => match event {
             Event::Reset => Some(Preoperational),
+            Event::Stop => Some(Halted),
             Event::JobBegins | Event::LiveBegins => None,
             _ => Some(Error),
         },
         Operational(within) => match (within, event) {
             (_, Event::Fault) => Some(Error),
             (_, Event::Stop) => Some(Halted),
-            (SingleExecution, Event::JobBegins | Event::LiveBegins | Event::Reset) => None,
+            (SingleExecution, Event::JobBegins | Event::LiveBegins) => None,
             (SingleExecution, Event::JobEnds) => Some(Operational(Initialized)),
             (ContinuousExecution, Event::LiveEnds) => Some(Operational(Initialized)),
             (_, Event::Reset) => Some(Preoperational),
@@ -96,12 +97,12 @@ mod tests {
 
     /// One line per state, one letter per event in the order of `EVENTS`: the state after it, `-` refuses.
     const TABLE: [&str; 7] = [
-        "IPPP-P-PPEP", // Preoperational
-        "HHHHSH-HHEP", // Halted
-        "EEEE-E-EEEP", // Error
+        "IPPP-P-PHEP", // Preoperational
+        "HHHH-H-HHHP", // Halted
+        "EEEE-E-EHEP", // Error
         "IIRISICIHEP", // Initialized
         "RRRISRCRHEP", // Ready
-        "SSSS-I-SHE-", // SingleExecution
+        "SSSS-I-SHEP", // SingleExecution
         "CCCCSCCIHEP", // ContinuousExecution
     ];
 
@@ -127,9 +128,14 @@ mod tests {
     }
 
     #[test]
-    fn only_a_reset_leaves_error() {
+    fn only_a_reset_leaves_halted_and_error_and_it_is_accepted_everywhere() {
         for event in EVENTS.into_iter().filter(|event| *event != Event::Reset) {
-            assert!(matches!(next(Error, event), None | Some(Error)), "{event:?} left Error");
+            assert!(matches!(next(Halted, event), None | Some(Halted)), "{event:?} left Halted");
+            assert!(matches!(next(Error, event), None | Some(Error | Halted)), "{event:?} left Error");
+        }
+        for state in STATES {
+            assert_eq!(next(state, Event::Reset), Some(Preoperational), "{state:?}");
+            assert_eq!(next(state, Event::Stop), Some(Halted), "{state:?}");
         }
     }
 }

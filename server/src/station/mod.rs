@@ -33,6 +33,7 @@ mod stopping;
 mod task;
 mod thread;
 mod track;
+mod viewers;
 
 pub use frame::{SharedFrame, StampedFrame};
 pub use handle::{LiveRequest, Manual, Purpose, StationHandle, Sweep};
@@ -42,6 +43,7 @@ pub use refusal::StationRefusal;
 #[cfg(test)]
 pub use status::{DeviceStatus, StateHistory};
 pub use status::{Fault, LaserLight, MachineState, OperationalState, StationStatus};
+pub use stop_line::StopEpoch;
 
 #[cfg(test)]
 mod tests;

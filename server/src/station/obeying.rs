@@ -1,6 +1,6 @@
 //! What the station thread does about each command.
 
-use devices::{AcceptedMove, Trigger};
+use devices::{AcceptedMove, StageCapabilities, Trigger};
 
 use crate::station::command::{Command, JobCall, Reply};
 use crate::station::faults::fault_of;
@@ -8,6 +8,7 @@ use crate::station::handle::{Manual, Purpose};
 use crate::station::machine::Event;
 use crate::station::motion::Motion;
 use crate::station::owner::{Revoked, Station, Tenant};
+use crate::station::params::REPORT_ROUNDING_MM;
 use crate::station::refusal::StationRefusal;
 use crate::station::status::MachineState::{Error, Halted, Operational, Preoperational};
 use crate::station::status::OperationalState::SingleExecution;
@@ -27,6 +28,7 @@ impl Station {
                 self.take_back(lease);
                 self.answer(reply, Ok(()));
             }
+            Command::Alarm(fault) => self.raise(fault),
             Command::Wake => {}
             Command::ShutDown => self.ending = true,
         }
@@ -60,6 +62,7 @@ impl Station {
     /// Whether a person may move or shine now.
     pub(super) fn person_may_act(&self) -> Result<(), StationRefusal> {
         match self.machine {
+            _ if self.outlook.stop_line.is_latched() => Err(StationRefusal::Halted),
             Preoperational | Error => Err(self.in_error()),
             Halted => Err(StationRefusal::Halted),
             Operational(SingleExecution) => Err(StationRefusal::Busy { activity: self.activity().to_owned() }),
@@ -73,9 +76,15 @@ impl Station {
             Manual::Home => Ok(stage.start_home().map(|()| None)?),
             Manual::Move { target_mm, speed_mm_s } => {
                 let speed_mm_s = speed_mm_s.unwrap_or(stage.device().capabilities().max_speed_mm_s);
+                check_speed(speed_mm_s, &stage.device().capabilities())?;
                 Ok(Some(stage.start_move(target_mm, speed_mm_s)?))
             }
-            Manual::Jog { velocity_mm_s } => Ok(stage.jog(velocity_mm_s)?),
+            Manual::Jog { velocity_mm_s } => {
+                if velocity_mm_s != 0.0 {
+                    check_speed(velocity_mm_s.abs(), &stage.device().capabilities())?;
+                }
+                Ok(stage.jog(velocity_mm_s)?)
+            }
             Manual::Laser { power } => self.shine_in_live_view(power).map(|()| None),
             Manual::Configure(_) | Manual::Reset => Ok(None),
         }
@@ -109,7 +118,10 @@ impl Station {
 
     fn give_lease(&mut self, purpose: Purpose, reply: Reply<u64>) {
         let by_hand = self.task.is_some() || self.stage.as_ref().is_some_and(Motion::is_under_way);
+        let stopped_since = purpose.epoch != self.outlook.stop_line.epoch();
         let refusal = match self.machine {
+            _ if stopped_since => Some(StationRefusal::Stopped { actor: self.stopped_by.clone() }),
+            Halted => Some(StationRefusal::Halted),
             Preoperational | Error => Some(self.in_error()),
             Operational(SingleExecution) => Some(StationRefusal::Busy { activity: self.activity().to_owned() }),
             _ if by_hand => Some(StationRefusal::Busy { activity: self.activity().to_owned() }),
@@ -191,4 +203,13 @@ impl Station {
             _ => StationRefusal::Busy { activity: self.activity().to_owned() },
         }
     }
+}
+
+/// A speed must be one that the stage has: neither so slow that it never arrives, nor faster than it can.
+fn check_speed(speed_mm_s: f64, capabilities: &StageCapabilities) -> Result<(), StationRefusal> {
+    let (min_mm_s, max_mm_s) = (capabilities.resolution_mm.max(REPORT_ROUNDING_MM), capabilities.max_speed_mm_s);
+    if (min_mm_s..=max_mm_s).contains(&speed_mm_s) {
+        return Ok(());
+    }
+    Err(StationRefusal::SpeedOutOfRange { speed_mm_s, min_mm_s, max_mm_s })
 }

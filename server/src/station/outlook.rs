@@ -20,6 +20,7 @@ use crate::station::status::{
     DeviceStatus, LaserLight, MachineState, OperationalState, StateHistory, StationStatus,
 };
 use crate::station::stop_line::StopLine;
+use crate::station::viewers::Viewers;
 
 /// The senders of everything the thread shows.
 pub struct Outlook {
@@ -27,8 +28,12 @@ pub struct Outlook {
     pub(super) newest: watch::Sender<Option<SharedFrame>>,
     pub(super) stop_line: Arc<StopLine>,
     pub(super) simulated: Option<&'static str>,
+    /// Who watches.
+    pub(super) viewers: Arc<Viewers>,
     /// How long a live view goes on without anyone watching.
     pub(super) live_unwatched: Duration,
+    /// How long its light does.
+    pub(super) live_light_unwatched: Duration,
     /// Told once the first attempt to open the devices has ended.
     pub(super) opened: Option<SyncSender<()>>,
     pub(super) published_at: Option<Instant>,
@@ -201,9 +206,9 @@ impl Station {
 }
 
 /// The status before anything is known.
-pub fn first_status(simulated: Option<&'static str>) -> StationStatus {
+pub fn first_status(simulated: Option<&'static str>, state: MachineState) -> StationStatus {
     StationStatus {
-        state: MachineState::Preoperational,
+        state,
         state_history: StateHistory::default(),
         activity: "reaching the devices".to_owned(),
         simulated,

@@ -65,23 +65,27 @@ pub struct Station {
     pub(super) calibrated: bool,
     pub(super) stamping: Stamping,
     pub(super) drops: Arc<DropCounts>,
-    pub(super) patience: Duration,
     pub(super) answers: Vec<Box<dyn FnOnce() + Send>>,
+    /// Who stopped it last.
+    pub(super) stopped_by: String,
     pub(super) ending: bool,
 }
 
 impl Station {
-    /// A station that begins to open its devices.
-    pub fn new(commands: Receiver<Command>, outlook: Outlook, opener: Opener, patience: Duration) -> Self {
+    /// A station that begins to open its devices; Halted where the stop line is latched.
+    pub fn new(commands: Receiver<Command>, outlook: Outlook, opener: Opener) -> Self {
         let mut station = Self {
             commands,
-            outlook,
             opener,
             opening: None,
             camera: None,
             stage: None,
             laser: None,
-            machine: MachineState::Preoperational,
+            machine: if outlook.stop_line.is_latched() {
+                MachineState::Halted
+            } else {
+                MachineState::Preoperational
+            },
             history: StateHistory::default(),
             faults: Vec::new(),
             tenant: None,
@@ -95,9 +99,10 @@ impl Station {
             calibrated: false,
             stamping: Stamping::default(),
             drops: Arc::default(),
-            patience,
             answers: Vec::new(),
+            stopped_by: String::new(),
             ending: false,
+            outlook,
         };
         station.history.enter(station.machine);
         station.begin_opening();
@@ -230,7 +235,7 @@ impl Station {
 
     fn install(&mut self, opened: Opened) {
         if let Some(camera) = opened.camera {
-            self.camera = Some(Acquisition::new(camera, self.drops.clone(), self.patience));
+            self.camera = Some(Acquisition::new(camera, self.drops.clone()));
         }
         if let Some(stage) = opened.stage {
             self.stage = Some(Motion::new(stage));
@@ -271,11 +276,13 @@ impl Station {
         if self.ails("laser") {
             return;
         }
-        let approaching = self.run.as_ref().is_some_and(|run| !run.is_running());
-        let (now, in_a_call) = (Instant::now(), self.task.is_some() || approaching);
+        let now = Instant::now();
+        let due = self.camera.as_ref().and_then(|camera| camera.frame_due(now));
         let Some(laser) = &mut self.laser else { return };
-        let touched = if in_a_call { laser.touch(now) } else { Ok(()) };
-        if let Err(error) = touched.and_then(|()| laser.tend(now)) {
+        if let Some(due) = due {
+            laser.expect_frame(due);
+        }
+        if let Err(error) = laser.tend(now) {
             self.fail(error.into());
         }
     }
@@ -294,9 +301,7 @@ impl Station {
     /// At the end: everyone who waits is told.
     pub(super) fn refuse_all(&mut self) {
         self.end_work(|_| StationRefusal::ShuttingDown);
-        if let Some(resetting) = self.resetting.take() {
-            self.answer(resetting.reply, Err(StationRefusal::ShuttingDown));
-        }
+        self.end_reset(|| StationRefusal::ShuttingDown);
         for request in self.outlook.stop_line.take() {
             // Motion and light have ended: that is what was asked for.
             self.answers.push(Box::new(move || drop(request.done.send(Ok(())))));

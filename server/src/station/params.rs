@@ -45,8 +45,8 @@ pub const POSITION_WAIT: Duration = Duration::from_millis(250);
 /// Silence of a free-running camera that counts as a fault; with short exposures named within two seconds.
 pub const CAMERA_SILENCE: Duration = Duration::from_millis(1500);
 
-/// Added to waits for a frame where pictures are computed: a computer with other work to do is late without any fault.
-/// The tests of faults wait without it.
+/// Longest wait for a frame that a simulated camera is still computing: a computer with other work to do is late
+/// without any fault. A camera that computes nothing gets none of it.
 pub const RENDERING_PATIENCE: Duration = Duration::from_secs(15);
 
 /// Frame periods of silence that count as a fault with slow cameras.
@@ -89,14 +89,21 @@ pub const LIGHT_LEASE: Duration = Duration::from_millis(600);
 /// Time between renewals: two may fail before the lease ends.
 pub const LIGHT_RENEWAL: Duration = Duration::from_millis(150);
 
-/// Light goes out when neither frames arrive nor the job calls for this long (promised: half a second).
-pub const LIGHT_IDLE: Duration = Duration::from_millis(400);
+/// Light goes out so long after the last frame that was due (promised: half a second; the rest is the turn of the
+/// thread and the cable).
+pub const LIGHT_IDLE: Duration = Duration::from_millis(350);
+
+/// From the end of an exposure to its frame: 12 megapixels over Gigabit Ethernet.
+pub const FRAME_TRANSFER: Duration = Duration::from_millis(100);
 
 /// Wait for the laser to report light after it was switched on.
 pub const LIGHT_UP_LIMIT: Duration = Duration::from_millis(700);
 
 /// A live view that nobody watches ends after this time.
 pub const LIVE_UNWATCHED: Duration = Duration::from_secs(30);
+
+/// Light of a live view that nobody watches goes out after this time (promised: five seconds).
+pub const LIVE_LIGHT_UNWATCHED: Duration = Duration::from_secs(4);
 
 /// How long a reset tries to reach devices again: a controller that restarts with its port takes two seconds.
 pub const RESET_LIMIT: Duration = Duration::from_secs(4);

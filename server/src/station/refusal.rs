@@ -20,11 +20,21 @@ pub enum StationRefusal {
         remedy: String,
     },
     /// A person stopped it before.
-    #[error("the station was stopped; reset it when it is safe, or start a job")]
+    #[error("the station was stopped; check that the area is clear, take control and reset it")]
     Halted,
     /// Light by hand belongs to a live view.
     #[error("the laser shines only while frames arrive; start the live view first")]
     NoLiveView,
+    /// A speed that this stage does not have.
+    #[error("the stage moves at {min_mm_s} to {max_mm_s} mm/s, not at {speed_mm_s}; choose a speed within")]
+    SpeedOutOfRange {
+        /// What was asked for.
+        speed_mm_s: f64,
+        /// Slowest: one step of its resolution a second.
+        min_mm_s: f64,
+        /// Fastest.
+        max_mm_s: f64,
+    },
     /// More commands wait than the station takes.
     #[error("the station has too many commands to obey; send fewer")]
     TooManyCommands,

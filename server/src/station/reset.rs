@@ -7,32 +7,45 @@ use devices::AcceptedMove;
 use crate::station::command::Reply;
 use crate::station::faults::fault_of;
 use crate::station::machine::Event;
-use crate::station::owner::Station;
+use crate::station::owner::{Revoked, Station};
 use crate::station::params::RESET_LIMIT;
 use crate::station::refusal::StationRefusal;
 use crate::station::status::Fault;
 
+/// What a job is told that a reset ended.
+const RESET: &str = "a reset";
+
 /// A reset under way.
 pub struct Resetting {
     until: Instant,
-    pub(super) reply: Reply<Option<AcceptedMove>>,
+    replies: Vec<Reply<Option<AcceptedMove>>>,
     /// Faults not yet overcome, as last seen.
     open: Vec<Fault>,
 }
 
 impl Station {
-    /// Acknowledges all faults and begins to reach what failed.
+    /// Acknowledges all faults and begins to reach what failed. Accepted in every state: what runs ends, dark and at
+    /// rest; who asks during a reset gets the same answer.
     pub(super) fn begin_reset(&mut self, reply: Reply<Option<AcceptedMove>>) {
-        self.end_live();
-        if self.resetting.is_some() || !self.happen(Event::Reset) {
-            return self.answer(reply, Err(StationRefusal::Busy { activity: self.activity().to_owned() }));
+        if let Some(resetting) = &mut self.resetting {
+            resetting.replies.push(reply);
+            return;
         }
+        self.end_live();
+        if self.tenant.is_some() || self.task.is_some() {
+            let by_reset = || StationRefusal::Stopped { actor: RESET.to_owned() };
+            self.end_work(|_| by_reset());
+            self.go_dark();
+            self.come_to_rest();
+            self.evict(Some(Revoked::Stopped { actor: RESET.to_owned() }));
+        }
+        self.happen(Event::Reset);
         let open = std::mem::take(&mut self.faults);
         for fault in &open {
             self.reach_again(fault);
         }
         self.begin_opening();
-        self.resetting = Some(Resetting { until: Instant::now() + RESET_LIMIT, reply, open });
+        self.resetting = Some(Resetting { until: Instant::now() + RESET_LIMIT, replies: vec![reply], open });
     }
 
     /// Starts what may overcome a fault. Whether it did is asked afterwards.
@@ -62,8 +75,9 @@ impl Station {
         if open.is_empty() && !missing {
             self.faults.clear();
             self.come_back();
+            self.outlook.stop_line.release();
             self.happen(Event::Reached);
-            return self.answer(resetting.reply, Ok(None));
+            return resetting.replies.into_iter().for_each(|reply| self.answer(reply, Ok(None)));
         }
         if !open.is_empty() {
             resetting.open = open;
@@ -76,8 +90,17 @@ impl Station {
             self.note(fault);
         }
         self.happen(if missing { Event::Missing } else { Event::Fault });
-        let refusal = self.in_error();
-        self.answer(resetting.reply, Err(refusal));
+        for reply in resetting.replies {
+            let refusal = self.in_error();
+            self.answer(reply, Err(refusal));
+        }
+    }
+
+    /// Ends a reset before its end: faults that it has not overcome stay.
+    pub(super) fn end_reset(&mut self, why: impl Fn() -> StationRefusal) {
+        let Some(resetting) = self.resetting.take() else { return };
+        resetting.open.into_iter().for_each(|fault| self.note(fault));
+        resetting.replies.into_iter().for_each(|reply| self.answer(reply, Err(why())));
     }
 
     fn faults_found(&mut self) -> Vec<Fault> {

@@ -15,7 +15,7 @@ use crate::station::handle::Sweep;
 use crate::station::light::Light;
 use crate::station::motion::Arrival;
 use crate::station::owner::Station;
-use crate::station::params::{RECORDER_FRAMES, RUN_UP_MARGIN, RUN_UP_TIME};
+use crate::station::params::{LIGHT_IDLE, RECORDER_FRAMES, RUN_UP_MARGIN, RUN_UP_TIME};
 use crate::station::refusal::StationRefusal;
 use crate::station::status::DropCounts;
 
@@ -161,14 +161,20 @@ impl Station {
             self.end_work(|_| StationRefusal::Cancelled);
             return self.rest_after_run();
         }
-        if run.phase == Phase::Approach(false) && self.stage_rests() {
-            let start_mm = run.start_mm();
-            let told = self.move_for_run(start_mm, None);
-            self.enter(Phase::Approach(true), told);
-        } else if run.phase == Phase::Waiting && self.light_is_as_wanted() {
-            let told = self.expose_freely(run.sweep.frame_rate_hz);
-            self.enter(Phase::Starting, told);
-            self.run_off();
+        let (phase, start_mm, rate_hz) = (run.phase, run.start_mm(), run.sweep.frame_rate_hz);
+        match phase {
+            Phase::Approach(false) if self.stage_rests() => {
+                let told = self.move_for_run(start_mm, None);
+                self.enter(Phase::Approach(true), told);
+            }
+            Phase::Waiting if self.light_is_as_wanted() => {
+                let told = self.expose_freely(rate_hz);
+                self.enter(Phase::Starting, told);
+                self.run_off();
+            }
+            // Light without frames on a stage that goes on: the run is lost either way.
+            Phase::Running if self.frames_are_overdue() => self.no_frame_came(),
+            _ => {}
         }
     }
 
@@ -177,7 +183,8 @@ impl Station {
         let Some(run) = &self.run else { return };
         if run.phase == Phase::Approach(true) && matches!(arrival, Arrival::Moved(_)) {
             if self.stage.as_mut().is_some_and(|stage| stage.device().capabilities().follows_frames) {
-                return self.enter(Phase::Waiting, Ok(()));
+                let lit = self.light_for_exposure(Instant::now());
+                return self.enter(Phase::Waiting, lit);
             }
             let rate_hz = run.sweep.frame_rate_hz;
             let told = self.expose_freely(rate_hz);
@@ -250,6 +257,14 @@ impl Station {
         if let Some((reply, stream)) = handed_over {
             self.answer(reply, Ok(stream));
         }
+    }
+
+    /// Whether the light has to go out for want of frames. A recording has neither light nor mass.
+    fn frames_are_overdue(&mut self) -> bool {
+        let now = Instant::now();
+        let follows = self.stage.as_mut().is_some_and(|stage| stage.device().capabilities().follows_frames);
+        let due = self.camera.as_ref().and_then(|camera| camera.frame_due(now));
+        !follows && due.is_some_and(|due| now > due + LIGHT_IDLE)
     }
 
     fn light_is_as_wanted(&self) -> bool {

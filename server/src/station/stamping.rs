@@ -126,14 +126,21 @@ impl Station {
     }
 
     fn deliver(&mut self, frame: SharedFrame, lost: Lost) {
-        if let Some(laser) = &mut self.laser
-            && let Err(error) = laser.touch(Instant::now())
-        {
-            self.fail(error.into());
-        }
+        self.light_for_next_frame();
         self.outlook.show(frame.clone());
         self.record(&frame, lost);
         self.grabbed(&frame);
+    }
+
+    /// A frame arrived: where the camera runs freely the next one needs light as well.
+    fn light_for_next_frame(&mut self) {
+        let now = Instant::now();
+        let due = self.camera.as_ref().and_then(|camera| camera.frame_due(now));
+        if let (Some(laser), Some(due)) = (&mut self.laser, due)
+            && let Err(error) = laser.serve_frame(due, now)
+        {
+            self.fail(error.into());
+        }
     }
 
     /// Frames that wait are of an acquisition that ended.

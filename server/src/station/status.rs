@@ -10,7 +10,7 @@ use devices::{CameraCapabilities, CameraSettings, DeviceIdentity, LaserCapabilit
 pub enum MachineState {
     /// Devices are being opened, or were never reached.
     Preoperational,
-    /// Stopped by a person: nothing moves, nothing shines; the next authorised job or a reset goes on.
+    /// Stopped by a person: nothing moves and nothing shines until a reset.
     Halted,
     /// A fault must be acknowledged.
     Error,

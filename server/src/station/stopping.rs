@@ -13,7 +13,9 @@ impl Station {
     pub(super) fn stop_everything(&mut self) {
         let requests = self.outlook.stop_line.take();
         let actor = requests.first().map_or_else(String::new, |request| request.actor.clone());
+        self.stopped_by.clone_from(&actor);
         let told = self.still_everything();
+        self.end_reset(|| StationRefusal::Stopped { actor: actor.clone() });
         self.end_work(|_| StationRefusal::Stopped { actor: actor.clone() });
         self.live = None;
         self.evict(Some(Revoked::Stopped { actor }));

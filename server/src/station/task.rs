@@ -1,16 +1,17 @@
 //! What a job's call, or a person's snapshot, is doing; one at a time.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use devices::{CameraRequest, CameraSettings, LaserError, Trigger};
 
 use crate::cancel::CancelFlag;
+use crate::station::acquisition::Acquisition;
 use crate::station::command::Reply;
 use crate::station::frame::SharedFrame;
 use crate::station::light::Light;
 use crate::station::motion::{Arrival, Motion};
 use crate::station::owner::Station;
-use crate::station::params::{LIGHT_UP_LIMIT, SNAPSHOT_AGE};
+use crate::station::params::{LIGHT_IDLE, LIGHT_UP_LIMIT, SNAPSHOT_AGE};
 use crate::station::refusal::StationRefusal;
 use crate::station::status::MachineState::Operational;
 use crate::station::status::OperationalState::SingleExecution;
@@ -120,9 +121,20 @@ impl Station {
             return;
         }
         let speed_mm_s_or_full = speed_mm_s.unwrap_or(stage.device().capabilities().max_speed_mm_s);
-        match stage.start_move(target_mm, speed_mm_s_or_full) {
+        let distance_mm = stage.position_mm().map_or(f64::INFINITY, |position_mm| (target_mm - position_mm).abs());
+        // No frame is due on a long way. Told before it begins: some controllers darken only between motions.
+        let dark_on_the_way = distance_mm > speed_mm_s_or_full * LIGHT_IDLE.as_secs_f64();
+        let darkened = match &mut self.laser {
+            Some(laser) if dark_on_the_way && laser.is_wanted() => laser.suspend(),
+            _ => Ok(()),
+        };
+        let started = match darkened {
+            Ok(()) => stage.start_move(target_mm, speed_mm_s_or_full).map_err(StationRefusal::from),
+            Err(error) => Err(error.into()),
+        };
+        match started {
             Ok(_) => self.task = Some(Task::Move { target_mm, speed_mm_s, started: true, cancel, reply }),
-            Err(error) => self.refuse(reply, error.into()),
+            Err(refusal) => self.refuse(reply, refusal),
         }
     }
 
@@ -227,24 +239,35 @@ impl Station {
             return self.give_up_task(Task::Grab(grab), StationRefusal::Cancelled);
         }
         let now = Instant::now();
-        let light_as_wanted = self.laser.as_ref().is_none_or(Light::has_obeyed);
-        let begins = grab.exposing.is_none() && light_as_wanted;
-        let late = grab.exposing.as_ref().is_some_and(|exposing| now > exposing.until);
-        if !(begins || late) {
-            self.task = Some(Task::Grab(grab));
-            return;
-        }
-        if late && grab.retried {
-            self.task = Some(Task::Grab(grab));
-            return self.no_frame_came();
-        }
-        if late {
-            grab.retried = true;
+        if let Some(exposing) = &grab.exposing {
+            let computing = self.camera.as_ref().is_some_and(|camera| camera.is_computing(exposing.since, now));
+            if now <= exposing.until || computing {
+                self.task = Some(Task::Grab(grab));
+                return;
+            }
+            if grab.retried {
+                self.task = Some(Task::Grab(grab));
+                return self.no_frame_came();
+            }
+            (grab.retried, grab.exposing) = (true, None);
             if let Some(camera) = &mut self.camera {
                 camera.give_up();
             }
         }
-        self.expose(grab, now);
+        if let Err(refusal) = self.light_for_exposure(now) {
+            self.task = Some(Task::Grab(grab));
+            return self.fail(refusal);
+        }
+        if self.laser.as_ref().is_none_or(Light::has_obeyed) {
+            self.expose(grab, now);
+        } else {
+            self.task = Some(Task::Grab(grab));
+        }
+    }
+
+    /// Light that is wanted and has gone out comes back for an exposure that is to begin.
+    pub(super) fn light_for_exposure(&mut self, now: Instant) -> Result<(), StationRefusal> {
+        Ok(self.laser.as_mut().map_or(Ok(()), |laser| laser.serve_frame(now, now))?)
     }
 
     fn expose(&mut self, mut grab: Grab, now: Instant) {
@@ -259,10 +282,12 @@ impl Station {
         }
     }
 
-    fn no_frame_came(&mut self) {
+    /// Names the camera that delivers no frame; whoever waits for one is told.
+    pub(super) fn no_frame_came(&mut self) {
+        let silent = self.camera.as_ref().map_or(Duration::ZERO, Acquisition::silent_for);
         let waited_ms = match &self.task {
             Some(Task::Grab(grab)) => grab.begun_at.elapsed().as_millis() as u64,
-            _ => 0,
+            _ => silent.as_millis() as u64,
         };
         if let Some(camera) = &mut self.camera {
             camera.give_up();

@@ -11,14 +11,15 @@ use tokio::sync::mpsc;
 use tokio::time::{Duration, Instant, sleep_until, timeout};
 
 use crate::ws::feeds::{Feeds, Next};
-use crate::ws::listener::{End, LastHeard, listen};
-use crate::ws::protocol::text::{Command, Limits, Misunderstanding, Request, ServerText};
+use crate::ws::listener::{End, Heard, LastHeard, listen};
+use crate::ws::protocol::text::{Command, Limits, Request, ServerText};
 use crate::ws::protocol::{CLIENT_MESSAGES_PER_S, MAX_CLIENT_MESSAGE_BYTES, MAX_RATE_HZ, SUB_PROTOCOL, close};
+use crate::ws::station::Station;
 use crate::ws::streams::Streams;
 
-/// Time between two pings.
-const PING_EVERY: Duration = Duration::from_secs(5);
-/// A client that was not heard, or took nothing, for so long is gone: three pings, and together with a full send
+/// Time between two pings: a viewer who is gone is to be noticed well within the 4 s after which live light goes out.
+const PING_EVERY: Duration = Duration::from_secs(1);
+/// A client that was not heard, or took nothing, for so long is gone: many pings, and together with a full send
 /// buffer less than the 30 s promised.
 const SILENCE_LIMIT: Duration = Duration::from_secs(15);
 /// How long a farewell may take.
@@ -27,13 +28,13 @@ const FAREWELL_LIMIT: Duration = Duration::from_secs(1);
 const WAITING_REQUESTS: usize = 8;
 
 /// Serves a client until it goes or has to go.
-pub async fn serve(socket: WebSocket, streams: Streams) {
+pub async fn serve(socket: WebSocket, streams: Streams, station: &dyn Station) {
     let (to_client, from_client) = socket.split();
     let (requests, asked) = mpsc::channel(WAITING_REQUESTS);
     let heard = LastHeard::now();
-    let mut speaker = Speaker { to_client, asked, feeds: Feeds::default(), streams, heard: &heard };
+    let mut speaker = Speaker { to_client, asked, feeds: Feeds::default(), streams, heard: &heard, station };
     let end = tokio::select! {
-        end = listen(from_client, requests, &heard) => end,
+        end = listen(from_client, requests, &heard, station) => end,
         end = speaker.speak() => end,
     };
     if let End::Close { code, reason } = end {
@@ -46,10 +47,11 @@ pub async fn serve(socket: WebSocket, streams: Streams) {
 /// The half of a connection that speaks.
 struct Speaker<'a> {
     to_client: SplitSink<WebSocket, Message>,
-    asked: mpsc::Receiver<Result<Request, Misunderstanding>>,
+    asked: mpsc::Receiver<Heard>,
     feeds: Feeds,
     streams: Streams,
     heard: &'a LastHeard,
+    station: &'a dyn Station,
 }
 
 impl Speaker<'_> {
@@ -70,6 +72,9 @@ impl Speaker<'_> {
             }
             if now >= self.heard.at() + SILENCE_LIMIT {
                 return Err(End::Close { code: close::SILENT, reason: "nothing was heard of the client" });
+            }
+            if self.feeds.shows_frames() {
+                self.station.note_viewer(self.heard.at().into_std());
             }
             if now >= ping_at {
                 ping_at = now + PING_EVERY;
@@ -104,7 +109,11 @@ impl Speaker<'_> {
     }
 
     /// Does what a client asks and says so.
-    fn answer(&mut self, request: Result<Request, Misunderstanding>) -> Message {
+    fn answer(&mut self, heard: Heard) -> Message {
+        let request = match heard {
+            Heard::Answer(text) => return Message::text(text),
+            Heard::Asked(request) => request,
+        };
         let text = match request {
             Err(misunderstanding) => ServerText::Error(&misunderstanding).to_json(),
             Ok(Request { id, command: Command::Ping }) => {
@@ -118,7 +127,8 @@ impl Speaker<'_> {
                     Command::Unsubscribe(streams) => {
                         streams.into_iter().for_each(|stream| self.feeds.unsubscribe(stream));
                     }
-                    Command::Ping => {}
+                    // Stop is obeyed where it is heard.
+                    Command::Ping | Command::Stop { .. } => {}
                 }
                 ServerText::Subscribed { id, streams: self.feeds.subscriptions() }.to_json()
             }

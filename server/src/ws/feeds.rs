@@ -7,7 +7,7 @@ use serde_json::Value;
 use tokio::sync::watch;
 use tokio::time::{Duration, Instant};
 
-use crate::http::control::Lease;
+use crate::control::Lease;
 use crate::http::dto::control::ControlDto;
 use crate::http::dto::jobs::JobDto;
 use crate::http::dto::station::StationDto;
@@ -325,6 +325,11 @@ impl Feeds {
             Stream::Events => self.events = None,
         }
         self.subscriptions.retain(|known| known.stream != stream);
+    }
+
+    /// Whether the client is shown what the camera sees.
+    pub fn shows_frames(&self) -> bool {
+        self.image.is_some() || self.profile.is_some()
     }
 
     /// Everything that is subscribed to.

@@ -8,8 +8,9 @@ use futures_util::stream::SplitStream;
 use tokio::sync::mpsc;
 use tokio::time::Instant;
 
-use crate::ws::protocol::text::{Misunderstanding, Request, parse};
+use crate::ws::protocol::text::{Command, Misunderstanding, Request, ServerText, parse};
 use crate::ws::protocol::{CLIENT_MESSAGE_BURST, CLIENT_MESSAGES_PER_S, MAX_CLIENT_MESSAGE_BYTES, close};
+use crate::ws::station::Station;
 
 /// Why a connection ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,35 +45,59 @@ impl LastHeard {
     }
 }
 
-/// Hears the client until it goes or breaks a rule; what it asks goes to `requests`.
+/// What the other half of the connection is to answer.
+pub enum Heard {
+    /// What was asked, or why it was not understood.
+    Asked(Result<Request, Misunderstanding>),
+    /// An answer that is ready.
+    Answer(String),
+}
+
+/// Hears the client until it goes or breaks a rule; what it asks goes to `answers`. Stop is obeyed here and at once,
+/// whatever the client has not yet taken and however much it has said before.
 pub async fn listen(
     mut from_client: SplitStream<WebSocket>,
-    requests: mpsc::Sender<Result<Request, Misunderstanding>>,
+    answers: mpsc::Sender<Heard>,
     heard: &LastHeard,
+    station: &dyn Station,
 ) -> End {
     let mut allowance = Allowance { left: CLIENT_MESSAGE_BURST, at: Instant::now() };
     loop {
         let message = match from_client.next().await {
-            None | Some(Err(_)) => return End::Gone,
+            None => return End::Gone,
+            Some(Err(_)) => return End::Gone,
             Some(Ok(message)) => message,
         };
         heard.note();
+        let asked = match &message {
+            Message::Text(text) if text.len() <= MAX_CLIENT_MESSAGE_BYTES => Some(parse(text)),
+            _ => None,
+        };
+        if let Some(Ok(Request { id, command: Command::Stop { actor } })) = asked {
+            let (stopping, answers) = (station.stop(actor.as_deref()), answers.clone());
+            tokio::spawn(async move {
+                let answer = ServerText::Stopped { id, stopped: &stopping.await }.to_json();
+                // The client may be gone; the station is stopped all the same.
+                let _ = answers.send(Heard::Answer(answer)).await;
+            });
+            continue;
+        }
         if !allowance.take(Instant::now()) {
             return End::Close { code: close::POLICY, reason: "too many messages" };
         }
-        match message {
-            Message::Close(_) => return End::Gone,
-            Message::Ping(_) | Message::Pong(_) => {}
-            Message::Binary(_) => {
-                return End::Close { code: close::UNSUPPORTED, reason: "a client sends text only" };
-            }
-            Message::Text(text) if text.len() > MAX_CLIENT_MESSAGE_BYTES => {
-                return End::Close { code: close::TOO_BIG, reason: "the message is too long" };
-            }
-            Message::Text(text) => {
-                if requests.send(parse(&text)).await.is_err() {
+        match (message, asked) {
+            (_, Some(asked)) => {
+                if answers.send(Heard::Asked(asked)).await.is_err() {
                     return End::Gone;
                 }
+            }
+            (Message::Close(_), None) => return End::Gone,
+            (Message::Ping(_) | Message::Pong(_), None) => {}
+            (Message::Binary(_), None) => {
+                return End::Close { code: close::UNSUPPORTED, reason: "a client sends text only" };
+            }
+            (Message::Text(_), None) => {
+                return End::Close { code: close::TOO_BIG, reason: "the message is too long" };
             }
         }
     }

@@ -10,6 +10,7 @@ pub mod listener;
 pub mod meter;
 pub mod points_page;
 pub mod protocol;
+pub mod station;
 pub mod streams;
 #[cfg(test)]
 mod tests;

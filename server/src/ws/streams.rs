@@ -3,6 +3,7 @@
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use axum::Extension;
 use axum::extract::State;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
@@ -12,7 +13,8 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use vision::LineDirection;
 
 use crate::app::App;
-use crate::http::control::Lease;
+use crate::control::Lease;
+use crate::edge::{Peer, source};
 use crate::jobs::JobView;
 use crate::live::LiveBus;
 use crate::live::worker::Worker;
@@ -21,6 +23,7 @@ use crate::station::{SharedFrame, StationStatus};
 use crate::ws::connection;
 use crate::ws::encoder::{self, Slots};
 use crate::ws::protocol::{MAX_CLIENT_MESSAGE_BYTES, MAX_SOCKETS, SUB_PROTOCOL};
+use crate::ws::station::{Client, Station};
 
 /// What the streams are made of.
 #[derive(Clone)]
@@ -78,14 +81,18 @@ impl Streams {
     }
 
     /// Takes a connection in, or says why not.
-    pub fn accept(&self, upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>) -> Response {
+    pub fn accept(
+        &self,
+        upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+        station: impl Station + 'static,
+    ) -> Response {
         match self.admitted(upgrade) {
             Err(problem) => problem.into_response(),
             Ok((upgrade, place)) => {
                 let streams = self.clone();
                 upgrade
                     .on_upgrade(move |socket| async move {
-                        connection::serve(socket, streams).await;
+                        connection::serve(socket, streams, &station).await;
                         drop(place);
                     })
                     .into_response()
@@ -143,7 +150,9 @@ impl Streams {
 /// `GET /api/v1/stream`.
 pub async fn stream(
     State(app): State<App>,
+    peer: Option<Extension<Peer>>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
-    app.streams.accept(upgrade)
+    let client = Client::new(app.clone(), source(peer.as_ref()));
+    app.streams.accept(upgrade, client)
 }

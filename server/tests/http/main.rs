@@ -16,6 +16,7 @@ mod page;
 mod problems;
 mod replay;
 mod station;
+mod stopping;
 
 use common::server::Server;
 use tempfile::TempDir;

@@ -27,7 +27,9 @@ fn commands_need_the_control_lease_and_taking_over_is_an_event() {
     home(&[("sheaf-control", &anna)]).expect(409);
     let events = server.get("/api/v1/events").expect(200);
     let told = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "control.taken_over");
-    assert_eq!(told.unwrap()["body"], json!({ "from": "Anna", "to": "Ben" }));
+    let body = json!({ "actor": "Ben", "source": "127.0.0.1", "from": "Anna", "to": "Ben" });
+    assert_eq!(told.unwrap()["body"], body);
+    assert!(events["items"].as_array().unwrap().iter().any(|event| event["kind"] == "stage.homed"), "{events}");
 }
 
 #[test]
@@ -60,7 +62,7 @@ fn stop_is_heard_from_everybody_with_any_body_under_any_name() {
     ];
     for headers in strange {
         let stopped = server.send("POST", "/api/v1/station/stop", headers, b"{{{").expect(200);
-        assert_eq!((&stopped["told"], &stopped["state"]), (&json!(true), &json!("Halted")), "{headers:?}");
+        assert_eq!((&stopped["acknowledged"], &stopped["state"]), (&json!(true), &json!("Halted")), "{headers:?}");
     }
     assert_eq!(server.get("/api/v1/station").expect(200)["state"], "Halted");
 }
@@ -74,7 +76,7 @@ fn a_signal_ends_the_live_view_and_the_process_in_order() {
     server.send("PUT", "/api/v1/station/live", &headers, body.as_bytes()).expect(200);
     assert!(server.terminate().success());
     let log = std::fs::read_to_string(folder.path().join("data.log")).unwrap();
-    let dark = log.find("the laser goes dark first").expect("darkness is told");
+    let dark = log.find("the laser is turned off first").expect("darkness is told");
     assert!(dark < log.find("ended").expect("the end is told"), "{log}");
 }
 

@@ -13,6 +13,7 @@ use crate::cli::BenchServerArgs;
 use crate::commands::bench_server::failure_of;
 use crate::commands::bench_server::load::{SCAN, STEP_MM};
 use crate::commands::bench_server::threads::{Work, between, by_name};
+use crate::control::Authority;
 use crate::failure::{Exit, Failure};
 use crate::jobs::{JobInput, ScanInput, ScanMode, ScanSource};
 
@@ -59,7 +60,12 @@ pub async fn sweep(app: &App, args: &BenchServerArgs, seen: &AtomicU64) -> Resul
         resume_scan_id: None,
     };
     let (arrived, dropped_before) = counts(app);
-    let job = app.jobs.submit_with(JobInput::Scan(input), "bench", |_| Vec::new()).await.map_err(failure_of)?;
+    let authority = Authority { holder: None, epoch: app.station.stop_epoch() };
+    let job = app
+        .jobs
+        .submit_with(JobInput::Scan(input), "bench", authority, |_| Vec::new())
+        .await
+        .map_err(failure_of)?;
     let at = |share: f64| arrived + (args.frames as f64 * share) as u64;
     reached(app, &job.id, at(LOOKED_AT[0])).await?;
     let (began, frames_before, work_before, seen_before) =

@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::http::control::Lease;
+use crate::control::Lease;
 
 /// Who wants to command.
 #[derive(Debug, Deserialize, ToSchema)]

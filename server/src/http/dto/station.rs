@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::control::StopOutcome;
 use crate::http::dto::control::ControlDto;
 use crate::http::dto::devices::{CameraDto, LaserDto, StageDto};
 use crate::station::{Fault, MachineState, OperationalState, StationStatus};
@@ -66,12 +67,25 @@ pub struct FramesDto {
 pub struct StoppedDto {
     /// Whether the devices were told; `false`: there is no station thread any more, which leaves everything dark and
     /// at rest.
-    pub told: bool,
+    pub acknowledged: bool,
     /// Name of the state after it.
     pub state: &'static str,
-    /// What kept the devices from being told.
+    /// What kept the devices from being told, or the Stop from being stored.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detail: Option<String>,
+}
+
+impl StoppedDto {
+    /// What became of a Stop, with the state after it.
+    pub fn new(outcome: StopOutcome, state: MachineState) -> Self {
+        let unrecorded =
+            (!outcome.recorded).then(|| "the Stop could not be stored: a restart forgets it".to_owned());
+        Self {
+            acknowledged: outcome.told.is_ok(),
+            state: state_names(state).0,
+            detail: outcome.told.err().map(|refusal| refusal.to_string()).or(unrecorded),
+        }
+    }
 }
 
 /// What the live view shall do.

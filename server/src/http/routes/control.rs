@@ -2,14 +2,15 @@
 
 use std::time::Instant;
 
-use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
+use axum::{Extension, Json};
 use serde_json::json;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::app::App;
+use crate::edge::{Peer, source};
 use crate::http::answers::{Reply, header_text};
 use crate::http::control::CONTROL_HEADER;
 use crate::http::conversions::label;
@@ -40,25 +41,34 @@ async fn get_control(State(app): State<App>) -> Result<Json<ControlDto>, Problem
     post, path = "/station/control", tag = "station", request_body = TakeControlDto,
     responses((status = 201, body = ControlLeaseDto))
 )]
-async fn take_control(State(app): State<App>, body: ApiJson<TakeControlDto>) -> Result<Reply, Problem> {
+async fn take_control(
+    State(app): State<App>,
+    peer: Option<Extension<Peer>>,
+    body: ApiJson<TakeControlDto>,
+) -> Result<Reply, Problem> {
     let TakeControlDto { holder, take_over } = body.value;
     label(&holder, "/holder")?;
     let taken = app.control.take(&holder, take_over, Instant::now())?;
-    if let Some(from) = taken.from {
-        let change = event("control.taken_over", &holder, json!({ "from": from, "to": holder }));
-        app.ledger.commit(vec![change]).await?;
-    }
+    let change = match &taken.from {
+        Some(from) => {
+            let body = json!({ "actor": holder, "source": source(peer.as_ref()), "from": from, "to": holder });
+            event("control.taken_over", &holder, body)
+        }
+        None => event("control.taken", &holder, json!({ "actor": holder, "source": source(peer.as_ref()) })),
+    };
+    app.ledger.commit(vec![change]).await?;
     Ok(Reply::created("/api/v1/station/control".to_owned(), &ControlLeaseDto::from(&taken.lease)))
 }
 
-/// Keeps control for five more seconds.
+/// Keeps control for five more seconds; it lapses two minutes after the last command all the same.
 #[utoipa::path(
     put, path = "/station/control", tag = "station",
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 200, body = ControlLeaseDto))
 )]
 async fn renew_control(State(app): State<App>, headers: HeaderMap) -> Result<Json<ControlLeaseDto>, Problem> {
-    Ok(Json((&app.control.authorize(&headers)?).into()))
+    let id = header_text(&headers, &CONTROL_HEADER)?;
+    Ok(Json((&app.control.renew(id.as_deref(), Instant::now())?).into()))
 }
 
 /// Gives control back.
@@ -67,7 +77,14 @@ async fn renew_control(State(app): State<App>, headers: HeaderMap) -> Result<Jso
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 204, description = "Given back, or not held"))
 )]
-async fn give_control_back(State(app): State<App>, headers: HeaderMap) -> Result<StatusCode, Problem> {
-    app.control.give_back(header_text(&headers, &CONTROL_HEADER)?.as_deref());
+async fn give_control_back(
+    State(app): State<App>,
+    peer: Option<Extension<Peer>>,
+    headers: HeaderMap,
+) -> Result<StatusCode, Problem> {
+    if let Some(lease) = app.control.give_back(header_text(&headers, &CONTROL_HEADER)?.as_deref()) {
+        let body = json!({ "actor": lease.holder, "source": source(peer.as_ref()) });
+        app.ledger.commit(vec![event("control.given_back", &lease.holder, body)]).await?;
+    }
     Ok(StatusCode::NO_CONTENT)
 }

@@ -1,16 +1,20 @@
 //! Camera, stage and laser: settings and single commands.
 
-use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
+use axum::{Extension, Json};
 use devices::CameraRequest;
+use serde_json::json;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vision::Pixels;
 
 use crate::app::App;
+use crate::control::Ask;
+use crate::edge::{Peer, source};
 use crate::http::answers::bytes;
+use crate::http::control::admit;
 use crate::http::conversions::{blocking, check_laser_power};
 use crate::http::dto::devices::{
     CameraDto, CameraSettingsDto, ChangeCameraDto, JogDto, LaserDto, MotionDto, MoveDto, SetLaserDto, StageDto,
@@ -18,6 +22,7 @@ use crate::http::dto::devices::{
 use crate::http::etag::{Versioned, check};
 use crate::http::extract::ApiJson;
 use crate::http::hash_hex;
+use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
 use crate::station::{Manual, SharedFrame};
 
@@ -67,6 +72,7 @@ async fn get_camera_settings(State(app): State<App>) -> Versioned<Json<CameraSet
 )]
 async fn change_camera_settings(
     State(app): State<App>,
+    peer: Option<Extension<Peer>>,
     headers: HeaderMap,
     body: ApiJson<ChangeCameraDto>,
 ) -> Result<Versioned<Json<CameraSettingsDto>>, Problem> {
@@ -74,6 +80,9 @@ async fn change_camera_settings(
     check(&headers, &settings(&app).0)?;
     app.station.manual(Manual::Configure(CameraRequest::from(body.value))).await?;
     let (version, settings) = settings(&app);
+    let body =
+        json!({ "actor": app.control.actor(&headers), "source": source(peer.as_ref()), "settings": settings });
+    app.ledger.commit(vec![event("camera.configured", "camera", body)]).await?;
     Ok(Versioned(version, Json(settings)))
 }
 
@@ -115,11 +124,32 @@ async fn get_stage(State(app): State<App>) -> Json<StageDto> {
     Json((&*app.station.status()).into())
 }
 
-async fn motion(app: &App, headers: &HeaderMap, command: Manual) -> Result<Json<MotionDto>, Problem> {
-    app.control.authorize(headers)?;
+async fn motion(
+    app: &App,
+    headers: &HeaderMap,
+    peer: Option<Extension<Peer>>,
+    command: Manual,
+) -> Result<Json<MotionDto>, Problem> {
+    admit(app, headers, Ask::Command)?;
+    let (kind, jog) = (motion_event(&command), matches!(command, Manual::Jog { .. }));
     let accepted = app.station.manual(command).await?;
+    // A jog is repeated many times a second: its beginning is what happened.
+    if accepted.is_some() || !jog {
+        let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
+        let body = json!({ "actor": app.control.actor(headers), "source": source(peer.as_ref()),
+            "target_mm": target_mm, "speed_mm_s": speed_mm_s });
+        app.ledger.commit(vec![event(kind, "stage", body)]).await?;
+    }
     let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
     Ok(Json(MotionDto { target_mm, speed_mm_s }))
+}
+
+fn motion_event(command: &Manual) -> &'static str {
+    match command {
+        Manual::Home => "stage.homed",
+        Manual::Jog { .. } => "stage.jogged",
+        _ => "stage.moved",
+    }
 }
 
 /// Looks for the stage's zero; goes on after the answer.
@@ -128,8 +158,12 @@ async fn motion(app: &App, headers: &HeaderMap, command: Manual) -> Result<Json<
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 200, body = MotionDto))
 )]
-async fn home_stage(State(app): State<App>, headers: HeaderMap) -> Result<Json<MotionDto>, Problem> {
-    motion(&app, &headers, Manual::Home).await
+async fn home_stage(
+    State(app): State<App>,
+    peer: Option<Extension<Peer>>,
+    headers: HeaderMap,
+) -> Result<Json<MotionDto>, Problem> {
+    motion(&app, &headers, peer, Manual::Home).await
 }
 
 /// Moves the stage; goes on after the answer.
@@ -140,11 +174,12 @@ async fn home_stage(State(app): State<App>, headers: HeaderMap) -> Result<Json<M
 )]
 async fn move_stage(
     State(app): State<App>,
+    peer: Option<Extension<Peer>>,
     headers: HeaderMap,
     body: ApiJson<MoveDto>,
 ) -> Result<Json<MotionDto>, Problem> {
     let MoveDto { target_mm, speed_mm_s } = body.value;
-    motion(&app, &headers, Manual::Move { target_mm, speed_mm_s }).await
+    motion(&app, &headers, peer, Manual::Move { target_mm, speed_mm_s }).await
 }
 
 /// Moves the stage while this is repeated; it stops 300 ms after the last time.
@@ -155,10 +190,11 @@ async fn move_stage(
 )]
 async fn jog_stage(
     State(app): State<App>,
+    peer: Option<Extension<Peer>>,
     headers: HeaderMap,
     body: ApiJson<JogDto>,
 ) -> Result<Json<MotionDto>, Problem> {
-    motion(&app, &headers, Manual::Jog { velocity_mm_s: body.value.velocity_mm_s }).await
+    motion(&app, &headers, peer, Manual::Jog { velocity_mm_s: body.value.velocity_mm_s }).await
 }
 
 /// The laser.
@@ -175,12 +211,20 @@ async fn get_laser(State(app): State<App>) -> Json<LaserDto> {
 )]
 async fn set_laser(
     State(app): State<App>,
+    peer: Option<Extension<Peer>>,
     headers: HeaderMap,
     body: ApiJson<SetLaserDto>,
 ) -> Result<Json<LaserDto>, Problem> {
-    app.control.authorize(&headers)?;
     let power = body.value.power;
     check_laser_power(power, "/power")?;
+    // To turn it off is refused to nobody in control, whatever the state.
+    if power > 0.0 {
+        admit(&app, &headers, Ask::Command)?;
+    } else {
+        app.control.authorize(&headers)?;
+    }
     app.station.manual(Manual::Laser { power }).await?;
+    let body = json!({ "actor": app.control.actor(&headers), "source": source(peer.as_ref()), "power": power });
+    app.ledger.commit(vec![event("laser.switched", "laser", body)]).await?;
     Ok(Json((&*app.station.status()).into()))
 }

@@ -9,6 +9,8 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::app::App;
+use crate::control::Ask;
+use crate::http::control::admit;
 use crate::http::dto::jobs::{JobDto, JobStateDto};
 use crate::http::extract::{ApiPath, ApiQuery};
 use crate::http::paging::{ListDto, page};
@@ -60,7 +62,8 @@ async fn get_job(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result
     Ok(Json(app.jobs.view(&id).await?.into()))
 }
 
-/// Asks a job to end; works in every state, a job that has ended stays as it is.
+/// Asks a job to end; works in every state, a job that has ended stays as it is. While somebody is in control, a job
+/// that needs the station is ended by nobody else.
 #[utoipa::path(
     post, path = "/jobs/{id}/cancel", tag = "jobs", params(("id" = String, Path)),
     responses((status = 200, body = JobDto))
@@ -70,5 +73,8 @@ async fn cancel_job(
     ApiPath(id): ApiPath<String>,
     headers: HeaderMap,
 ) -> Result<Json<JobDto>, Problem> {
+    if app.jobs.is_station_job(&id) {
+        admit(&app, &headers, Ask::CancelJob)?;
+    }
     Ok(Json(app.jobs.cancel(&id, &app.control.actor(&headers)).await?.into()))
 }

@@ -10,7 +10,9 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::app::App;
+use crate::control::Ask;
 use crate::http::answers::{Reply, artifact, header_text};
+use crate::http::control::admit;
 use crate::http::conversions::accept_job;
 use crate::http::dto::jobs::JobDto;
 use crate::http::etag::Versioned;
@@ -155,7 +157,7 @@ async fn take_pose(
     headers: HeaderMap,
 ) -> Result<Versioned<Json<Session>>, Problem> {
     app.sessions.get(&id).await?;
-    app.control.authorize(&headers)?;
+    admit(&app, &headers, Ask::Photograph)?;
     Ok(versioned(app.sessions.add_pose(&id, expected(&headers)?).await?))
 }
 
@@ -194,7 +196,7 @@ async fn take_stage_view(
     body: ApiJson<TakeStageViewDto>,
 ) -> Result<Versioned<Json<Session>>, Problem> {
     app.sessions.get(&id).await?;
-    app.control.authorize(&headers)?;
+    admit(&app, &headers, Ask::Photograph)?;
     let expected = expected(&headers)?;
     Ok(versioned(app.sessions.add_stage_view(&id, body.value.position_mm, expected).await?))
 }

@@ -7,18 +7,22 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::{Extension, Json};
+use serde_json::json;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::app::App;
 use crate::config::limits::JSON_BODY_LIMIT_BYTES;
-use crate::edge::Peer;
+use crate::control::{Ask, reset, stop};
+use crate::edge::{Peer, source};
+use crate::http::control::admit;
 use crate::http::conversions::check_laser_power;
 use crate::http::dto::control::ControlDto;
-use crate::http::dto::station::{SetLiveDto, StationDto, StoppedDto, state_names};
+use crate::http::dto::station::{SetLiveDto, StationDto, StoppedDto};
 use crate::http::extract::ApiJson;
+use crate::ledger::event;
 use crate::problem::Problem;
-use crate::station::{LiveRequest, Manual};
+use crate::station::LiveRequest;
 
 /// Longest time Stop's answer waits for a body it does not need.
 const STOP_BODY_TIMEOUT: Duration = Duration::from_millis(100);
@@ -43,9 +47,10 @@ fn station(app: &App) -> StationDto {
     StationDto::new(&app.station.status(), control.as_ref().map(ControlDto::from))
 }
 
-/// Stops motion, darkens the laser, ends what runs and what waits for the station.
+/// Stops motion, turns the laser off, ends what runs and empties the station's queue.
 ///
-/// Works for everybody at any time, needs no control, no body, no key; answers once the devices were told.
+/// Works for everybody at any time, needs no control, no body, no key; answers once the devices were told. It latches:
+/// nothing moves or shines again before a reset, over restarts too.
 #[utoipa::path(post, path = "/station/stop", tag = "station", responses((status = 200, body = StoppedDto)))]
 async fn stop_station(
     State(app): State<App>,
@@ -53,18 +58,12 @@ async fn stop_station(
     headers: HeaderMap,
     body: Body,
 ) -> Json<StoppedDto> {
+    let source = source(peer.as_ref());
     let actor = actor(&app, &headers, peer.map(|peer| peer.0.0.ip()));
-    let outcome = app.station.stop(&actor).await;
+    let outcome = stop(&app, &actor, &source).await;
     // Bytes that nobody reads would break the connection under the client's next request. They are awaited only now.
     let _ = tokio::time::timeout(STOP_BODY_TIMEOUT, axum::body::to_bytes(body, JSON_BODY_LIMIT_BYTES)).await;
-    // The answer must not wait for the store: the jobs end by themselves once the station does.
-    let jobs = app.jobs.clone();
-    tokio::spawn(async move { jobs.stop_station_jobs(&actor).await });
-    Json(StoppedDto {
-        told: outcome.is_ok(),
-        state: state_names(app.station.status().state).0,
-        detail: outcome.err().map(|refusal| refusal.to_string()),
-    })
+    Json(StoppedDto::new(outcome, app.station.status().state))
 }
 
 /// Who stopped: the holder of the lease that came along, else the address.
@@ -81,15 +80,20 @@ fn actor(app: &App, headers: &HeaderMap, ip: Option<IpAddr>) -> String {
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 200, body = StationDto))
 )]
-async fn reset_station(State(app): State<App>, headers: HeaderMap) -> Result<Json<StationDto>, Problem> {
-    app.control.authorize(&headers)?;
-    app.station.manual(Manual::Reset).await?;
+async fn reset_station(
+    State(app): State<App>,
+    peer: Option<Extension<Peer>>,
+    headers: HeaderMap,
+) -> Result<Json<StationDto>, Problem> {
+    admit(&app, &headers, Ask::Reset)?;
+    reset(&app, &app.control.actor(&headers), &source(peer.as_ref())).await?;
     Ok(Json(station(&app)))
 }
 
 /// Starts or ends the live view.
 ///
-/// It ends by itself, and the laser with it, when nobody watches.
+/// Light needs a viewer: the laser is turned off 4 s after the last connection that is subscribed to `image` or
+/// `profile` was there, and only another request turns it on again. The view itself ends after 30 s.
 #[utoipa::path(
     put, path = "/station/live", tag = "station", request_body = SetLiveDto,
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
@@ -97,12 +101,21 @@ async fn reset_station(State(app): State<App>, headers: HeaderMap) -> Result<Jso
 )]
 async fn set_live_view(
     State(app): State<App>,
+    peer: Option<Extension<Peer>>,
     headers: HeaderMap,
     body: ApiJson<SetLiveDto>,
 ) -> Result<Json<StationDto>, Problem> {
-    app.control.authorize(&headers)?;
     let SetLiveDto { running, laser_power } = body.value;
     check_laser_power(laser_power, "/laser_power")?;
+    // To end a view moves and shines nothing.
+    if running {
+        admit(&app, &headers, Ask::Command)?;
+    } else {
+        app.control.authorize(&headers)?;
+    }
     app.station.live(LiveRequest { running, laser_power }).await?;
+    let kind = if running { "live.started" } else { "live.ended" };
+    let body = json!({ "actor": app.control.actor(&headers), "source": source(peer.as_ref()), "laser_power": laser_power });
+    app.ledger.commit(vec![event(kind, "station", body)]).await?;
     Ok(Json(station(&app)))
 }

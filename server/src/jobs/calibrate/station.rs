@@ -13,7 +13,7 @@ use crate::jobs::{CalibrateInput, JobContext, JobEnd};
 use crate::photographer::{Exposures, Photographer};
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::{Phase, Step};
-use crate::station::{Purpose, StampedFrame};
+use crate::station::StampedFrame;
 use crate::stored_scan::disk_problem;
 use crate::virtual_operator::VirtualOperator;
 
@@ -28,8 +28,8 @@ pub(super) fn take_pictures(
     share: f64,
 ) -> Result<(), JobEnd> {
     let operator = VirtualOperator::new(ctx.station.simulation().ok_or_else(nobody_moves_the_board)?);
-    let purpose = Purpose { job_id: ctx.id.clone(), activity: "calibrating".to_owned() };
-    let camera = Photographer::new(ctx.station.lease(purpose)?, ctx.cancel.clone(), Exposures::default());
+    let lease = ctx.take_station("calibrating")?;
+    let camera = Photographer::new(lease, ctx.cancel.clone(), Exposures::default());
     let n_poses = input.n_poses.unwrap_or(N_POSES);
     let positions_mm = operator.stage_positions_mm();
     let mut album = Album::new(folder, 2 * n_poses + positions_mm.len(), ctx, share)?;

@@ -9,7 +9,7 @@ use crate::jobs::scan::recording::Hand;
 use crate::jobs::{JobContext, JobEnd, ScanMode};
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
-use crate::station::{Purpose, SharedFrame, StationLease, Sweep};
+use crate::station::{SharedFrame, StationLease, Sweep};
 
 /// Share of the job that the frames take; the cloud takes the rest.
 pub const TAKING: f64 = 0.85;
@@ -25,8 +25,7 @@ pub fn take_frames(
     losses: &mut Vec<String>,
     hand: &Hand,
 ) -> Result<(), JobEnd> {
-    let purpose = Purpose { job_id: ctx.id.clone(), activity: "scanning".to_owned() };
-    let lease = ctx.station.lease(purpose)?;
+    let lease = ctx.take_station("scanning")?;
     let capabilities = ctx.station.status().camera.capabilities.clone();
     let stands_still = plan.mode == ScanMode::StopAndGo;
     let triggered = stands_still && capabilities.triggers.contains(&Trigger::Software);

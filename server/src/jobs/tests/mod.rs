@@ -14,6 +14,7 @@ use twin::{StationModel, StationShape, TwinOptions, TwinStation};
 
 use crate::captures::Captures;
 use crate::config::Config;
+use crate::control::ControlDesk;
 use crate::jobs::{JobParts, JobView, Jobs};
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
@@ -51,6 +52,7 @@ impl Bench {
             ledger,
             artifacts: store.artifacts.clone(),
             station: StationHandle::over_twin(TwinStation::new(model, TwinOptions::default())),
+            control: ControlDesk::default(),
             live: LiveBus::default(),
             free_bytes: Arc::new(move || free.load(Ordering::SeqCst)),
         };

@@ -7,11 +7,13 @@ use serde_json::json;
 use store::{ArtifactId, CaptureRecord, Change, EventRecord, JobOutcome, JobRecord, Page, ResultRef};
 
 use super::*;
+use crate::control::Authority;
 use crate::jobs::run::Procedure;
 use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, JobInput, Source};
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
+use crate::station::Manual;
 
 /// What the jobs of a test did, and whether they may end.
 #[derive(Default)]
@@ -198,7 +200,9 @@ async fn stop_ends_the_station_jobs_and_leaves_computations_alone() {
     }
     running(&jobs, &ids[0]).await;
     running(&jobs, &ids[2]).await;
-    jobs.stop_station_jobs("Bert").await;
+    let cleared = jobs.clear_station_jobs();
+    assert_eq!(cleared.len(), 1, "the queue is empty before anything is awaited");
+    jobs.end_cleared_jobs(cleared, "Bert", Vec::new()).await.unwrap();
     assert_eq!(ended(&jobs, &ids[0]).await.record.state, JobState::Cancelled);
     assert_eq!(jobs.view(&ids[1]).await.unwrap().record.state, JobState::Cancelled);
     assert_eq!(jobs.view(&ids[2]).await.unwrap().record.state, JobState::Running);
@@ -206,6 +210,44 @@ async fn stop_ends_the_station_jobs_and_leaves_computations_alone() {
     assert_eq!(ended(&jobs, &ids[2]).await.record.state, JobState::Succeeded);
     let next = submit(&jobs, station_job("s3")).await;
     assert_eq!(ended(&jobs, &next).await.record.state, JobState::Succeeded);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_stopped_station_accepts_no_job_and_a_job_that_a_stop_met_on_its_way_never_begins() {
+    let (bench, jobs, script) = stage().await;
+    let station = &bench.parts.station;
+    let before = Authority { holder: None, epoch: station.stop_epoch() };
+    station.stop("Bert").await.unwrap();
+    let refused = jobs.submit(station_job("s1"), "test").await.unwrap_err();
+    assert_eq!((refused.status, refused.r#type.as_str()), (409, "urn:sheaf:problem:halted"));
+    assert!(refused.remedy.is_some());
+    station.manual(Manual::Reset).await.unwrap();
+    script.release();
+    // Authorised before the Stop, accepted after the reset: the queue must not hold it.
+    let late = jobs.submit_with(station_job("s2"), "test", before, |_| Vec::new()).await.unwrap().id;
+    assert_eq!(ended(&jobs, &late).await.record.state, JobState::Cancelled);
+    let next = submit(&jobs, station_job("s3")).await;
+    assert_eq!(ended(&jobs, &next).await.record.state, JobState::Succeeded);
+    assert_eq!(script.began(), ["s3"]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_job_waits_while_somebody_else_is_in_control() {
+    let (bench, jobs, script) = stage().await;
+    script.release();
+    let control = &bench.parts.control;
+    let anna = control.take("Anna", false, Instant::now()).unwrap().lease.id;
+    let unattended = submit(&jobs, station_job("s1")).await;
+    assert_eq!(jobs.view(&unattended).await.unwrap().record.state, JobState::Queued);
+    assert!(script.began().is_empty());
+    control.give_back(Some(&anna));
+    jobs.look_again();
+    assert_eq!(ended(&jobs, &unattended).await.record.state, JobState::Succeeded);
+    let anna = control.take("Anna", false, Instant::now()).unwrap().lease.id;
+    let epoch = bench.parts.station.stop_epoch();
+    let hers = control.authority(Some(&anna), epoch, Instant::now());
+    let id = jobs.submit_with(station_job("s2"), "Anna", hers, |_| Vec::new()).await.unwrap().id;
+    assert_eq!(ended(&jobs, &id).await.record.state, JobState::Succeeded);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -274,7 +316,7 @@ async fn a_full_queue_refuses_and_says_when_to_come_back() {
     let refused = jobs.submit(computation("a"), "test").await.unwrap_err();
     assert_eq!(refused.status, 429);
     assert!(refused.retry_after_s.is_some());
-    jobs.stop_station_jobs("test").await;
+    jobs.end_cleared_jobs(jobs.clear_station_jobs(), "test", Vec::new()).await.unwrap();
     script.release();
     jobs.submit(computation("a"), "test").await.unwrap();
     jobs.shut_down().await;

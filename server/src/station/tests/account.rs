@@ -7,11 +7,11 @@ use twin::TwinFault;
 use super::bench::{Bench, bench_of, nobody, small_parts};
 use super::spied::{Spy, spied};
 use crate::station::StationRefusal;
-use crate::station::params::{FRAME_BUFFERS, LIVE_UNWATCHED};
+use crate::station::params::FRAME_BUFFERS;
 
 fn spied_bench() -> (Bench, std::sync::Arc<Spy>) {
     let (parts, spy) = spied(small_parts());
-    let bench = bench_of(parts, LIVE_UNWATCHED);
+    let bench = bench_of(parts);
     bench.wait_for("ready", |status| status.activity == "ready");
     (bench, spy)
 }

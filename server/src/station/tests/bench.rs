@@ -6,7 +6,8 @@ use twin::{SceneKind, StationModel, StationShape, TwinControl, TwinOptions, Twin
 
 use crate::cancel::CancelFlag;
 use crate::station::devices::{Parts, twinned};
-use crate::station::{Manual, Purpose, StationHandle, StationLease, StationRefusal, StationStatus};
+use crate::station::handle::Watch;
+use crate::station::{Manual, Purpose, StationHandle, StationLease, StationRefusal, StationStatus, StopEpoch};
 
 /// How long a test waits for what must happen; far beyond every promised time.
 pub const PATIENCE: Duration = Duration::from_secs(10);
@@ -40,16 +41,21 @@ pub fn small_parts() -> Parts {
 }
 
 /// A station over these parts, calibrated.
-pub fn bench_of(parts: Parts, live_unwatched: Duration) -> Bench {
+pub fn bench_of(parts: Parts) -> Bench {
+    bench_with(parts, Watch::default(), false)
+}
+
+/// The same with a live view that goes on so long without viewers, stopped in an earlier life or not.
+pub fn bench_with(parts: Parts, watch: Watch, halted: bool) -> Bench {
     let control = parts.simulation.clone().expect("the parts are simulated");
-    let station = StationHandle::start_with(parts, live_unwatched);
+    let station = StationHandle::start_with(parts, watch, halted);
     station.calibration_changed(true);
     Bench { station, control }
 }
 
 /// A small simulated station, ready.
 pub fn bench() -> Bench {
-    let bench = bench_of(small_parts(), crate::station::params::LIVE_UNWATCHED);
+    let bench = bench_of(small_parts());
     bench.wait_for("ready", |status| status.activity == "ready");
     bench
 }
@@ -72,7 +78,12 @@ impl Bench {
 
     /// A lease, or why not.
     pub fn try_lease(&self) -> Result<StationLease, StationRefusal> {
-        self.station.lease(Purpose { job_id: "job-1".to_owned(), activity: "scanning".to_owned() })
+        self.lease_of(self.station.stop_epoch())
+    }
+
+    /// The same for a job that was authorised then.
+    pub fn lease_of(&self, epoch: StopEpoch) -> Result<StationLease, StationRefusal> {
+        self.station.lease(Purpose { job_id: "job-1".to_owned(), activity: "scanning".to_owned(), epoch })
     }
 
     /// A person's command.

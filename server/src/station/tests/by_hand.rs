@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use devices::CameraRequest;
 
-use super::bench::{bench, bench_of, nobody, small_parts, wait, wait_until};
+use super::bench::{bench, bench_with, nobody, small_parts, wait, wait_until};
+use crate::station::handle::Watch;
 use crate::station::{LaserLight, LiveRequest, MachineState, Manual, OperationalState, StationRefusal};
 
 const LIVE: LiveRequest = LiveRequest { running: true, laser_power: 0.5 };
@@ -50,17 +51,40 @@ fn the_live_view_shows_frames_with_light_and_a_job_takes_over() {
 }
 
 #[test]
-fn a_live_view_that_nobody_watches_ends_and_darkens() {
-    let bench = bench_of(small_parts(), Duration::from_millis(300));
+fn live_light_goes_out_without_a_viewer_before_the_view_ends_and_stays_out_when_one_comes_back() {
+    let watch = Watch { light: Duration::from_millis(400), view: Duration::from_millis(1200) };
+    let bench = bench_with(small_parts(), watch, false);
     bench.wait_for("ready", |status| status.activity == "ready");
-    let watcher = bench.station.watch_frames();
     wait(bench.station.live(LIVE)).unwrap();
-    std::thread::sleep(Duration::from_millis(600));
+    for _ in 0..16 {
+        bench.station.note_viewer(Instant::now());
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert!(bench.control.laser_power() > 0.0, "it goes on while somebody watches");
     let live = MachineState::Operational(OperationalState::ContinuousExecution);
-    assert_eq!(bench.station.status().state, live, "it goes on while somebody watches");
-    drop(watcher);
+    wait_until("dark", || bench.control.laser_power() == 0.0);
+    assert_eq!(bench.station.status().state, live, "the camera goes on");
+    for _ in 0..10 {
+        bench.station.note_viewer(Instant::now());
+        std::thread::sleep(Duration::from_millis(20));
+        assert_eq!(bench.control.laser_power(), 0.0, "only a person lights it again");
+    }
+    bench.manual(Manual::Laser { power: 0.5 }).unwrap();
+    wait_until("lit", || bench.control.laser_power() > 0.0);
     bench.wait_for("ended", |status| status.state == MachineState::Operational(OperationalState::Ready));
     assert_eq!(bench.control.laser_power(), 0.0);
+}
+
+#[test]
+fn a_speed_that_the_stage_does_not_have_is_refused_by_name() {
+    let bench = bench();
+    for speed_mm_s in [5e-324, 1e-9, 0.0, -1.0, 1e9, f64::INFINITY, f64::NAN] {
+        let moved = bench.manual(Manual::Move { target_mm: 1.0, speed_mm_s: Some(speed_mm_s) });
+        assert!(matches!(moved, Err(StationRefusal::SpeedOutOfRange { .. })), "{speed_mm_s}: {moved:?}");
+    }
+    let jogged = bench.manual(Manual::Jog { velocity_mm_s: -1e9 });
+    assert!(matches!(jogged, Err(StationRefusal::SpeedOutOfRange { .. })), "{jogged:?}");
+    assert_eq!(bench.control.true_position_mm(), 0.0);
 }
 
 #[test]
@@ -139,7 +163,6 @@ fn people_are_refused_while_a_job_has_the_station_but_may_stop_it() {
         Manual::Move { target_mm: 1.0, speed_mm_s: None },
         Manual::Configure(CameraRequest::default()),
         Manual::Laser { power: 0.0 },
-        Manual::Reset,
     ] {
         assert!(matches!(bench.manual(command.clone()), Err(StationRefusal::Busy { .. })), "{command:?}");
     }

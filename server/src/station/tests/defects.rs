@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use super::bench::{bench_of, nobody, small_parts, wait_until};
 use super::spied::spied;
-use crate::station::params::LIVE_UNWATCHED;
+use crate::station::handle::Watch;
 use crate::station::{MachineState, Manual, OperationalState, StationHandle, StationRefusal};
 
 #[test]
 fn a_panic_in_the_thread_darkens_stops_and_becomes_a_fault() {
     let (parts, spy) = spied(small_parts());
-    let bench = bench_of(parts, LIVE_UNWATCHED);
+    let bench = bench_of(parts);
     bench.wait_for("ready", |status| status.activity == "ready");
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
@@ -34,7 +34,7 @@ fn a_panic_in_the_thread_darkens_stops_and_becomes_a_fault() {
 #[test]
 fn a_driver_that_hangs_cannot_keep_the_light_on() {
     let (parts, spy) = spied(small_parts());
-    let bench = bench_of(parts, LIVE_UNWATCHED);
+    let bench = bench_of(parts);
     bench.wait_for("ready", |status| status.activity == "ready");
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
@@ -52,8 +52,12 @@ fn a_driver_that_hangs_cannot_keep_the_light_on() {
 fn the_end_of_the_thread_darkens() {
     let parts = small_parts();
     let control = parts.simulation.clone().unwrap();
-    let station = StationHandle::start_with(parts, LIVE_UNWATCHED);
-    let purpose = crate::station::Purpose { job_id: "job".to_owned(), activity: "scanning".to_owned() };
+    let station = StationHandle::start_with(parts, Watch::default(), false);
+    let purpose = crate::station::Purpose {
+        job_id: "job".to_owned(),
+        activity: "scanning".to_owned(),
+        epoch: station.stop_epoch(),
+    };
     let lease = station.lease(purpose).unwrap();
     lease.laser_on(1.0).unwrap();
     assert!(control.laser_power() > 0.0);

@@ -8,7 +8,6 @@ use super::bench::{bench, bench_of, nobody, small_parts, wait, wait_until};
 use super::cell::Doing::{Calibrating, Jogging, Ready, Scanning};
 use super::cell::Follows::{GoesOn, Named, NamedAtUse};
 use super::cell::{Doing, Follows, Rig, check};
-use crate::station::params::LIVE_UNWATCHED;
 use crate::station::{MachineState, Manual, StationRefusal, Sweep};
 
 fn cell(doing: Doing, fault: TwinFault, follows: Follows) {
@@ -110,7 +109,7 @@ fn absent_devices_are_named_at_the_start_and_come_with_a_reset() {
         let parts = small_parts();
         parts.simulation.as_ref().unwrap().set_fault(fault);
         let begun = Instant::now();
-        let bench = bench_of(parts, LIVE_UNWATCHED);
+        let bench = bench_of(parts);
         bench.wait_for("named", |status| {
             status.faults.iter().any(|fault| (fault.device, fault.kind) == (device, kind))
         });
@@ -173,11 +172,18 @@ fn an_open_interlock_is_shown_and_refuses_light() {
 }
 
 #[test]
-fn a_stop_in_error_is_taken_and_does_not_leave_it() {
+fn a_stop_in_error_is_taken_and_the_fault_stays_for_the_reset() {
     let bench = bench();
     bench.control.set_fault(TwinFault::CameraUnplugged);
     bench.wait_for("in error", |status| status.state == MachineState::Error);
     wait(bench.station.stop("a person")).unwrap();
-    assert_eq!(bench.station.status().state, MachineState::Error);
+    let status = bench.station.status();
+    assert_eq!((status.state, status.faults.len()), (MachineState::Halted, 1));
     wait_until("dark", || bench.control.laser_power() == 0.0);
+    assert!(matches!(bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })));
+    assert!(bench.station.is_halted(), "a reset that did not reach the camera does not end the Stop");
+    bench.control.clear_fault("camera_unplugged");
+    bench.manual(Manual::Reset).unwrap();
+    bench.wait_for("ready", |status| status.activity == "ready");
+    assert!(!bench.station.is_halted());
 }

@@ -12,7 +12,6 @@ use super::cell::Follows::{GoesOn, Named};
 use super::cell::{Doing, Follows, Rig, check};
 use crate::config::{GrblStationConfig, TwinConfig};
 use crate::station::devices::driven;
-use crate::station::params::LIVE_UNWATCHED;
 use crate::station::{MachineState, Manual, StationRefusal};
 
 /// A controller behind a terminal, and a station that drives it.
@@ -81,7 +80,7 @@ fn start(machine: SimulatorConfig, trouble: Option<Trouble>) -> GrblBench {
         trouble.come(&controller);
     }
     let twin = small_twin(TwinOptions { scene: SceneKind::Plate, ..TwinOptions::default() });
-    let bench = bench_of(driven(config(&controller), twin), LIVE_UNWATCHED);
+    let bench = bench_of(driven(config(&controller), twin));
     GrblBench { bench, controller, _folder: folder }
 }
 

@@ -7,7 +7,7 @@ use devices::CameraRequest;
 
 use super::bench::{bench, nobody, wait_until};
 use crate::cancel::CancelFlag;
-use crate::station::{LaserLight, MachineState, OperationalState, StationRefusal, Sweep};
+use crate::station::{LaserLight, MachineState, Manual, OperationalState, StationRefusal, Sweep};
 
 /// The twin moves at constant speed and its readings are exact, so only rounding remains.
 const STAMP_TOLERANCE_MM: f64 = 1e-6;
@@ -131,6 +131,8 @@ fn stop_ends_the_call_that_waits_and_all_later_ones() {
     assert_eq!(bench.station.status().state, MachineState::Halted);
     assert!(matches!(lease.grab(&nobody()), Err(StationRefusal::Stopped { .. })));
     assert!(bench.control.true_position_mm() < 80.0, "it stopped on its way");
+    assert!(matches!(bench.try_lease().map(drop), Err(StationRefusal::Halted)));
+    bench.manual(Manual::Reset).unwrap();
     let next = bench.lease();
     assert_eq!(bench.station.status().state, MachineState::Operational(OperationalState::SingleExecution));
     drop(lease);
@@ -178,11 +180,55 @@ fn a_second_job_is_refused_while_one_has_the_station() {
 }
 
 #[test]
-fn light_goes_out_when_the_job_falls_silent_and_comes_back_with_its_next_call() {
+fn light_goes_out_when_the_job_falls_silent_and_comes_back_with_its_next_exposure() {
     let bench = bench();
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
     let dark_after = wait_until("dark", || bench.control.laser_power() == 0.0);
     assert!(dark_after < Duration::from_secs(1), "dark after {dark_after:?}");
     assert!(lease.grab(&nobody()).unwrap().laser_on);
+}
+
+#[test]
+fn a_motion_or_a_wait_keeps_no_light_on() {
+    let bench = bench();
+    let lease = bench.lease();
+    lease.laser_on(1.0).unwrap();
+    std::thread::scope(|scope| {
+        let moving = scope.spawn(|| lease.move_to(90.0, Some(20.0), &nobody()));
+        bench.wait_for("moving", |status| status.moving);
+        wait_until("dark", || bench.control.laser_power() == 0.0);
+        assert!(!moving.is_finished(), "it goes out on the way");
+        bench.stop();
+        let _ = moving.join().unwrap();
+    });
+}
+
+#[test]
+fn a_camera_that_hangs_lets_the_light_go_out_half_a_second_after_its_frame_was_due() {
+    let bench = bench();
+    let lease = bench.lease();
+    lease.laser_on(1.0).unwrap();
+    assert!(lease.grab(&nobody()).unwrap().laser_on);
+    bench.control.set_fault(twin::TwinFault::CameraHang);
+    let (asked, lit) = (Instant::now(), std::sync::atomic::AtomicU64::new(0));
+    let ended = std::sync::atomic::AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !ended.load(Ordering::SeqCst) {
+                let before = Instant::now();
+                let shines = bench.control.laser_power() > 0.0;
+                std::thread::sleep(Duration::from_millis(1));
+                lit.fetch_add(if shines { before.elapsed().as_micros() as u64 } else { 0 }, Ordering::SeqCst);
+            }
+        });
+        let refused = lease.grab(&nobody()).map(drop);
+        ended.store(true, Ordering::SeqCst);
+        assert!(matches!(refused, Err(StationRefusal::NoFrame { .. })), "{refused:?}");
+    });
+    // Two exposures were due; promised are 2 s to the name and 0.5 s of light after each.
+    assert!(asked.elapsed() < Duration::from_secs(2), "named after {:?}", asked.elapsed());
+    let lit = Duration::from_micros(lit.load(Ordering::SeqCst));
+    assert!(lit < Duration::from_millis(1200), "lit for {lit:?}");
+    assert_eq!(bench.control.laser_power(), 0.0);
 }

@@ -8,5 +8,6 @@ mod defects;
 mod fault_matrix;
 mod fault_matrix_grbl;
 mod job_calls;
+mod latch;
 mod spied;
 mod stops;

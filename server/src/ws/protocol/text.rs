@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::http::dto::station::StoppedDto;
 use crate::station::MachineState;
 use crate::ws::protocol::{DEFAULT_RATE_HZ, MAX_RATE_HZ};
 
@@ -52,6 +53,11 @@ pub enum Command {
     Unsubscribe(Vec<Stream>),
     /// Wants the time.
     Ping,
+    /// Stops the station.
+    Stop {
+        /// Who, for the log.
+        actor: Option<String>,
+    },
 }
 
 /// A command and the number its answer shall carry.
@@ -122,6 +128,15 @@ pub enum ServerText<'a> {
         id: Option<u64>,
         /// The station's clock now; `null` before its first frame.
         clock_ms: Option<f64>,
+    },
+    /// What became of a Stop.
+    Stopped {
+        /// The number the command carried.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        id: Option<u64>,
+        /// As `POST /api/v1/station/stop` answers.
+        #[serde(flatten)]
+        stopped: &'a StoppedDto,
     },
     /// A message was not understood.
     Error(&'a Misunderstanding),
@@ -216,6 +231,7 @@ enum CommandText {
     Subscribe { id: Option<u64>, streams: Vec<SubscriptionText> },
     Unsubscribe { id: Option<u64>, streams: Vec<Stream> },
     Ping { id: Option<u64> },
+    Stop { id: Option<u64>, actor: Option<String> },
 }
 
 #[derive(Deserialize)]
@@ -242,14 +258,15 @@ pub fn parse(text: &str) -> Result<Request, Misunderstanding> {
     })?;
     let id = envelope.id.as_ref().and_then(Value::as_u64);
     let op = envelope.op.as_ref().and_then(Value::as_str).unwrap_or_default();
-    if !["subscribe", "unsubscribe", "ping"].contains(&op) {
-        let detail = format!("unknown op `{}`; known are subscribe, unsubscribe, ping", shortened(op));
+    if !["subscribe", "unsubscribe", "ping", "stop"].contains(&op) {
+        let detail = format!("unknown op `{}`; known are subscribe, unsubscribe, ping, stop", shortened(op));
         return Err(refuse("unknown-op", detail, id));
     }
     let command: CommandText = serde_json::from_str(text)
         .map_err(|error| refuse("bad-message", format!("{op}: {error}; see openapi/stream.md"), id))?;
     let command = match command {
         CommandText::Ping { .. } => Command::Ping,
+        CommandText::Stop { actor, .. } => Command::Stop { actor },
         CommandText::Unsubscribe { streams, .. } => Command::Unsubscribe(streams),
         CommandText::Subscribe { streams, .. } => {
             let accepted: Result<Vec<_>, String> = streams.into_iter().map(accepted).collect();

@@ -17,11 +17,12 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, client_async};
 use vision::{CentrelinePoint, Centrelines, GreyImage, LineDirection, Pixels, Segment};
 
-use crate::http::control::ControlDesk;
+use crate::control::ControlDesk;
 use crate::jobs::JobView;
 use crate::live::worker::Worker;
 use crate::live::{LiveBus, LiveFrame};
 use crate::station::{MachineState, SharedFrame, StampedFrame, StationStatus};
+use crate::ws::station::NoStation;
 use crate::ws::streams::{Sources, Streams};
 use crate::ws::tests::status::first_status;
 
@@ -71,7 +72,8 @@ impl Bench {
         socket.bind("127.0.0.1:0".parse().unwrap()).unwrap();
         let listener = socket.listen(1024).unwrap();
         let address = listener.local_addr().unwrap();
-        let accept = any(|State(streams): State<Streams>, upgrade| async move { streams.accept(upgrade) });
+        let accept =
+            any(|State(streams): State<Streams>, upgrade| async move { streams.accept(upgrade, NoStation) });
         let router = Router::new().route("/api/v1/stream", accept).with_state(streams.clone());
         let server = tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
         Self { bus, frames, status, control, _jobs: jobs, events, streams, address, _encoder: encoder, server }

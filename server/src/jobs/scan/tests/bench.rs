@@ -14,6 +14,7 @@ use twin::{StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
 use crate::cancel::CancelFlag;
 use crate::captures::Captures;
 use crate::config::Config;
+use crate::control::Authority;
 use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource};
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
@@ -112,6 +113,7 @@ impl Bench {
             artifacts: self.store.artifacts.clone(),
             captures: self.captures.clone(),
             station: self.station.clone(),
+            authority: Authority { holder: None, epoch: self.station.stop_epoch() },
             live: self.live.clone(),
             runtime: self.runtime.handle().clone(),
             progress: Arc::new(move |_, _, words| {

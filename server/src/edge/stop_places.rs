@@ -1,0 +1,111 @@
+//! Places for Stop when all others are taken. A new connection always gets one: it takes that of the oldest connection
+//! of the address that has most, so that no crowd keeps a single Stop out.
+
+use std::collections::{HashMap, VecDeque};
+use std::net::IpAddr;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tokio::sync::oneshot;
+
+/// The places.
+#[derive(Clone)]
+pub struct StopPlaces {
+    limit: usize,
+    held: Arc<Mutex<Held>>,
+}
+
+#[derive(Default)]
+struct Held {
+    next: u64,
+    /// Oldest first.
+    places: VecDeque<Occupied>,
+}
+
+struct Occupied {
+    number: u64,
+    address: IpAddr,
+    _evict: oneshot::Sender<()>,
+}
+
+/// One of them.
+pub struct Place {
+    number: u64,
+    evicted: oneshot::Receiver<()>,
+    places: StopPlaces,
+}
+
+impl StopPlaces {
+    /// That many.
+    pub fn new(limit: usize) -> Self {
+        Self { limit, held: Arc::default() }
+    }
+
+    /// A place for a connection from `address`.
+    pub fn take(&self, address: IpAddr) -> Place {
+        let (evict, evicted) = oneshot::channel();
+        let mut held = self.held();
+        if held.places.len() >= self.limit {
+            held.evict_one();
+        }
+        let number = held.next;
+        held.next += 1;
+        held.places.push_back(Occupied { number, address, _evict: evict });
+        Place { number, evicted, places: self.clone() }
+    }
+
+    fn held(&self) -> MutexGuard<'_, Held> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Held {
+    /// Drops the sender of the oldest connection of the most numerous address, which ends it.
+    fn evict_one(&mut self) {
+        let mut counts: HashMap<IpAddr, usize> = HashMap::new();
+        for place in &self.places {
+            *counts.entry(place.address).or_default() += 1;
+        }
+        let most = counts.values().copied().max().unwrap_or(0);
+        let oldest = self.places.iter().position(|place| counts[&place.address] == most);
+        if let Some(idx) = oldest {
+            drop(self.places.remove(idx));
+        }
+    }
+}
+
+impl Place {
+    /// Runs the connection until its end, or until somebody else needs the place more.
+    pub async fn hold(mut self, connection: impl Future<Output = ()>) {
+        tokio::select! {
+            () = connection => {}
+            _ = &mut self.evicted => {}
+        }
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.places.held().places.retain(|place| place.number != self.number);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_crowd_from_one_address_evicts_itself_and_not_the_one_from_another() {
+        let places = StopPlaces::new(3);
+        let (crowd, other) = ("10.0.0.1".parse().unwrap(), "10.0.0.2".parse().unwrap());
+        let mut first = places.take(crowd);
+        let mut single = places.take(other);
+        let mut second = places.take(crowd);
+        let mut third = places.take(crowd);
+        assert!(first.evicted.try_recv() == Err(oneshot::error::TryRecvError::Closed), "the crowd's oldest goes");
+        for place in [&mut single, &mut second, &mut third] {
+            assert_eq!(place.evicted.try_recv(), Err(oneshot::error::TryRecvError::Empty));
+        }
+        first.hold(std::future::pending()).await;
+        assert_eq!(places.held().places.len(), 3);
+    }
+}
