@@ -1,11 +1,10 @@
 //! The report of a calibration.
 
-use std::fmt::Write as _;
-
 use calibration::{CalibrationDocument, CalibrationReport, CalibrationResult, LightReport};
 use capture::Capture;
 
-use super::page::{Page, Tile, escape, gallery, legend};
+use super::html::{Html, html};
+use super::page::{Page, Tile, gallery, legend};
 use super::pictures::{LabelledPixel, labelled_picture};
 use super::{camera, correlation, light, stage};
 use crate::failure::Failure;
@@ -47,33 +46,33 @@ pub fn calibration_sections(
         page.section(
             "Light models",
             "Each model is fitted to all poses but some and asked to predict those; the error there is what a scan will see.",
-            &light::models(models),
+            light::models(models),
         );
     }
     if let Some(fit) = &report.light {
         page.section(
             "Light sheets",
             "Distance of every laser point from the curve its light sheet predicts, across the line, in pixels.",
-            &light::residuals(fit, capture.manifest.line_direction()),
+            light::residuals(fit, capture.manifest.line_direction()),
         );
         page.section(
             "What was seen",
             "Centrelines over the laser pictures, coloured by diffraction order; grey was found and not used.",
-            &pictures(capture, features, fit)?,
+            pictures(capture, features, fit)?,
         );
     }
     page.section(
         "Camera",
         "Distance between the corners as seen and as the calibrated camera would see them.",
-        &camera::content(&result.calibration.camera, &report.camera),
+        camera::content(&result.calibration.camera, &report.camera),
     );
     if let Some(fit) = &report.stage {
-        page.section("Stage", "Where the stage moves the part, from the board it carried.", &stage::content(fit));
+        page.section("Stage", "Where the stage moves the part, from the board it carried.", stage::content(fit));
     }
     page.section(
         "Covariance",
         "What the data cannot tell apart. It goes on into every point's and every measurement's uncertainty.",
-        &correlation::content(&result.calibration),
+        correlation::content(&result.calibration),
     );
     Ok(())
 }
@@ -112,17 +111,17 @@ fn tiles(report: &CalibrationReport) -> Vec<Tile> {
 }
 
 fn notes(page: &mut Page, features: &Features, report: &CalibrationReport) {
-    let mut content = String::new();
+    let mut content = Html::default();
     let left_out = features.left_out.iter().map(|picture| format!("left out: {picture}"));
     for note in report.warnings.iter().cloned().chain(left_out) {
-        let _ = write!(content, "<p class=\"verdict note\">{}</p>", escape(&note));
+        content += html!("<p class=\"verdict note\">{note}</p>", note = note);
     }
     if !content.is_empty() {
-        page.section("Notes", "What a person should know before using this calibration.", &content);
+        page.section("Notes", "What a person should know before using this calibration.", content);
     }
 }
 
-fn pictures(capture: &Capture, features: &Features, fit: &LightReport) -> Result<String, Failure> {
+fn pictures(capture: &Capture, features: &Features, fit: &LightReport) -> Result<Html, Failure> {
     let mut figures = Vec::new();
     for (pose_idx, pose) in features.input.poses.iter().enumerate() {
         if pose.centrelines.is_none() || figures.len() == MAX_PICTURES {
@@ -146,5 +145,5 @@ fn pictures(capture: &Capture, features: &Features, fit: &LightReport) -> Result
         .iter()
         .map(|order| (format!("order {}", order_name(*order)), order_hex(*order)))
         .collect();
-    Ok(legend(&keys) + &gallery(&figures))
+    Ok(legend(&keys) + gallery(&figures))
 }

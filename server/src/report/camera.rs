@@ -3,6 +3,7 @@
 use calibration::{CameraReport, PoseResidual};
 use optics::Camera;
 
+use super::html::Html;
 use super::page::{figure, grid, table};
 use super::plot::{Axis, Plot, bars};
 
@@ -19,21 +20,21 @@ const COVERAGE_CELLS: usize = 16;
 const PARAMETERS: [&str; 9] = ["fx, px", "fy, px", "cx, px", "cy, px", "k1", "k2", "p1", "p2", "k3"];
 
 /// Figures and table of the camera fit.
-pub fn content(camera: &Camera, report: &CameraReport) -> String {
+pub fn content(camera: &Camera, report: &CameraReport) -> Html {
     let per_picture: Vec<(String, f64)> =
         report.poses.iter().map(|pose| (pose.name.clone(), pose.rms_px)).collect();
     let figures = [
         residual_map(camera, report),
         figure(
-            &bars(&per_picture, "px", 4, |idx| per_picture[idx].1 > 1.5 * report.rms_px),
+            bars(&per_picture, "px", 4, |idx| per_picture[idx].1 > 1.5 * report.rms_px),
             "RMS distance of the corners per picture. A picture that stands out (dark) was moved, blurred or bent.",
         ),
         coverage_map(camera, &report.poses),
     ];
-    grid(&figures) + &parameter_table(camera, report)
+    grid(&figures) + parameter_table(camera, report)
 }
 
-fn residual_map(camera: &Camera, report: &CameraReport) -> String {
+fn residual_map(camera: &Camera, report: &CameraReport) -> Html {
     let width_px = camera.width_px as f64;
     let factor = round_factor(width_px * TYPICAL_ARROW_SHARE / report.rms_px.max(1e-9));
     let mut plot = image_plot(camera);
@@ -44,7 +45,7 @@ fn residual_map(camera: &Camera, report: &CameraReport) -> String {
         .map(|[u, v, du, dv]| [*u, *v, du * factor, dv * factor]);
     plot.arrows(arrows, "");
     figure(
-        &plot.svg(),
+        plot.svg(),
         &format!(
             "Residuals of all corners, {factor:.0} times enlarged. They should look like hay: no swirl, no fan, \
              no direction shared by neighbours."
@@ -58,7 +59,7 @@ fn round_factor(factor: f64) -> f64 {
     [5.0, 2.0, 1.0].iter().map(|lead| lead * power).find(|round| *round <= factor).unwrap_or(1.0)
 }
 
-fn coverage_map(camera: &Camera, poses: &[PoseResidual]) -> String {
+fn coverage_map(camera: &Camera, poses: &[PoseResidual]) -> Html {
     let cell_px = camera.width_px as f64 / COVERAGE_CELLS as f64;
     let rows = (camera.height_px as f64 / cell_px).ceil() as usize;
     let mut counts = vec![0usize; rows * COVERAGE_CELLS];
@@ -78,7 +79,7 @@ fn coverage_map(camera: &Camera, poses: &[PoseResidual]) -> String {
         plot.cell((u, v), (u + cell_px, bottom), "cell", opacity, &format!("{count} corners"));
     }
     figure(
-        &plot.svg(),
+        plot.svg(),
         &format!(
             "Where corners were seen (up to {most} per cell). {:.0} % of the image saw none: there the distortion \
              is extrapolated.",
@@ -97,7 +98,7 @@ fn image_plot(camera: &Camera) -> Plot {
     )
 }
 
-fn parameter_table(camera: &Camera, report: &CameraReport) -> String {
+fn parameter_table(camera: &Camera, report: &CameraReport) -> Html {
     let rows: Vec<Vec<String>> = PARAMETERS
         .iter()
         .zip(camera.parameters())

@@ -4,6 +4,7 @@ use image::{Rgba, RgbaImage};
 use nalgebra::{Matrix3, Vector3};
 use scanning::Cloud;
 
+use super::html::Html;
 use super::page::{data_uri, figure};
 use super::plot::{Axis, Plot};
 use crate::failure::Failure;
@@ -75,7 +76,7 @@ impl CloudView {
     }
 
     /// Heights as colours over x and y, as the camera sees the part.
-    pub fn seen_from_above(&self) -> Result<String, Failure> {
+    pub fn seen_from_above(&self) -> Result<Html, Failure> {
         let x = bounds(self.points.iter().map(|point| point.x_mm));
         let y = bounds(self.points.iter().map(|point| point.y_mm));
         let cell_mm = ((x.1 - x.0) / CELLS_ACROSS as f64).max(1e-6);
@@ -104,7 +105,7 @@ impl CloudView {
         );
         plot.backdrop(&uri);
         Ok(figure(
-            &plot.svg(),
+            plot.svg(),
             &format!(
                 "From above, as the camera sees it: height from {:.2} mm (violet) to {:.2} mm (yellow).",
                 self.low_mm, self.high_mm
@@ -113,12 +114,12 @@ impl CloudView {
     }
 
     /// Height over x and height over y.
-    pub fn seen_from_the_sides(&self) -> String {
-        let drawing = self.side("x, mm", |point| point.x_mm) + &self.side("y, mm", |point| point.y_mm);
-        figure(&drawing, "From two sides; colours are orders. Heights are drawn on a scale of their own.")
+    pub fn seen_from_the_sides(&self) -> Html {
+        let drawing = self.side("x, mm", |point| point.x_mm) + self.side("y, mm", |point| point.y_mm);
+        figure(drawing, "From two sides; colours are orders. Heights are drawn on a scale of their own.")
     }
 
-    fn side(&self, title: &str, place: impl Fn(&Seen) -> f64) -> String {
+    fn side(&self, title: &str, place: impl Fn(&Seen) -> f64) -> Html {
         let x = Axis::around(self.points.iter().map(&place), title);
         let room = ((self.high_mm - self.low_mm) * 0.08).max(0.05);
         let y = Axis::new(self.low_mm - room, self.high_mm + room, "height, mm");

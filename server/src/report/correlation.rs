@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use optics::Calibration;
 
-use super::page::{escape, figure};
+use super::html::{Html, html};
+use super::page::figure;
 
 /// Side of a cell in SVG units.
 const CELL: f64 = 17.0;
@@ -16,21 +17,21 @@ const NAMES: f64 = 172.0;
 const STRONG: f64 = 0.98;
 
 /// The correlation matrix, coloured by sign and strength.
-pub fn content(calibration: &Calibration) -> String {
+pub fn content(calibration: &Calibration) -> Html {
     let names = calibration.parameter_names();
     let covariance = &calibration.covariance;
     let n = names.len().min(covariance.nrows());
     let side = NAMES + CELL * n as f64 + 4.0;
-    let mut svg = format!("<svg viewBox=\"0 0 {side:.0} {side:.0}\" role=img style=\"max-width:760px\">");
+    let mut cells = Html::default();
     let mut strongest: Vec<(f64, usize, usize)> = Vec::new();
     for row in 0..n {
         let at = NAMES + CELL * (row as f64 + 0.75);
-        let _ = write!(svg, "<text x={:.0} y={at:.1} text-anchor=end>{}</text>", NAMES - 6.0, escape(&names[row]));
-        let _ = write!(
-            svg,
-            "<text transform=\"translate({at:.1} {:.0}) rotate(-90)\">{}</text>",
-            NAMES - 6.0,
-            escape(&names[row])
+        cells += html!(
+            "<text x={edge:.0} y={at:.1} text-anchor=end>{name}</text>\
+             <text transform=\"translate({at:.1} {edge:.0}) rotate(-90)\">{name}</text>",
+            edge = NAMES - 6.0,
+            at = at,
+            name = names[row],
         );
         for column in 0..n {
             let correlation =
@@ -39,20 +40,26 @@ pub fn content(calibration: &Calibration) -> String {
                 strongest.push((correlation, row, column));
             }
             let class = if correlation < 0.0 { "cold" } else { "hot" };
-            let _ = write!(
-                svg,
-                "<rect class={class} x={:.1} y={:.1} width={w:.1} height={w:.1} opacity={:.3}><title>{} · {}: {correlation:+.3}</title></rect>",
-                NAMES + CELL * column as f64,
-                NAMES + CELL * row as f64,
-                correlation.abs().max(0.04),
-                escape(&names[row]),
-                escape(&names[column]),
-                w = CELL - 1.5,
+            cells += html!(
+                "<rect class={class} x={x:.1} y={y:.1} width={side:.1} height={side:.1} opacity={opacity:.3}>\
+                 <title>{row} · {column}: {correlation:+.3}</title></rect>",
+                class = class,
+                x = NAMES + CELL * column as f64,
+                y = NAMES + CELL * row as f64,
+                side = CELL - 1.5,
+                opacity = correlation.abs().max(0.04),
+                row = names[row],
+                column = names[column],
+                correlation = correlation,
             );
         }
     }
-    svg.push_str("</svg>");
-    figure(&svg, &caption(&names, &mut strongest))
+    let svg = html!(
+        "<svg viewBox=\"0 0 {side:.0} {side:.0}\" role=img style=\"max-width:760px\">{cells}</svg>",
+        side = side,
+        cells = cells,
+    );
+    figure(svg, &caption(&names, &mut strongest))
 }
 
 fn correlation(row_variance: f64, column_variance: f64, covariance: f64) -> f64 {

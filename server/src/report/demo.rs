@@ -3,6 +3,7 @@
 use capture::Capture;
 
 use super::calibration::calibration_sections;
+use super::html::Html;
 use super::measurement;
 use super::page::{Page, Tile, figure, gallery, table, verdict};
 use super::pictures::small_picture;
@@ -29,19 +30,19 @@ pub fn demo_page(
         "Three light models against the truth",
         "The twin knows where every ray really went. Systematic error: noise-free pixels triangulated by each \
          calibration, depth compared with the truth.",
-        &comparison(trials, best),
+        comparison(trials, best),
     );
     for part in &best.parts {
         scan_section(&mut page, capture, &part.name, &part.scan)?;
         page.section(
             &format!("Measured: {}", part.name),
             &format!("By the model {}.", best.kind),
-            &measurement::content(&part.measurement),
+            measurement::content(&part.measurement),
         );
     }
     photograph_section(&mut page, photographs)?;
     let introduction = format!("By the model {}, which cross-validation recommends.", best.kind);
-    page.section("The calibration behind it", &introduction, "");
+    page.section("The calibration behind it", &introduction, Html::default());
     calibration_sections(&mut page, capture, features, &best.calibrated.result)?;
     Ok(page.finish())
 }
@@ -54,11 +55,11 @@ fn photograph_section(page: &mut Page, photographs: &[Photograph]) -> Result<(),
         "Laser lines found in pictures of a real scanner in a lit room, after a picture with the laser off was \
          taken away. {SOURCE}"
     );
-    let pictures: Vec<String> = photographs
+    let pictures: Vec<Html> = photographs
         .iter()
         .map(|photograph| small_picture(&photograph.picture, &photograph.caption))
         .collect::<Result<_, Failure>>()?;
-    page.section("Photographs", &introduction, &gallery(&pictures));
+    page.section("Photographs", &introduction, gallery(&pictures));
     Ok(())
 }
 
@@ -84,7 +85,7 @@ fn tiles(best: &Trial) -> Vec<Tile> {
     tiles
 }
 
-fn comparison(trials: &[Trial], best: &Trial) -> String {
+fn comparison(trials: &[Trial], best: &Trial) -> Html {
     let rows: Vec<Vec<String>> = trials
         .iter()
         .map(|trial| {
@@ -111,6 +112,6 @@ fn comparison(trials: &[Trial], best: &Trial) -> String {
         best.systematic_rmse_mm * 1e3,
         best.kind,
         worst * 1e3
-    )) + &table(&head, &rows, marked)
-        + &figure(&bars(&entries, "µm", 1, marked), "Systematic depth error against the truth, RMS.")
+    )) + table(&head, &rows, marked)
+        + figure(bars(&entries, "µm", 1, marked), "Systematic depth error against the truth, RMS.")
 }

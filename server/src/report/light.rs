@@ -1,10 +1,9 @@
 //! The light sheets' part of the report: the three models side by side, residuals per order and per pose.
 
-use std::fmt::Write as _;
-
 use calibration::{CrossValidation, LaserPoint, LightReport};
 use vision::LineDirection;
 
+use super::html::{Html, html};
 use super::page::{figure, grid, legend, sentence, table, verdict};
 use super::plot::{Axis, Plot, bars};
 use crate::palette::order_hex;
@@ -20,7 +19,7 @@ const MEAN_BINS: usize = 24;
 const MIN_PER_BIN: usize = 8;
 
 /// The three models, table and bars, with the recommendation as a sentence.
-pub fn models(models: &CrossValidation) -> String {
+pub fn models(models: &CrossValidation) -> Html {
     let rows: Vec<Vec<String>> = models
         .scores
         .iter()
@@ -44,15 +43,15 @@ pub fn models(models: &CrossValidation) -> String {
         fitted.iter().map(|score| (score.model.name().to_owned(), score.held_out_bias_mm * 1e3)).collect();
     let marked = |idx: usize| models.scores[idx].model == models.recommended;
     verdict(&sentence(&models.reason))
-        + &table(&head, &rows, marked)
-        + &figure(
-            &bars(&entries, "µm", 1, |idx| fitted[idx].model == models.recommended),
+        + table(&head, &rows, marked)
+        + figure(
+            bars(&entries, "µm", 1, |idx| fitted[idx].model == models.recommended),
             "Systematic depth error at poses the model has not seen: mean error per pose and order, RMS.",
         )
 }
 
 /// Residuals of the chosen model.
-pub fn residuals(light: &LightReport, direction: LineDirection) -> String {
+pub fn residuals(light: &LightReport, direction: LineDirection) -> Html {
     let sums = order_sums(light);
     let rows: Vec<Vec<String>> = sums
         .iter()
@@ -70,12 +69,11 @@ pub fn residuals(light: &LightReport, direction: LineDirection) -> String {
     let keys: Vec<(String, String)> =
         sums.iter().map(|sum| (format!("order {}", order_name(sum.order)), order_hex(sum.order))).collect();
     let extent = extent(light);
-    let mut figures: Vec<String> =
-        sums.iter().map(|sum| order_plot(light, sum.order, direction, extent)).collect();
+    let mut figures: Vec<Html> = sums.iter().map(|sum| order_plot(light, sum.order, direction, extent)).collect();
     figures.push(pose_order_map(light));
     legend(&keys)
-        + &table(&["order", "points", "mean, px", "RMS, px", "RMS / σ", "outliers"], &rows, |_| false)
-        + &grid(&figures)
+        + table(&["order", "points", "mean, px", "RMS, px", "RMS / σ", "outliers"], &rows, |_| false)
+        + grid(&figures)
 }
 
 /// Four times the RMS residual: all but the rare outlier.
@@ -84,7 +82,7 @@ fn extent(light: &LightReport) -> f64 {
     (4.0 * (sum / light.points.len().max(1) as f64).sqrt()).max(1e-3)
 }
 
-fn order_plot(light: &LightReport, order: i8, direction: LineDirection, extent: f64) -> String {
+fn order_plot(light: &LightReport, order: i8, direction: LineDirection, extent: f64) -> Html {
     let (along, title): (fn(&LaserPoint) -> f64, &str) = match direction {
         LineDirection::Rows => (|point| point.u_px, "column u, px"),
         LineDirection::Columns => (|point| point.v_px, "row v, px"),
@@ -103,7 +101,7 @@ fn order_plot(light: &LightReport, order: i8, direction: LineDirection, extent: 
     plot.rule_at(0.0);
     plot.line(&running_mean(&points), "stroke:var(--ink);stroke-width:1.8");
     figure(
-        &plot.svg(),
+        plot.svg(),
         &format!(
             "Order {}: residual along the line, all poses; the line is the running mean. A bow is a wrong model.",
             order_name(order)
@@ -126,7 +124,7 @@ fn running_mean(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 /// Mean residual of every pose and order as a coloured table.
-fn pose_order_map(light: &LightReport) -> String {
+fn pose_order_map(light: &LightReport) -> Html {
     const CELL: (f64, f64) = (64.0, 19.0);
     const NAMES: f64 = 128.0;
     let orders: Vec<i8> = order_sums(light).iter().map(|sum| sum.order).collect();
@@ -138,34 +136,47 @@ fn pose_order_map(light: &LightReport) -> String {
     }
     let largest = light.residuals.iter().map(|r| r.mean_px.abs()).fold(f64::MIN_POSITIVE, f64::max);
     let (width, height) = (NAMES + CELL.0 * orders.len() as f64, CELL.1 * (poses.len() + 1) as f64 + 4.0);
-    let mut svg = format!("<svg viewBox=\"0 0 {width:.0} {height:.0}\" role=img>");
+    let mut cells = Html::default();
     for (idx, order) in orders.iter().enumerate() {
         let x = NAMES + CELL.0 * (idx as f64 + 0.5);
-        let _ = write!(svg, "<text x={x:.0} y=13 text-anchor=middle>{}</text>", order_name(*order));
+        cells += html!("<text x={x:.0} y=13 text-anchor=middle>{name}</text>", x = x, name = order_name(*order));
     }
     for (row, pose) in poses.iter().enumerate() {
         let y = CELL.1 * (row + 1) as f64;
-        let _ = write!(svg, "<text x={:.0} y={:.1} text-anchor=end>{pose}</text>", NAMES - 8.0, y + 13.5);
+        cells += html!(
+            "<text x={x:.0} y={y:.1} text-anchor=end>{pose}</text>",
+            x = NAMES - 8.0,
+            y = y + 13.5,
+            pose = pose
+        );
         for residual in light.residuals.iter().filter(|residual| residual.pose == *pose) {
             let Some(column) = orders.iter().position(|order| *order == residual.order) else { continue };
             let x = NAMES + CELL.0 * column as f64;
             let class = if residual.mean_px < 0.0 { "cold" } else { "hot" };
             let opacity = residual.mean_px.abs() / largest * 0.75;
-            let _ = write!(
-                svg,
-                "<rect class={class} x={x:.1} y={y:.1} width={:.1} height={:.1} opacity={opacity:.3} />\
-                 <text class=ink x={:.1} y={:.1} text-anchor=middle>{:+.3}</text>",
-                CELL.0 - 2.0,
-                CELL.1 - 2.0,
-                x + CELL.0 / 2.0,
-                y + 13.5,
-                residual.mean_px
+            cells += html!(
+                "<rect class={class} x={x:.1} y={y:.1} width={width:.1} height={height:.1} opacity={opacity:.3} />\
+                 <text class=ink x={middle:.1} y={base:.1} text-anchor=middle>{mean_px:+.3}</text>",
+                class = class,
+                x = x,
+                y = y,
+                width = CELL.0 - 2.0,
+                height = CELL.1 - 2.0,
+                opacity = opacity,
+                middle = x + CELL.0 / 2.0,
+                base = y + 13.5,
+                mean_px = residual.mean_px,
             );
         }
     }
-    svg.push_str("</svg>");
+    let svg = html!(
+        "<svg viewBox=\"0 0 {width:.0} {height:.0}\" role=img>{cells}</svg>",
+        width = width,
+        height = height,
+        cells = cells,
+    );
     figure(
-        &svg,
+        svg,
         "Mean residual in px of every pose (rows) and order (columns). A row of one colour is a moved board.",
     )
 }

@@ -2,11 +2,12 @@
 
 use metrology::Measurement;
 
-use super::page::{escape, table, verdict};
+use super::html::{Html, html};
+use super::page::{sentence as as_sentence, table, verdict};
 use crate::tables::order_name;
 
 /// Sentence and table of one measurement.
-pub fn content(measurement: &Measurement) -> String {
+pub fn content(measurement: &Measurement) -> Html {
     let unit = measurement.unit.symbol();
     let mut sentence = format!(
         "{} {:.4} {unit}, U = {:.4} {unit} (k = 2)",
@@ -36,7 +37,9 @@ pub fn content(measurement: &Measurement) -> String {
         .collect();
     let n_orders = measurement.per_order.len();
     let head = ["order", "points", "mean error, µm", "RMSE, µm", "largest, µm", "value, mm"];
-    let notes: String =
-        measurement.notes.iter().map(|note| format!("<p>{}.</p>", escape(&super::page::sentence(note)))).collect();
-    verdict(&super::page::sentence(&sentence)) + &table(&head, &rows, |idx| idx == n_orders) + &notes
+    let mut notes = Html::default();
+    for note in &measurement.notes {
+        notes += html!("<p>{note}.</p>", note = as_sentence(note));
+    }
+    verdict(&as_sentence(&sentence)) + table(&head, &rows, |idx| idx == n_orders) + notes
 }

@@ -5,6 +5,7 @@ mod camera;
 mod cloud_view;
 mod correlation;
 mod demo;
+mod html;
 mod light;
 mod measurement;
 mod page;

@@ -8,7 +8,8 @@ use image::RgbImage;
 use image::imageops::{FilterType, resize};
 use vision::{Centrelines, GreyImage};
 
-use super::page::{data_uri, escape, figure};
+use super::html::{Html, html};
+use super::page::{data_uri, figure};
 use crate::failure::Failure;
 use crate::palette::order_hex;
 use crate::picture::{background, encode_jpeg};
@@ -33,21 +34,21 @@ pub fn labelled_picture(
     found: Option<&Centrelines>,
     labelled: &[LabelledPixel],
     caption: &str,
-) -> Result<String, Failure> {
+) -> Result<Html, Failure> {
     let image = capture.image(&path.display().to_string(), path)?;
-    Ok(figure(&drawing(&image, found, labelled)?, caption))
+    Ok(figure(drawing(&image, found, labelled)?, caption))
 }
 
 /// A finished picture, smaller.
-pub fn small_picture(picture: &RgbImage, caption: &str) -> Result<String, Failure> {
+pub fn small_picture(picture: &RgbImage, caption: &str) -> Result<Html, Failure> {
     let (width, height) = picture.dimensions();
     let small_width = width.min(EMBEDDED_WIDTH_PX);
     let small = resize(picture, small_width, height * small_width / width, FilterType::Triangle);
     let uri = data_uri("image/jpeg", &encode_jpeg(&small)?);
-    Ok(figure(&format!("<img src=\"{uri}\" alt=\"{}\">", escape(caption)), caption))
+    Ok(figure(html!("<img src=\"{uri}\" alt=\"{caption}\">", uri = uri, caption = caption), caption))
 }
 
-fn drawing(image: &GreyImage, found: Option<&Centrelines>, labelled: &[LabelledPixel]) -> Result<String, Failure> {
+fn drawing(image: &GreyImage, found: Option<&Centrelines>, labelled: &[LabelledPixel]) -> Result<Html, Failure> {
     let (width, height) = (image.width() as u32, image.height() as u32);
     let full = background(image, 1, DIM_PEAK);
     let small = match width > EMBEDDED_WIDTH_PX {
@@ -55,9 +56,12 @@ fn drawing(image: &GreyImage, found: Option<&Centrelines>, labelled: &[LabelledP
         false => full,
     };
     let uri = data_uri("image/jpeg", &encode_jpeg(&small)?);
-    let mut svg = format!(
+    let mut svg = html!(
         "<svg viewBox=\"-0.5 -0.5 {width} {height}\" role=img>\
-         <image href=\"{uri}\" x=-0.5 y=-0.5 width={width} height={height} />"
+         <image href=\"{uri}\" x=-0.5 y=-0.5 width={width} height={height} />",
+        width = width,
+        height = height,
+        uri = uri,
     );
     let dot = f64::from(width) / 190.0;
     if let Some(found) = found {
@@ -73,28 +77,29 @@ fn drawing(image: &GreyImage, found: Option<&Centrelines>, labelled: &[LabelledP
         draw(&mut svg, &points, &order_hex(order), dot);
         if let Some((u_px, v_px)) = points.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)) {
             let size = f64::from(width) / 45.0;
-            let _ = write!(
-                svg,
-                "<text x={:.0} y={:.0} style=\"font-size:{size:.0}px;font-weight:650;fill:{}\">{}</text>",
-                u_px.min(f64::from(width) - 2.2 * size) + 0.5 * size,
-                v_px - 0.5 * size,
-                order_hex(order),
-                order_name(order)
+            svg += html!(
+                "<text x={x:.0} y={y:.0} style=\"font-size:{size:.0}px;font-weight:650;fill:{colour}\">{name}</text>",
+                x = u_px.min(f64::from(width) - 2.2 * size) + 0.5 * size,
+                y = v_px - 0.5 * size,
+                size = size,
+                colour = order_hex(order),
+                name = order_name(order),
             );
         }
     }
-    svg.push_str("</svg>");
-    Ok(svg)
+    Ok(svg + Html::of("</svg>"))
 }
 
-fn draw(svg: &mut String, points: &[(f64, f64)], colour: &str, dot: f64) {
+fn draw(svg: &mut Html, points: &[(f64, f64)], colour: &str, dot: f64) {
     let stride = points.len().div_ceil(MAX_DOTS).max(1);
     let mut path = String::new();
     for (u_px, v_px) in points.iter().step_by(stride) {
         let _ = write!(path, "M{u_px:.1} {v_px:.1}h0");
     }
-    let _ = write!(
-        svg,
-        "<path d=\"{path}\" fill=none stroke=\"{colour}\" stroke-width={dot:.1} stroke-linecap=round />"
+    *svg += html!(
+        "<path d=\"{path}\" fill=none stroke=\"{colour}\" stroke-width={dot:.1} stroke-linecap=round />",
+        path = path,
+        colour = colour,
+        dot = dot,
     );
 }

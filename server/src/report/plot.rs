@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::page::escape;
+use super::html::{Html, html};
 
 /// Room for tick labels, left.
 const LEFT: f64 = 52.0;
@@ -79,13 +79,13 @@ pub struct Plot {
     y: Axis,
     width: f64,
     height: f64,
-    body: String,
+    body: Html,
 }
 
 impl Plot {
     /// A plot whose plane has the given size in SVG units.
     pub fn new(x: Axis, y: Axis, width: f64, height: f64) -> Self {
-        Self { x, y, width, height, body: String::new() }
+        Self { x, y, width, height, body: Html::default() }
     }
 
     /// Small dots of one colour, drawn as one path.
@@ -96,9 +96,11 @@ impl Plot {
                 let _ = write!(path, "M{:.1} {:.1}h0", self.place_x(x), self.place_y(y));
             }
         }
-        let _ = write!(
-            self.body,
-            "<path d=\"{path}\" fill=none stroke-width={size} stroke-linecap=round style=\"{style}\"/>"
+        self.body += html!(
+            "<path d=\"{path}\" fill=none stroke-width={size} stroke-linecap=round style=\"{style}\"/>",
+            path = path,
+            size = size,
+            style = style,
         );
     }
 
@@ -109,7 +111,11 @@ impl Plot {
             let command = if idx == 0 { 'M' } else { 'L' };
             let _ = write!(path, "{command}{:.1} {:.1}", self.place_x(*x), self.place_y(*y));
         }
-        let _ = write!(self.body, "<path d=\"{path}\" fill=none stroke-linejoin=round style=\"{style}\"/>");
+        self.body += html!(
+            "<path d=\"{path}\" fill=none stroke-linejoin=round style=\"{style}\"/>",
+            path = path,
+            style = style
+        );
     }
 
     /// Short lines from (x, y) along (dx, dy), all in axis units.
@@ -120,91 +126,101 @@ impl Plot {
             let _ =
                 write!(path, "M{x0:.1} {y0:.1}l{:.1} {:.1}", self.place_x(x + dx) - x0, self.place_y(y + dy) - y0);
         }
-        let _ = write!(self.body, "<path d=\"{path}\" class=thin style=\"{style}\"/>");
+        self.body += html!("<path d=\"{path}\" class=thin style=\"{style}\"/>", path = path, style = style);
     }
 
     /// A rectangle between two corners, with a text shown when pointed at.
     pub fn cell(&mut self, from: (f64, f64), to: (f64, f64), class: &str, opacity: f64, tip: &str) {
         let (x0, x1) = (self.place_x(from.0), self.place_x(to.0));
         let (y0, y1) = (self.place_y(from.1), self.place_y(to.1));
-        let _ = write!(
-            self.body,
-            "<rect x={:.1} y={:.1} width={:.1} height={:.1} class={class} opacity={opacity:.3}><title>{}</title></rect>",
-            x0.min(x1),
-            y0.min(y1),
-            (x1 - x0).abs(),
-            (y1 - y0).abs(),
-            escape(tip)
+        self.body += html!(
+            "<rect x={x:.1} y={y:.1} width={width:.1} height={height:.1} class={class} opacity={opacity:.3}>\
+             <title>{tip}</title></rect>",
+            x = x0.min(x1),
+            y = y0.min(y1),
+            width = (x1 - x0).abs(),
+            height = (y1 - y0).abs(),
+            class = class,
+            opacity = opacity,
+            tip = tip,
         );
     }
 
     /// A horizontal dashed line.
     pub fn rule_at(&mut self, y: f64) {
         let place = self.place_y(y);
-        let _ = write!(
-            self.body,
-            "<line x1={LEFT} x2={} y1={place:.1} y2={place:.1} class=zero />",
-            LEFT + self.width
+        self.body += html!(
+            "<line x1={left} x2={right} y1={place:.1} y2={place:.1} class=zero />",
+            left = LEFT,
+            right = LEFT + self.width,
+            place = place,
         );
     }
 
     /// A picture that fills the plane; `uri` is a data URI.
     pub fn backdrop(&mut self, uri: &str) {
-        let _ = write!(
-            self.body,
-            "<image href=\"{uri}\" x={LEFT} y={RIM} width={} height={} preserveAspectRatio=none />",
-            self.width, self.height
+        self.body += html!(
+            "<image href=\"{uri}\" x={x} y={y} width={width} height={height} preserveAspectRatio=none />",
+            uri = uri,
+            x = LEFT,
+            y = RIM,
+            width = self.width,
+            height = self.height,
         );
     }
 
     /// The drawing as an SVG element.
-    pub fn svg(&self) -> String {
-        let (full_width, full_height) = (LEFT + self.width + RIM, RIM + self.height + BELOW);
-        let mut svg = format!("<svg viewBox=\"0 0 {full_width:.0} {full_height:.0}\" role=img>");
-        self.draw_axes(&mut svg);
-        svg.push_str(&self.body);
-        svg.push_str("</svg>");
-        svg
+    pub fn svg(&self) -> Html {
+        html!(
+            "<svg viewBox=\"0 0 {width:.0} {height:.0}\" role=img>{axes}{body}</svg>",
+            width = LEFT + self.width + RIM,
+            height = RIM + self.height + BELOW,
+            axes = self.axes(),
+            body = self.body,
+        )
     }
 
-    fn draw_axes(&self, svg: &mut String) {
+    fn axes(&self) -> Html {
         let (bottom, right) = (RIM + self.height, LEFT + self.width);
+        let mut axes = Html::default();
         for tick in self.x.ticks() {
-            let x = self.place_x(tick);
-            let _ = write!(svg, "<line class=rule x1={x:.1} x2={x:.1} y1={RIM} y2={bottom:.1} />");
-            let _ = write!(
-                svg,
-                "<text x={x:.1} y={:.1} text-anchor=middle>{}</text>",
-                bottom + 14.0,
-                tick_text(tick, &self.x)
+            axes += html!(
+                "<line class=rule x1={x:.1} x2={x:.1} y1={top} y2={bottom:.1} />\
+                 <text x={x:.1} y={y:.1} text-anchor=middle>{tick}</text>",
+                x = self.place_x(tick),
+                top = RIM,
+                bottom = bottom,
+                y = bottom + 14.0,
+                tick = tick_text(tick, &self.x),
             );
         }
         for tick in self.y.ticks() {
             let y = self.place_y(tick);
-            let _ = write!(svg, "<line class=rule x1={LEFT} x2={right:.1} y1={y:.1} y2={y:.1} />");
-            let _ = write!(
-                svg,
-                "<text x={:.1} y={:.1} text-anchor=end>{}</text>",
-                LEFT - 6.0,
-                y + 4.0,
-                tick_text(tick, &self.y)
+            axes += html!(
+                "<line class=rule x1={left} x2={right:.1} y1={y:.1} y2={y:.1} />\
+                 <text x={x:.1} y={below:.1} text-anchor=end>{tick}</text>",
+                left = LEFT,
+                right = right,
+                y = y,
+                x = LEFT - 6.0,
+                below = y + 4.0,
+                tick = tick_text(tick, &self.y),
             );
         }
-        let _ = write!(
-            svg,
-            "<text x={:.1} y={:.1} text-anchor=middle>{}</text>",
-            LEFT + self.width / 2.0,
-            bottom + 31.0,
-            escape(&self.x.title)
-        );
-        let middle = RIM + self.height / 2.0;
-        let _ = write!(
-            svg,
-            "<text x=11 y={middle:.1} text-anchor=middle transform=\"rotate(-90 11 {middle:.1})\">{}</text>",
-            escape(&self.y.title)
-        );
-        let _ =
-            write!(svg, "<rect class=axis x={LEFT} y={RIM} width={:.1} height={:.1} />", self.width, self.height);
+        axes + html!(
+            "<text x={x:.1} y={y:.1} text-anchor=middle>{across}</text>\
+             <text x=11 y={middle:.1} text-anchor=middle transform=\"rotate(-90 11 {middle:.1})\">{up}</text>\
+             <rect class=axis x={left} y={top} width={width:.1} height={height:.1} />",
+            x = LEFT + self.width / 2.0,
+            y = bottom + 31.0,
+            across = self.x.title,
+            middle = RIM + self.height / 2.0,
+            up = self.y.title,
+            left = LEFT,
+            top = RIM,
+            width = self.width,
+            height = self.height,
+        )
     }
 
     fn inside(&self, x: f64, y: f64) -> bool {
@@ -229,33 +245,40 @@ fn tick_text(tick: f64, axis: &Axis) -> String {
 }
 
 /// One horizontal bar per name, with its figure at the end. `marked` bars stand out.
-pub fn bars(entries: &[(String, f64)], unit: &str, decimals: usize, marked: impl Fn(usize) -> bool) -> String {
+pub fn bars(entries: &[(String, f64)], unit: &str, decimals: usize, marked: impl Fn(usize) -> bool) -> Html {
     const ROW: f64 = 19.0;
     const NAMES: f64 = 128.0;
     const WIDTH: f64 = 520.0;
     const FIGURES: f64 = 84.0;
     let largest = entries.iter().map(|(_, value)| *value).fold(f64::MIN_POSITIVE, f64::max);
-    let mut svg = format!("<svg viewBox=\"0 0 {WIDTH} {:.0}\" role=img>", entries.len() as f64 * ROW + 4.0);
+    let mut rows = Html::default();
     for (idx, (name, value)) in entries.iter().enumerate() {
         let y = idx as f64 * ROW;
         let length = (value / largest * (WIDTH - NAMES - FIGURES)).max(1.0);
         let opacity = if marked(idx) { 1.0 } else { 0.55 };
-        let _ = write!(
-            svg,
-            "<text x={:.0} y={:.1} text-anchor=end>{}</text>\
-             <rect class=bar x={NAMES} y={:.1} width={length:.1} height={:.1} rx=2 opacity={opacity} />\
-             <text class=ink x={:.1} y={:.1}>{value:.decimals$} {unit}</text>",
-            NAMES - 8.0,
-            y + 14.0,
-            escape(name),
-            y + 3.0,
-            ROW - 5.0,
-            NAMES + length + 6.0,
-            y + 14.0
+        rows += html!(
+            "<text x={names:.0} y={base:.1} text-anchor=end>{name}</text>\
+             <rect class=bar x={begin} y={top:.1} width={length:.1} height={height:.1} rx=2 opacity={opacity} />\
+             <text class=ink x={end:.1} y={base:.1}>{value} {unit}</text>",
+            names = NAMES - 8.0,
+            base = y + 14.0,
+            name = name,
+            begin = NAMES,
+            top = y + 3.0,
+            length = length,
+            height = ROW - 5.0,
+            opacity = opacity,
+            end = NAMES + length + 6.0,
+            value = format!("{value:.decimals$}"),
+            unit = unit,
         );
     }
-    svg.push_str("</svg>");
-    svg
+    html!(
+        "<svg viewBox=\"0 0 {width} {height:.0}\" role=img>{rows}</svg>",
+        width = WIDTH,
+        height = entries.len() as f64 * ROW + 4.0,
+        rows = rows,
+    )
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use capture::Capture;
 use scanning::ScanResult;
 
 use super::cloud_view::CloudView;
+use super::html::Html;
 use super::page::{Page, Tile, gallery, grid, legend, sentence, table};
 use super::pictures::{LabelledPixel, labelled_picture};
 use crate::failure::Failure;
@@ -37,16 +38,16 @@ pub fn scan_section(page: &mut Page, capture: &Capture, name: &str, result: &Sca
     let view = CloudView::new(&result.cloud);
     let views = [view.seen_from_above()?, view.seen_from_the_sides()];
     let content = legend(&keys)
-        + &grid(&views)
-        + &gallery(&frames(capture, name, result)?)
-        + &agreement(result)
-        + &left_out(result);
+        + grid(&views)
+        + gallery(&frames(capture, name, result)?)
+        + agreement(result)
+        + left_out(result);
     let introduction = format!(
         "{} points. Heights are distances from the plane most points lie on. {}.",
         result.report.n_points,
         sentence(&result.report.envelope.to_string())
     );
-    page.section(&format!("Scan {name}"), &introduction, &content);
+    page.section(&format!("Scan {name}"), &introduction, content);
     Ok(())
 }
 
@@ -71,7 +72,7 @@ fn tiles(result: &ScanResult) -> [Tile; 3] {
     ]
 }
 
-fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<String>, Failure> {
+fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Html>, Failure> {
     let scan = capture.scan(name)?;
     let n_frames = scan.frames.len();
     (0..SHOWN_FRAMES.min(n_frames))
@@ -91,9 +92,9 @@ fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Stri
         .collect()
 }
 
-fn agreement(result: &ScanResult) -> String {
+fn agreement(result: &ScanResult) -> Html {
     if result.report.self_consistency.is_empty() {
-        return String::new();
+        return Html::default();
     }
     let rows: Vec<Vec<String>> = result
         .report
@@ -108,17 +109,17 @@ fn agreement(result: &ScanResult) -> String {
             ]
         })
         .collect();
-    "<h3>The same surface seen by two orders</h3>".to_owned()
-        + &table(&["orders", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)
+    Html::of("<h3>The same surface seen by two orders</h3>")
+        + table(&["orders", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)
 }
 
-fn left_out(result: &ScanResult) -> String {
+fn left_out(result: &ScanResult) -> Html {
     let rows: Vec<Vec<String>> = losses(&result.report)
         .into_iter()
         .map(|(reason, points, pieces)| vec![reason.to_owned(), points.to_string(), pieces.to_string()])
         .collect();
     if rows.is_empty() {
-        return String::new();
+        return Html::default();
     }
-    "<h3>Left out</h3>".to_owned() + &table(&["reason", "points", "whole pieces"], &rows, |_| false)
+    Html::of("<h3>Left out</h3>") + table(&["reason", "points", "whole pieces"], &rows, |_| false)
 }

@@ -2,6 +2,7 @@
 
 use calibration::StageReport;
 
+use super::html::Html;
 use super::page::{figure, grid, legend, table};
 use super::plot::{Axis, Plot};
 
@@ -10,7 +11,7 @@ const DEVIATIONS: [(&str, &str); 3] =
     [("along the travel", "#0072B2"), ("across, first", "#E69F00"), ("across, second", "#009E73")];
 
 /// Table and straightness plot.
-pub fn content(stage: &StageReport) -> String {
+pub fn content(stage: &StageReport) -> Html {
     let rows: Vec<Vec<String>> = ["x", "y", "z"]
         .iter()
         .zip(stage.direction)
@@ -20,11 +21,11 @@ pub fn content(stage: &StageReport) -> String {
     let keys: Vec<(String, String)> =
         DEVIATIONS.iter().map(|(name, colour)| ((*name).to_owned(), (*colour).to_owned())).collect();
     table(&["travel per mm, camera frame", "value", "σ"], &rows, |_| false)
-        + &legend(&keys)
-        + &grid(&[straightness(stage)])
+        + legend(&keys)
+        + grid(&[straightness(stage)])
 }
 
-fn straightness(stage: &StageReport) -> String {
+fn straightness(stage: &StageReport) -> Html {
     let views = &stage.straightness_um;
     let largest = views.iter().flat_map(|view| &view[1..]).map(|value| value.abs()).fold(1.0, f64::max);
     let x = Axis::around(views.iter().map(|view| view[0]), "nominal position, mm");
@@ -35,5 +36,5 @@ fn straightness(stage: &StageReport) -> String {
         plot.line(&points, &format!("stroke:{colour};stroke-width:1.5"));
         plot.dots(points.iter().copied(), 6.0, &format!("stroke:{colour}"));
     }
-    figure(&plot.svg(), "How far the board was from where a straight, even stage would have put it.")
+    figure(plot.svg(), "How far the board was from where a straight, even stage would have put it.")
 }

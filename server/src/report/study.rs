@@ -3,7 +3,8 @@
 use crate::study::paper::{GRATING_TILTS_DEG, ModelErrors, PaperStudy};
 use crate::tables::study_text;
 
-use super::page::{Page, Tile, escape, figure, grid, legend};
+use super::html::{Html, html};
+use super::page::{Page, Tile, figure, grid, legend};
 use super::plot::{Axis, Plot, bars};
 
 /// One colour per model, from Okabe and Ito.
@@ -35,19 +36,19 @@ pub fn study_page(study: &PaperStudy) -> String {
             ),
         ]);
     }
-    page.section("The claim", "Narrow field, normal incidence, coarse centrelines.", &claim(study));
-    page.section("Where planes break", "Wide fields bow the outer sheets; planes cannot follow.", &fields(study));
+    page.section("The claim", "Narrow field, normal incidence, coarse centrelines.", claim(study));
+    page.section("Where planes break", "Wide fields bow the outer sheets; planes cannot follow.", fields(study));
     page.section(
         "Corners and the bound",
         "With the camera in the problem its corners limit everything.",
-        &corners(study),
+        corners(study),
     );
-    page.section("Figures", "The same as text.", &format!("<pre>{}</pre>", escape(&study_text(study))));
+    page.section("Figures", "The same as text.", html!("<pre>{text}</pre>", text = study_text(study)));
     page.finish()
 }
 
-fn claim(study: &PaperStudy) -> String {
-    let figures: Vec<String> = study
+fn claim(study: &PaperStudy) -> Html {
+    let figures: Vec<Html> = study
         .claim
         .iter()
         .map(|row| {
@@ -59,16 +60,16 @@ fn claim(study: &PaperStudy) -> String {
             ]
             .map(|(name, mm)| (name.to_owned(), 1e3 * mm))
             .to_vec();
-            figure(&bars(&entries, "µm", 1, |idx| idx == 2), &format!("{} poses", row.n_poses))
+            figure(bars(&entries, "µm", 1, |idx| idx == 2), &format!("{} poses", row.n_poses))
         })
         .collect();
     grid(&figures)
 }
 
-fn fields(study: &PaperStudy) -> String {
+fn fields(study: &PaperStudy) -> Html {
     let keys: Vec<(String, String)> =
         MODEL_COLOURS.iter().map(|(name, colour)| ((*name).to_owned(), (*colour).to_owned())).collect();
-    let figures: Vec<String> = GRATING_TILTS_DEG
+    let figures: Vec<Html> = GRATING_TILTS_DEG
         .iter()
         .map(|tilt| {
             let mut plot = Plot::new(
@@ -87,13 +88,13 @@ fn fields(study: &PaperStudy) -> String {
                 plot.line(&points, &format!("stroke:{colour};stroke-width:2"));
                 plot.dots(points.iter().copied(), 6.0, &format!("stroke:{colour}"));
             }
-            figure(&plot.svg(), &format!("grating tilted by {tilt}°"))
+            figure(plot.svg(), &format!("grating tilted by {tilt}°"))
         })
         .collect();
-    format!("{}{}", legend(&keys), grid(&figures))
+    legend(&keys) + grid(&figures)
 }
 
-fn corners(study: &PaperStudy) -> String {
+fn corners(study: &PaperStudy) -> Html {
     let largest = study.corners.iter().map(|row| row.grating_mm.max(row.bound_mm)).fold(0.0, f64::max);
     let mut plot = Plot::new(
         Axis::new(0.0, 0.05, "corner noise per axis, px"),
@@ -106,7 +107,7 @@ fn corners(study: &PaperStudy) -> String {
     plot.line(&bound, "stroke:#888;stroke-width:2;stroke-dasharray:5 4");
     let grating = study.corners.iter().map(|row| (row.corner_sigma_px, 1e3 * row.grating_mm));
     plot.dots(grating, 8.0, &format!("stroke:{}", MODEL_COLOURS[2].1));
-    figure(&plot.svg(), "dots: the joint fit; dashed: the Cramér–Rao bound")
+    figure(plot.svg(), "dots: the joint fit; dashed: the Cramér–Rao bound")
 }
 
 fn of_model(errors: &ModelErrors, idx: usize) -> f64 {
