@@ -52,8 +52,11 @@ impl Guard {
     fn check_origin(&self, headers: &HeaderMap, host: &str) -> Result<(), Problem> {
         let Some(origin) = headers.get(header::ORIGIN) else { return Ok(()) };
         let origin = origin.to_str().unwrap_or_default();
-        let own = origin.split_once("://").is_some_and(|(_, place)| place.eq_ignore_ascii_case(host));
-        if own || self.origins.iter().any(|allowed| allowed == origin) {
+        // A page of this server, itself or behind a proxy that does TLS; browsers write the host in lower case.
+        let host = host.to_ascii_lowercase();
+        let own = ["http", "https"].iter().any(|scheme| origin == format!("{scheme}://{host}"));
+        let is_page = origin.starts_with("http://") || origin.starts_with("https://");
+        if own || is_page && self.origins.iter().any(|allowed| allowed == origin) {
             return Ok(());
         }
         Err(Problem::new(ProblemKind::Forbidden, format!("pages of \"{origin}\" may not use this server"))
@@ -88,7 +91,7 @@ mod tests {
     fn check(method: Method, pairs: &[(&'static str, &'static str)]) -> Option<u16> {
         let mut config = Config::simulated("data".into());
         config.http.allowed_hosts = vec!["Line3".to_owned()];
-        config.http.allowed_origins = vec!["https://mes.example".to_owned()];
+        config.http.allowed_origins = vec!["https://mes.example".to_owned(), "chrome-extension://x".to_owned()];
         let headers = pairs.iter().map(|(name, value)| (name.parse().unwrap(), value.parse().unwrap()));
         Guard::new(&config).check(&method, &headers.collect(), None).err().map(|problem| problem.status)
     }
@@ -116,5 +119,14 @@ mod tests {
         assert_eq!(check(Method::PUT, &[foreign[0], ("origin", "http://localhost:8080")]), None);
         assert_eq!(check(Method::PUT, &[foreign[0], ("origin", "https://mes.example")]), None);
         assert_eq!(check(Method::PUT, &[foreign[0]]), None);
+        for origin in [
+            "javascript://localhost:8080",
+            "file://localhost:8080",
+            "http://localhost:8080/",
+            "HTTP://localhost:8080",
+        ] {
+            assert_eq!(check(Method::PUT, &[foreign[0], ("origin", origin)]), Some(403), "{origin}");
+        }
+        assert_eq!(check(Method::PUT, &[("host", "LOCALHOST:8080"), ("origin", "http://localhost:8080")]), None);
     }
 }

@@ -65,7 +65,7 @@ pub async fn listen(
     loop {
         let message = match from_client.next().await {
             None => return End::Gone,
-            Some(Err(_)) => return End::Gone,
+            Some(Err(error)) => return end_by(error),
             Some(Ok(message)) => message,
         };
         heard.note();
@@ -100,6 +100,21 @@ pub async fn listen(
                 return End::Close { code: close::TOO_BIG, reason: "the message is too long" };
             }
         }
+    }
+}
+
+/// What a client did that cannot be heard.
+fn end_by(error: axum::Error) -> End {
+    use tungstenite::Error;
+    use tungstenite::error::ProtocolError;
+    match error.into_inner().downcast_ref() {
+        Some(Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)) => End::Gone,
+        Some(Error::Protocol(_)) => {
+            End::Close { code: close::PROTOCOL, reason: "this is not the WebSocket protocol" }
+        }
+        Some(Error::Utf8(_)) => End::Close { code: close::NOT_UTF8, reason: "the text is not UTF-8" },
+        Some(Error::Capacity(_)) => End::Close { code: close::TOO_BIG, reason: "the message is too long" },
+        _ => End::Gone,
     }
 }
 

@@ -28,6 +28,10 @@ pub const MAX_SOCKETS: usize = 200;
 pub mod close {
     /// The server ends.
     pub const GOING_AWAY: u16 = 1001;
+    /// Bytes that are not the WebSocket protocol.
+    pub const PROTOCOL: u16 = 1002;
+    /// Text that is not UTF-8.
+    pub const NOT_UTF8: u16 = 1007;
     /// A binary message from the client.
     pub const UNSUPPORTED: u16 = 1003;
     /// Too many messages from the client.
