@@ -1,10 +1,11 @@
-//! The catalogue as the service uses it: after every commit, whoever follows the events is woken.
+//! The catalogue as the service uses it: after every commit, whoever follows the events is woken, and who deletes what
+//! nobody names any more.
 
 use std::sync::Arc;
 
 use serde_json::Value;
 use store::{Catalogue, Change, EventRecord, StoreError};
-use tokio::sync::watch;
+use tokio::sync::{Notify, watch};
 
 use crate::wall_clock::now_ms;
 
@@ -13,13 +14,14 @@ use crate::wall_clock::now_ms;
 pub struct Ledger {
     catalogue: Arc<dyn Catalogue>,
     newest_event: watch::Sender<i64>,
+    artifacts_left: Arc<Notify>,
 }
 
 impl Ledger {
     /// Over a catalogue.
     pub async fn open(catalogue: Arc<dyn Catalogue>) -> Result<Self, StoreError> {
         let seq = catalogue.last_event_seq().await?;
-        Ok(Self { catalogue, newest_event: watch::Sender::new(seq) })
+        Ok(Self { catalogue, newest_event: watch::Sender::new(seq), artifacts_left: Arc::default() })
     }
 
     /// Reads.
@@ -29,7 +31,11 @@ impl Ledger {
 
     /// Makes all changes or none, and wakes the followers of events.
     pub async fn commit(&self, changes: Vec<Change>) -> Result<Vec<EventRecord>, StoreError> {
+        let leaves_artifacts = changes.iter().any(Change::leaves_artifacts);
         let events = self.catalogue.commit(changes).await?;
+        if leaves_artifacts {
+            self.artifacts_left.notify_one();
+        }
         if let Some(last) = events.last() {
             self.newest_event.send_if_modified(|seq| {
                 let grown = last.seq > *seq;
@@ -38,6 +44,12 @@ impl Ledger {
             });
         }
         Ok(events)
+    }
+
+    /// Returns once records were changed or deleted so that nobody may name their artifacts any more, since the last time
+    /// it returned. One task waits.
+    pub async fn artifacts_left(&self) {
+        self.artifacts_left.notified().await;
     }
 
     /// Sequence of the newest event; followers read the events themselves, so that none is missed or doubled.

@@ -44,6 +44,8 @@ pub enum ProblemKind {
     Internal,
     /// A device does not answer, or the station is in error.
     DeviceFault,
+    /// A file or record of the store is not what was written, or not there.
+    Damaged,
     /// The server is starting or shutting down.
     Unavailable,
     /// The disk is full.
@@ -75,6 +77,7 @@ impl ProblemKind {
             Self::Forbidden => ("forbidden", "Not allowed", 403),
             Self::Internal => ("internal", "A defect of the program", 500),
             Self::DeviceFault => ("device-fault", "A device does not do what it should", 503),
+            Self::Damaged => ("damaged", "What is stored is damaged or missing", 503),
             Self::Unavailable => ("unavailable", "Not now", 503),
             Self::StorageFull => ("storage-full", "The disk is full", 507),
             Self::Stopped => ("stopped", "Stopped by a person", 409),
@@ -145,5 +148,18 @@ impl Problem {
     pub fn retry_after_s(mut self, seconds: u64) -> Self {
         self.retry_after_s = Some(seconds);
         self
+    }
+
+    /// A stored thing is not what was written, or not there: both are lost alike, and a backup has both.
+    pub fn damaged(what: &str, cause: impl Into<String>) -> Self {
+        Self::new(ProblemKind::Damaged, format!("{what} is damaged or missing in the store"))
+            .because(cause)
+            .remedy("restore the data directory from a backup, or make it again")
+    }
+
+    /// The same problem of a stored thing, called what people call it; any other problem stays as it is.
+    pub fn of_stored(self, what: &str) -> Self {
+        let damaged = Self::damaged(what, self.cause.clone().unwrap_or_default());
+        if self.r#type == damaged.r#type { damaged } else { self }
     }
 }

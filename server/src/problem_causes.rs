@@ -43,19 +43,26 @@ impl From<CaptureError> for Problem {
 impl From<StoreError> for Problem {
     fn from(error: StoreError) -> Self {
         let kind = match &error {
+            StoreError::NotFound { kind: "artifact", id } => return lost_file(id, "the file is not there"),
+            StoreError::Damaged { id } => return lost_file(id, "its bytes are not those that were written"),
             StoreError::NotFound { .. } => ProblemKind::NotFound,
             StoreError::Exists { .. } | StoreError::Refused { .. } => ProblemKind::Conflict,
             StoreError::Changed { .. } => ProblemKind::Changed,
             StoreError::Full => ProblemKind::StorageFull,
             StoreError::ReadOnly { .. } | StoreError::InUse { .. } => ProblemKind::Unavailable,
-            StoreError::Damaged { .. }
-            | StoreError::DamagedRecord { .. }
+            StoreError::DamagedRecord { .. } => ProblemKind::Damaged,
+            StoreError::NotItsCatalogue { .. }
             | StoreError::TooNew { .. }
             | StoreError::Database { .. }
             | StoreError::File { .. } => ProblemKind::Internal,
         };
         told(kind, &error)
     }
+}
+
+/// A file that a record names; what people call it is said by who asked, with [`Problem::of_stored`].
+fn lost_file(id: &str, why: &str) -> Problem {
+    Problem::damaged(&format!("the file {id}"), why)
 }
 
 impl From<StationRefusal> for Problem {
@@ -113,7 +120,7 @@ impl From<StationRefusal> for JobEnd {
 }
 
 fn told(kind: ProblemKind, error: &dyn Error) -> Problem {
-    let text = error.to_string();
+    let text = without_folders(&error.to_string());
     let problem = match text.split_once("; ") {
         Some((what, remedy)) => Problem::new(kind, what).remedy(remedy),
         None => Problem::new(kind, text),
@@ -121,15 +128,53 @@ fn told(kind: ProblemKind, error: &dyn Error) -> Problem {
     let mut causes = Vec::new();
     let mut next = error.source();
     while let Some(cause) = next {
-        causes.push(cause.to_string());
+        causes.push(without_folders(&cause.to_string()));
         next = cause.source();
     }
     if causes.is_empty() { problem } else { problem.because(causes.join(": ")) }
 }
 
+/// Clients never see where the server keeps its files: of a path only its last part stays.
+fn without_folders(text: &str) -> String {
+    let name = |word: &str| {
+        let (before, path) = word.split_at(word.find('/').unwrap_or(word.len()));
+        let opening = before.chars().all(|letter| matches!(letter, '"' | '\'' | '`' | '('));
+        match path.rsplit_once('/') {
+            Some((folder, name)) if opening && !folder.is_empty() => format!("{before}{name}"),
+            _ => word.to_owned(),
+        }
+    };
+    text.split(' ').map(name).collect::<Vec<_>>().join(" ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_a_path_only_the_name_is_told() {
+        let reason = "cannot sync /var/lib/sheaf/artifacts/ab: I/O error".to_owned();
+        let problem = Problem::from(StoreError::ReadOnly { reason });
+        assert_eq!(problem.status, 503);
+        assert!(problem.detail.contains("cannot sync ab: I/O error"), "{problem:?}");
+        let quoted = "cannot open \"/dev/ttyACM0\" at 2 mm/s, 1/2 of it";
+        assert_eq!(without_folders(quoted), "cannot open \"ttyACM0\" at 2 mm/s, 1/2 of it");
+    }
+
+    #[test]
+    fn a_damaged_file_and_a_missing_one_are_told_alike() {
+        let id = "a".repeat(64);
+        let damaged = Problem::from(StoreError::Damaged { id: id.clone() }).of_stored("the cloud of scan 7");
+        let missing =
+            Problem::from(StoreError::NotFound { kind: "artifact", id }).of_stored("the cloud of scan 7");
+        assert_eq!(
+            (damaged.status, &damaged.r#type, &damaged.remedy),
+            (missing.status, &missing.r#type, &missing.remedy)
+        );
+        assert!(damaged.detail.contains("cloud of scan 7") && damaged.remedy.unwrap().contains("restore"));
+        let scan = Problem::from(StoreError::NotFound { kind: "scan", id: "7".into() }).of_stored("the cloud");
+        assert_eq!(scan.status, 404);
+    }
 
     #[test]
     fn a_remedy_is_split_from_the_message_and_the_cause_is_kept() {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use metrics_exporter_prometheus::PrometheusBuilder;
 use serde_json::json;
-use store::{Change, Store};
+use store::Store;
 use tokio::net::TcpListener;
 use tokio_util::task::TaskTracker;
 use vision::LineDirection;
@@ -15,7 +15,7 @@ use crate::calibrations::Calibrations;
 use crate::captures::Captures;
 use crate::closing::Closing;
 use crate::config::Config;
-use crate::config::limits::{CONTROL_WATCH, DRAIN_TIMEOUT, EVENTS_KEPT, HOUSEKEEPING_PERIOD, IDEMPOTENCY_KEPT_MS};
+use crate::config::limits::{CONTROL_WATCH, DRAIN_TIMEOUT};
 use crate::control::{ControlDesk, was_halted};
 use crate::failure::{Exit, Failure};
 use crate::http::idempotency::KeysInFlight;
@@ -23,7 +23,6 @@ use crate::jobs::{JobParts, Jobs};
 use crate::ledger::{Ledger, event};
 use crate::live::LiveBus;
 use crate::live::worker::Worker;
-use crate::problem::Problem;
 use crate::sessions::Sessions;
 use crate::station::{Fault, StationHandle};
 use crate::wall_clock::now_ms;
@@ -56,6 +55,8 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
         })?;
     let live = LiveBus::default();
     let station = StationHandle::start(&config, was_halted(&ledger).await);
+    crate::camera_memory::restore(&ledger, &station).await;
+    tokio::spawn(crate::camera_memory::follow(ledger.clone(), station.clone()));
     let calibrations = Calibrations::new(ledger.clone(), artifacts.clone(), live.clone(), station.clone());
     if let Err(problem) = calibrations.load_active().await {
         // Scans are refused with the same words; captures, downloads and a new calibration work.
@@ -116,15 +117,15 @@ fn line_direction(config: &Config) -> LineDirection {
     if config.projector.line_direction == "columns" { LineDirection::Columns } else { LineDirection::Rows }
 }
 
-/// A data directory that cannot be used: the message says what to do.
+/// A data directory that cannot be used: the message says what to do, with the folders that no client may see.
 fn unusable(error: store::StoreError) -> Failure {
-    let problem = Problem::from(error);
-    let failure = Failure::bad_input(problem.detail);
-    let failure = match problem.cause {
-        Some(cause) => failure.because(&std::io::Error::other(cause)),
+    let text = error.to_string();
+    let (what, remedy) = text.split_once("; ").unwrap_or((&text, "check the data folder"));
+    let failure = Failure::bad_input(what).remedy(remedy);
+    match std::error::Error::source(&error) {
+        Some(cause) => failure.because(cause),
         None => failure,
-    };
-    failure.remedy(problem.remedy.unwrap_or_else(|| "check the data folder".to_owned()))
+    }
 }
 
 fn figures() -> Result<metrics_exporter_prometheus::PrometheusHandle, Failure> {
@@ -141,7 +142,7 @@ pub async fn run(running: Running, listener: TcpListener, ended: impl Future<Out
     let app = &running.app;
     let router = crate::http::router(app.clone());
     let edge = tokio::spawn(crate::edge::serve(listener, router, app.closing.clone()));
-    let housekeeping = tokio::spawn(keep_house(app.clone()));
+    let housekeeping = tokio::spawn(crate::housekeeping::keep_house(app.clone()));
     let watching = [tokio::spawn(watch_control(app.clone())), tokio::spawn(watch_store(app.clone()))];
     ended.await;
     tracing::info!("shutting down: the laser is turned off first");
@@ -200,29 +201,6 @@ async fn watch_store(app: App) {
         since_ms: now_ms(),
     });
     drop(app.jobs.clear_station_jobs());
-}
-
-/// Forgets old keys and events, deletes artifacts that nothing names.
-async fn keep_house(app: App) {
-    let mut hour = tokio::time::interval(HOUSEKEEPING_PERIOD);
-    hour.tick().await;
-    loop {
-        hour.tick().await;
-        if let Err(error) = forget_old(&app).await {
-            tracing::warn!(%error, "old records were not forgotten");
-        }
-        app.figures.run_upkeep();
-    }
-}
-
-async fn forget_old(app: &App) -> Result<(), store::StoreError> {
-    let last = app.ledger.read().last_event_seq().await?;
-    let mut changes = vec![Change::ForgetIdempotencyBefore { at_ms: now_ms() - IDEMPOTENCY_KEPT_MS }];
-    if last > EVENTS_KEPT {
-        changes.push(Change::ForgetEventsThrough { seq: last - EVENTS_KEPT });
-    }
-    app.ledger.commit(changes).await?;
-    Ok(())
 }
 
 /// Longest time from the signal to the end of the process, whatever hangs: then it ends hard, and the drivers' leases

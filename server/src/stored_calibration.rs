@@ -20,13 +20,10 @@ pub async fn stored_document(
         None => active_id(ledger).await?,
     };
     let record = ledger.read().calibration(&id).await?;
-    let bytes = artifacts.read(&record.document).await?;
+    let what = format!("the document of calibration {id}");
+    let bytes = artifacts.read(&record.document).await.map_err(|error| Problem::from(error).of_stored(&what))?;
     let text = String::from_utf8_lossy(&bytes);
-    CalibrationDocument::parse(&text).map_err(|error| {
-        Problem::new(ProblemKind::Internal, format!("the document of calibration {id} cannot be used"))
-            .because(error.to_string())
-            .remedy("calibrate again, or restore the data directory from a backup")
-    })
+    CalibrationDocument::parse(&text).map_err(|error| Problem::damaged(&what, error.to_string()))
 }
 
 async fn active_id(ledger: &Ledger) -> Result<String, Problem> {

@@ -1,7 +1,8 @@
 //! Scans as the store keeps them: reading them back, and the words for a disk that does not take them.
 
 use std::error::Error;
-use std::io::{BufReader, Cursor, ErrorKind};
+use std::fs::File;
+use std::io::{BufReader, ErrorKind};
 
 use scanning::files::peaks::{PeaksFile, read_one_frame, read_positions};
 use scanning::files::read_cloud_from;
@@ -21,8 +22,11 @@ pub fn new_id() -> String {
 /// A problem: the scan has no cloud (it was stopped), or the artifact is damaged.
 pub async fn stored_cloud(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Cloud, Problem> {
     let Some(id) = &scan.cloud else { return Err(without_cloud(scan)) };
-    let bytes = artifacts.read(id).await?;
-    parsed(&scan.id, "cloud", move || read_cloud_from(Cursor::new(bytes), CloudFormat::Ply)).await
+    let what = format!("the cloud of scan {}", scan.id);
+    let lost = |error| Problem::from(error).of_stored(&what);
+    artifacts.check(id).await.map_err(lost)?;
+    let file = artifacts.file(id).await.map_err(lost)?;
+    parsed(&scan.id, "cloud", move || read_cloud_from(BufReader::new(file), CloudFormat::Ply)).await
 }
 
 /// The frames of a scan, checked; they stay in their file.
@@ -34,7 +38,7 @@ pub async fn stored_peaks(
     peaks: &ArtifactId,
     scan_id: &str,
 ) -> Result<PeaksFile, Problem> {
-    let file = artifacts.file(peaks).await?;
+    let file = peaks_file(artifacts, peaks, scan_id).await?;
     parsed(scan_id, "peaks", move || PeaksFile::new(file)).await
 }
 
@@ -43,7 +47,7 @@ pub async fn stored_peaks(
 /// # Errors
 /// A problem: the artifact is damaged.
 pub async fn stored_positions(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Vec<f64>, Problem> {
-    let file = artifacts.file(&scan.peaks).await?;
+    let file = peaks_file(artifacts, &scan.peaks, &scan.id).await?;
     parsed(&scan.id, "peaks", move || read_positions(BufReader::new(file))).await
 }
 
@@ -56,8 +60,13 @@ pub async fn stored_frame(
     scan: &ScanRecord,
     frame: usize,
 ) -> Result<Result<(ScanFrame, Option<u64>), usize>, Problem> {
-    let file = artifacts.file(&scan.peaks).await?;
+    let file = peaks_file(artifacts, &scan.peaks, &scan.id).await?;
     parsed(&scan.id, "peaks", move || read_one_frame(file, frame)).await
+}
+
+async fn peaks_file(artifacts: &dyn Artifacts, id: &ArtifactId, scan_id: &str) -> Result<File, Problem> {
+    let file = artifacts.file(id).await;
+    file.map_err(|error| Problem::from(error).of_stored(&format!("the record of lines of scan {scan_id}")))
 }
 
 /// Reads what takes up to a second on a thread that nobody else waits for.
@@ -84,9 +93,7 @@ pub fn without_cloud(scan: &ScanRecord) -> Problem {
 }
 
 fn damaged(scan_id: &str, what: &str, error: &dyn Error) -> Problem {
-    Problem::new(ProblemKind::Internal, format!("the {what} of scan {scan_id} cannot be read"))
-        .because(error.to_string())
-        .remedy("scan again, or restore the data directory from a backup")
+    Problem::damaged(&format!("the {what} of scan {scan_id}"), error.to_string())
 }
 
 /// A file in the making that the disk did not take.

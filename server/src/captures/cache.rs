@@ -78,6 +78,15 @@ impl Cache {
         Ok((target, InUse { cache: self.clone(), key: key.to_owned() }))
     }
 
+    /// Removes the folders that nobody looks at and `keep` does not want.
+    pub fn retain(&self, keep: impl Fn(&str) -> bool) {
+        self.with(|shelf| {
+            let gone = shelf.kept.iter().filter(|(key, kept)| kept.n_users == 0 && !keep(key));
+            let gone: Vec<String> = gone.map(|(key, _)| key.clone()).collect();
+            gone.iter().for_each(|key| shelf.remove(key));
+        });
+    }
+
     fn with<T>(&self, act: impl FnOnce(&mut Shelf) -> T) -> T {
         act(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -90,10 +99,14 @@ impl Shelf {
             let Some(oldest) = idle.min_by_key(|(_, kept)| kept.used_at).map(|(key, _)| key.clone()) else {
                 return;
             };
-            self.kept.remove(&oldest);
-            if let Err(error) = std::fs::remove_dir_all(self.folder.join(&oldest)) {
-                tracing::warn!(%error, "an unpacked capture cannot be removed");
-            }
+            self.remove(&oldest);
+        }
+    }
+
+    fn remove(&mut self, key: &str) {
+        self.kept.remove(key);
+        if let Err(error) = std::fs::remove_dir_all(self.folder.join(key)) {
+            tracing::warn!(%error, "an unpacked capture cannot be removed");
         }
     }
 }
@@ -129,6 +142,10 @@ mod tests {
         drop(put(&cache, "c"));
         let there = |key: &str| folder.path().join("cache").join(key).is_dir();
         assert_eq!(["a", "b", "c"].map(there), [true, false, true]);
+        cache.retain(|_| false);
+        assert_eq!(["a", "b", "c"].map(there), [true, false, false], "what is in use stays");
+        drop(put(&cache, "c"));
+        cache.retain(|key| key == "c");
         drop(in_use);
         drop(put(&cache, "d"));
         assert_eq!(["a", "c", "d"].map(there), [false, true, true]);

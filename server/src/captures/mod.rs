@@ -15,6 +15,7 @@ mod zip_archive;
 #[cfg(test)]
 mod tests;
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -160,6 +161,11 @@ impl Captures {
         let draft = RemovedAtEnd(self.cache.draft());
         let unpacked_bytes = unpack::unpack(&archive.0, ArchiveFormat::of(&record), &draft.0)?;
         checked_out(self.cache.put(key, &draft.0, unpacked_bytes).map_err(|cause| unpack::unwritable(&cause))?)
+    }
+
+    /// Removes what is unpacked of archives that are not in `named`, unless somebody looks at it.
+    pub fn forget_others(&self, named: &HashSet<ArtifactId>) {
+        self.cache.retain(|key| ArtifactId::parse(key).is_some_and(|id| named.contains(&id)));
     }
 
     fn keep(

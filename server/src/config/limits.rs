@@ -68,7 +68,16 @@ pub const IDEMPOTENCY_KEPT_MS: i64 = 7 * 24 * 3600 * 1000;
 /// Events that are kept at least; older ones are forgotten so that months of work stay small.
 pub const EVENTS_KEPT: i64 = 200_000;
 
-/// How often old keys and events are looked for.
+/// How long a job that has ended is shown: what it made has records of its own.
+pub const JOBS_KEPT_MS: i64 = 30 * 24 * 3600 * 1000;
+
+/// Jobs that are kept at most, those that wait or run beside them: a page of a busy month.
+pub const JOBS_KEPT: u32 = 10_000;
+
+/// Time between two sweeps: deletions come in bursts, and one sweep does for all of them.
+pub const SWEEP_PAUSE: Duration = Duration::from_secs(1);
+
+/// How often old records are looked for.
 pub const HOUSEKEEPING_PERIOD: Duration = Duration::from_secs(3600);
 
 /// Most records of one page of a list.

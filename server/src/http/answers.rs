@@ -6,15 +6,19 @@ use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use crate::http::etag::quoted;
+use crate::http::problems::PROBLEM_TYPE;
 use crate::problem::{Problem, ProblemKind};
 
 /// An answer that can be kept and given again: status, `Location`, JSON.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reply {
-    /// 201 or 202.
+    /// 200, 201 or 202; that of the problem if it went wrong after it had begun.
     pub status: u16,
-    /// Where the thing is.
-    pub location: String,
+    /// Where the thing is, if the answer says so.
+    pub location: Option<String>,
+    /// The version of the body, if it has one.
+    pub version: Option<String>,
     /// The body.
     pub body: Value,
 }
@@ -22,24 +26,35 @@ pub struct Reply {
 impl Reply {
     /// Something was made at `location`.
     pub fn created(location: String, body: &impl Serialize) -> Self {
-        Self { status: 201, location, body: to_value(body) }
+        Self { status: 201, location: Some(location), version: None, body: to_value(body) }
     }
 
     /// A job was accepted.
     pub fn accepted(location: String, body: &impl Serialize) -> Self {
-        Self { status: 202, location, body: to_value(body) }
+        Self { status: 202, location: Some(location), version: None, body: to_value(body) }
+    }
+
+    /// It was done.
+    pub fn done(version: Option<String>, body: &impl Serialize) -> Self {
+        Self { status: 200, location: None, version, body: to_value(body) }
+    }
+
+    /// It went wrong after it had begun.
+    pub fn broken(problem: &Problem) -> Self {
+        Self { status: problem.status, location: None, version: None, body: to_value(problem) }
     }
 
     /// As kept with the key of the request.
     pub fn to_json(&self) -> Value {
-        json!({ "status": self.status, "location": self.location, "body": self.body })
+        json!({ "status": self.status, "location": self.location, "version": self.version, "body": self.body })
     }
 
     /// As kept before.
     pub fn from_json(kept: &Value) -> Option<Self> {
         Some(Self {
             status: u16::try_from(kept["status"].as_u64()?).ok()?,
-            location: kept["location"].as_str()?.to_owned(),
+            location: kept["location"].as_str().map(str::to_owned),
+            version: kept["version"].as_str().map(str::to_owned),
             body: kept["body"].clone(),
         })
     }
@@ -53,8 +68,13 @@ impl IntoResponse for Reply {
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::OK);
         let mut response = (status, Json(self.body)).into_response();
-        if let Ok(location) = HeaderValue::from_str(&self.location) {
-            response.headers_mut().insert(header::LOCATION, location);
+        let location = self.location.map(|location| (header::LOCATION, location));
+        let version = self.version.map(|version| (header::ETAG, quoted(&version)));
+        let problem = (self.status >= 400).then(|| (header::CONTENT_TYPE, PROBLEM_TYPE.to_owned()));
+        for (name, text) in [location, version, problem].into_iter().flatten() {
+            if let Ok(value) = HeaderValue::from_str(&text) {
+                response.headers_mut().insert(name, value);
+            }
         }
         response
     }
@@ -71,14 +91,19 @@ pub fn bytes(media_type: &'static str, file_name: Option<&str>, body: impl Into<
     response
 }
 
-/// The bytes of an artifact, streamed.
+/// The bytes of an artifact, streamed; `what` is what people call it.
+///
+/// It is read once before: an answer that has begun cannot say any more that the rest is damaged.
 pub async fn artifact(
     app: &crate::app::App,
     id: &store::ArtifactId,
+    what: &str,
     media_type: &'static str,
     file_name: Option<&str>,
 ) -> Result<Response, Problem> {
-    let reader = app.artifacts.open(id).await?;
+    let damaged = |error| Problem::from(error).of_stored(what);
+    app.artifacts.check(id).await.map_err(damaged)?;
+    let reader = app.artifacts.open(id).await.map_err(damaged)?;
     let stream = tokio_util::io::ReaderStream::with_capacity(reader.bytes, STREAM_CHUNK_BYTES);
     let mut response = bytes(media_type, file_name, axum::body::Body::from_stream(stream));
     response.headers_mut().insert(header::CONTENT_LENGTH, HeaderValue::from(reader.size_bytes));

@@ -19,7 +19,8 @@ impl<T: IntoResponse> IntoResponse for Versioned<T> {
     }
 }
 
-fn quoted(version: &str) -> String {
+/// A version as its header has it.
+pub fn quoted(version: &str) -> String {
     format!("\"{version}\"")
 }
 

@@ -10,13 +10,16 @@ use http_body_util::{BodyExt as _, LengthLimitError, Limited};
 use serde::de::DeserializeOwned;
 
 use crate::config::limits::{JSON_BODY_LIMIT_BYTES, JSON_BODY_TIMEOUT};
+use crate::http::hash_hex;
+use crate::http::idempotency::fingerprint;
+use crate::http::objects_only::objects_only;
 use crate::problem::{Problem, ProblemKind};
 
 /// A JSON body, with the hash that tells it from another one.
 pub struct ApiJson<T> {
     /// The body.
     pub value: T,
-    /// SHA-256 of its bytes, hexadecimal.
+    /// SHA-256 of its bytes, and of the query if there is one, hexadecimal.
     pub sha256: String,
 }
 
@@ -31,8 +34,9 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for ApiJson<T> {
 
     async fn from_request(request: Request, _state: &S) -> Result<Self, Problem> {
         expect_json(request.headers())?;
+        let query = request.uri().query().map(str::to_owned);
         let bytes = whole_body(request.into_body(), JSON_BODY_LIMIT_BYTES, JSON_BODY_TIMEOUT).await?;
-        Ok(Self { value: parse(&bytes)?, sha256: crate::http::hash_hex(&bytes) })
+        Ok(Self { value: parse(&bytes)?, sha256: fingerprint(hash_hex(&bytes), query.as_deref()) })
     }
 }
 
@@ -76,6 +80,8 @@ fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let value = serde_path_to_error::deserialize(&mut json).map_err(|error| misfit(&error))?;
     json.end().map_err(|error| not_json(&error))?;
+    let plain = serde_json::from_slice(bytes).map_err(|error| not_json(&error))?;
+    objects_only::<T>(plain).map_err(|error| misfit(&error))?;
     Ok(value)
 }
 
@@ -134,6 +140,7 @@ impl<S: Send + Sync, T: DeserializeOwned + Send> FromRequestParts<S> for ApiPath
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use serde::Deserialize;
 
@@ -169,5 +176,24 @@ mod tests {
         check(r#"{"inner":"#, 400, None, "not JSON");
         check("{} {}", 400, None, "not JSON");
         check("[]", 422, Some("/"), "");
+        check("[null]", 422, Some("/"), "expected an object");
+        check("[[1.0]]", 422, Some("/"), "expected an object");
+        check(r#"{"inner":[1.0]}"#, 422, Some("/inner"), "expected an object");
+    }
+
+    #[test]
+    fn an_array_is_no_object_of_a_kind_and_stays_an_array_elsewhere() {
+        #[derive(Debug, Deserialize)]
+        #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+        #[allow(dead_code)]
+        enum Source {
+            Station,
+            Capture { range_mm: [f64; 2], orders: Vec<i8> },
+        }
+        parse::<Source>(br#"{"kind":"station"}"#).unwrap();
+        parse::<Source>(br#"{"kind":"capture","range_mm":[1,2.5],"orders":[-1,0]}"#).unwrap();
+        parse::<Vec<(String, Option<u8>)>>(br#"[["a",1],["b",null]]"#).unwrap();
+        let problem = parse::<Source>(br#"["station"]"#).unwrap_err();
+        assert!(problem.detail.contains("expected an object"), "{problem:?}");
     }
 }

@@ -12,7 +12,8 @@ const CSP_DATA: &str = "default-src 'none'; frame-ancestors 'none'";
 const CSP_DOCS: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
                         connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
-/// For reports: self-contained pages without scripts.
+/// For reports: self-contained pages without scripts. The file says the same of itself, but for the frames, which only a
+/// header can forbid.
 pub const CSP_REPORT: &str =
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'none'";
 

@@ -7,10 +7,12 @@ use std::collections::HashSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::http::{HeaderMap, HeaderName};
+use serde_json::Value;
 use store::{Change, IdempotencyRecord};
 
 use crate::app::App;
 use crate::http::answers::{Reply, header_text};
+use crate::http::hash_hex;
 use crate::problem::{Problem, ProblemKind};
 use crate::wall_clock::now_ms;
 
@@ -71,8 +73,18 @@ impl InFlight {
         let Some(key) = &self.key else { return Ok(fresh(self)) };
         let Some(kept) = app.ledger.read().idempotency(key).await? else { return Ok(fresh(self)) };
         if kept.body_sha256 != body_sha256 {
-            return Err(Problem::new(ProblemKind::KeyReused, "the Idempotency-Key came with another body before")
-                .remedy("take a new key for a new request"));
+            return Err(Problem::new(
+                ProblemKind::KeyReused,
+                "the Idempotency-Key came with another request before",
+            )
+            .remedy("take a new key for a new request"));
+        }
+        if kept.answer.is_null() {
+            return Err(Problem::new(
+                ProblemKind::Conflict,
+                "a request with this Idempotency-Key was begun, how it ended is not known",
+            )
+            .remedy("see what was done, then take a new key for what is left to do"));
         }
         Reply::from_json(&kept.answer).map(Begun::Answered).ok_or_else(|| {
             Problem::new(ProblemKind::Internal, "the answer kept for this key cannot be read")
@@ -86,14 +98,52 @@ pub async fn begin(app: &App, headers: &HeaderMap, route: &str, body_sha256: &st
     enter(app, headers, route)?.begin(app, body_sha256).await
 }
 
+/// What tells a request from another one with the same key: its body and its query.
+pub fn fingerprint(body_sha256: String, query: Option<&str>) -> String {
+    match query {
+        None | Some("") => body_sha256,
+        Some(query) => hash_hex(format!("{body_sha256}?{query}").as_bytes()),
+    }
+}
+
+/// Does what cannot be undone or stored together with its answer, such as a motion, at most once for its key: the key is
+/// noted before, so that a crash in the middle leaves a key that never does it again. A refusal gives the key back; what
+/// went wrong after it had begun is the answer.
+pub async fn at_most_once(
+    app: &App,
+    headers: &HeaderMap,
+    route: &str,
+    body_sha256: &str,
+    act: impl Future<Output = Result<Reply, Problem>>,
+) -> Result<Reply, Problem> {
+    let once = match begin(app, headers, route, body_sha256).await? {
+        Begun::Answered(reply) => return Ok(reply),
+        Begun::Fresh(once) => once,
+    };
+    let Some(key) = once.flight.key.clone() else { return act.await };
+    app.ledger.commit(once.insert(Value::Null)).await?;
+    let done = act.await;
+    let answer = match &done {
+        Ok(reply) => Some(reply.to_json()),
+        Err(problem) if problem.status >= 500 => Some(Reply::broken(problem).to_json()),
+        Err(_) => None,
+    };
+    app.ledger.commit(vec![Change::AnswerIdempotency { key, answer }]).await?;
+    done
+}
+
 impl Once {
     /// What keeps the answer, to be committed with what the request made; nothing without a key.
     pub fn changes(&self, answer: &Reply) -> Vec<Change> {
+        self.insert(answer.to_json())
+    }
+
+    fn insert(&self, answer: Value) -> Vec<Change> {
         let Some(key) = &self.flight.key else { return Vec::new() };
         vec![Change::InsertIdempotency(IdempotencyRecord {
             key: key.clone(),
             body_sha256: self.body_sha256.clone(),
-            answer: answer.to_json(),
+            answer,
             created_at_ms: now_ms(),
         })]
     }

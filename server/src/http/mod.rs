@@ -12,6 +12,7 @@ pub mod headers;
 mod heavy;
 pub mod idempotency;
 pub mod metering;
+mod objects_only;
 pub mod openapi;
 pub mod page;
 pub mod paging;

@@ -69,6 +69,19 @@ const WITH_BODY: &[u16] = &[409, 413, 415, 422];
 /// Problems of those that change something.
 const CHANGING: &[u16] = &[409, 412, 422, 428, 429, 507];
 
+/// Problems of those that only read, but ask more of the station or the store than to be there.
+const READING: &[(&str, &[u16])] = &[
+    ("get_snapshot", &[409, 422, 429]),
+    ("get_cloud", &[409, 422, 507]),
+    ("get_mesh", &[409, 422, 507]),
+    ("get_export", &[409, 422, 507]),
+    ("get_points", &[409]),
+    ("get_profile", &[409, 422]),
+    ("list_profiles", &[409]),
+    ("get_calibration", &[409]),
+    ("diff_calibrations", &[409, 422]),
+];
+
 /// Adds the problems that operations of a kind have in common, and the header of those done at most once.
 fn complete(document: &mut utoipa::openapi::OpenApi) {
     let components = document.components.get_or_insert_default();
@@ -84,6 +97,8 @@ fn complete(document: &mut utoipa::openapi::OpenApi) {
             reading.chain(changing.into_iter().flatten().map(|operation| (operation, true)))
         {
             add_problems(operation, ALWAYS);
+            let own = READING.iter().find(|(id, _)| operation.operation_id.as_deref() == Some(id));
+            add_problems(operation, own.map_or(&[], |(_, statuses)| statuses));
             if changes {
                 add_problems(operation, CHANGING);
             }
@@ -99,10 +114,14 @@ fn complete(document: &mut utoipa::openapi::OpenApi) {
     }
 }
 
-/// Whether an operation makes something: such requests may carry an `Idempotency-Key`.
+/// Operations that answer with 200 and are done at most once for their key all the same. A jog is repeated on purpose.
+const ONCE: &[&str] = &["take_pose", "take_stage_view", "home_stage", "move_stage", "roll_back_activation"];
+
+/// Whether an operation makes or moves something: such requests may carry an `Idempotency-Key`.
 fn creates(operation: &Operation) -> bool {
-    operation.responses.responses.keys().any(|status| matches!(status.as_str(), "201" | "202"))
-        && operation.operation_id.as_deref() != Some("take_control")
+    let id = operation.operation_id.as_deref().unwrap_or_default();
+    let makes = operation.responses.responses.keys().any(|status| matches!(status.as_str(), "201" | "202"));
+    makes && id != "take_control" || ONCE.contains(&id)
 }
 
 fn add_problems(operation: &mut Operation, statuses: &[u16]) {
@@ -126,7 +145,7 @@ fn idempotency_key() -> Parameter {
         .parameter_in(ParameterIn::Header)
         .required(Required::False)
         .description(Some(
-            "The same key with the same body is the same request, for seven days: it is done once and answered alike",
+            "The same key with the same body and query is the same request, for seven days: it is done once and answered alike",
         ))
         .schema(Some(text.pattern(Some("^[!-~]+$")).build()))
         .build()

@@ -1,6 +1,9 @@
 //! Write a scan's cloud or mesh in another format, once: the same request finds the bytes of the first time.
 
-use std::path::PathBuf;
+use std::collections::HashSet;
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use scanning::files::{write_cloud_to, write_mesh_to};
@@ -14,8 +17,12 @@ use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
 use crate::stored_scan::{disk_problem, stored_cloud, without_cloud};
 
-/// Folder beside the scratch folder that remembers what was exported; may be deleted at any time.
+/// Folder beside the scratch folder that remembers what was exported; may be deleted at any time. No record names these
+/// artifacts: each sweep asks [`remembered_of`].
 const CACHE: &str = "cache/exports";
+
+/// One export is computed at a time: each holds a whole cloud in memory.
+static TURN: tokio::sync::Mutex<()> = tokio::sync::Mutex::const_new(());
 
 /// The kind of what exports make: `<scan id>/<what>.<format>`.
 const EXPORT: &str = "export";
@@ -122,41 +129,71 @@ pub async fn bytes_to_artifact(
     if let Some(id) = known(&**artifacts, &note).await? {
         return Ok(id);
     }
+    let _turn = TURN.lock().await;
+    // Somebody else may have asked for the same while this one waited.
+    if let Some(id) = known(&**artifacts, &note).await? {
+        return Ok(id);
+    }
     let cloud = stored_cloud(&**artifacts, scan).await?;
-    let written = tokio::task::spawn_blocking(move || bytes_of(&cloud, format)).await;
-    let bytes = written.map_err(|error| {
+    let place = tempfile::tempdir_in(artifacts.scratch()).map_err(disk_problem)?;
+    let file = place.path().join(file_name(format));
+    let target = file.clone();
+    let written = tokio::task::spawn_blocking(move || write(&cloud, format, &target)).await;
+    written.map_err(|error| {
         Problem::new(ProblemKind::Internal, "the export was not completed").because(error.to_string())
     })??;
-    let id = artifacts.put(&bytes).await?;
-    if let Err(cause) = remember(&note, &id) {
+    let id = artifacts.adopt(&file).await?;
+    match remember(&note, &id) {
+        Ok(()) => artifacts.release(&id),
         // The next request computes it again; nothing else depends on the note.
-        tracing::warn!(%cause, "cannot remember an export");
+        Err(cause) => tracing::warn!(%cause, "cannot remember an export"),
     }
     Ok(id)
 }
 
-fn bytes_of(cloud: &Cloud, format: ExportFormat) -> Result<Vec<u8>, Problem> {
-    let mut bytes = Vec::new();
+fn write(cloud: &Cloud, format: ExportFormat, file: &Path) -> Result<(), Problem> {
+    let mut out = BufWriter::new(File::create_new(file).map_err(disk_problem)?);
     match format {
-        ExportFormat::Cloud(format) => write_cloud_to(&mut bytes, format, cloud),
+        ExportFormat::Cloud(format) => write_cloud_to(&mut out, format, cloud),
         ExportFormat::Mesh(format) => {
-            write_mesh_to(&mut bytes, format, &mesh_from_cloud(cloud, &MeshParams::default()))
+            write_mesh_to(&mut out, format, &mesh_from_cloud(cloud, &MeshParams::default()))
         }
     }
     .map_err(disk_problem)?;
-    Ok(bytes)
+    out.flush().map_err(disk_problem)
+}
+
+/// The artifacts that are remembered as exports of the clouds in `named`; exports of others are forgotten.
+pub fn remembered_of(artifacts: &dyn Artifacts, named: &HashSet<ArtifactId>) -> HashSet<ArtifactId> {
+    let Ok(notes) = std::fs::read_dir(folder(artifacts)) else { return HashSet::new() };
+    let mut kept = HashSet::new();
+    for note in notes.flatten().map(|entry| entry.path()) {
+        let name = note.file_name().unwrap_or_default().to_string_lossy();
+        let cloud = name.split('-').next().and_then(ArtifactId::parse);
+        if cloud.is_some_and(|cloud| named.contains(&cloud)) {
+            kept.extend(read_note(&note));
+        } else if let Err(cause) = std::fs::remove_file(&note) {
+            tracing::warn!(%cause, "cannot forget an export");
+        }
+    }
+    kept
 }
 
 /// Where it is noted which artifact holds that export of that cloud.
 fn remembered(artifacts: &dyn Artifacts, cloud: &ArtifactId, format: ExportFormat) -> PathBuf {
-    let home = artifacts.scratch().parent().unwrap_or(artifacts.scratch());
-    home.join(CACHE).join(format!("{}-{}", cloud.as_str(), file_name(format)))
+    folder(artifacts).join(format!("{}-{}", cloud.as_str(), file_name(format)))
 }
 
-async fn known(artifacts: &dyn Artifacts, note: &std::path::Path) -> Result<Option<ArtifactId>, Problem> {
-    let Some(id) = std::fs::read_to_string(note).ok().and_then(|text| ArtifactId::parse(text.trim())) else {
-        return Ok(None);
-    };
+fn folder(artifacts: &dyn Artifacts) -> PathBuf {
+    artifacts.scratch().parent().unwrap_or(artifacts.scratch()).join(CACHE)
+}
+
+fn read_note(note: &Path) -> Option<ArtifactId> {
+    std::fs::read_to_string(note).ok().and_then(|text| ArtifactId::parse(text.trim()))
+}
+
+async fn known(artifacts: &dyn Artifacts, note: &Path) -> Result<Option<ArtifactId>, Problem> {
+    let Some(id) = read_note(note) else { return Ok(None) };
     match artifacts.open(&id).await {
         Ok(_) => Ok(Some(id)),
         Err(StoreError::NotFound { .. }) => Ok(None),
@@ -164,7 +201,7 @@ async fn known(artifacts: &dyn Artifacts, note: &std::path::Path) -> Result<Opti
     }
 }
 
-fn remember(note: &std::path::Path, id: &ArtifactId) -> std::io::Result<()> {
+fn remember(note: &Path, id: &ArtifactId) -> std::io::Result<()> {
     if let Some(folder) = note.parent() {
         std::fs::create_dir_all(folder)?;
     }

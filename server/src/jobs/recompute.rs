@@ -1,5 +1,7 @@
 //! Compute a scan again from its peaks, with another calibration; the first one stays as it is.
 
+use store::ScanRecord;
+
 use crate::jobs::scan::{ScanStory, check_camera_of, made_scan};
 use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput};
 use crate::progress::Phase;
@@ -12,6 +14,16 @@ const READING: f64 = 0.2;
 /// Computes.
 pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
+    // Both scans name them: they stay although the first one may be deleted meanwhile.
+    ctx.wait(ctx.artifacts.hold(&scan.peaks))?;
+    let computed = computed(&scan, &input, ctx);
+    if computed.is_err() {
+        ctx.artifacts.release(&scan.peaks);
+    }
+    computed
+}
+
+fn computed(scan: &ScanRecord, input: &RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     ctx.report(0.0, Phase::ReadingPeaks, "reading the scan's peaks");
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &scan.peaks, &scan.id))?;
@@ -21,12 +33,12 @@ pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     let story = ScanStory {
         id: new_id(),
         name: scan.name.clone(),
-        cloud_name: cloud_name(&scan),
+        cloud_name: cloud_name(scan),
         plan: scan.plan.clone(),
         state: scan.state,
         peaks: scan.peaks.clone(),
         capture_id: scan.capture_id.clone(),
-        recomputed_from: Some(scan.id),
+        recomputed_from: Some(scan.id.clone()),
         display: None,
         replaces: false,
         losses,

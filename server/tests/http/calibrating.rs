@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::common::server::Server;
+use crate::common::{copy_of_small, edit_manifest};
 use crate::fresh;
 
 /// Inner corners of the simulated station's board.
@@ -85,4 +86,30 @@ fn a_calibration_keeps_the_dots_of_its_residual_maps() {
         assert!(poses.clone().all(|pose| (0.0..6.0).contains(&pose)) && poses.count() > 100);
     }
     server.get("/api/v1/calibrations/nowhere/residuals").expect(404);
+}
+
+#[test]
+fn a_file_name_in_a_capture_does_not_become_markup_of_the_report() {
+    const NAME: &str = "board/<img src=x onerror=alert(1)>.png";
+    let folder = copy_of_small();
+    edit_manifest(folder.path(), |manifest| {
+        let board = manifest["poses"][0]["board"].as_str().unwrap().to_owned();
+        std::fs::create_dir_all(folder.path().join("board")).unwrap();
+        std::fs::rename(folder.path().join(board), folder.path().join(NAME)).unwrap();
+        manifest["poses"][0]["board"] = json!(NAME);
+    });
+    let (_data, server) = fresh();
+    let source = json!({ "kind": "capture", "capture_id": server.upload(folder.path()) });
+    let id = server.result_of("/api/v1/calibrations", &json!({ "source": source }));
+    let report = server.get(&format!("/api/v1/calibrations/{id}/report"));
+    let page = String::from_utf8(report.body.clone()).unwrap();
+    assert!(page.contains("&lt;img src=x onerror=alert(1)&gt;"), "the name is shown");
+    assert!(!page.contains("<img src=x"), "and is no markup");
+    // Opened from a disk there is no header: the file says the same of itself.
+    assert!(
+        page.contains("<meta http-equiv=Content-Security-Policy content=\"default-src 'none'"),
+        "{}",
+        &page[..500]
+    );
+    assert!(report.header("content-security-policy").unwrap().contains("default-src 'none'"));
 }

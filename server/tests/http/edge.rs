@@ -117,3 +117,22 @@ fn every_answer_is_guarded_against_guessing_and_framing() {
     let page = String::from_utf8(server.get("/docs/").body).unwrap();
     assert!(!page.contains("https://") && !page.contains("src=\"//"), "{page}");
 }
+
+#[test]
+fn bytes_that_are_no_websocket_protocol_close_with_1002() {
+    let (_folder, server) = fresh();
+    let mut stream = connect(&server);
+    write!(
+        stream,
+        "GET /api/v1/stream HTTP/1.1\r\nHost: {}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+         Sec-WebSocket-Protocol: sheaf.v1\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
+        server.address()
+    )
+    .unwrap();
+    // A text frame without the mask that clients must use.
+    stream.write_all(&[0x81, 2, b'h', b'i']).unwrap();
+    let mut said = Vec::new();
+    stream.read_to_end(&mut said).unwrap();
+    let farewell = said.windows(4).any(|bytes| bytes[0] == 0x88 && bytes[2..] == 1002_u16.to_be_bytes());
+    assert!(farewell, "{}", String::from_utf8_lossy(&said));
+}

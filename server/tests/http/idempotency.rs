@@ -42,3 +42,50 @@ fn a_repeated_job_is_one_job() {
     server.send("POST", &cancel, &[], &[]).expect(200);
     assert_eq!(server.wait_for_job(first.header("location").unwrap())["state"], "cancelled");
 }
+
+#[test]
+fn the_query_is_part_of_the_request() {
+    let (_folder, server) = crate::fresh();
+    let archive = zip_of(&small_capture());
+    let headers = [("content-type", "application/zip"), ("idempotency-key", "upload")];
+    let upload = |name: &str| server.send("POST", &format!("/api/v1/captures?name={name}"), &headers, &archive);
+    let made = upload("one").expect(201);
+    assert_eq!(upload("one").expect(201), made);
+    assert_eq!(upload("two").expect(422)["type"], "urn:sheaf:problem:key-reused");
+}
+
+#[test]
+fn a_move_and_a_picture_with_a_key_happen_once_and_a_refused_one_may_come_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
+    let server = Server::start(&data, &[]);
+    let session = server.post("/api/v1/calibration-sessions", &json!({})).expect(201);
+    let path = format!("/api/v1/calibration-sessions/{}", session["id"].as_str().unwrap());
+    let pose = |control: &str| {
+        let headers = [("sheaf-control", control), ("idempotency-key", "pose-1")];
+        server.send("POST", &format!("{path}/poses"), &headers, &[])
+    };
+    assert_eq!(pose("none").expect(409)["type"], "urn:sheaf:problem:control-required");
+    let control =
+        server.post("/api/v1/station/control", &json!({ "holder": "Anna", "take_over": true })).expect(201);
+    let control = control["id"].as_str().unwrap();
+    let first = pose(control);
+    let taken = first.expect(200);
+    assert_eq!(taken["body"]["poses"].as_array().map(Vec::len), Some(1));
+    // The answer is the same, whoever has control by now.
+    let again = pose("none");
+    assert_eq!((again.expect(200), again.header("etag")), (taken.clone(), first.header("etag")));
+    assert_eq!(server.get(&path).expect(200), taken);
+
+    let control =
+        server.post("/api/v1/station/control", &json!({ "holder": "Anna", "take_over": true })).expect(201);
+    let home = |server: &Server, control: &str| {
+        let headers = [("sheaf-control", control), ("idempotency-key", "home-1")];
+        server.send("POST", "/api/v1/devices/stage/home", &headers, &[])
+    };
+    let homed = home(&server, control["id"].as_str().unwrap()).expect(200);
+    server.kill();
+    let server = Server::start(&data, &[]);
+    assert_eq!(home(&server, "none").expect(200), homed);
+    assert_eq!(server.get("/api/v1/devices/stage").expect(200)["moving"], false);
+}

@@ -92,7 +92,7 @@ fn a_list_shows_the_good_records_and_names_the_damaged_one() {
     assert!(named[0]["detail"].as_str().unwrap().contains("damaged in the database"), "{named:?}");
     assert!(named[0]["remedy"].as_str().unwrap().contains("delete it"), "{named:?}");
     // Asked for by itself it is an error still, and the remedy works.
-    server.get(&format!("/api/v1/captures/{damaged}")).expect(500);
+    server.get(&format!("/api/v1/captures/{damaged}")).expect(503);
     server.send("DELETE", &format!("/api/v1/captures/{damaged}"), &[], &[]).expect(204);
     assert!(server.get("/api/v1/captures").expect(200)["damaged"].is_null());
 }

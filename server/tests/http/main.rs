@@ -7,6 +7,7 @@ mod common;
 
 mod calibrating;
 mod configuration;
+mod deleting;
 mod document;
 mod edge;
 mod events;

@@ -160,3 +160,37 @@ fn answer_to(server: &Server, send: impl Fn(&mut TcpStream) -> std::io::Result<(
     stream.read_to_string(&mut said).unwrap();
     said
 }
+
+#[test]
+fn an_array_is_no_object_and_control_characters_are_no_name() {
+    let (_folder, server) = fresh();
+    let post = |path: &str, body: Value| server.post(path, &body);
+    let array =
+        is_problem(&post("/api/v1/station/control", serde_json::json!(["Anna", false])), 422, "impossible");
+    assert!(array["detail"].as_str().unwrap().contains("expected an object"), "{array}");
+    let scan = serde_json::json!({ "source": ["station"] });
+    assert_eq!(is_problem(&post("/api/v1/scans", scan), 422, "impossible")["place"], "/source");
+    for name in ["a\u{7}b", "two\nlines", "a\u{202e}b"] {
+        let session = serde_json::json!({ "name": name });
+        assert_eq!(
+            is_problem(&post("/api/v1/calibration-sessions", session), 422, "impossible")["place"],
+            "/name"
+        );
+        let holder = serde_json::json!({ "holder": name });
+        is_problem(&post("/api/v1/station/control", holder), 422, "impossible");
+    }
+}
+
+#[test]
+fn methods_that_clients_invent_do_not_grow_the_figures() {
+    let (_folder, server) = fresh();
+    for method in ["BREW", "WHEN", "PROPFIND"] {
+        let host = server.address();
+        answer_to(&server, |stream| {
+            write!(stream, "{method} /health HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n")
+        });
+    }
+    let figures = String::from_utf8(server.get("/metrics").body).unwrap();
+    assert!(figures.contains("method=\"other\""), "{figures}");
+    assert!(!figures.contains("BREW") && !figures.contains("PROPFIND"), "{figures}");
+}

@@ -119,3 +119,25 @@ fn tetrahedron() -> Vec<u8> {
     }
     bytes
 }
+
+#[test]
+fn camera_settings_outlive_the_server_with_what_nobody_set_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
+    let server = Server::start(&data, &[]);
+    for body in [json!({ "exposure_us": 1500.0 }), json!({ "gain_db": 2.0 })] {
+        let (control, seen) = (take_control(&server), server.get(SETTINGS));
+        let headers = [
+            ("content-type", "application/json"),
+            ("sheaf-control", control.as_str()),
+            ("if-match", seen.header("etag").unwrap()),
+        ];
+        server.send("PATCH", SETTINGS, &headers, body.to_string().as_bytes()).expect(200);
+        server.send("DELETE", "/api/v1/station/control", &headers[1..2], &[]).expect(204);
+    }
+    let set = server.get(SETTINGS).expect(200);
+    assert_eq!((&set["exposure_us"], &set["gain_db"]), (&json!(1500.0), &json!(2.0)));
+    server.kill();
+    let server = Server::start(&data, &[]);
+    assert_eq!(server.get(SETTINGS).expect(200), set);
+}

@@ -50,6 +50,11 @@ pub trait Artifacts: Send + Sync {
     /// The artifact as a file of this machine, to be read at any place. Its hash is not checked: for formats whose parts
     /// carry their own checksums.
     async fn file(&self, id: &ArtifactId) -> Result<std::fs::File, StoreError>;
+    /// Reads an artifact once to its end.
+    ///
+    /// # Errors
+    /// [`StoreError::Damaged`] if its bytes are not those it is named by, [`StoreError::NotFound`] if it is not there.
+    async fn check(&self, id: &ArtifactId) -> Result<(), StoreError>;
     /// All bytes of an artifact, checked.
     async fn read(&self, id: &ArtifactId) -> Result<Vec<u8>, StoreError>;
     /// Stores bytes that are in memory.
@@ -58,7 +63,14 @@ pub trait Artifacts: Send + Sync {
     async fn adopt(&self, path: &std::path::Path) -> Result<ArtifactId, StoreError>;
     /// A folder on the same file system for files in the making; emptied at start.
     fn scratch(&self) -> &std::path::Path;
-    /// Deletes artifacts that are neither in `kept` nor new: those this process made stay until a sweep has seen them
-    /// kept. Returns how many bytes became free.
+    /// Keeps an artifact that is there until a record names it anew, as if it had been stored just now.
+    ///
+    /// # Errors
+    /// [`StoreError::NotFound`] if it is not there.
+    async fn hold(&self, id: &ArtifactId) -> Result<(), StoreError>;
+    /// What was stored or held is named by something that is no record, and that the sweeps know of.
+    fn release(&self, id: &ArtifactId);
+    /// Deletes artifacts that are not in `kept` and that nobody holds: what this process stored is held until a record
+    /// names it. Returns how many bytes became free. Use [`Store::sweep_unreferenced`](crate::Store::sweep_unreferenced).
     async fn sweep(&self, kept: &std::collections::HashSet<ArtifactId>) -> Result<u64, StoreError>;
 }

@@ -85,6 +85,20 @@ pub enum Change {
     AppendEvent(EventRecord),
     /// A request was answered; refused with [`StoreError::Exists`] if the key is there.
     InsertIdempotency(IdempotencyRecord),
+    /// Jobs that have ended are forgotten, if they ended before this, or are not among the newest.
+    ForgetEndedJobs {
+        /// Wall clock.
+        before_ms: i64,
+        /// So many of all jobs stay, whatever their age by count.
+        keep_newest: u32,
+    },
+    /// The request with this key was answered; `None`: it was refused, and may come again.
+    AnswerIdempotency {
+        /// Which.
+        key: String,
+        /// Status, `Location` and body of the answer.
+        answer: Option<serde_json::Value>,
+    },
     /// Keys older than this are forgotten.
     ForgetIdempotencyBefore {
         /// Wall clock.
@@ -95,6 +109,37 @@ pub enum Change {
         /// Sequence.
         seq: i64,
     },
+}
+
+impl Change {
+    /// Whether room comes from it, or a job finds its end: then the reserve is given for it on a full disk.
+    pub fn makes_room(&self) -> bool {
+        matches!(
+            self,
+            Self::EndJob { .. }
+                | Self::DeleteCapture(_)
+                | Self::DeleteCalibration(_)
+                | Self::DeleteScan(_)
+                | Self::DeleteSession(_)
+                | Self::ForgetEndedJobs { .. }
+                | Self::ForgetIdempotencyBefore { .. }
+                | Self::ForgetEventsThrough { .. }
+        )
+    }
+
+    /// Whether artifacts may be named by no record any more once it is made.
+    pub fn leaves_artifacts(&self) -> bool {
+        matches!(
+            self,
+            Self::DeleteCapture(_)
+                | Self::DeleteCalibration(_)
+                | Self::DeleteScan(_)
+                | Self::DeleteSession(_)
+                | Self::ReplaceScan(_)
+                | Self::UpdateSession(_)
+                | Self::ForgetEndedJobs { .. }
+        )
+    }
 }
 
 /// Which part of a list: newest first, `limit` records older than `before`.
@@ -241,6 +286,16 @@ pub enum StoreError {
         found: i64,
         /// Newest schema known.
         known: i64,
+    },
+    /// The catalogue is not the one of the artifacts beside it: starting on it would lose what they are.
+    #[error("the catalogue {catalogue} {why}; {remedy}")]
+    NotItsCatalogue {
+        /// Which file.
+        catalogue: String,
+        /// What is wrong with it, in words that continue the sentence.
+        why: &'static str,
+        /// What to do, with the newest backup.
+        remedy: String,
     },
     /// Another process has the data directory.
     #[error("the data directory {folder} is in use by another process; stop it or choose another --data")]

@@ -4,6 +4,9 @@
 //! as a whole or not at all (`promises.md` 1). Artifacts are named by the SHA-256 of their bytes, which every reader
 //! checks. Two traits, [`Catalogue`] and [`Artifacts`], are the seam for other databases and object stores.
 
+mod holds;
+mod identity;
+mod reserve;
 mod store;
 
 pub mod artifacts;

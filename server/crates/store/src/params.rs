@@ -10,6 +10,8 @@ pub const LOCK_FILE: &str = "lock";
 pub const RESERVE_FILE: &str = "reserve";
 /// Artifacts by hash.
 pub const ARTIFACTS_FOLDER: &str = "artifacts";
+/// In the folder of the artifacts: the id of the station whose they are.
+pub const STATION_FILE: &str = "station";
 /// Files in the making; emptied at start.
 pub const SCRATCH_FOLDER: &str = "scratch";
 /// Copies of the database made before a migration.
@@ -20,6 +22,9 @@ pub const RESERVE_BYTES: u64 = 16 * 1024 * 1024;
 /// The write-ahead log is folded into the database when it has grown to this: rare enough to cost nothing per commit,
 /// small enough to be read in a moment at the next start.
 pub const WAL_LIMIT_BYTES: u64 = 4 * 1024 * 1024;
+/// How long an artifact that no record names may be on its way: the longest job takes a tenth of it between storing what
+/// it made and naming it. What a failed job left is deleted after it, or by the first sweep of the next process.
+pub const HOLD_LIMIT: Duration = Duration::from_secs(6 * 3600);
 /// How long a connection waits for another one. Readers hold no lock for longer than one page of records takes.
 pub const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
 /// Readers do not wait for the writer, and seldom for each other.

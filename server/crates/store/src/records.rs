@@ -252,7 +252,7 @@ pub struct IdempotencyRecord {
     pub key: String,
     /// SHA-256 of the body it came with.
     pub body_sha256: String,
-    /// Status, `Location` and body of the answer.
+    /// Status, `Location` and body of the answer; null while it is not known.
     pub answer: Value,
     /// When.
     pub created_at_ms: i64,

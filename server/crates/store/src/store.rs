@@ -1,19 +1,23 @@
 //! A data directory: the catalogue, the artifacts, the lock, the reserve.
 
+use std::collections::HashSet;
 use std::fs::{self, File, TryLockError};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use tokio::sync::watch;
+use tokio::sync::{Mutex, watch};
 
-use crate::artifacts::Artifacts;
+use crate::artifacts::{ArtifactId, Artifacts};
 use crate::catalogue::{Catalogue, Change, Page, StoreError};
 use crate::disk::{Disk, LocalDisk};
 use crate::health::Health;
+use crate::holds::Holds;
+use crate::identity;
 use crate::local::LocalArtifacts;
-use crate::params::{BACKUPS_FOLDER, CATALOGUE_FILE, LOCK_FILE, RESERVE_BYTES, RESERVE_FILE};
+use crate::params::{BACKUPS_FOLDER, LOCK_FILE};
 use crate::records::{EventRecord, JobOutcome, JobRecord, JobState};
+use crate::reserve::Reserve;
 use crate::sqlite::SqliteCatalogue;
 
 /// An open data directory.
@@ -24,6 +28,10 @@ pub struct Store {
     pub artifacts: Arc<dyn Artifacts>,
     folder: PathBuf,
     health: Arc<Health>,
+    holds: Arc<Holds>,
+    reserve: Reserve,
+    /// One sweep at a time.
+    sweeping: Mutex<()>,
     sqlite: SqliteCatalogue,
     /// Released with the process, however it ends.
     _lock: File,
@@ -44,15 +52,29 @@ impl Store {
     /// As [`Store::open`].
     pub async fn open_on(folder: &Path, disk: Arc<dyn Disk>) -> Result<Self, StoreError> {
         let lock = prepare(folder)?;
-        let health = Arc::new(Health::default());
-        let artifacts = LocalArtifacts::open(folder, disk, health.clone())?;
-        let sqlite = open_catalogue(folder, &health).await?;
+        let (health, holds) = (Arc::new(Health::default()), Arc::new(Holds::default()));
+        let artifacts = LocalArtifacts::open(folder, disk, health.clone(), holds.clone())?;
+        identity::check_before_opening(folder, &artifacts)?;
+        let reserve = Reserve::new(folder);
+        let open = || SqliteCatalogue::open(folder, health.clone(), holds.clone(), reserve.clone());
+        let sqlite = match open().await {
+            // Even opening needs some room; on a full disk the reserve makes it.
+            Err(StoreError::Full) => {
+                reserve.release()?;
+                open().await?
+            }
+            opened => opened?,
+        };
+        identity::check(folder, &sqlite, &artifacts).await?;
         LocalDisk.sync_folder(folder).map_err(|cause| file_error("sync", folder, cause))?;
         let store = Self {
             catalogue: Arc::new(sqlite.clone()),
             artifacts: Arc::new(artifacts),
             folder: folder.to_owned(),
             health,
+            holds,
+            reserve,
+            sweeping: Mutex::default(),
             sqlite,
             _lock: lock,
         };
@@ -96,15 +118,27 @@ impl Store {
     }
 
     /// Deletes artifacts that no record names, then fills the reserve again if there is room. Returns how many bytes
-    /// became free.
+    /// became free. `also_named` tells, from what records name, what is named elsewhere: by caches, which let go of the
+    /// rest.
+    ///
+    /// What is stored, read or committed meanwhile is not touched. While a record is damaged nothing is deleted.
     ///
     /// # Errors
     /// What the catalogue or the disk says.
-    pub async fn sweep_unreferenced(&self) -> Result<u64, StoreError> {
-        let named = self.catalogue.artifacts_named().await?;
-        let freed_bytes = self.artifacts.sweep(&named).await?;
+    pub async fn sweep_unreferenced(
+        &self,
+        also_named: impl FnOnce(&HashSet<ArtifactId>) -> HashSet<ArtifactId>,
+    ) -> Result<u64, StoreError> {
+        let _turn = self.sweeping.lock().await;
+        let swept = {
+            // Before the catalogue is read: what it names later is held until the end.
+            let _sweep = self.holds.begin_sweep();
+            let mut named = self.catalogue.artifacts_named().await?;
+            named.extend(also_named(&named));
+            self.artifacts.sweep(&named).await
+        };
         self.fill_reserve();
-        Ok(freed_bytes)
+        swept
     }
 
     /// Gives the reserve back to the disk, so that records can be deleted although it is full.
@@ -112,7 +146,7 @@ impl Store {
     /// # Errors
     /// [`StoreError::File`] if the file cannot be deleted.
     pub fn release_reserve(&self) -> Result<(), StoreError> {
-        release_reserve(&self.folder)
+        self.reserve.release()
     }
 
     /// Copies the catalogue, as it is now, to the new file `target`.
@@ -123,22 +157,16 @@ impl Store {
         self.sqlite.copy_to(target).await
     }
 
+    /// Makes the reserve again if there is room for it.
+    fn fill_reserve(&self) {
+        if !self.is_read_only() {
+            self.reserve.fill(self.free_bytes().unwrap_or(0));
+        }
+    }
+
     /// Closes the catalogue's readers; the rest closes when the last one who holds it lets go.
     pub async fn close(self) {
         self.sqlite.close().await;
-    }
-
-    /// Makes the reserve unless it is there, or there would be no room left beside it.
-    fn fill_reserve(&self) {
-        let path = self.folder.join(RESERVE_FILE);
-        let there = fs::metadata(&path).is_ok_and(|file| file.len() == RESERVE_BYTES);
-        let roomy = self.free_bytes().is_ok_and(|free_bytes| free_bytes > 2 * RESERVE_BYTES);
-        if there || !roomy || self.is_read_only() {
-            return;
-        }
-        if let Err(cause) = write_reserve(&path) {
-            tracing::warn!(%cause, "there is no reserve for a full disk");
-        }
     }
 }
 
@@ -154,33 +182,6 @@ fn prepare(folder: &Path) -> Result<File, StoreError> {
         Err(TryLockError::WouldBlock) => Err(StoreError::InUse { folder: folder.display().to_string() }),
         Err(TryLockError::Error(cause)) => Err(cannot(cause)),
     }
-}
-
-/// Even opening needs some room; on a full disk the reserve makes it.
-async fn open_catalogue(folder: &Path, health: &Arc<Health>) -> Result<SqliteCatalogue, StoreError> {
-    let (file, backups) = (folder.join(CATALOGUE_FILE), folder.join(BACKUPS_FOLDER));
-    match SqliteCatalogue::open(&file, &backups, health.clone()).await {
-        Err(StoreError::Full) => {
-            release_reserve(folder)?;
-            SqliteCatalogue::open(&file, &backups, health.clone()).await
-        }
-        opened => opened,
-    }
-}
-
-fn release_reserve(folder: &Path) -> Result<(), StoreError> {
-    let path = folder.join(RESERVE_FILE);
-    match fs::remove_file(&path) {
-        Err(cause) if cause.kind() != io::ErrorKind::NotFound => Err(file_error("delete", &path, cause)),
-        _ => Ok(()),
-    }
-}
-
-/// Written, not just made long: a sparse file reserves nothing.
-fn write_reserve(path: &Path) -> io::Result<()> {
-    let mut file = File::create(path)?;
-    let filled = io::copy(&mut io::Read::take(io::repeat(0), RESERVE_BYTES), &mut file).and_then(|_| file.flush());
-    filled.inspect_err(|_| drop(fs::remove_file(path)))
 }
 
 fn interruption(job: &JobRecord, now_ms: i64) -> [Change; 2] {

@@ -3,6 +3,7 @@
 
 mod common;
 
+use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -163,6 +164,7 @@ async fn a_flipped_bit_and_a_missing_byte_are_found_by_every_way_of_reading() {
     for damaged in flips {
         fs::write(file_of(folder.path(), &id), &damaged).unwrap();
         assert!(matches!(store.artifacts.read(&id).await.unwrap_err(), StoreError::Damaged { .. }));
+        assert!(matches!(store.artifacts.check(&id).await.unwrap_err(), StoreError::Damaged { .. }));
         let mut reader = match store.artifacts.open(&id).await {
             Ok(reader) => reader,
             Err(error) => {
@@ -177,6 +179,7 @@ async fn a_flipped_bit_and_a_missing_byte_are_found_by_every_way_of_reading() {
         assert!(matches!(cause, Some(StoreError::Damaged { .. })));
     }
     fs::write(file_of(folder.path(), &id), &bytes).unwrap();
+    store.artifacts.check(&id).await.unwrap();
     assert_eq!(store.artifacts.read(&id).await.unwrap(), bytes);
 }
 
@@ -206,7 +209,7 @@ async fn the_reserve_takes_room_and_gives_it_back() {
     store.release_reserve().unwrap();
     store.release_reserve().unwrap();
     assert!(!reserve.exists());
-    store.sweep_unreferenced().await.unwrap();
+    store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
     assert!(reserve.exists(), "filled again once there is room");
 }
 

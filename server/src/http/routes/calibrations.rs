@@ -8,7 +8,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::app::App;
-use crate::http::answers::{Reply, bytes};
+use crate::http::answers::{Reply, artifact};
 use crate::http::conversions::accept_job;
 use crate::http::dto::calibrations::{
     ActivateDto, ActivationDto, ActiveDto, CalibrationDto, CalibrationItemDto, StartCalibrationDto,
@@ -17,7 +17,9 @@ use crate::http::dto::differences::{DiffQuery, DifferenceDto};
 use crate::http::dto::jobs::JobDto;
 use crate::http::etag::{Versioned, check_if_given};
 use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
+use crate::http::hash_hex;
 use crate::http::headers::CSP_REPORT;
+use crate::http::idempotency::at_most_once;
 use crate::http::paging::{ListDto, PageQuery};
 use crate::jobs::JobInput;
 use crate::problem::{Problem, ProblemKind};
@@ -80,10 +82,11 @@ async fn get_calibration(
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<CalibrationDto>, Problem> {
     let record = app.ledger.read().calibration(&id).await?;
-    let document = app.artifacts.read(&record.document).await?;
-    let calibration = serde_json::from_slice(&document).map_err(|cause| {
-        Problem::new(ProblemKind::Internal, "the calibration's document cannot be read").because(cause.to_string())
-    })?;
+    let what = format!("the document of calibration {id}");
+    let document =
+        app.artifacts.read(&record.document).await.map_err(|error| Problem::from(error).of_stored(&what))?;
+    let calibration =
+        serde_json::from_slice(&document).map_err(|cause| Problem::damaged(&what, cause.to_string()))?;
     let active = active_id(&app).await?;
     Ok(Json(CalibrationDto { item: CalibrationItemDto::new(record, active.as_deref()), calibration }))
 }
@@ -101,8 +104,8 @@ async fn get_calibration_report(
     let report = record.report.ok_or_else(|| {
         Problem::new(ProblemKind::NotFound, "this calibration has no report").remedy("calibrate again")
     })?;
-    let page = app.artifacts.read(&report).await?;
-    let mut response = bytes("text/html; charset=utf-8", None, page);
+    let what = format!("the report of calibration {id}");
+    let mut response = artifact(&app, &report, &what, "text/html; charset=utf-8", None).await?;
     response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(CSP_REPORT));
     Ok(response)
 }
@@ -117,10 +120,9 @@ async fn get_residuals(State(app): State<App>, ApiPath(id): ApiPath<String>) -> 
     let kept = record.summary["residuals"].as_str().and_then(store::ArtifactId::parse).ok_or_else(|| {
         Problem::new(ProblemKind::NotFound, "this calibration kept no residuals").remedy("calibrate again")
     })?;
-    let bytes = app.artifacts.read(&kept).await?;
-    serde_json::from_slice(&bytes).map(Json).map_err(|cause| {
-        Problem::new(ProblemKind::Internal, "the residuals cannot be read").because(cause.to_string())
-    })
+    let what = format!("what calibration {id} left over");
+    let bytes = app.artifacts.read(&kept).await.map_err(|error| Problem::from(error).of_stored(&what))?;
+    serde_json::from_slice(&bytes).map(Json).map_err(|cause| Problem::damaged(&what, cause.to_string()))
 }
 
 /// Which calibration is active; the `ETag` may be sent with a change of it.
@@ -182,12 +184,12 @@ async fn activate_calibration(
     )),
     responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
 )]
-async fn roll_back_activation(
-    State(app): State<App>,
-    headers: HeaderMap,
-) -> Result<Versioned<Json<ActiveDto>>, Problem> {
-    let act = app.calibrations.roll_back(&app.control.actor(&headers)).await?;
-    Ok(Versioned(active_version(Some(&act)), Json(Some(act).into())))
+async fn roll_back_activation(State(app): State<App>, headers: HeaderMap) -> Result<Reply, Problem> {
+    at_most_once(&app, &headers, "POST calibrations/active/roll-back", &hash_hex(&[]), async {
+        let act = app.calibrations.roll_back(&app.control.actor(&headers)).await?;
+        Ok(Reply::done(Some(active_version(Some(&act))), &ActiveDto::from(Some(act))))
+    })
+    .await
 }
 
 /// How far another calibration reads from this one, in mm over the working volume.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use axum::Json;
 use axum::body::{Body, BodyDataStream};
-use axum::extract::State;
+use axum::extract::{RawQuery, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::Response;
 use futures_util::StreamExt as _;
@@ -29,7 +29,7 @@ use crate::http::answers::{Reply, artifact};
 use crate::http::conversions::{blocking, label};
 use crate::http::dto::captures::{CaptureDto, capture_href};
 use crate::http::extract::{ApiPath, ApiQuery, media_type};
-use crate::http::idempotency::{Begun, enter};
+use crate::http::idempotency::{Begun, enter, fingerprint};
 use crate::http::paging::{ListDto, PageQuery};
 use crate::jobs::params::FREE_FLOOR_BYTES;
 use crate::ledger::event;
@@ -76,6 +76,7 @@ async fn list_captures(
 async fn upload_capture(
     State(app): State<App>,
     ApiQuery(query): ApiQuery<UploadQuery>,
+    RawQuery(raw_query): RawQuery,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Reply, Problem> {
@@ -98,7 +99,7 @@ async fn upload_capture(
             return Err(problem);
         }
     };
-    let once = match flight.begin(&app, &sha256).await? {
+    let once = match flight.begin(&app, &fingerprint(sha256, raw_query.as_deref())).await? {
         Begun::Answered(reply) => return Ok(reply),
         Begun::Fresh(once) => once,
     };
@@ -237,7 +238,14 @@ async fn download_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) 
     let record = app.ledger.read().capture(&id).await?;
     let (media, ending) =
         if record.archive_format == "zip" { ("application/zip", "zip") } else { ("application/x-tar", "tar") };
-    artifact(&app, &record.archive, media, Some(&format!("{id}.{ending}"))).await
+    artifact(
+        &app,
+        &record.archive,
+        &format!("the archive of capture {id}"),
+        media,
+        Some(&format!("{id}.{ending}")),
+    )
+    .await
 }
 
 /// Forgets a capture.

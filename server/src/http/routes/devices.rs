@@ -11,9 +11,10 @@ use utoipa_axum::routes;
 use vision::Pixels;
 
 use crate::app::App;
+use crate::camera_memory;
 use crate::control::Ask;
 use crate::edge::{Peer, source};
-use crate::http::answers::bytes;
+use crate::http::answers::{Reply, bytes};
 use crate::http::control::admit;
 use crate::http::conversions::{blocking, check_laser_power};
 use crate::http::dto::devices::{
@@ -22,6 +23,7 @@ use crate::http::dto::devices::{
 use crate::http::etag::{Versioned, check};
 use crate::http::extract::ApiJson;
 use crate::http::hash_hex;
+use crate::http::idempotency::at_most_once;
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
 use crate::station::{Manual, SharedFrame};
@@ -78,8 +80,10 @@ async fn change_camera_settings(
 ) -> Result<Versioned<Json<CameraSettingsDto>>, Problem> {
     app.control.authorize(&headers)?;
     check(&headers, &settings(&app).0)?;
-    app.station.manual(Manual::Configure(CameraRequest::from(body.value))).await?;
+    let wanted = body.value;
+    app.station.manual(Manual::Configure(CameraRequest::from(wanted.clone()))).await?;
     let (version, settings) = settings(&app);
+    camera_memory::remember(&app.ledger, &wanted, &settings).await?;
     let body =
         json!({ "actor": app.control.actor(&headers), "source": source(peer.as_ref()), "settings": settings });
     app.ledger.commit(vec![event("camera.configured", "camera", body)]).await?;
@@ -129,7 +133,7 @@ async fn motion(
     headers: &HeaderMap,
     peer: Option<Extension<Peer>>,
     command: Manual,
-) -> Result<Json<MotionDto>, Problem> {
+) -> Result<Reply, Problem> {
     admit(app, headers, Ask::Command)?;
     let (kind, jog) = (motion_event(&command), matches!(command, Manual::Jog { .. }));
     let accepted = app.station.manual(command).await?;
@@ -141,7 +145,7 @@ async fn motion(
         app.ledger.commit(vec![event(kind, "stage", body)]).await?;
     }
     let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
-    Ok(Json(MotionDto { target_mm, speed_mm_s }))
+    Ok(Reply::done(None, &MotionDto { target_mm, speed_mm_s }))
 }
 
 fn motion_event(command: &Manual) -> &'static str {
@@ -162,8 +166,9 @@ async fn home_stage(
     State(app): State<App>,
     peer: Option<Extension<Peer>>,
     headers: HeaderMap,
-) -> Result<Json<MotionDto>, Problem> {
-    motion(&app, &headers, peer, Manual::Home).await
+) -> Result<Reply, Problem> {
+    let home = motion(&app, &headers, peer, Manual::Home);
+    at_most_once(&app, &headers, "POST devices/stage/home", &hash_hex(&[]), home).await
 }
 
 /// Moves the stage; goes on after the answer.
@@ -177,9 +182,10 @@ async fn move_stage(
     peer: Option<Extension<Peer>>,
     headers: HeaderMap,
     body: ApiJson<MoveDto>,
-) -> Result<Json<MotionDto>, Problem> {
+) -> Result<Reply, Problem> {
     let MoveDto { target_mm, speed_mm_s } = body.value;
-    motion(&app, &headers, peer, Manual::Move { target_mm, speed_mm_s }).await
+    let go = motion(&app, &headers, peer, Manual::Move { target_mm, speed_mm_s });
+    at_most_once(&app, &headers, "POST devices/stage/move", &body.sha256, go).await
 }
 
 /// Moves the stage while this is repeated; it stops 300 ms after the last time.
@@ -193,7 +199,7 @@ async fn jog_stage(
     peer: Option<Extension<Peer>>,
     headers: HeaderMap,
     body: ApiJson<JogDto>,
-) -> Result<Json<MotionDto>, Problem> {
+) -> Result<Reply, Problem> {
     motion(&app, &headers, peer, Manual::Jog { velocity_mm_s: body.value.velocity_mm_s }).await
 }
 

@@ -157,7 +157,14 @@ async fn download(app: &App, id: &str, what: &str, format: &str) -> Result<Respo
     let scan = app.ledger.read().scan(id).await?;
     let format = ExportFormat::parse(what, format)?;
     let made = bytes_to_artifact(&app.artifacts, &scan, format).await?;
-    artifact(app, &made, format.media_type(), Some(&format!("{id}.{}", format.extension()))).await
+    artifact(
+        app,
+        &made,
+        &format!("the {what} of scan {id}"),
+        format.media_type(),
+        Some(&format!("{id}.{}", format.extension())),
+    )
+    .await
 }
 
 /// Display points of a scan in blocks, as the live stream sends them: what a viewer missed, also while it runs.

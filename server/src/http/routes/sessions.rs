@@ -13,11 +13,12 @@ use crate::app::App;
 use crate::control::Ask;
 use crate::http::answers::{Reply, artifact, header_text};
 use crate::http::control::admit;
-use crate::http::conversions::accept_job;
+use crate::http::conversions::{accept_job, label};
 use crate::http::dto::jobs::JobDto;
 use crate::http::etag::Versioned;
 use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
-use crate::http::idempotency::{Begun, begin};
+use crate::http::hash_hex;
+use crate::http::idempotency::{Begun, at_most_once, begin};
 use crate::http::paging::{ListDto, PageQuery};
 use crate::problem::{Problem, ProblemKind};
 use crate::sessions::{Look, NewSession, Session, SessionDefaults, SolveSession, VirtualBoard};
@@ -53,6 +54,10 @@ fn session_href(id: &str) -> String {
 
 fn versioned(session: Session) -> Versioned<Json<Session>> {
     Versioned(session.version.to_string(), Json(session))
+}
+
+fn changed(session: &Session) -> Reply {
+    Reply::done(Some(session.version.to_string()), session)
 }
 
 /// The version that `If-Match` names, if it names one: a number in quotes.
@@ -91,6 +96,9 @@ async fn begin_session(
     headers: HeaderMap,
     body: ApiJson<NewSession>,
 ) -> Result<Reply, Problem> {
+    if let Some(name) = &body.value.name {
+        label(name, "/name")?;
+    }
     let once = match begin(&app, &headers, "POST calibration-sessions", &body.sha256).await? {
         Begun::Answered(reply) => return Ok(reply),
         Begun::Fresh(once) => once,
@@ -155,10 +163,14 @@ async fn take_pose(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
     headers: HeaderMap,
-) -> Result<Versioned<Json<Session>>, Problem> {
-    app.sessions.get(&id).await?;
-    admit(&app, &headers, Ask::Photograph)?;
-    Ok(versioned(app.sessions.add_pose(&id, expected(&headers)?).await?))
+) -> Result<Reply, Problem> {
+    let route = format!("POST calibration-sessions/{id}/poses");
+    at_most_once(&app, &headers, &route, &hash_hex(&[]), async {
+        app.sessions.get(&id).await?;
+        admit(&app, &headers, Ask::Photograph)?;
+        Ok(changed(&app.sessions.add_pose(&id, expected(&headers)?).await?))
+    })
+    .await
 }
 
 /// Forgets a pose.
@@ -194,11 +206,15 @@ async fn take_stage_view(
     ApiPath(id): ApiPath<String>,
     headers: HeaderMap,
     body: ApiJson<TakeStageViewDto>,
-) -> Result<Versioned<Json<Session>>, Problem> {
-    app.sessions.get(&id).await?;
-    admit(&app, &headers, Ask::Photograph)?;
-    let expected = expected(&headers)?;
-    Ok(versioned(app.sessions.add_stage_view(&id, body.value.position_mm, expected).await?))
+) -> Result<Reply, Problem> {
+    let route = format!("POST calibration-sessions/{id}/stage-views");
+    at_most_once(&app, &headers, &route, &body.sha256, async {
+        app.sessions.get(&id).await?;
+        admit(&app, &headers, Ask::Photograph)?;
+        let expected = expected(&headers)?;
+        Ok(changed(&app.sessions.add_stage_view(&id, body.value.position_mm, expected).await?))
+    })
+    .await
 }
 
 /// Forgets a stage view.
@@ -239,7 +255,9 @@ async fn get_session_picture(
         Problem::new(ProblemKind::NotFound, format!("the session has no picture {picture}"))
             .remedy("take the name from the session")
     })?;
-    Ok(artifact(&app, &artifact_id, "image/png", None).await?.into_response())
+    Ok(artifact(&app, &artifact_id, &format!("a picture of session {id}"), "image/png", None)
+        .await?
+        .into_response())
 }
 
 /// Starts the calibration from the session's readable pictures.

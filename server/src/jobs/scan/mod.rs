@@ -17,7 +17,7 @@ mod writing;
 use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource};
 
 pub use result::{MadeScan, ScanStory, check_camera_of, made_scan, scan_changes};
-pub use work::recover;
+pub use work::{forget_orphans, recover};
 
 /// The kind of record that scans make.
 pub const SCAN: &str = "scan";

@@ -63,13 +63,11 @@ impl Work {
         keep_pictures: bool,
     ) -> Result<(Self, NewPeaks), Problem> {
         let work = Self { folder: home(artifacts).join(&note.scan_id), note };
-        std::fs::create_dir_all(&work.folder).map_err(disk_problem)?;
+        work.make_folder(artifacts)?;
         if keep_pictures {
             work.check_pictures(earlier.map_or(0, Frames::n_frames))?;
             std::fs::create_dir_all(pictures::folder_in(&work.pictures())).map_err(disk_problem)?;
         }
-        let text = serde_json::to_vec_pretty(&work.note).map_err(disk_problem)?;
-        std::fs::write(work.folder.join(NOTE), text).map_err(disk_problem)?;
         let _ = std::fs::remove_file(work.peaks());
         let mut peaks = PeaksWriter::create(&work.peaks(), header).map_err(disk_problem)?;
         if let Some(earlier) = earlier {
@@ -80,6 +78,18 @@ impl Work {
         }
         peaks.flush().map_err(disk_problem)?;
         Ok((work, peaks))
+    }
+
+    /// The folder appears with its note: one without is what is left of a scan.
+    fn make_folder(&self, artifacts: &dyn Artifacts) -> Result<(), Problem> {
+        let text = serde_json::to_vec_pretty(&self.note).map_err(disk_problem)?;
+        if self.folder.is_dir() {
+            return std::fs::write(self.folder.join(NOTE), text).map_err(disk_problem);
+        }
+        let draft = tempfile::tempdir_in(artifacts.scratch()).map_err(disk_problem)?;
+        std::fs::write(draft.path().join(NOTE), text).map_err(disk_problem)?;
+        std::fs::create_dir_all(home(artifacts)).map_err(disk_problem)?;
+        std::fs::rename(draft.keep(), &self.folder).map_err(disk_problem)
     }
 
     /// The pictures of earlier rows must be there.
@@ -194,6 +204,16 @@ async fn recover_one(ledger: &Ledger, artifacts: &dyn Artifacts, folder: &Path) 
     ledger.commit(scan_changes(&record, work.note.replaces)).await?;
     work.clear_but_pictures();
     Ok(())
+}
+
+/// Deletes the pictures of stopped scans that are gone. A scan under way has its note and stays.
+pub async fn forget_orphans(ledger: &Ledger, artifacts: &dyn Artifacts) {
+    let Ok(folders) = std::fs::read_dir(home(artifacts)) else { return };
+    for folder in folders.flatten().map(|entry| entry.path()).filter(|folder| !folder.join(NOTE).exists()) {
+        if let Err(problem) = forget_orphan(ledger, &folder).await {
+            tracing::warn!(detail = problem.detail, "what is left of a scan cannot be deleted");
+        }
+    }
 }
 
 /// Pictures whose scan is not partial any more belong to nobody.

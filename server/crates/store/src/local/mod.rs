@@ -15,6 +15,7 @@ use crate::artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
 use crate::catalogue::StoreError;
 use crate::disk::Disk;
 use crate::health::Health;
+use crate::holds::Holds;
 use crate::local::place::Place;
 use crate::local::writer::LocalWriter;
 use crate::params::{ARTIFACTS_FOLDER, SCRATCH_FOLDER};
@@ -30,13 +31,28 @@ impl LocalArtifacts {
     ///
     /// # Errors
     /// [`StoreError::File`] if a folder cannot be made or emptied.
-    pub fn open(folder: &Path, disk: Arc<dyn Disk>, health: Arc<Health>) -> Result<Self, StoreError> {
+    pub(crate) fn open(
+        folder: &Path,
+        disk: Arc<dyn Disk>,
+        health: Arc<Health>,
+        holds: Arc<Holds>,
+    ) -> Result<Self, StoreError> {
         let scratch = folder.join(SCRATCH_FOLDER);
         empty(&scratch).map_err(|cause| file_error("empty", &scratch, cause))?;
         let root = folder.join(ARTIFACTS_FOLDER);
         std::fs::create_dir_all(&root).map_err(|cause| file_error("make", &root, cause))?;
         disk.sync_folder(folder).map_err(|cause| file_error("sync", folder, cause))?;
-        Ok(Self { place: Arc::new(Place::new(root, scratch, disk, health)) })
+        Ok(Self { place: Arc::new(Place::new(root, scratch, disk, health, holds)) })
+    }
+
+    /// Whether the artifact is there; whose bytes it has is not asked.
+    pub(crate) fn has(&self, id: &ArtifactId) -> bool {
+        self.place.file(id).is_file()
+    }
+
+    /// Whether there is none. Blocks.
+    pub(crate) fn is_empty(&self) -> Result<bool, StoreError> {
+        sweep::is_empty(&self.place)
     }
 
     /// Runs file work where it may block.
@@ -92,6 +108,11 @@ impl Artifacts for LocalArtifacts {
         .await
     }
 
+    async fn check(&self, id: &ArtifactId) -> Result<(), StoreError> {
+        let id = id.clone();
+        self.blocking(move |place| reader::check(place, &id)).await
+    }
+
     async fn read(&self, id: &ArtifactId) -> Result<Vec<u8>, StoreError> {
         let id = id.clone();
         self.blocking(move |place| reader::read(place, &id)).await
@@ -109,6 +130,19 @@ impl Artifacts for LocalArtifacts {
 
     fn scratch(&self) -> &Path {
         self.place.scratch()
+    }
+
+    async fn hold(&self, id: &ArtifactId) -> Result<(), StoreError> {
+        self.place.holds().hold(id);
+        if self.has(id) {
+            return Ok(());
+        }
+        self.release(id);
+        Err(StoreError::NotFound { kind: "artifact", id: id.as_str().to_owned() })
+    }
+
+    fn release(&self, id: &ArtifactId) {
+        self.place.holds().release([id.clone()]);
     }
 
     async fn sweep(&self, kept: &HashSet<ArtifactId>) -> Result<u64, StoreError> {

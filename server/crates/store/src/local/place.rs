@@ -4,12 +4,13 @@ use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::artifacts::ArtifactId;
 use crate::catalogue::StoreError;
 use crate::disk::{Disk, is_full};
 use crate::health::Health;
+use crate::holds::Holds;
 use crate::local::file_error;
 
 /// The folders of the artifacts.
@@ -18,16 +19,22 @@ pub struct Place {
     scratch: PathBuf,
     disk: Arc<dyn Disk>,
     health: Arc<Health>,
-    /// Made by this process and not yet seen kept by a sweep: a record that names them may be on its way.
-    fresh: Mutex<HashSet<ArtifactId>>,
+    /// Stored by this process and not yet named: their record may be on its way.
+    holds: Arc<Holds>,
     /// Folders whose own names are known to be durable; at most 256 · 257.
     durable_folders: Mutex<HashSet<PathBuf>>,
 }
 
 impl Place {
     /// The folders exist.
-    pub fn new(root: PathBuf, scratch: PathBuf, disk: Arc<dyn Disk>, health: Arc<Health>) -> Self {
-        Self { root, scratch, disk, health, fresh: Mutex::default(), durable_folders: Mutex::default() }
+    pub fn new(
+        root: PathBuf,
+        scratch: PathBuf,
+        disk: Arc<dyn Disk>,
+        health: Arc<Health>,
+        holds: Arc<Holds>,
+    ) -> Self {
+        Self { root, scratch, disk, health, holds, durable_folders: Mutex::default() }
     }
 
     /// All artifacts.
@@ -56,9 +63,9 @@ impl Place {
         self.root.join(&name[..2]).join(&name[2..4]).join(name)
     }
 
-    /// Ids that a sweep must leave alone.
-    pub fn fresh(&self) -> MutexGuard<'_, HashSet<ArtifactId>> {
-        self.fresh.lock().unwrap_or_else(PoisonError::into_inner)
+    /// What a sweep must leave alone.
+    pub fn holds(&self) -> &Holds {
+        &self.holds
     }
 
     /// A new file under `scratch`.
@@ -69,10 +76,10 @@ impl Place {
         Ok((file, path))
     }
 
-    /// Whether the artifact is there, with as many bytes. The name of one that is gets durable once more: it may
+    /// Holds the artifact, and says whether it is there, with as many bytes. The name of one that is gets durable once more: it may
     /// have been given by another task just now.
-    pub fn holds(&self, id: &ArtifactId, size_bytes: u64) -> Result<bool, StoreError> {
-        self.fresh().insert(id.clone());
+    pub fn hold_existing(&self, id: &ArtifactId, size_bytes: u64) -> Result<bool, StoreError> {
+        self.holds.hold(id);
         let file = self.file(id);
         if !fs::metadata(&file).is_ok_and(|there| there.is_file() && there.len() == size_bytes) {
             return Ok(false);
@@ -83,10 +90,17 @@ impl Place {
 
     /// Gives the scratch file `path`, whose bytes hash to `id` and number `size_bytes`, its name for good.
     pub fn keep(&self, file: &File, path: &Path, id: &ArtifactId, size_bytes: u64) -> Result<(), StoreError> {
-        if self.holds(id, size_bytes)? {
-            let _ = fs::remove_file(path); // Emptied at the next start otherwise.
-            return Ok(());
-        }
+        let kept = self.hold_existing(id, size_bytes).and_then(|there| match there {
+            true => {
+                let _ = fs::remove_file(path); // Emptied at the next start otherwise.
+                Ok(())
+            }
+            false => self.name(file, path, id),
+        });
+        kept.inspect_err(|_| self.holds.release([id.clone()]))
+    }
+
+    fn name(&self, file: &File, path: &Path, id: &ArtifactId) -> Result<(), StoreError> {
         let target = self.file(id);
         self.disk.sync_file(file).map_err(|cause| self.write_failed("sync", path, cause))?;
         self.make_folders(parent(&target))?;

@@ -14,6 +14,7 @@ use crate::catalogue::StoreError;
 use crate::local::blocking;
 use crate::local::place::Place;
 use crate::local::writer::id_from;
+use crate::params::CHUNK_BYTES;
 
 /// All bytes, checked.
 pub fn read(place: &Place, id: &ArtifactId) -> Result<Vec<u8>, StoreError> {
@@ -22,6 +23,20 @@ pub fn read(place: &Place, id: &ArtifactId) -> Result<Vec<u8>, StoreError> {
         true => Ok(bytes),
         false => Err(damaged(id)),
     }
+}
+
+/// Whether all bytes are those that were written.
+pub fn check(place: &Place, id: &ArtifactId) -> Result<(), StoreError> {
+    let failed = |cause| place.read_failed(id, cause);
+    let mut file = File::open(place.file(id)).map_err(failed)?;
+    let (mut hash, mut chunk) = (Sha256::new(), vec![0; CHUNK_BYTES]);
+    loop {
+        match io::Read::read(&mut file, &mut chunk).map_err(failed)? {
+            0 => break,
+            n_bytes => hash.update(&chunk[..n_bytes]),
+        }
+    }
+    if id_from(hash) == *id { Ok(()) } else { Err(damaged(id)) }
 }
 
 /// A reader that checks on its way.

@@ -10,15 +10,14 @@ use crate::catalogue::StoreError;
 use crate::local::file_error;
 use crate::local::place::Place;
 
-/// Deletes artifacts that are neither kept nor fresh; returns the bytes that became free. A deletion that is not
+/// Deletes artifacts that are neither kept nor held; returns the bytes that became free. A deletion that is not
 /// durable is harmless: the next sweep repeats it.
 pub fn sweep(place: &Place, kept: &HashSet<ArtifactId>) -> Result<u64, StoreError> {
     place.check_writable()?;
-    place.fresh().retain(|id| !kept.contains(id));
     let mut freed_bytes = 0;
     for outer in entries(place.root())? {
-        for inner in entries(&outer)? {
-            for file in entries(&inner)? {
+        for inner in folder_entries(&outer)? {
+            for file in folder_entries(&inner)? {
                 freed_bytes += delete_unless_needed(place, kept, &file)?;
             }
         }
@@ -31,17 +30,30 @@ fn delete_unless_needed(place: &Place, kept: &HashSet<ArtifactId>, file: &Path) 
     let Some(id) = ArtifactId::parse(name).filter(|id| !kept.contains(id)) else {
         return Ok(0);
     };
-    // Held until the file is gone, so that nobody finds it there and relies on it meanwhile.
-    let fresh = place.fresh();
-    if fresh.contains(&id) {
-        return Ok(0);
-    }
     let size_bytes = fs::metadata(file).map_or(0, |there| there.len());
-    match fs::remove_file(file) {
-        Ok(()) => Ok(size_bytes),
-        Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(0),
-        Err(cause) => Err(file_error("delete", file, cause)),
+    // Nobody can hold it until it is gone, so that nobody finds it there and relies on it meanwhile.
+    match place.holds().unless_held(&id, || fs::remove_file(file)) {
+        Some(Ok(())) => Ok(size_bytes),
+        Some(Err(cause)) if cause.kind() != io::ErrorKind::NotFound => Err(file_error("delete", file, cause)),
+        None | Some(Err(_)) => Ok(0),
     }
+}
+
+/// Whether any artifact is there.
+pub fn is_empty(place: &Place) -> Result<bool, StoreError> {
+    for outer in entries(place.root())? {
+        for inner in folder_entries(&outer)? {
+            if !folder_entries(&inner)?.is_empty() {
+                return Ok(false);
+            }
+        }
+    }
+    Ok(true)
+}
+
+/// What is in a folder; nothing is in what is none.
+fn folder_entries(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
+    if folder.is_dir() { entries(folder) } else { Ok(Vec::new()) }
 }
 
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {

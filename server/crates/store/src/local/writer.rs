@@ -118,9 +118,16 @@ impl ArtifactWriter for LocalWriter {
 pub fn put(place: &Arc<Place>, bytes: &[u8]) -> Result<ArtifactId, StoreError> {
     place.check_writable()?;
     let id = id_from(Sha256::new_with_prefix(bytes));
-    if place.holds(&id, bytes.len() as u64)? {
+    if place.hold_existing(&id, bytes.len() as u64)? {
         return Ok(id);
     }
+    // Held anew when the draft is kept.
+    let written = write_new(place, bytes);
+    place.holds().release([id]);
+    written
+}
+
+fn write_new(place: &Arc<Place>, bytes: &[u8]) -> Result<ArtifactId, StoreError> {
     let mut draft = Draft::new(place.clone())?;
     draft.write(bytes)?;
     draft.keep()

@@ -150,7 +150,8 @@ pub async fn activate(to: &mut SqliteConnection, entry: ActivationRecord) -> Wri
     .bind(entry.at_ms)
     .execute(&mut *to)
     .await?;
-    seal::seal(to, &seal::ACTIVATIONS, &seq.to_string()).await
+    seal::seal(to, &seal::ACTIVATIONS, &seq.to_string()).await?;
+    Ok(())
 }
 
 async fn exists(to: &mut SqliteConnection, id: &str) -> Written<bool> {

@@ -1,13 +1,16 @@
 //! A list of changes becomes one transaction.
 
+use std::collections::HashSet;
+
 use sqlx::SqliteConnection;
 use sqlx::sqlite::SqliteQueryResult;
 
+use crate::artifacts::ArtifactId;
 use crate::catalogue::{Change, StoreError};
 use crate::health::Health;
 use crate::records::{ActivationRecord, EventRecord};
 use crate::sqlite::seal::{self, Table};
-use crate::sqlite::{calibrations, captures, error, events, jobs, measurements, scans, sessions, settings};
+use crate::sqlite::{calibrations, captures, error, events, jobs, measurements, named, scans, sessions, settings};
 
 /// What a statement that writes answers; errors are interpreted in one place, at the end.
 pub type Written<T = ()> = Result<T, WriteError>;
@@ -33,12 +36,28 @@ impl From<StoreError> for WriteError {
     }
 }
 
+/// What a transaction did.
+pub struct Committed {
+    /// Events as they were stored.
+    pub events: Vec<EventRecord>,
+    /// Artifacts that a record names now and did not before.
+    pub named: Vec<ArtifactId>,
+}
+
+/// A row that a change writes, to be sealed afterwards.
+struct Touched {
+    table: Table,
+    key: String,
+    /// Artifacts that it named before; `None`: they stay the same.
+    named_before: Option<HashSet<ArtifactId>>,
+}
+
 /// Makes all changes or none; they are durable when it returns.
 pub async fn apply_all(
     connection: &mut SqliteConnection,
     changes: Vec<Change>,
     health: &Health,
-) -> Result<Vec<EventRecord>, StoreError> {
+) -> Result<Committed, StoreError> {
     let outcome = transaction(connection, changes).await;
     outcome.map_err(|error| match error {
         WriteError::Rule(error) => error,
@@ -48,7 +67,7 @@ pub async fn apply_all(
 
 /// By hand, because SQLite ends a transaction by itself when the disk is full: then there is nothing to roll back, and
 /// a wrapper that counts transactions would believe in it for ever.
-async fn transaction(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Vec<EventRecord>> {
+async fn transaction(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Committed> {
     sqlx::raw_sql("BEGIN IMMEDIATE").execute(&mut *connection).await?;
     let written = write(connection, changes).await;
     if written.is_err() {
@@ -57,22 +76,25 @@ async fn transaction(connection: &mut SqliteConnection, changes: Vec<Change>) ->
     written
 }
 
-async fn write(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Vec<EventRecord>> {
-    let mut stored = Vec::new();
+async fn write(connection: &mut SqliteConnection, changes: Vec<Change>) -> Written<Committed> {
+    let mut committed = Committed { events: Vec::new(), named: Vec::new() };
     for change in changes {
         let touched = touched_by(connection, &change).await?;
-        stored.extend(apply(connection, change).await?);
-        for (table, key) in touched {
-            seal::seal(connection, &table, &key).await?;
+        committed.events.extend(apply(connection, change).await?);
+        for Touched { table, key, named_before } in touched {
+            let row = seal::seal(connection, &table, &key).await?;
+            if let Some((before, row)) = named_before.zip(row) {
+                committed.named.extend(named::in_row(&row).into_iter().filter(|id| !before.contains(id)));
+            }
         }
     }
     sqlx::raw_sql("COMMIT").execute(connection).await?;
-    Ok(stored)
+    Ok(committed)
 }
 
 /// The rows that a change writes, to be sealed afterwards: intact now, or not there. Events and activations, whose keys
 /// are given as they are written, see to it themselves.
-async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<(Table, String)>> {
+async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<Touched>> {
     let (table, key) = match change {
         Change::InsertJob(job) => (seal::JOBS, &job.id),
         Change::StartJob { id, .. } | Change::CheckpointJob { id, .. } | Change::EndJob { id, .. } => {
@@ -85,21 +107,31 @@ async fn touched_by(to: &mut SqliteConnection, change: &Change) -> Written<Vec<(
         Change::InsertSession(session) | Change::UpdateSession(session) => (seal::SESSIONS, &session.id),
         Change::PutSetting(setting) => (seal::SETTINGS, &setting.name),
         Change::InsertIdempotency(record) => (seal::IDEMPOTENCY, &record.key),
+        Change::AnswerIdempotency { key, .. } => (seal::IDEMPOTENCY, key),
         Change::DeleteCapture(id) => {
             let mut naming = seal::naming(to, &seal::SCANS, "capture_id", id).await?;
             naming.extend(seal::naming(to, &seal::CALIBRATIONS, "capture_id", id).await?);
-            return Ok(naming);
+            return Ok(still_naming(naming));
         }
-        Change::DeleteScan(id) => return seal::naming(to, &seal::SCANS, "recomputed_from", id).await,
+        Change::DeleteScan(id) => {
+            return Ok(still_naming(seal::naming(to, &seal::SCANS, "recomputed_from", id).await?));
+        }
         Change::DeleteCalibration(_)
         | Change::DeleteSession(_)
         | Change::Activate { .. }
         | Change::AppendEvent(_)
+        | Change::ForgetEndedJobs { .. }
         | Change::ForgetIdempotencyBefore { .. }
         | Change::ForgetEventsThrough { .. } => return Ok(Vec::new()),
     };
-    seal::verify(to, &table, key).await?;
-    Ok(vec![(table, key.clone())])
+    let row = seal::verify(to, &table, key).await?;
+    let named_before = named::is_named_by(&table).then(|| row.as_ref().map(named::in_row).unwrap_or_default());
+    Ok(vec![Touched { table, key: key.clone(), named_before }])
+}
+
+/// Rows that forget the id of another record.
+fn still_naming(rows: Vec<(Table, String)>) -> Vec<Touched> {
+    rows.into_iter().map(|(table, key)| Touched { table, key, named_before: None }).collect()
 }
 
 async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<EventRecord>> {
@@ -128,7 +160,11 @@ async fn apply(to: &mut SqliteConnection, change: Change) -> Written<Option<Even
         Change::DeleteSession(id) => sessions::delete(to, &id).await?,
         Change::PutSetting(setting) => settings::put(to, &setting).await?,
         Change::AppendEvent(event) => return events::append(to, event).await.map(Some),
+        Change::ForgetEndedJobs { before_ms, keep_newest } => {
+            jobs::forget_ended(to, before_ms, keep_newest).await?
+        }
         Change::InsertIdempotency(record) => events::insert_idempotency(to, &record).await?,
+        Change::AnswerIdempotency { key, answer } => events::answer_idempotency(to, &key, answer.as_ref()).await?,
         Change::ForgetIdempotencyBefore { at_ms } => events::forget_idempotency(to, at_ms).await?,
         Change::ForgetEventsThrough { seq } => events::forget_through(to, seq).await?,
     }

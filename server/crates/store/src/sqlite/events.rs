@@ -1,11 +1,12 @@
 //! The log of events, and the answers already given to requests with a key.
 
+use serde_json::Value;
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
 use crate::catalogue::{Listed, StoreError};
 use crate::records::{EventRecord, IdempotencyRecord};
-use crate::sqlite::changes::{Written, inserted, next};
+use crate::sqlite::changes::{Written, inserted, met, next};
 use crate::sqlite::error::reading;
 use crate::sqlite::listing::{every, listed};
 use crate::sqlite::row::{get, json};
@@ -83,6 +84,16 @@ pub async fn insert_idempotency(to: &mut SqliteConnection, record: &IdempotencyR
     .execute(to)
     .await?;
     inserted(result, "idempotency key", &record.key)
+}
+
+pub async fn answer_idempotency(to: &mut SqliteConnection, key: &str, answer: Option<&Value>) -> Written {
+    let query = match answer {
+        Some(answer) => {
+            sqlx::query("UPDATE idempotency SET answer = $2 WHERE key = $1").bind(key).bind(answer.to_string())
+        }
+        None => sqlx::query("DELETE FROM idempotency WHERE key = $1").bind(key),
+    };
+    met(query.execute(to).await?, "idempotency key", key)
 }
 
 pub async fn forget_idempotency(to: &mut SqliteConnection, before_ms: i64) -> Written {

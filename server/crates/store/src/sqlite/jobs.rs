@@ -144,6 +144,19 @@ pub async fn end(to: &mut SqliteConnection, id: &str, outcome: &JobOutcome, mess
     moved(to, result.rows_affected(), id, "a job ends once").await
 }
 
+/// Those that wait or run stay, whatever their age. Ids grow with time, so the newest are those with the largest.
+pub async fn forget_ended(to: &mut SqliteConnection, before_ms: i64, keep_newest: u32) -> Written {
+    sqlx::query(
+        "DELETE FROM jobs WHERE state NOT IN ('queued', 'running')
+             AND (ended_at_ms < $1 OR id <= (SELECT id FROM jobs ORDER BY id DESC LIMIT 1 OFFSET $2))",
+    )
+    .bind(before_ms)
+    .bind(keep_newest)
+    .execute(to)
+    .await?;
+    Ok(())
+}
+
 /// Tells why a job did not move.
 async fn moved(to: &mut SqliteConnection, n_rows: u64, id: &str, rule: &str) -> Written {
     if n_rows > 0 {

@@ -28,11 +28,14 @@ use tokio::sync::Mutex;
 use crate::artifacts::ArtifactId;
 use crate::catalogue::{Catalogue, Change, Listed, MeasurementFilter, Page, ScanFilter, StoreError};
 use crate::health::Health;
-use crate::params::{BUSY_TIMEOUT, N_READERS, WAL_LIMIT_BYTES};
+use crate::holds::Holds;
+use crate::params::{BACKUPS_FOLDER, BUSY_TIMEOUT, CATALOGUE_FILE, N_READERS, WAL_LIMIT_BYTES};
 use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobRecord, JobState,
     MeasurementRecord, ScanRecord, SessionRecord, SettingRecord,
 };
+use crate::reserve::Reserve;
+use crate::sqlite::changes::Committed;
 
 /// The catalogue in an SQLite file.
 #[derive(Clone)]
@@ -41,18 +44,27 @@ pub struct SqliteCatalogue {
     readers: SqlitePool,
     wal: PathBuf,
     health: Arc<Health>,
+    holds: Arc<Holds>,
+    reserve: Reserve,
 }
 
 impl SqliteCatalogue {
-    /// Opens the database `file`, made or migrated if need be; the copy made before a migration goes to `backups`.
+    /// Opens the database of the data directory `folder`, made or migrated if need be, and copied before. What its records
+    /// name is released from `holds`; `reserve` is given for changes that make room.
     ///
     /// # Errors
     /// [`StoreError::TooNew`] if a newer program wrote it, [`StoreError::Database`] if it is damaged.
-    pub async fn open(file: &Path, backups: &Path, health: Arc<Health>) -> Result<Self, StoreError> {
-        let options = connect_options(file);
+    pub(crate) async fn open(
+        folder: &Path,
+        health: Arc<Health>,
+        holds: Arc<Holds>,
+        reserve: Reserve,
+    ) -> Result<Self, StoreError> {
+        let (file, backups) = (folder.join(CATALOGUE_FILE), folder.join(BACKUPS_FOLDER));
+        let options = connect_options(&file);
         let mut writer = options.connect().await.map_err(|cause| error::opening(cause, "open the database"))?;
         migrate::check(&mut writer).await?;
-        migrate::migrate(&mut writer, &migrate::MIGRATIONS, backups).await?;
+        migrate::migrate(&mut writer, &migrate::MIGRATIONS, &backups).await?;
         seal::seal_old_rows(&mut writer).await?;
         migrate::check_schema(&mut writer).await?;
         let readers = SqlitePoolOptions::new()
@@ -62,7 +74,8 @@ impl SqliteCatalogue {
             .map_err(|cause| error::opening(cause, "open the database"))?;
         let mut wal = file.as_os_str().to_owned();
         wal.push("-wal");
-        let catalogue = Self { writer: Arc::new(Mutex::new(writer)), readers, wal: wal.into(), health };
+        let catalogue =
+            Self { writer: Arc::new(Mutex::new(writer)), readers, wal: wal.into(), health, holds, reserve };
         catalogue.fold_wal(&mut *catalogue.writer.lock().await).await;
         Ok(catalogue)
     }
@@ -77,11 +90,26 @@ impl SqliteCatalogue {
         migrate::copy(&mut *self.writer.lock().await, target).await
     }
 
+    /// On a full disk the reserve is given for what makes room; a sweep makes it again.
+    async fn commit_on_any_disk(&self, changes: Vec<Change>) -> Result<Vec<EventRecord>, StoreError> {
+        if !changes.iter().any(Change::makes_room) {
+            return self.commit_now(changes).await;
+        }
+        match self.commit_now(changes.clone()).await {
+            Err(StoreError::Full) => {
+                self.reserve.release()?;
+                self.commit_now(changes).await
+            }
+            committed => committed,
+        }
+    }
+
     async fn commit_now(&self, changes: Vec<Change>) -> Result<Vec<EventRecord>, StoreError> {
         self.health.check()?;
         let mut writer = self.writer.lock().await;
         self.health.check()?;
-        let events = changes::apply_all(&mut writer, changes, &self.health).await?;
+        let Committed { events, named } = changes::apply_all(&mut writer, changes, &self.health).await?;
+        self.holds.release(named);
         if std::fs::metadata(&self.wal).is_ok_and(|wal| wal.len() >= WAL_LIMIT_BYTES) {
             self.fold_wal(&mut writer).await;
         }
@@ -121,7 +149,7 @@ impl Catalogue for SqliteCatalogue {
         }
         // A task of its own: a caller that goes away in the middle leaves no transaction open.
         let catalogue = self.clone();
-        tokio::spawn(async move { catalogue.commit_now(changes).await })
+        tokio::spawn(async move { catalogue.commit_on_any_disk(changes).await })
             .await
             .map_err(|cause| StoreError::Database { what: "finish a commit", cause: Box::new(cause) })?
     }

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use futures_util::TryStreamExt;
+use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqlitePool};
 
 use crate::artifacts::ArtifactId;
@@ -13,6 +14,17 @@ use crate::sqlite::seal::{self, Table};
 /// The tables that name artifacts, in columns or in documents.
 const TABLES: [Table; 6] =
     [seal::CAPTURES, seal::CALIBRATIONS, seal::SCANS, seal::MEASUREMENTS, seal::SESSIONS, seal::JOBS];
+
+/// Whether rows of this table name artifacts.
+pub fn is_named_by(table: &Table) -> bool {
+    TABLES.contains(table)
+}
+
+/// The artifacts that a row names.
+pub fn in_row(row: &SqliteRow) -> HashSet<ArtifactId> {
+    let texts = (0..row.columns().len()).filter_map(|idx| row.try_get::<&str, _>(idx).ok());
+    texts.flat_map(ids_in).collect()
+}
 
 /// All artifacts that any record names. A document's own business is not known here, so whatever looks like an
 /// artifact's id in any text counts as one: an artifact is rather kept too long than lost. So is everything while a
@@ -27,8 +39,7 @@ pub async fn artifacts(readers: &SqlitePool) -> Result<HashSet<ArtifactId>, Stor
         let mut rows = sqlx::query(sqlx::AssertSqlSafe(statement)).fetch(&mut *moment);
         while let Some(row) = rows.try_next().await.map_err(|cause| reading(cause, WHAT))? {
             seal::intact(&row, table)?;
-            let texts = (0..row.columns().len()).filter_map(|idx| row.try_get::<&str, _>(idx).ok());
-            named.extend(texts.flat_map(ids_in));
+            named.extend(in_row(&row));
         }
     }
     Ok(named)

@@ -63,20 +63,19 @@ pub fn intact(row: &SqliteRow, table: &Table) -> Result<(), StoreError> {
     Err(StoreError::DamagedRecord { kind: table.kind, id: key_of(row, table) })
 }
 
-/// Refuses a row that is to be changed and is damaged; none is none.
-pub async fn verify(to: &mut SqliteConnection, table: &Table, key: &str) -> Written {
-    match row(to, table, key).await? {
-        Some(row) => Ok(intact(&row, table)?),
-        None => Ok(()),
-    }
+/// The row that is to be changed; refuses a damaged one, none is none.
+pub async fn verify(to: &mut SqliteConnection, table: &Table, key: &str) -> Written<Option<SqliteRow>> {
+    let row = row(to, table, key).await?;
+    row.as_ref().map_or(Ok(()), |row| intact(row, table))?;
+    Ok(row)
 }
 
-/// Seals a row that was written or changed.
-pub async fn seal(to: &mut SqliteConnection, table: &Table, key: &str) -> Written {
-    let Some(row) = row(to, table, key).await? else { return Ok(()) };
+/// Seals a row that was written or changed, and returns it.
+pub async fn seal(to: &mut SqliteConnection, table: &Table, key: &str) -> Written<Option<SqliteRow>> {
+    let Some(row) = row(to, table, key).await? else { return Ok(None) };
     let statement = format!("UPDATE {} SET {SEAL} = $1 WHERE {} = $2", table.name, table.key);
     sqlx::query(sqlx::AssertSqlSafe(statement)).bind(seal_of(&row)).bind(key).execute(to).await?;
-    Ok(())
+    Ok(Some(row))
 }
 
 /// Keys of the intact rows whose `column` names `id`. Damaged ones keep the seal that gives them away.
@@ -113,7 +112,7 @@ async fn seal_all(connection: &mut SqliteConnection) -> Result<(), sqlx::Error> 
         for key in keys {
             match seal(&mut transaction, table, &key).await {
                 Err(WriteError::Database(cause)) => return Err(cause),
-                Err(WriteError::Rule(_)) | Ok(()) => {}
+                Err(WriteError::Rule(_)) | Ok(_) => {}
             }
         }
     }

@@ -8,6 +8,7 @@ use crate::catalogue::{Catalogue, Change, StoreError};
 use crate::health::Health;
 use crate::params::WAL_LIMIT_BYTES;
 use crate::records::EventRecord;
+use crate::reserve::Reserve;
 use crate::sqlite::SqliteCatalogue;
 
 const BODY_BYTES: usize = 60_000;
@@ -18,7 +19,8 @@ fn big_event() -> Change {
 }
 
 async fn catalogue(folder: &std::path::Path) -> SqliteCatalogue {
-    SqliteCatalogue::open(&folder.join("catalogue.sqlite3"), folder, Arc::new(Health::default())).await.unwrap()
+    std::fs::create_dir_all(folder.join(crate::params::BACKUPS_FOLDER)).unwrap();
+    SqliteCatalogue::open(folder, Arc::new(Health::default()), Arc::default(), Reserve::new(folder)).await.unwrap()
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -122,13 +122,111 @@ async fn a_sweep_deletes_what_was_named_and_is_no_longer() {
         let named = catalogue.artifacts_named().await.unwrap();
         assert_eq!(named, HashSet::from([archive.clone(), picture.clone(), artifact('9')]));
 
-        assert_eq!(fresh.store.sweep_unreferenced().await.unwrap(), 0);
+        assert_eq!(fresh.store.sweep_unreferenced(|_| HashSet::new()).await.unwrap(), 0);
         let changes = vec![Change::DeleteCapture(capture.id), Change::DeleteSession(session.id)];
         catalogue.commit(changes).await.unwrap();
-        assert_eq!(fresh.store.sweep_unreferenced().await.unwrap(), 3_000);
+        assert_eq!(fresh.store.sweep_unreferenced(|_| HashSet::new()).await.unwrap(), 3_000);
         for gone in [archive, picture] {
             assert!(matches!(artifacts.read(&gone).await.unwrap_err(), StoreError::NotFound { .. }));
         }
         assert_eq!(artifacts.read(&on_its_way).await.unwrap(), bytes_of(4_000), "its record may still come");
+    }
+}
+
+#[tokio::test]
+async fn what_two_made_alike_stays_until_both_records_are_there_and_gone() {
+    for fresh in stores().await {
+        let (catalogue, artifacts) = (&fresh.store.catalogue, &fresh.store.artifacts);
+        let sweep = async || fresh.store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
+        let [mut one, mut other] = [capture(), capture()];
+        for record in [&mut one, &mut other] {
+            record.archive = artifacts.put(&bytes_of(1_000)).await.unwrap();
+        }
+        catalogue.commit(vec![Change::InsertCapture(one.clone())]).await.unwrap();
+        catalogue.commit(vec![Change::DeleteCapture(one.id)]).await.unwrap();
+        assert_eq!(sweep().await, 0, "the other record is still to come");
+        catalogue.commit(vec![Change::InsertCapture(other.clone())]).await.unwrap();
+        assert_eq!(sweep().await, 0);
+        catalogue.commit(vec![Change::DeleteCapture(other.id)]).await.unwrap();
+        assert_eq!(sweep().await, 1_000);
+    }
+}
+
+#[tokio::test]
+async fn what_is_to_be_named_anew_stays_when_its_record_goes_and_a_changed_record_lets_nothing_go_twice() {
+    for fresh in stores().await {
+        let (catalogue, artifacts) = (&fresh.store.catalogue, &fresh.store.artifacts);
+        let sweep = async || fresh.store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
+        let id = artifacts.put(&bytes_of(1_000)).await.unwrap();
+        let mut session = session();
+        session.body = serde_json::json!({"pictures": [{"artifact": id.as_str()}]});
+        catalogue.commit(vec![Change::InsertSession(session.clone())]).await.unwrap();
+        artifacts.hold(&id).await.unwrap();
+        session.version += 1;
+        catalogue.commit(vec![Change::UpdateSession(session.clone())]).await.unwrap();
+        catalogue.commit(vec![Change::DeleteSession(session.id)]).await.unwrap();
+        assert_eq!(sweep().await, 0, "who holds it will name it");
+        artifacts.release(&id);
+        assert_eq!(sweep().await, 1_000);
+        assert!(matches!(artifacts.hold(&id).await.unwrap_err(), StoreError::NotFound { .. }));
+    }
+}
+
+#[tokio::test]
+async fn what_a_cache_names_stays_with_what_a_record_names() {
+    for fresh in stores().await {
+        let (catalogue, artifacts) = (&fresh.store.catalogue, &fresh.store.artifacts);
+        let mut capture = capture();
+        capture.archive = artifacts.put(&bytes_of(1_000)).await.unwrap();
+        let exported = artifacts.put(&bytes_of(2_000)).await.unwrap();
+        catalogue.commit(vec![Change::InsertCapture(capture.clone())]).await.unwrap();
+        artifacts.release(&exported);
+        let sweep = async || {
+            let (origin, exported) = (capture.archive.clone(), exported.clone());
+            let also = move |named: &HashSet<ArtifactId>| {
+                named.contains(&origin).then_some(exported).into_iter().collect()
+            };
+            fresh.store.sweep_unreferenced(also).await.unwrap()
+        };
+        assert_eq!(sweep().await, 0);
+        catalogue.commit(vec![Change::DeleteCapture(capture.id.clone())]).await.unwrap();
+        assert_eq!(sweep().await, 3_000);
+    }
+}
+
+/// Makers of the same few artifacts, their records deleted again and again, under one sweep after the other.
+#[tokio::test(flavor = "multi_thread")]
+async fn no_sweep_takes_what_is_stored_or_named_meanwhile() {
+    const N_MAKERS: u8 = 4;
+    const N_TURNS: u8 = 25;
+    for fresh in stores().await {
+        let store = std::sync::Arc::new(fresh.store);
+        let makers: Vec<_> = (0..N_MAKERS)
+            .map(|maker| {
+                let store = store.clone();
+                tokio::spawn(async move {
+                    for turn in 0..N_TURNS {
+                        let mut record = capture();
+                        let bytes = vec![turn % 3; 1_000];
+                        record.archive = store.artifacts.put(&bytes).await.unwrap();
+                        tokio::task::yield_now().await;
+                        store.catalogue.commit(vec![Change::InsertCapture(record.clone())]).await.unwrap();
+                        let read = store.artifacts.read(&record.archive).await;
+                        assert_eq!(read.unwrap(), bytes, "maker {maker}, turn {turn}");
+                        store.catalogue.commit(vec![Change::DeleteCapture(record.id)]).await.unwrap();
+                    }
+                })
+            })
+            .collect();
+        while !makers.iter().all(tokio::task::JoinHandle::is_finished) {
+            store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
+        }
+        for maker in makers {
+            maker.await.unwrap();
+        }
+        store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
+        for byte in 0..3 {
+            assert!(store.artifacts.read(&hash_of(&vec![byte; 1_000])).await.is_err(), "nobody names it");
+        }
     }
 }

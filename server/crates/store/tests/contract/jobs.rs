@@ -123,3 +123,34 @@ async fn recovery_interrupts_what_ran_and_leaves_what_waits() {
         assert!(fresh.store.recover(100).await.unwrap().is_empty());
     }
 }
+
+#[tokio::test]
+async fn ended_jobs_are_forgotten_by_age_and_by_number_and_others_stay() {
+    for fresh in stores().await {
+        let catalogue = &fresh.store.catalogue;
+        let ended_at = |state, ended_at_ms| {
+            let mut job = job();
+            (job.state, job.ended_at_ms) = (state, ended_at_ms);
+            job
+        };
+        // In the order of their ids, which is that of their arrival.
+        let jobs = [
+            ended_at(JobState::Running, None),
+            ended_at(JobState::Queued, None),
+            ended_at(JobState::Failed, Some(500)),
+            ended_at(JobState::Succeeded, Some(10)),
+            ended_at(JobState::Cancelled, Some(500)),
+        ];
+        catalogue.commit(jobs.iter().cloned().map(Change::InsertJob).collect()).await.unwrap();
+        let left = async || {
+            let listed = catalogue.jobs(None, &first(9)).await.unwrap().records;
+            let place = |id: &str| jobs.iter().position(|job| job.id == id).unwrap();
+            listed.iter().rev().map(|job| place(&job.id)).collect::<Vec<_>>()
+        };
+        let forget = |before_ms, keep_newest| vec![Change::ForgetEndedJobs { before_ms, keep_newest }];
+        catalogue.commit(forget(100, 100)).await.unwrap();
+        assert_eq!(left().await, [0, 1, 2, 4], "by age");
+        catalogue.commit(forget(100, 1)).await.unwrap();
+        assert_eq!(left().await, [0, 1, 4], "by number");
+    }
+}

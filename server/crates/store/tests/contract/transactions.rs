@@ -1,9 +1,9 @@
 use std::future::poll_fn;
 use std::task::Poll;
 
-use store::{Change, JobOutcome, JobState};
+use store::{Change, JobOutcome, JobState, SettingRecord};
 
-use crate::common::{event, first, job};
+use crate::common::{event, first, idempotency, job};
 use crate::stores;
 
 #[tokio::test]
@@ -105,5 +105,34 @@ async fn a_commit_whose_caller_goes_away_is_whole_and_blocks_nobody() {
             assert_eq!(catalogue.job(&job.id).await.is_ok(), catalogue.job(&other.id).await.is_ok());
         }
         assert!(catalogue.jobs(None, &first(100)).await.unwrap().records.len() <= 40);
+    }
+}
+
+#[tokio::test]
+async fn a_setting_is_what_it_was_put_to_last() {
+    for fresh in stores().await {
+        let catalogue = &fresh.store.catalogue;
+        assert_eq!(catalogue.setting("camera").await.unwrap(), None);
+        for value in [serde_json::json!({"exposure_us": 500.0}), serde_json::json!(null)] {
+            let setting = SettingRecord { name: "camera".to_owned(), value, changed_at_ms: 7 };
+            catalogue.commit(vec![Change::PutSetting(setting.clone())]).await.unwrap();
+            assert_eq!(catalogue.setting("camera").await.unwrap(), Some(setting));
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_key_is_noted_before_its_answer_and_free_again_after_a_refusal() {
+    for fresh in stores().await {
+        let catalogue = &fresh.store.catalogue;
+        let mut noted = idempotency("k", 5);
+        noted.answer = serde_json::Value::Null;
+        catalogue.commit(vec![Change::InsertIdempotency(noted.clone())]).await.unwrap();
+        let answered = |answer| vec![Change::AnswerIdempotency { key: "k".to_owned(), answer }];
+        catalogue.commit(answered(Some(serde_json::json!({"status": 200})))).await.unwrap();
+        noted.answer = serde_json::json!({"status": 200});
+        assert_eq!(catalogue.idempotency("k").await.unwrap(), Some(noted));
+        catalogue.commit(answered(None)).await.unwrap();
+        assert_eq!(catalogue.idempotency("k").await.unwrap(), None);
     }
 }

@@ -1,0 +1,50 @@
+//! Room on the disk that is given back when there is none, so that records can still be deleted.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::catalogue::StoreError;
+use crate::params::{RESERVE_BYTES, RESERVE_FILE};
+
+/// The reserve of a data directory.
+#[derive(Debug, Clone)]
+pub struct Reserve(PathBuf);
+
+impl Reserve {
+    /// That of the data directory `folder`; nothing is made yet.
+    pub fn new(folder: &Path) -> Self {
+        Self(folder.join(RESERVE_FILE))
+    }
+
+    /// Makes the reserve unless it is there, or there would be no room left beside it.
+    pub fn fill(&self, free_bytes: u64) {
+        let there = fs::metadata(&self.0).is_ok_and(|file| file.len() == RESERVE_BYTES);
+        if there || free_bytes <= 2 * RESERVE_BYTES {
+            return;
+        }
+        if let Err(cause) = write_zeros(&self.0) {
+            tracing::warn!(%cause, "there is no reserve for a full disk");
+        }
+    }
+
+    /// Gives the room back to the disk.
+    ///
+    /// # Errors
+    /// [`StoreError::File`] if the file cannot be deleted.
+    pub fn release(&self) -> Result<(), StoreError> {
+        match fs::remove_file(&self.0) {
+            Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
+                Err(StoreError::File { what: "delete", path: self.0.display().to_string(), cause })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Written, not just made long: a sparse file reserves nothing.
+fn write_zeros(path: &Path) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    let filled = io::copy(&mut io::Read::take(io::repeat(0), RESERVE_BYTES), &mut file).and_then(|_| file.flush());
+    filled.inspect_err(|_| drop(fs::remove_file(path)))
+}

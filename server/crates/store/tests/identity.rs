@@ -1,0 +1,115 @@
+//! A catalogue that is not the one of the artifacts beside it: the store does not open, and touches nothing.
+
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod common;
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use common::capture;
+use store::{ArtifactId, Change, Store, StoreError};
+use tempfile::TempDir;
+
+const BYTES: &[u8] = b"an archive";
+
+/// A data directory with a capture, closed.
+async fn station() -> (TempDir, ArtifactId) {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).await.unwrap();
+    let mut record = capture();
+    record.archive = store.artifacts.put(BYTES).await.unwrap();
+    let archive = record.archive.clone();
+    store.catalogue.commit(vec![Change::InsertCapture(record)]).await.unwrap();
+    store.close().await;
+    // Opening folds the log into the database.
+    Store::open(folder.path()).await.unwrap().close().await;
+    (folder, archive)
+}
+
+fn catalogue(folder: &Path) -> PathBuf {
+    folder.join("catalogue.sqlite3")
+}
+
+fn forget_log(folder: &Path) {
+    for ending in ["-wal", "-shm"] {
+        let _ = fs::remove_file(folder.join(format!("catalogue.sqlite3{ending}")));
+    }
+}
+
+#[track_caller]
+fn is_refused(opened: Result<Store, StoreError>, words: &[&str]) {
+    let error = opened.err().expect("it must not open");
+    assert!(matches!(error, StoreError::NotItsCatalogue { .. }), "{error}");
+    let text = error.to_string();
+    for word in words {
+        assert!(text.contains(word), "`{word}` is not in: {text}");
+    }
+}
+
+#[tokio::test]
+async fn an_emptied_or_missing_catalogue_is_refused_with_the_newest_backup_and_opens_once_that_is_back() {
+    let (folder, archive) = station().await;
+    let file = catalogue(folder.path());
+    let backup = folder.path().join("backups/catalogue-schema-3-9.sqlite3");
+    for ruin in ["emptied", "missing"] {
+        fs::copy(&file, &backup).unwrap();
+        match ruin {
+            "emptied" => fs::write(&file, "").unwrap(),
+            _ => fs::remove_file(&file).unwrap(),
+        }
+        let backup_path = backup.display().to_string();
+        for _ in ["first", "again"] {
+            is_refused(Store::open(folder.path()).await, &[&backup_path, "nothing was changed", "copy"]);
+        }
+        fs::copy(&backup, &file).unwrap();
+        forget_log(folder.path());
+        let store = Store::open(folder.path()).await.unwrap();
+        assert_eq!(store.artifacts.read(&archive).await.unwrap(), BYTES);
+        store.close().await;
+        fs::remove_file(&backup).unwrap();
+        fs::write(&file, "").unwrap();
+        is_refused(Store::open(folder.path()).await, &["--data", "no copy"]);
+        fs::remove_file(&file).unwrap();
+        forget_log(folder.path());
+        // What the next turn begins with.
+        let (other, _) = station().await;
+        fs::copy(catalogue(other.path()), &file).unwrap();
+        fs::copy(other.path().join("artifacts/station"), folder.path().join("artifacts/station")).unwrap();
+    }
+}
+
+#[tokio::test]
+async fn the_catalogue_of_another_station_is_refused() {
+    let (folder, archive) = station().await;
+    let other = tempfile::tempdir().unwrap();
+    Store::open(other.path()).await.unwrap().close().await;
+    Store::open(other.path()).await.unwrap().close().await;
+    fs::copy(catalogue(other.path()), catalogue(folder.path())).unwrap();
+    forget_log(folder.path());
+    is_refused(Store::open(folder.path()).await, &["another station"]);
+    // Whoever also lost the artifacts' mark is not let in either: nothing that is there is known.
+    fs::remove_file(folder.path().join("artifacts/station")).unwrap();
+    is_refused(Store::open(folder.path()).await, &["artifacts"]);
+    let name = archive.as_str();
+    let kept = folder.path().join("artifacts").join(&name[..2]).join(&name[2..4]).join(name);
+    assert_eq!(fs::read(kept).unwrap(), BYTES);
+}
+
+#[tokio::test]
+async fn a_restored_copy_without_the_mark_and_a_station_with_leftovers_alone_open() {
+    let (folder, _) = station().await;
+    fs::remove_file(folder.path().join("artifacts/station")).unwrap();
+    Store::open(folder.path()).await.unwrap().close().await;
+    assert!(folder.path().join("artifacts/station").is_file(), "marked again");
+
+    // A process that dies between storing and naming leaves artifacts that no record names.
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).await.unwrap();
+    let left = store.artifacts.put(BYTES).await.unwrap();
+    store.close().await;
+    let store = Store::open(folder.path()).await.unwrap();
+    store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
+    assert!(store.artifacts.read(&left).await.is_err(), "the next process deletes them");
+}
