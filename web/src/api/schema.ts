@@ -2850,7 +2850,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body is the same request, for seven days: it is done once and answered alike */
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -3041,6 +3041,8 @@ export interface operations {
                 "Sheaf-Control": string;
                 /** @description ETag of the session */
                 "If-Match"?: string | null;
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                "Idempotency-Key"?: string;
             };
             path: {
                 id: string;
@@ -3116,7 +3118,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body is the same request, for seven days: it is done once and answered alike */
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -3164,6 +3166,8 @@ export interface operations {
                 "Sheaf-Control": string;
                 /** @description ETag of the session */
                 "If-Match"?: string | null;
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                "Idempotency-Key"?: string;
             };
             path: {
                 id: string;
@@ -3275,7 +3279,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body is the same request, for seven days: it is done once and answered alike */
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -3420,6 +3424,8 @@ export interface operations {
             header?: {
                 /** @description Who does it, for the log; a control lease says it, too */
                 "Sheaf-Actor"?: string | null;
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                "Idempotency-Key"?: string;
             };
             path?: never;
             cookie?: never;
@@ -3473,6 +3479,7 @@ export interface operations {
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
         };
@@ -3503,6 +3510,8 @@ export interface operations {
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
         };
@@ -3598,7 +3607,7 @@ export interface operations {
                 name?: string;
             };
             header?: {
-                /** @description The same key with the same body is the same request, for seven days: it is done once and answered alike */
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -3839,6 +3848,9 @@ export interface operations {
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
         };
@@ -3939,6 +3951,8 @@ export interface operations {
             header: {
                 /** @description Id of the control lease */
                 "Sheaf-Control": string;
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                "Idempotency-Key"?: string;
             };
             path?: never;
             cookie?: never;
@@ -4013,6 +4027,8 @@ export interface operations {
             header: {
                 /** @description Id of the control lease */
                 "Sheaf-Control": string;
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
+                "Idempotency-Key"?: string;
             };
             path?: never;
             cookie?: never;
@@ -4245,7 +4261,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body is the same request, for seven days: it is done once and answered alike */
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -4407,15 +4423,18 @@ export interface operations {
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
         };
     };
     export_scan: {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body is the same request, for seven days: it is done once and answered alike */
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -4483,8 +4502,11 @@ export interface operations {
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
         };
     };
     list_measurements: {
@@ -4523,7 +4545,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body is the same request, for seven days: it is done once and answered alike */
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -4617,8 +4639,11 @@ export interface operations {
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
         };
     };
     get_points: {
@@ -4651,6 +4676,7 @@ export interface operations {
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
         };
@@ -4678,6 +4704,7 @@ export interface operations {
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
         };
@@ -4707,6 +4734,8 @@ export interface operations {
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
             500: components["responses"]["Problem"];
             503: components["responses"]["Problem"];
         };
@@ -4715,7 +4744,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body is the same request, for seven days: it is done once and answered alike */
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -5241,7 +5270,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key with the same body is the same request, for seven days: it is done once and answered alike */
+                /** @description The same key with the same body and query is the same request, for seven days: it is done once and answered alike */
                 "Idempotency-Key"?: string;
             };
             path?: never;
