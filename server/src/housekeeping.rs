@@ -21,6 +21,9 @@ pub async fn keep_house(app: App) {
                 if let Err(error) = forget_old(&app).await {
                     tracing::warn!(%error, "old records were not forgotten");
                 }
+                if let Err(error) = app.store.back_up().await {
+                    tracing::warn!(%error, "the catalogue was not copied");
+                }
                 app.figures.run_upkeep();
             }
             () = app.ledger.artifacts_left() => {}

@@ -21,6 +21,7 @@ mod features;
 mod housekeeping;
 mod http;
 mod jobs;
+mod labels;
 mod ledger;
 mod live;
 mod measurements;

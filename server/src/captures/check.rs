@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::captures::limits::{DECODE_LIMIT_BYTES, MANIFEST_LIMIT_BYTES};
+use crate::labels::label;
 use crate::problem::{Problem, ProblemKind};
 
 /// Copies of a picture that decoding may hold at once: the decoder's, and the image made of it.
@@ -39,6 +40,9 @@ pub(super) fn checked_capture(root: &Path) -> Result<Capture, Problem> {
 fn opened(root: &Path) -> Result<Capture, Problem> {
     check_manifest_size(root)?;
     let capture = Capture::open(root)?;
+    for (idx, scan) in capture.manifest.scans.iter().enumerate() {
+        label(&scan.name, &format!("scans[{idx}].name"))?;
+    }
     decode_all(&capture)?;
     Ok(capture)
 }

@@ -11,6 +11,8 @@ use crate::http::idempotency::{Begun, begin};
 use crate::jobs::JobInput;
 use crate::problem::{Problem, ProblemKind};
 
+pub use crate::labels::label;
+
 /// Accepts a job, at most once for its key: 202 with its address.
 pub async fn accept_job(
     app: &App,
@@ -57,22 +59,4 @@ pub fn check_laser_power(power: f64, place: &str) -> Result<(), Problem> {
     Err(Problem::new(ProblemKind::Impossible, format!("{power} is no share of full power"))
         .at(place)
         .remedy("give a number from 0 to 1"))
-}
-
-/// A text of a request: not empty, not endless, without control characters.
-pub fn label(text: &str, place: &str) -> Result<(), Problem> {
-    /// Longer names break tables and file names.
-    const LONGEST: usize = 100;
-    let plain = !text.chars().any(|letter| letter.is_control() || turns_text(letter));
-    if !text.trim().is_empty() && text.chars().count() <= LONGEST && plain {
-        return Ok(());
-    }
-    Err(Problem::new(ProblemKind::Impossible, "a name is empty, too long or has control characters")
-        .at(place)
-        .remedy(format!("give 1 to {LONGEST} letters")))
-}
-
-/// Characters that are not seen and change how the rest is: of writing direction, of lines.
-fn turns_text(letter: char) -> bool {
-    matches!(letter, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }

@@ -140,6 +140,8 @@ fn an_emptied_catalogue_beside_artifacts_is_not_started_on_and_nothing_is_delete
     let server = Server::start(&data, &[]);
     server.upload(&small_capture());
     server.terminate();
+    // Opening folds the log into the database.
+    Server::start(&data, &[]).terminate();
     let there = artifacts(&data);
     let catalogue = data.join("catalogue.sqlite3");
     let backup = data.join("backups").join("catalogue-schema-3-1.sqlite3");

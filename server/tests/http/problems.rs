@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::common::server::{Answer, Server};
-use crate::common::small_capture;
+use crate::common::server::{Answer, Server, zip_of};
+use crate::common::{copy_of_small, edit_manifest, small_capture};
 use crate::fresh;
 
 /// More jobs than may wait.
@@ -179,6 +179,11 @@ fn an_array_is_no_object_and_control_characters_are_no_name() {
         let holder = serde_json::json!({ "holder": name });
         is_problem(&post("/api/v1/station/control", holder), 422, "impossible");
     }
+    let capture = copy_of_small();
+    edit_manifest(capture.path(), |manifest| manifest["scans"][0]["name"] = "two\nlines".into());
+    let zip = [("content-type", "application/zip")];
+    let upload = server.send("POST", "/api/v1/captures", &zip, &zip_of(capture.path()));
+    assert_eq!(is_problem(&upload, 422, "impossible")["place"], "scans[0].name");
 }
 
 #[test]

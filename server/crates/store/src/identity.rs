@@ -1,7 +1,9 @@
 //! Whether the catalogue is the one of the artifacts beside it.
 //!
 //! A catalogue that was emptied, lost or taken from another station names none of them; the first sweep would delete
-//! them all. So catalogue and artifacts carry the same station id, and without one they must know each other.
+//! them all. So catalogue and artifacts carry the same station id, and without one they must know each other. The
+//! artifacts also carry how far the catalogue's events had come: a catalogue that is behind was restored from a copy, and
+//! what it does not name yet is set aside, not deleted.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,12 +15,33 @@ use crate::artifacts::ArtifactId;
 use crate::catalogue::{Catalogue, Change, StoreError};
 use crate::disk::{Disk, LocalDisk};
 use crate::local::LocalArtifacts;
-use crate::params::{ARTIFACTS_FOLDER, BACKUPS_FOLDER, CATALOGUE_FILE, STATION_FILE};
+use crate::params::{ARTIFACTS_FOLDER, BACKUPS_FOLDER, CATALOGUE_FILE, SET_ASIDE_FOLDER, STATION_FILE};
 use crate::records::SettingRecord;
 use crate::sqlite::SqliteCatalogue;
 
 /// The setting that holds the station's id.
 const STATION: &str = "station_id";
+
+/// The setting that counts the copies made of the catalogue: a copy has not counted itself.
+const COPIES: &str = "catalogue_copies";
+
+/// How far a catalogue has come: copies made of it, newest event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Progress {
+    n_copies: i64,
+    last_seq: i64,
+}
+
+impl Progress {
+    async fn of(catalogue: &dyn Catalogue) -> Result<Self, StoreError> {
+        let n_copies = catalogue.setting(COPIES).await?.and_then(|kept| kept.value.as_i64()).unwrap_or(0);
+        Ok(Self { n_copies, last_seq: catalogue.last_event_seq().await? })
+    }
+
+    fn is_behind(self, seen: Self) -> bool {
+        self.n_copies < seen.n_copies || self.last_seq < seen.last_seq
+    }
+}
 
 /// Refuses to open a catalogue that is not there or has no byte while something of a station is. Asked before the
 /// database is touched: SQLite deletes the write-ahead log of an empty one.
@@ -39,15 +62,20 @@ pub async fn check(
     artifacts: &LocalArtifacts,
 ) -> Result<(), StoreError> {
     let of_catalogue = catalogue.setting(STATION).await?.and_then(|kept| kept.value.as_str().map(str::to_owned));
-    let of_artifacts = id_of_artifacts(folder);
+    let (of_artifacts, seen) = id_of_artifacts(folder).unzip();
+    let progress = Progress::of(catalogue).await?;
     let foreign = || refusal(folder, "is of another station than the artifacts beside it");
     if let (Some(one), Some(other)) = (&of_catalogue, &of_artifacts) {
-        return if one == other { Ok(()) } else { Err(foreign()) };
+        return match one == other {
+            false => Err(foreign()),
+            true if progress.is_behind(seen.unwrap_or_default()) => set_aside(folder, catalogue, artifacts).await,
+            true => Ok(()),
+        };
     }
     let expects_content = of_artifacts.is_some() && of_catalogue.is_none();
-    let nothing_lost = artifacts.is_empty()? && !(expects_content && catalogue.last_event_seq().await? == 0);
+    let nothing_lost = artifacts.is_empty()? && !(expects_content && progress.last_seq == 0);
     if !nothing_lost && !names_any(catalogue, artifacts).await? {
-        return Err(match catalogue.last_event_seq().await? {
+        return Err(match progress.last_seq {
             0 => refusal(folder, "has no record, but the artifacts of a station lie beside it"),
             _ => foreign(),
         });
@@ -56,7 +84,48 @@ pub async fn check(
     if of_catalogue.is_none() {
         catalogue.commit(vec![setting(STATION, Value::from(id.as_str()))]).await?;
     }
-    if of_artifacts.is_none() { mark_artifacts(folder, &id) } else { Ok(()) }
+    match of_artifacts {
+        None => mark_artifacts(folder, &id, progress),
+        // A copy from before the catalogue had an id.
+        Some(_) => set_aside(folder, catalogue, artifacts).await,
+    }
+}
+
+/// Notes how far the catalogue has come, so that an older one is known when it is put back.
+pub async fn note_progress(folder: &Path, catalogue: &dyn Catalogue) -> Result<(), StoreError> {
+    let progress = Progress::of(catalogue).await?;
+    match id_of_artifacts(folder) {
+        Some((id, seen)) if seen != progress => mark_artifacts(folder, &id, progress),
+        _ => Ok(()),
+    }
+}
+
+/// Counts a copy that was just made, so that it is behind from now on.
+pub async fn count_copy(folder: &Path, catalogue: &dyn Catalogue) -> Result<(), StoreError> {
+    let value = Value::from(Progress::of(catalogue).await?.n_copies + 1);
+    catalogue.commit(vec![setting(COPIES, value)]).await?;
+    note_progress(folder, catalogue).await
+}
+
+/// Moves what a restored catalogue does not name out of the way of the first sweep.
+async fn set_aside(
+    folder: &Path,
+    catalogue: &SqliteCatalogue,
+    artifacts: &LocalArtifacts,
+) -> Result<(), StoreError> {
+    let named = match catalogue.artifacts_named().await {
+        Ok(named) => named,
+        // While a record is damaged nothing is swept.
+        Err(StoreError::DamagedRecord { .. }) => return Ok(()),
+        Err(error) => return Err(error),
+    };
+    let target = folder.join(format!("{SET_ASIDE_FOLDER}-{}", now_ms()));
+    let n_moved = artifacts.set_aside(&named, &target)?;
+    if n_moved > 0 {
+        let folder = target.display();
+        tracing::warn!(%folder, n_moved, "the catalogue was restored; files that it does not know were set aside");
+    }
+    note_progress(folder, catalogue).await
 }
 
 fn setting(name: &str, value: Value) -> Change {
@@ -82,15 +151,20 @@ fn station_file(folder: &Path) -> PathBuf {
     folder.join(ARTIFACTS_FOLDER).join(STATION_FILE)
 }
 
-fn id_of_artifacts(folder: &Path) -> Option<String> {
-    fs::read_to_string(station_file(folder)).ok().map(|text| text.trim().to_owned())
+/// The station's id, and how far its catalogue had come when that was noted last.
+fn id_of_artifacts(folder: &Path) -> Option<(String, Progress)> {
+    let text = fs::read_to_string(station_file(folder)).ok()?;
+    let mut words = text.split_whitespace();
+    let id = words.next()?.to_owned();
+    let mut number = || words.next().and_then(|word| word.parse().ok()).unwrap_or(0);
+    Some((id, Progress { n_copies: number(), last_seq: number() }))
 }
 
-fn mark_artifacts(folder: &Path, id: &str) -> Result<(), StoreError> {
+fn mark_artifacts(folder: &Path, id: &str, progress: Progress) -> Result<(), StoreError> {
     let file = station_file(folder);
     let draft = file.with_extension("part");
     let write = || {
-        fs::write(&draft, id)?;
+        fs::write(&draft, format!("{id} {} {}\n", progress.n_copies, progress.last_seq))?;
         LocalDisk.sync_file(&fs::File::open(&draft)?)?;
         LocalDisk.rename(&draft, &file)?;
         LocalDisk.sync_folder(&folder.join(ARTIFACTS_FOLDER))
@@ -106,7 +180,7 @@ fn refusal(folder: &Path, why: &'static str) -> StoreError {
     let remedy = match newest_backup(folder) {
         Some(backup) => format!(
             "nothing was changed: move {CATALOGUE_FILE} and its -wal and -shm away, copy the newest backup {} to {}, \
-             then start again",
+             then start again: files that are newer than it are set aside",
             backup.display(),
             catalogue.display()
         ),
@@ -119,7 +193,8 @@ fn refusal(folder: &Path, why: &'static str) -> StoreError {
     StoreError::NotItsCatalogue { catalogue: catalogue.display().to_string(), why, remedy }
 }
 
-fn newest_backup(folder: &Path) -> Option<PathBuf> {
+/// The newest copy of the catalogue.
+pub fn newest_backup(folder: &Path) -> Option<PathBuf> {
     let written_at =
         |file: &PathBuf| fs::metadata(file).and_then(|file| file.modified()).unwrap_or(SystemTime::UNIX_EPOCH);
     let files = fs::read_dir(folder.join(BACKUPS_FOLDER)).ok()?.flatten().map(|entry| entry.path());

@@ -14,8 +14,17 @@ pub const ARTIFACTS_FOLDER: &str = "artifacts";
 pub const STATION_FILE: &str = "station";
 /// Files in the making; emptied at start.
 pub const SCRATCH_FOLDER: &str = "scratch";
-/// Copies of the database made before a migration.
+/// Begins the name of a folder with artifacts that a restored catalogue does not name.
+pub const SET_ASIDE_FOLDER: &str = "set-aside";
+/// Copies of the database made before a migration, and one a day.
 pub const BACKUPS_FOLDER: &str = "backups";
+
+/// Age at which the newest copy of the database gets a successor.
+pub const BACKUP_PERIOD: Duration = Duration::from_secs(24 * 3600);
+/// Daily copies that are kept.
+pub const BACKUPS_KEPT: usize = 7;
+/// Free space below which no copy is made: what is left is for what must be written.
+pub const BACKUP_FLOOR_BYTES: u64 = 256 * 1024 * 1024;
 
 /// Size of the reserve: the write-ahead log of many deletions ([`WAL_LIMIT_BYTES`]) and its checkpoint fit in twice.
 pub const RESERVE_BYTES: u64 = 16 * 1024 * 1024;

@@ -5,6 +5,7 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::SystemTime;
 
 use tokio::sync::{Mutex, watch};
 
@@ -15,7 +16,7 @@ use crate::health::Health;
 use crate::holds::Holds;
 use crate::identity;
 use crate::local::LocalArtifacts;
-use crate::params::{BACKUPS_FOLDER, LOCK_FILE};
+use crate::params::{BACKUP_FLOOR_BYTES, BACKUP_PERIOD, BACKUPS_FOLDER, BACKUPS_KEPT, LOCK_FILE};
 use crate::records::{EventRecord, JobOutcome, JobRecord, JobState};
 use crate::reserve::Reserve;
 use crate::sqlite::SqliteCatalogue;
@@ -133,12 +134,41 @@ impl Store {
         let swept = {
             // Before the catalogue is read: what it names later is held until the end.
             let _sweep = self.holds.begin_sweep();
+            if let Err(error) = identity::note_progress(&self.folder, &*self.catalogue).await {
+                // On a full disk it is the deletions that matter.
+                tracing::warn!(%error, "how far the catalogue has come is not noted");
+            }
             let mut named = self.catalogue.artifacts_named().await?;
             named.extend(also_named(&named));
             self.artifacts.sweep(&named).await
         };
         self.fill_reserve();
         swept
+    }
+
+    /// Copies the catalogue to the folder of backups, unless the newest copy there is younger than a day or the disk is
+    /// nearly full; the newest copies stay, and those made before migrations.
+    ///
+    /// # Errors
+    /// What the database or the disk says.
+    pub async fn back_up(&self) -> Result<(), StoreError> {
+        let age = identity::newest_backup(&self.folder).and_then(|file| fs::metadata(file).ok()?.modified().ok());
+        let is_young = age.is_some_and(|at| at.elapsed().is_ok_and(|age| age < BACKUP_PERIOD));
+        if is_young || self.free_bytes()? < BACKUP_FLOOR_BYTES {
+            return Ok(());
+        }
+        let backups = self.folder.join(BACKUPS_FOLDER);
+        let draft = backups.join("copy.part");
+        // What a dead process left of one.
+        let _ = fs::remove_file(&draft);
+        let copied = SqliteCatalogue::copy_file(&self.folder, &draft).await;
+        copied.inspect_err(|_| drop(fs::remove_file(&draft)))?;
+        identity::count_copy(&self.folder, &*self.catalogue).await?;
+        let now_ms = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_millis());
+        let target = backups.join(format!("{DAILY}{now_ms:013}.sqlite3"));
+        let named = fs::rename(&draft, &target).and_then(|()| LocalDisk.sync_folder(&backups));
+        named.map_err(|cause| file_error("name", &target, cause))?;
+        forget_backups(&backups).map_err(|cause| file_error("delete old copies in", &backups, cause))
     }
 
     /// Gives the reserve back to the disk, so that records can be deleted although it is full.
@@ -168,6 +198,17 @@ impl Store {
     pub async fn close(self) {
         self.sqlite.close().await;
     }
+}
+
+/// Begins the name of a daily copy; a number follows that sorts by age.
+const DAILY: &str = "catalogue-daily-";
+
+fn forget_backups(folder: &Path) -> io::Result<()> {
+    let mut daily: Vec<PathBuf> = fs::read_dir(folder)?.flatten().map(|entry| entry.path()).collect();
+    daily.retain(|file| file.file_name().is_some_and(|name| name.to_string_lossy().starts_with(DAILY)));
+    daily.sort();
+    let n_old = daily.len().saturating_sub(BACKUPS_KEPT);
+    daily[..n_old].iter().try_for_each(fs::remove_file)
 }
 
 /// Makes the folders and takes the lock.

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::capture;
+use common::{capture, event};
 use store::{ArtifactId, Change, Store, StoreError};
 use tempfile::TempDir;
 
@@ -112,4 +112,62 @@ async fn a_restored_copy_without_the_mark_and_a_station_with_leftovers_alone_ope
     let store = Store::open(folder.path()).await.unwrap();
     store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
     assert!(store.artifacts.read(&left).await.is_err(), "the next process deletes them");
+}
+
+#[tokio::test]
+async fn what_is_newer_than_a_restored_copy_is_set_aside_and_not_deleted() {
+    let (folder, old) = station().await;
+    let copy = fs::read(catalogue(folder.path())).unwrap();
+    let store = Store::open(folder.path()).await.unwrap();
+    let mut record = capture();
+    record.archive = store.artifacts.put(b"a newer archive").await.unwrap();
+    let newer = record.archive.clone();
+    store.catalogue.commit(vec![Change::InsertCapture(record), Change::AppendEvent(event("x"))]).await.unwrap();
+    store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
+    store.close().await;
+
+    fs::write(catalogue(folder.path()), copy).unwrap();
+    forget_log(folder.path());
+    for _ in ["restored", "opened again"] {
+        let store = Store::open(folder.path()).await.unwrap();
+        store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
+        assert_eq!(store.artifacts.read(&old).await.unwrap(), BYTES);
+        assert!(store.artifacts.read(&newer).await.is_err());
+        store.close().await;
+    }
+    let entries = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
+    let aside: Vec<_> = entries.filter(|path| path.to_string_lossy().contains("set-aside")).collect();
+    let [aside] = &aside[..] else { panic!("{aside:?}") };
+    assert_eq!(fs::read(aside.join(newer.as_str())).unwrap(), b"a newer archive");
+}
+
+#[tokio::test]
+async fn a_copy_is_made_once_a_day_and_is_what_is_offered() {
+    let (folder, archive) = station().await;
+    let store = Store::open(folder.path()).await.unwrap();
+    for _ in ["first", "again"] {
+        store.back_up().await.unwrap();
+    }
+    let mut record = capture();
+    record.archive = store.artifacts.put(b"newer than the copy").await.unwrap();
+    let newer = record.archive.clone();
+    store.catalogue.commit(vec![Change::InsertCapture(record)]).await.unwrap();
+    store.close().await;
+    let copies: Vec<_> =
+        fs::read_dir(folder.path().join("backups")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let [copy] = &copies[..] else { panic!("{copies:?}") };
+    fs::write(catalogue(folder.path()), "").unwrap();
+    forget_log(folder.path());
+    is_refused(Store::open(folder.path()).await, &[&copy.display().to_string()]);
+    fs::copy(copy, catalogue(folder.path())).unwrap();
+    forget_log(folder.path());
+    let store = Store::open(folder.path()).await.unwrap();
+    store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
+    assert_eq!(store.artifacts.read(&archive).await.unwrap(), BYTES);
+    let entries = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
+    let mut aside = entries.filter(|path| path.to_string_lossy().contains("set-aside"));
+    assert!(
+        aside.any(|folder| folder.join(newer.as_str()).is_file()),
+        "a copy does not know it, and it is not lost"
+    );
 }

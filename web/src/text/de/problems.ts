@@ -18,6 +18,7 @@ export const problems: Catalogue["problems"] = {
   forbidden: "Nicht erlaubt",
   internal: "Ein Fehler des Programms",
   "device-fault": "Ein Gerät tut nicht, was es soll",
+  damaged: "Gespeichertes ist beschädigt oder fehlt",
   unavailable: "Jetzt nicht",
   "storage-full": "Der Datenträger ist voll",
   stopped: "Von Hand gestoppt",

@@ -50,6 +50,11 @@ impl LocalArtifacts {
         self.place.file(id).is_file()
     }
 
+    /// Moves what is not `kept` to the new folder `target`; returns how many that were. Blocks.
+    pub(crate) fn set_aside(&self, kept: &HashSet<ArtifactId>, target: &Path) -> Result<usize, StoreError> {
+        sweep::set_aside(&self.place, kept, target)
+    }
+
     /// Whether there is none. Blocks.
     pub(crate) fn is_empty(&self) -> Result<bool, StoreError> {
         sweep::is_empty(&self.place)

@@ -39,6 +39,25 @@ fn delete_unless_needed(place: &Place, kept: &HashSet<ArtifactId>, file: &Path) 
     }
 }
 
+/// Moves artifacts that are not kept to the new folder `target`; returns how many.
+pub fn set_aside(place: &Place, kept: &HashSet<ArtifactId>, target: &Path) -> Result<usize, StoreError> {
+    let mut n_moved = 0;
+    for outer in entries(place.root())? {
+        for inner in folder_entries(&outer)? {
+            for file in folder_entries(&inner)? {
+                let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+                if ArtifactId::parse(name).is_none_or(|id| kept.contains(&id)) {
+                    continue;
+                }
+                let moved = fs::create_dir_all(target).and_then(|()| fs::rename(&file, target.join(name)));
+                moved.map_err(|cause| file_error("set aside", &file, cause))?;
+                n_moved += 1;
+            }
+        }
+    }
+    Ok(n_moved)
+}
+
 /// Whether any artifact is there.
 pub fn is_empty(place: &Place) -> Result<bool, StoreError> {
     for outer in entries(place.root())? {

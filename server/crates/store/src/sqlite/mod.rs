@@ -90,6 +90,17 @@ impl SqliteCatalogue {
         migrate::copy(&mut *self.writer.lock().await, target).await
     }
 
+    /// The same through a connection of its own, so that nobody who writes waits.
+    pub(crate) async fn copy_file(folder: &Path, target: &Path) -> Result<(), StoreError> {
+        let options = SqliteConnectOptions::new().filename(folder.join(CATALOGUE_FILE)).read_only(true);
+        let mut reader = options
+            .busy_timeout(BUSY_TIMEOUT)
+            .connect()
+            .await
+            .map_err(|cause| error::opening(cause, "open the database"))?;
+        migrate::copy(&mut reader, target).await
+    }
+
     /// On a full disk the reserve is given for what makes room; a sweep makes it again.
     async fn commit_on_any_disk(&self, changes: Vec<Change>) -> Result<Vec<EventRecord>, StoreError> {
         if !changes.iter().any(Change::makes_room) {
