@@ -1,6 +1,7 @@
 //! Who a controller is and how it is set, from `$I` and `$$`, against what is configured.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use super::fault::Fault;
 use super::{Axis, Dialect, GrblConfig, LaserMode};
@@ -25,6 +26,8 @@ pub struct Machine {
     pub dialect: Dialect,
     /// Whether it answers queries while homing: FluidNC does, GRBL does not, grblHAL if `$10` says so.
     pub answers_while_homing: bool,
+    /// grblHAL's reports pause for so long at every switch while it homes (`$26`, debouncing).
+    pub homing_pause: Duration,
     /// What `$10` is to be set to, so that it does.
     pub wanted_report_mask: Option<u32>,
     /// What becomes of the light when nobody speaks to it any more.
@@ -93,6 +96,7 @@ impl Description {
             identity: self.identity(),
             dialect,
             wanted_report_mask: silent.then_some(mask | REPORTS_WHILE_HOMING),
+            homing_pause: self.homing_pause(),
             lost_host: self.lost_host(config.laser_mode),
             capabilities: StageCapabilities {
                 travel_mm: config.travel_mm,
@@ -153,6 +157,11 @@ impl Description {
             () if says("VER", "FluidNC") => Dialect::FluidNc,
             () => Dialect::Grbl,
         }
+    }
+
+    fn homing_pause(&self) -> Duration {
+        let debounce_ms = self.settings.get(&26).and_then(|value| value.parse::<f64>().ok()).unwrap_or(0.0);
+        Duration::from_millis(debounce_ms.clamp(0.0, 1000.0) as u64)
     }
 
     fn lost_host(&self, mode: LaserMode) -> &'static str {

@@ -34,11 +34,17 @@ impl Session {
         match message {
             Message::Banner(_) => self.banner(now),
             Message::Ok => match self.pending.pop_front() {
-                Some(pending) => self.answered(&pending, now),
+                Some(pending) => {
+                    self.is_alive(now);
+                    self.answered(&pending, now);
+                }
                 None => self.garbage("ok".to_owned(), now),
             },
             Message::Error(code) => match self.pending.pop_front() {
-                Some(pending) => self.refused(pending, code, now),
+                Some(pending) => {
+                    self.is_alive(now);
+                    self.refused(pending, code, now);
+                }
                 None => self.garbage(format!("error:{code}"), now),
             },
             Message::Alarm(code) => self.alarm(code, now),
@@ -52,6 +58,11 @@ impl Session {
             }
             Message::Setting { .. } | Message::Feedback { .. } | Message::Nothing => {}
         }
+    }
+
+    /// An answer to a line is a sign of life too: grblHAL's queries wait while it works on a line.
+    fn is_alive(&mut self, now: Instant) {
+        self.queries.unanswered_since = self.queries.unanswered_since.map(|_| now);
     }
 
     /// A reset happened: ours, the one that comes with an alarm, or one by itself.

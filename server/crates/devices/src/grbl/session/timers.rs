@@ -174,6 +174,9 @@ impl Session {
         }
         let asked_at = self.queries.unanswered_since?;
         let since = self.quiet_until.map_or(asked_at, |until| until.max(asked_at));
-        (now.saturating_duration_since(since) > GRBL_SILENCE).then(|| ("?".to_owned(), asked_at))
+        let homing = matches!(self.activity, Activity::Homing { .. });
+        let pause =
+            self.machine.as_ref().filter(|_| homing).map_or(Duration::ZERO, |machine| machine.homing_pause);
+        (now.saturating_duration_since(since) > GRBL_SILENCE + pause).then(|| ("?".to_owned(), asked_at))
     }
 }

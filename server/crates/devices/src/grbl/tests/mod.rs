@@ -6,6 +6,7 @@
 mod dialects;
 mod dialogue;
 mod faults;
+mod firmware;
 mod stops;
 mod suite;
 
