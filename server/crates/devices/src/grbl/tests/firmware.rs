@@ -24,6 +24,7 @@ use tempfile::TempDir;
 
 use super::wait_until;
 use crate::grbl::{GrblConfig, GrblLaser, GrblStage, open, open_line};
+use crate::params::GRBL_GARBAGE_WINDOW;
 use crate::serial_line::{PortLine, SerialLine, SerialLineError, SerialWriter};
 use crate::{Laser, Stage, StageError};
 
@@ -281,12 +282,13 @@ fn alarms_are_recovered_from(controller: &Controller, stage: &mut GrblStage) {
     recovers(stage, 3);
     assert!(home(stage), "homed once, and not again");
     // A target beyond the travel: ALARM:2, after which a reset in the pause is lost.
+    // Three answers that nobody waits for would be taken for garbage.
     controller.press(b"$20=1\n");
-    std::thread::sleep(Duration::from_millis(300));
+    std::thread::sleep(GRBL_GARBAGE_WINDOW);
     controller.press(b"G90G53G1X-900F600\n");
     recovers(stage, 2);
     controller.press(b"$20=0\n");
-    std::thread::sleep(Duration::from_millis(300));
+    std::thread::sleep(GRBL_GARBAGE_WINDOW);
     assert!(home(stage), "homed once, and not again");
 }
 
