@@ -58,6 +58,12 @@ pub trait Laser: Send {
     /// What it can do.
     fn capabilities(&self) -> LaserCapabilities;
 
+    /// What becomes of the light if this program is killed, as the second half of a sentence that begins "if this
+    /// program is killed,".
+    fn lost_host(&self) -> &'static str {
+        "it is not known how long the laser stays on"
+    }
+
     /// Shines with a share `power` of full power (0 < power ≤ 1) for at most `lease`, unless renewed.
     ///
     /// The lease runs in the driver: it ends the light also when the caller hangs. It is cut to

@@ -30,18 +30,25 @@ pub const GRBL_MOVING_QUERY_HZ: f64 = 25.0;
 /// Pace of queries while a stop brakes: the reset that ends it waits for the report of rest.
 pub const GRBL_BRAKING_QUERY: Duration = Duration::from_millis(10);
 
-/// A query or line unanswered so long is silence. With [`GRBL_IDLE_QUERY_HZ`] it is noticed within 0.9 s.
+/// A query or soft reset unanswered so long is silence. With [`GRBL_IDLE_QUERY_HZ`] it is noticed within 0.9 s.
 pub const GRBL_SILENCE: Duration = Duration::from_millis(650);
 
 /// Longest wait for the answer to a line within a caller's own call; later answers come through `poll`.
 pub const GRBL_ANSWER_WAIT: Duration = Duration::from_millis(15);
 
 /// `M5` not acknowledged so long is followed by a soft reset, which darkens for sure.
-pub const GRBL_DARK_LIMIT: Duration = Duration::from_millis(100);
+pub const GRBL_DARK_LIMIT: Duration = Duration::from_millis(200);
 
-/// Longest braking before a soft reset cuts it short while the laser shines; with [`GRBL_DARK_LIMIT`] it leaves
-/// half of the 0.5 s in which the laser must be dark.
-pub const GRBL_LIT_BRAKING: Duration = Duration::from_millis(150);
+/// Longest braking before a soft reset cuts it short, at the price of the position, while the laser shines: it must be
+/// dark in 0.5 s.
+pub const GRBL_LIT_BRAKING: Duration = Duration::from_millis(300);
+
+/// A line may be acknowledged so late while reports come: `M3`, `M5`, `G4` and settings wait for motions, and a spindle
+/// may take its time to spin up. Silence is found by queries, not by this.
+pub const GRBL_ANSWER_LIMIT: Duration = Duration::from_secs(30);
+
+/// After the pause of a limit alarm it is waited so long for its message before the reset is sent without it.
+pub const GRBL_RESET_AGAIN: Duration = Duration::from_millis(100);
 
 /// What braking may take beyond speed over acceleration: the report of rest, twice.
 pub const GRBL_BRAKING_SLACK: Duration = Duration::from_millis(100);

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use super::GrblConfig;
 use super::fault::Fault;
 use super::protocol::RESET;
-use super::session::Session;
+use super::session::{Session, stop_bytes};
 use crate::StageError;
 use crate::params::GRBL_ANSWER_WAIT;
 use crate::serial_line::{SerialLine, SerialWriter};
@@ -169,7 +169,7 @@ impl Shared {
         let mut urgent = self.urgent.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(writer) = urgent.as_mut() else { return Ok(false) };
         *self.announced() = Some((byte, Instant::now()));
-        let written = writer.write_now(&[byte]);
+        let written = writer.write_now(stop_bytes(byte));
         if written.is_err() {
             *self.announced() = None;
         }

@@ -1,13 +1,21 @@
 //! What went wrong with a controller, until it is cleared.
 
+use super::Dialect;
 use super::meanings::{alarm_meaning, error_meaning};
 use crate::{LaserError, StageError};
+
+/// Whose command was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Device {
+    Stage,
+    Laser,
+}
 
 /// A fault; told at every poll.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fault {
-    Alarm { code: u32 },
-    Refused { command: String, code: u32 },
+    Alarm { code: u32, dialect: Dialect },
+    Refused { command: String, code: u32, by: Device },
     Restarted,
     Stalled { target_mm: f64, actual_mm: f64 },
     StrayLight,
@@ -30,10 +38,17 @@ impl Fault {
         }
     }
 
+    /// Whether it concerns this device: a refused command only concerns whose it was.
+    pub fn concerns(&self, device: Device) -> bool {
+        !matches!(self, Fault::Refused { by, .. } if *by != device)
+    }
+
     pub fn for_stage(&self) -> StageError {
         match self.clone() {
-            Fault::Alarm { code } => StageError::Alarm { code, meaning: alarm_meaning(code).to_owned() },
-            Fault::Refused { command, code } => {
+            Fault::Alarm { code, dialect } => {
+                StageError::Alarm { code, meaning: alarm_meaning(dialect, code).to_owned() }
+            }
+            Fault::Refused { command, code, .. } => {
                 StageError::Refused { command, code, meaning: error_meaning(code).to_owned() }
             }
             Fault::Restarted => StageError::Restarted,

@@ -1,15 +1,18 @@
 //! Who a controller is and how it is set, from `$I` and `$$`, against what is configured.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use super::fault::Fault;
-use super::{Axis, GrblConfig};
+use super::{Axis, Dialect, GrblConfig, LaserMode};
 use crate::{DeviceIdentity, Homing, StageCapabilities};
 
 /// What the controller said about itself.
 #[derive(Debug, Clone, Default)]
 pub struct Description {
     feedback: BTreeMap<String, String>,
+    /// Every line of `$I`, without brackets.
+    lines: Vec<String>,
     settings: BTreeMap<u32, String>,
 }
 
@@ -20,18 +23,29 @@ pub struct Machine {
     pub capabilities: StageCapabilities,
     /// Value of `S` at full power.
     pub full_power: f64,
-    /// Whether it answers queries while homing, as grblHAL does and GRBL does not.
+    pub dialect: Dialect,
+    /// Whether it answers queries while homing: FluidNC does, GRBL does not, grblHAL if `$10` says so.
     pub answers_while_homing: bool,
+    /// grblHAL's reports pause for so long at every switch while it homes (`$26`, debouncing).
+    pub homing_pause: Duration,
+    /// What `$10` is to be set to, so that it does.
+    pub wanted_report_mask: Option<u32>,
+    /// What becomes of the light when nobody speaks to it any more.
+    pub lost_host: &'static str,
 }
 
 /// Steps per mm may differ by so much from what is configured: the settings are printed with three decimals.
 const STEPS_TOLERANCE: f64 = 2e-3;
+
+/// Bit of `$10` of grblHAL that lets it report while homing.
+const REPORTS_WHILE_HOMING: u32 = 1 << 12;
 
 /// Bit of `$22` that enables homing.
 const HOMING_ENABLED: u32 = 1;
 
 impl Description {
     pub fn feedback(&mut self, key: &str, text: &str) {
+        self.lines.push(format!("{key}:{text}"));
         self.feedback.insert(key.to_owned(), text.to_owned());
     }
 
@@ -39,12 +53,12 @@ impl Description {
         self.settings.insert(number, value.to_owned());
     }
 
-    /// The board's name is what is expected; asked before its settings are read.
+    /// What is expected stands in a line of `$I`; asked before the settings are read.
     pub fn check_name(&self, config: &GrblConfig, place: &str) -> Result<(), Fault> {
-        let (_, name) = self.version_and_name();
         match &config.expected_name {
-            Some(expected) if *expected != name => {
-                Err(wrong(place, &format!("a controller named `{expected}`"), format!("one named `{name}`")))
+            Some(expected) if !self.lines.iter().any(|line| has_words(line, expected)) => {
+                let found = format!("one that says `{}`", self.lines.join("`, `"));
+                Err(wrong(place, &format!("a controller named `{expected}`"), found))
             }
             _ => Ok(()),
         }
@@ -52,7 +66,8 @@ impl Description {
 
     /// Checks units, steps, travel and laser mode; what the driver works with.
     pub fn machine(&self, config: &GrblConfig, place: &str) -> Result<Machine, Fault> {
-        if self.number(13, place)? != 0.0 {
+        // FluidNC has no such setting: it reports in millimetres.
+        if self.dialect() != Dialect::FluidNc && self.number(13, place)? != 0.0 {
             return Err(wrong(place, "reports in millimetres ($13=0)", "$13=1, inches".to_owned()));
         }
         let steps_per_mm = self.of_axis(100, config.axis, place)?;
@@ -60,8 +75,13 @@ impl Description {
             let expected = format!("{} steps/mm (${})", config.steps_per_mm, 100 + config.axis.idx());
             return Err(wrong(place, &expected, format!("{steps_per_mm}")));
         }
-        if self.number(32, place)? == 0.0 {
-            return Err(wrong(place, "laser mode ($32=1), in which a hold darkens", "$32=0".to_owned()));
+        let mode = self.number(32, place)?;
+        if mode != 1.0 {
+            let found = match mode {
+                2.0 => "$32=2, which is grblHAL's lathe mode: send $32=1".to_owned(),
+                _ => format!("$32={mode}: send $32=1"),
+            };
+            return Err(wrong(place, "laser mode ($32=1), in which a hold darkens", found));
         }
         let homing =
             if self.number(22, place)? as u32 & HOMING_ENABLED != 0 { Homing::Required } else { Homing::Absent };
@@ -69,8 +89,15 @@ impl Description {
             self.check_travel(config, place)?;
         }
         let rate_mm_s = self.of_axis(110, config.axis, place)? / 60.0;
+        let dialect = self.dialect();
+        let mask = self.number(10, place)? as u32;
+        let silent = dialect == Dialect::GrblHal && mask & REPORTS_WHILE_HOMING == 0;
         Ok(Machine {
             identity: self.identity(),
+            dialect,
+            wanted_report_mask: silent.then_some(mask | REPORTS_WHILE_HOMING),
+            homing_pause: self.homing_pause(),
+            lost_host: self.lost_host(config.laser_mode),
             capabilities: StageCapabilities {
                 travel_mm: config.travel_mm,
                 max_speed_mm_s: rate_mm_s.min(config.max_speed_mm_s),
@@ -80,7 +107,7 @@ impl Description {
                 follows_frames: false,
             },
             full_power: self.number(30, place)?,
-            answers_while_homing: self.is_grbl_hal(),
+            answers_while_homing: dialect != Dialect::Grbl && !silent,
         })
     }
 
@@ -107,7 +134,11 @@ impl Description {
     fn identity(&self) -> DeviceIdentity {
         let (firmware, serial) = self.version_and_name();
         let vendor = self.feedback.get("BOARD").cloned().unwrap_or_default();
-        let model = if self.is_grbl_hal() { "grblHAL" } else { "Grbl" };
+        let model = match self.dialect() {
+            Dialect::Grbl => "Grbl",
+            Dialect::GrblHal => "grblHAL",
+            Dialect::FluidNc => "FluidNC",
+        };
         DeviceIdentity { driver: "grbl", vendor, model: model.to_owned(), serial, firmware }
     }
 
@@ -118,8 +149,34 @@ impl Description {
         (version.to_owned(), name.to_owned())
     }
 
-    fn is_grbl_hal(&self) -> bool {
-        self.feedback.get("FIRMWARE").is_some_and(|name| name.eq_ignore_ascii_case("grblHAL"))
+    /// Which firmware it is, as far as it said.
+    pub fn dialect(&self) -> Dialect {
+        let says = |key: &str, word: &str| self.feedback.get(key).is_some_and(|text| text.contains(word));
+        match () {
+            () if says("FIRMWARE", "grblHAL") => Dialect::GrblHal,
+            () if says("VER", "FluidNC") => Dialect::FluidNc,
+            () => Dialect::Grbl,
+        }
+    }
+
+    fn homing_pause(&self) -> Duration {
+        let debounce_ms = self.settings.get(&26).and_then(|value| value.parse::<f64>().ok()).unwrap_or(0.0);
+        Duration::from_millis(debounce_ms.clamp(0.0, 1000.0) as u64)
+    }
+
+    fn lost_host(&self, mode: LaserMode) -> &'static str {
+        let on = |value: &String| value.parse() == Ok(1.0);
+        let sleeps = self.dialect() == Dialect::GrblHal && self.settings.get(&62).is_some_and(on);
+        match mode {
+            LaserMode::Dynamic => "the laser goes dark at the end of the move under way (M4)",
+            LaserMode::Constant if sleeps => {
+                "the laser stays on until this program runs again, at rest for 5 minutes at most (grblHAL, $62=1)"
+            }
+            LaserMode::Constant => {
+                "the laser stays on until this program runs again or the controller is reset: its firmware has no \
+                 watchdog"
+            }
+        }
     }
 
     fn of_axis(&self, first: u32, axis: Axis, place: &str) -> Result<f64, Fault> {
@@ -136,6 +193,17 @@ impl Description {
             }
         }
     }
+}
+
+/// Whether `text` contains `words`, not as a part of longer words.
+fn has_words(text: &str, words: &str) -> bool {
+    let in_a_word = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
+    let (starts, ends) = (in_a_word(words.chars().next()), in_a_word(words.chars().next_back()));
+    text.match_indices(words).any(|(at, _)| {
+        let before = in_a_word(text[..at].chars().next_back()) && starts;
+        let after = in_a_word(text[at + words.len()..].chars().next()) && ends;
+        !before && !after
+    })
 }
 
 /// Machine position of a stage position, mm.

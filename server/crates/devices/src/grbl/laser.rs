@@ -12,6 +12,9 @@ use crate::{DeviceIdentity, Laser, LaserCapabilities, LaserError, LaserState, Va
 /// Smallest power that can be set; most drivers of diodes are dark below.
 const MIN_POWER: f64 = 0.01;
 
+/// What is said of a controller that was never reached.
+const UNKNOWN_END: &str = "the laser may stay on: its controller was not reached";
+
 /// The laser of a GRBL controller. Dropping it darkens it.
 ///
 /// The controller switches the laser only at rest: while the stage moves it is not switched on, and going dark
@@ -37,6 +40,10 @@ impl Laser for GrblLaser {
 
     fn capabilities(&self) -> LaserCapabilities {
         LaserCapabilities { power: Some(ValueRange { min: MIN_POWER, max: 1.0 }), interlock: false }
+    }
+
+    fn lost_host(&self) -> &'static str {
+        self.controller.act(|session, _| session.machine().map_or(UNKNOWN_END, |machine| machine.lost_host))
     }
 
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {

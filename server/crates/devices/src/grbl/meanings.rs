@@ -1,10 +1,25 @@
 //! What the firmware's numbers mean, in our words.
 //!
 //! Sources: `doc/csv/alarm_codes_en_US.csv` and `doc/csv/error_codes_en_US.csv` of gnea/grbl (v1.1); numbers above
-//! them are grblHAL's (`alarms.h`, `errors.h` of grblHAL/core).
+//! them differ: `alarms.h`, `errors.h` of grblHAL/core, `Error.cpp` and `Protocol.cpp` of bdring/FluidNC.
+
+use super::Dialect;
 
 /// What `ALARM:code` means.
-pub fn alarm_meaning(code: u32) -> &'static str {
+pub fn alarm_meaning(dialect: Dialect, code: u32) -> &'static str {
+    match (dialect, code) {
+        (Dialect::FluidNc, 10) => "the spindle does not answer",
+        (Dialect::FluidNc, 11) => "an input was active when it started",
+        (Dialect::FluidNc, 13) => "a hard stop was pressed",
+        (Dialect::FluidNc, 14) => "it is not homed",
+        (Dialect::FluidNc, 12 | 15..) => "a number this program does not know",
+        (Dialect::Grbl, 10) => "homing of a second motor failed",
+        (Dialect::Grbl, 11..) => "a number this program does not know",
+        _ => common_alarm_meaning(code),
+    }
+}
+
+fn common_alarm_meaning(code: u32) -> &'static str {
     match code {
         1 => "a limit switch was hit; the position is lost",
         2 => "a target lies outside the machine's travel; the position is kept",
@@ -60,6 +75,10 @@ pub fn error_meaning(code: u32) -> &'static str {
         33 | 34 => "a target it cannot go to",
         37 => "a tool offset on another axis",
         38 => "a tool number too high",
+        45 => "a limit switch is held",
+        46 => "it must be homed first",
+        50 => "the emergency stop is pressed",
+        79 => "only a reset helps after this alarm",
         _ => "a number this program does not know",
     }
 }

@@ -1,10 +1,11 @@
-//! Driver of controllers with GRBL 1.1 or grblHAL on a serial port: one axis is the stage, the spindle output the
+//! Driver of controllers with GRBL 1.1, grblHAL or FluidNC on a serial port: one axis is the stage, the spindle output the
 //! laser.
 //!
 //! One `controller` with one thread is shared by [`GrblStage`] and [`GrblLaser`]. The dialogue, its sources and the
 //! table of faults are in `server/docs/devices-grbl.md`.
 
 mod controller;
+mod dialect;
 mod fault;
 mod identity;
 mod laser;
@@ -15,6 +16,7 @@ mod stage;
 #[cfg(test)]
 mod tests;
 
+pub use dialect::Dialect;
 pub use laser::GrblLaser;
 pub use meanings::{alarm_meaning, error_meaning};
 pub use stage::GrblStage;
@@ -81,7 +83,8 @@ pub struct GrblConfig {
     pub max_speed_mm_s: f64,
     /// Longest homing.
     pub homing_limit: Duration,
-    /// Text that `$I` must show after the version (`$I=text` writes it), so that no other board is taken for this.
+    /// A text that must stand, as whole words, in a line of the answer to `$I`, so that no other board is taken for
+    /// this: the name that `$I=text` writes, or the board's own.
     pub expected_name: Option<String>,
     /// How the laser is driven.
     pub laser_mode: LaserMode,

@@ -1,6 +1,7 @@
-//! Lines of GRBL 1.1 and grblHAL, read into values.
+//! Lines of GRBL 1.1, grblHAL and FluidNC, read into values.
 //!
-//! Source: `doc/markdown/interface.md` of gnea/grbl (v1.1). grblHAL keeps these forms and adds bracketed lines.
+//! Source: `doc/markdown/interface.md` of gnea/grbl (v1.1). The others keep these forms and add bracketed
+//! lines.
 
 /// Soft reset: everything stops, the laser goes dark, the banner comes.
 pub const RESET: u8 = 0x18;
@@ -85,12 +86,24 @@ pub enum MachineState {
     Home,
     /// Locked.
     Alarm,
-    /// Stopped by the door switch.
+    /// Stopped by the door switch, at rest.
     Door,
+    /// Braking because of the door, parking, or taking up again what it stopped.
+    DoorMoving,
     /// Reads G-code without moving.
     Check,
     /// Switched off its motors.
     Sleep,
+    /// Not up yet.
+    Starting,
+}
+
+impl MachineState {
+    /// Whether anything may move in it.
+    pub fn in_motion(self) -> bool {
+        use MachineState::{Braking, DoorMoving, Home, Jog, Run};
+        matches!(self, Run | Jog | Braking | Home | DoorMoving)
+    }
 }
 
 /// Reads one line, without its line end.
@@ -123,7 +136,9 @@ fn read(line: &str) -> Option<Message> {
         let (number, value) = setting.split_once('=')?;
         return Some(Message::Setting { number: number.parse().ok()?, value: value.to_owned() });
     }
-    let banner = line.get(..4).is_some_and(|name| name.eq_ignore_ascii_case("grbl")) && line.contains("for help]");
+    // What follows the name can be edited in FluidNC.
+    let name = line.split(' ').next().unwrap_or_default();
+    let banner = name.eq_ignore_ascii_case("Grbl") || name.eq_ignore_ascii_case("GrblHAL");
     banner.then(|| Message::Banner(line.to_owned()))
 }
 
@@ -154,7 +169,11 @@ fn state_from(field: &str) -> Option<MachineState> {
         ("Hold", _) => MachineState::Held,
         ("Home", _) => MachineState::Home,
         ("Alarm", _) => MachineState::Alarm,
+        ("Door", Some("2" | "3")) => MachineState::DoorMoving,
         ("Door", _) => MachineState::Door,
+        // grblHAL waits for a tool to be changed, as in a hold.
+        ("Tool", _) => MachineState::Held,
+        ("Starting", _) => MachineState::Starting,
         ("Check", _) => MachineState::Check,
         ("Sleep", _) => MachineState::Sleep,
         _ => return None,
@@ -196,6 +215,11 @@ mod tests {
             "GrblHAL 1.1f ['$' or '$HELP' for help]",
             Message::Banner("GrblHAL 1.1f ['$' or '$HELP' for help]".into()),
         );
+        // FluidNC
+        check(
+            "Grbl 4.0 [FluidNC v4.0.1 (esp32-wifi) '$' for help]",
+            Message::Banner("Grbl 4.0 [FluidNC v4.0.1 (esp32-wifi) '$' for help]".into()),
+        );
         check("$130=200.000", Message::Setting { number: 130, value: "200.000".into() });
         check(
             "[VER:1.1h.20190825:stage 7]",
@@ -211,6 +235,20 @@ mod tests {
                 spindle: Some(8000.0),
             }),
         );
+    }
+
+    #[test]
+    fn a_door_that_brakes_or_parks_is_told_from_one_at_rest() {
+        for (field, expected) in [
+            ("Door:0", MachineState::Door),
+            ("Door:1", MachineState::Door),
+            ("Door:2", MachineState::DoorMoving),
+            ("Door:3", MachineState::DoorMoving),
+            ("Alarm:11", MachineState::Alarm),
+            ("Run:2", MachineState::Run),
+        ] {
+            assert_eq!(state_from(field), Some(expected), "{field}");
+        }
     }
 
     #[test]

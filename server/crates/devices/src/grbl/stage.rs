@@ -67,8 +67,8 @@ impl Stage for GrblStage {
         self.controller.act(|session, _| session.resume())
     }
 
-    /// Feed hold at once, and a soft reset as soon as it rests: the position is kept and the laser dark. Homing is
-    /// reset at once.
+    /// Feed hold and jog cancel at once, and a soft reset as soon as it rests, which is left out where there was
+    /// nothing but a jog: the position is kept and the laser dark. Homing is reset at once.
     fn stop(&mut self) -> Result<(), StageError> {
         self.controller.stop();
         Ok(())

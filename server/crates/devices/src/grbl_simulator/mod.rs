@@ -1,13 +1,17 @@
-//! A GRBL controller with one axis and a laser, simulated in real time behind a pseudo-terminal.
+//! A controller with GRBL, grblHAL or FluidNC, one axis and a laser, simulated in real time behind a pseudo-terminal.
 //!
 //! For tests of the driver and of the service: it speaks the firmware's dialogue, its axis takes time, it fails on
 //! request, and its [`Witness`] tells what light and motion there really was and when each byte came. It can outlive
 //! the process under test, with its record in a file and its terminal at a known place.
 
+#[cfg(test)]
+mod cells;
+mod dialect;
 mod firmware;
 mod motion;
 mod witness;
 
+pub use dialect::Dialect;
 pub use witness::{Entry, Happening, Witness};
 
 use std::fs::File;
@@ -31,8 +35,8 @@ pub struct SimulatorConfig {
     pub banner: String,
     /// Text stored by `$I=`.
     pub name: String,
-    /// Whether it calls itself grblHAL, and answers while homing.
-    pub grbl_hal: bool,
+    /// Which firmware it is.
+    pub dialect: Dialect,
     /// Letter of the axis.
     pub axis: char,
     /// `$100` and so on.
@@ -49,10 +53,20 @@ pub struct SimulatorConfig {
     pub homing_mm_s: f64,
     /// `$30`.
     pub max_spindle: f64,
+    /// How long `ok` waits after the spindle word changed, as for a spindle that spins up.
+    pub spindle_delay: Duration,
     /// `$32`.
-    pub laser_mode: bool,
-    /// `$22`.
+    pub laser_mode: u8,
+    /// `$10`.
+    pub report_mask: u32,
+    /// Bit 0 of `$22`.
     pub homing: bool,
+    /// Bit 2 of `$22` of grblHAL: nothing but homing before homing.
+    pub homing_lock: bool,
+    /// Whether homing finds its switch.
+    pub switch_works: bool,
+    /// `$62` of grblHAL.
+    pub sleeps: bool,
     /// `$20`.
     pub soft_limits: bool,
     /// `$13`.
@@ -62,12 +76,19 @@ pub struct SimulatorConfig {
 }
 
 impl Default for SimulatorConfig {
-    /// A small stage with switches: 100 mm of travel, 200 mm/s, 5 m/s², homed within tens of milliseconds.
+    /// [`SimulatorConfig::of`] GRBL 1.1h.
     fn default() -> Self {
+        Self::of(Dialect::Grbl)
+    }
+}
+
+impl SimulatorConfig {
+    /// A small stage with switches: 100 mm of travel, 200 mm/s, 5 m/s², homed within tens of milliseconds.
+    pub fn of(dialect: Dialect) -> Self {
         Self {
-            banner: "Grbl 1.1h ['$' for help]".to_owned(),
+            banner: dialect.banner().to_owned(),
             name: "simulated stage".to_owned(),
-            grbl_hal: false,
+            dialect,
             axis: 'X',
             steps_per_mm: 400.0,
             max_speed_mm_s: 200.0,
@@ -76,16 +97,20 @@ impl Default for SimulatorConfig {
             pull_off_mm: 1.0,
             homing_mm_s: 200.0,
             max_spindle: 1000.0,
-            laser_mode: true,
+            spindle_delay: Duration::ZERO,
+            laser_mode: 1,
+            // As they are delivered.
+            report_mask: if dialect == Dialect::GrblHal { 511 } else { 1 },
             homing: true,
+            homing_lock: false,
+            switch_works: true,
+            sleeps: false,
             soft_limits: true,
             inches: false,
             start_at_mm: -5.0,
         }
     }
-}
 
-impl SimulatorConfig {
     pub(crate) fn axis_idx(&self) -> usize {
         match self.axis {
             'X' => 0,
@@ -106,6 +131,8 @@ pub enum Fault {
     NoAcknowledgement,
     /// The axis stops on its way, and the firmware waits for it.
     Stall,
+    /// The emergency stop is pressed: no reset is heard.
+    EmergencyStop,
 }
 
 /// What the simulation is asked for.
@@ -114,6 +141,7 @@ enum Request {
     Alarm(u32),
     Restart,
     Stray,
+    Door(bool),
     Unplug,
     Replug(Option<Box<SimulatorConfig>>),
     End,
@@ -181,6 +209,11 @@ impl GrblSimulator {
     /// Lets the laser shine though nobody asked for it.
     pub fn shine_unasked(&self) {
         self.request(Request::Stray);
+    }
+
+    /// Opens or closes the door's switch; the door's own stop is the byte 0x84.
+    pub fn set_door_open(&self, open: bool) {
+        self.request(Request::Door(open));
     }
 
     /// Pulls the cable, which is its power too.
@@ -279,6 +312,7 @@ impl Machine {
             Request::Alarm(code) => self.firmware.raise(code, now),
             Request::Restart => self.firmware.power_cycle(now),
             Request::Stray => self.firmware.shine_unasked(now),
+            Request::Door(open) => self.firmware.set_door_open(open),
             Request::Unplug => {
                 self.firmware.power_off(now);
                 self.terminal = None;

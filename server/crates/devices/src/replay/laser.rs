@@ -50,6 +50,10 @@ impl Laser for ReplayLaser {
         LaserCapabilities { power: Some(ValueRange { min: MIN_POWER, max: 1.0 }), interlock: false }
     }
 
+    fn lost_host(&self) -> &'static str {
+        "there is no laser: it is recorded"
+    }
+
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
         check_power(power)?;
         self.lit = Some(Lit { power: power.max(MIN_POWER), until: Instant::now() + lease.min(LASER_LEASE_LIMIT) });

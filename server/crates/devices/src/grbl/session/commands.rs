@@ -2,12 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, LineKind, Link, Lit, Session, Travel, being_opened};
+use super::{Activity, LineKind, Link, Lit, Session, Stopping, Travel, being_opened, stop_bytes};
 use crate::grbl::LaserMode;
-use crate::grbl::fault::Fault;
+use crate::grbl::fault::{Device, Fault};
 use crate::grbl::identity::{machine_from_stage, stage_from_machine};
 use crate::grbl::protocol::{HOLD, MachineState, RESET, RESUME};
-use crate::params::{GRBL_BRAKING_SLACK, GRBL_LIT_BRAKING, GRBL_SILENCE};
+use crate::params::{GRBL_ANSWER_LIMIT, GRBL_BRAKING_SLACK, GRBL_LIT_BRAKING};
 use crate::stage_checks::{check_numbers, check_travel};
 use crate::{AcceptedMove, Homing, LASER_LEASE_LIMIT, LaserError, StageError};
 
@@ -68,7 +68,7 @@ impl Session {
         now: Instant,
     ) -> (AcceptedMove, u64) {
         let target_mm = stage_from_machine(machine_mm, self.zero_at_machine_mm, self.config.reversed);
-        let ticket = self.send_line(line, LineKind::Travel, now, now + GRBL_SILENCE);
+        let ticket = self.send_line(line, LineKind::Travel, now, now + GRBL_ANSWER_LIMIT);
         let last_mm = self.seen.map_or(machine_mm, |seen| seen.machine_mm);
         self.activity = Activity::Travel(Travel {
             target_mm,
@@ -106,23 +106,24 @@ impl Session {
     }
 
     pub fn sound(&self) -> Result<(), StageError> {
-        match &self.fault {
+        match self.fault_of(Device::Stage) {
             Some(fault) => Err(fault.for_stage()),
             None => Ok(()),
         }
     }
 
-    /// A jog is ended by a hold, which is the firmware's way; a move waits for [`Session::resume`].
+    /// A jog is ended; a move waits for [`Session::resume`].
     pub fn hold(&mut self, now: Instant) -> Result<(), StageError> {
         self.sound()?;
         match self.activity {
             Activity::Travel(travel) => {
-                self.outgoing.push(HOLD);
                 if travel.jog {
-                    self.stop_sent(HOLD, now);
+                    self.send_stop(HOLD, now);
+                } else {
+                    self.outgoing.push(HOLD);
                 }
             }
-            Activity::Rest | Activity::Homing { .. } | Activity::Stopping { .. } => {}
+            Activity::Rest | Activity::Homing { .. } | Activity::Stopping(_) => {}
         }
         Ok(())
     }
@@ -135,7 +136,13 @@ impl Session {
         Ok(())
     }
 
-    /// The stop's first byte was written already; what follows it.
+    /// Stops by this byte and what belongs to it.
+    pub(super) fn send_stop(&mut self, byte: u8, now: Instant) {
+        self.outgoing.extend_from_slice(stop_bytes(byte));
+        self.stop_sent(byte, now);
+    }
+
+    /// The stop's bytes were written already; what follows them.
     pub fn stop_sent(&mut self, byte: u8, now: Instant) {
         if !matches!(self.link, Link::Up) {
             return;
@@ -144,7 +151,16 @@ impl Session {
             return self.reset_sent(now);
         }
         let braking = if self.lit.is_some() { GRBL_LIT_BRAKING } else { self.braking_limit() };
-        self.activity = Activity::Stopping { until: now + braking };
+        let until = match self.activity {
+            // Stopped again: it brakes already.
+            Activity::Stopping(stopping) => stopping.until,
+            _ => now + braking,
+        };
+        let only_jog = match self.activity {
+            Activity::Travel(travel) => travel.jog && self.pending.is_empty() && self.lit.is_none(),
+            _ => false,
+        };
+        self.activity = Activity::Stopping(Stopping { until, only_jog, idle_once: false });
         if byte == RESET {
             self.reset_sent(now);
         } else {
@@ -165,7 +181,11 @@ impl Session {
         match &self.fault {
             None => Ok(()),
             Some(fault) if fault.needs_reconnect() => Err(fault.for_stage()),
-            Some(_) => {
+            Some(fault) => {
+                // A reset that was not heard, as with the emergency stop pressed, is tried again.
+                if matches!(fault, Fault::Alarm { .. }) && self.reset.is_none() {
+                    self.soft_reset(now);
+                }
                 self.clearing = true;
                 self.tick(now);
                 Ok(())
@@ -178,11 +198,13 @@ impl Session {
         if self.wants_open || matches!(self.link, Link::Opening(_)) {
             return;
         }
+        if let Some(Fault::Refused { by: Device::Laser, .. }) = self.fault {
+            // The line is sound: what was refused is acknowledged.
+            self.fault = None;
+        }
         if self.fault.is_none() {
             if self.activity != Activity::Rest || self.lit.is_some() {
-                let byte = self.stop_byte();
-                self.outgoing.push(byte);
-                self.stop_sent(byte, now);
+                self.send_stop(self.stop_byte(), now);
             }
             return;
         }
@@ -192,6 +214,10 @@ impl Session {
 
     pub fn switch_on(&mut self, power: f64, lease: Duration, now: Instant) -> Result<u64, LaserError> {
         self.laser_sound()?;
+        if self.must_home {
+            let reason = "its controller is locked until the stage is homed; home it".to_owned();
+            return Err(LaserError::Fault { reason });
+        }
         if self.activity != Activity::Rest || self.reset_awaited() || self.dark_by.is_some() {
             let reason =
                 "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
@@ -205,7 +231,7 @@ impl Session {
         self.lit = Some(Lit { power, until: now + lease.min(LASER_LEASE_LIMIT) });
         // The laser shines in G1 only (`laser_mode.md`); no axis is named, so that nothing moves.
         let line = format!("G1F{LASER_FEED_MM_MIN}{word}S{:.1}", power * full);
-        Ok(self.send_line(line, LineKind::LaserOn, now, now + GRBL_SILENCE))
+        Ok(self.send_line(line, LineKind::LaserOn, now, now + GRBL_ANSWER_LIMIT))
     }
 
     pub fn renew(&mut self, lease: Duration, now: Instant) -> Result<(), LaserError> {
@@ -224,7 +250,7 @@ impl Session {
 
     /// Faults of the stage alone do not concern a laser that is known to be dark, except that it cannot shine.
     fn laser_sound(&self) -> Result<(), LaserError> {
-        match &self.fault {
+        match self.fault_of(Device::Laser) {
             Some(fault) => Err(fault.for_laser()),
             None => Ok(()),
         }
@@ -234,6 +260,7 @@ impl Session {
     pub fn laser_known(&self) -> Result<(), LaserError> {
         match &self.fault {
             Some(fault) if fault.needs_reconnect() || *fault == Fault::StrayLight => Err(fault.for_laser()),
+            Some(fault @ Fault::Refused { by: Device::Laser, .. }) => Err(fault.for_laser()),
             _ => Ok(()),
         }
     }

@@ -2,22 +2,27 @@
 
 use std::time::Instant;
 
-use super::{Activity, LineKind, Link, OwnReset, Pending, Seen, Session, Travel};
-use crate::grbl::fault::Fault;
+use super::{Activity, LineKind, Link, OwnReset, Pending, Seen, Session, Stopping, Travel};
+use crate::grbl::Dialect;
+use crate::grbl::fault::{Device, Fault};
 use crate::grbl::protocol::{MachineState, Message, Position, Report};
 use crate::params::{
-    GRBL_GARBAGE_LINES, GRBL_GARBAGE_WINDOW, GRBL_SILENCE, GRBL_STALL, GRBL_START, GRBL_STRAY_REPORTS,
+    GRBL_GARBAGE_LINES, GRBL_GARBAGE_WINDOW, GRBL_RESET_AGAIN, GRBL_SILENCE, GRBL_STALL, GRBL_START,
+    GRBL_STRAY_REPORTS,
 };
 
 /// `ALARM:3`: reset while moving.
 const ALARM_RESET_MOVING: u32 = 3;
 /// `ALARM:6`: reset while homing.
 const ALARM_RESET_HOMING: u32 = 6;
+/// `ALARM:1`: a limit switch.
+const ALARM_HARD_LIMIT: u32 = 1;
 /// `ALARM:2`: the one alarm that keeps the position.
 const ALARM_SOFT_LIMIT: u32 = 2;
-/// Alarms after which GRBL resets itself and shows its banner; after the others it waits to be reset
-/// (`protocol.c`, `limits.c`).
-const ALARMS_THAT_RESET: std::ops::RangeInclusive<u32> = 3..=9;
+/// `error:46`: only homing unlocks it.
+const ERROR_HOME_FIRST: u32 = 46;
+/// What is said after a limit alarm, when a reset is heard again.
+const RESET_TO_CONTINUE: &str = "Reset to continue";
 
 impl Session {
     pub(super) fn message(&mut self, message: Message, began_at: Instant, now: Instant) {
@@ -29,18 +34,35 @@ impl Session {
         match message {
             Message::Banner(_) => self.banner(now),
             Message::Ok => match self.pending.pop_front() {
-                Some(pending) => self.answered(&pending, now),
+                Some(pending) => {
+                    self.is_alive(now);
+                    self.answered(&pending, now);
+                }
                 None => self.garbage("ok".to_owned(), now),
             },
             Message::Error(code) => match self.pending.pop_front() {
-                Some(pending) => self.refused(pending, code, now),
+                Some(pending) => {
+                    self.is_alive(now);
+                    self.refused(pending, code, now);
+                }
                 None => self.garbage(format!("error:{code}"), now),
             },
             Message::Alarm(code) => self.alarm(code, now),
             Message::Report(report) => self.report(report, began_at, now),
             Message::Garbage(text) => self.garbage(text, now),
+            Message::Feedback { key, text } if key == "MSG" && text.contains(RESET_TO_CONTINUE) => {
+                if self.reset_again_at.take().is_some() {
+                    self.quiet_until = None;
+                    self.soft_reset(now);
+                }
+            }
             Message::Setting { .. } | Message::Feedback { .. } | Message::Nothing => {}
         }
+    }
+
+    /// An answer to a line is a sign of life too: grblHAL's queries wait while it works on a line.
+    fn is_alive(&mut self, now: Instant) {
+        self.queries.unanswered_since = self.queries.unanswered_since.map(|_| now);
     }
 
     /// A reset happened: ours, the one that comes with an alarm, or one by itself.
@@ -53,6 +75,7 @@ impl Session {
         self.pending.clear();
         self.activity = Activity::Rest;
         (self.lit, self.dark_by, self.stray_reports) = (None, None, 0);
+        (self.quiet_until, self.reset_again_at) = (None, None);
         self.queries.unanswered_since = None;
         if let Some(seen) = &mut self.seen {
             let locked = self.reset.is_some_and(|reset| reset.locked);
@@ -85,25 +108,36 @@ impl Session {
                 self.query(now);
             }
             LineKind::LaserOff => (self.lit, self.dark_by) = (None, None),
-            LineKind::Unlock => {
-                self.clearing = false;
-                self.fault = self.fault.take().filter(|fault| !matches!(fault, Fault::Alarm { .. }));
-            }
-            LineKind::LaserOn | LineKind::Build | LineKind::Settings => {}
+            LineKind::Unlock => self.unlocked(),
+            LineKind::LaserOn | LineKind::Build | LineKind::Settings | LineKind::ReportMask => {}
         }
     }
 
-    /// A line was refused: told to the caller if it still waits, else a fault.
+    fn unlocked(&mut self) {
+        self.clearing = false;
+        self.fault = self.fault.take().filter(|fault| !matches!(fault, Fault::Alarm { .. }));
+    }
+
+    /// A line was refused: told to the caller if it still waits, else a fault of the device whose line it was.
     fn refused(&mut self, pending: Pending, code: u32, now: Instant) {
+        if pending.kind == LineKind::Unlock && code == ERROR_HOME_FIRST {
+            // No fault: it can be homed, and that is all it can.
+            self.must_home = true;
+            return self.unlocked();
+        }
         match pending.kind {
             LineKind::Travel | LineKind::Home => self.activity = Activity::Rest,
             // Whether any word of the line had an effect is not known.
             LineKind::LaserOn => self.go_dark(now),
             LineKind::LaserOff => self.soft_reset(now),
             LineKind::Unlock => self.clearing = false,
-            LineKind::Build | LineKind::Settings => {}
+            LineKind::Build | LineKind::Settings | LineKind::ReportMask => {}
         }
-        let refusal = Fault::Refused { command: pending.text, code };
+        let by = match pending.kind {
+            LineKind::LaserOn | LineKind::LaserOff => Device::Laser,
+            _ => Device::Stage,
+        };
+        let refusal = Fault::Refused { command: pending.text, code, by };
         if self.waited_for == Some(pending.ticket) {
             self.refusal = Some(refusal);
         } else if self.fault.is_none() {
@@ -112,18 +146,34 @@ impl Session {
     }
 
     fn alarm(&mut self, code: u32, now: Instant) {
-        let by_reset = code == ALARM_RESET_MOVING || code == ALARM_RESET_HOMING;
+        let dialect = self.dialect();
+        let quiet_until = now + dialect.alarm_pause();
+        self.quiet_until = Some(quiet_until);
+        let by_reset = code == ALARM_RESET_MOVING || code == ALARM_RESET_HOMING || dialect.wants_homing(code);
+        self.must_home |= dialect == Dialect::GrblHal && dialect.wants_homing(code);
         if by_reset && let Some(reset @ OwnReset { awaited: true, .. }) = &mut self.reset {
+            reset.answer_by = quiet_until + GRBL_SILENCE;
             (reset.locked, self.homed) = (true, false);
+            return;
+        }
+        if dialect.wants_homing(code) && self.activity == Activity::Rest {
+            // As after power came on: no fault, but no position either.
+            self.homed = false;
             return;
         }
         tracing::warn!(place = self.place, code, "controller raised an alarm");
         self.homed = self.homed && code == ALARM_SOFT_LIMIT;
-        self.pending.clear();
+        // Lines under way keep their places: their answers may still come, and are theirs.
         self.activity = Activity::Rest;
-        (self.lit, self.dark_by) = (None, None);
-        self.fault = Some(Fault::Alarm { code });
-        if !ALARMS_THAT_RESET.contains(&code) {
+        self.dark_by = None;
+        if dialect.darkens_with(code) {
+            self.lit = None;
+        }
+        self.fault = Some(Fault::Alarm { code, dialect });
+        if matches!(code, ALARM_HARD_LIMIT | ALARM_SOFT_LIMIT) {
+            self.reset_again_at = Some(quiet_until + GRBL_RESET_AGAIN);
+        }
+        if !dialect.resets_itself_after(code) {
             self.soft_reset(now);
         }
     }
@@ -131,6 +181,9 @@ impl Session {
     pub(super) fn report(&mut self, report: Report, began_at: Instant, now: Instant) {
         let asked_at = self.queries.last_sent_at.unwrap_or(began_at).min(began_at);
         self.queries.unanswered_since = None;
+        if report.state == MachineState::Starting {
+            return;
+        }
         if matches!(report.state, MachineState::Sleep | MachineState::Check) {
             let reason = format!("its controller is in the state {:?}", report.state);
             return self.down(Fault::Gone { reason });
@@ -160,16 +213,26 @@ impl Session {
             Activity::Travel(travel) => self.follow_travel(travel, state, machine_mm, asked_at, now),
             Activity::Homing { done_at } => {
                 if done_at.is_some_and(|done_at| asked_at >= done_at) && state == MachineState::Idle {
-                    (self.activity, self.homed) = (Activity::Rest, true);
+                    (self.activity, self.homed, self.must_home) = (Activity::Rest, true, false);
                 }
             }
-            Activity::Stopping { .. } => {
-                if !self.reset_awaited()
-                    && !matches!(state, MachineState::Run | MachineState::Jog | MachineState::Braking)
-                {
-                    self.soft_reset(now);
-                }
+            Activity::Stopping(stopping) if !self.reset_awaited() => self.follow_stop(stopping, state, now),
+            Activity::Stopping(_) => {}
+        }
+    }
+
+    /// At rest the stop is made final by a reset, which forgets a held move, unread lines and the light. A jog that
+    /// was all there was leaves nothing to forget.
+    fn follow_stop(&mut self, stopping: Stopping, state: MachineState, now: Instant) {
+        match state {
+            _ if state.in_motion() => {
+                self.activity = Activity::Stopping(Stopping { idle_once: false, ..stopping })
             }
+            MachineState::Idle if !stopping.idle_once => {
+                self.activity = Activity::Stopping(Stopping { idle_once: true, ..stopping });
+            }
+            MachineState::Idle if stopping.only_jog => self.activity = Activity::Rest,
+            _ => self.soft_reset(now),
         }
     }
 
@@ -208,7 +271,7 @@ impl Session {
     /// GRBL reports the power it gives out (`FS`); light that was not asked for is reset.
     fn watch_stray_light(&mut self, spindle: Option<f64>, now: Instant) {
         // Verified for GRBL's source only; grblHAL reports a programmed speed of a spindle at rest in some drivers.
-        let verified = self.machine.as_ref().is_some_and(|machine| !machine.answers_while_homing);
+        let verified = self.dialect() == Dialect::Grbl;
         let asked_for = self.lit.is_some() || self.reset_awaited();
         if !verified || asked_for || spindle.is_none_or(|speed| speed == 0.0) {
             self.stray_reports = 0;

@@ -12,11 +12,12 @@ mod timers;
 use std::collections::VecDeque;
 use std::time::Instant;
 
+use super::Dialect;
 use super::GrblConfig;
-use super::fault::Fault;
+use super::fault::{Device, Fault};
 use super::identity::{Description, Machine, stage_from_machine};
-use super::protocol::{HOLD, MachineState, RESET, message_from_line};
-use crate::params::GRBL_LINE_BYTES;
+use super::protocol::{HOLD, JOG_CANCEL, MachineState, RESET, message_from_line};
+use crate::params::{GRBL_LINE_BYTES, GRBL_SILENCE};
 use crate::{Homing, LaserState, StageState};
 use opening::Opening;
 
@@ -40,10 +41,18 @@ enum Activity {
     Homing {
         done_at: Option<Instant>,
     },
-    /// A stop: braking until `until`, then a soft reset.
-    Stopping {
-        until: Instant,
-    },
+    Stopping(Stopping),
+}
+
+/// A stop: it brakes, and at rest a soft reset makes it final.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stopping {
+    /// When the reset comes though no report showed rest.
+    until: Instant,
+    /// Whether there was nothing but a jog, which is over when it rests: no reset.
+    only_jog: bool,
+    /// Whether a report showed it idle. A report may come before a hold in the same pass, so that it takes two.
+    idle_once: bool,
 }
 
 /// A move or jog.
@@ -74,6 +83,7 @@ struct Pending {
 enum LineKind {
     Build,
     Settings,
+    ReportMask,
     Unlock,
     Home,
     Travel,
@@ -108,6 +118,8 @@ struct Queries {
 #[derive(Debug, Clone, Copy)]
 struct OwnReset {
     sent_at: Instant,
+    /// When its banner is missed.
+    answer_by: Instant,
     /// Whether its banner is still to come.
     awaited: bool,
     /// Whether it raised an alarm, which locks the controller.
@@ -138,6 +150,12 @@ pub struct Session {
     seen: Option<Seen>,
     queries: Queries,
     reset: Option<OwnReset>,
+    /// After an alarm: until then the firmware does nothing else, and may lose a reset.
+    quiet_until: Option<Instant>,
+    /// After a limit alarm: when a reset is sent again, unless it asks for one before.
+    reset_again_at: Option<Instant>,
+    /// Whether only homing unlocks it.
+    must_home: bool,
     activity: Activity,
     homed: bool,
     zero_at_machine_mm: f64,
@@ -173,6 +191,9 @@ impl Session {
             seen: None,
             queries: Queries::default(),
             reset: None,
+            quiet_until: None,
+            reset_again_at: None,
+            must_home: false,
             activity: Activity::Rest,
             homed: false,
             lit: None,
@@ -207,10 +228,10 @@ impl Session {
         std::mem::take(&mut self.outgoing)
     }
 
-    /// The byte that stops the stage soonest: a hold keeps the position; where a hold has no effect (homing, alarm,
-    /// a reset under way) or could stay behind, a soft reset.
+    /// The byte that stops the stage soonest, with what belongs to it ([`stop_bytes`]): a hold keeps the position;
+    /// where a hold has no effect (homing, alarm, a reset under way), a soft reset.
     pub fn stop_byte(&self) -> u8 {
-        let holdable = matches!(self.activity, Activity::Rest | Activity::Travel(_));
+        let holdable = !matches!(self.activity, Activity::Homing { .. });
         let locked = self.seen.is_none_or(|seen| matches!(seen.state, MachineState::Alarm | MachineState::Home));
         let up = matches!(self.link, Link::Up) && self.fault.is_none() && !self.reset_awaited();
         if up && holdable && !locked { HOLD } else { RESET }
@@ -219,18 +240,13 @@ impl Session {
     /// The stage as last reported.
     pub fn stage_state(&self, now: Instant) -> StageState {
         let held = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Held | MachineState::Door));
-        let alone = self.seen.is_some_and(|seen| {
-            matches!(
-                seen.state,
-                MachineState::Run | MachineState::Jog | MachineState::Home | MachineState::Braking
-            )
-        });
+        let alone = self.seen.is_some_and(|seen| seen.state.in_motion());
         let moving = match self.activity {
             Activity::Rest => alone || self.reset_awaited(),
             Activity::Travel(_) => !held,
-            Activity::Homing { .. } | Activity::Stopping { .. } => true,
+            Activity::Homing { .. } | Activity::Stopping(_) => true,
         };
-        let stopping = matches!(self.activity, Activity::Stopping { .. });
+        let stopping = matches!(self.activity, Activity::Stopping(_));
         StageState {
             position_mm: if self.homed { self.position_mm() } else { None },
             measured_at: self.seen.map_or(now, |seen| seen.at),
@@ -286,6 +302,7 @@ impl Session {
         self.incoming_since = None;
         self.queries = Queries::default();
         self.reset = None;
+        (self.quiet_until, self.reset_again_at) = (None, None);
         self.activity = Activity::Rest;
         (self.lit, self.dark_by, self.stray_reports) = (None, None, 0);
         self.garbage_at.clear();
@@ -307,7 +324,17 @@ impl Session {
 
     fn reset_sent(&mut self, now: Instant) {
         let locked = self.reset.is_some_and(|reset| reset.awaited && reset.locked);
-        self.reset = Some(OwnReset { sent_at: now, awaited: true, locked });
+        let heard_at = self.quiet_until.map_or(now, |until| until.max(now));
+        self.reset = Some(OwnReset { sent_at: now, answer_by: heard_at + GRBL_SILENCE, awaited: true, locked });
+    }
+
+    fn dialect(&self) -> Dialect {
+        self.machine.as_ref().map_or_else(|| self.description.dialect(), |machine| machine.dialect)
+    }
+
+    /// The fault, if it concerns this device.
+    fn fault_of(&self, device: Device) -> Option<&Fault> {
+        self.fault.as_ref().filter(|fault| fault.concerns(device))
     }
 
     fn reset_awaited(&self) -> bool {
@@ -330,6 +357,12 @@ impl Session {
         self.pending.push_back(Pending { ticket: self.next_ticket, text, kind, sent_at: now, answer_by });
         self.next_ticket
     }
+}
+
+/// All that goes out with a stop's byte. A hold comes with a jog's cancellation: grblHAL does not hold jogs, and GRBL
+/// ignores the cancellation outside of one.
+pub fn stop_bytes(byte: u8) -> &'static [u8] {
+    if byte == HOLD { &[HOLD, JOG_CANCEL] } else { &[RESET] }
 }
 
 fn being_opened() -> Fault {

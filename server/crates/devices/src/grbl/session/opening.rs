@@ -2,12 +2,13 @@
 
 use std::time::Instant;
 
-use super::{Activity, LineKind, Link, Queries, Session, being_opened};
+use super::{Activity, LineKind, Link, Pending, Queries, Session, being_opened};
+use crate::grbl::Dialect;
 use crate::grbl::fault::Fault;
 use crate::grbl::identity::Description;
 use crate::grbl::meanings::error_meaning;
 use crate::grbl::protocol::{MachineState, Message, QUERY, RESET};
-use crate::params::{GRBL_BANNER_SETTLING, GRBL_RESET_PERIOD, GRBL_SILENCE};
+use crate::params::{GRBL_ANSWER_LIMIT, GRBL_BANNER_SETTLING, GRBL_RESET_PERIOD, GRBL_SILENCE};
 
 /// How far an opening is.
 #[derive(Debug)]
@@ -28,6 +29,7 @@ enum Step {
     },
     Build,
     Settings,
+    ReportMask,
     Report,
 }
 
@@ -36,7 +38,7 @@ impl Session {
     pub fn line_opened(&mut self, now: Instant) {
         self.wants_open = false;
         self.forget_dialogue();
-        self.homed = false;
+        (self.homed, self.must_home) = (false, false);
         self.fault = Some(being_opened());
         self.outgoing = vec![RESET];
         self.link = Link::Opening(Opening { since: now, reset_at: now, step: Step::Banner, foreign: None });
@@ -55,18 +57,23 @@ impl Session {
                 (opening.step, opening.foreign) = (Step::Settling { banner_at: now }, None);
                 self.pending.clear();
             }
-            Message::Feedback { key, text } if key != "MSG" => self.description.feedback(&key, &text),
+            Message::Feedback { key, text } if key != "MSG" || opening.step == Step::Build => {
+                self.description.feedback(&key, &text);
+            }
             Message::Setting { number, value } => self.description.setting(number, &value),
             Message::Ok => self.opening_answered(now),
-            Message::Error(code) => self.opening_refused(code),
-            Message::Report(report) if opening.step == Step::Report => {
+            Message::Error(code) => self.opening_refused(code, now),
+            // While it starts it is not there yet: it is asked again.
+            Message::Report(report) if opening.step == Step::Report && report.state != MachineState::Starting => {
                 self.reached(now);
                 self.report(report, began_at, now);
             }
             Message::Garbage(text) => {
                 opening.foreign.get_or_insert((now, text));
             }
-            Message::Feedback { .. } | Message::Report(_) | Message::Alarm(_) | Message::Nothing => {}
+            // Which firmware it is, is not known yet.
+            Message::Alarm(code) => self.must_home = Dialect::GrblHal.wants_homing(code),
+            Message::Feedback { .. } | Message::Report(_) | Message::Nothing => {}
         }
     }
 
@@ -77,11 +84,28 @@ impl Session {
                 self.send_line("$$".to_owned(), LineKind::Settings, now, now + self.config.open_limit);
                 Step::Settings
             }),
-            _ => self.description.machine(&self.config, &self.place).map(|machine| {
+            LineKind::Settings => self.description.machine(&self.config, &self.place).map(|machine| {
+                let mask = machine.wanted_report_mask;
                 self.machine = Some(machine);
-                self.query(now);
-                Step::Report
+                match mask {
+                    Some(mask) => {
+                        let line = format!("$10={mask}");
+                        self.send_line(line, LineKind::ReportMask, now, now + self.config.open_limit);
+                        Step::ReportMask
+                    }
+                    None => {
+                        self.query(now);
+                        Step::Report
+                    }
+                }
             }),
+            _ => {
+                if let Some(machine) = &mut self.machine {
+                    machine.answers_while_homing = true;
+                }
+                self.query(now);
+                Ok(Step::Report)
+            }
         };
         match checked {
             Ok(next) => {
@@ -93,8 +117,21 @@ impl Session {
         }
     }
 
-    fn opening_refused(&mut self, code: u32) {
-        let command = self.pending.pop_front().map_or_else(String::new, |pending| pending.text);
+    fn opening_refused(&mut self, code: u32, now: Instant) {
+        // An answer to a line of before the reset is nobody's.
+        let Some(refused) = self.pending.pop_front() else { return };
+        if let (Pending { kind: LineKind::ReportMask, text, .. }, Link::Opening(opening)) =
+            (&refused, &mut self.link)
+        {
+            let meaning = error_meaning(code);
+            tracing::warn!(
+                place = self.place,
+                "`{text}` was refused ({meaning}): its silence while homing is borne"
+            );
+            opening.step = Step::Report;
+            return self.query(now);
+        }
+        let command = refused.text;
         let expected = format!("an answer to `{command}`");
         let found = format!("error {code} ({})", error_meaning(code));
         self.down(Fault::WrongDevice { place: self.place.clone(), expected, found });
@@ -104,6 +141,7 @@ impl Session {
     fn reached(&mut self, now: Instant) {
         self.link = Link::Up;
         self.fault = None;
+        self.must_home &= self.dialect() == Dialect::GrblHal;
         self.activity = Activity::Rest;
         self.zero_at_machine_mm = self.config.zero_at_machine_mm;
         self.queries = Queries { last_sent_at: self.queries.last_sent_at.or(Some(now)), unanswered_since: None };
@@ -125,6 +163,7 @@ impl Session {
                 Step::Banner => "soft reset",
                 Step::Settling { .. } | Step::Build => "$I",
                 Step::Settings => "$$",
+                Step::ReportMask => "$10",
                 Step::Report => "?",
             };
             let waited_ms = waited.as_millis() as u64;
@@ -153,10 +192,15 @@ impl Session {
     /// that moves nothing, and moves are refused here until the stage is homed.
     pub(super) fn unlock_where_sound(&mut self, state: MachineState, now: Instant) {
         let at_rest = self.activity == Activity::Rest && self.pending.is_empty() && !self.reset_awaited();
-        if state == MachineState::Alarm && self.fault.is_none() && at_rest {
+        if state == MachineState::Alarm
+            && self.fault.is_none()
+            && at_rest
+            && !self.must_home
+            && !self.is_quiet(now)
+        {
             // What locked it is not known here, and may have moved it.
             self.homed = false;
-            self.send_line("$X".to_owned(), LineKind::Unlock, now, now + GRBL_SILENCE);
+            self.send_line("$X".to_owned(), LineKind::Unlock, now, now + GRBL_ANSWER_LIMIT);
         }
     }
 }

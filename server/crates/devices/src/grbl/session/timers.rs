@@ -2,10 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, LineKind, Link, Session};
+use super::{Activity, LineKind, Link, Session, Stopping};
 use crate::grbl::fault::Fault;
 use crate::grbl::protocol::{HOLD, MachineState, QUERY};
-use crate::params::{GRBL_BRAKING_QUERY, GRBL_DARK_LIMIT, GRBL_IDLE_QUERY_HZ, GRBL_LIT_BRAKING, GRBL_SILENCE};
+use crate::params::{
+    GRBL_ANSWER_LIMIT, GRBL_BRAKING_QUERY, GRBL_DARK_LIMIT, GRBL_IDLE_QUERY_HZ, GRBL_LIT_BRAKING, GRBL_SILENCE,
+};
 
 /// Longest sleep of the thread at rest and in the dark; its queries are slower.
 const RESTING_WAIT: Duration = Duration::from_millis(40);
@@ -23,6 +25,7 @@ impl Session {
             Link::Down => {}
             Link::Opening(_) => self.opening_tick(now),
             Link::Up => {
+                self.reset_again(now);
                 self.end_lease(now);
                 self.end_braking(now);
                 self.unlock_if_wanted(now);
@@ -52,7 +55,7 @@ impl Session {
 
     fn ask(&mut self, now: Instant) {
         let period = match self.activity {
-            Activity::Stopping { .. } => GRBL_BRAKING_QUERY,
+            Activity::Stopping(_) => GRBL_BRAKING_QUERY,
             Activity::Rest if !self.alone_in_motion() => Duration::from_secs_f64(1.0 / GRBL_IDLE_QUERY_HZ),
             Activity::Rest | Activity::Travel(_) | Activity::Homing { .. } => {
                 Duration::from_secs_f64(1.0 / self.config.moving_query_hz)
@@ -76,8 +79,26 @@ impl Session {
         }
         if self.dark_by.is_some_and(|by| now >= by) && !self.reset_awaited() {
             self.dark_by = None;
+            match self.activity {
+                Activity::Rest | Activity::Homing { .. } => self.soft_reset(now),
+                // A move was begun meanwhile: it brakes first.
+                Activity::Travel(_) => self.send_stop(HOLD, now),
+                Activity::Stopping(_) => {}
+            }
+        }
+    }
+
+    /// A limit alarm that did not ask for its reset, or whose message was lost.
+    fn reset_again(&mut self, now: Instant) {
+        if self.reset_again_at.is_some_and(|at| now >= at) {
+            self.reset_again_at = None;
             self.soft_reset(now);
         }
+    }
+
+    /// Whether the firmware is in the pause after an alarm.
+    pub(super) fn is_quiet(&self, now: Instant) -> bool {
+        self.quiet_until.is_some_and(|until| now < until)
     }
 
     /// `M5` where it works at once; while moving it would wait for the end of the move (`spindle_control.c`:
@@ -91,21 +112,17 @@ impl Session {
                 self.dark_by = Some(now + GRBL_DARK_LIMIT);
                 self.send_line("M5".to_owned(), LineKind::LaserOff, now, now + 2 * GRBL_DARK_LIMIT);
             }
-            Activity::Travel(_) | Activity::Homing { .. } => {
-                self.outgoing.push(HOLD);
-                self.activity = Activity::Stopping { until: now + GRBL_LIT_BRAKING };
-                self.dark_by = Some(now + GRBL_LIT_BRAKING);
-                self.query(now);
-            }
-            Activity::Stopping { until } => {
-                self.activity = Activity::Stopping { until: until.min(now + GRBL_LIT_BRAKING) };
+            Activity::Travel(_) | Activity::Homing { .. } => self.send_stop(HOLD, now),
+            Activity::Stopping(stopping) => {
+                let until = stopping.until.min(now + GRBL_LIT_BRAKING);
+                self.activity = Activity::Stopping(Stopping { until, only_jog: false, ..stopping });
             }
         }
     }
 
     fn end_braking(&mut self, now: Instant) {
-        if let Activity::Stopping { until } = self.activity
-            && now >= until
+        if let Activity::Stopping(stopping) = self.activity
+            && now >= stopping.until
             && !self.reset_awaited()
         {
             self.soft_reset(now);
@@ -114,7 +131,7 @@ impl Session {
 
     /// A fault that was acknowledged is cleared, and an alarm unlocked, once the reset that belongs to it is over.
     fn unlock_if_wanted(&mut self, now: Instant) {
-        if !self.clearing || self.reset_awaited() {
+        if !self.clearing || self.reset_awaited() || self.is_quiet(now) || self.reset_again_at.is_some() {
             return;
         }
         if !matches!(self.fault, Some(Fault::Alarm { .. })) {
@@ -123,11 +140,17 @@ impl Session {
         }
         let unlocking = self.pending.iter().any(|pending| pending.kind == LineKind::Unlock);
         if !unlocking {
-            self.send_line("$X".to_owned(), LineKind::Unlock, now, now + GRBL_SILENCE);
+            self.send_line("$X".to_owned(), LineKind::Unlock, now, now + GRBL_ANSWER_LIMIT);
         }
     }
 
     fn miss_answers(&mut self, now: Instant) {
+        if matches!(self.fault, Some(Fault::Alarm { .. })) && self.reset_unanswered(now).is_some() {
+            // It speaks, or the next query finds out, and hears no reset: its emergency stop is pressed. The alarm
+            // stands until the reset is heard.
+            (self.reset, self.clearing) = (None, false);
+            self.query(now);
+        }
         let missed = self.reset_unanswered(now).or_else(|| self.line_unanswered(now)).or_else(|| self.silent(now));
         if let Some((command, since)) = missed {
             self.down(Fault::NoReply { command, waited_ms: (now - since).as_millis() as u64 });
@@ -135,7 +158,7 @@ impl Session {
     }
 
     fn reset_unanswered(&self, now: Instant) -> Option<(String, Instant)> {
-        let reset = self.reset.filter(|reset| reset.awaited && now - reset.sent_at > GRBL_SILENCE)?;
+        let reset = self.reset.filter(|reset| reset.awaited && now > reset.answer_by)?;
         Some(("soft reset".to_owned(), reset.sent_at))
     }
 
@@ -149,7 +172,11 @@ impl Session {
         if self.reset_awaited() || (matches!(self.activity, Activity::Homing { .. }) && !answers_while_homing) {
             return None;
         }
-        let since = self.queries.unanswered_since.filter(|since| now - *since > GRBL_SILENCE)?;
-        Some(("?".to_owned(), since))
+        let asked_at = self.queries.unanswered_since?;
+        let since = self.quiet_until.map_or(asked_at, |until| until.max(asked_at));
+        let homing = matches!(self.activity, Activity::Homing { .. });
+        let pause =
+            self.machine.as_ref().filter(|_| homing).map_or(Duration::ZERO, |machine| machine.homing_pause);
+        (now.saturating_duration_since(since) > GRBL_SILENCE + pause).then(|| ("?".to_owned(), asked_at))
     }
 }

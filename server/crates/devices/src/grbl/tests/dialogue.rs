@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::{bench, home, rest, sound_bench, wait_until};
-use crate::grbl_simulator::{Fault, GrblSimulator, Happening, SimulatorConfig};
+use crate::grbl_simulator::{Dialect, Fault, GrblSimulator, Happening, SimulatorConfig};
 use crate::{Laser, LaserError, Stage, StageError};
 
 #[test]
@@ -23,7 +23,8 @@ fn a_controller_that_is_not_as_configured_is_refused_with_what_was_found() {
     for (kind, found) in [
         (SimulatorConfig { inches: true, ..sound() }, "$13=1"),
         (SimulatorConfig { steps_per_mm: 80.0, ..sound() }, "80"),
-        (SimulatorConfig { laser_mode: false, ..sound() }, "$32=0"),
+        (SimulatorConfig { laser_mode: 0, ..sound() }, "$32=0"),
+        (SimulatorConfig { laser_mode: 2, ..SimulatorConfig::of(Dialect::GrblHal) }, "lathe mode: send $32=1"),
         (SimulatorConfig { max_travel_mm: 5.0, ..sound() }, "-5 to 0 mm"),
     ] {
         let refusal = bench(kind).refusal();
@@ -34,10 +35,31 @@ fn a_controller_that_is_not_as_configured_is_refused_with_what_was_found() {
 
 #[test]
 fn a_controller_of_another_name_is_refused() {
-    let mut bench = sound_bench();
-    bench.config.expected_name = Some("stage 7".into());
-    let refusal = bench.refusal().to_string();
-    assert!(refusal.contains("`stage 7`") && refusal.contains("`simulated stage`"), "{refusal}");
+    // A part of a longer word is another name.
+    for other in ["stage 7", "simulated stag"] {
+        let mut bench = sound_bench();
+        bench.config.expected_name = Some(other.into());
+        let refusal = bench.refusal().to_string();
+        assert!(refusal.contains(&format!("`{other}`")) && refusal.contains("simulated stage"), "{refusal}");
+    }
+}
+
+#[test]
+fn a_controller_is_known_by_any_line_of_its_build_information() {
+    for (dialect, known_by) in [
+        (Dialect::Grbl, "simulated stage"),
+        (Dialect::Grbl, "VER:1.1h.20190825:simulated stage"),
+        (Dialect::GrblHal, "simulated stage"),
+        (Dialect::GrblHal, "Simulated board 7"),
+        (Dialect::GrblHal, "grblHAL"),
+        (Dialect::FluidNc, "simulated stage"),
+        (Dialect::FluidNc, "Simulated board 7"),
+    ] {
+        let mut bench = bench(SimulatorConfig::of(dialect));
+        bench.config.expected_name = Some(known_by.into());
+        let model = bench.open().0.identity().model;
+        assert_eq!(model, ["Grbl", "grblHAL", "FluidNC"][dialect as usize], "{known_by}");
+    }
 }
 
 #[test]

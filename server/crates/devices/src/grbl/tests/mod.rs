@@ -3,8 +3,10 @@
 //! Not shown here: that a real board behaves like the simulation. The simulation follows the firmware's source and
 //! documents as far as `server/docs/devices-grbl.md` says.
 
+mod dialects;
 mod dialogue;
 mod faults;
+mod firmware;
 mod stops;
 mod suite;
 

@@ -45,7 +45,7 @@ impl SerialLine for Interrupted {
         impl SerialWriter for Writer {
             fn write_now(&mut self, bytes: &[u8]) -> Result<(), SerialLineError> {
                 self.0.write_now(bytes)?;
-                if matches!(bytes, [HOLD] | [RESET]) {
+                if matches!(bytes, [HOLD, ..] | [RESET]) {
                     std::thread::sleep(TAKEN_AWAY);
                 }
                 Ok(())
@@ -62,7 +62,7 @@ fn an_answer_that_overtakes_its_stop_is_still_its_answer() {
     let (mut stage, _laser) = open_line(&bench.config, Box::new(line)).unwrap();
     home(&mut stage);
     stage.start_move(4.0, 20.0).unwrap();
-    // The second stop is a reset, for the first one brakes; its banner is back before the call is.
+    // The reset that follows the first is answered before the call is back.
     for _ in 0..3 {
         stage.stop().unwrap();
     }

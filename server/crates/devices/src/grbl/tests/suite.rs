@@ -3,37 +3,17 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Bench, bench, sound_bench};
+use super::{Bench, bench};
 use crate::contract::{self, Cable, LaserProfile, StageProfile};
-use crate::grbl_simulator::SimulatorConfig;
+use crate::grbl_simulator::{Dialect, SimulatorConfig};
 
-#[test]
-fn the_stage_passes_the_suite() {
-    let bench = sound_bench();
-    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(&bench));
+fn stage_of(dialect: Dialect) {
+    let bench = bench(SimulatorConfig::of(dialect));
+    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(&bench, dialect));
 }
 
-#[test]
-fn a_stage_without_switches_passes_the_suite() {
-    let bench = bench(SimulatorConfig { homing: false, soft_limits: false, ..SimulatorConfig::default() });
-    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(&bench));
-}
-
-#[test]
-fn a_stage_of_grbl_hal_against_the_machine_s_direction_passes_the_suite() {
-    let mut bench = bench(SimulatorConfig {
-        banner: "GrblHAL 1.1f ['$' or '$HELP' for help]".into(),
-        grbl_hal: true,
-        axis: 'Y',
-        ..SimulatorConfig::default()
-    });
-    (bench.config.axis, bench.config.reversed) = (crate::grbl::Axis::Y, true);
-    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(&bench));
-}
-
-#[test]
-fn the_laser_passes_the_suite() {
-    let bench = sound_bench();
+fn laser_of(dialect: Dialect) {
+    let bench = bench(SimulatorConfig::of(dialect));
     let witness = bench.simulator.witness().clone();
     let profile = LaserProfile {
         light: Some(Box::new(move || witness.light())),
@@ -44,14 +24,65 @@ fn the_laser_passes_the_suite() {
     contract::laser(&mut || Box::new(bench.open().1), &profile);
 }
 
-fn stage_profile(bench: &Bench) -> StageProfile {
+#[test]
+fn the_stage_of_grbl_passes_the_suite() {
+    stage_of(Dialect::Grbl);
+}
+
+#[test]
+fn the_stage_of_grbl_hal_passes_the_suite() {
+    stage_of(Dialect::GrblHal);
+}
+
+#[test]
+fn the_stage_of_fluid_nc_passes_the_suite() {
+    stage_of(Dialect::FluidNc);
+}
+
+#[test]
+fn the_laser_of_grbl_passes_the_suite() {
+    laser_of(Dialect::Grbl);
+}
+
+#[test]
+fn the_laser_of_grbl_hal_passes_the_suite() {
+    laser_of(Dialect::GrblHal);
+}
+
+#[test]
+fn the_laser_of_fluid_nc_passes_the_suite() {
+    laser_of(Dialect::FluidNc);
+}
+
+#[test]
+fn a_stage_without_switches_passes_the_suite() {
+    let bench = bench(SimulatorConfig { homing: false, soft_limits: false, ..SimulatorConfig::default() });
+    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(&bench, Dialect::Grbl));
+}
+
+#[test]
+fn a_stage_against_the_machine_s_direction_passes_the_suite() {
+    let mut bench = bench(SimulatorConfig { axis: 'Y', ..SimulatorConfig::of(Dialect::GrblHal) });
+    (bench.config.axis, bench.config.reversed) = (crate::grbl::Axis::Y, true);
+    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(&bench, Dialect::GrblHal));
+}
+
+#[test]
+fn a_stage_that_is_locked_until_it_is_homed_passes_the_suite() {
+    let bench = bench(SimulatorConfig { homing_lock: true, ..SimulatorConfig::of(Dialect::GrblHal) });
+    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(&bench, Dialect::GrblHal));
+}
+
+fn stage_profile(bench: &Bench, dialect: Dialect) -> StageProfile {
+    // A stopped homing is an alarm, and nothing else happens in the pause after it.
+    let alarm_pause = Duration::from_millis(if dialect == Dialect::GrblHal { 100 } else { 500 });
     StageProfile {
         speed_mm_s: 20.0,
         // Half a step, and the last decimal of a report.
         tolerance_mm: 0.5 / super::STEPS_PER_MM + 0.001,
         instant: false,
         motion_limit: Duration::from_secs(2),
-        rest_limit: Duration::from_millis(300),
+        rest_limit: Duration::from_millis(300) + alarm_pause,
         cable: Some(cable(bench)),
     }
 }
