@@ -114,6 +114,11 @@ impl<'a> Surfaces<'a> {
         opinion.contradicting >= CONTRADICTING_SURFACES && opinion.contradicting > opinion.agreeing
     }
 
+    /// Whether another order, in another frame, has seen the surface that the point lies on.
+    pub fn is_seen_again(&self, point: &ProfilePoint, frame: usize) -> bool {
+        self.opinion(point, frame).agreeing > 0
+    }
+
     fn opinion(&self, point: &ProfilePoint, frame: usize) -> Opinion {
         let in_part = point.hit_in_camera.xyz - self.shifts_mm[frame];
         let view = self.outlook.view_of(&in_part);

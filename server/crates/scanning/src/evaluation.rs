@@ -10,9 +10,10 @@ use crate::compare::{Sums, Surfaces, order_pairs};
 use crate::dropped::{DropReason, Dropped};
 use crate::envelope::depth_envelope;
 use crate::frames::{in_order, lines_of};
-use crate::params::{FWHM_PER_SIGMA, KINK_STEP_PX, RUN_DENIED_SHARE, THICKNESS_SAMPLES};
+use crate::params::{FWHM_PER_SIGMA, RUN_DENIED_SHARE, THICKNESS_SAMPLES};
 use crate::profile::{Profile, ProfilePoint};
 use crate::profiles::Profiles;
+use crate::rivals::{Rivals, neighbours};
 use crate::scan::{ScanError, ScanReport};
 use crate::sigma_table::SigmaTable;
 
@@ -30,14 +31,15 @@ pub struct Evaluation<'a> {
 }
 
 impl<'a> Evaluation<'a> {
-    /// Drops what the surfaces of other orders deny, and draws up the report.
+    /// Drops what the surfaces of other orders deny and what rivals challenge, and draws up the report.
     pub(crate) fn new(profiles: Profiles<'a>, surfaces: Option<Surfaces>) -> Result<Self, ScanError> {
         let calibration = profiles.calibration;
         let mut orders = calibration.orders.clone();
         orders.sort_unstable();
         let mut sum = Checks::new(orders.len());
         let n_frames = profiles.frames.n_frames();
-        let check = |frame| Checked::new(&profiles, frame, surfaces.as_ref(), &orders);
+        let rivals = surfaces.as_ref().map(|surfaces| Rivals::new(&profiles, surfaces));
+        let check = |frame| Checked::new(&profiles, frame, (surfaces.as_ref(), rivals), &orders);
         in_order(n_frames, check, |checked| {
             sum.add(checked);
             Ok(())
@@ -188,14 +190,20 @@ impl Checked {
     fn new(
         profiles: &Profiles,
         frame: usize,
-        surfaces: Option<&Surfaces>,
+        (surfaces, rivals): (Option<&Surfaces>, Option<Rivals>),
         orders: &[i8],
     ) -> Result<Self, ScanError> {
         let lines = lines_of(profiles.frames, frame)?;
         let (n_segments, correlation_px) = (lines.segments.len(), lines.correlation_px);
         drop(lines);
         let profile = profiles.of(frame)?;
-        let denied = surfaces.map_or_else(Vec::new, |surfaces| denied_points(&profile, surfaces, frame));
+        let mut denied = surfaces.map_or_else(Vec::new, |surfaces| denied_points(&profile, surfaces, frame));
+        let n_denied = denied.len();
+        if let Some(rivals) = rivals {
+            denied.extend(rivals.doubtful_points(&profile, frame));
+            denied.sort_unstable();
+            denied.dedup();
+        }
         let mut gone = denied.iter().copied().peekable();
         let points: Vec<ProfilePoint> = (0..)
             .zip(&profile.points)
@@ -203,7 +211,8 @@ impl Checked {
             .map(|(_, point)| *point)
             .collect();
         let mut dropped = profile.dropped;
-        dropped.add_points(DropReason::Contradicted, denied.len());
+        dropped.add_points(DropReason::Contradicted, n_denied);
+        dropped.add_points(DropReason::Doubtful, denied.len() - n_denied);
         let mut bounds = BTreeMap::new();
         for point in &points {
             let at = [point.seen.u_px, point.seen.v_px];
@@ -236,12 +245,6 @@ fn denied_points(profile: &Profile, surfaces: &Surfaces, frame: usize) -> Vec<u3
         first += run.len() as u32;
     }
     denied_points
-}
-
-/// Whether two points follow one another on one line.
-fn neighbours(a: &ProfilePoint, b: &ProfilePoint) -> bool {
-    let apart_px = (a.seen.u_px - b.seen.u_px).abs().max((a.seen.v_px - b.seen.v_px).abs());
-    a.order == b.order && apart_px <= KINK_STEP_PX
 }
 
 /// All frames after the check.

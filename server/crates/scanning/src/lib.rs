@@ -13,6 +13,7 @@ pub mod mesh;
 pub mod params;
 pub mod profile;
 mod profiles;
+mod rivals;
 pub mod scan;
 mod sigma_table;
 pub mod synthetic;

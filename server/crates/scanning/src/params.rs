@@ -142,6 +142,9 @@ pub const COMPARE_STRIDE_PX: usize = 4;
 /// Surfaces of other orders that must contradict a point before it is dropped: one, for a wrong order is far worse than
 /// a missing point.
 pub const CONTRADICTING_SURFACES: usize = 1;
+/// How far along its line a doubt reaches, in line widths: the half-length over which the extraction smooths wide lines,
+/// which carries a line on beyond a depth step.
+pub const END_WIDTHS: f64 = 2.2;
 /// Where more than this share of a run of neighbouring points is denied, the rest goes with it.
 pub const RUN_DENIED_SHARE: f64 = 0.5;
 /// Largest bend of a line over a comparison patch, in standard deviations, that counts as smooth.

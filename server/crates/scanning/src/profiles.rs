@@ -44,6 +44,11 @@ impl<'a> Profiles<'a> {
         Self { frames, labels, calibration, triangulator, depth_range_mm, kept }
     }
 
+    /// Its tables.
+    pub fn triangulator(&self) -> &Triangulator {
+        &self.triangulator
+    }
+
     /// The profile of a frame.
     pub fn of(&self, frame: usize) -> Result<Cow<'_, Profile>, ScanError> {
         match self.kept.get(frame) {

@@ -3,8 +3,10 @@
 
 pub mod planes;
 pub mod random;
+pub mod rendered;
 pub mod rig_a;
 pub mod scene;
+pub mod truth_lines;
 
 use nalgebra::{DMatrix, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, StageAxis};

@@ -13,9 +13,14 @@ use super::{KnownScan, centrelines, segments};
 
 /// The folder, or `None` with a loud word if it is absent.
 pub fn folder() -> Option<PathBuf> {
+    folder_of("rig-a")
+}
+
+/// The folder of a rendered station, or `None` with a loud word if it is absent.
+pub fn folder_of(rig: &str) -> Option<PathBuf> {
     let data = std::env::var_os("SHEAF_DATA")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../../shared/data"), PathBuf::from);
-    let folder = data.join("rig-a");
+    let folder = data.join(rig);
     if folder.join("truth.json").is_file() {
         return Some(folder);
     }

@@ -1,0 +1,119 @@
+//! Points of a cloud held against the true lines of the pictures they came from.
+
+use std::collections::HashMap;
+
+use scanning::CloudPoint;
+use vision::LineDirection;
+
+/// A point within this distance of a true line is on it, px: a wide line's centre is drawn at a rim, and the next line
+/// is farther away by an order of magnitude.
+const ON_LINE_PX: f64 = 2.5;
+/// Columns on either side in which a true line counts as well: where it ends is not known to the pixel.
+const BESIDE_PX: i64 = 4;
+
+/// A true centre of a line in one scan column (row).
+#[derive(Debug, Clone, Copy)]
+pub struct TruthLine {
+    pub order: i8,
+    /// Scan column (row).
+    pub along: i64,
+    /// Position across the lines, px.
+    pub across_px: f64,
+}
+
+/// How many points of a cloud are right.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Score {
+    /// True (line, column) of all frames.
+    pub n_true: usize,
+    /// Those where a point of the right order was found.
+    pub n_found: usize,
+    pub n_points: usize,
+    /// Points on a line of another order, and not on one of their own.
+    pub n_wrong: usize,
+    /// Points on no line.
+    pub n_astray: usize,
+}
+
+impl Score {
+    pub fn recovered(&self) -> f64 {
+        self.n_found as f64 / self.n_true as f64
+    }
+
+    pub fn wrong(&self) -> f64 {
+        self.n_wrong as f64 / self.n_points as f64
+    }
+
+    pub fn add(&mut self, other: &Self) {
+        self.n_true += other.n_true;
+        self.n_found += other.n_found;
+        self.n_points += other.n_points;
+        self.n_wrong += other.n_wrong;
+        self.n_astray += other.n_astray;
+    }
+}
+
+impl std::fmt::Display for Score {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "recovered {:.2} %, wrong {} of {} ({:.4} %), astray {}",
+            100.0 * self.recovered(),
+            self.n_wrong,
+            self.n_points,
+            100.0 * self.wrong(),
+            self.n_astray
+        )
+    }
+}
+
+/// Holds a cloud against the truth; with `EXPLAIN` set it says where the wrong ones are.
+pub fn score(points: &[CloudPoint], truth: &[Vec<TruthLine>], direction: LineDirection) -> Score {
+    let mut score = Score { n_points: points.len(), ..Score::default() };
+    let place = |p: &CloudPoint| match direction {
+        LineDirection::Rows => (p.u_px.round() as i64, f64::from(p.v_px)),
+        LineDirection::Columns => (p.v_px.round() as i64, f64::from(p.u_px)),
+    };
+    let mut explained: Vec<(u32, i8, i8, i64, i64, f64)> = Vec::new();
+    for (frame, lines) in truth.iter().enumerate() {
+        let mut columns: HashMap<i64, Vec<&TruthLine>> = HashMap::new();
+        lines.iter().for_each(|line| columns.entry(line.along).or_default().push(line));
+        let of_frame: Vec<&CloudPoint> = points.iter().filter(|p| p.frame as usize == frame).collect();
+        let mut found: HashMap<(i8, i64), Vec<f64>> = HashMap::new();
+        for point in &of_frame {
+            let (along, across) = place(point);
+            found.entry((point.order, along)).or_default().push(across);
+            let near = |line: &&&TruthLine| (line.across_px - across).abs() < ON_LINE_PX;
+            let orders: Vec<i8> = (along - BESIDE_PX..=along + BESIDE_PX)
+                .filter_map(|column| columns.get(&column))
+                .flat_map(|lines| lines.iter().filter(near).map(|line| line.order))
+                .collect();
+            if orders.is_empty() {
+                score.n_astray += 1;
+            } else if !orders.contains(&point.order) {
+                score.n_wrong += 1;
+                match explained.last_mut() {
+                    Some(run)
+                        if (run.0, run.1, run.2) == (point.frame, point.order, orders[0])
+                            && along - run.4 <= BESIDE_PX =>
+                    {
+                        run.4 = along;
+                    }
+                    _ => explained.push((point.frame, point.order, orders[0], along, along, across)),
+                }
+            }
+        }
+        score.n_true += lines.len();
+        let is_found = |line: &&TruthLine| {
+            let found = found.get(&(line.order, line.along));
+            found.is_some_and(|found| found.iter().any(|across| (across - line.across_px).abs() < ON_LINE_PX))
+        };
+        score.n_found += lines.iter().filter(is_found).count();
+    }
+    if std::env::var_os("EXPLAIN").is_some() {
+        for (frame, given, is, first, last, across) in explained {
+            eprintln!("  frame {frame}: {given} given, {is} is true, {first}–{last}, at {across:.0}");
+        }
+    }
+    score
+}
