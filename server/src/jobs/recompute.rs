@@ -1,15 +1,19 @@
-//! Compute a scan again from its peaks, with another calibration; the first one stays as it is.
+//! Compute a scan again from its peaks, with another calibration, and measure it again; the first one stays as it is.
 
-use crate::jobs::scan::{ScanStory, check_camera_of, made_scan};
-use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput};
+use scanning::Frames as _;
+
+use crate::jobs::plan::{Pace, planned_shares};
+use crate::jobs::scan::{Evaluating, ScanStory, check_camera_of, made_scan, measured};
+use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput, ScanMode};
+use crate::parts::planned_measurements;
 use crate::progress::Phase;
 use crate::stored_calibration::stored_document;
 use crate::stored_scan::{cloud_name, new_id, stored_peaks};
 
 /// Share of the job that reading the peaks takes.
-const READING: f64 = 0.2;
+const READING: f64 = 0.05;
 
-/// Computes.
+/// Computes and measures.
 pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
@@ -32,5 +36,10 @@ pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
         losses,
         also: Vec::new(),
     };
-    Ok(made_scan(ctx, story, &frames, &document, READING..1.0)?.done())
+    let pace = ctx.wait(Pace::learned(&ctx.ledger, ScanMode::StopAndGo));
+    let computed = planned_shares(&pace, frames.n_frames(), planned_measurements(&story.plan).len());
+    let part = READING..READING + (1.0 - READING) * computed;
+    let made = made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })?;
+    let from = made.done_at;
+    Ok(measured(made, ctx, from)?.done())
 }

@@ -17,13 +17,14 @@ pub(super) struct End {
     outcome: JobOutcome,
     message: String,
     changes: Vec<Change>,
+    after: Option<Box<dyn FnOnce() + Send + Sync>>,
 }
 
 impl End {
     pub fn of(result: Result<Done, JobEnd>, shutting_down: bool) -> Self {
         match result {
-            Ok(done) => {
-                Self { outcome: JobOutcome::Succeeded(done.result), message: done.message, changes: done.changes }
+            Ok(Done { result, message, changes, after }) => {
+                Self { outcome: JobOutcome::Succeeded(result), message, changes, after }
             }
             Err(JobEnd::Cancelled) if shutting_down => {
                 Self::bare(JobOutcome::Interrupted, "the service was shut down")
@@ -46,7 +47,7 @@ impl End {
     }
 
     fn bare(outcome: JobOutcome, message: &str) -> Self {
-        Self { outcome, message: message.to_owned(), changes: Vec::new() }
+        Self { outcome, message: message.to_owned(), changes: Vec::new(), after: None }
     }
 
     pub fn state(&self) -> JobState {
@@ -147,7 +148,13 @@ impl Queue {
             self.runtime.block_on(self.parts.ledger.commit(end.changes(&running.id, kind, None, at_ms)))
         };
         let end = match commit(&end) {
-            Ok(_) => end,
+            Ok(_) => {
+                let mut end = end;
+                if let Some(after) = end.after.take() {
+                    after();
+                }
+                end
+            }
             Err(error) => {
                 tracing::error!(job = %running.id, %error, "the end of a job cannot be stored");
                 let failed = End::failed(&error.into());

@@ -1,6 +1,6 @@
 //! A measurement in the report: value with uncertainty, the table by orders.
 
-use metrology::Measurement;
+use metrology::{Measurement, PartVerdict};
 
 use super::page::{escape, table, verdict};
 use crate::tables::order_name;
@@ -16,7 +16,7 @@ pub fn content(measurement: &Measurement) -> String {
         sentence.push_str(&format!("; nominal {nominal:.4} {unit}, error {error:+.4} {unit}"));
     }
     if let Some(outcome) = measurement.verdict {
-        sentence.push_str(&format!("; verdict {} (ISO 14253-1)", outcome.name()));
+        sentence.push_str(&format!("; {} (ISO 14253-1)", PartVerdict::from(outcome).label()));
     }
     let rows: Vec<Vec<String>> = measurement
         .per_order

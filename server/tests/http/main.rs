@@ -17,6 +17,7 @@ mod problems;
 mod replay;
 mod station;
 mod stopping;
+mod verdicts;
 
 use common::server::Server;
 use tempfile::TempDir;

@@ -5,8 +5,10 @@ use scanning::Frames as _;
 use serde_json::json;
 use store::ScanState;
 
-use crate::jobs::scan::{MadeScan, ScanStory, made_scan};
-use crate::jobs::{JobContext, JobEnd, ScanInput};
+use crate::jobs::plan::{Pace, planned_shares};
+use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, made_scan};
+use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
+use crate::parts::{MEASURE, PURPOSE};
 use crate::pipeline::{open_capture, write_capture_peaks};
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
@@ -35,7 +37,8 @@ pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobCon
     let story = ScanStory {
         id,
         name: input.name.clone().unwrap_or_else(|| cloud_name.clone()),
-        plan: json!({ "source": input.source, "scan": cloud_name, "n_rows": frames.n_frames() }),
+        plan: json!({ "source": input.source, "scan": cloud_name, "n_rows": frames.n_frames(),
+            MEASURE: input.measure, PURPOSE: input.purpose }),
         cloud_name,
         state: ScanState::Complete,
         peaks,
@@ -46,7 +49,10 @@ pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobCon
         losses: Vec::new(),
         also: Vec::new(),
     };
-    made_scan(ctx, story, &frames, &document, READING..1.0)
+    let pace = ctx.wait(Pace::learned(&ctx.ledger, ScanMode::StopAndGo));
+    let computed = planned_shares(&pace, frames.n_frames(), input.measure.len());
+    let part = READING..READING + (1.0 - READING) * computed;
+    made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })
 }
 
 /// What only a station can be asked for is refused by name.
