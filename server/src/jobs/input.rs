@@ -184,6 +184,40 @@ impl JobInput {
         }
     }
 
+    /// What jobs are compared with when their time is foretold: kind, and what makes a difference within it.
+    pub fn likeness(&self) -> String {
+        match self {
+            Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
+                let swept = input.speed_mm_s.is_some() || input.mode == Some(ScanMode::Continuous);
+                let source = if input.source == ScanSource::Station { "station" } else { "capture" };
+                format!(
+                    "{}/{source}/{}/{}",
+                    self.kind(),
+                    if swept { "swept" } else { "stepped" },
+                    input.measure.len()
+                )
+            }
+            Self::Calibration(input) => {
+                format!("{}/{}/{}", self.kind(), self.needs_station(), input.session_id.is_some())
+            }
+            Self::Export(input) => format!("{}/{}/{}", self.kind(), input.what, input.format),
+            Self::Recomputation(_) => self.kind().to_owned(),
+        }
+    }
+
+    /// How much work it is, in whatever unit its kind counts: jobs of one likeness take about as long per unit.
+    pub fn size(&self) -> f64 {
+        match self {
+            Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
+                let travel_mm = input.to_mm.zip(input.from_mm).map(|(to, from)| (to - from).abs());
+                let rows = travel_mm.zip(input.step_mm).map(|(travel_mm, step_mm)| travel_mm / step_mm);
+                rows.or(travel_mm).filter(|size| size.is_finite()).map_or(1.0, |size| size + 1.0)
+            }
+            Self::Calibration(input) => input.n_poses.unwrap_or(super::calibrate::N_POSES) as f64,
+            Self::Recomputation(_) | Self::Export(_) => 1.0,
+        }
+    }
+
     /// Whether it needs the station: such jobs run one at a time, and Stop ends them.
     pub fn needs_station(&self) -> bool {
         match self {

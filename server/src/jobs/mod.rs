@@ -8,6 +8,7 @@ pub mod calibrate;
 mod check;
 pub mod context;
 pub mod export;
+mod forecast;
 pub mod input;
 mod lane;
 mod news;

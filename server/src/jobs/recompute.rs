@@ -1,9 +1,7 @@
 //! Compute a scan again from its peaks, with another calibration, and measure it again; the first one stays as it is.
 
-use scanning::Frames as _;
-
-use crate::jobs::plan::{Pace, planned_shares};
-use crate::jobs::scan::{Evaluating, ScanStory, check_camera_of, made_scan, measured};
+use crate::jobs::plan::Pace;
+use crate::jobs::scan::{Evaluating, ScanStory, check_camera_of, evaluated_share, made_scan, measured};
 use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput, ScanMode};
 use crate::parts::planned_measurements;
 use crate::progress::Phase;
@@ -37,8 +35,7 @@ pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
         also: Vec::new(),
     };
     let pace = ctx.wait(Pace::learned(&ctx.ledger, ScanMode::StopAndGo));
-    let computed = planned_shares(&pace, frames.n_frames(), planned_measurements(&story.plan).len());
-    let part = READING..READING + (1.0 - READING) * computed;
+    let part = READING..evaluated_share(planned_measurements(&story.plan).len());
     let made = made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })?;
     let from = made.done_at;
     Ok(measured(made, ctx, from)?.done())

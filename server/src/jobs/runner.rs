@@ -3,14 +3,18 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use store::{Change, JobOutcome, JobState, ResultRef, StoreError};
+use store::{Change, JobOutcome, JobState, Page, ResultRef, StoreError};
 
+use crate::jobs::forecast::Forecast;
 use crate::jobs::lane::Running;
-use crate::jobs::params::{CHECKPOINT_INTERVAL, PUBLISH_INTERVAL};
+use crate::jobs::params::{CHECKPOINT_INTERVAL, FORECAST_ALIKE, FORECAST_JOBS, PUBLISH_INTERVAL};
 use crate::jobs::{Done, JobContext, JobEnd, Queue, Waiting, run};
 use crate::ledger::event;
 use crate::problem::Problem;
 use crate::wall_clock::now_ms;
+
+/// Key of a job's checkpoint under which stands when it was where, for the next of its kind.
+const TIMELINE: &str = "timeline";
 
 /// How a job ended, as it is stored and told.
 pub(super) struct End {
@@ -101,13 +105,36 @@ impl Queue {
     pub(super) fn live(&self, waiting: Waiting, running: &Running) {
         let ticker = self.runtime.spawn(tick(self.this(), running.clone()));
         let kind = waiting.input.kind();
+        let (likeness, size) = (waiting.input.likeness(), waiting.input.size());
+        running.board.expect(self.forecast(&likeness, size));
         let result = self.begin(running, kind).map_err(JobEnd::from).and_then(|()| {
             let context = self.context(running);
             context.go_on()?;
             run::run(&self.procedure, waiting.input, &context)
         });
         ticker.abort();
-        self.end(running, kind, End::of(result, self.is_closing()));
+        let mut end = End::of(result, self.is_closing());
+        if end.state() == JobState::Succeeded {
+            let mut timeline = running.board.timeline(size);
+            timeline["likeness"] = json!(likeness);
+            end.changes.push(Change::CheckpointJob {
+                id: running.id.clone(),
+                progress: 1.0,
+                message: end.message.clone(),
+                checkpoint: Some(json!({ TIMELINE: timeline })),
+            });
+        }
+        self.end(running, kind, end);
+    }
+
+    /// What the newest jobs like this one tell of how long it takes.
+    fn forecast(&self, likeness: &str, size: f64) -> Option<Forecast> {
+        let newest = Page { before: None, limit: FORECAST_JOBS };
+        let ended =
+            self.runtime.block_on(self.parts.ledger.read().jobs(Some(JobState::Succeeded), &newest)).ok()?;
+        let timelines = ended.records.into_iter().filter_map(|record| Some(record.checkpoint?[TIMELINE].clone()));
+        let alike = timelines.filter(|timeline| timeline["likeness"] == likeness);
+        Forecast::of(&alike.take(FORECAST_ALIKE).collect::<Vec<_>>(), size)
     }
 
     fn begin(&self, running: &Running, kind: &str) -> Result<(), StoreError> {

@@ -80,12 +80,6 @@ impl ScanPlan {
         (at * 1e6).round() / 1e6
     }
 
-    /// Shares of the whole duration at which the frames and the cloud are done; `duration_s` as they were planned.
-    pub fn shares(&self) -> (f64, f64) {
-        let whole_s = (self.acquisition_s + self.evaluation_s + self.measuring_s).max(f64::MIN_POSITIVE);
-        (self.acquisition_s / whole_s, (self.acquisition_s + self.evaluation_s) / whole_s)
-    }
-
     /// +1 or −1.
     pub fn direction(&self) -> f64 {
         if self.to_mm < self.from_mm { -1.0 } else { 1.0 }
@@ -107,13 +101,6 @@ impl ScanPlan {
 pub fn mode_of(input: &ScanInput) -> ScanMode {
     let by_speed = if input.speed_mm_s.is_some() { ScanMode::Continuous } else { ScanMode::StopAndGo };
     input.mode.unwrap_or(by_speed)
-}
-
-/// Share of evaluating and measuring that is evaluating, for a scan whose frames are there.
-pub fn planned_shares(pace: &Pace, n_frames: usize, n_measurements: usize) -> f64 {
-    let evaluation_s = n_frames as f64 * pace.evaluation_s_per_frame;
-    let measuring_s = n_measurements as f64 * pace.measuring_s;
-    if measuring_s > 0.0 { evaluation_s / (evaluation_s + measuring_s) } else { 1.0 }
 }
 
 /// Plans a scan; `pace`: of this machine.

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use devices::{CameraRequest, Trigger};
 
 use crate::jobs::plan::ScanPlan;
+use crate::jobs::scan::TAKEN;
 use crate::jobs::scan::recording::Hand;
 use crate::jobs::{JobContext, JobEnd, ScanMode};
 use crate::problem::{Problem, ProblemKind};
@@ -117,8 +118,7 @@ impl Run<'_> {
         let words = format!("row {} of {n_rows}", self.done);
         self.lease.activity(&format!("scanning, {words}"));
         let step = Phase::TakingRows.counted(self.done, n_rows);
-        let (taking, _) = self.plan.shares();
-        self.ctx.report(taking * self.done as f64 / n_rows as f64, step, &words);
+        self.ctx.report(TAKEN * self.done as f64 / n_rows as f64, step, &words);
         Ok(())
     }
 }

@@ -5,8 +5,8 @@ use scanning::Frames as _;
 use serde_json::json;
 use store::ScanState;
 
-use crate::jobs::plan::{Pace, planned_shares};
-use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, made_scan};
+use crate::jobs::plan::Pace;
+use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, evaluated_share, made_scan};
 use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
 use crate::parts::{MEASURE, PURPOSE};
 use crate::pipeline::{open_capture, write_capture_peaks};
@@ -16,7 +16,7 @@ use crate::stored_calibration::stored_document;
 use crate::stored_scan::{disk_problem, new_id, stored_peaks};
 
 /// Share of the job that reading the pictures takes.
-const READING: f64 = 0.8;
+const READING: f64 = 0.5;
 
 /// Reads the pictures of one scan and computes its cloud.
 pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
@@ -50,8 +50,7 @@ pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobCon
         also: Vec::new(),
     };
     let pace = ctx.wait(Pace::learned(&ctx.ledger, ScanMode::StopAndGo));
-    let computed = planned_shares(&pace, frames.n_frames(), input.measure.len());
-    let part = READING..READING + (1.0 - READING) * computed;
+    let part = READING..evaluated_share(input.measure.len());
     made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })
 }
 

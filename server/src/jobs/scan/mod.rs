@@ -22,6 +22,18 @@ pub use measuring::{Measured, measured};
 pub use result::{Evaluating, MadeScan, ScanStory, check_camera_of, made_scan, scan_changes};
 pub use work::recover;
 
+/// Share of a job's own fraction after its frames. The shares are fixed, so that jobs can be compared: what they are in
+/// time, the last jobs tell.
+pub const TAKEN: f64 = 0.5;
+
+/// Share after its cloud, where it is measured; else the cloud is the end.
+const EVALUATED: f64 = 0.9;
+
+/// Share after the cloud of a scan on which so many things are measured.
+pub fn evaluated_share(n_measurements: usize) -> f64 {
+    if n_measurements > 0 { EVALUATED } else { 1.0 }
+}
+
 /// The kind of record that scans make.
 pub const SCAN: &str = "scan";
 

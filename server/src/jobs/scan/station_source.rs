@@ -18,9 +18,9 @@ use crate::jobs::scan::resume::earlier;
 use crate::jobs::scan::timing::Timing;
 use crate::jobs::scan::work::{Work, WorkNote};
 use crate::jobs::scan::writing::{Kept, NewPeaks};
-use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, made_scan, scan_changes};
+use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, TAKEN, evaluated_share, made_scan, scan_changes};
 use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
-use crate::parts::{MEASURE, PURPOSE};
+use crate::parts::{MEASURE, PURPOSE, planned_measurements};
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
 use crate::stored_calibration::stored_document;
@@ -165,7 +165,6 @@ fn complete(
     stored: Stored,
     acquired: &Acquired,
 ) -> Result<MadeScan, JobEnd> {
-    let (taking, computed) = planned.shares();
     let note = &work.note;
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &stored.peaks, &note.scan_id))?;
     let positions_mm: Vec<f64> = (0..frames.n_frames()).map(|idx| frames.position_mm(idx)).collect();
@@ -176,7 +175,7 @@ fn complete(
     let mut also = Vec::new();
     let mut capture_id = None;
     if planned.keep_frames {
-        ctx.report(taking, Phase::PackingPictures, "packing the pictures");
+        ctx.report(TAKEN, Phase::PackingPictures, "packing the pictures");
         let (id, change) = take_in(ctx, &work.pictures(), &note.name, &note.name, &frames)?;
         capture_id = Some(id);
         also.push(change);
@@ -195,7 +194,8 @@ fn complete(
         losses,
         also,
     };
-    let evaluating = Evaluating { part: taking..computed, passes: acquired.pace.passes };
+    let n_measurements = planned_measurements(&note.plan).len();
+    let evaluating = Evaluating { part: TAKEN..evaluated_share(n_measurements), passes: acquired.pace.passes };
     let mut made = made_scan(ctx, story, &frames, document, evaluating)?;
     acquired.add_to(&mut made.record.report[TIMING], planned);
     Ok(made)
