@@ -26,10 +26,15 @@ export default function Operate() {
   const plan = useMemo(() => new MeasurementPlan(api), [api]);
   useEffect(() => {
     void plan.load();
-    return events.follow((news) => {
+    const end = events.follow((news) => {
       const changed = ({ kind }: { kind: string }) => kind === "measurement_plan.changed";
       if (news.length === 0 || news.some(changed)) void plan.load();
     });
+    return () => {
+      end();
+      // What was typed last is kept although the page is left at once.
+      void plan.saved();
+    };
   }, [plan, events]);
   const operation = useMemo(() => new Operation(app, serial, plan), [app, serial, plan]);
 
