@@ -19,6 +19,10 @@ const SAME_KNOT: f64 = 0.5 * KNOT_DISTANCE;
 /// nearly nothing.
 const PRIOR_SHARE: f64 = 0.3;
 
+/// A job that says nothing stops short of where it said something the last time: a phase is not over before it is, and
+/// no job is done before its end.
+const HELD_SHARE: f64 = 0.97;
+
 /// When a job was at which fraction of its own: (fraction, seconds since its beginning), both never falling.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Timeline {
@@ -98,7 +102,8 @@ impl Forecast {
     pub fn at(&self, fraction: f64, reached_s: f64, now_s: f64) -> (f64, f64) {
         let (reached, left) = self.shares(fraction);
         let expected_s = self.expected_s;
-        let share = (reached + (now_s - reached_s).max(0.0) / expected_s).min(left);
+        let held = reached + HELD_SHARE * (left - reached);
+        let share = (reached + (now_s - reached_s).max(0.0) / expected_s).min(held);
         let prior_s = PRIOR_SHARE * expected_s;
         // How much slower this job is than those before, as far as it can be told by now.
         let slowness = (now_s + prior_s) / (share * expected_s + prior_s);
@@ -134,6 +139,8 @@ mod tests {
         // Longer than before: not done, and not nothing left.
         let (share, left_s) = forecast.at(0.9, 20.0, 60.0);
         assert!(share < 0.65 && left_s > 14.0, "{share} {left_s}");
+        let (share, left_s) = forecast.at(0.978, 24.0, 120.0);
+        assert!(share < 1.0 && left_s > 0.5, "{share} {left_s}");
     }
 
     #[test]
