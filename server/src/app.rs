@@ -15,6 +15,7 @@ use crate::http::idempotency::KeysInFlight;
 use crate::jobs::Jobs;
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
+use crate::measurement_plan::MeasurementPlans;
 use crate::sessions::Sessions;
 use crate::station::StationHandle;
 use crate::ws::Streams;
@@ -42,6 +43,8 @@ pub struct App {
     pub jobs: Jobs,
     /// What is seen at this moment.
     pub live: LiveBus,
+    /// What Start scans and measures.
+    pub measurement_plans: MeasurementPlans,
     /// The live stream.
     pub streams: Streams,
     /// Who commands.

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use calibration::{CalibrationDifference, difference};
+use metrology::PartVerdict;
 use optics::{Calibration, LightSurfaces, Triangulator};
 use serde_json::json;
 use store::{ActivationRecord, Artifacts, Change, Page, StoreError};
@@ -63,6 +64,7 @@ impl Calibrations {
         id: &str,
         expected: Option<Option<String>>,
         actor: &str,
+        verified: Option<PartVerdict>,
     ) -> Result<ActivationRecord, Problem> {
         let _turn = self.turn.lock().await;
         let active = self.active().await?;
@@ -74,7 +76,7 @@ impl Calibrations {
             return Ok(act);
         }
         let calibration = self.usable(id).await?;
-        self.act(Some(id.to_owned()), active_id, "activate", actor).await?;
+        self.act(Some(id.to_owned()), active_id, "activate", actor, verified).await?;
         self.put_in_use(Some(calibration));
         self.newest_act().await
     }
@@ -90,7 +92,7 @@ impl Calibrations {
             Some(id) => Some(self.usable(id).await?),
             None => None,
         };
-        self.act(undone.previous_id, undone.calibration_id, "roll_back", actor).await?;
+        self.act(undone.previous_id, undone.calibration_id, "roll_back", actor, None).await?;
         self.put_in_use(calibration);
         self.newest_act().await
     }
@@ -124,10 +126,19 @@ impl Calibrations {
         Ok(calibration)
     }
 
-    async fn act(&self, to: Option<String>, from: Option<String>, act: &str, actor: &str) -> Result<(), Problem> {
+    async fn act(
+        &self,
+        to: Option<String>,
+        from: Option<String>,
+        act: &str,
+        actor: &str,
+        verified: Option<PartVerdict>,
+    ) -> Result<(), Problem> {
         let kind = if act == "activate" { "calibration.activated" } else { "calibration.rolled_back" };
         let subject = to.clone().unwrap_or_default();
-        let told = event(kind, &subject, json!({ "calibration_id": to, "previous_id": from, "actor": actor }));
+        let body = json!({ "calibration_id": to, "previous_id": from, "actor": actor,
+            "verification": verified.map(PartVerdict::name) });
+        let told = event(kind, &subject, body);
         let change = Change::Activate {
             calibration_id: to,
             expected_previous: Some(from),

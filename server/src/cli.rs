@@ -17,13 +17,13 @@ pub use bench::{
 /// Printed below every `--help`.
 const EXIT_CODES: &str = "\
 Exit codes:
-  0  done (with a tolerance: pass)
+  0  done (with a tolerance: OK)
   1  internal error
   2  wrong usage of the command line
   3  bad input: a file is missing, damaged, malformed or of the wrong size
   4  the data cannot carry the result: the quantity that stays undetermined is named
-  5  measured, verdict: fail
-  6  measured, verdict: undecided (the tolerance lies inside the uncertainty)
+  5  measured: NOT OK
+  6  measured: UNDECIDED (the tolerance lies inside the uncertainty)
 
 Results go to stdout, progress and messages to stderr. With --json stdout holds exactly one JSON value:
 the result, or {\"problem\": …} naming what, file, entry, cause and remedy.";

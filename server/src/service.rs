@@ -23,6 +23,7 @@ use crate::jobs::{JobParts, Jobs};
 use crate::ledger::{Ledger, event};
 use crate::live::LiveBus;
 use crate::live::worker::Worker;
+use crate::measurement_plan::MeasurementPlans;
 use crate::sessions::Sessions;
 use crate::station::{Fault, StationHandle};
 use crate::wall_clock::now_ms;
@@ -91,6 +92,7 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
         events: ledger.watch_events(),
     };
     let (streams, encoder) = Streams::start(sources, direction).map_err(no_thread)?;
+    let measurement_plans = MeasurementPlans::open(&config);
     let app = App {
         config,
         store,
@@ -102,6 +104,7 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
         station,
         jobs,
         live,
+        measurement_plans,
         streams,
         control,
         halt_turn: Arc::default(),

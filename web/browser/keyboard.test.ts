@@ -75,7 +75,7 @@ test(
     await page.locator(".run-progress[data-job-state=running]", { hasText: "Scan · K-0001" }).waitFor();
     await picture(page, "operate-running");
     await page.getByRole("heading", { name: "K-0001" }).waitFor({ timeout: JOB_MS });
-    await page.locator("[data-outcome=pass]").waitFor({ timeout: JOB_MS });
+    await page.locator("[data-outcome=ok]").waitFor({ timeout: JOB_MS });
     expect(await verdict.textContent()).toMatch(/OK.*Radius of the sphere\s*18\.\d{3} mm\s*U = \d+\.\d µm/);
     await page.getByRole("link", { name: /^K-0001, OK, 18\.\d{3} mm/ }).waitFor();
     await picture(page, "operate");
@@ -84,7 +84,7 @@ test(
     // Another browser shows the same part with the same verdict.
     const other = await visit(browser, server.url);
     await other.page.getByRole("heading", { name: "K-0001" }).waitFor();
-    await other.page.locator("[data-outcome=pass]").waitFor();
+    await other.page.locator("[data-outcome=ok]").waitFor();
     await other.context.close();
 
     // The next one is stopped: back with Shift+Tab to the button in the bar.

@@ -147,7 +147,7 @@ test(
     await page.getByRole("button", { name: "Scan and compare" }).click();
     const outcome = page.locator(".outcome").first();
     await outcome.waitFor();
-    expect(await outcome.getAttribute("data-verdict")).toBe("pass");
+    expect(await outcome.getAttribute("data-verdict")).toBe("ok");
     expect(await outcome.textContent()).toContain("18.9000 mm ± 0.1000 mm");
     await expectAccessibleInBoth(page);
     await page.waitForSelector('.wizard[data-step="verify"]');

@@ -44,9 +44,21 @@ function sessionOf(boards: Board[], n_views = 0): Session {
   const covered = new Set(boards.flatMap((board) => board.cells ?? []));
   const uncovered_cells = Array.from({ length: 48 }, (_, cell) => cell).filter((cell) => !covered.has(cell));
   const stage_views = Array.from({ length: n_views }, (_, idx) => ({ id: `view ${idx}`, position_mm: idx }));
+  const met = { have: 1, want: 1, met: boards.filter(({ readable = true }) => readable).length >= 8 };
+  const needs = {
+    boards: met,
+    cells: met,
+    tilted_boards: met,
+    tilted_deg: 15,
+    distance_mm: met,
+    camera_met: met.met,
+    lit_boards: met,
+    stage_views: { have: n_views, want: 3, met: n_views >= 3 },
+  };
   return {
     id: "s",
     version: 1,
+    needs,
     body: { poses: boards.map(pose), stage_views, camera: { uncovered_cells } },
   } as unknown as Session;
 }
@@ -73,18 +85,11 @@ test("the step follows from the session alone", () => {
   expect(stepOf(sessionOf(COMPLETE, 5), SOLVED, true)).toBe("finish");
 });
 
-test("needs say what is missing, each for itself", () => {
-  const none = needsOf(sessionOf([]));
-  expect([none.boards.have, none.cells.have, none.tilt.have, none.distance.met]).toEqual([0, 0, 0, false]);
+test("needs are the server's; what is drawn beside them comes from the boards", () => {
+  const needs = needsOf(sessionOf([...COMPLETE.slice(1), { readable: false }]));
+  expect([needs.boards.met, needs.all, needs.tilt.values_deg.length]).toEqual([false, false, 7]);
   expect(needsOf(sessionOf(COMPLETE)).all).toBe(true);
-  const flat = needsOf(sessionOf(COMPLETE.map((board) => ({ ...board, tilt_deg: 5 }))));
-  expect([flat.tilt.met, flat.distance.met, flat.cells.met]).toEqual([false, true, true]);
-  const one_distance = needsOf(sessionOf(COMPLETE.map((board) => ({ ...board, distance_mm: 400 }))));
-  expect([one_distance.tilt.met, one_distance.distance.met]).toEqual([true, false]);
-  const one_corner = needsOf(sessionOf(COMPLETE.map((board) => ({ ...board, cells: [0, 1, 8, 9] }))));
-  expect([one_corner.cells.have, one_corner.cells.met]).toEqual([4, false]);
-  const unreadable = needsOf(sessionOf([...COMPLETE.slice(1), { readable: false }]));
-  expect([unreadable.boards.have, unreadable.boards.met]).toEqual([7, false]);
+  expect(needsOf({ ...sessionOf(COMPLETE), needs: null }).all).toBe(false);
 });
 
 function lookAt(u: number, captured_ms: number): Look {

@@ -2,7 +2,8 @@
 
 import { describe, expect, test } from "vitest";
 import { CHUNK_POINTS, Cloud, LANES } from "../src/scene/cloud";
-import { proposedRange, sampleValues } from "../src/scene/histogram";
+import { countShown, proposedRange, sampleValues } from "../src/scene/histogram";
+import { RegionGrid } from "../src/scene/region";
 import { deviation } from "../src/scene/shapes";
 import { block, type Spec } from "./blocks";
 
@@ -90,13 +91,32 @@ describe("a cloud", () => {
   });
 });
 
+test("what is hidden is not counted: values outside, and in deviations all that is not of the feature", () => {
+  const cloud = new Cloud();
+  cloud.append(block({ block: 0, frame: 0, position_mm: 0, points: line(0, 1000) }));
+  const shown = (low: number, high: number) => countShown(cloud, "height", undefined, { low, high });
+  expect([shown(0, 1000), shown(0, 1)]).toEqual([1000, 0]);
+  const plane = { kind: "plane", point_mm: [0, 0, 399.9], normal: [0, 0, 1] } as const;
+  const none = new RegionGrid({ origin_mm: [0, 0, 0], cell_mm: 1, size: [1, 1, 1], cells: [], band_mm: 9 });
+  const all = { low: -1e6, high: 1e6 };
+  expect(countShown(cloud, "deviation", { shape: plane }, all)).toBe(1000);
+  expect(countShown(cloud, "deviation", { shape: plane, grid: none }, all)).toBe(0);
+});
+
 test("a histogram is made from the values of the mode, deviations from the shape", () => {
   const cloud = new Cloud();
   cloud.append(block({ block: 0, frame: 0, position_mm: 0, points: line(0, 1000) }));
   const plane = { kind: "plane", point_mm: [0, 0, 399.9], normal: [0, 0, 1] } as const;
-  const deviations = sampleValues(cloud, "deviation", plane);
+  const deviations = sampleValues(cloud, "deviation", { shape: plane });
   expect(deviations).toHaveLength(1000);
   expect(deviations[0]).toBeCloseTo(100, 0);
+  // Of the feature are only the points in its cells, and near its shape.
+  const region = { origin_mm: [-50, -50, 399] as const, cell_mm: 100, size: [1, 1, 1] as const, cells: [0] };
+  const values = (band_mm: number, cells = [0]) =>
+    sampleValues(cloud, "deviation", { shape: plane, grid: new RegionGrid({ ...region, cells, band_mm }) });
+  expect(values(0.2)).toHaveLength(500);
+  expect(values(0.05)).toHaveLength(0);
+  expect(values(0.2, [])).toHaveLength(0);
   expect(sampleValues(cloud, "sigma", undefined)[0]).toBeCloseTo(0.1 * 2 ** (100 / 16), 3);
   expect(sampleValues(cloud, "deviation", undefined)).toHaveLength(0);
   expect(proposedRange(sampleValues(cloud, "intensity", undefined), "intensity")).toEqual({ low: 2, high: 197 });

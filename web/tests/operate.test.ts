@@ -1,10 +1,13 @@
 /** What Operate decides without a server. */
 
 import { expect, test } from "vitest";
-import type { Station } from "../src/api/client";
+import type { Job, Station } from "../src/api/client";
+import { lastOf } from "../src/panels/operate/last_part";
 import { type Obstacle, obstacleOf } from "../src/panels/operate/readiness";
-import { firstRecipe, measurementOf, parseRecipe, scanOf } from "../src/panels/operate/recipe";
+import { changed, freeName, scanOf } from "../src/panels/operate/recipe";
 import { barPlaces } from "../src/panels/operate/tolerance_bar";
+import type { Plan } from "../src/state/measurement_plan";
+import type { ScannedPart } from "../src/state/scanned";
 
 function station(change: object = {}): Station {
   return {
@@ -38,26 +41,46 @@ test("a scan that cannot start says the first reason", () => {
     expect(obstacleOf({ ...ready, ...change }), JSON.stringify(change)).toBe(obstacle);
 });
 
-test("what the browser kept is taken as far as it makes sense", () => {
-  const first = firstRecipe(true);
-  expect(parseRecipe("", first)).toEqual(first);
-  expect(parseRecipe("no json", first)).toEqual(first);
-  const kept = parseRecipe('{"from_mm":-5,"to_mm":"x","step_mm":null,"tool":"teapot","nominal":3}', first);
-  expect(kept).toEqual({ ...first, from_mm: -5, tool: undefined, nominal: 3, tolerance: undefined });
-  const whole = { ...first, exposure_us: 800, tolerance: 0.01 };
-  expect(parseRecipe(JSON.stringify(whole), first)).toEqual(whole);
+const PLAN: Plan = {
+  from_mm: -20,
+  to_mm: 20,
+  step_mm: 0.2,
+  measure: [{ tool: "sphere", nominal_mm: 18.9, tolerance_mm: 0.05 }],
+};
+
+test("a scan is asked for with what is measured on it; an empty serial number is left to the server", () => {
+  expect(scanOf(PLAN, "  ")).toEqual({ source: { kind: "station" }, ...PLAN });
+  expect(scanOf({ ...PLAN, exposure_us: 500 }, " A-1 ")).toMatchObject({ name: "A-1", exposure_us: 500 });
 });
 
-test("an empty serial number and an automatic exposure are left to the server", () => {
-  const recipe = firstRecipe(true);
-  expect(scanOf(recipe, "  ")).toEqual({ source: { kind: "station" }, from_mm: -20, to_mm: 20, step_mm: 0.2 });
-  expect(scanOf({ ...recipe, exposure_us: 500 }, " A-1 ")).toMatchObject({ name: "A-1", exposure_us: 500 });
+test("limits need a nominal to lie around, but for flatness", () => {
+  const sphere = { tool: "sphere" as const, nominal_mm: 18.9, tolerance_mm: 0.05 };
+  expect(changed(sphere, { nominal_mm: null })).toMatchObject({ nominal_mm: null, tolerance_mm: null });
+  expect(changed({ tool: "flatness" }, { tolerance_mm: 0.1 })).toMatchObject({ tolerance_mm: 0.1 });
 });
 
-test("a real station only scans at first; a tolerance without a nominal asks for no verdict", () => {
-  expect(measurementOf(firstRecipe(false))).toBeUndefined();
-  expect(measurementOf(firstRecipe(true))).toEqual({ tool: "sphere", nominal_mm: 18.9, tolerance_mm: 0.05 });
-  expect(measurementOf({ ...firstRecipe(true), nominal: undefined })).toEqual({ tool: "sphere" });
+test("a second use of a tool gets a name of its own", () => {
+  expect(freeName([], "sphere")).toBeUndefined();
+  expect(freeName([{ tool: "sphere" }, { tool: "step" }], "sphere")).toBe("2");
+  expect(freeName([{ tool: "sphere" }, { tool: "sphere", name: "2" }], "sphere")).toBe("3");
+});
+
+test("the last verdict is gone as soon as the next scan was started", () => {
+  const part = (job_id: string, created_at_ms: number) =>
+    ({ scan: { id: job_id, name: job_id, job_id, created_at_ms }, measured: [] }) as unknown as ScannedPart;
+  const job = (id: string, state: string, created_at_ms: number) =>
+    ({ id, kind: "scan", state, created_at_ms, input: { name: "next" } }) as unknown as Job;
+  const known = [part("a", 10)];
+  expect(lastOf(known, job("a", "succeeded", 5)).kind).toBe("part");
+  expect(lastOf(known, job("b", "queued", 20))).toEqual({ kind: "running", name: "next" });
+  expect(lastOf(known, job("b", "running", 20)).kind).toBe("running");
+  // Ended, and its part is not read yet or there is none: never the one before.
+  for (const state of ["succeeded", "failed", "cancelled", "interrupted"])
+    expect(lastOf(known, job("b", state, 20)).kind, state).toBe("without_part");
+  expect(lastOf([part("b", 30), ...known], job("b", "cancelled", 20)).kind).toBe("part");
+  // Computed again after the scan.
+  expect(lastOf([part("c", 40)], job("b", "succeeded", 20)).kind).toBe("part");
+  expect(lastOf([], undefined).kind).toBe("none");
 });
 
 test("the tolerance takes the middle half of the bar; what lies far out sits at its edge", () => {

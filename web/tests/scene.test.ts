@@ -121,6 +121,9 @@ describe("a view", () => {
     const [x0, y0] = project(clip, [0, 0, 370], 1600, 1000);
     expect(under(x0, y0)?.along_px).toBe(2);
     expect(under(x + 40, y)).toBeUndefined();
+    // A hidden point is not there.
+    const behind = pick(cloud, clip, { x_px: x0, y_px: y0, ...size }, (_, point) => point === 1);
+    expect(behind?.along_px).toBe(1);
   });
 });
 

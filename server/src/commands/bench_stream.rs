@@ -27,6 +27,7 @@ use crate::closing::Closing;
 use crate::commands::Answer;
 use crate::commands::bench_server::viewer::Viewer;
 use crate::failure::{Exit, Failure};
+use crate::jobs::JobNews;
 use crate::live::LiveBus;
 use crate::progress::Reporter;
 use crate::station::{MachineState, first_status};
@@ -99,7 +100,7 @@ async fn serve(message_bytes: usize, n_messages: usize) -> std::io::Result<Serve
         frames: watch::channel(None).1,
         status: watch::channel(Arc::new(first_status(None, MachineState::Preoperational))).1,
         control: watch::channel(None).1,
-        jobs: watch::channel(None).1,
+        jobs: watch::channel(JobNews::default()).1,
         events: watch::channel(0).1,
     };
     let (streams, encoder) = Streams::start(sources, LineDirection::Rows)?;

@@ -31,6 +31,16 @@ pub struct Config {
 }
 
 impl Config {
+    /// Height of the gauge block and radius of the ball beside the station, mm: on the simulated one their true sizes.
+    pub fn known_sizes_mm(&self) -> (f64, f64) {
+        match &self.station {
+            StationConfig::Twin(twin) => (twin.gauge_height_mm, twin.sphere_radius_mm),
+            _ => (crate::cli::GAUGE_HEIGHT_MM, crate::cli::SPHERE_RADIUS_MM),
+        }
+    }
+}
+
+impl Config {
     /// For tests: everything as it is by default: a simulated station, loopback, any free port, everything under `data`.
     #[cfg(test)]
     pub fn simulated(data: PathBuf) -> Self {

@@ -3,15 +3,20 @@
 use optics::LightModelKind;
 
 use crate::jobs::JobParts;
-use crate::jobs::input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanSource, Source};
+use crate::jobs::input::{
+    CalibrateInput, ExportInput, JobInput, MeasureInput, RecomputeInput, ScanInput, ScanSource, Source,
+};
 use crate::jobs::params::SCAN_BYTES;
-use crate::jobs::plan::plan;
+use crate::jobs::plan::{Pace, mode_of, plan};
 use crate::jobs::verify;
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_calibration::stored_document;
 
 /// Board poses a calibration may ask the virtual operator for: three determine a camera, more than sixty only cost time.
 const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;
+
+/// Measurements of one scan: more belong to a program that reads the cloud.
+const MEASUREMENTS_LIMIT: usize = 50;
 
 /// Refuses what cannot work; returns the bytes on the disk that the job will need.
 pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, Problem> {
@@ -62,6 +67,12 @@ async fn check_calibration(input: &CalibrateInput, parts: &JobParts) -> Result<(
 
 /// A scan from the station is planned once before it is accepted; one that goes on was planned already.
 async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, Problem> {
+    check_measurements(&input.measure)?;
+    if !input.measure.is_empty() && input.resume_scan_id.is_some() {
+        return Err(Problem::new(ProblemKind::Impossible, "a continued scan measures what it was begun for")
+            .remedy("leave it out, or measure afterwards")
+            .at("/measure"));
+    }
     let read = parts.ledger.read();
     match &input.source {
         ScanSource::Capture { capture_id, .. } => {
@@ -79,10 +90,37 @@ async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, Problem>
                     exists(read.calibration(id).await, "/calibration_id")?;
                 }
                 let document = stored_document(&parts.ledger, &*parts.artifacts, id).await?;
-                Ok(plan(input, &document.calibration(), &parts.station.status())?.disk_bytes)
+                let pace = Pace::learned(&parts.ledger, mode_of(input)).await;
+                Ok(plan(input, &document.calibration(), &parts.station.status(), &pace)?.disk_bytes)
             }
         },
     }
+}
+
+/// What is to be measured is possible, and no two of it are the same characteristic.
+///
+/// # Errors
+/// A problem with its place under `/measure`.
+pub fn check_measurements(measure: &[MeasureInput]) -> Result<(), Problem> {
+    let refused = |place: String, detail: String, remedy: &str| {
+        Err(Problem::new(ProblemKind::Impossible, detail).at(place).remedy(remedy))
+    };
+    if measure.len() > MEASUREMENTS_LIMIT {
+        let detail = format!("{} measurements are too many for one scan", measure.len());
+        return refused("/measure".to_owned(), detail, &format!("ask for at most {MEASUREMENTS_LIMIT}"));
+    }
+    for (idx, asked) in measure.iter().enumerate() {
+        if let Err(problem) = asked.request() {
+            let place = format!("/measure/{idx}{}", problem.place.clone().unwrap_or_default());
+            return Err(problem.at(place));
+        }
+        let twice = measure[..idx].iter().any(|other| (&other.tool, &other.name) == (&asked.tool, &asked.name));
+        if twice {
+            let detail = format!("{} is asked for twice", asked.name.as_deref().unwrap_or(&asked.tool));
+            return refused(format!("/measure/{idx}"), detail, "give each its own name");
+        }
+    }
+    Ok(())
 }
 
 /// A record named by the input must be there; the request itself was understood, hence 422 and not 404.

@@ -53,6 +53,8 @@ pub struct Done {
     pub message: String,
     /// Stored in the same transaction as its end.
     pub changes: Vec<Change>,
+    /// Done when that is stored, such as clearing what a crash before would have needed.
+    pub after: Option<Box<dyn FnOnce() + Send + Sync>>,
 }
 
 /// A job that did not.

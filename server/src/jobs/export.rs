@@ -105,6 +105,7 @@ pub fn run(input: ExportInput, ctx: &JobContext) -> Result<Done, JobEnd> {
         result: ResultRef { kind: EXPORT.to_owned(), id: format!("{}/{}", scan.id, file_name(format)) },
         message: format!("{} of {} as {}", format.what(), scan.name, format.extension()),
         changes: vec![event("scan.exported", &scan.id, body)],
+        after: None,
     })
 }
 

@@ -57,6 +57,37 @@ pub enum ScanMode {
     Continuous,
 }
 
+/// What a scan is made for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ScanPurpose {
+    /// A part is inspected.
+    #[default]
+    Production,
+    /// A known part tells whether the calibration still holds: no part of the production.
+    Verification,
+}
+
+/// A characteristic to be measured on a scan.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MeasureInput {
+    /// The tool's name.
+    pub tool: String,
+    /// Tells two uses of one tool apart.
+    #[serde(default)]
+    pub name: Option<String>,
+    /// What it should be, mm (degrees for an angle).
+    pub nominal_mm: Option<f64>,
+    /// Symmetric limits around the nominal, mm (degrees for an angle); asks for a verdict.
+    pub tolerance_mm: Option<f64>,
+    /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    #[serde(default)]
+    pub region_mm: Option<[f64; 6]>,
+    /// Seed of the search; 1 if not said.
+    #[serde(default)]
+    pub seed: Option<u64>,
+}
+
 /// Scan a part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ScanInput {
@@ -84,6 +115,12 @@ pub struct ScanInput {
     pub calibration_id: Option<String>,
     /// The partial scan that is continued.
     pub resume_scan_id: Option<String>,
+    /// What is measured on it, in the same job; a continued scan measures what it was begun for.
+    #[serde(default)]
+    pub measure: Vec<MeasureInput>,
+    /// What it is made for.
+    #[serde(default)]
+    pub purpose: ScanPurpose,
 }
 
 /// Compute a scan again from its peaks.
@@ -144,6 +181,40 @@ impl JobInput {
             Self::Recomputation(_) => "recomputation",
             Self::Verification(_) => "verification",
             Self::Export(_) => "export",
+        }
+    }
+
+    /// What jobs are compared with when their time is foretold: kind, and what makes a difference within it.
+    pub fn likeness(&self) -> String {
+        match self {
+            Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
+                let swept = input.speed_mm_s.is_some() || input.mode == Some(ScanMode::Continuous);
+                let source = if input.source == ScanSource::Station { "station" } else { "capture" };
+                format!(
+                    "{}/{source}/{}/{}",
+                    self.kind(),
+                    if swept { "swept" } else { "stepped" },
+                    input.measure.len()
+                )
+            }
+            Self::Calibration(input) => {
+                format!("{}/{}/{}", self.kind(), self.needs_station(), input.session_id.is_some())
+            }
+            Self::Export(input) => format!("{}/{}/{}", self.kind(), input.what, input.format),
+            Self::Recomputation(_) => self.kind().to_owned(),
+        }
+    }
+
+    /// How much work it is, in whatever unit its kind counts: jobs of one likeness take about as long per unit.
+    pub fn size(&self) -> f64 {
+        match self {
+            Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
+                let travel_mm = input.to_mm.zip(input.from_mm).map(|(to, from)| (to - from).abs());
+                let rows = travel_mm.zip(input.step_mm).map(|(travel_mm, step_mm)| travel_mm / step_mm);
+                rows.or(travel_mm).filter(|size| size.is_finite()).map_or(1.0, |size| size + 1.0)
+            }
+            Self::Calibration(input) => input.n_poses.unwrap_or(super::calibrate::N_POSES) as f64,
+            Self::Recomputation(_) | Self::Export(_) => 1.0,
         }
     }
 

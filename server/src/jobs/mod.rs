@@ -8,8 +8,10 @@ pub mod calibrate;
 mod check;
 pub mod context;
 pub mod export;
+mod forecast;
 pub mod input;
 mod lane;
+mod news;
 pub mod params;
 pub mod plan;
 mod queue;
@@ -22,9 +24,13 @@ pub mod scan;
 mod tests;
 pub mod verify;
 
+pub use check::check_measurements;
 pub use context::{Done, JobContext, JobEnd};
+pub use news::JobNews;
+
 pub use input::{
-    CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanMode, ScanSource, Source, VerifyInput,
+    CalibrateInput, ExportInput, JobInput, MeasureInput, RecomputeInput, ScanInput, ScanMode, ScanPurpose,
+    ScanSource, Source, VerifyInput,
 };
 pub use lane::Waiting;
 
@@ -202,8 +208,8 @@ impl Jobs {
         Ok(listed.map(|record| now(record, &running)))
     }
 
-    /// Changes with every progress of any job; carries the job that moved.
-    pub fn watch_progress(&self) -> watch::Receiver<Option<JobView>> {
+    /// Changes with every progress of any job; carries the newest word of each.
+    pub fn watch_progress(&self) -> watch::Receiver<JobNews> {
         self.0.progress.subscribe()
     }
 

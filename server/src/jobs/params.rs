@@ -23,6 +23,12 @@ pub const GUESS_AFTER_FRACTION: f64 = 0.03;
 /// Time over which a guess of the time left gives way to the new ones.
 pub const GUESS_MEMORY_S: f64 = 3.0;
 
+/// Ended jobs that are looked through for the time of the next one.
+pub const FORECAST_JOBS: u32 = 100;
+
+/// Jobs like it that are learned from: one odd one does not matter, a change of the machine is followed.
+pub const FORECAST_ALIKE: usize = 5;
+
 /// Free space below which no job is begun: room for the catalogue, its log and the deletions that make room.
 pub const FREE_FLOOR_BYTES: u64 = 256 << 20;
 

@@ -10,7 +10,7 @@ use crate::jobs::lane::{Lane, Running, Waiting};
 use crate::jobs::params::SHUT_DOWN_LIMIT;
 use crate::jobs::run::Procedure;
 use crate::jobs::runner::End;
-use crate::jobs::{JobParts, JobView};
+use crate::jobs::{JobNews, JobParts, JobView};
 use crate::problem::Problem;
 use crate::wall_clock::now_ms;
 
@@ -26,7 +26,7 @@ pub(super) struct Queue {
     pub parts: JobParts,
     pub procedure: Procedure,
     pub runtime: Handle,
-    pub progress: watch::Sender<Option<JobView>>,
+    pub progress: watch::Sender<JobNews>,
     /// Held while jobs enter or leave the lanes from outside, so that queue and catalogue agree.
     pub turn: tokio::sync::Mutex<()>,
     lanes: Mutex<[Lane; 2]>,
@@ -43,7 +43,7 @@ impl Queue {
             parts,
             procedure,
             runtime: Handle::current(),
-            progress: watch::Sender::new(None),
+            progress: watch::Sender::new(JobNews::default()),
             turn: tokio::sync::Mutex::default(),
             lanes: Mutex::default(),
             unsaved: Mutex::default(),
@@ -162,14 +162,7 @@ impl Queue {
 
     /// Tells where a job is. What is late, and of a job whose end was told, is not told any more.
     pub fn publish(&self, view: JobView) {
-        let has_ended = |told: &JobView| told.record.id == view.record.id && told.record.state.is_terminal();
-        self.progress.send_if_modified(|told| {
-            let late = !view.record.state.is_terminal() && told.as_ref().is_some_and(has_ended);
-            if !late {
-                *told = Some(view.clone());
-            }
-            !late
-        });
+        self.progress.send_if_modified(|news| news.tell(view));
     }
 
     pub fn is_closing(&self) -> bool {

@@ -1,17 +1,19 @@
-//! Compute a scan again from its peaks, with another calibration; the first one stays as it is.
+//! Compute a scan again from its peaks, with another calibration, and measure it again; the first one stays as it is.
 
 use store::ScanRecord;
 
-use crate::jobs::scan::{ScanStory, check_camera_of, made_scan};
-use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput};
+use crate::jobs::plan::Pace;
+use crate::jobs::scan::{Evaluating, ScanStory, check_camera_of, evaluated_share, made_scan, measured};
+use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput, ScanMode};
+use crate::parts::planned_measurements;
 use crate::progress::Phase;
 use crate::stored_calibration::stored_document;
 use crate::stored_scan::{cloud_name, new_id, stored_peaks};
 
 /// Share of the job that reading the peaks takes.
-const READING: f64 = 0.2;
+const READING: f64 = 0.05;
 
-/// Computes.
+/// Computes and measures.
 pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
     // Both scans name them: they stay although the first one may be deleted meanwhile.
@@ -44,5 +46,9 @@ fn computed(scan: &ScanRecord, input: &RecomputeInput, ctx: &JobContext) -> Resu
         losses,
         also: Vec::new(),
     };
-    Ok(made_scan(ctx, story, &frames, &document, READING..1.0)?.done())
+    let pace = ctx.wait(Pace::learned(&ctx.ledger, ScanMode::StopAndGo));
+    let part = READING..evaluated_share(planned_measurements(&story.plan).len());
+    let made = made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })?;
+    let from = made.done_at;
+    Ok(measured(made, ctx, from)?.done())
 }

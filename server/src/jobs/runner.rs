@@ -3,27 +3,32 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use store::{Change, JobOutcome, JobState, ResultRef, StoreError};
+use store::{Change, JobOutcome, JobState, Page, ResultRef, StoreError};
 
+use crate::jobs::forecast::Forecast;
 use crate::jobs::lane::Running;
-use crate::jobs::params::{CHECKPOINT_INTERVAL, PUBLISH_INTERVAL};
+use crate::jobs::params::{CHECKPOINT_INTERVAL, FORECAST_ALIKE, FORECAST_JOBS, PUBLISH_INTERVAL};
 use crate::jobs::{Done, JobContext, JobEnd, Queue, Waiting, run};
 use crate::ledger::event;
 use crate::problem::Problem;
 use crate::wall_clock::now_ms;
+
+/// Key of a job's checkpoint under which stands when it was where, for the next of its kind.
+const TIMELINE: &str = "timeline";
 
 /// How a job ended, as it is stored and told.
 pub(super) struct End {
     outcome: JobOutcome,
     message: String,
     changes: Vec<Change>,
+    after: Option<Box<dyn FnOnce() + Send + Sync>>,
 }
 
 impl End {
     pub fn of(result: Result<Done, JobEnd>, shutting_down: bool) -> Self {
         match result {
-            Ok(done) => {
-                Self { outcome: JobOutcome::Succeeded(done.result), message: done.message, changes: done.changes }
+            Ok(Done { result, message, changes, after }) => {
+                Self { outcome: JobOutcome::Succeeded(result), message, changes, after }
             }
             Err(JobEnd::Cancelled) if shutting_down => {
                 Self::bare(JobOutcome::Interrupted, "the service was shut down")
@@ -46,7 +51,7 @@ impl End {
     }
 
     fn bare(outcome: JobOutcome, message: &str) -> Self {
-        Self { outcome, message: message.to_owned(), changes: Vec::new() }
+        Self { outcome, message: message.to_owned(), changes: Vec::new(), after: None }
     }
 
     pub fn state(&self) -> JobState {
@@ -100,13 +105,36 @@ impl Queue {
     pub(super) fn live(&self, waiting: Waiting, running: &Running) {
         let ticker = self.runtime.spawn(tick(self.this(), running.clone()));
         let kind = waiting.input.kind();
+        let (likeness, size) = (waiting.input.likeness(), waiting.input.size());
+        running.board.expect(self.forecast(&likeness, size));
         let result = self.begin(running, kind).map_err(JobEnd::from).and_then(|()| {
             let context = self.context(running);
             context.go_on()?;
             run::run(&self.procedure, waiting.input, &context)
         });
         ticker.abort();
-        self.end(running, kind, End::of(result, self.is_closing()));
+        let mut end = End::of(result, self.is_closing());
+        if end.state() == JobState::Succeeded {
+            let mut timeline = running.board.timeline(size);
+            timeline["likeness"] = json!(likeness);
+            end.changes.push(Change::CheckpointJob {
+                id: running.id.clone(),
+                progress: 1.0,
+                message: end.message.clone(),
+                checkpoint: Some(json!({ TIMELINE: timeline })),
+            });
+        }
+        self.end(running, kind, end);
+    }
+
+    /// What the newest jobs like this one tell of how long it takes.
+    fn forecast(&self, likeness: &str, size: f64) -> Option<Forecast> {
+        let newest = Page { before: None, limit: FORECAST_JOBS };
+        let ended =
+            self.runtime.block_on(self.parts.ledger.read().jobs(Some(JobState::Succeeded), &newest)).ok()?;
+        let timelines = ended.records.into_iter().filter_map(|record| Some(record.checkpoint?[TIMELINE].clone()));
+        let alike = timelines.filter(|timeline| timeline["likeness"] == likeness);
+        Forecast::of(&alike.take(FORECAST_ALIKE).collect::<Vec<_>>(), size)
     }
 
     fn begin(&self, running: &Running, kind: &str) -> Result<(), StoreError> {
@@ -147,7 +175,13 @@ impl Queue {
             self.runtime.block_on(self.parts.ledger.commit(end.changes(&running.id, kind, None, at_ms)))
         };
         let end = match commit(&end) {
-            Ok(_) => end,
+            Ok(_) => {
+                let mut end = end;
+                if let Some(after) = end.after.take() {
+                    after();
+                }
+                end
+            }
             Err(error) => {
                 tracing::error!(job = %running.id, %error, "the end of a job cannot be stored");
                 let failed = End::failed(&error.into());

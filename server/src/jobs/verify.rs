@@ -1,16 +1,15 @@
 //! Scan a known part and compare: is the station still what its calibration says?
 
-use metrology::{MeasureRequest, Tool};
-use store::ResultRef;
+use metrology::Tool;
+use store::{MeasurementRecord, ResultRef};
 use twin::{Scene, SceneKind, TwinControl};
 
-use crate::jobs::scan::make;
-use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource, VerifyInput};
-use crate::measurements::{changes, measurement};
+use crate::config::Config;
+use crate::jobs::scan::scanned_and_measured;
+use crate::jobs::{Done, JobContext, JobEnd, MeasureInput, ScanInput, ScanPurpose, ScanSource, VerifyInput};
+use crate::parts::verdict_in;
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
-use crate::stored_calibration::stored_document;
-use crate::stored_scan::stored_cloud;
 
 /// The kind of record that a verification ends with.
 const MEASUREMENT: &str = "measurement";
@@ -24,31 +23,20 @@ const STEP_MM: f64 = 0.4;
 
 /// Scans and compares.
 pub fn run(input: VerifyInput, ctx: &JobContext) -> Result<Done, JobEnd> {
-    let (part, tool) = artefact(&input)?;
+    let part = artefact(&input, &ctx.config)?;
     let operator = match input.scan.source {
         ScanSource::Station => ctx.station.simulation(),
         ScanSource::Capture { .. } => None,
     };
     let at_work = operator.map(|operator| Exchanged::new(operator, &part, ctx));
-    let made = make(&filled(&input), ctx)?;
+    let measured = scanned_and_measured(&filled(&input), ctx)?;
     drop(at_work);
-    let calibration_id = made.record.calibration_id.as_str();
-    let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, Some(calibration_id)))?;
-    ctx.report(1.0, Phase::Measuring, "measuring");
-    let request = MeasureRequest {
-        nominal_mm: Some(input.nominal_mm),
-        tolerance_mm: input.tolerance_mm,
-        ..MeasureRequest::new(tool)
-    };
-    let cloud = ctx.wait(stored_cloud(&*ctx.artifacts, &made.record))?;
-    let record = measurement(&made.record, &cloud, &document.calibration(), &request)?;
-    let mut stored = made.changes();
-    stored.extend(changes(&record));
-    Ok(Done {
-        result: ResultRef { kind: MEASUREMENT.to_owned(), id: format!("{}/{}", record.scan_id, record.id) },
-        message: in_words(&input, &record.result),
-        changes: stored,
-    })
+    let record = measured.measurements.first().ok_or_else(|| {
+        Problem::new(ProblemKind::Internal, "the known part was not measured").remedy("verify again")
+    })?;
+    let result = ResultRef { kind: MEASUREMENT.to_owned(), id: format!("{}/{}", record.scan_id, record.id) };
+    let message = in_words(&input, record);
+    Ok(measured.done_with(result, Some(message)))
 }
 
 /// The scan that a verification will run.
@@ -56,11 +44,21 @@ pub fn run(input: VerifyInput, ctx: &JobContext) -> Result<Done, JobEnd> {
 /// # Errors
 /// A problem for an unknown part or an impossible number.
 pub fn checked(input: &VerifyInput) -> Result<ScanInput, Problem> {
-    artefact(input).map(|_| filled(input))
+    tool(input).map(|_| filled(input))
 }
 
-/// The part as the virtual operator knows it, and how it is measured.
-fn artefact(input: &VerifyInput) -> Result<(SceneKind, Tool), Problem> {
+/// The part as the virtual operator finds it beside the station: of its own true size, whatever a person believes it
+/// to be.
+fn artefact(input: &VerifyInput, config: &Config) -> Result<SceneKind, Problem> {
+    let (height_mm, radius_mm) = config.known_sizes_mm();
+    Ok(match tool(input)? {
+        Tool::Step => SceneKind::Gauge { height_mm },
+        _ => SceneKind::Sphere { radius_mm },
+    })
+}
+
+/// How the part is measured.
+fn tool(input: &VerifyInput) -> Result<Tool, Problem> {
     let refused = |field: &str, detail: String, remedy: &str| {
         Err(Problem::new(ProblemKind::Impossible, detail).at(format!("/{field}")).remedy(remedy))
     };
@@ -74,15 +72,26 @@ fn artefact(input: &VerifyInput) -> Result<(SceneKind, Tool), Problem> {
         return refused("tolerance_mm", format!("tolerance_mm is {tolerance_mm}"), "give a number above 0");
     }
     match input.artefact.as_str() {
-        "gauge" => Ok((SceneKind::Gauge { height_mm: nominal_mm }, Tool::Step)),
-        "sphere" => Ok((SceneKind::Sphere { radius_mm: nominal_mm }, Tool::Sphere)),
+        "gauge" => Ok(Tool::Step),
+        "sphere" => Ok(Tool::Sphere),
         other => refused("artefact", format!("there is no known part \"{other}\""), "use gauge or sphere"),
     }
 }
 
-/// The scan, with a range if none was given.
+/// The scan with what is measured on it, and with a range if none was given.
 fn filled(input: &VerifyInput) -> ScanInput {
-    let scan = input.scan.clone();
+    let known = MeasureInput {
+        tool: if input.artefact == "gauge" { Tool::Step } else { Tool::Sphere }.name().to_owned(),
+        name: None,
+        nominal_mm: Some(input.nominal_mm),
+        tolerance_mm: input.tolerance_mm,
+        region_mm: None,
+        seed: None,
+    };
+    let mut scan = ScanInput { purpose: ScanPurpose::Verification, ..input.scan.clone() };
+    if scan.resume_scan_id.is_none() {
+        scan.measure = vec![known];
+    }
     if scan.source != ScanSource::Station || scan.resume_scan_id.is_some() {
         return scan;
     }
@@ -118,11 +127,12 @@ impl Drop for Exchanged {
     }
 }
 
-fn in_words(input: &VerifyInput, result: &serde_json::Value) -> String {
-    let number = |key: &str| result[key].as_f64().unwrap_or(f64::NAN);
-    let verdict = result["verdict"].as_str().map_or_else(String::new, |verdict| format!(", {verdict}"));
+fn in_words(input: &VerifyInput, record: &MeasurementRecord) -> String {
+    let number =
+        |key: &str| record.result[key].as_f64().map_or_else(|| "–".to_owned(), |mm| format!("{mm:.4} mm"));
+    let verdict = verdict_in(record).map_or_else(String::new, |verdict| format!(", {}", verdict.label()));
     format!(
-        "{}: true {:.4} mm, measured {:.4} mm, U = {:.4} mm (k = 2){verdict}",
+        "{}: nominal {:.4} mm, measured {}, U = {} (k = 2){verdict}",
         input.artefact,
         input.nominal_mm,
         number("value"),

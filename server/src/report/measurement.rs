@@ -1,6 +1,6 @@
 //! A measurement in the report: value with uncertainty, the table by orders.
 
-use metrology::Measurement;
+use metrology::{Measurement, PartVerdict};
 
 use super::html::{Html, html};
 use super::page::{sentence as as_sentence, table, verdict};
@@ -17,7 +17,7 @@ pub fn content(measurement: &Measurement) -> Html {
         sentence.push_str(&format!("; nominal {nominal:.4} {unit}, error {error:+.4} {unit}"));
     }
     if let Some(outcome) = measurement.verdict {
-        sentence.push_str(&format!("; verdict {} (ISO 14253-1)", outcome.name()));
+        sentence.push_str(&format!("; {} (ISO 14253-1)", PartVerdict::from(outcome).label()));
     }
     let rows: Vec<Vec<String>> = measurement
         .per_order

@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 
 use crate::photographer::Exposures;
 use crate::problem::{Problem, ProblemKind};
+use crate::sessions::needs::SessionNeeds;
 
 /// A session with its version.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -17,6 +18,9 @@ pub struct Session {
     pub version: i64,
     /// Everything else.
     pub body: SessionBody,
+    /// What its steps have, and what a good calibration wants; in every answer.
+    #[serde(default)]
+    pub needs: Option<SessionNeeds>,
     /// When it was begun, ms since 1970.
     pub created_at_ms: i64,
     /// When it was changed last, ms since 1970.
@@ -211,6 +215,13 @@ impl From<Projector> for ProjectorSheet {
     }
 }
 
+impl Session {
+    /// As it is told: with what it needs.
+    pub fn told(self) -> Self {
+        Self { needs: Some(SessionNeeds::of(&self.body)), ..self }
+    }
+}
+
 impl TryFrom<SessionRecord> for Session {
     type Error = Problem;
 
@@ -221,6 +232,6 @@ impl TryFrom<SessionRecord> for Session {
                 .remedy("begin a new session")
         })?;
         let SessionRecord { id, version, created_at_ms, changed_at_ms, .. } = record;
-        Ok(Self { id, version, body, created_at_ms, changed_at_ms })
+        Ok(Self { id, version, body, needs: None, created_at_ms, changed_at_ms })
     }
 }

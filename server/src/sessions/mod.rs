@@ -7,6 +7,7 @@ mod body;
 mod camera_so_far;
 mod found;
 mod look;
+mod needs;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -32,6 +33,7 @@ pub use body::{
     Target,
 };
 pub use look::Look;
+pub use needs::SessionNeeds;
 
 /// Most pictures of a session: five times what any calibration needs, and a bounded record.
 const PICTURE_LIMIT: usize = 120;
@@ -158,7 +160,8 @@ impl Sessions {
             job_id: None,
         };
         check_new(&body)?;
-        let session = Session { id: new_id(), version: 1, body, created_at_ms: now, changed_at_ms: now };
+        let session =
+            Session { id: new_id(), version: 1, body, needs: None, created_at_ms: now, changed_at_ms: now };
         let told = event("session.created", &session.id, json!({ "version": session.version }));
         let mut changes = and(&session);
         changes.extend([Change::InsertSession(record(&session)?), told]);

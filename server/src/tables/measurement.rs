@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use metrology::{ErrorSummary, Measurement, Shape};
+use metrology::{ErrorSummary, Measurement, PartVerdict, Shape};
 use serde_json::{Value, json};
 
 use super::order_name;
@@ -25,7 +25,11 @@ pub fn measurement_text(measurement: &Measurement) -> String {
         let _ = writeln!(text, "  nominal     {nominal:.4} {unit}   error {error:+.4} {unit}");
     }
     if let (Some(tolerance), Some(verdict)) = (measurement.tolerance, measurement.verdict) {
-        let _ = writeln!(text, "  tolerance   ±{tolerance:.4} {unit}   verdict {} (ISO 14253-1)", verdict.name());
+        let _ = writeln!(
+            text,
+            "  tolerance   ±{tolerance:.4} {unit}   {} (ISO 14253-1)",
+            PartVerdict::from(verdict).label()
+        );
     }
     for feature in &measurement.features {
         let _ = writeln!(
@@ -96,7 +100,7 @@ pub fn measurement_json(measurement: &Measurement) -> Value {
         "expanded_uncertainty": measurement.expanded_uncertainty,
         "coverage_factor": 2,
         "tolerance": measurement.tolerance,
-        "verdict": measurement.verdict.map(|verdict| verdict.name()),
+        "verdict": measurement.verdict.map(|verdict| PartVerdict::from(verdict).name()),
         "errors": errors_json(&measurement.errors),
         "per_order": per_order,
         "features": features,

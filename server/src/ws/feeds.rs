@@ -11,7 +11,7 @@ use crate::control::Lease;
 use crate::http::dto::control::ControlDto;
 use crate::http::dto::jobs::JobDto;
 use crate::http::dto::station::StationDto;
-use crate::jobs::JobView;
+use crate::jobs::{JobNews, JobView};
 use crate::live::pace::Pace;
 use crate::live::{LiveBus, PointLog, PointsSeen, Sight, Wish};
 use crate::station::StationStatus;
@@ -156,30 +156,30 @@ impl StateFeed {
     }
 }
 
-/// Progress of jobs: the newest counts.
+/// Progress of jobs: of each the newest counts.
 pub struct JobsFeed {
-    jobs: watch::Receiver<Option<JobView>>,
+    jobs: watch::Receiver<JobNews>,
     pace: Pace,
-    waits: bool,
+    /// Number of the last word that was sent.
+    sent: u64,
 }
 
 impl JobsFeed {
-    /// As subscribed.
+    /// As subscribed: what is known of jobs at work comes first.
     pub fn new(wanted: &Subscription, streams: &Streams) -> Self {
         let pace = Pace::new(wanted.max_rate_hz.unwrap_or(DEFAULT_RATE_HZ), Instant::now());
-        Self { jobs: streams.sources.jobs.clone(), pace, waits: true }
+        Self { jobs: streams.sources.jobs.clone(), pace, sent: 0 }
     }
 
-    /// The newest progress.
+    /// The progress that waits longest.
     pub fn next(&mut self, now: Instant) -> Next {
-        self.waits |= self.jobs.has_changed().unwrap_or(false);
-        let job = self.jobs.borrow_and_update();
-        let (true, Some(view)) = (self.waits, &*job) else { return Next::Nothing };
+        let news = self.jobs.borrow_and_update();
+        let Some((number, view)) = news.after(self.sent) else { return Next::Nothing };
         if now < self.pace.opens() {
             return Next::At(self.pace.opens());
         }
         self.pace.pass(now);
-        self.waits = false;
+        self.sent = number;
         text(&ServerText::Job { job: &job_json(view) })
     }
 

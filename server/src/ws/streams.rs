@@ -15,7 +15,7 @@ use vision::LineDirection;
 use crate::app::App;
 use crate::control::Lease;
 use crate::edge::{Peer, source};
-use crate::jobs::JobView;
+use crate::jobs::JobNews;
 use crate::live::LiveBus;
 use crate::live::worker::Worker;
 use crate::problem::{Problem, ProblemKind};
@@ -37,7 +37,7 @@ pub struct Sources {
     /// Who commands.
     pub control: watch::Receiver<Option<Lease>>,
     /// Progress of jobs.
-    pub jobs: watch::Receiver<Option<JobView>>,
+    pub jobs: watch::Receiver<JobNews>,
     /// Number of the newest event.
     pub events: watch::Receiver<i64>,
 }

@@ -43,8 +43,8 @@ fn measurements_are_listed_over_all_scans_by_tool_and_verdict_and_scans_by_worth
     assert_eq!(ids(&server, all), [&fail, &pass, &plane].map(String::as_str));
     assert_eq!(ids(&server, &format!("{all}?limit=1")), [&fail, &pass, &plane].map(String::as_str));
     assert_eq!(ids(&server, &format!("{all}?tool=sphere&limit=1")), [&fail, &pass].map(String::as_str));
-    assert_eq!(ids(&server, &format!("{all}?verdict=pass")), [pass.as_str()]);
-    assert_eq!(ids(&server, &format!("{all}?tool=plane&verdict=fail")), [""; 0]);
+    assert_eq!(ids(&server, &format!("{all}?verdict=ok")), [pass.as_str()]);
+    assert_eq!(ids(&server, &format!("{all}?tool=plane&verdict=not_ok")), [""; 0]);
     server.get(&format!("{all}?tool=hammer")).expect(400);
 
     let newest_first = [&scans[1], &scans[0]].map(String::as_str);

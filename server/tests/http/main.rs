@@ -18,6 +18,7 @@ mod problems;
 mod replay;
 mod station;
 mod stopping;
+mod verdicts;
 
 use common::server::Server;
 use tempfile::TempDir;

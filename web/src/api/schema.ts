@@ -223,7 +223,10 @@ export interface paths {
         };
         /** Which calibration is active; the `ETag` may be sent with a change of it. */
         get: operations["get_active_calibration"];
-        /** Makes a calibration the active one; a logged act. */
+        /**
+         * Makes a calibration the active one; a logged act. Refused with 409 if its newest verification is not `ok`, unless
+         *     the request says that this is known.
+         */
         put: operations["activate_calibration"];
         post?: never;
         delete?: never;
@@ -581,6 +584,24 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/measurement-plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The measurement plan of the station; its `ETag` is sent with a change. */
+        get: operations["get_measurement_plan"];
+        /** Changes the measurement plan for everybody. Scans that run keep the one they were started with. */
+        put: operations["put_measurement_plan"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/measurements": {
         parameters: {
             query?: never;
@@ -712,7 +733,10 @@ export interface paths {
         /** The measurements of a scan, newest first. */
         get: operations["list_measurements"];
         put?: never;
-        /** Measures on a scan; answers when it is done, which takes up to some seconds. */
+        /**
+         * Measures on a scan; answers when it is done, which takes up to some seconds. What was to be judged and cannot be
+         *     measured is recorded with the verdict `invalid`.
+         */
         post: operations["measure"];
         delete?: never;
         options?: never;
@@ -1096,6 +1120,8 @@ export interface components {
         ActivateDto: {
             /** @description Its id. */
             calibration_id: string;
+            /** @description Activate although its newest verification is not `ok`; without this it is refused with 409. The log says so. */
+            despite_verification?: boolean;
         };
         /** @description An entry of the log of activations. */
         ActivationDto: {
@@ -1315,6 +1341,48 @@ export interface components {
             pixel_format?: components["schemas"]["PixelFormatDto"] | null;
             roi?: components["schemas"]["RoiDto"] | null;
             trigger?: components["schemas"]["TriggerDto"] | null;
+        };
+        /** @description The measurement that stands for a characteristic of a part: the newest with a verdict, else the newest. */
+        CharacteristicDto: {
+            /**
+             * Format: int64
+             * @description When it was measured, wall clock, ms since 1970.
+             */
+            created_at_ms: number;
+            /**
+             * Format: double
+             * @description U, k = 2.
+             */
+            expanded_uncertainty?: number | null;
+            /** @description The measurement. */
+            measurement_id: string;
+            /** @description Which one, where a tool is used more than once. */
+            name?: string | null;
+            /**
+             * Format: double
+             * @description What it should be.
+             */
+            nominal?: number | null;
+            /**
+             * Format: double
+             * @description Root mean square of the points' distances from the fitted feature, mm.
+             */
+            rmse_mm?: number | null;
+            /**
+             * Format: double
+             * @description Symmetric limits around the nominal.
+             */
+            tolerance?: number | null;
+            /** @description With what. */
+            tool: string;
+            /** @description `mm` or `°`, of all figures but the RMSE. */
+            unit: string;
+            /**
+             * Format: double
+             * @description What was found; missing if it could not be measured.
+             */
+            value?: number | null;
+            verdict?: components["schemas"]["VerdictDto"] | null;
         };
         /**
          * @description Format of a cloud.
@@ -1828,6 +1896,8 @@ export interface components {
                 calibration_id: string;
                 /** @description Its frames, if they were kept. */
                 capture_id?: string | null;
+                /** @description The measurement that stands for each characteristic, newest first. */
+                characteristics: components["schemas"]["CharacteristicDto"][];
                 /** @description Address of the cloud; missing if no point could be computed. */
                 cloud?: string | null;
                 /**
@@ -1843,6 +1913,8 @@ export interface components {
                 name: string;
                 /** @description The plan it was made by. */
                 plan: unknown;
+                /** @description What it was made for; a verification is no part of the production. */
+                purpose: components["schemas"]["ScanPurpose"];
                 /** @description The scan it was computed from again. */
                 recomputed_from?: string | null;
                 /** @description Figures: points, dropped by reason, self-consistency, envelope. */
@@ -1854,6 +1926,7 @@ export interface components {
                  * @example complete
                  */
                 state: string;
+                verdict?: components["schemas"]["VerdictDto"] | null;
             }[];
             /** @description Address of the next page; missing on the last one. */
             next?: string | null;
@@ -1946,9 +2019,11 @@ export interface components {
          *     }
          */
         MeasureDto: {
+            /** @description Tells two characteristics of one tool apart: each has a verdict of its own. */
+            name?: string | null;
             /**
              * Format: double
-             * @description Nominal value (mm; degrees for an angle).
+             * @description Nominal value (mm; degrees for an angle); flatness is judged against zero if it is missing.
              */
             nominal_mm?: number | null;
             /** @description Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other. */
@@ -1981,6 +2056,45 @@ export interface components {
             result: unknown;
             /** @description The scan. */
             scan_id: string;
+        };
+        /**
+         * @description What is scanned and measured when somebody presses Start, the same in every browser.
+         * @example {
+         *       "from_mm": -20,
+         *       "measure": [
+         *         {
+         *           "nominal_mm": 18.9,
+         *           "tolerance_mm": 0.05,
+         *           "tool": "sphere"
+         *         }
+         *       ],
+         *       "step_mm": 0.2,
+         *       "to_mm": 20
+         *     }
+         */
+        MeasurementPlanDto: {
+            /**
+             * Format: double
+             * @description Exposure of the frames; missing: as the station thinks best.
+             */
+            exposure_us?: number | null;
+            /**
+             * Format: double
+             * @description First stage position.
+             */
+            from_mm: number;
+            /** @description What is measured on every part; nothing: the parts are scanned only. */
+            measure?: components["schemas"]["MeasureDto"][];
+            /**
+             * Format: double
+             * @description Distance between frames.
+             */
+            step_mm: number;
+            /**
+             * Format: double
+             * @description Last stage position.
+             */
+            to_mm: number;
         };
         /**
          * @description Format of a mesh.
@@ -2269,6 +2383,8 @@ export interface components {
             calibration_id: string;
             /** @description Its frames, if they were kept. */
             capture_id?: string | null;
+            /** @description The measurement that stands for each characteristic, newest first. */
+            characteristics: components["schemas"]["CharacteristicDto"][];
             /** @description Address of the cloud; missing if no point could be computed. */
             cloud?: string | null;
             /**
@@ -2284,6 +2400,8 @@ export interface components {
             name: string;
             /** @description The plan it was made by. */
             plan: unknown;
+            /** @description What it was made for; a verification is no part of the production. */
+            purpose: components["schemas"]["ScanPurpose"];
             /** @description The scan it was computed from again. */
             recomputed_from?: string | null;
             /** @description Figures: points, dropped by reason, self-consistency, envelope. */
@@ -2295,6 +2413,7 @@ export interface components {
              * @example complete
              */
             state: string;
+            verdict?: components["schemas"]["VerdictDto"] | null;
         };
         /**
          * @description How the stage moves during a scan.
@@ -2308,6 +2427,11 @@ export interface components {
         ScanModeDto: "stop_and_go" | "continuous";
         /** @description A scan as it will be run. */
         ScanPlan: {
+            /**
+             * Format: double
+             * @description How long the frames take, from the first motion to the last row, s.
+             */
+            acquisition_s?: number;
             /** @description Depths (z of the camera) in which the part may lie, mm: nearest and farthest. */
             depth_mm: number[];
             /**
@@ -2317,9 +2441,14 @@ export interface components {
             disk_bytes: number;
             /**
              * Format: double
-             * @description How long it will take, s.
+             * @description How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
              */
             duration_s: number;
+            /**
+             * Format: double
+             * @description How long the cloud takes after the last row, s.
+             */
+            evaluation_s?: number;
             /**
              * Format: double
              * @description Exposure of the laser frames, µs.
@@ -2347,6 +2476,11 @@ export interface components {
              * @description Most points the cloud can have.
              */
             max_points: number;
+            /**
+             * Format: double
+             * @description How long the measurements take after that, s.
+             */
+            measuring_s?: number;
             /** @description How the stage moves. */
             mode: components["schemas"]["ScanMode"];
             /** @description Lines: every order sweeps the part on its own. */
@@ -2394,6 +2528,11 @@ export interface components {
             /** @description Depths in which a line's place in the image alone tells its order, mm; beyond, a second look is needed. */
             unambiguous_depth_mm: number[];
         };
+        /**
+         * @description What a scan is made for.
+         * @enum {string}
+         */
+        ScanPurpose: "production" | "verification";
         /** @description Where a scan's frames come from. */
         ScanSourceDto: {
             /** @enum {string} */
@@ -2636,10 +2775,12 @@ export interface components {
              * @description Share of full laser power.
              */
             laser_power?: number | null;
+            /** @description What is measured on it in the same job: the verdict needs nobody to wait for the scan. */
+            measure?: components["schemas"]["MeasureDto"][];
             mode?: components["schemas"]["ScanModeDto"] | null;
             /** @description What a person calls it. */
             name?: string | null;
-            /** @description The partial scan that is continued. */
+            /** @description The partial scan that is continued; it measures what it was begun for. */
             resume_scan_id?: string | null;
             /** @description Where frames come from. */
             source: components["schemas"]["ScanSourceDto"];
@@ -2780,10 +2921,10 @@ export interface components {
          */
         TriggerDto: "free" | "software" | "hardware";
         /**
-         * @description What came of a measurement with a tolerance.
+         * @description How a characteristic or a part was judged; of several the worst counts: `ok` < `undecided` < `invalid` < `not_ok`.
          * @enum {string}
          */
-        VerdictDto: "pass" | "fail" | "undecided" | "invalid";
+        VerdictDto: "ok" | "undecided" | "invalid" | "not_ok";
         /** @description Where the virtual operator of a simulated station is to hold the board. */
         VirtualBoard: {
             /** @enum {string} */
@@ -4189,6 +4330,75 @@ export interface operations {
             507: components["responses"]["Problem"];
         };
     };
+    get_measurement_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    /** @description Its version */
+                    ETag?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MeasurementPlanDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    put_measurement_plan: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description ETag of the plan that is changed, or `*` */
+                "If-Match": string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MeasurementPlanDto"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    /** @description Its version */
+                    ETag?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MeasurementPlanDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
     list_all_measurements: {
         parameters: {
             query?: {
@@ -4230,6 +4440,10 @@ export interface operations {
                 state?: components["schemas"]["ScanStateDto"];
                 /** @description Only those computed with this calibration. */
                 calibration_id?: string;
+                /** @description Only parts with this verdict. */
+                verdict?: components["schemas"]["VerdictDto"];
+                /** @description Only those made for this. */
+                purpose?: components["schemas"]["ScanPurpose"];
                 /** @description Id of the last scan of the page before. */
                 before?: string;
                 /** @description Scans of a page, 1 to 200; 50 if not said. */

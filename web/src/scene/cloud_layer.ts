@@ -8,7 +8,8 @@
 
 import { type Camera, Matrix4, type Vector2, type Vector3 } from "three";
 import { CHUNK_POINTS, type Cloud, type CloudChunk, WORDS } from "./cloud";
-import type { ColourUniforms } from "./layers";
+import { type ColourUniforms, REGION_UNIT } from "./layers";
+import type { RegionGrid } from "./region";
 import { POINT_FRAGMENT, POINT_VERTEX } from "./shaders";
 
 const BYTES_PER_POINT = 2 * WORDS;
@@ -39,6 +40,9 @@ export class CloudLayer {
   n_uploaded = 0;
   private readonly drawn = new Map<CloudChunk, Drawn>();
   private readonly clip = new Matrix4();
+  private grid: RegionGrid | undefined;
+  /** The cells of the grid on the card; undefined until they are needed there. */
+  private cells: WebGLTexture | undefined;
   private program: WebGLProgram;
   private coloured: ColourUniform[] = [];
   private places = new Map<string, WebGLUniformLocation | null>();
@@ -53,7 +57,15 @@ export class CloudLayer {
   /** The context was lost and is there again: nothing of before is on the card. */
   restore(): void {
     this.drawn.clear();
+    this.cells = undefined;
     this.program = this.compile();
+  }
+
+  /** Which points are of the measured feature; undefined: nobody says. */
+  setRegion(grid: RegionGrid | undefined): void {
+    if (this.cells) this.gl.deleteTexture(this.cells);
+    this.cells = undefined;
+    this.grid = grid;
   }
 
   /**
@@ -72,6 +84,11 @@ export class CloudLayer {
     this.clip.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
     gl.uniformMatrix4fv(this.place("u_clip"), false, this.clip.elements);
     for (const uniform of this.coloured) this.set(uniform);
+    if (this.grid) {
+      this.cells ??= this.write3D(this.grid);
+      gl.activeTexture(gl.TEXTURE0 + REGION_UNIT);
+      gl.bindTexture(gl.TEXTURE_3D, this.cells);
+    }
     const [origin, step] = [this.place("u_origin"), this.place("u_step")];
     let n_drawn = 0;
     for (const [chunk, { vertices }] of this.drawn) {
@@ -84,6 +101,7 @@ export class CloudLayer {
       }
     }
     gl.bindVertexArray(null);
+    if (this.grid) gl.bindTexture(gl.TEXTURE_3D, null);
     return n_drawn;
   }
 
@@ -93,7 +111,21 @@ export class CloudLayer {
       this.gl.deleteVertexArray(vertices);
     }
     this.drawn.clear();
+    this.setRegion(undefined);
     this.gl.deleteProgram(this.program);
+  }
+
+  private write3D({ bytes, region }: RegionGrid): WebGLTexture {
+    const { gl } = this;
+    const [nx, ny, nz] = region.size;
+    const cells = gl.createTexture();
+    gl.activeTexture(gl.TEXTURE0 + REGION_UNIT);
+    gl.bindTexture(gl.TEXTURE_3D, cells);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.texImage3D(gl.TEXTURE_3D, 0, gl.R8, nx, ny, nz, 0, gl.RED, gl.UNSIGNED_BYTE, bytes);
+    for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
+      gl.texParameteri(gl.TEXTURE_3D, side, gl.NEAREST);
+    return cells;
   }
 
   private write(chunk: CloudChunk): void {

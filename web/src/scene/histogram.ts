@@ -3,7 +3,7 @@
 import { sigmaOfClass } from "../stream/protocol";
 import type { Cloud } from "./cloud";
 import type { ValueMode, ValueRange } from "./colours";
-import { deviation, type FittedShape } from "./shapes";
+import { type Feature, featureDeviation } from "./region";
 
 /** Points looked at. */
 const SAMPLE_POINTS = 40_000;
@@ -12,23 +12,24 @@ const SAMPLE_POINTS = 40_000;
 const TAIL = 0.01;
 
 /** Values of a mode, evenly taken from all points, sorted; unknown ones are left out. */
-export function sampleValues(cloud: Cloud, mode: ValueMode, shape: FittedShape | undefined): Float32Array {
+export function sampleValues(cloud: Cloud, mode: ValueMode, feature: Feature | undefined): Float32Array {
   const every = Math.max(1, Math.ceil(cloud.n_points / SAMPLE_POINTS));
   const values: number[] = [];
   for (const chunk of cloud.chunks) {
     for (let point = 0; point < chunk.n_points; point += every) {
-      const value = valueAt(mode, chunk.position(point), chunk.attributes(point), shape);
+      const value = valueAt(mode, chunk.position(point), chunk.attributes(point), feature);
       if (Number.isFinite(value)) values.push(value);
     }
   }
   return Float32Array.from(values).sort();
 }
 
-function valueAt(
+/** What a point's colour stands for; `NaN` where it is unknown, or the point is none of the feature. */
+export function valueAt(
   mode: ValueMode,
   at: readonly [number, number, number],
   point: { intensity: number; sigma_class: number },
-  shape: FittedShape | undefined,
+  feature: Feature | undefined,
 ): number {
   switch (mode) {
     case "height":
@@ -38,8 +39,30 @@ function valueAt(
     case "intensity":
       return point.intensity;
     case "deviation":
-      return shape ? 1e3 * deviation(shape, at) : Number.NaN;
+      return feature ? 1e3 * featureDeviation(feature, at) : Number.NaN;
   }
+}
+
+/** How many points are shown where those outside of a range are hidden; points without a value stay. */
+export function countShown(
+  cloud: Cloud,
+  mode: ValueMode,
+  feature: Feature | undefined,
+  range: ValueRange,
+): number {
+  let n_shown = 0;
+  for (const chunk of cloud.chunks) {
+    for (let point = 0; point < chunk.n_points; point++) {
+      if (!isHidden(valueAt(mode, chunk.position(point), chunk.attributes(point), feature), mode, range))
+        n_shown += 1;
+    }
+  }
+  return n_shown;
+}
+
+/** Whether a point with this value is hidden with what is outside; of deviations everything but the feature is. */
+export function isHidden(value: number, mode: ValueMode, { low, high }: ValueRange): boolean {
+  return Number.isNaN(value) ? mode === "deviation" : value < low || value > high;
 }
 
 /** A range that shows nearly all values; that of deviations is symmetric. */

@@ -14,10 +14,13 @@ import {
 } from "three";
 import { COLOUR_MODES, type Colouring, orderTable, palette, rgb } from "./colours";
 import type { Mesh as MeshData } from "./glb";
+import type { Feature } from "./region";
 import { MESH_FRAGMENT, MESH_VERTEX } from "./shaders";
-import type { FittedShape } from "./shapes";
 
 const MM_PER_METRE = 1000;
+
+/** Texture unit of the cells of a feature: three.js counts its own from 0. */
+export const REGION_UNIT = 7;
 
 /** Uniforms of both programs; changing a colour changes these and nothing else. */
 export class ColourUniforms {
@@ -31,6 +34,14 @@ export class ColourUniforms {
     u_shape_point: { value: new Vector3() },
     u_shape_axis: { value: new Vector3(0, 0, 1) },
     u_shape_radius: { value: 0 },
+    u_has_region: { value: false },
+    u_region: { value: REGION_UNIT },
+    u_region_origin: { value: new Vector3() },
+    u_region_cell: { value: 1 },
+    u_region_size: { value: new Vector3(1, 1, 1) },
+    u_band_um: { value: 0 },
+    u_towards: { value: new Vector3(0, 0, 1) },
+    u_shuffle_mm: { value: 0 },
     u_size_px: { value: 2 },
   };
 
@@ -41,7 +52,16 @@ export class ColourUniforms {
     if (mode !== "order") this.set("u_palette", vectors(palette(mode).map(rgb)));
   }
 
-  shape(shape: FittedShape | undefined): void {
+  feature(feature: Feature | undefined): void {
+    const shape = feature?.shape;
+    const region = feature?.grid?.region;
+    this.set("u_has_region", region !== undefined);
+    if (region) {
+      this.set("u_region_origin", new Vector3(...region.origin_mm));
+      this.set("u_region_cell", region.cell_mm);
+      this.set("u_region_size", new Vector3(...region.size));
+      this.set("u_band_um", 1e3 * region.band_mm);
+    }
     this.set("u_shape", shape ? { plane: 1, sphere: 2, cylinder: 3 }[shape.kind] : 0);
     if (!shape) return;
     this.set("u_shape_point", new Vector3(...(shape.kind === "sphere" ? shape.centre_mm : shape.point_mm)));

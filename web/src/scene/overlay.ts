@@ -65,16 +65,39 @@ export class Overlay {
     });
   }
 
-  /** True in parallel projection, and at the target in perspective. */
+  /** Paints scale bar and axes into a picture of so many CSS pixels, for paper. */
+  paint(context: CanvasRenderingContext2D, orbit: Orbit, width_px: number, height_px: number): void {
+    const { left, right, y, told } = barOf(orbit, width_px, height_px);
+    context.strokeStyle = context.fillStyle = "#ffffff";
+    context.lineWidth = 2;
+    context.font = "14px sans-serif";
+    context.textAlign = "center";
+    context.beginPath();
+    context.moveTo(left, y - 5);
+    context.lineTo(left, y);
+    context.lineTo(right, y);
+    context.lineTo(right, y - 5);
+    context.stroke();
+    context.fillText(told, (left + right) / 2, y - 9);
+    const { right: across, up } = orbit.basis();
+    const [x0, y0] = [CORNER_PX, height_px - CORNER_PX];
+    for (const { name, direction } of AXES) {
+      const [x, y, z] = direction;
+      const [dx, dy] = [across.x * x + across.y * y + across.z * z, up.x * x + up.y * y + up.z * z];
+      context.beginPath();
+      context.moveTo(x0, y0);
+      context.lineTo(x0 + AXIS_PX * dx, y0 - AXIS_PX * dy);
+      context.stroke();
+      context.fillText(name, x0 + 1.35 * AXIS_PX * dx, y0 - 1.35 * AXIS_PX * dy + 4);
+    }
+  }
+
   private drawBar(orbit: Orbit, width_px: number, height_px: number): void {
-    const px_per_mm = height_px / 2 / orbit.half_height_mm;
-    const length_mm = roundLength(BAR_PX / px_per_mm);
-    const [right, y] = [width_px - 16, height_px - 18];
-    const left = right - length_mm * px_per_mm;
+    const { left, right, y, told } = barOf(orbit, width_px, height_px);
     this.bar.setAttribute("d", `M${left},${y - 5}v5H${right}v-5`);
     this.bar_text.style.right = `${width_px - right}px`;
     this.bar_text.style.width = `${right - left}px`;
-    this.bar_text.textContent = length_mm < 0.1 ? `${Math.round(1000 * length_mm)} µm` : `${length_mm} mm`;
+    this.bar_text.textContent = told;
   }
 
   private drawMarks(clip: Projection, marks: readonly Vec3[], width_px: number, height_px: number): void {
@@ -96,6 +119,15 @@ export class Overlay {
     });
     this.marks.replaceChildren(...parts);
   }
+}
+
+/** A bar of a round length in the right lower corner: true in parallel projection, and at the target in perspective. */
+function barOf(orbit: Orbit, width_px: number, height_px: number) {
+  const px_per_mm = height_px / 2 / orbit.half_height_mm;
+  const length_mm = roundLength(BAR_PX / px_per_mm);
+  const [right, y] = [width_px - 16, height_px - 18];
+  const told = length_mm < 0.1 ? `${Math.round(1000 * length_mm)} µm` : `${length_mm} mm`;
+  return { left: right - length_mm * px_per_mm, right, y, told };
 }
 
 /** The largest of 1, 2, 5 · 10ⁿ not above a length. */

@@ -48,11 +48,16 @@ export function project(
   return [((row(0) / w + 1) / 2) * width_px, ((1 - row(1) / w) / 2) * height_px, row(2) / w];
 }
 
-/** The point under the pointer. */
-export function pick(cloud: Cloud, clip: Projection, pointer: Pointer): Picked | undefined {
+/** The point under the pointer; those that are `hidden` are not there. */
+export function pick(
+  cloud: Cloud,
+  clip: Projection,
+  pointer: Pointer,
+  hidden?: (chunk: CloudChunk, point: number) => boolean,
+): Picked | undefined {
   let best: { chunk: CloudChunk; point: number; off_px: number; depth: number } | undefined;
   for (const chunk of cloud.chunks) {
-    const near = chunkSearch(chunk, clip, pointer);
+    const near = chunkSearch(chunk, clip, pointer, hidden);
     if (near && (!best || nearer(near, best))) best = { chunk, ...near };
   }
   return best && described(best.chunk, best.point);
@@ -74,6 +79,7 @@ function chunkSearch(
   chunk: CloudChunk,
   clip: Projection,
   pointer: Pointer,
+  hidden?: (chunk: CloudChunk, point: number) => boolean,
 ): (Candidate & { point: number }) | undefined {
   const matrix = stepped(clip, chunk);
   const [m0, m1, m3, m4, m5, m7, m8, m9, m11, m12, m13, m15] = [0, 1, 3, 4, 5, 7, 8, 9, 11, 12, 13, 15].map(
@@ -100,7 +106,7 @@ function chunkSearch(
           (matrix[10] as number) * z +
           (matrix[14] as number)) /
         w;
-      if (depth < -1 || depth > 1) continue;
+      if (depth < -1 || depth > 1 || hidden?.(chunk, point)) continue;
       if (!best || nearer({ off_px, depth }, best)) best = { point, off_px, depth };
     }
   }

@@ -25,6 +25,8 @@ uniform int u_shape;
 uniform vec3 u_shape_point;
 uniform vec3 u_shape_axis;
 uniform float u_shape_radius;
+uniform bool u_has_region;
+uniform float u_band_um;
 const vec3 UNKNOWN = vec3(0.604, 0.627, 0.651);
 
 float deviation_um(vec3 at) {
@@ -57,10 +59,42 @@ uniform int u_mode;
 uniform bool u_hide_outside;
 uniform vec3 u_orders[${N_ORDERS + 1}];
 uniform float u_size_px;
+uniform highp sampler3D u_region;
+uniform vec3 u_region_origin;
+uniform float u_region_cell;
+uniform vec3 u_region_size;
+uniform vec3 u_towards;
+uniform float u_shuffle_mm;
 in float intensity;
 in float order_sigma;
 flat out vec3 v_colour;
 ${COLOUR_BY_VALUE}
+/** Whether the server counts the place to the feature. */
+bool belongs(vec3 at, float value) {
+  if (!u_has_region) return true;
+  vec3 cell = floor((at - u_region_origin) / u_region_cell);
+  if (any(lessThan(cell, vec3(0.0))) || any(greaterThanEqual(cell, u_region_size))) return false;
+  return abs(value) <= u_band_um && texelFetch(u_region, ivec3(cell), 0).r > 0.5;
+}
+
+/** The place on the fitted shape that is nearest. */
+vec3 foot(vec3 at) {
+  vec3 from = at - u_shape_point;
+  float along = dot(u_shape_axis, from);
+  if (u_shape == 1) return at - along * u_shape_axis;
+  if (u_shape == 2) return u_shape_point + u_shape_radius * normalize(from);
+  vec3 radial = from - along * u_shape_axis;
+  return u_shape_point + along * u_shape_axis + u_shape_radius * normalize(radial);
+}
+
+/** 0 to 1, the same for a point in every picture, and nothing to do with where it is. */
+float lot(vec3 steps) {
+  uvec3 at = uvec3(steps);
+  uint bits = at.x * 73856093u ^ at.y * 19349663u ^ at.z * 83492791u;
+  bits = (bits ^ (bits >> 13)) * 1274126177u;
+  return float((bits ^ (bits >> 16)) & 65535u) / 65535.0;
+}
+
 void main() {
   vec3 at = u_origin + u_step * position;
   gl_Position = u_clip * vec4(at, 1.0);
@@ -80,13 +114,19 @@ void main() {
   } else if (u_mode == 3) {
     value = intensity;
   } else if (u_mode == 4) {
-    known = u_shape > 0;
     value = deviation_um(at);
+    known = u_shape > 0 && belongs(at, value);
+    if (known) {
+      // Of points that overlap chance decides which is seen: by depth it would always be those on one side of the
+      // surface, and by order of drawing those of one diffraction order.
+      vec4 deep = u_clip * vec4(foot(at) + u_towards * (lot(position) - 0.5) * u_shuffle_mm, 1.0);
+      gl_Position.z = deep.z / deep.w * gl_Position.w;
+    }
   }
   v_colour = known ? colour_of(value) : UNKNOWN;
   // A place behind the far plane is drawn by nobody.
   bool outside = value < u_range.x || value > u_range.y;
-  if (u_hide_outside && known && outside) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
+  if (u_hide_outside && (known ? outside : u_mode == 4)) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
 }
 `;
 
@@ -124,8 +164,9 @@ void main() {
   bool by_value = u_mode == 1 || (u_mode == 4 && u_shape > 0);
   if (by_value) {
     float value = u_mode == 1 ? v_in_part.z : deviation_um(v_in_part);
-    if (u_hide_outside && (value < u_range.x || value > u_range.y)) discard;
-    base = colour_of(value);
+    bool far = u_mode == 4 && u_has_region && abs(value) > u_band_um;
+    if (u_hide_outside && (far || value < u_range.x || value > u_range.y)) discard;
+    base = far ? UNKNOWN : colour_of(value);
   }
   colour = vec4(light * base, 1.0);
 }

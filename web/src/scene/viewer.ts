@@ -5,19 +5,21 @@
  * Everything on the card has a copy in memory: a lost WebGL context is filled again from it.
  */
 
-import { Matrix4, Scene, WebGLRenderer } from "three";
+import { Matrix4, Scene, Vector3, WebGLRenderer } from "three";
 import type { PointsBlock } from "../stream/protocol";
-import { Cloud, LANES } from "./cloud";
+import { Cloud, type CloudChunk, LANES } from "./cloud";
 import { CloudLayer } from "./cloud_layer";
 import type { Colouring } from "./colours";
 import { Controls } from "./controls";
 import type { Mesh } from "./glb";
+import { isHidden, valueAt } from "./histogram";
 import { ColourUniforms, MeshLayer } from "./layers";
 import { Orbit, type ViewName } from "./orbit";
 import { Overlay } from "./overlay";
 import { Pace } from "./pace";
 import { type Picked, pick } from "./picking";
-import type { FittedShape, Vec3 } from "./shapes";
+import type { Feature } from "./region";
+import type { Vec3 } from "./shapes";
 
 /** Time of a frame for writing points; the rest of 8 ms is for drawing. */
 const WRITE_BUDGET_MS = 2;
@@ -72,6 +74,8 @@ export class CloudViewer {
   private mesh: MeshLayer | undefined;
   private waiting: PointsBlock[] = [];
   private marks: readonly Vec3[] = [];
+  private colouring: Colouring | undefined;
+  private feature: Feature | undefined;
   private shown = { cloud: true, mesh: false };
   private frame = 0;
   private last_frame_ms = 0;
@@ -125,6 +129,7 @@ export class CloudViewer {
     this.layer.dispose();
     this.layer = new CloudLayer(this.gl, this.uniforms);
     this.layer.visible = this.shown.cloud;
+    this.layer.setRegion(this.feature?.grid);
     this.cloud = new Cloud();
     this.waiting = [];
     this.marks = [];
@@ -135,13 +140,16 @@ export class CloudViewer {
   }
 
   colour(colouring: Colouring): void {
+    this.colouring = colouring;
     this.uniforms.colour(colouring);
     this.invalidate();
   }
 
-  /** The shape from which deviations are told. */
-  deviateFrom(shape: FittedShape | undefined): void {
-    this.uniforms.shape(shape);
+  /** The feature from which deviations are told. */
+  deviateFrom(feature: Feature | undefined): void {
+    this.feature = feature;
+    this.uniforms.feature(feature);
+    this.layer.setRegion(feature?.grid);
     this.invalidate();
   }
 
@@ -185,16 +193,33 @@ export class CloudViewer {
   pickAt(x_px: number, y_px: number): void {
     if (!this.shown.cloud) return;
     const { clientWidth: width_px, clientHeight: height_px } = this.canvas;
-    const picked = pick(this.cloud, this.clip(), { x_px, y_px, width_px, height_px });
+    const picked = pick(this.cloud, this.clip(), { x_px, y_px, width_px, height_px }, this.hides());
     if (picked) this.events.onPicked?.(picked);
   }
 
-  /** What is seen now, as the address of a PNG; undefined while the graphics card is lost. */
+  /** Which points are not drawn now; undefined where all are. */
+  private hides(): ((chunk: CloudChunk, point: number) => boolean) | undefined {
+    const { colouring, feature } = this;
+    if (!colouring?.hide_outside || colouring.mode === "order") return undefined;
+    const { mode, range } = colouring;
+    return (chunk, point) =>
+      isHidden(valueAt(mode, chunk.position(point), chunk.attributes(point), feature), mode, range);
+  }
+
+  /** What is seen now with its scale, as the address of a PNG; undefined while the graphics card is lost. */
   snapshot(): string | undefined {
     if (this.lost) return undefined;
     // A canvas keeps its picture only until the browser has shown it.
     this.render();
-    return this.canvas.toDataURL("image/png");
+    const { clientWidth: width_px, clientHeight: height_px, width, height } = this.canvas;
+    const picture = document.createElement("canvas");
+    [picture.width, picture.height] = [width, height];
+    const context = picture.getContext("2d");
+    if (!context || width_px === 0) return undefined;
+    context.drawImage(this.canvas, 0, 0);
+    context.scale(width / width_px, height / height_px);
+    this.overlay.paint(context, this.orbit, width_px, height_px);
+    return picture.toDataURL("image/png");
   }
 
   figures(): ViewerFigures {
@@ -272,7 +297,12 @@ export class CloudViewer {
     const camera = this.orbit.camera();
     const px_per_mm = this.canvas.height / 2 / this.orbit.half_height_mm;
     const least_px = 1.5 * this.renderer.getPixelRatio();
-    this.uniforms.set("u_size_px", Math.min(12, Math.max(least_px, SPACING_MM * px_per_mm)));
+    const size_px = Math.min(12, Math.max(least_px, SPACING_MM * px_per_mm));
+    this.uniforms.set("u_size_px", size_px);
+    // Points that overlap in the picture are shuffled over more than the depth they differ by.
+    this.uniforms.set("u_shuffle_mm", (2 * size_px) / px_per_mm);
+    const towards = camera.matrixWorld.elements;
+    this.uniforms.set("u_towards", new Vector3(towards[8], towards[9], towards[10]).normalize());
     this.renderer.render(this.scene, camera);
     this.n_drawn = this.layer.draw(this.cloud, camera, this.pace.thinning);
     this.renderer.resetState();

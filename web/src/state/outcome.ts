@@ -1,29 +1,31 @@
-/** What a scanned part is called at a glance. */
+/** What a scanned part is called at a glance. The verdict is the server's. */
 
-import type { Measured, ScannedPart } from "./scanned";
+import type { Measured, ScannedPart, Verdict } from "./scanned";
 
-/** `invalid`: frames were lost, no verdict may stand on it. `measured`: a value without tolerance. */
-export type Outcome = "pass" | "fail" | "undecided" | "invalid" | "partial" | "measured" | "scanned";
+/** A verdict, or why there is none. `measured`: a value without tolerance. */
+export type Outcome = Verdict | "partial" | "measured" | "scanned";
 
-/** The measurement that stands for the part: the newest with a verdict, else the newest. */
+/** From the best to the worst. */
+export const VERDICTS: readonly Verdict[] = ["ok", "undecided", "invalid", "not_ok"];
+
+/** The characteristic that stands for the part: the worst of the judged ones, else the newest. */
 export function standing({ measured }: ScannedPart): Measured | undefined {
-  return measured.find((one) => one.verdict !== undefined) ?? measured[0];
+  const worst = [...VERDICTS].reverse().find((verdict) => measured.some((one) => one.verdict === verdict));
+  return measured.find((one) => worst !== undefined && one.verdict === worst) ?? measured[0];
 }
 
-export function outcomeOf(part: ScannedPart): Outcome {
-  if (part.scan.state === "invalid") return "invalid";
-  if (part.scan.state === "partial") return "partial";
-  const measured = standing(part);
-  if (!measured) return "scanned";
-  return measured.verdict ?? "measured";
+export function outcomeOf({ scan, measured }: ScannedPart): Outcome {
+  if (scan.verdict) return scan.verdict;
+  if (scan.state === "partial") return "partial";
+  return measured.length > 0 ? "measured" : "scanned";
 }
 
 /** A sign that says the same without colour. */
 export const SIGN: Record<Outcome, string> = {
-  pass: "✓",
-  fail: "✕",
+  ok: "✓",
   undecided: "?",
   invalid: "!",
+  not_ok: "✕",
   partial: "…",
   measured: "•",
   scanned: "–",

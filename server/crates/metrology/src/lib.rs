@@ -13,6 +13,7 @@ mod noise;
 mod orders;
 mod outline;
 pub mod params;
+mod part_verdict;
 mod ransac;
 mod request;
 mod robust;
@@ -24,6 +25,7 @@ mod verdict;
 
 pub use measure::measure;
 pub use measurement::{ErrorSummary, FittedFeature, Measurement, OrderRow, Unit};
+pub use part_verdict::{CharacteristicKey, PartVerdict, part_verdict};
 pub use request::{MeasureError, MeasureRequest, Region, Tool};
 pub use shape::Shape;
 pub use verdict::{Verdict, verdict};

@@ -326,5 +326,6 @@ fn fitted(samples: &Samples, feature: &Found) -> FittedFeature {
         n_outliers: feature.n_outliers,
         n_border: feature.n_border,
         rms_mm: (square / feature.inliers.len() as f64).sqrt(),
+        cloud_indices: feature.inliers.iter().map(|&idx| samples.at(idx).cloud_idx as u32).collect(),
     }
 }

@@ -68,6 +68,8 @@ pub struct FittedFeature {
     pub n_border: usize,
     /// RMS of the residuals along the normal, mm.
     pub rms_mm: f64,
+    /// The points the fit rests on, by their place in the cloud.
+    pub cloud_indices: Vec<u32>,
 }
 
 /// One line of the table by orders.

@@ -15,8 +15,8 @@ impl Verdict {
     /// The word for it.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Pass => "pass",
-            Self::Fail => "fail",
+            Self::Pass => "ok",
+            Self::Fail => "not_ok",
             Self::Undecided => "undecided",
         }
     }

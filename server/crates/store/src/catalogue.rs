@@ -167,8 +167,8 @@ pub struct MeasurementFilter {
     pub scan_id: Option<String>,
     /// Only those whose request asked for this `tool`.
     pub tool: Option<String>,
-    /// Only those whose result has this `verdict`.
-    pub verdict: Option<String>,
+    /// Only those whose result has one of these as its `verdict`; none: whatever it is.
+    pub verdicts: Vec<String>,
 }
 
 /// A row that is not what was written.

@@ -118,7 +118,7 @@ async fn activate(app: &App, path: &Path) -> Result<(), Problem> {
         created_at_ms: now_ms(),
     };
     app.ledger.commit(vec![Change::InsertCalibration(record)]).await?;
-    app.calibrations.activate(&id, None, "bench").await?;
+    app.calibrations.activate(&id, None, "bench", None).await?;
     Ok(())
 }
 

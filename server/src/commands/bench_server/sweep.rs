@@ -15,7 +15,7 @@ use crate::commands::bench_server::load::{SCAN, STEP_MM};
 use crate::commands::bench_server::threads::{Work, between, by_name};
 use crate::control::Authority;
 use crate::failure::{Exit, Failure};
-use crate::jobs::{JobInput, ScanInput, ScanMode, ScanSource};
+use crate::jobs::{JobInput, ScanInput, ScanMode, ScanPurpose, ScanSource};
 
 /// The part of a sweep in which threads are looked at: after the first frames, which ask for memory, and before the end.
 const LOOKED_AT: [f64; 2] = [0.25, 0.9];
@@ -58,6 +58,8 @@ pub async fn sweep(app: &App, args: &BenchServerArgs, seen: &AtomicU64) -> Resul
         keep_frames: false,
         calibration_id: None,
         resume_scan_id: None,
+        measure: Vec::new(),
+        purpose: ScanPurpose::Production,
     };
     let (arrived, dropped_before) = counts(app);
     let authority = Authority { holder: None, epoch: app.station.stop_epoch() };

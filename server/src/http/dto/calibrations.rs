@@ -113,6 +113,9 @@ pub struct ActiveDto {
 pub struct ActivateDto {
     /// Its id.
     pub calibration_id: String,
+    /// Activate although its newest verification is not `ok`; without this it is refused with 409. The log says so.
+    #[serde(default)]
+    pub despite_verification: bool,
 }
 
 /// An entry of the log of activations.

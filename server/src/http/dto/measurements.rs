@@ -1,16 +1,16 @@
 //! Measurements on the wire.
 
-use metrology::{MeasureRequest, Region, Tool, Verdict};
+use metrology::{PartVerdict, Tool};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 use store::MeasurementRecord;
 use utoipa::{IntoParams, ToSchema};
 
-use crate::measurements::INVALID;
-use crate::problem::{Problem, ProblemKind};
+use crate::jobs::MeasureInput;
+use crate::parts::verdict_in;
 
 /// What to measure.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ToolDto {
     /// Distance of the dominant plane from the origin of the part frame.
@@ -29,28 +29,45 @@ pub enum ToolDto {
     Flatness,
 }
 
-/// What came of a measurement with a tolerance.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+/// How a characteristic or a part was judged; of several the worst counts: `ok` < `undecided` < `invalid` < `not_ok`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum VerdictDto {
-    /// Within the tolerance beyond doubt.
-    Pass,
-    /// Outside of it beyond doubt.
-    Fail,
-    /// Neither could be proved.
+    /// Within the limits beyond doubt.
+    Ok,
+    /// Too close to a limit to decide.
     Undecided,
-    /// Frames of the scan were lost.
+    /// Not measurable, or frames of the scan were lost: a reject.
     Invalid,
+    /// Outside the limits beyond doubt.
+    NotOk,
 }
 
 impl VerdictDto {
     /// The word for it.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Pass => Verdict::Pass.name(),
-            Self::Fail => Verdict::Fail.name(),
-            Self::Undecided => Verdict::Undecided.name(),
-            Self::Invalid => INVALID,
+        PartVerdict::from(self).name()
+    }
+}
+
+impl From<VerdictDto> for PartVerdict {
+    fn from(dto: VerdictDto) -> Self {
+        match dto {
+            VerdictDto::Ok => Self::Ok,
+            VerdictDto::Undecided => Self::Undecided,
+            VerdictDto::Invalid => Self::Invalid,
+            VerdictDto::NotOk => Self::NotOk,
+        }
+    }
+}
+
+impl From<PartVerdict> for VerdictDto {
+    fn from(verdict: PartVerdict) -> Self {
+        match verdict {
+            PartVerdict::Ok => Self::Ok,
+            PartVerdict::Undecided => Self::Undecided,
+            PartVerdict::Invalid => Self::Invalid,
+            PartVerdict::NotOk => Self::NotOk,
         }
     }
 }
@@ -72,13 +89,16 @@ pub struct MeasurementsQuery {
 }
 
 /// What to measure, and what it should be.
-#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({ "tool": "sphere", "nominal_mm": 18.9 }))]
 pub struct MeasureDto {
     /// What to measure.
     pub tool: ToolDto,
-    /// Nominal value (mm; degrees for an angle).
+    /// Tells two characteristics of one tool apart: each has a verdict of its own.
+    #[schema(max_length = 100)]
+    pub name: Option<String>,
+    /// Nominal value (mm; degrees for an angle); flatness is judged against zero if it is missing.
     pub nominal_mm: Option<f64>,
     /// Symmetric tolerance around the nominal; asks for a verdict by ISO 14253-1.
     #[schema(exclusive_minimum = 0.0)]
@@ -107,8 +127,25 @@ pub struct MeasurementDto {
 
 impl From<MeasurementRecord> for MeasurementDto {
     fn from(record: MeasurementRecord) -> Self {
-        let MeasurementRecord { id, scan_id, request, result, created_at_ms } = record;
+        let verdict = verdict_in(&record);
+        let MeasurementRecord { id, scan_id, request, mut result, created_at_ms } = record;
+        // Records of earlier versions have other words.
+        result["verdict"] = json!(verdict.map(PartVerdict::name));
         Self { id, scan_id, request, result, created_at_ms }
+    }
+}
+
+impl From<Tool> for ToolDto {
+    fn from(tool: Tool) -> Self {
+        match tool {
+            Tool::Plane => Self::Plane,
+            Tool::Sphere => Self::Sphere,
+            Tool::Cylinder => Self::Cylinder,
+            Tool::Step => Self::Step,
+            Tool::Distance => Self::Distance,
+            Tool::Angle => Self::Angle,
+            Tool::Flatness => Self::Flatness,
+        }
     }
 }
 
@@ -126,25 +163,57 @@ impl From<ToolDto> for Tool {
     }
 }
 
-impl TryFrom<MeasureDto> for MeasureRequest {
-    type Error = Problem;
+impl From<MeasureDto> for MeasureInput {
+    fn from(dto: MeasureDto) -> Self {
+        let MeasureDto { tool, name, nominal_mm, tolerance_mm, region_mm, seed } = dto;
+        let tool = Tool::from(tool).name().to_owned();
+        Self { tool, name, nominal_mm, tolerance_mm, region_mm, seed }
+    }
+}
 
-    fn try_from(dto: MeasureDto) -> Result<Self, Problem> {
-        if dto.tolerance_mm.is_some() && dto.nominal_mm.is_none() {
-            return Err(Problem::new(ProblemKind::Impossible, "a tolerance needs a nominal")
-                .at("/tolerance_mm")
-                .remedy("give nominal_mm too"));
+/// The measurement that stands for a characteristic of a part: the newest with a verdict, else the newest.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct CharacteristicDto {
+    /// The measurement.
+    pub measurement_id: String,
+    /// With what.
+    pub tool: String,
+    /// Which one, where a tool is used more than once.
+    pub name: Option<String>,
+    /// `mm` or `°`, of all figures but the RMSE.
+    pub unit: String,
+    /// What was found; missing if it could not be measured.
+    pub value: Option<f64>,
+    /// U, k = 2.
+    pub expanded_uncertainty: Option<f64>,
+    /// What it should be.
+    pub nominal: Option<f64>,
+    /// Symmetric limits around the nominal.
+    pub tolerance: Option<f64>,
+    /// Root mean square of the points' distances from the fitted feature, mm.
+    pub rmse_mm: Option<f64>,
+    /// How it was judged; missing without a tolerance.
+    pub verdict: Option<VerdictDto>,
+    /// When it was measured, wall clock, ms since 1970.
+    pub created_at_ms: i64,
+}
+
+impl From<&MeasurementRecord> for CharacteristicDto {
+    fn from(record: &MeasurementRecord) -> Self {
+        let (request, result) = (&record.request, &record.result);
+        let text = |value: &Value| value.as_str().map(str::to_owned);
+        Self {
+            measurement_id: record.id.clone(),
+            tool: text(&request["tool"]).unwrap_or_default(),
+            name: text(&request["name"]),
+            unit: text(&result["unit"]).unwrap_or_else(|| "mm".to_owned()),
+            value: result["value"].as_f64(),
+            expanded_uncertainty: result["expanded_uncertainty"].as_f64(),
+            nominal: result["nominal"].as_f64(),
+            tolerance: result["tolerance"].as_f64(),
+            rmse_mm: result["errors"]["rmse_mm"].as_f64(),
+            verdict: verdict_in(record).map(VerdictDto::from),
+            created_at_ms: record.created_at_ms,
         }
-        let region = dto.region_mm.map(|[x, y, z, other_x, other_y, other_z]| {
-            let pairs = [(x, other_x), (y, other_y), (z, other_z)];
-            Region { min_mm: pairs.map(|(a, b)| a.min(b)), max_mm: pairs.map(|(a, b)| a.max(b)) }
-        });
-        Ok(Self {
-            nominal_mm: dto.nominal_mm,
-            tolerance_mm: dto.tolerance_mm,
-            seed: dto.seed.unwrap_or(1),
-            region,
-            ..Self::new(dto.tool.into())
-        })
     }
 }

@@ -7,6 +7,7 @@ pub mod devices;
 pub mod differences;
 pub mod events;
 pub mod jobs;
+pub mod measurement_plan;
 pub mod measurements;
 pub mod profiles;
 pub mod scans;

@@ -2,10 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use store::{ScanRecord, ScanState};
+use store::ScanState;
 use utoipa::{IntoParams, ToSchema};
 
-use crate::jobs::{ExportInput, ScanInput, ScanMode, ScanSource, VerifyInput};
+use crate::http::dto::measurements::{CharacteristicDto, MeasureDto, VerdictDto};
+use crate::jobs::{ExportInput, MeasureInput, ScanInput, ScanMode, ScanPurpose, ScanSource, VerifyInput};
+use crate::parts::{Part, purpose_of};
 
 /// What a scan is worth.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
@@ -49,6 +51,10 @@ pub struct ScansQuery {
     pub state: Option<ScanStateDto>,
     /// Only those computed with this calibration.
     pub calibration_id: Option<String>,
+    /// Only parts with this verdict.
+    pub verdict: Option<VerdictDto>,
+    /// Only those made for this.
+    pub purpose: Option<ScanPurpose>,
     /// Id of the last scan of the page before.
     pub before: Option<String>,
     /// Scans of a page, 1 to 200; 50 if not said.
@@ -114,8 +120,12 @@ pub struct StartScanDto {
     pub keep_frames: bool,
     /// With which calibration; missing: the active one.
     pub calibration_id: Option<String>,
-    /// The partial scan that is continued.
+    /// The partial scan that is continued; it measures what it was begun for.
     pub resume_scan_id: Option<String>,
+    /// What is measured on it in the same job: the verdict needs nobody to wait for the scan.
+    #[serde(default)]
+    #[schema(max_items = 50)]
+    pub measure: Vec<MeasureDto>,
 }
 
 /// Compute a scan again.
@@ -262,6 +272,12 @@ pub struct ScanDto {
     /// `complete`, `partial` (can be resumed), `invalid` (frames were lost: never the base of a verdict).
     #[schema(example = "complete")]
     pub state: &'static str,
+    /// The verdict on the part: of every characteristic the newest, of these the worst; missing if none was asked for.
+    pub verdict: Option<VerdictDto>,
+    /// The measurement that stands for each characteristic, newest first.
+    pub characteristics: Vec<CharacteristicDto>,
+    /// What it was made for; a verification is no part of the production.
+    pub purpose: ScanPurpose,
     /// The calibration of the cloud.
     pub calibration_id: String,
     /// The plan it was made by.
@@ -287,9 +303,13 @@ pub fn scan_href(id: &str) -> String {
     format!("/api/v1/scans/{id}")
 }
 
-impl From<ScanRecord> for ScanDto {
-    fn from(record: ScanRecord) -> Self {
+impl From<Part> for ScanDto {
+    fn from(part: Part) -> Self {
+        let record = part.scan;
         Self {
+            verdict: part.verdict.map(VerdictDto::from),
+            characteristics: part.measured.iter().map(CharacteristicDto::from).collect(),
+            purpose: purpose_of(&record),
             cloud: record.cloud.as_ref().map(|_| format!("{}/cloud", scan_href(&record.id))),
             state: match record.state {
                 ScanState::Complete => "complete",
@@ -337,6 +357,8 @@ impl From<StartScanDto> for ScanInput {
             keep_frames: dto.keep_frames,
             calibration_id: dto.calibration_id,
             resume_scan_id: dto.resume_scan_id,
+            measure: dto.measure.into_iter().map(MeasureInput::from).collect(),
+            purpose: ScanPurpose::Production,
         }
     }
 }

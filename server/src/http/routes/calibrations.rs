@@ -4,6 +4,7 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
+use metrology::PartVerdict;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
@@ -22,6 +23,7 @@ use crate::http::headers::CSP_REPORT;
 use crate::http::idempotency::at_most_once;
 use crate::http::paging::{ListDto, PageQuery};
 use crate::jobs::JobInput;
+use crate::parts::newest_verification;
 use crate::problem::{Problem, ProblemKind};
 use crate::residuals::Residuals;
 
@@ -153,7 +155,8 @@ async fn list_activations(
     Ok(Json(ListDto::new("/api/v1/calibrations/activations", &page, records, ActivationDto::from)))
 }
 
-/// Makes a calibration the active one; a logged act.
+/// Makes a calibration the active one; a logged act. Refused with 409 if its newest verification is not `ok`, unless
+/// the request says that this is known.
 #[utoipa::path(
     put, path = "/calibrations/active", tag = "calibrations", request_body = ActivateDto,
     params(
@@ -172,7 +175,17 @@ async fn activate_calibration(
     let sure = headers.contains_key(header::IF_MATCH);
     let expected = sure.then(|| active.and_then(|activation| activation.calibration_id));
     let actor = app.control.actor(&headers);
-    let act = app.calibrations.activate(&body.value.calibration_id, expected, &actor).await?;
+    let id = &body.value.calibration_id;
+    let verified = newest_verification(&app.ledger, id).await?.and_then(|part| part.verdict);
+    if let Some(verdict) = verified.filter(|verdict| *verdict != PartVerdict::Ok)
+        && !body.value.despite_verification
+    {
+        let detail = format!("the newest verification of calibration {id} is {}", verdict.label());
+        return Err(Problem::new(ProblemKind::Conflict, detail)
+            .at("/despite_verification")
+            .remedy("verify it again, or send \"despite_verification\": true to activate it nevertheless"));
+    }
+    let act = app.calibrations.activate(id, expected, &actor, verified).await?;
     Ok(Versioned(active_version(Some(&act)), Json(Some(act).into())))
 }
 

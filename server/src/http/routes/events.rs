@@ -24,7 +24,7 @@ use crate::http::dto::events::{EventDto, EventListDto};
 use crate::http::dto::jobs::JobDto;
 use crate::http::extract::ApiQuery;
 use crate::http::paging::{DamagedDto, page};
-use crate::jobs::JobView;
+use crate::jobs::JobNews;
 use crate::problem::{Problem, ProblemKind};
 
 const LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
@@ -105,16 +105,18 @@ struct Follower {
     damaged: VecDeque<DamagedRow>,
     named: HashSet<String>,
     newest: watch::Receiver<i64>,
-    progress: watch::Receiver<Option<JobView>>,
+    progress: watch::Receiver<JobNews>,
+    /// Number of the last progress that was told.
+    told: u64,
     next_progress: Instant,
 }
 
 impl Follower {
     fn new(app: App, seen: i64) -> Self {
-        let (newest, mut progress) = (app.ledger.watch_events(), app.jobs.watch_progress());
-        progress.mark_unchanged();
+        let (newest, progress) = (app.ledger.watch_events(), app.jobs.watch_progress());
+        let told = progress.borrow().last();
         let (waiting, damaged, named) = (VecDeque::new(), VecDeque::new(), HashSet::new());
-        Self { app, seen, waiting, damaged, named, newest, progress, next_progress: Instant::now() }
+        Self { app, seen, waiting, damaged, named, newest, progress, told, next_progress: Instant::now() }
     }
 
     /// The next thing to tell; `None` ends the stream.
@@ -139,7 +141,7 @@ impl Follower {
             tokio::select! {
                 () = self.app.closing.closed() => return None,
                 changed = self.newest.changed() => changed.ok()?,
-                event = progress(&mut self.progress, self.next_progress) => {
+                event = progress(&mut self.progress, &mut self.told, self.next_progress) => {
                     self.next_progress = Instant::now() + SSE_PROGRESS_PERIOD;
                     return event;
                 }
@@ -148,15 +150,13 @@ impl Follower {
     }
 }
 
-async fn progress(jobs: &mut watch::Receiver<Option<JobView>>, not_before: Instant) -> Option<Event> {
+async fn progress(jobs: &mut watch::Receiver<JobNews>, told: &mut u64, not_before: Instant) -> Option<Event> {
     tokio::time::sleep_until(not_before).await;
-    loop {
-        jobs.changed().await.ok()?;
-        let view = jobs.borrow_and_update().clone();
-        if let Some(view) = view {
-            return Event::default().event("job.progress").json_data(JobDto::from(view)).ok();
-        }
-    }
+    let seen = *told;
+    let news = jobs.wait_for(|news| news.after(seen).is_some()).await.ok()?;
+    let (number, view) = news.after(seen)?;
+    *told = number;
+    Event::default().event("job.progress").json_data(JobDto::from(view.clone())).ok()
 }
 
 fn durable(record: EventRecord) -> Option<Event> {

@@ -3,19 +3,20 @@
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
-use metrology::{MeasureRequest, Tool};
+use metrology::{PartVerdict, Tool};
 use store::MeasurementFilter;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::app::App;
 use crate::http::answers::Reply;
-use crate::http::conversions::blocking;
+use crate::http::conversions::{blocking, label};
 use crate::http::dto::measurements::{MeasureDto, MeasurementDto, MeasurementsQuery, VerdictDto};
 use crate::http::dto::scans::scan_href;
 use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::http::idempotency::{Begun, begin};
 use crate::http::paging::{ListDto, PageQuery, page, path_with};
+use crate::jobs::MeasureInput;
 use crate::measurements::{changes, measurement};
 use crate::problem::Problem;
 use crate::stored_calibration::stored_document;
@@ -43,9 +44,17 @@ async fn list_all_measurements(
     let verdict = query.verdict.map(VerdictDto::word);
     let path = path_with("/api/v1/measurements", &[("tool", tool), ("verdict", verdict)]);
     let filter =
-        MeasurementFilter { scan_id: None, tool: tool.map(str::to_owned), verdict: verdict.map(str::to_owned) };
+        MeasurementFilter { scan_id: None, tool: tool.map(str::to_owned), verdicts: words_of(query.verdict) };
     let listed = app.ledger.read().measurements(&filter, &page).await?;
     Ok(Json(ListDto::new(&path, &page, listed, MeasurementDto::from)))
+}
+
+/// A verdict's word, and the one that records of earlier versions have.
+fn words_of(verdict: Option<VerdictDto>) -> Vec<String> {
+    let Some(verdict) = verdict else { return Vec::new() };
+    let known = ["pass", "fail", verdict.word()];
+    let same = known.into_iter().filter(|word| PartVerdict::from_name(word) == Some(verdict.into()));
+    same.map(str::to_owned).collect()
 }
 
 /// The measurements of a scan, newest first.
@@ -83,7 +92,8 @@ async fn get_measurement(
     Ok(Json(record.into()))
 }
 
-/// Measures on a scan; answers when it is done, which takes up to some seconds.
+/// Measures on a scan; answers when it is done, which takes up to some seconds. What was to be judged and cannot be
+/// measured is recorded with the verdict `invalid`.
 #[utoipa::path(
     post, path = "/scans/{id}/measurements", tag = "measurements", params(("id" = String, Path)),
     request_body = MeasureDto,
@@ -100,11 +110,15 @@ async fn measure(
         Begun::Answered(reply) => return Ok(reply),
         Begun::Fresh(once) => once,
     };
+    if let Some(name) = &body.value.name {
+        label(name, "/name")?;
+    }
+    let input = MeasureInput::from(body.value);
+    input.request()?;
     let scan = app.ledger.read().scan(&id).await?;
     let document = stored_document(&app.ledger, &*app.artifacts, Some(&scan.calibration_id)).await?;
     let cloud = stored_cloud(&*app.artifacts, &scan).await?;
-    let request = MeasureRequest::try_from(body.value)?;
-    let record = blocking(move || measurement(&scan, &cloud, &document.calibration(), &request)).await??;
+    let record = blocking(move || measurement(&scan, &cloud, &document.calibration(), &input)).await??;
     let href = format!("{}/measurements/{}", scan_href(&id), record.id);
     let mut all = changes(&record);
     let reply = Reply::created(href, &MeasurementDto::from(record));

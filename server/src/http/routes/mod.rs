@@ -6,6 +6,7 @@ pub mod control;
 pub mod devices;
 pub mod events;
 pub mod jobs;
+pub mod measurement_plan;
 pub mod measurements;
 pub mod profiles;
 pub mod scans;
@@ -31,6 +32,7 @@ pub fn api() -> OpenApiRouter<App> {
         .merge(scans::routes())
         .merge(profiles::routes())
         .merge(measurements::routes())
+        .merge(measurement_plan::routes())
         .merge(jobs::routes())
         .merge(events::routes())
 }

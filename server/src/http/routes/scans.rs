@@ -4,6 +4,7 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::Response;
+use metrology::PartVerdict;
 use serde_json::json;
 use store::{Change, ScanFilter, ScanState};
 use utoipa_axum::router::OpenApiRouter;
@@ -13,6 +14,7 @@ use crate::app::App;
 use crate::http::answers::{Reply, artifact, bytes};
 use crate::http::conversions::{accept_job, blocking, label};
 use crate::http::dto::jobs::JobDto;
+use crate::http::dto::measurements::VerdictDto;
 use crate::http::dto::scans::{
     CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, ScanStateDto, ScansQuery, StartExportDto,
     StartScanDto, StartVerificationDto,
@@ -20,9 +22,10 @@ use crate::http::dto::scans::{
 use crate::http::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::http::paging::{ListDto, page, path_with};
 use crate::jobs::export::{ExportFormat, bytes_to_artifact};
-use crate::jobs::plan::{ScanPlan, plan};
-use crate::jobs::{JobInput, RecomputeInput, ScanInput};
+use crate::jobs::plan::{Pace, ScanPlan, mode_of, plan};
+use crate::jobs::{JobInput, RecomputeInput, ScanInput, ScanPurpose};
 use crate::ledger::event;
+use crate::parts::{PartFilter, part, parts};
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_calibration::stored_document;
 use crate::ws::points_page;
@@ -53,10 +56,23 @@ async fn list_scans(
 ) -> Result<Json<ListDto<ScanDto>>, Problem> {
     let page = page(query.before, query.limit)?;
     let state = query.state.map(ScanStateDto::word);
-    let path =
-        path_with("/api/v1/scans", &[("state", state), ("calibration_id", query.calibration_id.as_deref())]);
-    let filter = ScanFilter { state: query.state.map(ScanState::from), calibration_id: query.calibration_id };
-    let listed = app.ledger.read().scans(&filter, &page).await?;
+    let purpose = query.purpose.map(|purpose| match purpose {
+        ScanPurpose::Production => "production",
+        ScanPurpose::Verification => "verification",
+    });
+    let asked = [
+        ("state", state),
+        ("calibration_id", query.calibration_id.as_deref()),
+        ("verdict", query.verdict.map(VerdictDto::word)),
+        ("purpose", purpose),
+    ];
+    let path = path_with("/api/v1/scans", &asked);
+    let filter = PartFilter {
+        scan: ScanFilter { state: query.state.map(ScanState::from), calibration_id: query.calibration_id },
+        purpose: query.purpose,
+        verdict: query.verdict.map(PartVerdict::from),
+    };
+    let listed = parts(&app.ledger, &filter, &page).await?;
     Ok(Json(ListDto::new(&path, &page, listed, ScanDto::from)))
 }
 
@@ -73,6 +89,11 @@ async fn start_scan(
     if let Some(name) = &body.value.name {
         label(name, "/name")?;
     }
+    for (idx, measure) in body.value.measure.iter().enumerate() {
+        if let Some(name) = &measure.name {
+            label(name, &format!("/measure/{idx}/name"))?;
+        }
+    }
     accept_job(&app, &headers, "POST scans", &body.sha256, JobInput::Scan(body.value.into())).await
 }
 
@@ -85,7 +106,8 @@ async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Resul
     let input = ScanInput::from(body.value);
     let document = stored_document(&app.ledger, &*app.artifacts, input.calibration_id.as_deref()).await?;
     let status = app.station.status();
-    let planned = blocking(move || plan(&input, &document.calibration(), &status)).await??;
+    let pace = Pace::learned(&app.ledger, mode_of(&input)).await;
+    let planned = blocking(move || plan(&input, &document.calibration(), &status, &pace)).await??;
     Ok(Json(planned))
 }
 
@@ -109,7 +131,9 @@ async fn start_verification(
     responses((status = 200, body = ScanDto))
 )]
 async fn get_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<ScanDto>, Problem> {
-    Ok(Json(app.ledger.read().scan(&id).await?.into()))
+    let scan = app.ledger.read().scan(&id).await?;
+    let (part, _) = part(&app.ledger, scan).await?;
+    Ok(Json(part.into()))
 }
 
 /// Forgets a scan and its measurements.

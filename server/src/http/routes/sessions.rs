@@ -53,7 +53,7 @@ fn session_href(id: &str) -> String {
 }
 
 fn versioned(session: Session) -> Versioned<Json<Session>> {
-    Versioned(session.version.to_string(), Json(session))
+    Versioned(session.version.to_string(), Json(session.told()))
 }
 
 fn changed(session: &Session) -> Reply {
@@ -83,7 +83,7 @@ async fn list_sessions(
 ) -> Result<Json<ListDto<Session>>, Problem> {
     let page = query.page()?;
     let sessions = app.sessions.list(&page).await?;
-    Ok(Json(ListDto::new("/api/v1/calibration-sessions", &page, sessions, |session| session)))
+    Ok(Json(ListDto::new("/api/v1/calibration-sessions", &page, sessions, Session::told)))
 }
 
 /// Begins a session; it is kept on the server and goes on in any browser.
@@ -103,7 +103,7 @@ async fn begin_session(
         Begun::Answered(reply) => return Ok(reply),
         Begun::Fresh(once) => once,
     };
-    let made = |session: &Session| Reply::created(session_href(&session.id), session);
+    let made = |session: &Session| Reply::created(session_href(&session.id), &session.clone().told());
     let session = app.sessions.create_with(body.value, |session| once.changes(&made(session))).await?;
     Ok(made(&session))
 }

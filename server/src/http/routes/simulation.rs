@@ -12,8 +12,8 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::app::App;
+use crate::config::Config;
 use crate::config::limits::{STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT};
-use crate::config::{Config, StationConfig, TwinConfig};
 use crate::http::conversions::blocking;
 use crate::http::dto::simulation::{FaultListDto, FaultSwitchDto, PlaceSceneDto, SceneDto, SceneNameDto};
 use crate::http::extract::{ApiJson, ApiPath, media_type, whole_body};
@@ -93,12 +93,7 @@ async fn place_solid(State(app): State<App>, headers: HeaderMap, body: Body) -> 
 }
 
 fn scene_kind(name: SceneNameDto, config: &Config) -> SceneKind {
-    let (height_mm, radius_mm) = match &config.station {
-        StationConfig::Twin(TwinConfig { gauge_height_mm, sphere_radius_mm, .. }) => {
-            (*gauge_height_mm, *sphere_radius_mm)
-        }
-        _ => (crate::cli::GAUGE_HEIGHT_MM, crate::cli::SPHERE_RADIUS_MM),
-    };
+    let (height_mm, radius_mm) = config.known_sizes_mm();
     match name {
         SceneNameDto::Plate => SceneKind::Plate,
         SceneNameDto::Gauge => SceneKind::Gauge { height_mm },

@@ -60,6 +60,7 @@ pub(super) fn calibrated(
         result: ResultRef { kind: CALIBRATION.to_owned(), id },
         message: message(&result),
         changes: vec![Change::InsertCalibration(record), told],
+        after: None,
     })
 }
 

@@ -2,12 +2,15 @@
 
 mod checks;
 mod motion;
+mod pace;
 mod params;
 mod prediction;
 
 use optics::Calibration;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+
+pub use pace::{Pace, TIMING};
 
 use crate::jobs::{ScanInput, ScanMode};
 use crate::problem::Problem;
@@ -36,8 +39,17 @@ pub struct ScanPlan {
     pub laser_power: f64,
     /// Whether the pictures are kept as a capture.
     pub keep_frames: bool,
-    /// How long it will take, s.
+    /// How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
     pub duration_s: f64,
+    /// How long the frames take, from the first motion to the last row, s.
+    #[serde(default)]
+    pub acquisition_s: f64,
+    /// How long the cloud takes after the last row, s.
+    #[serde(default)]
+    pub evaluation_s: f64,
+    /// How long the measurements take after that, s.
+    #[serde(default)]
+    pub measuring_s: f64,
     /// Lines: every order sweeps the part on its own.
     pub n_orders: usize,
     /// Rows per mm of a flat part across the camera, for each order.
@@ -85,11 +97,22 @@ impl ScanPlan {
     }
 }
 
-/// Plans a scan.
+/// How the stage will move, as far as the input says; a refusal of the rest comes with the plan.
+pub fn mode_of(input: &ScanInput) -> ScanMode {
+    let by_speed = if input.speed_mm_s.is_some() { ScanMode::Continuous } else { ScanMode::StopAndGo };
+    input.mode.unwrap_or(by_speed)
+}
+
+/// Plans a scan; `pace`: of this machine.
 ///
 /// # Errors
 /// A problem with the place in the input and a remedy: what is missing, outside the travel, too fast, too much.
-pub fn plan(input: &ScanInput, calibration: &Calibration, status: &StationStatus) -> Result<ScanPlan, Problem> {
+pub fn plan(
+    input: &ScanInput,
+    calibration: &Calibration,
+    status: &StationStatus,
+    pace: &Pace,
+) -> Result<ScanPlan, Problem> {
     checks::numbers(input)?;
     checks::devices(status)?;
     checks::camera(calibration, status)?;
@@ -100,7 +123,10 @@ pub fn plan(input: &ScanInput, calibration: &Calibration, status: &StationStatus
     let n_rows = ((rows.to_mm - rows.from_mm).abs() / rows.step_mm + 1e-6).floor() as usize + 1;
     let prediction = prediction::predict(calibration, rows.step_mm);
     let max_points = checks::points(n_rows, calibration)?;
-    let duration_s = motion::duration_s(&rows, n_rows, exposure_us, status);
+    let motion_s = motion::duration_s(&rows, n_rows, exposure_us, status);
+    let acquisition_s = motion_s + n_rows as f64 * pace.row_overhead_s;
+    let evaluation_s = n_rows as f64 * pace.evaluation_s_per_frame;
+    let measuring_s = input.measure.len() as f64 * pace.measuring_s;
     let disk_bytes = prediction::disk_bytes(max_points, n_rows, input.keep_frames, status);
     Ok(ScanPlan {
         mode: rows.mode,
@@ -113,7 +139,10 @@ pub fn plan(input: &ScanInput, calibration: &Calibration, status: &StationStatus
         exposure_us,
         laser_power,
         keep_frames: input.keep_frames,
-        duration_s,
+        duration_s: acquisition_s + evaluation_s + measuring_s,
+        acquisition_s,
+        evaluation_s,
+        measuring_s,
         n_orders: calibration.orders.len(),
         rows_per_mm: prediction.rows_per_mm,
         points_per_mm_along_line: prediction.points_per_mm_along_line,

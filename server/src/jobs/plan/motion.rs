@@ -1,7 +1,6 @@
 //! How long the stage takes.
 
 use super::Rows;
-use super::params::ROW_OVERHEAD_S;
 use crate::station::StationStatus;
 use crate::station::params::{RUN_UP_MARGIN, RUN_UP_TIME};
 
@@ -16,14 +15,14 @@ pub fn run_up_mm(speed_mm_s: f64, status: &StationStatus) -> f64 {
     }
 }
 
-/// How long a scan takes from the first motion to the last frame, s.
+/// How long motion and exposures of a scan take, from the first motion to the last frame, s.
 pub fn duration_s(rows: &Rows, n_rows: usize, exposure_us: f64, status: &StationStatus) -> f64 {
     let top_mm_s = status.stage.capabilities.max_speed_mm_s;
     let approach_mm = status.position_mm.map_or(0.0, |position_mm| (position_mm - rows.from_mm).abs());
     let approach_s = move_s(approach_mm, top_mm_s, status);
     match rows.sweep {
         None => {
-            let row_s = move_s(rows.step_mm, top_mm_s, status) + exposure_us * 1e-6 + ROW_OVERHEAD_S;
+            let row_s = move_s(rows.step_mm, top_mm_s, status) + exposure_us * 1e-6;
             approach_s + n_rows as f64 * row_s
         }
         Some(sweep) => {

@@ -10,7 +10,7 @@ use optics::{DepthRangeMm, LightSurfaces};
 use twin::{StationModel, StationShape};
 
 use super::*;
-use crate::jobs::ScanSource;
+use crate::jobs::{MeasureInput, ScanPurpose, ScanSource};
 use crate::station::{DeviceStatus, LaserLight, MachineState, OperationalState};
 
 fn calibration() -> Calibration {
@@ -97,13 +97,20 @@ fn input(from_mm: f64, to_mm: f64) -> ScanInput {
         keep_frames: false,
         calibration_id: None,
         resume_scan_id: None,
+        measure: Vec::new(),
+        purpose: ScanPurpose::Production,
     }
+}
+
+/// Of a machine that has not scanned yet.
+fn pace(input: &ScanInput) -> Pace {
+    Pace::unknown(mode_of(input))
 }
 
 fn planned(change: impl FnOnce(&mut ScanInput)) -> Result<ScanPlan, Problem> {
     let mut input = input(-20.0, 20.0);
     change(&mut input);
-    plan(&input, &calibration(), &status())
+    plan(&input, &calibration(), &status(), &pace(&input))
 }
 
 #[test]
@@ -113,7 +120,9 @@ fn forty_millimetres_in_fifths_are_two_hundred_and_one_rows() {
     assert_eq!((plan.position_mm(0), plan.position_mm(1), plan.position_mm(200)), (-20.0, -19.8, 20.0));
     // 0.2 mm at 500 mm/s²: 2·√(0.2/500) = 40 ms; exposure 1 ms; overhead; approach of 20 mm in 0.4 s.
     let row_s = 0.04 + 0.001 + params::ROW_OVERHEAD_S;
-    assert!((plan.duration_s - (0.4 + 201.0 * row_s)).abs() < 1e-9, "{}", plan.duration_s);
+    assert!((plan.acquisition_s - (0.4 + 201.0 * row_s)).abs() < 1e-9, "{}", plan.acquisition_s);
+    let evaluation_s = 201.0 * params::EVALUATION_S_PER_FRAME;
+    assert!((plan.duration_s - plan.acquisition_s - evaluation_s).abs() < 1e-9, "{}", plan.duration_s);
     // Five rows per mm, and 1280 px over 203.4 mm at 400 mm.
     assert!((plan.rows_per_mm - 5.0).abs() < 0.05, "{}", plan.rows_per_mm);
     let pitch = 1280.0 / 203.4 * 400.0 / 392.0;
@@ -144,7 +153,25 @@ fn speed_step_and_frame_rate_of_a_continuous_scan_follow_from_each_other() {
     let plan = planned(|input| (input.speed_mm_s, input.step_mm) = (Some(6.0), Some(0.1))).unwrap();
     assert_eq!((plan.frame_rate_hz, plan.n_rows), (Some(60.0), 401));
     // 40 mm at 6 mm/s, two ramps of 12 ms, the approach.
-    assert!((6.5..8.0).contains(&plan.duration_s), "{}", plan.duration_s);
+    assert!((6.5..8.0).contains(&plan.acquisition_s), "{}", plan.acquisition_s);
+}
+
+#[test]
+fn a_slow_machine_plans_what_its_last_scans_took() {
+    let measure = MeasureInput {
+        tool: "sphere".into(),
+        name: None,
+        nominal_mm: None,
+        tolerance_mm: None,
+        region_mm: None,
+        seed: None,
+    };
+    let input = ScanInput { measure: vec![measure.clone(), measure], ..input(-20.0, 20.0) };
+    let slow = Pace { row_overhead_s: 0.25, evaluation_s_per_frame: 0.05, measuring_s: 2.0, passes: 3.0 };
+    let plan = plan(&input, &calibration(), &status(), &slow).unwrap();
+    // 201 rows of 0.041 s of motion and exposure, 0.4 s of approach.
+    let expected_s = 0.4 + 201.0 * (0.041 + 0.25) + 201.0 * 0.05 + 2.0 * 2.0;
+    assert!((plan.duration_s - expected_s).abs() < 1e-9, "{}", plan.duration_s);
 }
 
 #[test]
@@ -184,10 +211,10 @@ fn what_cannot_work_is_refused_with_its_place_and_a_remedy() {
 fn a_calibration_of_another_camera_or_without_a_stage_is_refused() {
     let mut other = calibration();
     other.stage = None;
-    let problem = plan(&input(-1.0, 1.0), &other, &status()).unwrap_err();
+    let problem = plan(&input(-1.0, 1.0), &other, &status(), &Pace::unknown(ScanMode::StopAndGo)).unwrap_err();
     assert!(problem.detail.contains("which way the stage moves"), "{problem:?}");
     other.camera.width_px = 640;
-    let problem = plan(&input(-1.0, 1.0), &other, &status()).unwrap_err();
+    let problem = plan(&input(-1.0, 1.0), &other, &status(), &Pace::unknown(ScanMode::StopAndGo)).unwrap_err();
     assert!(problem.detail.contains("1280×1024 pixels"), "{problem:?}");
 }
 
@@ -195,7 +222,8 @@ fn a_calibration_of_another_camera_or_without_a_stage_is_refused() {
 fn without_its_stage_a_station_plans_nothing() {
     let mut status = status();
     status.stage.connected = false;
-    let problem = plan(&input(-1.0, 1.0), &calibration(), &status).unwrap_err();
+    let problem =
+        plan(&input(-1.0, 1.0), &calibration(), &status, &Pace::unknown(ScanMode::StopAndGo)).unwrap_err();
     assert_eq!((problem.status, problem.detail.as_str()), (503, "the station's stage is not connected"));
 }
 
@@ -205,7 +233,7 @@ fn smear_and_a_stage_without_its_zero_are_noted() {
     status.homed = false;
     let mut input = input(-20.0, 20.0);
     (input.speed_mm_s, input.exposure_us) = (Some(6.0), Some(20_000.0));
-    let notes = plan(&input, &calibration(), &status).unwrap().notes.join(" ");
+    let notes = plan(&input, &calibration(), &status, &pace(&input)).unwrap().notes.join(" ");
     assert!(notes.contains("home it") && notes.contains("0.120 mm during an exposure"), "{notes}");
 }
 
@@ -223,7 +251,7 @@ fn a_recording_is_scanned_row_by_row_in_its_own_steps() {
     let planned = |change: &dyn Fn(&mut ScanInput)| {
         let mut input = input(-15.6, 15.6);
         change(&mut input);
-        plan(&input, &calibration(), &status)
+        plan(&input, &calibration(), &status, &pace(&input))
     };
     let own = planned(&|_| {}).unwrap();
     assert_eq!((own.step_mm, own.n_rows, own.position_mm(15)), (2.08, 16, 15.6));
@@ -240,7 +268,7 @@ fn a_sweep_over_a_recording_takes_its_own_frames_without_run_up() {
     let planned = |change: &dyn Fn(&mut ScanInput)| {
         let mut input = input(-15.6, 15.6);
         change(&mut input);
-        plan(&input, &calibration(), &status)
+        plan(&input, &calibration(), &status, &pace(&input))
     };
     let whole = planned(&|input| input.mode = Some(ScanMode::Continuous)).unwrap();
     assert_eq!((whole.step_mm, whole.n_rows, whole.frame_rate_hz), (2.08, 16, Some(30.0)));

@@ -5,14 +5,12 @@ use std::time::{Duration, Instant};
 use devices::{CameraRequest, Trigger};
 
 use crate::jobs::plan::ScanPlan;
+use crate::jobs::scan::TAKEN;
 use crate::jobs::scan::recording::Hand;
 use crate::jobs::{JobContext, JobEnd, ScanMode};
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
 use crate::station::{SharedFrame, StationLease, Sweep};
-
-/// Share of the job that the frames take; the cloud takes the rest.
-pub const TAKING: f64 = 0.85;
 
 /// Time between two words about a sweep: people read no faster, and frames come by the hundred in a second.
 const TOLD_EVERY: Duration = Duration::from_millis(50);
@@ -120,7 +118,7 @@ impl Run<'_> {
         let words = format!("row {} of {n_rows}", self.done);
         self.lease.activity(&format!("scanning, {words}"));
         let step = Phase::TakingRows.counted(self.done, n_rows);
-        self.ctx.report(TAKING * self.done as f64 / n_rows as f64, step, &words);
+        self.ctx.report(TAKEN * self.done as f64 / n_rows as f64, step, &words);
         Ok(())
     }
 }

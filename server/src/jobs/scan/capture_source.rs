@@ -5,8 +5,10 @@ use scanning::Frames as _;
 use serde_json::json;
 use store::ScanState;
 
-use crate::jobs::scan::{MadeScan, ScanStory, made_scan};
-use crate::jobs::{JobContext, JobEnd, ScanInput};
+use crate::jobs::plan::Pace;
+use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, evaluated_share, made_scan};
+use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
+use crate::parts::{MEASURE, PURPOSE};
 use crate::pipeline::{open_capture, write_capture_peaks};
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
@@ -14,7 +16,7 @@ use crate::stored_calibration::stored_document;
 use crate::stored_scan::{disk_problem, new_id, stored_peaks};
 
 /// Share of the job that reading the pictures takes.
-const READING: f64 = 0.8;
+const READING: f64 = 0.5;
 
 /// Reads the pictures of one scan and computes its cloud.
 pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
@@ -35,7 +37,8 @@ pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobCon
     let story = ScanStory {
         id,
         name: input.name.clone().unwrap_or_else(|| cloud_name.clone()),
-        plan: json!({ "source": input.source, "scan": cloud_name, "n_rows": frames.n_frames() }),
+        plan: json!({ "source": input.source, "scan": cloud_name, "n_rows": frames.n_frames(),
+            MEASURE: input.measure, PURPOSE: input.purpose }),
         cloud_name,
         state: ScanState::Complete,
         peaks,
@@ -46,7 +49,9 @@ pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobCon
         losses: Vec::new(),
         also: Vec::new(),
     };
-    made_scan(ctx, story, &frames, &document, READING..1.0)
+    let pace = ctx.wait(Pace::learned(&ctx.ledger, ScanMode::StopAndGo));
+    let part = READING..evaluated_share(input.measure.len());
+    made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })
 }
 
 /// What only a station can be asked for is refused by name.

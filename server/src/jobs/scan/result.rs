@@ -4,15 +4,19 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::ops::Range;
 use std::path::Path;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::time::Instant;
 
 use calibration::CalibrationDocument;
 use scanning::files::peaks::PeaksFile;
 use scanning::{CloudFormat, CloudPoint, Evaluation, Frames as _};
 use serde_json::{Value, json};
-use store::{ArtifactId, Change, ResultRef, ScanRecord, ScanState};
+use store::{ArtifactId, Change, ScanRecord, ScanState};
 
-use crate::jobs::scan::SCAN;
-use crate::jobs::{Done, JobContext, JobEnd};
+use crate::jobs::plan::TIMING;
+use crate::jobs::scan::counted::CountedFrames;
+use crate::jobs::scan::work::Work;
+use crate::jobs::{JobContext, JobEnd};
 use crate::ledger::event;
 use crate::live::points::display_point_of_cloud;
 use crate::pipeline::{check_camera, evaluated_scan, write_scan_cloud};
@@ -65,6 +69,18 @@ pub struct MadeScan {
     n_points: usize,
     n_frames: usize,
     also: Vec<Change>,
+    /// The job's fraction at which it was made.
+    pub done_at: f64,
+    /// What is left of its making, for as long as a crash would lose it.
+    work: Option<Work>,
+}
+
+/// How the evaluation of a scan is told.
+pub struct Evaluating {
+    /// Which part of the job's fraction it fills.
+    pub part: Range<f64>,
+    /// How often every frame will be read, as the last scans tell.
+    pub passes: f64,
 }
 
 /// Computes the cloud and stores what the record names.
@@ -73,22 +89,39 @@ pub fn made_scan(
     story: ScanStory,
     frames: &PeaksFile,
     document: &CalibrationDocument,
-    part: Range<f64>,
+    evaluating: Evaluating,
 ) -> Result<MadeScan, JobEnd> {
-    let end = part.end;
+    let began = Instant::now();
+    let Evaluating { part, passes } = evaluating;
+    let n_frames = frames.n_frames();
     ctx.report(part.start, Phase::ComputingCloud, "computing the cloud");
-    let reporter = ctx.reporter(Phase::ComputingCloud, part);
+    let reporter = ctx.reporter(Phase::ComputingCloud, part.clone());
     let calibration = document.calibration();
-    let evaluation = evaluated_scan(frames, document, &calibration, &story.cloud_name, &reporter)?;
-    ctx.report(end, Phase::StoringCloud, "storing the cloud");
+    let to_read = (passes * n_frames as f64).max(1.0);
+    let stage = AtomicU8::new(0);
+    let told = |n_read: usize| {
+        let fraction = part.start + (part.end - part.start) * (n_read as f64 / to_read).min(1.0);
+        let (phase, words) = match stage.load(Ordering::Relaxed) {
+            0 => (Phase::ComputingCloud, "computing the cloud"),
+            _ => (Phase::StoringCloud, "storing the cloud"),
+        };
+        ctx.report(fraction, phase, words);
+    };
+    let counted = CountedFrames::new(frames, &told);
+    let evaluation = evaluated_scan(&counted, document, &calibration, &story.cloud_name, &reporter)?;
+    stage.store(1, Ordering::Relaxed);
+    told(counted.n_read());
     ctx.go_on()?;
     let kept = KeptCloud::new(ctx, &story, &evaluation, frames)?;
-    let (n_points, n_frames) = (evaluation.report.n_points, frames.n_frames());
+    ctx.report(part.end, Phase::StoringCloud, "storing the cloud");
+    let n_points = evaluation.report.n_points;
     let (replaces, also) = (story.replaces, story.also.clone());
     let mut report = scan_json(&story.cloud_name, &evaluation.report, kept.median_sigma_mm);
     report["n_frames"] = json!(n_frames);
+    report[TIMING] = json!({ "n_frames": n_frames, "frames_read": counted.n_read(),
+        "evaluation_s": began.elapsed().as_secs_f64() });
     let record = record(ctx, story, document, report, kept);
-    Ok(MadeScan { record, replaces, n_points, n_frames, also })
+    Ok(MadeScan { record, replaces, n_points, n_frames, also, done_at: part.end, work: None })
 }
 
 /// What is stored of a cloud.
@@ -202,10 +235,16 @@ impl MadeScan {
         changes
     }
 
-    /// The end of a job that made a scan.
-    pub fn done(self) -> Done {
-        let result = ResultRef { kind: SCAN.to_owned(), id: self.record.id.clone() };
-        Done { result, message: self.message(), changes: self.changes() }
+    /// The same, with what a crash would need until the record is stored.
+    pub fn with_work(self, work: Work) -> Self {
+        Self { work: Some(work), ..self }
+    }
+
+    /// The record is stored: nothing else of its making is needed.
+    pub fn clear(&self) {
+        if let Some(work) = &self.work {
+            work.clear();
+        }
     }
 }
 

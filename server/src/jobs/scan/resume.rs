@@ -5,6 +5,7 @@ use store::{ScanRecord, ScanState};
 
 use crate::jobs::plan::ScanPlan;
 use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
+use crate::parts::{planned_measurements, purpose_of};
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
 use crate::stored_scan::stored_peaks;
@@ -61,6 +62,8 @@ impl Earlier {
             laser_power: input.laser_power.or(Some(plan.laser_power)),
             keep_frames: input.keep_frames || plan.keep_frames,
             calibration_id: Some(self.record.calibration_id.clone()),
+            measure: planned_measurements(&self.record.plan),
+            purpose: purpose_of(&self.record),
             ..input.clone()
         }
     }

@@ -1,5 +1,7 @@
 //! A scan from the station: planned, taken row by row or in one sweep, every frame kept as it comes.
 
+use std::time::Instant;
+
 use bytes::Bytes;
 use calibration::CalibrationDocument;
 use optics::Triangulator;
@@ -8,16 +10,17 @@ use scanning::{Frames as _, label_frame};
 use serde_json::{Value, json};
 use store::{ArtifactId, ScanState};
 
-use crate::jobs::plan::{ScanPlan, plan};
-use crate::jobs::scan::acquisition::{TAKING, gaps, take_frames};
+use crate::jobs::plan::{Pace, ScanPlan, TIMING, mode_of, plan};
+use crate::jobs::scan::acquisition::{gaps, take_frames};
 use crate::jobs::scan::pictures::{line_direction, take_in};
 use crate::jobs::scan::recording::Recorder;
 use crate::jobs::scan::resume::earlier;
 use crate::jobs::scan::timing::Timing;
 use crate::jobs::scan::work::{Work, WorkNote};
 use crate::jobs::scan::writing::{Kept, NewPeaks};
-use crate::jobs::scan::{MadeScan, ScanStory, made_scan, scan_changes};
+use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, TAKEN, evaluated_share, made_scan, scan_changes};
 use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
+use crate::parts::{MEASURE, PURPOSE, planned_measurements};
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
 use crate::stored_calibration::stored_document;
@@ -32,7 +35,8 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
     let input = earlier.as_ref().map_or_else(|| input.clone(), |earlier| earlier.filled(input));
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     let calibration = document.calibration();
-    let planned = plan(&input, &calibration, &ctx.station.status())?;
+    let pace = ctx.wait(Pace::learned(&ctx.ledger, mode_of(&input)));
+    let planned = plan(&input, &calibration, &ctx.station.status(), &pace)?;
     let (note, earlier) = match earlier {
         Some(earlier) => {
             earlier.check(&planned)?;
@@ -58,6 +62,7 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
     triangulator.fill();
     let mut positions_mm = show_earlier(ctx, &work.note.scan_id, earlier, &triangulator)?;
     let mut timing = Timing::default();
+    let (n_before, began) = (positions_mm.len(), Instant::now());
     let taken = take(
         ctx,
         &planned,
@@ -65,6 +70,8 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
         &mut work,
         &mut Kept { positions_mm: &mut positions_mm, peaks: &mut peaks, timing: &mut timing },
     );
+    let acquired =
+        Acquired { took_s: began.elapsed().as_secs_f64(), n_rows: positions_mm.len() - n_before, pace, timing };
     let blocks = ctx.live.end_scan(&work.note.scan_id);
     let stopped = Stopped { ctx, work: &work, n_frames: positions_mm.len() };
     let peaks = match stopped.keep_peaks(peaks, &blocks) {
@@ -72,11 +79,8 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
         // Nothing was taken, or nothing can be kept: why taking ended matters more.
         Err(end) => return Err(taken.err().unwrap_or(end)),
     };
-    match taken.and_then(|()| complete(ctx, &planned, &work, &document, peaks.clone(), &timing)) {
-        Ok(made) => {
-            work.clear();
-            Ok(made)
-        }
+    match taken.and_then(|()| complete(ctx, &planned, &work, &document, peaks.clone(), &acquired)) {
+        Ok(made) => Ok(made.with_work(work)),
         Err(end) => Err(stopped.as_partial(end, peaks)),
     }
 }
@@ -90,7 +94,7 @@ fn new_note(
     let name = input.name.clone().unwrap_or_else(|| DEFAULT_NAME.to_owned());
     Ok(WorkNote {
         scan_id: new_id(),
-        plan: plan_value(planned, &name)?,
+        plan: plan_value(planned, &name, input)?,
         name,
         calibration_id: document.calibration.id.clone(),
         job_id: ctx.id.clone(),
@@ -99,11 +103,13 @@ fn new_note(
     })
 }
 
-/// The plan as it is stored: with the source and the name in the cloud's header.
-fn plan_value(planned: &ScanPlan, name: &str) -> Result<Value, Problem> {
+/// The plan as it is stored: with the source, the name in the cloud's header, and what the scan is for.
+fn plan_value(planned: &ScanPlan, name: &str, input: &ScanInput) -> Result<Value, Problem> {
     let mut value = serde_json::to_value(planned).map_err(disk_problem)?;
     value["source"] = json!({ "kind": "station" });
     value["scan"] = json!(name);
+    value[MEASURE] = json!(input.measure);
+    value[PURPOSE] = json!(input.purpose);
     Ok(value)
 }
 
@@ -157,7 +163,7 @@ fn complete(
     work: &Work,
     document: &CalibrationDocument,
     stored: Stored,
-    timing: &Timing,
+    acquired: &Acquired,
 ) -> Result<MadeScan, JobEnd> {
     let note = &work.note;
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &stored.peaks, &note.scan_id))?;
@@ -169,7 +175,7 @@ fn complete(
     let mut also = Vec::new();
     let mut capture_id = None;
     if planned.keep_frames {
-        ctx.report(TAKING, Phase::PackingPictures, "packing the pictures");
+        ctx.report(TAKEN, Phase::PackingPictures, "packing the pictures");
         let (id, change) = take_in(ctx, &work.pictures(), &note.name, &note.name, &frames)?;
         capture_id = Some(id);
         also.push(change);
@@ -188,11 +194,35 @@ fn complete(
         losses,
         also,
     };
-    let mut made = made_scan(ctx, story, &frames, document, TAKING..1.0)?;
-    if let Some(timing) = timing.to_json() {
-        made.record.report["timing"] = timing;
-    }
+    let n_measurements = planned_measurements(&note.plan).len();
+    let evaluating = Evaluating { part: TAKEN..evaluated_share(n_measurements), passes: acquired.pace.passes };
+    let mut made = made_scan(ctx, story, &frames, document, evaluating)?;
+    acquired.add_to(&mut made.record.report[TIMING], planned);
     Ok(made)
+}
+
+/// How the frames were taken, in time.
+struct Acquired {
+    took_s: f64,
+    n_rows: usize,
+    /// As the plan was made with.
+    pace: Pace,
+    timing: Timing,
+}
+
+impl Acquired {
+    /// For the scan's report: what the next plans learn from.
+    fn add_to(&self, report: &mut Value, planned: &ScanPlan) {
+        // The plan's time of motion and exposures, for the rows that were taken now.
+        let motion_s = planned.acquisition_s - planned.n_rows as f64 * self.pace.row_overhead_s;
+        let share = self.n_rows as f64 / planned.n_rows.max(1) as f64;
+        report["acquisition_s"] = json!(self.took_s);
+        report["rows_taken"] = json!(self.n_rows);
+        report["waiting_s"] = json!(self.took_s - share * motion_s);
+        if let (Some(report), Some(Value::Object(frames))) = (report.as_object_mut(), self.timing.to_json()) {
+            report.extend(frames);
+        }
+    }
 }
 
 /// What is stored of a scan before its cloud.

@@ -186,6 +186,10 @@ pub async fn recover(ledger: &Ledger, artifacts: &dyn Artifacts) {
 }
 
 async fn recover_one(ledger: &Ledger, artifacts: &dyn Artifacts, folder: &Path) -> Result<(), Problem> {
+    if is_made(ledger, folder).await? {
+        removed(std::fs::remove_dir_all(folder));
+        return Ok(());
+    }
     let Ok(text) = std::fs::read(folder.join(NOTE)) else { return forget_orphan(ledger, folder).await };
     let note: WorkNote = serde_json::from_slice(&text).map_err(disk_problem)?;
     let work = Work { note, folder: folder.to_owned() };
@@ -213,6 +217,16 @@ pub async fn forget_orphans(ledger: &Ledger, artifacts: &dyn Artifacts) {
         if let Err(problem) = forget_orphan(ledger, &folder).await {
             tracing::warn!(detail = problem.detail, "what is left of a scan cannot be deleted");
         }
+    }
+}
+
+/// Whether the scan was stored to its end, and only its folder not cleared any more.
+async fn is_made(ledger: &Ledger, folder: &Path) -> Result<bool, Problem> {
+    let id = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    match ledger.read().scan(&id).await {
+        Ok(scan) => Ok(scan.state != ScanState::Partial),
+        Err(StoreError::NotFound { .. }) => Ok(false),
+        Err(error) => Err(error.into()),
     }
 }
 

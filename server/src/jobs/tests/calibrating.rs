@@ -197,12 +197,12 @@ async fn activations_are_acts_that_can_be_rolled_back_one_by_one() {
     let in_use = || parts.live.watch_calibration().borrow().as_ref().map(|tables| tables.calibration().id.clone());
     let last_act = async || calibrations.active().await.unwrap().map(|act| act.seq);
     assert_eq!(in_use(), None);
-    calibrations.activate(&one, Some(None), "Anna").await.unwrap();
+    calibrations.activate(&one, Some(None), "Anna", None).await.unwrap();
     let seq = last_act().await;
-    calibrations.activate(&one, None, "Anna").await.unwrap();
+    calibrations.activate(&one, None, "Anna", None).await.unwrap();
     assert_eq!(last_act().await, seq, "activating what is active is no act");
-    assert_eq!(calibrations.activate(&two, Some(None), "Bert").await.unwrap_err().status, 412);
-    calibrations.activate(&two, Some(Some(one.clone())), "Bert").await.unwrap();
+    assert_eq!(calibrations.activate(&two, Some(None), "Bert", None).await.unwrap_err().status, 412);
+    calibrations.activate(&two, Some(Some(one.clone())), "Bert", None).await.unwrap();
     assert_eq!(in_use().as_ref(), Some(&two));
     // A new process finds what was active.
     let reborn = LiveBus::default();
@@ -215,7 +215,7 @@ async fn activations_are_acts_that_can_be_rolled_back_one_by_one() {
     assert_eq!(calibrations.roll_back("Anna").await.unwrap().calibration_id, None);
     assert_eq!(in_use(), None);
     assert_eq!(calibrations.roll_back("Anna").await.unwrap_err().status, 409);
-    assert_eq!(calibrations.activate("nowhere", None, "Anna").await.unwrap_err().status, 404);
+    assert_eq!(calibrations.activate("nowhere", None, "Anna", None).await.unwrap_err().status, 404);
     // Planes miss the curvature of the sheets by far more than noise.
     let difference = calibrations.difference(&one, &two).await.unwrap();
     assert!(difference.total.rms_mm > 0.05, "{:?}", difference.total);

@@ -9,7 +9,7 @@ use store::{ArtifactId, CaptureRecord, Change, EventRecord, JobOutcome, JobRecor
 use super::*;
 use crate::control::Authority;
 use crate::jobs::run::Procedure;
-use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, JobInput, Source};
+use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, JobInput, JobNews, Source, queued_record};
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
@@ -47,7 +47,8 @@ impl Script {
         }
         let id = if name == "twice" { "a".to_owned() } else { format!("made by {name}") };
         let changes = vec![event("test.made", &id, json!({})), Change::InsertCapture(capture(&id))];
-        Ok(Done { result: ResultRef { kind: "capture".to_owned(), id }, message: "made".to_owned(), changes })
+        let result = ResultRef { kind: "capture".to_owned(), id };
+        Ok(Done { result, message: "made".to_owned(), changes, after: None })
     }
 
     fn release(&self) {
@@ -140,11 +141,45 @@ async fn an_end_that_is_stored_is_told_whatever_the_thread_still_says() {
     let progress = jobs.watch_progress();
     jobs.0.publish(view);
     jobs.0.publish(before.clone());
-    assert_eq!(progress.borrow().as_ref().unwrap().record.state, JobState::Cancelled);
+    assert_eq!(newest(&progress).record.state, JobState::Cancelled);
     let other = JobView { record: JobRecord { id: "another".to_owned(), ..before.record }, ..before };
     jobs.0.publish(other);
-    assert_eq!(progress.borrow().as_ref().unwrap().record.id, "another");
+    assert_eq!(newest(&progress).record.id, "another");
     script.release();
+}
+
+/// What was told last.
+fn newest(progress: &tokio::sync::watch::Receiver<JobNews>) -> JobView {
+    let news = progress.borrow();
+    news.after(news.last() - 1).unwrap().1.clone()
+}
+
+/// A scan and a computation beside it: whoever looks seldom sees both, not the one that happened to tell last.
+#[test]
+fn the_progress_of_one_job_never_hides_that_of_another() {
+    let view = |id: &str, progress: f64, state: JobState| {
+        let record = queued_record(&computation("a"), "test").unwrap();
+        JobView::from(JobRecord { id: id.to_owned(), progress, state, ..record })
+    };
+    let mut news = JobNews::default();
+    for progress in [0.1, 0.2, 0.3] {
+        assert!(news.tell(view("scan", progress, JobState::Running)));
+        assert!(news.tell(view("export", progress, JobState::Running)));
+    }
+    let (first, of_scan) = news.after(0).unwrap();
+    assert_eq!((of_scan.record.id.as_str(), of_scan.record.progress), ("scan", 0.3));
+    let (second, of_export) = news.after(first).unwrap();
+    assert_eq!((of_export.record.id.as_str(), of_export.record.progress), ("export", 0.3));
+    assert!(news.after(second).is_none());
+    // An end stays the last word.
+    assert!(news.tell(view("scan", 1.0, JobState::Succeeded)));
+    assert!(!news.tell(view("scan", 0.4, JobState::Running)));
+    assert_eq!(news.after(second).unwrap().1.record.state, JobState::Succeeded);
+    // However many end, the one at work is kept.
+    for ended in 0..100 {
+        news.tell(view(&format!("ended {ended}"), 1.0, JobState::Succeeded));
+    }
+    assert_eq!(news.after(0).unwrap().1.record.id, "export");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -291,7 +326,8 @@ async fn progress_never_goes_back_and_a_job_at_work_names_its_step() {
     while fractions.last() != Some(&1.0) {
         assert!(begun.elapsed() < PATIENCE);
         watched.changed().await.unwrap();
-        let view = watched.borrow_and_update().clone().unwrap();
+        watched.mark_unchanged();
+        let view = newest(&watched);
         fractions.push(view.record.progress);
         if view.record.message == "on" {
             assert_eq!(view.record.progress, 0.7);

@@ -18,7 +18,7 @@ use tokio_tungstenite::{WebSocketStream, client_async};
 use vision::{CentrelinePoint, Centrelines, GreyImage, LineDirection, Pixels, Segment};
 
 use crate::control::ControlDesk;
-use crate::jobs::JobView;
+use crate::jobs::JobNews;
 use crate::live::worker::Worker;
 use crate::live::{LiveBus, LiveFrame};
 use crate::station::{MachineState, SharedFrame, StampedFrame, StationStatus};
@@ -36,7 +36,7 @@ pub struct Bench {
     pub status: watch::Sender<Arc<StationStatus>>,
     pub control: ControlDesk,
     /// Kept so that the stream does not end.
-    pub _jobs: watch::Sender<Option<JobView>>,
+    pub _jobs: watch::Sender<JobNews>,
     pub events: watch::Sender<i64>,
     pub streams: Streams,
     pub address: SocketAddr,
@@ -55,7 +55,7 @@ impl Bench {
         let bus = LiveBus::default();
         let frames = watch::Sender::new(None);
         let status = watch::Sender::new(Arc::new(first_status()));
-        let (jobs, events) = (watch::Sender::new(None), watch::Sender::new(41));
+        let (jobs, events) = (watch::Sender::new(JobNews::default()), watch::Sender::new(41));
         let control = ControlDesk::default();
         let sources = Sources {
             live: bus.clone(),

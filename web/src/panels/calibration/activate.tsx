@@ -6,6 +6,7 @@ import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { Dialog } from "../../parts/dialog";
+import { useLoaded } from "../../parts/loading";
 import { NameField } from "../../parts/name_field";
 import { Command } from "../../state/command";
 import { text } from "../../text";
@@ -42,22 +43,30 @@ export function ActivateButton({ item, reload, primary }: Properties) {
 function Activate({ item, reload, onClose }: Properties & { onClose: () => void }) {
   const { api } = useApp();
   const words = text.value.calibration;
+  const { state } = useLoaded(async () => {
+    const query = { calibration_id: item.id, purpose: "verification" as const, limit: 1 };
+    return (await data(api.GET("/api/v1/scans", { params: { query } }))).items[0]?.verdict ?? undefined;
+  }, [api, item.id]);
+  const verdict = state.value.value;
+  const bad = verdict === "ok" ? undefined : verdict;
   const activate = useMemo(
     () =>
       new Command(async () => {
-        await data(api.PUT("/api/v1/calibrations/active", { body: { calibration_id: item.id } }));
+        const body = { calibration_id: item.id, despite_verification: bad !== undefined };
+        await data(api.PUT("/api/v1/calibrations/active", { body }));
         await reload();
         onClose();
       }),
-    [api, item.id, reload, onClose],
+    [api, item.id, bad, reload, onClose],
   );
   return (
     <Dialog title={words.activate_title} onClose={onClose}>
       <p>{words.activate_question(item.id)}</p>
+      {bad && <p class="note bad">{words.activate_despite(text.value.outcomes[bad])}</p>}
       <NameField />
       <div class="row">
         <CommandButton command={activate} kind="primary">
-          {words.activate_yes}
+          {bad ? words.activate_despite_yes : words.activate_yes}
         </CommandButton>
         <button type="button" onClick={onClose}>
           {text.value.parts.cancel}

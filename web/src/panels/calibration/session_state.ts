@@ -16,58 +16,31 @@ export const COVERAGE = { columns: 8, rows: 6 } as const;
 /** Fewest readable boards that the server takes. */
 export const FEWEST_BOARDS = 3;
 
-/** What a good calibration has. With these the twin's calibrations stay below their own σ. */
-const WANTED = {
-  boards: 8,
-  /** Cells of 48: the distortion is extrapolated in the others. */
-  cells: 36,
-  /** Boards tilted enough to tell the focal length from the distance. */
-  tilted_boards: 3,
-  tilted_deg: 15,
-  /** Range of distances as a share of their mean: depth is calibrated where boards were. */
-  distance_spread: 0.1,
-} as const;
-
-export interface Need {
-  have: number;
-  want: number;
-  met: boolean;
-}
+export type Need = Schemas["Need"];
 
 export interface Needs {
   boards: Need;
   cells: Need;
   tilt: Need & { wanted_deg: number; values_deg: readonly number[] };
   distance: Need & { values_mm: readonly number[] };
-  /** Whether nothing is missing. */
+  /** Whether nothing is missing for the camera. */
   all: boolean;
 }
 
-const need = (have: number, want: number): Need => ({ have, want, met: have >= want });
+const NOTHING: Need = { have: 0, want: 0, met: false };
 
-/** What the session's boards have, and what a good calibration wants. */
-export function needsOf(session: Session): Needs {
-  const { poses, camera } = session.body;
-  const boards = poses.map((pose) => pose.board).filter((board) => board.corners.length > 0);
-  const tilts = boards.map((board) => board.tilt_deg ?? undefined).filter((value) => value !== undefined);
-  const distances = boards.map((board) => board.distance_mm ?? undefined).filter((value) => value !== undefined);
-  const mean_mm = distances.reduce((sum, value) => sum + value, 0) / Math.max(1, distances.length);
-  const spread_mm = distances.length > 1 ? Math.max(...distances) - Math.min(...distances) : 0;
-  const n_cells = COVERAGE.columns * COVERAGE.rows;
-  const n_covered = boards.length === 0 ? 0 : n_cells - camera.uncovered_cells.length;
-  const n_tilted = tilts.filter((tilt) => tilt >= WANTED.tilted_deg).length;
-  const needs = {
-    boards: need(boards.length, WANTED.boards),
-    cells: need(n_covered, WANTED.cells),
-    tilt: { ...need(n_tilted, WANTED.tilted_boards), wanted_deg: WANTED.tilted_deg, values_deg: tilts },
-    distance: {
-      have: spread_mm,
-      want: WANTED.distance_spread * mean_mm,
-      met: distances.length > 1 && spread_mm >= WANTED.distance_spread * mean_mm,
-      values_mm: distances,
-    },
+/** What the server says the session's boards have and a good calibration wants, with the values to draw. */
+export function needsOf({ needs, body }: Session): Needs {
+  const boards = body.poses.map((pose) => pose.board).filter((board) => board.corners.length > 0);
+  const values_deg = boards.map((board) => board.tilt_deg ?? undefined).filter((value) => value !== undefined);
+  const values_mm = boards.map((board) => board.distance_mm ?? undefined).filter((value) => value !== undefined);
+  return {
+    boards: needs?.boards ?? NOTHING,
+    cells: needs?.cells ?? NOTHING,
+    tilt: { ...(needs?.tilted_boards ?? NOTHING), wanted_deg: needs?.tilted_deg ?? 0, values_deg },
+    distance: { ...(needs?.distance_mm ?? NOTHING), values_mm },
+    all: needs?.camera_met ?? false,
   };
-  return { ...needs, all: Object.values(needs).every((one) => one.met) };
 }
 
 /** Readable boards at rest. */
@@ -109,9 +82,9 @@ export function isDone(
     case "camera":
       return solved || needsOf(session).all;
     case "light":
-      return solved || session.body.poses.filter((pose) => pose.laser?.n_segments).length >= FEWEST_BOARDS;
+      return solved || (session.needs?.lit_boards.met ?? false);
     case "stage":
-      return solved || session.body.stage_views.length > 1;
+      return solved || (session.needs?.stage_views.met ?? false);
     case "verify":
       return verified;
     case "finish":

@@ -1,6 +1,6 @@
 /** Comparisons of a calibration with parts of known size: jobs, found again by what they were asked. */
 
-import type { Job } from "../../api/client";
+import type { Job, Schemas } from "../../api/client";
 
 export interface Verification {
   job: Job;
@@ -14,6 +14,15 @@ interface VerifyInput {
   nominal_mm: number;
   tolerance_mm?: number | null;
   scan: { calibration_id?: string | null };
+}
+
+/** Whether the newest verification, of jobs newest first, was judged OK. `scans`: those the verifications made. */
+export function isVerified(
+  verifications: readonly Verification[],
+  scans: readonly Pick<Schemas["ScanDto"], "job_id" | "verdict">[],
+): boolean {
+  const newest = verifications[0]?.job;
+  return newest?.state === "succeeded" && scans.find((scan) => scan.job_id === newest.id)?.verdict === "ok";
 }
 
 /** The verifications of a calibration among `jobs`, newest first. */
@@ -34,8 +43,8 @@ export function measurementOf(job: Job): { scan_id: string; measurement_id: stri
 
 /** What a measurement of a known part says, as the server writes it. */
 export interface Measured {
-  value: number;
-  error: number;
-  expanded_uncertainty: number;
+  value: number | null;
+  error: number | null;
+  expanded_uncertainty: number | null;
   verdict: string | null;
 }

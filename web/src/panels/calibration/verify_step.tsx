@@ -12,6 +12,7 @@ import { NumberField } from "../../parts/number_field";
 import { ProblemCard } from "../../parts/problem";
 import { Command } from "../../state/command";
 import { hasEnded } from "../../state/jobs";
+import { SIGN, VERDICTS } from "../../state/outcome";
 import { language, text } from "../../text";
 import { decimal, moment } from "../../units";
 import { type Measured, measurementOf, type Verification } from "./verifications";
@@ -160,15 +161,15 @@ function MeasuredCard({ verification }: { verification: Verification }) {
     const measurement = await data(api.GET("/api/v1/scans/{id}/measurements/{measurement_id}", { params }));
     return measurement.result as Measured;
   }, [job.id]);
-  const length = (value: number) => `${decimal(value, 4, language.value)} mm`;
+  const length = (value: number | null) => (value === null ? "–" : `${decimal(value, 4, language.value)} mm`);
+  const verdict = VERDICTS.find((known) => known === state.value.value?.verdict);
   return (
     <Show of={state}>
       {(measured) =>
         measured && (
           <div class="outcome" data-verdict={measured.verdict ?? "none"}>
-            <div class={measured.verdict === "fail" ? "big verdict bad" : "big verdict"}>
-              {measured.verdict === "fail" && "✗ "}
-              {measured.verdict ? (words.verdicts[measured.verdict] ?? measured.verdict) : words.no_verdict}
+            <div class={verdict && verdict !== "ok" ? "big verdict bad" : "big verdict"}>
+              {verdict ? `${SIGN[verdict]} ${text.value.outcomes[verdict]}` : words.no_verdict}
             </div>
             <dl class="facts">
               <dt>{words.artefact}</dt>

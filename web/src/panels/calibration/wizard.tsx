@@ -16,7 +16,7 @@ import { Discard } from "./open_sessions";
 import { type Change, useSessionChange } from "./session_change";
 import { isDone, madeBy, type Session, STEPS, type Step, stepOf } from "./session_state";
 import { StageStep } from "./stage_step";
-import { type Verification, verificationsOf } from "./verifications";
+import { isVerified, type Verification, verificationsOf } from "./verifications";
 import { VerifyStep } from "./verify_step";
 
 /** What every step is given. */
@@ -48,7 +48,10 @@ export function Wizard({ id }: { id: string }) {
     const all = made
       ? (await data(api.GET("/api/v1/jobs", { params: { query: { limit: JOBS_SEEN } } }))).items
       : [];
-    return { session, job, verifications: made ? verificationsOf(all as Job[], made) : [] };
+    const verifications = made ? verificationsOf(all as Job[], made) : [];
+    const query = { purpose: "verification" as const, ...(made !== undefined && { calibration_id: made }) };
+    const scans = made ? (await data(api.GET("/api/v1/scans", { params: { query } }))).items : [];
+    return { session, job, verifications, verified: isVerified(verifications, scans) };
   }, [api, id]);
   const { value, problem } = loaded.state.value;
   const { session, change, conflict } = useSessionChange(value?.session, loaded.reload);
@@ -63,7 +66,7 @@ export function Wizard({ id }: { id: string }) {
   }
   // The stream tells progress before the next event.
   const job = value.job && (jobs.get(value.job.id) ?? value.job);
-  const verified = value.verifications.some((one) => one.job.state === "succeeded");
+  const { verified } = value;
   const step = chosenStep() ?? stepOf(session, job, verified);
   const Step = STEP_VIEWS[step];
   return (

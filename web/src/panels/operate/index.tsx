@@ -1,18 +1,19 @@
 /** For gloves and distance: serial number, Start, the last result, the last parts. */
 
 import { useSignal } from "@preact/signals";
-import { useEffect, useMemo, useRef } from "preact/hooks";
+import { useEffect, useMemo } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { DamagedRecords } from "../../parts/damaged";
 import { useFollowed } from "../../parts/followed";
 import { ProblemCard } from "../../parts/problem";
-import { ScannedParts } from "../../state/scanned";
+import { MeasurementPlan } from "../../state/measurement_plan";
+import { readParts } from "../../state/scanned";
 import { text } from "../../text";
+import { lastOf } from "./last_part";
 import { LastResult } from "./last_result";
 import { Operation } from "./operation";
 import { obstacleOf } from "./readiness";
-import { firstRecipe, kept_recipe, parseRecipe } from "./recipe";
 import { SetUp } from "./set_up";
 import { Start } from "./start";
 import { TICKS, Ticks } from "./ticks";
@@ -20,22 +21,31 @@ import "./operate.css";
 
 export default function Operate() {
   const app = useApp();
-  const { api, station, jobs } = app;
+  const { api, events, station, jobs } = app;
   const serial = useSignal("");
-  const simulated = station.simulated.value === "twin";
-  const recipe = useMemo(
-    () => parseRecipe(kept_recipe.value, firstRecipe(simulated)),
-    [kept_recipe.value, simulated],
-  );
-  const present = useRef(recipe);
-  present.current = recipe;
-  const operation = useMemo(() => new Operation(app, serial, () => present.current), [app, serial]);
+  const plan = useMemo(() => new MeasurementPlan(api), [api]);
+  useEffect(() => {
+    void plan.load();
+    const end = events.follow((news) => {
+      const changed = ({ kind }: { kind: string }) => kind === "measurement_plan.changed";
+      if (news.length === 0 || news.some(changed)) void plan.load();
+    });
+    return () => {
+      end();
+      // What was typed last is kept although the page is left at once.
+      void plan.saved();
+    };
+  }, [plan, events]);
+  const operation = useMemo(() => new Operation(app, serial, plan), [app, serial, plan]);
 
   const active = useFollowed(
     () => data(api.GET("/api/v1/calibrations/active")),
     (event) => event.kind.startsWith("calibration."),
   );
-  const parts = useLastParts();
+  const parts = useFollowed(
+    () => readParts(api, TICKS, { purpose: "production" }),
+    ({ kind }) => kind.startsWith("scan.") || kind === "measurement.made",
+  );
   const calibration = active.state.value.value;
   const job = jobs.open.value.find((job) => job.id === station.status.value?.job_id) ?? waiting(jobs.open.value);
   const obstacle = obstacleOf({
@@ -49,17 +59,11 @@ export default function Operate() {
     <div class="operate">
       <h1 class="visually-hidden">{text.value.operate.title}</h1>
       <Start operation={operation} serial={serial} obstacle={obstacle} job={job} />
-      <LastResult part={shown?.parts[0]} recipe={recipe} measuring={operation.measuring.value} />
+      <LastResult last={lastOf(shown?.parts, operation.newest.value)} />
       {problem && <ProblemCard problem={problem} />}
       <DamagedRecords rows={shown?.damaged ?? []} />
       <Ticks parts={shown?.parts ?? []} />
-      <SetUp
-        recipe={recipe}
-        travel_mm={station.status.value?.stage.travel_mm ?? []}
-        onChange={(changed) => {
-          kept_recipe.value = JSON.stringify(changed);
-        }}
-      />
+      <SetUp plan={plan} travel_mm={station.status.value?.stage.travel_mm ?? []} />
     </div>
   );
 }
@@ -67,25 +71,4 @@ export default function Operate() {
 /** A job that waits for the station, or works on it before the status says so. */
 function waiting<J extends { kind: string }>(open: readonly J[]): J | undefined {
   return open.find((job) => job.kind === "scan");
-}
-
-/** The newest parts with their measurements, followed by events. */
-function useLastParts() {
-  const { api, events } = useApp();
-  const reader = useMemo(() => new ScannedParts(api), [api]);
-  useEffect(
-    () =>
-      events.follow((news) => {
-        if (news.length === 0) reader.forgetAll();
-        for (const { kind, body } of news) {
-          const scan_id = (body as { scan_id?: string } | null)?.scan_id;
-          if (kind === "measurement.made" && scan_id) reader.forget(scan_id);
-        }
-      }),
-    [events, reader],
-  );
-  return useFollowed(
-    () => reader.page(TICKS),
-    ({ kind }) => kind.startsWith("scan.") || kind === "measurement.made",
-  );
 }

@@ -1,35 +1,27 @@
-/** The newest part, huge: its verdict, its value with uncertainty, and where that lies in the tolerance. */
+/** The newest part, huge: its verdict, what decided it with its uncertainty, and where that lies in the tolerance. */
 
-import { useMemo } from "preact/hooks";
-import { data } from "../../api/client";
-import { useApp } from "../../app";
-import { CommandButton } from "../../parts/command_button";
-import { Command } from "../../state/command";
 import { outcomeOf, SIGN, standing } from "../../state/outcome";
 import { href } from "../../state/route";
 import type { Measured, ScannedPart } from "../../state/scanned";
 import { language, text } from "../../text";
 import { decimal, length, moment } from "../../units";
-import { measurementOf, type Recipe } from "./recipe";
+import type { Last } from "./last_part";
 import { ToleranceBar } from "./tolerance_bar";
 
-interface Properties {
-  part: ScannedPart | undefined;
-  recipe: Recipe;
-  /** A measurement of it is being taken by this page. */
-  measuring: boolean;
+export function LastResult({ last }: { last: Last }) {
+  const words = text.value.operate;
+  if (last.kind === "part") return <Part part={last.part} />;
+  const told = { none: words.no_result, running: words.being_scanned, without_part: words.without_part };
+  return (
+    <section class="card last-result empty" aria-label={words.last_result} data-outcome={last.kind}>
+      <h2>{(last.kind === "running" && last.name) || words.last_result}</h2>
+      <p class="muted">{told[last.kind]}</p>
+    </section>
+  );
 }
 
-export function LastResult({ part, recipe, measuring }: Properties) {
+function Part({ part }: { part: ScannedPart }) {
   const words = text.value.operate;
-  if (!part) {
-    return (
-      <section class="card last-result empty" aria-label={words.last_result}>
-        <h2>{words.last_result}</h2>
-        <p class="muted">{words.no_result}</p>
-      </section>
-    );
-  }
   const outcome = outcomeOf(part);
   const measured = standing(part);
   return (
@@ -38,60 +30,60 @@ export function LastResult({ part, recipe, measuring }: Properties) {
         <h2 class="grow">{part.scan.name}</h2>
         <span class="muted">{moment(part.scan.created_at_ms, language.value)}</span>
       </div>
-      {measuring && !measured ? (
-        <p class="part-verdict measured" role="status">
-          {words.measuring}
-        </p>
-      ) : (
-        <p class={`part-verdict ${outcome}`} role="status">
-          <span aria-hidden="true">{SIGN[outcome]}</span> {text.value.outcomes[outcome]}
-        </p>
-      )}
+      <p class={`part-verdict ${outcome}`} role="status">
+        <span aria-hidden="true">{SIGN[outcome]}</span> {text.value.outcomes[outcome]}
+      </p>
       {words.because[outcome] && <p>{words.because[outcome]}</p>}
-      {measured && <Value measured={measured} />}
+      {measured?.value !== undefined && <Value measured={measured} value={measured.value} />}
       {measured && <ToleranceBar measured={measured} />}
+      {part.measured.length > 1 && <Others part={part} shown={measured} />}
       <div class="row">
         <a class="button" href={href("result", part.scan.id)}>
           {words.open}
         </a>
-        {!measured && !measuring && part.scan.state === "complete" && <MeasureNow part={part} recipe={recipe} />}
       </div>
     </section>
   );
 }
 
-function Value({ measured }: { measured: Measured }) {
-  const words = text.value.operate;
+/** What a characteristic is called. */
+export function characteristicName({ tool, name }: Measured): string {
+  const what = text.value.measured_as[tool] ?? tool;
+  return name === undefined ? what : `${what} “${name}”`;
+}
+
+function Value({ measured, value }: { measured: Measured; value: number }) {
   const { unit, expanded_uncertainty: u } = measured;
   const uncertainty = unit === "mm" ? length(u, language.value) : `${decimal(u, 3, language.value)} °`;
   return (
     <p class="value-line">
-      <span class="muted">{text.value.measured_as[measured.tool] ?? measured.tool}</span>
+      <span class="muted">{characteristicName(measured)}</span>
       <span class="big number">
-        {decimal(measured.value, 3, language.value)} {unit}
+        {decimal(value, 3, language.value)} {unit}
       </span>
-      <span class="muted number" title={words.uncertainty_hint}>
+      <span class="muted number" title={text.value.operate.uncertainty_hint}>
         U = {uncertainty} (k = 2)
       </span>
     </p>
   );
 }
 
-/** For a part whose measurement was not taken: its scan was started elsewhere, or the page was closed. */
-function MeasureNow({ part, recipe }: { part: ScannedPart; recipe: Recipe }) {
-  const { api } = useApp();
-  const body = measurementOf(recipe);
-  const id = part.scan.id;
-  const measure = useMemo(
-    () =>
-      new Command(async () => {
-        if (!body) return;
-        await data(api.POST("/api/v1/scans/{id}/measurements", { params: { path: { id } }, body }));
-      }),
-    [api, id, JSON.stringify(body)],
-  );
-  if (!body || !recipe.tool) return null;
+/** The other characteristics, each in a line. */
+function Others({ part, shown }: { part: ScannedPart; shown: Measured | undefined }) {
   return (
-    <CommandButton command={measure}>{text.value.operate.measure(text.value.tools[recipe.tool])}</CommandButton>
+    <ul class="characteristics">
+      {part.measured
+        .filter((one) => one !== shown)
+        .map((one) => (
+          <li key={one.id} data-verdict={one.verdict}>
+            {one.verdict && <span aria-hidden="true">{SIGN[one.verdict]} </span>}
+            {characteristicName(one)}{" "}
+            <span class="number">
+              {one.value === undefined ? "–" : `${decimal(one.value, 3, language.value)} ${one.unit}`}
+            </span>{" "}
+            {one.verdict && text.value.outcomes[one.verdict]}
+          </li>
+        ))}
+    </ul>
   );
 }

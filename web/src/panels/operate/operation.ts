@@ -1,51 +1,45 @@
-/** What Start does: scan, wait, measure. */
+/** What Start does: scan and measure, in one job of the server. */
 
-import { computed, type ReadonlySignal, type Signal, signal } from "@preact/signals";
+import { computed, type ReadonlySignal, type Signal } from "@preact/signals";
 import { data, idempotencyKey, type Job } from "../../api/client";
 import type { App } from "../../app";
 import { Command, type Steps } from "../../state/command";
 import { hasEnded } from "../../state/jobs";
-import { measurementOf, type Recipe, scanOf } from "./recipe";
+import type { MeasurementPlan } from "../../state/measurement_plan";
+import { scanOf } from "./recipe";
 
 export class Operation {
   readonly command = new Command((steps) => this.run(steps));
-  /** Whether the measurement is being taken. */
-  readonly measuring = signal(false);
+  /** The newest scan job. */
+  readonly newest: ReadonlySignal<Job | undefined>;
   /** The newest scan job, if it ended without a result. */
   readonly failed: ReadonlySignal<Job | undefined>;
 
   constructor(
     private readonly app: Pick<App, "api" | "jobs">,
     private readonly serial: Signal<string>,
-    private readonly recipe: () => Recipe,
+    private readonly plan: MeasurementPlan,
   ) {
+    this.newest = computed(() => app.jobs.list.value.find((job) => job.kind === "scan"));
     this.failed = computed(() => {
-      const newest = app.jobs.list.value.find((job) => job.kind === "scan");
+      const newest = this.newest.value;
       return newest && hasEnded(newest) && newest.state !== "succeeded" ? newest : undefined;
     });
   }
 
   private async run(steps: Steps): Promise<void> {
     const { api, jobs } = this.app;
-    const recipe = this.recipe();
-    const body = scanOf(recipe, this.serial.peek());
+    const kept = await this.plan.saved();
+    const plan = this.plan.plan.peek();
+    // What the server refused to keep is shown beside the plan.
+    if (!kept || !plan) return;
+    const body = scanOf(plan, this.serial.peek());
     const params = { header: { "Idempotency-Key": idempotencyKey() } };
     const job = (await data(api.POST("/api/v1/scans", { params, body }))) as Job;
     jobs.note(job);
     // The next part may be read while this one is scanned.
     this.serial.value = "";
     steps.accepted();
-    const ended = await jobs.ended(job.id);
-    const scan_id = ended.result?.id;
-    const measurement = measurementOf(recipe);
-    // A stopped or lossy scan gets no verdict; how the job ended is shown from the job itself.
-    if (ended.state !== "succeeded" || !scan_id || !measurement) return;
-    this.measuring.value = true;
-    try {
-      const path = { id: scan_id };
-      await data(api.POST("/api/v1/scans/{id}/measurements", { params: { path }, body: measurement }));
-    } finally {
-      this.measuring.value = false;
-    }
+    await jobs.ended(job.id);
   }
 }

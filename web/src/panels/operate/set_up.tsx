@@ -1,120 +1,198 @@
-/** The fold-out: what is scanned and measured. */
+/** The fold-out: what is scanned and measured on every part, kept by the server. */
 
 import { useId } from "preact/hooks";
 import { NumberField } from "../../parts/number_field";
+import { ProblemCard } from "../../parts/problem";
+import type { MeasurementPlan, Plan } from "../../state/measurement_plan";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
-import { type Recipe, TOOLS, type Tool } from "./recipe";
+import { type Characteristic, changed, freeName, TOOLS, type Tool } from "./recipe";
 
 interface Properties {
-  recipe: Recipe;
-  onChange: (recipe: Recipe) => void;
+  plan: MeasurementPlan;
   /** Where the stage can go, mm. */
   travel_mm: readonly number[];
 }
 
-export function SetUp({ recipe, onChange, travel_mm }: Properties) {
+export function SetUp({ plan, travel_mm }: Properties) {
   const words = text.value.operate;
-  const id = useId();
-  const [lowest = -1e4, highest = 1e4] = travel_mm;
-  const unit = recipe.tool === "angle" ? "°" : "mm";
-  const change = (part: Partial<Recipe>) => onChange({ ...recipe, ...part });
+  const shown = plan.plan.value;
   return (
-    <details class="card set-up">
+    <details class="card set-up" data-saved={!plan.unsaved.value}>
       <summary>
         <strong>{words.set_up}</strong>
-        <span class="muted">{summaryOf(recipe)}</span>
+        <span class="muted">{shown && summaryOf(shown)}</span>
       </summary>
-      <div class="stack">
-        <div class="row end">
-          <NumberField
-            label={words.from}
-            unit="mm"
-            value={recipe.from_mm}
-            min={lowest}
-            max={highest}
-            onChange={(from_mm) => from_mm !== undefined && change({ from_mm })}
-          />
-          <NumberField
-            label={words.to}
-            unit="mm"
-            value={recipe.to_mm}
-            min={lowest}
-            max={highest}
-            onChange={(to_mm) => to_mm !== undefined && change({ to_mm })}
-          />
-          <NumberField
-            label={words.step}
-            unit="mm"
-            value={recipe.step_mm}
-            min={0.001}
-            max={50}
-            onChange={(step_mm) => step_mm !== undefined && change({ step_mm })}
-          />
-          <NumberField
-            label={words.exposure}
-            unit="µs"
-            value={recipe.exposure_us}
-            min={1}
-            max={1e6}
-            optional
-            placeholder={words.automatic}
-            onChange={(exposure_us) => change({ exposure_us })}
-          />
-        </div>
-        <div class="row end">
-          <div class="field">
-            <label for={id}>{words.tool}</label>
-            <select
-              id={id}
-              value={recipe.tool ?? ""}
-              onChange={(event) => change({ tool: (event.currentTarget.value || undefined) as Tool | undefined })}
-            >
-              <option value="">{words.no_tool}</option>
-              {TOOLS.map((tool) => (
-                <option key={tool} value={tool}>
-                  {text.value.tools[tool]}
-                </option>
-              ))}
-            </select>
-          </div>
-          {recipe.tool && (
-            <>
-              <NumberField
-                label={words.nominal}
-                unit={unit}
-                value={recipe.nominal}
-                optional
-                onChange={(nominal) => change({ nominal })}
-              />
-              <NumberField
-                label={words.tolerance}
-                unit={unit}
-                value={recipe.tolerance}
-                min={0.0001}
-                optional
-                onChange={(tolerance) => change({ tolerance })}
-              />
-            </>
-          )}
-        </div>
-        {recipe.tool && recipe.nominal === undefined && <p class="muted">{words.no_verdict_without_nominal}</p>}
-        <p class="muted">{words.kept_here}</p>
-      </div>
+      {plan.problem.value && <ProblemCard problem={plan.problem.value} />}
+      {shown && <Fields shown={shown} change={(part) => plan.change(part)} travel_mm={travel_mm} />}
     </details>
   );
 }
 
-/** The set-up in one line. */
-function summaryOf(recipe: Recipe): string {
+interface FieldsProperties {
+  shown: Plan;
+  change: (part: Partial<Plan>) => void;
+  travel_mm: readonly number[];
+}
+
+function Fields({ shown, change, travel_mm }: FieldsProperties) {
+  const words = text.value.operate;
+  const [lowest = -1e4, highest = 1e4] = travel_mm;
+  const measure = shown.measure ?? [];
+  const replace = (at: number, one: Characteristic | undefined) =>
+    change({ measure: measure.flatMap((known, idx) => (idx === at ? (one ?? []) : known)) });
+  return (
+    <div class="stack">
+      <div class="row end">
+        <NumberField
+          label={words.from}
+          unit="mm"
+          value={shown.from_mm}
+          min={lowest}
+          max={highest}
+          onChange={(from_mm) => from_mm !== undefined && change({ from_mm })}
+        />
+        <NumberField
+          label={words.to}
+          unit="mm"
+          value={shown.to_mm}
+          min={lowest}
+          max={highest}
+          onChange={(to_mm) => to_mm !== undefined && change({ to_mm })}
+        />
+        <NumberField
+          label={words.step}
+          unit="mm"
+          value={shown.step_mm}
+          min={0.001}
+          max={50}
+          onChange={(step_mm) => step_mm !== undefined && change({ step_mm })}
+        />
+        <NumberField
+          label={words.exposure}
+          unit="µs"
+          value={shown.exposure_us ?? undefined}
+          min={1}
+          max={1e6}
+          optional
+          placeholder={words.automatic}
+          onChange={(exposure_us) => change({ exposure_us: exposure_us ?? null })}
+        />
+      </div>
+      {measure.map((one, at) => (
+        <CharacteristicRow
+          key={`${at}-${one.tool}`}
+          one={one}
+          others={measure.filter((other) => other !== one)}
+          onChange={(next) => replace(at, next)}
+        />
+      ))}
+      {measure.length === 0 && <p class="muted">{words.no_tool}</p>}
+      <div>
+        <button
+          type="button"
+          onClick={() => {
+            const tool = TOOLS.find((tool) => !measure.some((one) => one.tool === tool)) ?? "sphere";
+            change({ measure: [...measure, named(measure, tool)] });
+          }}
+        >
+          {words.add_measurement}
+        </button>
+      </div>
+      <p class="muted">{words.kept_by_server}</p>
+    </div>
+  );
+}
+
+/** A use of a tool with limits still to be given. */
+function named(others: readonly Characteristic[], tool: Tool): Characteristic {
+  const name = freeName(others, tool);
+  return { tool, ...(name !== undefined && { name }) };
+}
+
+interface RowProperties {
+  one: Characteristic;
+  others: readonly Characteristic[];
+  /** Undefined: taken away. */
+  onChange: (next: Characteristic | undefined) => void;
+}
+
+function CharacteristicRow({ one, others, onChange }: RowProperties) {
+  const words = text.value.operate;
+  const id = useId();
+  const unit = one.tool === "angle" ? "°" : "mm";
+  const judged = one.tool === "flatness" || one.nominal_mm != null;
+  return (
+    <div class="row end characteristic" data-tool={one.tool}>
+      <div class="field">
+        <label for={id}>{words.tool}</label>
+        <select
+          id={id}
+          value={one.tool}
+          onChange={(event) => onChange(named(others, event.currentTarget.value as Tool))}
+        >
+          {TOOLS.map((tool) => (
+            <option key={tool} value={tool}>
+              {text.value.tools[tool]}
+            </option>
+          ))}
+        </select>
+      </div>
+      {one.name != null && (
+        <div class="field">
+          <label for={`${id}-name`}>{words.characteristic_name}</label>
+          <input
+            id={`${id}-name`}
+            value={one.name}
+            maxLength={100}
+            onChange={(event) => {
+              const name = event.currentTarget.value.trim();
+              if (name !== "") onChange({ ...one, name });
+            }}
+          />
+        </div>
+      )}
+      {one.tool !== "flatness" && (
+        <NumberField
+          label={words.nominal}
+          unit={unit}
+          value={one.nominal_mm ?? undefined}
+          optional
+          onChange={(nominal) => onChange(changed(one, { nominal_mm: nominal ?? null }))}
+        />
+      )}
+      {judged && (
+        <NumberField
+          label={words.tolerance}
+          unit={unit}
+          value={one.tolerance_mm ?? undefined}
+          min={0.0001}
+          optional
+          onChange={(tolerance) => onChange(changed(one, { tolerance_mm: tolerance ?? null }))}
+        />
+      )}
+      <button type="button" class="quiet" onClick={() => onChange(undefined)}>
+        {words.remove_measurement}
+      </button>
+      {!judged && <p class="muted">{words.no_verdict_without_nominal}</p>}
+    </div>
+  );
+}
+
+/** The plan in one line. */
+function summaryOf(plan: Plan): string {
   const words = text.value.operate;
   const number = (value: number) => value.toLocaleString(language.value, { maximumFractionDigits: 4 });
-  const unit = recipe.tool === "angle" ? "°" : "mm";
   const signed = (value: number) => number(value).replace("-", "−");
-  const scan = words.range(signed(recipe.from_mm), signed(recipe.to_mm), number(recipe.step_mm));
-  if (!recipe.tool) return `${scan} · ${words.no_tool}`;
-  const tolerance = recipe.tolerance === undefined ? "" : ` ± ${number(recipe.tolerance)}`;
-  const nominal =
-    recipe.nominal === undefined ? "" : ` ${decimal(recipe.nominal, 3, language.value)}${tolerance} ${unit}`;
-  return `${scan} · ${text.value.tools[recipe.tool]}${nominal}`;
+  const scan = words.range(signed(plan.from_mm), signed(plan.to_mm), number(plan.step_mm));
+  const measure = plan.measure ?? [];
+  if (measure.length === 0) return `${scan} · ${words.no_tool}`;
+  const told = measure.map(({ tool, name, nominal_mm, tolerance_mm }) => {
+    const unit = tool === "angle" ? "°" : "mm";
+    const nominal = nominal_mm == null ? "" : ` ${decimal(nominal_mm, 3, language.value)}`;
+    const tolerance = tolerance_mm == null ? "" : ` ± ${number(tolerance_mm)}`;
+    const limits = nominal + tolerance === "" ? "" : `${nominal}${tolerance} ${unit}`;
+    return `${text.value.tools[tool]}${name == null ? "" : ` “${name}”`}${limits}`;
+  });
+  return `${scan} · ${told.join(", ")}`;
 }

@@ -1,6 +1,6 @@
 /** The last parts as ticks, newest at the right; every browser draws them from the server's records. */
 
-import { outcomeOf, SIGN, standing } from "../../state/outcome";
+import { type Outcome, outcomeOf, SIGN, standing } from "../../state/outcome";
 import { href } from "../../state/route";
 import type { ScannedPart } from "../../state/scanned";
 import { language, text } from "../../text";
@@ -12,7 +12,7 @@ export const TICKS = 20;
 export function Ticks({ parts }: { parts: readonly ScannedPart[] }) {
   const words = text.value.operate;
   const shown = parts.slice(0, TICKS).reverse();
-  const failed = shown.filter((part) => outcomeOf(part) === "fail").length;
+  const failed = shown.filter((part) => rejected(outcomeOf(part))).length;
   return (
     <section class="card" aria-label={words.last_parts}>
       <div class="row">
@@ -38,9 +38,14 @@ export function Ticks({ parts }: { parts: readonly ScannedPart[] }) {
   );
 }
 
+/** Everything that is no good part and was judged. */
+function rejected(outcome: Outcome): boolean {
+  return outcome === "not_ok" || outcome === "invalid";
+}
+
 function told(part: ScannedPart): string {
   const measured = standing(part);
-  const value = measured && `${decimal(measured.value, 3, language.value)} ${measured.unit}`;
+  const value = measured?.value !== undefined && `${decimal(measured.value, 3, language.value)} ${measured.unit}`;
   const words = [part.scan.name, text.value.outcomes[outcomeOf(part)], value];
   return [...words, moment(part.scan.created_at_ms, language.value)].filter(Boolean).join(", ");
 }

@@ -36,7 +36,7 @@ export function barPlaces(nominal: number, tolerance: number, value: number, u: 
 
 export function ToleranceBar({ measured }: { measured: Measured }) {
   const { nominal, tolerance, value, unit } = measured;
-  if (nominal === undefined || tolerance === undefined) return null;
+  if (nominal === undefined || tolerance === undefined || value === undefined) return null;
   const places = barPlaces(nominal, tolerance, value, measured.expanded_uncertainty ?? 0);
   const x = (place: number) => Math.round(10 + place * (WIDTH - 20));
   const written = (number: number) => `${decimal(number, 3, language.value)} ${unit}`;

@@ -15,7 +15,7 @@ import { Measurements } from "./measurements";
 import { Downloads, Provenance, Recompute } from "./provenance";
 import { Printed, ReportCard } from "./report";
 import { findScan, ResultState } from "./result_state";
-import { overall, reportOf, type Scan } from "./scan_record";
+import { reportOf, type Scan } from "./scan_record";
 import { SectionCard } from "./section_card";
 import { VerdictWord } from "./verdict";
 import "./result.css";
@@ -50,7 +50,7 @@ function ScanResult({ scan }: { scan: Scan }) {
   const app = useApp();
   const words = text.value.result;
   const result = useMemo(() => new ResultState(app, scan), [app, scan]);
-  useEffect(() => void result.load(), [result]);
+  useEffect(() => result.follow(), [result]);
   const end_feed = useRef<(() => void) | undefined>(undefined);
   const shown = useRef<CloudViewer | undefined>(undefined);
   const viewer = useCallback(() => shown.current, []);
@@ -62,7 +62,6 @@ function ScanResult({ scan }: { scan: Scan }) {
     },
     [result],
   );
-  const measurements = result.measurements.value;
   return (
     <>
       <header class="result-head">
@@ -72,11 +71,12 @@ function ScanResult({ scan }: { scan: Scan }) {
             {words.title} · {moment(scan.created_at_ms, language.value)}
           </span>
         </div>
+        {scan.purpose === "verification" && <span class="tag">{text.value.results.verification}</span>}
         {scan.state !== "complete" && <span class="tag bad">{words.states[scan.state] ?? scan.state}</span>}
         <span class="grow" />
         <div class="overall">
-          {overall(measurements) ? (
-            <VerdictWord verdict={overall(measurements)} big />
+          {result.verdict.value ? (
+            <VerdictWord verdict={result.verdict.value} big />
           ) : (
             <span class="muted">{words.no_verdict}</span>
           )}
@@ -101,7 +101,7 @@ function ScanResult({ scan }: { scan: Scan }) {
               ) : undefined
             }
           />
-          <Printed />
+          <Printed result={result} viewer={viewer} />
           <Measurements result={result} />
           <SectionCard scan={scan} />
         </div>

@@ -71,10 +71,14 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
   const asAsked = (value: number) =>
     `${value.toLocaleString(shown, { maximumFractionDigits: 4 })} ${measured.unit}`;
   // Small lengths read better in µm; an angle has no such unit.
-  const small = (value: number | null) => (measured.unit === "mm" ? length(value, shown) : inUnit(value));
+  const small = (value: number | null) =>
+    measured.unit === "mm" && value != null ? length(value, shown) : inUnit(value);
   return (
     <tr aria-selected={result.selected.value === measurement.id} data-tool={requestOf(measurement).tool}>
-      <th scope="row">{words.tools[requestOf(measurement).tool]}</th>
+      <th scope="row">
+        {words.tools[requestOf(measurement).tool]}
+        {requestOf(measurement).name != null && ` “${requestOf(measurement).name}”`}
+      </th>
       <td class="number">{measured.nominal == null ? "–" : asAsked(measured.nominal)}</td>
       <td class="number">{measured.tolerance == null ? "–" : `± ${asAsked(measured.tolerance)}`}</td>
       <td class="number">
@@ -82,7 +86,7 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
       </td>
       <td class="number">{small(measured.error)}</td>
       <td class="number">{small(measured.expanded_uncertainty)}</td>
-      <td class="number">{length(measured.errors.rmse_mm, shown)}</td>
+      <td class="number">{measured.errors ? length(measured.errors.rmse_mm, shown) : "–"}</td>
       <td>
         <VerdictWord verdict={verdictOf(measurement)} />
       </td>
@@ -196,7 +200,10 @@ function MeasureForm({ result }: { result: ResultState }) {
         blocked={
           !result.scan.cloud
             ? words.blocked_no_cloud
-            : result.tolerance.value !== undefined && result.nominal.value === undefined && words.blocked_nominal
+            : result.tolerance.value !== undefined &&
+              result.nominal.value === undefined &&
+              result.tool.value !== "flatness" &&
+              words.blocked_nominal
         }
       >
         {words.measure}

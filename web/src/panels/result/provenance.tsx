@@ -119,7 +119,7 @@ export function Downloads({ scan }: { scan: Scan }) {
   const words = text.value.result;
   const address = (what: string, format: string) => `/api/v1/scans/${scan.id}/${what}?format=${format}`;
   return (
-    <section class="card" aria-label={words.downloads}>
+    <section class="card downloads-card" aria-label={words.downloads}>
       <h2>{words.downloads}</h2>
       {!scan.cloud && <p class="muted">{words.blocked_no_cloud}</p>}
       {scan.cloud && (

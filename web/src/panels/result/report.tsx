@@ -1,7 +1,7 @@
 /** The result for people and programs elsewhere: on paper, as PDF, as JSON. */
 
 import { signal } from "@preact/signals";
-import { useMemo } from "preact/hooks";
+import { useEffect, useMemo } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import type { CloudViewer } from "../../scene/viewer";
@@ -9,8 +9,8 @@ import { Command } from "../../state/command";
 import { language, text } from "../../text";
 import { moment } from "../../units";
 import { download } from "../health/bundle";
+import { PrintedLegend } from "../viewer/legend";
 import type { ResultState } from "./result_state";
-import { overall } from "./scan_record";
 
 /** Format of the file. */
 const FORMAT = "sheaf-result/1";
@@ -49,13 +49,25 @@ export function ReportCard({ result, viewer }: Properties) {
   );
 }
 
-/** Stands on paper only: the picture, and when the report was made. */
-export function Printed() {
+/** Stands on paper only: the picture with its colours' meaning, and when the report was made. */
+export function Printed({ result, viewer }: Properties) {
+  useEffect(() => {
+    // Also when the browser's own menu prints.
+    const take = () => {
+      printed.value = viewer()?.snapshot() ?? printed.peek();
+    };
+    addEventListener("beforeprint", take);
+    return () => {
+      removeEventListener("beforeprint", take);
+      printed.value = undefined;
+    };
+  }, [viewer]);
   const simulated = useApp().station.simulated.value;
   return (
     <div class="print-only">
       {simulated && <strong>{text.value.frame.simulated[simulated] ?? simulated}</strong>}
       {printed.value && <img src={printed.value} alt={text.value.viewer.title} />}
+      {printed.value && <PrintedLegend state={result.view} />}
       <p>
         Sheaf · {text.value.result.printed_at} {moment(Date.now(), language.value)}
       </p>
@@ -66,5 +78,5 @@ export function Printed() {
 /** Everything the station recorded of the scan and what was measured on it. */
 function reportJson(result: ResultState): unknown {
   const measurements = result.measurements.peek();
-  return { format: FORMAT, verdict: overall(measurements) ?? null, scan: result.scan, measurements };
+  return { format: FORMAT, verdict: result.verdict.peek() ?? null, scan: result.scan, measurements };
 }

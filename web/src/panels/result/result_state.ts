@@ -1,6 +1,6 @@
 /** One scan with its measurements, and what a person does with it. */
 
-import { signal } from "@preact/signals";
+import { type Signal, signal } from "@preact/signals";
 import { type Api, bytes, data, idempotencyKey, type Problem, problemOf } from "../../api/client";
 import type { App } from "../../app";
 import type { Damaged } from "../../parts/damaged";
@@ -9,9 +9,12 @@ import { BlockFeed } from "../../scene/block_feed";
 import { exactPoint } from "../../scene/exact";
 import { meshFromGlb } from "../../scene/glb";
 import { fetchPoints } from "../../scene/points_source";
+import { RegionGrid } from "../../scene/region";
 import type { CloudViewer } from "../../scene/viewer";
 import { Command } from "../../state/command";
+import type { StationEvent } from "../../state/events";
 import { goTo } from "../../state/route";
+import type { Verdict } from "../../state/scanned";
 import { ViewState } from "../viewer/view_state";
 import { type Measurement, resultOf, type Scan, type Tool } from "./scan_record";
 
@@ -24,6 +27,8 @@ export function featureOf(measurement: Measurement) {
 export class ResultState {
   readonly view: ViewState;
   readonly measurements = signal<readonly Measurement[]>([]);
+  /** On the part, as the server states it. */
+  readonly verdict: Signal<Verdict | undefined>;
   /** Measurements that cannot be shown. */
   readonly damaged = signal<readonly Damaged[]>([]);
   /** The measurement whose fitted shape gives the deviations. */
@@ -43,12 +48,13 @@ export class ResultState {
     readonly scan: Scan,
   ) {
     const { api } = app;
+    this.verdict = signal(scan.verdict ?? undefined);
     this.view = new ViewState(async (picked) => await exactPoint(api, scan.id, picked));
     this.measure = new Command(async () => {
       const measured = await data(
         api.POST("/api/v1/scans/{id}/measurements", { params: this.params(), body: this.request() }),
       );
-      this.measurements.value = [measured, ...this.measurements.peek()];
+      await this.load();
       this.select(measured);
     });
     this.loadMesh = new Command(async () => {
@@ -67,15 +73,29 @@ export class ResultState {
     });
   }
 
-  /** Reads the measurements that are there. */
+  /** Reads again when something was measured, here or elsewhere; the returned function ends it. */
+  follow(): () => void {
+    void this.load();
+    return this.app.events.follow((news) => {
+      const ours = ({ kind, body }: StationEvent) =>
+        kind === "measurement.made" && (body as { scan_id?: string } | null)?.scan_id === this.scan.id;
+      if (news.length === 0 || news.some(ours)) void this.load();
+    });
+  }
+
+  /** Reads the measurements that are there, and the verdict. */
   async load(): Promise<void> {
     try {
       const params = { path: { id: this.scan.id }, query: { limit: 200 } };
-      const { items, damaged } = await data(this.app.api.GET("/api/v1/scans/{id}/measurements", { params }));
+      const [{ items, damaged }, scan] = await Promise.all([
+        data(this.app.api.GET("/api/v1/scans/{id}/measurements", { params })),
+        data(this.app.api.GET("/api/v1/scans/{id}", { params: { path: { id: this.scan.id } } })),
+      ]);
       this.damaged.value = damaged ?? [];
       this.measurements.value = items;
+      this.verdict.value = scan.verdict ?? undefined;
       const shaped = items.find(featureOf);
-      if (shaped) this.select(shaped);
+      if (shaped && this.selected.peek() === undefined) this.select(shaped);
     } catch (cause) {
       this.problem.value = problemOf(cause);
     }
@@ -86,7 +106,8 @@ export class ResultState {
     const feature = featureOf(measurement);
     if (!feature) return;
     this.selected.value = measurement.id;
-    this.view.shape.value = feature.shape;
+    const grid = feature.region ? new RegionGrid(feature.region) : undefined;
+    this.view.feature.value = { shape: feature.shape, grid };
     this.view.shape_name.value = feature.role;
     // Another shape has other deviations.
     const { deviation: _, ...others } = this.view.typed.peek();

@@ -1,7 +1,10 @@
 /** What the JSON of scans and measurements holds that the page shows; anything may be missing in a partial scan. */
 
 import type { Schemas } from "../../api/client";
+import type { SurfaceRegion } from "../../scene/region";
 import type { FittedShape } from "../../scene/shapes";
+import { VERDICTS } from "../../state/outcome";
+import type { Verdict } from "../../state/scanned";
 
 export type Scan = Schemas["ScanDto"];
 export type Measurement = Schemas["MeasurementDto"];
@@ -30,25 +33,32 @@ export interface ScanPlanRecord {
   laser_power?: number;
 }
 
-export type Verdict = "pass" | "fail" | "undecided";
-
 /** A measured value with all that is needed to judge it. */
 export interface MeasurementResult {
-  value: number;
+  /** Null: it could not be measured; the notes say why. */
+  value: number | null;
   unit: string;
   nominal: number | null;
   error: number | null;
-  expanded_uncertainty: number;
+  expanded_uncertainty: number | null;
   tolerance: number | null;
   verdict: string | null;
-  errors: { n_points: number; rmse_mm: number; max_mm: number };
-  features: { role: string; shape: FittedShape; n_points: number; rms_mm: number }[];
+  errors: { n_points: number; rmse_mm: number; max_mm: number } | null;
+  features: {
+    role: string;
+    shape: FittedShape;
+    n_points: number;
+    rms_mm: number;
+    /** Where its points are; missing in results of earlier versions. */
+    region?: SurfaceRegion | null;
+  }[];
   per_order: { order: number; value_mm: number | null; errors: { n_points: number; rmse_mm: number } }[];
   notes: string[];
 }
 
 export interface MeasurementRequest {
   tool: Tool;
+  name?: string | null;
   nominal_mm: number | null;
   tolerance_mm: number | null;
 }
@@ -58,13 +68,7 @@ export const planOf = (scan: Scan) => (scan.plan ?? {}) as ScanPlanRecord;
 export const resultOf = (measurement: Measurement) => measurement.result as MeasurementResult;
 export const requestOf = (measurement: Measurement) => measurement.request as MeasurementRequest;
 
-/** What all judged measurements of a scan come to: the worst of them; undefined where none was judged. */
-export function overall(measurements: readonly Measurement[]): Verdict | undefined {
-  const verdicts = measurements.map((measurement) => verdictOf(measurement));
-  return (["fail", "undecided", "pass"] as const).find((verdict) => verdicts.includes(verdict));
-}
-
 export function verdictOf(measurement: Measurement): Verdict | undefined {
-  const verdict = resultOf(measurement).verdict?.toLowerCase();
-  return verdict === "pass" || verdict === "fail" || verdict === "undecided" ? verdict : undefined;
+  const { verdict } = resultOf(measurement);
+  return VERDICTS.find((known) => known === verdict);
 }

@@ -119,7 +119,7 @@ function Plot({ profile }: { profile: ProfileMessage | undefined }) {
 function PointLine({ profile, idx }: { profile: ProfileMessage; idx: number | undefined }) {
   const words = text.value.result;
   const chosen = language.value;
-  if (idx === undefined) return <p class="muted">{words.section_hint(profile.z_mm.length)}</p>;
+  if (idx === undefined) return <p class="muted section-hint">{words.section_hint(profile.z_mm.length)}</p>;
   const order = orderOfPoint(profile, idx);
   const at = (numbers: Float32Array) => `${decimal(numbers[idx] ?? 0, 3, chosen)} mm`;
   return (

@@ -1,7 +1,7 @@
 /** Which results are shown. */
 
-import { type Outcome, outcomeOf } from "../../state/outcome";
-import type { ScannedPart } from "../../state/scanned";
+import { type Outcome, outcomeOf, VERDICTS } from "../../state/outcome";
+import type { PartsQuery, ScannedPart } from "../../state/scanned";
 
 export interface ResultFilter {
   /** Part of the name, whatever the case. */
@@ -13,6 +13,13 @@ export interface ResultFilter {
 }
 
 export const NO_FILTER: ResultFilter = { name: "", outcome: "", from_day: "", to_day: "" };
+
+/** What the server can find by itself, however old it is. */
+export function askedOf(outcome: Outcome | ""): PartsQuery {
+  const verdict = VERDICTS.find((verdict) => verdict === outcome);
+  if (verdict) return { verdict };
+  return outcome === "partial" ? { state: "partial" } : {};
+}
 
 export function filtered(parts: readonly ScannedPart[], filter: ResultFilter): readonly ScannedPart[] {
   const name = filter.name.trim().toLowerCase();

@@ -8,7 +8,7 @@ import { DamagedRecords } from "../../parts/damaged";
 import { ProblemCard } from "../../parts/problem";
 import { href } from "../../state/route";
 import { text } from "../../text";
-import { filtered, NO_FILTER } from "./filter";
+import { askedOf, filtered, NO_FILTER } from "./filter";
 import { FilterBar } from "./filter_bar";
 import { ResultsState } from "./results_state";
 import { Rows } from "./rows";
@@ -21,6 +21,8 @@ export default function Results() {
   const state = useMemo(() => new ResultsState(api, events), [api, events]);
   useEffect(() => state.follow(), [state]);
   const filter = useSignal(NO_FILTER);
+  const outcome = filter.value.outcome;
+  useEffect(() => state.ask(askedOf(outcome)), [state, outcome]);
   const parts = state.parts.value;
   const problem = state.problem.value;
   const shown = useMemo(() => (parts ? filtered(parts, filter.value) : []), [parts, filter.value]);
@@ -30,7 +32,7 @@ export default function Results() {
       {problem && <ProblemCard problem={problem} />}
       <DamagedRecords rows={state.damaged.value} />
       {!parts && !problem && <p class="muted">{text.value.frame.loading}</p>}
-      {parts && parts.length === 0 && (
+      {parts && parts.length === 0 && outcome === "" && (
         <section class="card">
           <h2>{words.none_yet}</h2>
           <p>{words.none_yet_how}</p>
@@ -39,7 +41,7 @@ export default function Results() {
           </a>
         </section>
       )}
-      {parts && parts.length > 0 && (
+      {parts && (parts.length > 0 || outcome !== "") && (
         <>
           <FilterBar
             filter={filter}
@@ -47,7 +49,7 @@ export default function Results() {
             n_read={parts.length}
             complete={!state.has_older.value}
           />
-          <TrendCard parts={shown} />
+          <TrendCard parts={shown.filter(({ scan }) => scan.purpose === "production")} />
           <Rows parts={shown} />
           {state.has_older.value && <CommandButton command={state.older}>{words.older}</CommandButton>}
         </>

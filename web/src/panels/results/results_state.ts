@@ -5,7 +5,7 @@ import { type Api, type Problem, problemOf } from "../../api/client";
 import { type Damaged, named } from "../../parts/damaged";
 import { Command } from "../../state/command";
 import type { EventLog, StationEvent } from "../../state/events";
-import { type ScannedPart, ScannedParts } from "../../state/scanned";
+import { type PartsQuery, readParts, type ScannedPart } from "../../state/scanned";
 
 /** Results read at once. */
 const AT_ONCE = 50;
@@ -18,36 +18,37 @@ export class ResultsState {
   readonly has_older = signal(false);
   readonly problem = signal<Problem | undefined>(undefined);
   readonly older = new Command(() => this.readOlder());
-  private readonly reader: ScannedParts;
+  private query: PartsQuery = {};
   private asked = 0;
 
   constructor(
-    api: Api,
+    private readonly api: Api,
     private readonly events: EventLog,
-  ) {
-    this.reader = new ScannedParts(api);
+  ) {}
+
+  /** Reads what the server finds for `query` from now on. */
+  ask(query: PartsQuery): void {
+    if (JSON.stringify(query) === JSON.stringify(this.query)) return;
+    this.query = query;
+    this.parts.value = undefined;
+    void this.readNewest();
   }
 
   /** Reads, and reads again when something happened; the returned function ends it. */
   follow(): () => void {
     void this.readNewest();
     return this.events.follow((news) => {
-      if (news.length === 0) this.reader.forgetAll();
-      if (news.length === 0 || news.some(isOfResults)) void this.readNewest(news);
+      if (news.length === 0 || news.some(isOfResults)) void this.readNewest();
     });
   }
 
-  private async readNewest(news: readonly StationEvent[] = []): Promise<void> {
-    for (const { kind, body } of news) {
-      const scan_id = (body as { scan_id?: string } | null)?.scan_id;
-      if (kind === "measurement.made" && scan_id) this.reader.forget(scan_id);
-    }
+  private async readNewest(): Promise<void> {
     this.asked += 1;
     const asked = this.asked;
     try {
       // As many as are shown, so that a deleted one does not leave a gap.
       const limit = Math.min(200, Math.max(AT_ONCE, this.parts.peek()?.length ?? 0));
-      const { parts, damaged, next } = await this.reader.page(limit);
+      const { parts, damaged, next } = await readParts(this.api, limit, this.query);
       if (asked !== this.asked) return;
       this.parts.value = parts;
       this.damaged.value = named(damaged);
@@ -60,7 +61,11 @@ export class ResultsState {
 
   private async readOlder(): Promise<void> {
     const known = this.parts.peek() ?? [];
-    const { parts, damaged, next } = await this.reader.page(AT_ONCE, known.at(-1)?.scan.id);
+    const asked = this.asked;
+    const last = known.at(-1)?.scan.id;
+    const { parts, damaged, next } = await readParts(this.api, AT_ONCE, this.query, last);
+    // Another filter was chosen meanwhile.
+    if (asked !== this.asked) return;
     this.parts.value = [...known, ...parts];
     this.damaged.value = named([...this.damaged.peek(), ...damaged]);
     this.has_older.value = next !== undefined;

@@ -50,13 +50,14 @@ function Row({ part, onDelete }: { part: ScannedPart; onDelete: () => void }) {
   const words = text.value.results;
   const { scan } = part;
   const outcome = outcomeOf(part);
-  const bad = outcome === "fail" || outcome === "invalid";
+  const bad = outcome === "not_ok" || outcome === "invalid";
   return (
     <tr data-outcome={outcome}>
       <td>
         <a class="name" href={href("result", scan.id)}>
           {scan.name}
         </a>
+        {scan.purpose === "verification" && <div class="tag">{words.verification}</div>}
         {scan.recomputed_from && <div class="muted">{words.recomputed}</div>}
       </td>
       <td data-label={words.verdict}>
@@ -98,10 +99,10 @@ function Row({ part, onDelete }: { part: ScannedPart; onDelete: () => void }) {
 function Value({ part }: { part: ScannedPart }) {
   const measured = standing(part);
   if (!measured) return <>–</>;
-  const { unit, expanded_uncertainty: u } = measured;
+  const { unit, expanded_uncertainty: u, value } = measured;
   return (
     <>
-      {decimal(measured.value, 3, language.value)} {unit}
+      {value === undefined ? "–" : `${decimal(value, 3, language.value)} ${unit}`}
       <div class="muted">
         {text.value.measured_as[measured.tool] ?? measured.tool}, U{" "}
         {unit === "mm" ? length(u, language.value) : `${decimal(u, 3, language.value)} °`}

@@ -8,16 +8,16 @@ import { theme } from "../../state/theme";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 import type { TrendChart } from "./trend_chart";
-import { toolsOf, trendOf } from "./trend_data";
+import { characteristicsOf, trendOf } from "./trend_data";
 
 export function TrendCard({ parts }: { parts: readonly ScannedPart[] }) {
   const words = text.value.results;
   const id = useId();
   const chosen = useSignal("");
   const place = useRef<HTMLDivElement>(null);
-  const tools = toolsOf(parts);
-  const tool = tools.includes(chosen.value) ? chosen.value : tools[0];
-  const trend = useMemo(() => (tool ? trendOf(parts, tool) : undefined), [parts, tool]);
+  const known = characteristicsOf(parts);
+  const shown = known.includes(chosen.value) ? chosen.value : known[0];
+  const trend = useMemo(() => (shown ? trendOf(parts, shown) : undefined), [parts, shown]);
   const drawn = JSON.stringify(trend);
   useEffect(() => {
     let chart: TrendChart | undefined;
@@ -31,7 +31,7 @@ export function TrendCard({ parts }: { parts: readonly ScannedPart[] }) {
       chart?.dispose();
     };
   }, [drawn, theme.value, language.value]);
-  if (!tool || !trend) return null;
+  if (!shown || !trend || trend.points.length === 0) return null;
   const values = trend.points.map((point) => point.value);
   const mean = values.reduce((sum, value) => sum + value, 0) / values.length;
   const spread = Math.max(...values) - Math.min(...values);
@@ -44,17 +44,23 @@ export function TrendCard({ parts }: { parts: readonly ScannedPart[] }) {
         <label class="visually-hidden" for={id}>
           {words.characteristic}
         </label>
-        <select id={id} value={tool} onChange={(event) => (chosen.value = event.currentTarget.value)}>
-          {tools.map((name) => (
-            <option key={name} value={name}>
-              {text.value.measured_as[name] ?? name} ({name === "angle" ? "°" : "mm"})
+        <select id={id} value={shown} onChange={(event) => (chosen.value = event.currentTarget.value)}>
+          {known.map((one) => (
+            <option key={one} value={one}>
+              {labelOf(one)} ({one.split("/")[0] === "angle" ? "°" : "mm"})
             </option>
           ))}
         </select>
         <span class="muted number">{told}</span>
       </div>
-      <div class="trend" ref={place} role="img" aria-label={`${text.value.measured_as[tool] ?? tool}: ${told}`} />
+      <div class="trend" ref={place} role="img" aria-label={`${labelOf(shown)}: ${told}`} />
       <p class="muted">{trend.tolerance === undefined ? words.trend_without_limits : words.trend_legend}</p>
     </section>
   );
+}
+
+function labelOf(characteristic: string): string {
+  const [tool = "", ...name] = characteristic.split("/");
+  const what = text.value.measured_as[tool] ?? tool;
+  return name.length === 0 ? what : `${what} “${name.join("/")}”`;
 }

@@ -20,32 +20,37 @@ export interface Trend {
   tolerance: number | undefined;
 }
 
-/** Tools by which at least one part was measured, the most used first. */
-export function toolsOf(parts: readonly ScannedPart[]): readonly string[] {
-  const uses = new Map<string, number>();
-  for (const part of parts) {
-    for (const tool of new Set(part.measured.map((one) => one.tool))) uses.set(tool, (uses.get(tool) ?? 0) + 1);
-  }
-  return [...uses].sort((a, b) => b[1] - a[1]).map(([tool]) => tool);
+/** What tells a characteristic from others: its tool, and its name where it has one. */
+export function characteristicOf({ tool, name }: Measured): string {
+  return name === undefined ? tool : `${tool}/${name}`;
 }
 
-/** The newest measurement of each part by `tool`; limits are those of the newest measurement that has them. */
-export function trendOf(parts: readonly ScannedPart[], tool: string): Trend {
+/** Characteristics that were measured on at least one part, the most used first. */
+export function characteristicsOf(parts: readonly ScannedPart[]): readonly string[] {
+  const uses = new Map<string, number>();
+  for (const part of parts) {
+    for (const one of part.measured) uses.set(characteristicOf(one), (uses.get(characteristicOf(one)) ?? 0) + 1);
+  }
+  return [...uses].sort((a, b) => b[1] - a[1]).map(([characteristic]) => characteristic);
+}
+
+/** What stands for the characteristic on each part that has a value; limits are those of the newest measurement that has them. */
+export function trendOf(parts: readonly ScannedPart[], characteristic: string): Trend {
   const rows = parts.flatMap((part) => {
-    const measured = part.measured.find((one) => one.tool === tool);
-    return measured ? [{ part, measured }] : [];
+    const measured = part.measured.find((one) => characteristicOf(one) === characteristic);
+    return measured?.value === undefined ? [] : [{ part, measured, value: measured.value }];
   });
   rows.sort((a, b) => a.part.scan.created_at_ms - b.part.scan.created_at_ms);
   const limits: Measured | undefined = rows.findLast(({ measured }) => measured.tolerance !== undefined)?.measured;
   return {
     unit: rows[0]?.measured.unit ?? "mm",
-    points: rows.map(({ part, measured }) => ({
+    points: rows.map(({ part, measured, value }) => ({
       scan_id: part.scan.id,
       name: part.scan.name,
       at_ms: part.scan.created_at_ms,
-      value: measured.value,
+      value,
       u: measured.expanded_uncertainty ?? 0,
-      bad: measured.verdict === "fail" || part.scan.state === "invalid",
+      bad: measured.verdict === "not_ok" || measured.verdict === "invalid",
     })),
     nominal: limits?.nominal,
     tolerance: limits?.tolerance,

@@ -74,7 +74,9 @@ export function CloudView({ state, onViewer, empty, tools }: Properties) {
           </dl>
         </details>
         <span class="cloud-count" data-points={state.n_points.value}>
-          {words.points(points)}
+          {state.n_shown.value === undefined
+            ? words.points(points)
+            : words.points_of(count(state.n_shown.value, language.value), points)}
         </span>
       </div>
       <Legend state={state} />
@@ -120,7 +122,7 @@ function Toolbar({ state, viewer, tools }: ToolbarProperties) {
           }}
         >
           {COLOUR_MODES.map((mode) => (
-            <option key={mode} value={mode} disabled={mode === "deviation" && !state.shape.value}>
+            <option key={mode} value={mode} disabled={mode === "deviation" && !state.feature.value}>
               {words.modes[mode]}
             </option>
           ))}

@@ -46,8 +46,6 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
   const words = text.value.viewer;
   const range = state.range.value;
   const unit = UNITS[mode];
-  const bins = binned(state.values.value, range, N_BINS);
-  const most = Math.max(1, ...bins);
   const automatic = state.typed.value[mode] === undefined;
   const rounded = (value: number) => Number(value.toPrecision(3));
   return (
@@ -60,30 +58,7 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
         max={range.high}
         onChange={(low) => low !== undefined && state.setRange({ ...range, low })}
       />
-      <figure class="grow scale">
-        <figcaption class="muted">
-          {words.scale[mode]}
-          {mode === "deviation" && ` (${words.shapes[state.shape_name.value] ?? state.shape_name.value})`}
-        </figcaption>
-        <svg viewBox={`0 0 ${N_BINS} ${HIGH}`} preserveAspectRatio="none" role="img" aria-label={words.histogram}>
-          {bins.map((n, bin) => {
-            const high = (HIGH * n) / most;
-            return <rect key={bin} x={bin} y={HIGH - high} width={0.9} height={high} />;
-          })}
-        </svg>
-        <div class="gradient" style={{ background: gradient(mode) }} />
-        <div class="ticks number" aria-hidden="true">
-          {[0, 0.25, 0.5, 0.75, 1].map((share) => (
-            <span key={share}>
-              {decimal(
-                range.low + share * (range.high - range.low),
-                digitsOf(range.high - range.low),
-                language.value,
-              )}
-            </span>
-          ))}
-        </div>
-      </figure>
+      <ScaleFigure state={state} mode={mode} />
       <NumberField
         key={`${mode}-high`}
         label={words.high}
@@ -107,6 +82,52 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
           {automatic ? words.automatic_on : words.automatic}
         </button>
       </div>
+    </div>
+  );
+}
+
+/** The scale without anything to set, for the page and for paper. */
+function ScaleFigure({ state, mode }: { state: ViewState; mode: ValueMode }) {
+  const words = text.value.viewer;
+  const range = state.range.value;
+  const bins = binned(state.values.value, range, N_BINS);
+  const most = Math.max(1, ...bins);
+  const unit = UNITS[mode];
+  return (
+    <figure class="grow scale">
+      <figcaption class="muted">
+        {words.scale[mode]}
+        {mode === "deviation" && ` (${words.shapes[state.shape_name.value] ?? state.shape_name.value})`}
+        {unit !== "" && `, ${unit}`}
+      </figcaption>
+      <svg viewBox={`0 0 ${N_BINS} ${HIGH}`} preserveAspectRatio="none" role="img" aria-label={words.histogram}>
+        {bins.map((n, bin) => {
+          const high = (HIGH * n) / most;
+          return <rect key={bin} x={bin} y={HIGH - high} width={0.9} height={high} />;
+        })}
+      </svg>
+      <div class="gradient" style={{ background: gradient(mode) }} />
+      <div class="ticks number" aria-hidden="true">
+        {[0, 0.25, 0.5, 0.75, 1].map((share) => (
+          <span key={share}>
+            {decimal(
+              range.low + share * (range.high - range.low),
+              digitsOf(range.high - range.low),
+              language.value,
+            )}
+          </span>
+        ))}
+      </div>
+    </figure>
+  );
+}
+
+/** What the colours mean, on paper. */
+export function PrintedLegend({ state }: { state: ViewState }) {
+  const mode = state.mode.value;
+  return (
+    <div class="printed-legend">
+      {mode === "order" ? <OrderLegend /> : <ScaleFigure state={state} mode={mode} />}
     </div>
   );
 }

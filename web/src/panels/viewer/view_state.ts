@@ -4,9 +4,10 @@ import { computed, effect, type Signal, signal } from "@preact/signals";
 import type { ColourMode, ValueMode, ValueRange } from "../../scene/colours";
 import type { ExactPoint } from "../../scene/exact";
 import type { Mesh } from "../../scene/glb";
-import { proposedRange, sampleValues } from "../../scene/histogram";
+import { countShown, proposedRange, sampleValues } from "../../scene/histogram";
 import type { Picked } from "../../scene/picking";
-import type { FittedShape, Vec3 } from "../../scene/shapes";
+import type { Feature } from "../../scene/region";
+import type { Vec3 } from "../../scene/shapes";
 import type { CloudViewer } from "../../scene/viewer";
 import { remembered } from "../../state/remembered";
 
@@ -32,7 +33,15 @@ export class ViewState {
   readonly orthographic = signal(false);
   readonly lost = signal(false);
   readonly n_points = signal(0);
-  readonly shape = signal<FittedShape | undefined>(undefined);
+  /** Points that are not hidden; undefined where all are shown. */
+  readonly n_shown = computed<number | undefined>(() => {
+    // As often as the histogram is made anew.
+    this.values.value;
+    const [mode, range] = [this.mode.value, this.range.value];
+    if (!this.hide_outside.value || mode === "order" || !this.viewer) return undefined;
+    return countShown(this.viewer.cloud, mode, this.feature.value, range);
+  });
+  readonly feature = signal<Feature | undefined>(undefined);
   readonly shape_name = signal("");
   readonly mesh = signal<Mesh | undefined>(undefined);
   readonly shown = signal<"cloud" | "mesh" | "both">("cloud");
@@ -58,7 +67,7 @@ export class ViewState {
     const ends = [
       effect(() => {
         remembered_mode.value = this.mode.value;
-        this.shape.value;
+        this.feature.value;
         this.sample();
       }),
       effect(() =>
@@ -68,7 +77,7 @@ export class ViewState {
           hide_outside: this.hide_outside.value,
         }),
       ),
-      effect(() => viewer.deviateFrom(this.shape.value)),
+      effect(() => viewer.deviateFrom(this.feature.value)),
       effect(() => viewer.setMesh(this.mesh.value)),
       effect(() => {
         const shown = this.mesh.value ? this.shown.value : "cloud";
@@ -121,6 +130,6 @@ export class ViewState {
     const mode = this.mode.peek();
     if (!this.viewer || mode === "order") return;
     this.sampled_at_ms = performance.now();
-    this.values.value = sampleValues(this.viewer.cloud, mode, this.shape.peek());
+    this.values.value = sampleValues(this.viewer.cloud, mode, this.feature.peek());
   }
 }

@@ -74,6 +74,9 @@ export const calibration: Catalogue["calibration"] = {
   activate_title: "Diese Kalibrierung aktivieren?",
   activate_question: (id) =>
     `Ab jetzt werden Live-Profile und Scans mit ${id} gerechnet. Das wird mit Ihrem Namen festgehalten und lässt sich zurücknehmen.`,
+  activate_despite: (verdict: string) =>
+    `Die letzte Prüfung dieser Kalibrierung ist ${verdict}. Jedes Teil, das mit ihr gemessen wird, kann falsch beurteilt werden.`,
+  activate_despite_yes: "Trotzdem aktivieren",
   activate_yes: "Aktivieren",
   roll_back: "Zurücknehmen…",
   roll_back_title: "Die letzte Aktivierung zurücknehmen?",
@@ -320,7 +323,6 @@ export const calibration: Catalogue["calibration"] = {
   measured: "gemessen",
   deviation: "Abweichung",
   uncertainty: "U (k = 2)",
-  verdicts: { pass: "OK", fail: "außerhalb", undecided: "unentschieden: U zu groß" },
   no_verdict: "keine Toleranz angegeben",
   verified_none: "Noch nicht nachgemessen.",
 

@@ -19,10 +19,10 @@ export const measured_as: Record<string, string> = {
 };
 
 export const outcomes = {
-  pass: "i. O.",
-  fail: "n. i. O.",
+  ok: "i. O.",
   undecided: "UNENTSCHIEDEN",
   invalid: "UNGÜLTIG",
+  not_ok: "n. i. O.",
   partial: "Unvollständig",
   measured: "Gemessen",
   scanned: "Gescannt",

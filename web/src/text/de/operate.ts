@@ -22,10 +22,13 @@ export const operate = {
   } as Record<string, string>,
   last_result: "Letztes Ergebnis",
   no_result: "Noch kein Teil gescannt. Eins auf die Achse legen, Seriennummer tippen oder scannen, Start drücken.",
-  measuring: "Misst…",
+  being_scanned: "Das Teil wird gescannt und gemessen. Sein Urteil kommt mit dem Ende des Auftrags.",
+  without_part:
+    "Der letzte Scan hat kein Teil hinterlassen: Er endete vor der ersten Zeile, oder sein Ergebnis wurde gelöscht.",
   because: {
-    undecided: "Der Wert liegt näher an einer Grenze als seine Unsicherheit: Beides ist nicht zu beweisen.",
-    invalid: "Beim Scan gingen Bilder verloren: kein Urteil darf darauf stehen. Das Teil noch einmal scannen.",
+    undecided: "Zu nah an der Grenze, um zu entscheiden.",
+    invalid:
+      "Kein Urteil möglich: Nicht alles war messbar. Das Teil ist Ausschuss, bis es noch einmal gescannt ist.",
     partial:
       "Der Scan wurde vor seinem Ende angehalten. Das Teil noch einmal scannen, oder auf der Seite Scan fortsetzen.",
     scanned: "An diesem Teil wurde nichts gemessen.",
@@ -35,22 +38,24 @@ export const operate = {
   bar: (lower: string, value: string, upper: string) =>
     `untere Grenze ${lower}, Wert ${value}, obere Grenze ${upper}`,
   open: "Ergebnis öffnen",
-  measure: (tool: string) => `Jetzt messen: ${tool}`,
   last_parts: "Letzte 20 Teile",
   no_parts: "Jedes Teil hinterlässt hier ein Zeichen.",
   failed_of: (failed: number, all: number) =>
-    failed === 0 ? `${all}, alle ohne Fehler` : `${failed} von ${all} nicht in Ordnung`,
+    failed === 0 ? `${all}, kein Ausschuss` : `${failed} von ${all} Ausschuss`,
   set_up: "Was gescannt und gemessen wird",
   from: "Von",
   to: "Bis",
   step: "Schritt",
   exposure: "Belichtung",
   automatic: "automatisch",
-  tool: "Danach messen",
+  tool: "Messen",
+  add_measurement: "Messung hinzufügen",
+  remove_measurement: "Entfernen",
+  characteristic_name: "Name",
   no_tool: "nichts, nur scannen",
   nominal: "Sollwert",
   tolerance: "Toleranz ±",
   range: (from: string, to: string, step: string) => `${from} … ${to} mm in Schritten von ${step} mm`,
   no_verdict_without_nominal: "Ohne Sollwert gibt es kein Urteil.",
-  kept_here: "In diesem Browser gemerkt, für alle Teile, die hier gestartet werden.",
+  kept_by_server: "Vom Server gemerkt, für alle Teile und alle Browser.",
 };

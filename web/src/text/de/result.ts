@@ -1,4 +1,4 @@
-import type { Tool, Verdict } from "../../panels/result/scan_record";
+import type { Tool } from "../../panels/result/scan_record";
 
 export const result = {
   title: "Ergebnis eines Scans",
@@ -12,7 +12,6 @@ export const result = {
       "Während des Scans gingen Bilder verloren: Er ist nie die Grundlage eines Urteils. Noch einmal scannen.",
   } as Record<string, string>,
   no_verdict: "nicht beurteilt",
-  verdicts: { pass: "OK", fail: "Nicht OK", undecided: "Nicht entschieden" } as Record<Verdict, string>,
   no_rows: "Bevor der Scan endete, wurde keine einzige Zeile aufgenommen.",
   show_mesh: "Netz zeigen",
   shown_of: (shown: string) => `(${shown} gezeigt, wie jedes Bild sie sah)`,

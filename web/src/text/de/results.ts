@@ -20,6 +20,7 @@ export const results = {
   calibration: "Kalibrierung",
   download: "Punkte als",
   no_points: "keine Punkte",
+  verification: "Prüfung mit einem bekannten Teil",
   recomputed: "aus einem anderen Ergebnis neu berechnet",
   delete: "Löschen",
   delete_named: (name: string) => `${name} löschen`,

@@ -6,6 +6,7 @@ export const viewer = {
   tools: "Werkzeuge der Punktwolke",
   described: (points: string) =>
     `Punktwolke, ${points} Punkte. Pfeiltasten drehen, P wählt den Punkt in der Mitte.`,
+  points_of: (shown: string, all: string) => `${shown} von ${all} Punkten`,
   points: (points: string) => `${points} Punkte`,
   colour: "Farbe",
   modes: {

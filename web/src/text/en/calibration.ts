@@ -72,6 +72,9 @@ export const calibration = {
   activate_title: "Activate this calibration?",
   activate_question: (id: string) =>
     `From now on, live profiles and scans are computed with ${id}. The act is logged with your name and can be rolled back.`,
+  activate_despite: (verdict: string) =>
+    `The newest verification of this calibration is ${verdict}. Every part that is measured with it may be judged wrongly.`,
+  activate_despite_yes: "Activate nevertheless",
   activate_yes: "Activate",
   roll_back: "Roll back…",
   roll_back_title: "Take the last activation back?",
@@ -314,7 +317,6 @@ export const calibration = {
   measured: "measured",
   deviation: "deviation",
   uncertainty: "U (k = 2)",
-  verdicts: { pass: "OK", fail: "outside", undecided: "not decided: U too large" } as Record<string, string>,
   no_verdict: "no tolerance given",
   verified_none: "Not verified yet.",
 

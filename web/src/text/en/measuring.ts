@@ -22,10 +22,10 @@ export const measured_as: Record<string, string> = {
 };
 
 export const outcomes = {
-  pass: "OK",
-  fail: "FAIL",
+  ok: "OK",
   undecided: "UNDECIDED",
-  invalid: "NOT VALID",
+  invalid: "INVALID",
+  not_ok: "NOT OK",
   partial: "Incomplete",
   measured: "Measured",
   scanned: "Scanned",

@@ -1,4 +1,4 @@
-import type { Tool, Verdict } from "../../panels/result/scan_record";
+import type { Tool } from "../../panels/result/scan_record";
 
 export const result = {
   title: "Result of a scan",
@@ -11,7 +11,6 @@ export const result = {
     invalid: "Frames were lost during this scan: it is never the base of a verdict. Scan again.",
   } as Record<string, string>,
   no_verdict: "not judged",
-  verdicts: { pass: "OK", fail: "Not OK", undecided: "Undecided" } as Record<Verdict, string>,
   no_rows: "Not a single row was taken before the scan ended.",
   show_mesh: "Show mesh",
   shown_of: (shown: string) => `(${shown} shown, as each frame saw them)`,

@@ -21,6 +21,7 @@ export const results = {
   calibration: "Calibration",
   download: "Points as",
   no_points: "no points",
+  verification: "verification with a known part",
   recomputed: "computed again from another result",
   delete: "Delete",
   delete_named: (name: string) => `Delete ${name}`,
@@ -32,6 +33,6 @@ export const results = {
   characteristic: "Characteristic",
   trend_told: (n: number, mean: string, spread: string) =>
     `${n === 1 ? "1 part" : `${n} parts`}, mean ${mean}, range ${spread}`,
-  trend_legend: "Bars: uncertainty U. Dashed: limits of the tolerance, dotted: nominal. Crosses failed.",
+  trend_legend: "Bars: uncertainty U. Dashed: limits of the tolerance, dotted: nominal. Crosses were not OK.",
   trend_without_limits: "Bars: uncertainty U. Measured without a tolerance.",
 };

@@ -7,6 +7,7 @@ export const viewer = {
   described: (points: string) =>
     `Point cloud, ${points} points. Arrow keys turn it, P picks the point in the middle.`,
   points: (points: string) => `${points} points`,
+  points_of: (shown: string, all: string) => `${shown} of ${all} points`,
   colour: "Colour",
   modes: {
     order: "Order",

@@ -48,7 +48,9 @@ pub async fn page(
         wanted.as_deref().is_none_or(|wanted| found.as_str() == Some(wanted))
     };
     let wanted = |record: &MeasurementRecord| {
-        is(&filter.tool, &record.request["tool"]) && is(&filter.verdict, &record.result["verdict"])
+        let verdict = record.result["verdict"].as_str();
+        let judged = filter.verdicts.is_empty() || filter.verdicts.iter().any(|word| verdict == Some(word));
+        is(&filter.tool, &record.request["tool"]) && judged
     };
     listed(rows, page.limit, "list measurements", from_row, wanted, |record| record.id.clone()).await
 }

@@ -111,28 +111,36 @@ async fn measurements_are_listed_over_all_scans_by_tool_and_verdict() {
             let mut made = measurement(&scans[scan_idx].id);
             made.request = json!({ "tool": tool });
             // A verdict of an inner table is not the measurement's.
-            made.result = json!({ "verdict": verdict, "tables": [{ "verdict": "fail" }] });
+            made.result = json!({ "verdict": verdict, "tables": [{ "verdict": "not_ok" }] });
             made
         };
         let all = [
-            made(0, "sphere", Some("pass")),
-            made(1, "sphere", Some("fail")),
+            made(0, "sphere", Some("ok")),
+            made(1, "sphere", Some("not_ok")),
             made(0, "plane", None),
-            made(1, "plane", Some("pass")),
+            made(1, "plane", Some("ok")),
         ];
         let mut changes = vec![Change::InsertCalibration(calibration("c1"))];
         changes.extend(scans.iter().cloned().map(Change::InsertScan));
         changes.extend(all.iter().cloned().map(Change::InsertMeasurement));
         catalogue.commit(changes).await.unwrap();
         let list = async |tool: Option<&str>, verdict: Option<&str>| {
-            let (tool, verdict) = (tool.map(str::to_owned), verdict.map(str::to_owned));
-            let filter = MeasurementFilter { scan_id: None, tool, verdict };
+            let tool = tool.map(str::to_owned);
+            let filter = MeasurementFilter {
+                scan_id: None,
+                tool,
+                verdicts: verdict.map(str::to_owned).into_iter().collect(),
+            };
             catalogue.measurements(&filter, &first(9)).await.unwrap().records
         };
         let newest_first: Vec<_> = all.iter().rev().cloned().collect();
         assert_eq!(list(None, None).await, newest_first);
         assert_eq!(list(Some("sphere"), None).await, [all[1].clone(), all[0].clone()]);
-        assert_eq!(list(None, Some("pass")).await, [all[3].clone(), all[0].clone()]);
-        assert_eq!(list(Some("plane"), Some("fail")).await, []);
+        assert_eq!(list(None, Some("ok")).await, [all[3].clone(), all[0].clone()]);
+        assert_eq!(list(Some("plane"), Some("not_ok")).await, []);
+        let either = vec!["not_ok".to_owned(), "ok".to_owned()];
+        let filter = MeasurementFilter { verdicts: either, ..MeasurementFilter::default() };
+        let judged = catalogue.measurements(&filter, &first(9)).await.unwrap().records;
+        assert_eq!(judged, [all[3].clone(), all[1].clone(), all[0].clone()]);
     }
 }

@@ -15,7 +15,7 @@ use crate::cancel::CancelFlag;
 use crate::captures::Captures;
 use crate::config::Config;
 use crate::control::Authority;
-use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource};
+use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanPurpose, ScanSource};
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
 use crate::station::StationHandle;
@@ -131,10 +131,25 @@ impl Bench {
         self.job_cancelled_at(|_| false)
     }
 
+    /// What a job says from now on, and its fractions. Threads that evaluate report side by side: a fraction may
+    /// be a little behind the one before, the job's board keeps the largest.
+    pub fn following(&self, job: &mut Job) -> (Arc<Mutex<Vec<String>>>, Arc<Mutex<Vec<f64>>>) {
+        let (said, fractions) = (job.said.clone(), Arc::new(Mutex::new(Vec::new())));
+        let (heard, seen) = (said.clone(), fractions.clone());
+        job.ctx.progress = Arc::new(move |fraction, _, words| {
+            heard.lock().unwrap().push(words.to_owned());
+            seen.lock().unwrap().push(fraction);
+        });
+        (said, fractions)
+    }
+
     /// Runs a job and stores what it made, as the runner does; returns the id of its result.
     pub fn finish(&self, end: Result<Done, JobEnd>) -> String {
         let done = end.unwrap_or_else(|end| panic!("{end:?}"));
         self.runtime.block_on(self.ledger.commit(done.changes)).unwrap();
+        if let Some(after) = done.after {
+            after();
+        }
         done.result.id
     }
 
@@ -183,6 +198,8 @@ pub fn from_station(from_mm: f64, to_mm: f64, step_mm: f64) -> ScanInput {
         keep_frames: false,
         calibration_id: None,
         resume_scan_id: None,
+        measure: Vec::new(),
+        purpose: ScanPurpose::Production,
     }
 }
 

@@ -7,7 +7,7 @@ use store::ScanState;
 use twin::TwinFault;
 
 use super::bench::{Bench, from_station};
-use crate::jobs::{JobEnd, ScanMode};
+use crate::jobs::{JobEnd, MeasureInput, ScanMode};
 use crate::measurements::measurement;
 use crate::stored_calibration::stored_document;
 use crate::stored_scan::{stored_cloud, stored_frame, stored_peaks, stored_positions};
@@ -66,15 +66,18 @@ fn a_scan_that_lost_frames_is_invalid_and_says_so() {
     assert!(losses.contains("frames were lost: camera"), "{losses}");
     assert!(losses.contains("no frame between"), "{losses}");
     // A measurement on it carries no verdict but this one.
-    let request = metrology::MeasureRequest {
+    let asked = MeasureInput {
+        tool: "sphere".into(),
+        name: None,
         nominal_mm: Some(18.9),
         tolerance_mm: Some(10.0),
-        ..metrology::MeasureRequest::new(metrology::Tool::Sphere)
+        region_mm: None,
+        seed: None,
     };
     let document = stored_document(&bench.ledger, &*bench.store.artifacts, Some(&scan.calibration_id));
     let document = bench.runtime.block_on(document).unwrap();
     let cloud = bench.runtime.block_on(stored_cloud(&*bench.store.artifacts, &scan)).unwrap();
-    let record = measurement(&scan, &cloud, &document.calibration(), &request).unwrap();
+    let record = measurement(&scan, &cloud, &document.calibration(), &asked).unwrap();
     assert_eq!(record.result["verdict"], "invalid");
     assert!(record.result["notes"].to_string().contains("lost"));
 }

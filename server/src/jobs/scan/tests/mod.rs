@@ -4,6 +4,7 @@
 mod bench;
 mod from_capture;
 mod from_station;
+mod measured;
 mod room;
 mod stopped;
 mod verified;

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::bench::{Bench, from_station};
 use crate::jobs::params::FREE_FLOOR_BYTES;
-use crate::jobs::plan::plan;
-use crate::jobs::{JobEnd, JobInput, JobParts, Jobs, ScanInput};
+use crate::jobs::plan::{Pace, plan};
+use crate::jobs::{JobEnd, JobInput, JobParts, Jobs, ScanInput, ScanMode};
 
 /// A queue over the bench whose jobs do nothing, on a disk with room as said.
 fn queue(bench: &Bench, free_bytes: Arc<AtomicU64>) -> Jobs {
@@ -34,7 +34,13 @@ fn a_scan_that_keeps_its_pictures_is_refused_without_room_for_them() {
         bench.runtime.block_on(jobs.submit(JobInput::Scan(input), "test"))
     };
     let calibration = bench.document.calibration();
-    let planned = plan(&from_station(-6.0, 6.0, 0.2), &calibration, &bench.station.status()).unwrap();
+    let planned = plan(
+        &from_station(-6.0, 6.0, 0.2),
+        &calibration,
+        &bench.station.status(),
+        &Pace::unknown(ScanMode::StopAndGo),
+    )
+    .unwrap();
     let enough = FREE_FLOOR_BYTES + planned.disk_bytes;
     submit(false, enough).unwrap();
     assert_eq!(submit(false, enough - 1).unwrap_err().status, 507);

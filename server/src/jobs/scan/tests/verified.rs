@@ -29,9 +29,23 @@ fn a_gauge_is_verified_and_the_ball_comes_back() {
     assert_eq!((record.scan_id.as_str(), &record.result["tool"]), (scan_id, &serde_json::json!("step")));
     let value = record.result["value"].as_f64().unwrap();
     assert!((value - 8.9).abs() < WITHIN_MM, "{value}");
-    assert_eq!(record.result["verdict"], "pass", "{}", record.result);
-    assert!(message.starts_with("gauge: true 8.9000 mm, measured 8.") && message.ends_with(", pass"), "{message}");
+    assert_eq!(record.result["verdict"], "ok", "{}", record.result);
+    assert!(
+        message.starts_with("gauge: nominal 8.9000 mm, measured 8.") && message.ends_with(", OK"),
+        "{message}"
+    );
     assert!(matches!(*bench.operator.scene(), Scene::Sphere(_)), "the ball is back");
+}
+
+#[test]
+fn the_true_size_is_the_parts_own_and_not_what_a_person_types() {
+    let bench = Bench::new();
+    let typed = VerifyInput { nominal_mm: 9.5, ..gauge(0.2) };
+    let id = bench.finish(verify::run(typed, &bench.job().ctx));
+    let record = bench.runtime.block_on(bench.ledger.read().measurement(id.split_once('/').unwrap().1)).unwrap();
+    let value = record.result["value"].as_f64().unwrap();
+    assert!((value - 8.9).abs() < WITHIN_MM, "{value}");
+    assert_eq!(record.result["verdict"], "not_ok", "{}", record.result);
 }
 
 #[test]

@@ -1,0 +1,134 @@
+//! How fast this machine works, as its last scans tell.
+
+use serde_json::Value;
+use store::{Page, ScanFilter, ScanRecord, ScanState};
+
+use super::params::{EVALUATION_S_PER_FRAME, MEASURING_S, PACE_SCANS, PASSES, ROW_OVERHEAD_S};
+use crate::jobs::ScanMode;
+use crate::ledger::Ledger;
+
+/// Key of a scan's report under which its times stand.
+pub const TIMING: &str = "timing";
+
+/// What a plan cannot know from the devices' own words.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pace {
+    /// Time of a row beside motion and exposure, s: trigger, read-out, transfer, settling, a machine that is busy.
+    pub row_overhead_s: f64,
+    /// From centrelines to a stored cloud, s per frame.
+    pub evaluation_s_per_frame: f64,
+    /// One measurement, s.
+    pub measuring_s: f64,
+    /// How often the evaluation reads every frame.
+    pub passes: f64,
+}
+
+impl Pace {
+    /// Of a machine that has not scanned yet.
+    pub fn unknown(mode: ScanMode) -> Self {
+        let row_overhead_s = match mode {
+            ScanMode::StopAndGo => ROW_OVERHEAD_S,
+            // Frames come at their own rate.
+            ScanMode::Continuous => 0.0,
+        };
+        Self {
+            row_overhead_s,
+            evaluation_s_per_frame: EVALUATION_S_PER_FRAME,
+            measuring_s: MEASURING_S,
+            passes: PASSES,
+        }
+    }
+
+    /// As the newest scans of that kind went; what none of them tells is as on an unknown machine.
+    pub async fn learned(ledger: &Ledger, mode: ScanMode) -> Self {
+        let filter = ScanFilter { state: Some(ScanState::Complete), ..ScanFilter::default() };
+        let page = Page { before: None, limit: PACE_SCANS };
+        match ledger.read().scans(&filter, &page).await {
+            Ok(listed) => Self::of(&listed.records, mode),
+            Err(_) => Self::unknown(mode),
+        }
+    }
+
+    fn of(newest: &[ScanRecord], mode: ScanMode) -> Self {
+        let unknown = Self::unknown(mode);
+        let told = |key: &str, per: &str, of_mode: bool| {
+            let same = |scan: &&ScanRecord| !of_mode || mode_of(scan) == Some(mode);
+            let values = newest.iter().filter(same).filter_map(|scan| {
+                let timing = &scan.report[TIMING];
+                Some(timing[key].as_f64()? / timing[per].as_f64().filter(|n| *n > 0.0)?)
+            });
+            median(values.filter(|value| value.is_finite()).collect())
+        };
+        Self {
+            row_overhead_s: told("waiting_s", "rows_taken", true).map_or(unknown.row_overhead_s, |s| s.max(0.0)),
+            evaluation_s_per_frame: told("evaluation_s", "n_frames", false)
+                .unwrap_or(unknown.evaluation_s_per_frame),
+            measuring_s: told("measuring_s", "n_measured", false).unwrap_or(unknown.measuring_s),
+            passes: told("frames_read", "n_frames", false).unwrap_or(unknown.passes),
+        }
+    }
+}
+
+/// How a scan's stage moved; `None` for one that was not taken from a station.
+fn mode_of(scan: &ScanRecord) -> Option<ScanMode> {
+    serde_json::from_value::<Option<ScanMode>>(match &scan.plan["mode"] {
+        Value::String(word) => Value::String(word.clone()),
+        _ => Value::Null,
+    })
+    .ok()
+    .flatten()
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn scan(mode: &str, timing: Value) -> ScanRecord {
+        ScanRecord {
+            id: "s".into(),
+            name: "s".into(),
+            state: ScanState::Complete,
+            calibration_id: "c".into(),
+            plan: json!({ "mode": mode }),
+            peaks: store::ArtifactId::parse(&"0".repeat(64)).unwrap(),
+            capture_id: None,
+            cloud: None,
+            display: None,
+            report: json!({ "timing": timing }),
+            recomputed_from: None,
+            job_id: None,
+            software_version: "0".into(),
+            created_at_ms: 0,
+        }
+    }
+
+    #[test]
+    fn the_median_of_the_last_scans_of_the_same_mode_is_learned() {
+        let slow = json!({ "waiting_s": 60.0, "rows_taken": 200, "evaluation_s": 20.0, "n_frames": 200,
+            "measuring_s": 6.0, "n_measured": 2, "frames_read": 600 });
+        let odd = json!({ "waiting_s": 900.0, "rows_taken": 100 });
+        let sweep = json!({ "waiting_s": 1.0, "rows_taken": 100, "evaluation_s": 10.0, "n_frames": 100 });
+        let scans = [
+            scan("stop_and_go", slow.clone()),
+            scan("stop_and_go", odd),
+            scan("stop_and_go", slow),
+            scan("continuous", sweep),
+        ];
+        let pace = Pace::of(&scans, ScanMode::StopAndGo);
+        let expected = Pace { row_overhead_s: 0.3, evaluation_s_per_frame: 0.1, measuring_s: 3.0, passes: 3.0 };
+        assert_eq!(pace, expected);
+        assert_eq!(Pace::of(&scans, ScanMode::Continuous).row_overhead_s, 0.01);
+    }
+
+    #[test]
+    fn without_scans_the_machine_is_unknown() {
+        assert_eq!(Pace::of(&[], ScanMode::StopAndGo), Pace::unknown(ScanMode::StopAndGo));
+    }
+}

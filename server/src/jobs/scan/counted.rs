@@ -1,0 +1,42 @@
+//! Frames that count how often they are read: how far the evaluation of a scan is.
+
+use std::borrow::Cow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use scanning::{ContentError, Frames};
+use vision::Centrelines;
+
+/// Frames, and what is told after every reading of one.
+pub struct CountedFrames<'a> {
+    frames: &'a dyn Frames,
+    read: AtomicUsize,
+    told: &'a (dyn Fn(usize) + Sync),
+}
+
+impl<'a> CountedFrames<'a> {
+    /// `told` gets the number of readings so far.
+    pub fn new(frames: &'a dyn Frames, told: &'a (dyn Fn(usize) + Sync)) -> Self {
+        Self { frames, read: AtomicUsize::new(0), told }
+    }
+
+    /// Readings so far.
+    pub fn n_read(&self) -> usize {
+        self.read.load(Ordering::Relaxed)
+    }
+}
+
+impl Frames for CountedFrames<'_> {
+    fn n_frames(&self) -> usize {
+        self.frames.n_frames()
+    }
+
+    fn position_mm(&self, frame: usize) -> f64 {
+        self.frames.position_mm(frame)
+    }
+
+    fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
+        let lines = self.frames.centrelines(frame);
+        (self.told)(self.read.fetch_add(1, Ordering::Relaxed) + 1);
+        lines
+    }
+}

@@ -1,0 +1,155 @@
+//! What a session still needs for a good calibration, step by step: decided here, the same for every browser and program.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::sessions::body::{BoardPicture, SessionBody};
+use crate::sessions::found::COVERAGE;
+
+/// Readable boards. With these figures the twin's calibrations stay below their own σ.
+const BOARDS: f64 = 8.0;
+
+/// Cells of the coverage map, of 48: in the others the distortion is extrapolated.
+const CELLS: f64 = 36.0;
+
+/// Boards tilted enough to tell the focal length from the distance.
+const TILTED_BOARDS: f64 = 3.0;
+
+/// Tilt from which a board counts as tilted, degrees.
+const TILTED_DEG: f64 = 15.0;
+
+/// Range of the boards' distances as a share of their mean: depth is calibrated where boards were.
+const DISTANCE_SPREAD: f64 = 0.1;
+
+/// Boards with laser lines: two determine a light sheet, the third tells whether they fit.
+const LIT_BOARDS: f64 = 3.0;
+
+/// Positions of the stage: two fit a line whatever they are, the third tells whether it is one.
+const STAGE_VIEWS: f64 = 3.0;
+
+/// One thing a calibration wants.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Need {
+    /// What is there.
+    pub have: f64,
+    /// What is wanted.
+    pub want: f64,
+    /// Whether that is enough.
+    pub met: bool,
+}
+
+/// What the steps of a session have and want.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SessionNeeds {
+    /// Boards with corners.
+    pub boards: Need,
+    /// Cells of the coverage map with corners.
+    pub cells: Need,
+    /// Boards tilted by `tilted_deg` or more.
+    pub tilted_boards: Need,
+    /// Tilt from which a board counts as tilted, degrees.
+    pub tilted_deg: f64,
+    /// Range of the boards' distances, mm.
+    pub distance_mm: Need,
+    /// Whether the camera's step has all of these.
+    pub camera_met: bool,
+    /// Boards with laser lines.
+    pub lit_boards: Need,
+    /// Positions of the stage with a readable board.
+    pub stage_views: Need,
+}
+
+impl SessionNeeds {
+    /// Of what a session has gathered.
+    pub fn of(body: &SessionBody) -> Self {
+        let need = |have: f64, want: f64| Need { have, want, met: have >= want };
+        let readable = |board: &&BoardPicture| !board.corners.is_empty();
+        let boards: Vec<&BoardPicture> = body.poses.iter().map(|pose| &pose.board).filter(readable).collect();
+        let n_cells = COVERAGE.0 * COVERAGE.1;
+        let covered =
+            if boards.is_empty() { 0 } else { n_cells.saturating_sub(body.camera.uncovered_cells.len()) };
+        let tilted = boards.iter().filter(|board| board.tilt_deg.is_some_and(|tilt| tilt >= TILTED_DEG)).count();
+        let lit = body.poses.iter().filter_map(|pose| pose.laser.as_ref()).filter(|laser| laser.n_segments > 0);
+        let views = body.stage_views.iter().map(|view| &view.board).filter(readable);
+        let mut needs = Self {
+            boards: need(boards.len() as f64, BOARDS),
+            cells: need(covered as f64, CELLS),
+            tilted_boards: need(tilted as f64, TILTED_BOARDS),
+            tilted_deg: TILTED_DEG,
+            distance_mm: distance(&boards),
+            camera_met: false,
+            lit_boards: need(lit.count() as f64, LIT_BOARDS),
+            stage_views: need(views.count() as f64, STAGE_VIEWS),
+        };
+        let camera = [needs.boards, needs.cells, needs.tilted_boards, needs.distance_mm];
+        needs.camera_met = camera.iter().all(|need| need.met);
+        needs
+    }
+}
+
+/// The range of distances; a single one has none.
+fn distance(boards: &[&BoardPicture]) -> Need {
+    let distances_mm: Vec<f64> = boards.iter().filter_map(|board| board.distance_mm).collect();
+    let low = distances_mm.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = distances_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let have = (high - low).max(0.0);
+    let mean_mm = distances_mm.iter().sum::<f64>() / distances_mm.len().max(1) as f64;
+    let want = DISTANCE_SPREAD * mean_mm;
+    Need { have, want, met: distances_mm.len() > 1 && have >= want }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    /// Eight boards that have everything a good calibration wants, as changed by the test.
+    fn needs(change: impl Fn(usize, &mut BoardPicture), uncovered: usize) -> SessionNeeds {
+        let picture = json!({ "artifact": "", "exposure_us": 1.0, "taken_at_ms": 0 });
+        let pose = |idx: usize| {
+            let board = json!({ "picture": picture, "corners": [[0, 0, 10, 10, 0.01]], "coverage_cells": [],
+                "corner_sigma_px": null, "saturated_share": 0, "tilt_deg": 10 + 2 * idx,
+                "distance_mm": 360 + 10 * idx, "rms_px": null, "problem": null });
+            let mut board: BoardPicture = serde_json::from_value(board).unwrap();
+            change(idx, &mut board);
+            let laser = json!({ "picture": picture, "n_segments": 5, "n_points": 9, "lines_px": [],
+                "saturated_share": 0, "problem": null });
+            json!({ "id": idx.to_string(), "board": board, "laser": laser })
+        };
+        let poses: Vec<_> = (0..8).map(pose).collect();
+        let uncovered: Vec<usize> = (0..uncovered).collect();
+        let body = json!({
+            "name": "", "target": { "inner_columns": 3, "inner_rows": 3, "square_mm": 1.0 },
+            "projector": { "wavelength_nm": 1.0, "grating_lines_per_mm": 1.0, "orders": [0],
+                "line_direction": "rows" },
+            "exposures": { "board_exposure_us": 1.0, "laser_exposure_us": 1.0, "laser_power": 1.0 }, "width_px": 8, "height_px": 8, "poses": poses,
+            "stage_views": [], "camera": { "focal_px": null, "rms_px": null, "uncovered_cells": uncovered,
+                "problem": null }, "job_id": null
+        });
+        SessionNeeds::of(&serde_json::from_value(body).unwrap())
+    }
+
+    #[test]
+    fn needs_say_what_is_missing_each_for_itself() {
+        let all = needs(|_, _| {}, 0);
+        assert!(all.camera_met && all.lit_boards.met && !all.stage_views.met, "{all:?}");
+        let flat = needs(|_, board| board.tilt_deg = Some(5.0), 0);
+        assert_eq!((flat.tilted_boards.met, flat.distance_mm.met, flat.cells.met), (false, true, true));
+        let one_distance = needs(|_, board| board.distance_mm = Some(400.0), 0);
+        assert_eq!((one_distance.tilted_boards.met, one_distance.distance_mm.met), (true, false));
+        let corner = needs(|_, _| {}, 44);
+        assert_eq!((corner.cells.have, corner.cells.met, corner.camera_met), (4.0, false, false));
+        let unreadable = needs(
+            |idx, board| {
+                if idx == 0 {
+                    board.corners.clear()
+                }
+            },
+            0,
+        );
+        assert_eq!((unreadable.boards.have, unreadable.boards.met), (7.0, false));
+        let none = needs(|_, board| board.corners.clear(), 48);
+        assert_eq!((none.boards.have, none.cells.have, none.distance_mm.met), (0.0, 0.0, false));
+    }
+}
