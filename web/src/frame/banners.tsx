@@ -3,26 +3,27 @@
 import type { Station } from "../api/client";
 import { useApp } from "../app";
 import { ResetButton } from "../parts/reset";
+import type { Loss } from "../state/control";
 import { text } from "../text";
-import { stop_outcome } from "./stop";
 
 export function Banners() {
-  const { station, control } = useApp();
+  const { station, control, stop } = useApp();
   const words = text.value.frame;
   const status = station.status.value;
-  const outcome = stop_outcome.value;
+  const outcome = stop.outcome.value;
+  const lost = control.lost.value;
   return (
     <div class="stack banners" aria-live="assertive">
-      {(outcome === "not_reached" || outcome === "not_told") && (
+      {(outcome === "unanswered" || outcome === "unacknowledged") && (
         <div class="problem banner">
-          <strong>{outcome === "not_reached" ? words.not_stopped : words.stopped_untold}</strong>
+          <strong>{outcome === "unanswered" ? words.stop_unanswered : words.stop_unacknowledged}</strong>
         </div>
       )}
-      {station.stale.value && <div class="note banner">{words.stale_banner(station.stale_s.value)}</div>}
-      {control.lost_to.value !== undefined && (
+      {station.stale.value && <div class="note banner">{words.stale_banner}</div>}
+      {lost && (
         <div class="note banner row">
-          <span class="grow">{words.control_lost(control.lost_to.value)}</span>
-          <button type="button" onClick={() => (control.lost_to.value = undefined)}>
+          <span class="grow">{lossWords(lost)}</span>
+          <button type="button" onClick={() => (control.lost.value = undefined)}>
             {text.value.parts.dismiss}
           </button>
         </div>
@@ -36,6 +37,11 @@ export function Banners() {
       )}
     </div>
   );
+}
+
+function lossWords(lost: Loss): string {
+  const words = text.value.frame;
+  return lost.kind === "taken" ? words.control_taken(lost.by) : words.control_expired[lost.kind];
 }
 
 /** What failed, what to do about it, and the word that it is done. */

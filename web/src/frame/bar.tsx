@@ -38,7 +38,11 @@ export function Bar() {
       </span>
       <span class={`item link ${station.stale.value ? "abnormal" : ""}`} role="status">
         <small>{words.link}</small>
-        <strong>{station.stale.value ? words.link_stale(station.stale_s.value) : words.link_live}</strong>
+        <strong>
+          {station.stale.value ? words.link_stale : words.link_live}
+          {/* Counted for the eye alone: who listens would hear it every second. */}
+          {station.stale.value && <span aria-hidden="true"> {station.stale_s.value} s</span>}
+        </strong>
       </span>
       <span class="spacer" />
       <ControlButton />
