@@ -5,6 +5,7 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { useForm } from "../../parts/form";
 import { problemOfJob, succeeded } from "../../parts/job_end";
 import { JobProgress } from "../../parts/job_progress";
 import { Show, useLoaded } from "../../parts/loading";
@@ -62,6 +63,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
   const artefact = useSignal<Artefact>("sphere");
   const nominal_mm = useSignal<number | undefined>(NOMINAL_MM.sphere);
   const tolerance_mm = useSignal<number | undefined>(FIRST_TOLERANCE_MM);
+  const form = useForm();
   const verify = useMemo(
     () =>
       new Command(async (steps) => {
@@ -106,6 +108,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
           </select>
         </label>
         <NumberField
+          form={form}
           label={words.nominal}
           unit="mm"
           value={nominal_mm.value}
@@ -116,6 +119,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
           }}
         />
         <NumberField
+          form={form}
           label={words.tolerance}
           unit="mm"
           optional
@@ -132,7 +136,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
         <CommandButton
           command={verify}
           kind="primary"
-          blocked={station.busy.value && !verify.running && words.busy}
+          blocked={form.blocked.value ?? (station.busy.value && !verify.running && words.busy)}
         >
           {words.verify_now}
         </CommandButton>

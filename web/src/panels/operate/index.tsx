@@ -6,6 +6,7 @@ import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { DamagedRecords } from "../../parts/damaged";
 import { useFollowed } from "../../parts/followed";
+import { useForm } from "../../parts/form";
 import { ProblemCard } from "../../parts/problem";
 import { ScannedParts } from "../../state/scanned";
 import { text } from "../../text";
@@ -22,6 +23,7 @@ export default function Operate() {
   const app = useApp();
   const { api, station, jobs } = app;
   const serial = useSignal("");
+  const form = useForm();
   const simulated = station.simulated.value === "twin";
   const recipe = useMemo(
     () => parseRecipe(kept_recipe.value, firstRecipe(simulated)),
@@ -48,13 +50,14 @@ export default function Operate() {
   return (
     <div class="operate">
       <h1 class="visually-hidden">{text.value.operate.title}</h1>
-      <Start operation={operation} serial={serial} obstacle={obstacle} job={job} />
+      <Start operation={operation} serial={serial} obstacle={obstacle} wrong={form.blocked.value} job={job} />
       <LastResult part={shown?.parts[0]} recipe={recipe} measuring={operation.measuring.value} />
       {problem && <ProblemCard problem={problem} />}
       <DamagedRecords rows={shown?.damaged ?? []} />
       <Ticks parts={shown?.parts ?? []} />
       <SetUp
         recipe={recipe}
+        form={form}
         travel_mm={station.status.value?.stage.travel_mm ?? []}
         onChange={(changed) => {
           kept_recipe.value = JSON.stringify(changed);

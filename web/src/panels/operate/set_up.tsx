@@ -1,6 +1,7 @@
 /** The fold-out: what is scanned and measured. */
 
 import { useId } from "preact/hooks";
+import type { Form } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
@@ -8,12 +9,13 @@ import { type Recipe, TOOLS, type Tool } from "./recipe";
 
 interface Properties {
   recipe: Recipe;
+  form: Form;
   onChange: (recipe: Recipe) => void;
   /** Where the stage can go, mm. */
   travel_mm: readonly number[];
 }
 
-export function SetUp({ recipe, onChange, travel_mm }: Properties) {
+export function SetUp({ recipe, form, onChange, travel_mm }: Properties) {
   const words = text.value.operate;
   const id = useId();
   const [lowest = -1e4, highest = 1e4] = travel_mm;
@@ -28,6 +30,7 @@ export function SetUp({ recipe, onChange, travel_mm }: Properties) {
       <div class="stack">
         <div class="row end">
           <NumberField
+            form={form}
             label={words.from}
             unit="mm"
             value={recipe.from_mm}
@@ -36,6 +39,7 @@ export function SetUp({ recipe, onChange, travel_mm }: Properties) {
             onChange={(from_mm) => from_mm !== undefined && change({ from_mm })}
           />
           <NumberField
+            form={form}
             label={words.to}
             unit="mm"
             value={recipe.to_mm}
@@ -44,6 +48,7 @@ export function SetUp({ recipe, onChange, travel_mm }: Properties) {
             onChange={(to_mm) => to_mm !== undefined && change({ to_mm })}
           />
           <NumberField
+            form={form}
             label={words.step}
             unit="mm"
             value={recipe.step_mm}
@@ -52,6 +57,7 @@ export function SetUp({ recipe, onChange, travel_mm }: Properties) {
             onChange={(step_mm) => step_mm !== undefined && change({ step_mm })}
           />
           <NumberField
+            form={form}
             label={words.exposure}
             unit="µs"
             value={recipe.exposure_us}
@@ -81,6 +87,8 @@ export function SetUp({ recipe, onChange, travel_mm }: Properties) {
           {recipe.tool && (
             <>
               <NumberField
+                key={`nominal-${recipe.tool}`}
+                form={form}
                 label={words.nominal}
                 unit={unit}
                 value={recipe.nominal}
@@ -88,6 +96,8 @@ export function SetUp({ recipe, onChange, travel_mm }: Properties) {
                 onChange={(nominal) => change({ nominal })}
               />
               <NumberField
+                key={`tolerance-${recipe.tool}`}
+                form={form}
                 label={words.tolerance}
                 unit={unit}
                 value={recipe.tolerance}

@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { data, type Schemas } from "../../api/client";
+import { data, problemOf, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { type Loaded, useLoaded } from "../../parts/loading";
 import { ProblemCard } from "../../parts/problem";
@@ -16,7 +16,7 @@ type Plan = Schemas["ScanPlan"];
 /** A person who types is asked about when they pause. */
 const PAUSE_MS = 250;
 
-/** The server's plan of the set-up, asked anew a moment after each change. */
+/** The server's plan of the set-up, asked anew a moment after each change; nothing while it does not fit any more. */
 export function usePlan(set_up: SetUp): Loaded<Plan> {
   const { api, station } = useApp();
   const asked = useSignal(set_up.wanted.value);
@@ -30,24 +30,40 @@ export function usePlan(set_up: SetUp): Loaded<Plan> {
   }, [key]);
   // A station that became calibrated, was reset or is there again may plan what it refused before.
   const state = station.status.value?.state;
-  const { state: loaded } = useLoaded(
-    async () => await data(api.POST("/api/v1/scans/plan", { body: asked.peek() })),
-    [JSON.stringify(asked.value), state, station.stale.value],
-  );
-  return loaded.value;
+  const { state: loaded } = useLoaded(async () => {
+    const body = asked.peek();
+    const of = JSON.stringify(body);
+    try {
+      return { of, plan: { value: await data(api.POST("/api/v1/scans/plan", { body })) } };
+    } catch (cause) {
+      return { of, plan: { problem: problemOf(cause) } };
+    }
+  }, [JSON.stringify(asked.value), state, station.stale.value]);
+  const answer = loaded.value.value;
+  return answer?.of === key ? answer.plan : {};
 }
 
-export function PlanCard({ plan }: { plan: Loaded<Plan> }) {
-  const { station } = useApp();
+export function PlanCard({ plan, wrong }: { plan: Loaded<Plan>; wrong: string | undefined }) {
   const words = text.value.scan;
-  const uncalibrated = station.status.value?.activity === "not calibrated";
   return (
     <section
       class="card"
       aria-label={words.plan}
-      data-plan={plan.problem ? "refused" : plan.value ? "there" : "asked"}
+      data-plan={wrong || plan.problem ? "refused" : plan.value ? "there" : "asked"}
     >
       <h2>{words.plan}</h2>
+      {wrong && <p class="muted">{wrong}</p>}
+      {!wrong && <PlanAnswer plan={plan} />}
+    </section>
+  );
+}
+
+function PlanAnswer({ plan }: { plan: Loaded<Plan> }) {
+  const { station } = useApp();
+  const words = text.value.scan;
+  const uncalibrated = station.status.value?.activity === "not calibrated";
+  return (
+    <>
       {plan.problem && !station.stale.value && <ProblemCard problem={plan.problem} />}
       {plan.problem && uncalibrated && (
         <p class="after">
@@ -58,7 +74,7 @@ export function PlanCard({ plan }: { plan: Loaded<Plan> }) {
       )}
       {plan.value && !plan.problem && <PlanFacts plan={plan.value} />}
       {!plan.value && !plan.problem && <p class="muted">{text.value.frame.loading}</p>}
-    </section>
+    </>
   );
 }
 
