@@ -64,6 +64,9 @@ test("a form is blocked by its first wrong field until that is right or gone", (
   expect(form.blocked.value).toBe("A: not a number.");
   form.note("a", undefined);
   expect(form.blocked.value).toBe("B: not a number.");
+  form.note("b", undefined, true);
+  expect(form.pending.value).toBe(true);
   form.note("b", undefined);
+  expect(form.pending.value).toBe(false);
   expect(form.blocked.value).toBeUndefined();
 });

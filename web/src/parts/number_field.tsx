@@ -29,7 +29,8 @@ export function NumberField(properties: Properties) {
   const wrong = read && "wrong" in read ? read.wrong : undefined;
   const blocking = wrong && text.value.parts.field_wrong(label, wrong);
   // Before the browser does anything else, a click on a dependent button included.
-  useLayoutEffect(() => form.note(id, blocking), [form, id, blocking]);
+  const typing = read !== undefined && "value" in read && read.value !== value;
+  useLayoutEffect(() => form.note(id, blocking, typing), [form, id, blocking, typing]);
   useLayoutEffect(() => () => form.note(id, undefined), [form, id]);
   // A value that came from elsewhere replaces a text, unless somebody is typing it.
   useLayoutEffect(() => {

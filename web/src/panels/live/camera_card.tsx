@@ -159,11 +159,11 @@ function Settings({ view }: { view: LiveView | undefined }) {
         <CommandButton
           command={settings.apply}
           kind="primary"
-          blocked={blocked ?? (changed || busy ? undefined : words.nothing_changed)}
+          blocked={blocked ?? (changed || busy || form.pending.value ? undefined : words.nothing_changed)}
         >
           {words.apply}
         </CommandButton>
-        {(changed || wrong) && (
+        {(changed || wrong || form.pending.value) && (
           <button
             type="button"
             onClick={() => {

@@ -71,7 +71,7 @@ export function StageCard() {
             blocked ??
             unhomed ??
             form.blocked.value ??
-            (target.value === undefined ? words.target_first : undefined)
+            (target.value === undefined && !form.pending.value ? words.target_first : undefined)
           }
         >
           {words.move}
