@@ -132,6 +132,18 @@ test("hidden pages come back seldom, and at once when they are seen", async () =
   expect(FakeSocket.made).toHaveLength(2);
 });
 
+test("a server of another version than the page came from is told, one of the same is not", () => {
+  const stream = started();
+  const hello = (software_version: string) =>
+    FakeSocket.newest.hear({ op: "hello", protocol: "sheaf.v1", software_version, clock_ms: null });
+  FakeSocket.newest.open();
+  hello("1.0.0");
+  hello("1.0.0");
+  expect(stream.updated_to.value).toBeUndefined();
+  hello("1.1.0");
+  expect(stream.updated_to.value).toBe("1.1.0");
+});
+
 test("Stop goes over the open connection with who asked, and its answer is heard", () => {
   const stream = started();
   const socket = FakeSocket.newest;

@@ -2,12 +2,13 @@
 
 import type { Station } from "../api/client";
 import { useApp } from "../app";
+import { ReloadButton } from "../parts/reload";
 import { ResetButton } from "../parts/reset";
 import type { Loss } from "../state/control";
 import { text } from "../text";
 
 export function Banners() {
-  const { station, control, stop } = useApp();
+  const { station, control, stop, stream } = useApp();
   const words = text.value.frame;
   const status = station.status.value;
   const outcome = stop.outcome.value;
@@ -20,6 +21,12 @@ export function Banners() {
         </div>
       )}
       {station.stale.value && <div class="note banner">{words.stale_banner}</div>}
+      {stream.updated_to.value && (
+        <div class="note banner row">
+          <span class="grow">{words.updated(stream.updated_to.value)}</span>
+          <ReloadButton />
+        </div>
+      )}
       {lost && (
         <div class="note banner row">
           <span class="grow">{lossWords(lost)}</span>
@@ -44,6 +51,25 @@ function lossWords(lost: Loss): string {
   return lost.kind === "taken" ? words.control_taken(lost.by) : words.control_expired[lost.kind];
 }
 
+/** In the chosen language where its kind is known, with the server's own words, which may hold figures. */
+function FaultWords({ fault }: { fault: Station["faults"][number] }) {
+  const words = text.value.frame;
+  const known = words.faults[`${fault.device}.${fault.kind}`];
+  return (
+    <div>
+      <strong>
+        {words.fault}: {known ? known[0] : <span lang="en">{fault.detail}</span>}
+      </strong>
+      <div lang={known ? undefined : "en"}>{known ? known[1] : fault.remedy}</div>
+      {known && (
+        <small class="own-words" lang="en">
+          {fault.detail}
+        </small>
+      )}
+    </div>
+  );
+}
+
 /** What failed, what to do about it, and the word that it is done. */
 function Faults({ status }: { status: Station }) {
   const words = text.value.frame;
@@ -51,12 +77,7 @@ function Faults({ status }: { status: Station }) {
     <div class="problem banner row">
       <div class="grow">
         {status.faults.map((fault) => (
-          <div key={`${fault.device}-${fault.kind}`}>
-            <strong>
-              {words.fault}: <span lang="en">{fault.detail}</span>
-            </strong>
-            <div lang="en">{fault.remedy}</div>
-          </div>
+          <FaultWords key={`${fault.device}-${fault.kind}`} fault={fault} />
         ))}
         {status.faults.length === 0 && <strong>{words.states.Error}</strong>}
       </div>

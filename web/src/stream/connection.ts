@@ -52,6 +52,8 @@ export class StreamConnection {
   readonly round_trip_ms = signal<number | undefined>(undefined);
   /** The software version the server said. */
   readonly server_version = signal("");
+  /** The version of a server that was updated since this page was loaded. */
+  readonly updated_to = signal<string | undefined>(undefined);
   /** Station's clock minus this page's clock, ms; undefined before the first frame. */
   private clock_offset_ms: number | undefined;
   private readonly wishes = new Set<Wish>();
@@ -64,6 +66,8 @@ export class StreamConnection {
   private attempt: ReturnType<typeof setTimeout> | undefined;
   /** When the oldest ping went out that nothing was heard after. */
   private unanswered_since_ms: number | undefined;
+  /** The first version that was said. */
+  private loaded_from: string | undefined;
   private pings = new Map<number, number>();
   private next_ping = 1;
 
@@ -177,6 +181,8 @@ export class StreamConnection {
   private receiveText(text: ServerText): void {
     switch (text.op) {
       case "hello":
+        this.loaded_from ??= text.software_version;
+        this.updated_to.value = this.loaded_from === text.software_version ? undefined : text.software_version;
         this.server_version.value = text.software_version;
         return;
       case "pong":

@@ -37,6 +37,38 @@ export const frame = {
   by_job: "Station belegt",
   title_stale: "keine Verbindung",
   fault: "Störung",
+  faults: {
+    "camera.gone": ["Die Kamera ist nicht erreichbar.", "Kabel und Versorgung prüfen, dann zurücksetzen."],
+    "camera.wrong_frame": [
+      "Die Kamera liefert Bilder in falscher Größe oder Form.",
+      "Einstellungen der Kamera prüfen.",
+    ],
+    "camera.unreadable": ["Ein Bild der Kamera ist nicht lesbar.", "Kabel der Kamera prüfen, dann zurücksetzen."],
+    "camera.wrong_device": ["Eine andere Kamera ist angeschlossen.", "Die richtige Kamera anschließen."],
+    "stage.refused": ["Die Achssteuerung hat einen Befehl abgelehnt.", "Einstellungen der Achse prüfen."],
+    "stage.stalled": [
+      "Die Achse ist vor ihrem Ziel stehengeblieben.",
+      "Nach einem Hindernis sehen, dann referenzieren.",
+    ],
+    "stage.alarm": [
+      "Die Achssteuerung meldet einen Alarm.",
+      "Ursache beseitigen, zurücksetzen und referenzieren.",
+    ],
+    "stage.restarted": [
+      "Die Achssteuerung ist neu gestartet; ihre Lage ist unbekannt.",
+      "Die Achse referenzieren.",
+    ],
+    "stage.no_reply": ["Die Achssteuerung antwortet nicht.", "Kabel und Versorgung prüfen, dann zurücksetzen."],
+    "stage.garbage": ["Die Achssteuerung sendet Unverständliches.", "Gerät und Baudrate prüfen."],
+    "stage.gone": ["Die Achse ist nicht erreichbar.", "Kabel und Versorgung prüfen, dann zurücksetzen."],
+    "stage.wrong_device": [
+      "Ein anderes Gerät als die Achse ist angeschlossen.",
+      "Das richtige Gerät anschließen.",
+    ],
+    "laser.interlock_open": ["Die Verriegelung des Lasers ist offen.", "Türen und Abdeckungen schließen."],
+    "laser.fault": ["Der Laser meldet einen Fehler.", "Den Laser prüfen, dann zurücksetzen."],
+    "laser.gone": ["Der Laser ist nicht erreichbar.", "Kabel und Versorgung prüfen, dann zurücksetzen."],
+  } as Record<string, readonly [detail: string, remedy: string]>,
   reset: "Quittieren und zurücksetzen",
   reset_after_stop: "Die Station wurde angehalten. Bewegung und Laser bleiben bis zum Zurücksetzen aus.",
   reset_stop: "Zurücksetzen",
