@@ -22,6 +22,8 @@ const TYPES: Record<string, string> = {
 /** What RFC 6455 adds to the client's key. */
 const WEBSOCKET_KEY = "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
 
+const SETTINGS = { exposure_us: 2000, gain_db: 0, frame_rate_hz: 30 };
+
 const DEVICES = {
   activity: "idle",
   words: "ready",
@@ -29,7 +31,15 @@ const DEVICES = {
   simulated: null,
   control: null,
   job_id: null,
-  camera: { connected: true },
+  camera: {
+    connected: true,
+    settings: SETTINGS,
+    capabilities: {
+      exposure_us: { min: 10, max: 100_000 },
+      gain_db: { min: 0, max: 24 },
+      frame_rate_hz: { min: 1, max: 200 },
+    },
+  },
   stage: {
     connected: true,
     homed: true,
@@ -45,6 +55,11 @@ const DEVICES = {
 const HALTED = { acknowledged: true, state: "Halted", detail: null };
 
 export class FakeStation {
+  /** Requests that would change something, but for Stop: what they ask, with which lease. */
+  readonly commands: { request: string; body: unknown; control: string | undefined }[] = [];
+  /** Texts of all pages, in the order they came, but for pings. */
+  readonly texts: { op: string; id?: number; streams?: unknown[] }[] = [];
+  n_connections = 0;
   /** Which way each Stop came that this server has read. */
   readonly stops: ("post" | "websocket")[] = [];
   state = "Operational.SingleExecution";
@@ -54,7 +69,7 @@ export class FakeStation {
   private readonly server: Server;
 
   private constructor() {
-    this.server = createServer((request, response) => this.answer(request, response));
+    this.server = createServer((request, response) => void this.answer(request, response));
     this.server.on("upgrade", (request, socket) => this.upgrade(request, socket));
   }
 
@@ -81,11 +96,22 @@ export class FakeStation {
   }
 
   /** Answers a request, or leaves it hanging. */
-  private answer(request: IncomingMessage, response: ServerResponse): void {
+  private async answer(request: IncomingMessage, response: ServerResponse): Promise<void> {
     const path = new URL(request.url ?? "/", this.url).pathname;
     // A download over a line that does not move.
     if (this.silent || path === "/stalled") return;
-    if (path.startsWith("/api/")) this.json(response, this.carryOut(`${request.method} ${path}`));
+    const asked = `${request.method} ${path}`;
+    if (request.method !== "GET" && !path.endsWith("/stop")) {
+      const chunks: Buffer[] = [];
+      for await (const chunk of request) chunks.push(chunk as Buffer);
+      const body: unknown = JSON.parse(Buffer.concat(chunks).toString() || "null");
+      this.commands.push({
+        request: asked,
+        body,
+        control: request.headers["sheaf-control"] as string | undefined,
+      });
+    }
+    if (path.startsWith("/api/")) this.json(response, this.carryOut(asked));
     else this.file(response, path === "/" ? "/index.html" : path);
   }
 
@@ -101,6 +127,9 @@ export class FakeStation {
       case "POST /api/v1/station/reset":
         this.enter("Operational.Ready");
         return this.station();
+      case "GET /api/v1/devices/camera/settings":
+      case "PATCH /api/v1/devices/camera/settings":
+        return SETTINGS;
       default:
         return { items: [] };
     }
@@ -115,7 +144,7 @@ export class FakeStation {
   }
 
   private json(response: ServerResponse, body: unknown): void {
-    response.writeHead(200, { "content-type": "application/json" }).end(JSON.stringify(body));
+    response.writeHead(200, { "content-type": "application/json", etag: '"1"' }).end(JSON.stringify(body));
   }
 
   private file(response: ServerResponse, path: string): void {
@@ -140,6 +169,7 @@ export class FakeStation {
     ];
     socket.write(`${head.join("\r\n")}\r\n\r\n`);
     this.sockets.add(socket);
+    this.n_connections += 1;
     socket.on("close", () => this.sockets.delete(socket));
     this.say(socket, { op: "hello", protocol: "sheaf.v1", software_version: "0.0.0", clock_ms: null });
     let unread = Buffer.alloc(0);
@@ -153,7 +183,8 @@ export class FakeStation {
     });
   }
 
-  private hear(socket: Duplex, text: { op: string; id?: number }): void {
+  private hear(socket: Duplex, text: FakeStation["texts"][number]): void {
+    if (text.op !== "ping") this.texts.push(text);
     if (text.op === "ping") this.say(socket, { op: "pong", id: text.id, clock_ms: null });
     if (text.op === "subscribe") this.say(socket, this.stateText());
     if (text.op !== "stop") return;

@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { data, problemOf, type Schemas } from "../../api/client";
+import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { type Loaded, useLoaded } from "../../parts/loading";
 import { ProblemCard } from "../../parts/problem";
@@ -30,17 +30,12 @@ export function usePlan(set_up: SetUp): Loaded<Plan> {
   }, [key]);
   // A station that became calibrated, was reset or is there again may plan what it refused before.
   const state = station.status.value?.state;
-  const { state: loaded } = useLoaded(async () => {
-    const body = asked.peek();
-    const of = JSON.stringify(body);
-    try {
-      return { of, plan: { value: await data(api.POST("/api/v1/scans/plan", { body })) } };
-    } catch (cause) {
-      return { of, plan: { problem: problemOf(cause) } };
-    }
-  }, [JSON.stringify(asked.value), state, station.stale.value]);
-  const answer = loaded.value.value;
-  return answer?.of === key ? answer.plan : {};
+  const { state: loaded } = useLoaded(
+    async () => await data(api.POST("/api/v1/scans/plan", { body: asked.peek() })),
+    [JSON.stringify(asked.value)],
+    [state, station.stale.value],
+  );
+  return JSON.stringify(asked.value) === key ? loaded.value : {};
 }
 
 export function PlanCard({ plan, wrong }: { plan: Loaded<Plan>; wrong: string | undefined }) {
