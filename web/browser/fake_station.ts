@@ -24,6 +24,22 @@ const WEBSOCKET_KEY = "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
 
 const SETTINGS = { exposure_us: 2000, gain_db: 0, frame_rate_hz: 30 };
 
+const PLAN = {
+  duration_s: 12,
+  n_rows: 201,
+  step_mm: 0.2,
+  points_per_mm2: 20,
+  max_points: 400_000,
+  n_orders: 5,
+  predicted_sigma_mm: 0.01,
+  depth_mm: [350, 450],
+  unambiguous_depth_mm: [380, 420],
+  exposure_us: 2000,
+  laser_power: 1,
+  disk_bytes: 1e7,
+  notes: [],
+};
+
 const DEVICES = {
   activity: "idle",
   words: "ready",
@@ -60,6 +76,8 @@ export class FakeStation {
   /** Texts of all pages, in the order they came, but for pings. */
   readonly texts: { op: string; id?: number; streams?: unknown[] }[] = [];
   n_connections = 0;
+  /** What it says of any scan. */
+  plan: unknown = PLAN;
   /** Which way each Stop came that this server has read. */
   readonly stops: ("post" | "websocket")[] = [];
   state = "Operational.SingleExecution";
@@ -127,6 +145,8 @@ export class FakeStation {
       case "POST /api/v1/station/reset":
         this.enter("Operational.Ready");
         return this.station();
+      case "POST /api/v1/scans/plan":
+        return this.plan;
       case "GET /api/v1/devices/camera/settings":
       case "PATCH /api/v1/devices/camera/settings":
         return SETTINGS;

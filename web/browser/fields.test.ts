@@ -3,14 +3,14 @@
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
 import { FakeStation } from "./fake_station";
-import { launch, NO_GRAPHICS, picture, until, type Visit, visit } from "./harness";
+import { launch, picture, until, type Visit, visit } from "./harness";
 
 let browser: Browser;
 let station: FakeStation;
 let visitor: Visit;
 
 beforeAll(async () => {
-  browser = await launch(NO_GRAPHICS);
+  browser = await launch();
 });
 afterAll(async () => {
   await browser?.close();
@@ -125,6 +125,21 @@ test("a wrong exposure blocks the camera's buttons until it is mended or discard
   await field.press("Enter");
   await until("a change", () => sent("PATCH /api/v1/devices/camera/settings").length > 0);
   expect(sent("PATCH /api/v1/devices/camera/settings")).toEqual([{ exposure_us: 5000 }]);
+  expect(complaints).toEqual([]);
+});
+
+test("a page that fails says so with a way out, and Stop works beside it", async () => {
+  station.plan = { no: "plan" };
+  const { page, complaints } = await enter("#/scan");
+  await page.locator(".problem", { hasText: "This page failed" }).waitFor();
+  await page.locator(".bar .stop").click();
+  await page.locator(".bar", { hasText: "Halted" }).waitFor();
+  await page.getByRole("link", { name: "Help" }).click();
+  await page.getByRole("heading", { name: "Help", level: 1 }).waitFor();
+  await page.goto(`${station.url}/#/scan`);
+  const reloaded = page.waitForEvent("load");
+  await page.getByRole("button", { name: "Reload" }).click();
+  await reloaded;
   expect(complaints).toEqual([]);
 });
 
