@@ -109,16 +109,19 @@ test("a dead server is called stale, and the page comes back by itself", async (
   await page.evaluate(() => Object.assign(window, { kept: "this page was not loaded again" }));
   await server.kill();
   await page.locator(".frame.stale").waitFor();
-  await page.getByText(/Nothing was heard from the server for \d+ s/).waitFor();
+  await page.getByText("No connection to the server.").waitFor();
   expect(await page.getByRole("status").filter({ hasText: "stale" }).isVisible()).toBe(true);
   expect(await page.title()).toMatch(/^no link/);
   await picture(page, "stale");
-  // Stop cannot reach a dead server: the page says so instead of waiting.
+  // Stop cannot reach a dead server: the page says so instead of waiting, and does not give up.
   await page.keyboard.press("Pause");
   await page.getByText("Use the emergency stop of the machine").waitFor();
   server = await server.startAgain();
   await page.locator(".frame:not(.stale)").waitFor();
   await page.locator(".link", { hasText: "live" }).waitFor();
+  await page.locator(".bar", { hasText: "Halted" }).waitFor();
+  await page.getByText("Use the emergency stop of the machine").waitFor({ state: "detached" });
+  await page.locator(".banners").getByRole("button", { name: "Reset" }).click();
   await page.locator(".bar", { hasText: "Operational.Initialized" }).waitFor();
   expect(await page.evaluate(() => (window as { kept?: string }).kept)).toBe("this page was not loaded again");
   expect(complaints).toEqual([]);
