@@ -128,6 +128,20 @@ test("a wrong exposure blocks the camera's buttons until it is mended or discard
   expect(complaints).toEqual([]);
 });
 
+test("after Stop the page offers no job before a reset", async () => {
+  const { page, complaints } = await enter("#/scan");
+  await page.locator("[data-plan=there]").waitFor();
+  const start = page.getByRole("button", { name: "Start scan" });
+  expect(await start.getAttribute("aria-disabled")).toBe(null);
+  station.enter("Halted");
+  await page.locator(".scan-start .why", { hasText: "reset it first" }).waitFor();
+  await start.click({ force: true });
+  await page.locator(".banners").getByRole("button", { name: "Reset" }).click();
+  await page.locator(".scan-start .why").waitFor({ state: "detached" });
+  expect(sent("POST /api/v1/scans")).toEqual([]);
+  expect(complaints).toEqual([]);
+});
+
 test("a page that fails says so with a way out, and Stop works beside it", async () => {
   station.plan = { no: "plan" };
   const { page, complaints } = await enter("#/scan");

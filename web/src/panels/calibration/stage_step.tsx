@@ -6,6 +6,7 @@ import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { useForm } from "../../parts/form";
+import { useHalted } from "../../parts/halted";
 import { Show } from "../../parts/loading";
 import { NumberField } from "../../parts/number_field";
 import { Command } from "../../state/command";
@@ -98,7 +99,8 @@ function TakeViews({ session, change }: Properties) {
     [session.id],
   );
   const travel = station.status.value?.stage.travel_mm;
-  const busy = station.busy.value && !one.running && !all.running && words.busy;
+  const halted = useHalted();
+  const busy = halted ?? (station.busy.value && !one.running && !all.running && words.busy);
   return (
     <section class="card stack">
       <h2>{words.stage_positions}</h2>

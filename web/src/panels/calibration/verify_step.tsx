@@ -6,6 +6,7 @@ import { data, idempotencyKey, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { useForm } from "../../parts/form";
+import { useHalted } from "../../parts/halted";
 import { problemOfJob, succeeded } from "../../parts/job_end";
 import { JobProgress } from "../../parts/job_progress";
 import { Show, useLoaded } from "../../parts/loading";
@@ -64,6 +65,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
   const nominal_mm = useSignal<number | undefined>(NOMINAL_MM.sphere);
   const tolerance_mm = useSignal<number | undefined>(FIRST_TOLERANCE_MM);
   const form = useForm();
+  const halted = useHalted();
   const verify = useMemo(
     () =>
       new Command(async (steps) => {
@@ -136,7 +138,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
         <CommandButton
           command={verify}
           kind="primary"
-          blocked={form.blocked.value ?? (station.busy.value && !verify.running && words.busy)}
+          blocked={halted ?? form.blocked.value ?? (station.busy.value && !verify.running && words.busy)}
         >
           {words.verify_now}
         </CommandButton>

@@ -4,6 +4,7 @@ import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { useForm } from "../../parts/form";
+import { useHalted } from "../../parts/halted";
 import { exactPoint } from "../../scene/exact";
 import type { CloudViewer } from "../../scene/viewer";
 import { text } from "../../text";
@@ -80,6 +81,8 @@ export default function Scan() {
 function blockedWhy(run: ScanRun, wrong: string | undefined, refused: boolean): string | undefined {
   const { station, control } = useApp();
   const words = text.value.scan;
+  const halted = useHalted();
+  if (halted) return halted;
   if (run.open.value) return words.blocked_running;
   if (station.stale.value) return words.blocked_stale;
   const other = control.other.value;
