@@ -2,6 +2,8 @@
 
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
+import { de } from "../src/text/de";
+import { en } from "../src/text/en";
 import { FakeStation } from "./fake_station";
 import { launch, picture, until, type Visit, visit } from "./harness";
 
@@ -199,20 +201,26 @@ test("without a link the page does not say that it controls", async () => {
   expect(complaints).toEqual([]);
 });
 
-test("laser and interlock stay in the bar at the width of a phone", async () => {
-  visitor = await visit(browser, station.url, "#/help", { viewport: { width: 390, height: 844 } });
-  const { page, complaints } = visitor;
-  await page.locator(".bar", { hasText: "Operational.Ready" }).waitFor();
-  for (const [item, words] of [
-    ["laser", "off"],
-    ["interlock", "closed"],
-  ] as const) {
-    const shown = page.locator(`.bar .${item}`, { hasText: words });
-    await shown.waitFor();
-    const box = await shown.boundingBox();
-    expect((box?.x ?? 0) + (box?.width ?? 999), item).toBeLessThanOrEqual(286);
-  }
-  expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390);
-  await picture(page, "phone-bar");
-  expect(complaints).toEqual([]);
-});
+test.each(["en-GB", "de-DE"])(
+  "laser, interlock and link stay in the bar at the width of a phone (%s)",
+  async (locale) => {
+    const words = locale === "en-GB" ? en.frame : de.frame;
+    visitor = await visit(browser, station.url, "#/help", { viewport: { width: 390, height: 844 }, locale });
+    const { page, complaints } = visitor;
+    await page.locator(".bar", { hasText: "Operational.Ready" }).waitFor();
+    const stop = await page.locator(".bar .stop").boundingBox();
+    for (const [item, shown] of [
+      ["laser", words.light.off ?? ""],
+      ["interlock", words.interlock_closed],
+      ["link", words.link_live],
+    ] as const) {
+      const text = page.locator(`.bar .${item} strong`, { hasText: shown });
+      await text.waitFor();
+      const box = await text.boundingBox();
+      expect((box?.x ?? 0) + (box?.width ?? 999), item).toBeLessThanOrEqual(stop?.x ?? 0);
+    }
+    expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390);
+    await picture(page, `phone-bar-${locale}`);
+    expect(complaints).toEqual([]);
+  },
+);
