@@ -59,7 +59,7 @@ describe("in light and dark", () => {
     await page.getByText("What is scanned and measured").click();
     await page.getByLabel("Measure afterwards").waitFor();
     await expectAccessibleInBoth(page);
-    await page.getByRole("button", { name: "Nobody controls" }).click();
+    await page.getByRole("button", { name: "No one in control" }).click();
     await page.getByRole("dialog").waitFor();
     await expectAccessibleInBoth(page);
     await page.keyboard.press("Escape");

@@ -211,14 +211,19 @@ test(
 
     const last = await visit(browser, server.url, address);
     await last.page.waitForSelector('.wizard[data-step="camera"]');
-    await press(last.page, "Go on to “Light”");
+    await press(last.page, "Continue to “Light”");
     await last.page.waitForSelector('.wizard[data-step="light"]');
     await last.page.locator(".wizard .picture canvas").first().waitFor();
     await expectAccessibleInBoth(last.page);
-    await press(last.page, "Go on to “Stage”");
-    await press(last.page, "Take 5 positions by itself");
+    await press(last.page, "Continue to “Stage”");
+    await press(last.page, "Capture 5 positions automatically");
     const views = last.page.locator("[data-view]");
-    await patiently(last.page, "five views", async () => (await views.count()) >= 5, "Take 5 positions by itself");
+    await patiently(
+      last.page,
+      "five views",
+      async () => (await views.count()) >= 5,
+      "Capture 5 positions automatically",
+    );
     await picture(last.page, "calibration-stage");
     await last.page.locator(".solve").getByRole("button", { name: "Calculate", exact: true }).click();
     const made = last.page.locator("[data-made]");

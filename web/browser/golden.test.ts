@@ -100,7 +100,7 @@ test.for(CASES)("$name looks as it did", async ({ name, hash, colorScheme, settl
   try {
     await page.locator(".bar", { hasText: "Operational.Initialized" }).waitFor();
     await page.getByText(settled).first().waitFor();
-    await page.getByRole("button", { name: "Nobody controls" }).waitFor();
+    await page.getByRole("button", { name: "No one in control" }).waitFor();
     if (!(await fontsAreThoseOfGolden(page))) {
       console.warn(`SKIPPED: ${name} cannot be compared, the fonts of this computer are not those of golden/`);
       context.skip();

@@ -136,7 +136,7 @@ async function heldWithLines(): Promise<boolean> {
   await drawn();
   const counts = await Promise.all(ORDERS.map((order) => pixelsOf(orderColour(order))));
   if (Math.min(...counts) > 100) return true;
-  await seen.page.getByRole("button", { name: "Go on" }).click();
+  await seen.page.getByRole("button", { name: "Resume" }).click();
   return false;
 }
 

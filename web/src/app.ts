@@ -7,12 +7,14 @@ import type { Control } from "./state/control";
 import type { EventLog } from "./state/events";
 import type { JobsState } from "./state/jobs";
 import type { StationState } from "./state/station";
+import type { Stop } from "./state/stop";
 import type { StreamConnection } from "./stream/connection";
 
 export interface App {
   api: Api;
   stream: StreamConnection;
   station: StationState;
+  stop: Stop;
   control: Control;
   jobs: JobsState;
   events: EventLog;

@@ -2,7 +2,7 @@
 
 import { effect } from "@preact/signals";
 import { render } from "preact";
-import { type Api, makeApi } from "./api/client";
+import { type Api, makeApi, postStop } from "./api/client";
 import { AppContext } from "./app";
 import { Frame } from "./frame/frame";
 import { Control } from "./state/control";
@@ -11,6 +11,7 @@ import { JobsState } from "./state/jobs";
 import { followRoute } from "./state/route";
 import { followShortcuts } from "./state/shortcuts";
 import { StationState } from "./state/station";
+import { Stop } from "./state/stop";
 import { theme } from "./state/theme";
 import { StreamConnection } from "./stream/connection";
 import { language } from "./text";
@@ -21,6 +22,12 @@ const station = new StationState(stream);
 const control: Control = new Control(station, (): Api => api);
 const api = makeApi(
   () => control.id(),
+  () => control.name,
+);
+const stop = new Stop(
+  stream,
+  station,
+  (abort) => postStop(control.name, abort),
   () => control.name,
 );
 const jobs = new JobsState(stream, api);
@@ -37,6 +44,9 @@ addEventListener("beforeprint", () => {
 addEventListener("afterprint", () => {
   document.documentElement.dataset.theme = theme.peek();
 });
+const watchVisibility = () => stream.setVisible(document.visibilityState !== "hidden");
+document.addEventListener("visibilitychange", watchVisibility);
+watchVisibility();
 followRoute();
 followShortcuts();
 station.start();
@@ -48,7 +58,7 @@ stream.start();
 const place = document.getElementById("app");
 if (place) {
   render(
-    <AppContext.Provider value={{ api, stream, station, control, jobs, events }}>
+    <AppContext.Provider value={{ api, stream, station, stop, control, jobs, events }}>
       <Frame />
     </AppContext.Provider>,
     place,

@@ -47,8 +47,17 @@ export function moment(at_ms: number | null | undefined, language: string): stri
   return new Date(at_ms).toLocaleString(language, { dateStyle: "medium", timeStyle: "medium", hourCycle: "h23" });
 }
 
-/** Reads what a person typed: point or comma as decimal separator, ASCII or typographic minus. */
+/**
+ * Reads what a person typed: point or comma as decimal separator, ASCII or typographic minus. All of the text counts:
+ * one that is more or other than a plain number is `undefined`.
+ */
 export function parseDecimal(text: string): number | undefined {
   const plain = text.trim().replace(/[−–]/g, "-").replace(",", ".");
   return /^[-+]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : undefined;
+}
+
+/** Whether a text like "1,500" reads as thousands in the chosen language, though it may mean a fraction. */
+export function isAmbiguous(text: string, language: string): boolean {
+  const grouping = language === "de" ? /^[-+−–]?[1-9]\d{0,2}\.\d{3}$/ : /^[-+−–]?[1-9]\d{0,2},\d{3}$/;
+  return grouping.test(text.trim());
 }

@@ -1,7 +1,7 @@
 /** When Health speaks up. */
 
 import { expect, test } from "vitest";
-import { eventDetail } from "../src/panels/health/event_words";
+import { eventActor, eventDetail } from "../src/panels/health/event_words";
 import {
   ageDays,
   calibrationTone,
@@ -14,6 +14,8 @@ import {
   queueTone,
 } from "../src/panels/health/judgement";
 import { parseMetrics } from "../src/panels/health/metrics";
+import { de } from "../src/text/de";
+import { en } from "../src/text/en";
 
 test("metrics are read with their labels; histograms are left out", () => {
   const text = [
@@ -70,6 +72,21 @@ test("orders disagree beyond three standard deviations of the calibration", () =
   expect(pairDisagrees(pair, undefined)).toBe(false);
   expect(orderPairs({ self_consistency: [pair] })).toEqual([pair]);
   expect(orderPairs(null)).toEqual([]);
+});
+
+test("every act at the station has words in both languages, and says who did it", () => {
+  const kinds = [
+    ["station.stopped", "station.reset", "stage.moved", "stage.homed", "stage.jogged", "laser.switched"],
+    ["camera.configured", "live.started", "live.ended"],
+    ["control.taken", "control.taken_over", "control.given_back", "control.expired"],
+  ].flat();
+  for (const words of [en, de])
+    for (const kind of kinds) expect(words.health.event_kinds[kind], kind).toBeDefined();
+  expect(eventActor({ body: { actor: "Anna", source: "websocket" } })).toBe("by Anna (live stream)");
+  expect(eventActor({ body: { actor: "Anna", source: "modbus" } })).toBe("by Anna (modbus)");
+  expect(eventActor({ body: { actor: "Anna" } })).toBe("by Anna");
+  expect(eventActor({ body: { source: "rest" } })).toBe("");
+  expect(eventActor({ body: null })).toBe("");
 });
 
 test("an event tells what a person wants to read of its body", () => {

@@ -1,6 +1,7 @@
 /** The typed client of the REST interface: every answer is data or a `Refusal` with cause and remedy. */
 
 import createClient, { type Client, type Middleware } from "openapi-fetch";
+import type { StopAnswer } from "../stream/connection";
 import type { components, paths } from "./schema";
 
 export type Schemas = components["schemas"];
@@ -52,6 +53,13 @@ export async function bytes(href: string, init?: RequestInit): Promise<Response>
   const response = await fetch(href, init);
   if (!response.ok) throw refusalOf(await response.json().catch(() => undefined), response);
   return response;
+}
+
+/** Asks for Stop. Kept alive when the page goes; how long it may take is not this request's to say. */
+export async function postStop(actor: string, signal: AbortSignal): Promise<Partial<StopAnswer>> {
+  const headers = { "Sheaf-Actor": headerText(actor) };
+  const answer = await fetch("/api/v1/station/stop", { method: "POST", keepalive: true, headers, signal });
+  return (await answer.json()) as Partial<StopAnswer>;
 }
 
 export type Api = Client<paths>;

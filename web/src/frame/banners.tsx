@@ -2,27 +2,35 @@
 
 import type { Station } from "../api/client";
 import { useApp } from "../app";
+import { ReloadButton } from "../parts/reload";
 import { ResetButton } from "../parts/reset";
+import type { Loss } from "../state/control";
 import { text } from "../text";
-import { stop_outcome } from "./stop";
 
 export function Banners() {
-  const { station, control } = useApp();
+  const { station, control, stop, stream } = useApp();
   const words = text.value.frame;
   const status = station.status.value;
-  const outcome = stop_outcome.value;
+  const outcome = stop.outcome.value;
+  const lost = control.lost.value;
   return (
     <div class="stack banners" aria-live="assertive">
-      {(outcome === "not_reached" || outcome === "not_told") && (
+      {(outcome === "unanswered" || outcome === "unacknowledged") && (
         <div class="problem banner">
-          <strong>{outcome === "not_reached" ? words.not_stopped : words.stopped_untold}</strong>
+          <strong>{outcome === "unanswered" ? words.stop_unanswered : words.stop_unacknowledged}</strong>
         </div>
       )}
-      {station.stale.value && <div class="note banner">{words.stale_banner(station.stale_s.value)}</div>}
-      {control.lost_to.value !== undefined && (
+      {station.stale.value && <div class="note banner">{words.stale_banner}</div>}
+      {stream.updated_to.value && (
         <div class="note banner row">
-          <span class="grow">{words.control_lost(control.lost_to.value)}</span>
-          <button type="button" onClick={() => (control.lost_to.value = undefined)}>
+          <span class="grow">{words.updated(stream.updated_to.value)}</span>
+          <ReloadButton />
+        </div>
+      )}
+      {lost && (
+        <div class="note banner row">
+          <span class="grow">{lossWords(lost)}</span>
+          <button type="button" onClick={() => (control.lost.value = undefined)}>
             {text.value.parts.dismiss}
           </button>
         </div>
@@ -38,6 +46,30 @@ export function Banners() {
   );
 }
 
+function lossWords(lost: Loss): string {
+  const words = text.value.frame;
+  return lost.kind === "taken" ? words.control_taken(lost.by) : words.control_expired[lost.kind];
+}
+
+/** In the chosen language where its kind is known, with the server's own words, which may hold figures. */
+function FaultWords({ fault }: { fault: Station["faults"][number] }) {
+  const words = text.value.frame;
+  const known = words.faults[`${fault.device}.${fault.kind}`];
+  return (
+    <div>
+      <strong>
+        {words.fault}: {known ? known[0] : <span lang="en">{fault.detail}</span>}
+      </strong>
+      <div lang={known ? undefined : "en"}>{known ? known[1] : fault.remedy}</div>
+      {known && (
+        <small class="own-words" lang="en">
+          {fault.detail}
+        </small>
+      )}
+    </div>
+  );
+}
+
 /** What failed, what to do about it, and the word that it is done. */
 function Faults({ status }: { status: Station }) {
   const words = text.value.frame;
@@ -45,12 +77,7 @@ function Faults({ status }: { status: Station }) {
     <div class="problem banner row">
       <div class="grow">
         {status.faults.map((fault) => (
-          <div key={`${fault.device}-${fault.kind}`}>
-            <strong>
-              {words.fault}: <span lang="en">{fault.detail}</span>
-            </strong>
-            <div lang="en">{fault.remedy}</div>
-          </div>
+          <FaultWords key={`${fault.device}-${fault.kind}`} fault={fault} />
         ))}
         {status.faults.length === 0 && <strong>{words.states.Error}</strong>}
       </div>

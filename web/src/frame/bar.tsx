@@ -24,21 +24,31 @@ export function Bar() {
         <strong>{status ? (words.states[status.state] ?? status.words) : words.loading}</strong>
         <small>{working ? activityOf(status, jobs.get(status.job_id ?? "")) : (status?.state ?? "–")}</small>
       </span>
-      <span class="item optional">
-        <small>{words.laser}</small>
-        <strong class={status?.laser.light === "on" ? "lit" : undefined}>
-          {words.light[status?.laser.light ?? "unknown"]}
-        </strong>
-      </span>
-      <span class={`item optional ${interlock === false ? "abnormal" : ""}`}>
-        <small>{words.interlock}</small>
-        <strong>
-          {interlock == null ? words.interlock_unread : interlock ? words.interlock_closed : words.interlock_open}
-        </strong>
+      <span class="lights">
+        <span class="item laser">
+          <small>{words.laser}</small>
+          <strong class={status?.laser.light === "on" ? "lit" : undefined}>
+            {words.light[status?.laser.light ?? "unknown"]}
+          </strong>
+        </span>
+        <span class={`item interlock ${interlock === false ? "abnormal" : ""}`}>
+          <small>{words.interlock}</small>
+          <strong>
+            {interlock == null
+              ? words.interlock_unread
+              : interlock
+                ? words.interlock_closed
+                : words.interlock_open}
+          </strong>
+        </span>
       </span>
       <span class={`item link ${station.stale.value ? "abnormal" : ""}`} role="status">
         <small>{words.link}</small>
-        <strong>{station.stale.value ? words.link_stale(station.stale_s.value) : words.link_live}</strong>
+        <strong>
+          {station.stale.value ? words.link_stale : words.link_live}
+          {/* Counted for the eye alone: who listens would hear it every second. */}
+          {station.stale.value && <span aria-hidden="true"> {station.stale_s.value} s</span>}
+        </strong>
       </span>
       <span class="spacer" />
       <ControlButton />

@@ -10,15 +10,19 @@ import { Command } from "../state/command";
 import { text } from "../text";
 
 export function ControlButton() {
-  const { control } = useApp();
+  const { control, station } = useApp();
   const open = useSignal(false);
   const words = text.value.frame;
-  const other = control.other.value;
-  const label = control.mine.value
-    ? words.you_control
-    : other
-      ? words.other_controls(other)
-      : words.nobody_controls;
+  // Without a link nobody here knows who commands; a lease runs out within seconds.
+  const stale = station.stale.value;
+  const other = stale ? undefined : control.other.value;
+  const label = stale
+    ? words.control_unknown
+    : control.mine.value
+      ? words.you_control
+      : other
+        ? words.other_controls(other)
+        : words.nobody_controls;
   return (
     <>
       <button

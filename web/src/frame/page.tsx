@@ -2,10 +2,9 @@
 
 import { type Signal, signal } from "@preact/signals";
 import type { ComponentType } from "preact";
-import { problemOf } from "../api/client";
-import { ProblemCard } from "../parts/problem";
 import { type PageName, route } from "../state/route";
 import { text } from "../text";
+import { Boundary, Failure } from "./boundary";
 
 type Panel = ComponentType;
 
@@ -48,7 +47,14 @@ export function preload(page: PageName): Signal<Loaded> {
 
 export function Page() {
   const { panel: Panel, failure } = preload(route.value.page).value;
-  if (Panel) return <Panel />;
-  if (failure) return <ProblemCard problem={problemOf(failure)} />;
+  if (Panel) {
+    return (
+      <Boundary>
+        <Panel />
+      </Boundary>
+    );
+  }
+  // A file that is gone is one of an older version of this page.
+  if (failure) return <Failure title={text.value.frame.page_missing} failure={failure} />;
   return <p class="muted">{text.value.frame.loading}</p>;
 }

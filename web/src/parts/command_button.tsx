@@ -1,6 +1,7 @@
 /** A button that carries out a command and shows what became of it. */
 
 import type { ComponentChildren } from "preact";
+import { useRef } from "preact/hooks";
 import type { Command } from "../state/command";
 import { text } from "../text";
 import { ProblemCard } from "./problem";
@@ -18,6 +19,11 @@ export function CommandButton({ command, children, blocked, kind }: Properties) 
   const problem = command.problem.value;
   const busy = phase === "requested" || phase === "accepted";
   const words = text.value.parts;
+  const present = useRef({ blocked, command });
+  present.current = { blocked, command };
+  const press = () => {
+    if (!present.current.blocked) void present.current.command.start();
+  };
   // A blocked button stays reachable, so that it can say why.
   return (
     <span class="command">
@@ -28,7 +34,11 @@ export function CommandButton({ command, children, blocked, kind }: Properties) 
         aria-disabled={blocked || busy ? "true" : undefined}
         data-phase={phase}
         onClick={() => {
-          if (!blocked) void command.start();
+          // A touch does not take the focus from a field in every browser: what was typed counts first.
+          const field = document.activeElement;
+          if (!(field instanceof HTMLInputElement && field.classList.contains("number-input"))) return press();
+          field.blur();
+          setTimeout(press);
         }}
       >
         {children}

@@ -1,12 +1,13 @@
 /** Data of the server that load again when an event says that they changed. */
 
 import type { ReadonlySignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useMemo, useRef } from "preact/hooks";
 import { useApp } from "../app";
+import { coalesced } from "../state/coalesced";
 import type { StationEvent } from "../state/events";
 import { type Loaded, useLoaded } from "./loading";
 
-/** Loads at once, on every event that `concerns` it, and after the link was lost. */
+/** Loads at once, after events that `concern` it (of many at once only once more), and after the link was lost. */
 export function useFollowed<T>(
   load: () => Promise<T>,
   concerns: (event: StationEvent) => boolean,
@@ -16,13 +17,13 @@ export function useFollowed<T>(
   const loaded = useLoaded(load, inputs);
   const newest = useRef({ reload: loaded.reload, concerns });
   newest.current = { reload: loaded.reload, concerns };
+  const reload = useMemo(() => coalesced(() => newest.current.reload()), []);
   useEffect(
     () =>
       events.follow((news) => {
-        const { reload, concerns } = newest.current;
-        if (news.length === 0 || news.some(concerns)) void reload();
+        if (news.length === 0 || news.some(newest.current.concerns)) void reload();
       }),
-    [events],
+    [events, reload],
   );
   return loaded;
 }

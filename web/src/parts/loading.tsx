@@ -2,7 +2,7 @@
 
 import { type ReadonlySignal, useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect } from "preact/hooks";
+import { useEffect, useLayoutEffect } from "preact/hooks";
 import { type Problem, problemOf } from "../api/client";
 import { text } from "../text";
 import { ProblemCard } from "./problem";
@@ -12,10 +12,15 @@ export interface Loaded<T> {
   problem?: Problem;
 }
 
-/** Loads again whenever one of `inputs` changes; an answer that came too late is dropped. */
+/**
+ * Loads what belongs to `inputs`, and forgets it when one of them changes: old values do not stand under new inputs.
+ * When one of `occasions` changes it loads again and shows the old value meanwhile. An answer that came too late is
+ * dropped.
+ */
 export function useLoaded<T>(
   load: () => Promise<T>,
   inputs: readonly unknown[],
+  occasions: readonly unknown[] = [],
 ): { state: ReadonlySignal<Loaded<T>>; reload: () => Promise<void> } {
   const state = useSignal<Loaded<T>>({});
   const asked = useSignal(0);
@@ -29,7 +34,11 @@ export function useLoaded<T>(
       if (asked.peek() === number) state.value = { ...state.peek(), problem: problemOf(cause) };
     }
   };
-  useEffect(() => void reload(), inputs);
+  // Before the browser paints the new inputs.
+  useLayoutEffect(() => {
+    if (state.peek().value !== undefined || state.peek().problem) state.value = {};
+  }, inputs);
+  useEffect(() => void reload(), [...inputs, ...occasions]);
   return { state, reload };
 }
 

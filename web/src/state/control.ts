@@ -8,6 +8,14 @@ import type { StationState } from "./station";
 /** The lease lasts five seconds; it is renewed with room for a lost request. */
 const RENEW_EVERY_MS = 1500;
 
+/** HTTP's status for what the state of things refuses: a lease that is not in force is one. */
+const CONFLICT = 409;
+
+const EXPIRED = "urn:sheaf:problem:control-expired";
+
+/** Why this page no longer commands. `idle`: nothing was commanded; `unrenewed`: the link or the page was asleep. */
+export type Loss = { kind: "taken"; by: string } | { kind: "idle" } | { kind: "unrenewed" };
+
 export class Control {
   /** The name shown to others. */
   readonly holder = remembered("holder", "");
@@ -19,8 +27,9 @@ export class Control {
     const control = this.station.status.value?.control;
     return control && !this.mine.value ? control.holder : undefined;
   });
-  /** Who took control from this page, until it is acknowledged. */
-  readonly lost_to = signal<string | undefined>(undefined);
+  /** How this page lost control, until it is acknowledged. */
+  readonly lost = signal<Loss | undefined>(undefined);
+  private renewed_at_ms = 0;
 
   constructor(
     private readonly station: StationState,
@@ -29,6 +38,8 @@ export class Control {
 
   start(): void {
     setInterval(() => void this.renew(), RENEW_EVERY_MS);
+    // Timers of a hidden page come late: whether it still commands is asked at once when it is seen again.
+    document.addEventListener("visibilitychange", () => void this.renew());
     addEventListener("pagehide", () => void this.giveBack());
   }
 
@@ -45,8 +56,8 @@ export class Control {
   /** Takes control where nobody has it; from somebody else only with `take_over`. */
   async take(take_over = false): Promise<void> {
     const body = { holder: this.name, take_over };
-    this.lease.value = await data(this.api().POST("/api/v1/station/control", { body }));
-    this.lost_to.value = undefined;
+    this.note(await data(this.api().POST("/api/v1/station/control", { body })));
+    this.lost.value = undefined;
   }
 
   /** Commands by hand need control: takes it if it is free, refuses if somebody else has it. */
@@ -71,14 +82,20 @@ export class Control {
     try {
       const renewed = await data(this.api().PUT("/api/v1/station/control", { params }));
       // Given back, or taken anew, while the answer was under way.
-      if (this.id() === id) this.lease.value = renewed;
+      if (this.id() === id) this.note(renewed);
     } catch (cause) {
-      // An unreachable server keeps the lease until it runs out there; a refusal means that it has.
-      if (cause instanceof Refusal && this.id() === id) {
-        this.lease.value = undefined;
-        this.lost_to.value = await this.present();
-      }
+      // An unreachable or busy server keeps the lease until it runs out there; a conflict means that it has.
+      if (!(cause instanceof Refusal) || cause.problem.status !== CONFLICT || this.id() !== id) return;
+      const asleep = performance.now() - this.renewed_at_ms > 1000 * (this.lease.peek()?.ends_in_s ?? 0);
+      this.lease.value = undefined;
+      if (cause.problem.type !== EXPIRED) this.lost.value = { kind: "taken", by: await this.present() };
+      else this.lost.value = { kind: asleep ? "unrenewed" : "idle" };
     }
+  }
+
+  private note(lease: Schemas["ControlLeaseDto"]): void {
+    this.lease.value = lease;
+    this.renewed_at_ms = performance.now();
   }
 
   /** Who commands at this moment; empty if nobody does. The stream may not have told it yet. */

@@ -3,6 +3,7 @@
 import { computed, signal } from "@preact/signals";
 import { type Api, data, type Job, type Schemas } from "../api/client";
 import type { StreamConnection } from "../stream/connection";
+import { coalesced } from "./coalesced";
 
 /** Jobs kept for the list. */
 const KEPT = 1000;
@@ -44,8 +45,10 @@ export class JobsState {
     return this.list.value.find((job) => job.id === id);
   }
 
-  /** Reads the newest jobs again. */
-  async refresh(): Promise<void> {
+  /** Reads the newest jobs again; asked by many at once, it asks the server once more. */
+  readonly refresh = coalesced(() => this.readNewest());
+
+  private async readNewest(): Promise<void> {
     try {
       const query = { limit: AT_ONCE };
       const { items, damaged, next } = await data(this.api.GET("/api/v1/jobs", { params: { query } }));

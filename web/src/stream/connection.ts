@@ -16,10 +16,25 @@ const PING_EVERY_MS = 500;
 const FIRST_PAUSE_MS = 250;
 const LONGEST_PAUSE_MS = 2000;
 
-/** A connection from which nothing was heard for so long is given up, as the server does with us. */
+/** A page that nobody sees tries again so seldom: fifty forgotten tabs are no load on a server that comes back. */
+const HIDDEN_PAUSE_MS = 30_000;
+
+/** Pauses differ by up to this share, so that pages which lost the same server do not come back all at once. */
+const PAUSE_SPREAD = 0.3;
+
+/** An attempt to connect that has neither succeeded nor failed after so long is given up for a new one. */
+const CONNECT_WITHIN_MS = 10_000;
+
+/** A connection on which a ping stays unanswered for so long is given up, as the server does with us. */
 const SILENCE_MS = 5000;
 
+/** Who gets these streams is a viewer, for whom live light may be on: a page that nobody sees is none. */
+const SEEN_STREAMS: readonly StreamName[] = ["image", "profile"];
+
 type Listener = (message: BinaryMessage | ServerText) => void;
+
+/** What a `stop` was answered. */
+export type StopAnswer = Omit<Extract<ServerText, { op: "stopped" }>, "op" | "id">;
 
 interface Wish {
   wanted: Subscription;
@@ -37,12 +52,22 @@ export class StreamConnection {
   readonly round_trip_ms = signal<number | undefined>(undefined);
   /** The software version the server said. */
   readonly server_version = signal("");
+  /** The version of a server that was updated since this page was loaded. */
+  readonly updated_to = signal<string | undefined>(undefined);
   /** Station's clock minus this page's clock, ms; undefined before the first frame. */
   private clock_offset_ms: number | undefined;
   private readonly wishes = new Set<Wish>();
   private readonly reconnected = new Set<() => void>();
+  private readonly stopped = new Set<(answer: StopAnswer) => void>();
   private socket: WebSocket | undefined;
+  private visible = true;
   private pause_ms = FIRST_PAUSE_MS;
+  private retry: ReturnType<typeof setTimeout> | undefined;
+  private attempt: ReturnType<typeof setTimeout> | undefined;
+  /** When the oldest ping went out that nothing was heard after. */
+  private unanswered_since_ms: number | undefined;
+  /** The first version that was said. */
+  private loaded_from: string | undefined;
   private pings = new Map<number, number>();
   private next_ping = 1;
 
@@ -77,17 +102,46 @@ export class StreamConnection {
     return performance.now() + this.clock_offset_ms - captured_ms;
   }
 
+  /** Calls back with each answer to a `stop`. */
+  onStopped(callback: (answer: StopAnswer) => void): () => void {
+    this.stopped.add(callback);
+    return () => this.stopped.delete(callback);
+  }
+
+  /** Asks for Stop over the open connection; without one nothing is sent. */
+  stop(actor: string): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.say({ op: "stop", actor });
+  }
+
+  /** Whether a person sees the page: without, pictures and profiles are not asked for. */
+  setVisible(visible: boolean): void {
+    if (visible === this.visible) return;
+    this.visible = visible;
+    for (const stream of SEEN_STREAMS) {
+      if ([...this.wishes].some((wish) => wish.wanted.stream === stream)) this.subscribe(stream);
+    }
+    if (visible && this.retry !== undefined) this.connect();
+  }
+
   private connect(): void {
+    clearTimeout(this.retry);
+    this.retry = undefined;
     const socket = new WebSocket(this.url, "sheaf.v1");
     socket.binaryType = "arraybuffer";
     this.socket = socket;
-    socket.onopen = () => this.opened();
-    socket.onmessage = (event) => this.receive(event.data);
+    this.attempt = setTimeout(() => this.giveUp(socket), CONNECT_WITHIN_MS);
+    socket.onopen = () => this.opened(socket);
+    socket.onmessage = (event) => {
+      if (socket === this.socket) this.receive(event.data);
+    };
     socket.onclose = () => this.closed(socket);
   }
 
-  private opened(): void {
+  private opened(socket: WebSocket): void {
+    if (socket !== this.socket) return;
+    clearTimeout(this.attempt);
     this.pause_ms = FIRST_PAUSE_MS;
+    this.unanswered_since_ms = undefined;
     this.pings.clear();
     this.connected.value = true;
     this.heard_at_ms = performance.now();
@@ -97,16 +151,25 @@ export class StreamConnection {
     for (const callback of this.reconnected) callback();
   }
 
+  /** A dead cable closes nothing by itself. */
+  private giveUp(socket: WebSocket): void {
+    socket.close();
+    this.closed(socket);
+  }
+
   private closed(socket: WebSocket): void {
     if (socket !== this.socket) return;
+    clearTimeout(this.attempt);
     this.socket = undefined;
     this.connected.value = false;
-    setTimeout(() => this.connect(), this.pause_ms);
+    const pause_ms = this.visible ? this.pause_ms : HIDDEN_PAUSE_MS;
+    this.retry = setTimeout(() => this.connect(), pause_ms * (1 + PAUSE_SPREAD * Math.random()));
     this.pause_ms = Math.min(2 * this.pause_ms, LONGEST_PAUSE_MS);
   }
 
   private receive(message: ArrayBuffer | string): void {
     this.heard_at_ms = performance.now();
+    this.unanswered_since_ms = undefined;
     if (typeof message === "string") {
       this.receiveText(JSON.parse(message) as ServerText);
       return;
@@ -118,6 +181,8 @@ export class StreamConnection {
   private receiveText(text: ServerText): void {
     switch (text.op) {
       case "hello":
+        this.loaded_from ??= text.software_version;
+        this.updated_to.value = this.loaded_from === text.software_version ? undefined : text.software_version;
         this.server_version.value = text.software_version;
         return;
       case "pong":
@@ -138,6 +203,9 @@ export class StreamConnection {
       case "dropped":
         this.dropped.value = text.streams;
         return;
+      case "stopped":
+        for (const callback of this.stopped) callback(text);
+        return;
       case "error":
         console.error(`the server refused a message of this page: ${text.detail}`);
         return;
@@ -151,13 +219,12 @@ export class StreamConnection {
   private ask(): void {
     const now = performance.now();
     if (this.socket?.readyState !== WebSocket.OPEN) return;
-    if (now - this.heard_at_ms > SILENCE_MS) {
-      // A dead cable closes nothing by itself.
-      const silent = this.socket;
-      silent.close();
-      this.closed(silent);
+    // Browsers let hidden pages ask once a minute only: silence counts from an unanswered ping on.
+    if (this.unanswered_since_ms !== undefined && now - this.unanswered_since_ms > SILENCE_MS) {
+      this.giveUp(this.socket);
       return;
     }
+    this.unanswered_since_ms ??= now;
     const id = this.next_ping++;
     this.pings.set(id, now);
     this.say({ op: "ping", id });
@@ -179,8 +246,9 @@ export class StreamConnection {
     else this.say({ op: "unsubscribe", streams: [stream] });
   }
 
-  /** What all wishes for a stream come to. */
+  /** What all wishes for a stream come to; nothing where nobody would see it. */
   private merged(stream: StreamName): Subscription | undefined {
+    if (!this.visible && SEEN_STREAMS.includes(stream)) return undefined;
     const wanted = [...this.wishes].map((wish) => wish.wanted).filter((wanted) => wanted.stream === stream);
     const last = wanted.at(-1);
     if (!last) return undefined;

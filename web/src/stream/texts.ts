@@ -15,7 +15,8 @@ export interface Subscription {
 export type ClientText =
   | { op: "subscribe"; id?: number; streams: Subscription[] }
   | { op: "unsubscribe"; id?: number; streams: StreamName[] }
-  | { op: "ping"; id: number };
+  | { op: "ping"; id: number }
+  | { op: "stop"; id?: number; actor?: string };
 
 /** How many messages of a stream this page did not get, and why. */
 export interface DropCount {
@@ -35,4 +36,5 @@ export type ServerText =
   | { op: "job"; job: Job }
   | { op: "event"; seq: number }
   | { op: "scan"; scan_id: string; running: boolean; n_blocks: number; next_block: number }
-  | { op: "dropped"; streams: DropCount[] };
+  | { op: "dropped"; streams: DropCount[] }
+  | { op: "stopped"; id?: number; acknowledged: boolean; state: string; detail: string | null };

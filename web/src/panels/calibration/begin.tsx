@@ -5,6 +5,7 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { useHalted } from "../../parts/halted";
 import { problemOfJob, succeeded } from "../../parts/job_end";
 import { JobProgress } from "../../parts/job_progress";
 import { ProblemCard } from "../../parts/problem";
@@ -46,7 +47,14 @@ export function Begin({ active_id, reload }: Properties) {
   const open = jobs.open.value.filter((job) => job.kind === "calibration");
   const lost = jobs.list.value.find((job) => job.kind === "calibration" && job.state === "failed");
   const simulated = station.simulated.value === "twin";
-  const blocked = !simulated ? words.now_blocked : station.busy.value && !now.running ? words.busy : undefined;
+  const halted = useHalted();
+  const blocked = !simulated
+    ? words.now_blocked
+    : halted
+      ? halted
+      : station.busy.value && !now.running
+        ? words.busy
+        : undefined;
   return (
     <section class="card stack begin">
       <h2>{words.begin}</h2>

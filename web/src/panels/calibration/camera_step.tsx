@@ -4,6 +4,7 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { useHalted } from "../../parts/halted";
 import { ProblemCard } from "../../parts/problem";
 import { Command } from "../../state/command";
 import { remembered } from "../../state/remembered";
@@ -71,7 +72,8 @@ export function CameraStep({ session, change }: StepProperties) {
   const live = useMemo(() => new Command(() => board.start()), [board]);
   const end = useMemo(() => new Command(() => board.stop()), [board]);
   const look = board.look.value;
-  const busy_elsewhere = station.busy.value && !take.running;
+  const halted = useHalted();
+  const blocked = halted ?? (station.busy.value && !take.running && words.busy);
   return (
     <div class="camera-step">
       <div class="stack main">
@@ -79,7 +81,7 @@ export function CameraStep({ session, change }: StepProperties) {
         <div class="row live-acts">
           {board.runs || take.running ? (
             <>
-              <CommandButton command={take} kind="primary" blocked={busy_elsewhere && words.busy}>
+              <CommandButton command={take} kind="primary" blocked={blocked}>
                 {words.take_pose}
               </CommandButton>
               <label class="check">
@@ -97,7 +99,7 @@ export function CameraStep({ session, change }: StepProperties) {
             </>
           ) : (
             <>
-              <CommandButton command={live} kind="primary" blocked={busy_elsewhere && words.busy}>
+              <CommandButton command={live} kind="primary" blocked={blocked}>
                 {words.live_start}
               </CommandButton>
               <span class="muted">{words.live_starting_hint}</span>

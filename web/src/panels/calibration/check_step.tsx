@@ -5,6 +5,7 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { type Form, useForm } from "../../parts/form";
 import { Show, useLoaded } from "../../parts/loading";
 import { NumberField } from "../../parts/number_field";
 import { Command } from "../../state/command";
@@ -112,12 +113,12 @@ export function BeginSession() {
         <h2>{text.value.frame.station}</h2>
         <StationFacts />
       </section>
-      <Show of={state}>{(defaults) => <Form defaults={defaults} />}</Show>
+      <Show of={state}>{(defaults) => <BeginForm defaults={defaults} />}</Show>
     </div>
   );
 }
 
-function Form({ defaults }: { defaults: Draft }) {
+function BeginForm({ defaults }: { defaults: Draft }) {
   const { api } = useApp();
   const words = text.value.calibration;
   const today = new Date().toLocaleDateString(language.value);
@@ -125,6 +126,7 @@ function Form({ defaults }: { defaults: Draft }) {
   const draft = useSignal<Draft>(defaults);
   const orders_text = useSignal(defaults.orders.map(orderName).join(", "));
   const orders = ordersFrom(orders_text.value);
+  const form = useForm();
   const change = (part: Partial<Draft>) => {
     draft.value = { ...draft.value, ...part };
   };
@@ -156,12 +158,19 @@ function Form({ defaults }: { defaults: Draft }) {
           <h2>{words.board}</h2>
           <p class="muted">{words.board_hint}</p>
           <Whole
+            form={form}
             label={words.inner_columns}
             value={inner_columns}
             onChange={(inner_columns) => change({ inner_columns })}
           />
-          <Whole label={words.inner_rows} value={inner_rows} onChange={(inner_rows) => change({ inner_rows })} />
+          <Whole
+            form={form}
+            label={words.inner_rows}
+            value={inner_rows}
+            onChange={(inner_rows) => change({ inner_rows })}
+          />
           <NumberField
+            form={form}
             label={words.square}
             unit="mm"
             value={square_mm}
@@ -174,6 +183,7 @@ function Form({ defaults }: { defaults: Draft }) {
           <h2>{words.projector}</h2>
           <p class="muted">{words.projector_hint}</p>
           <NumberField
+            form={form}
             label={words.wavelength}
             unit="nm"
             value={wavelength_nm}
@@ -182,6 +192,7 @@ function Form({ defaults }: { defaults: Draft }) {
             onChange={(value) => value !== undefined && change({ wavelength_nm: value })}
           />
           <NumberField
+            form={form}
             label={words.grating_lines}
             unit={words.per_mm}
             value={grating_lines_per_mm}
@@ -223,7 +234,11 @@ function Form({ defaults }: { defaults: Draft }) {
         />
       </label>
       <div>
-        <CommandButton command={begin} kind="primary" blocked={!orders && words.orders_wrong}>
+        <CommandButton
+          command={begin}
+          kind="primary"
+          blocked={form.blocked.value ?? (!orders && words.orders_wrong)}
+        >
           {words.begin_session}
         </CommandButton>
       </div>
@@ -231,15 +246,17 @@ function Form({ defaults }: { defaults: Draft }) {
   );
 }
 
-function Whole(properties: { label: string; value: number; onChange: (value: number) => void }) {
+function Whole(properties: { form: Form; label: string; value: number; onChange: (value: number) => void }) {
   return (
     <NumberField
+      form={properties.form}
       label={properties.label}
+      whole
       unit={text.value.calibration.corners_unit}
       value={properties.value}
       min={2}
       max={1000}
-      onChange={(value) => value !== undefined && properties.onChange(Math.round(value))}
+      onChange={(value) => value !== undefined && properties.onChange(value)}
     />
   );
 }

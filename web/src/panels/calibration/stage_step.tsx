@@ -5,6 +5,8 @@ import { useMemo, useRef } from "preact/hooks";
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { useForm } from "../../parts/form";
+import { useHalted } from "../../parts/halted";
 import { Show } from "../../parts/loading";
 import { NumberField } from "../../parts/number_field";
 import { Command } from "../../state/command";
@@ -66,6 +68,7 @@ function TakeViews({ session, change }: Properties) {
   const { api, control, station } = app;
   const words = text.value.calibration;
   const position_mm = useSignal<number | undefined>(0);
+  const form = useForm();
   const changes = useRef(change);
   changes.current = change;
   const takeAt = async (position_mm: number) => {
@@ -96,7 +99,8 @@ function TakeViews({ session, change }: Properties) {
     [session.id],
   );
   const travel = station.status.value?.stage.travel_mm;
-  const busy = station.busy.value && !one.running && !all.running && words.busy;
+  const halted = useHalted();
+  const busy = halted ?? (station.busy.value && !one.running && !all.running && words.busy);
   return (
     <section class="card stack">
       <h2>{words.stage_positions}</h2>
@@ -108,16 +112,17 @@ function TakeViews({ session, change }: Properties) {
       </div>
       <div class="row end">
         <NumberField
+          form={form}
           label={words.view_at}
           unit="mm"
           value={position_mm.value}
-          min={travel?.[0] ?? Number.NEGATIVE_INFINITY}
-          max={travel?.[1] ?? Number.POSITIVE_INFINITY}
+          min={travel?.[0]}
+          max={travel?.[1]}
           onChange={(value) => {
             position_mm.value = value;
           }}
         />
-        <CommandButton command={one} blocked={busy || (all.running && words.taking)}>
+        <CommandButton command={one} blocked={form.blocked.value ?? (busy || (all.running && words.taking))}>
           {words.take_view}
         </CommandButton>
       </div>

@@ -5,6 +5,8 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { useForm } from "../../parts/form";
+import { useHalted } from "../../parts/halted";
 import { problemOfJob, succeeded } from "../../parts/job_end";
 import { JobProgress } from "../../parts/job_progress";
 import { Show, useLoaded } from "../../parts/loading";
@@ -63,6 +65,8 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
   const artefact = useSignal<Artefact>("sphere");
   const nominal_mm = useSignal<number | undefined>(NOMINAL_MM.sphere);
   const tolerance_mm = useSignal<number | undefined>(FIRST_TOLERANCE_MM);
+  const form = useForm();
+  const halted = useHalted();
   const verify = useMemo(
     () =>
       new Command(async (steps) => {
@@ -107,6 +111,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
           </select>
         </label>
         <NumberField
+          form={form}
           label={words.nominal}
           unit="mm"
           value={nominal_mm.value}
@@ -117,6 +122,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
           }}
         />
         <NumberField
+          form={form}
           label={words.tolerance}
           unit="mm"
           optional
@@ -133,7 +139,7 @@ function VerifyForm({ session_id, calibration_id, reload }: FormProperties) {
         <CommandButton
           command={verify}
           kind="primary"
-          blocked={station.busy.value && !verify.running && words.busy}
+          blocked={halted ?? form.blocked.value ?? (station.busy.value && !verify.running && words.busy)}
         >
           {words.verify_now}
         </CommandButton>

@@ -8,7 +8,7 @@ import { Command } from "../../state/command";
 import type { StationEvent } from "../../state/events";
 import { language, text } from "../../text";
 import { moment } from "../../units";
-import { eventDetail } from "./event_words";
+import { eventActor, eventDetail } from "./event_words";
 
 export function EventTable() {
   const { events } = useApp();
@@ -44,7 +44,7 @@ export function EventTable() {
 
 function Row({ event }: { event: StationEvent }) {
   const words = text.value.health;
-  const bad = /failed|interrupted|fault_on/.test(event.kind);
+  const bad = /failed|interrupted|fault_on|station.stopped/.test(event.kind);
   return (
     <tr>
       <td class="number muted">{event.seq}</td>
@@ -56,7 +56,8 @@ function Row({ event }: { event: StationEvent }) {
         </span>
       </td>
       <td data-label={words.about} class="about">
-        {eventDetail(event)} <span class="mono muted">{event.subject}</span>
+        {[eventDetail(event), eventActor(event)].filter(Boolean).join(" · ")}{" "}
+        <span class="mono muted">{event.subject}</span>
       </td>
     </tr>
   );

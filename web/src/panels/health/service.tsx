@@ -38,7 +38,7 @@ export function LinkCard({ n_sockets }: { n_sockets: number | undefined }) {
     <HealthCard
       title={words.link}
       tone={linkTone(station.stale.value, round_trip_ms, dropped)}
-      headline={station.stale.value ? frame.link_stale(station.stale_s.value) : frame.link_live}
+      headline={station.stale.value ? `${frame.link_stale} ${station.stale_s.value} s` : frame.link_live}
       advice={words.link_advice}
     >
       <Facts

@@ -4,6 +4,7 @@ import type { RefObject } from "preact";
 import { useEffect, useMemo } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { useForm } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { ProblemCard } from "../../parts/problem";
 import { Command } from "../../state/command";
@@ -63,7 +64,9 @@ function AdviceLine({ view }: { view: LiveView | undefined }) {
 function Settings({ view }: { view: LiveView | undefined }) {
   const { api, control, station } = useApp();
   const words = text.value.live;
-  const blocked = useBlocked();
+  const form = useForm();
+  const wrong = form.blocked.value;
+  const blocked = useBlocked() ?? wrong;
   const settings = useMemo(() => new CameraSettings(api, control), [api, control]);
   const camera = station.status.value?.camera;
   const told = camera && JSON.stringify(camera.settings);
@@ -90,7 +93,9 @@ function Settings({ view }: { view: LiveView | undefined }) {
       class="stack camera-settings"
       aria-label={words.exposure}
       onKeyDown={(event) => {
-        if (event.key === "Enter" && event.target instanceof HTMLInputElement && changed && !blocked) {
+        // The field has taken what was typed before this is heard.
+        const applicable = settings.changed.peek() && !blocked && !form.blocked.peek();
+        if (event.key === "Enter" && event.target instanceof HTMLInputElement && applicable) {
           void settings.apply.start();
         }
       }}
@@ -98,6 +103,7 @@ function Settings({ view }: { view: LiveView | undefined }) {
       {unread && <ProblemCard problem={unread} />}
       <div class="row end">
         <NumberField
+          form={form}
           label={words.exposure_time}
           unit="µs"
           value={exposure_us}
@@ -108,16 +114,18 @@ function Settings({ view }: { view: LiveView | undefined }) {
         <button
           type="button"
           aria-label={words.half}
-          title={words.half}
-          onClick={() => settings.scaleExposure(0.5)}
+          aria-disabled={wrong ? "true" : undefined}
+          title={wrong ?? words.half}
+          onClick={() => !wrong && settings.scaleExposure(0.5)}
         >
           ½ ×
         </button>
         <button
           type="button"
           aria-label={words.double}
-          title={words.double}
-          onClick={() => settings.scaleExposure(2)}
+          aria-disabled={wrong ? "true" : undefined}
+          title={wrong ?? words.double}
+          onClick={() => !wrong && settings.scaleExposure(2)}
         >
           2 ×
         </button>
@@ -129,6 +137,7 @@ function Settings({ view }: { view: LiveView | undefined }) {
       </div>
       <div class="row end">
         <NumberField
+          form={form}
           label={words.gain}
           unit="dB"
           value={gain_db}
@@ -137,6 +146,7 @@ function Settings({ view }: { view: LiveView | undefined }) {
           onChange={(value) => settings.draw({ gain_db: value })}
         />
         <NumberField
+          form={form}
           label={words.frame_rate}
           unit="Hz"
           value={frame_rate_hz}
@@ -149,12 +159,18 @@ function Settings({ view }: { view: LiveView | undefined }) {
         <CommandButton
           command={settings.apply}
           kind="primary"
-          blocked={blocked ?? (changed || busy ? undefined : words.nothing_changed)}
+          blocked={blocked ?? (changed || busy || form.pending.value ? undefined : words.nothing_changed)}
         >
           {words.apply}
         </CommandButton>
-        {changed && (
-          <button type="button" onClick={() => settings.forget()}>
+        {(changed || wrong || form.pending.value) && (
+          <button
+            type="button"
+            onClick={() => {
+              settings.forget();
+              form.restore();
+            }}
+          >
             {words.discard}
           </button>
         )}

@@ -6,6 +6,7 @@ import { useApp } from "../../app";
 import { activityOf } from "../../parts/job_words";
 import type { PlotWords } from "../../scene/profile_plot";
 import { href } from "../../state/route";
+import { letter_shortcuts } from "../../state/shortcuts";
 import { language, text } from "../../text";
 import { CameraCard } from "./camera_card";
 import { FrameFacts } from "./frame_facts";
@@ -116,6 +117,8 @@ function Notes({ view }: { view: LiveView | undefined }) {
 
 /** Keys of the whole page; what is typed into fields stays there. */
 function obeyKey(event: KeyboardEvent, view: LiveView): void {
+  // Who dictates or scans bar codes has switched single keys off.
+  if (!letter_shortcuts.peek()) return;
   const target = event.target as HTMLElement | null;
   if (event.ctrlKey || event.metaKey || event.altKey || target?.closest("input, select, textarea, dialog")) return;
   if (event.key === "f" || event.key === "F") view.freeze(!view.frozen.peek());

@@ -5,6 +5,7 @@ import { useEffect, useMemo } from "preact/hooks";
 import { data, type Problem, problemOf } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { useForm } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { ProblemCard } from "../../parts/problem";
 import { Command } from "../../state/command";
@@ -21,6 +22,7 @@ export function StageCard() {
   const words = text.value.live;
   const stage = station.status.value?.stage;
   const target = useSignal<number | undefined>(undefined);
+  const form = useForm();
   const blocked = useBlocked();
   const unhomed = stage?.needs_homing && !stage.homed ? words.home_first : undefined;
   const move = useMemo(
@@ -54,16 +56,23 @@ export function StageCard() {
       <JogButtons blocked={blocked} />
       <div class="row with-button">
         <NumberField
+          form={form}
           label={words.target}
           unit="mm"
           value={target.value}
-          min={lowest ?? Number.NEGATIVE_INFINITY}
-          max={highest ?? Number.POSITIVE_INFINITY}
+          optional
+          min={lowest}
+          max={highest}
           onChange={(value) => (target.value = value)}
         />
         <CommandButton
           command={move}
-          blocked={blocked ?? unhomed ?? (target.value === undefined ? words.target_first : undefined)}
+          blocked={
+            blocked ??
+            unhomed ??
+            form.blocked.value ??
+            (target.value === undefined && !form.pending.value ? words.target_first : undefined)
+          }
         >
           {words.move}
         </CommandButton>

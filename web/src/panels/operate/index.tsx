@@ -6,6 +6,7 @@ import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { DamagedRecords } from "../../parts/damaged";
 import { useFollowed } from "../../parts/followed";
+import { useForm } from "../../parts/form";
 import { ProblemCard } from "../../parts/problem";
 import { MeasurementPlan } from "../../state/measurement_plan";
 import { readParts } from "../../state/scanned";
@@ -37,6 +38,7 @@ export default function Operate() {
     };
   }, [plan, events]);
   const operation = useMemo(() => new Operation(app, serial, plan), [app, serial, plan]);
+  const form = useForm();
 
   const active = useFollowed(
     () => data(api.GET("/api/v1/calibrations/active")),
@@ -58,12 +60,12 @@ export default function Operate() {
   return (
     <div class="operate">
       <h1 class="visually-hidden">{text.value.operate.title}</h1>
-      <Start operation={operation} serial={serial} obstacle={obstacle} job={job} />
+      <Start operation={operation} serial={serial} obstacle={obstacle} wrong={form.blocked.value} job={job} />
       <LastResult last={lastOf(shown?.parts, operation.newest.value)} />
       {problem && <ProblemCard problem={problem} />}
       <DamagedRecords rows={shown?.damaged ?? []} />
       <Ticks parts={shown?.parts ?? []} />
-      <SetUp plan={plan} travel_mm={station.status.value?.stage.travel_mm ?? []} />
+      <SetUp plan={plan} form={form} travel_mm={station.status.value?.stage.travel_mm ?? []} />
     </div>
   );
 }

@@ -1,6 +1,7 @@
 /** The fold-out: what is scanned and measured on every part, kept by the server. */
 
 import { useId } from "preact/hooks";
+import type { Form } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { ProblemCard } from "../../parts/problem";
 import type { MeasurementPlan, Plan } from "../../state/measurement_plan";
@@ -10,11 +11,12 @@ import { type Characteristic, changed, freeName, TOOLS, type Tool } from "./reci
 
 interface Properties {
   plan: MeasurementPlan;
+  form: Form;
   /** Where the stage can go, mm. */
   travel_mm: readonly number[];
 }
 
-export function SetUp({ plan, travel_mm }: Properties) {
+export function SetUp({ plan, form, travel_mm }: Properties) {
   const words = text.value.operate;
   const shown = plan.plan.value;
   return (
@@ -24,18 +26,21 @@ export function SetUp({ plan, travel_mm }: Properties) {
         <span class="muted">{shown && summaryOf(shown)}</span>
       </summary>
       {plan.problem.value && <ProblemCard problem={plan.problem.value} />}
-      {shown && <Fields shown={shown} change={(part) => plan.change(part)} travel_mm={travel_mm} />}
+      {shown && (
+        <Fields shown={shown} form={form} change={(part) => plan.change(part)} travel_mm={travel_mm} />
+      )}
     </details>
   );
 }
 
 interface FieldsProperties {
   shown: Plan;
+  form: Form;
   change: (part: Partial<Plan>) => void;
   travel_mm: readonly number[];
 }
 
-function Fields({ shown, change, travel_mm }: FieldsProperties) {
+function Fields({ shown, form, change, travel_mm }: FieldsProperties) {
   const words = text.value.operate;
   const [lowest = -1e4, highest = 1e4] = travel_mm;
   const measure = shown.measure ?? [];
@@ -45,6 +50,7 @@ function Fields({ shown, change, travel_mm }: FieldsProperties) {
     <div class="stack">
       <div class="row end">
         <NumberField
+          form={form}
           label={words.from}
           unit="mm"
           value={shown.from_mm}
@@ -53,6 +59,7 @@ function Fields({ shown, change, travel_mm }: FieldsProperties) {
           onChange={(from_mm) => from_mm !== undefined && change({ from_mm })}
         />
         <NumberField
+          form={form}
           label={words.to}
           unit="mm"
           value={shown.to_mm}
@@ -61,6 +68,7 @@ function Fields({ shown, change, travel_mm }: FieldsProperties) {
           onChange={(to_mm) => to_mm !== undefined && change({ to_mm })}
         />
         <NumberField
+          form={form}
           label={words.step}
           unit="mm"
           value={shown.step_mm}
@@ -69,6 +77,7 @@ function Fields({ shown, change, travel_mm }: FieldsProperties) {
           onChange={(step_mm) => step_mm !== undefined && change({ step_mm })}
         />
         <NumberField
+          form={form}
           label={words.exposure}
           unit="µs"
           value={shown.exposure_us ?? undefined}
@@ -83,6 +92,7 @@ function Fields({ shown, change, travel_mm }: FieldsProperties) {
         <CharacteristicRow
           key={`${at}-${one.tool}`}
           one={one}
+          form={form}
           others={measure.filter((other) => other !== one)}
           onChange={(next) => replace(at, next)}
         />
@@ -112,12 +122,13 @@ function named(others: readonly Characteristic[], tool: Tool): Characteristic {
 
 interface RowProperties {
   one: Characteristic;
+  form: Form;
   others: readonly Characteristic[];
   /** Undefined: taken away. */
   onChange: (next: Characteristic | undefined) => void;
 }
 
-function CharacteristicRow({ one, others, onChange }: RowProperties) {
+function CharacteristicRow({ one, form, others, onChange }: RowProperties) {
   const words = text.value.operate;
   const id = useId();
   const unit = one.tool === "angle" ? "°" : "mm";
@@ -154,6 +165,7 @@ function CharacteristicRow({ one, others, onChange }: RowProperties) {
       )}
       {one.tool !== "flatness" && (
         <NumberField
+          form={form}
           label={words.nominal}
           unit={unit}
           value={one.nominal_mm ?? undefined}
@@ -163,6 +175,7 @@ function CharacteristicRow({ one, others, onChange }: RowProperties) {
       )}
       {judged && (
         <NumberField
+          form={form}
           label={words.tolerance}
           unit={unit}
           value={one.tolerance_mm ?? undefined}

@@ -18,16 +18,18 @@ interface Properties {
   operation: Operation;
   serial: Signal<string>;
   obstacle: Obstacle | undefined;
+  /** What is wrong with the set-up. */
+  wrong: string | undefined;
   job: Job | undefined;
 }
 
-export function Start({ operation, serial, obstacle, job }: Properties) {
+export function Start({ operation, serial, obstacle, wrong, job }: Properties) {
   const words = text.value.operate;
   const field = useRef<HTMLInputElement>(null);
   useEffect(() => catchTyping(field.current), []);
-  const blocked = obstacle && words.obstacles[obstacle];
+  const blocked = obstacle ? words.obstacles[obstacle] : wrong;
   const begin = () => {
-    if (!obstacle && !operation.command.running) void operation.command.start();
+    if (!blocked && !operation.command.running) void operation.command.start();
   };
   return (
     <section class="card stack operate-start" aria-label={words.title}>

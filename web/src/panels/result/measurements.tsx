@@ -5,6 +5,7 @@ import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { DamagedRecords } from "../../parts/damaged";
+import { useForm } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
@@ -151,6 +152,7 @@ function MeasureForm({ result }: { result: ResultState }) {
   const { api, station } = useApp();
   const words = text.value.result;
   const simulated = station.simulated.value === "twin";
+  const form = useForm();
   useEffect(() => {
     // On the simulated stage it is known what lies there.
     if (simulated) void proposeSphere(result, async () => (await data(api.GET("/api/v1/simulation/scene"))).scene);
@@ -176,6 +178,8 @@ function MeasureForm({ result }: { result: ResultState }) {
         </select>
       </label>
       <NumberField
+        key={`nominal-${result.tool.value}`}
+        form={form}
         label={words.nominal}
         unit={unit}
         optional
@@ -185,6 +189,8 @@ function MeasureForm({ result }: { result: ResultState }) {
         }}
       />
       <NumberField
+        key={`tolerance-${result.tool.value}`}
+        form={form}
         label={`${words.tolerance} ±`}
         unit={unit}
         optional
@@ -200,10 +206,11 @@ function MeasureForm({ result }: { result: ResultState }) {
         blocked={
           !result.scan.cloud
             ? words.blocked_no_cloud
-            : result.tolerance.value !== undefined &&
-              result.nominal.value === undefined &&
-              result.tool.value !== "flatness" &&
-              words.blocked_nominal
+            : (form.blocked.value ??
+              (result.tolerance.value !== undefined &&
+                result.nominal.value === undefined &&
+                result.tool.value !== "flatness" &&
+                words.blocked_nominal))
         }
       >
         {words.measure}

@@ -45,10 +45,14 @@ function Section({ scan, places }: { scan: Scan; places: readonly Place[] }) {
   const chosen = useSignal(places.length >> 1);
   const place = places[chosen.value];
   const sequence = place?.sequence ?? 0;
-  const { state } = useLoaded(async () => {
-    const path = { id: scan.id, sequence };
-    return sectionOf(await data(api.GET("/api/v1/scans/{id}/profiles/{sequence}", { params: { path } })));
-  }, [api, scan.id, sequence]);
+  const { state } = useLoaded(
+    async () => {
+      const path = { id: scan.id, sequence };
+      return sectionOf(await data(api.GET("/api/v1/scans/{id}/profiles/{sequence}", { params: { path } })));
+    },
+    [api, scan.id],
+    [sequence],
+  );
   const position = `${decimal(place?.position_mm ?? 0, 2, language.value)} mm`;
   return (
     <>

@@ -1,6 +1,7 @@
 /** The set-up of a scan. */
 
 import type { Signal } from "@preact/signals";
+import type { Form } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { text } from "../../text";
 import type { Mode, SetUp } from "./set_up";
@@ -10,17 +11,24 @@ const MODES: readonly Mode[] = ["stop_and_go", "continuous"];
 /** Smallest step and speed that can be typed; the server knows what the station can do. */
 const SMALLEST = 0.001;
 
-export function Form({ set_up }: { set_up: SetUp }) {
+export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
   const words = text.value.scan;
   return (
     <div class="stack">
       <div class="row end travel">
-        <Quantity label={words.from} unit="mm" value={set_up.from_mm} />
-        <Quantity label={words.to} unit="mm" value={set_up.to_mm} />
+        <Quantity form={form} label={words.from} unit="mm" value={set_up.from_mm} />
+        <Quantity form={form} label={words.to} unit="mm" value={set_up.to_mm} />
         {set_up.mode.value === "stop_and_go" ? (
-          <Quantity label={words.step} unit="mm" value={set_up.step_mm} min={SMALLEST} />
+          <Quantity key="step" form={form} label={words.step} unit="mm" value={set_up.step_mm} min={SMALLEST} />
         ) : (
-          <Quantity label={words.speed} unit="mm/s" value={set_up.speed_mm_s} min={SMALLEST} />
+          <Quantity
+            key="speed"
+            form={form}
+            label={words.speed}
+            unit="mm/s"
+            value={set_up.speed_mm_s}
+            min={SMALLEST}
+          />
         )}
       </div>
       <fieldset class="modes">
@@ -56,6 +64,7 @@ export function Form({ set_up }: { set_up: SetUp }) {
         <div class="stack more">
           <div class="row end">
             <NumberField
+              form={form}
               label={words.exposure}
               unit="µs"
               optional
@@ -67,6 +76,7 @@ export function Form({ set_up }: { set_up: SetUp }) {
               }}
             />
             <NumberField
+              form={form}
               label={words.laser_power}
               unit="%"
               optional
@@ -96,6 +106,7 @@ export function Form({ set_up }: { set_up: SetUp }) {
 }
 
 interface QuantityProperties {
+  form: Form;
   label: string;
   unit: string;
   value: Signal<number>;
@@ -103,17 +114,9 @@ interface QuantityProperties {
 }
 
 /** A field for a number that must be there. */
-function Quantity({ label, unit, value, min }: QuantityProperties) {
+function Quantity({ form, label, unit, value, min }: QuantityProperties) {
   const change = (typed: number | undefined) => {
     if (typed !== undefined) value.value = typed;
   };
-  return (
-    <NumberField
-      label={label}
-      unit={unit}
-      value={value.value}
-      onChange={change}
-      {...(min !== undefined && { min })}
-    />
-  );
+  return <NumberField form={form} label={label} unit={unit} value={value.value} onChange={change} min={min} />;
 }

@@ -3,12 +3,14 @@
 import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { useForm } from "../../parts/form";
+import { useHalted } from "../../parts/halted";
 import { exactPoint } from "../../scene/exact";
 import type { CloudViewer } from "../../scene/viewer";
 import { text } from "../../text";
 import { CloudView } from "../viewer/cloud_view";
 import { ViewState } from "../viewer/view_state";
-import { Form } from "./form";
+import { SetUpForm } from "./form";
 import { PlanCard, usePlan } from "./plan_card";
 import { RunCard } from "./run_card";
 import { ScanRun } from "./scan_run";
@@ -34,6 +36,8 @@ export default function Scan() {
     },
     [run],
   );
+  const form = useForm();
+  const wrong = form.blocked.value;
   const plan = usePlan(set_up);
   return (
     <>
@@ -46,15 +50,15 @@ export default function Scan() {
             <h2>{words.set_up}</h2>
             <div class="stack">
               <SceneChoice busy={run.open.value} />
-              <Form set_up={set_up} />
+              <SetUpForm set_up={set_up} form={form} />
             </div>
           </section>
-          <PlanCard plan={plan} />
+          <PlanCard plan={plan} wrong={wrong} />
           <div class="scan-start">
             <CommandButton
               command={run.start}
               kind="primary operator"
-              blocked={blockedWhy(run, plan.problem !== undefined)}
+              blocked={blockedWhy(run, wrong, plan.problem !== undefined)}
             >
               {words.start}
             </CommandButton>
@@ -74,12 +78,15 @@ export default function Scan() {
 }
 
 /** Why a scan cannot begin now. */
-function blockedWhy(run: ScanRun, refused: boolean): string | undefined {
+function blockedWhy(run: ScanRun, wrong: string | undefined, refused: boolean): string | undefined {
   const { station, control } = useApp();
   const words = text.value.scan;
+  const halted = useHalted();
+  if (halted) return halted;
   if (run.open.value) return words.blocked_running;
   if (station.stale.value) return words.blocked_stale;
   const other = control.other.value;
   if (other) return words.blocked_other(other);
+  if (wrong) return wrong;
   return refused ? words.blocked_plan : undefined;
 }

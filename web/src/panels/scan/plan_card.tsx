@@ -16,7 +16,7 @@ type Plan = Schemas["ScanPlan"];
 /** A person who types is asked about when they pause. */
 const PAUSE_MS = 250;
 
-/** The server's plan of the set-up, asked anew a moment after each change. */
+/** The server's plan of the set-up, asked anew a moment after each change; nothing while it does not fit any more. */
 export function usePlan(set_up: SetUp): Loaded<Plan> {
   const { api, station } = useApp();
   const asked = useSignal(set_up.wanted.value);
@@ -32,22 +32,33 @@ export function usePlan(set_up: SetUp): Loaded<Plan> {
   const state = station.status.value?.state;
   const { state: loaded } = useLoaded(
     async () => await data(api.POST("/api/v1/scans/plan", { body: asked.peek() })),
-    [JSON.stringify(asked.value), state, station.stale.value],
+    [JSON.stringify(asked.value)],
+    [state, station.stale.value],
   );
-  return loaded.value;
+  return JSON.stringify(asked.value) === key ? loaded.value : {};
 }
 
-export function PlanCard({ plan }: { plan: Loaded<Plan> }) {
-  const { station } = useApp();
+export function PlanCard({ plan, wrong }: { plan: Loaded<Plan>; wrong: string | undefined }) {
   const words = text.value.scan;
-  const uncalibrated = station.status.value?.activity === "not calibrated";
   return (
     <section
       class="card"
       aria-label={words.plan}
-      data-plan={plan.problem ? "refused" : plan.value ? "there" : "asked"}
+      data-plan={wrong || plan.problem ? "refused" : plan.value ? "there" : "asked"}
     >
       <h2>{words.plan}</h2>
+      {wrong && <p class="muted">{wrong}</p>}
+      {!wrong && <PlanAnswer plan={plan} />}
+    </section>
+  );
+}
+
+function PlanAnswer({ plan }: { plan: Loaded<Plan> }) {
+  const { station } = useApp();
+  const words = text.value.scan;
+  const uncalibrated = station.status.value?.activity === "not calibrated";
+  return (
+    <>
       {plan.problem && !station.stale.value && <ProblemCard problem={plan.problem} />}
       {plan.problem && uncalibrated && (
         <p class="after">
@@ -58,7 +69,7 @@ export function PlanCard({ plan }: { plan: Loaded<Plan> }) {
       )}
       {plan.value && !plan.problem && <PlanFacts plan={plan.value} />}
       {!plan.value && !plan.problem && <p class="muted">{text.value.frame.loading}</p>}
-    </section>
+    </>
   );
 }
 

@@ -2,6 +2,7 @@
 
 import type { Job, Problem } from "../../api/client";
 import { CommandButton } from "../../parts/command_button";
+import { useHalted } from "../../parts/halted";
 import { JobProgress } from "../../parts/job_progress";
 import { JobWords } from "../../parts/job_words";
 import { ProblemCard } from "../../parts/problem";
@@ -41,6 +42,7 @@ function Running({ run, job }: { run: ScanRun; job: Job }) {
 function Ended({ run, job }: { run: ScanRun; job: Job }) {
   const words = text.value.scan;
   const partial = run.partial.value;
+  const halted = useHalted();
   const invalid = run.made.value?.state === "invalid";
   const result_id = job.result?.id ?? partial?.id;
   return (
@@ -65,7 +67,7 @@ function Ended({ run, job }: { run: ScanRun; job: Job }) {
       )}
       <div class="row">
         {partial && (
-          <CommandButton command={run.resume} kind="primary">
+          <CommandButton command={run.resume} kind="primary" blocked={halted}>
             {words.resume}
           </CommandButton>
         )}

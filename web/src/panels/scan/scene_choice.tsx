@@ -17,7 +17,7 @@ export function SceneChoice({ busy }: { busy: boolean }) {
   const { api, station } = useApp();
   const words = text.value.scan;
   const wanted = useSignal<SceneName>("sphere");
-  const { state, reload } = useLoaded(async () => await data(api.GET("/api/v1/simulation/scene")), [busy]);
+  const { state, reload } = useLoaded(async () => await data(api.GET("/api/v1/simulation/scene")), [api], [busy]);
   const place = useMemo(
     () =>
       new Command(async () => {

@@ -6,6 +6,7 @@ import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { useFollowed } from "../../parts/followed";
+import { useForm } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { ProblemCard } from "../../parts/problem";
 import { Command } from "../../state/command";
@@ -86,6 +87,7 @@ function FaultRow({ fault, on, reload }: FaultProperties) {
   const { api } = useApp();
   const words = text.value.settings;
   const value = useSignal(on?.value ?? fault.value?.ordinary);
+  const form = useForm();
   const command = useMemo(
     () =>
       new Command(async () => {
@@ -109,6 +111,7 @@ function FaultRow({ fault, on, reload }: FaultProperties) {
       </span>
       {fault.value && !on && (
         <NumberField
+          form={form}
           label={words.fault_values[fault.name] ?? ""}
           unit={fault.value.unit}
           value={value.value}
@@ -119,7 +122,9 @@ function FaultRow({ fault, on, reload }: FaultProperties) {
           }}
         />
       )}
-      <CommandButton command={command}>{on ? words.switch_off : words.switch_on}</CommandButton>
+      <CommandButton command={command} blocked={form.blocked.value}>
+        {on ? words.switch_off : words.switch_on}
+      </CommandButton>
     </li>
   );
 }

@@ -1,5 +1,6 @@
 /** What the colours mean: orders with their names, or a scale with histogram whose ends can be set. */
 
+import { useForm } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { gradient, type ValueMode } from "../../scene/colours";
 import { binned } from "../../scene/histogram";
@@ -46,12 +47,14 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
   const words = text.value.viewer;
   const range = state.range.value;
   const unit = UNITS[mode];
+  const form = useForm();
   const automatic = state.typed.value[mode] === undefined;
   const rounded = (value: number) => Number(value.toPrecision(3));
   return (
     <div class="row end scale-legend">
       <NumberField
         key={`${mode}-low`}
+        form={form}
         label={words.low}
         unit={unit}
         value={rounded(range.low)}
@@ -61,6 +64,7 @@ function ScaleLegend({ state, mode }: { state: ViewState; mode: ValueMode }) {
       <ScaleFigure state={state} mode={mode} />
       <NumberField
         key={`${mode}-high`}
+        form={form}
         label={words.high}
         unit={unit}
         value={rounded(range.high)}

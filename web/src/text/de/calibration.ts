@@ -151,13 +151,13 @@ export const calibration: Catalogue["calibration"] = {
     "Winkel jeder Ordnung zur Ordnung 0. Ein gleicher Faktor in allen ist die Wellenlänge des Lasers; weicht eine einzelne ab, wurde sie verwechselt.",
   ratio: (value, sigma, sheet) => `λ/d ${value} ± ${sigma}, Datenblatt ${sheet}`,
 
-  residuals: "Was unerklärt bleibt",
+  residuals: "Restabweichungen",
   residuals_light: "Abstand der Laserpunkte von den Lichtflächen, quer zur Linie",
   residuals_corners: "Abstand der Ecken von dort, wo die Kamera sie erwartet",
   residuals_light_hint:
     "Die Punkte sollen gleichmäßig gestreut sein, ohne Flecken einer Farbe: Ein Fleck ist eine verbogene Fläche oder eine bewegte Tafel.",
   residuals_corners_hint: (factor) =>
-    `Die Pfeile, ${factor}-fach vergrößert, sollen wie Heu aussehen: kein Wirbel, kein Fächer.`,
+    `Die Pfeile, ${factor}-fach vergrößert, sollen in zufällige Richtungen zeigen.`,
   residuals_label: (order, rms) => `Karte der Abweichungen der Ordnung ${order} über das Bild; RMS ${rms}`,
   corners_label: (rms) => `Karte der Abweichungen der Ecken über das Bild; RMS ${rms}`,
   points: "Punkte",
@@ -224,7 +224,7 @@ export const calibration: Catalogue["calibration"] = {
   known_place: "Von hier gibt es schon ein Bild: die Tafel bewegen oder kippen.",
   taking: "nimmt das Bild auf…",
   take_pose: "Bild aufnehmen",
-  auto: "von selbst aufnehmen, wenn die Tafel stillhält",
+  auto: "automatisch aufnehmen, wenn die Tafel stillhält",
   still: "still",
   sharpness: "Rauschen der Ecken",
   overexposed: "überbelichtete Pixel",
@@ -284,7 +284,7 @@ export const calibration: Catalogue["calibration"] = {
     "Die Tafel flach auf die Achse legen. Sie wird an mehreren Positionen aufgenommen: Das gibt Richtung und Maßstab der Fahrt.",
   stage_positions: "Positionen",
   take_view: "Hinfahren und aufnehmen",
-  take_views: (n) => `${n} Positionen von selbst aufnehmen`,
+  take_views: (n) => `${n} Positionen automatisch aufnehmen`,
   view_at: "Position",
   views_none:
     "Noch keine Ansicht auf der Achse. Ohne sie kann die Kalibrierung keine Fahrt in Millimeter umrechnen.",

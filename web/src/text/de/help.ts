@@ -25,7 +25,7 @@ export const help = {
     "Operational.SingleExecution":
       "Ein Auftrag hat die Station. Befehle von Hand werden bis zu seinem Ende abgelehnt.",
     "Operational.ContinuousExecution": "Die Kamera läuft für das Live-Bild. Ein Auftrag darf jederzeit beginnen.",
-    Halted: "Jemand hat Stopp gedrückt. Bis zum Zurücksetzen bewegt sich nichts und leuchtet nichts.",
+    Halted: "Jemand hat Stopp gedrückt. Bewegung und Laser bleiben bis zum Zurücksetzen aus.",
     Error: "Ein Gerät ist ausgefallen. Die Ursache beheben, dann quittieren und zurücksetzen.",
   } as Record<string, string>,
   verdicts: "Was die Urteile bedeuten",
@@ -39,7 +39,7 @@ export const help = {
   stop: "Laser und Stopp",
   stop_says: [
     "Stopp wirkt von jeder Seite, für jeden, mit oder ohne Bedienung, und fragt nie nach. Tasten: Strg + . oder Pause.",
-    "Stopp hält die Achse an und macht den Laser dunkel. Ein laufender Scan bleibt, so weit er kam, und lässt sich fortsetzen.",
+    "Stopp hält die Achse an und schaltet den Laser aus; beide bleiben bis zum Zurücksetzen aus. Ein laufender Scan bleibt, so weit er kam, und lässt sich fortsetzen.",
     "Nach Stopp bewegt sich und leuchtet nichts von selbst. Ein Mensch setzt die Station zurück.",
     "Der Laser leuchtet nur in einem Auftrag oder im Live-Bild. Er geht aus, wenn Bilder ausbleiben, wenn der Dienst endet und bei jeder Störung.",
     "Stopp ist kein Not-Halt: Er braucht diese Seite, das Netz und den Server. Bei Gefahr den Not-Halt der Maschine benutzen.",

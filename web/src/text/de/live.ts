@@ -29,7 +29,7 @@ export const live: typeof english = {
   frozen: "angehalten",
   freeze_hint: "Dieses Bild festhalten (Taste F oder Leertaste)",
   off: "Das Live-Bild ist aus",
-  off_hint: "Die Kamera ruht, der Laser ist dunkel.",
+  off_hint: "Die Kamera ruht, der Laser ist aus.",
   ended: "Das Live-Bild ist beendet; das ist das letzte Bild",
   first_frame: "Warten auf das erste Bild…",
   profile_here: "Hier erscheint das Profil.",
@@ -39,7 +39,7 @@ export const live: typeof english = {
   end: "Live-Bild beenden",
   live_view: "Live-Bild",
   laser_power: "Laserleistung",
-  laser_now: "Wirkt sofort. Am Ende des Live-Bilds wird der Laser dunkel.",
+  laser_now: "Wirkt sofort. Aus am Ende des Live-Bilds, oder wenn niemand zusieht.",
   laser_at_start: "Mit dieser Leistung leuchtet der Laser, sobald das Live-Bild läuft.",
   readout_hint: "Auf Bild oder Profil zeigen, um eine Stelle abzulesen.",
   grey: "Grau",
@@ -72,7 +72,7 @@ export const live: typeof english = {
   quality_note: (n) =>
     `σ ist aus dem Bildrauschen berechnet. Die Streuung ist gemessen: Effektivwert von z um gerade Stücke aus ${n} Punkten; die Form des Teils zählt mit.`,
   no_lines: "Keine Linien in diesem Bild.",
-  dark: "Der Laser ist dunkel, daher gibt es keine Linien.",
+  dark: "Der Laser ist aus, daher gibt es keine Linien.",
   histogram: "Histogramm der Grauwerte, Anzahlen logarithmisch",
   grey_level: "Grauwert",
   no_frame: "Noch kein Bild.",
@@ -110,8 +110,8 @@ export const live: typeof english = {
   blocked: {
     no_link: "Keine Verbindung zur Station.",
     other: (holder) => `${holder} bedient die Station: oben in der Leiste übernehmen.`,
-    job: "Ein Auftrag hat die Station: sein Ende abwarten oder ihn abbrechen.",
+    job: "Station belegt: das Ende des Auftrags abwarten oder ihn abbrechen.",
     halted: "Die Station wurde angehalten: zuerst zurücksetzen.",
-    fault: "Die Station ist nicht arbeitsfähig: siehe die Meldung oben.",
+    fault: "Störung: Eingriff nötig. Siehe die Meldung oben.",
   },
 };

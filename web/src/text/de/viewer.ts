@@ -55,7 +55,7 @@ export const viewer = {
   automatic: "Automatischer Bereich",
   automatic_on: "Bereich ist automatisch",
   picked: "Gewählte Punkte",
-  clear: "Vergessen",
+  clear: "Leeren",
   order: "Ordnung",
   pixel: "Pixel u / v",
   frame: "Bild",
@@ -67,7 +67,7 @@ export const viewer = {
   },
   pick_another: "Einen zweiten Punkt für den Abstand wählen.",
   distance: "Abstand 1–2",
-  context_lost: "Die Grafikkarte ging verloren. Die Punktwolke kommt von selbst wieder.",
+  context_lost: "Grafik zurückgesetzt; wird wiederhergestellt.",
   no_webgl:
     "Dieser Browser kann nicht räumlich zeichnen (WebGL 2 fehlt). Zahlen und Dateien sind davon nicht betroffen.",
 };

@@ -150,13 +150,13 @@ export const calibration = {
     "Angle of each order from order 0. A constant factor is the wavelength of the laser; one order alone that is off was mistaken for another.",
   ratio: (value: string, sigma: string, sheet: string) => `λ/d ${value} ± ${sigma}, data sheet ${sheet}`,
 
-  residuals: "What is left unexplained",
+  residuals: "Residuals",
   residuals_light: "Distance of the laser points from the sheets, across the line",
   residuals_corners: "Distance of the corners from where the camera expects them",
   residuals_light_hint:
     "Dots should be sprinkled evenly, without patches of one colour: a patch is a bent sheet or a moved board.",
   residuals_corners_hint: (factor: string) =>
-    `Arrows, ${factor} times enlarged, should look like hay: no swirl, no fan.`,
+    `Arrows, ${factor} times enlarged, should point in random directions.`,
   residuals_label: (order: string, rms: string) => `Residual map of order ${order} over the picture; RMS ${rms}`,
   corners_label: (rms: string) => `Map of corner residuals over the picture; RMS ${rms}`,
   points: "points",
@@ -179,7 +179,7 @@ export const calibration = {
   put_aside: "Back to the overview",
   put_aside_hint: "The session is kept on the server; it goes on in any browser.",
   active_untouched: "The active calibration stays as it is until you activate a new one.",
-  next: (step: string) => `Go on to “${step}”`,
+  next: (step: string) => `Continue to “${step}”`,
   not_found_hint: "It may have been discarded in another browser.",
 
   check_lead: "Before the first picture: is the station ready, and what does the board look like?",
@@ -213,7 +213,7 @@ export const calibration = {
   per_mm: "lines/mm",
 
   live_start: "Start the live picture",
-  live_starting_hint: "Takes control of the station, the laser stays dark.",
+  live_starting_hint: "Takes control of the station, the laser stays off.",
   live_stop: "End the live picture",
   no_live: "The live picture is off.",
   board_missing: "No board seen",
@@ -223,7 +223,7 @@ export const calibration = {
   known_place: "A picture of this place exists already: move or tilt the board.",
   taking: "taking the picture…",
   take_pose: "Take the picture",
-  auto: "take it by itself when the board is still",
+  auto: "Auto-capture when still",
   still: "still",
   sharpness: "corner noise",
   overexposed: "overexposed pixels",
@@ -281,7 +281,7 @@ export const calibration = {
     "Lay the board flat on the stage. It is taken at several positions: that tells direction and scale of the travel.",
   stage_positions: "Positions",
   take_view: "Move there and take the picture",
-  take_views: (n: number) => `Take ${n} positions by itself`,
+  take_views: (n: number) => `Capture ${n} positions automatically`,
   view_at: "position",
   views_none: "No stage view yet. Without any, the calibration cannot turn a sweep into millimetres.",
   view_few: "Two are the least, five tell straightness too.",

@@ -43,9 +43,9 @@ export const help = {
   stop: "Laser and Stop",
   stop_says: [
     "Stop works from every page, for everybody, with or without control, and is never asked twice. Keys: Ctrl + . or Pause.",
-    "Stop halts the stage and darkens the laser. A scan that was running is kept as far as it got and can be continued.",
+    "Stop halts the stage and turns the laser off; both stay off until reset. A scan that was running is kept as far as it got and can be continued.",
     "After Stop nothing moves or shines by itself. A person resets the station.",
-    "The laser shines only during a job or the live view. It goes dark when frames stay away, when the service ends, and on every fault.",
+    "The laser is on only during a job or the live view. It goes off when frames stay away, when the service ends, and on every fault.",
     "Stop is not an emergency stop: it needs this page, the network and the server. Use the emergency stop of the machine when somebody is in danger.",
     "One page commands at a time. Jobs need no control; commands by hand take it, and anybody may take it over.",
   ],

@@ -55,7 +55,7 @@ export const viewer = {
   automatic: "Automatic range",
   automatic_on: "Range is automatic",
   picked: "Picked points",
-  clear: "Forget",
+  clear: "Clear",
   order: "Order",
   pixel: "Pixel u / v",
   frame: "Frame",
@@ -67,7 +67,7 @@ export const viewer = {
   },
   pick_another: "Pick a second point for the distance.",
   distance: "Distance 1–2",
-  context_lost: "The graphics card was lost. The cloud comes back by itself.",
+  context_lost: "Graphics reset; restoring.",
   no_webgl:
     "This browser cannot draw in three dimensions (WebGL 2 is missing). Figures and files are not affected.",
 };

@@ -1,0 +1,10 @@
+/** After Stop nothing that moves or shines is accepted until somebody in control resets the station. */
+
+import { useApp } from "../app";
+import { text } from "../text";
+
+/** Why nothing can be started, or `undefined` if the station is not stopped. */
+export function useHalted(): string | undefined {
+  const { station } = useApp();
+  return station.status.value?.state === "Halted" ? text.value.live.blocked.halted : undefined;
+}
