@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use scanning::Cloud;
 
-use crate::features::{Found, Search, light_origin_mm};
+use crate::features::{Found, Search, light_in_camera};
 use crate::footprint::line_sigma_mm;
 use crate::measurement::{FittedFeature, Measurement, Unit};
 use crate::noise::{self, FeatureNoise};
@@ -16,7 +16,7 @@ use crate::robust::within;
 use crate::sample::{Samples, median};
 use crate::shape::Shape;
 use crate::systematic::Retriangulation;
-use crate::value::{band_width, value};
+use crate::value::{FirstPoints, band_width, value};
 use crate::verdict::verdict;
 
 /// Residuals this much larger than the predicted noise are worth a note.
@@ -42,13 +42,12 @@ pub fn measure(
     request: &MeasureRequest,
 ) -> Result<Measurement, MeasureError> {
     check(request)?;
-    let samples = Samples::from_cloud(cloud, request.region.as_ref());
+    let samples = Samples::from_cloud(cloud, request.region.as_ref(), calibration.and_then(light_in_camera));
     if samples.all.len() < MIN_FEATURE_POINTS {
         return Err(MeasureError::TooFewPoints { needed: MIN_FEATURE_POINTS, got: samples.all.len() });
     }
     let mut notes = Vec::new();
-    let light_origin_mm = calibration.and_then(light_origin_mm);
-    let mut search = Search { samples: &samples, light_origin_mm, rng: Pcg64Mcg::seed_from_u64(request.seed) };
+    let mut search = Search { samples: &samples, rng: Pcg64Mcg::seed_from_u64(request.seed) };
     let features = find(&mut search, request, &mut notes)?;
     let (question, measured) = read_value(&samples, &features, request)?;
     let retriangulation = calibration
@@ -197,9 +196,13 @@ fn read_value(
     request: &MeasureRequest,
 ) -> Result<(Question, f64), MeasureError> {
     let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
-    let positions: Vec<_> = features[0].inliers.iter().map(|&idx| samples.at(idx).position).collect();
+    let inliers = &features[0].inliers;
+    let first = FirstPoints {
+        positions: inliers.iter().map(|&idx| samples.at(idx).in_part.xyz).collect(),
+        camera: samples.mean_camera(inliers),
+    };
     let read = |supplement| {
-        value(request.tool, &shapes, &positions, supplement)
+        value(request.tool, &shapes, &first, supplement)
             .ok_or(MeasureError::FeatureNotFound { feature: request.tool.name(), n_points: samples.all.len() })
     };
     let direct = read(false)?;
@@ -301,7 +304,7 @@ fn describe(samples: &Samples, features: &[Found], tool: Tool, notes: &mut Vec<S
         let mut residuals: Vec<f64> = features[0]
             .inliers
             .iter()
-            .map(|&idx| features[0].shape.distance_mm(&samples.at(idx).position))
+            .map(|&idx| features[0].shape.distance_mm(&samples.at(idx).in_part.xyz))
             .collect();
         let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
         notes.push(format!(
@@ -312,13 +315,13 @@ fn describe(samples: &Samples, features: &[Found], tool: Tool, notes: &mut Vec<S
 }
 
 fn centroid(samples: &Samples, feature: &Found) -> nalgebra::Vector3<f64> {
-    let sum: nalgebra::Vector3<f64> = feature.inliers.iter().map(|&idx| samples.at(idx).position).sum();
+    let sum: nalgebra::Vector3<f64> = feature.inliers.iter().map(|&idx| samples.at(idx).in_part.xyz).sum();
     sum / feature.inliers.len() as f64
 }
 
 fn fitted(samples: &Samples, feature: &Found) -> FittedFeature {
     let square: f64 =
-        feature.inliers.iter().map(|&idx| feature.shape.distance_mm(&samples.at(idx).position).powi(2)).sum();
+        feature.inliers.iter().map(|&idx| feature.shape.distance_mm(&samples.at(idx).in_part.xyz).powi(2)).sum();
     FittedFeature {
         role: feature.role,
         shape: feature.shape,

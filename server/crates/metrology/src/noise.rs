@@ -13,7 +13,7 @@ use crate::request::Tool;
 use crate::robust::weighted;
 use crate::sample::{Samples, median};
 use crate::shape::{MAX_PARAMETERS, Shape};
-use crate::value::value;
+use crate::value::{FirstPoints, value};
 
 /// Step of the numerical derivatives of a value by a shape's parameters (mm or rad).
 const DERIVATIVE_STEP: f64 = 1e-6;
@@ -78,7 +78,7 @@ pub(crate) fn propagate(
             flatness_variance(samples, feature, redundancy)
         } else {
             let points = weighted(samples, &feature.inliers, &feature.shape);
-            let gradient = value_gradient(tool, features, idx)?;
+            let gradient = value_gradient(samples, tool, features, idx)?;
             gradient.dot(&(covariance(&feature.shape, &points, &variances)? * gradient))
         };
     }
@@ -99,12 +99,13 @@ fn birge_ratio(samples: &Samples, feature: &Found, along_normal: &[f64]) -> f64 
         .inliers
         .iter()
         .zip(along_normal)
-        .map(|(&idx, sigma)| (feature.shape.distance_mm(&samples.at(idx).position) / sigma).powi(2))
+        .map(|(&idx, sigma)| (feature.shape.distance_mm(&samples.at(idx).in_part.xyz) / sigma).powi(2))
         .sum();
     (sum / feature.inliers.len() as f64).sqrt()
 }
 
-fn value_gradient(tool: Tool, features: &[Found], moved: usize) -> Option<crate::fit::Vector> {
+fn value_gradient(samples: &Samples, tool: Tool, features: &[Found], moved: usize) -> Option<crate::fit::Vector> {
+    let first = FirstPoints { positions: Vec::new(), camera: samples.mean_camera(&features[0].inliers) };
     let mut shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
     let mut gradient = crate::fit::Vector::zeros();
     for parameter in 0..shapes[moved].parameters() {
@@ -112,7 +113,7 @@ fn value_gradient(tool: Tool, features: &[Found], moved: usize) -> Option<crate:
             let mut step = [0.0; MAX_PARAMETERS];
             step[parameter] = size;
             shapes[moved] = features[moved].shape.stepped(&step);
-            value(tool, &shapes, &[], false)
+            value(tool, &shapes, &first, false)
         };
         gradient[parameter] = (at(DERIVATIVE_STEP)? - at(-DERIVATIVE_STEP)?) / (2.0 * DERIVATIVE_STEP);
     }
@@ -126,6 +127,6 @@ fn flatness_variance(samples: &Samples, feature: &Found, redundancy: f64) -> f64
     let tail = (1.0 - FLATNESS_SHARE) / 2.0;
     let n = feature.inliers.len() as f64;
     let square: f64 =
-        feature.inliers.iter().map(|&idx| feature.shape.distance_mm(&samples.at(idx).position).powi(2)).sum();
+        feature.inliers.iter().map(|&idx| feature.shape.distance_mm(&samples.at(idx).in_part.xyz).powi(2)).sum();
     2.0 * (square / n) * redundancy * tail * (1.0 - tail) / (n * TAIL_DENSITY * TAIL_DENSITY)
 }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 /// What to measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Tool {
-    /// The dominant plane; value: its distance from the origin of the part frame.
+    /// The dominant plane; value: its distance from the camera, mean over its points.
     Plane,
     /// The sphere beside the table; value: its radius.
     Sphere,

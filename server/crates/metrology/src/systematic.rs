@@ -4,7 +4,7 @@
 //! this is (ΔM/2)² with ΔM = M(+) − M(−); for one at an extremum (flatness) it does not vanish.
 
 use nalgebra::{Vector2, Vector3};
-use optics::Calibration;
+use optics::{Calibration, CameraFrame, PointMm};
 use rayon::prelude::*;
 use scanning::Cloud;
 
@@ -18,7 +18,7 @@ use crate::request::MeasureError;
 use crate::robust::weighted;
 use crate::sample::{Samples, median, thinned};
 use crate::shape::Shape;
-use crate::value::value;
+use crate::value::{FirstPoints, value};
 
 /// A point with what is needed to triangulate it anew.
 struct Pixel {
@@ -31,7 +31,7 @@ struct Pixel {
     sheet_normal: Vector3<f64>,
     /// X_camera − X_part.
     carried: Vector3<f64>,
-    /// Stage position recovered from it, mm.
+    /// Stage position of its frame, mm.
     position_mm: f64,
     weight: f64,
     /// What the calibration contributes to the σ along the ray, mm.
@@ -108,8 +108,9 @@ impl<'a> Retriangulation<'a> {
     /// Standard uncertainty of the value from the calibration's covariance, and how many modes gave no value.
     pub(crate) fn standard_uncertainty(&self, question: &Question, features: &[Found]) -> Option<(f64, usize)> {
         let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
-        let seen =
-            |calibration: &Calibration| self.value_with(question, &shapes, |p, _| part_position(calibration, p));
+        let seen = |calibration: &Calibration| {
+            self.value_with(question, &shapes, calibration, |p, _| part_position(calibration, p))
+        };
         let base = seen(self.calibration)?;
         let squares: Vec<Option<f64>> = self
             .calibration
@@ -135,8 +136,9 @@ impl<'a> Retriangulation<'a> {
         line_sigma_mm: f64,
     ) -> Option<f64> {
         let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
-        let as_seen = self.value_with(question, &shapes, |p, _| part_position(self.calibration, p))?;
-        let pulled = self.value_with(question, &shapes, |p, shape| {
+        let as_seen =
+            self.value_with(question, &shapes, self.calibration, |p, _| part_position(self.calibration, p))?;
+        let pulled = self.value_with(question, &shapes, self.calibration, |p, shape| {
             let position = part_position(self.calibration, p)?;
             let pull = footprint_mm(shape, &position, &p.ray, &p.sheet_normal, line_sigma_mm);
             Some(position + shape.normal_at(&position) * pull)
@@ -144,26 +146,27 @@ impl<'a> Retriangulation<'a> {
         Some((pulled - as_seen).abs())
     }
 
-    /// The value after refitting every shape to its points where `place` puts them.
+    /// The value after refitting every shape to its points where `place` puts them; `calibration` moves the camera.
     fn value_with(
         &self,
         question: &Question,
         shapes: &[Shape],
+        calibration: &Calibration,
         place: impl Fn(&Pixel, &Shape) -> Option<Vector3<f64>>,
     ) -> Option<f64> {
         let mut refitted = Vec::with_capacity(shapes.len());
-        let mut first_positions = Vec::new();
+        let mut first_positions: Option<Vec<Vector3<f64>>> = None;
         for (shape, pixels) in shapes.iter().zip(&self.features) {
             let points: Vec<Weighted> = pixels
                 .iter()
                 .filter_map(|p| Some(Weighted { position: place(p, shape)?, ray: p.ray, weight: p.weight }))
                 .collect();
             refitted.push(fit(shape, &points)?);
-            if first_positions.is_empty() {
-                first_positions = points.iter().map(|p| p.position).collect();
-            }
+            first_positions.get_or_insert_with(|| points.iter().map(|p| p.position).collect());
         }
-        value(question.tool, &refitted, &first_positions, question.supplement)
+        let first =
+            FirstPoints { positions: first_positions?, camera: mean_camera(calibration, self.features.first()?) };
+        value(question.tool, &refitted, &first, question.supplement)
     }
 }
 
@@ -178,9 +181,11 @@ fn pixel(
     let point = &cloud.points[sample.cloud_idx];
     let pixel = Vector2::new(f64::from(point.u_px), f64::from(point.v_px));
     let hit = calibration.triangulate(point.order, &pixel, None)?;
-    let carried = hit.hit_in_camera.xyz - sample.position;
-    let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
-    let travel = direction.norm_squared();
+    let carried = hit.hit_in_camera.xyz - sample.in_part.xyz;
+    let position_mm = match &samples.stage {
+        Some(stage) => stage.position_mm(point.frame)?,
+        None => position_along(calibration, &carried),
+    };
     Some(Pixel {
         sample_idx,
         order: point.order,
@@ -189,15 +194,29 @@ fn pixel(
         phi_rad: hit.hit.phi_rad,
         sheet_normal: hit.hit.normal,
         carried,
-        position_mm: if travel > 0.0 { direction.dot(&carried) / travel } else { 0.0 },
+        position_mm,
         weight,
         systematic_sigma_mm: calibration.systematic_sigma_mm(point.order, &hit)?,
     })
 }
 
-/// Distance of the point from the line along which the stage could have carried it; 0 if no stage is known.
+/// The stage position that explains best how far a point was carried: for clouds that do not say where the stage stood.
+fn position_along(calibration: &Calibration, carried: &Vector3<f64>) -> f64 {
+    let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
+    let travel = direction.norm_squared();
+    if travel > 0.0 { direction.dot(carried) / travel } else { 0.0 }
+}
+
+/// Distance of the point from where the stage carried it; 0 if no stage is known.
 fn mismatch_mm(calibration: &Calibration, pixel: &Pixel) -> f64 {
     calibration.stage.map_or(0.0, |stage| (pixel.carried - stage.direction * pixel.position_mm).norm())
+}
+
+/// Where the camera stood, mean over the pixels, part frame.
+fn mean_camera(calibration: &Calibration, pixels: &[Pixel]) -> Vector3<f64> {
+    let mean_mm = pixels.iter().map(|p| p.position_mm).sum::<f64>() / pixels.len().max(1) as f64;
+    let camera = PointMm::<CameraFrame>::new(Vector3::zeros());
+    calibration.stage.map_or(camera.xyz, |stage| stage.part_from_camera(&camera, mean_mm).xyz)
 }
 
 fn part_position(calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {

@@ -1,6 +1,7 @@
 //! Values against known truth. What these tests do not show: how real centrelines err at edges and on shiny metal.
 
 mod coverage;
+mod offset;
 mod rig_a;
 mod shading;
 mod station;

@@ -6,12 +6,19 @@ use crate::params::FLATNESS_SHARE;
 use crate::request::Tool;
 use crate::shape::Shape;
 
-/// The value of a tool (mm, or degrees for `angle`, on the side given by `supplement`).
-///
-/// `positions`: the points of the first shape, needed by `flatness` alone. `None` if the shapes do not fit the tool.
-pub(crate) fn value(tool: Tool, shapes: &[Shape], positions: &[Vector3<f64>], supplement: bool) -> Option<f64> {
+/// What a value needs of the first shape's points, part frame.
+pub(crate) struct FirstPoints {
+    /// Where they are; needed by `flatness` alone.
+    pub(crate) positions: Vec<Vector3<f64>>,
+    /// Where the camera stood, mean over the points; needed by `plane` alone.
+    pub(crate) camera: Vector3<f64>,
+}
+
+/// The value of a tool (mm, or degrees for `angle`, on the side given by `supplement`); it does not depend on where the
+/// part frame has its origin. `None` if the shapes do not fit the tool.
+pub(crate) fn value(tool: Tool, shapes: &[Shape], first: &FirstPoints, supplement: bool) -> Option<f64> {
     match (tool, shapes) {
-        (Tool::Plane, [plane @ Shape::Plane { .. }]) => Some(plane.distance_mm(&Vector3::zeros()).abs()),
+        (Tool::Plane, [plane @ Shape::Plane { .. }]) => Some(plane.distance_mm(&first.camera).abs()),
         (Tool::Sphere, [Shape::Sphere { radius_mm, .. }]) => Some(*radius_mm),
         (Tool::Cylinder, [Shape::Cylinder { radius_mm, .. }]) => Some(*radius_mm),
         (Tool::Step, [base, Shape::Plane { point_mm, .. }]) => Some(base.distance_mm(point_mm).abs()),
@@ -27,7 +34,7 @@ pub(crate) fn value(tool: Tool, shapes: &[Shape], positions: &[Vector3<f64>], su
             Some(if supplement { 180.0 - angle } else { angle })
         }
         (Tool::Flatness, [plane @ Shape::Plane { .. }]) => {
-            let mut residuals: Vec<f64> = positions.iter().map(|p| plane.distance_mm(p)).collect();
+            let mut residuals: Vec<f64> = first.positions.iter().map(|p| plane.distance_mm(p)).collect();
             Some(band_width(&mut residuals))
         }
         _ => None,

@@ -5,7 +5,7 @@ use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, Plane, StageAxis}
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
-use scanning::{Cloud, CloudPoint};
+use scanning::{Cloud, CloudPoint, StagePositions};
 
 use super::synthetic::{TABLE_POINT, table_normal};
 
@@ -59,8 +59,8 @@ pub(super) fn gauge_scan(height_mm: f64, seed: u64) -> (Cloud, Calibration) {
         truth.covariance.diagonal().iter().map(|v| v.sqrt() * rng.sample::<f64, _>(StandardNormal)).collect();
     let believed = truth.stepped(&draw);
     let mut points = Vec::new();
-    for frame in 0..40u32 {
-        let position_mm = f64::from(frame) * 0.8 - 15.6;
+    let positions_mm: Vec<f64> = (0..40).map(|frame| f64::from(frame) * 0.8 - 15.6).collect();
+    for (frame, &position_mm) in (0..).zip(&positions_mm) {
         for order in [-1, 0, 1] {
             for column in -60..=60 {
                 let seen = lit_pixel(&truth, order, f64::from(column) * 0.5, position_mm, height_mm);
@@ -72,7 +72,10 @@ pub(super) fn gauge_scan(height_mm: f64, seed: u64) -> (Cloud, Calibration) {
         }
     }
     // Neighbouring points are 3 px apart and their noise is independent.
-    (Cloud { points, comments: vec!["noise_correlation_px 1".into()] }, believed)
+    let mut comments = vec!["noise_correlation_px 1".to_owned()];
+    let axis = believed.stage.unwrap_or(StageAxis { direction: Vector3::zeros() });
+    comments.extend(StagePositions { axis, positions_mm }.comments());
+    (Cloud { points, comments }, believed)
 }
 
 /// The pixel that sees the line of `order` at `x_mm`, on the block's top if that is where it falls.
