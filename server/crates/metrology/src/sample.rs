@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 use optics::{CameraFrame, PartFrame, PointMm};
 use scanning::{Cloud, CloudPoint, StagePositions};
 
-use crate::params::{MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT};
+use crate::footprint::line_sigma_mm;
+use crate::params::{BORDER_SIGMAS, MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT, USUAL_LINE_SIGMA_MM};
 use crate::request::Region;
 use crate::shape::Shape;
 
@@ -49,6 +50,8 @@ pub(crate) struct Samples {
     pub(crate) all: Vec<Sample>,
     /// Where the stage stood; absent if the cloud does not say. Then rays are drawn as if it had stood at 0.
     pub(crate) stage: Option<StagePositions>,
+    /// Thickness of the light sheets (one σ, mm), if the cloud states it.
+    pub(crate) line_sigma_mm: Option<f64>,
     /// Whether the points carried a σ of their own.
     pub(crate) sigma_known: bool,
     /// Median σ, mm.
@@ -93,7 +96,12 @@ impl Samples {
             let usable = own.is_finite() && own > 0.0;
             sample.sigma_mm = if usable { own.max(MIN_SIGMA_SHARE * sigma_mm) } else { sigma_mm };
         }
-        Self { all, stage, sigma_known, sigma_mm, extent_mm }
+        Self { all, stage, line_sigma_mm: line_sigma_mm(cloud), sigma_known, sigma_mm, extent_mm }
+    }
+
+    /// How far from a feature's border points are left out, mm.
+    pub(crate) fn border_margin_mm(&self) -> f64 {
+        BORDER_SIGMAS * self.line_sigma_mm.unwrap_or(USUAL_LINE_SIGMA_MM)
     }
 
     /// Where the camera stood, mean over the points of `indices`, part frame.

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::measure::Question;
 use crate::params::FLATNESS_SHARE;
 use crate::request::Tool;
 use crate::shape::Shape;
@@ -14,14 +15,14 @@ pub(crate) struct FirstPoints {
     pub(crate) camera: Vector3<f64>,
 }
 
-/// The value of a tool (mm, or degrees for `angle`, on the side given by `supplement`); it does not depend on where the
-/// part frame has its origin. `None` if the shapes do not fit the tool.
-pub(crate) fn value(tool: Tool, shapes: &[Shape], first: &FirstPoints, supplement: bool) -> Option<f64> {
-    match (tool, shapes) {
+/// The value of a tool (mm, or degrees for `angle`, on the question's side); it does not depend on where the part frame
+/// has its origin. `None` if the shapes do not fit the tool.
+pub(crate) fn value(question: &Question, shapes: &[Shape], first: &FirstPoints) -> Option<f64> {
+    match (question.tool, shapes) {
         (Tool::Plane, [plane @ Shape::Plane { .. }]) => Some(plane.distance_mm(&first.camera).abs()),
         (Tool::Sphere, [Shape::Sphere { radius_mm, .. }]) => Some(*radius_mm),
         (Tool::Cylinder, [Shape::Cylinder { radius_mm, .. }]) => Some(*radius_mm),
-        (Tool::Step, [base, Shape::Plane { point_mm, .. }]) => Some(base.distance_mm(point_mm).abs()),
+        (Tool::Step, [base, Shape::Plane { point_mm, .. }]) => Some(base.distance_mm(point_mm)),
         (Tool::Distance, [Shape::Sphere { centre_mm: a, .. }, Shape::Sphere { centre_mm: b, .. }]) => {
             Some((b - a).norm())
         }
@@ -30,8 +31,9 @@ pub(crate) fn value(tool: Tool, shapes: &[Shape], first: &FirstPoints, supplemen
             [first @ Shape::Plane { point_mm: a, .. }, second @ Shape::Plane { point_mm: b, .. }],
         ) => Some((first.distance_mm(b).abs() + second.distance_mm(a).abs()) / 2.0),
         (Tool::Angle, [Shape::Plane { normal: a, .. }, Shape::Plane { normal: b, .. }]) => {
-            let angle = a.cross(b).norm().atan2(a.dot(b)).to_degrees();
-            Some(if supplement { 180.0 - angle } else { angle })
+            let turn = turn_rad(a, b);
+            let angle = question.turn.map_or(turn.norm(), |about| turn.dot(&about)).to_degrees();
+            Some(if question.supplement { 180.0 - angle } else { angle })
         }
         (Tool::Flatness, [plane @ Shape::Plane { .. }]) => {
             let mut residuals: Vec<f64> = first.positions.iter().map(|p| plane.distance_mm(p)).collect();
@@ -39,6 +41,13 @@ pub(crate) fn value(tool: Tool, shapes: &[Shape], first: &FirstPoints, supplemen
         }
         _ => None,
     }
+}
+
+/// The rotation that takes a unit vector to another by the shortest way: its axis times its angle, rad.
+pub(crate) fn turn_rad(from: &Vector3<f64>, to: &Vector3<f64>) -> Vector3<f64> {
+    let cross = from.cross(to);
+    let sine = cross.norm();
+    if sine > 0.0 { cross * (sine.atan2(from.dot(to)) / sine) } else { cross }
 }
 
 /// Width of the interval that holds the central [`FLATNESS_SHARE`] of the values, interpolated between ranks.

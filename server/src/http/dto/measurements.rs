@@ -13,13 +13,13 @@ use crate::problem::{Problem, ProblemKind};
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ToolDto {
-    /// Distance of the dominant plane from the origin of the part frame.
+    /// Distance of the dominant plane from the camera.
     Plane,
     /// Radius of a sphere.
     Sphere,
     /// Radius of a cylinder.
     Cylinder,
-    /// Height of a face over the dominant plane.
+    /// Height of a face over the one that surrounds it; below zero for a pocket.
     Step,
     /// Distance between two parallel faces or two spheres.
     Distance,
@@ -130,7 +130,7 @@ impl TryFrom<MeasureDto> for MeasureRequest {
     type Error = Problem;
 
     fn try_from(dto: MeasureDto) -> Result<Self, Problem> {
-        if dto.tolerance_mm.is_some() && dto.nominal_mm.is_none() {
+        if dto.tolerance_mm.is_some() && dto.nominal_mm.is_none() && !matches!(dto.tool, ToolDto::Flatness) {
             return Err(Problem::new(ProblemKind::Impossible, "a tolerance needs a nominal")
                 .at("/tolerance_mm")
                 .remedy("give nominal_mm too"));

@@ -55,3 +55,9 @@ fn the_shaded_side_does_not_enlarge_a_ball_whose_light_is_known() {
     assert!(lit.abs() < RADIUS_TOLERANCE_MM, "radius off by {lit} mm");
     assert!(unlit.abs() > RADIUS_TOLERANCE_MM, "the shift of {unlit} mm is too small to test anything");
 }
+
+#[test]
+fn the_place_of_the_light_chooses_the_points_of_a_curved_feature() {
+    // So a calibration, which tells the place, moves the value of a ball: it is no matter of its uncertainty alone.
+    assert_ne!(radius_mm(None), radius_mm(Some(LIGHT_ORIGIN_MM)));
+}

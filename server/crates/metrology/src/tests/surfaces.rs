@@ -147,7 +147,7 @@ fn without_noise_every_tool_gives_the_closed_form() {
 fn small_and_large_steps_and_pockets_are_found() {
     for height in [0.4, 2.0, 25.0, -3.0] {
         let step = measured(&gauge(height, SIGMA_MM, 5), Tool::Step, None);
-        assert!((step.value - height.abs()).abs() < step.expanded_uncertainty * 1.5, "{height}: {}", step.value);
+        assert!((step.value - height).abs() < step.expanded_uncertainty * 1.5, "{height}: {}", step.value);
         assert_eq!(step.notes.iter().any(|note| note.contains("depth")), height < 0.0);
     }
 }
@@ -266,11 +266,11 @@ fn the_nominal_value_chooses_but_does_not_bend() {
 
 #[test]
 fn the_verdict_weighs_error_against_tolerance_and_uncertainty() {
-    let cloud = gauge(GAUGE_MM, SIGMA_MM, 8);
-    let u = measured(&cloud, Tool::Step, None).expanded_uncertainty;
+    let (cloud, calibration) = super::station::gauge_scan(GAUGE_MM, 8);
+    let u = measure(&cloud, Some(&calibration), &request(Tool::Step, None)).unwrap().expanded_uncertainty;
     let with = |nominal: f64, tolerance: f64| {
         let request = MeasureRequest { tolerance_mm: Some(tolerance), ..request(Tool::Step, Some(nominal)) };
-        measure(&cloud, None, &request).unwrap().verdict.unwrap()
+        measure(&cloud, Some(&calibration), &request).unwrap().verdict.unwrap()
     };
     assert_eq!(with(8.9, 0.1), Verdict::Pass);
     assert_eq!(with(9.1, 0.1), Verdict::Fail);
