@@ -23,7 +23,8 @@ Exit codes:
   3  bad input: a file is missing, damaged, malformed or of the wrong size
   4  the data cannot carry the result: the quantity that stays undetermined is named
   5  measured: NOT OK
-  6  measured: UNDECIDED (the tolerance lies inside the uncertainty)
+  6  measured: UNDECIDED (the tolerance lies inside the uncertainty, the uncertainty
+     is incomplete, or the model does not fit)
 
 Results go to stdout, progress and messages to stderr. With --json stdout holds exactly one JSON value:
 the result, or {\"problem\": …} naming what, file, entry, cause and remedy.";
@@ -299,13 +300,13 @@ pub struct CornersArgs {
 /// What to measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ToolArg {
-    /// Distance of the dominant plane from the origin of the part frame.
+    /// Distance of the dominant plane from the camera.
     Plane,
     /// Radius of a sphere.
     Sphere,
     /// Radius of a cylinder.
     Cylinder,
-    /// Height of a face over the dominant plane.
+    /// Height of a face over the one that surrounds it; below zero for a pocket.
     Step,
     /// Distance between two parallel faces or two spheres.
     Distance,
@@ -337,8 +338,8 @@ pub struct MeasureArgs {
     /// What to measure.
     #[arg(long, value_enum)]
     pub tool: ToolArg,
-    /// Nominal value (mm; degrees for an angle).
-    #[arg(long, value_name = "MM")]
+    /// Nominal value (mm; degrees for an angle; below zero for a pocket's depth).
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub nominal_mm: Option<f64>,
     /// Symmetric tolerance around the nominal; asks for a verdict by ISO 14253-1.
     #[arg(long, value_name = "MM", requires = "nominal_mm")]

@@ -22,7 +22,7 @@ pub fn run(args: &MeasureArgs, reporter: &Reporter) -> Result<Answer, Failure> {
     let calibration = calibration_of(&cloud, args.calibration.as_deref())?;
     if calibration.is_none() {
         reporter.warn(
-            "the cloud carries no calibration: the uncertainty holds image noise only; name one with --calibration",
+            "the cloud carries no calibration: the uncertainty is incomplete and decides nothing; name one with --calibration",
         );
     }
     let measurement = measure(&cloud, calibration.as_ref(), &request(args))

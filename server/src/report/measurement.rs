@@ -10,8 +10,11 @@ use crate::tables::order_name;
 pub fn content(measurement: &Measurement) -> Html {
     let unit = measurement.unit.symbol();
     let mut sentence = format!(
-        "{} {:.4} {unit}, U = {:.4} {unit} (k = 2)",
-        measurement.tool, measurement.value, measurement.expanded_uncertainty
+        "{} {:.4} {unit}, {} {:.4} {unit} (k = 2)",
+        measurement.tool,
+        measurement.value,
+        if measurement.missing.is_empty() { "U =" } else { "U incomplete, at least" },
+        measurement.expanded_uncertainty
     );
     if let (Some(nominal), Some(error)) = (measurement.nominal, measurement.error) {
         sentence.push_str(&format!("; nominal {nominal:.4} {unit}, error {error:+.4} {unit}"));

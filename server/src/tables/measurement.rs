@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use metrology::{ErrorSummary, Measurement, PartVerdict, Shape};
+use metrology::{ErrorSummary, Finding, Measurement, PartVerdict, Shape};
 use serde_json::{Value, json};
 
 use super::order_name;
@@ -11,14 +11,15 @@ use super::order_name;
 pub fn measurement_text(measurement: &Measurement) -> String {
     let unit = measurement.unit.symbol();
     let mut text = format!(
-        "{:<12}{:.4} {unit}   U = {:.4} {unit} (k = 2)\n",
+        "{:<12}{:.4} {unit}   {} {:.4} {unit} (k = 2)\n",
         measurement.tool.name(),
         measurement.value,
+        if measurement.missing.is_empty() { "U =" } else { "U incomplete, at least" },
         measurement.expanded_uncertainty
     );
     let systematic = match measurement.u_systematic {
-        Some(u) => format!("{u:.5} from the calibration"),
-        None => "the calibration's part is unknown".to_owned(),
+        Some(u) => format!("{u:.5} shared by all points"),
+        None => "what all points share is unknown".to_owned(),
     };
     let _ = writeln!(text, "  u           {:.5} from noise, {systematic}, {unit}", measurement.u_noise);
     if let (Some(nominal), Some(error)) = (measurement.nominal, measurement.error) {
@@ -30,6 +31,15 @@ pub fn measurement_text(measurement: &Measurement) -> String {
             "  tolerance   ±{tolerance:.4} {unit}   {} (ISO 14253-1)",
             PartVerdict::from(verdict).label()
         );
+    }
+    for missing in &measurement.missing {
+        let _ = writeln!(text, "  U lacks     {missing}");
+    }
+    for finding in &measurement.findings {
+        let _ = writeln!(text, "  doubt       {finding}");
+    }
+    if let Some([about_x, about_y]) = measurement.tilts_deg {
+        let _ = writeln!(text, "  tilts       {about_x:+.5}° about x, {about_y:+.5}° about y");
     }
     for feature in &measurement.features {
         let _ = writeln!(
@@ -99,6 +109,10 @@ pub fn measurement_json(measurement: &Measurement) -> Value {
         "u_systematic": measurement.u_systematic,
         "expanded_uncertainty": measurement.expanded_uncertainty,
         "coverage_factor": 2,
+        "uncertainty_complete": measurement.missing.is_empty(),
+        "uncertainty_missing": measurement.missing.iter().map(|missing| missing.name()).collect::<Vec<_>>(),
+        "findings": measurement.findings.iter().map(finding_json).collect::<Vec<_>>(),
+        "tilts_deg": measurement.tilts_deg,
         "tolerance": measurement.tolerance,
         "verdict": measurement.verdict.map(|verdict| PartVerdict::from(verdict).name()),
         "errors": errors_json(&measurement.errors),
@@ -106,6 +120,10 @@ pub fn measurement_json(measurement: &Measurement) -> Value {
         "features": features,
         "notes": measurement.notes,
     })
+}
+
+fn finding_json(finding: &Finding) -> Value {
+    json!({ "kind": finding.name(), "text": finding.to_string() })
 }
 
 fn errors_json(errors: &ErrorSummary) -> Value {

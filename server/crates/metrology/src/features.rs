@@ -1,7 +1,7 @@
 //! Finds the features a tool needs in a cloud of table and object.
 
 use nalgebra::Vector3;
-use optics::{Calibration, LightSurfaces};
+use optics::{Calibration, CameraFrame, LightSurfaces, PointMm};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
@@ -39,10 +39,10 @@ pub(crate) struct Found {
     pub(crate) trim: f64,
 }
 
-/// Where the light of a station comes from, camera frame: the middle of the grating. Plane models do not know.
-pub(crate) fn light_origin_mm(calibration: &Calibration) -> Option<Vector3<f64>> {
+/// Where the light of a station comes from: the middle of the grating. Plane models do not know.
+pub(crate) fn light_in_camera(calibration: &Calibration) -> Option<PointMm<CameraFrame>> {
     match &calibration.light {
-        LightSurfaces::Grating(grating) => grating.ray(0.0, 0).map(|ray| ray.origin_mm),
+        LightSurfaces::Grating(grating) => grating.ray(0.0, 0).map(|ray| PointMm::new(ray.origin_mm)),
         LightSurfaces::Planes(_) | LightSurfaces::Pencil(_) => None,
     }
 }
@@ -50,8 +50,6 @@ pub(crate) fn light_origin_mm(calibration: &Calibration) -> Option<Vector3<f64>>
 /// Searches among the points of one cloud.
 pub(crate) struct Search<'a> {
     pub(crate) samples: &'a Samples,
-    /// Where the light comes from, camera frame, if that is known.
-    pub(crate) light_origin_mm: Option<Vector3<f64>>,
     pub(crate) rng: Pcg64Mcg,
 }
 
@@ -85,7 +83,7 @@ impl Search<'_> {
     }
 
     fn is_at_height(&self, idx: u32, base: &Shape, height_mm: f64) -> bool {
-        let height = base.distance_mm(&self.samples.at(idx).position).abs();
+        let height = base.distance_mm(&self.samples.at(idx).in_part.xyz).abs();
         (height - height_mm.abs()).abs() <= NOMINAL_HINT_SHARE * height_mm.abs()
     }
 
@@ -154,7 +152,7 @@ impl Search<'_> {
             Some(outline) => candidates
                 .par_iter()
                 .copied()
-                .filter(|&idx| outline.contains(&self.samples.at(idx).position))
+                .filter(|&idx| outline.contains(&self.samples.at(idx).in_part.xyz))
                 .collect(),
         };
         let inside = self.without_steep(inside, &whole.shape);
@@ -181,9 +179,9 @@ impl Search<'_> {
         }
         let is_frontal = |&idx: &u32| {
             let sample = self.samples.at(idx);
-            match self.light_origin_mm {
-                Some(origin) => {
-                    let lit = shape.normal_at(&sample.position).dot(&(origin - sample.position).normalize());
+            match sample.to_light {
+                Some(to_light) => {
+                    let lit = shape.normal_at(&sample.in_part.xyz).dot(&to_light);
                     sample.cosine(shape) >= MIN_CURVED_COSINE && lit.abs() >= MIN_CURVED_LIGHT_COSINE
                 }
                 None => sample.cosine(shape) >= MIN_CURVED_COSINE_UNLIT,

@@ -4,9 +4,14 @@
 //! robust weighted geometric least squares, and states the value with an expanded uncertainty (k = 2).
 //! Units: millimetres, degrees for the tool `angle`; frame: the cloud's (part) frame.
 
+mod budget;
+mod doubts;
 mod features;
+mod find;
 mod fit;
+mod fitness;
 mod footprint;
+mod form;
 mod measure;
 mod measurement;
 mod noise;
@@ -20,9 +25,11 @@ mod robust;
 mod sample;
 mod shape;
 mod systematic;
+mod temperature;
 mod value;
 mod verdict;
 
+pub use doubts::{Finding, Missing};
 pub use measure::measure;
 pub use measurement::{ErrorSummary, FittedFeature, Measurement, OrderRow, Unit};
 pub use part_verdict::{CharacteristicKey, PartVerdict, part_verdict};

@@ -1,5 +1,6 @@
 //! The result of a measurement.
 
+use crate::doubts::{Finding, Missing};
 use crate::request::Tool;
 use crate::shape::Shape;
 use crate::verdict::Verdict;
@@ -97,20 +98,27 @@ pub struct Measurement {
     pub value: f64,
     /// Unit of the value, nominal, error and uncertainties.
     pub unit: Unit,
-    /// The value it should have.
+    /// Of an angle: how far the second face is turned from the first about x and y of the part frame, degrees.
+    pub tilts_deg: Option<[f64; 2]>,
+    /// The value it should have; 0 for a form.
     pub nominal: Option<f64>,
     /// Value minus nominal.
     pub error: Option<f64>,
     /// Standard uncertainty from the noise of the points.
     pub u_noise: f64,
-    /// Standard uncertainty from the calibration's covariance; absent if no calibration was given.
+    /// Standard uncertainty from all that the points share: the calibration's covariance, the temperature, the lines'
+    /// thickness; absent if no calibration was given.
     pub u_systematic: Option<f64>,
     /// U = 2·√(u_noise² + u_systematic²).
     pub expanded_uncertainty: f64,
     /// The tolerance asked for.
     pub tolerance: Option<f64>,
-    /// Verdict by ISO 14253-1, if nominal and tolerance were given.
+    /// Verdict by ISO 14253-1, if nominal and tolerance were given; undecided if anything is missing or found.
     pub verdict: Option<Verdict>,
+    /// What the uncertainty should hold and does not; it is complete if there is nothing.
+    pub missing: Vec<Missing>,
+    /// What speaks against the model; it fits if there is nothing.
+    pub findings: Vec<Finding>,
     /// Errors of all points, as in the rows by order.
     pub errors: ErrorSummary,
     /// The same for each order.

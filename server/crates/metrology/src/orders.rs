@@ -27,8 +27,8 @@ pub(crate) fn table(
         for &idx in &feature.inliers {
             let sample = samples.at(idx);
             let error = match tool {
-                Tool::Step => features[0].shape.distance_mm(&sample.position).abs() - reference,
-                _ => feature.shape.distance_mm(&sample.position),
+                Tool::Step => features[0].shape.distance_mm(&sample.in_part.xyz).abs() - reference,
+                _ => feature.shape.distance_mm(&sample.in_part.xyz),
             };
             by_order.entry(sample.order).or_default().push(error);
             all.push(error);

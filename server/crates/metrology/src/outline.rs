@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::params::{BORDER_MARGIN_MM, MIN_INTERIOR_SHARE};
+use crate::params::MIN_INTERIOR_SHARE;
 use crate::sample::Samples;
 use crate::shape::across;
 
@@ -36,15 +36,16 @@ impl Outline {
     /// them (finer cells see the sampling as holes, coarser ones cut a wider border); `None` if the sampling is so coarse or
     /// the feature so small that too few points would remain.
     pub(crate) fn of(samples: &Samples, indices: &[u32], direction: &Vector3<f64>) -> Option<Self> {
+        let margin_mm = samples.border_margin_mm();
         let axes = across(direction);
         let flat: Vec<Vector2<f64>> =
-            indices.iter().map(|&idx| project(&axes, &samples.at(idx).position)).collect();
+            indices.iter().map(|&idx| project(&axes, &samples.at(idx).in_part.xyz)).collect();
         let start = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
         let (low, high) = flat.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)));
-        let mut cell_mm = (FIRST_CELL_MARGINS * BORDER_MARGIN_MM).max((high - low).max() / MAX_CELLS);
+        let mut cell_mm = (FIRST_CELL_MARGINS * margin_mm).max((high - low).max() / MAX_CELLS);
         let mut best: Option<(usize, Self)> = None;
-        while cell_mm <= LAST_CELL_MARGINS * BORDER_MARGIN_MM {
-            let outline = Self::with_cell(axes, low, high, cell_mm, &flat);
+        while cell_mm <= LAST_CELL_MARGINS * margin_mm {
+            let outline = Self::with_cell(axes, low, high, (cell_mm, margin_mm), &flat);
             let inside = flat.iter().filter(|p| outline.contains_flat(p)).count();
             if best.as_ref().is_none_or(|(most, _)| inside > *most) {
                 best = Some((inside, outline));
@@ -64,7 +65,7 @@ impl Outline {
         axes: [Vector3<f64>; 2],
         low: Vector2<f64>,
         high: Vector2<f64>,
-        cell_mm: f64,
+        (cell_mm, margin_mm): (f64, f64),
         flat: &[Vector2<f64>],
     ) -> Self {
         let size = |axis: usize| ((high[axis] - low[axis]) / cell_mm).floor() as usize + 1;
@@ -77,7 +78,8 @@ impl Outline {
             }
         }
         outline.fill_pinholes();
-        outline.erode((BORDER_MARGIN_MM / cell_mm).ceil() as usize);
+        // One more: the outermost cells are covered in part.
+        outline.erode((margin_mm / cell_mm).ceil() as usize + 1);
         outline
     }
 

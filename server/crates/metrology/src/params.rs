@@ -45,9 +45,13 @@ pub const TRIM_POINTS: usize = 20_000;
 /// Rounds for the trim to settle.
 pub const TRIM_ROUNDS: usize = 15;
 
-/// Points nearer than this to the border of a feature are left out (mm): at an edge a stripe of 5 px is cut or lit
-/// from two surfaces, which shifts its centre over about half its width, 0.5 mm at 400 mm; twice that is safe.
-pub const BORDER_MARGIN_MM: f64 = 1.0;
+/// Points nearer to the border of a feature than this many thicknesses (one σ) of the light sheet are left out: a stripe
+/// that is cut or lit from two surfaces has its centre elsewhere, by 3 µm at most from there on (eq. 6).
+pub const BORDER_SIGMAS: f64 = 3.0;
+
+/// Thickness of the light sheets that a border is drawn for where the cloud does not state it (one σ, mm): a stripe of
+/// 5 px at 400 mm. The uncertainty is then incomplete.
+pub const USUAL_LINE_SIGMA_MM: f64 = 0.35;
 
 /// Points near the border (or seen too steeply) are kept if leaving them out would spare less than this share.
 pub const MIN_INTERIOR_SHARE: f64 = 0.35;
@@ -114,3 +118,41 @@ pub const LINE_SIGMA_KEY: &str = "line_sigma_mm ";
 /// Pull of a curved surface on a line's centre, one σ, in units of δ: a centre on the peak feels 0, a centroid 3; an
 /// extraction whose kernel is as wide as the line stands between, and where exactly depends on saturation and blur.
 pub const FOOTPRINT_SHARE: f64 = 1.5;
+
+/// Frames that show the same speckle, times their distance, in thicknesses of the sheet: the integral 2√π of the
+/// correlation exp(−Δ²/4s²) over the travel (eq. 5).
+pub const SPECKLE_SUM: f64 = 3.545;
+
+/// How far the station's temperature may be from that of its calibration, one σ, K: warmed up, in a hall whose
+/// temperature is kept within 1 K. Assumed; no sensor tells.
+pub const TEMPERATURE_SIGMA_K: f64 = 0.5;
+
+/// Relative drift of a laser diode's wavelength, 1/K: 0.13 nm/K at 650 nm.
+pub const WAVELENGTH_DRIFT_PER_K: f64 = 2e-4;
+
+/// Relative expansion of a part, 1/K: steel.
+pub const EXPANSION_PER_K: f64 = 11.5e-6;
+
+/// RMS of the residuals that a part's own form explains, mm: worse surfaces are not the shape they are measured as.
+pub const FORM_RMS_MM: f64 = 0.05;
+
+/// RMS of the residuals that noise explains, in predicted σ: real surfaces scatter up to three times as much.
+pub const MAX_RESIDUAL_RATIO: f64 = 3.0;
+
+/// Share of the points inside an outline that may be off the surface: dust and strays are less.
+pub const MAX_OFF_SURFACE_SHARE: f64 = 0.25;
+
+/// Smallest arc that holds a radius, degrees.
+pub const MIN_ARC_DEG: f64 = 60.0;
+
+/// Share of the normals left out at the ends of an arc: strays do not make it longer.
+pub const ARC_TAIL_SHARE: f64 = 0.02;
+
+/// A radius whose standard uncertainty is more than this share of it is not determined.
+pub const MAX_RADIUS_UNCERTAINTY: f64 = 0.1;
+
+/// A face is the base if it spreads over this many times the area of the other, even if it has fewer points.
+pub const BASE_SPREAD_RATIO: f64 = 1.2;
+
+/// Angles below this many standard uncertainties fold at 0°: their mean is not the angle's.
+pub const FOLD_SIGMAS: f64 = 5.0;

@@ -5,13 +5,14 @@ use nalgebra::Vector3;
 /// What to measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Tool {
-    /// The dominant plane; value: its distance from the origin of the part frame.
+    /// The dominant plane; value: its distance from the camera, mean over its points.
     Plane,
     /// The sphere beside the table; value: its radius.
     Sphere,
     /// The cylinder beside the table; value: its radius.
     Cylinder,
-    /// The largest plane parallel to the dominant one; value: its height over it, at its own centroid.
+    /// The two largest parallel planes; value: how high the smaller one lies over the one that spreads wider, at its own
+    /// centroid, below zero for a pocket.
     Step,
     /// Two parallel planes (mean of the two centroid-to-plane distances), or two spheres (between the centres) if
     /// they hold more than twice the points of the second plane.
@@ -19,7 +20,8 @@ pub enum Tool {
     /// The two largest planes; value: the angle between their normals on the camera's side, or its supplement
     /// if that is nearer to the nominal value (degrees).
     Angle,
-    /// The dominant plane; value: the width of the band that holds 99.9 % of its points (image noise included).
+    /// The dominant plane; value: the width of the band about the least-squares plane that holds 99.9 % of its points,
+    /// with the noise taken out. Nominal 0.
     Flatness,
 }
 
@@ -109,6 +111,16 @@ pub enum MeasureError {
         feature: &'static str,
         /// Points it was looked for in.
         n_points: usize,
+    },
+    /// The points do not hold the radius.
+    #[error(
+        "the radius is not determined: {radius_mm:.3} mm with a standard uncertainty of {u_mm:.3} mm; scan more of the curve"
+    )]
+    RadiusUndetermined {
+        /// The fitted radius.
+        radius_mm: f64,
+        /// Its standard uncertainty.
+        u_mm: f64,
     },
     /// The calibration does not reproduce the cloud.
     #[error(

@@ -25,7 +25,7 @@ pub(crate) struct Settled {
 
 /// Distance of a point in units of its σ along the normal.
 pub(crate) fn normalised_distance(shape: &Shape, sample: &Sample) -> f64 {
-    shape.distance_mm(&sample.position) / sample.normal_sigma_mm(shape)
+    shape.distance_mm(&sample.in_part.xyz) / sample.normal_sigma_mm(shape)
 }
 
 /// The points with their weights for a fit near `shape`.
@@ -35,7 +35,7 @@ pub(crate) fn weighted(samples: &Samples, indices: &[u32], shape: &Shape) -> Vec
         .map(|&idx| {
             let sample = samples.at(idx);
             let sigma_mm = sample.normal_sigma_mm(shape);
-            Weighted { position: sample.position, ray: sample.ray, weight: 1.0 / (sigma_mm * sigma_mm) }
+            Weighted { position: sample.in_part.xyz, ray: sample.ray, weight: 1.0 / (sigma_mm * sigma_mm) }
         })
         .collect()
 }

@@ -1,19 +1,24 @@
 //! The points of a cloud as the fits see them.
 
 use nalgebra::Vector3;
-use scanning::{Cloud, CloudPoint};
+use optics::{CameraFrame, PartFrame, PointMm};
+use scanning::{Cloud, CloudPoint, StagePositions};
 
-use crate::params::{MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT};
+use crate::footprint::line_sigma_mm;
+use crate::params::{BORDER_SIGMAS, MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT, USUAL_LINE_SIGMA_MM};
 use crate::request::Region;
 use crate::shape::Shape;
 
 /// One point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample {
-    pub(crate) position: Vector3<f64>,
-    /// Unit vector from the camera. Taken from the part frame's origin, where the camera is at stage position 0;
-    /// elsewhere it is off by the travel over the distance, which a weight does not feel.
+    pub(crate) in_part: PointMm<PartFrame>,
+    /// Where the camera was when it saw the point: the stage carries the part, so the camera moves in the part frame.
+    pub(crate) camera_in_part: PointMm<PartFrame>,
+    /// Unit vector from the camera to the point, part frame.
     pub(crate) ray: Vector3<f64>,
+    /// Unit vector from the point to where its light came from, part frame, if that is known.
+    pub(crate) to_light: Option<Vector3<f64>>,
     /// Standard deviation along the ray, mm.
     pub(crate) sigma_mm: f64,
     pub(crate) order: i8,
@@ -29,7 +34,7 @@ impl Sample {
     pub(crate) fn cosine(&self, shape: &Shape) -> f64 {
         let normal = match shape {
             Shape::Plane { normal, .. } => *normal,
-            _ => shape.normal_at(&shape.foot_on_ray(&self.position, &self.ray)),
+            _ => shape.normal_at(&shape.foot_on_ray(&self.in_part.xyz, &self.ray)),
         };
         self.ray.dot(&normal).abs().max(MIN_COSINE)
     }
@@ -43,6 +48,10 @@ impl Sample {
 /// The points looked at.
 pub(crate) struct Samples {
     pub(crate) all: Vec<Sample>,
+    /// Where the stage stood; absent if the cloud does not say. Then rays are drawn as if it had stood at 0.
+    pub(crate) stage: Option<StagePositions>,
+    /// Thickness of the light sheets (one σ, mm), if the cloud states it.
+    pub(crate) line_sigma_mm: Option<f64>,
     /// Whether the points carried a σ of their own.
     pub(crate) sigma_known: bool,
     /// Median σ, mm.
@@ -52,22 +61,32 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    pub(crate) fn from_cloud(cloud: &Cloud, region: Option<&Region>) -> Self {
-        let chosen = |point: &CloudPoint| {
-            let position = Vector3::new(point.x_mm, point.y_mm, point.z_mm);
-            let finite = position.iter().all(|value| value.is_finite()) && position.norm() > 0.0;
-            (finite && region.is_none_or(|region| region.contains(&position))).then_some(position)
+    /// `light_in_camera`: where the light comes from, if the calibration says.
+    pub(crate) fn from_cloud(
+        cloud: &Cloud,
+        region: Option<&Region>,
+        light_in_camera: Option<PointMm<CameraFrame>>,
+    ) -> Self {
+        let stage = StagePositions::from_comments(&cloud.comments)
+            .filter(|stage| cloud.points.iter().all(|point| stage.position_mm(point.frame).is_some()));
+        let carried = |point: PointMm<CameraFrame>, frame: u32| match &stage {
+            Some(stage) => stage.part_from_camera(&point, frame),
+            None => Some(PointMm::new(point.xyz)),
         };
-        let mut all: Vec<Sample> = cloud
-            .points
-            .iter()
-            .enumerate()
-            .filter_map(|(cloud_idx, point)| {
-                let position = chosen(point)?;
-                let ray = position.normalize();
-                Some(Sample { position, ray, sigma_mm: f64::from(point.sigma_mm), order: point.order, cloud_idx })
-            })
-            .collect();
+        let sample = |(cloud_idx, point): (usize, &CloudPoint)| {
+            let in_part = PointMm::new(Vector3::new(point.x_mm, point.y_mm, point.z_mm));
+            let finite = in_part.xyz.iter().all(|value| value.is_finite());
+            if !finite || region.is_some_and(|region| !region.contains(&in_part.xyz)) {
+                return None;
+            }
+            let camera_in_part = carried(PointMm::new(Vector3::zeros()), point.frame)?;
+            let ray = (in_part - camera_in_part).try_normalize(f64::MIN_POSITIVE)?;
+            let light_in_part = light_in_camera.and_then(|light| carried(light, point.frame));
+            let to_light = light_in_part.map(|light| (light - in_part).normalize());
+            let sigma_mm = f64::from(point.sigma_mm);
+            Some(Sample { in_part, camera_in_part, ray, to_light, sigma_mm, order: point.order, cloud_idx })
+        };
+        let mut all: Vec<Sample> = cloud.points.iter().enumerate().filter_map(sample).collect();
         let extent_mm = extent(&all);
         let mut known: Vec<f64> = all.iter().map(|s| s.sigma_mm).filter(|s| s.is_finite() && *s > 0.0).collect();
         let sigma_known = !known.is_empty();
@@ -77,7 +96,18 @@ impl Samples {
             let usable = own.is_finite() && own > 0.0;
             sample.sigma_mm = if usable { own.max(MIN_SIGMA_SHARE * sigma_mm) } else { sigma_mm };
         }
-        Self { all, sigma_known, sigma_mm, extent_mm }
+        Self { all, stage, line_sigma_mm: line_sigma_mm(cloud), sigma_known, sigma_mm, extent_mm }
+    }
+
+    /// How far from a feature's border points are left out, mm.
+    pub(crate) fn border_margin_mm(&self) -> f64 {
+        BORDER_SIGMAS * self.line_sigma_mm.unwrap_or(USUAL_LINE_SIGMA_MM)
+    }
+
+    /// Where the camera stood, mean over the points of `indices`, part frame.
+    pub(crate) fn mean_camera(&self, indices: &[u32]) -> Vector3<f64> {
+        let sum: Vector3<f64> = indices.iter().map(|&idx| self.at(idx).camera_in_part.xyz).sum();
+        sum / indices.len().max(1) as f64
     }
 
     pub(crate) fn indices(&self) -> Vec<u32> {
@@ -91,7 +121,8 @@ impl Samples {
 
 fn extent(samples: &[Sample]) -> f64 {
     let start = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    let (low, high) = samples.iter().fold(start, |(low, high), s| (low.inf(&s.position), high.sup(&s.position)));
+    let (low, high) =
+        samples.iter().fold(start, |(low, high), s| (low.inf(&s.in_part.xyz), high.sup(&s.in_part.xyz)));
     if samples.is_empty() { 0.0 } else { (high - low).norm() }
 }
 

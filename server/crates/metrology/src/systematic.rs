@@ -4,7 +4,7 @@
 //! this is (ΔM/2)² with ΔM = M(+) − M(−); for one at an extremum (flatness) it does not vanish.
 
 use nalgebra::{Vector2, Vector3};
-use optics::Calibration;
+use optics::{Calibration, CameraFrame, PointMm};
 use rayon::prelude::*;
 use scanning::Cloud;
 
@@ -14,11 +14,12 @@ use crate::footprint::footprint_mm;
 use crate::measure::Question;
 use crate::noise::FeatureNoise;
 use crate::params::{MAX_MISMATCH_MM, MIN_NOISE_SHARE, SYSTEMATIC_POINTS};
-use crate::request::MeasureError;
+use crate::request::{MeasureError, Tool};
 use crate::robust::weighted;
 use crate::sample::{Samples, median, thinned};
 use crate::shape::Shape;
-use crate::value::value;
+use crate::temperature::wavelength_drift;
+use crate::value::{FirstPoints, value};
 
 /// A point with what is needed to triangulate it anew.
 struct Pixel {
@@ -31,7 +32,8 @@ struct Pixel {
     sheet_normal: Vector3<f64>,
     /// X_camera − X_part.
     carried: Vector3<f64>,
-    /// Stage position recovered from it, mm.
+    /// Stage position of its frame, mm, from the middle of the pixels' positions: what a step of the stage's parameters
+    /// does must not depend on where the stage has its zero.
     position_mm: f64,
     weight: f64,
     /// What the calibration contributes to the σ along the ray, mm.
@@ -42,6 +44,8 @@ struct Pixel {
 pub(crate) struct Retriangulation<'a> {
     calibration: &'a Calibration,
     features: Vec<Vec<Pixel>>,
+    /// How far the calibration's own stage has carried the part at the middle of the positions.
+    carried_to_middle: Vector3<f64>,
 }
 
 impl<'a> Retriangulation<'a> {
@@ -58,7 +62,7 @@ impl<'a> Retriangulation<'a> {
         let limit = SYSTEMATIC_POINTS / features.len().max(1);
         let mut mismatches = Vec::new();
         let mut lost = 0;
-        let features: Vec<Vec<Pixel>> = features
+        let mut features: Vec<Vec<Pixel>> = features
             .iter()
             .map(|feature| {
                 let few = thinned(&feature.inliers, limit);
@@ -77,7 +81,10 @@ impl<'a> Retriangulation<'a> {
         if median_mm > MAX_MISMATCH_MM {
             return Err(MeasureError::CalibrationMismatch { median_mm });
         }
-        Ok(Self { calibration, features })
+        let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
+        let middle_mm = middle(features.iter().flatten().map(|pixel| pixel.position_mm));
+        features.iter_mut().flatten().for_each(|pixel| pixel.position_mm -= middle_mm);
+        Ok(Self { calibration, features, carried_to_middle: direction * middle_mm })
     }
 
     /// The noise part of every inlier's σ: what is left after the calibration's own part at the nearest
@@ -105,20 +112,25 @@ impl<'a> Retriangulation<'a> {
         FeatureNoise { sigma_mm }
     }
 
-    /// Standard uncertainty of the value from the calibration's covariance, and how many modes gave no value.
+    /// Standard uncertainty of the value from the calibration's covariance and the light's drift with the temperature, and
+    /// how many modes gave no value.
     pub(crate) fn standard_uncertainty(&self, question: &Question, features: &[Found]) -> Option<(f64, usize)> {
         let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
-        let seen =
-            |calibration: &Calibration| self.value_with(question, &shapes, |p, _| part_position(calibration, p));
+        let seen = |calibration: &Calibration| {
+            self.value_with(question, &shapes, calibration, |p, _| self.part_position(calibration, p))
+        };
         let base = seen(self.calibration)?;
-        let squares: Vec<Option<f64>> = self
-            .calibration
-            .sigma_modes()
+        let stepped = |mode: &Vec<f64>| {
+            let back: Vec<f64> = mode.iter().map(|step| -step).collect();
+            [self.calibration.stepped(mode), self.calibration.stepped(&back)]
+        };
+        let modes = self.calibration.sigma_modes();
+        let squares: Vec<Option<f64>> = modes
             .par_iter()
-            .map(|mode| {
-                let back: Vec<f64> = mode.iter().map(|step| -step).collect();
-                let plus = seen(&self.calibration.stepped(mode))? - base;
-                let minus = seen(&self.calibration.stepped(&back))? - base;
+            .map(stepped)
+            .chain(wavelength_drift(self.calibration).into_par_iter())
+            .map(|[plus, minus]| {
+                let (plus, minus) = (seen(&plus)? - base, seen(&minus)? - base);
                 Some((plus * plus + minus * minus) / 2.0)
             })
             .collect();
@@ -135,36 +147,70 @@ impl<'a> Retriangulation<'a> {
         line_sigma_mm: f64,
     ) -> Option<f64> {
         let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
-        let as_seen = self.value_with(question, &shapes, |p, _| part_position(self.calibration, p))?;
-        let pulled = self.value_with(question, &shapes, |p, shape| {
-            let position = part_position(self.calibration, p)?;
+        let as_seen =
+            self.value_with(question, &shapes, self.calibration, |p, _| self.part_position(self.calibration, p))?;
+        let pulled = self.value_with(question, &shapes, self.calibration, |p, shape| {
+            let position = self.part_position(self.calibration, p)?;
             let pull = footprint_mm(shape, &position, &p.ray, &p.sheet_normal, line_sigma_mm);
             Some(position + shape.normal_at(&position) * pull)
         })?;
         Some((pulled - as_seen).abs())
     }
 
-    /// The value after refitting every shape to its points where `place` puts them.
+    /// The value after refitting every shape to its points where `place` puts them; `calibration` moves the camera.
     fn value_with(
         &self,
         question: &Question,
         shapes: &[Shape],
+        calibration: &Calibration,
         place: impl Fn(&Pixel, &Shape) -> Option<Vector3<f64>>,
     ) -> Option<f64> {
         let mut refitted = Vec::with_capacity(shapes.len());
-        let mut first_positions = Vec::new();
+        let mut first_positions: Option<Vec<Vector3<f64>>> = None;
         for (shape, pixels) in shapes.iter().zip(&self.features) {
             let points: Vec<Weighted> = pixels
                 .iter()
-                .filter_map(|p| Some(Weighted { position: place(p, shape)?, ray: p.ray, weight: p.weight }))
+                .filter_map(|p| {
+                    let weight = if question.tool == Tool::Flatness { 1.0 } else { p.weight };
+                    Some(Weighted { position: place(p, shape)?, ray: p.ray, weight })
+                })
                 .collect();
             refitted.push(fit(shape, &points)?);
-            if first_positions.is_empty() {
-                first_positions = points.iter().map(|p| p.position).collect();
-            }
+            first_positions.get_or_insert_with(|| points.iter().map(|p| p.position).collect());
         }
-        value(question.tool, &refitted, &first_positions, question.supplement)
+        let first = FirstPoints {
+            positions: first_positions?,
+            camera: self.mean_camera(calibration, self.features.first()?),
+        };
+        value(question, &refitted, &first)
     }
+
+    /// Where a calibration puts the point of a pixel, part frame.
+    fn part_position(&self, calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {
+        let hit = calibration.triangulate(pixel.order, &pixel.pixel, Some(pixel.phi_rad))?.hit_in_camera;
+        Some(match calibration.stage {
+            Some(stage) => stage.part_from_camera(&hit, pixel.position_mm).xyz - self.carried_to_middle,
+            None => hit.xyz - pixel.carried,
+        })
+    }
+
+    /// Where the camera stood, mean over the pixels, part frame.
+    fn mean_camera(&self, calibration: &Calibration, pixels: &[Pixel]) -> Vector3<f64> {
+        let mean_mm = pixels.iter().map(|p| p.position_mm).sum::<f64>() / pixels.len().max(1) as f64;
+        let camera = PointMm::<CameraFrame>::new(Vector3::zeros());
+        match calibration.stage {
+            Some(stage) => stage.part_from_camera(&camera, mean_mm).xyz - self.carried_to_middle,
+            None => camera.xyz,
+        }
+    }
+}
+
+/// Middle between the lowest and the highest; 0 of nothing.
+fn middle(values: impl Iterator<Item = f64>) -> f64 {
+    let ends = values.fold(None, |ends: Option<(f64, f64)>, value| {
+        Some(ends.map_or((value, value), |(low, high)| (low.min(value), high.max(value))))
+    });
+    ends.map_or(0.0, |(low, high)| 0.5 * (low + high))
 }
 
 fn pixel(
@@ -178,9 +224,11 @@ fn pixel(
     let point = &cloud.points[sample.cloud_idx];
     let pixel = Vector2::new(f64::from(point.u_px), f64::from(point.v_px));
     let hit = calibration.triangulate(point.order, &pixel, None)?;
-    let carried = hit.hit_in_camera.xyz - sample.position;
-    let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
-    let travel = direction.norm_squared();
+    let carried = hit.hit_in_camera.xyz - sample.in_part.xyz;
+    let position_mm = match &samples.stage {
+        Some(stage) => stage.position_mm(point.frame)?,
+        None => position_along(calibration, &carried),
+    };
     Some(Pixel {
         sample_idx,
         order: point.order,
@@ -189,21 +237,20 @@ fn pixel(
         phi_rad: hit.hit.phi_rad,
         sheet_normal: hit.hit.normal,
         carried,
-        position_mm: if travel > 0.0 { direction.dot(&carried) / travel } else { 0.0 },
+        position_mm,
         weight,
         systematic_sigma_mm: calibration.systematic_sigma_mm(point.order, &hit)?,
     })
 }
 
-/// Distance of the point from the line along which the stage could have carried it; 0 if no stage is known.
-fn mismatch_mm(calibration: &Calibration, pixel: &Pixel) -> f64 {
-    calibration.stage.map_or(0.0, |stage| (pixel.carried - stage.direction * pixel.position_mm).norm())
+/// The stage position that explains best how far a point was carried: for clouds that do not say where the stage stood.
+fn position_along(calibration: &Calibration, carried: &Vector3<f64>) -> f64 {
+    let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
+    let travel = direction.norm_squared();
+    if travel > 0.0 { direction.dot(carried) / travel } else { 0.0 }
 }
 
-fn part_position(calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {
-    let hit = calibration.triangulate(pixel.order, &pixel.pixel, Some(pixel.phi_rad))?.hit_in_camera;
-    Some(match calibration.stage {
-        Some(stage) => stage.part_from_camera(&hit, pixel.position_mm).xyz,
-        None => hit.xyz - pixel.carried,
-    })
+/// Distance of the point from where the stage carried it; 0 if no stage is known.
+fn mismatch_mm(calibration: &Calibration, pixel: &Pixel) -> f64 {
+    calibration.stage.map_or(0.0, |stage| (pixel.carried - stage.direction * pixel.position_mm).norm())
 }

@@ -1,8 +1,10 @@
 //! Values against known truth. What these tests do not show: how real centrelines err at edges and on shiny metal.
 
 mod coverage;
+mod doubts;
+mod offset;
 mod rig_a;
 mod shading;
-mod station;
+pub(crate) mod station;
 mod surfaces;
 mod synthetic;

@@ -2,19 +2,27 @@
 
 use nalgebra::Vector3;
 
+use crate::measure::Question;
 use crate::params::FLATNESS_SHARE;
 use crate::request::Tool;
 use crate::shape::Shape;
 
-/// The value of a tool (mm, or degrees for `angle`, on the side given by `supplement`).
-///
-/// `positions`: the points of the first shape, needed by `flatness` alone. `None` if the shapes do not fit the tool.
-pub(crate) fn value(tool: Tool, shapes: &[Shape], positions: &[Vector3<f64>], supplement: bool) -> Option<f64> {
-    match (tool, shapes) {
-        (Tool::Plane, [plane @ Shape::Plane { .. }]) => Some(plane.distance_mm(&Vector3::zeros()).abs()),
+/// What a value needs of the first shape's points, part frame.
+pub(crate) struct FirstPoints {
+    /// Where they are; needed by `flatness` alone.
+    pub(crate) positions: Vec<Vector3<f64>>,
+    /// Where the camera stood, mean over the points; needed by `plane` alone.
+    pub(crate) camera: Vector3<f64>,
+}
+
+/// The value of a tool (mm, or degrees for `angle`, on the question's side); it does not depend on where the part frame
+/// has its origin. `None` if the shapes do not fit the tool.
+pub(crate) fn value(question: &Question, shapes: &[Shape], first: &FirstPoints) -> Option<f64> {
+    match (question.tool, shapes) {
+        (Tool::Plane, [plane @ Shape::Plane { .. }]) => Some(plane.distance_mm(&first.camera).abs()),
         (Tool::Sphere, [Shape::Sphere { radius_mm, .. }]) => Some(*radius_mm),
         (Tool::Cylinder, [Shape::Cylinder { radius_mm, .. }]) => Some(*radius_mm),
-        (Tool::Step, [base, Shape::Plane { point_mm, .. }]) => Some(base.distance_mm(point_mm).abs()),
+        (Tool::Step, [base, Shape::Plane { point_mm, .. }]) => Some(base.distance_mm(point_mm)),
         (Tool::Distance, [Shape::Sphere { centre_mm: a, .. }, Shape::Sphere { centre_mm: b, .. }]) => {
             Some((b - a).norm())
         }
@@ -23,15 +31,23 @@ pub(crate) fn value(tool: Tool, shapes: &[Shape], positions: &[Vector3<f64>], su
             [first @ Shape::Plane { point_mm: a, .. }, second @ Shape::Plane { point_mm: b, .. }],
         ) => Some((first.distance_mm(b).abs() + second.distance_mm(a).abs()) / 2.0),
         (Tool::Angle, [Shape::Plane { normal: a, .. }, Shape::Plane { normal: b, .. }]) => {
-            let angle = a.cross(b).norm().atan2(a.dot(b)).to_degrees();
-            Some(if supplement { 180.0 - angle } else { angle })
+            let turn = turn_rad(a, b);
+            let angle = question.turn.map_or(turn.norm(), |about| turn.dot(&about)).to_degrees();
+            Some(if question.supplement { 180.0 - angle } else { angle })
         }
         (Tool::Flatness, [plane @ Shape::Plane { .. }]) => {
-            let mut residuals: Vec<f64> = positions.iter().map(|p| plane.distance_mm(p)).collect();
+            let mut residuals: Vec<f64> = first.positions.iter().map(|p| plane.distance_mm(p)).collect();
             Some(band_width(&mut residuals))
         }
         _ => None,
     }
+}
+
+/// The rotation that takes a unit vector to another by the shortest way: its axis times its angle, rad.
+pub(crate) fn turn_rad(from: &Vector3<f64>, to: &Vector3<f64>) -> Vector3<f64> {
+    let cross = from.cross(to);
+    let sine = cross.norm();
+    if sine > 0.0 { cross * (sine.atan2(from.dot(to)) / sine) } else { cross }
 }
 
 /// Width of the interval that holds the central [`FLATNESS_SHARE`] of the values, interpolated between ranks.

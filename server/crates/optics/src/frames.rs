@@ -1,7 +1,7 @@
 //! Points and transforms that know their frame.
 
 use std::marker::PhantomData;
-use std::ops::Mul;
+use std::ops::{Mul, Sub};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -29,6 +29,15 @@ impl<F> PointMm<F> {
     /// A point from its coordinates.
     pub const fn new(xyz: Vector3<f64>) -> Self {
         Self { xyz, frame: PhantomData }
+    }
+}
+
+/// The way from one point of a frame to another of the same frame, mm.
+impl<F> Sub for PointMm<F> {
+    type Output = Vector3<f64>;
+
+    fn sub(self, from: Self) -> Vector3<f64> {
+        self.xyz - from.xyz
     }
 }
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector2;
-use optics::Calibration;
+use nalgebra::{Vector2, Vector3};
+use optics::{Calibration, StageAxis};
 
 use crate::cloud::CloudPoint;
 use crate::compare::{Sums, Surfaces, order_pairs};
@@ -16,6 +16,7 @@ use crate::profiles::Profiles;
 use crate::rivals::{Rivals, neighbours};
 use crate::scan::{ScanError, ScanReport};
 use crate::sigma_table::SigmaTable;
+use crate::stage_positions::StagePositions;
 
 /// What a scan came to; its points are computed when they are asked for.
 pub struct Evaluation<'a> {
@@ -56,6 +57,7 @@ impl<'a> Evaluation<'a> {
         let mut made = Self { report, comments: Vec::new(), profiles, denied: sum.denied, tables };
         let line_sigma_mm = made.line_sigma_mm(&sum.n_points)?;
         made.comments = comments(calibration, sum.correlations_px, line_sigma_mm);
+        made.comments.extend(made.stage_positions().comments());
         Ok(made)
     }
 
@@ -70,6 +72,15 @@ impl<'a> Evaluation<'a> {
     ) -> Result<(), E> {
         let points = |frame| Ok(self.points_of(frame)?);
         in_order(self.profiles.frames.n_frames(), points, |points| take(&points))
+    }
+
+    fn stage_positions(&self) -> StagePositions {
+        let frames = self.profiles.frames;
+        let at_rest = StageAxis { direction: Vector3::zeros() };
+        StagePositions {
+            axis: self.profiles.calibration.stage.unwrap_or(at_rest),
+            positions_mm: (0..frames.n_frames()).map(|frame| frames.position_mm(frame)).collect(),
+        }
     }
 
     fn points_of(&self, frame: usize) -> Result<Vec<CloudPoint>, ScanError> {

@@ -16,6 +16,7 @@ mod profiles;
 mod rivals;
 pub mod scan;
 mod sigma_table;
+mod stage_positions;
 pub mod synthetic;
 
 pub use cloud::{Cloud, CloudPoint};
@@ -29,3 +30,4 @@ pub use labeller::FrameLabeller;
 pub use mesh::{Mesh, MeshParams, mesh_from_cloud};
 pub use profile::{Profile, ProfilePoint, label_frame, label_frame_by_reference};
 pub use scan::{ScanError, ScanFrame, ScanParams, ScanReport, ScanResult, evaluate_scan, scan_cloud};
+pub use stage_positions::StagePositions;

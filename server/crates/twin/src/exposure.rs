@@ -23,7 +23,7 @@ pub struct Exposure<'s> {
     pub gain: f32,
     /// Bits per pixel: 8 or 16.
     pub bits: u32,
-    /// Numbers the frame, and so its speckle and noise.
+    /// Numbers the frame, and so the noise of its sensor.
     pub picture: u64,
 }
 

@@ -21,7 +21,7 @@ use crate::station::StationModel;
 /// Stream of the speckle pattern among those derived from a station's seed.
 const SPECKLE_STREAM: u64 = 2;
 
-/// Stream of pictures: what one frame sees is independent of every other frame.
+/// Stream of pictures: the sensor's noise of one frame is independent of every other frame's.
 const PICTURE_STREAM: u64 = 3;
 
 /// Takes pictures with the simulated camera.
@@ -105,7 +105,8 @@ impl Renderer {
         })
     }
 
-    /// A picture at low exposure with the laser on; `picture` numbers the frame and so its speckle and noise.
+    /// A picture at low exposure with the laser on; `picture` numbers the frame and so the sensor's noise: speckle belongs
+    /// to the surface and follows its position.
     pub fn laser_image(&self, scene: &Scene, position_mm: f64, picture: u64) -> GreyImage {
         self.image(&Exposure {
             scene,
@@ -196,7 +197,9 @@ impl Renderer {
         const DARK: &Vec<(usize, usize)> = &Vec::new();
         let width = self.model.camera.width_px;
         let seed = self.picture_seed(exposure.picture);
-        let speckle = self.speckle.view(derived_seed(seed, SPECKLE_STREAM));
+        let surface = derived_seed(derived_seed(self.model.seed, SPECKLE_STREAM), exposure.scene.fingerprint());
+        let travel_mm = self.model.stage.direction.norm() * exposure.position_mm;
+        let speckle = self.speckle.view(surface, travel_mm, self.model.sheet_sigma_mm);
         let whole_rows = exposure.ordinary() || exposure.gain != 1.0;
         let Darkroom { row: light, laser, ordinary, .. } = darkroom;
         light.resize(width, 0.0);

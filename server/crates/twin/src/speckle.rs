@@ -2,6 +2,12 @@
 //!
 //! Sums of |complex Gaussian field|² (Goodman 2007, ch. 4): one look has contrast 1 and an exponential
 //! distribution; n equal independent looks have contrast 1/√n. A last, weaker look makes any contrast exact.
+//!
+//! Speckle belongs to the surface: it changes because the stage carries other grains into the light sheet, not because
+//! another picture is taken. Between two pictures Δ of travel apart its correlation is that of the lit strips,
+//! exp(−Δ²/4s²) for a sheet of thickness s. Here independent patterns lie [`KNOTS_PER_SIGMA`]·s apart along the travel,
+//! and between two of them the grain is cos·first + sin·second: the correlation is within 0.03 of the Gaussian, its sum
+//! over all Δ, which the mean of many frames feels, the same.
 
 use rayon::prelude::*;
 
@@ -11,16 +17,29 @@ use crate::random::{derived_seed, scrambled};
 /// Full width at half height of a Gaussian in standard deviations.
 const FWHM_BY_SIGMA: f64 = 2.354_820;
 
+/// Distance of independent patterns along the travel, in thicknesses of the sheet: π²·√π/8. The correlation between them,
+/// (1 − Δ/2h)·cos(πΔ/2h) + sin(πΔ/2h)/π, then has the integral of the Gaussian, 16h/π² = 2√π·s.
+const KNOTS_PER_SIGMA: f64 = 2.186_7;
+
 /// A periodic pattern of mean 1 that pictures look into at random places.
 #[derive(Debug, Clone)]
 pub(crate) struct Speckle {
     tile: Vec<f32>,
 }
 
-/// One picture's view of the pattern.
+/// The pattern as a surface shows it where the stage has carried it.
 pub(crate) struct SpeckleView<'s> {
     tile: &'s [f32],
+    /// Of the surface.
     seed: u64,
+    /// Travel in distances of independent patterns.
+    knots: f64,
+}
+
+/// What one block of the picture sees: two places of the tile and the weights of the grain there.
+struct BlockView {
+    places: [(usize, usize); 2],
+    weights: [f32; 2],
 }
 
 impl Speckle {
@@ -48,9 +67,10 @@ impl Speckle {
         Self { tile }
     }
 
-    /// The view of one picture: independent of every other seed's.
-    pub(crate) fn view(&self, seed: u64) -> SpeckleView<'_> {
-        SpeckleView { tile: &self.tile, seed }
+    /// The view of the surface `seed` carried by `travel_mm` under sheets of thickness `sheet_sigma_mm` (one σ):
+    /// independent of every other surface's, and of itself carried farther than the sheet is thick.
+    pub(crate) fn view(&self, seed: u64, travel_mm: f64, sheet_sigma_mm: f64) -> SpeckleView<'_> {
+        SpeckleView { tile: &self.tile, seed, knots: travel_mm / (KNOTS_PER_SIGMA * sheet_sigma_mm) }
     }
 }
 
@@ -61,23 +81,36 @@ impl SpeckleView<'_> {
         let to = from + light.len();
         while u < to {
             let block_end = ((u / SPECKLE_BLOCK_PX + 1) * SPECKLE_BLOCK_PX).min(to);
-            let (right, down) = self.block_offset(u, v);
-            let at = (u + right) % SPECKLE_TILE_PX;
-            let n = (block_end - u).min(SPECKLE_TILE_PX - at);
-            let pattern = &self.tile[(v + down) % SPECKLE_TILE_PX * SPECKLE_TILE_PX + at..][..n];
+            let BlockView { places, weights: [a, b] } = self.block(u, v);
+            let at = places.map(|(right, _)| (u + right) % SPECKLE_TILE_PX);
+            let n = at.iter().fold(block_end - u, |n, at| n.min(SPECKLE_TILE_PX - at));
+            let [first, second] = [0, 1].map(|idx| {
+                let row = (v + places[idx].1) % SPECKLE_TILE_PX * SPECKLE_TILE_PX;
+                &self.tile[row + at[idx]..][..n]
+            });
             let run = u - from..u - from + n;
-            for ((slot, level), grain) in target[run.clone()].iter_mut().zip(&light[run]).zip(pattern) {
-                *slot = level * grain * share;
+            // 1 + a·(first − 1) + b·(second − 1) keeps the mean and, with a² + b² = 1, the contrast.
+            let rest = 1.0 - a - b;
+            let grains = first.iter().zip(second).map(|(first, second)| rest + a * first + b * second);
+            for ((slot, level), grain) in target[run.clone()].iter_mut().zip(&light[run]).zip(grains) {
+                *slot = level * grain.max(0.0) * share;
             }
             u += n;
         }
     }
 
-    /// Where the block that holds pixel (u, v) looks.
-    fn block_offset(&self, u: usize, v: usize) -> (usize, usize) {
+    /// Where the block that holds pixel (u, v) looks. Blocks change from one pattern to the next at places of their own.
+    fn block(&self, u: usize, v: usize) -> BlockView {
         let block = ((v / SPECKLE_BLOCK_PX) as u64) << 32 | (u / SPECKLE_BLOCK_PX) as u64;
-        let bits = scrambled(self.seed ^ block.wrapping_mul(0x9E37_79B9_7F4A_7C15));
-        (bits as usize % SPECKLE_TILE_PX, (bits >> 32) as usize % SPECKLE_TILE_PX)
+        let own = scrambled(self.seed ^ block.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        let knots = self.knots + own as f64 / u64::MAX as f64;
+        let place = |knot: i64| {
+            let bits = derived_seed(own, knot as u64);
+            (bits as usize % SPECKLE_TILE_PX, (bits >> 32) as usize % SPECKLE_TILE_PX)
+        };
+        let knot = knots.floor();
+        let (sin, cos) = (std::f64::consts::FRAC_PI_2 * (knots - knot)).sin_cos();
+        BlockView { places: [place(knot as i64), place(knot as i64 + 1)], weights: [cos as f32, sin as f32] }
     }
 }
 
@@ -170,5 +203,42 @@ mod tests {
             // Half height at 1.5 px from the centre: exp(−ln2·(1/1.5)²) = 0.735 at 1 px.
             assert!((at_grain - 0.735).abs() < 0.02, "{contrast}: {at_grain}");
         }
+    }
+
+    #[test]
+    fn speckle_stays_with_the_surface_while_it_is_carried_through_the_sheet() {
+        const SHEET_SIGMA_MM: f64 = 0.35;
+        let side = 1024;
+        let speckle = Speckle::new(7, 0.3, 1.5, &normal_quantiles());
+        let picture = |surface: u64, travel_mm: f64| -> Vec<f32> {
+            let view = speckle.view(surface, travel_mm, SHEET_SIGMA_MM);
+            let (light, mut row) = (vec![1.0; side], vec![0.0; side]);
+            let mut rows = Vec::new();
+            for v in 0..side {
+                view.grain(v, 0, &light, 1.0, &mut row);
+                rows.extend_from_slice(&row);
+            }
+            rows
+        };
+        let moments = |a: &[f32], b: &[f32]| {
+            let n = a.len() as f64;
+            let mean = |values: &[f32]| values.iter().map(|&value| f64::from(value)).sum::<f64>() / n;
+            let (mean_a, mean_b) = (mean(a), mean(b));
+            let product = |(a, b): (&f32, &f32)| (f64::from(*a) - mean_a) * (f64::from(*b) - mean_b);
+            (mean_a, a.iter().zip(b).map(product).sum::<f64>() / n)
+        };
+        let start = picture(3, -0.2);
+        let (mean, variance) = moments(&start, &start);
+        // 64 blocks look into a tile of 3·10⁴ grains: mean and contrast are good to some per cent.
+        assert!((mean - 1.0).abs() < 0.01 && (variance.sqrt() - 0.3).abs() < 0.02, "{mean} {variance}");
+        for travel_mm in [0.0, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 3.0] {
+            let correlation = moments(&start, &picture(3, travel_mm - 0.2)).1 / variance;
+            let expected = (-(travel_mm / SHEET_SIGMA_MM).powi(2) / 4.0).exp();
+            // 0.03 of the crossfade itself, and 64 blocks, each at its own phase of it.
+            assert!((correlation - expected).abs() < 0.06, "{travel_mm} mm: {correlation}, not {expected}");
+        }
+        let other = moments(&start, &picture(4, -0.2)).1 / variance;
+        assert!(other.abs() < 0.05, "another surface: {other}");
+        assert_eq!(start, picture(3, -0.2), "the same place shows the same speckle again");
     }
 }

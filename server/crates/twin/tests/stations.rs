@@ -39,28 +39,36 @@ fn other_seeds_and_other_frames_give_other_pictures() {
 }
 
 #[test]
-fn speckle_differs_from_frame_to_frame_and_has_its_contrast_in_the_picture() {
+fn speckle_belongs_to_the_surface_and_has_its_contrast_in_the_picture() {
     // A ridge 2 px wide averages little; the sensor's noise adds under 2 % at half scale.
     let shape = StationShape { width_px: 640, height_px: 160, line_peak: 0.4, ..StationShape::default() };
     let shape = StationShape { orders: vec![0], ..shape };
     let renderer = Renderer::new(&StationModel::seeded(5, &shape).unwrap());
     let part = SceneKind::Plate.placed(renderer.model(), 1);
-    let ridge = |picture: u64| -> Vec<f64> {
-        let image = renderer.laser_image(&part, 0.0, picture);
+    let ridge = |picture: u64, position_mm: f64| -> Vec<f64> {
+        let image = renderer.laser_image(&part, position_mm, picture);
         let at =
             |p: &twin::TruthPoint| f64::from(image.at(p.u_px.round() as usize, p.v_px.round() as usize)) - 3.0;
-        renderer.truth_points(&part, 0.0).iter().map(at).collect()
+        renderer.truth_points(&part, position_mm).iter().map(at).collect()
     };
-    let (a, b) = (ridge(0), ridge(1));
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let covariance = |x: &[f64], y: &[f64]| {
-        x.iter().zip(y).map(|(x, y)| (x - mean(&a)) * (y - mean(&b))).sum::<f64>() / x.len() as f64
+        let (mean_x, mean_y) = (mean(x), mean(y));
+        x.iter().zip(y).map(|(x, y)| (x - mean_x) * (y - mean_y)).sum::<f64>() / x.len().min(y.len()) as f64
     };
-    let contrast = covariance(&a, &a).sqrt() / mean(&a);
+    let first = ridge(0, 0.0);
+    let contrast = covariance(&first, &first).sqrt() / mean(&first);
     assert!((0.25..0.36).contains(&contrast), "{contrast}");
-    // 640 columns hold some 400 grains: 3σ of a chance correlation is 0.15.
-    let correlation = covariance(&a, &b) / (covariance(&a, &a) * covariance(&b, &b)).sqrt();
-    assert!(correlation.abs() < 0.15, "{correlation}");
+    let correlation = |picture: u64, position_mm: f64| {
+        let other = ridge(picture, position_mm);
+        covariance(&first, &other) / (covariance(&first, &first) * covariance(&other, &other)).sqrt()
+    };
+    // Another picture of the same place: the sensor's noise alone is new.
+    assert!(correlation(1, 0.0) > 0.97, "{}", correlation(1, 0.0));
+    // A step much shorter than the sheet is thick (some 0.6 mm here), and one much longer; 640 columns hold some
+    // 400 grains: 3σ of a chance correlation is 0.15.
+    assert!(correlation(1, 0.1) > 0.85, "{}", correlation(1, 0.1));
+    assert!(correlation(1, 10.0).abs() < 0.15, "{}", correlation(1, 10.0));
 }
 
 #[test]

@@ -13,13 +13,13 @@ use crate::parts::verdict_in;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ToolDto {
-    /// Distance of the dominant plane from the origin of the part frame.
+    /// Distance of the dominant plane from the camera.
     Plane,
     /// Radius of a sphere.
     Sphere,
     /// Radius of a cylinder.
     Cylinder,
-    /// Height of a face over the dominant plane.
+    /// Height of a face over the one that surrounds it; below zero for a pocket.
     Step,
     /// Distance between two parallel faces or two spheres.
     Distance,

@@ -5,7 +5,7 @@ use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, Plane, StageAxis}
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
-use scanning::{Cloud, CloudPoint};
+use scanning::{Cloud, CloudPoint, StagePositions};
 
 use super::synthetic::{TABLE_POINT, table_normal};
 
@@ -20,7 +20,7 @@ const OFFSET_SIGMA_MM: f64 = 0.008;
 const STAGE_SIGMA: f64 = 1e-4;
 
 /// The true station.
-pub(super) fn station() -> Calibration {
+pub(crate) fn station() -> Calibration {
     let camera = Camera::from_opencv(
         1280,
         1024,
@@ -51,28 +51,72 @@ pub(super) fn station() -> Calibration {
     }
 }
 
+/// How a scan is made.
+pub(super) struct Plan {
+    pub(super) n_frames: usize,
+    pub(super) step_mm: f64,
+    /// Distance of neighbouring points on a line.
+    pub(super) pitch_mm: f64,
+    /// Thickness of the light sheets, one σ: frames nearer than that share their noise as they share speckle.
+    pub(super) sheet_sigma_mm: f64,
+    /// Whether the calibration is drawn from its covariance or exact.
+    pub(super) drawn: bool,
+}
+
+/// Frames so far apart that each has a noise of its own.
+const COARSE: Plan = Plan { n_frames: 40, step_mm: 0.8, pitch_mm: 0.5, sheet_sigma_mm: 0.2, drawn: true };
+
 /// What a scan with the true station gives when it is triangulated with a calibration drawn from its covariance.
 pub(super) fn gauge_scan(height_mm: f64, seed: u64) -> (Cloud, Calibration) {
+    planned_scan(height_mm, seed, &COARSE)
+}
+
+/// Noise of one place of a line in every frame: of unit variance, with the correlation exp(−Δ²/4s²) of speckle.
+fn noise_over_frames(rng: &mut Pcg64Mcg, plan: &Plan) -> Vec<f64> {
+    let reach = (4.0 * plan.sheet_sigma_mm / plan.step_mm).ceil() as i32;
+    let taps: Vec<f64> = (-reach..=reach)
+        .map(|k| (-(f64::from(k) * plan.step_mm / plan.sheet_sigma_mm).powi(2) / 2.0).exp())
+        .collect();
+    let norm = taps.iter().map(|tap| tap * tap).sum::<f64>().sqrt();
+    let white: Vec<f64> =
+        (0..plan.n_frames + 2 * reach as usize).map(|_| rng.sample::<f64, _>(StandardNormal)).collect();
+    white.windows(taps.len()).map(|near| near.iter().zip(&taps).map(|(n, t)| n * t).sum::<f64>() / norm).collect()
+}
+
+/// [`gauge_scan`] by a plan.
+pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Calibration) {
     let truth = station();
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    let draw: Vec<f64> =
-        truth.covariance.diagonal().iter().map(|v| v.sqrt() * rng.sample::<f64, _>(StandardNormal)).collect();
+    let size = if plan.drawn { 1.0 } else { 0.0 };
+    let draw: Vec<f64> = truth
+        .covariance
+        .diagonal()
+        .iter()
+        .map(|v| size * v.sqrt() * rng.sample::<f64, _>(StandardNormal))
+        .collect();
     let believed = truth.stepped(&draw);
+    let middle = (plan.n_frames - 1) as f64 / 2.0;
+    let positions_mm: Vec<f64> = (0..plan.n_frames).map(|frame| (frame as f64 - middle) * plan.step_mm).collect();
+    let half_columns = (30.0 / plan.pitch_mm) as i32;
     let mut points = Vec::new();
-    for frame in 0..40u32 {
-        let position_mm = f64::from(frame) * 0.8 - 15.6;
-        for order in [-1, 0, 1] {
-            for column in -60..=60 {
-                let seen = lit_pixel(&truth, order, f64::from(column) * 0.5, position_mm, height_mm);
-                let noise = Vector2::new(0.0, rng.sample::<f64, _>(StandardNormal) * NOISE_PX);
-                points.extend(
-                    seen.and_then(|pixel| cloud_point(&believed, order, &(pixel + noise), frame, position_mm)),
-                );
+    for order in [-1, 0, 1] {
+        for column in -half_columns..=half_columns {
+            let noise = noise_over_frames(&mut rng, plan);
+            for (frame, (&position_mm, noise)) in (0..).zip(positions_mm.iter().zip(noise)) {
+                let seen = lit_pixel(&truth, order, f64::from(column) * plan.pitch_mm, position_mm, height_mm);
+                let noise = Vector2::new(0.0, noise * NOISE_PX);
+                points.extend(seen.and_then(|pixel| {
+                    cloud_point(&believed, order, &(pixel + noise), (frame, position_mm), plan.drawn)
+                }));
             }
         }
     }
+    points.sort_by_key(|point| (point.frame, point.order));
     // Neighbouring points are 3 px apart and their noise is independent.
-    (Cloud { points, comments: vec!["noise_correlation_px 1".into()] }, believed)
+    let mut comments = vec!["noise_correlation_px 1".to_owned(), format!("line_sigma_mm {}", plan.sheet_sigma_mm)];
+    let axis = believed.stage.unwrap_or(StageAxis { direction: Vector3::zeros() });
+    comments.extend(StagePositions { axis, positions_mm }.comments());
+    (Cloud { points, comments }, believed)
 }
 
 /// The pixel that sees the line of `order` at `x_mm`, on the block's top if that is where it falls.
@@ -97,14 +141,15 @@ fn cloud_point(
     believed: &Calibration,
     order: i8,
     pixel: &Vector2<f64>,
-    frame: u32,
-    position_mm: f64,
+    (frame, position_mm): (u32, f64),
+    drawn: bool,
 ) -> Option<CloudPoint> {
     let (u_px, v_px) = (pixel.x as f32, pixel.y as f32);
     let hit = believed.triangulate(order, &Vector2::new(u_px.into(), v_px.into()), None)?;
     let part = believed.stage?.part_from_camera(&hit.hit_in_camera, position_mm).xyz;
     let noise_mm = hit.noise_sigma_mm(&[0.0, 1.0], NOISE_PX);
-    let sigma_mm = noise_mm.hypot(believed.systematic_sigma_mm(order, &hit)?) as f32;
+    let systematic_mm = if drawn { believed.systematic_sigma_mm(order, &hit)? } else { 0.0 };
+    let sigma_mm = noise_mm.hypot(systematic_mm) as f32;
     let [x_mm, y_mm, z_mm] = part.into();
     Some(CloudPoint { x_mm, y_mm, z_mm, order, frame, u_px, v_px, intensity: 100.0, sigma_mm })
 }

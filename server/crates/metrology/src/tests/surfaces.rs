@@ -10,7 +10,7 @@ const GAUGE_MM: f64 = 8.9;
 const RADIUS_MM: f64 = 18.9;
 
 /// A block on a table; its top is smaller than the table.
-fn gauge(height_mm: f64, sigma_mm: f64, seed: u64) -> Cloud {
+pub(super) fn gauge(height_mm: f64, sigma_mm: f64, seed: u64) -> Cloud {
     let normal = table_normal();
     let top = TABLE_POINT + normal * height_mm;
     let on_top = |hit: &Vector3<f64>| (hit.x - 3.0).abs() < 11.0 && (hit.y + 2.0).abs() < 7.0;
@@ -21,12 +21,56 @@ fn gauge(height_mm: f64, sigma_mm: f64, seed: u64) -> Cloud {
     scan(&surface, 40.0, 0.4, sigma_mm, seed)
 }
 
-fn ball(sigma_mm: f64, seed: u64) -> Cloud {
+pub(super) fn ball(sigma_mm: f64, seed: u64) -> Cloud {
     let normal = table_normal();
     let centre = TABLE_POINT + normal * RADIUS_MM + Vector3::new(2.0, 1.0, 0.0);
     let surface =
         |ray: &Vector3<f64>| sphere_hit(ray, &centre, RADIUS_MM).or_else(|| plane_hit(ray, &TABLE_POINT, &normal));
     scan(&surface, 40.0, 0.4, sigma_mm, seed)
+}
+
+/// A cylinder of radius 9 mm on a table, and its axis.
+fn rod_on_table() -> (Vector3<f64>, Vector3<f64>) {
+    let normal = table_normal();
+    (TABLE_POINT + normal * 9.0, Vector3::new(1.0, 0.4, 0.0).cross(&normal).normalize())
+}
+
+pub(super) fn rod(sigma_mm: f64, seed: u64) -> Cloud {
+    let (point, axis) = rod_on_table();
+    let surface = |ray: &Vector3<f64>| {
+        cylinder_hit(ray, &point, &axis, 9.0, 20.0).or_else(|| plane_hit(ray, &TABLE_POINT, &table_normal()))
+    };
+    scan(&surface, 40.0, 0.45, sigma_mm, seed)
+}
+
+/// Two faces of 120° interior angle: normals 60° apart.
+pub(super) fn roof(seed: u64) -> Cloud {
+    let (left, right) = (
+        Vector3::new(-(30f64.to_radians()).sin(), 0.0, -(30f64.to_radians()).cos()),
+        Vector3::new((30f64.to_radians()).sin(), 0.0, -(30f64.to_radians()).cos()),
+    );
+    let surface = |ray: &Vector3<f64>| {
+        let reach = |normal| plane_hit(ray, &TABLE_POINT, normal);
+        Some(reach(&left)?.max(reach(&right)?))
+    };
+    scan(&surface, 30.0, 0.4, SIGMA_MM, seed)
+}
+
+/// The centres of two spheres of radius 12 mm on a table.
+fn two_centres() -> [Vector3<f64>; 2] {
+    let normal = table_normal();
+    [Vector3::new(-18.0, 2.0, 0.0), Vector3::new(17.0, -3.0, 0.0)]
+        .map(|offset| TABLE_POINT + offset - normal * normal.dot(&offset) + normal * 12.0)
+}
+
+pub(super) fn two_balls(seed: u64) -> Cloud {
+    let centres = two_centres();
+    let surface = |ray: &Vector3<f64>| {
+        sphere_hit(ray, &centres[0], 12.0)
+            .or_else(|| sphere_hit(ray, &centres[1], 12.0))
+            .or_else(|| plane_hit(ray, &TABLE_POINT, &table_normal()))
+    };
+    scan(&surface, 40.0, 0.4, SIGMA_MM, seed)
 }
 
 fn request(tool: Tool, nominal_mm: Option<f64>) -> MeasureRequest {
@@ -103,56 +147,32 @@ fn without_noise_every_tool_gives_the_closed_form() {
 fn small_and_large_steps_and_pockets_are_found() {
     for height in [0.4, 2.0, 25.0, -3.0] {
         let step = measured(&gauge(height, SIGMA_MM, 5), Tool::Step, None);
-        assert!((step.value - height.abs()).abs() < step.expanded_uncertainty * 1.5, "{height}: {}", step.value);
+        assert!((step.value - height).abs() < step.expanded_uncertainty * 1.5, "{height}: {}", step.value);
         assert_eq!(step.notes.iter().any(|note| note.contains("depth")), height < 0.0);
     }
 }
 
 #[test]
 fn a_cylinder_on_a_table_is_found_without_a_hint_and_inside_its_uncertainty() {
-    let normal = table_normal();
-    let axis = Vector3::new(1.0, 0.4, 0.0).cross(&normal).normalize();
-    let point = TABLE_POINT + normal * 9.0;
-    let surface = |ray: &Vector3<f64>| {
-        cylinder_hit(ray, &point, &axis, 9.0, 20.0).or_else(|| plane_hit(ray, &TABLE_POINT, &normal))
-    };
-    check_coverage(Tool::Cylinder, 9.0, |seed| scan(&surface, 40.0, 0.45, SIGMA_MM, seed));
-    let result = measured(&scan(&surface, 40.0, 0.45, SIGMA_MM, 99), Tool::Cylinder, None);
+    check_coverage(Tool::Cylinder, 9.0, |seed| rod(SIGMA_MM, seed));
+    let result = measured(&rod(SIGMA_MM, 99), Tool::Cylinder, None);
+    let (_, axis) = rod_on_table();
     let Shape::Cylinder { axis: found, .. } = result.features[0].shape else { panic!("no cylinder") };
     assert!(found.dot(&axis).abs() > 0.999_999, "{found}");
 }
 
 #[test]
 fn the_angle_of_a_roof_is_read_on_the_side_of_the_nominal_value() {
-    // Two faces of 120° interior angle: normals 60° apart.
-    let (left, right) = (
-        Vector3::new(-(30f64.to_radians()).sin(), 0.0, -(30f64.to_radians()).cos()),
-        Vector3::new((30f64.to_radians()).sin(), 0.0, -(30f64.to_radians()).cos()),
-    );
-    let surface = |ray: &Vector3<f64>| {
-        let reach = |normal| plane_hit(ray, &TABLE_POINT, normal);
-        Some(reach(&left)?.max(reach(&right)?))
-    };
-    let cloud = |seed| scan(&surface, 30.0, 0.4, SIGMA_MM, seed);
-    check_coverage(Tool::Angle, 60.0, cloud);
-    let interior = measured(&cloud(1), Tool::Angle, Some(120.0));
+    check_coverage(Tool::Angle, 60.0, roof);
+    let interior = measured(&roof(1), Tool::Angle, Some(120.0));
     assert!((interior.value - 120.0).abs() < interior.expanded_uncertainty * 1.5);
     assert_eq!(interior.unit, Unit::Degree);
 }
 
 #[test]
 fn two_spheres_are_measured_centre_to_centre() {
-    let normal = table_normal();
-    let centres = [Vector3::new(-18.0, 2.0, 0.0), Vector3::new(17.0, -3.0, 0.0)]
-        .map(|offset| TABLE_POINT + offset - normal * normal.dot(&offset) + normal * 12.0);
-    let surface = |ray: &Vector3<f64>| {
-        sphere_hit(ray, &centres[0], 12.0)
-            .or_else(|| sphere_hit(ray, &centres[1], 12.0))
-            .or_else(|| plane_hit(ray, &TABLE_POINT, &normal))
-    };
-    check_coverage(Tool::Distance, (centres[1] - centres[0]).norm(), |seed| {
-        scan(&surface, 40.0, 0.4, SIGMA_MM, seed)
-    });
+    let [first, second] = two_centres();
+    check_coverage(Tool::Distance, (second - first).norm(), two_balls);
 }
 
 #[test]
@@ -246,11 +266,11 @@ fn the_nominal_value_chooses_but_does_not_bend() {
 
 #[test]
 fn the_verdict_weighs_error_against_tolerance_and_uncertainty() {
-    let cloud = gauge(GAUGE_MM, SIGMA_MM, 8);
-    let u = measured(&cloud, Tool::Step, None).expanded_uncertainty;
+    let (cloud, calibration) = super::station::gauge_scan(GAUGE_MM, 8);
+    let u = measure(&cloud, Some(&calibration), &request(Tool::Step, None)).unwrap().expanded_uncertainty;
     let with = |nominal: f64, tolerance: f64| {
         let request = MeasureRequest { tolerance_mm: Some(tolerance), ..request(Tool::Step, Some(nominal)) };
-        measure(&cloud, None, &request).unwrap().verdict.unwrap()
+        measure(&cloud, Some(&calibration), &request).unwrap().verdict.unwrap()
     };
     assert_eq!(with(8.9, 0.1), Verdict::Pass);
     assert_eq!(with(9.1, 0.1), Verdict::Fail);

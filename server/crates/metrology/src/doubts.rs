@@ -1,0 +1,114 @@
+//! Why a value may not be judged: parts of its uncertainty that are not known, and models that do not fit.
+
+use std::fmt;
+
+/// A part of the uncertainty that the measurement needs and nobody knows: U is incomplete without it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Missing {
+    /// The points carry no σ; the residuals stand in for it.
+    PointNoise,
+    /// No calibration was given.
+    Calibration,
+    /// Some modes of the calibration's covariance gave no value.
+    CalibrationModes,
+    /// The cloud does not say where the stage stood in each frame.
+    StagePositions,
+    /// The cloud does not say how thick the light sheets are.
+    LineThickness,
+    /// What the temperature does to this model of the light is not known.
+    Wavelength,
+    /// How straight the stage runs is not known, and the value is a length along its travel.
+    StageStraightness,
+}
+
+impl Missing {
+    /// The word for it in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PointNoise => "point_noise",
+            Self::Calibration => "calibration",
+            Self::CalibrationModes => "calibration_modes",
+            Self::StagePositions => "stage_positions",
+            Self::LineThickness => "line_thickness",
+            Self::Wavelength => "wavelength",
+            Self::StageStraightness => "stage_straightness",
+        }
+    }
+}
+
+/// What is missing, and what to do about it.
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::PointNoise => "the noise of the points (the cloud carries no sigma)",
+            Self::Calibration => "the calibration's part (no calibration was given)",
+            Self::CalibrationModes => "a part of the calibration's covariance (some modes gave no value)",
+            Self::StagePositions => {
+                "the stage positions of the frames (the cloud does not state them: scan again)"
+            }
+            Self::LineThickness => "the thickness of the light sheets (the cloud does not state it: scan again)",
+            Self::Wavelength => "the temperature's effect on the light (a single plane of light does not say)",
+            Self::StageStraightness => "the straightness of the stage (the calibration does not state it)",
+        })
+    }
+}
+
+/// A sign that the tool does not suit the part.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Finding {
+    /// The residuals are larger than noise and form can explain.
+    ModelMisfit {
+        /// Which feature.
+        role: &'static str,
+        /// RMS of the residuals along the normal, mm.
+        rms_mm: f64,
+        /// Largest RMS that noise and a usual form error explain, mm.
+        allowed_mm: f64,
+    },
+    /// Too many points inside the feature's outline are not on it.
+    OffSurface {
+        /// Which feature.
+        role: &'static str,
+        /// Their share, 0–1.
+        share: f64,
+    },
+    /// The points show too little of the curve to hold its radius.
+    ShortArc {
+        /// Which feature.
+        role: &'static str,
+        /// Angle between the outermost normals, degrees.
+        arc_deg: f64,
+    },
+}
+
+impl Finding {
+    /// The word for it in JSON.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::ModelMisfit { .. } => "model_misfit",
+            Self::OffSurface { .. } => "off_surface",
+            Self::ShortArc { .. } => "short_arc",
+        }
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ModelMisfit { role, rms_mm, allowed_mm } => write!(
+                f,
+                "{role}: the model does not fit: residuals of {rms_mm:.3} mm RMS where noise and form explain \
+                 {allowed_mm:.3} mm; check the tool, or give a region around the feature"
+            ),
+            Self::OffSurface { role, share } => write!(
+                f,
+                "{role}: the model does not fit: {:.0} % of the points inside its outline are off its surface; check \
+                 the tool, or give a region around the feature",
+                1e2 * share
+            ),
+            Self::ShortArc { role, arc_deg } => {
+                write!(f, "{role}: an arc of {arc_deg:.0}° is too short to hold a radius; scan more of it")
+            }
+        }
+    }
+}
