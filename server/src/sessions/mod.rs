@@ -286,6 +286,9 @@ impl Sessions {
             )
             .remedy("take the board in more poses, tilted differently"));
         }
+        let views = session.body.stage_views.iter().filter(|view| view.board.is_readable());
+        let positions_mm: Vec<f64> = views.map(|view| view.position_mm).collect();
+        calibration::check_stage_positions(&positions_mm).map_err(crate::failure::Failure::from)?;
         Ok(JobInput::Calibration(CalibrateInput {
             source: Source::Station,
             light_model: how.light_model,

@@ -36,7 +36,7 @@ pub fn fitted(
         orders: &orders,
         sheet_wavelength_over_period: regime.wavelength_over_period(),
     };
-    let light = fit_light(&scene, &simulation.laser, kind, None).ok()?;
+    let light = fit_light(&scene, &simulation.laser, kind, None).ok()?.light;
     if kind != LightModelKind::Grating {
         return Some(calibration(regime, boards.camera, light));
     }

@@ -44,6 +44,7 @@ fn camera_text(text: &mut String, result: &CalibrationResult) {
         let _ = writeln!(text, "  {name:<6} {value:>14.6}  {fixed}");
     }
     let _ = writeln!(text, "  k3: {}", camera.k3_reason);
+    let _ = writeln!(text, "  {}", camera.termination.sentence());
 }
 
 fn light_text(text: &mut String, light: &LightReport) {
@@ -61,6 +62,7 @@ fn light_text(text: &mut String, light: &LightReport) {
         "  rejected: {} off the board, {} at square edges, {} unlabelled, {} outliers",
         rejected.off_board, rejected.square_edge, rejected.unlabelled, rejected.outlier
     );
+    let _ = writeln!(text, "  {}", light.termination.sentence());
     if let Some([value, sigma, sheet]) = light.wavelength_over_period {
         let _ = writeln!(text, "  λ/d {value:.6} ± {sigma:.6} (data sheet {sheet:.6})");
     }
@@ -118,11 +120,12 @@ fn stage_text(text: &mut String, stage: &StageReport) {
     let _ = writeln!(text, "\nstage    ({x:+.6}, {y:+.6}, {z:+.6}) ± ({sx:.6}, {sy:.6}, {sz:.6}) mm per mm");
     let _ = writeln!(
         text,
-        "  scale error {:+.4} % ± {:.4} %, straightness {:.1} µm RMS over {} views",
+        "  scale error {:+.4} % ± {:.4} %, straightness {:.1} µm RMS over {} views, σ {:.1} µm per axis",
         stage.scale_error * 100.0,
         stage.scale_sigma * 100.0,
         stage.straightness_rms_um,
-        stage.straightness_um.len()
+        stage.straightness_um.len(),
+        stage.straightness_sigma_um
     );
 }
 
@@ -206,6 +209,7 @@ fn light_json(light: &LightReport) -> Value {
         "model": light.model.name(),
         "rms_px": light.rms_px,
         "systematic_sigma_mm": light.systematic_sigma_mm,
+        "termination": light.termination.name(),
         "rejected": { "off_board": rejected.off_board, "square_edge": rejected.square_edge,
             "unlabelled": rejected.unlabelled, "outlier": rejected.outlier },
         "wavelength_over_period": light.wavelength_over_period.map(|[value, sigma, sheet]| {
@@ -231,5 +235,5 @@ fn models_json(models: &CrossValidation) -> Value {
 fn stage_json(stage: &StageReport) -> Value {
     json!({ "direction": stage.direction, "sigma": stage.sigma, "scale_error": stage.scale_error,
         "scale_sigma": stage.scale_sigma, "straightness_rms_um": stage.straightness_rms_um,
-        "straightness_um": stage.straightness_um })
+        "straightness_sigma_um": stage.straightness_sigma_um, "straightness_um": stage.straightness_um })
 }

@@ -1,9 +1,7 @@
 //! The procedure: camera, labels, light models side by side, joint refinement, stage, report.
 
-use nalgebra::{DMatrix, Vector2, Vector3};
-use optics::{
-    BoardFrame, CAMERA_PARAMETERS, Calibration, DepthRangeMm, LightModelKind, LightSurfaces, PointMm, StageAxis,
-};
+use nalgebra::{Vector2, Vector3};
+use optics::{BoardFrame, CAMERA_PARAMETERS, Calibration, DepthRangeMm, LightModelKind, LightSurfaces, PointMm};
 
 use crate::camera_fit::{CameraFit, fit_camera};
 use crate::cross_validation::cross_validate;
@@ -12,11 +10,12 @@ use crate::input::{CalibrationInput, CalibrationOptions, LightModelChoice};
 use crate::joint::{JointFit, fit_joint};
 use crate::laser_points::{LaserPoints, laser_points};
 use crate::light_fit::Scene;
+use crate::normal::Derived;
 use crate::observation::{CornerObservation, CornerView};
 use crate::params::MIN_LASER_POSES;
 use crate::report::{CalibrationReport, CrossValidation};
 use crate::reporting::{camera_report, light_report, stage_section};
-use crate::stage_fit::stage_line;
+use crate::stage_fit::{check_positions, stage_line, stage_report};
 
 /// A calibration and what it says about itself.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,10 +53,12 @@ pub fn calibrate(
     };
     check_orders(&input.projector.orders)?;
     step("fitting the camera", 0.0)?;
+    let positions: Vec<f64> = input.stage_views.iter().map(|view| view.position_mm).collect();
+    check_positions(&positions)?;
     let camera_fit = fit_camera(input.width_px, input.height_px, views(input), options.estimate_k3)?;
     let n_laser_poses = input.poses.iter().filter(|pose| pose.centrelines.is_some()).count();
     if n_laser_poses == 0 {
-        return Ok(camera_only(input, camera_fit));
+        return camera_only(input, camera_fit, &positions);
     }
     if n_laser_poses < MIN_LASER_POSES {
         return Err(CalibrationError::TooFewLaserPoses { needed: MIN_LASER_POSES, got: n_laser_poses });
@@ -122,34 +123,38 @@ fn chosen(choice: LightModelChoice, comparison: &CrossValidation) -> Result<Ligh
     }
 }
 
-fn camera_only(input: &CalibrationInput, fit: CameraFit) -> CalibrationResult {
-    let n_poses = input.poses.len();
-    let positions: Vec<f64> = input.stage_views.iter().map(|view| view.position_mm).collect();
-    let line = stage_line(&fit.station.poses[n_poses..], &positions, &input.board.centre_mm());
-    let light = LightSurfaces::Planes(Vec::new());
-    let n = CAMERA_PARAMETERS + if line.is_some() { 3 } else { 0 };
-    let mut covariance = DMatrix::zeros(n, n);
-    covariance.view_mut((0, 0), (CAMERA_PARAMETERS, CAMERA_PARAMETERS)).copy_from(&fit.covariance);
-    if let Some(line) = &line {
-        covariance.view_mut((CAMERA_PARAMETERS, CAMERA_PARAMETERS), (3, 3)).copy_from(&line.covariance);
-    }
+fn camera_only(
+    input: &CalibrationInput,
+    fit: CameraFit,
+    positions_mm: &[f64],
+) -> Result<CalibrationResult, CalibrationError> {
+    let board_centre_mm = input.board.centre_mm();
+    let line = stage_line(&fit, positions_mm, &board_centre_mm);
+    let poses = &fit.station.poses;
+    let direction = line.as_ref().map(|line| line.derived(CAMERA_PARAMETERS, poses, &board_centre_mm));
+    let derived = direction.unwrap_or(Derived::none(CAMERA_PARAMETERS));
+    let covariance = fit.normal.with_derived(&fit.covariance, &derived);
     let calibration = Calibration {
         id: String::new(),
         camera: fit.station.camera,
         orders: input.projector.orders.clone(),
-        light,
-        stage: line.as_ref().map(|line| StageAxis { direction: line.direction }),
+        light: LightSurfaces::Planes(Vec::new()),
+        stage: line.as_ref().map(|line| line.axis(line.direction)),
         depth_range_mm: board_depths(input, &fit),
-        covariance,
+        covariance: covariance.ok_or(CalibrationError::CameraUnobservable)?,
     };
+    let stage = line.as_ref().map(|line| {
+        let n = CAMERA_PARAMETERS;
+        stage_report(line, &line.direction, &calibration.covariance.fixed_view::<3, 3>(n, n).into_owned())
+    });
     let report = CalibrationReport {
         camera: camera_report(input, &fit, &fit.station, &fit.views, &fit.covariance),
         light: None,
         cross_validation: None,
-        stage: line.as_ref().map(|line| crate::stage_fit::stage_report(line, &line.direction, &line.covariance)),
+        stage,
         warnings: vec!["no laser pictures: camera and stage alone were calibrated".to_owned()],
     };
-    CalibrationResult { calibration, report }
+    Ok(CalibrationResult { calibration, report })
 }
 
 /// Depths of all board corners at rest.
@@ -179,7 +184,7 @@ fn finish(
         camera: joint.station.camera,
         orders: input.projector.orders.clone(),
         light,
-        stage: joint.station.stage.map(|direction| StageAxis { direction }),
+        stage: joint.station.stage.zip(joint.stage_line.as_ref()).map(|(direction, line)| line.axis(direction)),
         depth_range_mm: points.depth_range_mm,
         covariance: joint.covariance.clone(),
     };

@@ -6,12 +6,13 @@ use optics::{CAMERA_PARAMETERS, Camera};
 use crate::bundle::Bundle;
 use crate::error::CalibrationError;
 use crate::homography::homography_from_points;
+use crate::normal::ArrowNormal;
 use crate::observation::{CornerView, huber};
 use crate::params::{
     CORNER_HUBER_SIGMAS, K3_SIGNIFICANCE, MAX_RELATIVE_FOCAL_SIGMA, MIN_CAMERA_VIEWS, MIN_TILT_SPREAD_RAD,
 };
 use crate::prior::Priors;
-use crate::solver::{Minimum, Problem, minimise};
+use crate::solver::{Minimum, Problem, Termination, minimise};
 use crate::station::{BoardPose, Station};
 use crate::zhang::{PinholeGuess, pinhole_from_homographies, pose_from_homography};
 
@@ -35,6 +36,10 @@ pub struct CameraFit {
     pub free: Vec<bool>,
     /// Covariance of the camera's parameters.
     pub covariance: DMatrix<f64>,
+    /// The normal equations at the minimum: how the boards' poses follow the camera.
+    pub normal: ArrowNormal,
+    /// Why the last fit stopped.
+    pub termination: Termination,
     /// RMS 2-D distance of all corners.
     pub rms_px: f64,
     /// Noise per axis by the residuals.
@@ -50,7 +55,7 @@ pub struct CameraFit {
 /// `k3`: `Some(true)` estimates it, `Some(false)` holds it at zero, `None` lets the data decide.
 ///
 /// # Errors
-/// Too few views, boards all parallel, or a focal length that the data do not determine.
+/// Too few views, boards all parallel, a focal length that the data do not determine, or a fit that got stuck.
 pub fn fit_camera(
     width_px: usize,
     height_px: usize,
@@ -83,16 +88,27 @@ pub fn fit_camera(
         (minimum, k3_reason) = decide_k3(&views, &mut free, &priors, minimum)?;
     }
     let bundle = bundle_of(&views, &free, &priors);
-    let covariance =
-        bundle.linearise(&minimum.state).global_covariance(&free).ok_or(CalibrationError::CameraUnobservable)?;
-    let station = minimum.state;
+    let normal = bundle.linearise(&minimum.state);
+    let covariance = normal.global_covariance(&free).ok_or(CalibrationError::CameraUnobservable)?;
+    let Minimum { state: station, termination, .. } = minimum;
     check_focal(&station.camera, &covariance)?;
     let n_corners: usize = views.iter().map(|v| v.corners.len()).sum();
     let rms_px = (squared_residuals(&station, &views) / n_corners as f64).sqrt();
     let n_parameters = free.iter().filter(|f| **f).count() + 6 * views.len();
     let degrees = (2 * n_corners).saturating_sub(n_parameters).max(1);
     let corner_sigma_px = (squared_residuals(&station, &views) / degrees as f64).sqrt();
-    Ok(CameraFit { station, views, free, covariance, rms_px, corner_sigma_px, k3_reason, priors })
+    Ok(CameraFit {
+        station,
+        views,
+        free,
+        covariance,
+        normal,
+        termination,
+        rms_px,
+        corner_sigma_px,
+        k3_reason,
+        priors,
+    })
 }
 
 /// A camera by plain least squares.
@@ -142,9 +158,13 @@ fn solve(
     priors: &Priors,
     start: Station,
 ) -> Result<Minimum<Station>, CalibrationError> {
-    minimise(&bundle_of(views, free, priors), start)
+    let minimum = minimise(&bundle_of(views, free, priors), start)
         .filter(|minimum| minimum.cost.is_finite())
-        .ok_or(CalibrationError::CameraUnobservable)
+        .ok_or(CalibrationError::CameraUnobservable)?;
+    match minimum.termination {
+        Termination::Stuck => Err(CalibrationError::Stuck { fit: "camera" }),
+        Termination::Gradient | Termination::Step | Termination::Cost => Ok(minimum),
+    }
 }
 
 /// Camera and poses to start from: the pinhole guess of all homographies, or the best of a few focal lengths.
@@ -184,7 +204,13 @@ fn decide_k3(
     without: Minimum<Station>,
 ) -> Result<(Minimum<Station>, String), CalibrationError> {
     free[K3] = true;
-    let with = solve(views, free, priors, without.state.clone())?;
+    let with = match solve(views, free, priors, without.state.clone()) {
+        Err(CalibrationError::Stuck { .. }) => {
+            free[K3] = false;
+            return Ok((without, "held at zero: a fit with it got stuck".to_owned()));
+        }
+        with => with?,
+    };
     let sigma = bundle_of(views, free, priors)
         .linearise(&with.state)
         .global_covariance(free)

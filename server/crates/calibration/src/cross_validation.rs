@@ -30,7 +30,7 @@ fn score(scene: &Scene, laser: &[LaserObservation], model: LightModelKind) -> Mo
         failure: Some(failure),
     };
     let all = match fit_light(scene, laser, model, None) {
-        Ok(light) => light,
+        Ok(fitted) => fitted.light,
         Err(error) => return failed(error.to_string()),
     };
     let fit = Errors::of(scene, &all, laser, |_| true);
@@ -42,8 +42,8 @@ fn score(scene: &Scene, laser: &[LaserObservation], model: LightModelKind) -> Mo
             let held_out =
                 |block: usize| blocks.iter().position(|b| *b == block).is_some_and(|i| i % n_folds == fold);
             let train: Vec<LaserObservation> = laser.iter().filter(|p| !held_out(p.block)).copied().collect();
-            let light = fit_light(scene, &train, model, Some(&all)).map_err(|error| error.to_string())?;
-            Ok(Errors::of(scene, &light, laser, held_out))
+            let fitted = fit_light(scene, &train, model, Some(&all)).map_err(|error| error.to_string())?;
+            Ok(Errors::of(scene, &fitted.light, laser, held_out))
         })
         .collect();
     let mut sum = Errors::default();

@@ -3,6 +3,7 @@
 //! It holds no clock: the same inputs give the same bytes, and the id is the hash of the content.
 
 use nalgebra::{DMatrix, Vector3};
+use optics::stage::Straightness;
 use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, Pencil, Plane, StageAxis};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -87,6 +88,23 @@ pub struct PlaneText {
 pub struct StageText {
     /// Camera-frame millimetres per millimetre of nominal travel.
     pub direction_mm_per_mm: [f64; 3],
+    /// How far the travel may be from straight; absent where that is unknown, as in documents of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub straightness: Option<StraightnessText>,
+}
+
+/// Deviations from straight and even travel, see [`Straightness`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StraightnessText {
+    /// One standard deviation along every axis.
+    pub sigma_mm: f64,
+    /// Stage position of the first node.
+    pub first_mm: f64,
+    /// Stage position of the last node.
+    pub last_mm: f64,
+    /// Nodes, evenly spaced.
+    pub n_nodes: usize,
 }
 
 /// Joint covariance of all parameters.
@@ -228,7 +246,7 @@ impl CalibrationText {
             },
             orders: value.orders.clone(),
             light: LightText::of(&value.light),
-            stage: value.stage.map(|stage| StageText { direction_mm_per_mm: stage.direction.into() }),
+            stage: value.stage.as_ref().map(StageText::of),
             depth_range: DepthRangeText {
                 near_mm: value.depth_range_mm.near_mm,
                 far_mm: value.depth_range_mm.far_mm,
@@ -261,7 +279,7 @@ impl CalibrationText {
             camera: Camera::from_opencv(camera.width_px, camera.height_px, matrix, &distortion),
             orders: self.orders.clone(),
             light: self.light.value(),
-            stage: self.stage.as_ref().map(|s| StageAxis { direction: Vector3::from(s.direction_mm_per_mm) }),
+            stage: self.stage.as_ref().map(StageText::value),
             depth_range_mm: DepthRangeMm { near_mm: self.depth_range.near_mm, far_mm: self.depth_range.far_mm },
             covariance: DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows[i][j]),
         }
@@ -286,12 +304,44 @@ impl CalibrationText {
         if !(depths.near_mm >= 0.0 && depths.far_mm >= depths.near_mm) {
             return wrong("depth_range", "must have 0 ≤ near_mm ≤ far_mm");
         }
+        let straightness = self.stage.as_ref().and_then(|stage| stage.straightness.as_ref());
+        if straightness.is_some_and(|straightness| straightness.value().is_none()) {
+            return wrong("stage.straightness", "must have sigma_mm > 0, last_mm > first_mm and n_nodes ≥ 2");
+        }
         let n = self.light.parameters() + optics::CAMERA_PARAMETERS + if self.stage.is_some() { 3 } else { 0 };
         let rows = &self.covariance.matrix;
         if rows.len() != n || rows.iter().any(|row| row.len() != n) {
             return wrong("covariance.matrix", "does not have one row and column per parameter");
         }
         Ok(())
+    }
+}
+
+impl StageText {
+    fn of(stage: &StageAxis) -> Self {
+        let straightness = stage.straightness.as_ref().map(|straightness| {
+            let (first_mm, last_mm) = straightness.ends_mm();
+            StraightnessText {
+                sigma_mm: straightness.sigma_mm(),
+                first_mm,
+                last_mm,
+                n_nodes: straightness.n_nodes(),
+            }
+        });
+        Self { direction_mm_per_mm: stage.direction.into(), straightness }
+    }
+
+    fn value(&self) -> StageAxis {
+        StageAxis {
+            direction: Vector3::from(self.direction_mm_per_mm),
+            straightness: self.straightness.as_ref().and_then(StraightnessText::value),
+        }
+    }
+}
+
+impl StraightnessText {
+    fn value(&self) -> Option<Straightness> {
+        Straightness::new(self.sigma_mm, self.first_mm, self.last_mm, self.n_nodes)
     }
 }
 

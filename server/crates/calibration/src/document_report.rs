@@ -21,6 +21,9 @@ pub struct ReportText {
 pub struct CameraFigures {
     pub rms_px: f64,
     pub corner_sigma_px: f64,
+    /// Why the fit stopped: `gradient`, `step` or `cost`; absent in documents of versions that did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub termination: Option<String>,
     pub k3: String,
     /// One-σ of fx, fy, cx, cy, k1, k2, p1, p2, k3.
     pub sigma: [f64; 9],
@@ -43,6 +46,9 @@ pub struct LightFigures {
     pub model: String,
     pub rms_px: f64,
     pub systematic_sigma_mm: f64,
+    /// As the camera's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub termination: Option<String>,
     /// Estimate, one-σ, data sheet; absent for `planes`.
     pub wavelength_over_period: Option<[f64; 3]>,
     pub lines: Vec<LineFigures>,
@@ -120,6 +126,7 @@ fn camera_figures(camera: &CameraReport) -> CameraFigures {
     CameraFigures {
         rms_px: camera.rms_px,
         corner_sigma_px: camera.corner_sigma_px,
+        termination: Some(camera.termination.name().to_owned()),
         k3: camera.k3_reason.clone(),
         sigma: camera.sigma,
         views,
@@ -144,6 +151,7 @@ fn light_figures(light: &LightReport) -> LightFigures {
         model: light.model.name().to_owned(),
         rms_px: light.rms_px,
         systematic_sigma_mm: light.systematic_sigma_mm,
+        termination: Some(light.termination.name().to_owned()),
         wavelength_over_period: light.wavelength_over_period,
         lines,
         rejected_off_board: light.rejections.off_board,

@@ -48,6 +48,27 @@ pub enum CalibrationError {
         /// Its σ.
         sigma_px: f64,
     },
+    /// Stage views at too few positions.
+    #[error(
+        "the straightness of the stage is unobservable: the board was seen at {got} of its positions, {needed} are needed \
+         (any two lie on a straight line); add stage views at other positions, or leave them all out and calibrate without \
+         a stage"
+    )]
+    TooFewStageViews {
+        /// Positions needed.
+        needed: usize,
+        /// Positions that differ.
+        got: usize,
+    },
+    /// A fit ended away from a minimum.
+    #[error(
+        "the fit got stuck before it reached a minimum: {fit}; look for pictures that do not belong to the others (a board \
+         or camera that was moved, another focus), take them out or again"
+    )]
+    Stuck {
+        /// Which fit.
+        fit: &'static str,
+    },
     /// The corner positions do not fit any camera.
     #[error(
         "the camera is unobservable: the board's corners fit no pinhole camera; check the board's size in the capture"

@@ -1,6 +1,7 @@
 //! The joint refinement of the chosen model: camera, boards, light and stage against all pixels at once.
 
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, Vector3};
+use optics::calibration::STAGE_PARAMETERS;
 use optics::{CAMERA_PARAMETERS, LightModelKind, LightSurfaces, Rigid};
 
 use crate::bundle::Bundle;
@@ -8,12 +9,13 @@ use crate::camera_fit::{CameraFit, residuals};
 use crate::error::CalibrationError;
 use crate::input::CalibrationInput;
 use crate::laser_points::LaserPoints;
-use crate::light_fit::{Scene, fit_light, light_priors, lit_points, misfit};
+use crate::light_fit::{LightFit, Scene, fit_light, light_priors, lit_points, scaled_to_misfit};
+use crate::normal::Derived;
 use crate::observation::{CornerView, LaserObservation};
 use crate::params::{GAP_PRIOR_MM, STRAIGHT_STAGE_MAX_NOISE_RATIO, UNDETERMINED_PRIOR_SHARE};
 use crate::prior::Priors;
-use crate::solver::{Minimum, Problem, minimise};
-use crate::stage_fit::{StageLine, stage_line};
+use crate::solver::{Minimum, Problem, Termination, minimise};
+use crate::stage_fit::{StageLine, stage_line, straight_line};
 use crate::station::Station;
 
 /// The refined station.
@@ -27,6 +29,8 @@ pub struct JointFit {
     pub covariance: DMatrix<f64>,
     /// The free line through the stage views, if there are any.
     pub stage_line: Option<StageLine>,
+    /// Why the last of the fits that made it stopped.
+    pub termination: Termination,
     /// Oddities in words.
     pub warnings: Vec<String>,
 }
@@ -35,7 +39,7 @@ pub struct JointFit {
 /// not bend the camera.
 ///
 /// # Errors
-/// [`CalibrationError::LightModel`] if the data leave the model undetermined.
+/// [`CalibrationError::LightModel`] if the data leave the model undetermined, [`CalibrationError::Stuck`] without a minimum.
 pub fn fit_joint(
     input: &CalibrationInput,
     camera_fit: &CameraFit,
@@ -43,16 +47,13 @@ pub fn fit_joint(
     points: &LaserPoints,
     model: LightModelKind,
 ) -> Result<JointFit, CalibrationError> {
-    let light = fit_light(scene, &points.observations, model, None)?;
+    let light = fit_light(scene, &points.observations, model, None)?.light;
     let n_poses = input.poses.len();
     let positions: Vec<f64> = input.stage_views.iter().map(|view| view.position_mm).collect();
-    let free_poses = &camera_fit.station.poses[n_poses..];
-    let line = stage_line(free_poses, &positions, &input.board.centre_mm());
+    let board_centre_mm = input.board.centre_mm();
+    let line = stage_line(camera_fit, &positions, &board_centre_mm);
     let mut warnings = Vec::new();
-    if line.is_none() && !positions.is_empty() {
-        warnings.push("the stage is unobservable: its views are all at one position".to_owned());
-    }
-    let start = Refinement { camera_fit, scene, points, n_poses, light };
+    let start = Refinement { camera_fit, scene, points, n_poses, light, board_centre_mm };
     if line.is_some() {
         let (fit, ratio) = start.solve(true, &positions, model, &line)?;
         if ratio <= STRAIGHT_STAGE_MAX_NOISE_RATIO {
@@ -79,6 +80,7 @@ struct Refinement<'a> {
     points: &'a LaserPoints,
     n_poses: usize,
     light: LightSurfaces,
+    board_centre_mm: Vector3<f64>,
 }
 
 impl Refinement<'_> {
@@ -110,24 +112,34 @@ impl Refinement<'_> {
         free.resize(station.globals(), true);
         let bundle = Bundle::new(views.clone(), laser, free.clone(), true, priors, station.poses.len());
         let minimum: Minimum<Station> = minimise(&bundle, station).ok_or_else(undetermined)?;
+        if minimum.termination == Termination::Stuck {
+            return Err(CalibrationError::Stuck { fit: "refinement of camera, boards, light and stage together" });
+        }
         let mut station = minimum.state;
         let normal = bundle.linearise(&station);
-        let mut covariance = normal.global_covariance(&free).ok_or_else(undetermined)?;
-        if !joint_light {
-            let (light, light_covariance) = self.light_alone(&station).ok_or_else(undetermined)?;
-            covariance = with_light(&covariance, &light_covariance);
-            station.light = Some(light);
-        }
+        let covariance = normal.global_covariance(&free).ok_or_else(undetermined)?;
         let ratio = self.stage_noise_ratio(&station, &views);
-        let mut warnings = undetermined_parameters(&station, &covariance);
-        if let (false, Some(line)) = (straight, line) {
+        let (mut derived, mut termination) = (Derived::none(covariance.nrows()), minimum.termination);
+        if !joint_light {
+            let (light, of_light) = self.light_alone(&station)?;
+            derived = derived.and(&of_light);
+            (station.light, termination) = (Some(light.light), light.termination);
+        }
+        let free_line = line.as_ref().filter(|_| !straight);
+        if let Some(line) = free_line {
+            derived = derived.and(&line.derived(covariance.nrows(), &station.poses, &self.board_centre_mm));
             station.stage = Some(line.direction);
-            covariance = with_stage(&covariance, &line.covariance);
         }
-        if !minimum.converged {
-            warnings.push("the joint refinement stopped before it converged".to_owned());
+        let mut covariance = normal.with_derived(&covariance, &derived).ok_or_else(undetermined)?;
+        if let (true, Some(line)) = (straight, line) {
+            let n_light = if joint_light { 0 } else { station.light_parameters() };
+            covariance = with_stage_last(&covariance, n_light);
+            let start = covariance.nrows() - STAGE_PARAMETERS;
+            let mut stage = covariance.fixed_view_mut::<STAGE_PARAMETERS, STAGE_PARAMETERS>(start, start);
+            stage += line.straightness_covariance();
         }
-        Ok((JointFit { station, views, covariance, stage_line: line.clone(), warnings }, ratio))
+        let warnings = undetermined_parameters(&station, &covariance);
+        Ok((JointFit { station, views, covariance, stage_line: line.clone(), termination, warnings }, ratio))
     }
 
     /// Poses and views to start from; a straight stage shares one pose block over all its views.
@@ -135,13 +147,13 @@ impl Refinement<'_> {
         let free = &self.camera_fit.station;
         let mut views = self.camera_fit.views.clone();
         let mut poses = free.poses.clone();
-        let origins = stage_line(&poses[self.n_poses..], positions_mm, &Vector3::zeros());
+        let origins: Vec<Vector3<f64>> = poses[self.n_poses..].iter().map(|pose| pose.translation_mm).collect();
         let mut stage = None;
-        if let (true, Some(origins)) = (straight, origins) {
-            let carried = Rigid::new(poses[self.n_poses].rotation, origins.origin_mm);
+        if let (true, Some((origin_mm, direction, _))) = (straight, straight_line(&origins, positions_mm)) {
+            let carried = Rigid::new(poses[self.n_poses].rotation, origin_mm);
             poses.truncate(self.n_poses);
             poses.push(carried);
-            stage = Some(origins.direction);
+            stage = Some(direction);
             for view in &mut views[self.n_poses..] {
                 view.block = self.n_poses;
             }
@@ -153,20 +165,27 @@ impl Refinement<'_> {
         (Station { camera: free.camera, light: None, stage, poses }, views)
     }
 
-    /// The light of a plane model in the refined scene, with the covariance its own residuals show.
-    fn light_alone(&self, station: &Station) -> Option<(LightSurfaces, DMatrix<f64>)> {
+    /// The light of a plane model in the refined scene, and how it follows camera and boards; its own covariance is what
+    /// its residuals show.
+    fn light_alone(&self, station: &Station) -> Result<(LightFit, Derived), CalibrationError> {
         let scene = Scene { camera: &station.camera, poses: &station.poses, ..*self.scene };
         let laser = &self.points.observations;
-        let light = fit_light(&scene, laser, self.light.kind(), Some(&self.light)).ok()?;
+        let fitted = fit_light(&scene, laser, self.light.kind(), Some(&self.light))?;
+        let light = &fitted.light;
         let with_light = Station { light: Some(light.clone()), stage: None, ..station.clone() };
-        let mut free = vec![false; CAMERA_PARAMETERS];
-        free.resize(with_light.globals(), true);
-        let priors = light_priors(&scene, &light, &[]);
-        let bundle = Bundle::new(Vec::new(), laser.clone(), free.clone(), false, priors, station.poses.len());
-        let covariance = bundle.linearise(&with_light).global_covariance(&free)?;
-        let n = light.parameters();
-        let own = covariance.view((CAMERA_PARAMETERS, CAMERA_PARAMETERS), (n, n)).into_owned();
-        Some((light.clone(), own * misfit(&scene, &light, laser)))
+        let free = vec![true; with_light.globals()];
+        let priors = light_priors(&scene, light, &[]);
+        let scaled = scaled_to_misfit(&scene, light, laser);
+        let bundle = Bundle::new(Vec::new(), scaled, free, true, priors, station.poses.len());
+        let derived = bundle.linearise(&with_light).last_globals(CAMERA_PARAMETERS).ok_or_else(|| {
+            CalibrationError::LightModel {
+                model: light.kind().name(),
+                reason: "the points leave its parameters undetermined".to_owned(),
+            }
+        })?;
+        let n_stage = station.globals() - station.light_parameters() - CAMERA_PARAMETERS;
+        let by_globals = derived.by_globals.resize_horizontally(CAMERA_PARAMETERS + n_stage, 0.0);
+        Ok((fitted, Derived { by_globals, ..derived }))
     }
 
     /// RMS of corner residuals over σ in the stage views, relative to the board's degrees of freedom.
@@ -182,27 +201,16 @@ impl Refinement<'_> {
     }
 }
 
-/// Camera–stage covariance with the light's own put between, uncorrelated.
-fn with_light(covariance: &DMatrix<f64>, light: &DMatrix<f64>) -> DMatrix<f64> {
-    let (n, m, c) = (covariance.nrows(), light.nrows(), CAMERA_PARAMETERS);
-    let place = |i: usize| if i < c { i } else { i + m };
-    let mut whole = DMatrix::zeros(n + m, n + m);
-    for i in 0..n {
-        for j in 0..n {
-            whole[(place(i), place(j))] = covariance[(i, j)];
-        }
-    }
-    whole.view_mut((c, c), (m, m)).copy_from(light);
-    whole
-}
-
-/// The covariance with an uncorrelated stage appended.
-fn with_stage(covariance: &DMatrix<f64>, stage: &Matrix3<f64>) -> DMatrix<f64> {
+/// A covariance of camera, stage and light as one of camera, light and stage: the last `n_light` parameters move up.
+fn with_stage_last(covariance: &DMatrix<f64>, n_light: usize) -> DMatrix<f64> {
     let n = covariance.nrows();
-    let mut whole = DMatrix::zeros(n + 3, n + 3);
-    whole.view_mut((0, 0), (n, n)).copy_from(covariance);
-    whole.view_mut((n, n), (3, 3)).copy_from(stage);
-    whole
+    let (camera, light) = (CAMERA_PARAMETERS, CAMERA_PARAMETERS + n_light);
+    let before = |idx: usize| match idx {
+        _ if n_light == 0 || idx < camera => idx,
+        _ if idx < light => idx + STAGE_PARAMETERS,
+        _ => idx - n_light,
+    };
+    DMatrix::from_fn(n, n, |i, j| covariance[(before(i), before(j))])
 }
 
 /// Words for the grating parameters that stayed where their prior put them.

@@ -67,13 +67,13 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
     check_ranked(scene, &ranked, most_side_by_side)?;
     let kind =
         if scene.orders.len() >= MIN_TIED_ORDERS { LightModelKind::Grating } else { LightModelKind::Planes };
-    let light = fit_light(scene, &ranked, kind, None)?;
+    let light = fit_light(scene, &ranked, kind, None)?.light;
     label_by_prediction(&mut pieces, scene.camera, scene.poses, &light, scene.orders);
     unlabel_beyond_board(&mut pieces, scene.camera, scene.poses, &light);
     rejections.unlabelled = pieces.iter().filter(|p| p.order.is_none()).map(|p| p.points.len()).sum();
     let labelled = observations(&pieces, spacing, correlation_px);
     let warnings = check_seen(scene, &labelled)?;
-    let light = fit_light(scene, &labelled, kind, Some(&light))?;
+    let light = fit_light(scene, &labelled, kind, Some(&light))?.light;
     let (observations, outliers) = without_outliers(scene, &light, labelled);
     rejections.outlier = outliers.len();
     let depth_range_mm = depth_range(scene, &observations)?;

@@ -49,3 +49,5 @@ pub use report::{
     CalibrationReport, CameraReport, CrossValidation, LaserPoint, LightReport, ModelScore, OrderResidual,
     PoseResidual, Rejections, StageReport,
 };
+pub use solver::Termination;
+pub use stage_fit::check_positions as check_stage_positions;

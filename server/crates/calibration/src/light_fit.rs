@@ -8,7 +8,7 @@ use crate::error::CalibrationError;
 use crate::first_sheets::{LitPoint, grating_from_pencil, lit_centre, pencil_from_planes, planes_from_points};
 use crate::observation::LaserObservation;
 use crate::prior::Priors;
-use crate::solver::minimise;
+use crate::solver::{Minimum, Termination, minimise};
 use crate::station::{BoardPose, Station};
 
 /// Camera and poses that the light is fitted in.
@@ -24,6 +24,15 @@ pub struct Scene<'a> {
     pub sheet_wavelength_over_period: f64,
 }
 
+/// Light sheets and why their fit stopped.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightFit {
+    /// The sheets.
+    pub light: LightSurfaces,
+    /// Never [`Termination::Stuck`].
+    pub termination: Termination,
+}
+
 /// Fits a model; `start` saves the search for a first guess.
 ///
 /// # Errors
@@ -33,7 +42,7 @@ pub fn fit_light(
     laser: &[LaserObservation],
     kind: LightModelKind,
     start: Option<&LightSurfaces>,
-) -> Result<LightSurfaces, CalibrationError> {
+) -> Result<LightFit, CalibrationError> {
     let refused = |reason: &str| CalibrationError::LightModel { model: kind.name(), reason: reason.to_owned() };
     let points = lit_points(scene, laser);
     let start = match start {
@@ -42,13 +51,22 @@ pub fn fit_light(
     };
     let priors = light_priors(scene, &start, &points);
     let scaled = scaled_to_misfit(scene, &start, laser);
-    minimise_light(scene, &scaled, start, priors)
-        .ok_or_else(|| refused("the points leave its parameters undetermined"))
+    let minimum = minimise_light(scene, &scaled, start, priors);
+    let undetermined = || refused("the points leave its parameters undetermined");
+    let Minimum { state, termination, .. } = minimum.ok_or_else(undetermined)?;
+    if termination == Termination::Stuck {
+        return Err(refused("its fit got stuck before it reached a minimum"));
+    }
+    Ok(LightFit { light: state.light.ok_or_else(undetermined)?, termination })
 }
 
 /// The points with σ widened to what the plane models miss them by: their misfit is no outlier. The exact model
 /// must stand by the points' own σ.
-fn scaled_to_misfit(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> Vec<LaserObservation> {
+pub fn scaled_to_misfit(
+    scene: &Scene,
+    light: &LightSurfaces,
+    laser: &[LaserObservation],
+) -> Vec<LaserObservation> {
     let mut scaled = laser.to_vec();
     if light.kind() == LightModelKind::Grating {
         return scaled;
@@ -61,7 +79,7 @@ fn scaled_to_misfit(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservat
 }
 
 /// Mean square of residual over σ, at least 1: how much more a model misses its points by than their noise.
-pub fn misfit(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> f64 {
+fn misfit(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> f64 {
     let squares: Vec<f64> = laser
         .iter()
         .filter_map(|p| sheet_residual(scene.camera, light, &scene.poses[p.block], p, None).map(|s| (s, p)))
@@ -75,12 +93,12 @@ fn minimise_light(
     laser: &[LaserObservation],
     start: LightSurfaces,
     priors: Priors,
-) -> Option<LightSurfaces> {
+) -> Option<Minimum<Station>> {
     let station = Station { camera: *scene.camera, light: Some(start), stage: None, poses: scene.poses.to_vec() };
     let mut free = vec![false; CAMERA_PARAMETERS];
     free.resize(station.globals(), true);
     let bundle = Bundle::new(Vec::new(), laser.to_vec(), free, false, priors, scene.poses.len());
-    minimise(&bundle, station).filter(|m| m.cost.is_finite())?.state.light
+    minimise(&bundle, station).filter(|minimum| minimum.cost.is_finite())
 }
 
 /// Where the laser points lie on their boards, camera frame.
@@ -144,7 +162,8 @@ fn first_light(
 fn refined_pencil(scene: &Scene, laser: &[LaserObservation], pencil: Pencil) -> Pencil {
     let start = LightSurfaces::Pencil(pencil);
     let priors = light_priors(scene, &start, &[]);
-    match minimise_light(scene, &scaled_to_misfit(scene, &start, laser), start, priors) {
+    let minimum = minimise_light(scene, &scaled_to_misfit(scene, &start, laser), start, priors);
+    match minimum.and_then(|minimum| minimum.state.light) {
         Some(LightSurfaces::Pencil(refined)) => refined,
         _ => pencil,
     }

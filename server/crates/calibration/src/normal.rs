@@ -85,6 +85,49 @@ pub struct ArrowStep {
     pub blocks: Vec<Vector6<f64>>,
 }
 
+impl ArrowStep {
+    /// The largest change of a parameter, in its range.
+    pub fn in_ranges(&self, ranges: &Ranges) -> f64 {
+        let globals = self.globals.iter().zip(&ranges.globals);
+        let blocks = self.blocks.iter().flat_map(|block| block.iter().zip(&ranges.block));
+        globals.chain(blocks).map(|(step, range)| step.abs() / range).fold(0.0, f64::max)
+    }
+}
+
+/// Quantities computed from the parameters of a fit: δq = `by_globals`·δg + Σ `by_block`·δb + what is their own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Derived {
+    /// Quantities × globals.
+    pub by_globals: DMatrix<f64>,
+    /// Block and quantities × 6; every block at most once.
+    pub by_block: Vec<(usize, DMatrix<f64>)>,
+    /// Covariance of the part that comes from elsewhere, quantities × quantities.
+    pub own: DMatrix<f64>,
+}
+
+impl Derived {
+    /// No quantities yet.
+    pub fn none(n_globals: usize) -> Self {
+        Self { by_globals: DMatrix::zeros(0, n_globals), by_block: Vec::new(), own: DMatrix::zeros(0, 0) }
+    }
+
+    /// These quantities, then others that follow other blocks.
+    pub fn and(&self, others: &Self) -> Self {
+        let (n, m, n_globals) = (self.own.nrows(), others.own.nrows(), self.by_globals.ncols());
+        let mut by_globals = DMatrix::zeros(n + m, n_globals);
+        by_globals.view_mut((0, 0), (n, n_globals)).copy_from(&self.by_globals);
+        by_globals.view_mut((n, 0), (m, n_globals)).copy_from(&others.by_globals);
+        let mut own = DMatrix::zeros(n + m, n + m);
+        own.view_mut((0, 0), (n, n)).copy_from(&self.own);
+        own.view_mut((n, n), (m, m)).copy_from(&others.own);
+        let upper =
+            self.by_block.iter().map(|(block, by_block)| (*block, by_block.clone().insert_rows(n, m, 0.0)));
+        let lower =
+            others.by_block.iter().map(|(block, by_block)| (*block, by_block.clone().insert_rows(0, n, 0.0)));
+        Self { by_globals, by_block: upper.chain(lower).collect(), own }
+    }
+}
+
 /// How far each parameter may move in one step before its residuals stop being linear: the unit of damping.
 ///
 /// Damping by these, and not by the diagonal, holds back only the directions that the data hardly determine, and
@@ -178,13 +221,51 @@ impl ArrowNormal {
     /// Rows and columns of fixed parameters are zero.
     pub fn global_covariance(&self, free: &[bool]) -> Option<DMatrix<f64>> {
         let (reduced, _) = self.reduced(0.0, &Ranges::unused(self.globals.g.len()))?;
-        let scale = reduced.diagonal().map(|d| 1.0 / d.sqrt());
-        let scaled =
-            DMatrix::from_fn(reduced.nrows(), reduced.ncols(), |i, j| reduced[(i, j)] * scale[i] * scale[j]);
-        let inverse = scaled.cholesky()?.inverse();
+        let inverse = inverse_scaled(&reduced)?;
         Some(DMatrix::from_fn(reduced.nrows(), reduced.ncols(), |i, j| {
-            if free[i] && free[j] { inverse[(i, j)] * scale[i] * scale[j] } else { 0.0 }
+            if free[i] && free[j] { inverse[(i, j)] } else { 0.0 }
         }))
+    }
+
+    /// Covariance of a block while the globals are held; `None` if its residuals leave it open.
+    pub fn block_covariance(&self, block: usize) -> Option<Matrix6<f64>> {
+        Some(self.blocks[block].bb.cholesky()?.inverse())
+    }
+
+    /// The globals from `first` on as they follow the others and the blocks, if they alone are fitted to this system:
+    /// δl = −H_ll⁻¹(H_lg δg + Σ H_lb δb). `None` if something is unobservable.
+    pub fn last_globals(&self, first: usize) -> Option<Derived> {
+        let gg = &self.globals.gg;
+        let n = gg.nrows() - first;
+        let own = inverse_scaled(&gg.view((first, first), (n, n)).into_owned())?;
+        let felt =
+            self.blocks.iter().enumerate().filter(|(_, block)| block.gb.rows(first, n).iter().any(|v| *v != 0.0));
+        Some(Derived {
+            by_globals: -&own * gg.view((first, 0), (n, first)),
+            by_block: felt.map(|(idx, block)| (idx, -&own * block.gb.rows(first, n))).collect(),
+            own,
+        })
+    }
+
+    /// Covariance of (globals, quantities that follow globals and blocks), of this system's own `covariance` of the globals.
+    /// `None` if a block that counts is unobservable.
+    pub fn with_derived(&self, covariance: &DMatrix<f64>, derived: &Derived) -> Option<DMatrix<f64>> {
+        let mut by_globals = derived.by_globals.clone();
+        let mut own = derived.own.clone();
+        for (block, by_block) in &derived.by_block {
+            let noise = by_block * self.block_covariance(*block)?;
+            // The blocks follow the globals: δb = −H_bb⁻¹ H_bg δg, and their own noise.
+            by_globals -= &noise * self.blocks[*block].gb.transpose();
+            own += &noise * by_block.transpose();
+        }
+        let (n, m) = (covariance.nrows(), own.nrows());
+        let across = &by_globals * covariance;
+        let mut whole = DMatrix::zeros(n + m, n + m);
+        whole.view_mut((0, 0), (n, n)).copy_from(covariance);
+        whole.view_mut((n, 0), (m, n)).copy_from(&across);
+        whole.view_mut((0, n), (n, m)).copy_from(&across.transpose());
+        whole.view_mut((n, n), (m, m)).copy_from(&(own + &across * by_globals.transpose()));
+        Some(whole)
     }
 
     fn reduced(&self, damping: f64, ranges: &Ranges) -> Option<(DMatrix<f64>, Vec<Matrix6<f64>>)> {
@@ -204,6 +285,14 @@ impl ArrowNormal {
         }
         Some((reduced, inverses))
     }
+}
+
+/// Inverse by Cholesky, with the diagonal scaled to one.
+fn inverse_scaled(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let scale = matrix.diagonal().map(|d| 1.0 / d.sqrt());
+    let by_scale = |i: usize, j: usize| scale[i] * scale[j];
+    let scaled = matrix.map_with_location(|i, j, value| value * by_scale(i, j));
+    Some(scaled.cholesky()?.inverse().map_with_location(|i, j, value| value * by_scale(i, j)))
 }
 
 /// Cholesky solution with the diagonal scaled to one, so that pixels, millimetres and radians mix safely.

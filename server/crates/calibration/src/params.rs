@@ -13,6 +13,13 @@ pub const MIN_RANKED_BOARDS: usize = 2;
 /// Orders that a pencil or a grating ties together: two planes always share a line, the third tells.
 pub const MIN_TIED_ORDERS: usize = 3;
 
+/// Positions of the stage at which the board must be seen, if it is seen on the stage at all: a line through two says nothing
+/// about straightness, and a variance from fewer than three degrees of freedom has no finite mean.
+pub const MIN_STAGE_POSITIONS: usize = 3;
+
+/// Stage views closer than this are at one position: as straight as any stage is over so little.
+pub const MIN_STAGE_SPACING_MM: f64 = 0.1;
+
 /// Normals of the boards must differ by this much, or focal length and distance cannot be told apart.
 pub const MIN_TILT_SPREAD_RAD: f64 = 0.05;
 

@@ -2,6 +2,8 @@
 
 use optics::LightModelKind;
 
+use crate::solver::Termination;
+
 /// The whole report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationReport {
@@ -30,6 +32,8 @@ pub struct CameraReport {
     pub k3_reason: String,
     /// Corner noise per axis as estimated from the residuals.
     pub corner_sigma_px: f64,
+    /// Why the camera's fit stopped.
+    pub termination: Termination,
 }
 
 /// Corner residuals of one picture.
@@ -62,6 +66,8 @@ pub struct LightReport {
     pub wavelength_over_period: Option<[f64; 3]>,
     /// Predicted systematic depth σ over the working volume, RMS, mm.
     pub systematic_sigma_mm: f64,
+    /// Why the last fit of the light stopped: the joint refinement's, or the light's own for the plane models.
+    pub termination: Termination,
 }
 
 /// Residuals of one order in one pose.
@@ -154,4 +160,6 @@ pub struct StageReport {
     pub straightness_um: Vec<[f64; 4]>,
     /// RMS deviation across the travel, µm.
     pub straightness_rms_um: f64,
+    /// One-σ, per axis, of how far the travel may be from straight and even: a part of every uncertainty along it, µm.
+    pub straightness_sigma_um: f64,
 }

@@ -55,6 +55,7 @@ pub fn camera_report(
         sigma: std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt()),
         k3_reason: fit.k3_reason.clone(),
         corner_sigma_px: fit.corner_sigma_px,
+        termination: fit.termination,
     }
 }
 
@@ -108,6 +109,7 @@ pub fn light_report(
         points: kept,
         wavelength_over_period: wavelength_figures(input, calibration),
         systematic_sigma_mm: systematic_sigma(calibration),
+        termination: joint.termination,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector6;
 
-use crate::normal::{ArrowNormal, ArrowStep, Ranges};
+use crate::normal::{ArrowNormal, Ranges};
 
 /// First damping: as if every parameter were known to its range.
 const FIRST_DAMPING: f64 = 1.0;
@@ -16,11 +16,19 @@ const MAX_DAMPING: f64 = 1e12;
 /// Damping below which it plays no part.
 const MIN_DAMPING: f64 = 1e-6;
 
-/// Converged when a step lowers the cost by less than this part of it, or is expected to …
+/// Damping up to which a step says something about the minimum: as if every parameter were known to thirty times its range
+/// beforehand. Harder damped ones are short whatever the distance.
+const LIGHT_DAMPING: f64 = 1e-3;
+
+/// A gain of the cost counts as none below this part of it …
 const RELATIVE_COST_TOLERANCE: f64 = 1e-10;
 
-/// … or by less than this: the cost is half a χ², so no parameter moves by more than a hundredth of its own σ.
+/// … or below this: the cost is half a χ², so no parameter moves by more than a hundredth of its own σ.
 const COST_TOLERANCE: f64 = 1e-4;
+
+/// A step counts as none if every parameter moves by less than this part of its range: a tenth of a nanometre at a range of
+/// 10 mm, which is less than rounding leaves where residuals have next to no noise.
+const STEP_TOLERANCE: f64 = 1e-8;
 
 /// Upper limit of accepted steps; bundle adjustments here take 5–20.
 const MAX_STEPS: usize = 60;
@@ -43,6 +51,41 @@ pub trait Problem {
     fn stepped(&self, state: &Self::State, globals: &[f64], blocks: &[Vector6<f64>]) -> Self::State;
 }
 
+/// Why the solver stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Termination {
+    /// The gradient vanished: the whole step promised a lower cost by less than counts.
+    Gradient,
+    /// The step vanished: the whole step would have moved every parameter by less than counts.
+    Step,
+    /// The cost stopped falling: a lightly damped step promised and gave less than counts.
+    Cost,
+    /// It got stuck: no step led downhill, or the steps ran out, while a lower cost was still promised.
+    Stuck,
+}
+
+impl Termination {
+    /// Its name in documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gradient => "gradient",
+            Self::Step => "step",
+            Self::Cost => "cost",
+            Self::Stuck => "stuck",
+        }
+    }
+
+    /// What it means, a sentence.
+    pub fn sentence(self) -> &'static str {
+        match self {
+            Self::Gradient => "The fit converged: the gradient vanished.",
+            Self::Step => "The fit converged: the next step would not have moved any parameter.",
+            Self::Cost => "The fit converged: the last step no longer lowered the residuals.",
+            Self::Stuck => "The fit got stuck: lower residuals were in sight, but no step led there.",
+        }
+    }
+}
+
 /// A minimum, or as close as the solver came.
 #[derive(Debug, Clone)]
 pub struct Minimum<S> {
@@ -52,8 +95,8 @@ pub struct Minimum<S> {
     pub cost: f64,
     /// Accepted steps.
     pub n_steps: usize,
-    /// Whether the cost stopped falling, rather than the steps running out.
-    pub converged: bool,
+    /// Why it is not followed further; a minimum unless [`Termination::Stuck`].
+    pub termination: Termination,
 }
 
 /// Minimises from `state`; `None` if the very first system is singular.
@@ -61,27 +104,55 @@ pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<
     let ranges = problem.ranges(&state);
     let mut damping = FIRST_DAMPING;
     let mut normal = problem.linearise(&state);
-    for n_steps in 0..MAX_STEPS {
+    let mut n_steps = 0;
+    let termination = loop {
         let cost = normal.cost();
-        let Some((next, next_normal)) = downhill(problem, &state, &normal, &ranges, &mut damping) else {
-            return (n_steps > 0 || normal.solve(0.0, &ranges).is_some()).then_some(Minimum {
-                state,
-                cost,
-                n_steps,
-                converged: true,
-            });
-        };
-        (state, normal) = (next, next_normal);
-        let gain = cost - normal.cost();
-        if gain <= COST_TOLERANCE.max(RELATIVE_COST_TOLERANCE * cost) {
-            return Some(Minimum { state, cost: normal.cost(), n_steps: n_steps + 1, converged: true });
+        let least = COST_TOLERANCE.max(RELATIVE_COST_TOLERANCE * cost);
+        // Less than rounding takes away is not worth a look, though more than that may be as good as nothing.
+        if let Some(at_rest) = at_rest(&normal, &ranges, COST_TOLERANCE.min(RELATIVE_COST_TOLERANCE * cost)) {
+            break at_rest;
         }
+        if n_steps == MAX_STEPS {
+            break Termination::Stuck;
+        }
+        let Some(taken) = downhill(problem, &state, &normal, &ranges, &mut damping) else {
+            break at_rest(&normal, &ranges, least).unwrap_or(Termination::Stuck);
+        };
+        (state, normal) = (taken.state, taken.normal);
+        n_steps += 1;
+        let gain = cost - normal.cost();
+        if gain <= least && taken.promised <= least && taken.damping <= LIGHT_DAMPING {
+            break Termination::Cost;
+        }
+    };
+    if n_steps == 0 && normal.solve(0.0, &ranges).is_none() {
+        return None;
     }
-    Some(Minimum { cost: normal.cost(), state, n_steps: MAX_STEPS, converged: false })
+    Some(Minimum { cost: normal.cost(), state, n_steps, termination })
 }
 
-/// The next state with a lower cost, and the normal equations there; damps harder until there is one, `None` if there
-/// is none worth a look: where less can be gained than rounding takes away, every step would be tried in vain.
+/// Whether the whole, undamped step from here counts for nothing: it promises no more than `least`, or no parameter would
+/// move. An infinite cost is worth any step.
+fn at_rest(normal: &ArrowNormal, ranges: &Ranges, least: f64) -> Option<Termination> {
+    let cost = normal.cost();
+    let step = normal.solve(0.0, ranges).or_else(|| normal.solve(MIN_DAMPING, ranges));
+    let step = step.filter(|_| cost.is_finite())?;
+    if normal.expected_gain(&step) <= least {
+        return Some(Termination::Gradient);
+    }
+    (step.in_ranges(ranges) <= STEP_TOLERANCE).then_some(Termination::Step)
+}
+
+/// A step that was taken.
+struct Taken<S> {
+    state: S,
+    normal: ArrowNormal,
+    /// How much it was to lower the cost, had the residuals been linear.
+    promised: f64,
+    damping: f64,
+}
+
+/// The next state with a lower cost; damps harder until there is one, `None` if there is none.
 ///
 /// A candidate is linearised at once and not looked at for its cost alone: nearly all are taken.
 fn downhill<P: Problem>(
@@ -90,26 +161,19 @@ fn downhill<P: Problem>(
     normal: &ArrowNormal,
     ranges: &Ranges,
     damping: &mut f64,
-) -> Option<(P::State, ArrowNormal)> {
+) -> Option<Taken<P::State>> {
     while *damping <= MAX_DAMPING {
         if let Some(step) = normal.solve(*damping, ranges) {
-            if is_negligible(normal, &step) {
-                return None;
-            }
             let next = problem.stepped(state, step.globals.as_slice(), &step.blocks);
             let next_normal = problem.linearise(&next);
             if next_normal.cost() <= normal.cost() {
-                *damping = (*damping / DAMPING_FACTOR).max(MIN_DAMPING);
-                return Some((next, next_normal));
+                let taken = *damping;
+                *damping = (taken / DAMPING_FACTOR).max(MIN_DAMPING);
+                let promised = normal.expected_gain(&step);
+                return Some(Taken { state: next, normal: next_normal, promised, damping: taken });
             }
         }
         *damping *= DAMPING_FACTOR;
     }
     None
-}
-
-/// Whether a step is not worth an evaluation. An infinite cost is worth any.
-fn is_negligible(normal: &ArrowNormal, step: &ArrowStep) -> bool {
-    let cost = normal.cost();
-    cost.is_finite() && normal.expected_gain(step) <= COST_TOLERANCE.min(RELATIVE_COST_TOLERANCE * cost)
 }

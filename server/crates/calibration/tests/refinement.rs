@@ -9,7 +9,7 @@ use std::cell::Cell;
 
 use calibration::bundle::Bundle;
 use calibration::normal::{ArrowNormal, Ranges};
-use calibration::solver::{Problem, minimise};
+use calibration::solver::{Problem, Termination, minimise};
 use calibration::station::Station;
 use common::refinement::{POSES, refinement};
 use nalgebra::Vector6;
@@ -56,7 +56,7 @@ fn ten_times_the_points_are_looked_at_no_more_often() {
         let n_points = bundle.laser.len();
         let counted = Counted { bundle, n_looks: Cell::new(0) };
         let minimum = minimise(&counted, start).unwrap();
-        assert!(minimum.converged);
+        assert_ne!(minimum.termination, Termination::Stuck);
         let n_looks = counted.n_looks.get();
         assert!(n_looks <= MOST_LOOKS, "{n_points} points: {n_looks} looks, {} steps", minimum.n_steps);
         let expected = 0.5 * (n_points + 2 * POSES * common::COLUMNS * common::ROWS) as f64;

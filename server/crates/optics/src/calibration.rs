@@ -131,16 +131,19 @@ impl Calibration {
         Some((reach.transpose() * covariance * &reach)[(0, 0)].max(0.0).sqrt())
     }
 
-    /// The calibration moved by a parameter step in the order of [`Calibration::parameter_names`].
+    /// The calibration moved by a parameter step in the order of [`Calibration::parameter_names`], after which a step may
+    /// go on with the deviations at the nodes of the stage's [`crate::stage::Straightness`].
     pub fn stepped(&self, step: &[f64]) -> Self {
         let mut parameters = self.camera.parameters();
         for (value, change) in parameters.iter_mut().zip(step) {
             *value += change;
         }
         let light_end = CAMERA_PARAMETERS + self.light.parameters();
+        let stage_end = light_end + STAGE_PARAMETERS;
         let stage = self.stage.map(|stage| {
-            let change = Vector3::from_iterator(step[light_end..light_end + STAGE_PARAMETERS].iter().copied());
-            StageAxis { direction: stage.direction + change }
+            let change = Vector3::from_column_slice(&step[light_end..stage_end]);
+            let straightness = stage.straightness.map(|straightness| straightness.stepped(&step[stage_end..]));
+            StageAxis { direction: stage.direction + change, straightness }
         });
         Self {
             camera: self.camera.with_parameters(&parameters),
@@ -150,24 +153,49 @@ impl Calibration {
         }
     }
 
-    /// Independent one-σ parameter steps whose outer products add up to the covariance, largest first.
+    /// Independent one-σ steps for [`Calibration::stepped`]: those whose outer products add up to the covariance, largest
+    /// first, then one per node and axis of the stage's straightness, if that is known.
     ///
-    /// Re-evaluating any result at `stepped(mode)` and adding the squared changes propagates the covariance.
+    /// Re-evaluating any result at `stepped(mode)` and adding the squared changes propagates covariance and straightness.
+    /// What deviates at a node has also turned the straight line that was fitted to all of them, so a node's step takes
+    /// that turn back; the covariance holds the same turn, and is taken without it.
     pub fn sigma_modes(&self) -> Vec<Vec<f64>> {
-        let scale: DVector<f64> = self.covariance.diagonal().map(|v| if v > 0.0 { v.sqrt() } else { 1.0 });
-        let correlation = DMatrix::from_fn(scale.len(), scale.len(), |row, column| {
-            self.covariance[(row, column)] / (scale[row] * scale[column])
-        });
-        let eigen = correlation.symmetric_eigen();
-        let mut modes: Vec<(f64, Vec<f64>)> = (0..scale.len())
-            .filter(|&idx| eigen.eigenvalues[idx] > 0.0)
-            .map(|idx| {
-                let size = eigen.eigenvalues[idx].sqrt();
-                let mode = eigen.eigenvectors.column(idx).component_mul(&scale) * size;
-                (eigen.eigenvalues[idx], mode.iter().copied().collect())
-            })
-            .collect();
-        modes.sort_by(|a, b| b.0.total_cmp(&a.0));
-        modes.into_iter().map(|(_, mode)| mode).collect()
+        let straightness = self.stage.and_then(|stage| stage.straightness);
+        let n = self.covariance.nrows();
+        let mut covariance = self.covariance.clone();
+        let mut of_nodes = Vec::new();
+        if let Some(straightness) = straightness {
+            for (node, axis) in (0..straightness.n_nodes()).flat_map(|node| (0..3).map(move |axis| (node, axis))) {
+                let mut mode = vec![0.0; n + 3 * straightness.n_nodes()];
+                mode[n + 3 * node + axis] = straightness.sigma_mm();
+                mode[n - STAGE_PARAMETERS + axis] = -straightness.share_of_slope(node) * straightness.sigma_mm();
+                of_nodes.push(mode);
+            }
+            for i in n - STAGE_PARAMETERS..n {
+                covariance[(i, i)] = (covariance[(i, i)] - straightness.slope_variance()).max(0.0);
+            }
+        }
+        let mut modes = independent_steps(&covariance);
+        modes.iter_mut().for_each(|mode| mode.resize(n + of_nodes.len(), 0.0));
+        modes.into_iter().chain(of_nodes).collect()
     }
+}
+
+/// One-σ steps whose outer products add up to `covariance`, largest first.
+fn independent_steps(covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let scale: DVector<f64> = covariance.diagonal().map(|v| if v > 0.0 { v.sqrt() } else { 1.0 });
+    let correlation = DMatrix::from_fn(scale.len(), scale.len(), |row, column| {
+        covariance[(row, column)] / (scale[row] * scale[column])
+    });
+    let eigen = correlation.symmetric_eigen();
+    let mut modes: Vec<(f64, Vec<f64>)> = (0..scale.len())
+        .filter(|&idx| eigen.eigenvalues[idx] > 0.0)
+        .map(|idx| {
+            let size = eigen.eigenvalues[idx].sqrt();
+            let mode = eigen.eigenvectors.column(idx).component_mul(&scale) * size;
+            (eigen.eigenvalues[idx], mode.iter().copied().collect())
+        })
+        .collect();
+    modes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    modes.into_iter().map(|(_, mode)| mode).collect()
 }

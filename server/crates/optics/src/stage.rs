@@ -1,8 +1,13 @@
-//! The stage: registration of camera points to the part, X_part = X_camera − s·t.
+//! The stage: registration of camera points to the part, X_part = X_camera − s·t − w(s).
+
+use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector3;
 
 use crate::frames::{CameraFrame, PartFrame, PointMm};
+
+/// Most nodes of a [`Straightness`]: each adds three modes to every uncertainty.
+pub const MAX_STRAIGHTNESS_NODES: usize = 8;
 
 /// The stage's travel in the camera frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -10,11 +15,101 @@ pub struct StageAxis {
     /// t: how far the part moves in the camera frame per millimetre of nominal travel (mm/mm); its length
     /// differs from 1 by the stage's scale error.
     pub direction: Vector3<f64>,
+    /// How far the travel may be from straight and even. `None`: nobody measured it, which is not zero; an uncertainty
+    /// along the travel is incomplete then.
+    pub straightness: Option<Straightness>,
+}
+
+/// What is known of w(s), the deviation from straight and even travel at position s, camera frame, mm.
+///
+/// At nodes, evenly spaced along the travel, the deviations are independent, with the same σ along all three axes; between
+/// two nodes one blends into the other so that σ stays the same; beyond the last node nothing changes any more. So
+/// positions L apart differ by a standard deviation of σ·√(2(1 − ρ(L))) along every axis, with ρ falling from 1 to 0 over
+/// one to two spacings. What repeats faster than the nodes is not described.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Straightness {
+    sigma_mm: f64,
+    first_mm: f64,
+    last_mm: f64,
+    n_nodes: usize,
+    /// w at the nodes: zero, but for what [`crate::Calibration::stepped`] has added.
+    deviations_mm: [Vector3<f64>; MAX_STRAIGHTNESS_NODES],
 }
 
 impl StageAxis {
+    /// An axis whose straightness is unknown.
+    pub fn new(direction: Vector3<f64>) -> Self {
+        Self { direction, straightness: None }
+    }
+
     /// A point seen by the camera at stage position `position_mm`, fixed to the part.
     pub fn part_from_camera(&self, hit_in_camera: &PointMm<CameraFrame>, position_mm: f64) -> PointMm<PartFrame> {
-        PointMm::new(hit_in_camera.xyz - self.direction * position_mm)
+        let deviation = self.straightness.map_or(Vector3::zeros(), |s| s.deviation_mm(position_mm));
+        PointMm::new(hit_in_camera.xyz - self.direction * position_mm - deviation)
+    }
+}
+
+impl Straightness {
+    /// Deviations of `sigma_mm` per axis at `n_nodes` nodes from `first_mm` to `last_mm`; more than
+    /// [`MAX_STRAIGHTNESS_NODES`] are spaced wider. `None` unless σ is positive, there are two nodes and the travel has a
+    /// length.
+    pub fn new(sigma_mm: f64, first_mm: f64, last_mm: f64, n_nodes: usize) -> Option<Self> {
+        let is_sound = sigma_mm > 0.0 && sigma_mm.is_finite() && last_mm > first_mm && n_nodes >= 2;
+        (is_sound && (last_mm - first_mm).is_finite()).then(|| Self {
+            sigma_mm,
+            first_mm,
+            last_mm,
+            n_nodes: n_nodes.min(MAX_STRAIGHTNESS_NODES),
+            deviations_mm: [Vector3::zeros(); MAX_STRAIGHTNESS_NODES],
+        })
+    }
+
+    /// One standard deviation along every axis.
+    pub fn sigma_mm(&self) -> f64 {
+        self.sigma_mm
+    }
+
+    /// Positions of the first and the last node.
+    pub fn ends_mm(&self) -> (f64, f64) {
+        (self.first_mm, self.last_mm)
+    }
+
+    /// Number of nodes.
+    pub fn n_nodes(&self) -> usize {
+        self.n_nodes
+    }
+
+    /// Variance per axis, mm² per mm², of the slope that a straight line through the deviations has: what straightness leaves
+    /// of a direction that was fitted to as many views as there are nodes.
+    pub fn slope_variance(&self) -> f64 {
+        let shares = (0..self.n_nodes).map(|node| self.share_of_slope(node).powi(2));
+        self.sigma_mm * self.sigma_mm * shares.sum::<f64>()
+    }
+
+    /// How much of the deviation at a node goes into the slope of the line through all nodes, per mm: for n nodes d apart,
+    /// (k − (n − 1)/2)·12 / (d·n(n² − 1)).
+    pub(crate) fn share_of_slope(&self, node: usize) -> f64 {
+        let n = self.n_nodes as f64;
+        let spacing_mm = (self.last_mm - self.first_mm) / (n - 1.0);
+        12.0 * (node as f64 - 0.5 * (n - 1.0)) / (spacing_mm * n * (n * n - 1.0))
+    }
+
+    /// w at a stage position.
+    pub fn deviation_mm(&self, position_mm: f64) -> Vector3<f64> {
+        let intervals = (self.n_nodes - 1) as f64;
+        let place =
+            ((position_mm - self.first_mm) / (self.last_mm - self.first_mm) * intervals).clamp(0.0, intervals);
+        let before = (place as usize).min(self.n_nodes - 2);
+        // Squares of the two weights add up to one: between the nodes σ is that of the nodes.
+        let (towards_next, towards_this) = (FRAC_PI_2 * (place - before as f64)).sin_cos();
+        self.deviations_mm[before] * towards_this + self.deviations_mm[before + 1] * towards_next
+    }
+
+    /// Moved by a step of three numbers per node.
+    pub(crate) fn stepped(mut self, step: &[f64]) -> Self {
+        for (deviation, change) in self.deviations_mm[..self.n_nodes].iter_mut().zip(step.chunks_exact(3)) {
+            *deviation += Vector3::from_column_slice(change);
+        }
+        self
     }
 }

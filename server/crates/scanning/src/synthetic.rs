@@ -138,7 +138,7 @@ fn calibration() -> Calibration {
         camera: Camera::from_opencv(width_px, height_px, matrix, &[-0.09, 0.11, 0.0, 0.0, 0.0]),
         orders: vec![-2, -1, 0, 1, 2],
         light: LightSurfaces::Grating(grating),
-        stage: Some(StageAxis { direction: Vector3::new(-0.005, 0.9998, -0.02).normalize() }),
+        stage: Some(StageAxis::new(Vector3::new(-0.005, 0.9998, -0.02).normalize())),
         depth_range_mm: DepthRangeMm { near_mm: 385.0, far_mm: 415.0 },
         covariance: DMatrix::from_diagonal_element(22, 22, 1e-10),
     }

@@ -96,7 +96,7 @@ impl StationModel {
             shape: shape.clone(),
             camera,
             grating,
-            stage: StageAxis { direction: stage },
+            stage: StageAxis::new(stage),
             order_powers: powers.iter().map(|power| power / brightest).collect(),
             orders,
             fan_half_angle_rad: (half_field / shape.standoff_mm).atan(),

@@ -150,6 +150,9 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
     let sessions = open();
     sessions.place_virtual_board(VirtualBoard::Stage).unwrap();
     for position_mm in [-20.0, 0.0, 20.0] {
+        let early = sessions.solve_input(&id, SolveSession::default()).await;
+        let has_too_few = position_mm > -20.0;
+        assert_eq!(early.err().map(|problem| problem.status), has_too_few.then_some(422), "{position_mm} mm");
         sessions.add_stage_view(&id, position_mm, None).await.unwrap();
     }
     sessions.place_virtual_board(VirtualBoard::Away).unwrap();

@@ -29,6 +29,8 @@ pub struct Rig {
     pub grating: Grating,
     pub orders: Vec<i8>,
     pub stage: Vector3<f64>,
+    /// σ per axis of the stage's deviations from straight and even travel, mm.
+    pub wobble_sigma_mm: f64,
     pub corner_sigma_px: f64,
     pub line_sigma_px: f64,
     /// Boards tilt by up to this about both axes.
@@ -62,6 +64,7 @@ impl Rig {
             grating,
             orders: vec![-2, -1, 0, 1, 2],
             stage: Vector3::new(-0.005, 0.9998, -0.02),
+            wobble_sigma_mm: 0.0,
             corner_sigma_px: 0.01,
             line_sigma_px: 0.05,
             tilt_rad: 0.4,
@@ -72,6 +75,15 @@ impl Rig {
 
     /// Features of `n_poses` board poses and `n_stage` stage views.
     pub fn input(&self, n_poses: usize, n_stage: usize) -> CalibrationInput {
+        self.wobbling_input(n_poses, n_stage).0
+    }
+
+    /// The same, and how far the stage was from straight and even travel in every stage view.
+    pub fn wobbling_input(&self, n_poses: usize, n_stage: usize) -> (CalibrationInput, Vec<Vector3<f64>>) {
+        // A stage that runs straight leaves the noise of the other features as it was.
+        let mut of_stage = Pcg64Mcg::seed_from_u64(self.seed + 1_000_000);
+        let wobble: Vec<Vector3<f64>> =
+            (0..n_stage).map(|_| Vector3::from_fn(|_, _| self.wobble_sigma_mm * normal(&mut of_stage))).collect();
         let mut random = Pcg64Mcg::seed_from_u64(self.seed);
         let poses = (0..n_poses)
             .map(|idx| {
@@ -87,7 +99,8 @@ impl Rig {
         let stage_views = (0..n_stage)
             .map(|idx| {
                 let position_mm = -20.0 + 10.0 * idx as f64;
-                let moved = Rigid::new(carried.rotation, carried.translation_mm + self.stage * position_mm);
+                let travel = self.stage * position_mm + wobble[idx];
+                let moved = Rigid::new(carried.rotation, carried.translation_mm + travel);
                 StageViewInput {
                     name: format!("stage/{idx:03}.png"),
                     corners: self.corners(&moved, &mut random),
@@ -95,7 +108,7 @@ impl Rig {
                 }
             })
             .collect();
-        CalibrationInput {
+        let input = CalibrationInput {
             width_px: self.camera.width_px,
             height_px: self.camera.height_px,
             board: BoardGeometry { inner_columns: COLUMNS, inner_rows: ROWS, square_mm: SQUARE_MM },
@@ -107,7 +120,8 @@ impl Rig {
             },
             poses,
             stage_views,
-        }
+        };
+        (input, wobble)
     }
 
     pub fn pose(&self, random: &mut Pcg64Mcg) -> Rigid<CameraFrame, BoardFrame> {

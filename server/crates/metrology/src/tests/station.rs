@@ -45,7 +45,7 @@ pub(crate) fn station() -> Calibration {
         camera,
         orders: vec![-1, 0, 1],
         light: LightSurfaces::Planes(planes),
-        stage: Some(StageAxis { direction: Vector3::new(-0.005, 0.9998, -0.02) }),
+        stage: Some(StageAxis::new(Vector3::new(-0.005, 0.9998, -0.02))),
         depth_range_mm: DepthRangeMm { near_mm: 350.0, far_mm: 450.0 },
         covariance: DMatrix::from_diagonal(&nalgebra::DVector::from(sigmas).map(|s| s * s)),
     }

@@ -59,6 +59,15 @@ pub enum Kind {
     Bond,
 }
 
+/// Weights are multiples of this, a millionth of a sample: sums of them in double precision are exact up to 2³² samples, so
+/// that they do not depend on the sequence, and taking a weight off again gives back what was before.
+const WEIGHT_GRID: f64 = 1.0 / (1 << 20) as f64;
+
+/// A weight as the evidence keeps it: in single precision, whose numbers above 16 are multiples of the grid already.
+pub fn kept(weight: f64) -> f32 {
+    ((weight / WEIGHT_GRID).round() * WEIGHT_GRID) as f32
+}
+
 impl Evidence {
     /// No evidence yet, for pieces of the given sizes; leaving a piece unlabelled costs a little.
     pub fn new(n_orders: usize, sizes: Vec<f64>, unlabelled_cost: f64) -> Self {
@@ -89,7 +98,7 @@ impl Evidence {
 
     /// Charges two pieces of one frame for labels in the wrong order.
     pub fn add_rank(&mut self, upper: usize, lower: usize, cost: f64) {
-        let cost = cost as f32;
+        let cost = kept(cost);
         self.ranks[upper].push(Rank { piece: lower as u32, is_above: false, cost });
         self.ranks[lower].push(Rank { piece: upper as u32, is_above: true, cost });
     }
@@ -114,7 +123,7 @@ impl Evidence {
         weight: f64,
         kind: Kind,
     ) {
-        let pair = Pair { piece: other as u32, label: other_label as u32, weight: weight as f32, kind };
+        let pair = Pair { piece: other as u32, label: other_label as u32, weight: kept(weight), kind };
         self.pairs[piece * self.n_labels + label].push(pair);
     }
 

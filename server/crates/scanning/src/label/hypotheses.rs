@@ -125,8 +125,8 @@ impl View<'_> {
     }
 }
 
-/// Distance between neighbouring lines in the image: their difference in depth over the depth per pixel. `by_order`:
-/// where the ray hits under one order after the other.
+/// Distance between neighbouring lines in the image: how far apart the ray hits their sheets over how far its hit moves per
+/// pixel, both along the ray. `by_order`: where the ray hits under one order after the other.
 pub fn pitch_px(by_order: impl Iterator<Item = RayHit>, direction: LineDirection) -> f64 {
     let mut least = f64::INFINITY;
     let mut before: Option<RayHit> = None;
@@ -136,9 +136,53 @@ pub fn pitch_px(by_order: impl Iterator<Item = RayHit>, direction: LineDirection
                 LineDirection::Rows => before.reach_by_pixel.y,
                 LineDirection::Columns => before.reach_by_pixel.x,
             };
-            let pitch = ((hit.in_camera.xyz.z - before.in_camera.xyz.z) / by_px).abs();
+            let pitch = ((hit.in_camera.xyz.norm() - before.in_camera.xyz.norm()) / by_px).abs();
             least = if pitch.is_finite() { least.min(pitch) } else { least };
         }
     }
     least
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, Rotation3};
+    use optics::{Calibration, Camera, LightSurfaces, Plane};
+
+    use super::*;
+
+    /// Angle between neighbouring sheets: so small that lines are evenly spaced over one pitch.
+    const SHEETS_APART_RAD: f64 = 2e-4;
+    /// The second order of that spacing, at the steepest.
+    const TOLERANCE: f64 = 5e-3;
+
+    #[test]
+    fn lines_are_as_far_apart_as_the_next_sheet_crosses_the_same_depth_however_steep_the_ray() {
+        // Half a field of 52° by 46°: rays in its corners are 1.7 times as long as they are deep.
+        let source = Vector3::new(0.0, -170.0, 0.0);
+        let sheet = |order: i8| {
+            let turned = Rotation3::new(-Vector3::x() * (0.4 + SHEETS_APART_RAD * f64::from(order)));
+            (order, Plane::through(&source, turned * -Vector3::y()))
+        };
+        let matrix = [[500.0, 0.0, 639.5], [0.0, 500.0, 511.5], [0.0, 0.0, 1.0]];
+        let triangulator = Triangulator::new(Calibration {
+            id: String::new(),
+            camera: Camera::from_opencv(1280, 1024, matrix, &[]),
+            orders: vec![0, 1],
+            light: LightSurfaces::Planes(vec![sheet(0), sheet(1)]),
+            stage: None,
+            depth_range_mm: DepthRangeMm { near_mm: 0.0, far_mm: 1e4 },
+            covariance: DMatrix::zeros(15, 15),
+        });
+        for (u_px, v_px) in [(639.5, 511.5), (1250.0, 511.5), (20.0, 300.0), (1250.0, 20.0)] {
+            let hit = |order: usize, v_px: f64| triangulator.hit(order, u_px, v_px);
+            let depth_mm = hit(0, v_px).in_camera.xyz.z;
+            // The next order's line in this column, where it stands at the same depth: a few steps along the slope.
+            let miss_mm = |v_px: f64| hit(1, v_px).in_camera.xyz.z - depth_mm;
+            let slope_mm_per_px = miss_mm(v_px + 0.5) - miss_mm(v_px - 0.5);
+            let at = (0..6).fold(v_px, |at, _| at - miss_mm(at) / slope_mm_per_px);
+            let expected = (at - v_px).abs();
+            let pitch = pitch_px([hit(0, v_px), hit(1, v_px)].into_iter(), LineDirection::Rows);
+            assert!((pitch / expected - 1.0).abs() < TOLERANCE, "({u_px}, {v_px}): {pitch} for {expected} px");
+        }
+    }
 }

@@ -10,8 +10,9 @@ pub struct Trial<'a> {
     /// What is tried on.
     pub graph: &'a SheetGraph,
     labels: Vec<usize>,
-    /// Per sheet and label: the sum of its pairs with the sheets' labels. Weights are multiples of what single precision
-    /// resolves: their sums are exact in double precision, so that taking off gives back what was before.
+    /// Per sheet and label: the sum of its pairs with the sheets' labels. Weights are multiples of one number
+    /// ([`super::evidence::kept`]), so that their sums are exact and taking off gives back what was before: which trials a
+    /// thread has made already decides nothing.
     sums: Vec<f64>,
     /// Sheets whose label was changed, each once.
     changed: Vec<usize>,
@@ -184,12 +185,18 @@ mod tests {
         for _ in 0..4 * n_pieces {
             let (a, b) = (rng.random_range(0..n_pieces), rng.random_range(0..n_pieces));
             if a < b {
-                evidence.add_rank(a, b, rng.random_range(0.1..6.0));
+                evidence.add_rank(a, b, rng.random_range(0.1..6.0) * magnitude(rng));
                 let labels = (rng.random_range(0..5), rng.random_range(0..5));
-                evidence.add_testimony((a, labels.0), (b, labels.1), rng.random_range(-4.0..4.0));
+                let weight = rng.random_range(-4.0..4.0) * magnitude(rng);
+                evidence.add_testimony((a, labels.0), (b, labels.1), weight);
             }
         }
         evidence
+    }
+
+    /// Weights of a hair and of a long line side by side.
+    fn magnitude(rng: &mut Pcg64Mcg) -> f64 {
+        if rng.random_bool(0.7) { 1.0 } else { 10f64.powf(rng.random_range(-9.0..3.0)) }
     }
 
     #[test]
@@ -226,7 +233,41 @@ mod tests {
         for (slot, pairs) in graph.pairs.iter().enumerate() {
             let agreeing = pairs.iter().filter(|pair| trial.labels[pair.0 as usize] == pair.1 as usize);
             let sum: f64 = agreeing.map(|pair| pair.2).sum();
-            assert!((trial.sums[slot] - sum).abs() < 1e-9, "slot {slot}: {} {sum}", trial.sums[slot]);
+            assert!(trial.sums[slot] == sum, "slot {slot}: {} {sum}", trial.sums[slot]);
+        }
+    }
+
+    #[test]
+    fn sums_are_the_same_bits_whatever_was_tried_before() {
+        let mut rng = Pcg64Mcg::seed_from_u64(7);
+        for _ in 0..20 {
+            let evidence = evidence(40, &mut rng);
+            let labels: Vec<usize> = (0..40).map(|_| rng.random_range(0..6)).collect();
+            let graph = SheetGraph::new(&evidence, &labels, &(0..40).collect::<Vec<_>>(), true);
+            let bits = |trial: &Trial| trial.sums.iter().map(|sum| (sum + 0.0).to_bits()).collect::<Vec<_>>();
+            let fresh = bits(&Trial::new(&graph));
+            let mut trial = Trial::new(&graph);
+            for _ in 0..100 {
+                trial.has_rival(rng.random_range(0..40), CHALLENGE_MARGIN, |_| true);
+            }
+            assert!(bits(&trial) == fresh);
+        }
+    }
+
+    #[test]
+    fn any_number_of_threads_finds_the_same_doubts() {
+        let mut rng = Pcg64Mcg::seed_from_u64(8);
+        for _ in 0..5 {
+            let evidence = evidence(400, &mut rng);
+            let labels: Vec<usize> = (0..400).map(|_| rng.random_range(0..6)).collect();
+            let sheets: Vec<usize> = (0..400).collect();
+            let lengths = vec![1.0; 400];
+            let doubts = |n_threads: usize| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+                pool.install(|| super::super::challenge::challenged(&evidence, &labels, &sheets, &lengths, true))
+            };
+            let alone = doubts(1);
+            assert!([2, 3, 8].into_iter().all(|n_threads| doubts(n_threads) == alone));
         }
     }
 }

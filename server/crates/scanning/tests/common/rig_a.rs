@@ -61,7 +61,7 @@ pub fn calibration(folder: &std::path::Path) -> Calibration {
         camera: Camera::from_opencv(1280, 1024, matrix, &numbers(&truth["dist"])),
         orders,
         light: LightSurfaces::Grating(grating),
-        stage: Some(StageAxis { direction: vector("stage") }),
+        stage: Some(StageAxis::new(vector("stage"))),
         depth_range_mm: DepthRangeMm { near_mm: 345.0, far_mm: 455.0 },
         covariance: DMatrix::from_diagonal_element(22, 22, 1e-10),
     }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use multiversion::multiversion;
 use vision::LineDirection;
 
+use super::super::evidence::kept;
 use super::super::pieces::Piece;
 use super::super::tracks::{self, End};
 use super::lines::Lines;
@@ -118,7 +119,7 @@ impl Neighbours {
         share_samples(lines, pieces, places, &mut self.shared);
         for (pair, share) in self.shared.iter().enumerate().filter(|(_, share)| **share > 0.0) {
             let (upper, lower) = (pair / n, pair % n);
-            let cost = f64::from((RANK_COST * share) as f32);
+            let cost = f64::from(kept(RANK_COST * share));
             self.ranks.add(upper, Rank { piece: lower, is_above: false, cost });
             self.ranks.add(lower, Rank { piece: upper, is_above: true, cost });
         }
@@ -165,7 +166,7 @@ impl Neighbours {
 }
 
 fn add_bond(bonds: &mut PerPiece<Bond>, [a, b]: [usize; 2], weight: f64) {
-    let weight = f64::from(weight as f32);
+    let weight = f64::from(kept(weight));
     bonds.add(a, Bond { piece: b, weight });
     bonds.add(b, Bond { piece: a, weight });
 }

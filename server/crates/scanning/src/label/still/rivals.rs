@@ -146,7 +146,7 @@ impl<const N: usize> Rivals<N> {
         self.relabel(evidence, piece, label);
     }
 
-    /// Costs are multiples of what single precision resolves: their sums are exact, in whatever sequence.
+    /// Costs are multiples of one number ([`super::super::evidence::kept`]): their sums are exact, in whatever sequence.
     #[inline(always)]
     fn relabel(&mut self, evidence: &Evidence<N>, piece: usize, label: usize) {
         let before = std::mem::replace(&mut self.labels[piece], label);
