@@ -70,6 +70,9 @@ fn say_at_start(trusted_proxy: bool) {
             "http.trusted_proxy is set: users and TLS are left to the reverse proxy before this server"
         );
     }
+    if let Some(lost_host) = running.app.station.status().laser_lost_host {
+        tracing::info!("if this program is killed, {lost_host}");
+    }
 }
 
 /// The one line on stdout.

@@ -148,6 +148,8 @@ pub struct StationStatus {
     pub homed: bool,
     /// The laser.
     pub laser: DeviceStatus<LaserCapabilities>,
+    /// What becomes of its light if this program is killed, see [`devices::Laser::lost_host`]; `None`: no laser.
+    pub laser_lost_host: Option<&'static str>,
     /// Whether it shines.
     pub laser_light: LaserLight,
     /// Share of full power.

@@ -57,7 +57,8 @@ pub(crate) fn budget(
     lacks(samples.stage.is_none(), Missing::StagePositions);
     lacks(samples.line_sigma_mm.is_none(), Missing::LineThickness);
     lacks(calibration.is_some_and(|calibration| wavelength_drift(calibration).is_none()), Missing::Wavelength);
-    lacks(is_length_along_travel(question, features), Missing::StageStraightness);
+    let straightness = calibration.and_then(|calibration| calibration.stage).and_then(|stage| stage.straightness);
+    lacks(is_length_along_travel(question, features) && straightness.is_none(), Missing::StageStraightness);
     let modes = retriangulation.and_then(|pixels| pixels.standard_uncertainty(question, features));
     let failed = modes.map_or(retriangulation.is_some(), |(_, failed)| failed > 0);
     lacks(failed, Missing::CalibrationModes);

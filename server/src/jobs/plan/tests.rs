@@ -72,6 +72,7 @@ fn status() -> StationStatus {
         moving: false,
         homed: true,
         laser: device(LaserCapabilities { power: range(0.01, 1.0), interlock: true }),
+        laser_lost_host: None,
         laser_light: LaserLight::Off,
         laser_power: 0.0,
         interlock_closed: Some(true),

@@ -46,6 +46,7 @@ pub fn first_status() -> StationStatus {
         moving: false,
         homed: false,
         laser: absent(LaserCapabilities { power: None, interlock: false }),
+        laser_lost_host: None,
         laser_light: LaserLight::Off,
         laser_power: 0.0,
         interlock_closed: None,
