@@ -76,7 +76,7 @@ impl<'a> Evaluation<'a> {
 
     fn stage_positions(&self) -> StagePositions {
         let frames = self.profiles.frames;
-        let at_rest = StageAxis { direction: Vector3::zeros() };
+        let at_rest = StageAxis::new(Vector3::zeros());
         StagePositions {
             axis: self.profiles.calibration.stage.unwrap_or(at_rest),
             positions_mm: (0..frames.n_frames()).map(|frame| frames.position_mm(frame)).collect(),

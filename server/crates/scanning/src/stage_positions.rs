@@ -61,7 +61,7 @@ impl StagePositions {
             positions_mm.extend(numbers(positions)?);
         }
         let whole = n_frames > 0 && positions_mm.len() == n_frames;
-        whole.then_some(Self { axis: StageAxis { direction: Vector3::from(direction) }, positions_mm })
+        whole.then_some(Self { axis: StageAxis::new(Vector3::from(direction)), positions_mm })
     }
 }
 
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     fn positions() -> StagePositions {
-        let axis = StageAxis { direction: Vector3::new(-0.005, 0.1 + 0.2, -1.0 / 3.0) };
+        let axis = StageAxis::new(Vector3::new(-0.005, 0.1 + 0.2, -1.0 / 3.0));
         StagePositions { axis, positions_mm: (0..97).map(|frame| f64::from(frame) * 0.1 - 150.0).collect() }
     }
 

@@ -114,7 +114,7 @@ pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Ca
     points.sort_by_key(|point| (point.frame, point.order));
     // Neighbouring points are 3 px apart and their noise is independent.
     let mut comments = vec!["noise_correlation_px 1".to_owned(), format!("line_sigma_mm {}", plan.sheet_sigma_mm)];
-    let axis = believed.stage.unwrap_or(StageAxis { direction: Vector3::zeros() });
+    let axis = believed.stage.unwrap_or(StageAxis::new(Vector3::zeros()));
     comments.extend(StagePositions { axis, positions_mm }.comments());
     (Cloud { points, comments }, believed)
 }
