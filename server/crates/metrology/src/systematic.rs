@@ -46,6 +46,8 @@ pub(crate) struct Retriangulation<'a> {
     features: Vec<Vec<Pixel>>,
     /// How far the calibration's own stage has carried the part at the middle of the positions.
     carried_to_middle: Vector3<f64>,
+    /// The middle of the positions, as the stage counts them, mm.
+    middle_mm: f64,
 }
 
 impl<'a> Retriangulation<'a> {
@@ -84,7 +86,7 @@ impl<'a> Retriangulation<'a> {
         let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
         let middle_mm = middle(features.iter().flatten().map(|pixel| pixel.position_mm));
         features.iter_mut().flatten().for_each(|pixel| pixel.position_mm -= middle_mm);
-        Ok(Self { calibration, features, carried_to_middle: direction * middle_mm })
+        Ok(Self { calibration, features, middle_mm, carried_to_middle: direction * middle_mm })
     }
 
     /// The noise part of every inlier's σ: what is left after the calibration's own part at the nearest
@@ -189,7 +191,11 @@ impl<'a> Retriangulation<'a> {
     fn part_position(&self, calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {
         let hit = calibration.triangulate(pixel.order, &pixel.pixel, Some(pixel.phi_rad))?.hit_in_camera;
         Some(match calibration.stage {
-            Some(stage) => stage.part_from_camera(&hit, pixel.position_mm).xyz - self.carried_to_middle,
+            Some(stage) => {
+                // Straightness belongs to the stage's own positions.
+                let deviation = stage.deviation_mm(pixel.position_mm + self.middle_mm);
+                hit.xyz - stage.direction * pixel.position_mm - deviation - self.carried_to_middle
+            }
             None => hit.xyz - pixel.carried,
         })
     }

@@ -44,8 +44,12 @@ impl StageAxis {
 
     /// A point seen by the camera at stage position `position_mm`, fixed to the part.
     pub fn part_from_camera(&self, hit_in_camera: &PointMm<CameraFrame>, position_mm: f64) -> PointMm<PartFrame> {
-        let deviation = self.straightness.map_or(Vector3::zeros(), |s| s.deviation_mm(position_mm));
-        PointMm::new(hit_in_camera.xyz - self.direction * position_mm - deviation)
+        PointMm::new(hit_in_camera.xyz - self.direction * position_mm - self.deviation_mm(position_mm))
+    }
+
+    /// Deviation from straight travel at a stage position: zero, but for a step of [`crate::Calibration::stepped`].
+    pub fn deviation_mm(&self, position_mm: f64) -> Vector3<f64> {
+        self.straightness.map_or(Vector3::zeros(), |straightness| straightness.deviation_mm(position_mm))
     }
 }
 

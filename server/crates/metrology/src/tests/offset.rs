@@ -27,7 +27,7 @@ const DIRECTION: Vector3<f64> = Vector3::new(-0.005, 0.9998, -0.02);
 pub(super) fn shifted(cloud: &Cloud, offset_mm: f64) -> Cloud {
     let mut cloud = cloud.clone();
     let n_frames = cloud.points.iter().map(|point| point.frame as usize + 1).max().unwrap_or(0);
-    let at_rest = StagePositions { axis: StageAxis { direction: DIRECTION }, positions_mm: vec![0.0; n_frames] };
+    let at_rest = StagePositions { axis: StageAxis::new(DIRECTION), positions_mm: vec![0.0; n_frames] };
     let mut stage = StagePositions::from_comments(&cloud.comments)
         .filter(|stage| stage.axis.direction.norm() > 0.0)
         .unwrap_or(at_rest);
