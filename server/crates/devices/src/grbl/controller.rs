@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use super::GrblConfig;
 use super::fault::Fault;
-use super::protocol::RESET;
+use super::protocol::{HOLD, RESET};
 use super::session::{Session, stop_bytes};
 use crate::StageError;
 use crate::params::GRBL_ANSWER_WAIT;
@@ -119,7 +119,14 @@ impl Controller {
         let written = self.shared.write_announced(byte);
         let mut desk = self.shared.lock();
         match written {
-            Ok(true) => self.shared.tell_of_stops(&mut desk),
+            Ok(true) => {
+                let told_before = !self.shared.tell_of_stops(&mut desk);
+                if told_before && byte == HOLD {
+                    // The reader told of it before the byte was out, and may have seen the end of a stop since: the
+                    // hold that came after it is verified anew.
+                    desk.session.stop_sent(byte, Instant::now());
+                }
+            }
             // No line: nothing moves by our doing, and the fault is told already.
             Ok(false) => {}
             Err(reason) => desk.session.down(Fault::Gone { reason }),
@@ -181,11 +188,13 @@ impl Shared {
     }
 
     /// Tells the session of a stop that went out past it: whoever comes first, the one that sent it or the one that read
-    /// the answer.
-    fn tell_of_stops(&self, desk: &mut Desk) {
-        if let Some((byte, sent_at)) = self.announced().take() {
+    /// the answer. Whether there was one to tell of.
+    fn tell_of_stops(&self, desk: &mut Desk) -> bool {
+        let announced = self.announced().take();
+        if let Some((byte, sent_at)) = announced {
             desk.session.stop_sent(byte, sent_at);
         }
+        announced.is_some()
     }
 
     fn set_writers(&self, writer: Option<Box<dyn SerialWriter>>, urgent: Option<Box<dyn SerialWriter>>) {

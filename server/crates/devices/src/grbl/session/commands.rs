@@ -160,7 +160,8 @@ impl Session {
             Activity::Travel(travel) => travel.jog && self.pending.is_empty() && self.lit.is_none(),
             _ => false,
         };
-        self.activity = Activity::Stopping(Stopping { until, only_jog, idle_once: false });
+        let behind_reset = byte == HOLD && self.reset_awaited();
+        self.activity = Activity::Stopping(Stopping { until, only_jog, behind_reset, idle_once: false });
         if byte == RESET {
             self.reset_sent(now);
         } else {

@@ -7,8 +7,8 @@ use crate::grbl::Dialect;
 use crate::grbl::fault::{Device, Fault};
 use crate::grbl::protocol::{MachineState, Message, Position, Report};
 use crate::params::{
-    GRBL_GARBAGE_LINES, GRBL_GARBAGE_WINDOW, GRBL_RESET_AGAIN, GRBL_SILENCE, GRBL_STALL, GRBL_START,
-    GRBL_STRAY_REPORTS,
+    GRBL_BRAKING_SLACK, GRBL_GARBAGE_LINES, GRBL_GARBAGE_WINDOW, GRBL_RESET_AGAIN, GRBL_SILENCE, GRBL_STALL,
+    GRBL_START, GRBL_STRAY_REPORTS,
 };
 
 /// `ALARM:3`: reset while moving.
@@ -73,7 +73,13 @@ impl Session {
         });
         let told = self.fault.is_some();
         self.pending.clear();
-        self.activity = Activity::Rest;
+        self.activity = match self.activity {
+            Activity::Stopping(stopping) if stopping.behind_reset => {
+                let until = now + GRBL_BRAKING_SLACK;
+                Activity::Stopping(Stopping { until, only_jog: false, behind_reset: false, idle_once: false })
+            }
+            _ => Activity::Rest,
+        };
         (self.lit, self.dark_by, self.stray_reports) = (None, None, 0);
         (self.quiet_until, self.reset_again_at) = (None, None);
         self.queries.unanswered_since = None;

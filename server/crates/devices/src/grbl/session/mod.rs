@@ -51,6 +51,8 @@ struct Stopping {
     until: Instant,
     /// Whether there was nothing but a jog, which is over when it rests: no reset.
     only_jog: bool,
+    /// Whether its hold went out behind a reset, which does not answer for it: it holds after the banner.
+    behind_reset: bool,
     /// Whether a report showed it idle. A report may come before a hold in the same pass, so that it takes two.
     idle_once: bool,
 }
@@ -229,11 +231,12 @@ impl Session {
     }
 
     /// The byte that stops the stage soonest, with what belongs to it ([`stop_bytes`]): a hold keeps the position;
-    /// where a hold has no effect (homing, alarm, a reset under way), a soft reset.
+    /// where a hold has no effect (homing, alarm), a soft reset.
     pub fn stop_byte(&self) -> u8 {
         let holdable = !matches!(self.activity, Activity::Homing { .. });
         let locked = self.seen.is_none_or(|seen| matches!(seen.state, MachineState::Alarm | MachineState::Home));
-        let up = matches!(self.link, Link::Up) && self.fault.is_none() && !self.reset_awaited();
+        // While a reset is awaited another is not sent: whether one banner or two would follow cannot be known.
+        let up = matches!(self.link, Link::Up) && self.fault.is_none();
         if up && holdable && !locked { HOLD } else { RESET }
     }
 

@@ -162,7 +162,7 @@ fn a_soft_limit_alarm_keeps_the_position_and_every_other_costs_it() {
         let fault = stage.poll().unwrap_err();
         assert!(matches!(fault, StageError::Alarm { code: told, .. } if told == code), "{fault}");
         stage.clear_fault().unwrap();
-        wait_until(Duration::from_secs(1), "the alarm is cleared", || stage.poll().is_ok());
+        wait_until(Duration::from_secs(2), "the alarm is cleared", || stage.poll().is_ok());
         let after = stage.poll().unwrap().position_mm;
         assert_eq!(after, before.filter(|_| kept), "after alarm {code}");
     }

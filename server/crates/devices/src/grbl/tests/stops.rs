@@ -171,3 +171,21 @@ fn stopping_again_and_again_leaves_it_sound() {
     let at_mm = rest(&mut stage).position_mm.unwrap();
     assert!((at_mm - 1.0).abs() < 0.01, "at {at_mm} mm after many stops and a move to 1 mm");
 }
+
+#[test]
+fn a_hold_that_goes_out_behind_a_reset_does_not_stay() {
+    let bench = sound_bench();
+    let (mut stage, _laser) = bench.open();
+    home(&mut stage);
+    // Some of so many meet the moment between a reset and its banner.
+    for idx in 0..60 {
+        stage.stop().unwrap();
+        std::thread::sleep(Duration::from_micros(500 * (idx % 20)));
+        stage.stop().unwrap();
+        rest(&mut stage);
+        let state = stage.poll().unwrap();
+        assert!(!state.held, "stop {idx} left it held");
+        stage.start_move(if idx % 2 == 0 { 0.5 } else { 0.0 }, 50.0).unwrap();
+        rest(&mut stage);
+    }
+}
