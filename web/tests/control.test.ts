@@ -81,6 +81,21 @@ test("control that ran out because the page slept is called so", async () => {
   vi.restoreAllMocks();
 });
 
+test("control that lapses is idle also when its last renewal was for a moment only", async () => {
+  const { control } = made();
+  await control.take();
+  answer = () => ({ status: 200, body: { ...LEASE, ends_in_s: 0.2 } });
+  await vi.advanceTimersByTimeAsync(1600);
+  answer = () => problem("control-expired");
+  await vi.advanceTimersByTimeAsync(1600);
+  expect(control.lost.value).toEqual({ kind: "idle" });
+});
+
+test("control that a server forgot was not taken by somebody", async () => {
+  const control = await afterRenewal("control-required");
+  expect(control.lost.value).toEqual({ kind: "unrenewed" });
+});
+
 test("control that somebody took is told with the name", async () => {
   const control = await afterRenewal("control-required", "Ben");
   expect(control.mine.value).toBe(false);

@@ -30,6 +30,8 @@ export class Control {
   /** How this page lost control, until it is acknowledged. */
   readonly lost = signal<Loss | undefined>(undefined);
   private renewed_at_ms = 0;
+  /** How long a renewed lease lasts. */
+  private length_ms = 0;
 
   constructor(
     private readonly station: StationState,
@@ -86,15 +88,17 @@ export class Control {
     } catch (cause) {
       // An unreachable or busy server keeps the lease until it runs out there; a conflict means that it has.
       if (!(cause instanceof Refusal) || cause.problem.status !== CONFLICT || this.id() !== id) return;
-      const asleep = performance.now() - this.renewed_at_ms > 1000 * (this.lease.peek()?.ends_in_s ?? 0);
+      const asleep = performance.now() - this.renewed_at_ms > this.length_ms;
       this.lease.value = undefined;
-      if (cause.problem.type !== EXPIRED) this.lost.value = { kind: "taken", by: await this.present() };
-      else this.lost.value = { kind: asleep ? "unrenewed" : "idle" };
+      if (cause.problem.type === EXPIRED) this.lost.value = { kind: asleep ? "unrenewed" : "idle" };
+      else this.lost.value = lossTo(await this.present());
     }
   }
 
   private note(lease: Schemas["ControlLeaseDto"]): void {
     this.lease.value = lease;
+    // A lease that nobody commands with is renewed for ever shorter times.
+    this.length_ms = Math.max(this.length_ms, 1000 * lease.ends_in_s);
     this.renewed_at_ms = performance.now();
   }
 
@@ -103,4 +107,9 @@ export class Control {
     const asked = data(this.api().GET("/api/v1/station/control"));
     return await asked.then(({ holder }) => holder).catch(() => "");
   }
+}
+
+/** A server that started anew knows nothing of a lease, and nobody has it. */
+function lossTo(holder: string): Loss {
+  return holder === "" ? { kind: "unrenewed" } : { kind: "taken", by: holder };
 }
