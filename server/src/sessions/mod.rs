@@ -33,7 +33,6 @@ pub use body::{
     Target,
 };
 pub use look::Look;
-pub use needs::SessionNeeds;
 
 /// Most pictures of a session: five times what any calibration needs, and a bounded record.
 const PICTURE_LIMIT: usize = 120;
