@@ -2128,6 +2128,21 @@ export interface components {
              */
             target_mm: number;
         };
+        /** @description One thing a calibration wants. */
+        Need: {
+            /**
+             * Format: double
+             * @description What is there.
+             */
+            have: number;
+            /** @description Whether that is enough. */
+            met: boolean;
+            /**
+             * Format: double
+             * @description What is wanted.
+             */
+            want: number;
+        };
         /** @description What a new session is to be. */
         NewSession: {
             /** @default null */
@@ -2579,6 +2594,7 @@ export interface components {
             created_at_ms: number;
             /** @description UUID v7. */
             id: string;
+            needs?: components["schemas"]["SessionNeeds"] | null;
             /**
              * Format: int64
              * @description Grows with every change.
@@ -2616,6 +2632,28 @@ export interface components {
             projector: components["schemas"]["ProjectorSheet"];
             /** @description The configured board. */
             target: components["schemas"]["Target"];
+        };
+        /** @description What the steps of a session have and want. */
+        SessionNeeds: {
+            /** @description Boards with corners. */
+            boards: components["schemas"]["Need"];
+            /** @description Whether the camera's step has all of these. */
+            camera_met: boolean;
+            /** @description Cells of the coverage map with corners. */
+            cells: components["schemas"]["Need"];
+            /** @description Range of the boards' distances, mm. */
+            distance_mm: components["schemas"]["Need"];
+            /** @description Boards with laser lines. */
+            lit_boards: components["schemas"]["Need"];
+            /** @description Positions of the stage with a readable board. */
+            stage_views: components["schemas"]["Need"];
+            /** @description Boards tilted by `tilted_deg` or more. */
+            tilted_boards: components["schemas"]["Need"];
+            /**
+             * Format: double
+             * @description Tilt from which a board counts as tilted, degrees.
+             */
+            tilted_deg: number;
         };
         /** @description A pose of the board at rest. */
         SessionPose: {
