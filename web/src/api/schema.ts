@@ -576,7 +576,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Asks a job to end; works in every state, a job that has ended stays as it is. */
+        /**
+         * Asks a job to end; works in every state, a job that has ended stays as it is. While somebody is in control, a job
+         *     that needs the station is ended by nobody else.
+         */
         post: operations["cancel_job"];
         delete?: never;
         options?: never;
@@ -959,7 +962,7 @@ export interface paths {
         };
         /** Who commands the station. */
         get: operations["get_control"];
-        /** Keeps control for five more seconds. */
+        /** Keeps control for five more seconds; it lapses two minutes after the last command all the same. */
         put: operations["renew_control"];
         /** Takes control for five seconds; renew it with PUT. Taking it from somebody else is said explicitly and logged. */
         post: operations["take_control"];
@@ -980,7 +983,8 @@ export interface paths {
         get?: never;
         /**
          * Starts or ends the live view.
-         * @description It ends by itself, and the laser with it, when nobody watches.
+         * @description Light needs a viewer: the laser is turned off 4 s after the last connection that is subscribed to `image` or
+         *     `profile` was there, and only another request turns it on again. The view itself ends after 30 s.
          */
         put: operations["set_live_view"];
         post?: never;
@@ -1017,8 +1021,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Stops motion, darkens the laser, ends what runs and what waits for the station.
-         * @description Works for everybody at any time, needs no control, no body, no key; answers once the devices were told.
+         * Stops motion, turns the laser off, ends what runs and empties the station's queue.
+         * @description Works for everybody at any time, needs no control, no body, no key; answers once the devices were told. It latches:
+         *     nothing moves or shines again before a reset, over restarts too.
          */
         post: operations["stop_station"];
         delete?: never;
@@ -1954,6 +1959,7 @@ export interface components {
                 created_at_ms: number;
                 /** @description UUID v7. */
                 id: string;
+                needs?: components["schemas"]["SessionNeeds"] | null;
                 /**
                  * Format: int64
                  * @description Grows with every change.
@@ -2127,6 +2133,21 @@ export interface components {
              * @example 5
              */
             target_mm: number;
+        };
+        /** @description One thing a calibration wants. */
+        Need: {
+            /**
+             * Format: double
+             * @description What is there.
+             */
+            have: number;
+            /** @description Whether that is enough. */
+            met: boolean;
+            /**
+             * Format: double
+             * @description What is wanted.
+             */
+            want: number;
         };
         /** @description What a new session is to be. */
         NewSession: {
@@ -2579,6 +2600,7 @@ export interface components {
             created_at_ms: number;
             /** @description UUID v7. */
             id: string;
+            needs?: components["schemas"]["SessionNeeds"] | null;
             /**
              * Format: int64
              * @description Grows with every change.
@@ -2616,6 +2638,28 @@ export interface components {
             projector: components["schemas"]["ProjectorSheet"];
             /** @description The configured board. */
             target: components["schemas"]["Target"];
+        };
+        /** @description What the steps of a session have and want. */
+        SessionNeeds: {
+            /** @description Boards with corners. */
+            boards: components["schemas"]["Need"];
+            /** @description Whether the camera's step has all of these. */
+            camera_met: boolean;
+            /** @description Cells of the coverage map with corners. */
+            cells: components["schemas"]["Need"];
+            /** @description Range of the boards' distances, mm. */
+            distance_mm: components["schemas"]["Need"];
+            /** @description Boards with laser lines. */
+            lit_boards: components["schemas"]["Need"];
+            /** @description Positions of the stage with a readable board. */
+            stage_views: components["schemas"]["Need"];
+            /** @description Boards tilted by `tilted_deg` or more. */
+            tilted_boards: components["schemas"]["Need"];
+            /**
+             * Format: double
+             * @description Tilt from which a board counts as tilted, degrees.
+             */
+            tilted_deg: number;
         };
         /** @description A pose of the board at rest. */
         SessionPose: {
@@ -2869,15 +2913,15 @@ export interface components {
         };
         /** @description What Stop did. */
         StoppedDto: {
-            /** @description What kept the devices from being told. */
-            detail?: string | null;
-            /** @description Name of the state after it. */
-            state: string;
             /**
              * @description Whether the devices were told; `false`: there is no station thread any more, which leaves everything dark and
              *     at rest.
              */
-            told: boolean;
+            acknowledged: boolean;
+            /** @description What kept the devices from being told, or the Stop from being stored. */
+            detail?: string | null;
+            /** @description Name of the state after it. */
+            state: string;
         };
         /** @description Who wants to command. */
         TakeControlDto: {
