@@ -42,7 +42,7 @@ async fn serve(config: crate::config::Config) -> Result<(), Failure> {
     let address = listener.local_addr().map_err(|cause| cannot_listen(listen, &cause))?;
     let running = service::assemble(config).await?;
     announce(address);
-    say_at_start(trusted_proxy);
+    say_at_start(&running, trusted_proxy);
     let ended = async move {
         tokio::select! {
             _ = terminate.recv() => {}
@@ -64,7 +64,7 @@ fn cannot_listen(address: SocketAddr, cause: &std::io::Error) -> Failure {
 }
 
 /// What whoever starts the service has to know, on stderr.
-fn say_at_start(trusted_proxy: bool) {
+fn say_at_start(running: &service::Running, trusted_proxy: bool) {
     if trusted_proxy {
         tracing::warn!(
             "http.trusted_proxy is set: users and TLS are left to the reverse proxy before this server"

@@ -159,6 +159,10 @@ impl<L: Laser> Laser for MirroredLaser<L> {
         self.laser.capabilities()
     }
 
+    fn lost_host(&self) -> &'static str {
+        self.laser.lost_host()
+    }
+
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
         let state = self.laser.switch_on(power, lease);
         self.mirrored(state)

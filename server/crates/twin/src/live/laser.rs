@@ -115,6 +115,10 @@ impl Laser for TwinLaser {
         LaserCapabilities { power: Some(LASER_POWER), interlock: true }
     }
 
+    fn lost_host(&self) -> &'static str {
+        "the simulated laser ends with it"
+    }
+
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
         if !(power > 0.0 && power <= 1.0) {
             return Err(LaserError::BadPower { value: power });
