@@ -290,6 +290,29 @@ fn the_exit_code_is_the_verdict() {
 }
 
 #[test]
+fn half_an_uncertainty_decides_nothing_and_names_what_is_missing() {
+    let (folder, cloud) = scan("gauge");
+    for (missing, lines) in [
+        ("calibration", &["calibration_json"][..]),
+        ("stage_positions", &["frame_positions_mm"]),
+        ("line_thickness", &["line_sigma_mm"]),
+    ] {
+        let mut less = scanning::files::read_cloud(Path::new(&cloud)).unwrap();
+        less.comments.retain(|comment| !lines.iter().any(|line| comment.starts_with(line)));
+        let path = path(folder.path(), &format!("{missing}.ply"));
+        scanning::files::write_cloud(Path::new(&path), scanning::CloudFormat::Ply, &less).unwrap();
+        // Beyond all doubt, were U complete.
+        let asked = ["measure", &path, "--tool", "step", "--nominal-mm", "8.9", "--tolerance-mm", "5"];
+        let (result, exit) = sheaf_json(&asked);
+        assert_eq!((exit, result["verdict"].as_str()), (6, Some("undecided")), "{missing}");
+        assert_eq!(result["uncertainty_missing"], serde_json::json!([missing]));
+        assert_eq!(result["uncertainty_complete"], false);
+        let text = out(&sheaf(&asked));
+        assert!(text.contains("U incomplete") && text.contains("U lacks"), "{text}");
+    }
+}
+
+#[test]
 fn clouds_and_meshes_are_written_in_every_format_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let (capture, calibration) = (small_capture(), small_calibration());

@@ -46,6 +46,11 @@ const GAUGE_MM: f64 = 0.008;
 const SPHERE_MM: f64 = 0.010;
 /// Relative error of the stage vector.
 const STAGE_ERROR: f64 = 2e-4;
+/// Added to every stage position of a scan, mm.
+const STAGE_OFFSET_MM: f64 = -100.0;
+/// What a value may change by when the stage has its zero elsewhere: rounding of pixels to single precision, and points at
+/// the edge of a trim.
+const OFFSET_CHANGE_MM: f64 = 5e-5;
 /// RMS of error over predicted σ of single points.
 const NORMALISED: (f64, f64) = (0.8, 1.25);
 
@@ -362,4 +367,44 @@ fn the_report_of_the_reference_station_is_written() {
     let cal = rig.file("cal.json");
     sheaf_ok(&["calibrate", rig.capture.to_str().unwrap(), "-o", &cal, "--report", &report, "-q"]);
     assert!(std::fs::metadata(Path::new(&report)).unwrap().len() > 100_000);
+}
+
+#[test]
+fn values_and_uncertainties_do_not_depend_on_the_zero_of_the_stage() {
+    let Some(rig) = Rig::open() else { return };
+    rig.calibrate("auto");
+    let mut manifest: Value =
+        serde_json::from_str(&std::fs::read_to_string(rig.capture.join("capture.json")).unwrap()).unwrap();
+    for scan in manifest["scans"].as_array_mut().unwrap() {
+        for frame in scan["frames"].as_array_mut().unwrap() {
+            frame["position_mm"] = (frame["position_mm"].as_f64().unwrap() + STAGE_OFFSET_MM).into();
+        }
+    }
+    let shifted = rig.folder.path().join("shifted");
+    copy_folder(&rig.capture, &shifted);
+    std::fs::write(shifted.join("capture.json"), manifest.to_string()).unwrap();
+    for (name, tool, nominal) in [("gauge", "step", "8.9"), ("sphere", "sphere", "18.9")] {
+        let [before, after] = [&rig.capture, &shifted].map(|capture| {
+            let cloud = rig.file("offset.ply");
+            let (capture, cal) = (capture.to_str().unwrap(), rig.file("auto.json"));
+            sheaf_ok(&["scan", capture, "-c", &cal, "--scan", name, "-o", &cloud, "-q"]);
+            sheaf_json(&["measure", &cloud, "--tool", tool, "--nominal-mm", nominal]).0
+        });
+        for figure in ["/value", "/expanded_uncertainty"] {
+            let change = number(&after, figure) - number(&before, figure);
+            assert!(change.abs() < OFFSET_CHANGE_MM, "{name} {figure}: {change} mm");
+        }
+    }
+}
+
+fn copy_folder(from: &Path, to: &Path) {
+    std::fs::create_dir(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap().map(Result::unwrap) {
+        let copy = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy_folder(&entry.path(), &copy);
+        } else {
+            std::fs::copy(entry.path(), copy).unwrap();
+        }
+    }
 }

@@ -46,8 +46,9 @@ pub(crate) struct Retriangulation<'a> {
     features: Vec<Vec<Pixel>>,
     /// How far the calibration's own stage has carried the part at the middle of the positions.
     carried_to_middle: Vector3<f64>,
-    /// The middle of the positions, as the stage counts them, mm.
-    middle_mm: f64,
+    /// Where the scan's middle is laid on the nodes of the stage's straightness, mm: on their middle, so that U does not
+    /// depend on where the stage has its zero.
+    nodes_middle_mm: f64,
 }
 
 impl<'a> Retriangulation<'a> {
@@ -86,7 +87,10 @@ impl<'a> Retriangulation<'a> {
         let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
         let middle_mm = middle(features.iter().flatten().map(|pixel| pixel.position_mm));
         features.iter_mut().flatten().for_each(|pixel| pixel.position_mm -= middle_mm);
-        Ok(Self { calibration, features, middle_mm, carried_to_middle: direction * middle_mm })
+        let nodes =
+            calibration.stage.and_then(|stage| stage.straightness).map(|straightness| straightness.ends_mm());
+        let nodes_middle_mm = nodes.map_or(0.0, |(first_mm, last_mm)| 0.5 * (first_mm + last_mm));
+        Ok(Self { calibration, features, nodes_middle_mm, carried_to_middle: direction * middle_mm })
     }
 
     /// The noise part of every inlier's σ: what is left after the calibration's own part at the nearest
@@ -192,8 +196,7 @@ impl<'a> Retriangulation<'a> {
         let hit = calibration.triangulate(pixel.order, &pixel.pixel, Some(pixel.phi_rad))?.hit_in_camera;
         Some(match calibration.stage {
             Some(stage) => {
-                // Straightness belongs to the stage's own positions.
-                let deviation = stage.deviation_mm(pixel.position_mm + self.middle_mm);
+                let deviation = stage.deviation_mm(pixel.position_mm + self.nodes_middle_mm);
                 hit.xyz - stage.direction * pixel.position_mm - deviation - self.carried_to_middle
             }
             None => hit.xyz - pixel.carried,
