@@ -46,7 +46,7 @@ pub fn admit(app: &App, headers: &HeaderMap, ask: Ask) -> Result<Authority, Prob
     if let Ruling::Refused(refusal) = rule(ask, asker, station_use(app, &status)) {
         return Err(match refusal {
             // Says as well whether the lease that came along has expired.
-            Refusal::ControlRequired => app.control.command(id, now).err().unwrap_or_else(|| not_in_control()),
+            Refusal::ControlRequired => app.control.command(id, now).err().unwrap_or_else(not_in_control),
             Refusal::Halted => StationRefusal::Halted.into(),
             Refusal::Busy => StationRefusal::Busy { activity: status.activity.clone() }.into(),
             Refusal::Fault => fault(&status),

@@ -26,9 +26,7 @@ export function SetUp({ plan, form, travel_mm }: Properties) {
         <span class="muted">{shown && summaryOf(shown)}</span>
       </summary>
       {plan.problem.value && <ProblemCard problem={plan.problem.value} />}
-      {shown && (
-        <Fields shown={shown} form={form} change={(part) => plan.change(part)} travel_mm={travel_mm} />
-      )}
+      {shown && <Fields shown={shown} form={form} change={(part) => plan.change(part)} travel_mm={travel_mm} />}
     </details>
   );
 }

@@ -20,6 +20,9 @@ use crate::ledger::Ledger;
 use crate::live::LiveBus;
 use crate::station::StationHandle;
 
+/// What a job has told so far.
+pub type Kept<T> = Arc<Mutex<Vec<T>>>;
+
 /// Everything a job works with. Ends the station with the value.
 pub struct Bench {
     pub ledger: Ledger,
@@ -133,7 +136,7 @@ impl Bench {
 
     /// What a job says from now on, and its fractions. Threads that evaluate report side by side: a fraction may
     /// be a little behind the one before, the job's board keeps the largest.
-    pub fn following(&self, job: &mut Job) -> (Arc<Mutex<Vec<String>>>, Arc<Mutex<Vec<f64>>>) {
+    pub fn following(&self, job: &mut Job) -> (Kept<String>, Kept<f64>) {
         let (said, fractions) = (job.said.clone(), Arc::new(Mutex::new(Vec::new())));
         let (heard, seen) = (said.clone(), fractions.clone());
         job.ctx.progress = Arc::new(move |fraction, _, words| {
