@@ -46,6 +46,10 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 #[derive(Debug, Clone, Copy)]
 pub struct Peer(pub SocketAddr);
 
+/// The address of this machine that the client reached, in every request's extensions.
+#[derive(Debug, Clone, Copy)]
+pub struct Reached(pub std::net::IpAddr);
+
 /// Where a request came from, for the log of events.
 pub fn source(peer: Option<&axum::Extension<Peer>>) -> String {
     peer.map_or_else(|| "server".to_owned(), |peer| peer.0.0.ip().to_string())
@@ -105,7 +109,11 @@ pub async fn serve(listener: TcpListener, router: Router, closing: Closing) {
 async fn converse(stream: TcpStream, peer: SocketAddr, router: Router, admission: Admission, closing: Closing) {
     // Small messages of the live stream must not wait for the next one; a socket that refuses is slower, not wrong.
     let _ = stream.set_nodelay(true);
-    let service = hyper::service::service_fn(move |request: Request<Incoming>| {
+    let reached = stream.local_addr().ok().map(|address| Reached(address.ip()));
+    let service = hyper::service::service_fn(move |mut request: Request<Incoming>| {
+        if let Some(reached) = reached {
+            request.extensions_mut().insert(reached);
+        }
         answer(request.map(Body::new), peer, router.clone(), admission)
     });
     let (keep_alive, header_timeout) = match admission {

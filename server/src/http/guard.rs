@@ -12,33 +12,46 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse as _, Response};
 
 use crate::config::Config;
-use crate::edge::STOP_PATH;
+use crate::edge::{Reached, STOP_PATH};
 use crate::problem::{Problem, ProblemKind};
 
 /// Which names and pages are let in.
 #[derive(Debug)]
 pub struct Guard {
     hosts: Vec<String>,
+    /// Names of this machine for itself: good only where the client reached a loopback address.
+    own_names: [&'static str; 3],
     origins: Vec<String>,
 }
 
 impl Guard {
     /// This machine's own names, the address it listens on, and what the configuration adds.
     pub fn new(config: &Config) -> Arc<Self> {
-        let mut hosts = vec!["localhost".to_owned(), "127.0.0.1".to_owned(), "::1".to_owned()];
-        hosts.push(config.listen.ip().to_string());
+        let mut hosts = vec![config.listen.ip().to_string()];
         hosts.extend(config.http.allowed_hosts.iter().map(|host| host.to_ascii_lowercase()));
-        Arc::new(Self { hosts, origins: config.http.allowed_origins.clone() })
+        Arc::new(Self {
+            hosts,
+            own_names: ["localhost", "127.0.0.1", "::1"],
+            origins: config.http.allowed_origins.clone(),
+        })
     }
 
-    /// Whether the request may pass.
-    fn check(&self, method: &Method, headers: &HeaderMap, uri_host: Option<&str>) -> Result<(), Problem> {
+    /// Whether the request may pass; `reached` is the address of this machine that it came to.
+    fn check(
+        &self,
+        method: &Method,
+        headers: &HeaderMap,
+        uri_host: Option<&str>,
+        reached: Option<IpAddr>,
+    ) -> Result<(), Problem> {
         let host = match (headers.get(header::HOST), uri_host) {
             (Some(host), _) => host.to_str().unwrap_or_default(),
             (None, Some(host)) => host,
             (None, None) => return Err(Problem::new(ProblemKind::BadRequest, "the request has no Host header")),
         };
-        if !self.hosts.contains(&name_of(host)) {
+        let name = name_of(host);
+        let at_home = reached.is_none_or(|address| address.to_canonical().is_loopback());
+        if !self.hosts.contains(&name) && !(at_home && self.own_names.contains(&name.as_str())) {
             return Err(Problem::new(ProblemKind::Forbidden, format!("this server is not called \"{host}\""))
                 .remedy("add the name to http.allowed_hosts of the configuration"));
         }
@@ -78,7 +91,8 @@ fn name_of(host: &str) -> String {
 pub async fn guard(State(guard): State<Arc<Guard>>, request: Request, next: Next) -> Response {
     let stop = request.uri().path() == STOP_PATH && request.method() == Method::POST;
     let authority = request.uri().authority().map(|authority| authority.as_str());
-    match guard.check(request.method(), request.headers(), authority) {
+    let reached = request.extensions().get::<Reached>().map(|reached| reached.0);
+    match guard.check(request.method(), request.headers(), authority, reached) {
         Err(problem) if !stop => problem.into_response(),
         _ => next.run(request).await,
     }
@@ -89,11 +103,26 @@ mod tests {
     use super::*;
 
     fn check(method: Method, pairs: &[(&'static str, &'static str)]) -> Option<u16> {
+        check_at("127.0.0.1", method, pairs)
+    }
+
+    fn check_at(reached: &str, method: Method, pairs: &[(&'static str, &'static str)]) -> Option<u16> {
         let mut config = Config::simulated("data".into());
         config.http.allowed_hosts = vec!["Line3".to_owned()];
         config.http.allowed_origins = vec!["https://mes.example".to_owned(), "chrome-extension://x".to_owned()];
         let headers = pairs.iter().map(|(name, value)| (name.parse().unwrap(), value.parse().unwrap()));
-        Guard::new(&config).check(&method, &headers.collect(), None).err().map(|problem| problem.status)
+        let reached = Some(reached.parse().unwrap());
+        Guard::new(&config).check(&method, &headers.collect(), None, reached).err().map(|problem| problem.status)
+    }
+
+    #[test]
+    fn this_machines_names_for_itself_are_not_answered_on_its_other_addresses() {
+        for host in ["localhost:8080", "127.0.0.1", "[::1]:8080"] {
+            assert_eq!(check_at("::ffff:127.0.0.1", Method::GET, &[("host", host)]), None, "{host}");
+            let expected = if host == "127.0.0.1" { None } else { Some(403) };
+            assert_eq!(check_at("192.168.1.7", Method::GET, &[("host", host)]), expected, "{host}");
+        }
+        assert_eq!(check_at("192.168.1.7", Method::GET, &[("host", "line3")]), None);
     }
 
     #[test]

@@ -87,7 +87,11 @@ fn a_replayed_capture_is_a_station_and_its_scan_is_that_of_the_capture_bit_by_bi
         "source": { "kind": "station" }, "name": "gauge",
         "from_mm": stage["travel_mm"][0], "to_mm": stage["travel_mm"][1],
     });
-    let scan_id = server.result_of("/api/v1/scans", &wish);
+    let accepted = server.send("POST", "/api/v1/scans", &headers, wish.to_string().as_bytes());
+    let job = accepted.expect(202);
+    let made = server.wait_for_job(accepted.header("location").unwrap());
+    assert_eq!(made["state"], "succeeded", "{job:#} {made:#}");
+    let scan_id = made["result"]["id"].as_str().unwrap().to_owned();
     let scan = server.get(&format!("/api/v1/scans/{scan_id}")).expect(200);
     assert_eq!((&scan["state"], &scan["report"]["n_frames"]), (&json!("complete"), &json!(positions_mm.len())));
     let cloud = server.get(&format!("/api/v1/scans/{scan_id}/cloud?format=ply"));

@@ -20,6 +20,10 @@ const MIN_DAMPING: f64 = 1e-6;
 /// beforehand. Harder damped ones are short whatever the distance.
 const LIGHT_DAMPING: f64 = 1e-3;
 
+/// Steps in a row that gain nothing although none was damped harder than the first: the model bends too much for light
+/// damping, so each promises a little more than it gives, and nothing is left to gain.
+const STALLED_STEPS: usize = 5;
+
 /// A gain of the cost counts as none below this part of it …
 const RELATIVE_COST_TOLERANCE: f64 = 1e-10;
 
@@ -58,7 +62,7 @@ pub enum Termination {
     Gradient,
     /// The step vanished: the whole step would have moved every parameter by less than counts.
     Step,
-    /// The cost stopped falling: a lightly damped step promised and gave less than counts.
+    /// The cost stopped falling: a lightly damped step promised and gave less than counts, or several in a row gave it.
     Cost,
     /// It got stuck: no step led downhill, or the steps ran out, while a lower cost was still promised.
     Stuck,
@@ -104,7 +108,7 @@ pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<
     let ranges = problem.ranges(&state);
     let mut damping = FIRST_DAMPING;
     let mut normal = problem.linearise(&state);
-    let mut n_steps = 0;
+    let (mut n_steps, mut n_stalled) = (0, 0);
     let termination = loop {
         let cost = normal.cost();
         let least = COST_TOLERANCE.max(RELATIVE_COST_TOLERANCE * cost);
@@ -122,6 +126,10 @@ pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<
         n_steps += 1;
         let gain = cost - normal.cost();
         if gain <= least && taken.promised <= least && taken.damping <= LIGHT_DAMPING {
+            break Termination::Cost;
+        }
+        n_stalled = if gain <= least && taken.damping <= FIRST_DAMPING { n_stalled + 1 } else { 0 };
+        if n_stalled == STALLED_STEPS {
             break Termination::Cost;
         }
     };

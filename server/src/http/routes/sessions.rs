@@ -56,8 +56,8 @@ fn versioned(session: Session) -> Versioned<Json<Session>> {
     Versioned(session.version.to_string(), Json(session.told()))
 }
 
-fn changed(session: &Session) -> Reply {
-    Reply::done(Some(session.version.to_string()), session)
+fn changed(session: Session) -> Reply {
+    Reply::done(Some(session.version.to_string()), &session.told())
 }
 
 /// The version that `If-Match` names, if it names one: a number in quotes.
@@ -168,7 +168,7 @@ async fn take_pose(
     at_most_once(&app, &headers, &route, &hash_hex(&[]), async {
         app.sessions.get(&id).await?;
         admit(&app, &headers, Ask::Photograph)?;
-        Ok(changed(&app.sessions.add_pose(&id, expected(&headers)?).await?))
+        Ok(changed(app.sessions.add_pose(&id, expected(&headers)?).await?))
     })
     .await
 }
@@ -212,7 +212,7 @@ async fn take_stage_view(
         app.sessions.get(&id).await?;
         admit(&app, &headers, Ask::Photograph)?;
         let expected = expected(&headers)?;
-        Ok(changed(&app.sessions.add_stage_view(&id, body.value.position_mm, expected).await?))
+        Ok(changed(app.sessions.add_stage_view(&id, body.value.position_mm, expected).await?))
     })
     .await
 }

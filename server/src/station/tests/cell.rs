@@ -103,7 +103,7 @@ fn expect_named(rig: &Rig<'_>, device: &str, kind: &str, since: Instant) {
     assert!(dark <= DARK, "dark {dark:?} after the fault was named");
     let status = rig.bench.station.status();
     assert_eq!(status.state, MachineState::Error);
-    assert_ne!(status.laser_light, LaserLight::On);
+    rig.bench.wait_for("shown dark", |status| status.laser_light != LaserLight::On);
     if rig.can_be_told {
         wait_until("at rest", || !(rig.motion)());
     }
