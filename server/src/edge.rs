@@ -16,12 +16,14 @@ use axum::Router;
 use axum::body::Body;
 use axum::extract::Request;
 use axum::response::{IntoResponse as _, Response};
+use futures_util::FutureExt as _;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
-use tokio::task::JoinSet;
+use tokio::task::{JoinHandle, JoinSet};
+use tokio_util::task::TaskTracker;
 use tower::ServiceExt as _;
 
 use crate::closing::Closing;
@@ -65,7 +67,10 @@ enum Admission {
 }
 
 /// Accepts connections until `closing`, then gives those at work [`DRAIN_TIMEOUT`] to end.
-pub async fn serve(listener: TcpListener, router: Router, closing: Closing) {
+///
+/// A request that changes something runs on `tasks` from the moment its header is read, to its end, whether or not the
+/// client stays: half of a change is worse than one that nobody heard of, and a Stop must not need its client.
+pub async fn serve(listener: TcpListener, router: Router, closing: Closing, tasks: TaskTracker) {
     let places = Arc::new(Semaphore::new(CONNECTION_LIMIT));
     let stop_places = StopPlaces::new(STOP_CONNECTION_LIMIT);
     let mut connections = JoinSet::new();
@@ -85,7 +90,8 @@ pub async fn serve(listener: TcpListener, router: Router, closing: Closing) {
         };
         match places.clone().try_acquire_owned() {
             Ok(place) => {
-                let connection = converse(stream, peer, router.clone(), Admission::Full, closing.clone());
+                let connection =
+                    converse(stream, peer, router.clone(), Admission::Full, closing.clone(), tasks.clone());
                 connections.spawn(async move {
                     connection.await;
                     drop(place);
@@ -93,7 +99,8 @@ pub async fn serve(listener: TcpListener, router: Router, closing: Closing) {
             }
             Err(_) => {
                 metrics::counter!("sheaf_connections_refused_total").increment(1);
-                let connection = converse(stream, peer, router.clone(), Admission::StopOnly, closing.clone());
+                let connection =
+                    converse(stream, peer, router.clone(), Admission::StopOnly, closing.clone(), tasks.clone());
                 let place = stop_places.take(peer.ip());
                 connections.spawn(async move { place.hold(connection).await });
             }
@@ -106,7 +113,14 @@ pub async fn serve(listener: TcpListener, router: Router, closing: Closing) {
     }
 }
 
-async fn converse(stream: TcpStream, peer: SocketAddr, router: Router, admission: Admission, closing: Closing) {
+async fn converse(
+    stream: TcpStream,
+    peer: SocketAddr,
+    router: Router,
+    admission: Admission,
+    closing: Closing,
+    tasks: TaskTracker,
+) {
     // Small messages of the live stream must not wait for the next one; a socket that refuses is slower, not wrong.
     let _ = stream.set_nodelay(true);
     let reached = stream.local_addr().ok().map(|address| Reached(address.ip()));
@@ -114,7 +128,10 @@ async fn converse(stream: TcpStream, peer: SocketAddr, router: Router, admission
         if let Some(reached) = reached {
             request.extensions_mut().insert(reached);
         }
-        answer(request.map(Body::new), peer, router.clone(), admission)
+        let changes = !request.method().is_safe();
+        let answering = answer(request.map(Body::new), peer, router.clone(), admission);
+        // Begun here and not when it is first waited for: a client that is gone by then is not waited for at all.
+        if changes { detached(tasks.spawn(answering)).boxed() } else { answering.boxed() }
     });
     let (keep_alive, header_timeout) = match admission {
         Admission::Full => (true, HEADER_TIMEOUT),
@@ -138,6 +155,15 @@ async fn converse(stream: TcpStream, peer: SocketAddr, router: Router, admission
     };
     if let Err(cause) = ended {
         tracing::debug!(%peer, %cause, "connection ended");
+    }
+}
+
+/// The answer of a request that runs by itself.
+async fn detached(task: JoinHandle<Result<Response, Infallible>>) -> Result<Response, Infallible> {
+    match task.await {
+        Ok(answered) => answered,
+        // A panic was answered inside; the runtime ended it.
+        Err(ended) => Ok(crate::http::problems::cut_off(&ended)),
     }
 }
 

@@ -144,7 +144,7 @@ fn figures() -> Result<metrics_exporter_prometheus::PrometheusHandle, Failure> {
 pub async fn run(running: Running, listener: TcpListener, ended: impl Future<Output = ()>) {
     let app = &running.app;
     let router = crate::http::router(app.clone());
-    let edge = tokio::spawn(crate::edge::serve(listener, router, app.closing.clone()));
+    let edge = tokio::spawn(crate::edge::serve(listener, router, app.closing.clone(), app.tasks.clone()));
     let housekeeping = tokio::spawn(crate::housekeeping::keep_house(app.clone()));
     let watching = [tokio::spawn(watch_control(app.clone())), tokio::spawn(watch_store(app.clone()))];
     ended.await;

@@ -20,6 +20,7 @@ use serde_json::json;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpListener;
 use tokio::sync::watch;
+use tokio_util::task::TaskTracker;
 use vision::{CentrelinePoint, LineDirection};
 
 use crate::cli::BenchStreamArgs;
@@ -109,7 +110,7 @@ async fn serve(message_bytes: usize, n_messages: usize) -> std::io::Result<Serve
     let listener = TcpListener::bind("127.0.0.1:0").await?;
     let stream = listener.local_addr()?;
     tokio::spawn(async move {
-        crate::edge::serve(listener, router, Closing::default()).await;
+        crate::edge::serve(listener, router, Closing::default(), TaskTracker::new()).await;
         drop(encoder);
     });
     let listener = TcpListener::bind("127.0.0.1:0").await?;

@@ -3,7 +3,6 @@
 pub mod answers;
 pub mod control;
 pub mod conversions;
-mod detached;
 pub mod dto;
 pub mod etag;
 pub mod extract;
@@ -39,8 +38,7 @@ pub fn router(app: App) -> Router {
         .route("/api/v1/stream", axum::routing::get(crate::ws::stream))
         .fallback(problems::no_such_path)
         .method_not_allowed_fallback(problems::no_such_method)
-        .with_state(app.clone())
-        .layer(from_fn_with_state(app, detached::detached))
+        .with_state(app)
         .layer(from_fn_with_state(heavy::Places::default(), heavy::limit))
         // The limits of bodies are each reader's own: `extract` and the upload of captures.
         .layer(DefaultBodyLimit::disable())

@@ -36,13 +36,13 @@ fn measurements_are_listed_over_all_scans_by_tool_and_verdict_and_scans_by_worth
         made["id"].as_str().unwrap().to_owned()
     };
     let plane = measure(&scans[0], json!({ "tool": "plane" }));
-    // A tolerance beyond all doubt, and a nominal that is none of the ball's.
-    let pass = measure(&scans[1], json!({ "tool": "sphere", "nominal_mm": 18.9, "tolerance_mm": 5.0 }));
-    let fail = measure(&scans[1], json!({ "tool": "sphere", "nominal_mm": 40.0, "tolerance_mm": 5.0 }));
+    // A tolerance beyond all doubt, and a nominal that is none of the block's.
+    let pass = measure(&scans[0], json!({ "tool": "step", "nominal_mm": 8.9, "tolerance_mm": 0.5 }));
+    let fail = measure(&scans[0], json!({ "tool": "step", "nominal_mm": 10.0, "tolerance_mm": 0.5 }));
     let all = "/api/v1/measurements";
     assert_eq!(ids(&server, all), [&fail, &pass, &plane].map(String::as_str));
     assert_eq!(ids(&server, &format!("{all}?limit=1")), [&fail, &pass, &plane].map(String::as_str));
-    assert_eq!(ids(&server, &format!("{all}?tool=sphere&limit=1")), [&fail, &pass].map(String::as_str));
+    assert_eq!(ids(&server, &format!("{all}?tool=step&limit=1")), [&fail, &pass].map(String::as_str));
     assert_eq!(ids(&server, &format!("{all}?verdict=ok")), [pass.as_str()]);
     assert_eq!(ids(&server, &format!("{all}?tool=plane&verdict=not_ok")), [""; 0]);
     server.get(&format!("{all}?tool=hammer")).expect(400);

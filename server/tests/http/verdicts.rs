@@ -29,12 +29,12 @@ fn a_part_has_one_verdict_the_worst_of_its_newest_and_lists_find_it() {
     let (_folder, server) = fresh();
     let (capture_id, calibration_id) = calibrated(&server);
     let asked = json!([
-        { "tool": "sphere", "nominal_mm": 18.9, "tolerance_mm": 5.0 },
-        { "tool": "sphere", "name": "second ball", "nominal_mm": 40.0, "tolerance_mm": 5.0 },
+        { "tool": "step", "nominal_mm": 8.9, "tolerance_mm": 0.5 },
+        { "tool": "step", "name": "second step", "nominal_mm": 10.0, "tolerance_mm": 0.5 },
     ]);
-    let ball = of_capture(&capture_id, &calibration_id, "sphere", asked);
-    let ball = server.result_of("/api/v1/scans", &ball);
-    let url = format!("/api/v1/scans/{ball}");
+    let part = of_capture(&capture_id, &calibration_id, "gauge", asked);
+    let part = server.result_of("/api/v1/scans", &part);
+    let url = format!("/api/v1/scans/{part}");
     let scan = server.get(&url).expect(200);
     assert_eq!(scan["verdict"], "not_ok", "{scan}");
     let shown: Vec<_> =
@@ -43,23 +43,23 @@ fn a_part_has_one_verdict_the_worst_of_its_newest_and_lists_find_it() {
 
     // The good one again, later: the bad one stands.
     let measure = |request: Value| server.post(&format!("{url}/measurements"), &request).expect(201);
-    measure(json!({ "tool": "sphere", "nominal_mm": 18.9, "tolerance_mm": 5.0 }));
+    measure(json!({ "tool": "step", "nominal_mm": 8.9, "tolerance_mm": 0.5 }));
     assert_eq!(server.get(&url).expect(200)["verdict"], "not_ok");
     // Without limits: nothing is taken back.
-    measure(json!({ "tool": "sphere", "name": "second ball" }));
+    measure(json!({ "tool": "step", "name": "second step" }));
     assert_eq!(server.get(&url).expect(200)["verdict"], "not_ok");
 
     let plain = of_capture(&capture_id, &calibration_id, "gauge", json!([]));
     let plain = server.result_of("/api/v1/scans", &plain);
     assert!(server.get(&format!("/api/v1/scans/{plain}")).expect(200)["verdict"].is_null());
-    assert_eq!(found(&server, "verdict=not_ok"), [ball.as_str()]);
+    assert_eq!(found(&server, "verdict=not_ok"), [part.as_str()]);
     assert_eq!(found(&server, "verdict=ok"), [""; 0]);
     assert_eq!(found(&server, "purpose=production&limit=1"), [plain.as_str()]);
 
     // Measured anew within limits: the part is good.
-    measure(json!({ "tool": "sphere", "name": "second ball", "nominal_mm": 18.9, "tolerance_mm": 5.0 }));
+    measure(json!({ "tool": "step", "name": "second step", "nominal_mm": 8.9, "tolerance_mm": 0.5 }));
     assert_eq!(server.get(&url).expect(200)["verdict"], "ok");
-    assert_eq!(found(&server, "verdict=ok"), [ball.as_str()]);
+    assert_eq!(found(&server, "verdict=ok"), [part.as_str()]);
 }
 
 #[test]
@@ -131,12 +131,12 @@ fn a_calibration_with_a_bad_verification_is_activated_only_on_purpose() {
     let (_folder, server) = fresh();
     let (capture_id, calibration_id) = calibrated(&server);
     let verify = |nominal_mm: f64| {
-        let source = json!({ "kind": "capture", "capture_id": capture_id, "scan": "sphere" });
-        let body = json!({ "artefact": "sphere", "nominal_mm": nominal_mm, "tolerance_mm": 5.0,
+        let source = json!({ "kind": "capture", "capture_id": capture_id, "scan": "gauge" });
+        let body = json!({ "artefact": "gauge", "nominal_mm": nominal_mm, "tolerance_mm": 0.5,
             "scan": { "source": source, "calibration_id": calibration_id } });
         server.result_of("/api/v1/verifications", &body)
     };
-    let bad = verify(40.0);
+    let bad = verify(10.0);
     let scan = server.get(&format!("/api/v1/scans/{}", bad.split('/').next().unwrap())).expect(200);
     assert_eq!((&scan["purpose"], &scan["verdict"]), (&json!("verification"), &json!("not_ok")));
     assert_eq!(found(&server, "purpose=production"), [""; 0]);
@@ -153,6 +153,6 @@ fn a_calibration_with_a_bad_verification_is_activated_only_on_purpose() {
     let told = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "calibration.activated");
     assert_eq!(told.unwrap()["body"]["verification"], "not_ok", "{events}");
     // A newer, good one asks for nothing.
-    verify(18.9);
+    verify(8.9);
     activate(false).expect(200);
 }

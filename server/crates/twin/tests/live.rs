@@ -250,7 +250,9 @@ fn centrelines_of_frames_lie_on_the_truth() {
     let found = lines.segments.iter().flat_map(|segment| &segment.points);
     let errors: Vec<f64> = found
         .filter_map(|point| {
-            let of_column = truth.iter().filter(|truth| (truth.u_px - point.u_px).abs() <= 0.5);
+            // The neighbouring column as well: where a line ends at the block's edge, the last point found may lie one
+            // column beyond the last ray that still meets the table.
+            let of_column = truth.iter().filter(|truth| (truth.u_px - point.u_px).abs() <= 1.5);
             of_column.map(|truth| point.v_px - truth.v_px).min_by(|a, b| a.abs().total_cmp(&b.abs()))
         })
         .collect();
