@@ -102,10 +102,16 @@ impl Motion {
         !matches!(self.errand, None | Some(Errand::Rest))
     }
 
-    /// Reads the state outside of any errand: is it well?
+    /// Reads the state while nobody tends the errand: is it well, and has a stop come to rest?
     pub fn check(&mut self) -> Result<(), StageError> {
         let state = self.device.poll()?;
         self.take(state);
+        if self.errand.is_some_and(|errand| matches!(errand, Errand::Rest))
+            && !state.moving
+            && state.measured_at >= self.begun_at
+        {
+            self.errand = None;
+        }
         Ok(())
     }
 

@@ -72,7 +72,9 @@ impl Station {
         let open = self.faults_found();
         let missing = self.camera.is_none() || self.stage.is_none() || self.laser.is_none();
         let Some(mut resetting) = self.resetting.take() else { return };
-        if open.is_empty() && !missing {
+        // Ready is at rest: who resets right after a Stop would else be refused the next motion.
+        let rests = self.stage_rests() || Instant::now() >= resetting.until;
+        if open.is_empty() && !missing && rests {
             self.faults.clear();
             self.come_back();
             self.outlook.stop_line.release();
