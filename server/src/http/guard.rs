@@ -51,7 +51,8 @@ impl Guard {
         };
         let name = name_of(host);
         let at_home = reached.is_none_or(|address| address.to_canonical().is_loopback());
-        if !self.hosts.contains(&name) && !(at_home && self.own_names.contains(&name.as_str())) {
+        let known = self.hosts.contains(&name) || at_home && self.own_names.contains(&name.as_str());
+        if !known {
             return Err(Problem::new(ProblemKind::Forbidden, format!("this server is not called \"{host}\""))
                 .remedy("add the name to http.allowed_hosts of the configuration"));
         }
