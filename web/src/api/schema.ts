@@ -1590,6 +1590,8 @@ export interface components {
              * @example alive
              */
             status: string;
+            /** @description Whether users and TLS are left to a reverse proxy before this server (`http.trusted_proxy`). */
+            trusted_proxy: boolean;
             /** @description Version of the program. */
             version: string;
         };

@@ -11,6 +11,8 @@ pub struct HealthDto {
     pub status: &'static str,
     /// Version of the program.
     pub version: &'static str,
+    /// Whether users and TLS are left to a reverse proxy before this server (`http.trusted_proxy`).
+    pub trusted_proxy: bool,
 }
 
 /// Jobs can run.

@@ -26,8 +26,9 @@ pub fn routes() -> OpenApiRouter<App> {
 
 /// Whether the process answers.
 #[utoipa::path(get, path = "/health", tag = "service", responses((status = 200, body = HealthDto)))]
-async fn health() -> Json<HealthDto> {
-    Json(HealthDto { status: "alive", version: env!("CARGO_PKG_VERSION") })
+async fn health(State(app): State<App>) -> Json<HealthDto> {
+    let trusted_proxy = app.config.http.trusted_proxy;
+    Json(HealthDto { status: "alive", version: env!("CARGO_PKG_VERSION"), trusted_proxy })
 }
 
 /// Whether jobs can run; if not, the problem says why.

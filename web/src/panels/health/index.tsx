@@ -12,7 +12,7 @@ import { CalibrationCard, OrdersCard } from "./calibration";
 import { Devices } from "./devices";
 import { EventTable } from "./event_log";
 import { parseMetrics } from "./metrics";
-import { DiskCard, FramesCard, LinkCard, QueueCard, SoftwareCard } from "./service";
+import { DiskCard, FramesCard, LinkCard, QueueCard, type ServiceHealth, SoftwareCard } from "./service";
 import "./health.css";
 
 /** Disk and sockets are looked at so often while the page is open. */
@@ -22,12 +22,12 @@ export default function Health() {
   const app = useApp();
   const words = text.value.health;
   const metrics = useSignal<ReadonlyMap<string, number> | undefined>(undefined);
-  const version = useSignal<string | undefined>(undefined);
+  const service = useSignal<ServiceHealth | undefined>(undefined);
   useEffect(() => {
     const look = async () => {
       try {
         metrics.value = parseMetrics(await (await bytes("/metrics")).text());
-        version.value = (await data(app.api.GET("/health"))).version;
+        service.value = await data(app.api.GET("/health"));
       } catch {
         // The link's own card says that the server is away.
       }
@@ -35,7 +35,7 @@ export default function Health() {
     void look();
     const timer = setInterval(() => void look(), LOOK_EVERY_MS);
     return () => clearInterval(timer);
-  }, [app.api, metrics, version]);
+  }, [app.api, metrics, service]);
   const bundle = useMemo(
     () =>
       new Command(async () => {
@@ -58,7 +58,7 @@ export default function Health() {
         <DiskCard metrics={metrics.value} />
         <QueueCard />
         <CalibrationCard />
-        <SoftwareCard version={version.value} />
+        <SoftwareCard service={service.value} />
       </div>
       <OrdersCard />
       <EventTable />

@@ -1,6 +1,7 @@
 /** Cards about the service and its link to this page. */
 
 import type { Station } from "../../api/client";
+import type { components } from "../../api/schema";
 import { useApp } from "../../app";
 import { href } from "../../state/route";
 import { language, text } from "../../text";
@@ -89,16 +90,24 @@ export function QueueCard() {
   );
 }
 
-export function SoftwareCard({ version }: { version: string | undefined }) {
+/** What the server says of itself. */
+export type ServiceHealth = components["schemas"]["HealthDto"];
+
+export function SoftwareCard({ service }: { service: ServiceHealth | undefined }) {
   const { stream } = useApp();
   const words = text.value.health;
   const status = useApp().station.status.value;
   const since = status?.faults[0]?.since_ms;
   return (
-    <HealthCard title={words.software} tone="calm" headline={`Sheaf ${version ?? stream.server_version.value}`}>
+    <HealthCard
+      title={words.software}
+      tone="calm"
+      headline={`Sheaf ${service?.version ?? stream.server_version.value}`}
+    >
       <Facts
         of={[
           [words.protocol, "sheaf.v1"],
+          ...(service?.trusted_proxy ? [[words.access, words.trusted_proxy] as const] : []),
           ...(since ? [[words.fault_since, moment(since, language.value)] as const] : []),
         ]}
       />

@@ -51,6 +51,8 @@ export const health = {
   queue_told: (running: number, queued: number) => `${running} läuft, ${queued} warten`,
   queue_advice: "Der Server nimmt höchstens 32 wartende Aufträge.",
   software: "Software",
+  access: "Zugang",
+  trusted_proxy: "Benutzer und TLS sind Sache des Reverse-Proxys",
   protocol: "Live-Strom",
   fault_since: "Störung seit",
   api: "Schnittstelle erkunden",

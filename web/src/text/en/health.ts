@@ -50,6 +50,8 @@ export const health = {
   queue_told: (running: number, queued: number) => `${running} running, ${queued} waiting`,
   queue_advice: "The server takes at most 32 waiting jobs.",
   software: "Software",
+  access: "Access",
+  trusted_proxy: "users and TLS are left to the reverse proxy",
   protocol: "Live stream",
   fault_since: "Fault since",
   api: "API explorer",
