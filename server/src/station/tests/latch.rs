@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::bench::{bench, bench_with, nobody, small_parts, wait};
 use crate::station::handle::Watch;
-use crate::station::{LiveRequest, MachineState, Manual, OperationalState, StationRefusal};
+use crate::station::{Fault, LiveRequest, MachineState, Manual, OperationalState, StationRefusal};
 
 #[test]
 fn what_was_authorised_before_a_stop_never_has_the_station_not_even_after_the_reset() {
@@ -46,6 +46,29 @@ fn a_reset_at_work_ends_the_job_dark_and_at_rest() {
     assert_eq!(bench.control.laser_power(), 0.0);
     bench.wait_for("at rest", |status| !status.moving && status.job_id.is_none());
     assert!(matches!(lease.laser_on(1.0), Err(StationRefusal::Stopped { .. })));
+}
+
+#[test]
+fn an_alarm_from_outside_ends_light_and_motion_and_waits_for_a_person() {
+    let bench = bench();
+    let lease = bench.lease();
+    lease.laser_on(1.0).unwrap();
+    let alarm = Fault {
+        device: "store",
+        kind: "read_only",
+        detail: "the data directory is read-only".to_owned(),
+        remedy: "check the disk".to_owned(),
+        since_ms: 0,
+    };
+    std::thread::scope(|scope| {
+        let moving = scope.spawn(|| lease.move_to(90.0, Some(5.0), &nobody()));
+        bench.wait_for("moving", |status| status.moving);
+        bench.station.alarm(alarm);
+        assert!(matches!(moving.join().unwrap(), Err(StationRefusal::InError { .. })));
+    });
+    assert_eq!(bench.control.laser_power(), 0.0);
+    bench.wait_for("at rest", |status| status.state == MachineState::Error && !status.moving);
+    assert!(matches!(bench.try_lease().map(drop), Err(StationRefusal::InError { .. })));
 }
 
 /// After each Stop: old and new jobs, people, the live view; none of them moves or lights anything before a reset.
