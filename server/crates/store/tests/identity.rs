@@ -22,14 +22,25 @@ async fn station() -> (TempDir, ArtifactId) {
     record.archive = store.artifacts.put(BYTES).await.unwrap();
     let archive = record.archive.clone();
     store.catalogue.commit(vec![Change::InsertCapture(record)]).await.unwrap();
-    store.close().await;
+    closed(store, folder.path()).await;
     // Opening folds the log into the database.
-    Store::open(folder.path()).await.unwrap().close().await;
+    closed(Store::open(folder.path()).await.unwrap(), folder.path()).await;
     (folder, archive)
 }
 
 fn catalogue(folder: &Path) -> PathBuf {
     folder.join("catalogue.sqlite3")
+}
+
+/// Closes the store and waits until its log is gone: the last connection closes on a thread of its own, and what it
+/// still writes must not meet a catalogue that was put in its place.
+async fn closed(store: Store, folder: &Path) {
+    store.close().await;
+    let begun = std::time::Instant::now();
+    while folder.join("catalogue.sqlite3-wal").exists() {
+        assert!(begun.elapsed() < std::time::Duration::from_secs(10), "the catalogue is not closed");
+        tokio::time::sleep(std::time::Duration::from_millis(2)).await;
+    }
 }
 
 fn forget_log(folder: &Path) {
@@ -67,7 +78,7 @@ async fn an_emptied_or_missing_catalogue_is_refused_with_the_newest_backup_and_o
         forget_log(folder.path());
         let store = Store::open(folder.path()).await.unwrap();
         assert_eq!(store.artifacts.read(&archive).await.unwrap(), BYTES);
-        store.close().await;
+        closed(store, folder.path()).await;
         fs::remove_file(&backup).unwrap();
         fs::write(&file, "").unwrap();
         is_refused(Store::open(folder.path()).await, &["--data", "no copy"]);
@@ -84,8 +95,8 @@ async fn an_emptied_or_missing_catalogue_is_refused_with_the_newest_backup_and_o
 async fn the_catalogue_of_another_station_is_refused() {
     let (folder, archive) = station().await;
     let other = tempfile::tempdir().unwrap();
-    Store::open(other.path()).await.unwrap().close().await;
-    Store::open(other.path()).await.unwrap().close().await;
+    closed(Store::open(other.path()).await.unwrap(), other.path()).await;
+    closed(Store::open(other.path()).await.unwrap(), other.path()).await;
     fs::copy(catalogue(other.path()), catalogue(folder.path())).unwrap();
     forget_log(folder.path());
     is_refused(Store::open(folder.path()).await, &["another station"]);
@@ -101,14 +112,14 @@ async fn the_catalogue_of_another_station_is_refused() {
 async fn a_restored_copy_without_the_mark_and_a_station_with_leftovers_alone_open() {
     let (folder, _) = station().await;
     fs::remove_file(folder.path().join("artifacts/station")).unwrap();
-    Store::open(folder.path()).await.unwrap().close().await;
+    closed(Store::open(folder.path()).await.unwrap(), folder.path()).await;
     assert!(folder.path().join("artifacts/station").is_file(), "marked again");
 
     // A process that dies between storing and naming leaves artifacts that no record names.
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).await.unwrap();
     let left = store.artifacts.put(BYTES).await.unwrap();
-    store.close().await;
+    closed(store, folder.path()).await;
     let store = Store::open(folder.path()).await.unwrap();
     store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
     assert!(store.artifacts.read(&left).await.is_err(), "the next process deletes them");
@@ -124,7 +135,7 @@ async fn what_is_newer_than_a_restored_copy_is_set_aside_and_not_deleted() {
     let newer = record.archive.clone();
     store.catalogue.commit(vec![Change::InsertCapture(record), Change::AppendEvent(event("x"))]).await.unwrap();
     store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
-    store.close().await;
+    closed(store, folder.path()).await;
 
     fs::write(catalogue(folder.path()), copy).unwrap();
     forget_log(folder.path());
@@ -133,7 +144,7 @@ async fn what_is_newer_than_a_restored_copy_is_set_aside_and_not_deleted() {
         store.sweep_unreferenced(|_| HashSet::new()).await.unwrap();
         assert_eq!(store.artifacts.read(&old).await.unwrap(), BYTES);
         assert!(store.artifacts.read(&newer).await.is_err());
-        store.close().await;
+        closed(store, folder.path()).await;
     }
     let entries = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
     let aside: Vec<_> = entries.filter(|path| path.to_string_lossy().contains("set-aside")).collect();
@@ -152,7 +163,7 @@ async fn a_copy_is_made_once_a_day_and_is_what_is_offered() {
     record.archive = store.artifacts.put(b"newer than the copy").await.unwrap();
     let newer = record.archive.clone();
     store.catalogue.commit(vec![Change::InsertCapture(record)]).await.unwrap();
-    store.close().await;
+    closed(store, folder.path()).await;
     let copies: Vec<_> =
         fs::read_dir(folder.path().join("backups")).unwrap().map(|entry| entry.unwrap().path()).collect();
     let [copy] = &copies[..] else { panic!("{copies:?}") };
