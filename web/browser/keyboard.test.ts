@@ -61,6 +61,7 @@ test(
     for (let presses = 0; presses < 3; presses += 1) await page.keyboard.press("Tab");
     await page.keyboard.press("Control+a");
     await page.keyboard.type("1,0");
+    await page.keyboard.press("Tab");
     await page.getByText("in steps of 1 mm").waitFor();
 
     // A scanner types without looking where the focus is, and ends with Enter.

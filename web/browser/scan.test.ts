@@ -210,11 +210,11 @@ test("a lost graphics card is told, and the cloud comes back from memory", async
     (element as HTMLCanvasElement).getContext("webgl2")?.getExtension("WEBGL_lose_context"),
   );
   await card.evaluate((card) => card?.loseContext());
-  await page.getByText("The graphics card was lost").waitFor();
+  await page.getByText("Graphics reset").waitFor();
   expect(sum(await orderPixels(page))).toBe(0);
   await card.evaluate((card) => card?.restoreContext());
   await until("the cloud is back", async () => sum(await orderPixels(page)) > 0.9 * sum(before));
-  await page.getByText("The graphics card was lost").waitFor({ state: "detached" });
+  await page.getByText("Graphics reset").waitFor({ state: "detached" });
   await page.getByRole("button", { name: "Show mesh" }).click();
   await page.getByRole("combobox", { name: "Show" }).waitFor({ timeout: SCAN_WITHIN_MS });
   await until("the mesh is drawn", async () => (await meshPixels(page)) > 1000);
@@ -262,7 +262,7 @@ test("a server that dies in the middle of a scan: the page says so, and the resu
     return job.state !== "queued" && job.progress > 0.1;
   });
   await server.kill();
-  await page.getByText("Nothing was heard from the server").waitFor();
+  await page.getByText("No connection to the server").waitFor();
   server = await server.startAgain();
   await page.waitForSelector("[data-scan-state=interrupted]", { timeout: 60_000 });
   await picture(page, "scan-interrupted");
