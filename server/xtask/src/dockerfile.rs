@@ -102,14 +102,13 @@ fn copy(rest: &str) -> Result<Instruction, String> {
 fn words(list: &str) -> Result<Vec<String>, String> {
     let inner = list.strip_prefix('[').and_then(|list| list.strip_suffix(']'));
     let inner = inner.ok_or_else(|| format!("`{list}` is not in the exec form [\"…\"]"))?;
-    inner
-        .split(',')
-        .map(|word| {
-            let word = word.trim();
-            let bare = word.strip_prefix('"').and_then(|word| word.strip_suffix('"'));
-            bare.map(String::from).ok_or_else(|| format!("`{word}` is not in quotes"))
-        })
-        .collect()
+    // Outside of the quotes stand commas alone, inside anything but quotes.
+    let parts: Vec<&str> = inner.split('"').collect();
+    let between = parts.iter().step_by(2).all(|part| matches!(part.trim(), "" | ","));
+    if parts.len().is_multiple_of(2) || !between {
+        return Err(format!("`{list}` is not in the exec form [\"…\"]"));
+    }
+    Ok(parts.into_iter().skip(1).step_by(2).map(String::from).collect())
 }
 
 #[cfg(test)]
@@ -119,7 +118,7 @@ mod tests {
     #[test]
     fn stages_and_instructions_are_read_in_order() {
         let text = "# c\nFROM a:1 AS build\nRUN one \\\n    two\nFROM b AS station\n\
-                    COPY --from=build /x /y\nHEALTHCHECK --interval=1s CMD test x\nCMD [\"serve\", \"--data\"]\n";
+                    COPY --from=build /x /y\nHEALTHCHECK --interval=1s CMD test x\nCMD [\"serve\", \"a=b,c\"]\n";
         let stages = parse(text).unwrap();
         assert_eq!(stages[0].instructions, [Instruction::Run("one      two".into())]);
         assert_eq!((stages[1].base.as_str(), stages[1].name.as_str()), ("b", "station"));
@@ -128,7 +127,7 @@ mod tests {
             [
                 Instruction::Copy { from: Some("build".into()), source: "/x".into(), target: "/y".into() },
                 Instruction::HealthCheck("test x".into()),
-                Instruction::Cmd(vec!["serve".into(), "--data".into()]),
+                Instruction::Cmd(vec!["serve".into(), "a=b,c".into()]),
             ]
         );
     }
