@@ -14,7 +14,7 @@ pub const CONNECTION_LIMIT: usize = 1_000;
 /// Connections beyond [`CONNECTION_LIMIT`] that are heard for one thing only: Stop.
 pub const STOP_CONNECTION_LIMIT: usize = 32;
 
-/// Computations of whole clouds at once: each takes a processor and up to 200 MiB for seconds.
+/// Computations of whole clouds at once: each takes a processor and, for a mesh of a large scan, 400 MiB for seconds.
 pub const HEAVY_REQUESTS: usize = 1;
 
 /// How long another one waits before it is told to come back.
