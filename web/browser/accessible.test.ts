@@ -57,7 +57,7 @@ describe("in light and dark", () => {
     await page.goto(`${server.url}/#/operate`);
     await settled(page);
     await page.getByText("What is scanned and measured").click();
-    await page.getByLabel("Measure afterwards").waitFor();
+    await page.getByRole("button", { name: "Add a measurement" }).waitFor();
     await expectAccessibleInBoth(page);
     await page.getByRole("button", { name: "No one in control" }).click();
     await page.getByRole("dialog").waitFor();
