@@ -96,8 +96,10 @@ test(
     expect(await page.locator(".sentence").textContent()).toMatch(/curved.*Use “grating”/);
     // Residual maps are drawn, and their numbers stand beside them.
     const maps = page.locator(".residuals canvas");
-    await until("six maps", async () => (await maps.count()) === 6);
-    for (const inked of await inkOf(maps)) expect(inked).toBeGreaterThan(100);
+    await until("six maps with points", async () => {
+      const inked = await inkOf(maps);
+      return inked.length === 6 && inked.every((n) => n > 100);
+    });
     expect(await page.locator("table.order-sums tbody tr").count()).toBe(5);
     await expectAccessible(page);
     await page.locator(".models").scrollIntoViewIfNeeded();
