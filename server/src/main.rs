@@ -26,6 +26,7 @@ mod ledger;
 mod live;
 mod measurement_plan;
 mod measurements;
+mod memory;
 mod output;
 mod palette;
 mod parts;

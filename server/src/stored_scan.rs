@@ -16,17 +16,25 @@ pub fn new_id() -> String {
     uuid::Uuid::now_v7().to_string()
 }
 
-/// The cloud of a scan.
+/// The cloud of a scan, all of it in memory.
 ///
 /// # Errors
 /// A problem: the scan has no cloud (it was stopped), or the artifact is damaged.
 pub async fn stored_cloud(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Cloud, Problem> {
+    let file = stored_cloud_file(artifacts, scan).await?;
+    parsed(&scan.id, "cloud", move || read_cloud_from(BufReader::new(file), CloudFormat::Ply)).await
+}
+
+/// The cloud of a scan as a PLY file, checked.
+///
+/// # Errors
+/// As [`stored_cloud`].
+pub async fn stored_cloud_file(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<File, Problem> {
     let Some(id) = &scan.cloud else { return Err(without_cloud(scan)) };
     let what = format!("the cloud of scan {}", scan.id);
     let lost = |error| Problem::from(error).of_stored(&what);
     artifacts.check(id).await.map_err(lost)?;
-    let file = artifacts.file(id).await.map_err(lost)?;
-    parsed(&scan.id, "cloud", move || read_cloud_from(BufReader::new(file), CloudFormat::Ply)).await
+    artifacts.file(id).await.map_err(lost)
 }
 
 /// The frames of a scan, checked; they stay in their file.

@@ -16,6 +16,7 @@ use crate::service;
 
 /// Serves until SIGTERM or SIGINT.
 pub fn run(args: &ServeArgs, json: bool) -> Result<Answer, Failure> {
+    crate::memory::give_large_blocks_back();
     let effective = effective_of(&args.settings)?;
     log_to_stderr(json);
     let runtime = tokio::runtime::Builder::new_multi_thread()

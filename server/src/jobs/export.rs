@@ -2,12 +2,12 @@
 
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::{BufWriter, Write as _};
+use std::io::{BufReader, BufWriter, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use scanning::files::{write_cloud_to, write_mesh_to};
-use scanning::{Cloud, CloudFormat, MeshFormat, MeshParams, mesh_from_cloud};
+use scanning::files::{ContentError, convert_cloud, read_cloud_from, write_mesh_to};
+use scanning::{CloudFormat, Mesh, MeshFormat, MeshParams, mesh_from_cloud};
 use serde_json::json;
 use store::{ArtifactId, Artifacts, ResultRef, ScanRecord, StoreError};
 
@@ -15,13 +15,13 @@ use crate::jobs::{Done, ExportInput, JobContext, JobEnd};
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
-use crate::stored_scan::{disk_problem, stored_cloud, without_cloud};
+use crate::stored_scan::{disk_problem, stored_cloud_file, without_cloud};
 
 /// Folder beside the scratch folder that remembers what was exported; may be deleted at any time. No record names these
 /// artifacts: each sweep asks [`remembered_of`].
 const CACHE: &str = "cache/exports";
 
-/// One export is computed at a time: each holds a whole cloud in memory.
+/// One export is computed at a time: a mesh holds a whole cloud in memory.
 static TURN: tokio::sync::Mutex<()> = tokio::sync::Mutex::const_new(());
 
 /// The kind of what exports make: `<scan id>/<what>.<format>`.
@@ -135,7 +135,7 @@ pub async fn bytes_to_artifact(
     if let Some(id) = known(&**artifacts, &note).await? {
         return Ok(id);
     }
-    let cloud = stored_cloud(&**artifacts, scan).await?;
+    let cloud = stored_cloud_file(&**artifacts, scan).await?;
     let place = tempfile::tempdir_in(artifacts.scratch()).map_err(disk_problem)?;
     let file = place.path().join(file_name(format));
     let target = file.clone();
@@ -152,16 +152,30 @@ pub async fn bytes_to_artifact(
     Ok(id)
 }
 
-fn write(cloud: &Cloud, format: ExportFormat, file: &Path) -> Result<(), Problem> {
-    let mut out = BufWriter::new(File::create_new(file).map_err(disk_problem)?);
+/// Converts points as they come; for a mesh all must be known, and are forgotten before it is written.
+fn write(cloud: &File, format: ExportFormat, target: &Path) -> Result<(), Problem> {
+    let options = File::options().read(true).write(true).create_new(true).open(target);
+    let mut out = options.map_err(disk_problem)?;
     match format {
-        ExportFormat::Cloud(format) => write_cloud_to(&mut out, format, cloud),
+        ExportFormat::Cloud(format) => convert_cloud(|| from_start(cloud), format, &mut out).map_err(disk_problem),
         ExportFormat::Mesh(format) => {
-            write_mesh_to(&mut out, format, &mesh_from_cloud(cloud, &MeshParams::default()))
+            let mesh = mesh_of(cloud).map_err(disk_problem)?;
+            let mut out = BufWriter::new(out);
+            write_mesh_to(&mut out, format, &mesh).map_err(disk_problem)?;
+            out.flush().map_err(disk_problem)
         }
     }
-    .map_err(disk_problem)?;
-    out.flush().map_err(disk_problem)
+}
+
+fn mesh_of(cloud: &File) -> Result<Mesh, ContentError> {
+    let cloud = read_cloud_from(from_start(cloud)?, CloudFormat::Ply)?;
+    Ok(mesh_from_cloud(&cloud, &MeshParams::default()))
+}
+
+fn from_start(file: &File) -> std::io::Result<BufReader<File>> {
+    let mut file = file.try_clone()?;
+    file.rewind()?;
+    Ok(BufReader::new(file))
 }
 
 /// The artifacts that are remembered as exports of the clouds in `named`; exports of others are forgotten.

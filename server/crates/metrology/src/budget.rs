@@ -1,7 +1,6 @@
 //! The uncertainty of a value: its parts, and which of them are missing (`docs/maths/metrology.md`, table of parts).
 
 use optics::Calibration;
-use scanning::Cloud;
 
 use crate::doubts::Missing;
 use crate::features::Found;
@@ -31,14 +30,14 @@ pub(crate) struct Budget {
 
 /// Adds up what is known and names what is not; `None` if the features do not hold the value.
 pub(crate) fn budget(
-    (cloud, samples, features): (&Cloud, &Samples, &[Found]),
+    (samples, features): (&Samples, &[Found]),
     question: &Question,
     value: f64,
     (calibration, retriangulation): (Option<&Calibration>, Option<&Retriangulation>),
     notes: &mut Vec<String>,
 ) -> Option<Budget> {
     let noises = noises(samples, features, retriangulation);
-    let noise = noise::propagate(cloud, samples, question, features, &noises)?;
+    let noise = noise::propagate(samples, question, features, &noises)?;
     if samples.sigma_known && noise.ratio > NOTEWORTHY_RATIO {
         notes.push(format!(
             "residuals are {:.2} times the predicted noise: the surface has form, or the model does not fit it; the noise's \

@@ -49,7 +49,7 @@ pub(crate) fn light_in_camera(calibration: &Calibration) -> Option<PointMm<Camer
 
 /// Searches among the points of one cloud.
 pub(crate) struct Search<'a> {
-    pub(crate) samples: &'a Samples,
+    pub(crate) samples: &'a Samples<'a>,
     pub(crate) rng: Pcg64Mcg,
 }
 
@@ -83,7 +83,7 @@ impl Search<'_> {
     }
 
     fn is_at_height(&self, idx: u32, base: &Shape, height_mm: f64) -> bool {
-        let height = base.distance_mm(&self.samples.at(idx).in_part.xyz).abs();
+        let height = base.distance_mm(&self.samples.position(idx)).abs();
         (height - height_mm.abs()).abs() <= NOMINAL_HINT_SHARE * height_mm.abs()
     }
 
@@ -127,7 +127,7 @@ impl Search<'_> {
     }
 
     fn beyond(&self, candidates: &[u32], shape: &Shape, reach: f64) -> Vec<u32> {
-        let is_beyond = |&idx: &u32| normalised_distance(shape, self.samples.at(idx)).abs() > reach;
+        let is_beyond = |&idx: &u32| normalised_distance(shape, &self.samples.at(idx)).abs() > reach;
         candidates.par_iter().copied().filter(is_beyond).collect()
     }
 
@@ -152,7 +152,7 @@ impl Search<'_> {
             Some(outline) => candidates
                 .par_iter()
                 .copied()
-                .filter(|&idx| outline.contains(&self.samples.at(idx).in_part.xyz))
+                .filter(|&idx| outline.contains(&self.samples.position(idx)))
                 .collect(),
         };
         let inside = self.without_steep(inside, &whole.shape);
@@ -179,7 +179,7 @@ impl Search<'_> {
         }
         let is_frontal = |&idx: &u32| {
             let sample = self.samples.at(idx);
-            match sample.to_light {
+            match self.samples.to_light(idx) {
                 Some(to_light) => {
                     let lit = shape.normal_at(&sample.in_part.xyz).dot(&to_light);
                     sample.cosine(shape) >= MIN_CURVED_COSINE && lit.abs() >= MIN_CURVED_LIGHT_COSINE

@@ -64,7 +64,7 @@ fn second_plane(
 ) -> Option<Found> {
     let rest = search.without(&search.samples.indices(), base);
     if let Some(height) = height_mm {
-        let above = |idx: &u32| base.shape.distance_mm(&search.samples.at(*idx).in_part.xyz) * height > 0.0;
+        let above = |idx: &u32| base.shape.distance_mm(&search.samples.position(*idx)) * height > 0.0;
         let same_side: Vec<u32> = rest.iter().copied().filter(above).collect();
         for candidates in [&same_side, &rest] {
             if let Some(found) = search.parallel_plane("top", candidates, &base.shape, height_mm) {
@@ -114,8 +114,7 @@ fn base_first(samples: &Samples, base: Found, top: Found) -> (Found, Found) {
 fn spread_mm2(samples: &Samples, face: &Found, axes: &[Vector3<f64>; 2]) -> f64 {
     axes.iter()
         .map(|axis| {
-            let mut along: Vec<f64> =
-                face.inliers.iter().map(|&idx| axis.dot(&samples.at(idx).in_part.xyz)).collect();
+            let mut along: Vec<f64> = face.inliers.iter().map(|&idx| axis.dot(&samples.position(idx))).collect();
             along.sort_unstable_by(f64::total_cmp);
             let tail = (SPREAD_TAIL_SHARE * along.len() as f64) as usize;
             along[along.len() - 1 - tail] - along[tail]
@@ -124,6 +123,6 @@ fn spread_mm2(samples: &Samples, face: &Found, axes: &[Vector3<f64>; 2]) -> f64 
 }
 
 fn centroid(samples: &Samples, feature: &Found) -> Vector3<f64> {
-    let sum: Vector3<f64> = feature.inliers.iter().map(|&idx| samples.at(idx).in_part.xyz).sum();
+    let sum: Vector3<f64> = feature.inliers.iter().map(|&idx| samples.position(idx)).sum();
     sum / feature.inliers.len() as f64
 }

@@ -39,6 +39,22 @@ pub(crate) struct Weighted {
     pub(crate) weight: f64,
 }
 
+/// The points of a fit, which need not lie in memory all at once.
+pub(crate) trait Points: Sync {
+    fn len(&self) -> usize;
+    fn at(&self, idx: usize) -> Weighted;
+}
+
+impl Points for Vec<Weighted> {
+    fn len(&self) -> usize {
+        self.len()
+    }
+
+    fn at(&self, idx: usize) -> Weighted {
+        self[idx]
+    }
+}
+
 struct Normal {
     hessian: Matrix,
     gradient: Vector,
@@ -62,17 +78,18 @@ pub(crate) enum Termination {
 ///
 /// The slopes are those at the foot of each point, so this is not the minimum of Σ w·residual², which is biased where the
 /// surface is curved. What falls with every step is the squared distance to the solution, gᵀH⁻¹g, in σ.
-pub(crate) fn fit(start: &Shape, points: &[Weighted]) -> Option<Shape> {
+pub(crate) fn fit(start: &Shape, points: &impl Points) -> Option<Shape> {
     let (shape, termination) = solve(start, points, MAX_STEPS)?;
     (termination != Termination::Stuck).then_some(shape)
 }
 
 /// [`fit`] with the reason of its end.
-fn solve(start: &Shape, points: &[Weighted], max_steps: usize) -> Option<(Shape, Termination)> {
+fn solve(start: &Shape, points: &impl Points, max_steps: usize) -> Option<(Shape, Termination)> {
     if points.len() < start.parameters() {
         return None;
     }
-    let centroid = points.iter().map(|p| p.position).sum::<Vector3<f64>>() / points.len() as f64;
+    let centroid =
+        (0..points.len()).map(|idx| points.at(idx).position).sum::<Vector3<f64>>() / points.len() as f64;
     let mut shape = start.anchored(&centroid);
     let mut normal = normal_equations(&shape, points)?;
     let mut damping = FIRST_DAMPING;
@@ -114,8 +131,11 @@ fn squared(hessian: &Factor, gradient: &Vector) -> f64 {
 }
 
 /// Sums over chunks of fixed size, added up in order: the same bits for any number of threads.
-fn normal_equations(shape: &Shape, points: &[Weighted]) -> Option<Normal> {
-    let sums: Vec<Sums> = points.par_chunks(CHUNK_POINTS).map(|chunk| Sums::of(shape, chunk)).collect();
+fn normal_equations(shape: &Shape, points: &impl Points) -> Option<Normal> {
+    let n_points = points.len();
+    let chunk = |idx: usize| idx * CHUNK_POINTS..((idx + 1) * CHUNK_POINTS).min(n_points);
+    let chunks = (0..n_points.div_ceil(CHUNK_POINTS)).into_par_iter().map(chunk);
+    let sums: Vec<Sums> = chunks.map(|chunk| Sums::of(shape, chunk.map(|idx| points.at(idx)))).collect();
     let sums = sums.into_iter().reduce(Sums::plus)?;
     let mut hessian = Matrix::from_fn(|row, column| sums.hessian[row.min(column)][row.max(column)]);
     for unused in shape.parameters()..MAX_PARAMETERS {
@@ -132,7 +152,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(shape: &Shape, points: &[Weighted]) -> Self {
+    fn of(shape: &Shape, points: impl Iterator<Item = Weighted>) -> Self {
         let linear = shape.linearised();
         let n = shape.parameters();
         let mut sums = Self { hessian: [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS], gradient: [0.0; MAX_PARAMETERS] };
@@ -170,10 +190,11 @@ fn damped_step(normal: &Normal, damping: f64) -> Option<Vector> {
 
 /// Covariance of the local parameters when the points' errors along the normal have the given variances:
 /// H⁻¹ (Σ w² v a aᵀ) H⁻¹ with H = Σ w a aᵀ.
-pub(crate) fn covariance(shape: &Shape, points: &[Weighted], variances: &[f64]) -> Option<Matrix> {
+pub(crate) fn covariance(shape: &Shape, points: &impl Points, variances: &[f64]) -> Option<Matrix> {
     let linear = shape.linearised();
     let mut spread = Matrix::zeros();
-    for (point, variance) in points.iter().zip(variances) {
+    for (idx, variance) in variances.iter().enumerate() {
+        let point = points.at(idx);
         let slopes = Vector::from(linear.residual_and_gradient(&point.position, &point.ray).1);
         spread += slopes * slopes.transpose() * (point.weight * point.weight * variance);
     }

@@ -40,7 +40,7 @@ fn arc_deg(samples: &Samples, feature: &Found) -> Option<f64> {
         return None;
     }
     let normals: Vec<Vector3<f64>> =
-        feature.inliers.iter().map(|&idx| feature.shape.normal_at(&samples.at(idx).in_part.xyz)).collect();
+        feature.inliers.iter().map(|&idx| feature.shape.normal_at(&samples.position(idx))).collect();
     let mean = normals.iter().sum::<Vector3<f64>>().try_normalize(f64::MIN_POSITIVE)?;
     let mut cosines: Vec<f64> = normals.iter().map(|normal| normal.dot(&mean)).collect();
     cosines.sort_unstable_by(f64::total_cmp);

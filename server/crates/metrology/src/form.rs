@@ -4,10 +4,8 @@
 //! (a form much larger than the noise). The value is the middle between the two corrections; half their distance is the
 //! limit of what the correction may be wrong by (eq. 6).
 
-use scanning::Cloud;
-
 use crate::features::Found;
-use crate::fit::{Weighted, fit};
+use crate::fit::{Points, Weighted, fit};
 use crate::noise::{correlation_px, redundancy, spacing_px};
 use crate::params::{FLATNESS_SHARE, FLATNESS_TRIM_SIGMAS, TRIM_SIGMAS};
 use crate::robust::{SIGMA_PER_MAD, normalised_distance, within};
@@ -38,35 +36,48 @@ pub(crate) struct Flatness {
     pub(crate) n_independent: f64,
 }
 
+/// Points that count alike.
+struct Alike<'a> {
+    samples: &'a Samples<'a>,
+    indices: &'a [u32],
+}
+
+impl Points for Alike<'_> {
+    fn len(&self) -> usize {
+        self.indices.len()
+    }
+
+    fn at(&self, idx: usize) -> Weighted {
+        let sample = self.samples.at(self.indices[idx]);
+        Weighted { position: sample.in_part.xyz, ray: sample.ray, weight: 1.0 }
+    }
+}
+
 /// Widens a plane's points to all inside its outline that are form rather than stray, and takes their least-squares plane,
 /// every point counting alike.
 pub(crate) fn keep_form(samples: &Samples, plane: &mut Found) -> Option<()> {
     let mut normalised: Vec<f64> =
-        plane.inliers.iter().map(|&idx| normalised_distance(&plane.shape, samples.at(idx)).abs()).collect();
+        plane.inliers.iter().map(|&idx| normalised_distance(&plane.shape, &samples.at(idx)).abs()).collect();
     let scale = SIGMA_PER_MAD * median(&mut normalised);
     let kept = within(samples, &plane.inside, &plane.shape, scale * FLATNESS_TRIM_SIGMAS.max(TRIM_SIGMAS));
-    let points: Vec<Weighted> = kept
-        .iter()
-        .map(|&idx| Weighted { position: samples.at(idx).in_part.xyz, ray: samples.at(idx).ray, weight: 1.0 })
-        .collect();
-    plane.shape = fit(&plane.shape, &points)?;
+    plane.shape = fit(&plane.shape, &Alike { samples, indices: &kept })?;
     plane.n_outliers = plane.inside.len() - kept.len();
     plane.inliers = kept;
     Some(())
 }
 
 /// The flatness of a plane's points.
-pub(crate) fn flatness(cloud: &Cloud, samples: &Samples, plane: &Found) -> Flatness {
+pub(crate) fn flatness(samples: &Samples, plane: &Found) -> Flatness {
     let residuals: Vec<f64> =
-        plane.inliers.iter().map(|&idx| plane.shape.distance_mm(&samples.at(idx).in_part.xyz)).collect();
+        plane.inliers.iter().map(|&idx| plane.shape.distance_mm(&samples.position(idx))).collect();
     let n = residuals.len() as f64;
     let square = residuals.iter().map(|r| r * r).sum::<f64>() / n;
-    let noise_mm = noise_mm(cloud, samples, plane, &residuals).min(square.sqrt());
+    let noise_mm = noise_mm(samples, plane, &residuals).min(square.sqrt());
     let band_mm = band_width(&mut residuals.clone());
     let noise_band_mm = 2.0 * TAIL_QUANTILE * noise_mm;
     let linear = (band_mm - noise_band_mm).max(0.0);
     let quadratic = (band_mm * band_mm - noise_band_mm * noise_band_mm).max(0.0).sqrt();
-    let n_independent = n / redundancy(cloud, samples, &plane.inliers);
+    let n_independent = n / redundancy(samples, &plane.inliers);
     let tail = (1.0 - FLATNESS_SHARE) / 2.0;
     let of_quantiles = noise_mm * (2.0 * tail * (1.0 - tail) / n_independent).sqrt() / TAIL_DENSITY;
     Flatness {
@@ -82,9 +93,9 @@ pub(crate) fn flatness(cloud: &Cloud, samples: &Samples, plane: &Found) -> Flatn
 
 /// The noise of the points along the normal, mm: from second differences of points of one line, far enough apart to have
 /// noise of their own and near enough to have the same form.
-fn noise_mm(cloud: &Cloud, samples: &Samples, plane: &Found, residuals: &[f64]) -> f64 {
-    let lag_px = LAG_CORRELATIONS * correlation_px(cloud);
-    let spacing = |i: usize, j: usize| spacing_px(cloud, samples, plane.inliers[i], plane.inliers[j]);
+fn noise_mm(samples: &Samples, plane: &Found, residuals: &[f64]) -> f64 {
+    let lag_px = LAG_CORRELATIONS * correlation_px(samples.cloud);
+    let spacing = |i: usize, j: usize| spacing_px(samples, plane.inliers[i], plane.inliers[j]);
     let beyond = |from: usize, start: usize, lag_px: f64| {
         let mut idx = start;
         while idx < residuals.len() && spacing(from, idx).is_some_and(|px| px < lag_px) {

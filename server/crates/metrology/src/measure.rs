@@ -49,19 +49,18 @@ pub fn measure(
 ) -> Result<Measurement, MeasureError> {
     check(request)?;
     let samples = Samples::from_cloud(cloud, request.region.as_ref(), calibration.and_then(light_in_camera));
-    if samples.all.len() < MIN_FEATURE_POINTS {
-        return Err(MeasureError::TooFewPoints { needed: MIN_FEATURE_POINTS, got: samples.all.len() });
+    if samples.len() < MIN_FEATURE_POINTS {
+        return Err(MeasureError::TooFewPoints { needed: MIN_FEATURE_POINTS, got: samples.len() });
     }
     let mut notes = Vec::new();
     let mut search = Search { samples: &samples, rng: Pcg64Mcg::seed_from_u64(request.seed) };
     let features = find(&mut search, request, &mut notes)?;
     let (question, mut measured) = read_value(&samples, &features, request)?;
-    let retriangulation = calibration
-        .map(|calibration| Retriangulation::new(cloud, &samples, &features, calibration))
-        .transpose()?;
+    let retriangulation =
+        calibration.map(|calibration| Retriangulation::new(&samples, &features, calibration)).transpose()?;
     let evaluate = |question: &Question, value: f64, notes: &mut Vec<String>| {
-        budget((cloud, &samples, &features), question, value, (calibration, retriangulation.as_ref()), notes)
-            .ok_or(MeasureError::FeatureNotFound { feature: request.tool.name(), n_points: samples.all.len() })
+        budget((&samples, &features), question, value, (calibration, retriangulation.as_ref()), notes)
+            .ok_or(MeasureError::FeatureNotFound { feature: request.tool.name(), n_points: samples.len() })
     };
     let mut budget = evaluate(&question, measured, &mut notes)?;
     let tilts_deg = tilts_deg(&features, request.tool);
@@ -71,7 +70,7 @@ pub fn measure(
         measured = unfolded(measured, &question, &mut budget, &other, &mut notes);
     }
     if request.tool == Tool::Flatness {
-        let flatness = flatness(cloud, &samples, &features[0]);
+        let flatness = flatness(&samples, &features[0]);
         measured = flatness.value_mm;
         budget.u_noise = flatness.standard_uncertainty_mm;
         notes.push(format!(
@@ -146,13 +145,13 @@ fn read_value(
     let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
     let inliers = &features[0].inliers;
     let first = FirstPoints {
-        positions: inliers.iter().map(|&idx| samples.at(idx).in_part.xyz).collect(),
+        positions: inliers.iter().map(|&idx| samples.position(idx)).collect(),
         camera: samples.mean_camera(inliers),
     };
     let turn = (request.tool == Tool::Angle).then(|| axis_of_turn(features)).flatten();
     let question = Question { tool: request.tool, supplement: false, turn };
     let direct = value(&question, &shapes, &first)
-        .ok_or(MeasureError::FeatureNotFound { feature: request.tool.name(), n_points: samples.all.len() })?;
+        .ok_or(MeasureError::FeatureNotFound { feature: request.tool.name(), n_points: samples.len() })?;
     let mirrored = 180.0 - direct;
     let supplement = request.tool == Tool::Angle
         && request.nominal_mm.is_some_and(|nominal| (mirrored - nominal).abs() < (direct - nominal).abs());
@@ -226,7 +225,7 @@ fn describe(features: &[Found], notes: &mut Vec<String>) {
 
 fn fitted(samples: &Samples, feature: &Found) -> FittedFeature {
     let square: f64 =
-        feature.inliers.iter().map(|&idx| feature.shape.distance_mm(&samples.at(idx).in_part.xyz).powi(2)).sum();
+        feature.inliers.iter().map(|&idx| feature.shape.distance_mm(&samples.position(idx)).powi(2)).sum();
     FittedFeature {
         role: feature.role,
         shape: feature.shape,
@@ -234,7 +233,7 @@ fn fitted(samples: &Samples, feature: &Found) -> FittedFeature {
         n_outliers: feature.n_outliers,
         n_border: feature.n_border,
         rms_mm: (square / feature.inliers.len() as f64).sqrt(),
-        cloud_indices: feature.inliers.iter().map(|&idx| samples.at(idx).cloud_idx as u32).collect(),
+        cloud_indices: feature.inliers.iter().map(|&idx| samples.cloud_idx(idx)).collect(),
     }
 }
 

@@ -10,7 +10,7 @@ use crate::features::Found;
 use crate::fit::covariance;
 use crate::measure::Question;
 use crate::params::{NOISE_CORRELATION_KEY, NOISE_CORRELATION_PX, SPECKLE_SUM};
-use crate::robust::weighted;
+use crate::robust::Near;
 use crate::sample::{Samples, median};
 use crate::shape::{MAX_PARAMETERS, Shape};
 use crate::value::{FirstPoints, value};
@@ -45,18 +45,18 @@ pub(crate) fn correlation_px(cloud: &Cloud) -> f64 {
 
 /// How many points carry the information of one: neighbours on a line share the image's noise, and frames less than the
 /// light sheet's thickness apart show nearly the same speckle (eq. 4, 5).
-pub(crate) fn redundancy(cloud: &Cloud, samples: &Samples, inliers: &[u32]) -> f64 {
+pub(crate) fn redundancy(samples: &Samples, inliers: &[u32]) -> f64 {
     let mut spacings: Vec<f64> = inliers
         .windows(2)
-        .filter_map(|pair| spacing_px(cloud, samples, pair[0], pair[1]).filter(|px| *px > 0.0))
+        .filter_map(|pair| spacing_px(samples, pair[0], pair[1]).filter(|px| *px > 0.0))
         .collect();
     let spacing_px = if spacings.is_empty() { 1.0 } else { median(&mut spacings) };
-    (correlation_px(cloud) / spacing_px).max(1.0) * along_travel(samples)
+    (correlation_px(samples.cloud) / spacing_px).max(1.0) * along_travel(samples)
 }
 
 /// Distance of two points of one line in the image, px; `None` if they are on different lines.
-pub(crate) fn spacing_px(cloud: &Cloud, samples: &Samples, first: u32, second: u32) -> Option<f64> {
-    let [a, b] = [first, second].map(|idx| &cloud.points[samples.at(idx).cloud_idx]);
+pub(crate) fn spacing_px(samples: &Samples, first: u32, second: u32) -> Option<f64> {
+    let [a, b] = [first, second].map(|idx| samples.point(idx));
     let same_line = a.frame == b.frame && a.order == b.order;
     same_line.then(|| f64::from((a.u_px - b.u_px).abs().max((a.v_px - b.v_px).abs())))
 }
@@ -75,7 +75,6 @@ fn along_travel(samples: &Samples) -> f64 {
 
 /// Propagates the noise of the points to the value of a tool.
 pub(crate) fn propagate(
-    cloud: &Cloud,
     samples: &Samples,
     question: &Question,
     features: &[Found],
@@ -90,9 +89,9 @@ pub(crate) fn propagate(
         let birge = birge_ratio(samples, feature, &along_normal);
         ratio = ratio.max(birge);
         let scale = if samples.sigma_known { birge.max(1.0) } else { birge };
-        let redundancy = redundancy(cloud, samples, &feature.inliers);
+        let redundancy = redundancy(samples, &feature.inliers);
         let variances: Vec<f64> = along_normal.iter().map(|s| s * s * scale * scale * redundancy).collect();
-        let points = weighted(samples, &feature.inliers, &feature.shape);
+        let points = Near { samples, indices: &feature.inliers, shape: &feature.shape };
         let gradient = value_gradient(samples, question, features, idx)?;
         variance += gradient.dot(&(covariance(&feature.shape, &points, &variances)? * gradient));
     }
@@ -113,7 +112,7 @@ fn birge_ratio(samples: &Samples, feature: &Found, along_normal: &[f64]) -> f64 
         .inliers
         .iter()
         .zip(along_normal)
-        .map(|(&idx, sigma)| (feature.shape.distance_mm(&samples.at(idx).in_part.xyz) / sigma).powi(2))
+        .map(|(&idx, sigma)| (feature.shape.distance_mm(&samples.position(idx)) / sigma).powi(2))
         .sum();
     let freedom = feature.inliers.len().saturating_sub(feature.shape.parameters()).max(1);
     (sum / freedom as f64).sqrt()

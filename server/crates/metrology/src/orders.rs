@@ -7,7 +7,7 @@ use crate::fit::fit;
 use crate::measurement::{ErrorSummary, OrderRow};
 use crate::params::MIN_FEATURE_POINTS;
 use crate::request::Tool;
-use crate::robust::weighted;
+use crate::robust::Near;
 use crate::sample::Samples;
 use crate::shape::Shape;
 
@@ -68,5 +68,5 @@ fn own_fit(samples: &Samples, feature: &Found, order: i8) -> Option<Shape> {
     if own.len() < MIN_FEATURE_POINTS {
         return None;
     }
-    fit(&feature.shape, &weighted(samples, &own, &feature.shape))
+    fit(&feature.shape, &Near { samples, indices: &own, shape: &feature.shape })
 }

@@ -38,8 +38,7 @@ impl Outline {
     pub(crate) fn of(samples: &Samples, indices: &[u32], direction: &Vector3<f64>) -> Option<Self> {
         let margin_mm = samples.border_margin_mm();
         let axes = across(direction);
-        let flat: Vec<Vector2<f64>> =
-            indices.iter().map(|&idx| project(&axes, &samples.at(idx).in_part.xyz)).collect();
+        let flat: Vec<Vector2<f64>> = indices.iter().map(|&idx| project(&axes, &samples.position(idx))).collect();
         let start = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
         let (low, high) = flat.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)));
         let mut cell_mm = (FIRST_CELL_MARGINS * margin_mm).max((high - low).max() / MAX_CELLS);

@@ -48,7 +48,7 @@ impl Best {
 }
 
 fn positions(samples: &Samples, candidates: &[u32], limit: usize) -> Vec<Vector3<f64>> {
-    thinned(candidates, limit).iter().map(|&idx| samples.at(idx).in_part.xyz).collect()
+    thinned(candidates, limit).iter().map(|&idx| samples.position(idx)).collect()
 }
 
 fn pick<'a, T>(rng: &mut Pcg64Mcg, from: &'a [T]) -> &'a T {

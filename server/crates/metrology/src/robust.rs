@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::fit::{Weighted, fit};
+use crate::fit::{Points, Weighted, fit};
 use crate::params::{MAX_TRIM_SIGMAS, MIN_FEATURE_POINTS, MIN_TRIM_SIGMAS, TRIM_POINTS, TRIM_ROUNDS, TRIM_SIGMAS};
 use crate::sample::{Sample, Samples, median, thinned};
 use crate::shape::Shape;
@@ -28,23 +28,30 @@ pub(crate) fn normalised_distance(shape: &Shape, sample: &Sample) -> f64 {
     shape.distance_mm(&sample.in_part.xyz) / sample.normal_sigma_mm(shape)
 }
 
-/// The points with their weights for a fit near `shape`.
-pub(crate) fn weighted(samples: &Samples, indices: &[u32], shape: &Shape) -> Vec<Weighted> {
-    indices
-        .par_iter()
-        .map(|&idx| {
-            let sample = samples.at(idx);
-            let sigma_mm = sample.normal_sigma_mm(shape);
-            Weighted { position: sample.in_part.xyz, ray: sample.ray, weight: 1.0 / (sigma_mm * sigma_mm) }
-        })
-        .collect()
+/// Points of a cloud with their weights for a fit near a shape.
+pub(crate) struct Near<'a> {
+    pub(crate) samples: &'a Samples<'a>,
+    pub(crate) indices: &'a [u32],
+    pub(crate) shape: &'a Shape,
+}
+
+impl Points for Near<'_> {
+    fn len(&self) -> usize {
+        self.indices.len()
+    }
+
+    fn at(&self, idx: usize) -> Weighted {
+        let sample = self.samples.at(self.indices[idx]);
+        let sigma_mm = sample.normal_sigma_mm(self.shape);
+        Weighted { position: sample.in_part.xyz, ray: sample.ray, weight: 1.0 / (sigma_mm * sigma_mm) }
+    }
 }
 
 pub(crate) fn within(samples: &Samples, candidates: &[u32], shape: &Shape, trim: f64) -> Vec<u32> {
     candidates
         .par_iter()
         .copied()
-        .filter(|&idx| normalised_distance(shape, samples.at(idx)).abs() <= trim)
+        .filter(|&idx| normalised_distance(shape, &samples.at(idx)).abs() <= trim)
         .collect()
 }
 
@@ -79,9 +86,9 @@ pub(crate) fn settle(
 
 fn round(samples: &Samples, candidates: &[u32], shape: &Shape, trim: f64) -> Option<(Shape, f64)> {
     let inliers = within(samples, candidates, shape, trim);
-    let next = fit(shape, &weighted(samples, &inliers, shape))?;
+    let next = fit(shape, &Near { samples, indices: &inliers, shape })?;
     let mut residuals: Vec<f64> =
-        inliers.par_iter().map(|&idx| normalised_distance(&next, samples.at(idx)).abs()).collect();
+        inliers.par_iter().map(|&idx| normalised_distance(&next, &samples.at(idx)).abs()).collect();
     let scale = SIGMA_PER_MAD * median(&mut residuals);
     Some((next, (TRIM_SIGMAS * scale).clamp(MIN_TRIM_SIGMAS, MAX_TRIM_SIGMAS)))
 }

@@ -13,17 +13,11 @@ use crate::shape::Shape;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample {
     pub(crate) in_part: PointMm<PartFrame>,
-    /// Where the camera was when it saw the point: the stage carries the part, so the camera moves in the part frame.
-    pub(crate) camera_in_part: PointMm<PartFrame>,
     /// Unit vector from the camera to the point, part frame.
     pub(crate) ray: Vector3<f64>,
-    /// Unit vector from the point to where its light came from, part frame, if that is known.
-    pub(crate) to_light: Option<Vector3<f64>>,
     /// Standard deviation along the ray, mm.
     pub(crate) sigma_mm: f64,
     pub(crate) order: i8,
-    /// Index in the cloud.
-    pub(crate) cloud_idx: usize,
 }
 
 impl Sample {
@@ -45,9 +39,14 @@ impl Sample {
     }
 }
 
-/// The points looked at.
-pub(crate) struct Samples {
-    pub(crate) all: Vec<Sample>,
+/// The points looked at. They stay in the cloud, and what a fit needs of one is computed when it is asked for: a cloud of a
+/// million points is as large as the rest of the program.
+pub(crate) struct Samples<'a> {
+    pub(crate) cloud: &'a Cloud,
+    /// Which points of the cloud are looked at.
+    cloud_indices: Vec<u32>,
+    /// Where the light comes from, if the calibration says.
+    light_in_camera: Option<PointMm<CameraFrame>>,
     /// Where the stage stood; absent if the cloud does not say. Then rays are drawn as if it had stood at 0.
     pub(crate) stage: Option<StagePositions>,
     /// Thickness of the light sheets (one σ, mm), if the cloud states it.
@@ -60,43 +59,79 @@ pub(crate) struct Samples {
     pub(crate) extent_mm: f64,
 }
 
-impl Samples {
+impl<'a> Samples<'a> {
     /// `light_in_camera`: where the light comes from, if the calibration says.
     pub(crate) fn from_cloud(
-        cloud: &Cloud,
+        cloud: &'a Cloud,
         region: Option<&Region>,
         light_in_camera: Option<PointMm<CameraFrame>>,
     ) -> Self {
         let stage = StagePositions::from_comments(&cloud.comments)
             .filter(|stage| cloud.points.iter().all(|point| stage.position_mm(point.frame).is_some()));
-        let carried = |point: PointMm<CameraFrame>, frame: u32| match &stage {
-            Some(stage) => stage.part_from_camera(&point, frame),
-            None => Some(PointMm::new(point.xyz)),
+        let mut samples = Self {
+            cloud,
+            cloud_indices: Vec::new(),
+            light_in_camera,
+            stage,
+            line_sigma_mm: line_sigma_mm(cloud),
+            sigma_known: false,
+            sigma_mm: 0.0,
+            extent_mm: 0.0,
         };
-        let sample = |(cloud_idx, point): (usize, &CloudPoint)| {
-            let in_part = PointMm::new(Vector3::new(point.x_mm, point.y_mm, point.z_mm));
-            let finite = in_part.xyz.iter().all(|value| value.is_finite());
-            if !finite || region.is_some_and(|region| !region.contains(&in_part.xyz)) {
-                return None;
-            }
-            let camera_in_part = carried(PointMm::new(Vector3::zeros()), point.frame)?;
-            let ray = (in_part - camera_in_part).try_normalize(f64::MIN_POSITIVE)?;
-            let light_in_part = light_in_camera.and_then(|light| carried(light, point.frame));
-            let to_light = light_in_part.map(|light| (light - in_part).normalize());
-            let sigma_mm = f64::from(point.sigma_mm);
-            Some(Sample { in_part, camera_in_part, ray, to_light, sigma_mm, order: point.order, cloud_idx })
+        let is_looked_at = |point: &CloudPoint| {
+            let at = position(point);
+            let is_finite = at.iter().all(|value| value.is_finite());
+            is_finite && region.is_none_or(|region| region.contains(&at)) && samples.ray(point).is_some()
         };
-        let mut all: Vec<Sample> = cloud.points.iter().enumerate().filter_map(sample).collect();
-        let extent_mm = extent(&all);
-        let mut known: Vec<f64> = all.iter().map(|s| s.sigma_mm).filter(|s| s.is_finite() && *s > 0.0).collect();
-        let sigma_known = !known.is_empty();
-        let sigma_mm = if sigma_known { median(&mut known) } else { extent_mm * UNKNOWN_SIGMA_PER_EXTENT };
-        for sample in &mut all {
-            let own = sample.sigma_mm;
-            let usable = own.is_finite() && own > 0.0;
-            sample.sigma_mm = if usable { own.max(MIN_SIGMA_SHARE * sigma_mm) } else { sigma_mm };
-        }
-        Self { all, stage, line_sigma_mm: line_sigma_mm(cloud), sigma_known, sigma_mm, extent_mm }
+        let looked_at = (0u32..).zip(&cloud.points).filter(|(_, point)| is_looked_at(point));
+        samples.cloud_indices = looked_at.map(|(idx, _)| idx).collect();
+        samples.extent_mm = samples.extent();
+        let mut known: Vec<f64> = samples.points().filter_map(known_sigma_mm).collect();
+        samples.sigma_known = !known.is_empty();
+        samples.sigma_mm =
+            if samples.sigma_known { median(&mut known) } else { samples.extent_mm * UNKNOWN_SIGMA_PER_EXTENT };
+        samples
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.cloud_indices.len()
+    }
+
+    fn points(&self) -> impl Iterator<Item = &'a CloudPoint> {
+        self.cloud_indices.iter().map(|&idx| &self.cloud.points[idx as usize])
+    }
+
+    /// The place of a sample in the cloud.
+    pub(crate) fn cloud_idx(&self, idx: u32) -> u32 {
+        self.cloud_indices[idx as usize]
+    }
+
+    /// The cloud's point of a sample.
+    pub(crate) fn point(&self, idx: u32) -> &'a CloudPoint {
+        &self.cloud.points[self.cloud_idx(idx) as usize]
+    }
+
+    /// Where the stage had carried a place that stands still in front of the camera, in the frame of the point.
+    fn carried(&self, place: &PointMm<CameraFrame>, point: &CloudPoint) -> PointMm<PartFrame> {
+        let in_part = self.stage.as_ref().and_then(|stage| stage.part_from_camera(place, point.frame));
+        in_part.unwrap_or(PointMm::new(place.xyz))
+    }
+
+    /// Where the camera was when it saw a point: the stage carries the part, so the camera moves in the part frame.
+    fn camera(&self, point: &CloudPoint) -> Vector3<f64> {
+        self.carried(&PointMm::new(Vector3::zeros()), point).xyz
+    }
+
+    /// Unit vector from the camera to a point; `None` for a point in the camera.
+    fn ray(&self, point: &CloudPoint) -> Option<Vector3<f64>> {
+        (position(point) - self.camera(point)).try_normalize(f64::MIN_POSITIVE)
+    }
+
+    /// Unit vector from a sample to where its light came from, part frame, if that is known.
+    pub(crate) fn to_light(&self, idx: u32) -> Option<Vector3<f64>> {
+        let point = self.point(idx);
+        let light = self.carried(&self.light_in_camera?, point);
+        Some((light.xyz - position(point)).normalize())
     }
 
     /// How far from a feature's border points are left out, mm.
@@ -106,24 +141,43 @@ impl Samples {
 
     /// Where the camera stood, mean over the points of `indices`, part frame.
     pub(crate) fn mean_camera(&self, indices: &[u32]) -> Vector3<f64> {
-        let sum: Vector3<f64> = indices.iter().map(|&idx| self.at(idx).camera_in_part.xyz).sum();
+        let sum: Vector3<f64> = indices.iter().map(|&idx| self.camera(self.point(idx))).sum();
         sum / indices.len().max(1) as f64
     }
 
     pub(crate) fn indices(&self) -> Vec<u32> {
-        (0..self.all.len() as u32).collect()
+        (0..self.len() as u32).collect()
     }
 
-    pub(crate) fn at(&self, idx: u32) -> &Sample {
-        &self.all[idx as usize]
+    /// Where a sample lies, part frame, mm.
+    pub(crate) fn position(&self, idx: u32) -> Vector3<f64> {
+        position(self.point(idx))
+    }
+
+    pub(crate) fn at(&self, idx: u32) -> Sample {
+        let point = self.point(idx);
+        Sample {
+            in_part: PointMm::new(position(point)),
+            ray: self.ray(point).unwrap_or_else(Vector3::z),
+            sigma_mm: known_sigma_mm(point).map_or(self.sigma_mm, |own| own.max(MIN_SIGMA_SHARE * self.sigma_mm)),
+            order: point.order,
+        }
+    }
+
+    fn extent(&self) -> f64 {
+        let start = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        let (low, high) = self.points().map(position).fold(start, |(low, high), at| (low.inf(&at), high.sup(&at)));
+        if self.cloud_indices.is_empty() { 0.0 } else { (high - low).norm() }
     }
 }
 
-fn extent(samples: &[Sample]) -> f64 {
-    let start = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    let (low, high) =
-        samples.iter().fold(start, |(low, high), s| (low.inf(&s.in_part.xyz), high.sup(&s.in_part.xyz)));
-    if samples.is_empty() { 0.0 } else { (high - low).norm() }
+fn position(point: &CloudPoint) -> Vector3<f64> {
+    Vector3::new(point.x_mm, point.y_mm, point.z_mm)
+}
+
+/// The σ that a point carries, mm.
+fn known_sigma_mm(point: &CloudPoint) -> Option<f64> {
+    Some(f64::from(point.sigma_mm)).filter(|sigma_mm| sigma_mm.is_finite() && *sigma_mm > 0.0)
 }
 
 /// The median; 0 of nothing.

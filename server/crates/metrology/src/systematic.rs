@@ -6,16 +6,15 @@
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, CameraFrame, PointMm};
 use rayon::prelude::*;
-use scanning::Cloud;
 
 use crate::features::Found;
-use crate::fit::{Weighted, fit};
+use crate::fit::{Points as _, Weighted, fit};
 use crate::footprint::footprint_mm;
 use crate::measure::Question;
 use crate::noise::FeatureNoise;
 use crate::params::{MAX_MISMATCH_MM, MIN_NOISE_SHARE, SYSTEMATIC_POINTS};
 use crate::request::{MeasureError, Tool};
-use crate::robust::weighted;
+use crate::robust::Near;
 use crate::sample::{Samples, median, thinned};
 use crate::shape::Shape;
 use crate::temperature::wavelength_drift;
@@ -57,7 +56,6 @@ impl<'a> Retriangulation<'a> {
     /// # Errors
     /// [`MeasureError::CalibrationMismatch`].
     pub(crate) fn new(
-        cloud: &Cloud,
         samples: &Samples,
         features: &[Found],
         calibration: &'a Calibration,
@@ -69,11 +67,11 @@ impl<'a> Retriangulation<'a> {
             .iter()
             .map(|feature| {
                 let few = thinned(&feature.inliers, limit);
-                let weights = weighted(samples, &few, &feature.shape);
+                let near = Near { samples, indices: &few, shape: &feature.shape };
                 let pixels: Vec<Pixel> = few
                     .iter()
-                    .zip(weights)
-                    .filter_map(|(&idx, weight)| pixel(cloud, samples, idx, weight.weight, calibration))
+                    .enumerate()
+                    .filter_map(|(at, &idx)| pixel(samples, idx, near.at(at).weight, calibration))
                     .collect();
                 lost += few.len() - pixels.len();
                 mismatches.extend(pixels.iter().map(|p| mismatch_mm(calibration, p)));
@@ -222,15 +220,9 @@ fn middle(values: impl Iterator<Item = f64>) -> f64 {
     ends.map_or(0.0, |(low, high)| 0.5 * (low + high))
 }
 
-fn pixel(
-    cloud: &Cloud,
-    samples: &Samples,
-    sample_idx: u32,
-    weight: f64,
-    calibration: &Calibration,
-) -> Option<Pixel> {
+fn pixel(samples: &Samples, sample_idx: u32, weight: f64, calibration: &Calibration) -> Option<Pixel> {
     let sample = samples.at(sample_idx);
-    let point = &cloud.points[sample.cloud_idx];
+    let point = samples.point(sample_idx);
     let pixel = Vector2::new(f64::from(point.u_px), f64::from(point.v_px));
     let hit = calibration.triangulate(point.order, &pixel, None)?;
     let carried = hit.hit_in_camera.xyz - sample.in_part.xyz;

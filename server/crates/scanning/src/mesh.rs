@@ -152,20 +152,22 @@ fn face_the_camera(points: &[CloudPoint], triangles: &mut [[u32; 3]]) {
 }
 
 /// Keeps only the points that triangles use.
-fn compact(cloud: &Cloud, triangles: Vec<[u32; 3]>) -> Mesh {
-    let mut used = vec![u32::MAX; cloud.points.len()];
-    let mut mesh = Mesh { comments: cloud.comments.clone(), ..Mesh::default() };
-    for triangle in triangles {
-        mesh.triangles.push(triangle.map(|idx| {
-            let slot = &mut used[idx as usize];
-            if *slot == u32::MAX {
-                *slot = mesh.vertices_mm.len() as u32;
-                mesh.vertices_mm.push(position(&cloud.points[idx as usize]).into());
-            }
-            *slot
-        }));
+fn compact(cloud: &Cloud, mut triangles: Vec<[u32; 3]>) -> Mesh {
+    let mut places = vec![u32::MAX; cloud.points.len()];
+    let mut n_used = 0;
+    for idx in triangles.iter_mut().flatten() {
+        let place = &mut places[*idx as usize];
+        if *place == u32::MAX {
+            *place = n_used;
+            n_used += 1;
+        }
+        *idx = *place;
     }
-    mesh
+    let mut vertices_mm = vec![[0.0; 3]; n_used as usize];
+    for (place, point) in places.iter().zip(&cloud.points).filter(|(place, _)| **place != u32::MAX) {
+        vertices_mm[*place as usize] = position(point).into();
+    }
+    Mesh { vertices_mm, triangles, comments: cloud.comments.clone() }
 }
 
 impl Mesh {

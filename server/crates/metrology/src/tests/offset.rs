@@ -97,7 +97,8 @@ fn a_calibrated_measurement_does_not_depend_on_the_zero_of_the_stage() {
 fn the_light_is_looked_for_where_it_was_when_the_point_was_seen() {
     let light = PointMm::<CameraFrame>::new(Vector3::new(0.0, -174.0, 11.0));
     let lit = |offset_mm: f64| {
-        let samples = Samples::from_cloud(&shifted(&ball(SIGMA_MM, 2), offset_mm), None, Some(light));
+        let cloud = shifted(&ball(SIGMA_MM, 2), offset_mm);
+        let samples = Samples::from_cloud(&cloud, None, Some(light));
         let mut search = Search { samples: &samples, rng: Pcg64Mcg::seed_from_u64(1) };
         let candidates = search.off_table();
         search.sphere("sphere", &candidates, Some(18.9)).unwrap().inliers

@@ -39,7 +39,8 @@ fn radius_mm(light_origin_mm: Option<Vector3<f64>>) -> f64 {
         (cosine > 0.2).then_some(reach - shift_mm / normal.dot(ray).abs().max(0.3))
     };
     let light_in_camera = light_origin_mm.map(PointMm::new);
-    let samples = Samples::from_cloud(&scan(&seen, 26.0, 0.3, 0.0, 3), None, light_in_camera);
+    let cloud = scan(&seen, 26.0, 0.3, 0.0, 3);
+    let samples = Samples::from_cloud(&cloud, None, light_in_camera);
     let mut search = Search { samples: &samples, rng: Pcg64Mcg::seed_from_u64(1) };
     let candidates = search.off_table();
     let Shape::Sphere { radius_mm, .. } = search.sphere("sphere", &candidates, Some(RADIUS_MM)).unwrap().shape

@@ -76,11 +76,11 @@ fn points_written_as_they_come_make_the_bytes_of_the_whole_cloud() {
     let scan = SyntheticScan::new(N_FRAMES, 300);
     let cloud = scan_cloud(&frames(&scan), &scan.calibration, &ScanParams::default()).unwrap().cloud;
     for format in [CloudFormat::Ply, CloudFormat::Csv, CloudFormat::Pcd] {
-        let mut whole = Vec::new();
+        let mut whole = std::io::Cursor::new(Vec::new());
         write_cloud_to(&mut whole, format, &cloud).unwrap();
         let mut writer = CloudWriter::begin(Vec::new(), format, &cloud.comments, cloud.points.len()).unwrap();
         cloud.points.chunks(997).for_each(|points| writer.add(points).unwrap());
-        assert!(writer.finish().unwrap() == whole, "{format:?}");
+        assert!(writer.finish().unwrap() == whole.into_inner(), "{format:?}");
     }
 }
 

@@ -4,36 +4,38 @@
 //! the comments (in the scan's description). The other columns ride as attributes of the extension `sheaf`,
 //! which other programs ignore as the standard demands. Nothing is lost on the way back to this reader.
 
-use std::io::{BufRead, Cursor, Seek, Write};
+use std::io::{BufRead, Read, Seek, Write};
 
 use e57::{E57Reader, E57Writer, Extension, Record, RecordDataType, RecordName, RecordValue};
 
-use super::{ContentError, FIELDS, one_line, point_from_fields, trusted_capacity};
+use super::{ContentError, FIELDS, one_line, point_from_fields, push, trusted_capacity};
 use crate::cloud::{Cloud, CloudPoint};
 
 const NAMESPACE: &str = "sheaf";
 const NAMESPACE_URL: &str = "https://sheaf.invalid/e57/1";
 const MM_PER_METRE: f64 = 1000.0;
 
-pub(super) fn write(out: &mut impl Write, cloud: &Cloud) -> Result<(), ContentError> {
-    let mut bytes = Cursor::new(Vec::new());
-    assemble(&mut bytes, cloud).map_err(written)?;
-    Ok(out.write_all(bytes.get_ref())?)
-}
-
-fn assemble(bytes: &mut Cursor<Vec<u8>>, cloud: &Cloud) -> e57::Result<()> {
-    let guid = content_guid(cloud);
-    let mut file = E57Writer::new(bytes, &guid)?;
-    file.register_extension(Extension::new(NAMESPACE, NAMESPACE_URL))?;
-    let mut scan = file.add_pointcloud(&format!("{guid}-scan"), prototype())?;
+/// Writes a whole file; its header holds offsets that are known last. `points` are gone through twice.
+pub(super) fn write<P>(
+    out: impl Read + Write + Seek,
+    comments: &[String],
+    points: impl Fn() -> Result<P, ContentError>,
+) -> Result<(), ContentError>
+where
+    P: Iterator<Item = Result<CloudPoint, ContentError>>,
+{
+    let guid = content_guid(comments, points()?)?;
+    let mut file = E57Writer::new(out, &guid).map_err(written)?;
+    file.register_extension(Extension::new(NAMESPACE, NAMESPACE_URL)).map_err(written)?;
+    let mut scan = file.add_pointcloud(&format!("{guid}-scan"), prototype()).map_err(written)?;
     scan.set_name(Some("scan".to_owned()));
-    let description: Vec<String> = cloud.comments.iter().map(|comment| one_line(comment)).collect();
+    let description: Vec<String> = comments.iter().map(|comment| one_line(comment)).collect();
     scan.set_description(Some(description.join("\n")));
-    for point in &cloud.points {
-        scan.add_point(record_values(point))?;
+    for point in points()? {
+        scan.add_point(record_values(&point?)).map_err(written)?;
     }
-    scan.finalize()?;
-    file.finalize()
+    scan.finalize().map_err(written)?;
+    file.finalize().map_err(written)
 }
 
 /// The columns in the order of [`FIELDS`].
@@ -79,16 +81,21 @@ fn record_values(p: &CloudPoint) -> Vec<RecordValue> {
 }
 
 /// An identifier that depends on the content alone, so that equal clouds make equal files (FNV-1a).
-fn content_guid(cloud: &Cloud) -> String {
+fn content_guid(
+    comments: &[String],
+    points: impl Iterator<Item = Result<CloudPoint, ContentError>>,
+) -> Result<String, ContentError> {
     let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
     let mut eat = |bytes: &[u8]| {
         for byte in bytes {
             hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
         }
     };
-    cloud.points.iter().for_each(|point| eat(&super::ply::vertex_bytes(point)));
-    cloud.comments.iter().for_each(|comment| eat(comment.as_bytes()));
-    format!("sheaf-{hash:016x}")
+    for point in points {
+        eat(&super::ply::vertex_bytes(&point?));
+    }
+    comments.iter().for_each(|comment| eat(comment.as_bytes()));
+    Ok(format!("sheaf-{hash:016x}"))
 }
 
 pub(super) fn read(input: impl BufRead + Seek) -> Result<Cloud, ContentError> {
@@ -115,7 +122,7 @@ pub(super) fn read(input: impl BufRead + Seek) -> Result<Cloud, ContentError> {
     }
     for (idx, row) in file.pointcloud_raw(scan).map_err(unreadable)?.enumerate() {
         let row = row.map_err(unreadable)?;
-        cloud.points.push(point(&scan.prototype, &slots, &row, idx)?);
+        push(&mut cloud.points, point(&scan.prototype, &slots, &row, idx)?, scan.records);
     }
     Ok(cloud)
 }

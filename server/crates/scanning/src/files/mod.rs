@@ -27,7 +27,7 @@ mod stl;
 mod writer;
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Read, Write};
+use std::io::{BufRead, BufReader, BufWriter, Read, Seek, Write};
 use std::path::Path;
 
 pub use error::{ContentError, FileError};
@@ -35,9 +35,13 @@ pub use writer::{AddPoints, CloudWriter, write_cloud_in_pieces};
 
 use crate::cloud::{Cloud, CloudPoint};
 use crate::mesh::Mesh;
+use ply::CloudReader;
 
 /// Room made in advance for at most this many records, whatever a header claims.
 const MAX_TRUSTED_COUNT: u64 = 1 << 16;
+
+/// Bytes gathered before the disk is asked to take them.
+const WRITE_BUFFER_BYTES: usize = 1 << 18;
 
 /// A line of a text header may carry a whole calibration, but no more than this.
 const MAX_LINE_BYTES: u64 = 16 << 20;
@@ -124,20 +128,52 @@ fn by_extension<F: Copy>(path: &Path, known: &[F], name: impl Fn(F) -> &'static 
 /// # Errors
 /// [`FileError::Write`] if the disk refuses.
 pub fn write_cloud(path: &Path, format: CloudFormat, cloud: &Cloud) -> Result<(), FileError> {
-    atomically(path, |out| write_cloud_to(out, format, cloud))
+    atomically(path, |file| write_cloud_to(file, format, cloud))
 }
 
-/// Streams a cloud to `out` (E57 is assembled in memory first: its header holds offsets known last).
+/// Writes a cloud to an empty file.
 ///
 /// # Errors
 /// [`ContentError::Io`] if `out` refuses.
-pub fn write_cloud_to(out: &mut impl Write, format: CloudFormat, cloud: &Cloud) -> Result<(), ContentError> {
+pub fn write_cloud_to(
+    out: impl Read + Write + Seek,
+    format: CloudFormat,
+    cloud: &Cloud,
+) -> Result<(), ContentError> {
     if format == CloudFormat::E57 {
-        return e57::write(out, cloud);
+        return e57::write(out, &cloud.comments, || Ok(cloud.points.iter().copied().map(Ok)));
     }
-    let mut writer = CloudWriter::begin(out, format, &cloud.comments, cloud.points.len())?;
+    let mut writer = CloudWriter::begin(buffered(out), format, &cloud.comments, cloud.points.len())?;
     writer.add(&cloud.points)?;
-    writer.finish().map(drop)
+    Ok(writer.finish()?.flush()?)
+}
+
+/// Writes the cloud of a PLY file to an empty file of another format, some of its points at a time. `input` opens it; E57
+/// reads it twice.
+///
+/// # Errors
+/// [`ContentError::Io`] if `out` refuses or `input` cannot be read, the others as [`read_cloud`].
+pub fn convert_cloud<R: BufRead>(
+    input: impl Fn() -> std::io::Result<R>,
+    format: CloudFormat,
+    out: impl Read + Write + Seek,
+) -> Result<(), ContentError> {
+    let open = || CloudReader::open(input()?);
+    let header = open()?;
+    let n_points = header.n_points();
+    let comments = header.into_comments();
+    if format == CloudFormat::E57 {
+        return e57::write(out, &comments, open);
+    }
+    let mut writer = CloudWriter::begin(buffered(out), format, &comments, n_points as usize)?;
+    for point in open()? {
+        writer.add(&[point?])?;
+    }
+    Ok(writer.finish()?.flush()?)
+}
+
+fn buffered<W: Write>(out: W) -> BufWriter<W> {
+    BufWriter::with_capacity(WRITE_BUFFER_BYTES, out)
 }
 
 /// Reads a cloud in the format its extension names.
@@ -178,7 +214,11 @@ pub fn read_cloud_from(mut input: impl BufRead, format: CloudFormat) -> Result<C
 /// # Errors
 /// [`FileError::Write`] if the disk refuses, [`FileError::Malformed`] if the format cannot hold so large a mesh.
 pub fn write_mesh(path: &Path, format: MeshFormat, mesh: &Mesh) -> Result<(), FileError> {
-    atomically(path, |out| write_mesh_to(out, format, mesh))
+    atomically(path, |file| {
+        let mut out = buffered(file);
+        write_mesh_to(&mut out, format, mesh)?;
+        Ok(out.flush()?)
+    })
 }
 
 /// Streams a mesh to `out`.
@@ -212,10 +252,7 @@ pub fn read_mesh(path: &Path) -> Result<Mesh, FileError> {
 }
 
 /// Runs `write` on a hidden neighbour of `path`, syncs it and renames it into place.
-fn atomically(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), ContentError>,
-) -> Result<(), FileError> {
+fn atomically(path: &Path, write: impl FnOnce(&mut File) -> Result<(), ContentError>) -> Result<(), FileError> {
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let partial = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
     let written = write_and_sync(&partial, write).and_then(|()| Ok(std::fs::rename(&partial, path)?));
@@ -228,17 +265,25 @@ fn atomically(
 
 fn write_and_sync(
     partial: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), ContentError>,
+    write: impl FnOnce(&mut File) -> Result<(), ContentError>,
 ) -> Result<(), ContentError> {
-    let mut out = BufWriter::with_capacity(1 << 18, File::create(partial)?);
-    write(&mut out)?;
-    out.flush()?;
-    Ok(out.get_ref().sync_all()?)
+    let mut file = File::options().read(true).write(true).create(true).truncate(true).open(partial)?;
+    write(&mut file)?;
+    Ok(file.sync_all()?)
 }
 
 /// How many records to make room for when a header promises `count`.
 fn trusted_capacity(count: u64) -> usize {
     count.min(MAX_TRUSTED_COUNT) as usize
+}
+
+/// Adds a record of those that a header promised: never with room for more than all of them.
+fn push<T>(records: &mut Vec<T>, record: T, promised: u64) {
+    if records.len() == records.capacity() {
+        let missing = promised.saturating_sub(records.len() as u64).max(1);
+        records.reserve_exact(records.len().max(1).min(missing as usize));
+    }
+    records.push(record);
 }
 
 /// A comment as one line of text.

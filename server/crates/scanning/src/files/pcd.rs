@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, Write};
 
-use super::{ContentError, FIELDS, header_line, one_line, point_from_fields, trusted_capacity};
+use super::{ContentError, FIELDS, header_line, one_line, point_from_fields, push, trusted_capacity};
 use crate::cloud::Cloud;
 
 /// The line every PCD file begins with by custom; the only comment that is not the cloud's.
@@ -60,7 +60,7 @@ pub(super) fn read(mut input: impl BufRead) -> Result<Cloud, ContentError> {
             input.read_exact(&mut row).map_err(|cause| ContentError::truncated(cause, place))?;
             binary_row(&row, &columns)
         };
-        cloud.points.push(point_from_fields(&values, place)?);
+        push(&mut cloud.points, point_from_fields(&values, place)?, header.points);
     }
     Ok(cloud)
 }

@@ -3,7 +3,7 @@
 use std::io::{BufRead, Write};
 
 use super::ply_reader::{Element, PlyReader};
-use super::{ContentError, FIELDS, one_line, point_from_fields, trusted_capacity};
+use super::{ContentError, FIELDS, one_line, point_from_fields, push, trusted_capacity};
 use crate::cloud::{Cloud, CloudPoint};
 use crate::mesh::Mesh;
 
@@ -77,22 +77,63 @@ pub(super) fn vertex_bytes(point: &CloudPoint) -> [u8; VERTEX_BYTES] {
 }
 
 pub(super) fn read_cloud(input: impl BufRead) -> Result<Cloud, ContentError> {
-    let mut reader = PlyReader::open(input)?;
-    let vertex = reader.skip_to("vertex")?;
-    let slots = slots_of(&vertex)?;
-    let mut points = Vec::with_capacity(trusted_capacity(vertex.count));
-    let mut row = Vec::new();
-    for idx in 0..vertex.count {
-        reader.scalars(&vertex, idx, &mut row)?;
+    let mut reader = CloudReader::open(input)?;
+    let n_points = reader.n_points();
+    let mut points = Vec::with_capacity(trusted_capacity(n_points));
+    for point in &mut reader {
+        push(&mut points, point?, n_points);
+    }
+    Ok(Cloud { points, comments: reader.into_comments() })
+}
+
+/// The points of a cloud, one after the other.
+pub(super) struct CloudReader<R> {
+    reader: PlyReader<R>,
+    vertex: Element,
+    slots: Vec<Option<usize>>,
+    /// Which one comes next.
+    next: u64,
+    row: Vec<f64>,
+}
+
+impl<R: BufRead> CloudReader<R> {
+    pub(super) fn open(input: R) -> Result<Self, ContentError> {
+        let mut reader = PlyReader::open(input)?;
+        let vertex = reader.skip_to("vertex")?;
+        let slots = slots_of(&vertex)?;
+        Ok(Self { reader, vertex, slots, next: 0, row: Vec::new() })
+    }
+
+    /// How many the header promises.
+    pub(super) fn n_points(&self) -> u64 {
+        self.vertex.count
+    }
+
+    pub(super) fn into_comments(self) -> Vec<String> {
+        self.reader.comments
+    }
+}
+
+impl<R: BufRead> Iterator for CloudReader<R> {
+    type Item = Result<CloudPoint, ContentError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let idx = self.next;
+        if idx == self.vertex.count {
+            return None;
+        }
+        self.next += 1;
+        if let Err(error) = self.reader.scalars(&self.vertex, idx, &mut self.row) {
+            return Some(Err(error));
+        }
         let mut values = [0.0; 9];
-        for (slot, value) in slots.iter().zip(&row) {
+        for (slot, value) in self.slots.iter().zip(&self.row) {
             if let Some(field) = slot {
                 values[*field] = *value;
             }
         }
-        points.push(point_from_fields(&values, || format!("vertex {idx}"))?);
+        Some(point_from_fields(&values, || format!("vertex {idx}")))
     }
-    Ok(Cloud { points, comments: reader.comments })
 }
 
 /// For every property of the file, which of [`FIELDS`] it is.

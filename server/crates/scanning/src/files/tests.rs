@@ -32,9 +32,9 @@ fn mesh() -> Mesh {
 }
 
 fn bytes_of(format: CloudFormat, cloud: &Cloud) -> Vec<u8> {
-    let mut bytes = Vec::new();
+    let mut bytes = Cursor::new(Vec::new());
     write_cloud_to(&mut bytes, format, cloud).unwrap();
-    bytes
+    bytes.into_inner()
 }
 
 fn problem_of(format: CloudFormat, bytes: &[u8]) -> String {

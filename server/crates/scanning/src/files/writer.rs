@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::{CloudFormat, ContentError, FileError, atomically, csv, pcd, ply};
+use super::{CloudFormat, ContentError, FileError, atomically, buffered, csv, pcd, ply};
 use crate::cloud::CloudPoint;
 
 /// The formats that are written from front to back; E57 is not, its header holds offsets known last.
@@ -89,12 +89,12 @@ pub fn write_cloud_in_pieces<E: From<FileError>>(
     add_points: impl FnOnce(AddPoints<E>) -> Result<(), E>,
 ) -> Result<(), E> {
     let mut ended = Ok(());
-    let written = atomically(path, |out| {
-        let mut writer = CloudWriter::begin(out, format, comments, n_points)?;
+    let written = atomically(path, |file| {
+        let mut writer = CloudWriter::begin(buffered(file), format, comments, n_points)?;
         ended =
             add_points(&mut |points| writer.add(points).map_err(|error| E::from(FileError::writing(path, error))));
         match ended {
-            Ok(()) => writer.finish().map(drop),
+            Ok(()) => Ok(writer.finish()?.flush()?),
             // Nothing is kept of the file; why, says `ended`.
             Err(_) => Err(ContentError::Io(std::io::ErrorKind::Interrupted.into())),
         }

@@ -1,28 +1,39 @@
 //! Which places across the view already have a skin, and at what depth.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use nalgebra::Vector3;
+
+/// Column and row.
+type Cell = (i32, i32);
 
 /// A grid over x and y; a cell holds the depths of the triangles over its centre.
 pub(super) struct Coverage {
     cell_mm: f64,
     /// Skins nearer than this in depth are the same skin.
     same_depth_mm: f64,
-    depths_mm: HashMap<(i64, i64), Vec<f64>>,
+    /// The first skin of every cell. Nearly all have one only: a list for each would take most of a mesh's memory.
+    first_mm: HashMap<Cell, f32>,
+    /// Further skins of the few cells that have them.
+    more_mm: HashMap<Cell, Vec<f32>>,
 }
 
 impl Coverage {
     pub(super) fn new(cell_mm: f64, same_depth_mm: f64) -> Self {
-        Self { cell_mm, same_depth_mm, depths_mm: HashMap::new() }
+        Self { cell_mm, same_depth_mm, first_mm: HashMap::new(), more_mm: HashMap::new() }
     }
 
     /// Whether the centre of a triangle lies on a skin.
     pub(super) fn covers(&self, corners: &[Vector3<f64>; 3]) -> bool {
         let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
-        self.depths_mm
-            .get(&self.cell(centre.x, centre.y))
-            .is_some_and(|depths| depths.iter().any(|depth| (depth - centre.z).abs() <= self.same_depth_mm))
+        self.has_skin(self.cell(centre.x, centre.y), centre.z)
+    }
+
+    fn has_skin(&self, cell: Cell, depth_mm: f64) -> bool {
+        let is_same = |known_mm: &f32| (f64::from(*known_mm) - depth_mm).abs() <= self.same_depth_mm;
+        self.first_mm.get(&cell).is_some_and(is_same)
+            || self.more_mm.get(&cell).is_some_and(|depths_mm| depths_mm.iter().any(is_same))
     }
 
     /// Lays a triangle down on every cell whose centre it contains.
@@ -34,18 +45,25 @@ impl Coverage {
             for row in low.1..=high.1 {
                 let x = (column as f64 + 0.5) * self.cell_mm;
                 let y = (row as f64 + 0.5) * self.cell_mm;
-                if let Some(depth) = depth_inside(corners, x, y) {
-                    let depths = self.depths_mm.entry((column, row)).or_default();
-                    if !depths.iter().any(|known| (known - depth).abs() <= self.same_depth_mm) {
-                        depths.push(depth);
-                    }
+                if let Some(depth_mm) = depth_inside(corners, x, y) {
+                    self.lay((column, row), depth_mm);
                 }
             }
         }
     }
 
-    fn cell(&self, x: f64, y: f64) -> (i64, i64) {
-        ((x / self.cell_mm).floor() as i64, (y / self.cell_mm).floor() as i64)
+    fn lay(&mut self, cell: Cell, depth_mm: f64) {
+        if self.has_skin(cell, depth_mm) {
+            return;
+        }
+        match self.first_mm.entry(cell) {
+            Entry::Vacant(free) => _ = free.insert(depth_mm as f32),
+            Entry::Occupied(_) => self.more_mm.entry(cell).or_default().push(depth_mm as f32),
+        }
+    }
+
+    fn cell(&self, x: f64, y: f64) -> Cell {
+        ((x / self.cell_mm).floor() as i32, (y / self.cell_mm).floor() as i32)
     }
 }
 

@@ -23,17 +23,16 @@ pub(super) struct Limits {
 impl Limits {
     /// Limits from the medians of the spacing along the lines and from frame to frame; `None` without neighbours.
     pub(super) fn from_layers(points: &[CloudPoint], layers: &[Layer], params: &MeshParams) -> Option<Self> {
-        let mut along = Vec::new();
         let mut across = Vec::new();
-        for profile in layers.iter().flat_map(|layer| &layer.profiles) {
-            along.extend(profile.windows(2).map(|pair| lateral(points, pair[0], pair[1])));
-        }
+        let profiles = || layers.iter().flat_map(|layer| &layer.profiles);
+        let n_pairs: usize = profiles().map(|profile| profile.len().saturating_sub(1)).sum();
+        let pairs = profiles().flat_map(|profile| profile.windows(2)).step_by(stride(n_pairs));
+        let mut along: Vec<f64> = pairs.map(|pair| lateral(points, pair[0], pair[1])).collect();
         for pair in layers.iter().flat_map(|layer| layer.profiles.windows(2)) {
             let stride = (pair[0].len() / 20).max(1);
             across.extend(pair[0].iter().step_by(stride).filter_map(|&from| nearest(points, from, &pair[1])));
         }
-        thin(&mut along);
-        thin(&mut across);
+        across = across.iter().copied().step_by(stride(across.len())).collect();
         if along.is_empty() || across.is_empty() {
             return None;
         }
@@ -54,9 +53,9 @@ impl Limits {
     }
 }
 
-fn thin(values: &mut Vec<f64>) {
-    let stride = values.len().div_ceil(MAX_SPACING_SAMPLES).max(1);
-    *values = values.iter().copied().step_by(stride).collect();
+/// Every how many of `n` are looked at.
+fn stride(n: usize) -> usize {
+    n.div_ceil(MAX_SPACING_SAMPLES).max(1)
 }
 
 fn lateral(points: &[CloudPoint], a: u32, b: u32) -> f64 {

@@ -47,7 +47,7 @@ fn the_pictures_of_a_scan_give_its_cloud_again_on_any_number_of_threads() {
     let capture = open_capture(&folder.folder, &reporter).unwrap();
     let result = scan_capture(&capture, &bench.document, "ball", &reporter).unwrap();
     let mut bytes = Vec::new();
-    write_cloud_to(&mut bytes, CloudFormat::Ply, &result.cloud).unwrap();
+    write_cloud_to(Cursor::new(&mut bytes), CloudFormat::Ply, &result.cloud).unwrap();
     assert_eq!(bytes, cloud);
 }
 
