@@ -27,6 +27,9 @@ const MAX_DAMPING: f64 = 1e8;
 /// Only steps damped no more than this say how far the solution is: a short step under heavy damping is no convergence.
 const FREE_DAMPING: f64 = 1e-3;
 
+/// Equations whose least eigenvalue is below this hold a parameter by their rounding alone; an arc of 5° has 1e-6.
+const LEAST_EIGENVALUE: f64 = 1e-12;
+
 /// Points summed up by one task.
 const CHUNK_POINTS: usize = 8192;
 
@@ -80,7 +83,14 @@ pub(crate) enum Termination {
 /// surface is curved. What falls with every step is the squared distance to the solution, gᵀH⁻¹g, in σ.
 pub(crate) fn fit(start: &Shape, points: &impl Points) -> Option<Shape> {
     let (shape, termination) = solve(start, points, MAX_STEPS)?;
-    (termination != Termination::Stuck).then_some(shape)
+    (termination != Termination::Stuck && are_held(&normal_equations(&shape, points)?.hessian)).then_some(shape)
+}
+
+/// Whether the points hold every parameter: the least eigenvalue of the equations, each parameter in its own unit.
+fn are_held(hessian: &Matrix) -> bool {
+    let unit = hessian.diagonal().map(|square| square.sqrt().recip());
+    let scaled = Matrix::from_fn(|row, column| hessian[(row, column)] * unit[row] * unit[column]);
+    unit.iter().all(|unit| unit.is_finite()) && scaled.symmetric_eigenvalues().min() > LEAST_EIGENVALUE
 }
 
 /// [`fit`] with the reason of its end.
@@ -258,6 +268,18 @@ mod tests {
         // From 8 to 20 mm takes more than one step, and a long step is no convergence.
         let (_, end) = solve(&ball(8.0), &cap(0.03, 1e3), 1).unwrap();
         assert_eq!(end, Termination::Stuck);
+    }
+
+    #[test]
+    fn points_that_hold_no_shape_are_refused_even_where_the_start_fits_them() {
+        let one = cap(0.0, 1e3)[7];
+        assert_eq!(fit(&ball(20.0), &vec![one; 40]), None);
+        let plane = Shape::Plane { point_mm: one.position, normal: -Vector3::z() };
+        assert_eq!(fit(&plane, &vec![one; 40]), None);
+        // All on one line: the plane may turn about it.
+        let along = |idx: i32| Weighted { position: one.position + Vector3::x() * f64::from(idx), ..one };
+        assert_eq!(fit(&plane, &(0..40).map(along).collect::<Vec<_>>()), None);
+        assert!(fit(&ball(20.0), &cap(0.03, 1e3)).is_some());
     }
 
     #[test]
