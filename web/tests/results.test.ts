@@ -1,8 +1,11 @@
 /** Lists, filters, trends and verdicts of results. */
 
-import { expect, test } from "vitest";
+import { expect, test, vi } from "vitest";
+import type { Api } from "../src/api/client";
 import { filtered, NO_FILTER } from "../src/panels/results/filter";
+import { ResultsState } from "../src/panels/results/results_state";
 import { characteristicsOf, trendOf } from "../src/panels/results/trend_data";
+import type { EventLog, StationEvent } from "../src/state/events";
 import { outcomeOf, standing } from "../src/state/outcome";
 import { type Measured, partOf, type Scan, type ScannedPart } from "../src/state/scanned";
 
@@ -103,4 +106,31 @@ test("a trend goes from the oldest part to the newest, one value per part, with 
     ["new", 3, false],
   ]);
   expect([trend.nominal, trend.tolerance]).toEqual([18.9, 0.2]);
+});
+
+test("a list of more than one page keeps its length when something happens", async () => {
+  const all = Array.from({ length: 300 }, (_, idx) => ({ id: `s${300 - idx}`, characteristics: [] }));
+  const GET = (_: string, { params }: { params: { query: { limit: number; before?: string } } }) => {
+    const { limit, before } = params.query;
+    const from = before === undefined ? 0 : all.findIndex(({ id }) => id === before) + 1;
+    const items = all.slice(from, from + limit);
+    const next = from + limit < all.length ? "more" : null;
+    return Promise.resolve({ data: { items, damaged: [], next }, response: new Response() });
+  };
+  let tell = (_: StationEvent[]): void => undefined;
+  const events = {
+    follow: (listener: typeof tell) => {
+      tell = listener;
+      return () => undefined;
+    },
+  };
+  const results = new ResultsState({ GET } as unknown as Api, events as unknown as EventLog);
+  results.follow();
+  await vi.waitFor(() => expect(results.parts.value).toHaveLength(50));
+  for (let more = 0; more < 5; more++) await results.older.start();
+  expect(results.parts.value).toHaveLength(300);
+  results.parts.value = results.parts.value?.slice(0, 250);
+  tell([{ kind: "scan.made" } as StationEvent]);
+  await vi.waitFor(() => expect(results.has_older.value).toBe(true));
+  await vi.waitFor(() => expect(results.parts.value).toHaveLength(250));
 });

@@ -10,6 +10,9 @@ import { type PartsQuery, readParts, type ScannedPart } from "../../state/scanne
 /** Results read at once. */
 const AT_ONCE = 50;
 
+/** Most that the server answers at once. */
+const LARGEST_PAGE = 200;
+
 export class ResultsState {
   /** Undefined: not read yet. */
   readonly parts = signal<readonly ScannedPart[] | undefined>(undefined);
@@ -46,9 +49,7 @@ export class ResultsState {
     this.asked += 1;
     const asked = this.asked;
     try {
-      // As many as are shown, so that a deleted one does not leave a gap.
-      const limit = Math.min(200, Math.max(AT_ONCE, this.parts.peek()?.length ?? 0));
-      const { parts, damaged, next } = await readParts(this.api, limit, this.query);
+      const { parts, damaged, next } = await this.readWhole(Math.max(AT_ONCE, this.parts.peek()?.length ?? 0));
       if (asked !== this.asked) return;
       this.parts.value = parts;
       this.damaged.value = named(damaged);
@@ -57,6 +58,19 @@ export class ResultsState {
     } catch (cause) {
       if (asked === this.asked) this.problem.value = problemOf(cause);
     }
+  }
+
+  /** The newest `count`: as many as are shown, so that the list keeps its length whatever happens. */
+  private async readWhole(count: number): Promise<Awaited<ReturnType<typeof readParts>>> {
+    const whole = await readParts(this.api, Math.min(LARGEST_PAGE, count), this.query);
+    while (whole.next !== undefined && whole.parts.length < count) {
+      const limit = Math.min(LARGEST_PAGE, count - whole.parts.length);
+      const page = await readParts(this.api, limit, this.query, whole.next);
+      whole.parts.push(...page.parts);
+      whole.damaged.push(...page.damaged);
+      whole.next = page.next;
+    }
+    return whole;
   }
 
   private async readOlder(): Promise<void> {

@@ -99,6 +99,8 @@ export const health = {
     "scan.made": "Scan gemacht",
     "scan.exported": "Scan exportiert",
     "scan.deleted": "Scan gelöscht",
+    "measurement_plan.changed": "Scan und Grenzen für Teile geändert",
+    "event.damaged": "ein Ereignis ist nicht lesbar",
     "measurement.created": "gemessen",
     "measurement.made": "gemessen",
     "control.taken": "Bedienung genommen",

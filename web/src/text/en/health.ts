@@ -98,6 +98,8 @@ export const health = {
     "scan.made": "scan made",
     "scan.exported": "scan exported",
     "scan.deleted": "scan deleted",
+    "measurement_plan.changed": "scan and limits for parts changed",
+    "event.damaged": "an event cannot be read",
     "measurement.created": "measured",
     "measurement.made": "measured",
     "control.taken": "control taken",
