@@ -3,6 +3,7 @@
 use axum::Json;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -83,12 +84,18 @@ impl IntoResponse for Reply {
 /// Bytes of a stated type, offered as a file if they have a name.
 pub fn bytes(media_type: &'static str, file_name: Option<&str>, body: impl Into<axum::body::Body>) -> Response {
     let mut response = ([(header::CONTENT_TYPE, media_type)], body.into()).into_response();
-    if let Some(name) =
-        file_name.and_then(|name| HeaderValue::from_str(&format!("attachment; filename=\"{name}\"")).ok())
-    {
-        response.headers_mut().insert(header::CONTENT_DISPOSITION, name);
+    if let Some(offer) = file_name.and_then(|name| HeaderValue::from_str(&attachment(name)).ok()) {
+        response.headers_mut().insert(header::CONTENT_DISPOSITION, offer);
     }
     response
+}
+
+/// Offers a file of any name, RFC 6266: in UTF-8, and in plain letters for clients that know no other.
+fn attachment(name: &str) -> String {
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || " ._-()".contains(letter);
+    let plain: String = name.chars().map(|letter| if is_plain(letter) { letter } else { '_' }).collect();
+    let whole = utf8_percent_encode(name, NON_ALPHANUMERIC);
+    format!("attachment; filename=\"{plain}\"; filename*=UTF-8''{whole}")
 }
 
 /// The bytes of an artifact, streamed; `what` is what people call it.
@@ -124,4 +131,19 @@ pub fn header_text(headers: &axum::http::HeaderMap, name: &HeaderName) -> Result
         Problem::new(ProblemKind::BadRequest, format!("the header {name} is not plain text")).at(name.as_str())
     })?;
     Ok(Some(text.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_keeps_the_name_of_its_part() {
+        assert_eq!(
+            attachment("Zahnrad \"7\"/α.ply"),
+            "attachment; filename=\"Zahnrad _7___.ply\"; \
+             filename*=UTF-8''Zahnrad%20%227%22%2F%CE%B1%2Eply"
+        );
+        assert!(HeaderValue::from_str(&attachment("a\r\nSet-Cookie: b")).is_ok());
+    }
 }

@@ -186,7 +186,7 @@ async fn download(app: &App, id: &str, what: &str, format: &str) -> Result<Respo
         &made,
         &format!("the {what} of scan {id}"),
         format.media_type(),
-        Some(&format!("{id}.{}", format.extension())),
+        Some(&format!("{}{}.{}", scan.name, if what == "mesh" { " mesh" } else { "" }, format.extension())),
     )
     .await
 }
