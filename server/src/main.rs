@@ -3,6 +3,7 @@
 
 mod allocations;
 mod app;
+mod auto_exposure;
 mod background;
 mod calibration_file;
 mod calibrations;

@@ -116,7 +116,8 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
     Ok(Running { app, _threads: [view, encoder] })
 }
 
-fn line_direction(config: &Config) -> LineDirection {
+/// How the lines run in the pictures.
+pub fn line_direction(config: &Config) -> LineDirection {
     if config.projector.line_direction == "columns" { LineDirection::Columns } else { LineDirection::Rows }
 }
 

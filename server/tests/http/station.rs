@@ -52,6 +52,28 @@ fn camera_settings_are_changed_only_by_who_has_seen_them() {
 }
 
 #[test]
+fn the_server_finds_an_exposure_at_which_lines_are_bright_and_not_flattened() {
+    let (_folder, server) = fresh();
+    let control = take_control(&server);
+    let headers = [("content-type", "application/json"), ("sheaf-control", control.as_str())];
+    let find = || server.send("POST", "/api/v1/devices/camera/auto-exposure", &headers, &[]);
+    let refused = find().expect(409);
+    assert!(refused["remedy"].as_str().unwrap().contains("live view with the laser"), "{refused}");
+    let live = json!({ "running": true, "laser_power": 1.0 }).to_string();
+    server.send("PUT", "/api/v1/station/live", &headers, live.as_bytes()).expect(200);
+    let mut found = Vec::new();
+    for begun_at_us in [40.0, 20_000.0] {
+        let version = server.get(SETTINGS).header("etag").unwrap().to_owned();
+        let with_version = [headers[0], headers[1], ("if-match", version.as_str())];
+        let wanted = json!({ "exposure_us": begun_at_us }).to_string();
+        server.send("PATCH", SETTINGS, &with_version, wanted.as_bytes()).expect(200);
+        found.push(find().expect(200)["exposure_us"].as_f64().unwrap());
+    }
+    assert!(found[0] > 40.0 && found[1] < 20_000.0, "{found:?} µs");
+    assert!((0.2..5.0).contains(&(found[0] / found[1])), "{found:?} µs");
+}
+
+#[test]
 fn stop_is_heard_from_everybody_with_any_body_under_any_name() {
     let (_folder, server) = fresh();
     let strange: [&[(&str, &str)]; 4] = [

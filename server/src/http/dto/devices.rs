@@ -86,7 +86,7 @@ pub struct CameraSettingsDto {
 }
 
 /// What shall be set; what is missing stays as it is. The camera answers with the nearest it can.
-#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChangeCameraDto {
     /// Exposure time.

@@ -11,6 +11,7 @@ use utoipa_axum::routes;
 use vision::Pixels;
 
 use crate::app::App;
+use crate::auto_exposure::auto_exposure;
 use crate::camera_memory;
 use crate::control::Ask;
 use crate::edge::{Peer, source};
@@ -33,6 +34,7 @@ pub fn routes() -> OpenApiRouter<App> {
     OpenApiRouter::new()
         .routes(routes!(get_camera))
         .routes(routes!(get_camera_settings, change_camera_settings))
+        .routes(routes!(auto_expose_camera))
         .routes(routes!(get_snapshot))
         .routes(routes!(get_stage))
         .routes(routes!(home_stage))
@@ -82,10 +84,38 @@ async fn change_camera_settings(
     check(&headers, &settings(&app).0)?;
     let wanted = body.value;
     app.station.manual(Manual::Configure(CameraRequest::from(wanted.clone()))).await?;
-    let (version, settings) = settings(&app);
-    camera_memory::remember(&app.ledger, &wanted, &settings).await?;
+    configured(&app, peer, &headers, &wanted).await
+}
+
+/// Sets the exposure so that the lines are bright and not flattened; needs a live view with light.
+#[utoipa::path(
+    post, path = "/devices/camera/auto-exposure", tag = "devices",
+    params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
+    responses((status = 200, body = CameraSettingsDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn auto_expose_camera(
+    State(app): State<App>,
+    peer: Option<Extension<Peer>>,
+    headers: HeaderMap,
+) -> Result<Versioned<Json<CameraSettingsDto>>, Problem> {
+    admit(&app, &headers, Ask::Command)?;
+    auto_exposure(&app, || admit(&app, &headers, Ask::Command).map(drop)).await?;
+    let exposure_us = app.station.status().camera_settings.exposure_us;
+    let wanted = ChangeCameraDto { exposure_us: Some(exposure_us), ..ChangeCameraDto::default() };
+    configured(&app, peer, &headers, &wanted).await
+}
+
+/// Keeps and tells how a person set the camera.
+async fn configured(
+    app: &App,
+    peer: Option<Extension<Peer>>,
+    headers: &HeaderMap,
+    wanted: &ChangeCameraDto,
+) -> Result<Versioned<Json<CameraSettingsDto>>, Problem> {
+    let (version, settings) = settings(app);
+    camera_memory::remember(&app.ledger, wanted, &settings).await?;
     let body =
-        json!({ "actor": app.control.actor(&headers), "source": source(peer.as_ref()), "settings": settings });
+        json!({ "actor": app.control.actor(headers), "source": source(peer.as_ref()), "settings": settings });
     app.ledger.commit(vec![event("camera.configured", "camera", body)]).await?;
     Ok(Versioned(version, Json(settings)))
 }

@@ -7,10 +7,8 @@ import { CommandButton } from "../../parts/command_button";
 import { useForm } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { ProblemCard } from "../../parts/problem";
-import { Command } from "../../state/command";
 import { language, text } from "../../text";
 import { count, decimal } from "../../units";
-import { autoExposure } from "./auto_exposure";
 import { useBlocked } from "./blocked";
 import { CameraSettings } from "./camera_settings";
 import type { LiveView } from "./live_view";
@@ -74,16 +72,6 @@ function Settings({ view }: { view: LiveView | undefined }) {
   useEffect(() => void settings.follow(), [settings, told]);
   const { exposure_us, gain_db, frame_rate_hz } = settings.draft.value;
   const limits = camera?.capabilities;
-  const auto = useMemo(
-    () =>
-      new Command(async (steps) => {
-        const range = station.status.peek()?.camera.capabilities?.exposure_us;
-        if (!view || !range) return;
-        steps.accepted();
-        await autoExposure(view, settings, range);
-      }),
-    [view, settings, station],
-  );
   const lit = view?.figures.value?.laser_shone;
   const unread = settings.problem.value;
   const changed = settings.changed.value;
@@ -131,7 +119,7 @@ function Settings({ view }: { view: LiveView | undefined }) {
         </button>
       </div>
       <div class="row">
-        <CommandButton command={auto} blocked={blocked ?? (lit ? undefined : words.auto_needs_light)}>
+        <CommandButton command={settings.auto} blocked={blocked ?? (lit ? undefined : words.auto_needs_light)}>
           {words.auto_exposure}
         </CommandButton>
       </div>

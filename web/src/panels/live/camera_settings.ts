@@ -77,13 +77,15 @@ export class CameraSettings {
     void this.apply.start();
   }
 
-  /** Sets the exposure; refused with the server's reason. */
-  async expose(exposure_us: number): Promise<void> {
-    this.draw({ exposure_us });
-    const applied = await this.apply.start();
-    const problem = this.apply.problem.peek();
-    if (!applied && problem) throw new Refusal(problem);
-  }
+  /** Lets the server find an exposure at which the lines of the live view are bright and not flattened. */
+  readonly auto = new Command(async (steps) => {
+    await this.control.ensure();
+    this.forget();
+    steps.accepted();
+    const header = { "Sheaf-Control": this.control.id() ?? "" };
+    this.take(await versioned(this.api.POST("/api/v1/devices/camera/auto-exposure", { params: { header } })));
+    this.note.value = "accepted";
+  });
 
   /** Forgets what was typed. */
   forget(): void {

@@ -83,8 +83,6 @@ export const live: typeof english = {
   exposure_time: "Belichtungszeit",
   auto_exposure: "Belichtung automatisch",
   auto_needs_light: "Starten Sie zuerst das Livebild mit Laser.",
-  auto_no_frame: "Es kam kein Bild mit der neuen Belichtung.",
-  auto_no_frame_remedy: "prüfen Sie, ob das Livebild läuft, und versuchen Sie es erneut",
   half: "Halbe Belichtung",
   double: "Doppelte Belichtung",
   gain: "Verstärkung",

@@ -82,8 +82,6 @@ export const live = {
   exposure_time: "Exposure time",
   auto_exposure: "Auto exposure",
   auto_needs_light: "Start the live picture with the laser first.",
-  auto_no_frame: "No frame with the new exposure arrived.",
-  auto_no_frame_remedy: "see whether the live picture runs, then try again",
   half: "Half the exposure",
   double: "Twice the exposure",
   gain: "Gain",
