@@ -115,7 +115,7 @@ impl Session {
             }
             LineKind::LaserOff => (self.lit, self.dark_by) = (None, None),
             LineKind::Unlock => self.unlocked(),
-            LineKind::LaserOn | LineKind::Build | LineKind::Settings | LineKind::ReportMask => {}
+            LineKind::LaserOn | LineKind::Build | LineKind::Settings => {}
         }
     }
 
@@ -137,7 +137,7 @@ impl Session {
             LineKind::LaserOn => self.go_dark(now),
             LineKind::LaserOff => self.soft_reset(now),
             LineKind::Unlock => self.clearing = false,
-            LineKind::Build | LineKind::Settings | LineKind::ReportMask => {}
+            LineKind::Build | LineKind::Settings => {}
         }
         let by = match pending.kind {
             LineKind::LaserOn | LineKind::LaserOff => Device::Laser,

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Activity, LineKind, Link, Pending, Queries, Session, being_opened};
+use super::{Activity, LineKind, Link, Queries, Session, being_opened};
 use crate::grbl::Dialect;
 use crate::grbl::fault::Fault;
 use crate::grbl::identity::Description;
@@ -29,7 +29,6 @@ enum Step {
     },
     Build,
     Settings,
-    ReportMask,
     Report,
 }
 
@@ -62,7 +61,7 @@ impl Session {
             }
             Message::Setting { number, value } => self.description.setting(number, &value),
             Message::Ok => self.opening_answered(now),
-            Message::Error(code) => self.opening_refused(code, now),
+            Message::Error(code) => self.opening_refused(code),
             // While it starts it is not there yet: it is asked again.
             Message::Report(report) if opening.step == Step::Report && report.state != MachineState::Starting => {
                 self.reached(now);
@@ -85,27 +84,12 @@ impl Session {
                 Step::Settings
             }),
             LineKind::Settings => self.description.machine(&self.config, &self.place).map(|machine| {
-                let mask = machine.wanted_report_mask;
                 self.machine = Some(machine);
-                match mask {
-                    Some(mask) => {
-                        let line = format!("$10={mask}");
-                        self.send_line(line, LineKind::ReportMask, now, now + self.config.open_limit);
-                        Step::ReportMask
-                    }
-                    None => {
-                        self.query(now);
-                        Step::Report
-                    }
-                }
-            }),
-            _ => {
-                if let Some(machine) = &mut self.machine {
-                    machine.answers_while_homing = true;
-                }
                 self.query(now);
-                Ok(Step::Report)
-            }
+                Step::Report
+            }),
+            // No other line is sent while it is opened.
+            _ => return,
         };
         match checked {
             Ok(next) => {
@@ -117,20 +101,9 @@ impl Session {
         }
     }
 
-    fn opening_refused(&mut self, code: u32, now: Instant) {
+    fn opening_refused(&mut self, code: u32) {
         // An answer to a line of before the reset is nobody's.
         let Some(refused) = self.pending.pop_front() else { return };
-        if let (Pending { kind: LineKind::ReportMask, text, .. }, Link::Opening(opening)) =
-            (&refused, &mut self.link)
-        {
-            let meaning = error_meaning(code);
-            tracing::warn!(
-                place = self.place,
-                "`{text}` was refused ({meaning}): its silence while homing is borne"
-            );
-            opening.step = Step::Report;
-            return self.query(now);
-        }
         let command = refused.text;
         let expected = format!("an answer to `{command}`");
         let found = format!("error {code} ({})", error_meaning(code));
@@ -163,7 +136,6 @@ impl Session {
                 Step::Banner => "soft reset",
                 Step::Settling { .. } | Step::Build => "$I",
                 Step::Settings => "$$",
-                Step::ReportMask => "$10",
                 Step::Report => "?",
             };
             let waited_ms = waited.as_millis() as u64;
