@@ -69,7 +69,7 @@ impl Description {
     pub fn machine(&self, config: &GrblConfig, place: &str) -> Result<Machine, Fault> {
         // FluidNC has no such setting: it reports in millimetres.
         if self.dialect() != Dialect::FluidNc && self.number(13, place)? != 0.0 {
-            return Err(wrong(place, "reports in millimetres ($13=0)", "$13=1, inches".to_owned()));
+            return Err(wrong(place, "reports in millimetres ($13=0)", "$13=1, inches: send $13=0".to_owned()));
         }
         let steps_per_mm = self.of_axis(100, config.axis, place)?;
         if (steps_per_mm - config.steps_per_mm).abs() > STEPS_TOLERANCE {

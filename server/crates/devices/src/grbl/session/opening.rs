@@ -37,7 +37,7 @@ impl Session {
     pub fn line_opened(&mut self, now: Instant) {
         self.wants_open = false;
         self.forget_dialogue();
-        (self.homed, self.must_home) = (false, false);
+        (self.homed, self.must_home, self.offset_known) = (false, false, false);
         self.fault = Some(being_opened());
         self.outgoing = vec![RESET];
         self.link = Link::Opening(Opening { since: now, reset_at: now, step: Step::Banner, foreign: None });
@@ -64,6 +64,10 @@ impl Session {
             Message::Error(code) => self.opening_refused(code),
             // While it starts it is not there yet: it is asked again.
             Message::Report(report) if opening.step == Step::Report && report.state != MachineState::Starting => {
+                if self.machine_mm(&report).is_none() {
+                    // grblHAL tells the work offset in every tenth report or so: it is not up before that.
+                    return self.query(now);
+                }
                 self.reached(now);
                 self.report(report, began_at, now);
             }

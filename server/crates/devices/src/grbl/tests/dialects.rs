@@ -131,6 +131,7 @@ fn grbl_hal_whose_reports_are_of_no_use_is_refused_with_what_to_send() {
     let blind = bench(SimulatorConfig { report_mask: 511 & !(1 | 1 << 5), ..of() });
     assert!(blind.refusal().to_string().contains("send $10=479"), "{}", blind.refusal());
     let by_work_offset = bench(SimulatorConfig { report_mask: 510, ..of() });
+    // The offset comes with the tenth report; it is ready as soon as it is open.
     home(&mut by_work_offset.open().0);
     let deaf = bench(SimulatorConfig { hears_in_commands: false, ..of() });
     assert!(deaf.refusal().to_string().contains("send $39=1"), "{}", deaf.refusal());

@@ -35,7 +35,11 @@ impl Firmware {
         let speed = if self.modal.spindle == Spindle::Off { 0.0 } else { self.modal.speed };
         let hal = self.config.dialect == Dialect::GrblHal;
         let tells_offset = !hal || self.report_mask & (1 << 5) != 0;
-        let offset = if tells_offset && self.reports.is_multiple_of(30) { "|WCO:0.000,0.000,0.000" } else { "" };
+        let offset = if tells_offset && self.reports % 30 == if hal { 9 } else { 0 } {
+            "|WCO:0.000,0.000,0.000"
+        } else {
+            ""
+        };
         let space = if self.report_mask & 1 != 0 { 'M' } else { 'W' };
         let buffers = if hal { "|Bf:100,1023" } else { "" };
         self.reports += 1;
