@@ -128,6 +128,16 @@ impl Motion {
         self.track.clear();
     }
 
+    /// How long a move takes from rest to rest, seconds; for ever if nobody knows where it is.
+    pub fn travel_s(&self, target_mm: f64, speed_mm_s: f64) -> f64 {
+        let distance_mm = self.position_mm().map_or(f64::INFINITY, |position_mm| (target_mm - position_mm).abs());
+        match self.device.capabilities().acceleration_mm_s2.filter(|a| *a > 0.0) {
+            Some(a) if distance_mm < speed_mm_s * speed_mm_s / a => 2.0 * (distance_mm / a).sqrt(),
+            Some(a) => distance_mm / speed_mm_s + speed_mm_s / a,
+            None => distance_mm / speed_mm_s,
+        }
+    }
+
     /// Starts a move.
     pub fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
         let Some(from_mm) = self.position_mm() else { return Err(StageError::NotHomed) };

@@ -103,3 +103,16 @@ fn a_stop_may_take_as_long_as_a_slow_stage_brakes() {
     assert!(stopping(Some(10.0)).unwrap().is_none(), "it still brakes");
     assert!(matches!(stopping(None), Err(StageError::NoReply { .. })));
 }
+
+#[test]
+fn the_time_of_a_move_counts_its_ramps() {
+    let travel_s = |acceleration_mm_s2, target_mm| {
+        let mut motion = Motion::new(Box::new(Fake { acceleration_mm_s2, state: at_rest }));
+        motion.check().unwrap();
+        motion.travel_s(target_mm, 40.0)
+    };
+    // Without ramps; too short for full speed at 10 mm/s², and long enough.
+    assert!((travel_s(None, -16.0) - 0.4).abs() < 1e-9);
+    assert!((travel_s(Some(10.0), 0.4) - 0.4).abs() < 1e-9);
+    assert!((travel_s(Some(10.0), -200.0) - 9.0).abs() < 1e-9);
+}

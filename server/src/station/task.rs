@@ -121,9 +121,9 @@ impl Station {
             return;
         }
         let speed_mm_s_or_full = speed_mm_s.unwrap_or(stage.device().capabilities().max_speed_mm_s);
-        let distance_mm = stage.position_mm().map_or(f64::INFINITY, |position_mm| (target_mm - position_mm).abs());
-        // No frame is due on a long way. Told before it begins: some controllers darken only between motions.
-        let dark_on_the_way = distance_mm > speed_mm_s_or_full * LIGHT_IDLE.as_secs_f64();
+        // No frame is due on a long way. Told before it begins: some controllers darken only between motions. The other
+        // half is for the reports that tell of its end.
+        let dark_on_the_way = stage.travel_s(target_mm, speed_mm_s_or_full) > LIGHT_IDLE.as_secs_f64() / 2.0;
         let darkened = match &mut self.laser {
             Some(laser) if dark_on_the_way && laser.is_wanted() => laser.suspend(),
             _ => Ok(()),
