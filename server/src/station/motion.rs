@@ -128,6 +128,16 @@ impl Motion {
         self.track.clear();
     }
 
+    /// How long a move takes from rest to rest, seconds; for ever if nobody knows where it is.
+    pub fn travel_s(&self, target_mm: f64, speed_mm_s: f64) -> f64 {
+        let distance_mm = self.position_mm().map_or(f64::INFINITY, |position_mm| (target_mm - position_mm).abs());
+        match self.device.capabilities().acceleration_mm_s2.filter(|a| *a > 0.0) {
+            Some(a) if distance_mm < speed_mm_s * speed_mm_s / a => 2.0 * (distance_mm / a).sqrt(),
+            Some(a) => distance_mm / speed_mm_s + speed_mm_s / a,
+            None => distance_mm / speed_mm_s,
+        }
+    }
+
     /// Starts a move.
     pub fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
         let Some(from_mm) = self.position_mm() else { return Err(StageError::NotHomed) };
@@ -176,7 +186,12 @@ impl Motion {
     /// Stops; [`Motion::tend`] tells when it rests.
     pub fn stop(&mut self) -> Result<(), StageError> {
         let told = self.device.stop();
-        self.begin(Errand::Rest, REST_LIMIT);
+        let capabilities = self.device.capabilities();
+        let acceleration_mm_s2 = capabilities.acceleration_mm_s2.filter(|a| *a > 0.0);
+        // The driver waits twice the ramp before it stops harder.
+        let ramps_s = acceleration_mm_s2.map_or(0.0, |a| 2.0 * capabilities.max_speed_mm_s / a);
+        let ramps = Duration::from_secs_f64(ramps_s.clamp(0.0, HOMING_LIMIT.as_secs_f64()));
+        self.begin(Errand::Rest, REST_LIMIT + ramps);
         told
     }
 
@@ -265,7 +280,7 @@ impl Motion {
                 let Some(position_mm) = state.position_mm else { return Err(StageError::NotHomed) };
                 let stalled = StageError::Stalled { target_mm: *target_mm, actual_mm: position_mm };
                 if (position_mm - progress.position_mm).abs() > tolerance_mm || state.held {
-                    *progress = Progress { position_mm, at: now, ..*progress };
+                    *progress = Progress { position_mm, at: state.measured_at, ..*progress };
                 }
                 if state.held {
                     self.deadline = self.deadline.max(now + MOVE_MARGIN);
@@ -276,7 +291,8 @@ impl Motion {
                 if !there && since.is_some_and(|since| now - since > SETTLE_LIMIT) {
                     return Err(stalled);
                 }
-                if state.moving && now - progress.at > progress.limit {
+                // Judged by what is reported: of silence the driver tells.
+                if state.moving && state.measured_at.saturating_duration_since(progress.at) > progress.limit {
                     return Err(stalled);
                 }
                 (there && !state.moving).then_some(Arrival::Moved(position_mm))
@@ -310,3 +326,7 @@ impl Motion {
         })
     }
 }
+
+#[cfg(test)]
+#[path = "motion_tests.rs"]
+mod tests;

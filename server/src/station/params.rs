@@ -71,7 +71,7 @@ pub const MOVE_MARGIN: Duration = Duration::from_millis(800);
 /// Longest homing: a metre at the 20 mm/s of a slow seek.
 pub const HOMING_LIMIT: Duration = Duration::from_secs(60);
 
-/// Longest way to rest after a stop.
+/// Longest way to rest after a stop, beyond its ramp.
 pub const REST_LIMIT: Duration = Duration::from_secs(2);
 
 /// Silence after which a jog stops; leaves 100 ms for the byte and the ramp within the promised 300 ms.

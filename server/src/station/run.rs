@@ -164,7 +164,8 @@ impl Station {
         let (phase, start_mm, rate_hz) = (run.phase, run.start_mm(), run.sweep.frame_rate_hz);
         match phase {
             Phase::Approach(false) if self.stage_rests() => {
-                let told = self.move_for_run(start_mm, None);
+                let full_mm_s = self.stage.as_mut().map(|stage| stage.device().capabilities().max_speed_mm_s);
+                let told = self.start_way(start_mm, full_mm_s.unwrap_or_default());
                 self.enter(Phase::Approach(true), told);
             }
             Phase::Waiting if self.light_is_as_wanted() => {
@@ -251,7 +252,7 @@ impl Station {
         }
         let Some(run) = &self.run else { return };
         let (end_mm, speed_mm_s) = (run.end_mm(), run.sweep.speed_mm_s);
-        let told = self.move_for_run(end_mm, Some(speed_mm_s));
+        let told = self.move_for_run(end_mm, speed_mm_s);
         self.enter(Phase::Running, told);
         let handed_over = self.run.as_mut().filter(|run| run.is_running()).and_then(|run| run.handed_over.take());
         if let Some((reply, stream)) = handed_over {
@@ -271,10 +272,9 @@ impl Station {
         self.laser.as_ref().is_none_or(Light::has_obeyed)
     }
 
-    fn move_for_run(&mut self, target_mm: f64, speed_mm_s: Option<f64>) -> Result<(), StationRefusal> {
+    fn move_for_run(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<(), StationRefusal> {
         let stage = self.stage.as_mut().ok_or(StationRefusal::Absent { device: "stage" })?;
-        let full_mm_s = stage.device().capabilities().max_speed_mm_s;
-        stage.start_move(target_mm, speed_mm_s.unwrap_or(full_mm_s))?;
+        stage.start_move(target_mm, speed_mm_s)?;
         Ok(())
     }
 

@@ -121,21 +121,23 @@ impl Station {
             return;
         }
         let speed_mm_s_or_full = speed_mm_s.unwrap_or(stage.device().capabilities().max_speed_mm_s);
-        let distance_mm = stage.position_mm().map_or(f64::INFINITY, |position_mm| (target_mm - position_mm).abs());
-        // No frame is due on a long way. Told before it begins: some controllers darken only between motions.
-        let dark_on_the_way = distance_mm > speed_mm_s_or_full * LIGHT_IDLE.as_secs_f64();
-        let darkened = match &mut self.laser {
-            Some(laser) if dark_on_the_way && laser.is_wanted() => laser.suspend(),
-            _ => Ok(()),
-        };
-        let started = match darkened {
-            Ok(()) => stage.start_move(target_mm, speed_mm_s_or_full).map_err(StationRefusal::from),
-            Err(error) => Err(error.into()),
-        };
-        match started {
-            Ok(_) => self.task = Some(Task::Move { target_mm, speed_mm_s, started: true, cancel, reply }),
+        match self.start_way(target_mm, speed_mm_s_or_full) {
+            Ok(()) => self.task = Some(Task::Move { target_mm, speed_mm_s, started: true, cancel, reply }),
             Err(refusal) => self.refuse(reply, refusal),
         }
+    }
+
+    /// Starts a move on which no frame is due. The light goes out for a long one, before it begins: some controllers
+    /// darken only between motions.
+    pub(super) fn start_way(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<(), StationRefusal> {
+        let stage = self.stage.as_mut().ok_or(StationRefusal::Absent { device: "stage" })?;
+        // The other half is for the reports that tell of its end.
+        let is_long = stage.travel_s(target_mm, speed_mm_s) > LIGHT_IDLE.as_secs_f64() / 2.0;
+        if let Some(laser) = self.laser.as_mut().filter(|laser| is_long && laser.is_wanted()) {
+            laser.suspend()?;
+        }
+        stage.start_move(target_mm, speed_mm_s)?;
+        Ok(())
     }
 
     fn tend_home(&mut self, cancel: CancelFlag, reply: Reply<()>) {

@@ -50,6 +50,9 @@ pub const GRBL_ANSWER_LIMIT: Duration = Duration::from_secs(30);
 /// After the pause of a limit alarm it is waited so long for its message before the reset is sent without it.
 pub const GRBL_RESET_AGAIN: Duration = Duration::from_millis(100);
 
+/// Longest braking that is waited for, seconds: 100 mm/s at the 10 mm/s² that grblHAL is delivered with.
+pub const GRBL_BRAKING_S: f64 = 10.0;
+
 /// What braking may take beyond speed over acceleration: the report of rest, twice.
 pub const GRBL_BRAKING_SLACK: Duration = Duration::from_millis(100);
 

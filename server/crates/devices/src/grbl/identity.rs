@@ -28,8 +28,6 @@ pub struct Machine {
     pub answers_while_homing: bool,
     /// grblHAL's reports pause for so long at every switch while it homes (`$26`, debouncing).
     pub homing_pause: Duration,
-    /// What `$10` is to be set to, so that it does.
-    pub wanted_report_mask: Option<u32>,
     /// What becomes of the light when nobody speaks to it any more.
     pub lost_host: &'static str,
 }
@@ -39,6 +37,9 @@ const STEPS_TOLERANCE: f64 = 2e-3;
 
 /// Bit of `$10` of grblHAL that lets it report while homing.
 const REPORTS_WHILE_HOMING: u32 = 1 << 12;
+
+/// Bits of `$10` of grblHAL of which one must be set for a position: machine positions, or the work offset.
+const REPORTS_POSITIONS: u32 = 1 | 1 << 5;
 
 /// Bit of `$22` that enables homing.
 const HOMING_ENABLED: u32 = 1;
@@ -68,7 +69,7 @@ impl Description {
     pub fn machine(&self, config: &GrblConfig, place: &str) -> Result<Machine, Fault> {
         // FluidNC has no such setting: it reports in millimetres.
         if self.dialect() != Dialect::FluidNc && self.number(13, place)? != 0.0 {
-            return Err(wrong(place, "reports in millimetres ($13=0)", "$13=1, inches".to_owned()));
+            return Err(wrong(place, "reports in millimetres ($13=0)", "$13=1, inches: send $13=0".to_owned()));
         }
         let steps_per_mm = self.of_axis(100, config.axis, place)?;
         if (steps_per_mm - config.steps_per_mm).abs() > STEPS_TOLERANCE {
@@ -90,12 +91,14 @@ impl Description {
         }
         let rate_mm_s = self.of_axis(110, config.axis, place)? / 60.0;
         let dialect = self.dialect();
-        let mask = self.number(10, place)? as u32;
-        let silent = dialect == Dialect::GrblHal && mask & REPORTS_WHILE_HOMING == 0;
+        let answers_while_homing = match dialect {
+            Dialect::Grbl => false,
+            Dialect::GrblHal => self.check_reports(place)?,
+            Dialect::FluidNc => true,
+        };
         Ok(Machine {
             identity: self.identity(),
             dialect,
-            wanted_report_mask: silent.then_some(mask | REPORTS_WHILE_HOMING),
             homing_pause: self.homing_pause(),
             lost_host: self.lost_host(config.laser_mode),
             capabilities: StageCapabilities {
@@ -107,8 +110,33 @@ impl Description {
                 follows_frames: false,
             },
             full_power: self.number(30, place)?,
-            answers_while_homing: dialect != Dialect::Grbl && !silent,
+            answers_while_homing,
         })
+    }
+
+    /// What of grblHAL's reports can be set so that they are of no use; whether it reports while homing.
+    fn check_reports(&self, place: &str) -> Result<bool, Fault> {
+        let mask = self.number(10, place)? as u32;
+        if mask & REPORTS_POSITIONS == 0 {
+            return Err(wrong(
+                place,
+                "reports with a position ($10)",
+                format!("$10={mask}: send $10={}", mask | 1),
+            ));
+        }
+        // `?` and `!` that come while a `$` line is read or worked on would be letters of a line.
+        if self.settings.get(&39).is_some_and(|value| value.parse() == Ok(0.0)) {
+            return Err(wrong(place, "`?` and `!` heard at any time ($39=1)", "$39=0: send $39=1".to_owned()));
+        }
+        let reports = mask & REPORTS_WHILE_HOMING != 0;
+        if !reports {
+            let wanted = mask | REPORTS_WHILE_HOMING;
+            tracing::warn!(
+                place,
+                "it says nothing while it homes; send $10={wanted} to be told of faults there sooner"
+            );
+        }
+        Ok(reports)
     }
 
     /// Machine space is `-$130..0`, or reaches from 0 where homing sets the origin (`Z` in the build options).

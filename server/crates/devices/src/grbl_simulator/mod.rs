@@ -59,6 +59,8 @@ pub struct SimulatorConfig {
     pub laser_mode: u8,
     /// `$10`.
     pub report_mask: u32,
+    /// `$39` of grblHAL.
+    pub hears_in_commands: bool,
     /// Bit 0 of `$22`.
     pub homing: bool,
     /// Bit 2 of `$22` of grblHAL: nothing but homing before homing.
@@ -101,6 +103,7 @@ impl SimulatorConfig {
             laser_mode: 1,
             // As they are delivered.
             report_mask: if dialect == Dialect::GrblHal { 511 } else { 1 },
+            hears_in_commands: true,
             homing: true,
             homing_lock: false,
             switch_works: true,

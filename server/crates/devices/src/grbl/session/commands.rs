@@ -7,7 +7,7 @@ use crate::grbl::LaserMode;
 use crate::grbl::fault::{Device, Fault};
 use crate::grbl::identity::{machine_from_stage, stage_from_machine};
 use crate::grbl::protocol::{HOLD, MachineState, RESET, RESUME};
-use crate::params::{GRBL_ANSWER_LIMIT, GRBL_BRAKING_SLACK, GRBL_LIT_BRAKING};
+use crate::params::{GRBL_ANSWER_LIMIT, GRBL_BRAKING_S, GRBL_BRAKING_SLACK, GRBL_LIT_BRAKING};
 use crate::stage_checks::{check_numbers, check_travel};
 use crate::{AcceptedMove, Homing, LASER_LEASE_LIMIT, LaserError, StageError};
 
@@ -173,7 +173,7 @@ impl Session {
     fn braking_limit(&self) -> Duration {
         let Some(machine) = &self.machine else { return GRBL_BRAKING_SLACK };
         let acceleration_mm_s2 = machine.capabilities.acceleration_mm_s2.unwrap_or(f64::INFINITY).max(1.0);
-        let braking_s = (machine.capabilities.max_speed_mm_s / acceleration_mm_s2).clamp(0.0, 2.0);
+        let braking_s = (machine.capabilities.max_speed_mm_s / acceleration_mm_s2).clamp(0.0, GRBL_BRAKING_S);
         2 * Duration::from_secs_f64(braking_s) + GRBL_BRAKING_SLACK
     }
 

@@ -115,7 +115,7 @@ impl Session {
             }
             LineKind::LaserOff => (self.lit, self.dark_by) = (None, None),
             LineKind::Unlock => self.unlocked(),
-            LineKind::LaserOn | LineKind::Build | LineKind::Settings | LineKind::ReportMask => {}
+            LineKind::LaserOn | LineKind::Build | LineKind::Settings => {}
         }
     }
 
@@ -137,7 +137,7 @@ impl Session {
             LineKind::LaserOn => self.go_dark(now),
             LineKind::LaserOff => self.soft_reset(now),
             LineKind::Unlock => self.clearing = false,
-            LineKind::Build | LineKind::Settings | LineKind::ReportMask => {}
+            LineKind::Build | LineKind::Settings => {}
         }
         let by = match pending.kind {
             LineKind::LaserOn | LineKind::LaserOff => Device::Laser,
@@ -194,22 +194,25 @@ impl Session {
             let reason = format!("its controller is in the state {:?}", report.state);
             return self.down(Fault::Gone { reason });
         }
-        if let Some(offset_mm) = report.offset_mm {
-            (self.offset_mm, self.offset_known) = (offset_mm, true);
-        }
-        let idx = self.config.axis.idx();
-        let machine_mm = match report.position {
-            Position::Machine(axes_mm) => axes_mm[idx],
-            Position::Work(axes_mm) if self.offset_known => axes_mm[idx] + self.offset_mm[idx],
-            // The offset comes with the first report after a reset; without it the position means nothing.
-            Position::Work(_) => return,
-        };
+        let Some(machine_mm) = self.machine_mm(&report) else { return };
         // The report was made between question and answer.
         let at = asked_at + (began_at - asked_at) / 2;
         self.seen = Some(Seen { state: report.state, machine_mm, at });
         self.watch_stray_light(report.spindle, now);
         self.unlock_where_sound(report.state, now);
         self.follow(report.state, machine_mm, asked_at, now);
+    }
+
+    /// Machine position of the axis; `None` as long as the work offset is not known, which comes with some reports.
+    pub(super) fn machine_mm(&mut self, report: &Report) -> Option<f64> {
+        if let Some(offset_mm) = report.offset_mm {
+            (self.offset_mm, self.offset_known) = (offset_mm, true);
+        }
+        let idx = self.config.axis.idx();
+        match report.position {
+            Position::Machine(axes_mm) => Some(axes_mm[idx]),
+            Position::Work(axes_mm) => self.offset_known.then(|| axes_mm[idx] + self.offset_mm[idx]),
+        }
     }
 
     /// What the report means for what is under way.

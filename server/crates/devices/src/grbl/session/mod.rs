@@ -85,7 +85,6 @@ struct Pending {
 enum LineKind {
     Build,
     Settings,
-    ReportMask,
     Unlock,
     Home,
     Travel,

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Activity, LineKind, Link, Pending, Queries, Session, being_opened};
+use super::{Activity, LineKind, Link, Queries, Session, being_opened};
 use crate::grbl::Dialect;
 use crate::grbl::fault::Fault;
 use crate::grbl::identity::Description;
@@ -29,7 +29,6 @@ enum Step {
     },
     Build,
     Settings,
-    ReportMask,
     Report,
 }
 
@@ -38,7 +37,7 @@ impl Session {
     pub fn line_opened(&mut self, now: Instant) {
         self.wants_open = false;
         self.forget_dialogue();
-        (self.homed, self.must_home) = (false, false);
+        (self.homed, self.must_home, self.offset_known) = (false, false, false);
         self.fault = Some(being_opened());
         self.outgoing = vec![RESET];
         self.link = Link::Opening(Opening { since: now, reset_at: now, step: Step::Banner, foreign: None });
@@ -62,9 +61,13 @@ impl Session {
             }
             Message::Setting { number, value } => self.description.setting(number, &value),
             Message::Ok => self.opening_answered(now),
-            Message::Error(code) => self.opening_refused(code, now),
+            Message::Error(code) => self.opening_refused(code),
             // While it starts it is not there yet: it is asked again.
             Message::Report(report) if opening.step == Step::Report && report.state != MachineState::Starting => {
+                if self.machine_mm(&report).is_none() {
+                    // grblHAL tells the work offset in every tenth report or so: it is not up before that.
+                    return self.query(now);
+                }
                 self.reached(now);
                 self.report(report, began_at, now);
             }
@@ -85,27 +88,12 @@ impl Session {
                 Step::Settings
             }),
             LineKind::Settings => self.description.machine(&self.config, &self.place).map(|machine| {
-                let mask = machine.wanted_report_mask;
                 self.machine = Some(machine);
-                match mask {
-                    Some(mask) => {
-                        let line = format!("$10={mask}");
-                        self.send_line(line, LineKind::ReportMask, now, now + self.config.open_limit);
-                        Step::ReportMask
-                    }
-                    None => {
-                        self.query(now);
-                        Step::Report
-                    }
-                }
-            }),
-            _ => {
-                if let Some(machine) = &mut self.machine {
-                    machine.answers_while_homing = true;
-                }
                 self.query(now);
-                Ok(Step::Report)
-            }
+                Step::Report
+            }),
+            // No other line is sent while it is opened.
+            _ => return,
         };
         match checked {
             Ok(next) => {
@@ -117,20 +105,9 @@ impl Session {
         }
     }
 
-    fn opening_refused(&mut self, code: u32, now: Instant) {
+    fn opening_refused(&mut self, code: u32) {
         // An answer to a line of before the reset is nobody's.
         let Some(refused) = self.pending.pop_front() else { return };
-        if let (Pending { kind: LineKind::ReportMask, text, .. }, Link::Opening(opening)) =
-            (&refused, &mut self.link)
-        {
-            let meaning = error_meaning(code);
-            tracing::warn!(
-                place = self.place,
-                "`{text}` was refused ({meaning}): its silence while homing is borne"
-            );
-            opening.step = Step::Report;
-            return self.query(now);
-        }
         let command = refused.text;
         let expected = format!("an answer to `{command}`");
         let found = format!("error {code} ({})", error_meaning(code));
@@ -163,7 +140,6 @@ impl Session {
                 Step::Banner => "soft reset",
                 Step::Settling { .. } | Step::Build => "$I",
                 Step::Settings => "$$",
-                Step::ReportMask => "$10",
                 Step::Report => "?",
             };
             let waited_ms = waited.as_millis() as u64;

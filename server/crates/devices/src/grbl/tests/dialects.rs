@@ -113,19 +113,28 @@ fn a_failed_probe_darkens_and_is_a_fault() {
 }
 
 #[test]
-fn grbl_hal_is_told_to_report_while_homing_and_its_silence_is_borne_otherwise() {
-    let slow = || SimulatorConfig { homing_mm_s: 4.0, start_at_mm: -8.0, ..SimulatorConfig::of(Dialect::GrblHal) };
-    let homed_after_silence = |bench: &Bench| {
-        let (mut stage, _laser) = bench.open();
-        let begun_at = Instant::now();
-        home(&mut stage);
-        begun_at.elapsed()
-    };
-    let told = bench(slow());
-    assert!(homed_after_silence(&told) > GRBL_SILENCE);
-    let heard: Vec<u8> = bytes_heard(&told);
-    let command = format!("$10={}", 511 | 1 << 12);
-    assert!(String::from_utf8_lossy(&heard).contains(&command), "not told");
+fn the_silence_of_grbl_hal_while_homing_is_borne_and_no_setting_is_written() {
+    let slow = SimulatorConfig { homing_mm_s: 4.0, start_at_mm: -8.0, ..SimulatorConfig::of(Dialect::GrblHal) };
+    let bench = bench(slow);
+    let (mut stage, _laser) = bench.open();
+    let begun_at = Instant::now();
+    home(&mut stage);
+    assert!(begun_at.elapsed() > GRBL_SILENCE);
+    let heard = String::from_utf8_lossy(&bytes_heard(&bench)).into_owned();
+    assert!(!heard.contains('='), "a setting was written: {heard:?}");
+}
+
+#[test]
+fn grbl_hal_whose_reports_are_of_no_use_is_refused_with_what_to_send() {
+    let of = || SimulatorConfig::of(Dialect::GrblHal);
+    // Neither machine positions nor the work offset; work positions with it are enough.
+    let blind = bench(SimulatorConfig { report_mask: 511 & !(1 | 1 << 5), ..of() });
+    assert!(blind.refusal().to_string().contains("send $10=479"), "{}", blind.refusal());
+    let by_work_offset = bench(SimulatorConfig { report_mask: 510, ..of() });
+    // The offset comes with the tenth report; it is ready as soon as it is open.
+    home(&mut by_work_offset.open().0);
+    let deaf = bench(SimulatorConfig { hears_in_commands: false, ..of() });
+    assert!(deaf.refusal().to_string().contains("send $39=1"), "{}", deaf.refusal());
 }
 
 fn bytes_heard(bench: &Bench) -> Vec<u8> {

@@ -93,7 +93,10 @@ cells! { GrblHal: grbl_hal_homing, FluidNc: fluid_nc_homing => {
 }}
 
 fn cell(dialect: Dialect, what: What, when: When, told: impl Fn(&StageError) -> bool) {
-    let bench = bench(SimulatorConfig::of(dialect));
+    let mut config = SimulatorConfig::of(dialect);
+    // As grblHAL wants to be set: else its silence while homing is no fault.
+    config.report_mask |= 1 << 12;
+    let bench = bench(config);
     let (mut stage, mut laser) = bench.open();
     bring_to(&bench, &mut stage, &mut laser, when);
     let begin = Instant::now();

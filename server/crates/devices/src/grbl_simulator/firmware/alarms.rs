@@ -88,6 +88,7 @@ impl Firmware {
     fn restart(&mut self, now: Instant) {
         self.halt(now);
         self.dark(now);
+        self.was_reset = true;
         self.banner();
         self.insist_on_homing(now);
     }
@@ -95,7 +96,7 @@ impl Firmware {
     /// Power comes on.
     pub(super) fn boot(&mut self, now: Instant) {
         self.dark(now);
-        self.homed = false;
+        (self.homed, self.was_reset) = (false, false);
         let homing = self.config.homing;
         let locked = homing && self.config.dialect != Dialect::GrblHal;
         self.state = if locked { State::Alarm } else { State::Idle };

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::{Firmware, Planned, Spindle, State};
-use crate::grbl_simulator::Dialect;
+use crate::grbl_simulator::{Dialect, Fault};
 
 impl Firmware {
     pub(super) fn read_lines(&mut self, now: Instant) {
@@ -103,10 +103,14 @@ impl Firmware {
         self.say("ok");
     }
 
-    /// `$10`, the one setting that the driver writes.
+    /// `$10` alone. grblHAL/core 8689918, which its simulator names, does not come back from a setting written after a
+    /// soft reset: `onSettingsChanged` of `gcode.c` then calls itself.
     fn set(&mut self, line: &str, idle: bool) {
         match line.strip_prefix("$10=").and_then(|value| value.parse().ok()) {
             Some(_) if !idle => self.say("error:8"),
+            Some(_) if self.config.dialect == Dialect::GrblHal && self.was_reset => {
+                self.fault = Some(Fault::Silence);
+            }
             Some(mask) => {
                 self.report_mask = mask;
                 self.say("ok");

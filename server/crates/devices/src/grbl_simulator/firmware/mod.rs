@@ -95,6 +95,8 @@ pub struct Firmware {
     must_home: bool,
     door_open: bool,
     restored_at: Option<Instant>,
+    /// Since power came on.
+    was_reset: bool,
     /// What a fault asked for takes effect.
     pub fault: Option<Fault>,
     outgoing: Vec<u8>,
@@ -124,6 +126,7 @@ impl Firmware {
             must_home: false,
             door_open: false,
             restored_at: None,
+            was_reset: false,
             fault: None,
             outgoing: Vec::new(),
         };

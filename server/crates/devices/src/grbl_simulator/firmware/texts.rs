@@ -33,10 +33,19 @@ impl Firmware {
         let [x, y, z] = axes_mm;
         let feed_mm_min = self.motion.map_or(0.0, |motion| motion.at(now).1 * 60.0);
         let speed = if self.modal.spindle == Spindle::Off { 0.0 } else { self.modal.speed };
-        let offset = if self.reports.is_multiple_of(30) { "|WCO:0.000,0.000,0.000" } else { "" };
-        let buffers = if self.config.dialect == Dialect::GrblHal { "|Bf:100,1023" } else { "" };
+        let hal = self.config.dialect == Dialect::GrblHal;
+        let tells_offset = !hal || self.report_mask & (1 << 5) != 0;
+        let offset = if tells_offset && self.reports % 30 == if hal { 9 } else { 0 } {
+            "|WCO:0.000,0.000,0.000"
+        } else {
+            ""
+        };
+        let space = if self.report_mask & 1 != 0 { 'M' } else { 'W' };
+        let buffers = if hal { "|Bf:100,1023" } else { "" };
         self.reports += 1;
-        self.say(&format!("<{state}|MPos:{x:.3},{y:.3},{z:.3}{buffers}|FS:{feed_mm_min:.0},{speed:.0}{offset}>"));
+        self.say(&format!(
+            "<{state}|{space}Pos:{x:.3},{y:.3},{z:.3}{buffers}|FS:{feed_mm_min:.0},{speed:.0}{offset}>"
+        ));
     }
 
     pub(super) fn tell_build(&mut self) {
@@ -84,7 +93,7 @@ impl Firmware {
         }
         match config.dialect {
             Dialect::Grbl => {}
-            Dialect::GrblHal => settings.push((62, flag(config.sleeps))),
+            Dialect::GrblHal => settings.extend([(39, flag(config.hears_in_commands)), (62, flag(config.sleeps))]),
             Dialect::FluidNc => settings.retain(|(number, _)| ![13, 27, 31].contains(number)),
         }
         settings.sort_by_key(|(number, _)| *number);
