@@ -12,7 +12,7 @@ use super::cell::Follows::{GoesOn, Named};
 use super::cell::{Doing, Follows, Rig, check};
 use crate::config::{GrblStationConfig, TwinConfig};
 use crate::station::devices::driven;
-use crate::station::{MachineState, Manual, StationRefusal};
+use crate::station::{MachineState, Manual, StationRefusal, Sweep};
 
 /// A controller behind a terminal, and a station that drives it.
 struct GrblBench {
@@ -185,6 +185,26 @@ fn a_wrong_device_is_named_at_the_start_and_after_a_change_of_cables() {
     assert!(matches!(bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })));
     bench.wait_for("named", wrong);
     assert_eq!(controller.witness().n_motions_since(mark), 0, "nothing moved on the wrong device");
+}
+
+#[test]
+fn a_sweep_that_begins_far_away_goes_there_in_the_dark_and_keeps_its_position() {
+    // With ramps as long as controllers come with: the way to the begin takes longer than light may last without frames.
+    let machine = SimulatorConfig { acceleration_mm_s2: 100.0, ..SimulatorConfig::default() };
+    let GrblBench { bench, controller, _folder } = start(machine, None);
+    home(&bench);
+    let lease = bench.lease();
+    lease.move_to(-35.0, None, &nobody()).unwrap();
+    lease.laser_on(1.0).unwrap();
+    let sweep = Sweep { from_mm: 8.0, to_mm: 10.0, speed_mm_s: 5.0, frame_rate_hz: 30.0 };
+    let stream = lease.sweep(&sweep, &nobody()).unwrap();
+    let frames: Vec<_> = stream.frames.iter().collect();
+    assert!(stream.broken().is_none(), "{:?}", stream.broken());
+    assert!(!frames.is_empty() && frames.iter().all(|frame| frame.laser_on));
+    assert!(lease.move_to(0.0, None, &nobody()).is_ok(), "the position is lost");
+    drop(lease);
+    assert!(bench.station.status().faults.is_empty(), "{:?}", bench.station.status().faults);
+    assert!(!controller.witness().light());
 }
 
 #[test]
