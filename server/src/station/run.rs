@@ -42,6 +42,9 @@ enum Phase {
     /// At the start; the camera delivers its first frame.
     Starting,
     Running,
+    /// Beyond the range, on the ramp that ends the move: a stage stopped there would brake no sooner, and a controller
+    /// that shines while it brakes may lose its position.
+    Braking,
 }
 
 #[derive(Clone, Copy)]
@@ -175,6 +178,10 @@ impl Station {
             }
             // Light without frames on a stage that goes on: the run is lost either way.
             Phase::Running if self.frames_are_overdue() => self.no_frame_came(),
+            Phase::Braking if self.stage_rests() => {
+                self.run = None;
+                self.rest_after_run();
+            }
             _ => {}
         }
     }
@@ -197,7 +204,7 @@ impl Station {
     pub(super) fn record(&mut self, frame: &SharedFrame, lost: Lost) {
         let Some(run) = &self.run else { return };
         match run.phase {
-            Phase::Approach(_) | Phase::Waiting => {}
+            Phase::Approach(_) | Phase::Waiting | Phase::Braking => {}
             Phase::Starting => self.run_off(),
             Phase::Running => self.record_running(frame, lost),
         }
@@ -226,12 +233,15 @@ impl Station {
             }
         }
         let passed = frame.position_mm.is_some_and(|position_mm| run.along_mm(position_mm) >= run.length_mm());
-        if passed || !wanted {
+        let brakes_itself = self.stage.as_mut().is_some_and(|stage| !stage.device().capabilities().follows_frames);
+        if !wanted || (passed && !brakes_itself) {
             drop(run);
-            self.rest_after_run();
-        } else {
-            self.run = Some(run);
+            return self.rest_after_run();
         }
+        if passed {
+            run.phase = Phase::Braking;
+        }
+        self.run = Some(run);
     }
 
     /// How many of the exposures lost before `frame` lay within the range: exposures are spaced evenly in time.

@@ -208,6 +208,27 @@ fn a_sweep_that_begins_far_away_goes_there_in_the_dark_and_keeps_its_position() 
 }
 
 #[test]
+fn a_sweep_on_slow_ramps_ends_with_its_own_and_keeps_its_position() {
+    // As grblHAL is delivered: from 4 mm/s to rest in 0.4 s, longer than a stop with light may brake.
+    let machine = SimulatorConfig { acceleration_mm_s2: 10.0, ..SimulatorConfig::default() };
+    let GrblBench { bench, controller, _folder } = start(machine, None);
+    home(&bench);
+    let lease = bench.lease();
+    lease.move_to(0.0, None, &nobody()).unwrap();
+    lease.laser_on(1.0).unwrap();
+    let sweep = Sweep { from_mm: 2.0, to_mm: 4.0, speed_mm_s: 4.0, frame_rate_hz: 30.0 };
+    let stream = lease.sweep(&sweep, &nobody()).unwrap();
+    let frames: Vec<_> = stream.frames.iter().collect();
+    assert!(stream.broken().is_none(), "{:?}", stream.broken());
+    assert!(frames.iter().all(|frame| frame.position_mm.is_some_and(|position_mm| position_mm <= 4.0)));
+    lease.laser_off().unwrap();
+    assert!(lease.move_to(0.0, None, &nobody()).is_ok(), "the position is lost");
+    drop(lease);
+    assert!(bench.station.status().faults.is_empty(), "{:?}", bench.station.status().faults);
+    assert!(!controller.witness().light());
+}
+
+#[test]
 fn thirty_stops_reach_the_controllers_witness_in_time() {
     let GrblBench { bench, controller, _folder } = start(SimulatorConfig::default(), None);
     home(&bench);
