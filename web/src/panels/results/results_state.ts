@@ -67,7 +67,7 @@ export class ResultsState {
       const limit = Math.min(LARGEST_PAGE, count - whole.parts.length);
       const page = await readParts(this.api, limit, this.query, whole.next);
       whole.parts.push(...page.parts);
-      whole.damaged.push(...page.damaged);
+      whole.damaged = [...whole.damaged, ...page.damaged];
       whole.next = page.next;
     }
     return whole;
