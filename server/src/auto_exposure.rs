@@ -172,7 +172,8 @@ mod tests {
     #[test]
     fn lines_are_judged_and_not_the_picture_around_them() {
         assert_eq!(judged(0.0), Light::Under(0.0));
-        assert!(matches!(judged(40.0), Light::Under(bright) if (bright - 40.0 / 255.0).abs() < 0.02));
+        // The level of a ridge is a mean over a few pixels: a fifth below the peak where lines are 3 px wide.
+        assert!(matches!(judged(40.0), Light::Under(bright) if (0.8..=1.0).contains(&(bright * 255.0 / 40.0))));
         assert_eq!(judged(140.0), Light::Good);
         assert_eq!(judged(900.0), Light::Over);
         let white = GreyImage::new(64, 64, Pixels::Eight(vec![255; 64 * 64])).unwrap();
