@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use metrics_exporter_prometheus::PrometheusHandle;
+use station::StationHandle;
 use store::{Artifacts, Store};
 use tokio_util::task::TaskTracker;
 
@@ -17,7 +18,6 @@ use crate::ledger::Ledger;
 use crate::live::LiveBus;
 use crate::measurement_plan::MeasurementPlans;
 use crate::sessions::Sessions;
-use crate::station::StationHandle;
 use crate::ws::Streams;
 
 /// The parts of the running service.

@@ -10,7 +10,7 @@ use vision::{CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines}
 use crate::app::App;
 use crate::problem::{Problem, ProblemKind};
 use crate::service::line_direction;
-use crate::station::{Manual, SharedFrame};
+use station::{Manual, SharedFrame};
 
 /// Where the lines shall be, as share of full scale: room for a brighter place of the part.
 const BRIGHT: f64 = 0.6;

@@ -9,15 +9,15 @@ use calibration::{CalibrationDifference, difference};
 use metrology::PartVerdict;
 use optics::{Calibration, LightSurfaces, Triangulator};
 use serde_json::json;
+use station::StationHandle;
+use station::wall_clock::now_ms;
 use store::{ActivationRecord, Artifacts, Change, Page, StoreError};
 use tokio::sync::Mutex;
 
 use crate::ledger::{Ledger, event};
 use crate::live::LiveBus;
 use crate::problem::{Problem, ProblemKind};
-use crate::station::StationHandle;
 use crate::stored_calibration::stored_document;
-use crate::wall_clock::now_ms;
 
 /// Acts read at a time while looking for what to roll back to.
 const ACTS_AT_A_TIME: u32 = 100;

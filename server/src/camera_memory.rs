@@ -5,12 +5,12 @@
 
 use devices::CameraRequest;
 use serde_json::{Map, Value, json};
+use station::wall_clock::now_ms;
+use station::{Manual, StationHandle};
 use store::{Change, SettingRecord, StoreError};
 
 use crate::http::dto::devices::{CameraSettingsDto, ChangeCameraDto};
 use crate::ledger::Ledger;
-use crate::station::{Manual, StationHandle};
-use crate::wall_clock::now_ms;
 
 /// The name of the setting.
 const SETTING: &str = "camera.settings";

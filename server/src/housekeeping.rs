@@ -3,6 +3,7 @@
 
 use std::collections::HashSet;
 
+use station::wall_clock::now_ms;
 use store::{ArtifactId, Change, StoreError};
 
 use crate::app::App;
@@ -10,7 +11,6 @@ use crate::config::limits::{
     EVENTS_KEPT, HOUSEKEEPING_PERIOD, IDEMPOTENCY_KEPT_MS, JOBS_KEPT, JOBS_KEPT_MS, SWEEP_PAUSE,
 };
 use crate::jobs::{export, scan};
-use crate::wall_clock::now_ms;
 
 /// Keeps house until it is aborted. The first round, at the start, deletes what a dead process left.
 pub async fn keep_house(app: App) {

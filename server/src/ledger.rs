@@ -7,7 +7,7 @@ use serde_json::Value;
 use store::{Catalogue, Change, EventRecord, StoreError};
 use tokio::sync::{Notify, watch};
 
-use crate::wall_clock::now_ms;
+use station::wall_clock::now_ms;
 
 /// The catalogue and the bell that rings when events were added.
 #[derive(Clone)]

@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 use store::disk::{Disk, LocalDisk};
 use tokio::sync::Mutex;
 
-use crate::config::{Config, StationConfig};
+use station::config::StationConfig;
+
+use crate::config::Config;
 use crate::http::hash_hex;
 use crate::jobs::MeasureInput;
 use crate::problem::{Problem, ProblemKind};

@@ -4,6 +4,7 @@ use metrology::{MeasureError, MeasureRequest, PartVerdict, Region, Tool, measure
 use optics::Calibration;
 use scanning::Cloud;
 use serde_json::{Value, json};
+use station::wall_clock::now_ms;
 use store::{Change, MeasurementRecord, ScanRecord, ScanState};
 
 use crate::failure::Failure;
@@ -13,7 +14,6 @@ use crate::problem::{Problem, ProblemKind};
 use crate::stored_scan::new_id;
 use crate::surface_region::surface_region;
 use crate::tables::measurement_json;
-use crate::wall_clock::now_ms;
 
 impl MeasureInput {
     /// As metrology takes it. Flatness is judged against zero: its limit needs no nominal.

@@ -5,8 +5,8 @@ use devices::{CameraRequest, Trigger};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::cancel::CancelFlag;
-use crate::station::{SharedFrame, StationLease, StationRefusal};
+use station::cancel::CancelFlag;
+use station::{SharedFrame, StationLease, StationRefusal};
 
 /// How long the camera looks, and how bright the laser is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -5,12 +5,12 @@
 use std::error::Error;
 
 use capture::CaptureError;
+use station::StationRefusal;
 use store::StoreError;
 
 use crate::failure::{Exit, Failure};
 use crate::jobs::JobEnd;
 use crate::problem::{Problem, ProblemKind};
-use crate::station::StationRefusal;
 
 impl From<Failure> for Problem {
     fn from(failure: Failure) -> Self {

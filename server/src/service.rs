@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use metrics_exporter_prometheus::PrometheusBuilder;
 use serde_json::json;
+use station::wall_clock::now_ms;
+use station::{Fault, StationHandle};
 use store::Store;
 use tokio::net::TcpListener;
 use tokio_util::task::TaskTracker;
@@ -25,8 +27,6 @@ use crate::live::LiveBus;
 use crate::live::worker::Worker;
 use crate::measurement_plan::MeasurementPlans;
 use crate::sessions::Sessions;
-use crate::station::{Fault, StationHandle};
-use crate::wall_clock::now_ms;
 use crate::ws::{Sources, Streams};
 
 /// Captures as folders, below the data folder: can be deleted at any time while the service is down.
@@ -55,7 +55,7 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
                 .remedy("check the data folder's rights")
         })?;
     let live = LiveBus::default();
-    let station = StationHandle::start(&config, was_halted(&ledger).await);
+    let station = StationHandle::start(&config.station, was_halted(&ledger).await);
     crate::camera_memory::restore(&ledger, &station).await;
     tokio::spawn(crate::camera_memory::follow(ledger.clone(), station.clone()));
     let calibrations = Calibrations::new(ledger.clone(), artifacts.clone(), live.clone(), station.clone());

@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use capture::Capture;
+use station::wall_clock::now_ms;
 use store::{ArtifactId, Artifacts, CaptureRecord, Change, StoreError};
 use tokio::runtime::Handle;
 
@@ -27,7 +28,6 @@ use crate::captures::cache::{Cache, InUse};
 use crate::captures::limits::CACHE_LIMIT_BYTES;
 use crate::ledger::Ledger;
 use crate::problem::Problem;
-use crate::wall_clock::now_ms;
 
 pub use check::without_folder;
 

@@ -1,7 +1,8 @@
 //! Which layer wins, what is refused, and that the table's defaults are the twin's.
 
+use station::config::StationConfig;
+
 use super::*;
-use crate::config::StationConfig;
 
 fn environment(pairs: &[(&str, &str)]) -> impl Iterator<Item = (String, String)> {
     pairs.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect::<Vec<_>>().into_iter()

@@ -1,13 +1,12 @@
 //! The settings there are: key, kind, default, meaning. One row each; documentation, file, environment and flags
 //! follow from it.
 
+use station::config::{GrblStationConfig, ReplayStationConfig, StationConfig, TwinConfig};
 use twin::StationShape;
 
 use crate::config::value::{Kind, Value};
-use crate::config::{
-    Config, GrblStationConfig, HttpConfig, ProjectorConfig, ReplayStationConfig, StationConfig, TargetConfig,
-    TwinConfig,
-};
+
+use crate::config::{Config, HttpConfig, ProjectorConfig, TargetConfig};
 
 /// A setting.
 pub struct Setting {

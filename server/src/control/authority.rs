@@ -1,6 +1,6 @@
 //! On whose word a job uses the station.
 
-use crate::station::StopEpoch;
+use station::StopEpoch;
 
 /// On whose word a job uses the station, kept from the moment it was accepted until it has the station.
 #[derive(Debug, Clone, PartialEq, Eq)]

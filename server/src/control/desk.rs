@@ -4,13 +4,13 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use station::StopEpoch;
 use tokio::sync::watch;
 use uuid::Uuid;
 
 use crate::config::limits::{CONTROL_IDLE, CONTROL_LEASE};
 use crate::control::{Asker, Authority};
 use crate::problem::{Problem, ProblemKind};
-use crate::station::StopEpoch;
 
 /// A lease that runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -234,7 +234,7 @@ mod tests {
     #[test]
     fn a_job_keeps_the_holder_it_was_accepted_under() {
         let (desk, now) = (ControlDesk::default(), Instant::now());
-        let epoch = crate::station::StopEpoch::default();
+        let epoch = station::StopEpoch::default();
         let unattended = desk.authority(None, epoch, now);
         let anna = desk.take("Anna", false, now).unwrap().lease.id;
         assert!(!unattended.may_begin(Some("Anna")) && unattended.may_begin(None));

@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use serde_json::json;
+use station::wall_clock::now_ms;
+use station::{Manual, StationRefusal};
 use store::{Change, SettingRecord, StoreError};
 
 use crate::app::App;
 use crate::jobs::Waiting;
 use crate::ledger::{Ledger, event};
 use crate::problem::{Problem, ProblemKind};
-use crate::station::{Manual, StationRefusal};
-use crate::wall_clock::now_ms;
 
 /// The setting that outlives the process.
 const HALTED: &str = "station.halted";

@@ -3,13 +3,13 @@
 use std::time::Instant;
 
 use axum::http::{HeaderMap, HeaderName};
+use station::{StationRefusal, StationStatus};
 
 use crate::app::App;
 use crate::control::{Ask, Asker, Authority, ControlDesk, Lease, Refusal, Ruling, StationUse, rule};
 use crate::http::answers::header_text;
 use crate::http::conversions::label;
 use crate::problem::{Problem, ProblemKind};
-use crate::station::{StationRefusal, StationStatus};
 
 /// The header that carries the lease's id.
 pub const CONTROL_HEADER: HeaderName = HeaderName::from_static("sheaf-control");

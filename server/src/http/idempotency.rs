@@ -8,13 +8,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::http::{HeaderMap, HeaderName};
 use serde_json::Value;
+use station::wall_clock::now_ms;
 use store::{Change, IdempotencyRecord};
 
 use crate::app::App;
 use crate::http::answers::{Reply, header_text};
 use crate::http::hash_hex;
 use crate::problem::{Problem, ProblemKind};
-use crate::wall_clock::now_ms;
 
 const HEADER: HeaderName = HeaderName::from_static("idempotency-key");
 

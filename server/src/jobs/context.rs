@@ -4,9 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use scanning::{FileError, ScanError};
+use station::cancel::CancelFlag;
+use station::{Purpose, StationHandle, StationLease, StationRefusal};
 use store::{Artifacts, Change, ResultRef};
 
-use crate::cancel::CancelFlag;
 use crate::captures::Captures;
 use crate::config::Config;
 use crate::control::Authority;
@@ -15,7 +16,6 @@ use crate::ledger::Ledger;
 use crate::live::LiveBus;
 use crate::problem::Problem;
 use crate::progress::{JobVoice, Phase, Reporter, Step, Tell};
-use crate::station::{Purpose, StationHandle, StationLease, StationRefusal};
 use crate::stored_scan::disk_problem;
 
 /// Time between two attempts to take a station that is busy for a moment.

@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use station::cancel::CancelFlag;
 use store::JobRecord;
 
-use crate::cancel::CancelFlag;
 use crate::control::Authority;
 use crate::jobs::board::Board;
 use crate::jobs::input::JobInput;

@@ -50,9 +50,9 @@ use crate::ledger::{Ledger, event};
 use crate::live::LiveBus;
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Step;
-use crate::station::{StationHandle, StationRefusal};
-use crate::wall_clock::now_ms;
 use queue::Queue;
+use station::wall_clock::now_ms;
+use station::{StationHandle, StationRefusal};
 
 /// A job as a client sees it: the record, with the progress of this moment.
 #[derive(Debug, Clone)]

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
+use station::wall_clock::now_ms;
 use tokio::runtime::Handle;
 use tokio::sync::{Notify, watch};
 
@@ -12,7 +13,6 @@ use crate::jobs::run::Procedure;
 use crate::jobs::runner::End;
 use crate::jobs::{JobNews, JobParts, JobView};
 use crate::problem::Problem;
-use crate::wall_clock::now_ms;
 
 /// Which lane needs the station.
 const STATION: usize = 0;

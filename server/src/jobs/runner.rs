@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
+use station::wall_clock::now_ms;
 use store::{Change, JobOutcome, JobState, Page, ResultRef, StoreError};
 
 use crate::jobs::forecast::Forecast;
@@ -11,7 +12,6 @@ use crate::jobs::params::{CHECKPOINT_INTERVAL, FORECAST_ALIKE, FORECAST_JOBS, PU
 use crate::jobs::{Done, JobContext, JobEnd, Queue, Waiting, run};
 use crate::ledger::event;
 use crate::problem::Problem;
-use crate::wall_clock::now_ms;
 
 /// Key of a job's checkpoint under which stands when it was where, for the next of its kind.
 const TIMELINE: &str = "timeline";

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use bytes::Bytes;
 use optics::{Calibration, Triangulator};
 use scanning::Profile;
+use station::SharedFrame;
 use tokio::sync::watch;
 use vision::Centrelines;
 
 use crate::live::interest::{Sight, Wish, Wishes};
 use crate::live::points::{PointLog, PointsSeen};
-use crate::station::SharedFrame;
 
 /// One frame, seen through.
 pub struct LiveFrame {

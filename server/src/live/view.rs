@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use optics::Triangulator;
 use scanning::{FrameLabeller, Profile};
+use station::{SharedFrame, StationHandle, StationStatus};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, LineDirection};
@@ -12,7 +13,6 @@ use vision::{CentrelineExtractor, CentrelineParams, Centrelines, LineDirection};
 use crate::live::pace::Pace;
 use crate::live::worker::Worker;
 use crate::live::{LiveBus, LiveFrame};
-use crate::station::{SharedFrame, StationHandle, StationStatus};
 
 /// Starts the thread. It rests while nobody watches, and during a scan: the scan shows its frames itself.
 pub fn start(station: &StationHandle, bus: LiveBus, line_direction: LineDirection) -> io::Result<Worker> {

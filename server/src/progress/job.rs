@@ -4,7 +4,8 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::cancel::CancelFlag;
+use station::cancel::CancelFlag;
+
 use crate::progress::{Phase, Step};
 
 /// Takes a job's fraction, 0–1, what it does, and the same in words.

@@ -1,13 +1,13 @@
 //! A look at the board as it is held now, before any picture is taken.
 
 use serde::{Deserialize, Serialize};
+use station::StampedFrame;
 use utoipa::ToSchema;
 
 use crate::problem::{Problem, ProblemKind};
 use crate::sessions::body::{BoardPicture, Picture, SessionBody, SessionPose};
 use crate::sessions::camera_so_far::learn_camera;
 use crate::sessions::found;
-use crate::station::StampedFrame;
 
 /// What one frame shows of the board. Nothing of it is kept.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]

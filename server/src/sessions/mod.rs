@@ -13,20 +13,20 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use station::cancel::CancelFlag;
+use station::wall_clock::now_ms;
+use station::{Purpose, StampedFrame, StationHandle, StationLease};
 use store::{Artifacts, Change, Listed, Page, SessionRecord, StoreError};
 use utoipa::ToSchema;
 
-use crate::cancel::CancelFlag;
 use crate::config::Config;
 use crate::jobs::calibrate::{N_POSES, board_target, projector};
 use crate::jobs::{CalibrateInput, JobInput, Source};
 use crate::ledger::{Ledger, event};
 use crate::photographer::{Exposures, Photographer};
 use crate::problem::{Problem, ProblemKind};
-use crate::station::{Purpose, StampedFrame, StationHandle, StationLease};
 use crate::stored_scan::{disk_problem, new_id};
 use crate::virtual_operator::VirtualOperator;
-use crate::wall_clock::now_ms;
 
 pub use body::{
     BoardPicture, CameraSoFar, Picture, ProjectorSheet, Session, SessionBody, SessionPose, SessionStageView,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use axum::extract::ws::Message;
 use serde_json::Value;
+use station::StationStatus;
 use tokio::sync::watch;
 use tokio::time::{Duration, Instant};
 
@@ -14,7 +15,6 @@ use crate::http::dto::station::StationDto;
 use crate::jobs::{JobNews, JobView};
 use crate::live::pace::Pace;
 use crate::live::{LiveBus, PointLog, PointsSeen, Sight, Wish};
-use crate::station::StationStatus;
 use crate::ws::encoder::Published;
 use crate::ws::meter::Meter;
 use crate::ws::protocol::DEFAULT_RATE_HZ;

@@ -9,6 +9,7 @@ use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::response::{IntoResponse, Response};
 use serde_json::Value;
+use station::{SharedFrame, StationStatus};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use vision::LineDirection;
 
@@ -19,7 +20,6 @@ use crate::jobs::JobNews;
 use crate::live::LiveBus;
 use crate::live::worker::Worker;
 use crate::problem::{Problem, ProblemKind};
-use crate::station::{SharedFrame, StationStatus};
 use crate::ws::connection;
 use crate::ws::encoder::{self, Slots};
 use crate::ws::protocol::{MAX_CLIENT_MESSAGE_BYTES, MAX_SOCKETS, SUB_PROTOCOL};

@@ -27,7 +27,7 @@ use crate::failure::{Exit, Failure};
 use crate::problem::Problem;
 use crate::progress::Reporter;
 use crate::service;
-use crate::wall_clock::now_ms;
+use station::wall_clock::now_ms;
 use sweep::Swept;
 use viewer::Viewer;
 

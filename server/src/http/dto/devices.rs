@@ -4,7 +4,7 @@ use devices::{CameraRequest, CameraSettings, DeviceIdentity, Homing, PixelFormat
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::station::{LaserLight, StationStatus};
+use station::{LaserLight, StationStatus};
 
 /// What a device says about itself.
 #[derive(Debug, Serialize, ToSchema)]

@@ -1,12 +1,12 @@
 //! The station on the wire.
 
 use serde::{Deserialize, Serialize};
+use station::{Fault, MachineState, OperationalState, StationStatus};
 use utoipa::ToSchema;
 
 use crate::control::StopOutcome;
 use crate::http::dto::control::ControlDto;
 use crate::http::dto::devices::{CameraDto, LaserDto, StageDto};
-use crate::station::{Fault, MachineState, OperationalState, StationStatus};
 
 /// The station as last seen.
 #[derive(Debug, Serialize, ToSchema)]

@@ -6,6 +6,7 @@ use axum::response::Response;
 use axum::{Extension, Json};
 use devices::CameraRequest;
 use serde_json::json;
+use station::{Manual, SharedFrame};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vision::Pixels;
@@ -27,7 +28,6 @@ use crate::http::hash_hex;
 use crate::http::idempotency::at_most_once;
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
-use crate::station::{Manual, SharedFrame};
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<App> {

@@ -3,6 +3,7 @@
 use axum::Json;
 use axum::extract::State;
 use axum::response::Response;
+use station::LaserLight;
 use store::JobState;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -13,7 +14,6 @@ use crate::http::dto::service::{HealthDto, ReadyDto};
 use crate::http::dto::station::state_names;
 use crate::http::openapi::document_json;
 use crate::problem::{Problem, ProblemKind};
-use crate::station::LaserLight;
 
 /// The routes outside `/api/v1`.
 pub fn routes() -> OpenApiRouter<App> {

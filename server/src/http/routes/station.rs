@@ -8,6 +8,7 @@ use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::{Extension, Json};
 use serde_json::json;
+use station::LiveRequest;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
@@ -22,7 +23,6 @@ use crate::http::dto::station::{SetLiveDto, StationDto, StoppedDto};
 use crate::http::extract::ApiJson;
 use crate::ledger::event;
 use crate::problem::Problem;
-use crate::station::LiveRequest;
 
 /// Longest time Stop's answer waits for a body it does not need.
 const STOP_BODY_TIMEOUT: Duration = Duration::from_millis(100);

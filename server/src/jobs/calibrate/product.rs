@@ -6,6 +6,7 @@ use calibration::{CalibrationOptions, CalibrationResult, LightModelChoice};
 use capture::Capture;
 use optics::LightModelKind;
 use serde_json::{Value, json};
+use station::wall_clock::now_ms;
 use store::{ArtifactId, CalibrationRecord, Change, ResultRef};
 
 use crate::features::Features;
@@ -18,7 +19,6 @@ use crate::progress::Phase;
 use crate::report::calibration_page;
 use crate::residuals::Residuals;
 use crate::tables::calibration_json;
-use crate::wall_clock::now_ms;
 
 /// Share of the work that reading the pictures takes.
 const READING: f64 = 0.6;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use capture::{
     BoardTarget, CameraFormat, Manifest, Pose, Projector, StageView, params::FORMAT, write_manifest, write_png,
 };
+use station::StampedFrame;
 
 use crate::captures::without_folder;
 use crate::config::{Config, ProjectorConfig, TargetConfig};
@@ -13,7 +14,6 @@ use crate::jobs::{CalibrateInput, JobContext, JobEnd};
 use crate::photographer::{Exposures, Photographer};
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::{Phase, Step};
-use crate::station::StampedFrame;
 use crate::stored_scan::disk_problem;
 use crate::virtual_operator::VirtualOperator;
 

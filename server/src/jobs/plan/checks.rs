@@ -2,6 +2,7 @@
 
 use devices::Homing;
 use optics::Calibration;
+use station::StationStatus;
 
 use super::motion::run_up_mm;
 use super::params::{
@@ -11,7 +12,6 @@ use super::prediction::Prediction;
 use super::{Rows, SweepRate};
 use crate::jobs::{ScanInput, ScanMode};
 use crate::problem::{Problem, ProblemKind};
-use crate::station::StationStatus;
 
 fn refused(field: &str, detail: impl Into<String>, remedy: impl Into<String>) -> Problem {
     Problem::new(ProblemKind::Impossible, detail).at(format!("/{field}")).remedy(remedy)

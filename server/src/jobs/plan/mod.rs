@@ -8,13 +8,13 @@ mod prediction;
 
 use optics::Calibration;
 use serde::{Deserialize, Serialize};
+use station::StationStatus;
 use utoipa::ToSchema;
 
 pub use pace::{Pace, TIMING};
 
 use crate::jobs::{ScanInput, ScanMode};
 use crate::problem::Problem;
-use crate::station::StationStatus;
 
 /// A scan as it will be run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -1,8 +1,9 @@
 //! How long the stage takes.
 
+use station::StationStatus;
+use station::params::{RUN_UP_MARGIN, RUN_UP_TIME};
+
 use super::Rows;
-use crate::station::StationStatus;
-use crate::station::params::{RUN_UP_MARGIN, RUN_UP_TIME};
 
 /// Way the stage needs before and behind the range of a continuous scan, mm.
 pub fn run_up_mm(speed_mm_s: f64, status: &StationStatus) -> f64 {

@@ -3,10 +3,10 @@
 use nalgebra::{Vector2, Vector3};
 use optics::Calibration;
 use scanning::depth_envelope;
+use station::StationStatus;
 use vision::LineDirection;
 
 use super::params::{CLOUD_POINT_BYTES, DISPLAY_POINT_BYTES, EXPECTED_SIGMA_PX, PEAK_BYTES, PREDICTION_STEP_PX};
-use crate::station::StationStatus;
 
 /// What a calibration says about a scan with it.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,11 +7,11 @@ use devices::{
 };
 use nalgebra::DMatrix;
 use optics::{DepthRangeMm, LightSurfaces};
+use station::{DeviceStatus, LaserLight, MachineState, OperationalState};
 use twin::{StationModel, StationShape};
 
 use super::*;
 use crate::jobs::{MeasureInput, ScanPurpose, ScanSource};
-use crate::station::{DeviceStatus, LaserLight, MachineState, OperationalState};
 
 fn calibration() -> Calibration {
     let model = StationModel::seeded(7, &StationShape::default()).unwrap();

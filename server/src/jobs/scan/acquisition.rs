@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use devices::{CameraRequest, Trigger};
+use station::{SharedFrame, StationLease, Sweep};
 
 use crate::jobs::plan::ScanPlan;
 use crate::jobs::scan::TAKEN;
@@ -10,7 +11,6 @@ use crate::jobs::scan::recording::Hand;
 use crate::jobs::{JobContext, JobEnd, ScanMode};
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
-use crate::station::{SharedFrame, StationLease, Sweep};
 
 /// Time between two words about a sweep: people read no faster, and frames come by the hundred in a second.
 const TOLD_EVERY: Duration = Duration::from_millis(50);

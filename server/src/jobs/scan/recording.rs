@@ -16,6 +16,8 @@ use capture::write_png;
 use optics::Triangulator;
 use scanning::FrameLabeller;
 use scanning::files::peaks::pack_frame;
+use station::SharedFrame;
+use station::recycling::Recycling;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
 
 use crate::jobs::scan::pictures::picture_path;
@@ -23,8 +25,6 @@ use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::{JobContext, JobEnd};
 use crate::live::LiveFrame;
 use crate::problem::{Problem, ProblemKind};
-use crate::recycling::Recycling;
-use crate::station::SharedFrame;
 use crate::stored_scan::disk_problem;
 
 /// Frames that wait for a thread, and results that wait to be shown: each holds a buffer of the station, which

@@ -11,6 +11,7 @@ use calibration::CalibrationDocument;
 use scanning::files::peaks::PeaksFile;
 use scanning::{CloudFormat, CloudPoint, Evaluation, Frames as _};
 use serde_json::{Value, json};
+use station::wall_clock::now_ms;
 use store::{ArtifactId, Change, ScanRecord, ScanState};
 
 use crate::jobs::plan::TIMING;
@@ -24,7 +25,6 @@ use crate::problem::Problem;
 use crate::progress::Phase;
 use crate::stored_scan::disk_problem;
 use crate::tables::scan_json;
-use crate::wall_clock::now_ms;
 use crate::ws::protocol::points::encode_block;
 
 /// Whether the frames are of the calibrated camera.

@@ -9,6 +9,7 @@ use scanning::Frames;
 use scanning::files::peaks::{PeaksFile, PeaksHeader, PeaksWriter};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use station::wall_clock::now_ms;
 use store::{ArtifactId, Artifacts, ScanRecord, ScanState, StoreError};
 
 use crate::jobs::scan::writing::NewPeaks;
@@ -16,7 +17,6 @@ use crate::jobs::scan::{pictures, scan_changes};
 use crate::ledger::Ledger;
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_scan::disk_problem;
-use crate::wall_clock::now_ms;
 
 const FOLDER: &str = "work";
 const NOTE: &str = "scan.json";

@@ -4,6 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::json;
+use station::Manual;
 use store::{ArtifactId, CaptureRecord, Change, EventRecord, JobOutcome, JobRecord, Page, ResultRef};
 
 use super::*;
@@ -13,7 +14,6 @@ use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, JobInput, JobNews, S
 use crate::ledger::event;
 use crate::problem::{Problem, ProblemKind};
 use crate::progress::Phase;
-use crate::station::Manual;
 
 /// What the jobs of a test did, and whether they may end.
 #[derive(Default)]

@@ -2,7 +2,7 @@
 
 use bytes::{BufMut, BytesMut};
 
-use crate::station::StampedFrame;
+use station::StampedFrame;
 
 /// Flag: the laser shone during the exposure.
 pub const LASER_ON: u8 = 1;

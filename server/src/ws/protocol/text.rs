@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use station::MachineState;
 
 use crate::http::dto::station::StoppedDto;
-use crate::station::MachineState;
 use crate::ws::protocol::{DEFAULT_RATE_HZ, MAX_RATE_HZ};
 
 /// What can be subscribed to.

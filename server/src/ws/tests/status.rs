@@ -5,7 +5,7 @@ use devices::{
     StageCapabilities, Trigger,
 };
 
-use crate::station::{DeviceStatus, LaserLight, MachineState, StateHistory, StationStatus};
+use station::{DeviceStatus, LaserLight, MachineState, StateHistory, StationStatus};
 
 /// Before anything is known.
 pub fn first_status() -> StationStatus {

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
+use station::{MachineState, OperationalState};
 use tokio_tungstenite::tungstenite::Message;
 
 use super::bench::{Bench, Client, sequence};
 use crate::config::limits::CONTROL_LEASE;
 use crate::live::Sight;
-use crate::station::{MachineState, OperationalState};
 
 const READY: MachineState = MachineState::Operational(OperationalState::Ready);
 

@@ -6,19 +6,19 @@ use calibration::{CalibrationDocument, CalibrationText};
 use nalgebra::DMatrix;
 use optics::{Calibration, DepthRangeMm, LightSurfaces};
 use serde_json::json;
+use station::StationHandle;
+use station::cancel::CancelFlag;
 use store::{CalibrationRecord, Change, ScanRecord, Store};
 use tempfile::TempDir;
 use tokio::runtime::Runtime;
 use twin::{StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
 
-use crate::cancel::CancelFlag;
 use crate::captures::Captures;
 use crate::config::Config;
 use crate::control::Authority;
 use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanPurpose, ScanSource};
 use crate::ledger::Ledger;
 use crate::live::LiveBus;
-use crate::station::StationHandle;
 
 /// What a job has told so far.
 pub type Kept<T> = Arc<Mutex<Vec<T>>>;

@@ -1,0 +1,118 @@
+//! A small simulated station with its thread, ended when the test ends.
+
+use std::time::{Duration, Instant};
+
+use twin::{SceneKind, StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
+
+use crate::cancel::CancelFlag;
+use crate::devices::{Parts, twinned};
+use crate::handle::Watch;
+use crate::{Manual, Purpose, StationHandle, StationLease, StationRefusal, StationStatus, StopEpoch};
+
+/// How long a test waits for what must happen; far beyond every promised time.
+pub const PATIENCE: Duration = Duration::from_secs(10);
+
+/// A station on the bench.
+pub struct Bench {
+    /// The station.
+    pub station: StationHandle,
+    /// The virtual operator.
+    pub control: TwinControl,
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        self.station.shut_down();
+    }
+}
+
+/// A simulated station of few pixels.
+pub fn small_twin(options: TwinOptions) -> TwinStation {
+    let shape = StationShape { width_px: 160, height_px: 128, ..StationShape::default() };
+    TwinStation::new(StationModel::seeded(7, &shape).unwrap(), options)
+}
+
+/// Parts of a small simulated station with a bare plate.
+pub fn small_parts() -> Parts {
+    twinned(
+        small_twin(TwinOptions { scene: SceneKind::Plate, ..TwinOptions::default() }),
+        crate::params::TWIN_RATE_HZ,
+    )
+}
+
+/// A station over these parts, calibrated.
+pub fn bench_of(parts: Parts) -> Bench {
+    bench_with(parts, Watch::default(), false)
+}
+
+/// The same with a live view that goes on so long without viewers, stopped in an earlier life or not.
+pub fn bench_with(parts: Parts, watch: Watch, halted: bool) -> Bench {
+    let control = parts.simulation.clone().expect("the parts are simulated");
+    let station = StationHandle::start_with(parts, watch, halted);
+    station.calibration_changed(true);
+    Bench { station, control }
+}
+
+/// A small simulated station, ready.
+pub fn bench() -> Bench {
+    let bench = bench_of(small_parts());
+    bench.wait_for("ready", |status| status.activity == "ready");
+    bench
+}
+
+impl Bench {
+    /// Waits until the status is as described; panics with the last one otherwise. Returns how long it took.
+    pub fn wait_for(&self, what: &str, holds: impl Fn(&StationStatus) -> bool) -> Duration {
+        let begun = Instant::now();
+        while !holds(&self.station.status()) {
+            assert!(begun.elapsed() < PATIENCE, "not {what}: {:#?}", self.station.status());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        begun.elapsed()
+    }
+
+    /// A lease for a job.
+    pub fn lease(&self) -> StationLease {
+        self.try_lease().unwrap()
+    }
+
+    /// A lease, or why not.
+    pub fn try_lease(&self) -> Result<StationLease, StationRefusal> {
+        self.lease_of(self.station.stop_epoch())
+    }
+
+    /// The same for a job that was authorised then.
+    pub fn lease_of(&self, epoch: StopEpoch) -> Result<StationLease, StationRefusal> {
+        self.station.lease(Purpose { job_id: "job-1".to_owned(), activity: "scanning".to_owned(), epoch })
+    }
+
+    /// A person's command.
+    pub fn manual(&self, command: Manual) -> Result<Option<devices::AcceptedMove>, StationRefusal> {
+        wait(self.station.manual(command))
+    }
+
+    /// A person's stop.
+    pub fn stop(&self) {
+        wait(self.station.stop("a person")).unwrap();
+    }
+}
+
+/// Waits for a future on this thread.
+pub fn wait<F: Future>(future: F) -> F::Output {
+    tokio::runtime::Builder::new_current_thread().build().unwrap().block_on(future)
+}
+
+/// Waits until something holds.
+pub fn wait_until(what: &str, holds: impl Fn() -> bool) -> Duration {
+    let begun = Instant::now();
+    while !holds() {
+        assert!(begun.elapsed() < PATIENCE, "not {what}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    begun.elapsed()
+}
+
+/// Nobody cancels.
+pub fn nobody() -> CancelFlag {
+    CancelFlag::default()
+}

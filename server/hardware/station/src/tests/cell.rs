@@ -1,0 +1,254 @@
+//! One cell of the fault matrix: a station in a state, a fault, what must follow and how soon.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use super::bench::{Bench, nobody, wait, wait_until};
+use crate::{LaserLight, MachineState, Manual, StationRefusal, StationStatus, Sweep};
+
+/// What the station does when the fault comes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Doing {
+    /// Nothing.
+    Ready,
+    /// A continuous run with light.
+    Scanning,
+    /// Moving, exposing with light and without, as a calibration does.
+    Calibrating,
+    /// A person's jog.
+    Jogging,
+}
+
+/// What must follow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Follows {
+    /// A fault of that device and kind, in time; the station is in error, dark and at rest.
+    Named(&'static str, &'static str),
+    /// Nothing until the device is used: then the same.
+    NamedAtUse(&'static str, &'static str),
+    /// Nothing is wrong with what the station does now; it goes on.
+    GoesOn,
+}
+
+/// A station, a fault and its cure.
+pub struct Rig<'a> {
+    /// The station.
+    pub bench: &'a Bench,
+    /// Lets the fault come.
+    pub inject: &'a dyn Fn(),
+    /// Takes its cause away.
+    pub cure: &'a dyn Fn(),
+    /// Whether there is light, by the witness.
+    pub light: &'a dyn Fn() -> bool,
+    /// Whether there is motion, by the witness.
+    pub motion: &'a dyn Fn() -> bool,
+    /// Whether the stage can be told to stop at all during the fault.
+    pub can_be_told: bool,
+}
+
+/// Camera faults are named within 2 s, serial faults within 1 s.
+fn promised(device: &str) -> Duration {
+    Duration::from_secs(if device == "camera" { 2 } else { 1 })
+}
+
+/// Light ends within half a second of the fault being named.
+const DARK: Duration = Duration::from_millis(500);
+
+/// How long a cell watches that nothing happens.
+const QUIET: Duration = Duration::from_millis(200);
+
+/// Tries the cell.
+pub fn check(rig: &Rig<'_>, doing: Doing, follows: Follows) {
+    let activity = Activity::begin(rig.bench, doing);
+    let injected = Instant::now();
+    (rig.inject)();
+    match follows {
+        Follows::Named(device, kind) => {
+            expect_named(rig, device, kind, injected);
+            activity.expect_broken();
+        }
+        Follows::NamedAtUse(device, kind) => {
+            std::thread::sleep(QUIET);
+            assert_eq!(rig.bench.station.status().faults, []);
+            activity.end();
+            let used = Instant::now();
+            let in_use = use_device(rig.bench, device);
+            expect_named(rig, device, kind, used);
+            in_use.join().unwrap();
+        }
+        Follows::GoesOn => {
+            std::thread::sleep(QUIET);
+            let status = rig.bench.station.status();
+            assert_eq!(status.faults, []);
+            assert!(matches!(status.state, MachineState::Operational(_)), "{:?}", status.state);
+            activity.end();
+            return;
+        }
+    }
+    (rig.cure)();
+    expect_cured(rig.bench, follows);
+    assert!(!(rig.light)(), "ready, never active");
+}
+
+fn expect_named(rig: &Rig<'_>, device: &str, kind: &str, since: Instant) {
+    let named = |status: &StationStatus| {
+        status.faults.iter().any(|fault| (fault.device, fault.kind) == (device, kind) && !fault.remedy.is_empty())
+    };
+    rig.bench.wait_for(&format!("naming {device} {kind}"), named);
+    let took = since.elapsed();
+    assert!(took <= promised(device), "{device} {kind} was named after {took:?}");
+    let dark = wait_until("dark", || !(rig.light)());
+    assert!(dark <= DARK, "dark {dark:?} after the fault was named");
+    let status = rig.bench.station.status();
+    assert_eq!(status.state, MachineState::Error);
+    rig.bench.wait_for("shown dark", |status| status.laser_light != LaserLight::On);
+    if rig.can_be_told {
+        wait_until("at rest", || !(rig.motion)());
+    }
+    if device == "stage" {
+        assert_eq!((status.position_mm, status.homed), (None, false), "where it is, is unknown");
+    }
+    assert!(matches!(rig.bench.try_lease().map(drop), Err(StationRefusal::InError { .. })));
+    assert!(matches!(rig.bench.manual(Manual::Home), Err(StationRefusal::InError { .. })));
+}
+
+/// After its cause is gone a person's reset makes the station ready; a lost position must be found again.
+fn expect_cured(bench: &Bench, follows: Follows) {
+    bench.manual(Manual::Reset).unwrap();
+    let status = bench.station.status();
+    assert_eq!(status.faults, []);
+    assert!(matches!(status.state, MachineState::Operational(_)), "{:?}", status.state);
+    assert!(!status.moving && status.job_id.is_none());
+    if let Follows::Named("stage", _) | Follows::NamedAtUse("stage", _) = follows {
+        assert_eq!((status.position_mm, status.homed), (None, false), "a reset does not find the position");
+        bench.manual(Manual::Home).unwrap();
+    }
+    bench.wait_for("ready", |status| status.activity == "ready" || status.activity == "not homed");
+    if bench.station.status().activity == "not homed" {
+        bench.manual(Manual::Home).unwrap();
+        bench.wait_for("ready", |status| status.activity == "ready");
+    }
+    bench.lease().grab(&nobody()).unwrap();
+}
+
+/// Uses a device, so that its fault shows.
+fn use_device(bench: &Bench, device: &str) -> JoinHandle<()> {
+    let station = bench.station.clone();
+    let stage = device == "stage";
+    std::thread::spawn(move || {
+        if stage {
+            let there = Manual::Move { target_mm: 20.0, speed_mm_s: Some(100.0) };
+            drop(wait(station.manual(there)));
+        } else {
+            assert!(wait(station.snapshot()).is_err());
+        }
+    })
+}
+
+/// What the station is busy with.
+struct Activity {
+    job: Option<JoinHandle<Option<StationRefusal>>>,
+    going: Arc<AtomicBool>,
+    jogging: bool,
+}
+
+impl Activity {
+    fn begin(bench: &Bench, doing: Doing) -> Self {
+        let going = Arc::new(AtomicBool::new(true));
+        let goes_on = going.clone();
+        let job = match doing {
+            Doing::Ready => None,
+            Doing::Scanning => Some(scanning(bench, goes_on)),
+            Doing::Calibrating => Some(calibrating(bench, goes_on)),
+            Doing::Jogging => Some(jogging(bench, goes_on)),
+        };
+        Self { job, going, jogging: doing == Doing::Jogging }
+    }
+
+    /// It ended by the fault: the job was told.
+    fn expect_broken(self) {
+        let Some(job) = self.job else { return };
+        let refusal = job.join().unwrap().expect("the fault ended it");
+        let told = matches!(
+            refusal,
+            StationRefusal::Camera(_)
+                | StationRefusal::Stage(_)
+                | StationRefusal::Laser(_)
+                | StationRefusal::NoFrame { .. }
+                | StationRefusal::InError { .. }
+        );
+        assert!(told, "told {refusal:?}");
+    }
+
+    /// It goes on until it is ended.
+    fn end(self) {
+        self.going.store(false, Ordering::SeqCst);
+        if let Some(job) = self.job {
+            let refusal = job.join().unwrap();
+            assert!(refusal.is_none(), "it was ended by {refusal:?}");
+        }
+        if self.jogging {
+            // The dead man's switch.
+            std::thread::sleep(Duration::from_millis(600));
+        }
+    }
+}
+
+fn scanning(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<StationRefusal>> {
+    let lease = bench.lease();
+    lease.laser_on(1.0).unwrap();
+    let sweep = Sweep { from_mm: 0.0, to_mm: 35.0, speed_mm_s: 5.0, frame_rate_hz: 50.0 };
+    let stream = lease.sweep(&sweep, &nobody()).unwrap();
+    stream.frames.recv().unwrap();
+    std::thread::spawn(move || {
+        let _lease = lease;
+        while going.load(Ordering::SeqCst) {
+            if stream.frames.recv().is_err() {
+                return stream.broken();
+            }
+        }
+        None
+    })
+}
+
+fn calibrating(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<StationRefusal>> {
+    let lease = bench.lease();
+    let first = Arc::new(AtomicBool::new(false));
+    let begun = first.clone();
+    let job = std::thread::spawn(move || {
+        while going.load(Ordering::SeqCst) {
+            let round = || {
+                lease.move_to(10.0, Some(100.0), &nobody())?;
+                lease.grab(&nobody())?;
+                lease.laser_on(1.0)?;
+                lease.grab(&nobody())?;
+                first.store(true, Ordering::SeqCst);
+                lease.laser_off()?;
+                lease.move_to(0.0, Some(100.0), &nobody())
+            };
+            if let Err(refusal) = round() {
+                return Some(refusal);
+            }
+        }
+        None
+    });
+    wait_until("calibrating", || begun.load(Ordering::SeqCst) || job.is_finished());
+    job
+}
+
+fn jogging(bench: &Bench, going: Arc<AtomicBool>) -> JoinHandle<Option<StationRefusal>> {
+    let station = bench.station.clone();
+    let job = std::thread::spawn(move || {
+        while going.load(Ordering::SeqCst) {
+            if let Err(refusal) = wait(station.manual(Manual::Jog { velocity_mm_s: 5.0 })) {
+                return Some(refusal);
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        None
+    });
+    bench.wait_for("jogging", |status| status.moving);
+    job
+}

@@ -1,0 +1,64 @@
+//! Defects of this program and of drivers: light and motion end all the same.
+
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use super::bench::{bench_of, nobody, small_parts, wait_until};
+use super::spied::spied;
+use crate::handle::Watch;
+use crate::{MachineState, Manual, OperationalState, StationHandle, StationRefusal};
+
+#[test]
+fn a_panic_in_the_thread_darkens_stops_and_becomes_a_fault() {
+    let (parts, spy) = spied(small_parts());
+    let bench = bench_of(parts);
+    bench.wait_for("ready", |status| status.activity == "ready");
+    let lease = bench.lease();
+    lease.laser_on(1.0).unwrap();
+    spy.panics.store(true, Ordering::SeqCst);
+    let ended = lease.grab(&nobody());
+    assert!(matches!(ended, Err(StationRefusal::InError { .. })), "{:?}", ended.map(|frame| frame.sequence));
+    assert_eq!(bench.control.laser_power(), 0.0);
+    bench.wait_for("in error", |status| {
+        status.state == MachineState::Error && status.faults.iter().any(|fault| fault.kind == "panic")
+    });
+    drop(lease);
+    bench.manual(Manual::Reset).unwrap();
+    let state = bench.station.status().state;
+    assert!(matches!(state, MachineState::Operational(OperationalState::Initialized)), "{state:?}");
+    bench.manual(Manual::Home).unwrap();
+    bench.wait_for("ready", |status| status.activity == "ready");
+    bench.lease().grab(&nobody()).unwrap();
+}
+
+#[test]
+fn a_driver_that_hangs_cannot_keep_the_light_on() {
+    let (parts, spy) = spied(small_parts());
+    let bench = bench_of(parts);
+    bench.wait_for("ready", |status| status.activity == "ready");
+    let lease = bench.lease();
+    lease.laser_on(1.0).unwrap();
+    spy.hangs_ms.store(2500, Ordering::SeqCst);
+    std::thread::scope(|scope| {
+        let grabbing = scope.spawn(|| lease.grab(&nobody()).map(|frame| frame.sequence));
+        wait_until("hanging", || spy.hangs_ms.load(Ordering::SeqCst) == 0);
+        let dark_after = wait_until("dark", || bench.control.laser_power() == 0.0);
+        assert!(dark_after <= Duration::from_secs(1), "dark after {dark_after:?}");
+        let _ = grabbing.join().unwrap();
+    });
+}
+
+#[test]
+fn the_end_of_the_thread_darkens() {
+    let parts = small_parts();
+    let control = parts.simulation.clone().unwrap();
+    let station = StationHandle::start_with(parts, Watch::default(), false);
+    let purpose =
+        crate::Purpose { job_id: "job".to_owned(), activity: "scanning".to_owned(), epoch: station.stop_epoch() };
+    let lease = station.lease(purpose).unwrap();
+    lease.laser_on(1.0).unwrap();
+    assert!(control.laser_power() > 0.0);
+    station.shut_down();
+    assert_eq!(control.laser_power(), 0.0);
+    assert!(matches!(lease.grab(&nobody()), Err(StationRefusal::ShuttingDown)));
+}
