@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use live::LiveBus;
 use metrics_exporter_prometheus::PrometheusHandle;
 use station::StationHandle;
 use store::{Artifacts, Store};
@@ -15,7 +16,6 @@ use crate::control::ControlDesk;
 use crate::http::idempotency::KeysInFlight;
 use crate::jobs::Jobs;
 use crate::ledger::Ledger;
-use crate::live::LiveBus;
 use crate::measurement_plan::MeasurementPlans;
 use crate::sessions::Sessions;
 use crate::ws::Streams;

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use calibration::{CalibrationDifference, difference};
+use live::LiveBus;
 use metrology::PartVerdict;
 use optics::{Calibration, LightSurfaces, Triangulator};
 use serde_json::json;
@@ -15,7 +16,6 @@ use store::{ActivationRecord, Artifacts, Change, Page, StoreError};
 use tokio::sync::Mutex;
 
 use crate::ledger::{Ledger, event};
-use crate::live::LiveBus;
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_calibration::stored_document;
 

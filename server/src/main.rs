@@ -23,7 +23,6 @@ mod http;
 mod jobs;
 mod labels;
 mod ledger;
-mod live;
 mod measurement_plan;
 mod measurements;
 mod memory;

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use live::LiveBus;
+use live::worker::Worker;
 use metrics_exporter_prometheus::PrometheusBuilder;
 use serde_json::json;
 use station::wall_clock::now_ms;
@@ -23,8 +25,6 @@ use crate::failure::{Exit, Failure};
 use crate::http::idempotency::KeysInFlight;
 use crate::jobs::{JobParts, Jobs};
 use crate::ledger::{Ledger, event};
-use crate::live::LiveBus;
-use crate::live::worker::Worker;
 use crate::measurement_plan::MeasurementPlans;
 use crate::sessions::Sessions;
 use crate::ws::{Sources, Streams};
@@ -82,7 +82,7 @@ pub async fn assemble(config: Config) -> Result<Running, Failure> {
         Failure::new(Exit::Internal, "a thread of the live view cannot be started").because(&cause)
     };
     let direction = line_direction(&config);
-    let view = crate::live::view::start(&station, live.clone(), direction).map_err(no_thread)?;
+    let view = live::view::start(&station, live.clone(), direction).map_err(no_thread)?;
     let sources = Sources {
         live: live.clone(),
         frames: station.watch_frames(),

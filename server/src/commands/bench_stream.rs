@@ -12,6 +12,8 @@ use axum::Router;
 use axum::extract::State;
 use axum::routing::any;
 use bytes::{BufMut as _, Bytes, BytesMut};
+use live::LiveBus;
+use live::protocol::points::{HEADER_BYTES, POINT_BYTES};
 use nalgebra::Vector3;
 use optics::PointMm;
 use scanning::synthetic::SyntheticScan;
@@ -30,9 +32,7 @@ use crate::commands::Answer;
 use crate::commands::bench_server::viewer::Viewer;
 use crate::failure::{Exit, Failure};
 use crate::jobs::JobNews;
-use crate::live::LiveBus;
 use crate::progress::Reporter;
-use crate::ws::protocol::points::{HEADER_BYTES, POINT_BYTES};
 use crate::ws::station::NoStation;
 use crate::ws::{Sources, Streams};
 

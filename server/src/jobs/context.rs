@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use live::LiveBus;
 use scanning::{FileError, ScanError};
 use station::cancel::CancelFlag;
 use station::{Purpose, StationHandle, StationLease, StationRefusal};
@@ -13,7 +14,6 @@ use crate::config::Config;
 use crate::control::Authority;
 use crate::failure::Failure;
 use crate::ledger::Ledger;
-use crate::live::LiveBus;
 use crate::problem::Problem;
 use crate::progress::{JobVoice, Phase, Reporter, Step, Tell};
 use crate::stored_scan::disk_problem;

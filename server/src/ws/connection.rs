@@ -7,13 +7,13 @@ use axum::extract::ws::{CloseFrame, Message, WebSocket};
 use bytes::Bytes;
 use futures_util::stream::SplitSink;
 use futures_util::{SinkExt, StreamExt};
+use live::protocol::text::{Command, Limits, Request, ServerText};
+use live::protocol::{CLIENT_MESSAGES_PER_S, MAX_CLIENT_MESSAGE_BYTES, MAX_RATE_HZ, SUB_PROTOCOL, close};
 use tokio::sync::mpsc;
 use tokio::time::{Duration, Instant, sleep_until, timeout};
 
 use crate::ws::feeds::{Feeds, Next};
 use crate::ws::listener::{End, Heard, LastHeard, listen};
-use crate::ws::protocol::text::{Command, Limits, Request, ServerText};
-use crate::ws::protocol::{CLIENT_MESSAGES_PER_S, MAX_CLIENT_MESSAGE_BYTES, MAX_RATE_HZ, SUB_PROTOCOL, close};
 use crate::ws::station::Station;
 use crate::ws::streams::Streams;
 

@@ -9,12 +9,12 @@ use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 use vision::LineDirection;
 
-use crate::live::pace::Pace;
-use crate::live::worker::Worker;
-use crate::live::{LiveBus, LiveFrame, Sight};
-use crate::ws::protocol::header::{FrameStamp, PixelGrid};
-use crate::ws::protocol::image::{Brightness, ImageMessage, shrink};
-use crate::ws::protocol::profile::{ProfileMessage, calibration_mark};
+use live::pace::Pace;
+use live::protocol::header::{FrameStamp, PixelGrid};
+use live::protocol::image::{Brightness, ImageMessage, shrink};
+use live::protocol::profile::{ProfileMessage, calibration_mark};
+use live::worker::Worker;
+use live::{LiveBus, LiveFrame, Sight};
 
 /// Sizes of pictures: divisors of the frame's size.
 pub const SCALES: [u8; 3] = [1, 2, 4];

@@ -3,6 +3,10 @@
 use std::sync::Arc;
 
 use axum::extract::ws::Message;
+use live::pace::Pace;
+use live::protocol::DEFAULT_RATE_HZ;
+use live::protocol::text::{DropCount, ServerText, Stream, Subscription};
+use live::{LiveBus, PointLog, PointsSeen, Sight, Wish};
 use serde_json::Value;
 use station::StationStatus;
 use tokio::sync::watch;
@@ -13,12 +17,8 @@ use crate::http::dto::control::ControlDto;
 use crate::http::dto::jobs::JobDto;
 use crate::http::dto::station::StationDto;
 use crate::jobs::{JobNews, JobView};
-use crate::live::pace::Pace;
-use crate::live::{LiveBus, PointLog, PointsSeen, Sight, Wish};
 use crate::ws::encoder::Published;
 use crate::ws::meter::Meter;
-use crate::ws::protocol::DEFAULT_RATE_HZ;
-use crate::ws::protocol::text::{DropCount, ServerText, Stream, Subscription};
 use crate::ws::streams::Streams;
 
 /// What a stream has for its client.

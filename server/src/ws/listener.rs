@@ -5,11 +5,12 @@ use std::sync::{Mutex, PoisonError};
 use axum::extract::ws::{Message, WebSocket};
 use futures_util::StreamExt;
 use futures_util::stream::SplitStream;
+use live::protocol::text::{Command, Misunderstanding, Request, ServerText, parse};
+use live::protocol::{CLIENT_MESSAGE_BURST, CLIENT_MESSAGES_PER_S, MAX_CLIENT_MESSAGE_BYTES, close};
+use serde_json::json;
 use tokio::sync::mpsc;
 use tokio::time::Instant;
 
-use crate::ws::protocol::text::{Command, Misunderstanding, Request, ServerText, parse};
-use crate::ws::protocol::{CLIENT_MESSAGE_BURST, CLIENT_MESSAGES_PER_S, MAX_CLIENT_MESSAGE_BYTES, close};
 use crate::ws::station::Station;
 
 /// Why a connection ends.
@@ -76,7 +77,8 @@ pub async fn listen(
         if let Some(Ok(Request { id, command: Command::Stop { actor } })) = asked {
             let (stopping, answers) = (station.stop(actor.as_deref()), answers.clone());
             tokio::spawn(async move {
-                let answer = ServerText::Stopped { id, stopped: &stopping.await }.to_json();
+                let stopped = json!(stopping.await);
+                let answer = ServerText::Stopped { id, stopped: &stopped }.to_json();
                 // The client may be gone; the station is stopped all the same.
                 let _ = answers.send(Heard::Answer(answer)).await;
             });

@@ -2,8 +2,8 @@
 
 use tokio::time::Instant;
 
-use crate::live::pace::Pace;
-use crate::ws::protocol::text::{DropCount, Stream};
+use live::pace::Pace;
+use live::protocol::text::{DropCount, Stream};
 
 /// Follows one stream for one client. Messages of a stream are numbered without gaps.
 #[derive(Debug, Clone)]

@@ -9,7 +9,6 @@ pub mod feeds;
 pub mod listener;
 pub mod meter;
 pub mod points_page;
-pub mod protocol;
 pub mod station;
 pub mod streams;
 #[cfg(test)]

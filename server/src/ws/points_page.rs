@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use bytes::{Bytes, BytesMut};
+use live::LiveBus;
+use live::protocol::points::{HEADER_BYTES, block_length};
 use store::{Artifacts, StoreError};
 use tokio::io::{AsyncRead, AsyncReadExt};
 
 use crate::ledger::Ledger;
-use crate::live::LiveBus;
-use crate::ws::protocol::points::{HEADER_BYTES, block_length};
 
 /// Bytes of one answer, if a single block is not larger: 80 frames of a megapixel.
 const PAGE_BYTES: usize = 8 * 1024 * 1024;
@@ -95,8 +95,8 @@ async fn stored_page(mut blocks: impl AsyncRead + Unpin, from_block: u32) -> std
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::live::DisplayPoint;
-    use crate::ws::protocol::points::encode_block;
+    use live::DisplayPoint;
+    use live::protocol::points::encode_block;
 
     fn blocks(n: u32) -> Vec<Bytes> {
         let point =

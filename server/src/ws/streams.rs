@@ -8,6 +8,9 @@ use axum::extract::State;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::response::{IntoResponse, Response};
+use live::LiveBus;
+use live::protocol::{MAX_CLIENT_MESSAGE_BYTES, MAX_SOCKETS, SUB_PROTOCOL};
+use live::worker::Worker;
 use serde_json::Value;
 use station::{SharedFrame, StationStatus};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
@@ -17,12 +20,9 @@ use crate::app::App;
 use crate::control::Lease;
 use crate::edge::{Peer, source};
 use crate::jobs::JobNews;
-use crate::live::LiveBus;
-use crate::live::worker::Worker;
 use crate::problem::{Problem, ProblemKind};
 use crate::ws::connection;
 use crate::ws::encoder::{self, Slots};
-use crate::ws::protocol::{MAX_CLIENT_MESSAGE_BYTES, MAX_SOCKETS, SUB_PROTOCOL};
 use crate::ws::station::{Client, Station};
 
 /// What the streams are made of.

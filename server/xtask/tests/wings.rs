@@ -9,11 +9,12 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, the folder it lies in, and the crates of this workspace it may import. Every arrow runs down.
-const ARROWS: [(&str, &str, &[&str]); 12] = [
+const ARROWS: [(&str, &str, &[&str]); 13] = [
     (
         "sheaf",
         "server",
         &[
+            "sheaf-live",
             "sheaf-station",
             "sheaf-store",
             "sheaf-twin",
@@ -26,6 +27,7 @@ const ARROWS: [(&str, &str, &[&str]); 12] = [
             "sheaf-optics",
         ],
     ),
+    ("sheaf-live", "server/service/live", &["sheaf-station", "sheaf-scanning", "sheaf-vision", "sheaf-optics"]),
     ("sheaf-store", "server/service/store", &[]),
     (
         "sheaf-station",
@@ -49,7 +51,7 @@ const KEEPERS: [(&str, &[&str]); 6] = [
     ("hyper", &["sheaf"]),
     ("sqlx", &["sheaf-store"]),
     ("serialport", &["sheaf-devices"]),
-    ("tokio", &["sheaf", "sheaf-store", "sheaf-station"]),
+    ("tokio", &["sheaf", "sheaf-live", "sheaf-store", "sheaf-station"]),
     ("clap", &["sheaf"]),
 ];
 

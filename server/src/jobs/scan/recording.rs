@@ -13,6 +13,7 @@ use std::thread::{Builder, Scope, ScopedJoinHandle};
 use std::time::Instant;
 
 use capture::write_png;
+use live::LiveFrame;
 use optics::Triangulator;
 use scanning::FrameLabeller;
 use scanning::files::peaks::pack_frame;
@@ -23,7 +24,6 @@ use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
 use crate::jobs::scan::pictures::picture_path;
 use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::{JobContext, JobEnd};
-use crate::live::LiveFrame;
 use crate::problem::{Problem, ProblemKind};
 use crate::stored_scan::disk_problem;
 

@@ -8,6 +8,8 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Instant;
 
 use calibration::CalibrationDocument;
+use live::points::display_point_of_cloud;
+use live::protocol::points::encode_block;
 use scanning::files::peaks::PeaksFile;
 use scanning::{CloudFormat, CloudPoint, Evaluation, Frames as _};
 use serde_json::{Value, json};
@@ -19,13 +21,11 @@ use crate::jobs::scan::counted::CountedFrames;
 use crate::jobs::scan::work::Work;
 use crate::jobs::{JobContext, JobEnd};
 use crate::ledger::event;
-use crate::live::points::display_point_of_cloud;
 use crate::pipeline::{check_camera, evaluated_scan, write_scan_cloud};
 use crate::problem::Problem;
 use crate::progress::Phase;
 use crate::stored_scan::disk_problem;
 use crate::tables::scan_json;
-use crate::ws::protocol::points::encode_block;
 
 /// Whether the frames are of the calibrated camera.
 pub fn check_camera_of(frames: &PeaksFile, document: &CalibrationDocument) -> Result<(), JobEnd> {

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use live::LiveBus;
 use station::StationHandle;
 use store::{JobState, Store};
 use twin::{StationModel, StationShape, TwinOptions, TwinStation};
@@ -18,7 +19,6 @@ use crate::config::Config;
 use crate::control::ControlDesk;
 use crate::jobs::{JobParts, JobView, Jobs};
 use crate::ledger::Ledger;
-use crate::live::LiveBus;
 
 /// Longer than anything here takes on a busy machine; only a defect makes a test wait that long.
 const PATIENCE: Duration = Duration::from_secs(300);

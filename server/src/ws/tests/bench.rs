@@ -8,6 +8,8 @@ use axum::Router;
 use axum::extract::State;
 use axum::routing::any;
 use futures_util::{SinkExt, StreamExt};
+use live::worker::Worker;
+use live::{LiveBus, LiveFrame};
 use serde_json::{Value, json};
 use station::{MachineState, SharedFrame, StampedFrame, StationStatus};
 use tokio::net::{TcpSocket, TcpStream};
@@ -20,8 +22,6 @@ use vision::{CentrelinePoint, Centrelines, GreyImage, LineDirection, Pixels, Seg
 
 use crate::control::ControlDesk;
 use crate::jobs::JobNews;
-use crate::live::worker::Worker;
-use crate::live::{LiveBus, LiveFrame};
 use crate::ws::station::NoStation;
 use crate::ws::streams::{Sources, Streams};
 use crate::ws::tests::status::first_status;

@@ -4,8 +4,8 @@ use serde_json::json;
 use tokio_tungstenite::tungstenite::{Error, Message};
 
 use super::bench::Bench;
-use crate::ws::protocol::{CLIENT_MESSAGE_BURST, MAX_CLIENT_MESSAGE_BYTES, MAX_SOCKETS};
 use futures_util::SinkExt;
+use live::protocol::{CLIENT_MESSAGE_BURST, MAX_CLIENT_MESSAGE_BYTES, MAX_SOCKETS};
 
 #[tokio::test]
 async fn another_sub_protocol_is_refused_with_a_problem() {

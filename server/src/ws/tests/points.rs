@@ -1,6 +1,7 @@
 //! The points of a scan: what the stream brings, what is asked for, and what is stored are the same bytes.
 
 use bytes::Bytes;
+use live::LiveBus;
 use nalgebra::{DMatrix, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, PointMm, StageAxis};
 use scanning::{Profile, ProfilePoint};
@@ -9,7 +10,6 @@ use tokio_tungstenite::tungstenite::Message;
 use vision::CentrelinePoint;
 
 use super::bench::{Bench, Client};
-use crate::live::LiveBus;
 use crate::ws::points_page::live_page;
 
 const SCAN: &str = "01890a5d-ac96-774b-bcce-b302099a8057";

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
+use live::Sight;
 use serde_json::{Value, json};
 use station::{MachineState, OperationalState};
 use tokio_tungstenite::tungstenite::Message;
 
 use super::bench::{Bench, Client, sequence};
 use crate::config::limits::CONTROL_LEASE;
-use crate::live::Sight;
 
 const READY: MachineState = MachineState::Operational(OperationalState::Ready);
 

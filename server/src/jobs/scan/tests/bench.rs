@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use calibration::{CalibrationDocument, CalibrationText};
+use live::LiveBus;
 use nalgebra::DMatrix;
 use optics::{Calibration, DepthRangeMm, LightSurfaces};
 use serde_json::json;
@@ -18,7 +19,6 @@ use crate::config::Config;
 use crate::control::Authority;
 use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanPurpose, ScanSource};
 use crate::ledger::Ledger;
-use crate::live::LiveBus;
 
 /// What a job has told so far.
 pub type Kept<T> = Arc<Mutex<Vec<T>>>;

@@ -5,7 +5,7 @@ use scanning::{Profile, ProfilePoint};
 use sha2::{Digest, Sha256};
 use vision::LineDirection;
 
-use crate::ws::protocol::header::{FrameStamp, PixelGrid, saturated};
+use crate::protocol::header::{FrameStamp, PixelGrid, saturated};
 
 /// First byte of the message.
 pub const OPCODE: u8 = 2;

@@ -9,8 +9,8 @@ use station::SharedFrame;
 use tokio::sync::watch;
 use vision::Centrelines;
 
-use crate::live::interest::{Sight, Wish, Wishes};
-use crate::live::points::{PointLog, PointsSeen};
+use crate::interest::{Sight, Wish, Wishes};
+use crate::points::{PointLog, PointsSeen};
 
 /// One frame, seen through.
 pub struct LiveFrame {

@@ -6,7 +6,7 @@ use bytes::{Bytes, BytesMut};
 use optics::Calibration;
 use scanning::{CloudPoint, Profile};
 
-use crate::ws::protocol::points::{block_bytes, put_block};
+use crate::protocol::points::{block_bytes, put_block};
 
 /// A point as it is shown: in the part frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

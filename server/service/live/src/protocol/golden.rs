@@ -11,19 +11,19 @@ use scanning::{DropReason, Profile, ProfilePoint};
 use serde_json::{Value, json};
 use vision::{CentrelinePoint, LineDirection, Segment};
 
-use crate::live::DisplayPoint;
-use crate::ws::protocol::header::{FrameStamp, PixelGrid};
-use crate::ws::protocol::image::{Brightness, ImageMessage};
-use crate::ws::protocol::profile::{ProfileMessage, calibration_mark};
-use crate::ws::protocol::text::{
+use crate::DisplayPoint;
+use crate::protocol::header::{FrameStamp, PixelGrid};
+use crate::protocol::image::{Brightness, ImageMessage};
+use crate::protocol::profile::{ProfileMessage, calibration_mark};
+use crate::protocol::text::{
     Command, DropCount, Limits, Misunderstanding, ServerText, StateChange, Stream, Subscription, parse,
 };
-use crate::ws::protocol::{CLIENT_MESSAGES_PER_S, MAX_CLIENT_MESSAGE_BYTES, MAX_RATE_HZ, SUB_PROTOCOL, points};
+use crate::protocol::{CLIENT_MESSAGES_PER_S, MAX_CLIENT_MESSAGE_BYTES, MAX_RATE_HZ, SUB_PROTOCOL, points};
 
 const SCAN_ID: &str = "01890a5d-ac96-774b-bcce-b302099a8057";
 
 fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../..")
 }
 
 /// The golden file, or in writing mode what it shall be from now on.

@@ -4,8 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use station::MachineState;
 
-use crate::http::dto::station::StoppedDto;
-use crate::ws::protocol::{DEFAULT_RATE_HZ, MAX_RATE_HZ};
+use crate::protocol::{DEFAULT_RATE_HZ, MAX_RATE_HZ};
 
 /// What can be subscribed to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -136,7 +135,7 @@ pub enum ServerText<'a> {
         id: Option<u64>,
         /// As `POST /api/v1/station/stop` answers.
         #[serde(flatten)]
-        stopped: &'a StoppedDto,
+        stopped: &'a Value,
     },
     /// A message was not understood.
     Error(&'a Misunderstanding),

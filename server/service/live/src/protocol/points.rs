@@ -3,7 +3,7 @@
 use bytes::{BufMut, Bytes, BytesMut};
 use uuid::Uuid;
 
-use crate::live::DisplayPoint;
+use crate::DisplayPoint;
 
 /// First byte of the message.
 pub const OPCODE: u8 = 3;

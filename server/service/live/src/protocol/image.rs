@@ -3,7 +3,7 @@
 use bytes::{BufMut, Bytes, BytesMut};
 use vision::{GreyImage, Pixels, Segment};
 
-use crate::ws::protocol::header::{FrameStamp, NO_ORDER, PixelGrid, saturated};
+use crate::protocol::header::{FrameStamp, NO_ORDER, PixelGrid, saturated};
 
 /// First byte of the message.
 pub const OPCODE: u8 = 1;

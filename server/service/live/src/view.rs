@@ -10,9 +10,9 @@ use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, LineDirection};
 
-use crate::live::pace::Pace;
-use crate::live::worker::Worker;
-use crate::live::{LiveBus, LiveFrame};
+use crate::pace::Pace;
+use crate::worker::Worker;
+use crate::{LiveBus, LiveFrame};
 
 /// Starts the thread. It rests while nobody watches, and during a scan: the scan shows its frames itself.
 pub fn start(station: &StationHandle, bus: LiveBus, line_direction: LineDirection) -> io::Result<Worker> {
