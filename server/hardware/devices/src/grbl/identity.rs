@@ -133,7 +133,7 @@ impl Description {
             let wanted = mask | REPORTS_WHILE_HOMING;
             tracing::warn!(
                 place,
-                "it says nothing while it homes; send $10={wanted} to be told of faults there sooner"
+                "no reports while homing; send $10={wanted} so that faults during homing are noticed sooner"
             );
         }
         Ok(reports)
