@@ -5,9 +5,9 @@ use std::process::Command;
 
 use crate::steps::{Outcome, run, succeeds, target_folder, workspace};
 
-/// A Python of the checks' own, with what `server/tests/requirements.txt` lists.
+/// A Python of the checks' own, with what `server/cli/tests/requirements.txt` lists.
 pub fn ensure_python() -> Outcome<PathBuf> {
-    let requirements = workspace().join("server/tests/requirements.txt");
+    let requirements = workspace().join("server/cli/tests/requirements.txt");
     let folder = target_folder().join("python");
     let python = folder.join("bin/python");
     let stamp = folder.join("requirements.txt");

@@ -109,14 +109,19 @@ pub struct Frame {
 impl Manifest {
     /// Which way the lines run across the image; along rows unless the projector says otherwise.
     pub fn line_direction(&self) -> LineDirection {
-        match self.projector.line_direction.as_deref() {
-            Some(COLUMNS) => LineDirection::Columns,
-            _ => LineDirection::Rows,
-        }
+        self.projector.direction()
     }
 }
 
 impl Projector {
+    /// Which way the lines run in the images.
+    pub fn direction(&self) -> LineDirection {
+        match self.line_direction.as_deref() {
+            Some(COLUMNS) => LineDirection::Columns,
+            _ => LineDirection::Rows,
+        }
+    }
+
     /// λ/d_g, the sine by which neighbouring orders part at normal incidence.
     pub fn wavelength_over_period(&self) -> f64 {
         self.wavelength_nm * 1e-6 * self.grating_lines_per_mm

@@ -1,10 +1,11 @@
 //! The schema: numbered files, applied in order, each in a transaction, after a copy of what was there.
 
 use std::path::Path;
+use std::sync::LazyLock;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use sqlx::migrate::Migrator;
-use sqlx::{Connection, Row, SqliteConnection};
+use sqlx::migrate::{Migration, MigrationType, Migrator};
+use sqlx::{Connection, Row, SqlStr, SqliteConnection};
 
 use crate::catalogue::StoreError;
 use crate::disk::{Disk, LocalDisk};
@@ -12,7 +13,17 @@ use crate::sqlite::error::{self, reading};
 use crate::sqlite::seal;
 
 /// What this program knows.
-pub static MIGRATIONS: Migrator = sqlx::migrate!();
+pub static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
+    let numbered = [
+        (1, "station", include_str!("../../migrations/0001_station.sql")),
+        (2, "seals", include_str!("../../migrations/0002_seals.sql")),
+        (3, "settings", include_str!("../../migrations/0003_settings.sql")),
+    ];
+    let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
+        Migration::new(version, name.into(), MigrationType::Simple, SqlStr::from_static(sql), false)
+    };
+    Migrator::with_migrations(numbered.map(migration).into())
+});
 
 /// Refuses a database whose structure is damaged, or whose indices do not lead to all rows.
 pub async fn check(connection: &mut SqliteConnection) -> Result<(), StoreError> {

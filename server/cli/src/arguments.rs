@@ -1,0 +1,534 @@
+//! The command line: what can be asked of `sheaf`, as types.
+
+mod bench;
+
+use std::convert::Infallible;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use app::config::{GAUGE_HEIGHT_MM, SPHERE_RADIUS_MM};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use optics::LightModelKind;
+
+pub use bench::{
+    BenchArgs, BenchBoardsArgs, BenchCentrelinesArgs, BenchCloudArgs, BenchProfilesArgs, BenchServerArgs,
+    BenchStreamArgs, BenchSubject,
+};
+
+/// Printed below every `--help`.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done (with a tolerance: OK)
+  1  internal error
+  2  wrong usage of the command line
+  3  bad input: a file is missing, damaged, malformed or of the wrong size
+  4  the data cannot carry the result: the quantity that stays undetermined is named
+  5  measured: NOT OK
+  6  measured: UNDECIDED (the tolerance lies inside the uncertainty, the uncertainty
+     is incomplete, or the model does not fit)
+
+Results go to stdout, progress and messages to stderr. With --json stdout holds exactly one JSON value:
+the result, or {\"problem\": …} naming what, file, entry, cause and remedy.";
+
+/// Multi-line laser scanning: a folder of pictures in, a calibrated scanner and measured parts out.
+#[derive(Debug, Parser)]
+#[command(name = "sheaf", version, about, after_help = EXIT_CODES, propagate_version = true)]
+pub struct Cli {
+    /// How to talk.
+    #[command(flatten)]
+    pub voice: Voice,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// How to talk.
+#[derive(Debug, Clone, Args)]
+pub struct Voice {
+    /// Print the result as one JSON value on stdout, or write it to FILE.
+    #[arg(long, global = true, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
+    pub json: Option<JsonTo>,
+    /// No progress and no notes on stderr; warnings and errors remain.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+/// Where the result goes as JSON.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum JsonTo {
+    /// Onto stdout, instead of the text.
+    Stdout,
+    /// Into a file, beside the text on stdout.
+    File(PathBuf),
+}
+
+impl FromStr for JsonTo {
+    type Err = Infallible;
+
+    fn from_str(argument: &str) -> Result<Self, Infallible> {
+        Ok(if argument == "-" { Self::Stdout } else { Self::File(argument.into()) })
+    }
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Calibrate camera, light sheets and stage from a capture folder.
+    #[command(after_help = EXIT_CODES)]
+    Calibrate(CalibrateArgs),
+    /// Turn a scan of a capture folder into a point cloud, and into a mesh if asked.
+    #[command(after_help = EXIT_CODES)]
+    Scan(ScanArgs),
+    /// Triangulate labelled pixels: CSV with order,u_px,v_px on stdin, the same rows with x_mm,y_mm,z_mm,sigma_mm
+    /// (camera frame) on stdout.
+    #[command(after_help = EXIT_CODES)]
+    Triangulate(TriangulateArgs),
+    /// Find the laser lines of images with sub-pixel accuracy.
+    #[command(after_help = EXIT_CODES)]
+    Centrelines(CentrelinesArgs),
+    /// Find the inner corners of a chessboard in images.
+    #[command(after_help = EXIT_CODES)]
+    Corners(CornersArgs),
+    /// Measure a point cloud: value, uncertainty and, with a tolerance, the verdict.
+    #[command(after_help = EXIT_CODES)]
+    Measure(MeasureArgs),
+    /// Numerical studies of the method.
+    #[command(after_help = EXIT_CODES)]
+    Study(StudyArgs),
+    /// How fast this machine does what a scan does for every frame.
+    #[command(after_help = EXIT_CODES)]
+    Bench(BenchArgs),
+    /// The simulated station.
+    #[command(after_help = EXIT_CODES)]
+    Twin(TwinArgs),
+    /// Render a small station, calibrate it by all three models, scan two parts, compare with the truth.
+    #[command(after_help = EXIT_CODES)]
+    Demo(DemoArgs),
+    /// The service: REST under /api/v1, live stream, API page at /docs; prints its URL once it listens. SHEAF_LOG sets
+    /// what is logged.
+    #[command(after_help = EXIT_CODES)]
+    Serve(ServeArgs),
+    /// The configuration in force, and where each value came from.
+    #[command(after_help = EXIT_CODES)]
+    Config(SettingsArgs),
+    /// The document of the service's API (OpenAPI).
+    Openapi,
+}
+
+/// Light model on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum LightModelArg {
+    /// The one that cross-validation over the poses recommends.
+    #[default]
+    Auto,
+    /// One free plane per order.
+    Planes,
+    /// Planes through one line at the angles of the grating equation.
+    Pencil,
+    /// The exact curved sheets of the vector grating equation.
+    Grating,
+}
+
+impl LightModelArg {
+    /// The model asked for; `None` for `auto`.
+    pub fn kind(self) -> Option<LightModelKind> {
+        match self {
+            Self::Auto => None,
+            Self::Planes => Some(LightModelKind::Planes),
+            Self::Pencil => Some(LightModelKind::Pencil),
+            Self::Grating => Some(LightModelKind::Grating),
+        }
+    }
+}
+
+/// k3 on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum K3Arg {
+    /// Only if the pictures tell it apart from zero.
+    #[default]
+    Auto,
+    /// Always.
+    Free,
+    /// Never: k3 = 0.
+    Zero,
+}
+
+impl K3Arg {
+    /// The choice as the calibration takes it; `None` decides by significance.
+    pub fn estimate(self) -> Option<bool> {
+        match self {
+            Self::Auto => None,
+            Self::Free => Some(true),
+            Self::Zero => Some(false),
+        }
+    }
+}
+
+/// `sheaf calibrate`.
+#[derive(Debug, Args)]
+pub struct CalibrateArgs {
+    /// Capture folder, with `capture.json`.
+    pub capture: PathBuf,
+    /// Where the calibration document goes.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub output: PathBuf,
+    /// Light model of the result.
+    #[arg(long, value_enum, default_value_t)]
+    pub light_model: LightModelArg,
+    /// Also write a self-contained HTML report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub report: Option<PathBuf>,
+    /// Whether the sixth-power distortion k3 is estimated.
+    #[arg(long, value_enum, default_value_t)]
+    pub k3: K3Arg,
+    /// Go on without board and laser pictures that cannot be read, instead of refusing.
+    #[arg(long)]
+    pub leave_out_unreadable: bool,
+}
+
+/// `sheaf scan`.
+#[derive(Debug, Args)]
+pub struct ScanArgs {
+    /// Capture folder, with `capture.json`.
+    pub capture: PathBuf,
+    /// Calibration document.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: PathBuf,
+    /// Name of the scan in the capture.
+    #[arg(long, value_name = "NAME")]
+    pub scan: String,
+    /// Where the cloud goes: .ply, .csv, .pcd or .e57.
+    #[arg(short, long, value_name = "CLOUD.ply")]
+    pub output: PathBuf,
+    /// Also write a mesh: .stl, .glb or .ply.
+    #[arg(long, value_name = "PART.stl")]
+    pub mesh: Option<PathBuf>,
+    /// Also write a self-contained HTML report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// `sheaf triangulate`.
+#[derive(Debug, Args)]
+pub struct TriangulateArgs {
+    /// Calibration document.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: PathBuf,
+    /// Standard deviation of the pixels across their line; adds image noise to sigma_mm, which otherwise states
+    /// the calibration's own uncertainty.
+    #[arg(long, value_name = "PX", default_value_t = 0.0)]
+    pub pixel_sigma: f64,
+}
+
+/// Line direction on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum LineDirectionArg {
+    /// Lines run along rows: one crossing per column and line.
+    #[default]
+    Rows,
+    /// Lines run along columns: one crossing per row and line.
+    Columns,
+}
+
+impl From<LineDirectionArg> for vision::LineDirection {
+    fn from(arg: LineDirectionArg) -> Self {
+        match arg {
+            LineDirectionArg::Rows => Self::Rows,
+            LineDirectionArg::Columns => Self::Columns,
+        }
+    }
+}
+
+/// Centreline method on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum CentrelineMethodArg {
+    /// Gaussian derivatives, Hessian, offset along the normal.
+    #[default]
+    Steger,
+    /// Grey-level centroid per scan column.
+    CentreOfGravity,
+}
+
+impl From<CentrelineMethodArg> for vision::CentrelineMethod {
+    fn from(arg: CentrelineMethodArg) -> Self {
+        match arg {
+            CentrelineMethodArg::Steger => Self::Steger,
+            CentrelineMethodArg::CentreOfGravity => Self::CentreOfGravity,
+        }
+    }
+}
+
+/// `sheaf centrelines`.
+#[derive(Debug, Args)]
+pub struct CentrelinesArgs {
+    /// Images: PNG, TIFF or JPEG, 8 or 16 bit.
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Folder for one CSV per image: u_px,v_px,sigma_px,intensity,width_px.
+    #[arg(long, value_name = "DIR")]
+    pub csv: PathBuf,
+    /// Which way the lines run.
+    #[arg(long, value_enum, default_value_t)]
+    pub line_direction: LineDirectionArg,
+    /// How the centre is found.
+    #[arg(long, value_enum, default_value_t)]
+    pub method: CentrelineMethodArg,
+    /// Picture of the same scene with the laser off, taken away from every image before lines are looked for.
+    #[arg(long, value_name = "IMAGE")]
+    pub background: Option<PathBuf>,
+    /// Folder for one picture per image with the lines drawn over it.
+    #[arg(long, value_name = "DIR")]
+    pub picture: Option<PathBuf>,
+}
+
+/// `sheaf corners`.
+#[derive(Debug, Args)]
+pub struct CornersArgs {
+    /// Images: PNG, TIFF or JPEG, 8 or 16 bit.
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Inner corners along a board row.
+    #[arg(long)]
+    pub columns: usize,
+    /// Inner corners along a board column.
+    #[arg(long)]
+    pub rows: usize,
+    /// Folder for one CSV per image: row,column,u_px,v_px,sigma_px.
+    #[arg(long, value_name = "DIR")]
+    pub csv: PathBuf,
+}
+
+/// What to measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ToolArg {
+    /// Distance of the dominant plane from the camera.
+    Plane,
+    /// Radius of a sphere.
+    Sphere,
+    /// Radius of a cylinder.
+    Cylinder,
+    /// Height of a face over the one that surrounds it; below zero for a pocket.
+    Step,
+    /// Distance between two parallel faces or two spheres.
+    Distance,
+    /// Angle between the two largest planes, degrees.
+    Angle,
+    /// Flatness of the dominant plane.
+    Flatness,
+}
+
+impl From<ToolArg> for metrology::Tool {
+    fn from(arg: ToolArg) -> Self {
+        match arg {
+            ToolArg::Plane => Self::Plane,
+            ToolArg::Sphere => Self::Sphere,
+            ToolArg::Cylinder => Self::Cylinder,
+            ToolArg::Step => Self::Step,
+            ToolArg::Distance => Self::Distance,
+            ToolArg::Angle => Self::Angle,
+            ToolArg::Flatness => Self::Flatness,
+        }
+    }
+}
+
+/// `sheaf measure`.
+#[derive(Debug, Args)]
+pub struct MeasureArgs {
+    /// Point cloud written by `sheaf scan`.
+    pub cloud: PathBuf,
+    /// What to measure.
+    #[arg(long, value_enum)]
+    pub tool: ToolArg,
+    /// Nominal value (mm; degrees for an angle; below zero for a pocket's depth).
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub nominal_mm: Option<f64>,
+    /// Symmetric tolerance around the nominal; asks for a verdict by ISO 14253-1.
+    #[arg(long, value_name = "MM", requires = "nominal_mm")]
+    pub tolerance_mm: Option<f64>,
+    /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_negative_numbers = true)]
+    pub region_mm: Option<Vec<f64>>,
+    /// Calibration document; by default the one that the cloud carries.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: Option<PathBuf>,
+    /// Seed of the search; the same seed gives the same result.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// `sheaf study`.
+#[derive(Debug, Args)]
+pub struct StudyArgs {
+    /// Which study.
+    #[command(subcommand)]
+    pub study: Study,
+}
+
+/// The studies.
+#[derive(Debug, Subcommand)]
+pub enum Study {
+    /// The paper's regime by Monte Carlo: the three models side by side, where planes break, the Cramér–Rao bound.
+    Paper(StudyPaperArgs),
+}
+
+/// `sheaf study paper`.
+#[derive(Debug, Args)]
+pub struct StudyPaperArgs {
+    /// Seeds per row of the first table.
+    #[arg(long, default_value_t = 100)]
+    pub seeds: u64,
+    /// Where the plot goes.
+    #[arg(long, value_name = "PLOT.html", default_value = "study-paper.html")]
+    pub plot: PathBuf,
+}
+
+/// `sheaf twin`.
+#[derive(Debug, Args)]
+pub struct TwinArgs {
+    /// What the twin does.
+    #[command(subcommand)]
+    pub action: TwinAction,
+}
+
+/// What the twin does.
+#[derive(Debug, Subcommand)]
+pub enum TwinAction {
+    /// Render a capture folder with the truth beside it.
+    Capture(TwinCaptureArgs),
+}
+
+/// What lies on the simulated stage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SceneArg {
+    /// A gauge block of 8.9 mm on a plate.
+    Gauge,
+    /// A ball of radius 18.9 mm on a plate.
+    Sphere,
+    /// The bare plate.
+    Plate,
+    /// Smooth hills on a plate.
+    Freeform,
+}
+
+impl From<SceneArg> for twin::SceneKind {
+    fn from(arg: SceneArg) -> Self {
+        match arg {
+            SceneArg::Gauge => Self::Gauge { height_mm: GAUGE_HEIGHT_MM },
+            SceneArg::Sphere => Self::Sphere { radius_mm: SPHERE_RADIUS_MM },
+            SceneArg::Plate => Self::Plate,
+            SceneArg::Freeform => Self::Freeform,
+        }
+    }
+}
+
+/// `sheaf twin capture`.
+#[derive(Debug, Args)]
+pub struct TwinCaptureArgs {
+    /// What lies on the stage; several, separated by commas, are scanned one after another.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "gauge")]
+    pub scene: Vec<SceneArg>,
+    /// Seed of the station and of its noise.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Capture folder to make.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Board poses.
+    #[arg(long, default_value_t = 12)]
+    pub poses: usize,
+    /// Frames per scan.
+    #[arg(long, default_value_t = 40)]
+    pub frames: usize,
+    /// What the station is like.
+    #[command(flatten)]
+    pub station: StationArgs,
+}
+
+/// What the simulated station is like; by default 1280 × 1024 pixels at 400 mm with five red lines.
+#[derive(Debug, Clone, Default, Args)]
+pub struct StationArgs {
+    /// Image columns.
+    #[arg(long, value_name = "PX")]
+    pub width_px: Option<usize>,
+    /// Image rows.
+    #[arg(long, value_name = "PX")]
+    pub height_px: Option<usize>,
+    /// Bits per pixel: 8 or 16.
+    #[arg(long)]
+    pub bits: Option<u32>,
+    /// Wavelength of the laser.
+    #[arg(long, value_name = "NM")]
+    pub wavelength_nm: Option<f64>,
+    /// Grooves per millimetre.
+    #[arg(long)]
+    pub grating_lines_per_mm: Option<f64>,
+    /// Orders that carry light, separated by commas.
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
+    pub orders: Option<Vec<i8>>,
+    /// Which way the lines run.
+    #[arg(long, value_enum)]
+    pub line_direction: Option<LineDirectionArg>,
+    /// Distance to the middle of the working volume.
+    #[arg(long, value_name = "MM")]
+    pub standoff_mm: Option<f64>,
+    /// Half of what the image's width covers at the standoff.
+    #[arg(long, value_name = "MM")]
+    pub field_half_width_mm: Option<f64>,
+    /// Tilt of the grating against the light's axis.
+    #[arg(long, value_name = "DEG")]
+    pub grating_tilt_deg: Option<f64>,
+    /// Relative error of the true λ/d_g against the data sheets.
+    #[arg(long, value_name = "RATIO", allow_hyphen_values = true)]
+    pub wavelength_over_period_error: Option<f64>,
+    /// Mean ridge of the brightest line on white, as a fraction of full scale; above 1 it saturates.
+    #[arg(long, value_name = "RATIO")]
+    pub line_peak: Option<f64>,
+    /// Standard deviation of a line's profile at the standoff, before lens blur.
+    #[arg(long, value_name = "PX")]
+    pub line_sigma_px: Option<f64>,
+    /// Standard deviation of the speckle over its mean, 0–1.
+    #[arg(long)]
+    pub speckle_contrast: Option<f64>,
+    /// Full width at half height of the speckle's correlation.
+    #[arg(long, value_name = "PX")]
+    pub speckle_grain_px: Option<f64>,
+    /// Grey levels (of 255) of ambient light on white in laser images.
+    #[arg(long)]
+    pub ambient_levels: Option<f64>,
+}
+
+/// `sheaf demo`.
+#[derive(Debug, Args)]
+pub struct DemoArgs {
+    /// Folder for captures, clouds, mesh and report.
+    #[arg(long, value_name = "DIR", default_value = "sheaf-demo")]
+    pub out: PathBuf,
+    /// Seed of the station and of its noise.
+    #[arg(long, default_value_t = 7)]
+    pub seed: u64,
+}
+
+/// `sheaf serve`.
+#[derive(Debug, Args)]
+pub struct ServeArgs {
+    /// How it is set up.
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+}
+
+/// What the command line says about the configuration; it wins over environment (SHEAF_…) and file.
+#[derive(Debug, Clone, Default, Args)]
+pub struct SettingsArgs {
+    /// Address and port; port 0 takes a free one.
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub listen: Option<String>,
+    /// Folder of everything that is kept.
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+    /// Configuration file; by default DIR/sheaf.toml, if it is there.
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Any other setting, such as station.twin.scene=gauge; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}

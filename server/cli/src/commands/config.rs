@@ -1,0 +1,58 @@
+//! `sheaf config`: the configuration in force, and where each value came from.
+
+use std::fmt::Write as _;
+
+use serde_json::{Map, Value, json};
+
+use crate::arguments::SettingsArgs;
+use crate::commands::Answer;
+use crate::config::{Asked, Effective, Origin, effective};
+use pipeline::{Failure, FailureKind};
+
+/// Prints it.
+pub fn run(args: &SettingsArgs) -> Result<Answer, Failure> {
+    let effective = effective_of(args)?;
+    Ok(Answer::done(table(&effective), to_json(&effective)))
+}
+
+/// The configuration that defaults, file, environment and these flags make.
+pub fn effective_of(args: &SettingsArgs) -> Result<Effective, Failure> {
+    let asked = Asked {
+        listen: args.listen.clone(),
+        data: args.data.clone(),
+        config: args.config.clone(),
+        set: args.set.clone(),
+    };
+    effective(&asked, std::env::vars()).map_err(|error| {
+        let text = error.to_string();
+        let (what, remedy) = text.rsplit_once("; ").unwrap_or((&text, "`sheaf config` prints all settings"));
+        let failure = Failure::new(FailureKind::BadInput, what).remedy(remedy);
+        match std::error::Error::source(&error) {
+            Some(cause) => failure.because(cause),
+            None => failure,
+        }
+    })
+}
+
+fn table(effective: &Effective) -> String {
+    let mut text = String::new();
+    let width = effective.values.iter().map(|(setting, ..)| setting.key.len()).max().unwrap_or(0);
+    for (setting, value, origin) in &effective.values {
+        let _ = writeln!(text, "{:width$}  {:<24}  {origin}  — {}", setting.key, value.to_string(), setting.about);
+    }
+    text
+}
+
+fn to_json(effective: &Effective) -> Value {
+    let rows = effective.values.iter().map(|(setting, value, origin)| {
+        let from = match origin {
+            Origin::Default => json!({ "layer": "default" }),
+            Origin::File { path, line } => json!({ "layer": "file", "path": path, "line": line }),
+            Origin::Environment(name) => json!({ "layer": "environment", "name": name }),
+            Origin::Flag(name) => json!({ "layer": "flag", "name": name }),
+        };
+        let row = json!({ "value": value.to_json(), "from": from, "about": setting.about });
+        (setting.key.to_owned(), row)
+    });
+    Value::Object(rows.collect::<Map<_, _>>())
+}

@@ -1,0 +1,79 @@
+//! `sheaf scan`: the frames of a scan to a cloud, a mesh and a report.
+//!
+//! Frames go through a file beside the cloud, and points to the cloud as they are computed: a scan need not fit into
+//! memory, unless something is asked for that needs all points together.
+
+use std::path::Path;
+
+use scanning::files::peaks::PeaksFile;
+use scanning::files::{write_cloud, write_mesh};
+use scanning::{Cloud, CloudFormat, Mesh, MeshFormat, MeshParams, ScanReport, mesh_from_cloud};
+use serde_json::json;
+
+use crate::arguments::ScanArgs;
+use crate::commands::Answer;
+use crate::output::write_file;
+use pipeline::Failure;
+use pipeline::Reporter;
+use pipeline::read_document;
+use pipeline::{collected, evaluated_scan, open_capture, write_capture_peaks, write_scan_cloud};
+use report::tables::{median_sigma_mm, scan_json, scan_text};
+
+/// Scans and writes the cloud, then mesh and report if asked for.
+pub fn run(args: &ScanArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
+    let cloud_format = CloudFormat::from_path(&args.output)?;
+    let mesh_format = args.mesh.as_deref().map(MeshFormat::from_path).transpose()?;
+    let document = read_document(&args.calibration)?;
+    let capture = open_capture(&args.capture, reporter)?;
+    let place = folder_beside(&args.output)?;
+    let peaks = place.path().join("peaks");
+    write_capture_peaks(&capture, &document, &args.scan, &peaks, reporter)?;
+    let (frames, calibration) = (PeaksFile::open(&peaks)?, document.calibration());
+    let evaluation = evaluated_scan(&frames, &document, &calibration, &args.scan, reporter)
+        .map_err(|failure| failure.in_file(&capture.manifest_path()))?;
+    let told = |report: &ScanReport, median_sigma_mm: f64| {
+        let mut text = scan_text(&args.scan, report, median_sigma_mm);
+        text.push_str(&format!("cloud → {}\n", args.output.display()));
+        let mut json = scan_json(&args.scan, report, median_sigma_mm);
+        json["calibration_id"] = json!(document.calibration.id);
+        json["output"] = json!(args.output);
+        (text, json)
+    };
+    if cloud_format != CloudFormat::E57 && args.mesh.is_none() && args.report.is_none() {
+        let written = write_scan_cloud(&args.output, cloud_format, &evaluation, |_| Ok::<(), Failure>(()));
+        let (text, json) = told(&evaluation.report, written?);
+        return Ok(Answer::done(text, json));
+    }
+    let result = collected(evaluation)?;
+    write_cloud(&args.output, cloud_format, &result.cloud)?;
+    let (mut text, mut json) = told(&result.report, median_sigma_mm(&result));
+    if let (Some(path), Some(format)) = (&args.mesh, mesh_format) {
+        let mesh = write_part_mesh(path, format, &result.cloud)?;
+        let (n_vertices, n_triangles) = (mesh.vertices_mm.len(), mesh.triangles.len());
+        text.push_str(&format!("mesh of {n_triangles} triangles → {}\n", path.display()));
+        json["mesh"] = json!({ "file": path, "n_vertices": n_vertices, "n_triangles": n_triangles });
+    }
+    if let Some(path) = &args.report {
+        let html = report::scan_page(&capture, &args.scan, &result, &document)?;
+        write_file(path, html.as_bytes())?;
+        text.push_str(&format!("report → {}\n", path.display()));
+        json["report_file"] = json!(path);
+    }
+    Ok(Answer::done(text, json))
+}
+
+/// A folder on the disk of `path` that goes away by itself.
+fn folder_beside(path: &Path) -> Result<tempfile::TempDir, Failure> {
+    let home = path.parent().filter(|home| !home.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    tempfile::Builder::new()
+        .prefix(".sheaf-scan-")
+        .tempdir_in(home)
+        .map_err(|cause| Failure::unwritable(home, &cause))
+}
+
+/// Meshes a cloud and writes the mesh.
+pub fn write_part_mesh(path: &Path, format: MeshFormat, cloud: &Cloud) -> Result<Mesh, Failure> {
+    let mesh = mesh_from_cloud(cloud, &MeshParams::default());
+    write_mesh(path, format, &mesh)?;
+    Ok(mesh)
+}

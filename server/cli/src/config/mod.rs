@@ -1,0 +1,26 @@
+//! The configuration of the service: defaults, then a file, then the environment, then flags; and where each value
+//! came from.
+
+pub mod error;
+pub mod layers;
+pub mod settings;
+pub mod value;
+
+pub use error::ConfigError;
+pub use layers::{Asked, Effective, Origin, effective};
+
+use std::net::SocketAddr;
+
+use app::config::AppConfig;
+use http::HttpConfig;
+
+/// The configuration in force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Where to listen.
+    pub listen: SocketAddr,
+    /// What the use cases care for.
+    pub app: AppConfig,
+    /// Who may talk to the service.
+    pub http: HttpConfig,
+}

@@ -1,0 +1,70 @@
+//! How a command ended: exit codes, and failures as JSON.
+
+use pipeline::{Failure, FailureKind};
+use serde_json::{Value, json};
+
+/// How a command ended; the number is the process's exit code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// Done; with a tolerance: pass.
+    Done = 0,
+    /// A defect of the program or the machine under it.
+    Internal = 1,
+    /// Wrong usage of the command line.
+    Usage = 2,
+    /// A file is missing, damaged, malformed or of the wrong size.
+    BadInput = 3,
+    /// The data cannot carry the result.
+    Unobservable = 4,
+    /// Measured; verdict: fail.
+    VerdictFail = 5,
+    /// Measured; verdict: undecided.
+    VerdictUndecided = 6,
+}
+
+impl From<FailureKind> for Exit {
+    fn from(kind: FailureKind) -> Self {
+        match kind {
+            FailureKind::Internal | FailureKind::Cancelled => Self::Internal,
+            FailureKind::BadParameter => Self::Usage,
+            FailureKind::BadInput => Self::BadInput,
+            FailureKind::Unobservable => Self::Unobservable,
+        }
+    }
+}
+
+/// The name of a failure's kind in JSON.
+fn name(kind: FailureKind) -> &'static str {
+    match kind {
+        FailureKind::Internal | FailureKind::Cancelled => "internal",
+        FailureKind::BadParameter => "usage",
+        FailureKind::BadInput => "bad_input",
+        FailureKind::Unobservable => "data_cannot_carry_result",
+    }
+}
+
+/// A failure for a machine.
+pub fn failure_json(failure: &Failure) -> Value {
+    json!({ "problem": {
+        "kind": name(failure.kind()),
+        "exit_code": Exit::from(failure.kind()) as u8,
+        "what": failure.what(),
+        "file": failure.file(),
+        "entry": failure.entry(),
+        "causes": failure.causes(),
+        "remedy": failure.advice(),
+    }})
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_for_a_machine_has_its_exit_code() {
+        let failure = Failure::bad_input("cannot read the picture").remedy("take it again");
+        assert_eq!(failure_json(&failure)["problem"]["exit_code"], 3);
+        assert_eq!(failure_json(&failure)["problem"]["kind"], "bad_input");
+    }
+}

@@ -1,0 +1,67 @@
+//! `sheaf`: the command line of the scanner. Parses, dispatches, prints, and ends with a documented exit code.
+//!
+//! Here live the commands, the layers of the configuration, the benches and studies, and the one place that puts the
+//! service together: its use cases and the doors before them. Nothing imports this crate.
+
+mod allocations;
+mod arguments;
+mod commands;
+mod config;
+mod exit;
+mod memory;
+mod output;
+mod photographs;
+mod pixel_row;
+mod progress;
+mod service;
+mod study;
+mod truth;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+use arguments::{Cli, JsonTo};
+use exit::{Exit, failure_json};
+use pipeline::{Failure, FailureKind};
+use progress::Stderr;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
+    let reporter = Stderr::new(cli.voice.quiet);
+    let json_on_stdout = cli.voice.json == Some(JsonTo::Stdout);
+    let answer = commands::run(cli.command, json_on_stdout, &reporter).and_then(|answer| match &cli.voice.json {
+        Some(JsonTo::File(path)) => answer.write_json(path).map(|()| answer),
+        _ => Ok(answer),
+    });
+    match answer {
+        Ok(answer) => {
+            let printed = if json_on_stdout { answer.print_json() } else { answer.print_text() };
+            let exit = if printed { answer.exit } else { Exit::Done };
+            ExitCode::from(exit as u8)
+        }
+        Err(failure) => {
+            if json_on_stdout {
+                println!("{}", failure_json(&failure));
+            }
+            eprintln!("{failure}");
+            ExitCode::from(Exit::from(failure.kind()) as u8)
+        }
+    }
+}
+
+/// Help and version go to stdout with exit code 0; a wrong command line to stderr with 2.
+fn usage(error: &clap::Error) -> ExitCode {
+    if error.use_stderr() && std::env::args().any(|argument| argument == "--json") {
+        let what = error.to_string();
+        let first = what.lines().next().unwrap_or_default().trim_start_matches("error: ");
+        println!("{}", failure_json(&Failure::new(FailureKind::BadParameter, first).remedy("see sheaf --help")));
+    }
+    let exit = if error.use_stderr() { Exit::Usage } else { Exit::Done };
+    // A closed pipe is no reason to fail while printing help.
+    let _ = error.print();
+    ExitCode::from(exit as u8)
+}

@@ -1,0 +1,38 @@
+//! The service as the program runs it: the use cases, and before them the doors that the configuration opens.
+
+use std::time::Duration;
+
+use app::App;
+use http::Http;
+use pipeline::Failure;
+use tokio::net::TcpListener;
+
+use crate::config::Config;
+
+/// Longest time from the signal to the end of the process, whatever hangs: then it ends hard, and the drivers' leases
+/// turn the laser off.
+pub const SHUTDOWN_LIMIT: Duration = Duration::from_secs(10);
+
+/// Everything but the port.
+///
+/// # Errors
+/// If the data directory cannot be used, or a thread cannot be started.
+pub async fn assemble(config: Config) -> Result<Http, Failure> {
+    Http::start(App::start(config.app).await?, config.http)
+}
+
+/// Serves until `ended`, then ends in the order that leaves the laser off: the station first.
+pub async fn run(http: Http, listener: TcpListener, ended: impl Future<Output = ()>) {
+    let app = http.app.clone();
+    let edge = http.serve(listener);
+    let watching = app.watch();
+    ended.await;
+    tracing::info!("shutting down: the laser is turned off first");
+    app.shut_down().await;
+    watching.iter().for_each(tokio::task::JoinHandle::abort);
+    app.drain().await;
+    if edge.await.is_err() {
+        tracing::error!("the edge did not end well");
+    }
+    tracing::info!("ended");
+}

@@ -1,0 +1,81 @@
+//! A capture to a calibration: pictures, features, fit, document.
+
+use std::path::Path;
+
+use calibration::document::InputHash;
+use calibration::{CalibrationDocument, CalibrationOptions, CalibrationResult, Stop, calibrate};
+use capture::{Capture, sha256_of};
+use rayon::prelude::*;
+
+use crate::failure::Failure;
+use crate::features::{Features, calibration_features};
+use crate::progress::Reporter;
+
+/// A calibrated capture.
+pub struct Calibrated {
+    /// Calibration and what it says about itself.
+    pub result: CalibrationResult,
+    /// The document of the result.
+    pub document: CalibrationDocument,
+}
+
+/// Opens a capture and passes its oddities on.
+pub fn open_capture(folder: &Path, reporter: &dyn Reporter) -> Result<Capture, Failure> {
+    let capture = Capture::open(folder)?;
+    for warning in &capture.warnings {
+        reporter.warn(warning);
+    }
+    Ok(capture)
+}
+
+/// Reads the pictures of the calibration and names those that were left out.
+pub fn read_features(
+    capture: &Capture,
+    leave_out_unreadable: bool,
+    reporter: &dyn Reporter,
+) -> Result<Features, Failure> {
+    let features = calibration_features(capture, leave_out_unreadable, reporter)?;
+    for picture in &features.left_out {
+        reporter.warn(&format!("left out: {picture}"));
+    }
+    Ok(features)
+}
+
+/// Calibrates what was read from the pictures.
+pub fn calibrate_features(
+    capture: &Capture,
+    features: &Features,
+    options: &CalibrationOptions,
+    reporter: &dyn Reporter,
+) -> Result<Calibrated, Failure> {
+    let task = reporter.fraction("calibrating");
+    let result = calibrate(&features.input, options, &mut |step, fraction| {
+        task.at(step, fraction);
+        if reporter.go_on().is_ok() { Stop::Continue } else { Stop::Cancel }
+    })
+    .map_err(|error| Failure::from(error).in_file(&capture.manifest_path()))?;
+    drop(task);
+    for warning in &result.report.warnings {
+        reporter.warn(warning);
+    }
+    let document = CalibrationDocument::new(&result, input_hashes(capture)?, env!("CARGO_PKG_VERSION"));
+    Ok(Calibrated { result, document })
+}
+
+/// Manifest and calibration pictures by content.
+fn input_hashes(capture: &Capture) -> Result<Vec<InputHash>, Failure> {
+    let mut paths = vec![Path::new("capture.json").to_owned()];
+    let manifest = &capture.manifest;
+    for pose in &manifest.poses {
+        paths.push(pose.board.clone());
+        paths.extend(pose.laser.clone());
+    }
+    paths.extend(manifest.stage_views.iter().map(|view| view.board.clone()));
+    paths
+        .par_iter()
+        .map(|path| {
+            let sha256 = sha256_of(&capture.folder.join(path))?;
+            Ok(InputHash { path: path.display().to_string(), sha256 })
+        })
+        .collect()
+}

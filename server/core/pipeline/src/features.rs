@@ -1,0 +1,231 @@
+//! Pictures of a capture to corners and centrelines, on all cores, with progress.
+
+use std::path::Path;
+
+use calibration::{BoardGeometry, CalibrationInput, PoseInput, ProjectorSheet, StageViewInput};
+use capture::Capture;
+use rayon::prelude::*;
+use vision::{
+    BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, CornerError, CornerParams, find_centrelines,
+    find_corners,
+};
+
+use crate::failure::Failure;
+use crate::progress::{Reporter, Task};
+
+/// What a calibration is computed from, and which pictures were left out of it.
+#[derive(Debug)]
+pub struct Features {
+    /// The input of the calibration.
+    pub input: CalibrationInput,
+    /// Pictures without a readable board or laser line, each with the reason.
+    pub left_out: Vec<String>,
+}
+
+/// One picture of the capture.
+struct Picture<'a> {
+    entry: String,
+    path: &'a Path,
+}
+
+/// What a picture shows, or why it cannot be used.
+type Found<T> = Result<T, Failure>;
+
+/// Reads every board and laser picture of the calibration part of `capture`.
+///
+/// A picture that shows no whole board, or no laser line, refuses the calibration: what is wrong with it may be
+/// wrong with the others too. `leave_out_unreadable` goes on without it. A damaged file always refuses.
+pub fn calibration_features(
+    capture: &Capture,
+    leave_out_unreadable: bool,
+    reporter: &dyn Reporter,
+) -> Result<Features, Failure> {
+    let boards = board_pictures(capture);
+    let lasers = laser_pictures(capture);
+    let task = reporter.count("reading boards and laser lines", "pictures", boards.len() + lasers.len());
+    let (boards, lasers) = rayon::join(
+        || all(&boards, reporter, &*task, |picture| corners_of(capture, picture)),
+        || all(&lasers, reporter, &*task, |picture| centrelines_of(capture, picture)),
+    );
+    drop(task);
+    reporter.go_on()?;
+    let mut sieve = Sieve { leave_out_unreadable, left_out: Vec::new() };
+    let manifest = &capture.manifest;
+    let (mut boards, mut lasers) = (boards.into_iter(), lasers.into_iter());
+    let mut poses = Vec::new();
+    for pose in &manifest.poses {
+        let corners = sieve.keep(boards.next())?;
+        let centrelines = match &pose.laser {
+            Some(_) => sieve.keep(lasers.next())?,
+            None => None,
+        };
+        if let Some(corners) = corners {
+            poses.push(PoseInput { name: pose.board.display().to_string(), corners, centrelines });
+        }
+    }
+    let mut stage_views = Vec::new();
+    for view in &manifest.stage_views {
+        if let Some(corners) = sieve.keep(boards.next())? {
+            let name = view.board.display().to_string();
+            stage_views.push(StageViewInput { name, corners, position_mm: view.position_mm });
+        }
+    }
+    Ok(Features { input: input(capture, poses, stage_views), left_out: sieve.left_out })
+}
+
+/// Takes the centrelines of every frame of a scan, in the order of the frames; few frames are in memory at a time.
+pub fn scan_centrelines(
+    capture: &Capture,
+    name: &str,
+    reporter: &dyn Reporter,
+    mut take: impl FnMut(Centrelines) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let scan = capture.scan(name)?;
+    let scan_idx = capture.manifest.scans.iter().position(|other| std::ptr::eq(other, scan)).unwrap_or(0);
+    let pictures: Vec<Picture> = scan
+        .frames
+        .iter()
+        .enumerate()
+        .map(|(idx, frame)| Picture {
+            entry: format!("scans[{scan_idx}].frames[{idx}].image"),
+            path: &frame.image,
+        })
+        .collect();
+    let task = reporter.count(&format!("reading scan {name}"), "frames", pictures.len());
+    let params = centreline_params(capture);
+    for some in pictures.chunks(PICTURES_AT_ONCE) {
+        let found: Result<Vec<Centrelines>, Failure> = some
+            .par_iter()
+            .map_init(CentrelineExtractor::default, |extractor, picture| {
+                reporter.go_on()?;
+                let image = capture.image(&picture.entry, picture.path)?;
+                let mut lines = Centrelines::default();
+                extractor.find(&image, &params, &mut lines);
+                task.step();
+                Ok(lines)
+            })
+            .collect();
+        found?.into_iter().try_for_each(&mut take)?;
+    }
+    Ok(())
+}
+
+/// Pictures of a scan that are read before their lines are taken over: enough for many cores.
+const PICTURES_AT_ONCE: usize = 64;
+
+/// How lines are looked for in this capture.
+fn centreline_params(capture: &Capture) -> CentrelineParams {
+    CentrelineParams { line_direction: capture.manifest.line_direction(), ..CentrelineParams::default() }
+}
+
+/// Applies `find` to every picture on all cores; results in the order of the pictures.
+fn all<T: Send>(
+    pictures: &[Picture],
+    reporter: &dyn Reporter,
+    task: &dyn Task,
+    find: impl Fn(&Picture) -> Found<T> + Sync,
+) -> Vec<Found<T>> {
+    pictures
+        .par_iter()
+        .map(|picture| {
+            reporter.go_on()?;
+            let found = find(picture);
+            task.step();
+            found
+        })
+        .collect()
+}
+
+/// Decides which unreadable pictures end the calibration.
+struct Sieve {
+    leave_out_unreadable: bool,
+    left_out: Vec<String>,
+}
+
+impl Sieve {
+    fn keep<T>(&mut self, found: Option<Found<T>>) -> Result<Option<T>, Failure> {
+        match found {
+            None => Ok(None),
+            Some(Ok(found)) => Ok(Some(found)),
+            Some(Err(failure)) if self.leave_out_unreadable && failure.is_about_content() => {
+                self.left_out.push(failure.what().to_owned());
+                Ok(None)
+            }
+            Some(Err(failure)) => Err(failure),
+        }
+    }
+}
+
+fn board_pictures(capture: &Capture) -> Vec<Picture<'_>> {
+    let poses = capture.manifest.poses.iter().enumerate();
+    let views = capture.manifest.stage_views.iter().enumerate();
+    poses
+        .map(|(idx, pose)| Picture { entry: format!("poses[{idx}].board"), path: &pose.board })
+        .chain(views.map(|(idx, view)| Picture { entry: format!("stage_views[{idx}].board"), path: &view.board }))
+        .collect()
+}
+
+fn laser_pictures(capture: &Capture) -> Vec<Picture<'_>> {
+    let poses = capture.manifest.poses.iter().enumerate();
+    poses
+        .filter_map(|(idx, pose)| {
+            Some(Picture { entry: format!("poses[{idx}].laser"), path: pose.laser.as_deref()? })
+        })
+        .collect()
+}
+
+fn corners_of(capture: &Capture, picture: &Picture) -> Found<BoardCorners> {
+    let image = capture.image(&picture.entry, picture.path)?;
+    let target = &capture.manifest.target;
+    let params = CornerParams { inner_columns: target.inner_columns, inner_rows: target.inner_rows };
+    find_corners(&image, &params).map_err(|error| {
+        let remedy = match error {
+            CornerError::WrongSize { found_columns, found_rows, .. } => format!(
+                "if the board has {found_columns}×{found_rows} inner corners, set target.inner_columns and \
+                 target.inner_rows in capture.json; if a part of it is out of the picture, take the picture again"
+            ),
+            _ => "take the picture again with the whole board in it, evenly lit and sharp".to_owned(),
+        };
+        unreadable(capture, picture, &error.to_string(), &remedy)
+    })
+}
+
+fn centrelines_of(capture: &Capture, picture: &Picture) -> Found<Centrelines> {
+    let image = capture.image(&picture.entry, picture.path)?;
+    let lines = find_centrelines(&image, &centreline_params(capture));
+    if lines.segments.is_empty() {
+        let remedy = "check that the laser was on and exposed long enough, or remove this \"laser\" from the pose: \
+                      it then serves the camera alone";
+        return Err(unreadable(capture, picture, "no laser line was found", remedy));
+    }
+    Ok(lines)
+}
+
+fn unreadable(capture: &Capture, picture: &Picture, why: &str, remedy: &str) -> Failure {
+    Failure::bad_input(format!("{} ({}): {why}", picture.path.display(), picture.entry))
+        .in_file(&capture.manifest_path())
+        .at_entry(&picture.entry)
+        .remedy(format!("{remedy}; --leave-out-unreadable calibrates without such pictures"))
+        .about_content()
+}
+
+fn input(capture: &Capture, poses: Vec<PoseInput>, stage_views: Vec<StageViewInput>) -> CalibrationInput {
+    let manifest = &capture.manifest;
+    CalibrationInput {
+        width_px: manifest.camera.width_px,
+        height_px: manifest.camera.height_px,
+        board: BoardGeometry {
+            inner_columns: manifest.target.inner_columns,
+            inner_rows: manifest.target.inner_rows,
+            square_mm: manifest.target.square_mm,
+        },
+        projector: ProjectorSheet {
+            wavelength_nm: manifest.projector.wavelength_nm,
+            grating_lines_per_mm: manifest.projector.grating_lines_per_mm,
+            orders: manifest.projector.orders.clone(),
+            line_direction: manifest.line_direction(),
+        },
+        poses,
+        stage_views,
+    }
+}

@@ -1,0 +1,167 @@
+//! A scan's frames to a cloud.
+
+use std::path::Path;
+
+use calibration::CalibrationDocument;
+use capture::Capture;
+use optics::Calibration;
+use scanning::files::peaks::{PeaksHeader, PeaksWriter};
+use scanning::files::{FileError, write_cloud_in_pieces};
+use scanning::{
+    Cloud, CloudFormat, CloudPoint, Evaluation, Frames, ScanError, ScanFrame, ScanParams, ScanReport, ScanResult,
+    evaluate_scan,
+};
+
+use crate::failure::Failure;
+use crate::features::scan_centrelines;
+use crate::progress::Reporter;
+use crate::provenance::embed;
+
+/// Scans one scan of the capture; the cloud carries its calibration.
+pub fn scan_capture(
+    capture: &Capture,
+    document: &CalibrationDocument,
+    name: &str,
+    reporter: &dyn Reporter,
+) -> Result<ScanResult, Failure> {
+    let mut frames = Vec::new();
+    capture_frames(capture, document, name, reporter, |frame| {
+        frames.push(frame);
+        Ok(())
+    })?;
+    scan_frames(&frames, document, name, reporter).map_err(|failure| failure.in_file(&capture.manifest_path()))
+}
+
+/// Writes the frames of one scan of the capture to the new file `path`: no more than a few are in memory.
+pub fn write_capture_peaks(
+    capture: &Capture,
+    document: &CalibrationDocument,
+    name: &str,
+    path: &Path,
+    reporter: &dyn Reporter,
+) -> Result<(), Failure> {
+    let camera = capture.manifest.camera;
+    let header = PeaksHeader {
+        width_px: camera.width_px as u32,
+        height_px: camera.height_px as u32,
+        line_direction: capture.manifest.line_direction(),
+    };
+    let mut peaks = PeaksWriter::create(path, &header)?;
+    capture_frames(capture, document, name, reporter, |frame| {
+        peaks.add(&frame, None).map_err(|error| Failure::unwritable(path, &error))
+    })?;
+    peaks.finish().map_err(|error| Failure::unwritable(path, &error))?;
+    Ok(())
+}
+
+/// Takes the frames of one scan of the capture in order: the centrelines of every picture, and where the stage stood.
+fn capture_frames(
+    capture: &Capture,
+    document: &CalibrationDocument,
+    name: &str,
+    reporter: &dyn Reporter,
+    mut take: impl FnMut(ScanFrame) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let images = capture.manifest.camera;
+    check_camera(images.width_px, images.height_px, &document.calibration().camera)
+        .map_err(|failure| failure.in_file(&capture.manifest_path()).at_entry("camera"))?;
+    let mut positions = capture.scan(name)?.frames.iter().map(|frame| frame.position_mm);
+    scan_centrelines(capture, name, reporter, |centrelines| match positions.next() {
+        Some(position_mm) => take(ScanFrame { centrelines, position_mm }),
+        None => Ok(()),
+    })
+}
+
+/// Centrelines and positions of a scan's frames to a cloud that carries its calibration.
+pub fn scan_frames(
+    frames: &[ScanFrame],
+    document: &CalibrationDocument,
+    name: &str,
+    reporter: &dyn Reporter,
+) -> Result<ScanResult, Failure> {
+    let calibration = document.calibration();
+    collected(evaluated_scan(&frames, document, &calibration, name, reporter)?)
+}
+
+/// All points of a scan in memory, for what needs them together.
+pub fn collected(evaluation: Evaluation) -> Result<ScanResult, Failure> {
+    let mut points = Vec::with_capacity(evaluation.report.n_points);
+    evaluation.for_each_frame(|of_frame| -> Result<(), ScanError> {
+        points.extend_from_slice(of_frame);
+        Ok(())
+    })?;
+    Ok(ScanResult { cloud: Cloud { points, comments: evaluation.comments }, report: evaluation.report })
+}
+
+/// Writes the points of a scan to `path` as they are computed, and hands them to `also`. Returns their median σ, mm.
+pub fn write_scan_cloud<E: From<FileError> + From<ScanError> + Send>(
+    path: &Path,
+    format: CloudFormat,
+    evaluation: &Evaluation,
+    mut also: impl FnMut(&[CloudPoint]) -> Result<(), E>,
+) -> Result<f64, E> {
+    let n_points = evaluation.report.n_points;
+    let mut sigmas_mm: Vec<f32> = Vec::with_capacity(n_points);
+    write_cloud_in_pieces(path, format, &evaluation.comments, n_points, |add| {
+        evaluation.for_each_frame(|points| -> Result<(), E> {
+            sigmas_mm.extend(points.iter().map(|point| point.sigma_mm));
+            also(points)?;
+            add(points)
+        })
+    })?;
+    Ok(median_mm(sigmas_mm))
+}
+
+/// The same without the points: they are asked for frame by frame, and never need to be in memory together.
+/// `calibration`: that of the document.
+pub fn evaluated_scan<'a>(
+    frames: &'a dyn Frames,
+    document: &CalibrationDocument,
+    calibration: &'a Calibration,
+    name: &str,
+    reporter: &dyn Reporter,
+) -> Result<Evaluation<'a>, Failure> {
+    reporter.go_on()?;
+    let mut evaluation = evaluate_scan(frames, calibration, &ScanParams::default())?;
+    if evaluation.report.n_points == 0 {
+        return Err(nothing_seen(name, &evaluation.report));
+    }
+    let labels = &evaluation.report.labels;
+    let dark = labels.iter().filter(|of_frame| of_frame.is_empty()).count();
+    if dark > 0 {
+        reporter.warn(&format!("scan {name}: {dark} of {} frames show no laser line", labels.len()));
+    }
+    embed(&mut evaluation.comments, document, name);
+    Ok(evaluation)
+}
+
+/// Whether images of that size are of the calibrated camera.
+pub fn check_camera(width_px: usize, height_px: usize, camera: &optics::Camera) -> Result<(), Failure> {
+    if (width_px, height_px) == (camera.width_px, camera.height_px) {
+        return Ok(());
+    }
+    Err(Failure::bad_input(format!(
+        "the images have {width_px}×{height_px} pixels, the calibration is for {}×{}",
+        camera.width_px, camera.height_px
+    ))
+    .remedy("use the calibration of this camera at this resolution"))
+}
+
+fn nothing_seen(name: &str, report: &ScanReport) -> Failure {
+    let what = match report.n_segments {
+        0 => format!("scan {name}: no frame shows a laser line"),
+        n_segments => format!(
+            "scan {name}: none of {n_segments} line pieces gave a point ({} points left out)",
+            report.dropped.total_points()
+        ),
+    };
+    Failure::unobservable(what)
+        .at_entry(format!("scans \"{name}\""))
+        .remedy("check laser and exposure, that the part is within the calibrated depth, and that the calibration is of this station")
+}
+
+/// The median of σ in mm, the upper one of two; 0 of nothing.
+pub fn median_mm(mut sigmas: Vec<f32>) -> f64 {
+    sigmas.sort_unstable_by(f32::total_cmp);
+    sigmas.get(sigmas.len() / 2).copied().map_or(0.0, f64::from)
+}

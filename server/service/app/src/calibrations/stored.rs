@@ -1,0 +1,34 @@
+//! Calibration documents as the store keeps them.
+
+use calibration::CalibrationDocument;
+use store::Artifacts;
+
+use crate::error::{AppError, ErrorKind};
+use crate::ledger::Ledger;
+
+/// The document of the calibration `id`; of the active one for `None`.
+///
+/// # Errors
+/// A problem: no such calibration, none active, or a damaged document.
+pub async fn stored_document(
+    ledger: &Ledger,
+    artifacts: &dyn Artifacts,
+    id: Option<&str>,
+) -> Result<CalibrationDocument, AppError> {
+    let id = match id {
+        Some(id) => id.to_owned(),
+        None => active_id(ledger).await?,
+    };
+    let record = ledger.read().calibration(&id).await?;
+    let what = format!("the document of calibration {id}");
+    let bytes = artifacts.read(&record.document).await.map_err(|error| AppError::from(error).of_stored(&what))?;
+    let text = String::from_utf8_lossy(&bytes);
+    CalibrationDocument::parse(&text).map_err(|error| AppError::damaged(&what, error.to_string()))
+}
+
+async fn active_id(ledger: &Ledger) -> Result<String, AppError> {
+    ledger.read().active().await?.and_then(|act| act.calibration_id).ok_or_else(|| {
+        AppError::new(ErrorKind::Conflict, "no calibration is active")
+            .remedy("calibrate and activate the result, or name a calibration_id")
+    })
+}

@@ -1,0 +1,150 @@
+//! How people set the camera, kept over restarts and lost cables.
+//!
+//! Only what somebody asked for is kept, with the value that the camera accepted; jobs set the camera for themselves and
+//! give it back as it was.
+
+use devices::{CameraRequest, CameraSettings, PixelFormat, Roi, Trigger};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use station::wall_clock::now_ms;
+use station::{Manual, StationHandle};
+use store::{Change, SettingRecord, StoreError};
+
+use crate::ledger::Ledger;
+
+/// The name of the setting.
+const SETTING: &str = "camera.settings";
+
+/// What was asked for, as it is stored.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct Kept {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exposure_us: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gain_db: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame_rate_hz: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    trigger: Option<KeptTrigger>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pixel_format: Option<KeptFormat>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    roi: Option<KeptRoi>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum KeptTrigger {
+    Free,
+    Software,
+    Hardware,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum KeptFormat {
+    Mono8,
+    Mono16,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct KeptRoi {
+    left_px: usize,
+    top_px: usize,
+    width_px: usize,
+    height_px: usize,
+}
+
+impl Kept {
+    /// Takes over what was `asked` for, as it was `accepted`.
+    fn note(&mut self, asked: &CameraRequest, accepted: &CameraSettings) {
+        self.exposure_us = asked.exposure_us.map(|_| accepted.exposure_us).or(self.exposure_us);
+        self.gain_db = asked.gain_db.map(|_| accepted.gain_db).or(self.gain_db);
+        self.frame_rate_hz = asked.frame_rate_hz.map(|_| accepted.frame_rate_hz).or(self.frame_rate_hz);
+        let trigger = match accepted.trigger {
+            Trigger::Free => KeptTrigger::Free,
+            Trigger::Software => KeptTrigger::Software,
+            Trigger::Hardware => KeptTrigger::Hardware,
+        };
+        self.trigger = asked.trigger.map(|_| trigger).or(self.trigger);
+        let format = match accepted.pixel_format {
+            PixelFormat::Mono8 => KeptFormat::Mono8,
+            PixelFormat::Mono16 => KeptFormat::Mono16,
+        };
+        self.pixel_format = asked.pixel_format.map(|_| format).or(self.pixel_format);
+        let Roi { left_px, top_px, width_px, height_px } = accepted.roi;
+        self.roi = asked.roi.map(|_| KeptRoi { left_px, top_px, width_px, height_px }).or(self.roi);
+    }
+
+    fn request(&self) -> CameraRequest {
+        CameraRequest {
+            exposure_us: self.exposure_us,
+            gain_db: self.gain_db,
+            frame_rate_hz: self.frame_rate_hz,
+            trigger: self.trigger.map(|trigger| match trigger {
+                KeptTrigger::Free => Trigger::Free,
+                KeptTrigger::Software => Trigger::Software,
+                KeptTrigger::Hardware => Trigger::Hardware,
+            }),
+            pixel_format: self.pixel_format.map(|format| match format {
+                KeptFormat::Mono8 => PixelFormat::Mono8,
+                KeptFormat::Mono16 => PixelFormat::Mono16,
+            }),
+            roi: self.roi.map(|KeptRoi { left_px, top_px, width_px, height_px }| Roi {
+                left_px,
+                top_px,
+                width_px,
+                height_px,
+            }),
+        }
+    }
+}
+
+/// Keeps what was `asked` for, as it was `accepted`.
+///
+/// # Errors
+/// If the catalogue cannot be used.
+pub async fn remember(
+    ledger: &Ledger,
+    asked: &CameraRequest,
+    accepted: &CameraSettings,
+) -> Result<(), StoreError> {
+    let mut kept = read(ledger).await?.unwrap_or_default();
+    kept.note(asked, accepted);
+    let setting = SettingRecord { name: SETTING.to_owned(), value: json!(kept), changed_at_ms: now_ms() };
+    ledger.commit(vec![Change::PutSetting(setting)]).await?;
+    Ok(())
+}
+
+/// What is kept; what cannot be understood counts as nothing, and is said.
+async fn read(ledger: &Ledger) -> Result<Option<Kept>, StoreError> {
+    let Some(setting) = ledger.read().setting(SETTING).await? else { return Ok(None) };
+    let kept = serde_json::from_value(setting.value);
+    Ok(kept.inspect_err(|error| tracing::error!(%error, "how the camera was set cannot be used")).ok())
+}
+
+/// Sets the camera as it was kept; one that is not there is set once it is.
+pub async fn restore(ledger: &Ledger, station: &StationHandle) {
+    let wanted = match read(ledger).await {
+        Ok(Some(kept)) => kept.request(),
+        Ok(None) => return,
+        Err(error) => return tracing::error!(%error, "how the camera was set cannot be read"),
+    };
+    if let Err(refusal) = station.manual(Manual::Configure(wanted)).await {
+        tracing::warn!(%refusal, "the camera is not set as it was");
+    }
+}
+
+/// Sets the camera anew whenever it comes back; ends with the station.
+pub async fn follow(ledger: Ledger, station: StationHandle) {
+    let mut status = station.watch_status();
+    loop {
+        if status.wait_for(|status| !status.camera.connected).await.is_err()
+            || status.wait_for(|status| status.camera.connected).await.is_err()
+        {
+            return;
+        }
+        restore(&ledger, &station).await;
+    }
+}

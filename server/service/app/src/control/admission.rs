@@ -1,0 +1,52 @@
+//! Whether a request may use the station: the table of uses, asked with the lease that came along.
+
+use std::time::Instant;
+
+use station::{StationRefusal, StationStatus};
+
+use crate::App;
+use crate::control::{Ask, Refusal, Ruling, StationUse, rule};
+use crate::error::{AppError, ErrorKind};
+use crate::lease::{Asker, Authority};
+
+/// Asks the table whether who sends the lease `id` may use the station; a command of whoever is in control renews the
+/// lease.
+///
+/// # Errors
+/// Why not; [`Ruling::Waits`] is no error.
+pub fn admit(app: &App, id: Option<&str>, ask: Ask) -> Result<Authority, AppError> {
+    let now = Instant::now();
+    let epoch = app.station.stop_epoch();
+    let status = app.station.status();
+    let asker = app.control.asker(id, now);
+    if let Ruling::Refused(refusal) = rule(ask, asker, station_use(app, &status)) {
+        return Err(match refusal {
+            // Says as well whether the lease that came along has expired.
+            Refusal::ControlRequired => app.control.command(id, now).err().unwrap_or_else(not_in_control),
+            Refusal::Halted => StationRefusal::Halted.into(),
+            Refusal::Busy => StationRefusal::Busy { activity: status.activity.clone() }.into(),
+            Refusal::Fault => fault(&status),
+        });
+    }
+    if asker == Asker::InControl {
+        app.control.command(id, now)?;
+    }
+    Ok(app.control.authority(id, epoch, now))
+}
+
+/// A station whose latch is closed is halted, even where its thread has not said so yet, or is being reset.
+fn station_use(app: &App, status: &StationStatus) -> StationUse {
+    if app.station.is_halted() { StationUse::Halted } else { StationUse::from(status) }
+}
+
+fn not_in_control() -> AppError {
+    AppError::new(ErrorKind::ControlRequired, "control changed hands at this moment").remedy("try again")
+}
+
+fn fault(status: &StationStatus) -> AppError {
+    let (detail, remedy) = match status.faults.first() {
+        Some(fault) => (fault.detail.clone(), fault.remedy.clone()),
+        None => ("a device failed".to_owned(), "check the devices".to_owned()),
+    };
+    StationRefusal::InError { detail, remedy }.into()
+}

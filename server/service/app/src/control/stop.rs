@@ -1,0 +1,102 @@
+//! Stop and reset as the service sees them: the devices, the queue and the record, in that order.
+
+use std::time::Duration;
+
+use serde_json::json;
+use station::wall_clock::now_ms;
+use station::{Manual, StationRefusal};
+use store::{Change, SettingRecord, StoreError};
+
+use crate::App;
+use crate::error::{AppError, ErrorKind};
+use crate::jobs::Waiting;
+use crate::ledger::{Ledger, event};
+
+/// The setting that outlives the process.
+const HALTED: &str = "station.halted";
+
+/// Longest wait of Stop's answer for its record: a disk that hangs must not look like a Stop that did not arrive.
+const RECORD_WAIT: Duration = Duration::from_secs(1);
+
+/// What a Stop did.
+#[derive(Debug)]
+pub struct StopOutcome {
+    /// Whether the devices were told.
+    pub told: Result<(), StationRefusal>,
+    /// Whether it is on the disk, so that it survives a restart.
+    pub recorded: bool,
+}
+
+/// Stops the station. When this returns the line is pulled and the station's queue is empty, so that a client that goes
+/// away at any moment changes nothing; the rest runs to its end whether or not the outcome is awaited.
+pub fn stop(app: &App, actor: &str, source: &str) -> impl Future<Output = StopOutcome> + Send + use<> {
+    let told = app.station.pull_stop(actor);
+    let cleared = app.jobs.clear_station_jobs();
+    let (app, actor, source) = (app.clone(), actor.to_owned(), source.to_owned());
+    let (to_caller, outcome) = tokio::sync::oneshot::channel();
+    app.tasks.clone().spawn(async move {
+        let told = told.done().await;
+        let record = app.tasks.spawn(record_stop(app.clone(), cleared, actor, source));
+        let recorded = match tokio::time::timeout(RECORD_WAIT, record).await {
+            Ok(Ok(Ok(()))) => true,
+            Ok(Ok(Err(error))) => {
+                tracing::error!(%error, "Stop cannot be stored: a restart forgets it");
+                false
+            }
+            Ok(Err(_)) | Err(_) => {
+                tracing::error!("Stop is not stored yet");
+                false
+            }
+        };
+        // Who does not wait any more need not be told.
+        let _ = to_caller.send(StopOutcome { told, recorded });
+    });
+    async move { outcome.await.unwrap_or(StopOutcome { told: Err(StationRefusal::ShuttingDown), recorded: false }) }
+}
+
+/// Stores in one transaction that the station is stopped and that the jobs which waited for it have ended.
+async fn record_stop(app: App, cleared: Vec<Waiting>, actor: String, source: String) -> Result<(), StoreError> {
+    let _turn = app.halt_turn.lock().await;
+    let also = vec![
+        // A reset that was faster has ended the Stop.
+        Change::PutSetting(halted(app.station.is_halted())),
+        event("station.stopped", "station", json!({ "actor": actor, "source": source })),
+    ];
+    app.jobs.end_cleared_jobs(cleared, &actor, also).await
+}
+
+/// Resets the station and forgets that it was stopped.
+///
+/// # Errors
+/// A problem while the data directory cannot be written, or while a device is not reached.
+pub async fn reset(app: &App, actor: &str, source: &str) -> Result<(), AppError> {
+    if let Some(reason) = app.store.watch_failure().borrow().clone() {
+        return Err(AppError::new(ErrorKind::Unavailable, format!("the data directory is read-only: {reason}"))
+            .remedy("check the disk, then restart the server"));
+    }
+    app.station.manual(Manual::Reset).await?;
+    let _turn = app.halt_turn.lock().await;
+    let mut changes = vec![event("station.reset", "station", json!({ "actor": actor, "source": source }))];
+    // A Stop that came meanwhile has its own record.
+    if !app.station.is_halted() {
+        changes.push(Change::PutSetting(halted(false)));
+    }
+    app.ledger.commit(changes).await?;
+    Ok(())
+}
+
+/// Whether the station was stopped before this process began and not reset since. What cannot be read counts as
+/// stopped.
+pub async fn was_halted(ledger: &Ledger) -> bool {
+    match ledger.read().setting(HALTED).await {
+        Ok(setting) => setting.is_some_and(|setting| setting.value != json!(false)),
+        Err(error) => {
+            tracing::error!(%error, "whether the station was stopped cannot be read; it counts as stopped");
+            true
+        }
+    }
+}
+
+fn halted(value: bool) -> SettingRecord {
+    SettingRecord { name: HALTED.to_owned(), value: json!(value), changed_at_ms: now_ms() }
+}

@@ -1,0 +1,159 @@
+//! Errors of the service's parts as problems, and problems as ends of jobs.
+//!
+//! Every message of the parts says what is wrong and, after its last semicolon or colon, what to do about it.
+
+use std::error::Error;
+
+use capture::CaptureError;
+use station::StationRefusal;
+use store::StoreError;
+
+use crate::error::{AppError, ErrorKind};
+use pipeline::{Failure, FailureKind};
+
+impl From<Failure> for AppError {
+    fn from(failure: Failure) -> Self {
+        let kind = match failure.kind() {
+            FailureKind::Cancelled => ErrorKind::Stopped,
+            FailureKind::Internal => ErrorKind::Internal,
+            _ => ErrorKind::Impossible,
+        };
+        let mut problem = Self::new(kind, failure.what());
+        if !failure.causes().is_empty() {
+            problem = problem.because(failure.causes().join(": "));
+        }
+        if let Some(entry) = failure.entry() {
+            problem = problem.at(entry);
+        }
+        match failure.advice() {
+            // The command line's switch is a field of the job's input.
+            Some(advice) => problem.remedy(advice.replace("--leave-out-unreadable", "leave_out_unreadable")),
+            None => problem,
+        }
+    }
+}
+
+impl From<CaptureError> for AppError {
+    fn from(error: CaptureError) -> Self {
+        Failure::from(error).into()
+    }
+}
+
+impl From<StoreError> for AppError {
+    fn from(error: StoreError) -> Self {
+        let kind = match &error {
+            StoreError::NotFound { kind: "artifact", id } => return lost_file(id, "the file is not there"),
+            StoreError::Damaged { id } => return lost_file(id, "its bytes are not those that were written"),
+            StoreError::NotFound { .. } => ErrorKind::NotFound,
+            StoreError::Exists { .. } | StoreError::Refused { .. } => ErrorKind::Conflict,
+            StoreError::Changed { .. } => ErrorKind::Changed,
+            StoreError::Full => ErrorKind::StorageFull,
+            StoreError::ReadOnly { .. } | StoreError::InUse { .. } => ErrorKind::Unavailable,
+            StoreError::DamagedRecord { .. } => ErrorKind::Damaged,
+            StoreError::NotItsCatalogue { .. }
+            | StoreError::TooNew { .. }
+            | StoreError::Database { .. }
+            | StoreError::File { .. } => ErrorKind::Internal,
+        };
+        told(kind, &error)
+    }
+}
+
+/// A file that a record names; what people call it is said by who asked, with [`AppError::of_stored`].
+fn lost_file(id: &str, why: &str) -> AppError {
+    AppError::damaged(&format!("the file {id}"), why)
+}
+
+impl From<StationRefusal> for AppError {
+    fn from(refusal: StationRefusal) -> Self {
+        use devices::{CameraError, LaserError, StageError};
+        let kind = match &refusal {
+            StationRefusal::Busy { .. } => ErrorKind::StationBusy,
+            StationRefusal::Stopped { .. } | StationRefusal::Cancelled => ErrorKind::Stopped,
+            StationRefusal::ShuttingDown => ErrorKind::Unavailable,
+            StationRefusal::TooManyCommands => ErrorKind::TooMany,
+            StationRefusal::Halted => ErrorKind::Halted,
+            StationRefusal::NoLiveView => ErrorKind::Conflict,
+            StationRefusal::Stage(StageError::NotHomed | StageError::Moving) => ErrorKind::Conflict,
+            StationRefusal::SpeedOutOfRange { .. }
+            | StationRefusal::Stage(StageError::OutOfTravel { .. } | StageError::BadNumber { .. })
+            | StationRefusal::Camera(CameraError::Unsupported { .. })
+            | StationRefusal::Laser(LaserError::BadPower { .. }) => ErrorKind::Impossible,
+            StationRefusal::InError { .. }
+            | StationRefusal::Absent { .. }
+            | StationRefusal::Camera(_)
+            | StationRefusal::Stage(_)
+            | StationRefusal::Laser(_)
+            | StationRefusal::NoFrame { .. } => ErrorKind::DeviceFault,
+        };
+        told(kind, &refusal)
+    }
+}
+
+fn told(kind: ErrorKind, error: &dyn Error) -> AppError {
+    let text = without_folders(&error.to_string());
+    let problem = match text.split_once("; ") {
+        Some((what, remedy)) => AppError::new(kind, what).remedy(remedy),
+        None => AppError::new(kind, text),
+    };
+    let mut causes = Vec::new();
+    let mut next = error.source();
+    while let Some(cause) = next {
+        causes.push(without_folders(&cause.to_string()));
+        next = cause.source();
+    }
+    if causes.is_empty() { problem } else { problem.because(causes.join(": ")) }
+}
+
+/// Clients never see where the server keeps its files: of a path only its last part stays.
+fn without_folders(text: &str) -> String {
+    let name = |word: &str| {
+        let (before, path) = word.split_at(word.find('/').unwrap_or(word.len()));
+        let opening = before.chars().all(|letter| matches!(letter, '"' | '\'' | '`' | '('));
+        match path.rsplit_once('/') {
+            Some((folder, name)) if opening && !folder.is_empty() => format!("{before}{name}"),
+            _ => word.to_owned(),
+        }
+    };
+    text.split(' ').map(name).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_a_path_only_the_name_is_told() {
+        let reason = "cannot sync /var/lib/sheaf/artifacts/ab: I/O error".to_owned();
+        let problem = AppError::from(StoreError::ReadOnly { reason });
+        assert_eq!(problem.status, 503);
+        assert!(problem.detail.contains("cannot sync ab: I/O error"), "{problem:?}");
+        let quoted = "cannot open \"/dev/ttyACM0\" at 2 mm/s, 1/2 of it";
+        assert_eq!(without_folders(quoted), "cannot open \"ttyACM0\" at 2 mm/s, 1/2 of it");
+    }
+
+    #[test]
+    fn a_damaged_file_and_a_missing_one_are_told_alike() {
+        let id = "a".repeat(64);
+        let damaged = AppError::from(StoreError::Damaged { id: id.clone() }).of_stored("the cloud of scan 7");
+        let missing =
+            AppError::from(StoreError::NotFound { kind: "artifact", id }).of_stored("the cloud of scan 7");
+        assert_eq!(
+            (damaged.status, &damaged.r#type, &damaged.remedy),
+            (missing.status, &missing.r#type, &missing.remedy)
+        );
+        assert!(damaged.detail.contains("cloud of scan 7") && damaged.remedy.unwrap().contains("restore"));
+        let scan = AppError::from(StoreError::NotFound { kind: "scan", id: "7".into() }).of_stored("the cloud");
+        assert_eq!(scan.status, 404);
+    }
+
+    #[test]
+    fn a_remedy_is_split_from_the_message_and_the_cause_is_kept() {
+        let cause = std::io::Error::other("no such device");
+        let error = StoreError::File { what: "write", path: "x".into(), cause };
+        let problem = AppError::from(error);
+        assert_eq!((problem.status, problem.cause.as_deref()), (500, Some("no such device")));
+        let problem = AppError::from(StationRefusal::Stage(devices::StageError::NotHomed));
+        assert_eq!((problem.status, problem.remedy.as_deref()), (409, Some("home it first")));
+    }
+}

@@ -1,0 +1,113 @@
+//! Why a use case ended without its result: what happened, why, what to do about it. Every door has its own words for
+//! the kinds; HTTP has its table of them.
+
+mod causes;
+
+use serde::{Deserialize, Serialize};
+
+/// The kinds of errors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ErrorKind {
+    /// The input is not what is expected.
+    BadRequest,
+    /// No such thing.
+    NotFound,
+    /// Nobody has, or somebody else has, the control lease.
+    ControlRequired,
+    /// The control lease that came along has run out.
+    ControlExpired,
+    /// The station was stopped and not reset since.
+    Halted,
+    /// The station does something else.
+    StationBusy,
+    /// The state of the thing does not allow it.
+    Conflict,
+    /// Somebody changed it meanwhile.
+    Changed,
+    /// Too many bytes.
+    TooLarge,
+    /// Understood, but impossible.
+    Impossible,
+    /// Too many at once.
+    TooMany,
+    /// A defect of the program.
+    Internal,
+    /// A device does not answer, or the station is in error.
+    DeviceFault,
+    /// A file or record of the store is not what was written, or not there.
+    Damaged,
+    /// The service is starting or shutting down.
+    Unavailable,
+    /// The disk is full.
+    StorageFull,
+    /// Stopped by a person.
+    Stopped,
+}
+
+/// What went wrong; as JSON it is stored with jobs that failed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AppError {
+    /// Its kind.
+    pub kind: ErrorKind,
+    /// What happened here.
+    pub detail: String,
+    /// Why, as far as known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cause: Option<String>,
+    /// What to do about it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub remedy: Option<String>,
+    /// Where in the input: a JSON pointer, a file, an entry.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pointer: Option<String>,
+    /// When to try again.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub retry_after_s: Option<u64>,
+}
+
+impl AppError {
+    /// An error of that kind.
+    pub fn new(kind: ErrorKind, detail: impl Into<String>) -> Self {
+        Self { kind, detail: detail.into(), cause: None, remedy: None, pointer: None, retry_after_s: None }
+    }
+
+    /// With what to do about it.
+    pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
+        self.remedy = Some(remedy.into());
+        self
+    }
+
+    /// With the reason behind it.
+    pub fn because(mut self, cause: impl Into<String>) -> Self {
+        self.cause = Some(cause.into());
+        self
+    }
+
+    /// With the place in the input.
+    pub fn at(mut self, pointer: impl Into<String>) -> Self {
+        self.pointer = Some(pointer.into());
+        self
+    }
+
+    /// With the time after which it may work.
+    pub fn retry_after_s(mut self, seconds: u64) -> Self {
+        self.retry_after_s = Some(seconds);
+        self
+    }
+
+    /// A stored thing is not what was written, or not there: both are lost alike, and a backup has both.
+    pub fn damaged(what: &str, cause: impl Into<String>) -> Self {
+        Self::new(ErrorKind::Damaged, format!("{what} is damaged or missing in the store"))
+            .because(cause)
+            .remedy("restore the data directory from a backup, or make it again")
+    }
+
+    /// The same error of a stored thing, called what people call it; any other stays as it is.
+    pub fn of_stored(self, what: &str) -> Self {
+        match self.kind {
+            ErrorKind::Damaged => Self::damaged(what, self.cause.unwrap_or_default()),
+            _ => self,
+        }
+    }
+}

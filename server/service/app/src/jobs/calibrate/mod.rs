@@ -1,0 +1,96 @@
+//! Calibrate camera, light and stage: from a stored capture, at the simulated station, or from a person's session.
+//!
+//! Whatever the source, the pictures become a capture first, and the calibration is computed from that capture by the
+//! functions of `sheaf calibrate`: the same pictures give the same bytes.
+
+mod product;
+mod session;
+mod station;
+
+use std::path::Path;
+
+use serde_json::json;
+
+use crate::captures::{CaptureOrigin, without_folder};
+use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, Source};
+use crate::ledger::event;
+use crate::progress::Phase;
+use crate::stored_scan::disk_problem;
+use pipeline::open_capture;
+
+use product::calibrated;
+
+/// The kind of record that calibrations make.
+pub const CALIBRATION: &str = "calibration";
+
+pub use crate::sessions::virtual_operator::N_POSES;
+pub use session::{SolveSession, solve_input};
+
+/// Share of the job that taking the pictures takes at the simulated station.
+const TAKING: f64 = 0.5;
+
+/// Share of the job that reading a session's pictures back takes.
+const GATHERING: f64 = 0.05;
+
+/// Share of the job after which the pictures are stored as a capture.
+const STORING: f64 = 0.05;
+
+/// Calibrates.
+pub fn run(input: CalibrateInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+    match (&input.session_id, &input.source) {
+        (Some(session_id), _) => {
+            let name = format!("calibration session {session_id}");
+            made_from(&input, &name, ctx, GATHERING, |folder| session::gather_pictures(session_id, ctx, folder))
+        }
+        (None, Source::Capture { capture_id }) => from_capture(&input, capture_id, ctx),
+        (None, Source::Station) => {
+            let name = format!("calibration job {}", ctx.id);
+            made_from(&input, &name, ctx, TAKING, |folder| station::take_pictures(&input, ctx, folder, TAKING))
+        }
+    }
+}
+
+fn from_capture(input: &CalibrateInput, capture_id: &str, ctx: &JobContext) -> Result<Done, JobEnd> {
+    ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
+    let name = ctx.wait(ctx.ledger.read().capture(capture_id))?.name;
+    let checked_out = ctx.captures.check_out(capture_id)?;
+    ctx.go_on()?;
+    compute(&checked_out.folder, &name, capture_id, input, ctx, 0.0)
+}
+
+/// Calibrates from pictures that `take` puts into a folder, which is kept as a capture whatever comes of it.
+fn made_from(
+    input: &CalibrateInput,
+    name: &str,
+    ctx: &JobContext,
+    taken: f64,
+    take: impl FnOnce(&Path) -> Result<(), JobEnd>,
+) -> Result<Done, JobEnd> {
+    let folder = tempfile::Builder::new().prefix("calibration-").tempdir_in(ctx.artifacts.scratch());
+    let folder = folder.map_err(disk_problem)?;
+    take(folder.path())?;
+    ctx.go_on()?;
+    ctx.report(taken, Phase::StoringPictures, "storing the pictures");
+    let (record, change) = ctx.captures.take_in_folder(folder.path(), CaptureOrigin::Calibration, name)?;
+    let told = event("capture.created", &record.id, json!({ "name": name, "origin": record.origin }));
+    ctx.wait(ctx.ledger.commit(vec![change, told]))?;
+    compute(folder.path(), name, &record.id, input, ctx, taken + STORING)
+}
+
+fn compute(
+    folder: &Path,
+    name: &str,
+    capture_id: &str,
+    input: &CalibrateInput,
+    ctx: &JobContext,
+    begun: f64,
+) -> Result<Done, JobEnd> {
+    let calibrate = |ctx: &JobContext| {
+        let capture = open_capture(folder, &ctx.reporter(Phase::ReadingPictures, begun..begun))?;
+        calibrated(&capture, name, capture_id, input, ctx, begun..1.0)
+    };
+    calibrate(ctx).map_err(|end| match end {
+        JobEnd::Failed(problem) => without_folder(*problem, folder).into(),
+        cancelled => cancelled,
+    })
+}

@@ -1,0 +1,125 @@
+//! From a capture to what is stored: document, report, figures, record.
+
+use std::ops::Range;
+
+use calibration::{CalibrationOptions, CalibrationResult, LightModelChoice};
+use capture::Capture;
+use optics::LightModelKind;
+use serde_json::{Value, json};
+use station::wall_clock::now_ms;
+use store::{ArtifactId, CalibrationRecord, Change, ResultRef};
+
+use crate::calibrations::residuals::Residuals;
+use crate::error::{AppError, ErrorKind};
+use crate::jobs::calibrate::CALIBRATION;
+use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd};
+use crate::ledger::event;
+use crate::progress::Phase;
+use pipeline::Features;
+use pipeline::{Calibrated, calibrate_features, read_features};
+use report::calibration_page;
+use report::tables::calibration_json;
+
+/// Share of the work that reading the pictures takes.
+const READING: f64 = 0.6;
+
+/// Share after which only writing is left.
+const FITTING: f64 = 0.95;
+
+/// Calibrates from `capture`, called `name` in the report; `part` is the share of the job's fraction this fills.
+pub(super) fn calibrated(
+    capture: &Capture,
+    name: &str,
+    capture_id: &str,
+    input: &CalibrateInput,
+    ctx: &JobContext,
+    part: Range<f64>,
+) -> Result<Done, JobEnd> {
+    let at = |share: f64| part.start + (part.end - part.start) * share;
+    let reading = ctx.reporter(Phase::ReadingPictures, at(0.0)..at(READING));
+    let features = read_features(capture, input.leave_out_unreadable, &reading)?;
+    let fitting = ctx.reporter(Phase::Calibrating, at(READING)..at(FITTING));
+    let Calibrated { result, document } = calibrate_features(capture, &features, &options(input), &fitting)?;
+    ctx.report(at(FITTING), Phase::WritingReport, "writing the report");
+    let page = calibration_page(capture, name, &features, &result, &document)?;
+    ctx.go_on()?;
+    let id = document.calibration.id.clone();
+    let mut summary = summary(&result, &features, &id);
+    summary["residuals"] = json!(keep_residuals(&result, ctx)?.as_str());
+    let record = CalibrationRecord {
+        id: id.clone(),
+        document: ctx.wait(ctx.artifacts.put(document.to_json().as_bytes()))?,
+        report: Some(ctx.wait(ctx.artifacts.put(page.as_bytes()))?),
+        capture_id: Some(capture_id.to_owned()),
+        job_id: Some(ctx.id.clone()),
+        summary,
+        created_at_ms: now_ms(),
+    };
+    let told = event("calibration.created", &id, json!({ "job_id": ctx.id, "summary": record.summary }));
+    Ok(Done {
+        result: ResultRef { kind: CALIBRATION.to_owned(), id },
+        message: message(&result),
+        changes: vec![Change::InsertCalibration(record), told],
+        after: None,
+    })
+}
+
+/// Stores the dots of the residual maps; the document holds their sums alone.
+fn keep_residuals(result: &CalibrationResult, ctx: &JobContext) -> Result<ArtifactId, JobEnd> {
+    let residuals = Residuals::of(&result.report, &result.calibration.camera);
+    let bytes = serde_json::to_vec(&residuals).map_err(|cause| {
+        AppError::new(ErrorKind::Internal, "the residuals cannot be stored").because(cause.to_string())
+    })?;
+    Ok(ctx.wait(ctx.artifacts.put(&bytes))?)
+}
+
+fn options(input: &CalibrateInput) -> CalibrationOptions {
+    let fixed = LightModelKind::ALL.into_iter().find(|kind| input.light_model.as_deref() == Some(kind.name()));
+    CalibrationOptions {
+        light_model: fixed.map_or(LightModelChoice::Auto, LightModelChoice::Fixed),
+        estimate_k3: match input.k3.as_deref() {
+            Some("on") => Some(true),
+            Some("off") => Some(false),
+            _ => None,
+        },
+    }
+}
+
+/// Figures for lists and for comparing calibrations.
+fn summary(result: &CalibrationResult, features: &Features, id: &str) -> Value {
+    let full = calibration_json(result, id);
+    let report = &result.report;
+    let depth = result.calibration.depth_range_mm;
+    json!({
+        "corner_rms_px": report.camera.rms_px,
+        "corner_sigma_px": report.camera.corner_sigma_px,
+        "k3_reason": report.camera.k3_reason,
+        "camera": full["camera"]["parameters"],
+        "pictures": full["camera"]["pictures"],
+        "model": report.light.as_ref().map(|light| light.model.name()),
+        "light_rms_px": report.light.as_ref().map(|light| light.rms_px),
+        "systematic_sigma_mm": report.light.as_ref().map(|light| light.systematic_sigma_mm),
+        "models": full["models"],
+        "n_poses": features.input.poses.len(),
+        "n_laser_poses": features.input.poses.iter().filter(|pose| pose.centrelines.is_some()).count(),
+        "n_stage_views": features.input.stage_views.len(),
+        "depth_near_mm": depth.near_mm,
+        "depth_far_mm": depth.far_mm,
+        "stage": full["stage"],
+        "warnings": report.warnings,
+        "left_out": features.left_out,
+    })
+}
+
+/// The last words to the operator.
+fn message(result: &CalibrationResult) -> String {
+    let corners = format!("corners within {:.3} px RMS", result.report.camera.rms_px);
+    match &result.report.light {
+        None => format!("camera calibrated, {corners}; without laser pictures it cannot scan"),
+        Some(light) => format!(
+            "calibrated by the model {}, {corners}, depth within {:.1} µm; activate it to use it",
+            light.model,
+            light.systematic_sigma_mm * 1e3
+        ),
+    }
+}

@@ -1,0 +1,83 @@
+//! Calibration pictures from a person's session.
+
+use std::path::{Path, PathBuf};
+
+use capture::{CameraFormat, Manifest, Pose, StageView, params::FORMAT};
+use serde::{Deserialize, Serialize};
+use store::{ArtifactId, StoreError};
+use utoipa::ToSchema;
+
+use crate::error::AppError;
+use crate::jobs::calibrate::station::{make_folders, write_capture};
+use crate::jobs::{CalibrateInput, JobContext, JobEnd, JobInput, Source};
+use crate::progress::Phase;
+use crate::sessions::{Picture, Session, Sessions};
+use crate::stored_scan::disk_problem;
+
+/// Writes the session's readable pictures as the capture folder `folder`.
+pub(super) fn gather_pictures(session_id: &str, ctx: &JobContext, folder: &Path) -> Result<(), JobEnd> {
+    ctx.report(0.0, Phase::GatheringPictures, "gathering the session's pictures");
+    let session = Session::try_from(ctx.wait(ctx.ledger.read().session(session_id))?)?;
+    make_folders(folder)?;
+    let put = |kind: &str, idx: usize, picture: &Picture| -> Result<PathBuf, JobEnd> {
+        ctx.go_on()?;
+        let path = PathBuf::from(format!("{kind}/{idx:03}.png"));
+        let bytes = ctx.wait(ctx.artifacts.read(&artifact(picture)?))?;
+        std::fs::write(folder.join(&path), bytes).map_err(disk_problem)?;
+        Ok(path)
+    };
+    let mut poses = Vec::new();
+    for pose in session.body.poses.iter().filter(|pose| pose.board.is_readable()) {
+        let idx = poses.len();
+        let board = put("board", idx, &pose.board.picture)?;
+        let laser = pose.laser.as_ref().filter(|laser| laser.is_readable());
+        let laser = laser.map(|laser| put("laser", idx, &laser.picture)).transpose()?;
+        poses.push(Pose { board, laser });
+    }
+    let mut stage_views = Vec::new();
+    for view in session.body.stage_views.iter().filter(|view| view.board.is_readable()) {
+        let board = put("stage", stage_views.len(), &view.board.picture)?;
+        stage_views.push(StageView { board, position_mm: view.position_mm });
+    }
+    let body = &session.body;
+    let manifest = Manifest {
+        format: FORMAT.to_owned(),
+        camera: CameraFormat { width_px: body.width_px, height_px: body.height_px },
+        target: body.target.clone().into(),
+        projector: body.projector.clone().into(),
+        poses,
+        stage_views,
+        scans: Vec::new(),
+    };
+    write_capture(folder, &manifest)
+}
+
+fn artifact(picture: &Picture) -> Result<ArtifactId, StoreError> {
+    ArtifactId::parse(&picture.artifact).ok_or_else(|| StoreError::Damaged { id: picture.artifact.clone() })
+}
+
+/// How a session is to be solved.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SolveSession {
+    /// `auto`, `planes`, `pencil`, `grating`.
+    pub light_model: Option<String>,
+    /// `auto`, `on`, `off`.
+    pub k3: Option<String>,
+}
+
+/// The job that solves the session with its readable pictures.
+///
+/// # Errors
+/// If there is no such session, or its pictures do not suffice.
+pub async fn solve_input(sessions: &Sessions, id: &str, how: SolveSession) -> Result<JobInput, AppError> {
+    sessions.check_suffices(id).await?;
+    Ok(JobInput::Calibration(CalibrateInput {
+        source: Source::Station,
+        light_model: how.light_model,
+        k3: how.k3,
+        leave_out_unreadable: false,
+        n_poses: None,
+        session_id: Some(id.to_owned()),
+    }))
+}

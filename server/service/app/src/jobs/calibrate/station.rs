@@ -1,0 +1,142 @@
+//! Calibration pictures from the simulated station, where a virtual operator moves the board.
+
+use std::path::{Path, PathBuf};
+
+use capture::{CameraFormat, Manifest, Pose, StageView, params::FORMAT, write_manifest, write_png};
+use station::StampedFrame;
+
+use crate::captures::without_folder;
+use crate::config::AppConfig;
+use crate::error::{AppError, ErrorKind};
+use crate::jobs::calibrate::N_POSES;
+use crate::jobs::{CalibrateInput, JobContext, JobEnd};
+use crate::progress::{Phase, Step};
+use crate::sessions::photographer::{Exposures, Photographer};
+use crate::sessions::virtual_operator::VirtualOperator;
+use crate::stored_scan::disk_problem;
+
+/// Folders of a calibration's pictures.
+pub(super) const FOLDERS: [&str; 3] = ["board", "laser", "stage"];
+
+/// Takes all pictures of a calibration into the capture folder `folder`; `share` is the part of the job this is.
+pub(super) fn take_pictures(
+    input: &CalibrateInput,
+    ctx: &JobContext,
+    folder: &Path,
+    share: f64,
+) -> Result<(), JobEnd> {
+    let operator = VirtualOperator::new(ctx.station.simulation().ok_or_else(nobody_moves_the_board)?);
+    let lease = ctx.take_station("calibrating")?;
+    let camera = Photographer::new(lease, ctx.cancel.clone(), Exposures::default());
+    let n_poses = input.n_poses.unwrap_or(N_POSES);
+    let positions_mm = operator.stage_positions_mm();
+    let mut album = Album::new(folder, 2 * n_poses + positions_mm.len(), ctx, share)?;
+    if !ctx.station.status().homed {
+        album.say(&camera, Phase::Homing, "homing the stage");
+        camera.home()?;
+    }
+    camera.go_to(0.0)?;
+    for pose_idx in 0..n_poses {
+        let number = pose_idx + 1;
+        let pose = format!("pose {number} of {n_poses}");
+        operator.hold_board(pose_idx, n_poses);
+        album.say(&camera, Phase::ExposingBoard.counted(number, n_poses), &format!("{pose}: exposing the board"));
+        let board = album.add("board", &*camera.board()?)?;
+        album.say(
+            &camera,
+            Phase::ExposingLaser.counted(number, n_poses),
+            &format!("{pose}: exposing the laser lines"),
+        );
+        let laser = album.add("laser", &*camera.laser()?)?;
+        album.poses.push(Pose { board, laser: Some(laser) });
+    }
+    operator.lay_board(&positions_mm);
+    for (idx, position_mm) in positions_mm.iter().enumerate() {
+        let (number, of) = (idx + 1, positions_mm.len());
+        let words = format!("stage position {number} of {of}: exposing the board");
+        album.say(&camera, Phase::ExposingStage.counted(number, of), &words);
+        let position_mm = camera.go_to(*position_mm)?;
+        let board = album.add("stage", &*camera.board()?)?;
+        album.stage_views.push(StageView { board, position_mm });
+    }
+    album.finish()
+}
+
+fn nobody_moves_the_board() -> AppError {
+    AppError::new(ErrorKind::Impossible, "nobody moves the board on this station")
+        .remedy("begin a calibration session and take the board in several poses")
+}
+
+/// Pictures on their way into a capture folder.
+struct Album<'a> {
+    ctx: &'a JobContext,
+    folder: &'a Path,
+    share: f64,
+    n_pictures: usize,
+    n_taken: usize,
+    size_px: Option<(usize, usize)>,
+    poses: Vec<Pose>,
+    stage_views: Vec<StageView>,
+}
+
+impl<'a> Album<'a> {
+    fn new(folder: &'a Path, n_pictures: usize, ctx: &'a JobContext, share: f64) -> Result<Self, JobEnd> {
+        make_folders(folder)?;
+        let (poses, stage_views) = (Vec::new(), Vec::new());
+        Ok(Self { ctx, folder, share, n_pictures, n_taken: 0, size_px: None, poses, stage_views })
+    }
+
+    fn say(&self, camera: &Photographer, step: impl Into<Step>, words: &str) {
+        camera.say(words);
+        self.ctx.report(self.share * self.n_taken as f64 / self.n_pictures as f64, step, words);
+    }
+
+    fn add(&mut self, folder: &str, frame: &StampedFrame) -> Result<PathBuf, JobEnd> {
+        self.ctx.go_on()?;
+        let n_before = match folder {
+            "stage" => self.stage_views.len(),
+            _ => self.poses.len(),
+        };
+        let path = PathBuf::from(format!("{folder}/{n_before:03}.png"));
+        write_png(&self.folder.join(&path), &frame.image).map_err(disk_problem)?;
+        self.size_px = Some((frame.image.width(), frame.image.height()));
+        self.n_taken += 1;
+        Ok(path)
+    }
+
+    fn finish(self) -> Result<(), JobEnd> {
+        let size_px = self.size_px.unwrap_or_default();
+        let manifest = manifest(&self.ctx.config, size_px, self.poses, self.stage_views);
+        write_capture(self.folder, &manifest)
+    }
+}
+
+/// The folders for the pictures.
+pub(super) fn make_folders(folder: &Path) -> Result<(), JobEnd> {
+    FOLDERS
+        .iter()
+        .try_for_each(|name| std::fs::create_dir(folder.join(name)))
+        .map_err(|error| disk_problem(error).into())
+}
+
+/// Writes the manifest.
+pub(super) fn write_capture(folder: &Path, manifest: &Manifest) -> Result<(), JobEnd> {
+    write_manifest(folder, manifest).map_err(|error| without_folder(error.into(), folder).into())
+}
+
+fn manifest(
+    config: &AppConfig,
+    size_px: (usize, usize),
+    poses: Vec<Pose>,
+    stage_views: Vec<StageView>,
+) -> Manifest {
+    Manifest {
+        format: FORMAT.to_owned(),
+        camera: CameraFormat { width_px: size_px.0, height_px: size_px.1 },
+        target: config.target.clone(),
+        projector: config.projector.clone(),
+        poses,
+        stage_views,
+        scans: Vec::new(),
+    }
+}

@@ -1,0 +1,162 @@
+//! Whether a job's input can work at all, before it is accepted, and what it will need of the disk.
+
+use optics::LightModelKind;
+
+use crate::calibrations::stored::stored_document;
+use crate::error::{AppError, ErrorKind};
+use crate::jobs::JobParts;
+use crate::jobs::input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanSource, Source};
+use crate::jobs::plan::{Pace, mode_of, plan};
+use crate::jobs::queue::params::SCAN_BYTES;
+use crate::jobs::verify;
+use crate::measurements::MeasureInput;
+
+/// Board poses a calibration may ask the virtual operator for: three determine a camera, more than sixty only cost time.
+const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;
+
+/// Measurements of one scan: more belong to a program that reads the cloud.
+const MEASUREMENTS_LIMIT: usize = 50;
+
+/// Refuses what cannot work; returns the bytes on the disk that the job will need.
+pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, AppError> {
+    match input {
+        JobInput::Calibration(input) => {
+            check_calibration(input, parts).await?;
+            Ok(calibration_bytes(input, parts))
+        }
+        JobInput::Scan(input) => check_scan(input, parts).await,
+        JobInput::Verification(input) => check_scan(&verify::checked(input)?, parts).await,
+        JobInput::Recomputation(RecomputeInput { scan_id, .. })
+        | JobInput::Export(ExportInput { scan_id, .. }) => {
+            exists(parts.ledger.read().scan(scan_id).await, "/scan_id")?;
+            Ok(0)
+        }
+    }
+}
+
+async fn check_calibration(input: &CalibrateInput, parts: &JobParts) -> Result<(), AppError> {
+    if let Some(model) = &input.light_model {
+        let known = LightModelKind::ALL.iter().any(|kind| kind.name() == model) || model == "auto";
+        word(known, "/light_model", model, "auto, planes, pencil or grating")?;
+    }
+    if let Some(k3) = &input.k3 {
+        word(matches!(k3.as_str(), "auto" | "on" | "off"), "/k3", k3, "auto, on or off")?;
+    }
+    if let Some(n_poses) = input.n_poses.filter(|n_poses| !N_POSES.contains(n_poses)) {
+        return Err(AppError::new(ErrorKind::Impossible, format!("a calibration cannot use {n_poses} poses"))
+            .remedy(format!("give a number from {} to {}; 12 is usual", N_POSES.start(), N_POSES.end()))
+            .at("/n_poses"));
+    }
+    if let Some(id) = &input.session_id {
+        return exists(parts.ledger.read().session(id).await, "/session_id").map(drop);
+    }
+    match &input.source {
+        Source::Capture { capture_id } => {
+            exists(parts.ledger.read().capture(capture_id).await, "/source/capture_id").map(drop)
+        }
+        Source::Station if parts.station.status().simulated == Some("twin") => Ok(()),
+        Source::Station => Err(AppError::new(
+            ErrorKind::Impossible,
+            "nobody moves the board on this station: only the simulated one has a virtual operator",
+        )
+        .remedy("begin a calibration session, take the board in several poses, and solve it")
+        .at("/source")),
+    }
+}
+
+/// A scan from the station is planned once before it is accepted; one that goes on was planned already.
+async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, AppError> {
+    check_measurements(&input.measure)?;
+    if !input.measure.is_empty() && input.resume_scan_id.is_some() {
+        return Err(AppError::new(ErrorKind::Impossible, "a continued scan measures what it was begun for")
+            .remedy("leave it out, or measure afterwards")
+            .at("/measure"));
+    }
+    let read = parts.ledger.read();
+    match &input.source {
+        ScanSource::Capture { capture_id, .. } => {
+            exists(read.capture(capture_id).await, "/source/capture_id")?;
+            Ok(SCAN_BYTES)
+        }
+        ScanSource::Station => match &input.resume_scan_id {
+            Some(id) => {
+                let earlier = exists(read.scan(id).await, "/resume_scan_id")?;
+                Ok(earlier.plan["disk_bytes"].as_u64().unwrap_or(SCAN_BYTES))
+            }
+            None => {
+                let id = input.calibration_id.as_deref();
+                if let Some(id) = id {
+                    exists(read.calibration(id).await, "/calibration_id")?;
+                }
+                let document = stored_document(&parts.ledger, &*parts.artifacts, id).await?;
+                let pace = Pace::learned(&parts.ledger, mode_of(input)).await;
+                Ok(plan(input, &document.calibration(), &parts.station.status(), &pace)?.disk_bytes)
+            }
+        },
+    }
+}
+
+/// What is to be measured is possible, and no two of it are the same characteristic.
+///
+/// # Errors
+/// A problem with its place under `/measure`.
+pub fn check_measurements(measure: &[MeasureInput]) -> Result<(), AppError> {
+    let refused = |place: String, detail: String, remedy: &str| {
+        Err(AppError::new(ErrorKind::Impossible, detail).at(place).remedy(remedy))
+    };
+    if measure.len() > MEASUREMENTS_LIMIT {
+        let detail = format!("{} measurements are too many for one scan", measure.len());
+        return refused("/measure".to_owned(), detail, &format!("ask for at most {MEASUREMENTS_LIMIT}"));
+    }
+    for (idx, asked) in measure.iter().enumerate() {
+        if let Err(problem) = asked.request() {
+            let place = format!("/measure/{idx}{}", problem.pointer.clone().unwrap_or_default());
+            return Err(problem.at(place));
+        }
+        let twice = measure[..idx].iter().any(|other| (&other.tool, &other.name) == (&asked.tool, &asked.name));
+        if twice {
+            let detail = format!("{} is asked for twice", asked.name.as_deref().unwrap_or(&asked.tool));
+            return refused(format!("/measure/{idx}"), detail, "give each its own name");
+        }
+    }
+    Ok(())
+}
+
+/// A record named by the input must be there; the request itself was understood, hence 422 and not 404.
+fn exists<T>(found: Result<T, store::StoreError>, place: &str) -> Result<T, AppError> {
+    match found {
+        Ok(found) => Ok(found),
+        Err(error @ store::StoreError::NotFound { .. }) => {
+            Err(AppError::new(ErrorKind::Impossible, error.to_string())
+                .remedy("name one that is in its list")
+                .at(place))
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn word(known: bool, place: &str, found: &str, allowed: &str) -> Result<(), AppError> {
+    if known {
+        return Ok(());
+    }
+    let shown: String = found.chars().take(40).collect();
+    Err(AppError::new(ErrorKind::Impossible, format!("\"{shown}\" is not possible here"))
+        .remedy(format!("give {allowed}"))
+        .at(place))
+}
+
+/// Pictures as files and once more in the archive.
+fn calibration_bytes(input: &CalibrateInput, parts: &JobParts) -> u64 {
+    if !input.needs_pictures() {
+        return 0;
+    }
+    let (width_px, height_px) = parts.station.status().camera.capabilities.sensor_px;
+    let picture_bytes = (width_px * height_px) as u64;
+    4 * picture_bytes * (input.n_poses.unwrap_or(super::calibrate::N_POSES) as u64 + 5)
+}
+
+impl CalibrateInput {
+    fn needs_pictures(&self) -> bool {
+        self.source == Source::Station && self.session_id.is_none()
+    }
+}

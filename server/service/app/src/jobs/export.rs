@@ -1,0 +1,226 @@
+//! Write a scan's cloud or mesh in another format, once: the same request finds the bytes of the first time.
+
+use std::collections::HashSet;
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Seek as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use scanning::files::{ContentError, convert_cloud, read_cloud_from, write_mesh_to};
+use scanning::{CloudFormat, Mesh, MeshFormat, MeshParams, mesh_from_cloud};
+use serde_json::json;
+use store::{ArtifactId, Artifacts, ResultRef, ScanRecord, StoreError};
+
+use crate::error::{AppError, ErrorKind};
+use crate::jobs::{Done, ExportInput, JobContext, JobEnd};
+use crate::ledger::event;
+use crate::progress::Phase;
+use crate::stored_scan::{disk_problem, stored_cloud_file, without_cloud};
+
+/// Folder beside the scratch folder that remembers what was exported; may be deleted at any time. No record names these
+/// artifacts: each sweep asks [`remembered_of`].
+const CACHE: &str = "cache/exports";
+
+/// One export is computed at a time: a mesh holds a whole cloud in memory.
+static TURN: tokio::sync::Mutex<()> = tokio::sync::Mutex::const_new(());
+
+/// The kind of what exports make: `<scan id>/<what>.<format>`.
+const EXPORT: &str = "export";
+
+/// What to write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExportFormat {
+    /// The points.
+    Cloud(CloudFormat),
+    /// The surface through them.
+    Mesh(MeshFormat),
+}
+
+impl ExportFormat {
+    /// `what` is `cloud` or `mesh`, `format` one of its file formats.
+    ///
+    /// # Errors
+    /// A problem that lists what there is.
+    pub fn parse(what: &str, format: &str) -> Result<Self, AppError> {
+        let unknown = |field: &str, given: &str, known: String| {
+            AppError::new(ErrorKind::Impossible, format!("there is no {field} \"{given}\""))
+                .at(format!("/{field}"))
+                .remedy(format!("use one of {known}"))
+        };
+        match what {
+            "cloud" => {
+                CloudFormat::ALL.into_iter().find(|known| known.extension() == format).map(Self::Cloud).ok_or_else(
+                    || unknown("format", format, CloudFormat::ALL.map(CloudFormat::extension).join(", ")),
+                )
+            }
+            "mesh" => {
+                MeshFormat::ALL.into_iter().find(|known| known.extension() == format).map(Self::Mesh).ok_or_else(
+                    || unknown("format", format, MeshFormat::ALL.map(MeshFormat::extension).join(", ")),
+                )
+            }
+            _ => Err(unknown("what", what, "cloud, mesh".to_owned())),
+        }
+    }
+
+    /// The file name extension, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Cloud(format) => format.extension(),
+            Self::Mesh(format) => format.extension(),
+        }
+    }
+
+    /// `cloud` or `mesh`.
+    pub fn what(self) -> &'static str {
+        match self {
+            Self::Cloud(_) => "cloud",
+            Self::Mesh(_) => "mesh",
+        }
+    }
+
+    /// The media type of the bytes.
+    pub fn media_type(self) -> &'static str {
+        match self {
+            Self::Cloud(CloudFormat::Csv) => "text/csv; charset=utf-8",
+            Self::Cloud(CloudFormat::E57) => "model/e57",
+            Self::Mesh(MeshFormat::Stl) => "model/stl",
+            Self::Mesh(MeshFormat::Glb) => "model/gltf-binary",
+            Self::Cloud(CloudFormat::Ply | CloudFormat::Pcd) | Self::Mesh(MeshFormat::Ply) => {
+                "application/octet-stream"
+            }
+        }
+    }
+}
+
+/// Exports.
+pub fn run(input: ExportInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+    let format = ExportFormat::parse(&input.what, &input.format)?;
+    let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
+    let words = format!("writing the {} as {}", format.what(), format.extension());
+    ctx.report(0.0, Phase::Exporting, &words);
+    ctx.wait(bytes_to_artifact(&ctx.artifacts, &scan, format))?;
+    ctx.go_on()?;
+    let body = json!({ "scan_id": scan.id, "what": format.what(), "format": format.extension() });
+    Ok(Done {
+        result: ResultRef { kind: EXPORT.to_owned(), id: format!("{}/{}", scan.id, file_name(format)) },
+        message: format!("{} of {} as {}", format.what(), scan.name, format.extension()),
+        changes: vec![event("scan.exported", &scan.id, body)],
+        after: None,
+    })
+}
+
+fn file_name(format: ExportFormat) -> String {
+    format!("{}.{}", format.what(), format.extension())
+}
+
+/// The artifact that holds a scan's cloud or mesh in that format; made if it is not there yet.
+///
+/// # Errors
+/// A problem: no cloud, a damaged one, a full disk, a format that cannot hold it.
+pub async fn bytes_to_artifact(
+    artifacts: &Arc<dyn Artifacts>,
+    scan: &ScanRecord,
+    format: ExportFormat,
+) -> Result<ArtifactId, AppError> {
+    let Some(cloud_id) = &scan.cloud else { return Err(without_cloud(scan)) };
+    if format == ExportFormat::Cloud(CloudFormat::Ply) {
+        return Ok(cloud_id.clone());
+    }
+    let note = remembered(&**artifacts, cloud_id, format);
+    if let Some(id) = known(&**artifacts, &note).await? {
+        return Ok(id);
+    }
+    let _turn = TURN.lock().await;
+    // Somebody else may have asked for the same while this one waited.
+    if let Some(id) = known(&**artifacts, &note).await? {
+        return Ok(id);
+    }
+    let cloud = stored_cloud_file(&**artifacts, scan).await?;
+    let place = tempfile::tempdir_in(artifacts.scratch()).map_err(disk_problem)?;
+    let file = place.path().join(file_name(format));
+    let target = file.clone();
+    let written = tokio::task::spawn_blocking(move || write(&cloud, format, &target)).await;
+    written.map_err(|error| {
+        AppError::new(ErrorKind::Internal, "the export was not completed").because(error.to_string())
+    })??;
+    let id = artifacts.adopt(&file).await?;
+    match remember(&note, &id) {
+        Ok(()) => artifacts.release(&id),
+        // The next request computes it again; nothing else depends on the note.
+        Err(cause) => tracing::warn!(%cause, "cannot remember an export"),
+    }
+    Ok(id)
+}
+
+/// Converts points as they come; for a mesh all must be known, and are forgotten before it is written.
+fn write(cloud: &File, format: ExportFormat, target: &Path) -> Result<(), AppError> {
+    let options = File::options().read(true).write(true).create_new(true).open(target);
+    let mut out = options.map_err(disk_problem)?;
+    match format {
+        ExportFormat::Cloud(format) => convert_cloud(|| from_start(cloud), format, &mut out).map_err(disk_problem),
+        ExportFormat::Mesh(format) => {
+            let mesh = mesh_of(cloud).map_err(disk_problem)?;
+            let mut out = BufWriter::new(out);
+            write_mesh_to(&mut out, format, &mesh).map_err(disk_problem)?;
+            out.flush().map_err(disk_problem)
+        }
+    }
+}
+
+fn mesh_of(cloud: &File) -> Result<Mesh, ContentError> {
+    let cloud = read_cloud_from(from_start(cloud)?, CloudFormat::Ply)?;
+    Ok(mesh_from_cloud(&cloud, &MeshParams::default()))
+}
+
+fn from_start(file: &File) -> std::io::Result<BufReader<File>> {
+    let mut file = file.try_clone()?;
+    file.rewind()?;
+    Ok(BufReader::new(file))
+}
+
+/// The artifacts that are remembered as exports of the clouds in `named`; exports of others are forgotten.
+pub fn remembered_of(artifacts: &dyn Artifacts, named: &HashSet<ArtifactId>) -> HashSet<ArtifactId> {
+    let Ok(notes) = std::fs::read_dir(folder(artifacts)) else { return HashSet::new() };
+    let mut kept = HashSet::new();
+    for note in notes.flatten().map(|entry| entry.path()) {
+        let name = note.file_name().unwrap_or_default().to_string_lossy();
+        let cloud = name.split('-').next().and_then(ArtifactId::parse);
+        if cloud.is_some_and(|cloud| named.contains(&cloud)) {
+            kept.extend(read_note(&note));
+        } else if let Err(cause) = std::fs::remove_file(&note) {
+            tracing::warn!(%cause, "cannot forget an export");
+        }
+    }
+    kept
+}
+
+/// Where it is noted which artifact holds that export of that cloud.
+fn remembered(artifacts: &dyn Artifacts, cloud: &ArtifactId, format: ExportFormat) -> PathBuf {
+    folder(artifacts).join(format!("{}-{}", cloud.as_str(), file_name(format)))
+}
+
+fn folder(artifacts: &dyn Artifacts) -> PathBuf {
+    artifacts.scratch().parent().unwrap_or(artifacts.scratch()).join(CACHE)
+}
+
+fn read_note(note: &Path) -> Option<ArtifactId> {
+    std::fs::read_to_string(note).ok().and_then(|text| ArtifactId::parse(text.trim()))
+}
+
+async fn known(artifacts: &dyn Artifacts, note: &Path) -> Result<Option<ArtifactId>, AppError> {
+    let Some(id) = read_note(note) else { return Ok(None) };
+    match artifacts.open(&id).await {
+        Ok(_) => Ok(Some(id)),
+        Err(StoreError::NotFound { .. }) => Ok(None),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn remember(note: &Path, id: &ArtifactId) -> std::io::Result<()> {
+    if let Some(folder) = note.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    let draft = note.with_extension(format!("{}.part", crate::stored_scan::new_id()));
+    std::fs::write(&draft, id.as_str())?;
+    std::fs::rename(&draft, note)
+}

@@ -1,0 +1,201 @@
+//! What jobs are asked to do, as stored in their records.
+
+use serde::{Deserialize, Serialize};
+
+use crate::measurements::{MeasureInput, ScanPurpose};
+
+/// Where pictures come from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Source {
+    /// The station itself.
+    Station,
+    /// A capture that was uploaded or recorded.
+    Capture {
+        /// Which.
+        capture_id: String,
+    },
+}
+
+/// Where a scan's frames come from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum ScanSource {
+    /// The station itself.
+    Station,
+    /// A scan of a capture.
+    Capture {
+        /// Which capture.
+        capture_id: String,
+        /// Which of its scans; `None`: the only one.
+        scan: Option<String>,
+    },
+}
+
+/// Calibrate camera, light and stage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CalibrateInput {
+    /// Where pictures come from; on the simulated station a virtual operator moves the board.
+    pub source: Source,
+    /// `auto`, `planes`, `pencil`, `grating`.
+    pub light_model: Option<String>,
+    /// `auto`, `on`, `off`.
+    pub k3: Option<String>,
+    /// Go on without pictures that show no board or line.
+    pub leave_out_unreadable: bool,
+    /// Board poses to take at the station.
+    pub n_poses: Option<usize>,
+    /// The session whose pictures are used; with it `source` is the station.
+    pub session_id: Option<String>,
+}
+
+/// How the stage moves during a scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ScanMode {
+    /// Stands still for every frame.
+    StopAndGo,
+    /// Moves at constant speed.
+    Continuous,
+}
+
+/// Scan a part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ScanInput {
+    /// Where frames come from.
+    pub source: ScanSource,
+    /// What a person calls it.
+    pub name: Option<String>,
+    /// First stage position.
+    pub from_mm: Option<f64>,
+    /// Last stage position.
+    pub to_mm: Option<f64>,
+    /// Distance between frames.
+    pub step_mm: Option<f64>,
+    /// Speed of a continuous scan; with it the step follows from the frame rate.
+    pub speed_mm_s: Option<f64>,
+    /// How the stage moves.
+    pub mode: Option<ScanMode>,
+    /// Exposure of the laser frames.
+    pub exposure_us: Option<f64>,
+    /// Share of full laser power.
+    pub laser_power: Option<f64>,
+    /// Keep the frames as a capture.
+    pub keep_frames: bool,
+    /// Which calibration; `None`: the active one.
+    pub calibration_id: Option<String>,
+    /// The partial scan that is continued.
+    pub resume_scan_id: Option<String>,
+    /// What is measured on it, in the same job; a continued scan measures what it was begun for.
+    #[serde(default)]
+    pub measure: Vec<MeasureInput>,
+    /// What it is made for.
+    #[serde(default)]
+    pub purpose: ScanPurpose,
+}
+
+/// Compute a scan again from its peaks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecomputeInput {
+    /// The scan.
+    pub scan_id: String,
+    /// With which calibration; `None`: the active one.
+    pub calibration_id: Option<String>,
+}
+
+/// Scan a known part and compare.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct VerifyInput {
+    /// `gauge` or `sphere`.
+    pub artefact: String,
+    /// Its height or radius.
+    pub nominal_mm: f64,
+    /// Largest deviation allowed.
+    pub tolerance_mm: Option<f64>,
+    /// How to scan it; its source may also be a capture.
+    pub scan: ScanInput,
+}
+
+/// Write a scan in another format.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExportInput {
+    /// The scan.
+    pub scan_id: String,
+    /// `cloud` or `mesh`.
+    pub what: String,
+    /// `ply`, `csv`, `pcd`, `e57`; `stl`, `glb`, `ply`.
+    pub format: String,
+}
+
+/// What a job is asked to do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum JobInput {
+    /// See [`CalibrateInput`].
+    Calibration(CalibrateInput),
+    /// See [`ScanInput`].
+    Scan(ScanInput),
+    /// See [`RecomputeInput`].
+    Recomputation(RecomputeInput),
+    /// See [`VerifyInput`].
+    Verification(VerifyInput),
+    /// See [`ExportInput`].
+    Export(ExportInput),
+}
+
+impl JobInput {
+    /// The kind stored with the job.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Calibration(_) => "calibration",
+            Self::Scan(_) => "scan",
+            Self::Recomputation(_) => "recomputation",
+            Self::Verification(_) => "verification",
+            Self::Export(_) => "export",
+        }
+    }
+
+    /// What jobs are compared with when their time is foretold: kind, and what makes a difference within it.
+    pub fn likeness(&self) -> String {
+        match self {
+            Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
+                let swept = input.speed_mm_s.is_some() || input.mode == Some(ScanMode::Continuous);
+                let source = if input.source == ScanSource::Station { "station" } else { "capture" };
+                format!(
+                    "{}/{source}/{}/{}",
+                    self.kind(),
+                    if swept { "swept" } else { "stepped" },
+                    input.measure.len()
+                )
+            }
+            Self::Calibration(input) => {
+                format!("{}/{}/{}", self.kind(), self.needs_station(), input.session_id.is_some())
+            }
+            Self::Export(input) => format!("{}/{}/{}", self.kind(), input.what, input.format),
+            Self::Recomputation(_) => self.kind().to_owned(),
+        }
+    }
+
+    /// How much work it is, in whatever unit its kind counts: jobs of one likeness take about as long per unit.
+    pub fn size(&self) -> f64 {
+        match self {
+            Self::Scan(input) | Self::Verification(VerifyInput { scan: input, .. }) => {
+                let travel_mm = input.to_mm.zip(input.from_mm).map(|(to, from)| (to - from).abs());
+                let rows = travel_mm.zip(input.step_mm).map(|(travel_mm, step_mm)| travel_mm / step_mm);
+                rows.or(travel_mm).filter(|size| size.is_finite()).map_or(1.0, |size| size + 1.0)
+            }
+            Self::Calibration(input) => input.n_poses.unwrap_or(super::calibrate::N_POSES) as f64,
+            Self::Recomputation(_) | Self::Export(_) => 1.0,
+        }
+    }
+
+    /// Whether it needs the station: such jobs run one at a time, and Stop ends them.
+    pub fn needs_station(&self) -> bool {
+        match self {
+            Self::Calibration(input) => input.source == Source::Station && input.session_id.is_none(),
+            Self::Scan(input) => input.source == ScanSource::Station,
+            Self::Verification(input) => input.scan.source == ScanSource::Station,
+            Self::Recomputation(_) | Self::Export(_) => false,
+        }
+    }
+}

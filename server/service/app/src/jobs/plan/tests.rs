@@ -1,0 +1,283 @@
+//! What is planned for the default simulated station, and what is refused. The true station stands in for its
+//! calibration; that the predicted σ is met is shown by the scans themselves.
+
+use devices::{
+    CameraCapabilities, CameraSettings, DeviceIdentity, LaserCapabilities, PixelFormat, Roi, StageCapabilities,
+    Trigger, ValueRange,
+};
+use nalgebra::DMatrix;
+use optics::{DepthRangeMm, LightSurfaces};
+use station::{DeviceStatus, LaserLight, MachineState, OperationalState};
+use twin::{StationModel, StationShape};
+
+use super::*;
+use crate::jobs::ScanSource;
+use crate::measurements::{MeasureInput, ScanPurpose};
+
+fn calibration() -> Calibration {
+    let model = StationModel::seeded(7, &StationShape::default()).unwrap();
+    let light = LightSurfaces::Grating(model.grating);
+    let n = 9 + light.parameters() + 3;
+    Calibration {
+        id: "true".into(),
+        camera: model.camera,
+        orders: model.orders,
+        light,
+        stage: Some(model.stage),
+        depth_range_mm: DepthRangeMm { near_mm: 360.0, far_mm: 424.0 },
+        covariance: DMatrix::zeros(n, n),
+    }
+}
+
+fn device<C>(capabilities: C) -> DeviceStatus<C> {
+    let [vendor, model, serial, firmware] = std::array::from_fn(|_| String::new());
+    let identity = DeviceIdentity { driver: "twin", vendor, model, serial, firmware };
+    DeviceStatus { connected: true, identity, capabilities }
+}
+
+fn status() -> StationStatus {
+    let range = |min, max| Some(ValueRange { min, max });
+    let camera = CameraCapabilities {
+        sensor_px: (1280, 1024),
+        exposure_us: range(10.0, 1e6),
+        gain_db: None,
+        frame_rate_hz: range(0.1, 120.0),
+        triggers: vec![Trigger::Free, Trigger::Software],
+        pixel_formats: vec![PixelFormat::Mono8],
+        roi: false,
+    };
+    let stage = StageCapabilities {
+        travel_mm: (-100.0, 100.0),
+        max_speed_mm_s: 100.0,
+        acceleration_mm_s2: Some(500.0),
+        homing: devices::Homing::Required,
+        resolution_mm: 1e-6,
+        follows_frames: false,
+    };
+    StationStatus {
+        state: MachineState::Operational(OperationalState::Ready),
+        activity: String::new(),
+        simulated: Some("twin"),
+        camera: device(camera),
+        camera_settings: CameraSettings {
+            exposure_us: 20_000.0,
+            gain_db: 0.0,
+            frame_rate_hz: 30.0,
+            trigger: Trigger::Software,
+            pixel_format: PixelFormat::Mono8,
+            roi: Roi { left_px: 0, top_px: 0, width_px: 1280, height_px: 1024 },
+        },
+        frame_rate_hz: 0.0,
+        stage: device(stage),
+        position_mm: Some(0.0),
+        moving: false,
+        homed: true,
+        laser: device(LaserCapabilities { power: range(0.01, 1.0), interlock: true }),
+        laser_lost_host: None,
+        laser_light: LaserLight::Off,
+        laser_power: 0.0,
+        interlock_closed: Some(true),
+        job_id: None,
+        faults: Vec::new(),
+        state_history: Default::default(),
+        frames_arrived: 0,
+        frames_dropped: Vec::new(),
+    }
+}
+
+fn input(from_mm: f64, to_mm: f64) -> ScanInput {
+    ScanInput {
+        source: ScanSource::Station,
+        name: None,
+        from_mm: Some(from_mm),
+        to_mm: Some(to_mm),
+        step_mm: None,
+        speed_mm_s: None,
+        mode: None,
+        exposure_us: None,
+        laser_power: None,
+        keep_frames: false,
+        calibration_id: None,
+        resume_scan_id: None,
+        measure: Vec::new(),
+        purpose: ScanPurpose::Production,
+    }
+}
+
+/// Of a machine that has not scanned yet.
+fn pace(input: &ScanInput) -> Pace {
+    Pace::unknown(mode_of(input))
+}
+
+fn planned(change: impl FnOnce(&mut ScanInput)) -> Result<ScanPlan, AppError> {
+    let mut input = input(-20.0, 20.0);
+    change(&mut input);
+    plan(&input, &calibration(), &status(), &pace(&input))
+}
+
+#[test]
+fn forty_millimetres_in_fifths_are_two_hundred_and_one_rows() {
+    let plan = planned(|_| {}).unwrap();
+    assert_eq!((plan.mode, plan.n_rows, plan.step_mm, plan.exposure_us), (ScanMode::StopAndGo, 201, 0.2, 1_000.0));
+    assert_eq!((plan.position_mm(0), plan.position_mm(1), plan.position_mm(200)), (-20.0, -19.8, 20.0));
+    // 0.2 mm at 500 mm/s²: 2·√(0.2/500) = 40 ms; exposure 1 ms; overhead; approach of 20 mm in 0.4 s.
+    let row_s = 0.04 + 0.001 + params::ROW_OVERHEAD_S;
+    assert!((plan.acquisition_s - (0.4 + 201.0 * row_s)).abs() < 1e-9, "{}", plan.acquisition_s);
+    let evaluation_s = 201.0 * params::EVALUATION_S_PER_FRAME;
+    assert!((plan.duration_s - plan.acquisition_s - evaluation_s).abs() < 1e-9, "{}", plan.duration_s);
+    // Five rows per mm, and 1280 px over 203.4 mm at 400 mm.
+    assert!((plan.rows_per_mm - 5.0).abs() < 0.05, "{}", plan.rows_per_mm);
+    let pitch = 1280.0 / 203.4 * 400.0 / 392.0;
+    assert!((plan.points_per_mm_along_line / pitch - 1.0).abs() < 0.02, "{}", plan.points_per_mm_along_line);
+    assert_eq!((plan.n_orders, plan.max_points), (5, 201 * 5 * 1280));
+    let sigma_mm = plan.predicted_sigma_mm.unwrap();
+    assert!((0.005..0.08).contains(&sigma_mm), "{sigma_mm}");
+    assert_eq!(plan.depth_mm, [360.0, 424.0]);
+}
+
+#[test]
+fn rows_run_backwards_too_and_one_row_is_a_scan() {
+    let back = planned(|input| (input.from_mm, input.to_mm) = (Some(1.0), Some(0.0))).unwrap();
+    assert_eq!((back.n_rows, back.position_mm(5)), (6, 0.0));
+    let one = planned(|input| input.to_mm = input.from_mm).unwrap();
+    assert_eq!((one.n_rows, one.position_mm(0)), (1, -20.0));
+    let odd = planned(|input| input.step_mm = Some(0.3)).unwrap();
+    assert_eq!((odd.n_rows, odd.position_mm(133)), (134, 19.9));
+}
+
+#[test]
+fn speed_step_and_frame_rate_of_a_continuous_scan_follow_from_each_other() {
+    let plan = planned(|input| input.speed_mm_s = Some(6.0)).unwrap();
+    assert_eq!((plan.mode, plan.speed_mm_s, plan.frame_rate_hz), (ScanMode::Continuous, Some(6.0), Some(30.0)));
+    assert!((plan.step_mm - 0.2).abs() < 1e-12);
+    let plan = planned(|input| input.mode = Some(ScanMode::Continuous)).unwrap();
+    assert_eq!((plan.speed_mm_s, plan.step_mm), (Some(6.0), 0.2));
+    let plan = planned(|input| (input.speed_mm_s, input.step_mm) = (Some(6.0), Some(0.1))).unwrap();
+    assert_eq!((plan.frame_rate_hz, plan.n_rows), (Some(60.0), 401));
+    // 40 mm at 6 mm/s, two ramps of 12 ms, the approach.
+    assert!((6.5..8.0).contains(&plan.acquisition_s), "{}", plan.acquisition_s);
+}
+
+#[test]
+fn a_slow_machine_plans_what_its_last_scans_took() {
+    let measure = MeasureInput {
+        tool: "sphere".into(),
+        name: None,
+        nominal_mm: None,
+        tolerance_mm: None,
+        region_mm: None,
+        seed: None,
+    };
+    let input = ScanInput { measure: vec![measure.clone(), measure], ..input(-20.0, 20.0) };
+    let slow = Pace { row_overhead_s: 0.25, evaluation_s_per_frame: 0.05, measuring_s: 2.0, passes: 3.0 };
+    let plan = plan(&input, &calibration(), &status(), &slow).unwrap();
+    // 201 rows of 0.041 s of motion and exposure, 0.4 s of approach.
+    let expected_s = 0.4 + 201.0 * (0.041 + 0.25) + 201.0 * 0.05 + 2.0 * 2.0;
+    assert!((plan.duration_s - expected_s).abs() < 1e-9, "{}", plan.duration_s);
+}
+
+#[test]
+fn what_cannot_work_is_refused_with_its_place_and_a_remedy() {
+    let check = |change: &dyn Fn(&mut ScanInput), place: &str, words: &str| {
+        let problem = planned(|input| change(input)).unwrap_err();
+        assert_eq!((problem.status, problem.pointer.as_deref()), (422, Some(place)), "{problem:?}");
+        assert!(problem.detail.contains(words), "{problem:?}");
+        assert!(problem.remedy.is_some(), "{problem:?}");
+    };
+    check(&|input| input.from_mm = None, "/from_mm", "needs from_mm");
+    check(&|input| input.to_mm = Some(f64::NAN), "/to_mm", "NaN");
+    check(&|input| input.step_mm = Some(0.0), "/step_mm", "step_mm is 0");
+    check(&|input| input.step_mm = Some(-0.2), "/step_mm", "step_mm is -0.2");
+    check(&|input| input.step_mm = Some(1e-5), "/step_mm", "below");
+    check(&|input| input.step_mm = Some(0.01), "/step_mm", "4001 rows");
+    check(&|input| input.to_mm = Some(120.0), "/to_mm", "outside the stage's travel");
+    check(&|input| (input.to_mm, input.speed_mm_s) = (Some(99.9), Some(20.0)), "/to_mm", "run-up");
+    check(&|input| input.speed_mm_s = Some(150.0), "/speed_mm_s", "at most at 100 mm/s");
+    check(&|input| (input.speed_mm_s, input.step_mm) = (Some(90.0), Some(0.1)), "/step_mm", "900.0 frames/s");
+    check(
+        &|input| (input.speed_mm_s, input.mode) = (Some(5.0), Some(ScanMode::StopAndGo)),
+        "/speed_mm_s",
+        "stop-and-go",
+    );
+    check(&|input| (input.mode, input.to_mm) = (Some(ScanMode::Continuous), Some(-20.0)), "/to_mm", "a way to go");
+    check(&|input| input.exposure_us = Some(1.0), "/exposure_us", "10 to 1000000");
+    check(
+        &|input| (input.exposure_us, input.speed_mm_s) = (Some(50_000.0), Some(3.0)),
+        "/exposure_us",
+        "does not fit",
+    );
+    check(&|input| input.laser_power = Some(1.5), "/laser_power", "power 1.5");
+}
+
+#[test]
+fn a_calibration_of_another_camera_or_without_a_stage_is_refused() {
+    let mut other = calibration();
+    other.stage = None;
+    let problem = plan(&input(-1.0, 1.0), &other, &status(), &Pace::unknown(ScanMode::StopAndGo)).unwrap_err();
+    assert!(problem.detail.contains("which way the stage moves"), "{problem:?}");
+    other.camera.width_px = 640;
+    let problem = plan(&input(-1.0, 1.0), &other, &status(), &Pace::unknown(ScanMode::StopAndGo)).unwrap_err();
+    assert!(problem.detail.contains("1280×1024 pixels"), "{problem:?}");
+}
+
+#[test]
+fn without_its_stage_a_station_plans_nothing() {
+    let mut status = status();
+    status.stage.connected = false;
+    let problem =
+        plan(&input(-1.0, 1.0), &calibration(), &status, &Pace::unknown(ScanMode::StopAndGo)).unwrap_err();
+    assert_eq!((problem.status, problem.detail.as_str()), (503, "the station's stage is not connected"));
+}
+
+#[test]
+fn smear_and_a_stage_without_its_zero_are_noted() {
+    let mut status = status();
+    status.homed = false;
+    let mut input = input(-20.0, 20.0);
+    (input.speed_mm_s, input.exposure_us) = (Some(6.0), Some(20_000.0));
+    let notes = plan(&input, &calibration(), &status, &pace(&input)).unwrap().notes.join(" ");
+    assert!(notes.contains("home it") && notes.contains("0.120 mm during an exposure"), "{notes}");
+}
+
+#[test]
+fn kept_pictures_are_counted_as_files_and_once_more_in_their_archive() {
+    let without = planned(|_| {}).unwrap().disk_bytes;
+    let with = planned(|input| input.keep_frames = true).unwrap().disk_bytes;
+    assert_eq!(with - without, 2 * 201 * 1280 * 1024);
+}
+
+#[test]
+fn a_recording_is_scanned_row_by_row_in_its_own_steps() {
+    let mut status = status();
+    (status.simulated, status.stage.capabilities.resolution_mm) = (Some("replay"), 2.08);
+    let planned = |change: &dyn Fn(&mut ScanInput)| {
+        let mut input = input(-15.6, 15.6);
+        change(&mut input);
+        plan(&input, &calibration(), &status, &pace(&input))
+    };
+    let own = planned(&|_| {}).unwrap();
+    assert_eq!((own.step_mm, own.n_rows, own.position_mm(15)), (2.08, 16, 15.6));
+    let fine = planned(&|input| input.step_mm = Some(0.2)).unwrap_err();
+    assert_eq!(fine.pointer.as_deref(), Some("/step_mm"));
+    assert!(fine.detail.contains("steps of 2.08 mm"), "{fine:?}");
+}
+
+#[test]
+fn a_sweep_over_a_recording_takes_its_own_frames_without_run_up() {
+    let mut status = status();
+    let stage = &mut status.stage.capabilities;
+    (stage.follows_frames, stage.resolution_mm, stage.travel_mm) = (true, 2.08, (-15.6, 15.6));
+    let planned = |change: &dyn Fn(&mut ScanInput)| {
+        let mut input = input(-15.6, 15.6);
+        change(&mut input);
+        plan(&input, &calibration(), &status, &pace(&input))
+    };
+    let whole = planned(&|input| input.mode = Some(ScanMode::Continuous)).unwrap();
+    assert_eq!((whole.step_mm, whole.n_rows, whole.frame_rate_hz), (2.08, 16, Some(30.0)));
+    let slow = planned(&|input| input.speed_mm_s = Some(10.4)).unwrap();
+    assert_eq!((slow.step_mm, slow.n_rows, slow.frame_rate_hz), (2.08, 16, Some(5.0)));
+    let fine =
+        planned(&|input| (input.mode, input.step_mm) = (Some(ScanMode::Continuous), Some(0.2))).unwrap_err();
+    assert_eq!(fine.pointer.as_deref(), Some("/step_mm"));
+    assert!(fine.detail.contains("2.08 mm apart"), "{fine:?}");
+}

@@ -1,0 +1,144 @@
+//! Where a running job is: written by its thread, read by everyone.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use serde_json::Value;
+use store::{Change, JobRecord, JobState};
+
+use crate::jobs::JobView;
+use crate::jobs::queue::forecast::{Forecast, Timeline};
+use crate::jobs::queue::remaining::Remaining;
+use crate::progress::Step;
+
+/// Progress that is worth telling although the job said nothing: a person sees no less on a bar.
+const TOLD_STEP: f64 = 0.005;
+
+/// The progress of one running job.
+pub(in crate::jobs) struct Board {
+    began: Instant,
+    state: Mutex<State>,
+}
+
+struct State {
+    record: JobRecord,
+    step: Option<Step>,
+    /// The job's own fraction, and when it was reached, s since its beginning.
+    reached: (f64, f64),
+    timeline: Timeline,
+    forecast: Option<Forecast>,
+    /// Without a forecast.
+    remaining: Remaining,
+    unpublished: bool,
+    published: f64,
+    unstored: bool,
+}
+
+impl State {
+    /// Progress in time and seconds left.
+    fn now(&self, elapsed_s: f64) -> (f64, Option<f64>) {
+        let (fraction, reached_s) = self.reached;
+        let (progress, left_s) = match &self.forecast {
+            Some(forecast) => {
+                let (share, left_s) = forecast.at(fraction, reached_s, elapsed_s);
+                (share, Some(left_s))
+            }
+            None => (fraction, self.remaining.left_s(elapsed_s)),
+        };
+        (self.record.progress.max(progress), left_s)
+    }
+}
+
+impl Board {
+    /// For a job that begins now.
+    pub fn new(record: JobRecord) -> Self {
+        let state = State {
+            record,
+            step: None,
+            reached: (0.0, 0.0),
+            timeline: Timeline::default(),
+            forecast: None,
+            remaining: Remaining::default(),
+            unpublished: true,
+            published: 0.0,
+            unstored: false,
+        };
+        Self { began: Instant::now(), state: Mutex::new(state) }
+    }
+
+    /// What the last jobs of its kind tell.
+    pub fn expect(&self, forecast: Option<Forecast>) {
+        self.state().forecast = forecast;
+    }
+
+    /// The job's own report; progress never goes back.
+    pub fn report(&self, fraction: f64, step: Step, message: &str) {
+        let elapsed_s = self.began.elapsed().as_secs_f64();
+        let mut state = self.state();
+        if fraction.is_finite() && fraction > state.reached.0 {
+            let fraction = fraction.min(1.0);
+            state.reached = (fraction, elapsed_s);
+            state.timeline.note(fraction, elapsed_s);
+        }
+        state.step = Some(step);
+        if state.record.message != message {
+            message.clone_into(&mut state.record.message);
+        }
+        let fraction = state.reached.0;
+        state.remaining.learn(fraction, elapsed_s);
+        state.record.progress = state.now(elapsed_s).0;
+        (state.unpublished, state.unstored) = (true, true);
+    }
+
+    /// The job began, or ended, as stored.
+    pub fn change(&self, change: impl FnOnce(&mut JobRecord)) {
+        let mut state = self.state();
+        change(&mut state.record);
+        state.unpublished = true;
+    }
+
+    /// The job as it is now.
+    pub fn view(&self) -> JobView {
+        let mut state = self.state();
+        if state.record.state != JobState::Running {
+            return JobView { record: state.record.clone(), step: None, remaining_s: None };
+        }
+        let (progress, remaining_s) = state.now(self.began.elapsed().as_secs_f64());
+        state.record.progress = progress;
+        JobView { record: state.record.clone(), step: state.step, remaining_s }
+    }
+
+    /// The job as it is now, if anything was reported or moved since this was asked last.
+    pub fn news(&self) -> Option<JobView> {
+        let view = self.view();
+        let mut state = self.state();
+        let moved = view.record.progress - state.published >= TOLD_STEP;
+        let news = std::mem::take(&mut state.unpublished) || moved;
+        if news {
+            state.published = view.record.progress;
+        }
+        news.then_some(view)
+    }
+
+    /// When it was where, as it is kept for the next jobs of its kind; `size`: of its work.
+    pub fn timeline(&self, size: f64) -> Value {
+        let took_s = self.began.elapsed().as_secs_f64();
+        self.state().timeline.to_json(took_s, size)
+    }
+
+    /// The change that stores where the job is, if that is not stored yet.
+    pub fn checkpoint(&self) -> Option<Change> {
+        let mut state = self.state();
+        let unstored = std::mem::take(&mut state.unstored);
+        (unstored && state.record.state == JobState::Running).then(|| Change::CheckpointJob {
+            id: state.record.id.clone(),
+            progress: state.record.progress,
+            message: state.record.message.clone(),
+            checkpoint: state.record.checkpoint.clone(),
+        })
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

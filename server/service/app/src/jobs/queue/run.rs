@@ -1,0 +1,37 @@
+//! From a job's input to the procedure that does it.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use crate::error::{AppError, ErrorKind};
+use crate::jobs::input::JobInput;
+use crate::jobs::{Done, JobContext, JobEnd, calibrate, export, recompute, scan, verify};
+
+/// What does a job, on the thread that calls it.
+pub(in crate::jobs) type Procedure = Arc<dyn Fn(JobInput, &JobContext) -> Result<Done, JobEnd> + Send + Sync>;
+
+/// Runs the job to its end; a panic is a failure of this job alone.
+pub(in crate::jobs) fn run(procedure: &Procedure, input: JobInput, context: &JobContext) -> Result<Done, JobEnd> {
+    catch_unwind(AssertUnwindSafe(|| procedure(input, context))).unwrap_or_else(|panic| Err(defect(&*panic)))
+}
+
+/// The procedure of every kind of job.
+pub(in crate::jobs) fn by_kind(input: JobInput, context: &JobContext) -> Result<Done, JobEnd> {
+    match input {
+        JobInput::Calibration(input) => calibrate::run(input, context),
+        JobInput::Scan(input) => scan::run(input, context),
+        JobInput::Recomputation(input) => recompute::run(input, context),
+        JobInput::Export(input) => export::run(input, context),
+        JobInput::Verification(input) => verify::run(input, context),
+    }
+}
+
+fn defect(panic: &(dyn Any + Send)) -> JobEnd {
+    let words = panic.downcast_ref::<&str>().map(|words| (*words).to_owned());
+    let words = words.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+    tracing::error!(panic = %words, "a job panicked");
+    AppError::new(ErrorKind::Internal, "the job ended by a defect of the program")
+        .remedy("report it with the log; other jobs go on")
+        .into()
+}

@@ -1,0 +1,229 @@
+//! A job's life on its thread: begun durably, run, ended in one transaction with what it made.
+
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use station::wall_clock::now_ms;
+use store::{Change, JobOutcome, JobState, Page, ResultRef, StoreError};
+
+use crate::error::AppError;
+use crate::jobs::queue::forecast::Forecast;
+use crate::jobs::queue::lane::Running;
+use crate::jobs::queue::params::{CHECKPOINT_INTERVAL, FORECAST_ALIKE, FORECAST_JOBS, PUBLISH_INTERVAL};
+use crate::jobs::queue::run;
+use crate::jobs::{Done, JobContext, JobEnd, Queue, Waiting};
+use crate::ledger::event;
+
+/// Key of a job's checkpoint under which stands when it was where, for the next of its kind.
+const TIMELINE: &str = "timeline";
+
+/// How a job ended, as it is stored and told.
+pub(in crate::jobs) struct End {
+    outcome: JobOutcome,
+    message: String,
+    changes: Vec<Change>,
+    after: Option<Box<dyn FnOnce() + Send + Sync>>,
+}
+
+impl End {
+    pub fn of(result: Result<Done, JobEnd>, shutting_down: bool) -> Self {
+        match result {
+            Ok(Done { result, message, changes, after }) => {
+                Self { outcome: JobOutcome::Succeeded(result), message, changes, after }
+            }
+            Err(JobEnd::Cancelled) if shutting_down => {
+                Self::bare(JobOutcome::Interrupted, "the service was shut down")
+            }
+            Err(JobEnd::Cancelled) => Self::cancelled("cancelled"),
+            Err(JobEnd::Failed(problem)) => Self::failed(&problem),
+        }
+    }
+
+    pub fn cancelled(message: &str) -> Self {
+        Self::bare(JobOutcome::Cancelled, message)
+    }
+
+    pub fn interrupted(message: &str) -> Self {
+        Self::bare(JobOutcome::Interrupted, message)
+    }
+
+    pub fn failed(problem: &AppError) -> Self {
+        Self::bare(JobOutcome::Failed(json!(problem)), &problem.detail)
+    }
+
+    fn bare(outcome: JobOutcome, message: &str) -> Self {
+        Self { outcome, message: message.to_owned(), changes: Vec::new(), after: None }
+    }
+
+    pub fn state(&self) -> JobState {
+        match self.outcome {
+            JobOutcome::Succeeded(_) => JobState::Succeeded,
+            JobOutcome::Failed(_) => JobState::Failed,
+            JobOutcome::Cancelled => JobState::Cancelled,
+            JobOutcome::Interrupted => JobState::Interrupted,
+        }
+    }
+
+    fn result(&self) -> Option<ResultRef> {
+        if let JobOutcome::Succeeded(result) = &self.outcome { Some(result.clone()) } else { None }
+    }
+
+    fn problem(&self) -> Option<Value> {
+        if let JobOutcome::Failed(problem) = &self.outcome { Some(problem.clone()) } else { None }
+    }
+
+    /// Everything that happens at this end, to be committed together.
+    pub fn changes(&self, id: &str, kind: &str, actor: Option<&str>, at_ms: i64) -> Vec<Change> {
+        let mut changes = self.changes.clone();
+        changes.push(Change::EndJob {
+            id: id.to_owned(),
+            outcome: self.outcome.clone(),
+            message: self.message.clone(),
+            at_ms,
+        });
+        let (state, result) = (state_name(self.state()), self.result());
+        let body = json!({ "id": id, "kind": kind, "state": state, "message": self.message, "result": result,
+            "problem": self.problem(), "actor": actor });
+        changes.push(event(&format!("job.{state}"), id, body));
+        changes
+    }
+}
+
+/// The state's word in events, as in the API.
+pub(in crate::jobs) fn state_name(state: JobState) -> &'static str {
+    match state {
+        JobState::Queued => "queued",
+        JobState::Running => "running",
+        JobState::Succeeded => "succeeded",
+        JobState::Failed => "failed",
+        JobState::Cancelled => "cancelled",
+        JobState::Interrupted => "interrupted",
+    }
+}
+
+impl Queue {
+    /// Runs one job on the calling thread.
+    pub(in crate::jobs) fn live(&self, waiting: Waiting, running: &Running) {
+        let ticker = self.runtime.spawn(tick(self.this(), running.clone()));
+        let kind = waiting.input.kind();
+        let (likeness, size) = (waiting.input.likeness(), waiting.input.size());
+        running.board.expect(self.forecast(&likeness, size));
+        let result = self.begin(running, kind).map_err(JobEnd::from).and_then(|()| {
+            let context = self.context(running);
+            context.go_on()?;
+            run::run(&self.procedure, waiting.input, &context)
+        });
+        ticker.abort();
+        let mut end = End::of(result, self.is_closing());
+        if end.state() == JobState::Succeeded {
+            let mut timeline = running.board.timeline(size);
+            timeline["likeness"] = json!(likeness);
+            end.changes.push(Change::CheckpointJob {
+                id: running.id.clone(),
+                progress: 1.0,
+                message: end.message.clone(),
+                checkpoint: Some(json!({ TIMELINE: timeline })),
+            });
+        }
+        self.end(running, kind, end);
+    }
+
+    /// What the newest jobs like this one tell of how long it takes.
+    fn forecast(&self, likeness: &str, size: f64) -> Option<Forecast> {
+        let newest = Page { before: None, limit: FORECAST_JOBS };
+        let ended =
+            self.runtime.block_on(self.parts.ledger.read().jobs(Some(JobState::Succeeded), &newest)).ok()?;
+        let timelines = ended.records.into_iter().filter_map(|record| Some(record.checkpoint?[TIMELINE].clone()));
+        let alike = timelines.filter(|timeline| timeline["likeness"] == likeness);
+        Forecast::of(&alike.take(FORECAST_ALIKE).collect::<Vec<_>>(), size)
+    }
+
+    fn begin(&self, running: &Running, kind: &str) -> Result<(), StoreError> {
+        let at_ms = now_ms();
+        let start = Change::StartJob { id: running.id.clone(), at_ms };
+        let told =
+            event("job.running", &running.id, json!({ "id": running.id, "kind": kind, "state": "running" }));
+        self.runtime.block_on(self.parts.ledger.commit(vec![start, told]))?;
+        running.board.change(|record| {
+            record.state = JobState::Running;
+            record.started_at_ms = Some(at_ms);
+        });
+        Ok(())
+    }
+
+    fn context(&self, running: &Running) -> JobContext {
+        let board = running.board.clone();
+        let parts = self.parts.clone();
+        JobContext {
+            id: running.id.clone(),
+            cancel: running.cancel.clone(),
+            config: parts.config,
+            ledger: parts.ledger,
+            artifacts: parts.artifacts,
+            captures: parts.captures,
+            station: parts.station,
+            authority: running.authority.clone(),
+            live: parts.live,
+            runtime: self.runtime.clone(),
+            progress: Arc::new(move |fraction, step, words| board.report(fraction, step, words)),
+        }
+    }
+
+    /// Stores the end with everything the job made; what cannot be stored was not made, and the job failed.
+    fn end(&self, running: &Running, kind: &str, end: End) {
+        let at_ms = now_ms();
+        let commit = |end: &End| {
+            self.runtime.block_on(self.parts.ledger.commit(end.changes(&running.id, kind, None, at_ms)))
+        };
+        let end = match commit(&end) {
+            Ok(_) => {
+                let mut end = end;
+                if let Some(after) = end.after.take() {
+                    after();
+                }
+                end
+            }
+            Err(error) => {
+                tracing::error!(job = %running.id, %error, "the end of a job cannot be stored");
+                let failed = End::failed(&error.into());
+                if let Err(error) = commit(&failed) {
+                    tracing::error!(job = %running.id, %error, "nor that it failed");
+                    self.remember_unsaved(running);
+                }
+                failed
+            }
+        };
+        running.board.change(|record| {
+            record.state = end.state();
+            record.message.clone_from(&end.message);
+            record.result = end.result();
+            record.problem = end.problem();
+            record.ended_at_ms = Some(at_ms);
+            if record.state == JobState::Succeeded {
+                record.progress = 1.0;
+            }
+        });
+        self.publish(running.board.view());
+    }
+}
+
+/// Publishes and stores where the job is, now and then, until it is aborted.
+async fn tick(queue: Arc<Queue>, running: Running) {
+    let mut stored_at = tokio::time::Instant::now();
+    let mut interval = tokio::time::interval(PUBLISH_INTERVAL);
+    interval.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    loop {
+        interval.tick().await;
+        if let Some(view) = running.board.news() {
+            queue.publish(view);
+        }
+        if stored_at.elapsed() >= CHECKPOINT_INTERVAL {
+            stored_at = tokio::time::Instant::now();
+            if let Some(change) = running.board.checkpoint()
+                && let Err(error) = queue.parts.ledger.commit(vec![change]).await
+            {
+                tracing::warn!(job = %running.id, %error, "progress cannot be stored");
+            }
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Compute a scan again from its peaks, with another calibration, and measure it again; the first one stays as it is.
+
+use store::ScanRecord;
+
+use crate::calibrations::stored::stored_document;
+use crate::jobs::plan::Pace;
+use crate::jobs::scan::{Evaluating, ScanStory, check_camera_of, evaluated_share, made_scan, measured};
+use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput, ScanMode};
+use crate::measurements::parts::planned_measurements;
+use crate::progress::Phase;
+use crate::stored_scan::{cloud_name, new_id, stored_peaks};
+
+/// Share of the job that reading the peaks takes.
+const READING: f64 = 0.05;
+
+/// Computes and measures.
+pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+    let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
+    // Both scans name them: they stay although the first one may be deleted meanwhile.
+    ctx.wait(ctx.artifacts.hold(&scan.peaks))?;
+    let computed = computed(&scan, &input, ctx);
+    if computed.is_err() {
+        ctx.artifacts.release(&scan.peaks);
+    }
+    computed
+}
+
+fn computed(scan: &ScanRecord, input: &RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+    let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
+    ctx.report(0.0, Phase::ReadingPeaks, "reading the scan's peaks");
+    let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &scan.peaks, &scan.id))?;
+    ctx.go_on()?;
+    check_camera_of(&frames, &document)?;
+    let losses = serde_json::from_value(scan.report["losses"].clone()).unwrap_or_default();
+    let story = ScanStory {
+        id: new_id(),
+        name: scan.name.clone(),
+        cloud_name: cloud_name(scan),
+        plan: scan.plan.clone(),
+        state: scan.state,
+        peaks: scan.peaks.clone(),
+        capture_id: scan.capture_id.clone(),
+        recomputed_from: Some(scan.id.clone()),
+        display: None,
+        replaces: false,
+        losses,
+        also: Vec::new(),
+    };
+    let pace = ctx.wait(Pace::learned(&ctx.ledger, ScanMode::StopAndGo));
+    let part = READING..evaluated_share(planned_measurements(&story.plan).len());
+    let made = made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })?;
+    let from = made.done_at;
+    Ok(measured(made, ctx, from)?.done())
+}

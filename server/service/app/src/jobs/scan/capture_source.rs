@@ -1,0 +1,95 @@
+//! A scan of a stored capture.
+
+use capture::Capture;
+use scanning::Frames as _;
+use serde_json::json;
+use store::ScanState;
+
+use crate::calibrations::stored::stored_document;
+use crate::error::{AppError, ErrorKind};
+use crate::jobs::plan::Pace;
+use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, evaluated_share, made_scan};
+use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
+use crate::measurements::parts::{MEASURE, PURPOSE};
+use crate::progress::Phase;
+use crate::stored_scan::{disk_problem, new_id, stored_peaks};
+use pipeline::{open_capture, write_capture_peaks};
+
+/// Share of the job that reading the pictures takes.
+const READING: f64 = 0.5;
+
+/// Reads the pictures of one scan and computes its cloud.
+pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
+    refuse_station_fields(input)?;
+    let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
+    ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
+    let checked_out = ctx.captures.check_out(capture_id)?;
+    ctx.go_on()?;
+    let reporter = ctx.reporter(Phase::ReadingFrames, 0.0..READING);
+    let capture = open_capture(&checked_out.folder, &reporter)?;
+    let cloud_name = chosen_scan(&capture, scan)?;
+    let place = tempfile::tempdir_in(ctx.artifacts.scratch()).map_err(disk_problem)?;
+    let path = place.path().join("peaks");
+    write_capture_peaks(&capture, &document, &cloud_name, &path, &reporter)?;
+    let peaks = ctx.wait(ctx.artifacts.adopt(&path))?;
+    let id = new_id();
+    let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &peaks, &id))?;
+    let story = ScanStory {
+        id,
+        name: input.name.clone().unwrap_or_else(|| cloud_name.clone()),
+        plan: json!({ "source": input.source, "scan": cloud_name, "n_rows": frames.n_frames(),
+            MEASURE: input.measure, PURPOSE: input.purpose }),
+        cloud_name,
+        state: ScanState::Complete,
+        peaks,
+        capture_id: Some(capture_id.to_owned()),
+        recomputed_from: None,
+        display: None,
+        replaces: false,
+        losses: Vec::new(),
+        also: Vec::new(),
+    };
+    let pace = ctx.wait(Pace::learned(&ctx.ledger, ScanMode::StopAndGo));
+    let part = READING..evaluated_share(input.measure.len());
+    made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })
+}
+
+/// What only a station can be asked for is refused by name.
+fn refuse_station_fields(input: &ScanInput) -> Result<(), AppError> {
+    let station_only = [
+        ("from_mm", input.from_mm.is_some()),
+        ("to_mm", input.to_mm.is_some()),
+        ("step_mm", input.step_mm.is_some()),
+        ("speed_mm_s", input.speed_mm_s.is_some()),
+        ("mode", input.mode.is_some()),
+        ("exposure_us", input.exposure_us.is_some()),
+        ("laser_power", input.laser_power.is_some()),
+        ("keep_frames", input.keep_frames),
+        ("resume_scan_id", input.resume_scan_id.is_some()),
+    ];
+    match station_only.iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((field, _)) => Err(AppError::new(
+            ErrorKind::Impossible,
+            format!("a capture's frames are taken already: {field} cannot be chosen"),
+        )
+        .at(format!("/{field}"))
+        .remedy("leave it out, or scan from the station")),
+    }
+}
+
+/// The scan that was named, or the only one there is.
+fn chosen_scan(capture: &Capture, named: Option<&str>) -> Result<String, AppError> {
+    let scans = &capture.manifest.scans;
+    match (named, scans.as_slice()) {
+        (Some(name), _) => Ok(capture.scan(name)?.name.clone()),
+        (None, [only]) => Ok(only.name.clone()),
+        (None, []) => Err(AppError::new(ErrorKind::Impossible, "the capture holds no scan")
+            .remedy("name a capture with a scan; this one serves a calibration")),
+        (None, several) => {
+            let names: Vec<&str> = several.iter().map(|scan| scan.name.as_str()).collect();
+            let detail = format!("the capture holds {} scans: {}", names.len(), names.join(", "));
+            Err(AppError::new(ErrorKind::Impossible, detail).at("/source/scan").remedy("name one of them"))
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! What a scan was made for is measured in the same job: no browser has to stay open for a verdict.
+
+use std::time::Instant;
+
+use serde_json::json;
+use store::{Change, MeasurementRecord, ResultRef};
+
+use crate::calibrations::stored::stored_document;
+use crate::jobs::plan::TIMING;
+use crate::jobs::scan::{MadeScan, SCAN};
+use crate::jobs::{Done, JobContext, JobEnd};
+use crate::measurements::parts::{planned_measurements, verdict_of};
+use crate::measurements::{changes, planned_measurement};
+use crate::progress::Phase;
+use crate::stored_scan::stored_cloud;
+
+/// A scan and the measurements its plan asks for.
+pub struct Measured {
+    /// The scan.
+    pub made: MadeScan,
+    /// Newest first.
+    pub measurements: Vec<MeasurementRecord>,
+}
+
+/// Takes the measurements that the plan asks for, from the job's fraction `from` on.
+///
+/// A job that is cancelled meanwhile keeps its scan; what is not measured then makes the part invalid.
+pub fn measured(mut made: MadeScan, ctx: &JobContext, from: f64) -> Result<Measured, JobEnd> {
+    let planned = planned_measurements(&made.record.plan);
+    let mut measurements = Vec::with_capacity(planned.len());
+    if planned.is_empty() {
+        return Ok(Measured { made, measurements });
+    }
+    let began = Instant::now();
+    ctx.report(from, Phase::Measuring.counted(0, planned.len()), "measuring");
+    let id = Some(made.record.calibration_id.as_str());
+    let calibration = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, id))?.calibration();
+    let cloud = ctx.wait(stored_cloud(&*ctx.artifacts, &made.record))?;
+    for (done, input) in planned.iter().enumerate() {
+        if ctx.cancel.is_cancelled() {
+            ctx.wait(ctx.ledger.commit(made.changes())).map_err(crate::error::AppError::from)?;
+            made.clear();
+            return Err(JobEnd::Cancelled);
+        }
+        let words = format!("measuring: {} of {}", done + 1, planned.len());
+        let fraction = from + (1.0 - from) * done as f64 / planned.len() as f64;
+        ctx.report(fraction, Phase::Measuring.counted(done + 1, planned.len()), &words);
+        measurements.push(planned_measurement(&made.record, &cloud, &calibration, input)?);
+    }
+    measurements.reverse();
+    made.record.report[TIMING]["measuring_s"] = json!(began.elapsed().as_secs_f64());
+    made.record.report[TIMING]["n_measured"] = json!(planned.len());
+    Ok(Measured { made, measurements })
+}
+
+impl Measured {
+    /// In the operator's words, with the verdict.
+    pub fn message(&self) -> String {
+        let verdict = verdict_of(&self.made.record, &self.measurements).filter(|_| !self.measurements.is_empty());
+        let verdict = verdict.map_or_else(String::new, |verdict| format!("; {}", verdict.label()));
+        format!("{}{verdict}", self.made.message())
+    }
+
+    /// What stores scan and measurements together.
+    pub fn changes(&self) -> Vec<Change> {
+        let mut all = self.made.changes();
+        // The oldest first, as they were taken.
+        all.extend(self.measurements.iter().rev().flat_map(changes));
+        all
+    }
+
+    /// The end of a job that made a scan.
+    pub fn done(self) -> Done {
+        let result = ResultRef { kind: SCAN.to_owned(), id: self.made.record.id.clone() };
+        self.done_with(result, None)
+    }
+
+    /// The same with another result, and other last words.
+    pub fn done_with(self, result: ResultRef, message: Option<String>) -> Done {
+        let message = message.unwrap_or_else(|| self.message());
+        let changes = self.changes();
+        let made = self.made;
+        Done { result, message, changes, after: Some(Box::new(move || made.clear())) }
+    }
+}

@@ -1,0 +1,59 @@
+//! The pictures of a scan, kept as a capture that `sheaf scan` reads.
+
+use std::path::{Path, PathBuf};
+
+use capture::{CameraFormat, Frame, Manifest, Scan, write_manifest};
+use scanning::Frames as _;
+use scanning::files::peaks::PeaksFile;
+use store::Change;
+
+use crate::captures::CaptureOrigin;
+use crate::config::AppConfig;
+use crate::error::AppError;
+use crate::jobs::JobContext;
+
+/// Folder of the pictures within the capture.
+const FOLDER: &str = "scan";
+
+/// Where a frame's picture lies within the capture.
+pub fn picture_path(idx: usize) -> PathBuf {
+    Path::new(FOLDER).join(format!("{idx:05}.png"))
+}
+
+/// Folder of the pictures within the capture `capture`.
+pub fn folder_in(capture: &Path) -> PathBuf {
+    capture.join(FOLDER)
+}
+
+/// Takes the pictures under `folder` in as a capture with one scan. Returns its id and what records it.
+pub fn take_in(
+    ctx: &JobContext,
+    folder: &Path,
+    scan: &str,
+    name: &str,
+    frames: &PeaksFile,
+) -> Result<(String, Change), AppError> {
+    write_manifest(folder, &manifest(&ctx.config, scan, frames))?;
+    let (record, change) = ctx.captures.take_in_folder(folder, CaptureOrigin::Scan, name)?;
+    Ok((record.id, change))
+}
+
+fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
+    Manifest {
+        format: capture::params::FORMAT.to_owned(),
+        camera: CameraFormat {
+            width_px: frames.header.width_px as usize,
+            height_px: frames.header.height_px as usize,
+        },
+        target: config.target.clone(),
+        projector: config.projector.clone(),
+        poses: Vec::new(),
+        stage_views: Vec::new(),
+        scans: vec![Scan {
+            name: scan.to_owned(),
+            frames: (0..frames.n_frames())
+                .map(|idx| Frame { image: picture_path(idx), position_mm: frames.position_mm(idx) })
+                .collect(),
+        }],
+    }
+}

@@ -1,0 +1,258 @@
+//! Frames on their way into a scan: centrelines on several threads, then in order to the viewers and to the peaks.
+//!
+//! Taking frames never waits for labels or for the disk as long as the queues have room; those before the lines are
+//! found are short, because every frame in them holds a buffer of the station. Nothing is left out: a full queue holds
+//! the taker back.
+
+use std::cell::Cell;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{Builder, Scope, ScopedJoinHandle};
+use std::time::Instant;
+
+use capture::write_png;
+use live::LiveFrame;
+use optics::Triangulator;
+use scanning::FrameLabeller;
+use scanning::files::peaks::pack_frame;
+use station::SharedFrame;
+use station::recycling::Recycling;
+use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
+
+use crate::error::{AppError, ErrorKind};
+use crate::jobs::scan::pictures::picture_path;
+use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
+use crate::jobs::{JobContext, JobEnd};
+use crate::stored_scan::disk_problem;
+
+/// Frames that wait for a thread, and results that wait to be shown: each holds a buffer of the station, which
+/// keeps sixteen beside those of its own recorder.
+const QUEUE_FRAMES: usize = 3;
+
+/// Most threads that look for centrelines: with the queues they hold ten buffers, and as many wait to be used again.
+const THREADS_MAX: usize = 4;
+
+/// What every frame goes through.
+pub struct Recorder<'a> {
+    /// The job.
+    pub ctx: &'a JobContext,
+    /// The scan.
+    pub scan_id: &'a str,
+    /// Labels what viewers see.
+    pub triangulator: &'a Triangulator,
+    /// Where pictures are kept, if they are.
+    pub pictures: Option<PathBuf>,
+}
+
+/// Where whoever takes frames puts them.
+pub struct Hand {
+    queue: SyncSender<Taken>,
+    next: Cell<usize>,
+    failed: Arc<AtomicBool>,
+}
+
+struct Taken {
+    idx: usize,
+    frame: SharedFrame,
+    position_mm: f64,
+}
+
+/// What a thread made of a frame.
+struct Seen {
+    idx: usize,
+    position_mm: f64,
+    found: Result<Found, AppError>,
+}
+
+/// For viewers, and for the file.
+struct Found {
+    live: Arc<LiveFrame>,
+    record: Vec<u8>,
+}
+
+/// Memory of what nobody looks at any more, for the next frames.
+#[derive(Default)]
+struct Memory {
+    results: Mutex<Recycling<LiveFrame>>,
+    records: FreeRecords,
+}
+
+impl Hand {
+    /// Hands a frame over; waits if the threads are behind.
+    ///
+    /// # Errors
+    /// If recording has failed; why, says [`Recorder::record`].
+    pub fn give(&self, frame: SharedFrame, position_mm: f64) -> Result<(), JobEnd> {
+        let taken = Taken { idx: self.next.get(), frame, position_mm };
+        self.next.set(taken.idx + 1);
+        if self.failed.load(Ordering::Relaxed) || self.queue.send(taken).is_err() {
+            return Err(AppError::new(ErrorKind::Internal, "the frames could not be recorded").into());
+        }
+        Ok(())
+    }
+}
+
+impl Recorder<'_> {
+    /// Runs `take`, which hands over frame after frame, and adds them to `kept`.
+    ///
+    /// Returns how taking ended; what was recorded before is good in any case. A failure to record comes first: it
+    /// ended the taking.
+    pub fn record(
+        &self,
+        kept: &mut Kept<'_>,
+        take: impl FnOnce(&Hand) -> Result<(), JobEnd>,
+    ) -> Result<(), JobEnd> {
+        let (queue, taken) = sync_channel(QUEUE_FRAMES);
+        let (sender, seen) = sync_channel(QUEUE_FRAMES);
+        let (to_disk, records) = sync_channel(QUEUE_RECORDS);
+        let (taken, memory) = (Mutex::new(taken), Memory::default());
+        let failed = Arc::new(AtomicBool::new(false));
+        let first = kept.positions_mm.len();
+        let hand = Hand { queue, next: Cell::new(first), failed: failed.clone() };
+        let (taken, memory, failed) = (&taken, &memory, &*failed);
+        std::thread::scope(|scope| {
+            for number in 0..n_threads() {
+                let sender = sender.clone();
+                let look = move || self.look_at_frames(taken, memory, &sender);
+                spawned(scope, format!("scan-lines-{number}"), look)?;
+            }
+            drop(sender);
+            let write = move || kept.write(&records, &memory.records, failed);
+            let writer = spawned(scope, "scan-write".to_owned(), write)?;
+            let show = move |idx, position_mm, found| self.show(idx, position_mm, found, memory, &to_disk);
+            let shower = spawned(scope, "scan-show".to_owned(), move || in_order(seen, first, failed, show))?;
+            let ended = take(&hand);
+            drop(hand);
+            let shown = joined(shower);
+            joined(writer).and(shown)?;
+            ended
+        })
+    }
+
+    fn look_at_frames(&self, taken: &Mutex<Receiver<Taken>>, memory: &Memory, sender: &SyncSender<Seen>) {
+        let params = CentrelineParams {
+            line_direction: self.ctx.config.projector.direction(),
+            ..CentrelineParams::default()
+        };
+        let (mut extractor, mut labeller) = (CentrelineExtractor::default(), FrameLabeller::default());
+        let depth_range_mm = self.triangulator.calibration().depth_range_mm;
+        let calibration_id = self.triangulator.calibration().id.as_str().into();
+        loop {
+            let next = taken.lock().unwrap_or_else(PoisonError::into_inner).recv();
+            let Ok(taken) = next else { return };
+            let (idx, position_mm, captured_at_ns) = (taken.idx, taken.position_mm, taken.frame.captured_at_ns);
+            let kept = self.keep_picture(&taken);
+            let found = kept.and_then(|()| {
+                let mut live = fresh(&memory.results, taken.frame, &calibration_id);
+                let LiveFrame { frame, centrelines, profile, .. } = Arc::get_mut(&mut live).expect(UNSHARED);
+                extractor.find(&frame.image, &params, centrelines);
+                let profile = profile.get_or_insert_default();
+                labeller.label(centrelines, self.triangulator, depth_range_mm, profile);
+                let mut record = memory.records.take();
+                pack_frame(&mut record, centrelines, position_mm, Some(captured_at_ns)).map_err(disk_problem)?;
+                Ok(Found { live, record })
+            });
+            if sender.send(Seen { idx, position_mm, found }).is_err() {
+                return;
+            }
+        }
+    }
+
+    fn keep_picture(&self, taken: &Taken) -> Result<(), AppError> {
+        let Some(folder) = &self.pictures else { return Ok(()) };
+        write_png(&folder.join(picture_path(taken.idx)), &taken.frame.image).map_err(disk_problem)
+    }
+
+    fn show(
+        &self,
+        idx: usize,
+        position_mm: f64,
+        found: Found,
+        memory: &Memory,
+        to_disk: &SyncSender<Record>,
+    ) -> Result<(), AppError> {
+        let Found { live: result, record } = found;
+        let (live, arrived_at) = (&self.ctx.live, result.frame.arrived_at);
+        live.show(result.clone());
+        let shown_at = Instant::now();
+        if let Some(profile) = &result.profile {
+            let calibration = self.triangulator.calibration();
+            live.add_profile_points(self.scan_id, idx as u32, position_mm, profile, calibration);
+        }
+        lock(&memory.results).give_back(result);
+        let gone = |_| AppError::new(ErrorKind::Internal, "the thread that writes the scan has ended");
+        to_disk.send(Record { bytes: record, position_mm, arrived_at, shown_at }).map_err(gone)
+    }
+}
+
+/// Why the memory of a result can be written.
+const UNSHARED: &str = "nobody else holds a result that was taken for a new frame";
+
+/// Memory for what `frame` becomes.
+fn fresh(results: &Mutex<Recycling<LiveFrame>>, frame: SharedFrame, calibration_id: &Arc<str>) -> Arc<LiveFrame> {
+    let used = lock(results).take();
+    match used {
+        Some(mut result) => {
+            Arc::get_mut(&mut result).expect(UNSHARED).frame = frame;
+            result
+        }
+        None => Arc::new(LiveFrame {
+            frame,
+            centrelines: Centrelines::default(),
+            profile: None,
+            calibration_id: Some(calibration_id.clone()),
+        }),
+    }
+}
+
+fn lock(results: &Mutex<Recycling<LiveFrame>>) -> std::sync::MutexGuard<'_, Recycling<LiveFrame>> {
+    results.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A thread with a name, by which its work is found in measurements.
+fn spawned<'scope, T: Send + 'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    name: String,
+    work: impl FnOnce() -> T + Send + 'scope,
+) -> Result<ScopedJoinHandle<'scope, T>, AppError> {
+    Builder::new().name(name).spawn_scoped(scope, work).map_err(|cause| {
+        AppError::new(ErrorKind::Internal, "no thread can be started for the scan").because(cause.to_string())
+    })
+}
+
+fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+/// Hands results on in the order of their frames; after a failure it takes and forgets, so that nobody waits for ever.
+fn in_order(
+    seen: Receiver<Seen>,
+    first: usize,
+    failed: &AtomicBool,
+    mut hand_on: impl FnMut(usize, f64, Found) -> Result<(), AppError>,
+) -> Result<(), AppError> {
+    let mut early: Vec<Seen> = Vec::with_capacity(THREADS_MAX + QUEUE_FRAMES);
+    let mut next = first;
+    let mut outcome = Ok(());
+    for result in seen {
+        early.push(result);
+        while let Some(at) = early.iter().position(|result| result.idx == next) {
+            let Seen { idx, position_mm, found } = early.swap_remove(at);
+            next += 1;
+            if outcome.is_ok() {
+                outcome = found.and_then(|found| hand_on(idx, position_mm, found));
+                if outcome.is_err() {
+                    failed.store(true, Ordering::Relaxed);
+                }
+            }
+        }
+    }
+    outcome
+}
+
+/// All cores: the station's thread needs little and is woken first, since it sleeps most of the time.
+fn n_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, |n| n.get().clamp(1, THREADS_MAX))
+}

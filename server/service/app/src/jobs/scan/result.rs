@@ -1,0 +1,257 @@
+//! From frames to what is stored: peaks, cloud, figures, record.
+
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::time::Instant;
+
+use calibration::CalibrationDocument;
+use live::points::display_point_of_cloud;
+use live::protocol::points::encode_block;
+use scanning::files::peaks::PeaksFile;
+use scanning::{CloudFormat, CloudPoint, Evaluation, Frames as _};
+use serde_json::{Value, json};
+use station::wall_clock::now_ms;
+use store::{ArtifactId, Change, ScanRecord, ScanState};
+
+use crate::error::AppError;
+use crate::jobs::plan::TIMING;
+use crate::jobs::scan::counted::CountedFrames;
+use crate::jobs::scan::work::Work;
+use crate::jobs::{JobContext, JobEnd};
+use crate::ledger::event;
+use crate::progress::Phase;
+use crate::stored_scan::disk_problem;
+use pipeline::{check_camera, evaluated_scan, write_scan_cloud};
+use report::tables::scan_json;
+
+/// Whether the frames are of the calibrated camera.
+pub fn check_camera_of(frames: &PeaksFile, document: &CalibrationDocument) -> Result<(), JobEnd> {
+    let (width_px, height_px) = (frames.header.width_px as usize, frames.header.height_px as usize);
+    Ok(check_camera(width_px, height_px, &document.calibration().camera)?)
+}
+
+/// How a scan came about.
+pub struct ScanStory {
+    /// Of the record.
+    pub id: String,
+    /// What a person calls it.
+    pub name: String,
+    /// What the cloud's header calls it; for a capture its scan, whatever a person calls the result.
+    pub cloud_name: String,
+    /// What it was made by.
+    pub plan: Value,
+    /// What it is worth.
+    pub state: ScanState,
+    /// Its frames, stored.
+    pub peaks: ArtifactId,
+    /// Its pictures, stored.
+    pub capture_id: Option<String>,
+    /// The scan it was computed from.
+    pub recomputed_from: Option<String>,
+    /// Points as they were shown live; `None`: those of the cloud.
+    pub display: Option<ArtifactId>,
+    /// Whether a record of this id exists.
+    pub replaces: bool,
+    /// Why it is invalid, if it is.
+    pub losses: Vec<String>,
+    /// What is stored together with it.
+    pub also: Vec<Change>,
+}
+
+/// A scan that was computed and stored, but for its record.
+pub struct MadeScan {
+    /// The record.
+    pub record: ScanRecord,
+    replaces: bool,
+    n_points: usize,
+    n_frames: usize,
+    also: Vec<Change>,
+    /// The job's fraction at which it was made.
+    pub done_at: f64,
+    /// What is left of its making, for as long as a crash would lose it.
+    work: Option<Work>,
+}
+
+/// How the evaluation of a scan is told.
+pub struct Evaluating {
+    /// Which part of the job's fraction it fills.
+    pub part: Range<f64>,
+    /// How often every frame will be read, as the last scans tell.
+    pub passes: f64,
+}
+
+/// Computes the cloud and stores what the record names.
+pub fn made_scan(
+    ctx: &JobContext,
+    story: ScanStory,
+    frames: &PeaksFile,
+    document: &CalibrationDocument,
+    evaluating: Evaluating,
+) -> Result<MadeScan, JobEnd> {
+    let began = Instant::now();
+    let Evaluating { part, passes } = evaluating;
+    let n_frames = frames.n_frames();
+    ctx.report(part.start, Phase::ComputingCloud, "computing the cloud");
+    let reporter = ctx.reporter(Phase::ComputingCloud, part.clone());
+    let calibration = document.calibration();
+    let to_read = (passes * n_frames as f64).max(1.0);
+    let stage = AtomicU8::new(0);
+    let told = |n_read: usize| {
+        let fraction = part.start + (part.end - part.start) * (n_read as f64 / to_read).min(1.0);
+        let (phase, words) = match stage.load(Ordering::Relaxed) {
+            0 => (Phase::ComputingCloud, "computing the cloud"),
+            _ => (Phase::StoringCloud, "storing the cloud"),
+        };
+        ctx.report(fraction, phase, words);
+    };
+    let counted = CountedFrames::new(frames, &told);
+    let evaluation = evaluated_scan(&counted, document, &calibration, &story.cloud_name, &reporter)?;
+    stage.store(1, Ordering::Relaxed);
+    told(counted.n_read());
+    ctx.go_on()?;
+    let kept = KeptCloud::new(ctx, &story, &evaluation, frames)?;
+    ctx.report(part.end, Phase::StoringCloud, "storing the cloud");
+    let n_points = evaluation.report.n_points;
+    let (replaces, also) = (story.replaces, story.also.clone());
+    let mut report = scan_json(&story.cloud_name, &evaluation.report, kept.median_sigma_mm);
+    report["n_frames"] = json!(n_frames);
+    report[TIMING] = json!({ "n_frames": n_frames, "frames_read": counted.n_read(),
+        "evaluation_s": began.elapsed().as_secs_f64() });
+    let record = record(ctx, story, document, report, kept);
+    Ok(MadeScan { record, replaces, n_points, n_frames, also, done_at: part.end, work: None })
+}
+
+/// What is stored of a cloud.
+struct KeptCloud {
+    cloud: ArtifactId,
+    display: ArtifactId,
+    median_sigma_mm: f64,
+}
+
+impl KeptCloud {
+    /// Writes the points to the disk as they are computed, and those that are shown, if they were not shown live.
+    fn new(
+        ctx: &JobContext,
+        story: &ScanStory,
+        evaluation: &Evaluation,
+        frames: &PeaksFile,
+    ) -> Result<Self, JobEnd> {
+        let place = tempfile::tempdir_in(ctx.artifacts.scratch()).map_err(disk_problem)?;
+        let [cloud, blocks] = ["cloud.ply", "blocks"].map(|name| place.path().join(name));
+        let mut display = match &story.display {
+            Some(_) => None,
+            None => Some(DisplayFile::create(&blocks, &story.id, frames)?),
+        };
+        let show = |points: &[CloudPoint]| -> Result<(), JobEnd> {
+            Ok(display.as_mut().map_or(Ok(()), |display| display.add(points))?)
+        };
+        let median_sigma_mm = write_scan_cloud(&cloud, CloudFormat::Ply, evaluation, show)?;
+        let cloud = ctx.wait(ctx.artifacts.adopt(&cloud))?;
+        let display = match (display, &story.display) {
+            (_, Some(shown)) => shown.clone(),
+            (written, None) => {
+                written.map_or(Ok(()), DisplayFile::finish)?;
+                ctx.wait(ctx.artifacts.adopt(&blocks))?
+            }
+        };
+        Ok(Self { cloud, display, median_sigma_mm })
+    }
+}
+
+/// The points of the cloud in the blocks of the live stream, one per frame.
+struct DisplayFile<'a> {
+    out: BufWriter<File>,
+    scan_id: &'a str,
+    frames: &'a PeaksFile,
+    n_blocks: u32,
+}
+
+impl<'a> DisplayFile<'a> {
+    fn create(path: &Path, scan_id: &'a str, frames: &'a PeaksFile) -> Result<Self, AppError> {
+        let file = File::create_new(path).map_err(disk_problem)?;
+        Ok(Self { out: BufWriter::new(file), scan_id, frames, n_blocks: 0 })
+    }
+
+    /// The points of one frame.
+    fn add(&mut self, points: &[CloudPoint]) -> Result<(), AppError> {
+        let Some(first) = points.first() else { return Ok(()) };
+        let along_u = self.frames.header.line_direction == vision::LineDirection::Rows;
+        let shown: Vec<_> = points.iter().map(|point| display_point_of_cloud(point, along_u)).collect();
+        let position_mm = self.frames.position_mm(first.frame as usize);
+        let block = encode_block(self.scan_id, self.n_blocks, first.frame, position_mm, &shown);
+        self.n_blocks += 1;
+        self.out.write_all(&block).map_err(disk_problem)
+    }
+
+    fn finish(mut self) -> Result<(), AppError> {
+        self.out.flush().map_err(disk_problem)
+    }
+}
+
+fn record(
+    ctx: &JobContext,
+    story: ScanStory,
+    document: &CalibrationDocument,
+    mut report: Value,
+    kept: KeptCloud,
+) -> ScanRecord {
+    report["losses"] = json!(story.losses);
+    ScanRecord {
+        id: story.id,
+        name: story.name,
+        state: story.state,
+        calibration_id: document.calibration.id.clone(),
+        plan: story.plan,
+        peaks: story.peaks,
+        capture_id: story.capture_id,
+        cloud: Some(kept.cloud),
+        display: Some(kept.display),
+        report,
+        recomputed_from: story.recomputed_from,
+        job_id: Some(ctx.id.clone()),
+        software_version: env!("CARGO_PKG_VERSION").to_owned(),
+        created_at_ms: now_ms(),
+    }
+}
+
+impl MadeScan {
+    /// In the operator's words.
+    pub fn message(&self) -> String {
+        let worth = match self.record.state {
+            ScanState::Complete => "",
+            ScanState::Partial => "; the scan is partial",
+            ScanState::Invalid => "; frames were lost: the scan is invalid",
+        };
+        format!("{} points from {} frames{worth}", self.n_points, self.n_frames)
+    }
+
+    /// What stores the record.
+    pub fn changes(&self) -> Vec<Change> {
+        let mut changes = self.also.clone();
+        changes.extend(scan_changes(&self.record, self.replaces));
+        changes
+    }
+
+    /// The same, with what a crash would need until the record is stored.
+    pub fn with_work(self, work: Work) -> Self {
+        Self { work: Some(work), ..self }
+    }
+
+    /// The record is stored: nothing else of its making is needed.
+    pub fn clear(&self) {
+        if let Some(work) = &self.work {
+            work.clear();
+        }
+    }
+}
+
+/// What stores the record of a scan, new or in place of its earlier self.
+pub fn scan_changes(record: &ScanRecord, replaces: bool) -> Vec<Change> {
+    let body = json!({ "name": record.name, "state": record.state, "n_points": record.report["n_points"] });
+    let told = event("scan.made", &record.id, body);
+    let record = record.clone();
+    vec![if replaces { Change::ReplaceScan(record) } else { Change::InsertScan(record) }, told]
+}

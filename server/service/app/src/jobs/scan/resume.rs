@@ -1,0 +1,96 @@
+//! A scan that was stopped goes on: the same plan, the same calibration, the first row that is missing.
+
+use scanning::files::peaks::PeaksFile;
+use store::{ScanRecord, ScanState};
+
+use crate::error::{AppError, ErrorKind};
+use crate::jobs::plan::ScanPlan;
+use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
+use crate::measurements::parts::{planned_measurements, purpose_of};
+use crate::progress::Phase;
+use crate::stored_scan::stored_peaks;
+
+/// The part of a scan that is there.
+pub struct Earlier {
+    /// The partial record.
+    pub record: ScanRecord,
+    /// How it was run.
+    pub plan: ScanPlan,
+    /// Its frames.
+    pub frames: PeaksFile,
+    /// Frames lost so far, in words.
+    pub losses: Vec<String>,
+}
+
+fn conflict(detail: String, remedy: &str) -> AppError {
+    AppError::new(ErrorKind::Conflict, detail).at("/resume_scan_id").remedy(remedy)
+}
+
+/// The scan that is to be continued, if one is named.
+pub fn earlier(input: &ScanInput, ctx: &JobContext) -> Result<Option<Earlier>, JobEnd> {
+    let Some(id) = &input.resume_scan_id else { return Ok(None) };
+    let record = ctx.wait(ctx.ledger.read().scan(id))?;
+    if record.state != ScanState::Partial || record.recomputed_from.is_some() {
+        let detail = format!("scan {id} is no stopped scan of the station: there is nothing to go on with");
+        return Err(conflict(detail, "scan anew").into());
+    }
+    if let Some(wanted) = input.calibration_id.as_ref().filter(|wanted| **wanted != record.calibration_id) {
+        let detail = format!("scan {id} was begun with calibration {}, not {wanted}", record.calibration_id);
+        return Err(conflict(detail, "go on with its own calibration, and compute it again afterwards").into());
+    }
+    let plan = serde_json::from_value(record.plan.clone())
+        .map_err(|cause| conflict(format!("the plan of scan {id} cannot be read: {cause}"), "scan anew"))?;
+    ctx.report(0.0, Phase::ReadingRows, "reading the rows that are there");
+    let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &record.peaks, &record.id))?;
+    let losses = serde_json::from_value(record.report["losses"].clone()).unwrap_or_default();
+    Ok(Some(Earlier { record, plan, frames, losses }))
+}
+
+impl Earlier {
+    /// The input with everything it leaves open taken from the earlier plan.
+    pub fn filled(&self, input: &ScanInput) -> ScanInput {
+        let plan = &self.plan;
+        let mode = input.mode.unwrap_or(plan.mode);
+        let continuous = mode == ScanMode::Continuous;
+        ScanInput {
+            from_mm: input.from_mm.or(Some(plan.from_mm)),
+            to_mm: input.to_mm.or(Some(plan.to_mm)),
+            step_mm: input.step_mm.or(Some(plan.step_mm)),
+            speed_mm_s: input.speed_mm_s.or(plan.speed_mm_s.filter(|_| continuous)),
+            mode: Some(mode),
+            exposure_us: input.exposure_us.or(Some(plan.exposure_us)),
+            laser_power: input.laser_power.or(Some(plan.laser_power)),
+            keep_frames: input.keep_frames || plan.keep_frames,
+            calibration_id: Some(self.record.calibration_id.clone()),
+            measure: planned_measurements(&self.record.plan),
+            purpose: purpose_of(&self.record),
+            ..input.clone()
+        }
+    }
+
+    /// Whether frames of `plan` go with those that are there.
+    ///
+    /// # Errors
+    /// A problem: another range, step, speed, exposure or power.
+    pub fn check(&self, plan: &ScanPlan) -> Result<(), AppError> {
+        if plan.continues(&self.plan) {
+            return Ok(());
+        }
+        let detail =
+            format!("scan {} was begun with another plan: {}", self.record.id, differences(plan, &self.plan));
+        Err(conflict(detail, "leave out what the scan knows already, or scan anew"))
+    }
+}
+
+fn differences(plan: &ScanPlan, earlier: &ScanPlan) -> String {
+    let pairs = [
+        ("from_mm", plan.from_mm, earlier.from_mm),
+        ("to_mm", plan.to_mm, earlier.to_mm),
+        ("step_mm", plan.step_mm, earlier.step_mm),
+        ("exposure_us", plan.exposure_us, earlier.exposure_us),
+        ("laser_power", plan.laser_power, earlier.laser_power),
+    ];
+    let told: Vec<String> =
+        pairs.iter().filter(|(_, a, b)| a != b).map(|(name, a, b)| format!("{name} {a} instead of {b}")).collect();
+    if told.is_empty() { "mode, speed or pictures differ".to_owned() } else { told.join(", ") }
+}

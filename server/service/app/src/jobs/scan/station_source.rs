@@ -1,0 +1,288 @@
+//! A scan from the station: planned, taken row by row or in one sweep, every frame kept as it comes.
+
+use std::time::Instant;
+
+use bytes::Bytes;
+use calibration::CalibrationDocument;
+use optics::Triangulator;
+use scanning::files::peaks::{PeaksFile, PeaksHeader};
+use scanning::{Frames as _, label_frame};
+use serde_json::{Value, json};
+use store::{ArtifactId, ScanState};
+
+use crate::calibrations::stored::stored_document;
+use crate::error::{AppError, ErrorKind};
+use crate::jobs::plan::{Pace, ScanPlan, TIMING, mode_of, plan};
+use crate::jobs::scan::acquisition::{gaps, take_frames};
+use crate::jobs::scan::pictures::take_in;
+use crate::jobs::scan::recording::Recorder;
+use crate::jobs::scan::resume::earlier;
+use crate::jobs::scan::timing::Timing;
+use crate::jobs::scan::work::{Work, WorkNote};
+use crate::jobs::scan::writing::{Kept, NewPeaks};
+use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, TAKEN, evaluated_share, made_scan, scan_changes};
+use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
+use crate::measurements::parts::{MEASURE, PURPOSE, planned_measurements};
+use crate::progress::Phase;
+use crate::stored_scan::{disk_problem, new_id, stored_peaks};
+
+/// What a scan is called if nobody gives it a name.
+const DEFAULT_NAME: &str = "scan";
+
+/// Scans from the station, anew or from where an earlier scan was stopped.
+pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
+    let earlier = earlier(input, ctx)?;
+    let input = earlier.as_ref().map_or_else(|| input.clone(), |earlier| earlier.filled(input));
+    let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
+    let calibration = document.calibration();
+    let pace = ctx.wait(Pace::learned(&ctx.ledger, mode_of(&input)));
+    let planned = plan(&input, &calibration, &ctx.station.status(), &pace)?;
+    let (note, earlier) = match earlier {
+        Some(earlier) => {
+            earlier.check(&planned)?;
+            let record = earlier.record;
+            let note = WorkNote {
+                scan_id: record.id,
+                name: record.name,
+                plan: record.plan,
+                calibration_id: record.calibration_id,
+                job_id: ctx.id.clone(),
+                replaces: true,
+                losses: earlier.losses,
+            };
+            (note, Some(earlier.frames))
+        }
+        None => (new_note(&input, &planned, &document, ctx)?, None),
+    };
+    let header = earlier.as_ref().map_or_else(|| header(ctx), |earlier| earlier.header);
+    let earlier = earlier.as_ref();
+    let (mut work, mut peaks) = Work::begin(&*ctx.artifacts, note, &header, earlier, planned.keep_frames)?;
+    let triangulator = Triangulator::new(calibration);
+    // Before anything moves: afterwards frames would wait for it.
+    triangulator.fill();
+    let mut positions_mm = show_earlier(ctx, &work.note.scan_id, earlier, &triangulator)?;
+    let mut timing = Timing::default();
+    let (n_before, began) = (positions_mm.len(), Instant::now());
+    let taken = take(
+        ctx,
+        &planned,
+        &triangulator,
+        &mut work,
+        &mut Kept { positions_mm: &mut positions_mm, peaks: &mut peaks, timing: &mut timing },
+    );
+    let acquired =
+        Acquired { took_s: began.elapsed().as_secs_f64(), n_rows: positions_mm.len() - n_before, pace, timing };
+    let blocks = ctx.live.end_scan(&work.note.scan_id);
+    let stopped = Stopped { ctx, work: &work, n_frames: positions_mm.len() };
+    let peaks = match stopped.keep_peaks(peaks, &blocks) {
+        Ok(kept) => kept,
+        // Nothing was taken, or nothing can be kept: why taking ended matters more.
+        Err(end) => return Err(taken.err().unwrap_or(end)),
+    };
+    match taken.and_then(|()| complete(ctx, &planned, &work, &document, peaks.clone(), &acquired)) {
+        Ok(made) => Ok(made.with_work(work)),
+        Err(end) => Err(stopped.as_partial(end, peaks)),
+    }
+}
+
+fn new_note(
+    input: &ScanInput,
+    planned: &ScanPlan,
+    document: &CalibrationDocument,
+    ctx: &JobContext,
+) -> Result<WorkNote, AppError> {
+    let name = input.name.clone().unwrap_or_else(|| DEFAULT_NAME.to_owned());
+    Ok(WorkNote {
+        scan_id: new_id(),
+        plan: plan_value(planned, &name, input)?,
+        name,
+        calibration_id: document.calibration.id.clone(),
+        job_id: ctx.id.clone(),
+        replaces: false,
+        losses: Vec::new(),
+    })
+}
+
+/// The plan as it is stored: with the source, the name in the cloud's header, and what the scan is for.
+fn plan_value(planned: &ScanPlan, name: &str, input: &ScanInput) -> Result<Value, AppError> {
+    let mut value = serde_json::to_value(planned).map_err(disk_problem)?;
+    value["source"] = json!({ "kind": "station" });
+    value["scan"] = json!(name);
+    value[MEASURE] = json!(input.measure);
+    value[PURPOSE] = json!(input.purpose);
+    Ok(value)
+}
+
+fn header(ctx: &JobContext) -> PeaksHeader {
+    let roi = ctx.station.status().camera_settings.roi;
+    PeaksHeader {
+        width_px: roi.width_px as u32,
+        height_px: roi.height_px as u32,
+        line_direction: ctx.config.projector.direction(),
+    }
+}
+
+/// The points that are there already are shown again: viewers see one scan. Where they were taken.
+fn show_earlier(
+    ctx: &JobContext,
+    scan_id: &str,
+    frames: Option<&PeaksFile>,
+    triangulator: &Triangulator,
+) -> Result<Vec<f64>, AppError> {
+    let calibration = triangulator.calibration();
+    ctx.live.begin_scan(scan_id);
+    let Some(frames) = frames else { return Ok(Vec::new()) };
+    for idx in 0..frames.n_frames() {
+        let frame = frames.frame(idx).map_err(disk_problem)?;
+        let profile = label_frame(&frame.centrelines, triangulator, calibration.depth_range_mm);
+        ctx.live.add_profile_points(scan_id, idx as u32, frame.position_mm, &profile, calibration);
+    }
+    Ok((0..frames.n_frames()).map(|idx| frames.position_mm(idx)).collect())
+}
+
+fn take(
+    ctx: &JobContext,
+    planned: &ScanPlan,
+    triangulator: &Triangulator,
+    work: &mut Work,
+    kept: &mut Kept<'_>,
+) -> Result<(), JobEnd> {
+    let earlier_mm = kept.positions_mm.clone();
+    kept.positions_mm.reserve(planned.n_rows.saturating_sub(earlier_mm.len()));
+    let scan_id = work.note.scan_id.clone();
+    let pictures = planned.keep_frames.then(|| work.pictures());
+    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures };
+    let losses = &mut work.note.losses;
+    recorder.record(kept, |hand| take_frames(ctx, planned, &earlier_mm, losses, hand))
+}
+
+/// Every row is there: pictures, cloud, record.
+fn complete(
+    ctx: &JobContext,
+    planned: &ScanPlan,
+    work: &Work,
+    document: &CalibrationDocument,
+    stored: Stored,
+    acquired: &Acquired,
+) -> Result<MadeScan, JobEnd> {
+    let note = &work.note;
+    let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &stored.peaks, &note.scan_id))?;
+    let positions_mm: Vec<f64> = (0..frames.n_frames()).map(|idx| frames.position_mm(idx)).collect();
+    let mut losses = note.losses.clone();
+    if planned.mode == ScanMode::Continuous {
+        losses.extend(gaps(planned, &positions_mm));
+    }
+    let mut also = Vec::new();
+    let mut capture_id = None;
+    if planned.keep_frames {
+        ctx.report(TAKEN, Phase::PackingPictures, "packing the pictures");
+        let (id, change) = take_in(ctx, &work.pictures(), &note.name, &note.name, &frames)?;
+        capture_id = Some(id);
+        also.push(change);
+    }
+    let story = ScanStory {
+        id: note.scan_id.clone(),
+        name: note.name.clone(),
+        cloud_name: note.name.clone(),
+        plan: note.plan.clone(),
+        state: if losses.is_empty() { ScanState::Complete } else { ScanState::Invalid },
+        peaks: stored.peaks,
+        capture_id,
+        recomputed_from: None,
+        display: Some(stored.display),
+        replaces: note.replaces,
+        losses,
+        also,
+    };
+    let n_measurements = planned_measurements(&note.plan).len();
+    let evaluating = Evaluating { part: TAKEN..evaluated_share(n_measurements), passes: acquired.pace.passes };
+    let mut made = made_scan(ctx, story, &frames, document, evaluating)?;
+    acquired.add_to(&mut made.record.report[TIMING], planned);
+    Ok(made)
+}
+
+/// How the frames were taken, in time.
+struct Acquired {
+    took_s: f64,
+    n_rows: usize,
+    /// As the plan was made with.
+    pace: Pace,
+    timing: Timing,
+}
+
+impl Acquired {
+    /// For the scan's report: what the next plans learn from.
+    fn add_to(&self, report: &mut Value, planned: &ScanPlan) {
+        // The plan's time of motion and exposures, for the rows that were taken now.
+        let motion_s = planned.acquisition_s - planned.n_rows as f64 * self.pace.row_overhead_s;
+        let share = self.n_rows as f64 / planned.n_rows.max(1) as f64;
+        report["acquisition_s"] = json!(self.took_s);
+        report["rows_taken"] = json!(self.n_rows);
+        report["waiting_s"] = json!(self.took_s - share * motion_s);
+        if let (Some(report), Some(Value::Object(frames))) = (report.as_object_mut(), self.timing.to_json()) {
+            report.extend(frames);
+        }
+    }
+}
+
+/// What is stored of a scan before its cloud.
+#[derive(Clone)]
+struct Stored {
+    peaks: ArtifactId,
+    display: ArtifactId,
+}
+
+/// A scan that may end before its time.
+struct Stopped<'a> {
+    ctx: &'a JobContext,
+    work: &'a Work,
+    n_frames: usize,
+}
+
+impl Stopped<'_> {
+    fn keep_peaks(&self, peaks: NewPeaks, blocks: &[Bytes]) -> Result<Stored, JobEnd> {
+        if self.n_frames == 0 {
+            self.work.clear();
+            return Err(AppError::new(ErrorKind::DeviceFault, "the station delivered no frame")
+                .remedy("check camera and trigger")
+                .into());
+        }
+        peaks.finish().map_err(disk_problem)?;
+        let artifacts = &self.ctx.artifacts;
+        let peaks = self.ctx.wait(self.work.keep_peaks(&**artifacts))?;
+        let display = self.ctx.wait(async {
+            let mut display = artifacts.create().await?;
+            for block in blocks {
+                display.write(block).await?;
+            }
+            display.finish().await
+        })?;
+        Ok(Stored { peaks, display })
+    }
+
+    /// Stores what there is as a partial scan, and tells how to go on.
+    fn as_partial(&self, end: JobEnd, stored: Stored) -> JobEnd {
+        let why = match &end {
+            JobEnd::Cancelled => "stopped by a person".to_owned(),
+            JobEnd::Failed(problem) => problem.detail.clone(),
+        };
+        let record = self.work.partial(self.n_frames, stored.peaks, Some(stored.display), &why);
+        let changes = scan_changes(&record, self.work.note.replaces);
+        if let Err(error) = self.ctx.wait(self.ctx.ledger.commit(changes)) {
+            tracing::error!(scan = %record.id, %error, "a stopped scan cannot be kept");
+            return end;
+        }
+        self.work.clear_but_pictures();
+        match end {
+            JobEnd::Cancelled => JobEnd::Cancelled,
+            JobEnd::Failed(mut problem) => {
+                let go_on = format!("then resume scan {}", record.id);
+                problem.remedy = Some(match problem.remedy.take() {
+                    Some(remedy) => format!("{remedy}; {go_on}"),
+                    None => go_on,
+                });
+                JobEnd::Failed(problem)
+            }
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! A small simulated station with a store, and jobs run on the calling thread.
+
+use std::sync::{Arc, Mutex};
+
+use calibration::{CalibrationDocument, CalibrationText};
+use live::LiveBus;
+use nalgebra::DMatrix;
+use optics::{Calibration, DepthRangeMm, LightSurfaces};
+use serde_json::json;
+use station::StationHandle;
+use station::cancel::CancelFlag;
+use store::{CalibrationRecord, Change, ScanRecord, Store};
+use tempfile::TempDir;
+use tokio::runtime::Runtime;
+use twin::{StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
+
+use crate::captures::Captures;
+use crate::config::AppConfig;
+use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource};
+use crate::lease::Authority;
+use crate::ledger::Ledger;
+use crate::measurements::ScanPurpose;
+
+/// What a job has told so far.
+pub type Kept<T> = Arc<Mutex<Vec<T>>>;
+
+/// Everything a job works with. Ends the station with the value.
+pub struct Bench {
+    pub ledger: Ledger,
+    pub store: Store,
+    pub station: StationHandle,
+    pub operator: TwinControl,
+    pub live: LiveBus,
+    pub captures: Captures,
+    pub config: Arc<AppConfig>,
+    pub document: CalibrationDocument,
+    pub runtime: Runtime,
+    pub folder: TempDir,
+}
+
+/// A job's context, and what it said.
+pub struct Job {
+    pub ctx: JobContext,
+    pub said: Arc<Mutex<Vec<String>>>,
+}
+
+/// The station of these tests: a quarter of the default one's pixels, so that a row takes a few milliseconds.
+pub fn shape() -> StationShape {
+    StationShape { width_px: 640, height_px: 512, ..StationShape::default() }
+}
+
+impl Bench {
+    /// A station that looks at a ball; its true parameters are the active calibration.
+    pub fn new() -> Self {
+        Self::of(&shape())
+    }
+
+    /// The same with a station of another shape.
+    pub fn of(shape: &StationShape) -> Self {
+        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let model = StationModel::seeded(7, shape).unwrap();
+        let twin = TwinStation::new(model.clone(), TwinOptions::default());
+        let operator = twin.control();
+        let station = StationHandle::over_twin(twin);
+        let store = runtime.block_on(Store::open(&folder.path().join("data"))).unwrap();
+        let ledger = runtime.block_on(Ledger::open(store.catalogue.clone())).unwrap();
+        let document = true_document(&model, "true0000");
+        let captures = {
+            let _inside = runtime.enter();
+            Captures::new(ledger.clone(), store.artifacts.clone(), &folder.path().join("cache")).unwrap()
+        };
+        let config = Arc::new(AppConfig::simulated(folder.path().join("data")));
+        let live = LiveBus::default();
+        let bench = Self { ledger, store, station, operator, live, captures, config, document, runtime, folder };
+        bench.add_calibration(&bench.document, true);
+        bench
+    }
+
+    /// Stores a calibration.
+    pub fn add_calibration(&self, document: &CalibrationDocument, active: bool) {
+        let id = document.calibration.id.clone();
+        let bytes = document.to_json();
+        let put = self.runtime.block_on(self.store.artifacts.put(bytes.as_bytes())).unwrap();
+        let record = CalibrationRecord {
+            id: id.clone(),
+            document: put,
+            report: None,
+            capture_id: None,
+            job_id: None,
+            summary: json!({}),
+            created_at_ms: 0,
+        };
+        let mut changes = vec![Change::InsertCalibration(record)];
+        if active {
+            changes.push(Change::Activate {
+                calibration_id: Some(id),
+                expected_previous: None,
+                act: "activate".into(),
+                actor: "test".into(),
+                at_ms: 0,
+            });
+        }
+        self.runtime.block_on(self.ledger.commit(changes)).unwrap();
+    }
+
+    /// A job that is cancelled as soon as it says something that `cancel_at` likes.
+    pub fn job_cancelled_at(&self, cancel_at: impl Fn(&str) -> bool + Send + Sync + 'static) -> Job {
+        let cancel = CancelFlag::default();
+        let said = Arc::new(Mutex::new(Vec::new()));
+        let (heard, wish) = (said.clone(), cancel.clone());
+        let ctx = JobContext {
+            id: crate::stored_scan::new_id(),
+            cancel,
+            config: self.config.clone(),
+            ledger: self.ledger.clone(),
+            artifacts: self.store.artifacts.clone(),
+            captures: self.captures.clone(),
+            station: self.station.clone(),
+            authority: Authority { holder: None, epoch: self.station.stop_epoch() },
+            live: self.live.clone(),
+            runtime: self.runtime.handle().clone(),
+            progress: Arc::new(move |_, _, words| {
+                heard.lock().unwrap().push(words.to_owned());
+                if cancel_at(words) {
+                    wish.cancel();
+                }
+            }),
+        };
+        Job { ctx, said }
+    }
+
+    /// A job that runs to its end.
+    pub fn job(&self) -> Job {
+        self.job_cancelled_at(|_| false)
+    }
+
+    /// What a job says from now on, and its fractions. Threads that evaluate report side by side: a fraction may
+    /// be a little behind the one before, the job's board keeps the largest.
+    pub fn following(&self, job: &mut Job) -> (Kept<String>, Kept<f64>) {
+        let (said, fractions) = (job.said.clone(), Arc::new(Mutex::new(Vec::new())));
+        let (heard, seen) = (said.clone(), fractions.clone());
+        job.ctx.progress = Arc::new(move |fraction, _, words| {
+            heard.lock().unwrap().push(words.to_owned());
+            seen.lock().unwrap().push(fraction);
+        });
+        (said, fractions)
+    }
+
+    /// Runs a job and stores what it made, as the runner does; returns the id of its result.
+    pub fn finish(&self, end: Result<Done, JobEnd>) -> String {
+        let done = end.unwrap_or_else(|end| panic!("{end:?}"));
+        self.runtime.block_on(self.ledger.commit(done.changes)).unwrap();
+        if let Some(after) = done.after {
+            after();
+        }
+        done.result.id
+    }
+
+    /// Scans, and returns the record.
+    pub fn scan(&self, input: ScanInput) -> ScanRecord {
+        let id = self.finish(super::super::run(input, &self.job().ctx));
+        self.record(&id)
+    }
+
+    pub fn record(&self, id: &str) -> ScanRecord {
+        self.runtime.block_on(self.ledger.read().scan(id)).unwrap()
+    }
+
+    pub fn scans(&self) -> Vec<ScanRecord> {
+        let page = store::Page { before: None, limit: 100 };
+        self.runtime.block_on(self.ledger.read().scans(&store::ScanFilter::default(), &page)).unwrap().records
+    }
+
+    pub fn bytes(&self, id: &store::ArtifactId) -> Vec<u8> {
+        self.runtime.block_on(self.store.artifacts.read(id)).unwrap()
+    }
+
+    pub fn cloud(&self, record: &ScanRecord) -> Vec<u8> {
+        self.bytes(record.cloud.as_ref().expect("a cloud"))
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        self.station.shut_down();
+    }
+}
+
+/// A scan from the station, stop-and-go.
+pub fn from_station(from_mm: f64, to_mm: f64, step_mm: f64) -> ScanInput {
+    ScanInput {
+        source: ScanSource::Station,
+        name: None,
+        from_mm: Some(from_mm),
+        to_mm: Some(to_mm),
+        step_mm: Some(step_mm),
+        speed_mm_s: None,
+        mode: None,
+        exposure_us: None,
+        laser_power: None,
+        keep_frames: false,
+        calibration_id: None,
+        resume_scan_id: None,
+        measure: Vec::new(),
+        purpose: ScanPurpose::Production,
+    }
+}
+
+/// The rest of a stopped scan.
+pub fn resumed(id: &str) -> ScanInput {
+    ScanInput {
+        from_mm: None,
+        to_mm: None,
+        step_mm: None,
+        resume_scan_id: Some(id.to_owned()),
+        ..from_station(0.0, 0.0, 1.0)
+    }
+}
+
+/// A document that holds the truth about the station.
+pub fn true_document(model: &StationModel, id: &str) -> CalibrationDocument {
+    let light = LightSurfaces::Grating(model.grating);
+    let n = 9 + light.parameters() + 3;
+    let standoff = model.shape.standoff_mm;
+    let value = Calibration {
+        id: id.into(),
+        camera: model.camera,
+        orders: model.orders.clone(),
+        light,
+        stage: Some(model.stage),
+        depth_range_mm: DepthRangeMm { near_mm: 0.9 * standoff, far_mm: 1.06 * standoff },
+        covariance: DMatrix::zeros(n, n),
+    };
+    let mut text = serde_json::to_value(CalibrationText::of(&value)).unwrap();
+    text["software"] = json!({ "name": "sheaf", "version": "0" });
+    text["inputs"] = json!([]);
+    text["parameters"] = json!({});
+    let camera = json!({ "rms_px": 0, "corner_sigma_px": 0, "k3": "off", "sigma": [0, 0, 0, 0, 0, 0, 0, 0, 0], "views": [] });
+    text["report"] =
+        json!({ "camera": camera, "light": null, "cross_validation": null, "stage": null, "warnings": [] });
+    serde_json::from_value(text).unwrap()
+}

@@ -1,0 +1,103 @@
+//! A scan that is measured in its own job: the verdict needs no browser, and nothing that happens loses the scan.
+
+use metrology::PartVerdict;
+use store::ScanState;
+
+use super::bench::{Bench, from_station, resumed};
+use crate::jobs::plan::{Pace, TIMING};
+use crate::jobs::scan::{recover, run};
+use crate::jobs::{JobEnd, ScanInput, ScanMode};
+use crate::measurements::MeasureInput;
+use crate::measurements::parts::{Part, part};
+
+fn sphere(nominal_mm: f64) -> MeasureInput {
+    MeasureInput {
+        tool: "sphere".into(),
+        name: None,
+        nominal_mm: Some(nominal_mm),
+        tolerance_mm: Some(0.5),
+        region_mm: None,
+        seed: None,
+    }
+}
+
+/// Rows that show enough of the ball.
+fn ball(measure: Vec<MeasureInput>) -> ScanInput {
+    ScanInput { measure, ..from_station(-8.0, 8.0, 0.5) }
+}
+
+impl Bench {
+    fn part(&self, id: &str) -> Part {
+        self.runtime.block_on(part(&self.ledger, self.record(id))).unwrap().0
+    }
+}
+
+#[test]
+fn the_verdict_is_made_in_the_job_and_the_next_plan_knows_the_pace() {
+    let bench = Bench::new();
+    let mut job = bench.job();
+    let (told, fractions) = bench.following(&mut job);
+    let done = run(ball(vec![sphere(18.9)]), &job.ctx).unwrap_or_else(|end| panic!("{end:?}"));
+    assert!(done.message.ends_with("; OK"), "{}", done.message);
+    let id = bench.finish(Ok(done));
+    let part = bench.part(&id);
+    assert_eq!((part.verdict, part.measured.len()), (Some(PartVerdict::Ok), 1));
+    // Every phase reported.
+    let told = told.lock().unwrap();
+    for words in ["row 33 of 33", "computing the cloud", "storing the cloud", "measuring: 1 of 1"] {
+        assert!(told.iter().any(|said| said == words), "{words}: {told:?}");
+    }
+    let fractions = fractions.lock().unwrap();
+    assert!(fractions.iter().filter(|at| **at > 0.0 && **at < 1.0).count() > 66, "{}", fractions.len());
+    let timing = &part.scan.report[TIMING];
+    assert!(timing["evaluation_s"].as_f64().unwrap() > 0.0 && timing["n_measured"] == 1, "{timing}");
+    let pace = bench.runtime.block_on(Pace::learned(&bench.ledger, ScanMode::StopAndGo));
+    let evaluation_s = timing["evaluation_s"].as_f64().unwrap() / timing["n_frames"].as_f64().unwrap();
+    assert_eq!(pace.evaluation_s_per_frame, evaluation_s);
+    assert_ne!(pace.row_overhead_s, Pace::unknown(ScanMode::StopAndGo).row_overhead_s);
+}
+
+#[test]
+fn a_stopped_part_is_invalid_until_it_was_continued_and_measured() {
+    let bench = Bench::new();
+    let job = bench.job_cancelled_at(|words| words.starts_with("row 20 of"));
+    assert!(matches!(run(ball(vec![sphere(18.9)]), &job.ctx), Err(JobEnd::Cancelled)));
+    let id = bench.scans()[0].id.clone();
+    assert_eq!(
+        (bench.record(&id).state, bench.part(&id).verdict),
+        (ScanState::Partial, Some(PartVerdict::Invalid))
+    );
+    assert_eq!(bench.finish(run(resumed(&id), &bench.job().ctx)), id);
+    assert_eq!((bench.record(&id).state, bench.part(&id).verdict), (ScanState::Complete, Some(PartVerdict::Ok)));
+}
+
+#[test]
+fn a_job_cancelled_while_it_measures_keeps_its_scan_as_invalid() {
+    let bench = Bench::new();
+    let job = bench.job_cancelled_at(|words| words == "measuring");
+    assert!(matches!(run(ball(vec![sphere(18.9)]), &job.ctx), Err(JobEnd::Cancelled)));
+    let id = bench.scans()[0].id.clone();
+    assert_eq!(
+        (bench.record(&id).state, bench.part(&id).verdict),
+        (ScanState::Complete, Some(PartVerdict::Invalid))
+    );
+}
+
+#[test]
+fn a_process_that_dies_while_it_measures_leaves_a_scan_that_can_be_completed() {
+    let bench = Bench::new();
+    // The job came to its end, and the process died before that was stored.
+    drop(run(ball(vec![sphere(18.9)]), &bench.job().ctx).unwrap_or_else(|end| panic!("{end:?}")));
+    assert!(bench.scans().is_empty());
+    bench.runtime.block_on(recover(&bench.ledger, &*bench.store.artifacts));
+    let id = bench.scans()[0].id.clone();
+    assert_eq!(
+        (bench.record(&id).state, bench.part(&id).verdict),
+        (ScanState::Partial, Some(PartVerdict::Invalid))
+    );
+    assert_eq!(bench.finish(run(resumed(&id), &bench.job().ctx)), id);
+    assert_eq!(bench.part(&id).verdict, Some(PartVerdict::Ok));
+    // What was left of the making is gone, and the next start changes nothing.
+    bench.runtime.block_on(recover(&bench.ledger, &*bench.store.artifacts));
+    assert_eq!(bench.record(&id).state, ScanState::Complete);
+}

@@ -1,0 +1,226 @@
+//! Calibrations over the simulated station, compared with its truth; and the sessions and activations around them.
+//!
+//! What this does not show: other stations than these two, and boards held by people.
+
+use calibration::CalibrationDocument;
+use optics::Calibration;
+use store::ArtifactId;
+use twin::Scene;
+
+use super::*;
+use crate::calibrations::Calibrations;
+use crate::jobs::{CalibrateInput, JobInput, Source};
+use crate::sessions::{NewSession, Sessions, SolveSession, VirtualBoard};
+use pipeline::Reporter;
+use pipeline::{calibrate_features, open_capture, read_features};
+
+/// What the joint fit of camera, boards and light leaves at best with corners known to 0.02 px: the processing core's
+/// own bound for calibrations (`server/cli/tests/rig_a.rs`).
+const SYSTEMATIC_MM: f64 = 0.020;
+
+fn from_station() -> CalibrateInput {
+    CalibrateInput {
+        source: Source::Station,
+        light_model: None,
+        k3: None,
+        leave_out_unreadable: false,
+        n_poses: None,
+        session_id: None,
+    }
+}
+
+async fn calibrated(jobs: &Jobs, input: CalibrateInput) -> String {
+    let job = jobs.submit(JobInput::Calibration(input), "test").await.unwrap();
+    let record = ended(jobs, &job.id).await.record;
+    assert_eq!(record.state, JobState::Succeeded, "{record:?}");
+    record.result.unwrap().id
+}
+
+async fn document(bench: &Bench, id: &str) -> (Vec<u8>, CalibrationDocument) {
+    let record = bench.parts.ledger.read().calibration(id).await.unwrap();
+    let bytes = bench.parts.artifacts.read(&record.document).await.unwrap();
+    let document = CalibrationDocument::parse(std::str::from_utf8(&bytes).unwrap()).unwrap();
+    (bytes, document)
+}
+
+/// Depth error on noise-free pixels of the ball and the gauge that the twin knows the true places of.
+fn systematic_rmse_mm(bench: &Bench, calibration: &Calibration) -> f64 {
+    let hands = bench.parts.station.simulation().unwrap();
+    let (model, renderer) = (hands.model(), hands.renderer());
+    let parts = [twin::SceneKind::Sphere { radius_mm: 18.9 }, twin::SceneKind::Gauge { height_mm: 8.9 }];
+    let mut squares = Vec::new();
+    for (part, position_mm) in parts.iter().flat_map(|part| [-8.0, 0.0, 8.0].map(|at| (part, at))) {
+        for point in renderer.truth_points(&part.placed(&model, 0x100), position_mm) {
+            let pixel = nalgebra::Vector2::new(point.u_px, point.v_px);
+            if let Some(hit) = calibration.triangulate(point.order, &pixel, None) {
+                squares.push((hit.hit_in_camera.xyz.z - point.hit_in_camera_mm.z).powi(2));
+            }
+        }
+    }
+    assert!(squares.len() > 1000);
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_virtual_operator_calibrates_a_station_to_a_few_micrometres_and_puts_the_part_back() {
+    let bench = Bench::new(&StationShape::default()).await;
+    let jobs = Jobs::start(bench.parts.clone()).await.unwrap();
+    let id = calibrated(&jobs, from_station()).await;
+    let (_, document) = document(&bench, &id).await;
+    let rmse_mm = systematic_rmse_mm(&bench, &document.calibration());
+    let summary = bench.parts.ledger.read().calibration(&id).await.unwrap().summary;
+    let sigma_mm = summary["systematic_sigma_mm"].as_f64().unwrap();
+    println!("systematic depth error {rmse_mm:.4} mm, its own sigma {sigma_mm:.4} mm");
+    // The error is one draw from what its own σ foretells: 2 σ covers 95 %.
+    assert!(rmse_mm < SYSTEMATIC_MM && rmse_mm < 2.0 * sigma_mm, "{rmse_mm} mm, σ {sigma_mm} mm");
+    assert!(!matches!(&*bench.parts.station.simulation().unwrap().scene(), Scene::Board(_)));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_stored_calibration_is_what_the_command_line_writes_from_the_same_pictures() {
+    let bench = Bench::new(&small()).await;
+    let jobs = Jobs::start(bench.parts.clone()).await.unwrap();
+    let id = calibrated(&jobs, from_station()).await;
+    let record = bench.parts.ledger.read().calibration(&id).await.unwrap();
+    let (bytes, _) = document(&bench, &id).await;
+    let capture_id = record.capture_id.unwrap();
+    let captures = bench.parts.captures.clone();
+    let by_command_line = tokio::task::spawn_blocking(move || {
+        let out = captures.check_out(&capture_id).unwrap();
+        let quiet = Reporter::new(true);
+        let capture = open_capture(&out.folder, &quiet).unwrap();
+        let features = read_features(&capture, false, &quiet).unwrap();
+        calibrate_features(&capture, &features, &Default::default(), &quiet).unwrap().document.to_json()
+    });
+    assert_eq!(String::from_utf8(bytes).unwrap(), by_command_line.await.unwrap());
+    // And once more from the stored capture: the same content is the same calibration.
+    let capture_id = bench.parts.ledger.read().calibration(&id).await.unwrap().capture_id.unwrap();
+    let again = CalibrateInput { source: Source::Capture { capture_id }, ..from_station() };
+    assert_eq!(calibrated(&jobs, again).await, id);
+    let page = bench.parts.artifacts.read(&record.report.unwrap()).await.unwrap();
+    let page = String::from_utf8(page).unwrap();
+    assert!(page.contains("Calibration report") && !page.contains("/tmp"));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_cancelled_calibration_leaves_nothing_and_frees_the_station() {
+    let bench = Bench::new(&small()).await;
+    let jobs = Jobs::start(bench.parts.clone()).await.unwrap();
+    let job = jobs.submit(JobInput::Calibration(from_station()), "test").await.unwrap();
+    let begun = Instant::now();
+    while !jobs.view(&job.id).await.unwrap().record.message.contains("pose 2 of 12") {
+        assert!(begun.elapsed() < PATIENCE);
+        tokio::time::sleep(Duration::from_millis(2)).await;
+    }
+    jobs.cancel(&job.id, "test").await.unwrap();
+    assert_eq!(ended(&jobs, &job.id).await.record.state, JobState::Cancelled);
+    let page = store::Page { before: None, limit: 10 };
+    assert!(bench.parts.ledger.read().calibrations(&page).await.unwrap().records.is_empty());
+    assert_eq!(std::fs::read_dir(bench.parts.artifacts.scratch()).unwrap().count(), 0);
+    assert!(!matches!(&*bench.parts.station.simulation().unwrap().scene(), Scene::Board(_)));
+    assert_eq!(bench.parts.station.status().job_id, None);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_session_gathers_poses_step_by_step_and_solves_them() {
+    let bench = Bench::new(&small()).await;
+    let jobs = Jobs::start(bench.parts.clone()).await.unwrap();
+    let parts = bench.parts.clone();
+    let open = || {
+        Sessions::new(parts.config.clone(), parts.ledger.clone(), parts.artifacts.clone(), parts.station.clone())
+    };
+    let sessions = open();
+    let session = sessions.create(NewSession::default()).await.unwrap();
+    let id = session.id.clone();
+    // Without a board there is nothing to read, and it is said at once.
+    let blind = sessions.add_pose(&id, Some(1)).await.unwrap();
+    assert!(blind.body.poses[0].board.problem.is_some() && !blind.body.poses[0].board.is_readable());
+    assert_eq!(sessions.solve_input(&id, SolveSession::default()).await.unwrap_err().status, 422);
+    let stale = sessions.add_pose(&id, Some(1)).await.unwrap_err();
+    assert_eq!(stale.status, 412);
+    sessions.delete_pose(&id, &blind.body.poses[0].id, Some(2)).await.unwrap();
+    for pose in 0..8 {
+        sessions.place_virtual_board(VirtualBoard::Pose { pose }).unwrap();
+        let now = sessions.add_pose(&id, None).await.unwrap();
+        let taken = now.body.poses.last().unwrap();
+        assert_eq!((taken.board.corners.len(), taken.board.problem.as_deref()), (88, None));
+        assert!(taken.laser.as_ref().unwrap().n_segments > 0);
+    }
+    // Another browser, or the server after a restart, goes on where this one was.
+    let sessions = open();
+    sessions.place_virtual_board(VirtualBoard::Stage).unwrap();
+    for position_mm in [-20.0, 0.0, 20.0] {
+        let early = sessions.solve_input(&id, SolveSession::default()).await;
+        let has_too_few = position_mm > -20.0;
+        assert_eq!(early.err().map(|problem| problem.status), has_too_few.then_some(422), "{position_mm} mm");
+        sessions.add_stage_view(&id, position_mm, None).await.unwrap();
+    }
+    sessions.place_virtual_board(VirtualBoard::Away).unwrap();
+    let gathered = sessions.get(&id).await.unwrap().body;
+    assert_eq!((gathered.poses.len(), gathered.stage_views.len()), (8, 3));
+    // The twin tilts its boards by 11 to 28° and holds them near its standoff of 400 mm.
+    for pose in &gathered.poses {
+        assert!((5.0..35.0).contains(&pose.board.tilt_deg.unwrap()), "{:?}", pose.board.tilt_deg);
+        assert!((340.0..440.0).contains(&pose.board.distance_mm.unwrap()), "{:?}", pose.board.distance_mm);
+    }
+    let input = sessions.solve_input(&id, SolveSession::default()).await.unwrap();
+    let job = jobs.submit(input, "test").await.unwrap();
+    sessions.note_job(&id, &job.id).await.unwrap();
+    let record = ended(&jobs, &job.id).await.record;
+    let (_, document) = document(&bench, &record.result.unwrap().id).await;
+    // Eight poses instead of twelve.
+    let rmse_mm = systematic_rmse_mm(&bench, &document.calibration());
+    assert!(rmse_mm < SYSTEMATIC_MM * (12.0_f64 / 8.0).sqrt(), "{rmse_mm}");
+    assert_eq!(sessions.get(&id).await.unwrap().body.job_id, Some(job.id));
+    let artifact = ArtifactId::parse(&gathered.poses[0].board.picture.artifact).unwrap();
+    bench.parts.artifacts.read(&artifact).await.unwrap();
+    sessions.delete(&id).await.unwrap();
+    assert_eq!(sessions.get(&id).await.unwrap_err().status, 404);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn activations_are_acts_that_can_be_rolled_back_one_by_one() {
+    let bench = Bench::new(&small()).await;
+    let jobs = Jobs::start(bench.parts.clone()).await.unwrap();
+    let parts = &bench.parts;
+    let calibrations = Calibrations::new(
+        parts.ledger.clone(),
+        parts.artifacts.clone(),
+        parts.live.clone(),
+        parts.station.clone(),
+    );
+    let one = calibrated(&jobs, CalibrateInput { n_poses: Some(8), ..from_station() }).await;
+    let capture_id = parts.ledger.read().calibration(&one).await.unwrap().capture_id.unwrap();
+    let planes = CalibrateInput {
+        source: Source::Capture { capture_id },
+        light_model: Some("planes".to_owned()),
+        ..from_station()
+    };
+    let two = calibrated(&jobs, planes).await;
+    let in_use = || parts.live.watch_calibration().borrow().as_ref().map(|tables| tables.calibration().id.clone());
+    let last_act = async || calibrations.active().await.unwrap().map(|act| act.seq);
+    assert_eq!(in_use(), None);
+    calibrations.activate(&one, Some(None), "Anna", None).await.unwrap();
+    let seq = last_act().await;
+    calibrations.activate(&one, None, "Anna", None).await.unwrap();
+    assert_eq!(last_act().await, seq, "activating what is active is no act");
+    assert_eq!(calibrations.activate(&two, Some(None), "Bert", None).await.unwrap_err().status, 412);
+    calibrations.activate(&two, Some(Some(one.clone())), "Bert", None).await.unwrap();
+    assert_eq!(in_use().as_ref(), Some(&two));
+    // A new process finds what was active.
+    let reborn = LiveBus::default();
+    let later =
+        Calibrations::new(parts.ledger.clone(), parts.artifacts.clone(), reborn.clone(), parts.station.clone());
+    later.load_active().await.unwrap();
+    assert_eq!(reborn.watch_calibration().borrow().as_ref().unwrap().calibration().id, two);
+    assert_eq!(calibrations.roll_back("Anna").await.unwrap().calibration_id.as_ref(), Some(&one));
+    assert_eq!(in_use().as_ref(), Some(&one));
+    assert_eq!(calibrations.roll_back("Anna").await.unwrap().calibration_id, None);
+    assert_eq!(in_use(), None);
+    assert_eq!(calibrations.roll_back("Anna").await.unwrap_err().status, 409);
+    assert_eq!(calibrations.activate("nowhere", None, "Anna", None).await.unwrap_err().status, 404);
+    // Planes miss the curvature of the sheets by far more than noise.
+    let difference = calibrations.difference(&one, &two).await.unwrap();
+    assert!(difference.total.rms_mm > 0.05, "{:?}", difference.total);
+    assert_eq!(calibrations.difference(&one, &one).await.unwrap().total.max_mm, 0.0);
+}

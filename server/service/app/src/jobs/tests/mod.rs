@@ -1,0 +1,93 @@
+//! The queue over the real store and a simulated station of a quarter of the usual pixels.
+
+#![allow(clippy::unwrap_used)]
+
+mod calibrating;
+mod queue;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use live::LiveBus;
+use station::StationHandle;
+use store::{JobState, Store};
+use twin::{StationModel, StationShape, TwinOptions, TwinStation};
+
+use crate::captures::Captures;
+use crate::config::AppConfig;
+use crate::jobs::{JobParts, JobView, Jobs};
+use crate::lease::ControlDesk;
+use crate::ledger::Ledger;
+
+/// Longer than anything here takes on a busy machine; only a defect makes a test wait that long.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// A service without its network.
+pub(crate) struct Bench {
+    pub parts: JobParts,
+    pub store: Store,
+    pub free_bytes: Arc<AtomicU64>,
+    _folder: tempfile::TempDir,
+}
+
+/// The usual station with a quarter of its pixels.
+pub(crate) fn small() -> StationShape {
+    StationShape { width_px: 640, height_px: 512, ..StationShape::default() }
+}
+
+impl Bench {
+    pub async fn new(shape: &StationShape) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let config = Arc::new(AppConfig::simulated(folder.path().join("data")));
+        let store = Store::open(&config.data).await.unwrap();
+        let ledger = Ledger::open(store.catalogue.clone()).await.unwrap();
+        let cache = folder.path().join("unpacked");
+        let model = StationModel::seeded(7, shape).unwrap();
+        let free_bytes = Arc::new(AtomicU64::new(u64::MAX));
+        let free = free_bytes.clone();
+        let parts = JobParts {
+            config,
+            captures: Captures::new(ledger.clone(), store.artifacts.clone(), &cache).unwrap(),
+            ledger,
+            artifacts: store.artifacts.clone(),
+            station: StationHandle::over_twin(TwinStation::new(model, TwinOptions::default())),
+            control: ControlDesk::default(),
+            live: LiveBus::default(),
+            free_bytes: Arc::new(move || free.load(Ordering::SeqCst)),
+        };
+        Self { parts, store, free_bytes, _folder: folder }
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        self.parts.station.shut_down();
+    }
+}
+
+/// Waits until the job is in a state from which nothing changes.
+pub(crate) async fn ended(jobs: &Jobs, id: &str) -> JobView {
+    let begun = Instant::now();
+    loop {
+        let view = jobs.view(id).await.unwrap();
+        if view.record.state.is_terminal() {
+            return view;
+        }
+        assert!(begun.elapsed() < PATIENCE, "{view:?}");
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+}
+
+/// Waits until the job runs.
+pub(crate) async fn running(jobs: &Jobs, id: &str) -> JobView {
+    let begun = Instant::now();
+    loop {
+        let view = jobs.view(id).await.unwrap();
+        if view.record.state == JobState::Running {
+            return view;
+        }
+        assert!(!view.record.state.is_terminal() && begun.elapsed() < PATIENCE, "{view:?}");
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+}

@@ -1,0 +1,86 @@
+//! Every use case of the service: jobs, sessions, calibrations, scans, measurements, control and Stop.
+//!
+//! A use case takes typed input and returns a typed result or an [`error::AppError`] with cause and remedy. Here is
+//! decided what may happen, in which order, and what is stored with it. There is no HTTP here, no status code, no exit
+//! code and no SQL: doors call these functions, the store keeps what they say.
+
+pub mod calibrations;
+pub mod camera;
+pub mod captures;
+pub mod closing;
+pub mod config;
+pub mod control;
+pub mod error;
+pub mod housekeeping;
+pub mod idempotency;
+pub mod jobs;
+pub mod labels;
+pub mod lease;
+pub mod ledger;
+pub mod limits;
+pub mod measurements;
+pub mod progress;
+pub mod sessions;
+mod start;
+pub mod stored_scan;
+
+use std::sync::Arc;
+
+use live::LiveBus;
+use sha2::{Digest as _, Sha256};
+use station::StationHandle;
+use store::{Artifacts, Store};
+use tokio_util::task::TaskTracker;
+
+use crate::calibrations::Calibrations;
+use crate::captures::Captures;
+use crate::closing::Closing;
+use crate::config::AppConfig;
+use crate::idempotency::KeysInFlight;
+use crate::jobs::Jobs;
+use crate::lease::ControlDesk;
+use crate::ledger::Ledger;
+use crate::measurements::plan::MeasurementPlans;
+use crate::sessions::Sessions;
+
+/// The parts of the running service, made once and handed to whoever needs them.
+#[derive(Clone)]
+pub struct App {
+    /// How it is set up.
+    pub config: Arc<AppConfig>,
+    /// The data directory.
+    pub store: Arc<Store>,
+    /// The catalogue and its events.
+    pub ledger: Ledger,
+    /// What records name.
+    pub artifacts: Arc<dyn Artifacts>,
+    /// Captures as folders.
+    pub captures: Captures,
+    /// Which calibration is active, and how two differ.
+    pub calibrations: Calibrations,
+    /// Calibrations in the making.
+    pub sessions: Sessions,
+    /// The hardware.
+    pub station: StationHandle,
+    /// The queue.
+    pub jobs: Jobs,
+    /// What is seen at this moment.
+    pub live: LiveBus,
+    /// What Start scans and measures.
+    pub measurement_plans: MeasurementPlans,
+    /// Who commands.
+    pub control: ControlDesk,
+    /// Held while it is stored whether the station is stopped, so that the last word on the disk is the last word.
+    pub halt_turn: Arc<tokio::sync::Mutex<()>>,
+    /// What was asked for and runs to its end, whether or not the client waits.
+    pub tasks: TaskTracker,
+    /// Requests with a key that are being answered.
+    pub keys: KeysInFlight,
+    /// Whether the service ends.
+    pub closing: Closing,
+}
+
+/// SHA-256, hexadecimal.
+pub fn hash_hex(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,34 @@
+//! What is asked to be measured, and what a scan is made for, as stored.
+
+use serde::{Deserialize, Serialize};
+
+/// What a scan is made for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ScanPurpose {
+    /// A part is inspected.
+    #[default]
+    Production,
+    /// A known part tells whether the calibration still holds: no part of the production.
+    Verification,
+}
+
+/// A characteristic to be measured on a scan.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MeasureInput {
+    /// The tool's name.
+    pub tool: String,
+    /// Tells two uses of one tool apart.
+    #[serde(default)]
+    pub name: Option<String>,
+    /// What it should be, mm (degrees for an angle).
+    pub nominal_mm: Option<f64>,
+    /// Symmetric limits around the nominal, mm (degrees for an angle); asks for a verdict.
+    pub tolerance_mm: Option<f64>,
+    /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    #[serde(default)]
+    pub region_mm: Option<[f64; 6]>,
+    /// Seed of the search; 1 if not said.
+    #[serde(default)]
+    pub seed: Option<u64>,
+}

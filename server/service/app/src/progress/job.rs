@@ -1,0 +1,124 @@
+//! Progress of a job: a procedure's own fraction becomes a part of the job's.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use pipeline::{Reporter, Task};
+use station::cancel::CancelFlag;
+
+use crate::progress::{Phase, Step};
+
+/// Takes a job's fraction, 0–1, what it does, and the same in words.
+pub type ProgressFn = Arc<dyn Fn(f64, Step, &str) + Send + Sync>;
+
+/// Where a job's procedures report.
+pub struct JobReporter {
+    /// Set when the job shall end.
+    pub cancel: CancelFlag,
+    /// Takes the job's fraction, step and words.
+    pub progress: ProgressFn,
+    /// What the procedure does for the job.
+    pub phase: Phase,
+    /// Which part of the job's fraction the procedure fills.
+    pub part: Range<f64>,
+}
+
+impl JobReporter {
+    fn task(&self, title: &str, unit: &str, total: usize) -> Box<dyn Task> {
+        let task = JobTask {
+            progress: self.progress.clone(),
+            phase: self.phase,
+            part: self.part.clone(),
+            title: title.to_owned(),
+            unit: unit.to_owned(),
+            total,
+            done: AtomicUsize::new(0),
+        };
+        task.report(0.0, self.phase.into(), title);
+        Box::new(task)
+    }
+}
+
+impl Reporter for JobReporter {
+    fn note(&self, text: &str) {
+        tracing::debug!("{text}");
+    }
+
+    fn warn(&self, text: &str) {
+        tracing::warn!("{text}");
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
+    }
+
+    fn count(&self, title: &str, unit: &str, total: usize) -> Box<dyn Task> {
+        self.task(title, unit, total)
+    }
+
+    fn fraction(&self, title: &str) -> Box<dyn Task> {
+        self.task(title, "", 0)
+    }
+}
+
+struct JobTask {
+    progress: ProgressFn,
+    phase: Phase,
+    part: Range<f64>,
+    title: String,
+    unit: String,
+    total: usize,
+    done: AtomicUsize,
+}
+
+impl JobTask {
+    fn report(&self, fraction: f64, step: Step, words: &str) {
+        let done = self.part.start + (self.part.end - self.part.start) * fraction.clamp(0.0, 1.0);
+        (self.progress)(done, step, words);
+    }
+}
+
+impl Task for JobTask {
+    fn step(&self) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        let words = format!("{}: {done} of {} {}", self.title, self.total, self.unit);
+        self.report(done as f64 / self.total.max(1) as f64, self.phase.counted(done, self.total), &words);
+    }
+
+    fn at(&self, step: &str, fraction: f64) {
+        self.report(fraction, self.phase.into(), step);
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+
+    #[test]
+    fn a_procedure_fills_its_part_of_the_job_and_ends_when_asked() {
+        let told = Arc::new(Mutex::new(Vec::new()));
+        let cancel = CancelFlag::default();
+        let heard = told.clone();
+        let progress = Arc::new(move |fraction: f64, step: Step, words: &str| {
+            heard.lock().unwrap().push((fraction, step, words.to_owned()));
+        });
+        let phase = Phase::ReadingPictures;
+        let reporter = JobReporter { cancel: cancel.clone(), progress, phase, part: 0.5..0.9 };
+        let task = reporter.count("reading", "pictures", 2);
+        task.step();
+        task.step();
+        let expected = [
+            (0.5, phase.into(), "reading".to_owned()),
+            (0.7, phase.counted(1, 2), "reading: 1 of 2 pictures".to_owned()),
+            (0.9, phase.counted(2, 2), "reading: 2 of 2 pictures".to_owned()),
+        ];
+        assert_eq!(*told.lock().unwrap(), expected);
+        assert!(reporter.go_on().is_ok());
+        cancel.cancel();
+        assert!(reporter.go_on().unwrap_err().is_cancelled());
+    }
+}

@@ -1,0 +1,87 @@
+//! A look at the board as it is held now, before any picture is taken.
+
+use serde::{Deserialize, Serialize};
+use station::StampedFrame;
+use utoipa::ToSchema;
+
+use crate::error::{AppError, ErrorKind};
+use crate::sessions::body::{BoardPicture, Picture, SessionBody, SessionPose};
+use crate::sessions::camera_so_far::learn_camera;
+use crate::sessions::found;
+
+/// What one frame shows of the board. Nothing of it is kept.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Look {
+    /// The station's count of the frame, as in the live stream.
+    pub sequence: u64,
+    /// Middle of its exposure on the station's clock, ms.
+    pub captured_ms: f64,
+    /// Columns of the frame.
+    pub width_px: usize,
+    /// Rows of the frame.
+    pub height_px: usize,
+    /// Corners: column and row on the board, u and v in the frame (px), standard deviation (px).
+    pub corners: Vec<[f64; 5]>,
+    /// Cells of the coverage map (8 × 6, row by row from the top left) that hold corners.
+    pub coverage_cells: Vec<u32>,
+    /// Typical standard deviation of a corner: grows with blur, darkness and noise.
+    pub corner_sigma_px: Option<f64>,
+    /// Share of pixels at the sensor's limit.
+    pub saturated_share: f64,
+    /// Angle between the board and the picture plane; once the camera is known, from three pictures on.
+    pub tilt_deg: Option<f64>,
+    /// Distance of the board's middle; once the camera is known.
+    pub distance_mm: Option<f64>,
+    /// RMS distance of the corners from where the camera, fitted with this frame too, expects them.
+    pub rms_px: Option<f64>,
+    /// What is wrong with it, and what to do.
+    pub problem: Option<String>,
+}
+
+/// What `frame` would add to the session `body`.
+///
+/// # Errors
+/// A problem if the frame has another size than the session's pictures.
+pub fn look_at(frame: &StampedFrame, mut body: SessionBody) -> Result<Look, AppError> {
+    let (width_px, height_px) = (frame.image.width(), frame.image.height());
+    check_size(&body, (width_px, height_px))?;
+    (body.width_px, body.height_px) = (width_px, height_px);
+    let unkept = Picture { artifact: String::new(), exposure_us: frame.exposure_us, taken_at_ms: 0 };
+    let mut board = found::board_in(&frame.image, unkept, &body.target);
+    if frame.laser_on {
+        board.problem =
+            Some("the laser shines; switch it off, so that the board is seen by ordinary light".to_owned());
+    }
+    if board.is_readable() {
+        body.poses.push(SessionPose { id: String::new(), board, laser: None });
+        learn_camera(&mut body);
+        board = body.poses.swap_remove(body.poses.len() - 1).board;
+    }
+    let BoardPicture { corners, coverage_cells, corner_sigma_px, saturated_share, .. } = board;
+    Ok(Look {
+        sequence: frame.sequence,
+        captured_ms: frame.captured_at_ns as f64 / 1e6,
+        width_px,
+        height_px,
+        corners,
+        coverage_cells,
+        corner_sigma_px,
+        saturated_share,
+        tilt_deg: board.tilt_deg,
+        distance_mm: board.distance_mm,
+        rms_px: board.rms_px,
+        problem: board.problem,
+    })
+}
+
+/// All pictures of a session have one size.
+///
+/// # Errors
+/// A problem if this one has another.
+pub fn check_size(body: &SessionBody, size_px: (usize, usize)) -> Result<(), AppError> {
+    if body.width_px == 0 || size_px == (body.width_px, body.height_px) {
+        return Ok(());
+    }
+    Err(AppError::new(ErrorKind::Conflict, "the camera's picture size changed during the session")
+        .remedy("set it back, or begin a new session"))
+}

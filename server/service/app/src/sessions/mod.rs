@@ -1,0 +1,421 @@
+//! Calibration sessions: a person moves the board, the server takes the pictures and says at once what they show.
+//!
+//! Everything gathered is kept on the server, so that a session goes on in another browser, or after a restart, where
+//! it was. Solving it is a job; the active calibration stays as it is until somebody activates the result.
+
+mod body;
+mod camera_so_far;
+mod found;
+mod look;
+mod needs;
+pub mod photographer;
+pub mod virtual_operator;
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use station::cancel::CancelFlag;
+use station::wall_clock::now_ms;
+use station::{Purpose, StampedFrame, StationHandle, StationLease};
+use store::{Artifacts, Change, Listed, Page, SessionRecord, StoreError};
+use utoipa::ToSchema;
+
+use crate::config::AppConfig;
+use crate::error::{AppError, ErrorKind};
+use crate::ledger::{Ledger, event};
+use crate::sessions::photographer::{Exposures, Photographer};
+use crate::sessions::virtual_operator::VirtualOperator;
+use crate::stored_scan::{disk_problem, new_id};
+
+pub use body::{
+    BoardPicture, CameraSoFar, Picture, ProjectorSheet, Session, SessionBody, SessionPose, SessionStageView,
+    Target,
+};
+pub use look::Look;
+
+/// Most pictures of a session: five times what any calibration needs, and a bounded record.
+const PICTURE_LIMIT: usize = 120;
+
+/// Fewest readable boards that a calibration can begin with.
+const FEWEST_BOARDS: usize = 3;
+
+/// What a new session is to be.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct NewSession {
+    /// What a person calls it.
+    pub name: Option<String>,
+    /// The board; the configured one if left out.
+    pub target: Option<Target>,
+    /// The projector; the configured one if left out.
+    pub projector: Option<ProjectorSheet>,
+    /// How pictures are exposed.
+    pub exposures: Option<Exposures>,
+}
+
+/// What a new session has where nothing else is said.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct SessionDefaults {
+    /// The configured board.
+    pub target: Target,
+    /// The configured projector.
+    pub projector: ProjectorSheet,
+    /// How pictures are exposed.
+    pub exposures: Exposures,
+}
+
+/// Where the virtual operator of a simulated station is to hold the board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "place", rename_all = "snake_case", deny_unknown_fields)]
+pub enum VirtualBoard {
+    /// In a pose, counted from 0.
+    Pose {
+        /// Which.
+        pose: usize,
+    },
+    /// On the stage, for stage views.
+    Stage,
+    /// Out of the way; what lay on the stage before comes back.
+    Away,
+}
+
+/// The calibration sessions of the service.
+#[derive(Clone)]
+pub struct Sessions {
+    config: Arc<AppConfig>,
+    ledger: Ledger,
+    artifacts: Arc<dyn Artifacts>,
+    station: StationHandle,
+    /// One change at a time: pictures take longer than a version check can bridge.
+    turn: Arc<tokio::sync::Mutex<()>>,
+    operator: Arc<Mutex<Option<VirtualOperator>>>,
+    /// One look at a time: many browsers may ask for the same.
+    eye: Arc<tokio::sync::Mutex<()>>,
+}
+
+impl Sessions {
+    /// Over the store, with this station.
+    pub fn new(
+        config: Arc<AppConfig>,
+        ledger: Ledger,
+        artifacts: Arc<dyn Artifacts>,
+        station: StationHandle,
+    ) -> Self {
+        Self {
+            config,
+            ledger,
+            artifacts,
+            station,
+            turn: Arc::default(),
+            operator: Arc::default(),
+            eye: Arc::default(),
+        }
+    }
+
+    /// What a new session has where nothing else is said: the configured board and projector.
+    pub fn defaults(&self) -> SessionDefaults {
+        SessionDefaults {
+            target: self.config.target.clone().into(),
+            projector: self.config.projector.clone().into(),
+            exposures: Exposures::default(),
+        }
+    }
+
+    /// Begins a session.
+    #[cfg(test)]
+    pub async fn create(&self, new: NewSession) -> Result<Session, AppError> {
+        self.create_with(new, |_| Vec::new()).await
+    }
+
+    /// Begins a session, with changes that are made in the same transaction or not at all.
+    pub async fn create_with(
+        &self,
+        new: NewSession,
+        and: impl FnOnce(&Session) -> Vec<Change>,
+    ) -> Result<Session, AppError> {
+        let now = now_ms();
+        let defaults = self.defaults();
+        let body = SessionBody {
+            name: new.name.unwrap_or_else(|| "calibration".to_owned()),
+            target: new.target.unwrap_or(defaults.target),
+            projector: new.projector.unwrap_or(defaults.projector),
+            exposures: new.exposures.unwrap_or(defaults.exposures),
+            width_px: 0,
+            height_px: 0,
+            poses: Vec::new(),
+            stage_views: Vec::new(),
+            camera: CameraSoFar::default(),
+            job_id: None,
+        };
+        check_new(&body)?;
+        let session =
+            Session { id: new_id(), version: 1, body, needs: None, created_at_ms: now, changed_at_ms: now };
+        let told = event("session.created", &session.id, json!({ "version": session.version }));
+        let mut changes = and(&session);
+        changes.extend([Change::InsertSession(record(&session)?), told]);
+        self.ledger.commit(changes).await?;
+        Ok(session)
+    }
+
+    /// A session.
+    pub async fn get(&self, id: &str) -> Result<Session, AppError> {
+        self.ledger.read().session(id).await?.try_into()
+    }
+
+    /// Sessions, newest first.
+    pub async fn list(&self, page: &Page) -> Result<Listed<Session>, AppError> {
+        let Listed { records, damaged, next } = self.ledger.read().sessions(page).await?;
+        let records = records.into_iter().map(Session::try_from).collect::<Result<_, _>>()?;
+        Ok(Listed { records, damaged, next })
+    }
+
+    /// Looks at the newest frame of a running live view, else at a single exposure; the session stays as it is.
+    pub async fn look(&self, id: &str) -> Result<Look, AppError> {
+        let _eye = self.eye.lock().await;
+        let body = self.get(id).await?.body;
+        let frame = self.station.snapshot().await?;
+        tokio::task::block_in_place(|| look::look_at(&frame, body))
+    }
+
+    /// Takes the board as it is held now, by ordinary and by laser light. `expected`: refused unless the session has
+    /// this version.
+    pub async fn add_pose(&self, id: &str, expected: Option<i64>) -> Result<Session, AppError> {
+        self.change(id, expected, |sessions, body| {
+            check_room(body)?;
+            let camera = sessions.photographer(id, body, "taking a calibration pose")?;
+            let board = camera.board()?;
+            let laser = camera.laser()?;
+            drop(camera);
+            let board = sessions.keep_board(&board, body)?;
+            let picture = sessions.keep(&laser)?;
+            let laser = found::lines_in(&laser.image, picture, &body.projector.line_direction);
+            body.poses.push(SessionPose { id: new_id(), board, laser: Some(laser) });
+            camera_so_far::learn_camera(body);
+            Ok(())
+        })
+        .await
+    }
+
+    /// Forgets a pose.
+    pub async fn delete_pose(&self, id: &str, pose_id: &str, expected: Option<i64>) -> Result<Session, AppError> {
+        let pose_id = pose_id.to_owned();
+        self.change(id, expected, move |_, body| {
+            remove(&mut body.poses, "pose", &pose_id, |pose| &pose.id)?;
+            camera_so_far::learn_camera(body);
+            Ok(())
+        })
+        .await
+    }
+
+    /// Moves the stage to a position and takes the board that lies on it.
+    pub async fn add_stage_view(
+        &self,
+        id: &str,
+        position_mm: f64,
+        expected: Option<i64>,
+    ) -> Result<Session, AppError> {
+        self.change(id, expected, move |sessions, body| {
+            check_room(body)?;
+            let camera = sessions.photographer(id, body, "taking a stage view")?;
+            let position_mm = camera.go_to(position_mm)?;
+            let frame = camera.board()?;
+            drop(camera);
+            let board = sessions.keep_board(&frame, body)?;
+            body.stage_views.push(SessionStageView { id: new_id(), position_mm, board });
+            Ok(())
+        })
+        .await
+    }
+
+    /// Forgets a stage view.
+    pub async fn delete_stage_view(
+        &self,
+        id: &str,
+        view_id: &str,
+        expected: Option<i64>,
+    ) -> Result<Session, AppError> {
+        let view_id = view_id.to_owned();
+        self.change(id, expected, move |_, body| {
+            remove(&mut body.stage_views, "stage view", &view_id, |view| &view.id)
+        })
+        .await
+    }
+
+    /// Lets the virtual operator of a simulated station hold the board somewhere.
+    pub fn place_virtual_board(&self, place: VirtualBoard) -> Result<(), AppError> {
+        let hands = self.station.simulation().ok_or_else(|| {
+            AppError::new(ErrorKind::Conflict, "this station is not simulated").remedy("move the board by hand")
+        })?;
+        let mut operator = self.operator.lock().unwrap_or_else(PoisonError::into_inner);
+        if place == VirtualBoard::Away {
+            *operator = None;
+            return Ok(());
+        }
+        let operator = operator.get_or_insert_with(|| VirtualOperator::new(hands));
+        match place {
+            VirtualBoard::Pose { pose } if pose >= PICTURE_LIMIT => {
+                return Err(AppError::new(ErrorKind::Impossible, format!("there is no pose {pose}"))
+                    .remedy(format!("give a number below {PICTURE_LIMIT}")));
+            }
+            VirtualBoard::Pose { pose } => operator.hold_board(pose, virtual_operator::N_POSES),
+            VirtualBoard::Stage | VirtualBoard::Away => operator.lay_board(&operator.stage_positions_mm()),
+        }
+        Ok(())
+    }
+
+    /// Refuses a session whose readable pictures do not suffice for a calibration.
+    pub async fn check_suffices(&self, id: &str) -> Result<(), AppError> {
+        let session = self.get(id).await?;
+        let n_readable = session.body.poses.iter().filter(|pose| pose.board.is_readable()).count();
+        if n_readable < FEWEST_BOARDS {
+            return Err(AppError::new(
+                ErrorKind::Impossible,
+                format!("a calibration needs {FEWEST_BOARDS} readable boards, the session has {n_readable}"),
+            )
+            .remedy("take the board in more poses, tilted differently"));
+        }
+        let views = session.body.stage_views.iter().filter(|view| view.board.is_readable());
+        let positions_mm: Vec<f64> = views.map(|view| view.position_mm).collect();
+        calibration::check_stage_positions(&positions_mm).map_err(pipeline::Failure::from)?;
+        Ok(())
+    }
+
+    /// Notes the job that was started to solve a session.
+    pub async fn note_job(&self, id: &str, job_id: &str) -> Result<(), AppError> {
+        let job_id = job_id.to_owned();
+        self.change(id, None, move |_, body| {
+            body.job_id = Some(job_id);
+            Ok(())
+        })
+        .await?;
+        Ok(())
+    }
+
+    /// Forgets a session; what it made stays.
+    pub async fn delete(&self, id: &str) -> Result<(), AppError> {
+        let _turn = self.turn.lock().await;
+        self.ledger.read().session(id).await?;
+        let told = event("session.deleted", id, json!({}));
+        self.ledger.commit(vec![Change::DeleteSession(id.to_owned()), told]).await?;
+        Ok(())
+    }
+
+    /// Changes a session on a thread that may block, and stores it as its next version.
+    async fn change(
+        &self,
+        id: &str,
+        expected: Option<i64>,
+        act: impl FnOnce(&Self, &mut SessionBody) -> Result<(), AppError> + Send,
+    ) -> Result<Session, AppError> {
+        let _turn = self.turn.lock().await;
+        let mut session = self.get(id).await?;
+        if expected.is_some_and(|expected| expected != session.version) {
+            return Err(changed());
+        }
+        tokio::task::block_in_place(|| act(self, &mut session.body))?;
+        session.version += 1;
+        session.changed_at_ms = now_ms();
+        let told = event("session.changed", id, json!({ "version": session.version }));
+        match self.ledger.commit(vec![Change::UpdateSession(record(&session)?), told]).await {
+            Ok(_) => Ok(session),
+            Err(StoreError::Changed { .. }) => Err(changed()),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn photographer(&self, id: &str, body: &SessionBody, activity: &str) -> Result<Photographer, AppError> {
+        let epoch = self.station.stop_epoch();
+        let purpose = Purpose { job_id: id.to_owned(), activity: activity.to_owned(), epoch };
+        let lease: StationLease = self.station.lease(purpose)?;
+        Ok(Photographer::new(lease, CancelFlag::default(), body.exposures))
+    }
+
+    fn keep_board(&self, frame: &StampedFrame, body: &mut SessionBody) -> Result<BoardPicture, AppError> {
+        let size_px = (frame.image.width(), frame.image.height());
+        look::check_size(body, size_px)?;
+        (body.width_px, body.height_px) = size_px;
+        Ok(found::board_in(&frame.image, self.keep(frame)?, &body.target))
+    }
+
+    fn keep(&self, frame: &StampedFrame) -> Result<Picture, AppError> {
+        let path = self.artifacts.scratch().join(format!("{}.png", new_id()));
+        capture::write_png(&path, &frame.image).map_err(disk_problem)?;
+        let artifact = tokio::runtime::Handle::current().block_on(self.artifacts.adopt(&path))?;
+        Ok(Picture {
+            artifact: artifact.as_str().to_owned(),
+            exposure_us: frame.exposure_us,
+            taken_at_ms: now_ms(),
+        })
+    }
+}
+
+fn record(session: &Session) -> Result<SessionRecord, AppError> {
+    let body = serde_json::to_value(&session.body).map_err(|cause| {
+        AppError::new(ErrorKind::Internal, "the session cannot be stored").because(cause.to_string())
+    })?;
+    Ok(SessionRecord {
+        id: session.id.clone(),
+        version: session.version,
+        body,
+        created_at_ms: session.created_at_ms,
+        changed_at_ms: session.changed_at_ms,
+    })
+}
+
+/// Target and projector must be ones that a manifest may state; the manifest's own rules decide when it is solved,
+/// the plain mistakes are told at once.
+fn check_new(body: &SessionBody) -> Result<(), AppError> {
+    let impossible = |what: &str, remedy: &str, place: &str| {
+        Err(AppError::new(ErrorKind::Impossible, what.to_owned()).remedy(remedy).at(place))
+    };
+    let sides = [body.target.inner_columns, body.target.inner_rows];
+    if sides.iter().any(|count| !(capture::params::CORNERS_MIN..=capture::params::CORNERS_MAX).contains(count)) {
+        return impossible("a board has 2 to 1000 inner corners along a side", "count them again", "/target");
+    }
+    if !(body.target.square_mm.is_finite() && body.target.square_mm > 0.0) {
+        return impossible("a square's side is a length above 0 mm", "measure it", "/target/square_mm");
+    }
+    let sheet = &body.projector;
+    if !(sheet.wavelength_nm > 0.0 && sheet.grating_lines_per_mm > 0.0) || sheet.orders.is_empty() {
+        return impossible(
+            "a projector has a wavelength, a grating and orders",
+            "see its data sheet",
+            "/projector",
+        );
+    }
+    if !matches!(sheet.line_direction.as_str(), "rows" | "columns") {
+        return impossible("lines run along rows or columns", "give rows or columns", "/projector/line_direction");
+    }
+    let Exposures { board_exposure_us, laser_exposure_us, laser_power } = body.exposures;
+    if !(board_exposure_us > 0.0 && laser_exposure_us > 0.0 && laser_power > 0.0 && laser_power <= 1.0) {
+        return impossible(
+            "exposures are above 0 µs, laser power is above 0 and at most 1",
+            "correct them",
+            "/exposures",
+        );
+    }
+    Ok(())
+}
+
+fn check_room(body: &SessionBody) -> Result<(), AppError> {
+    if body.poses.len() * 2 + body.stage_views.len() < PICTURE_LIMIT {
+        return Ok(());
+    }
+    Err(AppError::new(ErrorKind::Impossible, format!("a session holds at most {PICTURE_LIMIT} pictures"))
+        .remedy("delete some, or solve it"))
+}
+
+fn remove<T>(list: &mut Vec<T>, what: &str, id: &str, id_of: impl Fn(&T) -> &String) -> Result<(), AppError> {
+    match list.iter().position(|item| id_of(item) == id) {
+        Some(idx) => {
+            list.remove(idx);
+            Ok(())
+        }
+        None => Err(AppError::new(ErrorKind::NotFound, format!("the session has no {what} {id}"))),
+    }
+}
+
+fn changed() -> AppError {
+    AppError::new(ErrorKind::Changed, "the session was changed meanwhile").remedy("read it again and repeat")
+}

@@ -1,0 +1,44 @@
+//! The virtual operator of a simulated station: holds the board where a person would.
+
+use std::sync::Arc;
+
+use twin::{CaptureRequest, Scene, TwinControl};
+
+/// Board poses that the virtual operator takes unless asked for another number.
+pub const N_POSES: usize = 12;
+
+/// Hands that put back what lay on the stage when they are done.
+pub struct VirtualOperator {
+    hands: TwinControl,
+    found: Arc<Scene>,
+}
+
+impl VirtualOperator {
+    /// Remembers what lies on the stage.
+    pub fn new(hands: TwinControl) -> Self {
+        let found = hands.scene();
+        Self { hands, found }
+    }
+
+    /// Stage positions at which the board is to be seen, mm.
+    pub fn stage_positions_mm(&self) -> Vec<f64> {
+        CaptureRequest::standard(&self.hands.model()).stage_positions_mm
+    }
+
+    /// Holds the board in the pose `pose_idx` of `n_poses`; the stage is at 0.
+    pub fn hold_board(&self, pose_idx: usize, n_poses: usize) {
+        let poses = twin::poses::board_poses(&self.hands.model(), n_poses.max(pose_idx + 1));
+        self.hands.place(Scene::Board(poses[pose_idx]));
+    }
+
+    /// Lays the board on the stage, so that it is seen wholly at all of `positions_mm`.
+    pub fn lay_board(&self, positions_mm: &[f64]) {
+        self.hands.place(Scene::Board(twin::poses::stage_board(&self.hands.model(), positions_mm)));
+    }
+}
+
+impl Drop for VirtualOperator {
+    fn drop(&mut self) {
+        self.hands.place((*self.found).clone());
+    }
+}

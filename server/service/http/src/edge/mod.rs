@@ -1,0 +1,187 @@
+//! The outermost edge: an own accept loop, because slow, silent and too many clients must not cost the others.
+//!
+//! Every connection has ten seconds for each request header and takes bytes at least every twelve seconds; there are
+//! at most [`CONNECTION_LIMIT`] of them. Beyond that a few are heard for one thing only: Stop. Why not the framework's
+//! own server: ADR 0010.
+
+mod stalled;
+mod stop_places;
+
+use std::convert::Infallible;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::Request;
+use axum::response::{IntoResponse as _, Response};
+use futures_util::FutureExt as _;
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Semaphore;
+use tokio::task::{JoinHandle, JoinSet};
+use tokio_util::task::TaskTracker;
+use tower::ServiceExt as _;
+
+use crate::limits::{
+    CONNECTION_LIMIT, HEADER_TIMEOUT, STOP_CONNECTION_LIMIT, STOP_HEADER_TIMEOUT, WRITE_STALL_TIMEOUT,
+};
+use crate::problem::{Problem, ProblemKind};
+use app::closing::Closing;
+use app::limits::DRAIN_TIMEOUT;
+use stalled::NeverStalled;
+use stop_places::StopPlaces;
+
+/// The only path that a connection beyond the limit is heard for.
+pub const STOP_PATH: &str = "/api/v1/station/stop";
+
+/// Most bytes of a request's header.
+const HEADER_LIMIT_BYTES: usize = 64 * 1024;
+
+/// Pause after a refused accept (no file handles left), so that the loop does not spin.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
+
+/// The client's address, in every request's extensions.
+#[derive(Debug, Clone, Copy)]
+pub struct Peer(pub SocketAddr);
+
+/// The address of this machine that the client reached, in every request's extensions.
+#[derive(Debug, Clone, Copy)]
+pub struct Reached(pub std::net::IpAddr);
+
+/// Where a request came from, for the log of events.
+pub fn source(peer: Option<&axum::Extension<Peer>>) -> String {
+    peer.map_or_else(|| "server".to_owned(), |peer| peer.0.0.ip().to_string())
+}
+
+/// What a connection is heard for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Admission {
+    /// Everything.
+    Full,
+    /// Stop alone: there are too many connections.
+    StopOnly,
+}
+
+/// Accepts connections until `closing`, then gives those at work [`DRAIN_TIMEOUT`] to end.
+///
+/// A request that changes something runs on `tasks` from the moment its header is read, to its end, whether or not the
+/// client stays: half of a change is worse than one that nobody heard of, and a Stop must not need its client.
+pub async fn serve(listener: TcpListener, router: Router, closing: Closing, tasks: TaskTracker) {
+    let places = Arc::new(Semaphore::new(CONNECTION_LIMIT));
+    let stop_places = StopPlaces::new(STOP_CONNECTION_LIMIT);
+    let mut connections = JoinSet::new();
+    loop {
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            () = closing.closed() => break,
+            Some(_) = connections.join_next() => continue,
+        };
+        let (stream, peer) = match accepted {
+            Ok(accepted) => accepted,
+            Err(cause) => {
+                tracing::warn!(%cause, "cannot accept a connection");
+                tokio::time::sleep(ACCEPT_PAUSE).await;
+                continue;
+            }
+        };
+        match places.clone().try_acquire_owned() {
+            Ok(place) => {
+                let connection =
+                    converse(stream, peer, router.clone(), Admission::Full, closing.clone(), tasks.clone());
+                connections.spawn(async move {
+                    connection.await;
+                    drop(place);
+                });
+            }
+            Err(_) => {
+                metrics::counter!("sheaf_connections_refused_total").increment(1);
+                let connection =
+                    converse(stream, peer, router.clone(), Admission::StopOnly, closing.clone(), tasks.clone());
+                let place = stop_places.take(peer.ip());
+                connections.spawn(async move { place.hold(connection).await });
+            }
+        }
+    }
+    drop(listener);
+    let drained = async { while connections.join_next().await.is_some() {} };
+    if tokio::time::timeout(DRAIN_TIMEOUT, drained).await.is_err() {
+        tracing::info!("connections were still open at the end");
+    }
+}
+
+async fn converse(
+    stream: TcpStream,
+    peer: SocketAddr,
+    router: Router,
+    admission: Admission,
+    closing: Closing,
+    tasks: TaskTracker,
+) {
+    // Small messages of the live stream must not wait for the next one; a socket that refuses is slower, not wrong.
+    let _ = stream.set_nodelay(true);
+    let reached = stream.local_addr().ok().map(|address| Reached(address.ip()));
+    let service = hyper::service::service_fn(move |mut request: Request<Incoming>| {
+        if let Some(reached) = reached {
+            request.extensions_mut().insert(reached);
+        }
+        let changes = !request.method().is_safe();
+        let answering = answer(request.map(Body::new), peer, router.clone(), admission);
+        // Begun here and not when it is first waited for: a client that is gone by then is not waited for at all.
+        if changes { detached(tasks.spawn(answering)).boxed() } else { answering.boxed() }
+    });
+    let (keep_alive, header_timeout) = match admission {
+        Admission::Full => (true, HEADER_TIMEOUT),
+        Admission::StopOnly => (false, STOP_HEADER_TIMEOUT),
+    };
+    let io = TokioIo::new(NeverStalled::new(stream, WRITE_STALL_TIMEOUT));
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(header_timeout)
+        .keep_alive(keep_alive)
+        .max_buf_size(HEADER_LIMIT_BYTES)
+        .serve_connection(io, service)
+        .with_upgrades();
+    let mut connection = std::pin::pin!(connection);
+    let ended = tokio::select! {
+        ended = connection.as_mut() => ended,
+        () = closing.closed() => {
+            connection.as_mut().graceful_shutdown();
+            connection.await
+        }
+    };
+    if let Err(cause) = ended {
+        tracing::debug!(%peer, %cause, "connection ended");
+    }
+}
+
+/// The answer of a request that runs by itself.
+async fn detached(task: JoinHandle<Result<Response, Infallible>>) -> Result<Response, Infallible> {
+    match task.await {
+        Ok(answered) => answered,
+        // A panic was answered inside; the runtime ended it.
+        Err(ended) => Ok(crate::rest::problems::cut_off(&ended)),
+    }
+}
+
+async fn answer(
+    mut request: Request,
+    peer: SocketAddr,
+    router: Router,
+    admission: Admission,
+) -> Result<Response, Infallible> {
+    request.extensions_mut().insert(Peer(peer));
+    if admission == Admission::StopOnly && request.uri().path() != STOP_PATH {
+        return Ok(too_many().into_response());
+    }
+    router.oneshot(request).await
+}
+
+fn too_many() -> Problem {
+    Problem::new(ProblemKind::Unavailable, format!("{CONNECTION_LIMIT} connections are open"))
+        .remedy("close some, or try again; Stop is still heard")
+        .retry_after_s(5)
+}

@@ -1,0 +1,63 @@
+//! What handlers of several resources do alike.
+
+use axum::http::HeaderMap;
+
+use crate::problem::{Problem, ProblemKind};
+use crate::rest::answers::Reply;
+use crate::rest::control::{actor, admit};
+use crate::rest::idempotency::{Begun, begin};
+use crate::wire::jobs::{JobDto, job_href};
+use app::App;
+use app::control::Ask;
+use app::jobs::JobInput;
+use app::lease::Authority;
+
+pub use app::labels::label;
+
+/// Accepts a job, at most once for its key: 202 with its address.
+pub async fn accept_job(
+    app: &App,
+    headers: &HeaderMap,
+    route: &str,
+    body_sha256: &str,
+    input: JobInput,
+) -> Result<Reply, Problem> {
+    let once = match begin(app, headers, route, body_sha256).await? {
+        Begun::Answered(reply) => return Ok(reply),
+        Begun::Fresh(once) => once,
+    };
+    let source = actor(&app.control, headers);
+    let authority = authority(app, headers, &input)?;
+    let answer = |record: &store::JobRecord| {
+        Reply::accepted(job_href(&record.id), &JobDto::from(app::jobs::JobView::from(record.clone())))
+    };
+    let record = app.jobs.submit_with(input, &source, authority, |record| once.changes(&answer(record))).await?;
+    Ok(answer(&record))
+}
+
+/// On whose word the job uses the station; a computation needs nobody's.
+fn authority(app: &App, headers: &HeaderMap, input: &JobInput) -> Result<Authority, Problem> {
+    if input.needs_station() {
+        return admit(app, headers, Ask::StartJob);
+    }
+    Ok(Authority { holder: None, epoch: app.station.stop_epoch() })
+}
+
+/// Runs what blocks or calculates away from the threads that answer.
+pub async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
+    tokio::task::spawn_blocking(work).await.map_err(|cause| {
+        tracing::error!(%cause, "a calculation panicked");
+        Problem::new(ProblemKind::Internal, "the request met a defect of the program")
+            .remedy("report it with the log of the server")
+    })
+}
+
+/// A share of full laser power, 0 to 1; `place` is its JSON pointer.
+pub fn check_laser_power(power: f64, place: &str) -> Result<(), Problem> {
+    if (0.0..=1.0).contains(&power) {
+        return Ok(());
+    }
+    Err(Problem::new(ProblemKind::Impossible, format!("{power} is no share of full power"))
+        .at(place)
+        .remedy("give a number from 0 to 1"))
+}

@@ -1,0 +1,129 @@
+//! `Idempotency-Key`: one key is one request, done once and answered alike for seven days, across restarts.
+//!
+//! The answer is stored in the same transaction as what the request made, so that there is no moment in which one is
+//! there without the other.
+
+use axum::http::{HeaderMap, HeaderName};
+use serde_json::Value;
+use station::wall_clock::now_ms;
+use store::{Change, IdempotencyRecord};
+
+use crate::problem::{Problem, ProblemKind};
+use crate::rest::answers::{Reply, header_text};
+use app::App;
+use app::hash_hex;
+use app::idempotency::InFlight;
+
+const HEADER: HeaderName = HeaderName::from_static("idempotency-key");
+
+/// Longest key.
+const KEY_LIMIT: usize = 200;
+
+/// A request that is done for the first time.
+#[derive(Debug)]
+pub struct Once {
+    flight: Option<InFlight>,
+    body_sha256: String,
+}
+
+/// Whether a request is new.
+#[derive(Debug)]
+pub enum Begun {
+    /// It was answered before.
+    Answered(Reply),
+    /// It was not.
+    Fresh(Once),
+}
+
+/// Enters the key of a request, if it has one: 409 while the same key is being answered.
+pub fn enter(app: &App, headers: &HeaderMap, route: &str) -> Result<Option<InFlight>, Problem> {
+    let Some(key) = header_text(headers, &HEADER)? else { return Ok(None) };
+    if key.is_empty() || key.len() > KEY_LIMIT || !key.bytes().all(|byte| byte.is_ascii_graphic()) {
+        return Err(Problem::new(ProblemKind::BadRequest, "the Idempotency-Key cannot be used")
+            .at("Idempotency-Key")
+            .remedy(format!("send 1 to {KEY_LIMIT} visible ASCII characters, such as a UUID")));
+    }
+    let flight = app.keys.enter(format!("{route} {key}")).ok_or_else(|| {
+        Problem::new(ProblemKind::Conflict, "a request with this Idempotency-Key is being answered")
+            .remedy("wait for its answer, then repeat")
+            .retry_after_s(1)
+    })?;
+    Ok(Some(flight))
+}
+
+/// Looks the key of a request up, now that the body is known.
+pub async fn look_up(app: &App, flight: Option<InFlight>, body_sha256: &str) -> Result<Begun, Problem> {
+    let fresh = |flight| Begun::Fresh(Once { flight, body_sha256: body_sha256.to_owned() });
+    let Some(entered) = &flight else { return Ok(fresh(flight)) };
+    let Some(kept) = app.ledger.read().idempotency(entered.key()).await? else { return Ok(fresh(flight)) };
+    if kept.body_sha256 != body_sha256 {
+        return Err(Problem::new(ProblemKind::KeyReused, "the Idempotency-Key came with another request before")
+            .remedy("take a new key for a new request"));
+    }
+    if kept.answer.is_null() {
+        return Err(Problem::new(
+            ProblemKind::Conflict,
+            "a request with this Idempotency-Key was begun, how it ended is not known",
+        )
+        .remedy("see what was done, then take a new key for what is left to do"));
+    }
+    Reply::from_json(&kept.answer).map(Begun::Answered).ok_or_else(|| {
+        Problem::new(ProblemKind::Internal, "the answer kept for this key cannot be read").remedy("take a new key")
+    })
+}
+
+/// [`enter`] and [`look_up`] for a body that is known already.
+pub async fn begin(app: &App, headers: &HeaderMap, route: &str, body_sha256: &str) -> Result<Begun, Problem> {
+    look_up(app, enter(app, headers, route)?, body_sha256).await
+}
+
+/// What tells a request from another one with the same key: its body and its query.
+pub fn fingerprint(body_sha256: String, query: Option<&str>) -> String {
+    match query {
+        None | Some("") => body_sha256,
+        Some(query) => hash_hex(format!("{body_sha256}?{query}").as_bytes()),
+    }
+}
+
+/// Does what cannot be undone or stored together with its answer, such as a motion, at most once for its key: the key is
+/// noted before, so that a crash in the middle leaves a key that never does it again. A refusal gives the key back; what
+/// went wrong after it had begun is the answer.
+pub async fn at_most_once(
+    app: &App,
+    headers: &HeaderMap,
+    route: &str,
+    body_sha256: &str,
+    act: impl Future<Output = Result<Reply, Problem>>,
+) -> Result<Reply, Problem> {
+    let once = match begin(app, headers, route, body_sha256).await? {
+        Begun::Answered(reply) => return Ok(reply),
+        Begun::Fresh(once) => once,
+    };
+    let Some(key) = once.flight.as_ref().map(|flight| flight.key().to_owned()) else { return act.await };
+    app.ledger.commit(once.insert(Value::Null)).await?;
+    let done = act.await;
+    let answer = match &done {
+        Ok(reply) => Some(reply.to_json()),
+        Err(problem) if problem.status >= 500 => Some(Reply::broken(problem).to_json()),
+        Err(_) => None,
+    };
+    app.ledger.commit(vec![Change::AnswerIdempotency { key, answer }]).await?;
+    done
+}
+
+impl Once {
+    /// What keeps the answer, to be committed with what the request made; nothing without a key.
+    pub fn changes(&self, answer: &Reply) -> Vec<Change> {
+        self.insert(answer.to_json())
+    }
+
+    fn insert(&self, answer: Value) -> Vec<Change> {
+        let Some(flight) = &self.flight else { return Vec::new() };
+        vec![Change::InsertIdempotency(IdempotencyRecord {
+            key: flight.key().to_owned(),
+            body_sha256: self.body_sha256.clone(),
+            answer,
+            created_at_ms: now_ms(),
+        })]
+    }
+}

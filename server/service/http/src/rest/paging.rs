@@ -1,0 +1,94 @@
+//! Lists: newest first, `?limit=` at a time, `next` leads on; what is damaged is named beside what is whole.
+
+use serde::{Deserialize, Serialize};
+use store::{DamagedRow, Listed, Page};
+use utoipa::{IntoParams, ToSchema};
+
+use crate::limits::{PAGE_LIMIT_DEFAULT, PAGE_LIMIT_MAX};
+use crate::problem::{Problem, ProblemKind};
+
+/// Which part of a list.
+#[derive(Debug, Clone, Default, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct PageQuery {
+    /// Id of the last record of the page before.
+    pub before: Option<String>,
+    /// Records of a page, 1 to 200; 50 if not said.
+    #[param(minimum = 1, maximum = 200)]
+    pub limit: Option<u32>,
+}
+
+impl PageQuery {
+    /// As the store takes it.
+    pub fn page(&self) -> Result<Page, Problem> {
+        page(self.before.clone(), self.limit)
+    }
+}
+
+/// A page of the store; limits outside 1 to 200 are refused.
+pub fn page(before: Option<String>, limit: Option<u32>) -> Result<Page, Problem> {
+    let limit = limit.unwrap_or(PAGE_LIMIT_DEFAULT);
+    if !(1..=PAGE_LIMIT_MAX).contains(&limit) {
+        return Err(Problem::new(ProblemKind::BadRequest, format!("a page cannot have {limit} records"))
+            .at("query/limit")
+            .remedy(format!("ask for 1 to {PAGE_LIMIT_MAX}")));
+    }
+    Ok(Page { before, limit })
+}
+
+/// A part of a list.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct ListDto<T> {
+    /// The records, newest first.
+    pub items: Vec<T>,
+    /// Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
+    /// missing if all are whole.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub damaged: Vec<DamagedDto>,
+    /// Address of the next page; missing on the last one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub next: Option<String>,
+}
+
+/// A record that is not what was written.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct DamagedDto {
+    /// What it was.
+    #[schema(example = "scan")]
+    pub kind: &'static str,
+    /// Its id, as far as it can be read.
+    pub id: String,
+    /// What is wrong.
+    pub detail: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+impl From<DamagedRow> for DamagedDto {
+    fn from(row: DamagedRow) -> Self {
+        let (kind, id) = (row.kind, row.id.clone());
+        let problem = Problem::from(store::StoreError::from(row));
+        Self { kind, id, detail: problem.detail, remedy: problem.remedy.unwrap_or_default() }
+    }
+}
+
+impl<T> ListDto<T> {
+    /// The list at `path`, which may have a query, with at most `page.limit` records.
+    pub fn new<R>(path: &str, page: &Page, listed: Listed<R>, dto: impl Fn(R) -> T) -> Self {
+        let next = listed.next.map(|before| {
+            let joint = if path.contains('?') { '&' } else { '?' };
+            format!("{path}{joint}before={before}&limit={}", page.limit)
+        });
+        let damaged = listed.damaged.into_iter().map(DamagedDto::from).collect();
+        Self { items: listed.records.into_iter().map(dto).collect(), damaged, next }
+    }
+}
+
+/// An address with the parts of its query that were asked for. Values are words of the API and ids of records.
+pub fn path_with(path: &str, query: &[(&str, Option<&str>)]) -> String {
+    let asked = query.iter().filter_map(|(name, value)| Some(format!("{name}={}", (*value)?)));
+    let asked: Vec<String> = asked.collect();
+    if asked.is_empty() { path.to_owned() } else { format!("{path}?{}", asked.join("&")) }
+}

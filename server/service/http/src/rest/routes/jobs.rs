@@ -1,0 +1,81 @@
+//! Jobs: list, look, cancel.
+
+use crate::Http;
+use axum::Json;
+use axum::extract::State;
+use axum::http::HeaderMap;
+use serde::Deserialize;
+use utoipa::IntoParams;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::problem::Problem;
+use crate::rest::control::{actor, admit};
+use crate::rest::extract::{ApiPath, ApiQuery};
+use crate::rest::paging::{ListDto, page};
+use crate::wire::jobs::{JobDto, JobStateDto};
+use app::App;
+use app::control::Ask;
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<Http> {
+    OpenApiRouter::new().routes(routes!(list_jobs)).routes(routes!(get_job)).routes(routes!(cancel_job))
+}
+
+/// Which jobs.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct JobsQuery {
+    /// Only those in this state.
+    state: Option<JobStateDto>,
+    /// Id of the last job of the page before.
+    before: Option<String>,
+    /// Jobs of a page, 1 to 200; 50 if not said.
+    #[param(minimum = 1, maximum = 200)]
+    limit: Option<u32>,
+}
+
+/// Jobs, newest first.
+#[utoipa::path(get, path = "/jobs", tag = "jobs", params(JobsQuery), responses((status = 200, body = ListDto<JobDto>)))]
+async fn list_jobs(
+    State(app): State<App>,
+    ApiQuery(query): ApiQuery<JobsQuery>,
+) -> Result<Json<ListDto<JobDto>>, Problem> {
+    let page = page(query.before, query.limit)?;
+    let path = match query.state {
+        Some(state) => {
+            let word = serde_json::to_value(state).unwrap_or_default();
+            format!("/api/v1/jobs?state={}", word.as_str().unwrap_or_default())
+        }
+        None => "/api/v1/jobs".to_owned(),
+    };
+    let views = app.jobs.list(query.state.map(store::JobState::from), &page).await?;
+    Ok(Json(ListDto::new(&path, &page, views, JobDto::from)))
+}
+
+/// A job now.
+#[utoipa::path(
+    get, path = "/jobs/{id}", tag = "jobs", params(("id" = String, Path)),
+    responses((status = 200, body = JobDto))
+)]
+async fn get_job(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<JobDto>, Problem> {
+    Ok(Json(app.jobs.view(&id).await?.into()))
+}
+
+/// Asks a job to end; works in every state, a job that has ended stays as it is. While somebody is in control, a job
+/// that needs the station is ended by nobody else.
+#[utoipa::path(
+    post, path = "/jobs/{id}/cancel", tag = "jobs", params(("id" = String, Path)),
+    responses((status = 200, body = JobDto))
+)]
+async fn cancel_job(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    headers: HeaderMap,
+) -> Result<Json<JobDto>, Problem> {
+    if app.jobs.is_station_job(&id) {
+        admit(&app, &headers, Ask::CancelJob)?;
+    }
+    Ok(Json(app.jobs.cancel(&id, &actor(&app.control, &headers)).await?.into()))
+}

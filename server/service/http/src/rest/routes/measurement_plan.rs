@@ -1,0 +1,65 @@
+//! What is scanned and measured when somebody presses Start.
+
+use crate::Http;
+use axum::Json;
+use axum::extract::State;
+use axum::http::HeaderMap;
+use serde_json::json;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::problem::Problem;
+use crate::rest::control::actor;
+use crate::rest::conversions::label;
+use crate::rest::etag::{Versioned, check};
+use crate::rest::extract::ApiJson;
+use crate::wire::measurement_plan::MeasurementPlanDto;
+use app::App;
+use app::ledger::event;
+use app::measurements::plan::KeptPlan;
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<Http> {
+    OpenApiRouter::new().routes(routes!(get_measurement_plan, put_measurement_plan))
+}
+
+fn versioned(kept: KeptPlan) -> Versioned<Json<MeasurementPlanDto>> {
+    Versioned(kept.version.to_string(), Json(kept.plan.into()))
+}
+
+/// The measurement plan of the station; its `ETag` is sent with a change.
+#[utoipa::path(
+    get, path = "/measurement-plan", tag = "measurements",
+    responses((status = 200, body = MeasurementPlanDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn get_measurement_plan(State(app): State<App>) -> Result<Versioned<Json<MeasurementPlanDto>>, Problem> {
+    Ok(versioned(app.measurement_plans.get().await?))
+}
+
+/// Changes the measurement plan for everybody. Scans that run keep the one they were started with.
+#[utoipa::path(
+    put, path = "/measurement-plan", tag = "measurements", request_body = MeasurementPlanDto,
+    params(("If-Match" = String, Header, description = "ETag of the plan that is changed, or `*`")),
+    responses((status = 200, body = MeasurementPlanDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn put_measurement_plan(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<MeasurementPlanDto>,
+) -> Result<Versioned<Json<MeasurementPlanDto>>, Problem> {
+    for (idx, measure) in body.value.measure.iter().enumerate() {
+        if let Some(name) = &measure.name {
+            label(name, &format!("/measure/{idx}/name"))?;
+        }
+    }
+    let may = |version: Option<u64>| {
+        check(&headers, &version.map_or_else(|| "damaged".to_owned(), |version| version.to_string()))
+    };
+    let kept = app.measurement_plans.put(body.value.into(), may).await?;
+    let told = json!({ "version": kept.version, "actor": actor(&app.control, &headers) });
+    // The plan is kept already; who follows events reads it again at the next one.
+    if let Err(error) = app.ledger.commit(vec![event("measurement_plan.changed", "", told)]).await {
+        tracing::warn!(%error, "a change of the measurement plan is not in the log");
+    }
+    Ok(versioned(kept))
+}

@@ -1,0 +1,129 @@
+//! Measurements on a scan.
+
+use crate::Http;
+use axum::Json;
+use axum::extract::State;
+use axum::http::HeaderMap;
+use metrology::{PartVerdict, Tool};
+use store::MeasurementFilter;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::problem::Problem;
+use crate::rest::answers::Reply;
+use crate::rest::conversions::{blocking, label};
+use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
+use crate::rest::idempotency::{Begun, begin};
+use crate::rest::paging::{ListDto, PageQuery, page, path_with};
+use crate::wire::measurements::{MeasureDto, MeasurementDto, MeasurementsQuery, VerdictDto};
+use crate::wire::scans::scan_href;
+use app::App;
+use app::calibrations::stored::stored_document;
+use app::measurements::MeasureInput;
+use app::measurements::{changes, measurement};
+use app::stored_scan::stored_cloud;
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<Http> {
+    OpenApiRouter::new()
+        .routes(routes!(list_all_measurements))
+        .routes(routes!(list_measurements, measure))
+        .routes(routes!(get_measurement))
+}
+
+/// Measurements on all scans, newest first.
+#[utoipa::path(
+    get, path = "/measurements", tag = "measurements", params(MeasurementsQuery),
+    responses((status = 200, body = ListDto<MeasurementDto>))
+)]
+async fn list_all_measurements(
+    State(app): State<App>,
+    ApiQuery(query): ApiQuery<MeasurementsQuery>,
+) -> Result<Json<ListDto<MeasurementDto>>, Problem> {
+    let page = page(query.before, query.limit)?;
+    let tool = query.tool.map(|tool| Tool::from(tool).name());
+    let verdict = query.verdict.map(VerdictDto::word);
+    let path = path_with("/api/v1/measurements", &[("tool", tool), ("verdict", verdict)]);
+    let filter =
+        MeasurementFilter { scan_id: None, tool: tool.map(str::to_owned), verdicts: words_of(query.verdict) };
+    let listed = app.ledger.read().measurements(&filter, &page).await?;
+    Ok(Json(ListDto::new(&path, &page, listed, MeasurementDto::from)))
+}
+
+/// A verdict's word, and the one that records of earlier versions have.
+fn words_of(verdict: Option<VerdictDto>) -> Vec<String> {
+    let Some(verdict) = verdict else { return Vec::new() };
+    let known = ["pass", "fail", verdict.word()];
+    let same = known.into_iter().filter(|word| PartVerdict::from_name(word) == Some(verdict.into()));
+    same.map(str::to_owned).collect()
+}
+
+/// The measurements of a scan, newest first.
+#[utoipa::path(
+    get, path = "/scans/{id}/measurements", tag = "measurements", params(("id" = String, Path), PageQuery),
+    responses((status = 200, body = ListDto<MeasurementDto>))
+)]
+async fn list_measurements(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    ApiQuery(query): ApiQuery<PageQuery>,
+) -> Result<Json<ListDto<MeasurementDto>>, Problem> {
+    let page = query.page()?;
+    app.ledger.read().scan(&id).await?;
+    let path = format!("/api/v1/scans/{id}/measurements");
+    let filter = MeasurementFilter { scan_id: Some(id), ..MeasurementFilter::default() };
+    let listed = app.ledger.read().measurements(&filter, &page).await?;
+    Ok(Json(ListDto::new(&path, &page, listed, MeasurementDto::from)))
+}
+
+/// A measurement.
+#[utoipa::path(
+    get, path = "/scans/{id}/measurements/{measurement_id}", tag = "measurements",
+    params(("id" = String, Path), ("measurement_id" = String, Path)),
+    responses((status = 200, body = MeasurementDto))
+)]
+async fn get_measurement(
+    State(app): State<App>,
+    ApiPath((id, measurement_id)): ApiPath<(String, String)>,
+) -> Result<Json<MeasurementDto>, Problem> {
+    let record = app.ledger.read().measurement(&measurement_id).await?;
+    if record.scan_id != id {
+        return Err(store::StoreError::NotFound { kind: "measurement", id: measurement_id }.into());
+    }
+    Ok(Json(record.into()))
+}
+
+/// Measures on a scan; answers when it is done, which takes up to some seconds. What was to be judged and cannot be
+/// measured is recorded with the verdict `invalid`.
+#[utoipa::path(
+    post, path = "/scans/{id}/measurements", tag = "measurements", params(("id" = String, Path)),
+    request_body = MeasureDto,
+    responses((status = 201, body = MeasurementDto))
+)]
+async fn measure(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    headers: HeaderMap,
+    body: ApiJson<MeasureDto>,
+) -> Result<Reply, Problem> {
+    let route = format!("POST scans/{id}/measurements");
+    let once = match begin(&app, &headers, &route, &body.sha256).await? {
+        Begun::Answered(reply) => return Ok(reply),
+        Begun::Fresh(once) => once,
+    };
+    if let Some(name) = &body.value.name {
+        label(name, "/name")?;
+    }
+    let input = MeasureInput::from(body.value);
+    input.request()?;
+    let scan = app.ledger.read().scan(&id).await?;
+    let document = stored_document(&app.ledger, &*app.artifacts, Some(&scan.calibration_id)).await?;
+    let cloud = stored_cloud(&*app.artifacts, &scan).await?;
+    let record = blocking(move || measurement(&scan, &cloud, &document.calibration(), &input)).await??;
+    let href = format!("{}/measurements/{}", scan_href(&id), record.id);
+    let mut all = changes(&record);
+    let reply = Reply::created(href, &MeasurementDto::from(record));
+    all.extend(once.changes(&reply));
+    app.ledger.commit(all).await?;
+    Ok(reply)
+}

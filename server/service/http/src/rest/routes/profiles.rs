@@ -1,0 +1,71 @@
+//! Profiles of a stored scan, frame by frame, computed from its peaks.
+
+use crate::Http;
+use axum::Json;
+use axum::extract::State;
+use optics::Triangulator;
+use scanning::label_frame;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::problem::{Problem, ProblemKind};
+use crate::rest::conversions::blocking;
+use crate::rest::extract::ApiPath;
+use crate::wire::profiles::{ProfileDto, ProfileListDto, ProfilePlaceDto};
+use app::App;
+use app::calibrations::stored::stored_document;
+use app::stored_scan::{stored_frame, stored_positions};
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<Http> {
+    OpenApiRouter::new().routes(routes!(list_profiles)).routes(routes!(get_profile))
+}
+
+/// Where the frames of a scan were taken.
+#[utoipa::path(
+    get, path = "/scans/{id}/profiles", tag = "scans", params(("id" = String, Path)),
+    responses((status = 200, body = ProfileListDto))
+)]
+async fn list_profiles(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+) -> Result<Json<ProfileListDto>, Problem> {
+    let scan = app.ledger.read().scan(&id).await?;
+    let positions_mm = stored_positions(&*app.artifacts, &scan).await?;
+    let place = |(sequence, position_mm): (u32, f64)| ProfilePlaceDto {
+        sequence,
+        position_mm,
+        href: format!("/api/v1/scans/{id}/profiles/{sequence}"),
+    };
+    Ok(Json(ProfileListDto { items: (0..).zip(positions_mm).map(place).collect() }))
+}
+
+/// The profile of one frame: all orders, labelled by this frame alone; the cloud's labels also use its neighbours.
+#[utoipa::path(
+    get, path = "/scans/{id}/profiles/{sequence}", tag = "scans",
+    params(("id" = String, Path), ("sequence" = u32, Path, description = "Frame of the scan, from 0")),
+    responses((status = 200, body = ProfileDto))
+)]
+async fn get_profile(
+    State(app): State<App>,
+    ApiPath((id, sequence)): ApiPath<(String, u32)>,
+) -> Result<Json<ProfileDto>, Problem> {
+    let scan = app.ledger.read().scan(&id).await?;
+    let document = stored_document(&app.ledger, &*app.artifacts, Some(&scan.calibration_id)).await?;
+    // An index beyond every scan is answered as one beyond this scan.
+    let frame = usize::try_from(sequence).unwrap_or(usize::MAX);
+    let (frame, captured_at_ns) = match stored_frame(&*app.artifacts, &scan, frame).await? {
+        Ok(found) => found,
+        Err(n_frames) => {
+            let detail = format!("the scan has {n_frames} frames, there is no {sequence}");
+            return Err(Problem::new(ProblemKind::NotFound, detail).remedy("frames are counted from 0"));
+        }
+    };
+    let made = blocking(move || {
+        let calibration = document.calibration();
+        let triangulator = Triangulator::new(calibration.clone());
+        let profile = label_frame(&frame.centrelines, &triangulator, calibration.depth_range_mm);
+        ProfileDto::new(sequence, frame.position_mm, captured_at_ns, &calibration.id, &profile)
+    });
+    Ok(Json(made.await?))
+}

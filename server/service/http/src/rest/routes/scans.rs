@@ -1,0 +1,275 @@
+//! Scans: start, look, download, compute again, forget.
+
+use crate::Http;
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::response::Response;
+use metrology::PartVerdict;
+use serde_json::json;
+use store::{Change, ScanFilter, ScanState};
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::problem::{Problem, ProblemKind};
+use crate::rest::answers::{Reply, artifact, bytes};
+use crate::rest::conversions::{accept_job, blocking, label};
+use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
+use crate::rest::paging::{ListDto, page, path_with};
+use crate::wire::jobs::JobDto;
+use crate::wire::measurements::VerdictDto;
+use crate::wire::scans::{
+    CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, ScanStateDto, ScansQuery, StartExportDto,
+    StartScanDto, StartVerificationDto,
+};
+use crate::ws::points_page;
+use app::App;
+use app::calibrations::stored::stored_document;
+use app::jobs::export::{ExportFormat, bytes_to_artifact};
+use app::jobs::plan::{Pace, ScanPlan, mode_of, plan};
+use app::jobs::{JobInput, RecomputeInput, ScanInput};
+use app::ledger::event;
+use app::measurements::ScanPurpose;
+use app::measurements::parts::{PartFilter, part, parts};
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<Http> {
+    OpenApiRouter::new()
+        .routes(routes!(list_scans, start_scan))
+        .routes(routes!(start_verification))
+        .routes(routes!(get_scan, delete_scan))
+        .routes(routes!(plan_scan))
+        .routes(routes!(get_cloud))
+        .routes(routes!(get_mesh))
+        .routes(routes!(get_points))
+        .routes(routes!(recompute_scan))
+        .routes(routes!(export_scan))
+        .routes(routes!(get_export))
+}
+
+/// Scans, newest first.
+#[utoipa::path(
+    get, path = "/scans", tag = "scans", params(ScansQuery),
+    responses((status = 200, body = ListDto<ScanDto>))
+)]
+async fn list_scans(
+    State(app): State<App>,
+    ApiQuery(query): ApiQuery<ScansQuery>,
+) -> Result<Json<ListDto<ScanDto>>, Problem> {
+    let page = page(query.before, query.limit)?;
+    let state = query.state.map(ScanStateDto::word);
+    let purpose = query.purpose.map(|purpose| match purpose {
+        ScanPurpose::Production => "production",
+        ScanPurpose::Verification => "verification",
+    });
+    let asked = [
+        ("state", state),
+        ("calibration_id", query.calibration_id.as_deref()),
+        ("verdict", query.verdict.map(VerdictDto::word)),
+        ("purpose", purpose),
+    ];
+    let path = path_with("/api/v1/scans", &asked);
+    let filter = PartFilter {
+        scan: ScanFilter { state: query.state.map(ScanState::from), calibration_id: query.calibration_id },
+        purpose: query.purpose,
+        verdict: query.verdict.map(PartVerdict::from),
+    };
+    let listed = parts(&app.ledger, &filter, &page).await?;
+    Ok(Json(ListDto::new(&path, &page, listed, ScanDto::from)))
+}
+
+/// Starts a scan from the station or from a capture.
+#[utoipa::path(
+    post, path = "/scans", tag = "scans", request_body = StartScanDto,
+    responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
+)]
+async fn start_scan(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<StartScanDto>,
+) -> Result<Reply, Problem> {
+    if let Some(name) = &body.value.name {
+        label(name, "/name")?;
+    }
+    for (idx, measure) in body.value.measure.iter().enumerate() {
+        if let Some(name) = &measure.name {
+            label(name, &format!("/measure/{idx}/name"))?;
+        }
+    }
+    accept_job(&app, &headers, "POST scans", &body.sha256, JobInput::Scan(body.value.into())).await
+}
+
+/// Says what a scan from the station will be, before anything moves: rows, duration, density, σ, depths, disk.
+#[utoipa::path(
+    post, path = "/scans/plan", tag = "scans", request_body = StartScanDto,
+    responses((status = 200, body = ScanPlan))
+)]
+async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Result<Json<ScanPlan>, Problem> {
+    let input = ScanInput::from(body.value);
+    let document = stored_document(&app.ledger, &*app.artifacts, input.calibration_id.as_deref()).await?;
+    let status = app.station.status();
+    let pace = Pace::learned(&app.ledger, mode_of(&input)).await;
+    let planned = blocking(move || plan(&input, &document.calibration(), &status, &pace)).await??;
+    Ok(Json(planned))
+}
+
+/// Starts the scan of a known part and its comparison with its nominal.
+#[utoipa::path(
+    post, path = "/verifications", tag = "scans", request_body = StartVerificationDto,
+    responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
+)]
+async fn start_verification(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<StartVerificationDto>,
+) -> Result<Reply, Problem> {
+    let input = JobInput::Verification(body.value.into());
+    accept_job(&app, &headers, "POST verifications", &body.sha256, input).await
+}
+
+/// A scan.
+#[utoipa::path(
+    get, path = "/scans/{id}", tag = "scans", params(("id" = String, Path)),
+    responses((status = 200, body = ScanDto))
+)]
+async fn get_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<ScanDto>, Problem> {
+    let scan = app.ledger.read().scan(&id).await?;
+    let (part, _) = part(&app.ledger, scan).await?;
+    Ok(Json(part.into()))
+}
+
+/// Forgets a scan and its measurements.
+#[utoipa::path(
+    delete, path = "/scans/{id}", tag = "scans", params(("id" = String, Path)),
+    responses((status = 204, description = "Forgotten"))
+)]
+async fn delete_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<StatusCode, Problem> {
+    let gone = event("scan.deleted", &id, json!({}));
+    app.ledger.commit(vec![Change::DeleteScan(id), gone]).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// The points of a scan.
+#[utoipa::path(
+    get, path = "/scans/{id}/cloud", tag = "scans", params(("id" = String, Path), CloudQuery),
+    responses((status = 200, content((Vec<u8> = "application/octet-stream"), (String = "text/csv"), (Vec<u8> = "model/e57"))))
+)]
+async fn get_cloud(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    ApiQuery(query): ApiQuery<CloudQuery>,
+) -> Result<Response, Problem> {
+    let format = query.format.unwrap_or_default();
+    download(&app, &id, "cloud", format.word()).await
+}
+
+/// The surface through the points of a scan.
+#[utoipa::path(
+    get, path = "/scans/{id}/mesh", tag = "scans", params(("id" = String, Path), MeshQuery),
+    responses((status = 200, content(
+        (Vec<u8> = "model/stl"), (Vec<u8> = "model/gltf-binary"), (Vec<u8> = "application/octet-stream")
+    )))
+)]
+async fn get_mesh(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    ApiQuery(query): ApiQuery<MeshQuery>,
+) -> Result<Response, Problem> {
+    let format = query.format.unwrap_or_default();
+    download(&app, &id, "mesh", format.word()).await
+}
+
+async fn download(app: &App, id: &str, what: &str, format: &str) -> Result<Response, Problem> {
+    let scan = app.ledger.read().scan(id).await?;
+    let format = ExportFormat::parse(what, format)?;
+    let made = bytes_to_artifact(&app.artifacts, &scan, format).await?;
+    artifact(
+        app,
+        &made,
+        &format!("the {what} of scan {id}"),
+        format.media_type(),
+        Some(&format!("{}{}.{}", scan.name, if what == "mesh" { " mesh" } else { "" }, format.extension())),
+    )
+    .await
+}
+
+/// Display points of a scan in blocks, as the live stream sends them: what a viewer missed, also while it runs.
+#[utoipa::path(
+    get, path = "/scans/{id}/points", tag = "scans", params(("id" = String, Path), PointsQuery),
+    responses((
+        status = 200, body = Vec<u8>, content_type = "application/octet-stream",
+        headers(
+            ("Sheaf-Next-Block" = u32, description = "Ask for the next blocks from here on"),
+            ("Sheaf-Complete" = bool, description = "Whether there are no more and will be none")
+        )
+    ))
+)]
+async fn get_points(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    ApiQuery(query): ApiQuery<PointsQuery>,
+) -> Result<Response, Problem> {
+    let from = query.from_block.unwrap_or(0);
+    let page = points_page(&app.live, &app.ledger, &app.artifacts, &id, from).await?;
+    let mut response = bytes("application/octet-stream", None, page.bytes);
+    let complete = if page.complete { "true" } else { "false" };
+    response.headers_mut().insert("sheaf-next-block", HeaderValue::from(page.next_block));
+    response.headers_mut().insert("sheaf-complete", HeaderValue::from_static(complete));
+    Ok(response)
+}
+
+/// Computes a scan again from its peaks, with another calibration; the old one stays.
+#[utoipa::path(
+    post, path = "/scans/{id}/recompute", tag = "scans", params(("id" = String, Path)),
+    request_body = RecomputeDto,
+    responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
+)]
+async fn recompute_scan(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    headers: HeaderMap,
+    body: ApiJson<RecomputeDto>,
+) -> Result<Reply, Problem> {
+    app.ledger.read().scan(&id).await?;
+    let route = format!("POST scans/{id}/recompute");
+    let calibration_id = body.value.calibration_id;
+    let input = JobInput::Recomputation(RecomputeInput { scan_id: id, calibration_id });
+    accept_job(&app, &headers, &route, &body.sha256, input).await
+}
+
+/// Writes a scan in another format, as a job.
+#[utoipa::path(
+    post, path = "/scans/{id}/exports", tag = "scans", params(("id" = String, Path)),
+    request_body = StartExportDto,
+    responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
+)]
+async fn export_scan(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    headers: HeaderMap,
+    body: ApiJson<StartExportDto>,
+) -> Result<Reply, Problem> {
+    app.ledger.read().scan(&id).await?;
+    let route = format!("POST scans/{id}/exports");
+    let input = JobInput::Export(body.value.input(id));
+    accept_job(&app, &headers, &route, &body.sha256, input).await
+}
+
+/// What an export wrote, by its file name: `cloud.csv`, `mesh.stl`.
+#[utoipa::path(
+    get, path = "/scans/{id}/exports/{file}", tag = "scans", params(("id" = String, Path), ("file" = String, Path)),
+    responses((status = 200, content(
+        (Vec<u8> = "application/octet-stream"), (String = "text/csv"), (Vec<u8> = "model/e57"),
+        (Vec<u8> = "model/stl"), (Vec<u8> = "model/gltf-binary")
+    )))
+)]
+async fn get_export(
+    State(app): State<App>,
+    ApiPath((id, file)): ApiPath<(String, String)>,
+) -> Result<Response, Problem> {
+    let (what, format) = file.split_once('.').ok_or_else(|| {
+        Problem::new(ProblemKind::NotFound, format!("there is no export \"{file}\""))
+            .remedy("exports are called cloud.csv, mesh.stl and so on")
+    })?;
+    download(&app, &id, what, format).await
+}

@@ -1,0 +1,294 @@
+//! Calibration sessions: a calibration picture by picture.
+
+use crate::Http;
+use app::jobs::calibrate::{SolveSession, solve_input};
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse as _, Response};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::problem::{Problem, ProblemKind};
+use crate::rest::answers::{Reply, artifact, header_text};
+use crate::rest::control::admit;
+use crate::rest::conversions::{accept_job, label};
+use crate::rest::etag::Versioned;
+use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
+use crate::rest::idempotency::{Begun, at_most_once, begin};
+use crate::rest::paging::{ListDto, PageQuery};
+use crate::wire::jobs::JobDto;
+use app::App;
+use app::control::Ask;
+use app::hash_hex;
+use app::sessions::{Look, NewSession, Session, SessionDefaults, VirtualBoard};
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<Http> {
+    OpenApiRouter::new()
+        .routes(routes!(list_sessions, begin_session))
+        .routes(routes!(get_session_defaults))
+        .routes(routes!(get_session, delete_session))
+        .routes(routes!(look_at_board))
+        .routes(routes!(take_pose))
+        .routes(routes!(delete_pose))
+        .routes(routes!(take_stage_view))
+        .routes(routes!(delete_stage_view))
+        .routes(routes!(get_session_picture))
+        .routes(routes!(solve_session))
+        .routes(routes!(place_board))
+}
+
+/// Where the stage shall be for the picture.
+#[derive(Debug, Deserialize, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct TakeStageViewDto {
+    /// Position.
+    #[schema(example = 5.0)]
+    position_mm: f64,
+}
+
+fn session_href(id: &str) -> String {
+    format!("/api/v1/calibration-sessions/{id}")
+}
+
+fn versioned(session: Session) -> Versioned<Json<Session>> {
+    Versioned(session.version.to_string(), Json(session.told()))
+}
+
+fn changed(session: Session) -> Reply {
+    Reply::done(Some(session.version.to_string()), &session.told())
+}
+
+/// The version that `If-Match` names, if it names one: a number in quotes.
+fn expected(headers: &HeaderMap) -> Result<Option<i64>, Problem> {
+    let Some(text) = header_text(headers, &header::IF_MATCH)? else { return Ok(None) };
+    if text.trim() == "*" {
+        return Ok(None);
+    }
+    text.trim().trim_matches('"').parse().map(Some).map_err(|_| {
+        Problem::new(ProblemKind::Changed, format!("{text} is no version of a session"))
+            .remedy("read the session and send its ETag as If-Match")
+    })
+}
+
+/// Sessions, newest first.
+#[utoipa::path(
+    get, path = "/calibration-sessions", tag = "calibration sessions", params(PageQuery),
+    responses((status = 200, body = ListDto<Session>))
+)]
+async fn list_sessions(
+    State(app): State<App>,
+    ApiQuery(query): ApiQuery<PageQuery>,
+) -> Result<Json<ListDto<Session>>, Problem> {
+    let page = query.page()?;
+    let sessions = app.sessions.list(&page).await?;
+    Ok(Json(ListDto::new("/api/v1/calibration-sessions", &page, sessions, Session::told)))
+}
+
+/// Begins a session; it is kept on the server and goes on in any browser.
+#[utoipa::path(
+    post, path = "/calibration-sessions", tag = "calibration sessions", request_body = NewSession,
+    responses((status = 201, body = Session))
+)]
+async fn begin_session(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: ApiJson<NewSession>,
+) -> Result<Reply, Problem> {
+    if let Some(name) = &body.value.name {
+        label(name, "/name")?;
+    }
+    let once = match begin(&app, &headers, "POST calibration-sessions", &body.sha256).await? {
+        Begun::Answered(reply) => return Ok(reply),
+        Begun::Fresh(once) => once,
+    };
+    let made = |session: &Session| Reply::created(session_href(&session.id), &session.clone().told());
+    let session = app.sessions.create_with(body.value, |session| once.changes(&made(session))).await?;
+    Ok(made(&session))
+}
+
+/// What a new session has where nothing else is said: the configured board and projector.
+#[utoipa::path(
+    get, path = "/calibration-sessions/defaults", tag = "calibration sessions",
+    responses((status = 200, body = SessionDefaults))
+)]
+async fn get_session_defaults(State(app): State<App>) -> Json<SessionDefaults> {
+    Json(app.sessions.defaults())
+}
+
+/// A session with everything that was found so far.
+#[utoipa::path(
+    get, path = "/calibration-sessions/{id}", tag = "calibration sessions", params(("id" = String, Path)),
+    responses((status = 200, body = Session, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn get_session(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+) -> Result<Versioned<Json<Session>>, Problem> {
+    Ok(versioned(app.sessions.get(&id).await?))
+}
+
+/// Forgets a session; calibrations made from it stay.
+#[utoipa::path(
+    delete, path = "/calibration-sessions/{id}", tag = "calibration sessions", params(("id" = String, Path)),
+    responses((status = 204, description = "Forgotten"))
+)]
+async fn delete_session(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<StatusCode, Problem> {
+    app.sessions.delete(&id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Looks at the board as it is held now, without keeping anything: what a picture taken now would show.
+///
+/// Takes the newest frame of a running live view; without one the camera exposes once as it is set.
+#[utoipa::path(
+    post, path = "/calibration-sessions/{id}/look", tag = "calibration sessions", params(("id" = String, Path)),
+    responses((status = 200, body = Look))
+)]
+async fn look_at_board(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<Look>, Problem> {
+    Ok(Json(app.sessions.look(&id).await?))
+}
+
+/// Takes the board as it is held now, by ordinary and by laser light, and says at once what the pictures show.
+#[utoipa::path(
+    post, path = "/calibration-sessions/{id}/poses", tag = "calibration sessions", params(
+        ("id" = String, Path),
+        ("Sheaf-Control" = String, Header, description = "Id of the control lease"),
+        ("If-Match" = Option<String>, Header, description = "ETag of the session")
+    ),
+    responses((status = 200, body = Session, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn take_pose(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    headers: HeaderMap,
+) -> Result<Reply, Problem> {
+    let route = format!("POST calibration-sessions/{id}/poses");
+    at_most_once(&app, &headers, &route, &hash_hex(&[]), async {
+        app.sessions.get(&id).await?;
+        admit(&app, &headers, Ask::Photograph)?;
+        Ok(changed(app.sessions.add_pose(&id, expected(&headers)?).await?))
+    })
+    .await
+}
+
+/// Forgets a pose.
+#[utoipa::path(
+    delete, path = "/calibration-sessions/{id}/poses/{pose_id}", tag = "calibration sessions",
+    params(
+        ("id" = String, Path), ("pose_id" = String, Path),
+        ("If-Match" = Option<String>, Header, description = "ETag of the session")
+    ),
+    responses((status = 200, body = Session, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn delete_pose(
+    State(app): State<App>,
+    ApiPath((id, pose_id)): ApiPath<(String, String)>,
+    headers: HeaderMap,
+) -> Result<Versioned<Json<Session>>, Problem> {
+    Ok(versioned(app.sessions.delete_pose(&id, &pose_id, expected(&headers)?).await?))
+}
+
+/// Moves the stage to a position and takes the board that lies on it.
+#[utoipa::path(
+    post, path = "/calibration-sessions/{id}/stage-views", tag = "calibration sessions",
+    request_body = TakeStageViewDto,
+    params(
+        ("id" = String, Path),
+        ("Sheaf-Control" = String, Header, description = "Id of the control lease"),
+        ("If-Match" = Option<String>, Header, description = "ETag of the session")
+    ),
+    responses((status = 200, body = Session, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn take_stage_view(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    headers: HeaderMap,
+    body: ApiJson<TakeStageViewDto>,
+) -> Result<Reply, Problem> {
+    let route = format!("POST calibration-sessions/{id}/stage-views");
+    at_most_once(&app, &headers, &route, &body.sha256, async {
+        app.sessions.get(&id).await?;
+        admit(&app, &headers, Ask::Photograph)?;
+        let expected = expected(&headers)?;
+        Ok(changed(app.sessions.add_stage_view(&id, body.value.position_mm, expected).await?))
+    })
+    .await
+}
+
+/// Forgets a stage view.
+#[utoipa::path(
+    delete, path = "/calibration-sessions/{id}/stage-views/{view_id}", tag = "calibration sessions",
+    params(
+        ("id" = String, Path), ("view_id" = String, Path),
+        ("If-Match" = Option<String>, Header, description = "ETag of the session")
+    ),
+    responses((status = 200, body = Session, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn delete_stage_view(
+    State(app): State<App>,
+    ApiPath((id, view_id)): ApiPath<(String, String)>,
+    headers: HeaderMap,
+) -> Result<Versioned<Json<Session>>, Problem> {
+    Ok(versioned(app.sessions.delete_stage_view(&id, &view_id, expected(&headers)?).await?))
+}
+
+/// A picture of a session, by the artifact it names.
+#[utoipa::path(
+    get, path = "/calibration-sessions/{id}/pictures/{artifact}", tag = "calibration sessions",
+    params(("id" = String, Path), ("artifact" = String, Path)),
+    responses((status = 200, body = Vec<u8>, content_type = "image/png"))
+)]
+async fn get_session_picture(
+    State(app): State<App>,
+    ApiPath((id, picture)): ApiPath<(String, String)>,
+) -> Result<Response, Problem> {
+    let session = app.sessions.get(&id).await?;
+    let poses = session.body.poses.iter();
+    let of_poses = poses.flat_map(|pose| {
+        [Some(&pose.board.picture), pose.laser.as_ref().map(|laser| &laser.picture)].into_iter().flatten()
+    });
+    let of_views = session.body.stage_views.iter().map(|view| &view.board.picture);
+    let named = of_poses.chain(of_views).find(|known| known.artifact == picture);
+    let artifact_id = named.and_then(|known| store::ArtifactId::parse(&known.artifact)).ok_or_else(|| {
+        Problem::new(ProblemKind::NotFound, format!("the session has no picture {picture}"))
+            .remedy("take the name from the session")
+    })?;
+    Ok(artifact(&app, &artifact_id, &format!("a picture of session {id}"), "image/png", None)
+        .await?
+        .into_response())
+}
+
+/// Starts the calibration from the session's readable pictures.
+#[utoipa::path(
+    post, path = "/calibration-sessions/{id}/solve", tag = "calibration sessions", params(("id" = String, Path)),
+    request_body = SolveSession,
+    responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
+)]
+async fn solve_session(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    headers: HeaderMap,
+    body: ApiJson<SolveSession>,
+) -> Result<Reply, Problem> {
+    let input = solve_input(&app.sessions, &id, body.value).await?;
+    let route = format!("POST calibration-sessions/{id}/solve");
+    let reply = accept_job(&app, &headers, &route, &body.sha256, input).await?;
+    if let Some(job_id) = reply.body["id"].as_str() {
+        app.sessions.note_job(&id, job_id).await?;
+    }
+    Ok(reply)
+}
+
+/// Where the virtual operator of a simulated station holds the board.
+#[utoipa::path(
+    put, path = "/simulation/board", tag = "simulation", request_body = VirtualBoard,
+    responses((status = 204, description = "It is there"))
+)]
+async fn place_board(State(app): State<App>, body: ApiJson<VirtualBoard>) -> Result<StatusCode, Problem> {
+    app.sessions.place_virtual_board(body.value)?;
+    Ok(StatusCode::NO_CONTENT)
+}

@@ -1,0 +1,122 @@
+//! The station: state, Stop, reset, live view.
+
+use crate::Http;
+use std::net::IpAddr;
+use std::time::{Duration, Instant};
+
+use axum::body::Body;
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::{Extension, Json};
+use serde_json::json;
+use station::LiveRequest;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::edge::{Peer, source};
+use crate::limits::JSON_BODY_LIMIT_BYTES;
+use crate::problem::Problem;
+use crate::rest::control::{actor, admit, authorize};
+use crate::rest::conversions::check_laser_power;
+use crate::rest::extract::ApiJson;
+use crate::wire::control::ControlDto;
+use crate::wire::station::{SetLiveDto, StationDto, StoppedDto};
+use app::App;
+use app::control::{Ask, reset, stop};
+use app::ledger::event;
+
+/// Longest time Stop's answer waits for a body it does not need.
+const STOP_BODY_TIMEOUT: Duration = Duration::from_millis(100);
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<Http> {
+    OpenApiRouter::new()
+        .routes(routes!(get_station))
+        .routes(routes!(stop_station))
+        .routes(routes!(reset_station))
+        .routes(routes!(set_live_view))
+}
+
+/// The station as last seen.
+#[utoipa::path(get, path = "/station", tag = "station", responses((status = 200, body = StationDto)))]
+async fn get_station(State(app): State<App>) -> Json<StationDto> {
+    Json(station(&app))
+}
+
+fn station(app: &App) -> StationDto {
+    let control = app.control.present(Instant::now());
+    StationDto::new(&app.station.status(), control.as_ref().map(ControlDto::from))
+}
+
+/// Stops motion, turns the laser off, ends what runs and empties the station's queue.
+///
+/// Works for everybody at any time, needs no control, no body, no key; answers once the devices were told. It latches:
+/// nothing moves or shines again before a reset, over restarts too.
+#[utoipa::path(post, path = "/station/stop", tag = "station", responses((status = 200, body = StoppedDto)))]
+async fn stop_station(
+    State(app): State<App>,
+    peer: Option<Extension<Peer>>,
+    headers: HeaderMap,
+    body: Body,
+) -> Json<StoppedDto> {
+    let source = source(peer.as_ref());
+    let actor = stopped_by(&app, &headers, peer.map(|peer| peer.0.0.ip()));
+    let outcome = stop(&app, &actor, &source).await;
+    // Bytes that nobody reads would break the connection under the client's next request. They are awaited only now.
+    let _ = tokio::time::timeout(STOP_BODY_TIMEOUT, axum::body::to_bytes(body, JSON_BODY_LIMIT_BYTES)).await;
+    Json(StoppedDto::new(outcome, app.station.status().state))
+}
+
+/// Who stopped: the holder of the lease that came along, else the address.
+fn stopped_by(app: &App, headers: &HeaderMap, ip: Option<IpAddr>) -> String {
+    match (actor(&app.control, headers), ip) {
+        (actor, Some(ip)) if actor == "rest" => format!("rest {ip}"),
+        (actor, _) => actor,
+    }
+}
+
+/// Acknowledges faults, reaches devices again, leaves Halted. Nothing moves or shines by it.
+#[utoipa::path(
+    post, path = "/station/reset", tag = "station",
+    params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
+    responses((status = 200, body = StationDto))
+)]
+async fn reset_station(
+    State(app): State<App>,
+    peer: Option<Extension<Peer>>,
+    headers: HeaderMap,
+) -> Result<Json<StationDto>, Problem> {
+    admit(&app, &headers, Ask::Reset)?;
+    reset(&app, &actor(&app.control, &headers), &source(peer.as_ref())).await?;
+    Ok(Json(station(&app)))
+}
+
+/// Starts or ends the live view.
+///
+/// Light needs a viewer: the laser is turned off 4 s after the last connection that is subscribed to `image` or
+/// `profile` was there, and only another request turns it on again. The view itself ends after 30 s.
+#[utoipa::path(
+    put, path = "/station/live", tag = "station", request_body = SetLiveDto,
+    params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
+    responses((status = 200, body = StationDto))
+)]
+async fn set_live_view(
+    State(app): State<App>,
+    peer: Option<Extension<Peer>>,
+    headers: HeaderMap,
+    body: ApiJson<SetLiveDto>,
+) -> Result<Json<StationDto>, Problem> {
+    let SetLiveDto { running, laser_power } = body.value;
+    check_laser_power(laser_power, "/laser_power")?;
+    // To end a view moves and shines nothing.
+    if running {
+        admit(&app, &headers, Ask::Command)?;
+    } else {
+        authorize(&app.control, &headers)?;
+    }
+    app.station.live(LiveRequest { running, laser_power }).await?;
+    let kind = if running { "live.started" } else { "live.ended" };
+    let body = json!({ "actor": actor(&app.control, &headers), "source": source(peer.as_ref()), "laser_power": laser_power });
+    app.ledger.commit(vec![event(kind, "station", body)]).await?;
+    Ok(Json(station(&app)))
+}

@@ -1,0 +1,44 @@
+//! Events on the wire.
+
+use serde::Serialize;
+use serde_json::Value;
+use store::EventRecord;
+use utoipa::ToSchema;
+
+use crate::rest::paging::DamagedDto;
+
+/// Something that happened.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct EventDto {
+    /// Position in the log; also the id in the event stream.
+    pub seq: i64,
+    /// What happened.
+    #[schema(example = "job.succeeded")]
+    pub kind: String,
+    /// The id it is about.
+    pub subject: String,
+    /// More about it.
+    pub body: Value,
+    /// When, wall clock, ms since 1970.
+    pub at_ms: i64,
+}
+
+/// Events, oldest first.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct EventListDto {
+    /// The events.
+    pub items: Vec<EventDto>,
+    /// Events between these that are damaged in the database; missing if all are whole.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub damaged: Vec<DamagedDto>,
+    /// Address of those after them.
+    pub next: String,
+}
+
+impl From<EventRecord> for EventDto {
+    fn from(record: EventRecord) -> Self {
+        let EventRecord { seq, kind, subject, body, at_ms } = record;
+        Self { seq, kind, subject, body, at_ms }
+    }
+}

@@ -1,0 +1,56 @@
+//! The live stream without a station behind it, for measuring what it carries.
+
+use std::io;
+use std::sync::Arc;
+use std::time::Instant;
+
+use app::closing::Closing;
+use app::jobs::JobNews;
+use axum::Router;
+use axum::extract::State;
+use axum::routing::any;
+use futures_util::future::BoxFuture;
+use live::LiveBus;
+use station::{MachineState, first_status};
+use tokio::net::TcpListener;
+use tokio::sync::watch;
+use tokio_util::task::TaskTracker;
+use vision::LineDirection;
+
+use crate::wire::station::StoppedDto;
+use crate::ws::station::Station;
+use crate::ws::{Sources, Streams};
+
+/// Serves what is on the bus to whoever connects, through the service's own accept loop, handshake and connections.
+///
+/// # Errors
+/// If a thread cannot be started.
+pub fn serve_stream(listener: TcpListener, live: LiveBus) -> io::Result<impl Future<Output = ()> + Send> {
+    let sources = Sources {
+        live,
+        frames: watch::channel(None).1,
+        status: watch::channel(Arc::new(first_status(None, MachineState::Preoperational))).1,
+        control: watch::channel(None).1,
+        jobs: watch::channel(JobNews::default()).1,
+        events: watch::channel(0).1,
+    };
+    let closing = Closing::default();
+    let (streams, encoder) = Streams::start(sources, LineDirection::Rows, closing.clone())?;
+    let accept = any(|State(streams): State<Streams>, upgrade| async move { streams.accept(upgrade, NoStation) });
+    let router = Router::new().route("/api/v1/stream", accept).with_state(streams);
+    Ok(async move {
+        crate::edge::serve(listener, router, closing, TaskTracker::new()).await;
+        drop(encoder);
+    })
+}
+
+struct NoStation;
+
+impl Station for NoStation {
+    fn note_viewer(&self, _at: Instant) {}
+
+    fn stop(&self, _actor: Option<&str>) -> BoxFuture<'static, StoppedDto> {
+        let nothing = StoppedDto { acknowledged: false, state: "Preoperational", detail: None };
+        Box::pin(std::future::ready(nothing))
+    }
+}

@@ -1,0 +1,177 @@
+//! One client: what it says and what it gets.
+//!
+//! One message is on its way at a time; while the client does not take it, newer pictures replace older ones and
+//! nothing piles up.
+
+use axum::extract::ws::{CloseFrame, Message, WebSocket};
+use bytes::Bytes;
+use futures_util::stream::SplitSink;
+use futures_util::{SinkExt, StreamExt};
+use live::protocol::text::{Command, Limits, Request, ServerText};
+use live::protocol::{CLIENT_MESSAGES_PER_S, MAX_CLIENT_MESSAGE_BYTES, MAX_RATE_HZ, SUB_PROTOCOL, close};
+use tokio::sync::mpsc;
+use tokio::time::{Duration, Instant, sleep_until, timeout};
+
+use crate::ws::feeds::{Feeds, Next};
+use crate::ws::listener::{End, Heard, LastHeard, listen};
+use crate::ws::station::Station;
+use crate::ws::streams::Streams;
+
+/// Time between two pings: a viewer who is gone is to be noticed well within the 4 s after which live light goes out.
+const PING_EVERY: Duration = Duration::from_secs(1);
+/// A client that was not heard, or took nothing, for so long is gone: many pings, and together with a full send
+/// buffer less than the 30 s promised.
+const SILENCE_LIMIT: Duration = Duration::from_secs(15);
+/// How long a farewell may take.
+const FAREWELL_LIMIT: Duration = Duration::from_secs(1);
+/// Requests that wait while a message is on its way.
+const WAITING_REQUESTS: usize = 8;
+
+/// Serves a client until it goes or has to go.
+pub async fn serve(socket: WebSocket, streams: Streams, station: &dyn Station) {
+    let (to_client, from_client) = socket.split();
+    let (requests, asked) = mpsc::channel(WAITING_REQUESTS);
+    let heard = LastHeard::now();
+    let mut speaker = Speaker { to_client, asked, feeds: Feeds::default(), streams, heard: &heard, station };
+    let end = tokio::select! {
+        end = listen(from_client, requests, &heard, station) => end,
+        end = speaker.speak() => end,
+    };
+    if let End::Close { code, reason } = end {
+        let farewell = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
+        // The client may be gone; then there is nobody to take leave of.
+        let _ = timeout(FAREWELL_LIMIT, speaker.to_client.send(farewell)).await;
+    }
+}
+
+/// The half of a connection that speaks.
+struct Speaker<'a> {
+    to_client: SplitSink<WebSocket, Message>,
+    asked: mpsc::Receiver<Heard>,
+    feeds: Feeds,
+    streams: Streams,
+    heard: &'a LastHeard,
+    station: &'a dyn Station,
+}
+
+impl Speaker<'_> {
+    async fn speak(&mut self) -> End {
+        match self.until_end().await {
+            Ok(never) => match never {},
+            Err(end) => end,
+        }
+    }
+
+    async fn until_end(&mut self) -> Result<std::convert::Infallible, End> {
+        self.send(hello(&self.streams)).await?;
+        let mut ping_at = Instant::now() + PING_EVERY;
+        loop {
+            let now = Instant::now();
+            if self.streams.closing.is_closing() {
+                return Err(End::Close { code: close::GOING_AWAY, reason: "the server ends" });
+            }
+            if now >= self.heard.at() + SILENCE_LIMIT {
+                return Err(End::Close { code: close::SILENT, reason: "nothing was heard of the client" });
+            }
+            if self.feeds.shows_frames() {
+                self.station.note_viewer(self.heard.at().into_std());
+            }
+            if now >= ping_at {
+                ping_at = now + PING_EVERY;
+                self.send(Message::Ping(Bytes::new())).await?;
+            }
+            while let Ok(request) = self.asked.try_recv() {
+                let answer = self.answer(request);
+                self.send(answer).await?;
+            }
+            match self.feeds.next(Instant::now(), &self.streams) {
+                Next::Message(message) => self.send(message).await?,
+                Next::At(at) => self.wait(ping_at.min(at)).await?,
+                Next::Nothing => self.wait(ping_at).await?,
+            }
+        }
+    }
+
+    /// Waits for a request, for something to send, for the end, or for that moment.
+    async fn wait(&mut self, until: Instant) -> Result<(), End> {
+        let closing = self.streams.closing.clone();
+        let request = tokio::select! {
+            request = self.asked.recv() => request,
+            () = self.feeds.changed() => None,
+            () = closing.closed() => None,
+            () = sleep_until(until) => None,
+        };
+        if let Some(request) = request {
+            let answer = self.answer(request);
+            self.send(answer).await?;
+        }
+        Ok(())
+    }
+
+    /// Does what a client asks and says so.
+    fn answer(&mut self, heard: Heard) -> Message {
+        let request = match heard {
+            Heard::Answer(text) => return Message::text(text),
+            Heard::Asked(request) => request,
+        };
+        let text = match request {
+            Err(misunderstanding) => ServerText::Error(&misunderstanding).to_json(),
+            Ok(Request { id, command: Command::Ping }) => {
+                ServerText::Pong { id, clock_ms: self.streams.clock_ms() }.to_json()
+            }
+            Ok(Request { id, command }) => {
+                match command {
+                    Command::Subscribe(wanted) => {
+                        wanted.into_iter().for_each(|wanted| self.feeds.subscribe(wanted, &self.streams));
+                    }
+                    Command::Unsubscribe(streams) => {
+                        streams.into_iter().for_each(|stream| self.feeds.unsubscribe(stream));
+                    }
+                    // Stop is obeyed where it is heard.
+                    Command::Ping | Command::Stop { .. } => {}
+                }
+                ServerText::Subscribed { id, streams: self.feeds.subscriptions() }.to_json()
+            }
+        };
+        Message::text(text)
+    }
+
+    /// Sends; meanwhile notes what the client misses.
+    async fn send(&mut self, message: Message) -> Result<(), End> {
+        let sending = self.to_client.send(message);
+        let give_up = sleep_until(Instant::now() + SILENCE_LIMIT);
+        tokio::pin!(sending, give_up);
+        loop {
+            let due = self.feeds.observe_busy(Instant::now());
+            let next_due = async {
+                match due {
+                    Some(due) => sleep_until(due).await,
+                    None => std::future::pending().await,
+                }
+            };
+            tokio::select! {
+                biased;
+                sent = &mut sending => return sent.map_err(|_| End::Gone),
+                () = &mut give_up => {
+                    return Err(End::Close { code: close::SILENT, reason: "the client takes nothing" });
+                }
+                () = next_due => {}
+            }
+        }
+    }
+}
+
+fn hello(streams: &Streams) -> Message {
+    let limits = Limits {
+        max_rate_hz: MAX_RATE_HZ,
+        max_client_message_bytes: MAX_CLIENT_MESSAGE_BYTES,
+        client_messages_per_s: CLIENT_MESSAGES_PER_S,
+    };
+    let hello = ServerText::Hello {
+        protocol: SUB_PROTOCOL,
+        software_version: env!("CARGO_PKG_VERSION"),
+        clock_ms: streams.clock_ms(),
+        limits,
+    };
+    Message::text(hello.to_json())
+}

@@ -1,0 +1,20 @@
+//! The live stream: WebSocket sub-protocol `sheaf.v1`, specified in `openapi/stream.md`.
+//!
+//! A frame is encoded once for all who watch it (`encoder`), each stream keeps only its newest message, and every
+//! connection (`connection`) takes from there what its client wants as fast as the client takes it.
+
+mod alone;
+pub mod connection;
+pub mod encoder;
+pub mod feeds;
+pub mod listener;
+pub mod meter;
+pub mod points_page;
+pub mod station;
+pub mod streams;
+#[cfg(test)]
+mod tests;
+
+pub use alone::serve_stream;
+pub use points_page::points_page;
+pub use streams::{Sources, Streams, stream};

@@ -1,0 +1,45 @@
+//! What a connection may do at the station: tell it that a viewer is there, and stop it.
+
+use std::time::Instant;
+
+use futures_util::future::BoxFuture;
+
+use crate::rest::conversions::label;
+use crate::wire::station::StoppedDto;
+use app::App;
+use app::control;
+
+/// The station as a connection reaches it.
+pub trait Station: Send + Sync {
+    /// Somebody who is shown frames was there at that moment.
+    fn note_viewer(&self, at: Instant);
+
+    /// Stops it; when this returns the stop is under way. `actor`: who, for the log.
+    fn stop(&self, actor: Option<&str>) -> BoxFuture<'static, StoppedDto>;
+}
+
+/// A client of the running service.
+pub struct Client {
+    app: App,
+    address: String,
+}
+
+impl Client {
+    /// One that connected from `address`.
+    pub fn new(app: App, address: String) -> Self {
+        Self { app, address }
+    }
+}
+
+impl Station for Client {
+    fn note_viewer(&self, at: Instant) {
+        self.app.station.note_viewer(at);
+    }
+
+    fn stop(&self, actor: Option<&str>) -> BoxFuture<'static, StoppedDto> {
+        let named = actor.filter(|name| label(name, "/actor").is_ok());
+        let actor = named.map_or_else(|| format!("stream {}", self.address), |name| name.trim().to_owned());
+        let (stopping, station) = (control::stop(&self.app, &actor, &self.address), self.app.station.clone());
+        Box::pin(async move { StoppedDto::new(stopping.await, station.status().state) })
+    }
+}

@@ -1,0 +1,149 @@
+//! The report of a calibration.
+
+use calibration::{CalibrationDocument, CalibrationReport, CalibrationResult, LightReport};
+use capture::Capture;
+
+use super::html::{Html, html};
+use super::page::{Page, Tile, gallery, legend};
+use super::pictures::{LabelledPixel, labelled_picture};
+use super::{camera, correlation, light, stage};
+use crate::palette::order_hex;
+use crate::tables::order_name;
+use pipeline::Failure;
+use pipeline::Features;
+
+/// Most laser pictures shown.
+const MAX_PICTURES: usize = 12;
+
+/// The page of one calibration; `source` says where the pictures came from.
+pub fn calibration_page(
+    capture: &Capture,
+    source: &str,
+    features: &Features,
+    result: &CalibrationResult,
+    document: &CalibrationDocument,
+) -> Result<String, Failure> {
+    let lead = format!(
+        "Calibration {} of {source}: camera, light sheets and stage with what they say about themselves.",
+        document.calibration.id,
+    );
+    let mut page = Page::new("Calibration report", &lead);
+    calibration_sections(&mut page, capture, features, result)?;
+    Ok(page.finish())
+}
+
+/// Headline figures and all sections of a calibration.
+pub fn calibration_sections(
+    page: &mut Page,
+    capture: &Capture,
+    features: &Features,
+    result: &CalibrationResult,
+) -> Result<(), Failure> {
+    let report = &result.report;
+    page.tiles(&tiles(report));
+    notes(page, features, report);
+    if let Some(models) = &report.cross_validation {
+        page.section(
+            "Light models",
+            "Each model is fitted to all poses but some and asked to predict those; the error there is what a scan will see.",
+            light::models(models),
+        );
+    }
+    if let Some(fit) = &report.light {
+        page.section(
+            "Light sheets",
+            "Distance of every laser point from the curve its light sheet predicts, across the line, in pixels.",
+            light::residuals(fit, capture.manifest.line_direction()),
+        );
+        page.section(
+            "What was seen",
+            "Centrelines over the laser pictures, coloured by diffraction order; grey was found and not used.",
+            pictures(capture, features, fit)?,
+        );
+    }
+    page.section(
+        "Camera",
+        "Distance between the corners as seen and as the calibrated camera would see them.",
+        camera::content(&result.calibration.camera, &report.camera),
+    );
+    if let Some(fit) = &report.stage {
+        page.section("Stage", "Where the stage moves the part, from the board it carried.", stage::content(fit));
+    }
+    page.section(
+        "Covariance",
+        "What the data cannot tell apart. It goes on into every point's and every measurement's uncertainty.",
+        correlation::content(&result.calibration),
+    );
+    Ok(())
+}
+
+fn tiles(report: &CalibrationReport) -> Vec<Tile> {
+    let camera = &report.camera;
+    let mut tiles = vec![Tile::new(
+        format!("{:.4} px", camera.rms_px),
+        "camera RMS",
+        format!("{} pictures, corner noise {:.4} px per axis", camera.poses.len(), camera.corner_sigma_px),
+    )];
+    if let Some(light) = &report.light {
+        tiles.push(Tile::new(
+            format!("{:.1} µm", light.systematic_sigma_mm * 1e3),
+            "systematic depth σ",
+            "what the calibration leaves over the working volume",
+        ));
+        tiles.push(Tile::new(
+            light.model.name(),
+            "light model",
+            format!("RMS {:.4} px across the lines", light.rms_px),
+        ));
+    }
+    if let Some(stage) = &report.stage {
+        tiles.push(Tile::new(
+            format!("{:+.3} %", stage.scale_error * 100.0),
+            "stage scale error",
+            format!(
+                "± {:.3} %, straight within {:.1} µm RMS",
+                stage.scale_sigma * 100.0,
+                stage.straightness_rms_um
+            ),
+        ));
+    }
+    tiles
+}
+
+fn notes(page: &mut Page, features: &Features, report: &CalibrationReport) {
+    let mut content = Html::default();
+    let left_out = features.left_out.iter().map(|picture| format!("left out: {picture}"));
+    for note in report.warnings.iter().cloned().chain(left_out) {
+        content += html!("<p class=\"verdict note\">{note}</p>", note = note);
+    }
+    if !content.is_empty() {
+        page.section("Notes", "What a person should know before using this calibration.", content);
+    }
+}
+
+fn pictures(capture: &Capture, features: &Features, fit: &LightReport) -> Result<Html, Failure> {
+    let mut figures = Vec::new();
+    for (pose_idx, pose) in features.input.poses.iter().enumerate() {
+        if pose.centrelines.is_none() || figures.len() == MAX_PICTURES {
+            continue;
+        }
+        let entry = capture.manifest.poses.iter().find(|entry| entry.board.display().to_string() == pose.name);
+        let Some(laser) = entry.and_then(|entry| entry.laser.as_ref()) else { continue };
+        let labelled: Vec<LabelledPixel> = fit
+            .points
+            .iter()
+            .filter(|point| point.pose_idx == pose_idx)
+            .map(|point| (point.u_px, point.v_px, point.order))
+            .collect();
+        let caption = laser.display().to_string();
+        figures.push(labelled_picture(capture, laser, pose.centrelines.as_ref(), &labelled, &caption)?);
+    }
+    let keys: Vec<(String, String)> = capture
+        .manifest
+        .projector
+        .orders
+        .iter()
+        .map(|order| (format!("order {}", order_name(*order)), order_hex(*order)))
+        .collect();
+    Ok(legend(&keys) + gallery(&figures))
+}

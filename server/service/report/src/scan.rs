@@ -1,0 +1,125 @@
+//! The report of a scan: the cloud from above and from the side, agreement of the orders, a frame with its labels.
+
+use calibration::CalibrationDocument;
+use capture::Capture;
+use scanning::ScanResult;
+
+use super::cloud_view::CloudView;
+use super::html::Html;
+use super::page::{Page, Tile, gallery, grid, legend, sentence, table};
+use super::pictures::{LabelledPixel, labelled_picture};
+use crate::palette::order_hex;
+use crate::tables::{losses, median_sigma_mm, order_name};
+use pipeline::Failure;
+
+/// Frames shown: early, middle, late.
+const SHOWN_FRAMES: usize = 3;
+
+/// The page of one scan.
+pub fn scan_page(
+    capture: &Capture,
+    name: &str,
+    result: &ScanResult,
+    document: &CalibrationDocument,
+) -> Result<String, Failure> {
+    let lead =
+        format!("Scan {name} of {} with calibration {}.", capture.folder.display(), document.calibration.id);
+    let mut page = Page::new(&format!("Scan {name}"), &lead);
+    page.tiles(&tiles(result));
+    scan_section(&mut page, capture, name, result)?;
+    Ok(page.finish())
+}
+
+/// The section of one scan.
+pub fn scan_section(page: &mut Page, capture: &Capture, name: &str, result: &ScanResult) -> Result<(), Failure> {
+    let orders = &capture.manifest.projector.orders;
+    let keys: Vec<(String, String)> =
+        orders.iter().map(|order| (format!("order {}", order_name(*order)), order_hex(*order))).collect();
+    let view = CloudView::new(&result.cloud);
+    let views = [view.seen_from_above()?, view.seen_from_the_sides()];
+    let content = legend(&keys)
+        + grid(&views)
+        + gallery(&frames(capture, name, result)?)
+        + agreement(result)
+        + left_out(result);
+    let introduction = format!(
+        "{} points. Heights are distances from the plane most points lie on. {}.",
+        result.report.n_points,
+        sentence(&result.report.envelope.to_string())
+    );
+    page.section(&format!("Scan {name}"), &introduction, content);
+    Ok(())
+}
+
+fn tiles(result: &ScanResult) -> [Tile; 3] {
+    let worst = result.report.self_consistency.iter().map(|pair| pair.bias_mm.abs()).fold(0.0, f64::max);
+    [
+        Tile::new(
+            result.report.n_points.to_string(),
+            "points",
+            format!("from {} line pieces", result.report.n_segments),
+        ),
+        Tile::new(
+            format!("{:.1} µm", median_sigma_mm(result) * 1e3),
+            "median σ",
+            "along the ray: image noise and calibration together",
+        ),
+        Tile::new(
+            format!("{:.1} µm", worst * 1e3),
+            "largest bias between orders",
+            "two orders that saw the same surface",
+        ),
+    ]
+}
+
+fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Html>, Failure> {
+    let scan = capture.scan(name)?;
+    let n_frames = scan.frames.len();
+    (0..SHOWN_FRAMES.min(n_frames))
+        .map(|shown| {
+            let idx = (n_frames * (2 * shown + 1) / (2 * SHOWN_FRAMES)).min(n_frames - 1);
+            let frame = &scan.frames[idx];
+            let labelled: Vec<LabelledPixel> = result
+                .cloud
+                .points
+                .iter()
+                .filter(|point| point.frame as usize == idx)
+                .map(|point| (f64::from(point.u_px), f64::from(point.v_px), point.order))
+                .collect();
+            let caption = format!("{} at {:+.2} mm", frame.image.display(), frame.position_mm);
+            labelled_picture(capture, &frame.image, None, &labelled, &caption)
+        })
+        .collect()
+}
+
+fn agreement(result: &ScanResult) -> Html {
+    if result.report.self_consistency.is_empty() {
+        return Html::default();
+    }
+    let rows: Vec<Vec<String>> = result
+        .report
+        .self_consistency
+        .iter()
+        .map(|pair| {
+            vec![
+                format!("{} and {}", order_name(pair.order_a), order_name(pair.order_b)),
+                pair.n_pairs.to_string(),
+                format!("{:+.1}", pair.bias_mm * 1e3),
+                format!("{:.1}", pair.rms_mm * 1e3),
+            ]
+        })
+        .collect();
+    Html::of("<h3>The same surface seen by two orders</h3>")
+        + table(&["orders", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)
+}
+
+fn left_out(result: &ScanResult) -> Html {
+    let rows: Vec<Vec<String>> = losses(&result.report)
+        .into_iter()
+        .map(|(reason, points, pieces)| vec![reason.to_owned(), points.to_string(), pieces.to_string()])
+        .collect();
+    if rows.is_empty() {
+        return Html::default();
+    }
+    Html::of("<h3>Left out</h3>") + table(&["reason", "points", "whole pieces"], &rows, |_| false)
+}

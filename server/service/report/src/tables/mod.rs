@@ -1,0 +1,18 @@
+//! Results as tables for a person and as JSON for a machine.
+
+mod calibration;
+mod measurement;
+mod scan;
+
+pub use calibration::{calibration_json, calibration_text, order_sums};
+pub use measurement::{measurement_json, measurement_text};
+pub use scan::{losses, median_sigma_mm, scan_json, scan_text};
+
+/// An order as a person writes it: 0, +1, −1.
+pub fn order_name(order: i8) -> String {
+    match order {
+        0 => "0".to_owned(),
+        order if order > 0 => format!("+{order}"),
+        order => format!("−{}", order.unsigned_abs()),
+    }
+}
