@@ -26,7 +26,7 @@ export function ProblemCard({ problem, onDismiss }: { problem: Problem; onDismis
       <div lang={own}>
         {problem.detail}
         {problem.cause && ` (${problem.cause})`}
-        {problem.place && <span class="mono"> {problem.place}</span>}
+        {problem.pointer && <span class="mono"> {problem.pointer}</span>}
       </div>
       {problem.remedy && (
         <div>

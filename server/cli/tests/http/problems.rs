@@ -55,10 +55,10 @@ fn an_unknown_key_and_a_wrong_type_are_named_with_their_place() {
     let (_folder, server) = fresh();
     let scans = |body: &str| server.send("POST", "/api/v1/scans", &JSON, body.as_bytes());
     let unknown = is_problem(&scans(r#"{"source":{"kind":"station"},"stepp_mm":1}"#), 422, "impossible");
-    assert_eq!(unknown["place"], "/stepp_mm");
+    assert_eq!(unknown["pointer"], "/stepp_mm");
     assert!(unknown["detail"].as_str().unwrap().contains("`stepp_mm`"), "{unknown}");
     let wrong = is_problem(&scans(r#"{"source":{"kind":"station"},"step_mm":"fine"}"#), 422, "impossible");
-    assert_eq!(wrong["place"], "/step_mm");
+    assert_eq!(wrong["pointer"], "/step_mm");
     let inner = scans(r#"{"source":{"kind":"station","capture_id":"x"}}"#);
     assert!(is_problem(&inner, 422, "impossible")["detail"].as_str().unwrap().contains("`capture_id`"));
 }
@@ -169,11 +169,11 @@ fn an_array_is_no_object_and_control_characters_are_no_name() {
         is_problem(&post("/api/v1/station/control", serde_json::json!(["Anna", false])), 422, "impossible");
     assert!(array["detail"].as_str().unwrap().contains("expected an object"), "{array}");
     let scan = serde_json::json!({ "source": ["station"] });
-    assert_eq!(is_problem(&post("/api/v1/scans", scan), 422, "impossible")["place"], "/source");
+    assert_eq!(is_problem(&post("/api/v1/scans", scan), 422, "impossible")["pointer"], "/source");
     for name in ["a\u{7}b", "two\nlines", "a\u{202e}b"] {
         let session = serde_json::json!({ "name": name });
         assert_eq!(
-            is_problem(&post("/api/v1/calibration-sessions", session), 422, "impossible")["place"],
+            is_problem(&post("/api/v1/calibration-sessions", session), 422, "impossible")["pointer"],
             "/name"
         );
         let holder = serde_json::json!({ "holder": name });
@@ -183,7 +183,7 @@ fn an_array_is_no_object_and_control_characters_are_no_name() {
     edit_manifest(capture.path(), |manifest| manifest["scans"][0]["name"] = "two\nlines".into());
     let zip = [("content-type", "application/zip")];
     let upload = server.send("POST", "/api/v1/captures", &zip, &zip_of(capture.path()));
-    assert_eq!(is_problem(&upload, 422, "impossible")["place"], "scans[0].name");
+    assert_eq!(is_problem(&upload, 422, "impossible")["pointer"], "scans[0].name");
 }
 
 #[test]

@@ -150,9 +150,9 @@ fn what_a_recording_cannot_do_is_refused_with_a_remedy() {
         server.post("/api/v1/scans", &wish).expect(422)
     };
     let fine = from_to(json!({ "step_mm": 0.01 }));
-    assert_eq!(fine["place"], "/step_mm", "{fine}");
+    assert_eq!(fine["pointer"], "/step_mm", "{fine}");
     let sweep = from_to(json!({ "mode": "continuous", "step_mm": 0.3 }));
-    assert_eq!(sweep["place"], "/step_mm", "{sweep}");
+    assert_eq!(sweep["pointer"], "/step_mm", "{sweep}");
     assert!(sweep["remedy"].as_str().unwrap().contains("stop-and-go"), "{sweep}");
 }
 

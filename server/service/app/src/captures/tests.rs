@@ -4,6 +4,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+use crate::error::ErrorKind;
 use std::collections::BTreeSet;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
@@ -147,11 +148,11 @@ fn under(folder: &str, entries: Entries) -> Entries {
     entries.into_iter().map(|(name, bytes)| (format!("{folder}/{name}"), bytes)).collect()
 }
 
-/// Takes in what must be refused with one of `statuses`; nothing may be left of it.
-fn refused(bench: &Bench, what: &str, bytes: &[u8], format: ArchiveFormat, statuses: &[u16]) {
+/// Takes in what must be refused with one of `kinds`; nothing may be left of it.
+fn refused(bench: &Bench, what: &str, bytes: &[u8], format: ArchiveFormat, kinds: &[ErrorKind]) {
     let before = bench.files();
     let problem = bench.take_in(bytes, format).map(|record| record.summary).expect_err(what);
-    assert!(statuses.contains(&problem.status), "{what}: {problem:?}");
+    assert!(kinds.contains(&problem.kind), "{what}: {problem:?}");
     assert!(problem.remedy.is_some(), "{what}: {problem:?}");
     let told = format!("{problem:?}");
     assert!(!told.contains(&*bench.folder.path().to_string_lossy()), "{what} tells where files are kept: {told}");
@@ -186,20 +187,26 @@ fn a_capture_comes_back_as_it_was_sent_also_when_the_cache_is_gone() {
 fn names_that_leave_the_folder_are_refused_and_leave_nothing() {
     let bench = Bench::new();
     for name in ["../evil.png", "a/../../evil.png", "/tmp/evil.png", "a\\..\\evil.png", "C:evil.png"] {
-        refused(&bench, name, &zip(&with(name, b"x")), ArchiveFormat::Zip, &[422]);
-        refused(&bench, name, &tar(&with(name, b"x")), ArchiveFormat::Tar, &[422]);
+        refused(&bench, name, &zip(&with(name, b"x")), ArchiveFormat::Zip, &[ErrorKind::Impossible]);
+        refused(&bench, name, &tar(&with(name, b"x")), ArchiveFormat::Tar, &[ErrorKind::Impossible]);
     }
-    refused(&bench, "deep", &tar(&with(&("d/".repeat(20) + "x"), b"x")), ArchiveFormat::Tar, &[422]);
+    refused(
+        &bench,
+        "deep",
+        &tar(&with(&("d/".repeat(20) + "x"), b"x")),
+        ArchiveFormat::Tar,
+        &[ErrorKind::Impossible],
+    );
 }
 
 #[test]
 fn two_entries_of_one_name_are_refused() {
     let bench = Bench::new();
-    refused(&bench, "case", &zip(&with("SCAN/0.PNG", b"x")), ArchiveFormat::Zip, &[422]);
-    refused(&bench, "case", &tar(&with("CAPTURE.json", b"x")), ArchiveFormat::Tar, &[422]);
+    refused(&bench, "case", &zip(&with("SCAN/0.PNG", b"x")), ArchiveFormat::Zip, &[ErrorKind::Impossible]);
+    refused(&bench, "case", &tar(&with("CAPTURE.json", b"x")), ArchiveFormat::Tar, &[ErrorKind::Impossible]);
     let mut twice = good();
     twice.push(good()[1].clone());
-    refused(&bench, "twice", &tar(&twice), ArchiveFormat::Tar, &[422]);
+    refused(&bench, "twice", &tar(&twice), ArchiveFormat::Tar, &[ErrorKind::Impossible]);
     // The zip library refuses to write a name twice, so a name is changed in the finished archive.
     let mut bytes = zip(&with("scan/2.png", b"x"));
     for at in 0..bytes.len() - 10 {
@@ -207,7 +214,7 @@ fn two_entries_of_one_name_are_refused() {
             bytes[at + 5] = b'1';
         }
     }
-    refused(&bench, "twice", &bytes, ArchiveFormat::Zip, &[422]);
+    refused(&bench, "twice", &bytes, ArchiveFormat::Zip, &[ErrorKind::Impossible]);
 }
 
 #[test]
@@ -216,7 +223,7 @@ fn links_and_devices_are_refused() {
     let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
     writer.add_symlink("capture.json", "/etc/passwd", SimpleFileOptions::default()).unwrap();
     let bytes = writer.finish().unwrap().into_inner();
-    refused(&bench, "symlink", &bytes, ArchiveFormat::Zip, &[422]);
+    refused(&bench, "symlink", &bytes, ArchiveFormat::Zip, &[ErrorKind::Impossible]);
     for kind in [
         EntryType::Symlink,
         EntryType::Link,
@@ -225,7 +232,13 @@ fn links_and_devices_are_refused() {
         EntryType::Fifo,
         EntryType::GNUSparse,
     ] {
-        refused(&bench, "link or device", &good_tar_and(kind, "x.png", b""), ArchiveFormat::Tar, &[400, 422]);
+        refused(
+            &bench,
+            "link or device",
+            &good_tar_and(kind, "x.png", b""),
+            ArchiveFormat::Tar,
+            &[ErrorKind::BadRequest, ErrorKind::Impossible],
+        );
     }
 }
 
@@ -233,15 +246,33 @@ fn links_and_devices_are_refused() {
 fn extended_tar_headers_are_read_within_limits() {
     let bench = Bench::new();
     let long = vec![b'a'; 1 << 20];
-    refused(&bench, "long name", &good_tar_and(EntryType::GNULongName, "x", &long), ArchiveFormat::Tar, &[400]);
-    refused(&bench, "long header", &good_tar_and(EntryType::XHeader, "x", &long), ArchiveFormat::Tar, &[400]);
+    refused(
+        &bench,
+        "long name",
+        &good_tar_and(EntryType::GNULongName, "x", &long),
+        ArchiveFormat::Tar,
+        &[ErrorKind::BadRequest],
+    );
+    refused(
+        &bench,
+        "long header",
+        &good_tar_and(EntryType::XHeader, "x", &long),
+        ArchiveFormat::Tar,
+        &[ErrorKind::BadRequest],
+    );
     let records: [&[u8]; 4] = [b"999 path=x\n", b"path=x\n", b"0 path=x\n", b"19 size=99999999999\n"];
     for record in records {
-        refused(&bench, "bad record", &good_tar_and(EntryType::XHeader, "x", record), ArchiveFormat::Tar, &[400]);
+        refused(
+            &bench,
+            "bad record",
+            &good_tar_and(EntryType::XHeader, "x", record),
+            ArchiveFormat::Tar,
+            &[ErrorKind::BadRequest],
+        );
     }
     // The header's name applies to the entry after it: the manifest, which is then not found.
     let evil = good_tar_and(EntryType::XHeader, "x", b"21 path=../../passwd\n");
-    refused(&bench, "evil path", &evil, ArchiveFormat::Tar, &[422]);
+    refused(&bench, "evil path", &evil, ArchiveFormat::Tar, &[ErrorKind::Impossible]);
     let named = good_tar_and(EntryType::XHeader, "x", b"21 path=capture.json\n");
     bench.take_in(&named, ArchiveFormat::Tar).unwrap();
 }
@@ -250,37 +281,55 @@ fn extended_tar_headers_are_read_within_limits() {
 fn bombs_end_while_they_unpack() {
     let bench = Bench::new();
     let zeros = vec![0; limits::FILE_LIMIT_BYTES as usize + 1];
-    refused(&bench, "large file", &zip(&with("zeros", &zeros)), ArchiveFormat::Zip, &[413]);
+    refused(&bench, "large file", &zip(&with("zeros", &zeros)), ArchiveFormat::Zip, &[ErrorKind::TooLarge]);
     // Each file is small enough; together they are 300 times the archive.
     let many: Entries = (0..5).map(|idx| (format!("{idx}.bin"), zeros[..60 << 20].to_vec())).collect();
-    refused(&bench, "ratio", &zip(&many), ArchiveFormat::Zip, &[413]);
+    refused(&bench, "ratio", &zip(&many), ArchiveFormat::Zip, &[ErrorKind::TooLarge]);
 }
 
 #[test]
 fn a_hundred_thousand_entries_are_too_many() {
     let bench = Bench::new();
     let entries: Entries = (0..100_000).map(|idx| (format!("{idx}"), Vec::new())).collect();
-    refused(&bench, "entries", &zip(&entries), ArchiveFormat::Zip, &[413]);
-    refused(&bench, "entries", &tar(&entries), ArchiveFormat::Tar, &[413]);
+    refused(&bench, "entries", &zip(&entries), ArchiveFormat::Zip, &[ErrorKind::TooLarge]);
+    refused(&bench, "entries", &tar(&entries), ArchiveFormat::Tar, &[ErrorKind::TooLarge]);
 }
 
 #[test]
 fn what_is_no_capture_is_refused() {
     let bench = Bench::new();
     let whole = zip(&good());
-    refused(&bench, "random bytes", &[7; 3000], ArchiveFormat::Zip, &[400]);
-    refused(&bench, "random bytes", &[7; 3000], ArchiveFormat::Tar, &[400]);
-    refused(&bench, "empty", &[], ArchiveFormat::Zip, &[400]);
-    refused(&bench, "empty", &[], ArchiveFormat::Tar, &[422]);
-    refused(&bench, "truncated", &whole[..whole.len() - 30], ArchiveFormat::Zip, &[400]);
-    refused(&bench, "truncated", &tar(&good())[..1500], ArchiveFormat::Tar, &[400, 422]);
-    refused(&bench, "no manifest", &zip(&good()[1..].to_vec()), ArchiveFormat::Zip, &[422]);
+    refused(&bench, "random bytes", &[7; 3000], ArchiveFormat::Zip, &[ErrorKind::BadRequest]);
+    refused(&bench, "random bytes", &[7; 3000], ArchiveFormat::Tar, &[ErrorKind::BadRequest]);
+    refused(&bench, "empty", &[], ArchiveFormat::Zip, &[ErrorKind::BadRequest]);
+    refused(&bench, "empty", &[], ArchiveFormat::Tar, &[ErrorKind::Impossible]);
+    refused(&bench, "truncated", &whole[..whole.len() - 30], ArchiveFormat::Zip, &[ErrorKind::BadRequest]);
+    refused(
+        &bench,
+        "truncated",
+        &tar(&good())[..1500],
+        ArchiveFormat::Tar,
+        &[ErrorKind::BadRequest, ErrorKind::Impossible],
+    );
+    refused(&bench, "no manifest", &zip(&good()[1..].to_vec()), ArchiveFormat::Zip, &[ErrorKind::Impossible]);
     let two: Entries = [under("a", good()), under("b", good())].concat();
-    refused(&bench, "two captures", &zip(&two), ArchiveFormat::Zip, &[422]);
+    refused(&bench, "two captures", &zip(&two), ArchiveFormat::Zip, &[ErrorKind::Impossible]);
     let text = String::from_utf8(good()[0].1.clone()).unwrap().replace("scan/1.png", "../../../etc/passwd");
-    refused(&bench, "manifest leaves", &zip(&with("capture.json", text.as_bytes())), ArchiveFormat::Zip, &[422]);
+    refused(
+        &bench,
+        "manifest leaves",
+        &zip(&with("capture.json", text.as_bytes())),
+        ArchiveFormat::Zip,
+        &[ErrorKind::Impossible],
+    );
     let large = vec![b' '; limits::MANIFEST_LIMIT_BYTES as usize + 1];
-    refused(&bench, "manifest large", &zip(&with("capture.json", &large)), ArchiveFormat::Zip, &[413]);
+    refused(
+        &bench,
+        "manifest large",
+        &zip(&with("capture.json", &large)),
+        ArchiveFormat::Zip,
+        &[ErrorKind::TooLarge],
+    );
 }
 
 #[test]
@@ -302,7 +351,7 @@ fn pictures_that_lie_in_their_headers_are_refused() {
         ("cut", cut),
         ("no picture", b"hello".to_vec()),
     ] {
-        refused(&bench, what, &zip(&with("scan/1.png", &bytes)), ArchiveFormat::Zip, &[422]);
+        refused(&bench, what, &zip(&with("scan/1.png", &bytes)), ArchiveFormat::Zip, &[ErrorKind::Impossible]);
     }
 }
 

@@ -126,7 +126,7 @@ mod tests {
     fn of_a_path_only_the_name_is_told() {
         let reason = "cannot sync /var/lib/sheaf/artifacts/ab: I/O error".to_owned();
         let problem = AppError::from(StoreError::ReadOnly { reason });
-        assert_eq!(problem.status, 503);
+        assert_eq!(problem.kind, ErrorKind::Unavailable);
         assert!(problem.detail.contains("cannot sync ab: I/O error"), "{problem:?}");
         let quoted = "cannot open \"/dev/ttyACM0\" at 2 mm/s, 1/2 of it";
         assert_eq!(without_folders(quoted), "cannot open \"ttyACM0\" at 2 mm/s, 1/2 of it");
@@ -138,13 +138,10 @@ mod tests {
         let damaged = AppError::from(StoreError::Damaged { id: id.clone() }).of_stored("the cloud of scan 7");
         let missing =
             AppError::from(StoreError::NotFound { kind: "artifact", id }).of_stored("the cloud of scan 7");
-        assert_eq!(
-            (damaged.status, &damaged.r#type, &damaged.remedy),
-            (missing.status, &missing.r#type, &missing.remedy)
-        );
+        assert_eq!((damaged.kind, &damaged.remedy), (missing.kind, &missing.remedy));
         assert!(damaged.detail.contains("cloud of scan 7") && damaged.remedy.unwrap().contains("restore"));
         let scan = AppError::from(StoreError::NotFound { kind: "scan", id: "7".into() }).of_stored("the cloud");
-        assert_eq!(scan.status, 404);
+        assert_eq!(scan.kind, ErrorKind::NotFound);
     }
 
     #[test]
@@ -152,8 +149,8 @@ mod tests {
         let cause = std::io::Error::other("no such device");
         let error = StoreError::File { what: "write", path: "x".into(), cause };
         let problem = AppError::from(error);
-        assert_eq!((problem.status, problem.cause.as_deref()), (500, Some("no such device")));
+        assert_eq!((problem.kind, problem.cause.as_deref()), (ErrorKind::Internal, Some("no such device")));
         let problem = AppError::from(StationRefusal::Stage(devices::StageError::NotHomed));
-        assert_eq!((problem.status, problem.remedy.as_deref()), (409, Some("home it first")));
+        assert_eq!((problem.kind, problem.remedy.as_deref()), (ErrorKind::Conflict, Some("home it first")));
     }
 }

@@ -204,7 +204,10 @@ mod tests {
         let anna = desk.take("Anna", false, now).unwrap();
         assert_eq!(anna.from, None);
         let refused = desk.take("Ben", false, now).unwrap_err();
-        assert_eq!((refused.status, refused.detail.as_str()), (409, "Anna is in control of the station"));
+        assert_eq!(
+            (refused.kind, refused.detail.as_str()),
+            (ErrorKind::ControlRequired, "Anna is in control of the station")
+        );
         assert_eq!(desk.present(now).map(|lease| lease.holder).as_deref(), Some("Anna"));
         let ben = desk.take("Ben", true, now).unwrap();
         assert_eq!(ben.from.as_deref(), Some("Anna"));
@@ -221,7 +224,7 @@ mod tests {
         let anna = desk.take("Anna", false, now).unwrap().lease.id;
         let later = now + Duration::from_secs(6);
         let refused = desk.command(Some(&anna), later).unwrap_err();
-        assert_eq!(refused.r#type, "urn:sheaf:problem:control-expired");
+        assert_eq!(refused.kind, ErrorKind::ControlExpired);
         assert_eq!(desk.collect_expired(later).map(|lease| lease.holder).as_deref(), Some("Anna"));
         assert_eq!(desk.collect_expired(later), None, "its end is told once");
         assert_eq!(desk.asker(Some(&anna), later), Asker::WhileNobodyIs);
@@ -239,7 +242,7 @@ mod tests {
         desk.command(Some(&anna), at(119)).unwrap();
         (30..59).for_each(|n| drop(desk.renew(Some(&anna), at(4 * n)).unwrap()));
         let lapsed = desk.renew(Some(&anna), at(240)).unwrap_err();
-        assert_eq!(lapsed.r#type, "urn:sheaf:problem:control-expired");
+        assert_eq!(lapsed.kind, ErrorKind::ControlExpired);
     }
 
     #[test]

@@ -201,7 +201,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let first = plans(folder.path()).get().await.unwrap();
         assert_eq!((first.version, first.plan.measure[0].nominal_mm), (0, Some(18.9)));
-        let put = plans(folder.path()).put(changed(&first.plan), |_| Ok(())).await.unwrap();
+        let put = plans(folder.path()).put::<AppError>(changed(&first.plan), |_| Ok(())).await.unwrap();
         assert_eq!(put.version, 1);
         assert_eq!(plans(folder.path()).get().await.unwrap(), put);
 
@@ -209,9 +209,10 @@ mod tests {
         let text = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, text.replace("7.5", "7.4")).unwrap();
         let damaged = plans(folder.path());
-        assert_eq!(damaged.get().await.unwrap_err().status, 500);
+        assert_eq!(damaged.get().await.unwrap_err().kind, ErrorKind::Internal);
         // Nobody knows its version; it can be set anew.
-        let may = |version: Option<u64>| if version.is_none() { Ok(()) } else { panic!("{version:?}") };
+        let may =
+            |version: Option<u64>| if version.is_none() { Ok::<(), AppError>(()) } else { panic!("{version:?}") };
         assert_eq!(damaged.put(first.plan, may).await.unwrap().version, 1);
     }
 
@@ -222,10 +223,16 @@ mod tests {
         let first = plans.get().await.unwrap();
         let mut plan = first.plan.clone();
         plan.measure[0].nominal_mm = None;
-        let problem = plans.put(plan, |_| Ok(())).await.unwrap_err();
-        assert_eq!((problem.status, problem.pointer.as_deref()), (422, Some("/measure/0/tolerance_mm")));
+        let problem = plans.put::<AppError>(plan, |_| Ok(())).await.unwrap_err();
+        assert_eq!(
+            (problem.kind, problem.pointer.as_deref()),
+            (ErrorKind::Impossible, Some("/measure/0/tolerance_mm"))
+        );
         let step = MeasurementPlan { step_mm: 0.0, ..first.plan.clone() };
-        assert_eq!(plans.put(step, |_| Ok(())).await.unwrap_err().pointer.as_deref(), Some("/step_mm"));
+        assert_eq!(
+            plans.put::<AppError>(step, |_| Ok(())).await.unwrap_err().pointer.as_deref(),
+            Some("/step_mm")
+        );
         assert_eq!(plans.get().await.unwrap(), first);
     }
 }

@@ -163,7 +163,7 @@ mod tests {
     #[track_caller]
     fn check(body: &str, status: u16, place: Option<&str>, words: &str) {
         let problem = parse::<Outer>(body.as_bytes()).unwrap_err();
-        assert_eq!((problem.status, problem.place.as_deref()), (status, place), "{problem:?}");
+        assert_eq!((problem.status, problem.pointer.as_deref()), (status, place), "{problem:?}");
         assert!(problem.detail.contains(words), "{problem:?}");
     }
 

@@ -108,7 +108,7 @@ mod tests {
     }
 
     fn check_at(reached: &str, method: Method, pairs: &[(&'static str, &'static str)]) -> Option<u16> {
-        let mut config = Config::simulated("data".into());
+        let mut config = HttpConfig::default();
         config.allowed_hosts = vec!["Line3".to_owned()];
         config.allowed_origins = vec!["https://mes.example".to_owned(), "chrome-extension://x".to_owned()];
         let headers = pairs.iter().map(|(name, value)| (name.parse().unwrap(), value.parse().unwrap()));

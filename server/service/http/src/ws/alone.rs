@@ -44,7 +44,7 @@ pub fn serve_stream(listener: TcpListener, live: LiveBus) -> io::Result<impl Fut
     })
 }
 
-struct NoStation;
+pub(super) struct NoStation;
 
 impl Station for NoStation {
     fn note_viewer(&self, _at: Instant) {}

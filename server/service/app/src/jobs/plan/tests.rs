@@ -1,6 +1,7 @@
 //! What is planned for the default simulated station, and what is refused. The true station stands in for its
 //! calibration; that the predicted σ is met is shown by the scans themselves.
 
+use crate::error::ErrorKind;
 use devices::{
     CameraCapabilities, CameraSettings, DeviceIdentity, LaserCapabilities, PixelFormat, Roi, StageCapabilities,
     Trigger, ValueRange,
@@ -180,7 +181,11 @@ fn a_slow_machine_plans_what_its_last_scans_took() {
 fn what_cannot_work_is_refused_with_its_place_and_a_remedy() {
     let check = |change: &dyn Fn(&mut ScanInput), place: &str, words: &str| {
         let problem = planned(|input| change(input)).unwrap_err();
-        assert_eq!((problem.status, problem.pointer.as_deref()), (422, Some(place)), "{problem:?}");
+        assert_eq!(
+            (problem.kind, problem.pointer.as_deref()),
+            (ErrorKind::Impossible, Some(place)),
+            "{problem:?}"
+        );
         assert!(problem.detail.contains(words), "{problem:?}");
         assert!(problem.remedy.is_some(), "{problem:?}");
     };
@@ -226,7 +231,10 @@ fn without_its_stage_a_station_plans_nothing() {
     status.stage.connected = false;
     let problem =
         plan(&input(-1.0, 1.0), &calibration(), &status, &Pace::unknown(ScanMode::StopAndGo)).unwrap_err();
-    assert_eq!((problem.status, problem.detail.as_str()), (503, "the station's stage is not connected"));
+    assert_eq!(
+        (problem.kind, problem.detail.as_str()),
+        (ErrorKind::DeviceFault, "the station's stage is not connected")
+    );
 }
 
 #[test]

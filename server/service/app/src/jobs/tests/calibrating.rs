@@ -2,6 +2,7 @@
 //!
 //! What this does not show: other stations than these two, and boards held by people.
 
+use crate::error::ErrorKind;
 use calibration::CalibrationDocument;
 use optics::Calibration;
 use store::ArtifactId;
@@ -9,9 +10,10 @@ use twin::Scene;
 
 use super::*;
 use crate::calibrations::Calibrations;
+use crate::jobs::calibrate::{SolveSession, solve_input};
 use crate::jobs::{CalibrateInput, JobInput, Source};
-use crate::sessions::{NewSession, Sessions, SolveSession, VirtualBoard};
-use pipeline::Reporter;
+use crate::progress::Silent;
+use crate::sessions::{NewSession, Sessions, VirtualBoard};
 use pipeline::{calibrate_features, open_capture, read_features};
 
 /// What the joint fit of camera, boards and light leaves at best with corners known to 0.02 px: the processing core's
@@ -87,7 +89,7 @@ async fn a_stored_calibration_is_what_the_command_line_writes_from_the_same_pict
     let captures = bench.parts.captures.clone();
     let by_command_line = tokio::task::spawn_blocking(move || {
         let out = captures.check_out(&capture_id).unwrap();
-        let quiet = Reporter::new(true);
+        let quiet = Silent;
         let capture = open_capture(&out.folder, &quiet).unwrap();
         let features = read_features(&capture, false, &quiet).unwrap();
         calibrate_features(&capture, &features, &Default::default(), &quiet).unwrap().document.to_json()
@@ -135,9 +137,12 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
     // Without a board there is nothing to read, and it is said at once.
     let blind = sessions.add_pose(&id, Some(1)).await.unwrap();
     assert!(blind.body.poses[0].board.problem.is_some() && !blind.body.poses[0].board.is_readable());
-    assert_eq!(sessions.solve_input(&id, SolveSession::default()).await.unwrap_err().status, 422);
+    assert_eq!(
+        solve_input(&sessions, &id, SolveSession::default()).await.unwrap_err().kind,
+        ErrorKind::Impossible
+    );
     let stale = sessions.add_pose(&id, Some(1)).await.unwrap_err();
-    assert_eq!(stale.status, 412);
+    assert_eq!(stale.kind, ErrorKind::Changed);
     sessions.delete_pose(&id, &blind.body.poses[0].id, Some(2)).await.unwrap();
     for pose in 0..8 {
         sessions.place_virtual_board(VirtualBoard::Pose { pose }).unwrap();
@@ -150,9 +155,13 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
     let sessions = open();
     sessions.place_virtual_board(VirtualBoard::Stage).unwrap();
     for position_mm in [-20.0, 0.0, 20.0] {
-        let early = sessions.solve_input(&id, SolveSession::default()).await;
+        let early = solve_input(&sessions, &id, SolveSession::default()).await;
         let has_too_few = position_mm > -20.0;
-        assert_eq!(early.err().map(|problem| problem.status), has_too_few.then_some(422), "{position_mm} mm");
+        assert_eq!(
+            early.err().map(|problem| problem.kind),
+            has_too_few.then_some(ErrorKind::Impossible),
+            "{position_mm} mm"
+        );
         sessions.add_stage_view(&id, position_mm, None).await.unwrap();
     }
     sessions.place_virtual_board(VirtualBoard::Away).unwrap();
@@ -163,7 +172,7 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
         assert!((5.0..35.0).contains(&pose.board.tilt_deg.unwrap()), "{:?}", pose.board.tilt_deg);
         assert!((340.0..440.0).contains(&pose.board.distance_mm.unwrap()), "{:?}", pose.board.distance_mm);
     }
-    let input = sessions.solve_input(&id, SolveSession::default()).await.unwrap();
+    let input = solve_input(&sessions, &id, SolveSession::default()).await.unwrap();
     let job = jobs.submit(input, "test").await.unwrap();
     sessions.note_job(&id, &job.id).await.unwrap();
     let record = ended(&jobs, &job.id).await.record;
@@ -175,7 +184,7 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
     let artifact = ArtifactId::parse(&gathered.poses[0].board.picture.artifact).unwrap();
     bench.parts.artifacts.read(&artifact).await.unwrap();
     sessions.delete(&id).await.unwrap();
-    assert_eq!(sessions.get(&id).await.unwrap_err().status, 404);
+    assert_eq!(sessions.get(&id).await.unwrap_err().kind, ErrorKind::NotFound);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -204,7 +213,7 @@ async fn activations_are_acts_that_can_be_rolled_back_one_by_one() {
     let seq = last_act().await;
     calibrations.activate(&one, None, "Anna", None).await.unwrap();
     assert_eq!(last_act().await, seq, "activating what is active is no act");
-    assert_eq!(calibrations.activate(&two, Some(None), "Bert", None).await.unwrap_err().status, 412);
+    assert_eq!(calibrations.activate(&two, Some(None), "Bert", None).await.unwrap_err().kind, ErrorKind::Changed);
     calibrations.activate(&two, Some(Some(one.clone())), "Bert", None).await.unwrap();
     assert_eq!(in_use().as_ref(), Some(&two));
     // A new process finds what was active.
@@ -217,8 +226,8 @@ async fn activations_are_acts_that_can_be_rolled_back_one_by_one() {
     assert_eq!(in_use().as_ref(), Some(&one));
     assert_eq!(calibrations.roll_back("Anna").await.unwrap().calibration_id, None);
     assert_eq!(in_use(), None);
-    assert_eq!(calibrations.roll_back("Anna").await.unwrap_err().status, 409);
-    assert_eq!(calibrations.activate("nowhere", None, "Anna", None).await.unwrap_err().status, 404);
+    assert_eq!(calibrations.roll_back("Anna").await.unwrap_err().kind, ErrorKind::Conflict);
+    assert_eq!(calibrations.activate("nowhere", None, "Anna", None).await.unwrap_err().kind, ErrorKind::NotFound);
     // Planes miss the curvature of the sheets by far more than noise.
     let difference = calibrations.difference(&one, &two).await.unwrap();
     assert!(difference.total.rms_mm > 0.05, "{:?}", difference.total);

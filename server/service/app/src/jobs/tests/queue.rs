@@ -223,7 +223,7 @@ async fn a_job_can_be_cancelled_in_every_state() {
     assert_eq!(jobs.cancel(&first, "Anna").await.unwrap().record.state, JobState::Cancelled);
     assert_eq!(event_kinds(&bench, &first).await, before);
     assert_eq!(before, ["job.queued", "job.running", "job.cancelled"]);
-    assert_eq!(jobs.cancel("nobody", "Anna").await.unwrap_err().status, 404);
+    assert_eq!(jobs.cancel("nobody", "Anna").await.unwrap_err().kind, ErrorKind::NotFound);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -254,7 +254,7 @@ async fn a_stopped_station_accepts_no_job_and_a_job_that_a_stop_met_on_its_way_n
     let before = Authority { holder: None, epoch: station.stop_epoch() };
     station.stop("Bert").await.unwrap();
     let refused = jobs.submit(station_job("s1"), "test").await.unwrap_err();
-    assert_eq!((refused.status, refused.r#type.as_str()), (409, "urn:sheaf:problem:halted"));
+    assert_eq!(refused.kind, ErrorKind::Halted);
     assert!(refused.remedy.is_some());
     station.manual(Manual::Reset).await.unwrap();
     script.release();
@@ -350,7 +350,7 @@ async fn a_full_queue_refuses_and_says_when_to_come_back() {
         submit(&jobs, station_job("s")).await;
     }
     let refused = jobs.submit(computation("a"), "test").await.unwrap_err();
-    assert_eq!(refused.status, 429);
+    assert_eq!(refused.kind, ErrorKind::TooMany);
     assert!(refused.retry_after_s.is_some());
     jobs.end_cleared_jobs(jobs.clear_station_jobs(), "test", Vec::new()).await.unwrap();
     script.release();
@@ -363,7 +363,7 @@ async fn a_job_for_which_the_disk_has_no_room_is_not_begun() {
     let (bench, jobs, script) = stage().await;
     bench.free_bytes.store(1 << 20, Ordering::SeqCst);
     let refused = jobs.submit(station_job("s"), "test").await.unwrap_err();
-    assert_eq!(refused.status, 507);
+    assert_eq!(refused.kind, ErrorKind::StorageFull);
     assert!(script.began().is_empty());
     let page = Page { before: None, limit: 10 };
     assert!(jobs.list(None, &page).await.unwrap().records.is_empty());
@@ -373,13 +373,13 @@ async fn a_job_for_which_the_disk_has_no_room_is_not_begun() {
 async fn what_cannot_work_is_refused_before_it_waits() {
     let (_bench, jobs, _script) = stage().await;
     let missing = jobs.submit(computation("nowhere"), "test").await.unwrap_err();
-    assert_eq!((missing.status, missing.pointer.as_deref()), (422, Some("/source/capture_id")));
+    assert_eq!((missing.kind, missing.pointer.as_deref()), (ErrorKind::Impossible, Some("/source/capture_id")));
     let JobInput::Calibration(good) = computation("a") else { unreachable!() };
     let model = CalibrateInput { light_model: Some("magic".to_owned()), ..good.clone() };
     let refused = jobs.submit(JobInput::Calibration(model), "test").await.unwrap_err();
-    assert_eq!((refused.status, refused.pointer.as_deref()), (422, Some("/light_model")));
+    assert_eq!((refused.kind, refused.pointer.as_deref()), (ErrorKind::Impossible, Some("/light_model")));
     let poses = CalibrateInput { n_poses: Some(2), ..good };
-    assert_eq!(jobs.submit(JobInput::Calibration(poses), "test").await.unwrap_err().status, 422);
+    assert_eq!(jobs.submit(JobInput::Calibration(poses), "test").await.unwrap_err().kind, ErrorKind::Impossible);
 }
 
 /// The catalogue as a process leaves it that died: one job running, one of each kind waiting.
@@ -419,7 +419,7 @@ async fn a_shutdown_interrupts_what_runs_and_keeps_what_waits() {
     assert_eq!(bench.parts.ledger.read().job(&first).await.unwrap().state, JobState::Interrupted);
     assert_eq!(bench.parts.ledger.read().job(&second).await.unwrap().state, JobState::Queued);
     assert_eq!(script.began(), ["a"]);
-    assert_eq!(jobs.submit(computation("a"), "test").await.unwrap_err().status, 503);
+    assert_eq!(jobs.submit(computation("a"), "test").await.unwrap_err().kind, ErrorKind::Unavailable);
 }
 
 /// The store itself refuses a second end.

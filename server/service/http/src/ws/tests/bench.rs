@@ -20,9 +20,10 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, client_async};
 use vision::{CentrelinePoint, Centrelines, GreyImage, LineDirection, Pixels, Segment};
 
-use crate::ws::station::NoStation;
+use crate::ws::alone::NoStation;
 use crate::ws::streams::{Sources, Streams};
 use crate::ws::tests::status::first_status;
+use app::closing::Closing;
 use app::jobs::JobNews;
 use app::lease::ControlDesk;
 
@@ -39,6 +40,7 @@ pub struct Bench {
     pub _jobs: watch::Sender<JobNews>,
     pub events: watch::Sender<i64>,
     pub streams: Streams,
+    pub closing: Closing,
     pub address: SocketAddr,
     _encoder: Worker,
     server: tokio::task::JoinHandle<()>,
@@ -65,7 +67,8 @@ impl Bench {
             jobs: jobs.subscribe(),
             events: events.subscribe(),
         };
-        let (streams, encoder) = Streams::start(sources, LineDirection::Rows).unwrap();
+        let closing = Closing::default();
+        let (streams, encoder) = Streams::start(sources, LineDirection::Rows, closing.clone()).unwrap();
         let socket = TcpSocket::new_v4().unwrap();
         // Accepted sockets inherit it: little is under way to a client that does not read.
         socket.set_send_buffer_size(16 * 1024).unwrap();
@@ -76,7 +79,19 @@ impl Bench {
             any(|State(streams): State<Streams>, upgrade| async move { streams.accept(upgrade, NoStation) });
         let router = Router::new().route("/api/v1/stream", accept).with_state(streams.clone());
         let server = tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
-        Self { bus, frames, status, control, _jobs: jobs, events, streams, address, _encoder: encoder, server }
+        Self {
+            bus,
+            frames,
+            status,
+            control,
+            _jobs: jobs,
+            events,
+            streams,
+            closing,
+            address,
+            _encoder: encoder,
+            server,
+        }
     }
 
     /// Shows a frame of `width` × `width` / 2 noisy pixels with one line in it.

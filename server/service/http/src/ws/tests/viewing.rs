@@ -8,7 +8,7 @@ use station::{MachineState, OperationalState};
 use tokio_tungstenite::tungstenite::Message;
 
 use super::bench::{Bench, Client, sequence};
-use crate::limits::CONTROL_LEASE;
+use app::limits::CONTROL_LEASE;
 
 const READY: MachineState = MachineState::Operational(OperationalState::Ready);
 

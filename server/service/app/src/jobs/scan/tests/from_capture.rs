@@ -10,7 +10,7 @@ use store::{ScanRecord, ScanState};
 use super::bench::{Bench, from_station, true_document};
 use crate::jobs::export::{ExportFormat, bytes_to_artifact};
 use crate::jobs::{ExportInput, RecomputeInput, ScanInput, ScanSource, export, recompute};
-use pipeline::Reporter;
+use crate::progress::Silent;
 use pipeline::{open_capture, scan_capture};
 
 fn from_capture(capture_id: &str, scan: Option<&str>) -> ScanInput {
@@ -43,7 +43,7 @@ fn the_pictures_of_a_scan_give_its_cloud_again_on_any_number_of_threads() {
     }
     // What `sheaf scan` writes for the same folder.
     let folder = bench.captures.check_out(&capture_id).unwrap();
-    let reporter = Reporter::new(true);
+    let reporter = Silent;
     let capture = open_capture(&folder.folder, &reporter).unwrap();
     let result = scan_capture(&capture, &bench.document, "ball", &reporter).unwrap();
     let mut bytes = Vec::new();
@@ -86,7 +86,7 @@ fn the_only_scan_of_a_capture_needs_no_name_and_several_are_listed() {
     assert!(unknown.detail.contains("cube") && format!("{unknown:?}").contains("ball"), "{unknown:?}");
     let mut with_range = from_capture(&capture_id, None);
     with_range.step_mm = Some(0.1);
-    assert_eq!(refused(with_range).place.as_deref(), Some("/step_mm"));
+    assert_eq!(refused(with_range).pointer.as_deref(), Some("/step_mm"));
     // A capture with two scans: the same pictures under two names.
     let folder = bench.captures.check_out(&capture_id).unwrap();
     let copy = bench.folder.path().join("two");

@@ -1,5 +1,6 @@
 //! What a scan needs of the disk is known before it is accepted.
 
+use crate::error::ErrorKind;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -43,10 +44,10 @@ fn a_scan_that_keeps_its_pictures_is_refused_without_room_for_them() {
     .unwrap();
     let enough = FREE_FLOOR_BYTES + planned.disk_bytes;
     submit(false, enough).unwrap();
-    assert_eq!(submit(false, enough - 1).unwrap_err().status, 507);
+    assert_eq!(submit(false, enough - 1).unwrap_err().kind, ErrorKind::StorageFull);
     // Sixty-one pictures of a byte a pixel, as files and once more in their archive.
     let pictures_bytes = 2 * 61 * 640 * 512;
-    assert_eq!(submit(true, enough + pictures_bytes - 1).unwrap_err().status, 507);
+    assert_eq!(submit(true, enough + pictures_bytes - 1).unwrap_err().kind, ErrorKind::StorageFull);
     submit(true, enough + pictures_bytes).unwrap();
     bench.runtime.block_on(jobs.shut_down());
 }

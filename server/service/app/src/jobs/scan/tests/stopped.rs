@@ -1,5 +1,6 @@
 //! Scans that are stopped, and go on: what was taken is kept, and the end is the same to the last bit.
 
+use crate::error::ErrorKind;
 use std::io::Cursor;
 
 use scanning::files::peaks::{Peaks, read_peaks};
@@ -73,18 +74,18 @@ fn a_scan_goes_on_only_as_it_was_begun() {
         let mut input = resumed(&partial.id);
         change(&mut input);
         match run(input, &bench.job().ctx) {
-            Err(JobEnd::Failed(problem)) => (problem.status, problem.detail),
+            Err(JobEnd::Failed(problem)) => (problem.kind, problem.detail),
             other => panic!("{:?}", other.map(|done| done.message)),
         }
     };
-    let (status, detail) = refused(&|input| input.step_mm = Some(0.5));
-    assert_eq!(status, 409);
+    let (kind, detail) = refused(&|input| input.step_mm = Some(0.5));
+    assert_eq!(kind, ErrorKind::Conflict);
     assert!(detail.contains("step_mm 0.5 instead of 1"), "{detail}");
-    let (status, detail) = refused(&|input| input.calibration_id = Some("other000".into()));
-    assert!(status == 409 && detail.contains("true0000"), "{detail}");
+    let (kind, detail) = refused(&|input| input.calibration_id = Some("other000".into()));
+    assert!(kind == ErrorKind::Conflict && detail.contains("true0000"), "{detail}");
     let done = bench.scan(resumed(&partial.id));
-    let (status, _) = refused(&|_| {});
-    assert_eq!((done.state, status), (ScanState::Complete, 409), "a complete scan is not resumed");
+    let (kind, _) = refused(&|_| {});
+    assert_eq!((done.state, kind), (ScanState::Complete, ErrorKind::Conflict), "a complete scan is not resumed");
 }
 
 #[test]

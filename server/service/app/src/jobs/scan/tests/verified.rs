@@ -1,5 +1,6 @@
 //! A known part is scanned and compared; what was on the stage comes back.
 
+use crate::error::ErrorKind;
 use store::ScanState;
 use twin::Scene;
 
@@ -62,5 +63,5 @@ fn an_unknown_part_is_refused() {
     let mut input = gauge(0.2);
     input.artefact = "cube".into();
     let Err(JobEnd::Failed(problem)) = verify::run(input, &bench.job().ctx) else { panic!("verified a cube") };
-    assert_eq!((problem.status, problem.pointer.as_deref()), (422, Some("/artefact")));
+    assert_eq!((problem.kind, problem.pointer.as_deref()), (ErrorKind::Impossible, Some("/artefact")));
 }
