@@ -96,9 +96,9 @@ mod tests {
     fn a_bad_row_is_named_by_its_line() {
         let layout = RowLayout::from_header("order,u_px,v_px").unwrap();
         for line in ["1,NaN,2", "x,1,2", "1,2", "0.5,1,2", "1,2,inf"] {
-            let text = layout.parse(line, 41).unwrap_err().to_text();
+            let text = layout.parse(line, 41).unwrap_err().to_string();
             assert!(text.contains("line 41") && text.contains("remedy"), "{text}");
         }
-        assert!(RowLayout::from_header("order,u,v").unwrap_err().to_text().contains("u_px"));
+        assert!(RowLayout::from_header("order,u,v").unwrap_err().to_string().contains("u_px"));
     }
 }

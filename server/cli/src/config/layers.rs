@@ -105,14 +105,6 @@ pub fn effective(
     Ok(layers.finish())
 }
 
-/// Defaults and flags alone.
-#[cfg(test)]
-pub fn from_flags(asked: &Asked) -> Result<Effective, ConfigError> {
-    let mut layers = Layers::default();
-    layers.add_flags(asked)?;
-    Ok(layers.finish())
-}
-
 impl Layers {
     fn add_environment(&mut self, environment: &BTreeMap<String, String>) -> Result<(), ConfigError> {
         for (name, text) in environment.iter().filter(|(name, _)| !NOT_SETTINGS.contains(&name.as_str())) {

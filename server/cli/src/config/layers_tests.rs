@@ -1,5 +1,6 @@
 //! Which layer wins, what is refused, and that the table's defaults are the twin's.
 
+use app::config::AppConfig;
 use station::config::StationConfig;
 
 use super::*;
@@ -25,7 +26,7 @@ fn flags_win_over_the_environment_and_that_over_the_file() {
     let file = "listen = \"127.0.0.1:1\"\n[station.twin]\nseed = 1\nscene = \"plate\"\nframe_rate_hz = 10\n";
     let pairs = [("SHEAF_STATION__TWIN__SEED", "2"), ("SHEAF_STATION__TWIN__SCENE", "gauge")];
     let effective = with_file(file, &pairs, &["station.twin.seed=3"]).unwrap();
-    let StationConfig::Twin(twin) = &effective.config.station else { panic!("a twin") };
+    let StationConfig::Twin(twin) = &effective.config.app.station else { panic!("a twin") };
     assert_eq!((twin.seed, twin.scene.as_str(), twin.frame_rate_hz), (3, "gauge", 10.0));
     assert_eq!(origin(&effective, "station.twin.seed"), "flag --set");
     assert_eq!(origin(&effective, "station.twin.scene"), "environment SHEAF_STATION__TWIN__SCENE");
@@ -64,7 +65,7 @@ fn the_file_in_the_data_folder_is_read_and_may_not_move_it() {
     let folder = tempfile::tempdir().unwrap();
     let asked = Asked { data: Some(folder.path().to_owned()), ..Asked::default() };
     std::fs::write(folder.path().join(FILE_NAME), "[target]\nsquare_mm = 7.5\n").unwrap();
-    assert_eq!(effective(&asked, environment(&[])).unwrap().config.target.square_mm, 7.5);
+    assert_eq!(effective(&asked, environment(&[])).unwrap().config.app.target.square_mm, 7.5);
     std::fs::write(folder.path().join(FILE_NAME), "data = \"elsewhere\"\n").unwrap();
     refused(effective(&asked, environment(&[])), &["data folder's own file", "--data"]);
 }
@@ -77,9 +78,11 @@ fn a_named_file_must_exist() {
 
 #[test]
 fn the_defaults_are_those_of_the_simulated_station() {
-    let config = Config::simulated("data".into());
+    let asked = Asked { data: Some("data".into()), ..Asked::default() };
+    let config = effective(&asked, environment(&[])).unwrap().config;
+    assert_eq!(config.app, AppConfig::simulated("data".into()));
     let model = twin::StationModel::seeded(7, &twin::StationShape::default()).unwrap();
-    assert_eq!(config.projector.orders, model.orders);
-    assert_eq!(config.target.square_mm, twin::poses::square_mm(&model));
+    assert_eq!(config.app.projector.orders, model.orders);
+    assert_eq!(config.app.target.square_mm, twin::poses::square_mm(&model));
     assert!(config.listen.ip().is_loopback());
 }
