@@ -4,38 +4,19 @@
 //! robust weighted geometric least squares, and states the value with an expanded uncertainty (k = 2).
 //! Units: millimetres, degrees for the tool `angle`; frame: the cloud's (part) frame.
 
-mod budget;
-mod doubts;
-mod features;
-mod find;
-mod fit;
-mod fitness;
-mod footprint;
-mod form;
+mod fitting;
+mod interface;
 mod measure;
-mod measurement;
-mod noise;
-mod orders;
-mod outline;
 pub mod params;
-mod part_verdict;
-mod ransac;
-mod request;
-mod robust;
-mod sample;
-mod shape;
-mod systematic;
-mod temperature;
-mod value;
-mod verdict;
+mod uncertainty;
 
-pub use doubts::{Finding, Missing};
+pub use interface::doubts::{Finding, Missing};
+pub use interface::measurement::{ErrorSummary, FittedFeature, Measurement, OrderRow, Unit};
+pub use interface::part_verdict::{CharacteristicKey, PartVerdict, part_verdict};
+pub use interface::request::{MeasureError, MeasureRequest, Region, Tool};
+pub use interface::shape::Shape;
+pub use interface::verdict::{Verdict, verdict};
 pub use measure::measure;
-pub use measurement::{ErrorSummary, FittedFeature, Measurement, OrderRow, Unit};
-pub use part_verdict::{CharacteristicKey, PartVerdict, part_verdict};
-pub use request::{MeasureError, MeasureRequest, Region, Tool};
-pub use shape::Shape;
-pub use verdict::{Verdict, verdict};
 
 #[cfg(test)]
 mod tests;

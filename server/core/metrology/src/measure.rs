@@ -6,21 +6,21 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use scanning::Cloud;
 
-use crate::budget::{Budget, budget};
-use crate::doubts::{Finding, Missing};
-use crate::features::{Found, Search, light_in_camera};
-use crate::find::find;
-use crate::fitness::findings;
-use crate::form::flatness;
-use crate::measurement::{FittedFeature, Measurement, Unit};
-use crate::orders;
+use crate::fitting::features::{Found, Search, light_in_camera};
+use crate::fitting::find::find;
+use crate::fitting::fitness::findings;
+use crate::fitting::form::flatness;
+use crate::fitting::orders;
+use crate::fitting::sample::Samples;
+use crate::interface::doubts::{Finding, Missing};
+use crate::interface::measurement::{FittedFeature, Measurement, Unit};
+use crate::interface::request::{MeasureError, MeasureRequest, Tool};
+use crate::interface::shape::{Shape, across};
+use crate::interface::value::{FirstPoints, turn_rad, value};
+use crate::interface::verdict::{Verdict, verdict};
 use crate::params::{COVERAGE_FACTOR, FOLD_SIGMAS, MAX_RADIUS_UNCERTAINTY, MIN_FEATURE_POINTS};
-use crate::request::{MeasureError, MeasureRequest, Tool};
-use crate::sample::Samples;
-use crate::shape::{Shape, across};
-use crate::systematic::Retriangulation;
-use crate::value::{FirstPoints, turn_rad, value};
-use crate::verdict::{Verdict, verdict};
+use crate::uncertainty::budget::{Budget, budget};
+use crate::uncertainty::systematic::Retriangulation;
 
 /// A tool with the side on which an angle is read.
 #[derive(Debug, Clone, Copy)]

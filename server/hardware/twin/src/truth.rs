@@ -7,11 +7,11 @@ use nalgebra::{Matrix3, Vector3};
 use serde_json::{Map, Value, json};
 use vision::LineDirection;
 
-use crate::board::Board;
-use crate::laser_image::Placed;
-use crate::renderer::Renderer;
-use crate::scene::{Plate, Scene};
-use crate::station::StationModel;
+use crate::model::station::StationModel;
+use crate::part::board::Board;
+use crate::part::scene::{Plate, Scene};
+use crate::render::laser_image::Placed;
+use crate::render::renderer::Renderer;
 
 /// Secant steps towards a whole pixel column; on a smooth surface three suffice.
 const COLUMN_MAX_STEPS: usize = 30;

@@ -19,6 +19,7 @@ pub mod lease;
 pub mod ledger;
 pub mod limits;
 pub mod measurements;
+pub mod points_page;
 pub mod progress;
 pub mod sessions;
 mod start;

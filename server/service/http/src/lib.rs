@@ -7,8 +7,10 @@
 
 mod edge;
 mod limits;
+mod page;
 mod problem;
 mod rest;
+mod router;
 mod wire;
 mod ws;
 
@@ -92,7 +94,7 @@ impl Http {
                 figures.run_upkeep();
             }
         };
-        let edge = edge::serve(listener, rest::router(self), closing, tasks);
+        let edge = edge::serve(listener, router::router(self), closing, tasks);
         tokio::spawn(async move {
             tokio::select! {
                 () = edge => {}

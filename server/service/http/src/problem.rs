@@ -1,6 +1,8 @@
 //! What went wrong, for a client: RFC 9457, with cause and remedy. One table of types, titles and status codes.
 
 use app::error::{AppError, ErrorKind};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
 use pipeline::Failure;
 use serde::{Deserialize, Serialize};
 use station::StationRefusal;
@@ -202,4 +204,34 @@ impl From<Failure> for Problem {
     fn from(failure: Failure) -> Self {
         AppError::from(failure).into()
     }
+}
+
+/// `application/problem+json`.
+pub const PROBLEM_TYPE: &str = "application/problem+json";
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
+        if status.is_server_error() {
+            tracing::warn!(
+                kind = self.r#type,
+                detail = self.detail,
+                cause = self.cause,
+                "answered with a problem"
+            );
+        }
+        let body = serde_json::to_vec(&self).expect("a problem is texts and numbers");
+        let mut response = (status, [(header::CONTENT_TYPE, PROBLEM_TYPE)], body).into_response();
+        if let Some(seconds) = self.retry_after_s {
+            response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+        }
+        response
+    }
+}
+
+/// The runtime ended a request before its end.
+pub fn cut_off(cause: &tokio::task::JoinError) -> Response {
+    Problem::new(ProblemKind::Unavailable, "the service ended before the request did")
+        .because(cause.to_string())
+        .into_response()
 }

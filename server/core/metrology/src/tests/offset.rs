@@ -10,8 +10,8 @@ use scanning::{Cloud, StagePositions};
 use super::station::gauge_scan;
 use super::surfaces::{ball, gauge, rod, roof, two_balls};
 use super::synthetic::SIGMA_MM;
-use crate::features::Search;
-use crate::sample::Samples;
+use crate::fitting::features::Search;
+use crate::fitting::sample::Samples;
 use crate::*;
 
 /// Added to every stage position, mm.

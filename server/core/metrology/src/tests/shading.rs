@@ -7,9 +7,9 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 use super::synthetic::{TABLE_POINT, plane_hit, scan, sphere_hit, table_normal};
-use crate::features::Search;
-use crate::sample::Samples;
-use crate::shape::Shape;
+use crate::fitting::features::Search;
+use crate::fitting::sample::Samples;
+use crate::interface::shape::Shape;
 
 const RADIUS_MM: f64 = 18.9;
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use devices::CameraRequest;
 
 use super::bench::{bench, nobody, wait_until};
-use crate::cancel::CancelFlag;
+use crate::shared::cancel::CancelFlag;
 use crate::{LaserLight, MachineState, Manual, OperationalState, StationRefusal, Sweep};
 
 /// The twin moves at constant speed and its readings are exact, so only rounding remains.

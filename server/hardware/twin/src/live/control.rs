@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use crate::live::fault::TwinFault;
 use crate::live::world::{FIRST_PART_STREAM, SharedWorld};
-use crate::mesh::Solid;
-use crate::renderer::Renderer;
-use crate::scene::{Scene, SceneKind};
-use crate::station::StationModel;
+use crate::model::station::StationModel;
+use crate::part::mesh::Solid;
+use crate::part::scene::{Scene, SceneKind};
+use crate::render::renderer::Renderer;
 
 /// The virtual operator: puts things on the stage, pulls cables, knows the truth. Cheap to clone.
 #[derive(Clone)]

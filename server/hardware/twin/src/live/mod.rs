@@ -25,7 +25,7 @@ pub use params::{BOARD_EXPOSURE_US, LASER_EXPOSURE_US};
 pub use stage::TwinStage;
 
 use crate::live::world::SharedWorld;
-use crate::station::StationModel;
+use crate::model::station::StationModel;
 
 /// A simulated station, switched on.
 pub struct TwinStation {

@@ -1,6 +1,6 @@
 //! How a simulated station is to behave.
 
-use crate::scene::SceneKind;
+use crate::part::scene::SceneKind;
 
 /// Whether things take their time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

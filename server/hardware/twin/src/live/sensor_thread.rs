@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 use devices::{CameraSettings, FrameInfo, PixelFormat, Roi, Trigger};
 use vision::{GreyImage, Pixels};
 
-use crate::exposure::{Darkroom, Exposure};
 use crate::live::fault::TwinFault;
 use crate::live::options::Timing;
 use crate::live::params::{BOARD_EXPOSURE_US, LASER_EXPOSURE_US, READ_OUT, RING_FRAMES};
 use crate::live::world::{SharedWorld, View};
+use crate::model::random::derived_seed;
 use crate::params::BOARD_WHITE_LEVEL;
-use crate::random::derived_seed;
+use crate::render::exposure::{Darkroom, Exposure};
 
 /// Stream of live pictures among those derived from a station's seed.
 const LIVE_STREAM: u64 = 6;

@@ -8,10 +8,10 @@ use crate::live::laser::LaserWorld;
 use crate::live::options::TwinOptions;
 use crate::live::params::STRAY_LEVELS;
 use crate::live::stage::StageWorld;
-use crate::random::derived_seed;
-use crate::renderer::Renderer;
-use crate::scene::Scene;
-use crate::station::StationModel;
+use crate::model::random::derived_seed;
+use crate::model::station::StationModel;
+use crate::part::scene::Scene;
+use crate::render::renderer::Renderer;
 
 /// Stream of the part that lies on the stage at first, among those derived from a station's seed.
 pub(super) const FIRST_PART_STREAM: u64 = 0x200;

@@ -163,7 +163,7 @@ async fn detached(task: JoinHandle<Result<Response, Infallible>>) -> Result<Resp
     match task.await {
         Ok(answered) => answered,
         // A panic was answered inside; the runtime ended it.
-        Err(ended) => Ok(crate::rest::problems::cut_off(&ended)),
+        Err(ended) => Ok(crate::problem::cut_off(&ended)),
     }
 }
 

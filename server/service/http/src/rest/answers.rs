@@ -8,9 +8,9 @@ use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use crate::problem::PROBLEM_TYPE;
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::etag::quoted;
-use crate::rest::problems::PROBLEM_TYPE;
 
 /// An answer that can be kept and given again: status, `Location`, JSON.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,9 +6,9 @@ use axum::http::{HeaderMap, HeaderName};
 
 use crate::problem::Problem;
 use crate::rest::answers::header_text;
-use crate::rest::conversions::label;
 use app::App;
 use app::control::Ask;
+use app::labels::label;
 use app::lease::{Authority, ControlDesk, Lease};
 
 /// The header that carries the lease's id.

@@ -11,8 +11,8 @@ use serde::de::DeserializeOwned;
 
 use crate::limits::{JSON_BODY_LIMIT_BYTES, JSON_BODY_TIMEOUT};
 use crate::problem::{Problem, ProblemKind};
+use crate::rest::around::objects_only::objects_only;
 use crate::rest::idempotency::fingerprint;
-use crate::rest::objects_only::objects_only;
 use app::hash_hex;
 
 /// A JSON body, with the hash that tells it from another one.

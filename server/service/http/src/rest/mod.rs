@@ -1,56 +1,12 @@
-//! The REST interface: one file per resource, wire types in `dto`, and what all answers have in common beside it.
+//! The REST interface: one file per resource, and what all answers have in common beside it.
 
 pub mod answers;
+pub mod around;
 pub mod control;
 pub mod conversions;
 pub mod etag;
 pub mod extract;
-pub mod guard;
-pub mod headers;
-mod heavy;
 pub mod idempotency;
-pub mod metering;
-mod objects_only;
 pub mod openapi;
-pub mod page;
-pub mod paging;
 pub mod problems;
 pub mod routes;
-
-use axum::Router;
-use axum::extract::DefaultBodyLimit;
-use axum::http::{Extensions, HeaderMap, StatusCode, Version, header};
-use axum::middleware::{from_fn, from_fn_with_state};
-use tower_http::catch_panic::CatchPanicLayer;
-use tower_http::compression::{CompressionLayer, CompressionLevel};
-use utoipa_swagger_ui::SwaggerUi;
-
-use crate::Http;
-
-/// Everything the service answers, with what is done to every request and answer around it.
-pub fn router(http: Http) -> Router {
-    let guard = guard::Guard::new(&http.config);
-    let (api, _) = openapi::routes_and_document();
-    api.merge(page::routes())
-        .merge(SwaggerUi::new("/docs").config(utoipa_swagger_ui::Config::from("/openapi.json")))
-        .route("/api/v1/stream", axum::routing::get(crate::ws::stream))
-        .fallback(problems::no_such_path)
-        .method_not_allowed_fallback(problems::no_such_method)
-        .with_state(http)
-        .layer(from_fn_with_state(heavy::Places::default(), heavy::limit))
-        // The limits of bodies are each reader's own: `extract` and the upload of captures.
-        .layer(DefaultBodyLimit::disable())
-        .layer(from_fn_with_state(guard, guard::guard))
-        .layer(CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(is_worth_compressing))
-        .layer(from_fn(headers::secure))
-        .layer(from_fn(metering::meter))
-        .layer(CatchPanicLayer::custom(problems::panicked))
-}
-
-/// Text shrinks; clouds, pictures and archives do not, and would cost the processor of a scan.
-fn is_worth_compressing(status: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bool {
-    const TEXTS: [&str; 5] =
-        ["application/json", "application/problem+json", "text/html", "text/css", "text/javascript"];
-    let kind = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
-    status != StatusCode::PARTIAL_CONTENT && TEXTS.iter().any(|text| kind.starts_with(text))
-}

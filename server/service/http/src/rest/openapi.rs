@@ -8,8 +8,8 @@ use utoipa::openapi::schema::{ObjectBuilder, Type};
 use utoipa::openapi::{Content, Ref, RefOr, Required, Response, ResponseBuilder};
 use utoipa_axum::router::OpenApiRouter;
 
+use crate::problem::PROBLEM_TYPE;
 use crate::problem::Problem;
-use crate::rest::problems::PROBLEM_TYPE;
 use crate::rest::routes;
 use crate::wire::jobs::JobStateDto;
 use crate::wire::measurements::VerdictDto;

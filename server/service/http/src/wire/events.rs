@@ -5,7 +5,7 @@ use serde_json::Value;
 use store::EventRecord;
 use utoipa::ToSchema;
 
-use crate::rest::paging::DamagedDto;
+use crate::wire::paging::DamagedDto;
 
 /// Something that happened.
 #[derive(Debug, Serialize, ToSchema)]

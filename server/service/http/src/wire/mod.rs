@@ -9,6 +9,7 @@ pub mod events;
 pub mod jobs;
 pub mod measurement_plan;
 pub mod measurements;
+pub mod paging;
 pub mod profiles;
 pub mod scans;
 pub mod service;

@@ -9,12 +9,10 @@ pub mod encoder;
 pub mod feeds;
 pub mod listener;
 pub mod meter;
-pub mod points_page;
 pub mod station;
 pub mod streams;
 #[cfg(test)]
 mod tests;
 
 pub use alone::serve_stream;
-pub use points_page::points_page;
 pub use streams::{Sources, Streams, stream};

@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use futures_util::future::BoxFuture;
 
-use crate::rest::conversions::label;
 use crate::wire::station::StoppedDto;
 use app::App;
 use app::control;
+use app::labels::label;
 
 /// The station as a connection reaches it.
 pub trait Station: Send + Sync {

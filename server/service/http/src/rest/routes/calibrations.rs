@@ -12,18 +12,18 @@ use utoipa_axum::routes;
 
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, artifact};
+use crate::rest::around::headers::CSP_REPORT;
 use crate::rest::control::actor;
 use crate::rest::conversions::accept_job;
 use crate::rest::etag::{Versioned, check_if_given};
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
-use crate::rest::headers::CSP_REPORT;
 use crate::rest::idempotency::at_most_once;
-use crate::rest::paging::{ListDto, PageQuery};
 use crate::wire::calibrations::{
     ActivateDto, ActivationDto, ActiveDto, CalibrationDto, CalibrationItemDto, StartCalibrationDto,
 };
 use crate::wire::differences::{DiffQuery, DifferenceDto};
 use crate::wire::jobs::JobDto;
+use crate::wire::paging::{ListDto, PageQuery};
 use app::App;
 use app::calibrations::residuals::Residuals;
 use app::hash_hex;

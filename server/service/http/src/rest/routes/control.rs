@@ -14,10 +14,10 @@ use crate::edge::{Peer, source};
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, header_text};
 use crate::rest::control::CONTROL_HEADER;
-use crate::rest::conversions::label;
 use crate::rest::extract::ApiJson;
 use crate::wire::control::{ControlDto, ControlLeaseDto, TakeControlDto};
 use app::App;
+use app::labels::label;
 use app::ledger::event;
 
 /// The routes.

@@ -22,9 +22,9 @@ use crate::limits::{SSE_KEEP_ALIVE, SSE_PROGRESS_PERIOD};
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::header_text;
 use crate::rest::extract::ApiQuery;
-use crate::rest::paging::{DamagedDto, page};
 use crate::wire::events::{EventDto, EventListDto};
 use crate::wire::jobs::JobDto;
+use crate::wire::paging::{DamagedDto, page};
 use app::App;
 use app::jobs::JobNews;
 

@@ -12,8 +12,8 @@ use utoipa_axum::routes;
 use crate::problem::Problem;
 use crate::rest::control::{actor, admit};
 use crate::rest::extract::{ApiPath, ApiQuery};
-use crate::rest::paging::{ListDto, page};
 use crate::wire::jobs::{JobDto, JobStateDto};
+use crate::wire::paging::{ListDto, page};
 use app::App;
 use app::control::Ask;
 

@@ -10,11 +10,11 @@ use utoipa_axum::routes;
 
 use crate::problem::Problem;
 use crate::rest::control::actor;
-use crate::rest::conversions::label;
 use crate::rest::etag::{Versioned, check};
 use crate::rest::extract::ApiJson;
 use crate::wire::measurement_plan::MeasurementPlanDto;
 use app::App;
+use app::labels::label;
 use app::ledger::event;
 use app::measurements::plan::KeptPlan;
 

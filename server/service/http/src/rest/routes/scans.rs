@@ -15,14 +15,13 @@ use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, artifact, bytes};
 use crate::rest::conversions::{accept_job, blocking, label};
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
-use crate::rest::paging::{ListDto, page, path_with};
 use crate::wire::jobs::JobDto;
 use crate::wire::measurements::VerdictDto;
+use crate::wire::paging::{ListDto, page, path_with};
 use crate::wire::scans::{
     CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, ScanStateDto, ScansQuery, StartExportDto,
     StartScanDto, StartVerificationDto,
 };
-use crate::ws::points_page;
 use app::App;
 use app::calibrations::stored::stored_document;
 use app::jobs::export::{ExportFormat, bytes_to_artifact};
@@ -31,6 +30,7 @@ use app::jobs::{JobInput, RecomputeInput, ScanInput};
 use app::ledger::event;
 use app::measurements::ScanPurpose;
 use app::measurements::parts::{PartFilter, part, parts};
+use app::points_page::points_page;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {

@@ -10,7 +10,7 @@ use tokio_tungstenite::tungstenite::Message;
 use vision::CentrelinePoint;
 
 use super::bench::{Bench, Client};
-use crate::ws::points_page::live_page;
+use app::points_page::live_page;
 
 const SCAN: &str = "01890a5d-ac96-774b-bcce-b302099a8057";
 const NEXT_SCAN: &str = "01890a5d-ac96-774b-bcce-b302099a8058";

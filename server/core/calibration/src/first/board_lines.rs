@@ -1,0 +1,299 @@
+//! Which order is each line on a board? Ranks where all lines stand side by side, the predicted curves elsewhere.
+
+use nalgebra::Vector2;
+use optics::{Camera, LightSurfaces};
+use vision::{CentrelinePoint, Centrelines, LineDirection};
+
+use crate::adjustment::bundle::sheet_residual;
+use crate::adjustment::observation::LaserObservation;
+use crate::adjustment::station::BoardPose;
+use crate::input::BoardGeometry;
+use crate::params::{
+    BOARD_MARGIN_SQUARES, EDGE_MARGIN_PX, EDGE_MARGIN_WIDTHS, MARGIN_REJECT_SIGMAS, MIN_LINE_COLUMNS,
+    MIN_RANK_AGREEMENT, PREDICTED_LABEL_PITCH_SHARE,
+};
+use crate::result::report::Rejections;
+
+/// A connected run of centreline points on the board's pattern, away from its squares' edges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoardPiece {
+    /// Pose block.
+    pub block: usize,
+    /// The points.
+    pub points: Vec<CentrelinePoint>,
+    /// Order, where known.
+    pub order: Option<i8>,
+    /// Whether it lies on the squares, or on the one square's width around them that most boards leave blank.
+    pub on_pattern: bool,
+}
+
+/// The pieces of one picture.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PictureLines {
+    /// Pieces on the board.
+    pub pieces: Vec<BoardPiece>,
+    /// Points left out, by reason.
+    pub rejections: Rejections,
+    /// Most lines seen side by side in a column.
+    pub most_side_by_side: usize,
+    /// Noise correlation along the lines, px.
+    pub correlation_px: f64,
+}
+
+/// Cuts the centrelines of a picture into pieces on the board and labels them by rank where all
+/// `orders.len()` lines stand side by side.
+pub fn picture_lines(
+    block: usize,
+    centrelines: &Centrelines,
+    camera: &Camera,
+    pose: &BoardPose,
+    board: &BoardGeometry,
+    orders: &[i8],
+    line_direction: LineDirection,
+) -> PictureLines {
+    let mut lines =
+        PictureLines { correlation_px: centrelines.correlation_px.max(1.0), ..PictureLines::default() };
+    let columns = Columns::of(centrelines, line_direction);
+    lines.most_side_by_side = columns.most_side_by_side();
+    for segment in &centrelines.segments {
+        let mut run = Run::new(block, orders);
+        for point in &segment.points {
+            let place = place_on_board(point, camera, pose, board);
+            match place {
+                Place::OffBoard => lines.rejections.off_board += 1,
+                Place::NearEdge => lines.rejections.square_edge += 1,
+                Place::Square | Place::Margin => {}
+            }
+            if let Some(closed) = run.advance(point, &place, columns.rank(point, orders.len())) {
+                lines.pieces.push(closed);
+            }
+        }
+        lines.pieces.extend(run.close());
+    }
+    lines
+}
+
+/// A piece in the making.
+struct Run<'a> {
+    orders: &'a [i8],
+    piece: BoardPiece,
+    votes: Vec<usize>,
+}
+
+impl<'a> Run<'a> {
+    fn new(block: usize, orders: &'a [i8]) -> Self {
+        let piece = BoardPiece { block, points: Vec::new(), order: None, on_pattern: true };
+        Self { orders, piece, votes: vec![0; orders.len()] }
+    }
+
+    /// Takes the next point of the segment; gives the piece that ends here, if one does.
+    fn advance(&mut self, point: &CentrelinePoint, place: &Place, rank: Option<usize>) -> Option<BoardPiece> {
+        let on_pattern = match place {
+            Place::OffBoard => return self.close(),
+            Place::NearEdge => None,
+            Place::Square => Some(true),
+            Place::Margin => Some(false),
+        };
+        let closed = on_pattern.filter(|on| *on != self.piece.on_pattern).and_then(|_| self.close());
+        if let Some(on_pattern) = on_pattern {
+            self.piece.on_pattern = on_pattern;
+            self.piece.points.push(*point);
+        }
+        if let Some(rank) = rank {
+            self.votes[rank] += 1;
+        }
+        closed
+    }
+
+    fn close(&mut self) -> Option<BoardPiece> {
+        let order = voted(&self.votes).map(|rank| self.orders[rank]);
+        self.votes.fill(0);
+        let points = std::mem::take(&mut self.piece.points);
+        (!points.is_empty()).then(|| BoardPiece { points, order, ..self.piece.clone() })
+    }
+}
+
+/// Labels every piece by the predicted curves of `light`; pieces between two curves lose their label.
+pub fn label_by_prediction(
+    pieces: &mut [BoardPiece],
+    camera: &Camera,
+    poses: &[BoardPose],
+    light: &LightSurfaces,
+    orders: &[i8],
+) {
+    for piece in pieces {
+        let mut distances: Vec<(f64, i8)> = orders
+            .iter()
+            .filter_map(|&order| Some((median_distance(piece, camera, &poses[piece.block], light, order)?, order)))
+            .collect();
+        distances.sort_by(|a, b| a.0.total_cmp(&b.0));
+        piece.order = match distances.as_slice() {
+            [(near, order), (next, _), ..] if *near < PREDICTED_LABEL_PITCH_SHARE * (near + next) => Some(*order),
+            [(_, order)] => Some(*order),
+            _ => None,
+        };
+    }
+}
+
+/// Labelled pieces as observations, thinned to `spacing` columns.
+pub fn observations(pieces: &[BoardPiece], spacing: usize, correlation_px: f64) -> Vec<LaserObservation> {
+    let independence = (spacing as f64 / correlation_px).min(1.0);
+    pieces
+        .iter()
+        .filter_map(|piece| Some((piece, piece.order?)))
+        .flat_map(|(piece, order)| {
+            piece.points.iter().step_by(spacing).map(move |point| LaserObservation {
+                block: piece.block,
+                order,
+                pixel: Vector2::new(point.u_px, point.v_px),
+                sigma_px: point.sigma_px,
+                independence,
+            })
+        })
+        .collect()
+}
+
+/// Takes away the label of pieces on the board's margin that do not lie on the predicted curve to within the noise:
+/// there the board may have ended already.
+pub fn unlabel_beyond_board(
+    pieces: &mut [BoardPiece],
+    camera: &Camera,
+    poses: &[BoardPose],
+    light: &LightSurfaces,
+) {
+    for piece in pieces.iter_mut().filter(|piece| !piece.on_pattern) {
+        let Some(order) = piece.order else { continue };
+        let sigma = piece.points.iter().map(|p| p.sigma_px).sum::<f64>() / piece.points.len() as f64;
+        let distance = median_distance(piece, camera, &poses[piece.block], light, order);
+        if distance.is_none_or(|distance| distance > MARGIN_REJECT_SIGMAS * sigma) {
+            piece.order = None;
+        }
+    }
+}
+
+/// Median |distance| of a piece's points to the curve of `order` on its board, px.
+fn median_distance(
+    piece: &BoardPiece,
+    camera: &Camera,
+    pose: &BoardPose,
+    light: &LightSurfaces,
+    order: i8,
+) -> Option<f64> {
+    let step = (piece.points.len() / 16).max(1);
+    let mut distances: Vec<f64> = piece
+        .points
+        .iter()
+        .step_by(step)
+        .filter_map(|point| {
+            let pixel = Vector2::new(point.u_px, point.v_px);
+            let seen =
+                LaserObservation { block: piece.block, order, pixel, sigma_px: point.sigma_px, independence: 1.0 };
+            Some(sheet_residual(camera, light, pose, &seen, None)?.residual_px.abs())
+        })
+        .collect();
+    distances.sort_by(f64::total_cmp);
+    distances.get(distances.len() / 2).copied()
+}
+
+enum Place {
+    OffBoard,
+    NearEdge,
+    Square,
+    Margin,
+}
+
+/// Where a centreline point lies on the board's pattern, its squares' edges widened by the line's own width.
+fn place_on_board(point: &CentrelinePoint, camera: &Camera, pose: &BoardPose, board: &BoardGeometry) -> Place {
+    let pixel = Vector2::new(point.u_px, point.v_px);
+    let Some(here) = squares_from_pixel(&pixel, camera, pose, board) else { return Place::OffBoard };
+    let limit = Vector2::new(board.inner_columns as f64, board.inner_rows as f64);
+    let outside = |margin: f64| {
+        here.x < -1.0 - margin || here.y < -1.0 - margin || here.x > limit.x + margin || here.y > limit.y + margin
+    };
+    if outside(BOARD_MARGIN_SQUARES) {
+        return Place::OffBoard;
+    }
+    let reach_px = EDGE_MARGIN_WIDTHS * f64::from(point.width_px) + EDGE_MARGIN_PX;
+    for axis in [Vector2::x(), Vector2::y()] {
+        let Some(ahead) = squares_from_pixel(&(pixel + axis * reach_px), camera, pose, board) else {
+            return Place::OffBoard;
+        };
+        let Some(behind) = squares_from_pixel(&(pixel - axis * reach_px), camera, pose, board) else {
+            return Place::OffBoard;
+        };
+        if ahead.map(f64::floor) != behind.map(f64::floor) {
+            return Place::NearEdge;
+        }
+    }
+    if outside(0.0) { Place::Margin } else { Place::Square }
+}
+
+/// Board coordinates in squares from corner (0, 0) of a pixel.
+fn squares_from_pixel(
+    pixel: &Vector2<f64>,
+    camera: &Camera,
+    pose: &BoardPose,
+    board: &BoardGeometry,
+) -> Option<Vector2<f64>> {
+    let ray = camera.ray_from_pixel(pixel)?;
+    let normal = pose.axes().column(2);
+    let depth = normal.dot(&pose.translation_mm) / normal.dot(&ray);
+    if !(depth.is_finite() && depth > 0.0) {
+        return None;
+    }
+    let on_board = pose.rotation.inverse() * (ray * depth - pose.translation_mm);
+    Some(on_board.xy() / board.square_mm)
+}
+
+/// The winning rank, if there are enough votes and they agree.
+fn voted(votes: &[usize]) -> Option<usize> {
+    let total: usize = votes.iter().sum();
+    let (rank, &most) = votes.iter().enumerate().max_by_key(|(_, count)| **count)?;
+    (total >= MIN_LINE_COLUMNS && most as f64 >= MIN_RANK_AGREEMENT * total as f64).then_some(rank)
+}
+
+/// Crossings of every scan column, sorted across the lines.
+struct Columns {
+    line_direction: LineDirection,
+    across_px: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    fn of(centrelines: &Centrelines, line_direction: LineDirection) -> Self {
+        let mut across_px: Vec<Vec<f64>> = Vec::new();
+        for point in centrelines.segments.iter().flat_map(|segment| &segment.points) {
+            let (along, across) = along_across(point, line_direction);
+            let column = along.round().max(0.0) as usize;
+            if column >= across_px.len() {
+                across_px.resize(column + 1, Vec::new());
+            }
+            across_px[column].push(across);
+        }
+        for column in &mut across_px {
+            column.sort_by(f64::total_cmp);
+        }
+        Self { line_direction, across_px }
+    }
+
+    /// Rank of a point in its column, if exactly `full` lines cross it.
+    fn rank(&self, point: &CentrelinePoint, full: usize) -> Option<usize> {
+        let (along, across) = along_across(point, self.line_direction);
+        let column = self.across_px.get(along.round().max(0.0) as usize)?;
+        (column.len() == full).then(|| column.iter().filter(|other| **other < across).count())
+    }
+
+    /// The largest number of crossings that at least [`MIN_LINE_COLUMNS`] columns have.
+    fn most_side_by_side(&self) -> usize {
+        let mut counts: Vec<usize> = self.across_px.iter().map(Vec::len).collect();
+        counts.sort_unstable_by(|a, b| b.cmp(a));
+        counts.get(MIN_LINE_COLUMNS - 1).copied().unwrap_or(0)
+    }
+}
+
+/// (Along, across) coordinates of a point for lines that run this way.
+pub fn along_across(point: &CentrelinePoint, line_direction: LineDirection) -> (f64, f64) {
+    match line_direction {
+        LineDirection::Rows => (point.u_px, point.v_px),
+        LineDirection::Columns => (point.v_px, point.u_px),
+    }
+}

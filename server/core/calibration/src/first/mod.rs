@@ -1,0 +1,9 @@
+//! First values without knowing any: board poses, camera, lit points, sheets.
+
+pub(crate) mod board_lines;
+pub mod camera_fit;
+pub(crate) mod chaining;
+pub(crate) mod first_sheets;
+pub(crate) mod homography;
+pub(crate) mod laser_points;
+pub(crate) mod zhang;

@@ -1,0 +1,49 @@
+//! Does the model fit the points?
+
+use nalgebra::Vector3;
+
+use crate::fitting::features::Found;
+use crate::fitting::sample::Samples;
+use crate::interface::doubts::Finding;
+use crate::interface::measurement::FittedFeature;
+use crate::interface::shape::Shape;
+use crate::params::{ARC_TAIL_SHARE, FORM_RMS_MM, MAX_OFF_SURFACE_SHARE, MAX_RESIDUAL_RATIO, MIN_ARC_DEG};
+
+/// What speaks against the fitted features. `expected_mm`: RMS of each along its normal that the noise predicts.
+pub(crate) fn findings(
+    samples: &Samples,
+    found: &[Found],
+    fitted: &[FittedFeature],
+    expected_mm: &[f64],
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for ((found, fitted), expected_mm) in found.iter().zip(fitted).zip(expected_mm) {
+        let role = fitted.role;
+        let allowed_mm = (MAX_RESIDUAL_RATIO * expected_mm).hypot(FORM_RMS_MM);
+        if samples.sigma_known && fitted.rms_mm > allowed_mm {
+            findings.push(Finding::ModelMisfit { role, rms_mm: fitted.rms_mm, allowed_mm });
+        }
+        let share = fitted.n_outliers as f64 / (fitted.n_points + fitted.n_outliers) as f64;
+        if share > MAX_OFF_SURFACE_SHARE {
+            findings.push(Finding::OffSurface { role, share });
+        }
+        if let Some(arc_deg) = arc_deg(samples, found).filter(|arc_deg| *arc_deg < MIN_ARC_DEG) {
+            findings.push(Finding::ShortArc { role, arc_deg });
+        }
+    }
+    findings
+}
+
+/// Angle between the outermost normals of a curved feature, degrees; `None` for a plane.
+fn arc_deg(samples: &Samples, feature: &Found) -> Option<f64> {
+    if matches!(feature.shape, Shape::Plane { .. }) {
+        return None;
+    }
+    let normals: Vec<Vector3<f64>> =
+        feature.inliers.iter().map(|&idx| feature.shape.normal_at(&samples.position(idx))).collect();
+    let mean = normals.iter().sum::<Vector3<f64>>().try_normalize(f64::MIN_POSITIVE)?;
+    let mut cosines: Vec<f64> = normals.iter().map(|normal| normal.dot(&mean)).collect();
+    cosines.sort_unstable_by(f64::total_cmp);
+    let outermost = cosines[(ARC_TAIL_SHARE * cosines.len() as f64) as usize];
+    Some(2.0 * outermost.clamp(-1.0, 1.0).acos().to_degrees())
+}

@@ -1,0 +1,12 @@
+//! From points to shapes: samples, search, robust fits.
+
+pub(crate) mod features;
+pub(crate) mod find;
+pub(crate) mod fit;
+pub(crate) mod fitness;
+pub(crate) mod form;
+pub(crate) mod orders;
+pub(crate) mod outline;
+pub(crate) mod ransac;
+pub(crate) mod robust;
+pub(crate) mod sample;

@@ -1,0 +1,9 @@
+//! What is asked, and what is answered.
+
+pub(crate) mod doubts;
+pub(crate) mod measurement;
+pub(crate) mod part_verdict;
+pub(crate) mod request;
+pub(crate) mod shape;
+pub(crate) mod value;
+pub(crate) mod verdict;

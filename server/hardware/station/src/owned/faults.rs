@@ -1,0 +1,80 @@
+//! From an error of a device to the fault a person sees, or to a mere refusal.
+
+use devices::{CameraError, LaserError, StageError};
+
+use crate::shared::refusal::StationRefusal;
+use crate::shared::status::Fault;
+use crate::shared::wall_clock::now_ms;
+
+/// The fault behind a refusal; `None` if the device is well and only the request was impossible.
+pub fn fault_of(refusal: &StationRefusal) -> Option<Fault> {
+    let (device, kind) = match refusal {
+        StationRefusal::Camera(error) => ("camera", camera_kind(error)?),
+        StationRefusal::Stage(error) => ("stage", stage_kind(error)?),
+        StationRefusal::Laser(error) => ("laser", laser_kind(error)?),
+        StationRefusal::NoFrame { .. } => ("camera", "silent"),
+        _ => return None,
+    };
+    Some(fault(device, kind, &refusal.to_string()))
+}
+
+/// A fault of now; what follows the last semicolon of the message is what to do.
+pub fn fault(device: &'static str, kind: &'static str, message: &str) -> Fault {
+    let (detail, remedy) = message.rsplit_once("; ").unwrap_or((message, "check the device"));
+    Fault { device, kind, detail: detail.to_owned(), remedy: remedy.to_owned(), since_ms: now_ms() }
+}
+
+fn camera_kind(error: &CameraError) -> Option<&'static str> {
+    match error {
+        CameraError::Gone { .. } => Some("gone"),
+        CameraError::WrongFrame { .. } => Some("wrong_frame"),
+        CameraError::Unreadable { .. } => Some("unreadable"),
+        CameraError::Unsupported { .. } | CameraError::NotTriggerable { .. } | CameraError::EndOfRecording => None,
+    }
+}
+
+fn stage_kind(error: &StageError) -> Option<&'static str> {
+    match error {
+        StageError::NotHomed
+        | StageError::OutOfTravel { .. }
+        | StageError::BadNumber { .. }
+        | StageError::Moving => None,
+        StageError::Refused { .. } => Some("refused"),
+        StageError::Stalled { .. } => Some("stalled"),
+        StageError::Alarm { .. } => Some("alarm"),
+        StageError::Restarted => Some("restarted"),
+        StageError::NoReply { .. } => Some("no_reply"),
+        StageError::Garbage { .. } => Some("garbage"),
+        StageError::Gone { .. } => Some("gone"),
+        StageError::WrongDevice { .. } => Some("wrong_device"),
+    }
+}
+
+fn laser_kind(error: &LaserError) -> Option<&'static str> {
+    match error {
+        LaserError::InterlockOpen => Some("interlock_open"),
+        LaserError::Fault { .. } => Some("fault"),
+        LaserError::Gone { .. } => Some("gone"),
+        LaserError::BadPower { .. } => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_tells_apart_what_happened_and_what_to_do() {
+        let refusal = StationRefusal::Stage(StageError::Stalled { target_mm: 5.0, actual_mm: 2.5 });
+        let fault = fault_of(&refusal).unwrap();
+        assert_eq!((fault.device, fault.kind), ("stage", "stalled"));
+        assert_eq!(fault.detail, "the stage stopped at 2.5 mm on the way to 5 mm");
+        assert_eq!(fault.remedy, "look for an obstacle, then home it");
+    }
+
+    #[test]
+    fn an_impossible_request_is_no_fault() {
+        let refusal = StationRefusal::Stage(StageError::OutOfTravel { target_mm: 9.0, min_mm: 0.0, max_mm: 1.0 });
+        assert_eq!(fault_of(&refusal), None);
+    }
+}

@@ -1,0 +1,141 @@
+//! The states of OPC 40100-1 and what leads from one to another. A pure table; the thread obeys it.
+
+use crate::shared::status::MachineState::{self, Error, Halted, Operational, Preoperational};
+use crate::shared::status::OperationalState::{ContinuousExecution, Initialized, Ready, SingleExecution};
+
+/// What happens to the station.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Event {
+    /// All devices answer.
+    Reached,
+    /// A device was never reached.
+    Missing,
+    /// All that a scan needs is there: zero and calibration.
+    Equipped,
+    /// Zero or calibration is missing.
+    Lacking,
+    /// A job takes the station.
+    JobBegins,
+    /// The job gives it back.
+    JobEnds,
+    /// A live view begins.
+    LiveBegins,
+    /// The live view ends.
+    LiveEnds,
+    /// A person stops it.
+    Stop,
+    /// A device failed.
+    Fault,
+    /// A person acknowledges, devices are reached again.
+    Reset,
+}
+
+/// The state after `event`; `None` refuses it. Events that mean nothing in a state leave it as it is.
+pub fn next(state: MachineState, event: Event) -> Option<MachineState> {
+    match state {
+        Preoperational => match event {
+            Event::Reached => Some(Operational(Initialized)),
+            Event::Fault => Some(Error),
+            Event::Stop => Some(Halted),
+            Event::JobBegins | Event::LiveBegins => None,
+            _ => Some(Preoperational),
+        },
+        // A fault is noted and shown; it changes nothing about who has to act.
+        Halted => match event {
+            Event::Reset => Some(Preoperational),
+            Event::JobBegins | Event::LiveBegins => None,
+            _ => Some(Halted),
+        },
+        Error => match event {
+            Event::Reset => Some(Preoperational),
+            Event::Stop => Some(Halted),
+            Event::JobBegins | Event::LiveBegins => None,
+            _ => Some(Error),
+        },
+        Operational(within) => match (within, event) {
+            (_, Event::Fault) => Some(Error),
+            (_, Event::Stop) => Some(Halted),
+            (SingleExecution, Event::JobBegins | Event::LiveBegins) => None,
+            (SingleExecution, Event::JobEnds) => Some(Operational(Initialized)),
+            (ContinuousExecution, Event::LiveEnds) => Some(Operational(Initialized)),
+            (_, Event::Reset) => Some(Preoperational),
+            (_, Event::JobBegins) => Some(Operational(SingleExecution)),
+            (_, Event::LiveBegins) => Some(Operational(ContinuousExecution)),
+            (Initialized, Event::Equipped) => Some(Operational(Ready)),
+            (Ready, Event::Lacking) => Some(Operational(Initialized)),
+            (same, _) => Some(Operational(same)),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STATES: [MachineState; 7] = [
+        Preoperational,
+        Halted,
+        Error,
+        Operational(Initialized),
+        Operational(Ready),
+        Operational(SingleExecution),
+        Operational(ContinuousExecution),
+    ];
+    const EVENTS: [Event; 11] = [
+        Event::Reached,
+        Event::Missing,
+        Event::Equipped,
+        Event::Lacking,
+        Event::JobBegins,
+        Event::JobEnds,
+        Event::LiveBegins,
+        Event::LiveEnds,
+        Event::Stop,
+        Event::Fault,
+        Event::Reset,
+    ];
+
+    /// One line per state, one letter per event in the order of `EVENTS`: the state after it, `-` refuses.
+    const TABLE: [&str; 7] = [
+        "IPPP-P-PHEP", // Preoperational
+        "HHHH-H-HHHP", // Halted
+        "EEEE-E-EHEP", // Error
+        "IIRISICIHEP", // Initialized
+        "RRRISRCRHEP", // Ready
+        "SSSS-I-SHEP", // SingleExecution
+        "CCCCSCCIHEP", // ContinuousExecution
+    ];
+
+    fn letter(state: Option<MachineState>) -> char {
+        match state {
+            None => '-',
+            Some(Preoperational) => 'P',
+            Some(Halted) => 'H',
+            Some(Error) => 'E',
+            Some(Operational(Initialized)) => 'I',
+            Some(Operational(Ready)) => 'R',
+            Some(Operational(SingleExecution)) => 'S',
+            Some(Operational(ContinuousExecution)) => 'C',
+        }
+    }
+
+    #[test]
+    fn every_event_in_every_state_leads_where_the_table_says() {
+        for (state, row) in STATES.into_iter().zip(TABLE) {
+            let led: String = EVENTS.into_iter().map(|event| letter(next(state, event))).collect();
+            assert_eq!(led, row, "from {state:?}");
+        }
+    }
+
+    #[test]
+    fn only_a_reset_leaves_halted_and_error_and_it_is_accepted_everywhere() {
+        for event in EVENTS.into_iter().filter(|event| *event != Event::Reset) {
+            assert!(matches!(next(Halted, event), None | Some(Halted)), "{event:?} left Halted");
+            assert!(matches!(next(Error, event), None | Some(Error | Halted)), "{event:?} left Error");
+        }
+        for state in STATES {
+            assert_eq!(next(state, Event::Reset), Some(Preoperational), "{state:?}");
+            assert_eq!(next(state, Event::Stop), Some(Halted), "{state:?}");
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! What the station hands out: its handle, leases, frames, status and the stop line.
+
+pub mod cancel;
+pub mod frame;
+pub mod handle;
+pub mod lease;
+pub(crate) mod pool;
+pub mod recycling;
+pub mod refusal;
+pub mod status;
+pub(crate) mod stop_line;
+pub(crate) mod viewers;
+pub mod wall_clock;

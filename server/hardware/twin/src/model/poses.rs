@@ -1,0 +1,127 @@
+//! Where a virtual operator holds the target: tilted every way, near and far, always wholly in the picture.
+
+use nalgebra::{Rotation3, Vector3};
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64;
+
+use crate::model::random::derived_seed;
+use crate::model::station::StationModel;
+use crate::params::BACKDROP_GAP_FRACTION;
+use crate::part::board::Board;
+
+/// Inner corners along the target's rows and columns.
+pub const BOARD_CORNERS: (usize, usize) = (11, 8);
+
+/// Side of a square at a field of ±100 mm.
+const SQUARE_MM: f64 = 12.0;
+
+/// Smallest and largest tilt of a pose, radians (11° and 28°).
+const TILT_RAD: (f64, f64) = (0.2, 0.49);
+
+/// Largest turn within the picture, radians.
+const ROLL_RAD: f64 = 0.2;
+
+/// Nearest and farthest pose relative to the standoff.
+const DISTANCE: (f64, f64) = (0.9, 1.06);
+
+/// Largest shift from the camera axis at a field of ±100 mm.
+const SHIFT_MM: f64 = 14.0;
+
+/// Distance kept between the outermost corners of squares and the picture's edge, as a share of its width.
+const EDGE_SHARE: f64 = 0.01;
+
+/// Draws per pose before tilt and shift are drawn more timidly.
+const DRAWS: usize = 40;
+
+/// Stream of the poses among those derived from a station's seed.
+const POSE_STREAM: u64 = 4;
+
+/// Stream of the target on the stage.
+const STAGE_STREAM: u64 = 5;
+
+/// Side of the target's squares: made to fill the station's field.
+pub fn square_mm(model: &StationModel) -> f64 {
+    // Whole hundredths, as a maker of targets would print on the back.
+    (SQUARE_MM * model.shape.field_scale() * 100.0).round() / 100.0
+}
+
+/// `count` poses of the target for calibration, tilted in directions spread around the circle.
+pub fn board_poses(model: &StationModel, count: usize) -> Vec<Board> {
+    let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, POSE_STREAM));
+    // Successive directions part by the golden angle, so that any number of poses is spread well.
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    (0..count)
+        .map(|idx| {
+            let azimuth = golden * idx as f64 + 0.5 * (rng.random::<f64>() - 0.5);
+            in_picture(model, &mut rng, |rng, daring| {
+                let tilt = daring * (TILT_RAD.0 + (TILT_RAD.1 - TILT_RAD.0) * rng.random::<f64>());
+                let far = DISTANCE.0 + (DISTANCE.1 - DISTANCE.0) * rng.random::<f64>();
+                placed(model, rng, azimuth, tilt, 1.0 + (far - 1.0) * daring, daring)
+            })
+        })
+        .collect()
+}
+
+/// The target on the stage, seen wholly at all of `positions_mm`.
+pub fn stage_board(model: &StationModel, positions_mm: &[f64]) -> Board {
+    let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, STAGE_STREAM));
+    let azimuth = std::f64::consts::TAU * rng.random::<f64>();
+    let mut draws = 0;
+    loop {
+        let daring = daring_after(draws);
+        let board = placed(model, &mut rng, azimuth, TILT_RAD.0 * daring, 1.0, 0.2 * daring);
+        let carried = |position: &f64| board.moved(&(model.stage.direction * *position));
+        if daring <= 0.0 || positions_mm.iter().all(|position| fits(model, &carried(position))) {
+            return board;
+        }
+        draws += 1;
+    }
+}
+
+/// Draws until the board is wholly in the picture, ever more timidly; at last it stands straight before the camera.
+fn in_picture(model: &StationModel, rng: &mut Pcg64, mut draw: impl FnMut(&mut Pcg64, f64) -> Board) -> Board {
+    let mut draws = 0;
+    loop {
+        let daring = daring_after(draws);
+        let board = draw(rng, daring);
+        if daring <= 0.0 || fits(model, &board) {
+            return board;
+        }
+        draws += 1;
+    }
+}
+
+/// 1 at first, less after every [`DRAWS`] draws, 0 in the end.
+fn daring_after(draws: usize) -> f64 {
+    (1.0 - 0.1 * (draws / DRAWS) as f64).max(0.0)
+}
+
+fn placed(model: &StationModel, rng: &mut Pcg64, azimuth: f64, tilt: f64, distance: f64, daring: f64) -> Board {
+    let scale = model.shape.field_scale();
+    let mut around = |half_range: f64| half_range * (2.0 * rng.random::<f64>() - 1.0);
+    let roll = Rotation3::from_axis_angle(&Vector3::z_axis(), around(ROLL_RAD * daring));
+    let tilted = Rotation3::new(Vector3::new(azimuth.cos(), azimuth.sin(), 0.0) * tilt);
+    let shift = SHIFT_MM * scale * daring;
+    let standoff = model.shape.standoff_mm;
+    Board {
+        inner_columns: BOARD_CORNERS.0,
+        inner_rows: BOARD_CORNERS.1,
+        square_mm: square_mm(model),
+        axes: *(tilted * roll).matrix(),
+        centre_mm: Vector3::new(around(shift), around(shift), standoff * distance),
+        backdrop_z_mm: standoff * (DISTANCE.1 + BACKDROP_GAP_FRACTION),
+    }
+}
+
+/// Whether all squares are in the picture.
+fn fits(model: &StationModel, board: &Board) -> bool {
+    let (width, height) = (model.camera.width_px as f64, model.camera.height_px as f64);
+    let margin = EDGE_SHARE * width;
+    let half = board.half_mm();
+    [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)].iter().all(|(x, y)| {
+        let corner = board.centre_mm + board.axes * Vector3::new(half.x * x, half.y * y, 0.0);
+        model.camera.project(&corner).is_some_and(|pixel| {
+            (margin..width - margin).contains(&pixel.x) && (margin..height - margin).contains(&pixel.y)
+        })
+    })
+}

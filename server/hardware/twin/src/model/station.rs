@@ -1,0 +1,257 @@
+//! A simulated station: the true camera, grating, stage and light that nobody but the truth files knows.
+
+use nalgebra::{Rotation3, Vector3};
+use optics::{Camera, Grating, StageAxis};
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64;
+use vision::LineDirection;
+
+use crate::model::random::derived_seed;
+use crate::model::shape::StationShape;
+use crate::params::FAN_MARGIN;
+
+/// Stream of the station's own numbers among those derived from its seed.
+const STATION_STREAM: u64 = 1;
+
+/// Why a station cannot be built as wanted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StationError {
+    /// A number that makes no station.
+    #[error("a station with {name} = {value} cannot be built: {expected}")]
+    OutOfRange {
+        /// Which property of the shape.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        expected: &'static str,
+    },
+    /// Fewer than one order, or the same order twice.
+    #[error("orders {orders:?} make no station: list each order once")]
+    Orders {
+        /// As wanted.
+        orders: Vec<i8>,
+    },
+    /// Lines that the camera would never see on a plate at the standoff.
+    #[error(
+        "orders {orders:?} fall outside the picture at {standoff_mm} mm: widen the field, take fewer orders or \
+        a coarser grating"
+    )]
+    OutOfView {
+        /// The orders in question.
+        orders: Vec<i8>,
+        /// The standoff.
+        standoff_mm: f64,
+    },
+}
+
+/// The truth about a simulated station.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StationModel {
+    /// What all randomness of this station and its images derives from.
+    pub seed: u64,
+    /// What the station was asked to be like.
+    pub shape: StationShape,
+    /// The true camera.
+    pub camera: Camera,
+    /// The true grating.
+    pub grating: Grating,
+    /// The true stage.
+    pub stage: StageAxis,
+    /// Orders from the top (left) of the image downwards (rightwards).
+    pub orders: Vec<i8>,
+    /// Power of each order relative to the brightest, in the sequence of `orders`.
+    pub order_powers: Vec<f64>,
+    /// Half of the angle over which the laser spreads.
+    pub fan_half_angle_rad: f64,
+    /// Standard deviation of the light sheets' thickness.
+    pub sheet_sigma_mm: f64,
+}
+
+impl StationModel {
+    /// The station of that seed and shape.
+    ///
+    /// # Errors
+    /// [`StationError`] if the shape is impossible or an order would never be in the picture.
+    pub fn seeded(seed: u64, shape: &StationShape) -> Result<Self, StationError> {
+        check(shape)?;
+        let mut draw = Draw { rng: Pcg64::seed_from_u64(derived_seed(seed, STATION_STREAM)) };
+        let camera = seeded_camera(&mut draw, shape);
+        let mut grating = seeded_grating(&mut draw, shape);
+        let mut stage =
+            Vector3::new(draw.around(0.0, 0.01), 1.0, draw.around(0.0, 0.02)).normalize() * draw.around(1.0, 4e-4);
+        if shape.line_direction == LineDirection::Columns {
+            let quarter_turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -std::f64::consts::FRAC_PI_2);
+            grating = turned(&grating, &quarter_turn);
+            stage = quarter_turn * stage;
+        }
+        let orders = orders_in_picture(shape, &camera, &grating)?;
+        let powers: Vec<f64> =
+            orders.iter().map(|&m| draw.around(1.0, 0.05) / (1.0 + 0.12 * f64::from(m).powi(2))).collect();
+        let brightest = powers.iter().copied().fold(0.0, f64::max);
+        let half_field = shape.field_half_width_mm.max(half_height_mm(shape)) * FAN_MARGIN;
+        let mm_per_px = shape.field_half_width_mm * 2.0 / shape.width_px as f64;
+        Ok(Self {
+            seed,
+            shape: shape.clone(),
+            camera,
+            grating,
+            stage: StageAxis::new(stage),
+            order_powers: powers.iter().map(|power| power / brightest).collect(),
+            orders,
+            fan_half_angle_rad: (half_field / shape.standoff_mm).atan(),
+            sheet_sigma_mm: shape.line_sigma_px * mm_per_px * grating.axis.z,
+        })
+    }
+}
+
+/// Uniform draws around a value.
+struct Draw {
+    rng: Pcg64,
+}
+
+impl Draw {
+    fn around(&mut self, centre: f64, half_range: f64) -> f64 {
+        centre + half_range * (2.0 * self.rng.random::<f64>() - 1.0)
+    }
+}
+
+fn seeded_camera(draw: &mut Draw, shape: &StationShape) -> Camera {
+    let (width, height) = (shape.width_px as f64, shape.height_px as f64);
+    let focal_px = width / 2.0 * shape.standoff_mm / shape.field_half_width_mm;
+    let fx_px = focal_px * draw.around(1.0, 0.004);
+    Camera {
+        width_px: shape.width_px,
+        height_px: shape.height_px,
+        fx_px,
+        fy_px: fx_px * draw.around(1.0, 0.0008),
+        cx_px: (width - 1.0) / 2.0 + width * draw.around(0.0, 0.01),
+        cy_px: (height - 1.0) / 2.0 + height * draw.around(0.0, 0.01),
+        k1: draw.around(-0.1, 0.02),
+        k2: draw.around(0.11, 0.03),
+        p1: draw.around(0.0, 2e-4),
+        p2: draw.around(0.0, 2e-4),
+        k3: 0.0,
+    }
+}
+
+/// A projector above the camera whose lines run along image rows.
+fn seeded_grating(draw: &mut Draw, shape: &StationShape) -> Grating {
+    let standoff = shape.standoff_mm;
+    let source_mm = Vector3::new(
+        standoff * draw.around(0.0, 0.005),
+        standoff * draw.around(-0.435, 0.01),
+        standoff * draw.around(0.0275, 0.01),
+    );
+    let aim = Vector3::new(0.0, standoff * draw.around(0.0, 0.005), standoff);
+    let axis = (aim - source_mm).normalize();
+    let fan = perpendicular(&Vector3::new(1.0, draw.around(0.0, 0.006), draw.around(0.0, 0.006)), &axis);
+    let azimuth = draw.around(0.0, std::f64::consts::PI);
+    let lean = fan * azimuth.cos() + axis.cross(&fan) * azimuth.sin();
+    let normal = axis * shape.grating_tilt_rad.cos() + lean * shape.grating_tilt_rad.sin();
+    let groove = perpendicular(&(fan + axis.cross(&fan) * draw.around(0.0, 0.01)), &normal);
+    Grating {
+        source_mm,
+        axis,
+        fan,
+        normal,
+        groove,
+        gap_mm: draw.around(18.0, 2.0),
+        wavelength_over_period: shape.wavelength_over_period() * (1.0 + shape.wavelength_over_period_error),
+    }
+}
+
+/// The unit vector nearest to `vector` that is perpendicular to the unit vector `to`.
+fn perpendicular(vector: &Vector3<f64>, to: &Vector3<f64>) -> Vector3<f64> {
+    (vector - to * vector.dot(to)).normalize()
+}
+
+fn turned(grating: &Grating, turn: &Rotation3<f64>) -> Grating {
+    Grating {
+        source_mm: turn * grating.source_mm,
+        axis: turn * grating.axis,
+        fan: turn * grating.fan,
+        normal: turn * grating.normal,
+        groove: turn * grating.groove,
+        ..*grating
+    }
+}
+
+/// The wanted orders as they lie in the picture, from its top (left).
+fn orders_in_picture(shape: &StationShape, camera: &Camera, grating: &Grating) -> Result<Vec<i8>, StationError> {
+    let mut seen: Vec<(f64, i8)> = Vec::new();
+    let mut missed = Vec::new();
+    let limit = match shape.line_direction {
+        LineDirection::Rows => shape.height_px as f64 - 1.0,
+        LineDirection::Columns => shape.width_px as f64 - 1.0,
+    };
+    for &order in &shape.orders {
+        let across = grating.ray(0.0, order).filter(|ray| ray.direction.z > 0.0).and_then(|ray| {
+            let reach = (shape.standoff_mm - ray.origin_mm.z) / ray.direction.z;
+            let pixel = camera.project(&(ray.origin_mm + ray.direction * reach))?;
+            Some(if shape.line_direction == LineDirection::Rows { pixel.y } else { pixel.x })
+        });
+        match across {
+            Some(across) if (0.0..=limit).contains(&across) => seen.push((across, order)),
+            _ => missed.push(order),
+        }
+    }
+    if !missed.is_empty() {
+        return Err(StationError::OutOfView { orders: missed, standoff_mm: shape.standoff_mm });
+    }
+    seen.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(seen.into_iter().map(|(_, order)| order).collect())
+}
+
+fn half_height_mm(shape: &StationShape) -> f64 {
+    shape.field_half_width_mm * shape.height_px as f64 / shape.width_px as f64
+}
+
+fn check(shape: &StationShape) -> Result<(), StationError> {
+    let positive = "give a finite number above 0";
+    let within = |name, value: f64, allowed: bool, expected| {
+        if allowed && value.is_finite() { Ok(()) } else { Err(StationError::OutOfRange { name, value, expected }) }
+    };
+    let size = "give 64 to 16384 pixels";
+    within("width_px", shape.width_px as f64, (64..=16384).contains(&shape.width_px), size)?;
+    within("height_px", shape.height_px as f64, (64..=16384).contains(&shape.height_px), size)?;
+    within("bits", f64::from(shape.bits), matches!(shape.bits, 8 | 16), "give 8 or 16")?;
+    for (name, value) in [
+        ("wavelength_nm", shape.wavelength_nm),
+        ("lines_per_mm", shape.lines_per_mm),
+        ("standoff_mm", shape.standoff_mm),
+        ("field_half_width_mm", shape.field_half_width_mm),
+        ("line_sigma_px", shape.line_sigma_px),
+        ("line_peak", shape.line_peak),
+        ("speckle_grain_px", shape.speckle_grain_px),
+    ] {
+        within(name, value, value > 0.0, positive)?;
+    }
+    let field = "give at most the standoff";
+    within(
+        "field_half_width_mm",
+        shape.field_half_width_mm,
+        shape.field_half_width_mm <= shape.standoff_mm,
+        field,
+    )?;
+    within(
+        "speckle_contrast",
+        shape.speckle_contrast,
+        (0.0..=1.0).contains(&shape.speckle_contrast),
+        "give 0 to 1",
+    )?;
+    let ambient = "give 0 to 255 grey levels";
+    within("ambient_levels", shape.ambient_levels, (0.0..=255.0).contains(&shape.ambient_levels), ambient)?;
+    let tilt = "give less than 0.5 rad";
+    within("grating_tilt_rad", shape.grating_tilt_rad, shape.grating_tilt_rad.abs() < 0.5, tilt)?;
+    let error = "give a relative error below 0.1";
+    let drift = shape.wavelength_over_period_error;
+    within("wavelength_over_period_error", drift, drift.abs() < 0.1, error)?;
+    let mut orders = shape.orders.clone();
+    orders.sort_unstable();
+    orders.dedup();
+    if orders.is_empty() || orders.len() != shape.orders.len() {
+        return Err(StationError::Orders { orders: shape.orders.clone() });
+    }
+    Ok(())
+}

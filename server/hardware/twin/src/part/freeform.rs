@@ -1,0 +1,180 @@
+//! A smooth part: Gaussian hills and hollows on a plate.
+
+use nalgebra::Vector3;
+use rand::Rng;
+use rand_pcg::Pcg64;
+
+use crate::params::PART_REFLECTANCE;
+use crate::part::scene::{Plate, SceneHit};
+
+/// Number of hills.
+const HILLS: usize = 6;
+
+/// Steps of the march towards the surface; four suffice unless the ray grazes a hill.
+const MARCH_MAX_STEPS: usize = 200;
+
+/// A hill ends where its exponent passes this: exp(−34) of its height, 1e-14 mm, is left.
+const FOOT_EXPONENT: f64 = 34.0;
+
+/// Newton steps from a guess; from a neighbouring pixel's tangent plane two suffice.
+const NEAR_MAX_STEPS: usize = 4;
+
+/// The march ends this close to the surface, mm.
+const MARCH_TOLERANCE_MM: f64 = 1e-10;
+
+/// One hill.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hill {
+    /// Where it stands, along the plate's first two axes.
+    pub at_mm: [f64; 2],
+    /// Standard deviation of its profile.
+    pub sigma_mm: f64,
+    /// Height; negative for a hollow.
+    pub height_mm: f64,
+}
+
+/// Gaussian hills on a plate: height(x, y) = Σ hᵢ exp(−|(x, y) − atᵢ|² / 2σᵢ²).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Freeform {
+    /// What the hills stand on.
+    pub plate: Plate,
+    /// The hills.
+    pub hills: Vec<Hill>,
+    /// Above the highest point.
+    pub(crate) ceiling_mm: f64,
+    /// Strongest curvature, an upper bound, 1/mm.
+    pub(crate) curvature: f64,
+}
+
+impl Freeform {
+    /// Hills over the inner half of a field, up to a tenth of its half-width high.
+    pub(crate) fn seeded(plate: Plate, field_half_width_mm: f64, rng: &mut Pcg64) -> Self {
+        let size = field_half_width_mm;
+        let hills = (0..HILLS)
+            .map(|_| Hill {
+                at_mm: [size * (rng.random::<f64>() - 0.5), size * 0.6 * (rng.random::<f64>() - 0.5)],
+                sigma_mm: size * (0.1 + 0.12 * rng.random::<f64>()),
+                height_mm: size * (0.1 * rng.random::<f64>() - 0.03),
+            })
+            .collect();
+        Self::new(plate, hills)
+    }
+
+    /// A part of these hills.
+    pub fn new(plate: Plate, hills: Vec<Hill>) -> Self {
+        let ceiling_mm = hills.iter().map(|hill| hill.height_mm.max(0.0)).sum::<f64>() + MARCH_TOLERANCE_MM;
+        // A Gaussian is most curved at its top, where its second derivative is h/σ².
+        let curvature = hills.iter().map(|hill| hill.height_mm.abs() / (hill.sigma_mm * hill.sigma_mm)).sum();
+        Self { plate, hills, ceiling_mm, curvature }
+    }
+
+    /// Height above the plate and its derivatives along the plate's first two axes.
+    pub fn height_mm(&self, x_mm: f64, y_mm: f64) -> (f64, f64, f64) {
+        self.hills.iter().fold((0.0, 0.0, 0.0), |(h, hx, hy), hill| {
+            let (dx, dy) = (x_mm - hill.at_mm[0], y_mm - hill.at_mm[1]);
+            let curvature = 1.0 / (hill.sigma_mm * hill.sigma_mm);
+            let exponent = (dx * dx + dy * dy) * curvature / 2.0;
+            if exponent > FOOT_EXPONENT {
+                return (h, hx, hy);
+            }
+            let part = hill.height_mm * (-exponent).exp();
+            (h + part, hx - part * dx * curvature, hy - part * dy * curvature)
+        })
+    }
+
+    /// Where a ray from above meets the part, by Newton steps from the guess `reach`; `None` if they do not converge
+    /// or the bound on the curvature does not prove that the ray meets nothing before.
+    pub(crate) fn hit_from(
+        &self,
+        origin: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        mut reach: f64,
+    ) -> Option<SceneHit> {
+        let from = self.plate.local(&(origin - self.plate.point_mm));
+        let way = self.plate.local(direction);
+        for _ in 0..NEAR_MAX_STEPS {
+            let at = from + way * reach;
+            let (height, slope_x, slope_y) = self.height_mm(at.x, at.y);
+            let above = at.z - height;
+            let closing = slope_x * way.x + slope_y * way.y - way.z;
+            if above.abs() < MARCH_TOLERANCE_MM {
+                let normal = self.plate.axes * Vector3::new(-slope_x, -slope_y, 1.0).normalize();
+                let first = reach > 0.0 && self.surely_free(&way, at.z, closing, reach);
+                return first.then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE });
+            }
+            reach += above / closing;
+        }
+        None
+    }
+
+    /// Whether light from `from` surely reaches `to`, a point of the surface with this normal. `false` decides nothing.
+    pub(crate) fn surely_lit(&self, from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
+        let way = self.plate.local(&(to - from));
+        let normal = self.plate.local(normal);
+        let at_mm = self.plate.local(&(to - self.plate.point_mm)).z;
+        self.surely_free(&way, at_mm, -normal.dot(&way) / normal.z, 1.0)
+    }
+
+    /// Whether a ray that closes in on the surface by `closing` per reach where it meets it, `at_mm` above the plate,
+    /// met nothing over its last `reach`: backwards by s, it was above the surface by at least closing·s − C·s²/2.
+    fn surely_free(&self, way: &Vector3<f64>, at_mm: f64, closing: f64, reach: f64) -> bool {
+        if way.z >= 0.0 || closing <= 0.0 {
+            return false;
+        }
+        let below_ceiling = ((self.ceiling_mm - at_mm) / -way.z).min(reach);
+        self.curvature * way.xy().norm_squared() * below_ceiling < 2.0 * closing
+    }
+
+    /// Where a ray from above meets the part: with the curvature bounded by C, the height a above the surface cannot
+    /// fall faster than a − ct − Ct²/2, whose root is a step that never overshoots and converges as Newton's.
+    pub(crate) fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
+        let from = self.plate.local(&(origin - self.plate.point_mm));
+        let way = self.plate.local(direction);
+        if way.z >= 0.0 {
+            return None;
+        }
+        let bend = 2.0 * self.curvature * way.xy().norm_squared();
+        let mut reach = ((self.ceiling_mm - from.z) / way.z).max(0.0);
+        for _ in 0..MARCH_MAX_STEPS {
+            let at = from + way * reach;
+            let (height, slope_x, slope_y) = self.height_mm(at.x, at.y);
+            let above = at.z - height;
+            if above.abs() < MARCH_TOLERANCE_MM {
+                let normal = self.plate.axes * Vector3::new(-slope_x, -slope_y, 1.0).normalize();
+                return (reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE });
+            }
+            let closing = slope_x * way.x + slope_y * way.y - way.z;
+            // Rounding may carry a step just below the surface; the way back is as short.
+            let root = (closing * closing + bend * above).max(0.0).sqrt();
+            reach += 2.0 * above / (closing + root);
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+    use rand::SeedableRng;
+
+    use super::*;
+
+    #[test]
+    fn a_ray_stops_at_the_first_point_of_the_surface() {
+        let axes = Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, -1.0));
+        let plate = Plate { axes, point_mm: Vector3::new(0.0, 0.0, 400.0) };
+        let part = Freeform::seeded(plate, 100.0, &mut Pcg64::seed_from_u64(4));
+        for (x, y) in (-10..=10).flat_map(|x| (-8..=8).map(move |y| (f64::from(x), f64::from(y)))) {
+            let ray = Vector3::new(x / 80.0, y / 80.0 + 0.3, 1.0);
+            let origin = Vector3::new(0.0, -120.0, 0.0);
+            let above = |reach: f64| {
+                let at = plate.local(&(origin + ray * reach - plate.point_mm));
+                at.z - part.height_mm(at.x, at.y).0
+            };
+            let hit = part.hit(&origin, &ray).unwrap();
+            assert!(above(hit.reach).abs() < 1e-9);
+            let earlier = (0..2000).map(|idx| hit.reach * f64::from(idx) / 2000.0);
+            assert!(earlier.into_iter().all(|reach| above(reach) > 0.0), "{x} {y}");
+        }
+    }
+}

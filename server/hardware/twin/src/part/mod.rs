@@ -1,0 +1,8 @@
+//! What lies on the stage, and where a ray meets it.
+
+pub(crate) mod board;
+pub(crate) mod freeform;
+pub(crate) mod mesh;
+pub(crate) mod mesh_corners;
+pub mod scene;
+pub(crate) mod stl;

@@ -1,0 +1,324 @@
+//! What stands before the station: surfaces that rays meet, carried by the stage.
+
+use std::sync::Arc;
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64;
+use vision::LineDirection;
+
+use crate::model::random::derived_seed;
+use crate::model::station::StationModel;
+use crate::params::{PART_REFLECTANCE, SAME_HIT_MM};
+use crate::part::board::Board;
+use crate::part::freeform::Freeform;
+use crate::part::mesh::{Mesh, Solid};
+
+/// Half-sizes of the gauge block's top at a field of ±100 mm.
+const BLOCK_HALF_MM: [f64; 2] = [11.0, 7.0];
+
+/// How far plates may lean against the camera axis, radians: a plate put on a table by hand.
+const PLATE_LEAN_RAD: f64 = 0.03;
+
+/// Where a ray meets a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SceneHit {
+    /// The hit is origin + `reach` · direction.
+    pub reach: f64,
+    /// Unit normal of the surface, out of the material.
+    pub normal: Vector3<f64>,
+    /// Share of the light that a white, matt surface would send back, 0–1.
+    pub reflectance: f64,
+}
+
+/// Where a ray has met a surface, to guess from where a ray close by will.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NearHit {
+    pub point_mm: Vector3<f64>,
+    pub normal: Vector3<f64>,
+}
+
+impl NearHit {
+    /// Reach of a ray to the tangent plane.
+    pub(crate) fn reach_of(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
+        self.normal.dot(&(self.point_mm - origin)) / self.normal.dot(direction)
+    }
+}
+
+/// A ball around something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ball {
+    pub centre_mm: Vector3<f64>,
+    pub radius_mm: f64,
+}
+
+impl Ball {
+    /// Whether the line of a ray may meet what is inside.
+    #[inline]
+    pub(crate) fn is_near(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> bool {
+        let beside = (self.centre_mm - origin).cross(direction).norm_squared();
+        beside <= self.radius_mm * self.radius_mm * direction.norm_squared() * (1.0 + SAME_HIT_MM)
+    }
+}
+
+/// Everything the camera can see, in the camera frame at stage position 0.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Scene {
+    /// A chessboard before a backdrop.
+    Board(Board),
+    /// A plane.
+    Plate(Plate),
+    /// A block on a plate.
+    Gauge(Gauge),
+    /// A ball on a plate.
+    Sphere(Sphere),
+    /// Smooth hills on a plate.
+    Freeform(Freeform),
+    /// A part of triangles on a plate.
+    Mesh(Mesh),
+}
+
+/// An unbounded plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plate {
+    /// Columns: two directions in the plane, and its normal towards the camera.
+    pub axes: Matrix3<f64>,
+    /// A point of the plane; the origin of what stands on it.
+    pub point_mm: Vector3<f64>,
+}
+
+/// A block on a plate, its top parallel to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gauge {
+    /// What it stands on.
+    pub plate: Plate,
+    /// Height of the top above the plate.
+    pub height_mm: f64,
+    /// Half-sizes along the plate's first two axes.
+    pub half_mm: [f64; 2],
+}
+
+/// A ball that touches a plate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    /// What it lies on.
+    pub plate: Plate,
+    /// Radius.
+    pub radius_mm: f64,
+    /// Centre, in the camera frame.
+    pub centre_mm: Vector3<f64>,
+}
+
+/// Which part to put on the stage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SceneKind {
+    /// The bare plate.
+    Plate,
+    /// A gauge block.
+    Gauge {
+        /// Nominal height.
+        height_mm: f64,
+    },
+    /// A ball.
+    Sphere {
+        /// Nominal radius.
+        radius_mm: f64,
+    },
+    /// Smooth hills.
+    Freeform,
+}
+
+impl SceneKind {
+    /// The name of this kind on command lines and in truth files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Plate => "plate",
+            Self::Gauge { .. } => "gauge",
+            Self::Sphere { .. } => "sphere",
+            Self::Freeform => "freeform",
+        }
+    }
+
+    /// The part put on the stage of `model` by hand: leaning and turned a little, as `stream` of its seed says.
+    pub fn placed(&self, model: &StationModel, stream: u64) -> Scene {
+        let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, stream));
+        let plate = placed_plate(model, &mut rng);
+        let mut lean = || PLATE_LEAN_RAD * (2.0 * rng.random::<f64>() - 1.0);
+        let axes = plate.axes;
+        match *self {
+            Self::Plate => Scene::Plate(plate),
+            Self::Gauge { height_mm } => {
+                let scale = model.shape.field_scale().min(1.0);
+                Scene::Gauge(Gauge { plate, height_mm, half_mm: BLOCK_HALF_MM.map(|half| half * scale) })
+            }
+            Self::Sphere { radius_mm } => {
+                let aside = axes.column(0) * lean() * 30.0 + axes.column(1) * lean() * 30.0;
+                let centre_mm = plate.point_mm + aside + axes.column(2) * radius_mm;
+                Scene::Sphere(Sphere { plate, radius_mm, centre_mm })
+            }
+            Self::Freeform => Scene::Freeform(Freeform::seeded(plate, model.shape.field_half_width_mm, &mut rng)),
+        }
+    }
+}
+
+/// A plate put on the stage by hand.
+fn placed_plate(model: &StationModel, rng: &mut Pcg64) -> Plate {
+    let mut lean = || PLATE_LEAN_RAD * (2.0 * rng.random::<f64>() - 1.0);
+    let turn = Rotation3::from_euler_angles(lean(), lean(), lean());
+    // x to the left and y downwards make the third axis point at the camera.
+    let mut axes = turn * Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, -1.0));
+    if model.shape.line_direction == LineDirection::Columns {
+        axes *= Rotation3::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2).matrix();
+    }
+    Plate { axes, point_mm: Vector3::new(0.0, 0.0, model.shape.standoff_mm) }
+}
+
+impl Scene {
+    /// A part of triangles put on the stage of `model` by hand, as [`SceneKind::placed`] puts the others.
+    pub fn mesh(solid: Arc<Solid>, model: &StationModel, stream: u64) -> Self {
+        let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, stream));
+        Self::Mesh(Mesh { plate: placed_plate(model, &mut rng), solid })
+    }
+
+    /// The first surface a ray meets; `direction` need not be a unit vector.
+    pub fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
+        match self {
+            Self::Board(board) => board.hit(origin, direction),
+            Self::Plate(plate) => plate.hit(origin, direction),
+            Self::Gauge(gauge) => nearer(gauge.block_hit(origin, direction), gauge.plate.hit(origin, direction)),
+            Self::Sphere(ball) => nearer(ball.ball_hit(origin, direction), ball.plate.hit(origin, direction)),
+            Self::Freeform(freeform) => freeform.hit(origin, direction),
+            Self::Mesh(mesh) => nearer(mesh.solid_hit(origin, direction), mesh.plate.hit(origin, direction)),
+        }
+    }
+
+    /// A ball around the part that stands on a plate, where that says where rays meet nothing but the plate.
+    pub(crate) fn part_ball(&self) -> Option<Ball> {
+        match self {
+            Self::Gauge(Gauge { plate, height_mm, half_mm }) => {
+                let half = Vector3::new(half_mm[0], half_mm[1], height_mm / 2.0);
+                let centre_mm = plate.point_mm + plate.axes.column(2) * half.z;
+                Some(Ball { centre_mm, radius_mm: half.norm() })
+            }
+            Self::Sphere(ball) => Some(Ball { centre_mm: ball.centre_mm, radius_mm: ball.radius_mm }),
+            Self::Mesh(mesh) => Some(mesh.ball()),
+            Self::Board(_) | Self::Plate(_) | Self::Freeform(_) => None,
+        }
+    }
+
+    /// Whether light from `from` reaches `to`, a point on the surface with this normal.
+    pub(crate) fn lights(&self, from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
+        match self {
+            Self::Plate(_) => true,
+            Self::Freeform(part) if part.surely_lit(from, to, normal) => true,
+            _ => self.reaches(from, to),
+        }
+    }
+
+    /// A number that tells this scene from others, the same on every machine.
+    pub fn fingerprint(&self) -> u64 {
+        let of_plate = |plate: &Plate| plate.axes.iter().chain(&plate.point_mm).copied().collect::<Vec<f64>>();
+        let (kind, numbers) = match self {
+            Self::Board(board) => {
+                let place = board.axes.iter().chain(&board.centre_mm).copied();
+                let counts = [board.inner_columns as f64, board.inner_rows as f64];
+                (1, place.chain(counts).chain([board.square_mm, board.backdrop_z_mm]).collect())
+            }
+            Self::Plate(plate) => (2, of_plate(plate)),
+            Self::Gauge(gauge) => (3, [&of_plate(&gauge.plate), &[gauge.height_mm][..], &gauge.half_mm].concat()),
+            Self::Sphere(ball) => {
+                (4, [&of_plate(&ball.plate), ball.centre_mm.as_slice(), &[ball.radius_mm]].concat())
+            }
+            Self::Freeform(part) => {
+                let hills = part.hills.iter();
+                let hills = hills.flat_map(|hill| [hill.at_mm[0], hill.at_mm[1], hill.sigma_mm, hill.height_mm]);
+                (5, of_plate(&part.plate).into_iter().chain(hills).collect())
+            }
+            Self::Mesh(mesh) => (mesh.solid.fingerprint(), of_plate(&mesh.plate)),
+        };
+        numbers.into_iter().map(f64::to_bits).fold(kind, derived_seed)
+    }
+
+    /// Whether light on its way from `from` reaches `to`, a point on one of the surfaces.
+    pub fn reaches(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
+        let way = to - from;
+        let length = way.norm();
+        let (way, limit) = (way / length, hidden_beyond(length));
+        let beyond = |hit: Option<SceneHit>| hit.is_none_or(|hit| hit.reach > limit);
+        match self {
+            Self::Mesh(mesh) => beyond(mesh.plate.hit(from, &way)) && !mesh.is_in_the_way(from, &way, limit),
+            _ => beyond(self.hit(from, &way)),
+        }
+    }
+}
+
+/// What a path of this length meets beyond this is its end itself.
+pub(crate) fn hidden_beyond(length_mm: f64) -> f64 {
+    length_mm - SAME_HIT_MM * length_mm.max(1.0)
+}
+
+fn nearer(a: Option<SceneHit>, b: Option<SceneHit>) -> Option<SceneHit> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if a.reach <= b.reach { a } else { b }),
+        (a, b) => a.or(b),
+    }
+}
+
+impl Plate {
+    /// The normal, towards the camera.
+    pub fn normal(&self) -> Vector3<f64> {
+        self.axes.column(2).into_owned()
+    }
+
+    /// A point or vector of the camera frame along the plate's axes.
+    pub(crate) fn local(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        self.axes.tr_mul(vector)
+    }
+
+    /// Where a ray meets the plane.
+    pub fn hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
+        let normal = self.normal();
+        let reach = normal.dot(&(self.point_mm - origin)) / normal.dot(direction);
+        (reach.is_finite() && reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE })
+    }
+}
+
+impl Gauge {
+    /// Where a ray enters the block (slab by slab, Kay & Kajiya 1986).
+    fn block_hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
+        let from = self.plate.local(&(origin - self.plate.point_mm));
+        let way = self.plate.local(direction);
+        let low = [-self.half_mm[0], -self.half_mm[1], 0.0];
+        let high = [self.half_mm[0], self.half_mm[1], self.height_mm];
+        let (mut enter, mut leave, mut face) = (f64::NEG_INFINITY, f64::INFINITY, 0);
+        for axis in 0..3 {
+            let a = (low[axis] - from[axis]) / way[axis];
+            let b = (high[axis] - from[axis]) / way[axis];
+            if a.min(b) > enter {
+                (enter, face) = (a.min(b), axis);
+            }
+            leave = leave.min(a.max(b));
+        }
+        if !(enter > 0.0 && enter <= leave) {
+            return None;
+        }
+        let normal = self.plate.axes.column(face) * -way[face].signum();
+        Some(SceneHit { reach: enter, normal, reflectance: PART_REFLECTANCE })
+    }
+}
+
+impl Sphere {
+    fn ball_hit(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<SceneHit> {
+        let to_centre = self.centre_mm - origin;
+        let square = direction.norm_squared();
+        let along = to_centre.dot(direction) / square;
+        let beside = (to_centre - direction * along).norm_squared();
+        let inside = self.radius_mm * self.radius_mm - beside;
+        if inside < 0.0 {
+            return None;
+        }
+        let reach = along - (inside / square).sqrt();
+        let normal = (direction * reach - to_centre) / self.radius_mm;
+        (reach > 0.0).then_some(SceneHit { reach, normal, reflectance: PART_REFLECTANCE })
+    }
+}

@@ -1,0 +1,173 @@
+//! An exposure: what falls on the sensor and for how long, and the memory that frames are made in.
+
+use crate::model::station::StationModel;
+use crate::part::scene::Scene;
+use crate::render::laser_image::Placed;
+use crate::render::lit_pixels::LitPixels;
+use crate::render::seen::MeshMemory;
+
+/// What the sensor is exposed to.
+#[derive(Debug, Clone, Copy)]
+pub struct Exposure<'s> {
+    /// What the camera sees.
+    pub scene: &'s Scene,
+    /// Where the stage has carried it.
+    pub position_mm: f64,
+    /// Grey level (of 255) of white at the picture's centre by ordinary light at its nominal exposure.
+    pub ordinary_level: f64,
+    /// Exposure relative to the nominal one of ordinary light.
+    pub ordinary_share: f32,
+    /// Laser power and exposure, both relative to nominal ones; 0 is dark.
+    pub laser_share: f32,
+    /// Amplification after the sensor has collected its electrons.
+    pub gain: f32,
+    /// Bits per pixel: 8 or 16.
+    pub bits: u32,
+    /// Numbers the frame, and so the noise of its sensor.
+    pub picture: u64,
+}
+
+/// Memory that frames are made in again and again, and the last pictures by laser and by ordinary light.
+#[derive(Debug, Default)]
+pub struct Darkroom {
+    pub(crate) row: Vec<f32>,
+    pub(crate) laser: LaserPicture,
+    pub(crate) ordinary: OrdinaryPicture,
+    pub(crate) mesh: MeshMemory,
+}
+
+/// A picture by laser light, blurred by the lens, before speckle and sensor: it changes only with what it shows.
+#[derive(Debug, Default)]
+pub(crate) struct LaserPicture {
+    shows: Option<(StationModel, u64, u64)>,
+    /// Light on every pixel, of 255; 0 outside the runs.
+    pub(crate) levels: Vec<f32>,
+    /// The same, blurred along the rows alone.
+    pub(crate) along: Vec<f32>,
+    /// Runs of pixels (from, to) that light may reach, row by row.
+    pub(crate) runs: Vec<Vec<(usize, usize)>>,
+    pub(crate) lit: Option<[LitPixels; 2]>,
+}
+
+/// A picture by ordinary light, blurred by the lens, before the sensor: it changes only with what it shows.
+#[derive(Debug, Default)]
+pub(crate) struct OrdinaryPicture {
+    shows: Option<(u64, u64, u64)>,
+    pub(crate) levels: Vec<f32>,
+}
+
+impl OrdinaryPicture {
+    /// Makes it show `scene`; returns whether it must be drawn.
+    pub(crate) fn turn_to(&mut self, scene: &Scene, position_mm: f64, level: f64) -> bool {
+        let wanted = Some((scene.fingerprint(), position_mm.to_bits(), level.to_bits()));
+        std::mem::replace(&mut self.shows, wanted) != wanted
+    }
+}
+
+impl LaserPicture {
+    /// Makes it show `scene` as the station's light falls on it; returns whether it must be drawn, all dark then.
+    pub(crate) fn turn_to(&mut self, model: &StationModel, scene: &Scene, position_mm: f64) -> bool {
+        let (scene, position) = (scene.fingerprint(), position_mm.to_bits());
+        let shown =
+            self.shows.as_ref().is_some_and(|shows| (&shows.0, shows.1, shows.2) == (model, scene, position));
+        if !shown {
+            self.wipe(model.camera.width_px, model.camera.height_px);
+            self.shows = Some((model.clone(), scene, position));
+        }
+        !shown
+    }
+
+    /// Makes it dark. Only where the last picture had light is there anything to wipe.
+    fn wipe(&mut self, width: usize, height: usize) {
+        let same_size = self
+            .shows
+            .as_ref()
+            .is_some_and(|(model, ..)| (model.camera.width_px, model.camera.height_px) == (width, height));
+        for buffer in [&mut self.levels, &mut self.along] {
+            if same_size {
+                for (row, runs) in buffer.chunks_exact_mut(width).zip(&self.runs) {
+                    runs.iter().for_each(|&(from, to)| row[from..to].fill(0.0));
+                }
+            } else {
+                buffer.clear();
+                buffer.resize(width * height, 0.0);
+            }
+        }
+        self.runs.resize_with(height, Vec::new);
+        self.runs.iter_mut().for_each(Vec::clear);
+        match &mut self.lit {
+            Some(sets) if same_size => sets.iter_mut().for_each(LitPixels::clear),
+            lit => *lit = Some([LitPixels::none(width, height), LitPixels::none(width, height)]),
+        }
+    }
+}
+
+impl<'s> Exposure<'s> {
+    /// Whether laser light falls on the sensor.
+    pub(crate) fn laser(&self) -> bool {
+        self.laser_share > 0.0
+    }
+
+    /// Whether ordinary light does.
+    pub(crate) fn ordinary(&self) -> bool {
+        self.ordinary_level > 0.0 && self.ordinary_share > 0.0
+    }
+
+    pub(crate) fn placed(&self, direction: &nalgebra::Vector3<f64>) -> Placed<'s> {
+        Placed { scene: self.scene, moved_mm: direction * self.position_mm }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vision::{GreyImage, Pixels};
+
+    use super::*;
+    use crate::model::shape::StationShape;
+    use crate::part::scene::SceneKind;
+    use crate::render::renderer::Renderer;
+
+    #[test]
+    fn memory_used_again_gives_the_pictures_of_fresh_memory() {
+        let shape = StationShape { width_px: 328, height_px: 250, ..StationShape::default() };
+        let larger = StationShape { width_px: 400, height_px: 300, ..shape.clone() };
+        let model = StationModel::seeded(3, &shape).unwrap();
+        let station = Renderer::new(&model);
+        let mut drifted = model.clone();
+        drifted.grating.wavelength_over_period *= 1.001;
+        let (drifted, larger) =
+            (station.with_light_of(&drifted), Renderer::new(&StationModel::seeded(3, &larger).unwrap()));
+        let scenes = [SceneKind::Sphere { radius_mm: 18.9 }, SceneKind::Plate].map(|kind| kind.placed(&model, 1));
+        let mut darkroom = Darkroom::default();
+        let blank = || GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
+        for (picture, (renderer, scene_idx, position_mm, laser_share)) in [
+            (&station, 0, 0.0, 1.0),
+            (&station, 0, 0.0, 0.7),
+            (&station, 0, 0.0, 0.0),
+            (&station, 0, 0.0, 1.0),
+            (&station, 0, 2.5, 1.0),
+            (&station, 1, 2.5, 1.0),
+            (&drifted, 1, 2.5, 1.0),
+            (&larger, 1, 2.5, 1.0),
+            (&station, 1, 2.5, 1.0),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let exposure = Exposure {
+                scene: &scenes[scene_idx],
+                position_mm,
+                ordinary_level: 0.0,
+                ordinary_share: 0.0,
+                laser_share,
+                gain: 1.0,
+                bits: 8,
+                picture: picture as u64,
+            };
+            let (mut again, mut fresh) = (blank(), blank());
+            renderer.expose(&exposure, &mut darkroom, &mut again);
+            renderer.expose(&exposure, &mut Darkroom::default(), &mut fresh);
+            assert!(again == fresh, "picture {picture}");
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! Pictures of a station: everything that depends on the station alone is computed once, then frames are cheap.
+
+use nalgebra::{Vector2, Vector3};
+use optics::LightSurfaces;
+use vision::{GreyImage, Pixels};
+
+use crate::model::fan::{Fan, FanAngles};
+use crate::model::psf::{PSF_TAPS, blur_across, blur_along, psf_taps};
+use crate::model::random::{derived_seed, normal_quantiles, scrambled};
+use crate::model::sensor::{Level, Noise, Sensor};
+use crate::model::sheet_map::{PixelMap, SheetMap, ray_map};
+use crate::model::speckle::Speckle;
+use crate::model::station::StationModel;
+use crate::params::BOARD_WHITE_LEVEL;
+use crate::part::scene::Scene;
+use crate::render::board_image::ordinary_light;
+use crate::render::exposure::{Darkroom, Exposure, LaserPicture, OrdinaryPicture};
+use crate::render::laser_image::{Placed, laser_light};
+use crate::render::seen::MeshMemory;
+
+/// Stream of the speckle pattern among those derived from a station's seed.
+const SPECKLE_STREAM: u64 = 2;
+
+/// Stream of pictures: the sensor's noise of one frame is independent of every other frame's.
+const PICTURE_STREAM: u64 = 3;
+
+/// Takes pictures with the simulated camera.
+#[derive(Debug, Clone)]
+pub struct Renderer {
+    pub(crate) model: StationModel,
+    pub(crate) rays: PixelMap<2>,
+    pub(crate) sheets: Vec<SheetMap>,
+    pub(crate) fan_angles: FanAngles,
+    pub(crate) fans: Vec<Fan>,
+    /// Distance from the source to the middle of the working volume.
+    pub(crate) reference_distance_mm: f64,
+    /// Towards which side of the picture ordinary light grows.
+    pub(crate) brighter_side: Vector2<f64>,
+    speckle: Speckle,
+    sensor: Sensor,
+    taps: [f32; PSF_TAPS],
+}
+
+impl Renderer {
+    /// A renderer of the station's pictures, with all noise.
+    pub fn new(model: &StationModel) -> Self {
+        Self::with_noise(model, Noise::On)
+    }
+
+    /// A renderer without speckle, shot and read noise: the mean of infinitely many pictures.
+    pub fn without_noise(model: &StationModel) -> Self {
+        Self::with_noise(model, Noise::Off)
+    }
+
+    fn with_noise(model: &StationModel, noise: Noise) -> Self {
+        let light = LightSurfaces::Grating(model.grating);
+        let quantiles = normal_quantiles();
+        let contrast = if noise == Noise::On { model.shape.speckle_contrast } else { 0.0 };
+        let side = scrambled(model.seed) as f64 / u64::MAX as f64 * std::f64::consts::TAU;
+        let middle = Vector3::new(0.0, 0.0, model.shape.standoff_mm);
+        let reference_distance_mm = (middle - model.grating.source_mm).norm();
+        let fan_angles = FanAngles::new(model, reference_distance_mm);
+        Self {
+            rays: ray_map(&model.camera),
+            sheets: model.orders.iter().map(|&order| SheetMap::new(&model.camera, &light, order)).collect(),
+            fan_angles,
+            fans: fans(model, fan_angles),
+            reference_distance_mm,
+            brighter_side: Vector2::new(side.cos(), side.sin()),
+            speckle: Speckle::new(
+                derived_seed(model.seed, SPECKLE_STREAM),
+                contrast,
+                model.shape.speckle_grain_px,
+                &quantiles,
+            ),
+            sensor: Sensor::new(&quantiles, noise),
+            taps: psf_taps(),
+            model: model.clone(),
+        }
+    }
+
+    /// The same camera with the grating and light of another model of the station, in a fraction of the time.
+    pub(crate) fn with_light_of(&self, model: &StationModel) -> Self {
+        let light = LightSurfaces::Grating(model.grating);
+        let sheets = model.orders.iter().map(|&order| SheetMap::new(&model.camera, &light, order)).collect();
+        Self { sheets, fans: fans(model, self.fan_angles), model: model.clone(), ..self.clone() }
+    }
+
+    /// The station.
+    pub fn model(&self) -> &StationModel {
+        &self.model
+    }
+
+    /// A picture at normal exposure with the laser off; `picture` numbers the frame and so its noise.
+    pub fn board_image(&self, scene: &Scene, position_mm: f64, picture: u64) -> GreyImage {
+        self.image(&Exposure {
+            scene,
+            position_mm,
+            ordinary_level: BOARD_WHITE_LEVEL,
+            ordinary_share: 1.0,
+            laser_share: 0.0,
+            gain: 1.0,
+            bits: self.model.shape.bits,
+            picture,
+        })
+    }
+
+    /// A picture at low exposure with the laser on; `picture` numbers the frame and so the sensor's noise: speckle belongs
+    /// to the surface and follows its position.
+    pub fn laser_image(&self, scene: &Scene, position_mm: f64, picture: u64) -> GreyImage {
+        self.image(&Exposure {
+            scene,
+            position_mm,
+            ordinary_level: self.model.shape.ambient_levels,
+            ordinary_share: 1.0,
+            laser_share: 1.0,
+            gain: 1.0,
+            bits: self.model.shape.bits,
+            picture,
+        })
+    }
+
+    fn image(&self, exposure: &Exposure<'_>) -> GreyImage {
+        let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image");
+        self.expose(exposure, &mut Darkroom::default(), &mut image);
+        image
+    }
+
+    /// Takes a picture into `image`, whose memory is used again, as `darkroom`'s is. Runs in the calling thread alone.
+    pub fn expose(&self, exposure: &Exposure<'_>, darkroom: &mut Darkroom, image: &mut GreyImage) {
+        const SIDES: &str = "a station's pictures have at least one row and one column";
+        let (width, height) = (self.model.camera.width_px, self.model.camera.height_px);
+        if exposure.laser() {
+            self.project_laser(exposure, &mut darkroom.laser, &mut darkroom.mesh);
+        }
+        if exposure.ordinary() {
+            self.light_up(exposure, &mut darkroom.ordinary, &mut darkroom.mesh);
+        }
+        if exposure.bits == 16 {
+            self.collect(exposure, darkroom, image.sixteen_mut(width, height).expect(SIDES));
+        } else {
+            self.collect(exposure, darkroom, image.eight_mut(width, height).expect(SIDES));
+        }
+    }
+
+    pub(crate) fn placed<'s>(&self, scene: &'s Scene, position_mm: f64) -> Placed<'s> {
+        Placed { scene, moved_mm: self.model.stage.direction * position_mm }
+    }
+
+    fn picture_seed(&self, picture: u64) -> u64 {
+        derived_seed(derived_seed(self.model.seed, PICTURE_STREAM), picture)
+    }
+
+    /// The picture by laser light before speckle and sensor, drawn anew only where it shows something else than before.
+    fn project_laser(&self, exposure: &Exposure<'_>, picture: &mut LaserPicture, memory: &mut MeshMemory) {
+        if !picture.turn_to(&self.model, exposure.scene, exposure.position_mm) {
+            return;
+        }
+        let width = self.model.camera.width_px;
+        let LaserPicture { levels, along, runs, lit: Some([lit, of_order]), .. } = picture else { return };
+        laser_light(self, exposure.placed(&self.model.stage.direction), levels, lit, of_order, memory);
+        let mut rows = Vec::new();
+        for (v, runs) in runs.iter_mut().enumerate() {
+            lit.blurred_runs(v, &mut rows, runs);
+            let row = v * width..(v + 1) * width;
+            for &(from, to) in runs.iter() {
+                blur_along(&levels[row.clone()], from, to, &self.taps, &mut along[row.clone()]);
+            }
+        }
+        for ((v, row), runs) in levels.chunks_exact_mut(width).enumerate().zip(runs) {
+            for &mut run in runs {
+                blur_across(along, width, v, run, &self.taps, row);
+            }
+        }
+    }
+
+    /// The picture by ordinary light before the sensor, drawn anew only where it shows something else than before.
+    fn light_up(&self, exposure: &Exposure<'_>, picture: &mut OrdinaryPicture, memory: &mut MeshMemory) {
+        if !picture.turn_to(exposure.scene, exposure.position_mm, exposure.ordinary_level) {
+            return;
+        }
+        let width = self.model.camera.width_px;
+        let scene = exposure.placed(&self.model.stage.direction);
+        let light = ordinary_light(self, scene, exposure.ordinary_level, memory);
+        let mut along = vec![0.0; light.len()];
+        for (row, target) in light.chunks_exact(width).zip(along.chunks_exact_mut(width)) {
+            blur_along(row, 0, width, &self.taps, target);
+        }
+        picture.levels.resize(light.len(), 0.0);
+        for (v, target) in picture.levels.chunks_exact_mut(width).enumerate() {
+            blur_across(&along, width, v, (0, width), &self.taps, target);
+        }
+    }
+
+    /// The sensor: row by row, from light to grey levels.
+    fn collect<L: Level>(&self, exposure: &Exposure<'_>, darkroom: &mut Darkroom, pixels: &mut [L]) {
+        const DARK: &Vec<(usize, usize)> = &Vec::new();
+        let width = self.model.camera.width_px;
+        let seed = self.picture_seed(exposure.picture);
+        let surface = derived_seed(derived_seed(self.model.seed, SPECKLE_STREAM), exposure.scene.fingerprint());
+        let travel_mm = self.model.stage.direction.norm() * exposure.position_mm;
+        let speckle = self.speckle.view(surface, travel_mm, self.model.sheet_sigma_mm);
+        let whole_rows = exposure.ordinary() || exposure.gain != 1.0;
+        let Darkroom { row: light, laser, ordinary, .. } = darkroom;
+        light.resize(width, 0.0);
+        for (v, row) in pixels.chunks_exact_mut(width).enumerate() {
+            let pixels = v * width..(v + 1) * width;
+            let row_seed = Sensor::row_seed(seed, v);
+            if whole_rows {
+                light.fill(0.0);
+            }
+            let mut dark_from = 0;
+            for &(from, to) in if exposure.laser() { &laser.runs[v] } else { DARK } {
+                let smooth = &laser.levels[pixels.clone()][from..to];
+                speckle.grain(v, from, smooth, exposure.laser_share, &mut light[from..to]);
+                if !whole_rows {
+                    self.sensor.expose_dark(row_seed, dark_from, &mut row[dark_from..from]);
+                    self.sensor.expose(row_seed, from, &light[from..to], 1.0, &mut row[from..to]);
+                    dark_from = to;
+                }
+            }
+            if whole_rows {
+                if exposure.ordinary() {
+                    let more = &ordinary.levels[pixels];
+                    light.iter_mut().zip(more).for_each(|(level, more)| *level += more * exposure.ordinary_share);
+                }
+                self.sensor.expose(row_seed, 0, light, exposure.gain, row);
+            } else {
+                self.sensor.expose_dark(row_seed, dark_from, &mut row[dark_from..]);
+            }
+        }
+    }
+}
+
+/// The fan of every order.
+fn fans(model: &StationModel, angles: FanAngles) -> Vec<Fan> {
+    model.orders.iter().map(|&order| Fan::new(model, angles, order)).collect()
+}
