@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::command::{Outcome, run, target_folder, workspace};
 use crate::dockerfile::{Instruction, Stage, parse};
-use crate::steps::{Outcome, run, target_folder, workspace};
 use crate::tools::ensure_program;
 
 /// The mirror the folders are made from.

@@ -1,5 +1,6 @@
 //! Developer commands: `cargo xtask run` starts the product, `cargo xtask test` checks it.
 
+mod command;
 mod docker_check;
 mod dockerfile;
 mod neon;
@@ -55,7 +56,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn docker(arguments: &[String]) -> steps::Outcome {
+fn docker(arguments: &[String]) -> command::Outcome {
     match arguments {
         [] => docker_check::docker_check(None),
         [flag, file] if flag == "--binary" => docker_check::docker_check(Some(Path::new(file))),

@@ -3,7 +3,7 @@
 
 use std::process::Command;
 
-use crate::steps::{Outcome, cargo, run};
+use crate::command::{Outcome, cargo, run};
 use crate::tools::{ensure_file, ensure_program};
 
 /// Linux on aarch64, by its name in the toolchain …

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::SystemTime;
 
-use crate::steps::{Outcome, run, target_folder, workspace};
+use crate::command::{Outcome, run, target_folder, workspace};
 use crate::tools::{ensure_file, ensure_program};
 
 /// What the built page follows from.

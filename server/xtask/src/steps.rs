@@ -5,14 +5,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
+use crate::command::{Outcome, cargo, run, succeeds, target_folder, title, workspace};
 use crate::docker_check::docker_check;
 use crate::page::{check_page, ensure_page, write_schema};
 use crate::tools::ensure_python;
 
 /// Lines of the test runner repeated at the very end, where a person looks first.
 const CLOSING_LINES: usize = 3;
-
-pub type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
 /// Builds with optimisation and runs a command of the product.
 pub fn run_sheaf(command: &str, arguments: &[String]) -> Outcome {
@@ -129,39 +128,4 @@ fn tell_about_data() {
 /// Where the reference data are, if they are anywhere.
 fn data_folder() -> PathBuf {
     std::env::var_os("SHEAF_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from)
-}
-
-/// The root of the repository.
-pub fn workspace() -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    root.canonicalize().unwrap_or(root)
-}
-
-/// Where cargo puts what it builds.
-pub fn target_folder() -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from)
-}
-
-/// Cargo, in the repository's root.
-pub fn cargo(arguments: &[&str]) -> Command {
-    let mut command = Command::new("cargo");
-    command.args(arguments).current_dir(workspace());
-    command
-}
-
-/// Runs a command with its output on this terminal.
-pub fn run(name: &str, command: &mut Command) -> Outcome {
-    title(name, command);
-    let status = command.status().map_err(|error| format!("{name} could not be started: {error}"))?;
-    if status.success() { Ok(()) } else { Err(format!("{name} failed: {status}").into()) }
-}
-
-fn title(name: &str, command: &Command) {
-    let arguments: Vec<_> = command.get_args().map(|argument| argument.to_string_lossy()).collect();
-    println!("── {name}: {} {}", command.get_program().to_string_lossy(), arguments.join(" "));
-}
-
-/// Whether a command can be started and ends well; its output is not shown.
-pub fn succeeds(command: &mut Command) -> bool {
-    command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::steps::{Outcome, run, succeeds, target_folder, workspace};
+use crate::command::{Outcome, run, succeeds, target_folder, workspace};
 
 /// A Python of the checks' own, with what `server/cli/tests/requirements.txt` lists.
 pub fn ensure_python() -> Outcome<PathBuf> {

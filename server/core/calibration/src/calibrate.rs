@@ -3,19 +3,19 @@
 use nalgebra::{Vector2, Vector3};
 use optics::{BoardFrame, CAMERA_PARAMETERS, Calibration, DepthRangeMm, LightModelKind, LightSurfaces, PointMm};
 
-use crate::adjustment::cross_validation::cross_validate;
-use crate::adjustment::joint::{JointFit, fit_joint};
-use crate::adjustment::light_fit::Scene;
-use crate::adjustment::normal::Derived;
-use crate::adjustment::observation::{CornerObservation, CornerView};
-use crate::adjustment::stage_fit::{check_positions, stage_line, stage_report};
 use crate::error::CalibrationError;
+use crate::findings::report::{CalibrationReport, CrossValidation};
 use crate::first::camera_fit::{CameraFit, fit_camera};
-use crate::first::laser_points::{LaserPoints, laser_points};
+use crate::fits::cross_validation::cross_validate;
+use crate::fits::joint::{JointFit, fit_joint};
+use crate::fits::laser_points::{LaserPoints, laser_points};
+use crate::fits::light_fit::Scene;
+use crate::fits::stage_fit::{check_positions, stage_line, stage_report};
 use crate::input::{CalibrationInput, CalibrationOptions, LightModelChoice};
 use crate::params::MIN_LASER_POSES;
-use crate::result::report::{CalibrationReport, CrossValidation};
-use crate::result::reporting::{camera_report, light_report, stage_section};
+use crate::reporting::{camera_report, light_report, stage_section};
+use crate::solving::normal::Derived;
+use crate::solving::observation::{CornerObservation, CornerView};
 
 /// A calibration and what it says about itself.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,31 +3,36 @@
 //! Residuals are pixels, weighted by the observations' own standard deviations; the mathematics is in
 //! `server/docs/maths/calibration.md`.
 
-mod adjustment;
+pub mod difference;
+pub mod document;
+mod findings;
 mod first;
-mod result;
-pub use adjustment::{bundle, light_fit, normal, observation, prior, solver, station};
+mod fits;
+mod reporting;
+mod solving;
+pub use findings::report;
 pub use first::camera_fit;
-pub use result::{difference, document, report};
+pub use fits::light_fit;
+pub use solving::{bundle, normal, observation, prior, solver, station};
 pub mod calibrate;
 pub mod error;
 pub mod input;
 
 mod params;
 
-pub use adjustment::solver::Termination;
-pub use adjustment::stage_fit::check_positions as check_stage_positions;
 pub use calibrate::{CalibrationResult, Stop, calibrate};
+pub use difference::{
+    CalibrationDifference, DepthDifference, DifferenceError, OrderDifference, WorstPlace, difference,
+};
+pub use document::{CalibrationDocument, CalibrationText, DocumentError, InputHash};
 pub use error::CalibrationError;
+pub use findings::report::{
+    CalibrationReport, CameraReport, CrossValidation, LaserPoint, LightReport, ModelScore, OrderResidual,
+    PoseResidual, Rejections, StageReport,
+};
+pub use fits::stage_fit::check_positions as check_stage_positions;
 pub use input::{
     BoardGeometry, CalibrationInput, CalibrationOptions, LightModelChoice, PoseInput, ProjectorSheet,
     StageViewInput,
 };
-pub use result::difference::{
-    CalibrationDifference, DepthDifference, DifferenceError, OrderDifference, WorstPlace, difference,
-};
-pub use result::document::{CalibrationDocument, CalibrationText, DocumentError, InputHash};
-pub use result::report::{
-    CalibrationReport, CameraReport, CrossValidation, LaserPoint, LightReport, ModelScore, OrderResidual,
-    PoseResidual, Rejections, StageReport,
-};
+pub use solving::solver::Termination;

@@ -6,9 +6,8 @@
 
 mod fitting;
 mod interface;
-mod measure;
+mod measuring;
 pub mod params;
-mod uncertainty;
 
 pub use interface::doubts::{Finding, Missing};
 pub use interface::measurement::{ErrorSummary, FittedFeature, Measurement, OrderRow, Unit};
@@ -16,7 +15,7 @@ pub use interface::part_verdict::{CharacteristicKey, PartVerdict, part_verdict};
 pub use interface::request::{MeasureError, MeasureRequest, Region, Tool};
 pub use interface::shape::Shape;
 pub use interface::verdict::{Verdict, verdict};
-pub use measure::measure;
+pub use measuring::measure::measure;
 
 #[cfg(test)]
 mod tests;

@@ -7,22 +7,24 @@
 //! What lives here: the station thread, its state machine, faults, Stop, the leases of light and motion, the buffers of
 //! frames. What may not: jobs, HTTP, async beyond channels, configuration files.
 
-mod owned;
+mod parts;
 mod shared;
-pub use shared::{cancel, frame, handle, lease, recycling, refusal, status, wall_clock};
+mod station_thread;
+pub use shared::{cancel, frame, recycling, refusal, status, wall_clock};
+pub use station_thread::{handle, lease};
 pub mod config;
 
 pub mod params;
 
-pub use owned::outlook::first_status;
 pub use shared::frame::{SharedFrame, StampedFrame};
-pub use shared::handle::{LiveRequest, Manual, Purpose, StationHandle, Sweep};
-pub use shared::lease::StationLease;
 pub use shared::refusal::StationRefusal;
 pub use shared::status::{
     DeviceStatus, Fault, LaserLight, MachineState, OperationalState, StateHistory, StationStatus,
 };
 pub use shared::stop_line::StopEpoch;
+pub use station_thread::handle::{LiveRequest, Manual, Purpose, StationHandle, Sweep};
+pub use station_thread::lease::StationLease;
+pub use station_thread::outlook::first_status;
 
 #[cfg(test)]
 mod tests;

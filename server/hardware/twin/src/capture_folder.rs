@@ -10,8 +10,8 @@ use capture::{
 };
 use rayon::prelude::*;
 
-use crate::model::poses::{BOARD_CORNERS, board_poses, stage_board};
 use crate::model::station::StationModel;
+use crate::part::poses::{BOARD_CORNERS, board_poses, stage_board};
 use crate::part::scene::{Scene, SceneKind};
 use crate::render::renderer::Renderer;
 use crate::truth::{CSV_HEADER, csv_rows, truth_json};
@@ -208,7 +208,7 @@ fn make_folders(request: &CaptureRequest, folder: &Path) -> Result<(), TwinCaptu
 fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
     let shape = &model.shape;
     let (inner_columns, inner_rows) = BOARD_CORNERS;
-    let square_mm = crate::model::poses::square_mm(model);
+    let square_mm = crate::part::poses::square_mm(model);
     Manifest {
         format: FORMAT.to_owned(),
         camera: CameraFormat { width_px: shape.width_px, height_px: shape.height_px },

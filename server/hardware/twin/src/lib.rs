@@ -7,8 +7,8 @@
 mod model;
 mod part;
 mod render;
-pub use model::{poses, shape, station};
-pub use part::scene;
+pub use model::{shape, station};
+pub use part::{poses, scene};
 pub use render::renderer;
 pub mod capture_folder;
 pub mod live;

@@ -47,7 +47,8 @@ pub async fn points_page(
     stored_page(reader.bytes, from_block).await.map_err(|_| damaged())
 }
 
-pub(super) fn live_page(live: &LiveBus, scan_id: &str, from_block: u32) -> Option<PointsPage> {
+/// The blocks of the running scan from number `from_block` on; `None` if it is not this scan.
+pub fn live_page(live: &LiveBus, scan_id: &str, from_block: u32) -> Option<PointsPage> {
     let seen = live.watch_points().borrow().clone();
     let log = seen.log_of(scan_id)?;
     let mut bytes = BytesMut::new();

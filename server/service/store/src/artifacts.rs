@@ -3,7 +3,7 @@
 use async_trait::async_trait;
 use tokio::io::AsyncRead;
 
-use crate::catalogue::StoreError;
+use crate::error::StoreError;
 
 /// The SHA-256 of an artifact's bytes, lower-case hexadecimal.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -2,7 +2,7 @@
 
 use tokio::sync::watch;
 
-use crate::catalogue::StoreError;
+use crate::error::StoreError;
 
 /// A latch: once a write failed, its reason stands until the process ends. A failed fsync is never tried again,
 /// because the kernel may have dropped the pages and report success the second time.

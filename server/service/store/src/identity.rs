@@ -12,8 +12,9 @@ use std::time::SystemTime;
 use serde_json::Value;
 
 use crate::artifacts::ArtifactId;
-use crate::catalogue::{Catalogue, Change, StoreError};
+use crate::catalogue::{Catalogue, Change};
 use crate::disk::{Disk, LocalDisk};
+use crate::error::StoreError;
 use crate::local::LocalArtifacts;
 use crate::params::{ARTIFACTS_FOLDER, BACKUPS_FOLDER, CATALOGUE_FILE, SET_ASIDE_FOLDER, STATION_FILE};
 use crate::records::SettingRecord;

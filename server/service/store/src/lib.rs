@@ -12,6 +12,7 @@ mod store;
 pub mod artifacts;
 pub mod catalogue;
 pub mod disk;
+mod error;
 pub mod health;
 pub mod local;
 pub mod params;
@@ -19,8 +20,9 @@ pub mod records;
 pub mod sqlite;
 
 pub use artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
-pub use catalogue::{Catalogue, Change, DamagedRow, Listed, MeasurementFilter, Page, ScanFilter, StoreError};
+pub use catalogue::{Catalogue, Change, DamagedRow, Listed, MeasurementFilter, Page, ScanFilter};
 pub use disk::{Disk, LocalDisk};
+pub use error::StoreError;
 pub use health::Health;
 pub use local::LocalArtifacts;
 pub use records::{

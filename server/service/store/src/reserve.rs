@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::catalogue::StoreError;
+use crate::error::StoreError;
 use crate::params::{RESERVE_BYTES, RESERVE_FILE};
 
 /// The reserve of a data directory.

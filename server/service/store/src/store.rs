@@ -10,8 +10,9 @@ use std::time::SystemTime;
 use tokio::sync::{Mutex, watch};
 
 use crate::artifacts::{ArtifactId, Artifacts};
-use crate::catalogue::{Catalogue, Change, Page, StoreError};
+use crate::catalogue::{Catalogue, Change, Page};
 use crate::disk::{Disk, LocalDisk};
+use crate::error::StoreError;
 use crate::health::Health;
 use crate::holds::Holds;
 use crate::identity;

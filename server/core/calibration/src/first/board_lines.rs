@@ -4,15 +4,15 @@ use nalgebra::Vector2;
 use optics::{Camera, LightSurfaces};
 use vision::{CentrelinePoint, Centrelines, LineDirection};
 
-use crate::adjustment::bundle::sheet_residual;
-use crate::adjustment::observation::LaserObservation;
-use crate::adjustment::station::BoardPose;
+use crate::findings::report::Rejections;
 use crate::input::BoardGeometry;
 use crate::params::{
     BOARD_MARGIN_SQUARES, EDGE_MARGIN_PX, EDGE_MARGIN_WIDTHS, MARGIN_REJECT_SIGMAS, MIN_LINE_COLUMNS,
     MIN_RANK_AGREEMENT, PREDICTED_LABEL_PITCH_SHARE,
 };
-use crate::result::report::Rejections;
+use crate::solving::bundle::sheet_residual;
+use crate::solving::observation::LaserObservation;
+use crate::solving::station::BoardPose;
 
 /// A connected run of centreline points on the board's pattern, away from its squares' edges.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,18 +3,18 @@
 use nalgebra::{DMatrix, Vector2};
 use optics::{CAMERA_PARAMETERS, Camera};
 
-use crate::adjustment::bundle::Bundle;
-use crate::adjustment::normal::ArrowNormal;
-use crate::adjustment::observation::{CornerView, huber};
-use crate::adjustment::prior::Priors;
-use crate::adjustment::solver::{Minimum, Problem, Termination, minimise};
-use crate::adjustment::station::{BoardPose, Station};
 use crate::error::CalibrationError;
 use crate::first::homography::homography_from_points;
 use crate::first::zhang::{PinholeGuess, pinhole_from_homographies, pose_from_homography};
 use crate::params::{
     CORNER_HUBER_SIGMAS, K3_SIGNIFICANCE, MAX_RELATIVE_FOCAL_SIGMA, MIN_CAMERA_VIEWS, MIN_TILT_SPREAD_RAD,
 };
+use crate::solving::bundle::Bundle;
+use crate::solving::normal::ArrowNormal;
+use crate::solving::observation::{CornerView, huber};
+use crate::solving::prior::Priors;
+use crate::solving::solver::{Minimum, Problem, Termination, minimise};
+use crate::solving::station::{BoardPose, Station};
 
 /// Index of k3 among the camera's parameters.
 const K3: usize = 8;

@@ -5,5 +5,4 @@ pub mod camera_fit;
 pub(crate) mod chaining;
 pub(crate) mod first_sheets;
 pub(crate) mod homography;
-pub(crate) mod laser_points;
 pub(crate) mod zhang;

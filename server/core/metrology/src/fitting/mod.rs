@@ -1,10 +1,9 @@
 //! From points to shapes: samples, search, robust fits.
 
 pub(crate) mod features;
-pub(crate) mod find;
 pub(crate) mod fit;
 pub(crate) mod fitness;
-pub(crate) mod form;
+pub(crate) mod footprint;
 pub(crate) mod orders;
 pub(crate) mod outline;
 pub(crate) mod ransac;

@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 use optics::{CameraFrame, PartFrame, PointMm};
 use scanning::{Cloud, CloudPoint, StagePositions};
 
+use crate::fitting::footprint::line_sigma_mm;
 use crate::interface::request::Region;
 use crate::interface::shape::Shape;
 use crate::params::{BORDER_SIGMAS, MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT, USUAL_LINE_SIGMA_MM};
-use crate::uncertainty::footprint::line_sigma_mm;
 
 /// One point.
 #[derive(Debug, Clone, Copy)]

@@ -5,5 +5,4 @@ pub(crate) mod measurement;
 pub(crate) mod part_verdict;
 pub(crate) mod request;
 pub(crate) mod shape;
-pub(crate) mod value;
 pub(crate) mod verdict;

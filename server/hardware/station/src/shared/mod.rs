@@ -2,8 +2,6 @@
 
 pub mod cancel;
 pub mod frame;
-pub mod handle;
-pub mod lease;
 pub(crate) mod pool;
 pub mod recycling;
 pub mod refusal;

@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use twin::{SceneKind, StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
 
-use crate::owned::devices::{Parts, twinned};
+use crate::parts::devices::{Parts, twinned};
 use crate::shared::cancel::CancelFlag;
-use crate::shared::handle::Watch;
+use crate::station_thread::handle::Watch;
 use crate::{Manual, Purpose, StationHandle, StationLease, StationRefusal, StationStatus, StopEpoch};
 
 /// How long a test waits for what must happen; far beyond every promised time.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use devices::CameraRequest;
 
 use super::bench::{bench, bench_with, nobody, small_parts, wait, wait_until};
-use crate::shared::handle::Watch;
+use crate::station_thread::handle::Watch;
 use crate::{LaserLight, LiveRequest, MachineState, Manual, OperationalState, StationRefusal};
 
 const LIVE: LiveRequest = LiveRequest { running: true, laser_power: 0.5 };

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::bench::{bench_of, nobody, small_parts, wait_until};
 use super::spied::spied;
-use crate::shared::handle::Watch;
+use crate::station_thread::handle::Watch;
 use crate::{MachineState, Manual, OperationalState, StationHandle, StationRefusal};
 
 #[test]

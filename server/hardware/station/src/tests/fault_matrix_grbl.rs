@@ -11,7 +11,7 @@ use super::cell::Doing::{Calibrating, Jogging, Ready, Scanning};
 use super::cell::Follows::{GoesOn, Named};
 use super::cell::{Doing, Follows, Rig, check};
 use crate::config::{GrblStationConfig, TwinConfig};
-use crate::owned::devices::driven;
+use crate::parts::devices::driven;
 use crate::{MachineState, Manual, StationRefusal, Sweep};
 
 /// A controller behind a terminal, and a station that drives it.

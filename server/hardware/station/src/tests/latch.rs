@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::bench::{bench, bench_with, nobody, small_parts, wait};
-use crate::shared::handle::Watch;
+use crate::station_thread::handle::Watch;
 use crate::{Fault, LiveRequest, MachineState, Manual, OperationalState, StationRefusal};
 
 #[test]

@@ -7,7 +7,7 @@ use std::time::Duration;
 use devices::{Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo};
 use vision::GreyImage;
 
-use crate::owned::devices::{Opened, Parts, Wanted};
+use crate::parts::devices::{Opened, Parts, Wanted};
 
 /// What the test sees and does.
 #[derive(Default)]

@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 
 use crate::model::random::derived_seed;
 use crate::params::PART_REFLECTANCE;
+use crate::part::cover::Cover;
 use crate::part::scene::{Ball, Plate, SceneHit};
-use crate::render::cover::Cover;
 
 /// Triangles per leaf of the tree: testing a few costs less than another level.
 const LEAF_TRIANGLES: usize = 4;

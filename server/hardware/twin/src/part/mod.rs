@@ -1,8 +1,10 @@
 //! What lies on the stage, and where a ray meets it.
 
 pub(crate) mod board;
+pub(crate) mod cover;
 pub(crate) mod freeform;
 pub(crate) mod mesh;
 pub(crate) mod mesh_corners;
+pub mod poses;
 pub mod scene;
 pub(crate) mod stl;

@@ -9,14 +9,14 @@ use multiversion::multiversion;
 use nalgebra::Vector3;
 use optics::Grating;
 
-use crate::model::sensor::FULL_SCALE;
-use crate::model::sheet_map::SheetBlock;
 use crate::params::{MAP_STEP_PX, SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
 use crate::part::scene::{Ball, Scene, SceneHit};
 use crate::render::block::{Block, NOTHING, exp};
 use crate::render::lit_pixels::LitPixels;
 use crate::render::renderer::Renderer;
 use crate::render::seen::{MeshMemory, Seen, View};
+use crate::render::sensor::FULL_SCALE;
+use crate::render::sheet_map::SheetBlock;
 
 /// A scene where the stage has carried it.
 #[derive(Clone, Copy)]
@@ -198,10 +198,10 @@ mod tests {
     use vision::LineDirection;
 
     use super::*;
-    use crate::model::poses::board_poses;
     use crate::model::shape::StationShape;
     use crate::model::station::StationModel;
     use crate::part::mesh::Solid;
+    use crate::part::poses::board_poses;
     use crate::part::scene::SceneKind;
 
     /// A table on one leg and a wavy sheet of small triangles: overhangs, large triangles, seams.

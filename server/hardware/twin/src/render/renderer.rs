@@ -7,8 +7,6 @@ use vision::{GreyImage, Pixels};
 use crate::model::fan::{Fan, FanAngles};
 use crate::model::psf::{PSF_TAPS, blur_across, blur_along, psf_taps};
 use crate::model::random::{derived_seed, normal_quantiles, scrambled};
-use crate::model::sensor::{Level, Noise, Sensor};
-use crate::model::sheet_map::{PixelMap, SheetMap, ray_map};
 use crate::model::speckle::Speckle;
 use crate::model::station::StationModel;
 use crate::params::BOARD_WHITE_LEVEL;
@@ -17,6 +15,8 @@ use crate::render::board_image::ordinary_light;
 use crate::render::exposure::{Darkroom, Exposure, LaserPicture, OrdinaryPicture};
 use crate::render::laser_image::{Placed, laser_light};
 use crate::render::seen::MeshMemory;
+use crate::render::sensor::{Level, Noise, Sensor};
+use crate::render::sheet_map::{PixelMap, SheetMap, ray_map};
 
 /// Stream of the speckle pattern among those derived from a station's seed.
 const SPECKLE_STREAM: u64 = 2;

@@ -6,13 +6,13 @@
 use nalgebra::Vector3;
 
 use crate::model::fan::{FINE_STEP_PX, Fan, FanRay};
-use crate::model::mark::{ACROSS, COARSE, Landed, Section, enclose, mark_triangle};
 use crate::part::mesh::Mesh;
 use crate::part::mesh_corners::PlacedCorners;
 use crate::part::scene::{Ball, NearHit, Plate, Scene};
 use crate::render::band::Band;
 use crate::render::laser_image::Placed;
 use crate::render::lit_pixels::LitPixels;
+use crate::render::mark::{ACROSS, COARSE, Landed, Section, enclose, mark_triangle};
 use crate::render::mesh_light::MeshLight;
 use crate::render::renderer::Renderer;
 

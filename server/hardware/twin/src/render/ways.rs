@@ -4,11 +4,11 @@ use multiversion::multiversion;
 use nalgebra::Vector3;
 
 use crate::params::SAME_HIT_MM;
+use crate::part::cover::{Cover, STEEP_LIGHT};
 use crate::part::mesh::Mesh;
 use crate::part::scene::Ball;
 use crate::render::band::Band;
 use crate::render::block::{Block, NOTHING, floor};
-use crate::render::cover::{Cover, STEEP_LIGHT};
 use crate::render::lit_pixels::WORD_PX;
 use crate::render::seen::{NO_TRIANGLE, Seen};
 

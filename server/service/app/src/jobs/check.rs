@@ -9,13 +9,10 @@ use crate::jobs::input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, 
 use crate::jobs::plan::{Pace, mode_of, plan};
 use crate::jobs::queue::params::SCAN_BYTES;
 use crate::jobs::verify;
-use crate::measurements::MeasureInput;
+use crate::measurements::check_measurements;
 
 /// Board poses a calibration may ask the virtual operator for: three determine a camera, more than sixty only cost time.
 const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;
-
-/// Measurements of one scan: more belong to a program that reads the cloud.
-const MEASUREMENTS_LIMIT: usize = 50;
 
 /// Refuses what cannot work; returns the bytes on the disk that the job will need.
 pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, AppError> {
@@ -94,32 +91,6 @@ async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, AppError
             }
         },
     }
-}
-
-/// What is to be measured is possible, and no two of it are the same characteristic.
-///
-/// # Errors
-/// A problem with its place under `/measure`.
-pub fn check_measurements(measure: &[MeasureInput]) -> Result<(), AppError> {
-    let refused = |place: String, detail: String, remedy: &str| {
-        Err(AppError::new(ErrorKind::Impossible, detail).at(place).remedy(remedy))
-    };
-    if measure.len() > MEASUREMENTS_LIMIT {
-        let detail = format!("{} measurements are too many for one scan", measure.len());
-        return refused("/measure".to_owned(), detail, &format!("ask for at most {MEASUREMENTS_LIMIT}"));
-    }
-    for (idx, asked) in measure.iter().enumerate() {
-        if let Err(problem) = asked.request() {
-            let place = format!("/measure/{idx}{}", problem.pointer.clone().unwrap_or_default());
-            return Err(problem.at(place));
-        }
-        let twice = measure[..idx].iter().any(|other| (&other.tool, &other.name) == (&asked.tool, &asked.name));
-        if twice {
-            let detail = format!("{} is asked for twice", asked.name.as_deref().unwrap_or(&asked.tool));
-            return refused(format!("/measure/{idx}"), detail, "give each its own name");
-        }
-    }
-    Ok(())
 }
 
 /// A record named by the input must be there; the request itself was understood, hence 422 and not 404.

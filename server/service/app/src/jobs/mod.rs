@@ -17,7 +17,6 @@ pub mod scan;
 mod tests;
 pub mod verify;
 
-pub use check::check_measurements;
 pub use context::{Done, JobContext};
 pub use end::JobEnd;
 pub use queue::news::JobNews;

@@ -100,7 +100,7 @@ impl MeasurementPlan {
                     .remedy(remedy));
             }
         }
-        crate::jobs::check_measurements(&self.measure)
+        crate::measurements::check_measurements(&self.measure)
     }
 }
 

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use async_trait::async_trait;
 
 use crate::artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
-use crate::catalogue::StoreError;
 use crate::disk::Disk;
+use crate::error::StoreError;
 use crate::health::Health;
 use crate::holds::Holds;
 use crate::local::place::Place;

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use tokio::io::{AsyncRead, ReadBuf};
 
 use crate::artifacts::{ArtifactId, ArtifactReader};
-use crate::catalogue::StoreError;
+use crate::error::StoreError;
 use crate::local::blocking;
 use crate::local::place::Place;
 use crate::local::writer::id_from;

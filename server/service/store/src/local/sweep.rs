@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::artifacts::ArtifactId;
-use crate::catalogue::StoreError;
+use crate::error::StoreError;
 use crate::local::file_error;
 use crate::local::place::Place;
 

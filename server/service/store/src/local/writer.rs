@@ -9,7 +9,7 @@ use async_trait::async_trait;
 use sha2::{Digest, Sha256};
 
 use crate::artifacts::{ArtifactId, ArtifactWriter};
-use crate::catalogue::StoreError;
+use crate::error::StoreError;
 use crate::local::place::Place;
 use crate::local::{blocking, file_error};
 use crate::params::CHUNK_BYTES;

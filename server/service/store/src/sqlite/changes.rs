@@ -6,7 +6,8 @@ use sqlx::SqliteConnection;
 use sqlx::sqlite::SqliteQueryResult;
 
 use crate::artifacts::ArtifactId;
-use crate::catalogue::{Change, StoreError};
+use crate::catalogue::Change;
+use crate::error::StoreError;
 use crate::health::Health;
 use crate::records::{ActivationRecord, EventRecord};
 use crate::sqlite::seal::{self, Table};

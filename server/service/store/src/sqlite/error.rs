@@ -2,7 +2,7 @@
 
 use sqlx::Error;
 
-use crate::catalogue::StoreError;
+use crate::error::StoreError;
 use crate::health::Health;
 
 /// Primary result codes (sqlite.org/rescode.html).

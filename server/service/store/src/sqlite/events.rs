@@ -4,7 +4,8 @@ use serde_json::Value;
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use crate::catalogue::{Listed, StoreError};
+use crate::catalogue::Listed;
+use crate::error::StoreError;
 use crate::records::{EventRecord, IdempotencyRecord};
 use crate::sqlite::changes::{Written, inserted, met, next};
 use crate::sqlite::error::reading;

@@ -4,7 +4,8 @@ use serde_json::Value;
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use crate::catalogue::{Listed, Page, StoreError};
+use crate::catalogue::{Listed, Page};
+use crate::error::StoreError;
 use crate::records::{JobOutcome, JobRecord, JobState, ResultRef};
 use crate::sqlite::changes::{Written, inserted};
 use crate::sqlite::error::reading;

@@ -5,7 +5,8 @@ use std::pin::Pin;
 use futures_util::{Stream, TryStreamExt};
 use sqlx::sqlite::SqliteRow;
 
-use crate::catalogue::{DamagedRow, Listed, StoreError};
+use crate::catalogue::{DamagedRow, Listed};
+use crate::error::StoreError;
 use crate::sqlite::error::reading;
 
 /// Rows as they come from the database.

@@ -3,7 +3,8 @@
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use crate::catalogue::{Listed, MeasurementFilter, Page, StoreError};
+use crate::catalogue::{Listed, MeasurementFilter, Page};
+use crate::error::StoreError;
 use crate::records::MeasurementRecord;
 use crate::sqlite::changes::{Written, inserted, refuse_dangling};
 use crate::sqlite::error::reading;

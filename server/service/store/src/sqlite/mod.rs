@@ -26,7 +26,8 @@ use sqlx::{ConnectOptions, SqliteConnection, SqlitePool};
 use tokio::sync::Mutex;
 
 use crate::artifacts::ArtifactId;
-use crate::catalogue::{Catalogue, Change, Listed, MeasurementFilter, Page, ScanFilter, StoreError};
+use crate::catalogue::{Catalogue, Change, Listed, MeasurementFilter, Page, ScanFilter};
+use crate::error::StoreError;
 use crate::health::Health;
 use crate::holds::Holds;
 use crate::params::{BACKUPS_FOLDER, BUSY_TIMEOUT, CATALOGUE_FILE, N_READERS, WAL_LIMIT_BYTES};

@@ -7,7 +7,7 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqlitePool};
 
 use crate::artifacts::ArtifactId;
-use crate::catalogue::StoreError;
+use crate::error::StoreError;
 use crate::sqlite::error::reading;
 use crate::sqlite::seal::{self, Table};
 

@@ -7,7 +7,8 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{Decode, Row, Sqlite, Type};
 
 use crate::artifacts::ArtifactId;
-use crate::catalogue::{Page, StoreError};
+use crate::catalogue::Page;
+use crate::error::StoreError;
 use crate::sqlite::error;
 
 /// Sorts after every id, whatever the collation: ids are hexadecimal.

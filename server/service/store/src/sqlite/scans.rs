@@ -4,7 +4,8 @@ use sqlx::sqlite::{SqliteArguments, SqliteRow};
 use sqlx::{Sqlite, SqliteConnection, SqlitePool, query::Query};
 
 use crate::artifacts::ArtifactId;
-use crate::catalogue::{Listed, Page, ScanFilter, StoreError};
+use crate::catalogue::{Listed, Page, ScanFilter};
+use crate::error::StoreError;
 use crate::records::ScanRecord;
 use crate::sqlite::changes::{Written, inserted, met, refuse_dangling};
 use crate::sqlite::error::reading;

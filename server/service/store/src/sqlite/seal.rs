@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Column, Connection, Row, SqliteConnection, TypeInfo, ValueRef};
 
-use crate::catalogue::StoreError;
+use crate::error::StoreError;
 use crate::sqlite::changes::{WriteError, Written};
 use crate::sqlite::error::{self, reading};
 

@@ -3,7 +3,8 @@
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use crate::catalogue::{Listed, Page, StoreError};
+use crate::catalogue::{Listed, Page};
+use crate::error::StoreError;
 use crate::records::SessionRecord;
 use crate::sqlite::changes::{Written, inserted, met};
 use crate::sqlite::error::reading;

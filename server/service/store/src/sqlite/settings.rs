@@ -3,7 +3,7 @@
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use crate::catalogue::StoreError;
+use crate::error::StoreError;
 use crate::records::SettingRecord;
 use crate::sqlite::changes::Written;
 use crate::sqlite::error::reading;

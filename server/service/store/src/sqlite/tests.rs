@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use sqlx::AssertSqlSafe;
 
-use crate::catalogue::{Catalogue, Change, StoreError};
+use crate::catalogue::{Catalogue, Change};
+use crate::error::StoreError;
 use crate::health::Health;
 use crate::params::WAL_LIMIT_BYTES;
 use crate::records::EventRecord;

@@ -1,0 +1,193 @@
+//! The report as it stands in the calibration document: figures, no point lists (those are drawn, not stored).
+
+use serde::{Deserialize, Serialize};
+
+use crate::findings::report::{CalibrationReport, CameraReport, CrossValidation, LightReport, StageReport};
+
+/// The report's figures.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct ReportText {
+    pub camera: CameraFigures,
+    pub light: Option<LightFigures>,
+    pub cross_validation: Option<CrossValidationFigures>,
+    pub stage: Option<StageFigures>,
+    pub warnings: Vec<String>,
+}
+
+/// Camera fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct CameraFigures {
+    pub rms_px: f64,
+    pub corner_sigma_px: f64,
+    /// Why the fit stopped: `gradient`, `step` or `cost`; absent in documents of versions that did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub termination: Option<String>,
+    pub k3: String,
+    /// One-σ of fx, fy, cx, cy, k1, k2, p1, p2, k3.
+    pub sigma: [f64; 9],
+    pub views: Vec<ViewFigures>,
+}
+
+/// One picture of the board.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct ViewFigures {
+    pub name: String,
+    pub rms_px: f64,
+    pub n_corners: usize,
+}
+
+/// Light fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct LightFigures {
+    pub model: String,
+    pub rms_px: f64,
+    pub systematic_sigma_mm: f64,
+    /// As the camera's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub termination: Option<String>,
+    /// Estimate, one-σ, data sheet; absent for `planes`.
+    pub wavelength_over_period: Option<[f64; 3]>,
+    pub lines: Vec<LineFigures>,
+    pub rejected_off_board: usize,
+    pub rejected_square_edge: usize,
+    pub rejected_unlabelled: usize,
+    pub rejected_outlier: usize,
+}
+
+/// One order on one board.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct LineFigures {
+    pub pose: String,
+    pub order: i8,
+    pub n_points: usize,
+    pub mean_px: f64,
+    pub rms_px: f64,
+    pub normalised_rms: f64,
+    pub n_outliers: usize,
+}
+
+/// The models side by side.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct CrossValidationFigures {
+    pub models: Vec<ModelFigures>,
+    pub recommended: String,
+    pub reason: String,
+}
+
+/// Held-out error of one model; figures are absent where it could not be fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct ModelFigures {
+    pub model: String,
+    pub held_out_rms_px: Option<f64>,
+    pub held_out_rms_mm: Option<f64>,
+    pub held_out_bias_mm: Option<f64>,
+    pub fit_rms_px: Option<f64>,
+    pub failure: Option<String>,
+}
+
+/// Stage fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct StageFigures {
+    pub sigma: [f64; 3],
+    pub scale_error: f64,
+    pub scale_sigma: f64,
+    pub straightness_rms_um: f64,
+    /// Position in mm; deviation along, and two across, in µm.
+    pub straightness: Vec<[f64; 4]>,
+}
+
+impl ReportText {
+    /// The figures of a report.
+    pub fn of(report: &CalibrationReport) -> Self {
+        Self {
+            camera: camera_figures(&report.camera),
+            light: report.light.as_ref().map(light_figures),
+            cross_validation: report.cross_validation.as_ref().map(cross_validation_figures),
+            stage: report.stage.as_ref().map(stage_figures),
+            warnings: report.warnings.clone(),
+        }
+    }
+}
+
+fn camera_figures(camera: &CameraReport) -> CameraFigures {
+    let views = camera
+        .poses
+        .iter()
+        .map(|pose| ViewFigures { name: pose.name.clone(), rms_px: pose.rms_px, n_corners: pose.n_corners })
+        .collect();
+    CameraFigures {
+        rms_px: camera.rms_px,
+        corner_sigma_px: camera.corner_sigma_px,
+        termination: Some(camera.termination.name().to_owned()),
+        k3: camera.k3_reason.clone(),
+        sigma: camera.sigma,
+        views,
+    }
+}
+
+fn light_figures(light: &LightReport) -> LightFigures {
+    let lines = light
+        .residuals
+        .iter()
+        .map(|line| LineFigures {
+            pose: line.pose.clone(),
+            order: line.order,
+            n_points: line.n_points,
+            mean_px: line.mean_px,
+            rms_px: line.rms_px,
+            normalised_rms: line.normalised_rms,
+            n_outliers: line.n_outliers,
+        })
+        .collect();
+    LightFigures {
+        model: light.model.name().to_owned(),
+        rms_px: light.rms_px,
+        systematic_sigma_mm: light.systematic_sigma_mm,
+        termination: Some(light.termination.name().to_owned()),
+        wavelength_over_period: light.wavelength_over_period,
+        lines,
+        rejected_off_board: light.rejections.off_board,
+        rejected_square_edge: light.rejections.square_edge,
+        rejected_unlabelled: light.rejections.unlabelled,
+        rejected_outlier: light.rejections.outlier,
+    }
+}
+
+fn cross_validation_figures(comparison: &CrossValidation) -> CrossValidationFigures {
+    let finite = |value: f64| value.is_finite().then_some(value);
+    let models = comparison
+        .scores
+        .iter()
+        .map(|score| ModelFigures {
+            model: score.model.name().to_owned(),
+            held_out_rms_px: finite(score.held_out_rms_px),
+            held_out_rms_mm: finite(score.held_out_rms_mm),
+            held_out_bias_mm: finite(score.held_out_bias_mm),
+            fit_rms_px: finite(score.fit_rms_px),
+            failure: score.failure.clone(),
+        })
+        .collect();
+    CrossValidationFigures {
+        models,
+        recommended: comparison.recommended.name().to_owned(),
+        reason: comparison.reason.clone(),
+    }
+}
+
+fn stage_figures(stage: &StageReport) -> StageFigures {
+    StageFigures {
+        sigma: stage.sigma,
+        scale_error: stage.scale_error,
+        scale_sigma: stage.scale_sigma,
+        straightness_rms_um: stage.straightness_rms_um,
+        straightness: stage.straightness_um.clone(),
+    }
+}

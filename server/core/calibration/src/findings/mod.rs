@@ -1,0 +1,3 @@
+//! What a calibration says about itself, as values.
+pub(crate) mod document_report;
+pub mod report;

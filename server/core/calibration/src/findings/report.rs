@@ -1,0 +1,165 @@
+//! What a calibration says about itself.
+
+use optics::LightModelKind;
+
+use crate::solving::solver::Termination;
+
+/// The whole report.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationReport {
+    /// Camera fit.
+    pub camera: CameraReport,
+    /// Light fit of the chosen model; `None` without laser pictures.
+    pub light: Option<LightReport>,
+    /// The three models side by side; `None` without laser pictures.
+    pub cross_validation: Option<CrossValidation>,
+    /// Stage fit; `None` without stage views.
+    pub stage: Option<StageReport>,
+    /// Oddities a person should know, in words.
+    pub warnings: Vec<String>,
+}
+
+/// Camera fit over all board pictures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CameraReport {
+    /// RMS distance between observed and predicted corners (2-D), OpenCV's figure.
+    pub rms_px: f64,
+    /// Per picture.
+    pub poses: Vec<PoseResidual>,
+    /// One-σ of fx, fy, cx, cy, k1, k2, p1, p2, k3 (0 for a fixed one).
+    pub sigma: [f64; 9],
+    /// Whether k3 was estimated, and why.
+    pub k3_reason: String,
+    /// Corner noise per axis as estimated from the residuals.
+    pub corner_sigma_px: f64,
+    /// Why the camera's fit stopped.
+    pub termination: Termination,
+}
+
+/// Corner residuals of one picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoseResidual {
+    /// The picture.
+    pub name: String,
+    /// RMS distance, 2-D.
+    pub rms_px: f64,
+    /// Corners used.
+    pub n_corners: usize,
+    /// Observed corner (u, v) and residual (du, dv), for maps.
+    pub residuals_px: Vec<[f64; 4]>,
+}
+
+/// Light fit of the chosen model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightReport {
+    /// The model.
+    pub model: LightModelKind,
+    /// RMS distance of the centreline points to their predicted curves.
+    pub rms_px: f64,
+    /// Per pose and order.
+    pub residuals: Vec<OrderResidual>,
+    /// Points rejected, by reason, over all poses.
+    pub rejections: Rejections,
+    /// The points behind the fit, thinned for plots.
+    pub points: Vec<LaserPoint>,
+    /// Estimated λ/d_g, its σ, and the data-sheet value.
+    pub wavelength_over_period: Option<[f64; 3]>,
+    /// Predicted systematic depth σ over the working volume, RMS, mm.
+    pub systematic_sigma_mm: f64,
+    /// Why the last fit of the light stopped: the joint refinement's, or the light's own for the plane models.
+    pub termination: Termination,
+}
+
+/// Residuals of one order in one pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrderResidual {
+    /// The picture.
+    pub pose: String,
+    /// The order.
+    pub order: i8,
+    /// Points used.
+    pub n_points: usize,
+    /// Mean signed residual.
+    pub mean_px: f64,
+    /// RMS residual.
+    pub rms_px: f64,
+    /// RMS of residual / predicted σ.
+    pub normalised_rms: f64,
+    /// Points rejected as outliers of the fit.
+    pub n_outliers: usize,
+}
+
+/// Centreline points that were not used, by reason.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Rejections {
+    /// Not on the board's pattern.
+    pub off_board: usize,
+    /// Within reach of an edge between a dark and a bright square.
+    pub square_edge: usize,
+    /// Segment could not be labelled with certainty.
+    pub unlabelled: usize,
+    /// Too far from the fitted surface.
+    pub outlier: usize,
+}
+
+/// One point of the light fit, for plots.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LaserPoint {
+    /// Index into the poses.
+    pub pose_idx: usize,
+    /// Its order.
+    pub order: i8,
+    /// Column.
+    pub u_px: f64,
+    /// Row.
+    pub v_px: f64,
+    /// Signed residual along the line's normal.
+    pub residual_px: f64,
+}
+
+/// Held-out error of the models, by leaving poses out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CrossValidation {
+    /// One score per model, simplest first.
+    pub scores: Vec<ModelScore>,
+    /// The model with evidence on its side.
+    pub recommended: LightModelKind,
+    /// Why, in a sentence for the engineer.
+    pub reason: String,
+}
+
+/// Held-out error of one model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelScore {
+    /// The model.
+    pub model: LightModelKind,
+    /// RMS distance of held-out points to the predicted curves.
+    pub held_out_rms_px: f64,
+    /// The same as depth, along the camera ray.
+    pub held_out_rms_mm: f64,
+    /// Held-out RMS with each pose's smooth trend kept: mean of squares of per-pose-and-order means (bias part), mm.
+    pub held_out_bias_mm: f64,
+    /// RMS on the poses used for the fit.
+    pub fit_rms_px: f64,
+    /// Why the model could not be fitted, if so.
+    pub failure: Option<String>,
+}
+
+/// Stage fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageReport {
+    /// Direction vector per mm of travel in the camera frame.
+    pub direction: [f64; 3],
+    /// One-σ of each component.
+    pub sigma: [f64; 3],
+    /// Length − 1: the scale error.
+    pub scale_error: f64,
+    /// One-σ of the scale error.
+    pub scale_sigma: f64,
+    /// Per view: position, and deviation from the straight line (along, and the two across), µm.
+    pub straightness_um: Vec<[f64; 4]>,
+    /// RMS deviation across the travel, µm.
+    pub straightness_rms_um: f64,
+    /// One-σ, per axis, of how far the travel may be from straight and even: a part of every uncertainty along it, µm.
+    pub straightness_sigma_um: f64,
+}

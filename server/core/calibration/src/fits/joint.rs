@@ -1,0 +1,229 @@
+//! The joint refinement of the chosen model: camera, boards, light and stage against all pixels at once.
+
+use nalgebra::{DMatrix, Vector3};
+use optics::calibration::STAGE_PARAMETERS;
+use optics::{CAMERA_PARAMETERS, LightModelKind, LightSurfaces, Rigid};
+
+use crate::error::CalibrationError;
+use crate::first::camera_fit::{CameraFit, residuals};
+use crate::fits::laser_points::LaserPoints;
+use crate::fits::light_fit::{LightFit, Scene, fit_light, light_priors, lit_points, scaled_to_misfit};
+use crate::fits::stage_fit::{StageLine, stage_line, straight_line};
+use crate::input::CalibrationInput;
+use crate::params::{GAP_PRIOR_MM, STRAIGHT_STAGE_MAX_NOISE_RATIO, UNDETERMINED_PRIOR_SHARE};
+use crate::solving::bundle::Bundle;
+use crate::solving::normal::Derived;
+use crate::solving::observation::{CornerView, LaserObservation};
+use crate::solving::prior::Priors;
+use crate::solving::solver::{Minimum, Problem, Termination, minimise};
+use crate::solving::station::Station;
+
+/// The refined station.
+#[derive(Debug, Clone)]
+pub struct JointFit {
+    /// Camera, light, stage, one pose per block.
+    pub station: Station,
+    /// The pictures as they took part.
+    pub views: Vec<CornerView>,
+    /// Covariance of camera, light and stage parameters.
+    pub covariance: DMatrix<f64>,
+    /// The free line through the stage views, if there are any.
+    pub stage_line: Option<StageLine>,
+    /// Why the last of the fits that made it stopped.
+    pub termination: Termination,
+    /// Oddities in words.
+    pub warnings: Vec<String>,
+}
+
+/// Refines everything. The plane models keep camera and boards as the corners alone have them: their misfit must
+/// not bend the camera.
+///
+/// # Errors
+/// [`CalibrationError::LightModel`] if the data leave the model undetermined, [`CalibrationError::Stuck`] without a minimum.
+pub fn fit_joint(
+    input: &CalibrationInput,
+    camera_fit: &CameraFit,
+    scene: &Scene,
+    points: &LaserPoints,
+    model: LightModelKind,
+) -> Result<JointFit, CalibrationError> {
+    let light = fit_light(scene, &points.observations, model, None)?.light;
+    let n_poses = input.poses.len();
+    let positions: Vec<f64> = input.stage_views.iter().map(|view| view.position_mm).collect();
+    let board_centre_mm = input.board.centre_mm();
+    let line = stage_line(camera_fit, &positions, &board_centre_mm);
+    let mut warnings = Vec::new();
+    let start = Refinement { camera_fit, scene, points, n_poses, light, board_centre_mm };
+    if line.is_some() {
+        let (fit, ratio) = start.solve(true, &positions, model, &line)?;
+        if ratio <= STRAIGHT_STAGE_MAX_NOISE_RATIO {
+            return Ok(with_warnings(fit, warnings));
+        }
+        warnings.push(format!(
+            "the stage does not travel straight: corners of its views miss a straight travel by {ratio:.1} times \
+             their noise; its direction is the mean over the travel"
+        ));
+    }
+    let (fit, _) = start.solve(false, &positions, model, &line)?;
+    Ok(with_warnings(fit, warnings))
+}
+
+fn with_warnings(mut fit: JointFit, mut warnings: Vec<String>) -> JointFit {
+    warnings.append(&mut fit.warnings);
+    fit.warnings = warnings;
+    fit
+}
+
+struct Refinement<'a> {
+    camera_fit: &'a CameraFit,
+    scene: &'a Scene<'a>,
+    points: &'a LaserPoints,
+    n_poses: usize,
+    light: LightSurfaces,
+    board_centre_mm: Vector3<f64>,
+}
+
+impl Refinement<'_> {
+    /// Refines with the stage views on one straight travel or as free poses; also returns how far the corners of the
+    /// stage views exceed their noise.
+    fn solve(
+        &self,
+        straight: bool,
+        positions_mm: &[f64],
+        model: LightModelKind,
+        line: &Option<StageLine>,
+    ) -> Result<(JointFit, f64), CalibrationError> {
+        let undetermined = || CalibrationError::LightModel {
+            model: model.name(),
+            reason: "the joint refinement leaves its parameters undetermined".to_owned(),
+        };
+        let joint_light = model == LightModelKind::Grating;
+        let (mut station, views) = self.start(straight, positions_mm);
+        let mut priors = Priors { camera: self.camera_fit.priors.camera.clone(), ..Priors::default() };
+        let mut laser: Vec<LaserObservation> = Vec::new();
+        if joint_light {
+            let points = lit_points(self.scene, &self.points.observations);
+            let light_only = light_priors(self.scene, &self.light, &points);
+            priors = Priors { camera: priors.camera, ..light_only };
+            station.light = Some(self.light.clone());
+            laser = self.points.observations.clone();
+        }
+        let mut free = self.camera_fit.free.clone();
+        free.resize(station.globals(), true);
+        let bundle = Bundle::new(views.clone(), laser, free.clone(), true, priors, station.poses.len());
+        let minimum: Minimum<Station> = minimise(&bundle, station).ok_or_else(undetermined)?;
+        if minimum.termination == Termination::Stuck {
+            return Err(CalibrationError::Stuck { fit: "refinement of camera, boards, light and stage together" });
+        }
+        let mut station = minimum.state;
+        let normal = bundle.linearise(&station);
+        let covariance = normal.global_covariance(&free).ok_or_else(undetermined)?;
+        let ratio = self.stage_noise_ratio(&station, &views);
+        let (mut derived, mut termination) = (Derived::none(covariance.nrows()), minimum.termination);
+        if !joint_light {
+            let (light, of_light) = self.light_alone(&station)?;
+            derived = derived.and(&of_light);
+            (station.light, termination) = (Some(light.light), light.termination);
+        }
+        let free_line = line.as_ref().filter(|_| !straight);
+        if let Some(line) = free_line {
+            derived = derived.and(&line.derived(covariance.nrows(), &station.poses, &self.board_centre_mm));
+            station.stage = Some(line.direction);
+        }
+        let mut covariance = normal.with_derived(&covariance, &derived).ok_or_else(undetermined)?;
+        if let (true, Some(line)) = (straight, line) {
+            let n_light = if joint_light { 0 } else { station.light_parameters() };
+            covariance = with_stage_last(&covariance, n_light);
+            let start = covariance.nrows() - STAGE_PARAMETERS;
+            let mut stage = covariance.fixed_view_mut::<STAGE_PARAMETERS, STAGE_PARAMETERS>(start, start);
+            stage += line.straightness_covariance();
+        }
+        let warnings = undetermined_parameters(&station, &covariance);
+        Ok((JointFit { station, views, covariance, stage_line: line.clone(), termination, warnings }, ratio))
+    }
+
+    /// Poses and views to start from; a straight stage shares one pose block over all its views.
+    fn start(&self, straight: bool, positions_mm: &[f64]) -> (Station, Vec<CornerView>) {
+        let free = &self.camera_fit.station;
+        let mut views = self.camera_fit.views.clone();
+        let mut poses = free.poses.clone();
+        let origins: Vec<Vector3<f64>> = poses[self.n_poses..].iter().map(|pose| pose.translation_mm).collect();
+        let mut stage = None;
+        if let (true, Some((origin_mm, direction, _))) = (straight, straight_line(&origins, positions_mm)) {
+            let carried = Rigid::new(poses[self.n_poses].rotation, origin_mm);
+            poses.truncate(self.n_poses);
+            poses.push(carried);
+            stage = Some(direction);
+            for view in &mut views[self.n_poses..] {
+                view.block = self.n_poses;
+            }
+        } else {
+            for view in &mut views {
+                view.travel_mm = 0.0;
+            }
+        }
+        (Station { camera: free.camera, light: None, stage, poses }, views)
+    }
+
+    /// The light of a plane model in the refined scene, and how it follows camera and boards; its own covariance is what
+    /// its residuals show.
+    fn light_alone(&self, station: &Station) -> Result<(LightFit, Derived), CalibrationError> {
+        let scene = Scene { camera: &station.camera, poses: &station.poses, ..*self.scene };
+        let laser = &self.points.observations;
+        let fitted = fit_light(&scene, laser, self.light.kind(), Some(&self.light))?;
+        let light = &fitted.light;
+        let with_light = Station { light: Some(light.clone()), stage: None, ..station.clone() };
+        let free = vec![true; with_light.globals()];
+        let priors = light_priors(&scene, light, &[]);
+        let scaled = scaled_to_misfit(&scene, light, laser);
+        let bundle = Bundle::new(Vec::new(), scaled, free, true, priors, station.poses.len());
+        let derived = bundle.linearise(&with_light).last_globals(CAMERA_PARAMETERS).ok_or_else(|| {
+            CalibrationError::LightModel {
+                model: light.kind().name(),
+                reason: "the points leave its parameters undetermined".to_owned(),
+            }
+        })?;
+        let n_stage = station.globals() - station.light_parameters() - CAMERA_PARAMETERS;
+        let by_globals = derived.by_globals.resize_horizontally(CAMERA_PARAMETERS + n_stage, 0.0);
+        Ok((fitted, Derived { by_globals, ..derived }))
+    }
+
+    /// RMS of corner residuals over σ in the stage views, relative to the board's degrees of freedom.
+    fn stage_noise_ratio(&self, station: &Station, views: &[CornerView]) -> f64 {
+        let (mut sum, mut n) = (0.0, 0usize);
+        for (view, sigma, error) in residuals(station, views) {
+            if view >= self.n_poses {
+                sum += error.norm_squared() / (sigma * sigma);
+                n += 2;
+            }
+        }
+        (sum / n.max(1) as f64).sqrt()
+    }
+}
+
+/// A covariance of camera, stage and light as one of camera, light and stage: the last `n_light` parameters move up.
+fn with_stage_last(covariance: &DMatrix<f64>, n_light: usize) -> DMatrix<f64> {
+    let n = covariance.nrows();
+    let (camera, light) = (CAMERA_PARAMETERS, CAMERA_PARAMETERS + n_light);
+    let before = |idx: usize| match idx {
+        _ if n_light == 0 || idx < camera => idx,
+        _ if idx < light => idx + STAGE_PARAMETERS,
+        _ => idx - n_light,
+    };
+    DMatrix::from_fn(n, n, |i, j| covariance[(before(i), before(j))])
+}
+
+/// Words for the grating parameters that stayed where their prior put them.
+fn undetermined_parameters(station: &Station, covariance: &DMatrix<f64>) -> Vec<String> {
+    let Some(LightSurfaces::Grating(grating)) = &station.light else { return Vec::new() };
+    let gap = CAMERA_PARAMETERS + 8;
+    let sigma_mm = covariance[(gap, gap)].sqrt();
+    if sigma_mm <= UNDETERMINED_PRIOR_SHARE * GAP_PRIOR_MM.1 {
+        return Vec::new();
+    }
+    vec![format!(
+        "the distance between laser and grating is not determined by the data ({:.0} ± {sigma_mm:.0} mm): \
+         the field is narrow; depth is not affected within it",
+        grating.gap_mm
+    )]
+}

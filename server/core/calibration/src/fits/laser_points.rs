@@ -1,0 +1,176 @@
+//! From the centrelines of all laser pictures to labelled, cleaned observations.
+
+use optics::{DepthRangeMm, LightModelKind, LightSurfaces};
+
+use crate::error::CalibrationError;
+use crate::findings::report::Rejections;
+use crate::first::board_lines::{
+    BoardPiece, label_by_prediction, observations, picture_lines, unlabel_beyond_board,
+};
+use crate::first::chaining::label_whole_lines;
+use crate::fits::light_fit::{Scene, fit_light, lit_points};
+use crate::input::CalibrationInput;
+use crate::params::{
+    DEPTH_RANGE_MARGIN, LASER_HUBER_SIGMAS, LASER_REJECT_SIGMAS, MIN_LASER_POSES, MIN_LINE_COLUMNS,
+    MIN_RANKED_BOARDS, MIN_RELATIVE_DEPTH_SPAN, MIN_TIED_ORDERS, POINTS_PER_CORRELATION,
+};
+use crate::solving::bundle::sheet_residual;
+use crate::solving::observation::{LaserObservation, huber};
+
+/// What the light fits are made from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaserPoints {
+    /// Labelled points with σ scaled to what their residuals show.
+    pub observations: Vec<LaserObservation>,
+    /// Points left out, by reason.
+    pub rejections: Rejections,
+    /// Outliers per (block, order).
+    pub outliers: Vec<(usize, i8)>,
+    /// Depths the lines have been seen at, with a margin.
+    pub depth_range_mm: DepthRangeMm,
+    /// Oddities in words.
+    pub warnings: Vec<String>,
+}
+
+/// Finds, labels and cleans the laser points of all poses.
+///
+/// # Errors
+/// A picture without lines, orders that cannot be told, boards without depth range.
+pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoints, CalibrationError> {
+    let mut rejections = Rejections::default();
+    let mut pieces: Vec<BoardPiece> = Vec::new();
+    let (mut most_side_by_side, mut correlation_px) = (0, 1.0_f64);
+    for (block, pose) in input.poses.iter().enumerate() {
+        let Some(centrelines) = &pose.centrelines else { continue };
+        let mut lines = picture_lines(
+            block,
+            centrelines,
+            scene.camera,
+            &scene.poses[block],
+            &input.board,
+            scene.orders,
+            input.projector.line_direction,
+        );
+        if lines.pieces.iter().filter(|piece| piece.on_pattern).map(|piece| piece.points.len()).sum::<usize>()
+            < MIN_LINE_COLUMNS
+        {
+            return Err(CalibrationError::NoLine { pose: pose.name.clone() });
+        }
+        let n_lines = label_whole_lines(&mut lines.pieces, scene.orders, input.projector.line_direction);
+        rejections.off_board += lines.rejections.off_board;
+        rejections.square_edge += lines.rejections.square_edge;
+        most_side_by_side = most_side_by_side.max(lines.most_side_by_side).max(n_lines);
+        correlation_px = correlation_px.max(lines.correlation_px);
+        pieces.extend(lines.pieces);
+    }
+    let spacing = (correlation_px / POINTS_PER_CORRELATION).round().max(1.0) as usize;
+    let on_pattern: Vec<BoardPiece> = pieces.iter().filter(|piece| piece.on_pattern).cloned().collect();
+    let ranked = observations(&on_pattern, spacing, correlation_px);
+    check_ranked(scene, &ranked, most_side_by_side)?;
+    let kind =
+        if scene.orders.len() >= MIN_TIED_ORDERS { LightModelKind::Grating } else { LightModelKind::Planes };
+    let light = fit_light(scene, &ranked, kind, None)?.light;
+    label_by_prediction(&mut pieces, scene.camera, scene.poses, &light, scene.orders);
+    unlabel_beyond_board(&mut pieces, scene.camera, scene.poses, &light);
+    rejections.unlabelled = pieces.iter().filter(|p| p.order.is_none()).map(|p| p.points.len()).sum();
+    let labelled = observations(&pieces, spacing, correlation_px);
+    let warnings = check_seen(scene, &labelled)?;
+    let light = fit_light(scene, &labelled, kind, Some(&light))?.light;
+    let (observations, outliers) = without_outliers(scene, &light, labelled);
+    rejections.outlier = outliers.len();
+    let depth_range_mm = depth_range(scene, &observations)?;
+    Ok(LaserPoints { observations, rejections, outliers, depth_range_mm, warnings })
+}
+
+/// Ranks on fewer than two boards fix no sheet to predict the others from.
+fn check_ranked(scene: &Scene, ranked: &[LaserObservation], seen: usize) -> Result<(), CalibrationError> {
+    let pictures = boards(ranked.iter()).len();
+    if pictures < MIN_RANKED_BOARDS {
+        return Err(CalibrationError::OrdersUnobservable {
+            needed: scene.orders.len(),
+            seen,
+            pictures,
+            needed_pictures: MIN_RANKED_BOARDS,
+        });
+    }
+    Ok(())
+}
+
+/// Orders seen on too few boards: refused where nothing ties them to the others, told of where the grating does.
+fn check_seen(scene: &Scene, laser: &[LaserObservation]) -> Result<Vec<String>, CalibrationError> {
+    let needed = MIN_LASER_POSES;
+    let seen_on = |order: i8| boards(laser.iter().filter(|p| p.order == order)).len();
+    let rare: Vec<(i8, usize)> =
+        scene.orders.iter().map(|&order| (order, seen_on(order))).filter(|(_, got)| *got < needed).collect();
+    let tied = scene.orders.len() - rare.len() >= MIN_TIED_ORDERS;
+    match rare.first() {
+        Some(&(order, got)) if !tied => Err(CalibrationError::OrderUnseen { order, got, needed }),
+        _ => Ok(rare
+            .into_iter()
+            .map(|(order, got)| {
+                format!("order {order} was seen on {got} boards only: its sheet rests on the grating and the other orders")
+            })
+            .collect()),
+    }
+}
+
+/// The boards on which points lie.
+fn boards<'a>(points: impl Iterator<Item = &'a LaserObservation>) -> std::collections::BTreeSet<usize> {
+    points.map(|point| point.block).collect()
+}
+
+/// Scales σ to the residuals' scatter, then drops what is too far off.
+fn without_outliers(
+    scene: &Scene,
+    light: &LightSurfaces,
+    mut laser: Vec<LaserObservation>,
+) -> (Vec<LaserObservation>, Vec<(usize, i8)>) {
+    let z_of = |p: &LaserObservation| {
+        sheet_residual(scene.camera, light, &scene.poses[p.block], p, None)
+            .map_or(f64::INFINITY, |sheet| sheet.residual_px.abs() / p.sigma_px)
+    };
+    let z: Vec<f64> = laser.iter().map(z_of).collect();
+    let scale = robust_scale(&z);
+    for point in &mut laser {
+        point.sigma_px *= scale;
+    }
+    let mut outliers = Vec::new();
+    let mut kept = Vec::with_capacity(laser.len());
+    for (point, z) in laser.into_iter().zip(z) {
+        if z / scale <= LASER_REJECT_SIGMAS {
+            kept.push(point);
+        } else {
+            outliers.push((point.block, point.order));
+        }
+    }
+    (kept, outliers)
+}
+
+/// RMS of |z| with Huber weights around the current scale.
+fn robust_scale(z: &[f64]) -> f64 {
+    let mut sorted: Vec<f64> = z.iter().copied().filter(|z| z.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    // 1.4826 turns the median of |z| of a Gaussian into its σ.
+    let mut scale = sorted.get(sorted.len() / 2).map_or(1.0, |median| 1.4826 * median);
+    for _ in 0..10 {
+        let sum: f64 = sorted.iter().map(|z| huber(z / scale, LASER_HUBER_SIGMAS).1 * z * z).sum();
+        scale = (sum / sorted.len().max(1) as f64).sqrt();
+    }
+    if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
+}
+
+/// Depths of the lit points with a margin; refuses boards that are all at one depth.
+fn depth_range(scene: &Scene, laser: &[LaserObservation]) -> Result<DepthRangeMm, CalibrationError> {
+    let mut depths: Vec<f64> = lit_points(scene, laser).iter().map(|p| p.hit_in_camera.z).collect();
+    depths.sort_by(f64::total_cmp);
+    let (near, far) = match (depths.first(), depths.last()) {
+        (Some(near), Some(far)) => (*near, *far),
+        _ => (0.0, 0.0),
+    };
+    let (span_mm, needed_mm) = (far - near, MIN_RELATIVE_DEPTH_SPAN * far);
+    if span_mm < needed_mm {
+        return Err(CalibrationError::NoDepthRange { span_mm, needed_mm });
+    }
+    let margin = DEPTH_RANGE_MARGIN * span_mm;
+    Ok(DepthRangeMm { near_mm: near - margin, far_mm: far + margin })
+}

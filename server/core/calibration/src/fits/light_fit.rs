@@ -1,0 +1,172 @@
+//! The light sheets of any model with camera and board poses held: distances in the image, robust.
+
+use nalgebra::Vector3;
+use optics::{CAMERA_PARAMETERS, Camera, LightModelKind, LightSurfaces, Pencil};
+
+use crate::error::CalibrationError;
+use crate::first::first_sheets::{
+    LitPoint, grating_from_pencil, lit_centre, pencil_from_planes, planes_from_points,
+};
+use crate::solving::bundle::{Bundle, sheet_residual};
+use crate::solving::observation::LaserObservation;
+use crate::solving::prior::Priors;
+use crate::solving::solver::{Minimum, Termination, minimise};
+use crate::solving::station::{BoardPose, Station};
+
+/// Camera and poses that the light is fitted in.
+#[derive(Debug, Clone, Copy)]
+pub struct Scene<'a> {
+    /// The camera.
+    pub camera: &'a Camera,
+    /// One pose per block.
+    pub poses: &'a [BoardPose],
+    /// The listed orders.
+    pub orders: &'a [i8],
+    /// λ/d_g by the data sheets.
+    pub sheet_wavelength_over_period: f64,
+}
+
+/// Light sheets and why their fit stopped.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightFit {
+    /// The sheets.
+    pub light: LightSurfaces,
+    /// Never [`Termination::Stuck`].
+    pub termination: Termination,
+}
+
+/// Fits a model; `start` saves the search for a first guess.
+///
+/// # Errors
+/// [`CalibrationError::LightModel`] with the reason.
+pub fn fit_light(
+    scene: &Scene,
+    laser: &[LaserObservation],
+    kind: LightModelKind,
+    start: Option<&LightSurfaces>,
+) -> Result<LightFit, CalibrationError> {
+    let refused = |reason: &str| CalibrationError::LightModel { model: kind.name(), reason: reason.to_owned() };
+    let points = lit_points(scene, laser);
+    let start = match start {
+        Some(start) => start.clone(),
+        None => first_light(scene, laser, &points, kind)?,
+    };
+    let priors = light_priors(scene, &start, &points);
+    let scaled = scaled_to_misfit(scene, &start, laser);
+    let minimum = minimise_light(scene, &scaled, start, priors);
+    let undetermined = || refused("the points leave its parameters undetermined");
+    let Minimum { state, termination, .. } = minimum.ok_or_else(undetermined)?;
+    if termination == Termination::Stuck {
+        return Err(refused("its fit got stuck before it reached a minimum"));
+    }
+    Ok(LightFit { light: state.light.ok_or_else(undetermined)?, termination })
+}
+
+/// The points with σ widened to what the plane models miss them by: their misfit is no outlier. The exact model
+/// must stand by the points' own σ.
+pub fn scaled_to_misfit(
+    scene: &Scene,
+    light: &LightSurfaces,
+    laser: &[LaserObservation],
+) -> Vec<LaserObservation> {
+    let mut scaled = laser.to_vec();
+    if light.kind() == LightModelKind::Grating {
+        return scaled;
+    }
+    let widened = misfit(scene, light, laser).sqrt();
+    for point in &mut scaled {
+        point.sigma_px *= widened;
+    }
+    scaled
+}
+
+/// Mean square of residual over σ, at least 1: how much more a model misses its points by than their noise.
+fn misfit(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> f64 {
+    let squares: Vec<f64> = laser
+        .iter()
+        .filter_map(|p| sheet_residual(scene.camera, light, &scene.poses[p.block], p, None).map(|s| (s, p)))
+        .map(|(sheet, point)| (sheet.residual_px / point.sigma_px).powi(2))
+        .collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).max(1.0)
+}
+
+fn minimise_light(
+    scene: &Scene,
+    laser: &[LaserObservation],
+    start: LightSurfaces,
+    priors: Priors,
+) -> Option<Minimum<Station>> {
+    let station = Station { camera: *scene.camera, light: Some(start), stage: None, poses: scene.poses.to_vec() };
+    let mut free = vec![false; CAMERA_PARAMETERS];
+    free.resize(station.globals(), true);
+    let bundle = Bundle::new(Vec::new(), laser.to_vec(), free, false, priors, scene.poses.len());
+    minimise(&bundle, station).filter(|minimum| minimum.cost.is_finite())
+}
+
+/// Where the laser points lie on their boards, camera frame.
+pub fn lit_points(scene: &Scene, laser: &[LaserObservation]) -> Vec<LitPoint> {
+    laser
+        .iter()
+        .filter_map(|point| {
+            let hit_in_camera = board_hit(scene.camera, &scene.poses[point.block], point)?;
+            Some(LitPoint { order: point.order, hit_in_camera })
+        })
+        .collect()
+}
+
+/// Where the ray of a laser point meets its board.
+pub fn board_hit(camera: &Camera, pose: &BoardPose, point: &LaserObservation) -> Option<Vector3<f64>> {
+    let ray = camera.ray_from_pixel(&point.pixel)?;
+    let normal = pose.axes().column(2);
+    let depth = normal.dot(&pose.translation_mm) / normal.dot(&ray);
+    (depth.is_finite() && depth > 0.0).then(|| ray * depth)
+}
+
+/// The priors of a model in a scene.
+pub fn light_priors(scene: &Scene, light: &LightSurfaces, points: &[LitPoint]) -> Priors {
+    let grating = match light {
+        LightSurfaces::Grating(grating) => Some(Priors::of_grating(lit_centre(points), &grating.source_mm)),
+        LightSurfaces::Planes(_) | LightSurfaces::Pencil(_) => None,
+    };
+    Priors {
+        camera: Vec::new(),
+        wavelength_over_period: Some(Priors::of_wavelength_over_period(scene.sheet_wavelength_over_period)),
+        grating,
+    }
+}
+
+fn first_light(
+    scene: &Scene,
+    laser: &[LaserObservation],
+    points: &[LitPoint],
+    kind: LightModelKind,
+) -> Result<LightSurfaces, CalibrationError> {
+    let refused = |reason: &str| CalibrationError::LightModel { model: kind.name(), reason: reason.to_owned() };
+    if kind == LightModelKind::Planes {
+        let planes = planes_from_points(scene.orders, points)
+            .ok_or_else(|| refused("an order has too few points on the boards for a plane of its own"))?;
+        return Ok(LightSurfaces::Planes(planes));
+    }
+    let seen: Vec<i8> =
+        scene.orders.iter().copied().filter(|order| points.iter().any(|p| p.order == *order)).collect();
+    let planes =
+        planes_from_points(&seen, points).ok_or_else(|| refused("an order has too few points on the boards"))?;
+    let pencil = pencil_from_planes(&planes, points, scene.sheet_wavelength_over_period)
+        .ok_or_else(|| refused("it ties at least three orders together"))?;
+    if kind == LightModelKind::Pencil {
+        return Ok(LightSurfaces::Pencil(pencil));
+    }
+    let pencil = refined_pencil(scene, laser, pencil);
+    Ok(LightSurfaces::Grating(grating_from_pencil(&pencil, &lit_centre(points))))
+}
+
+/// The pencil after its own fit, or as it was where that fails.
+fn refined_pencil(scene: &Scene, laser: &[LaserObservation], pencil: Pencil) -> Pencil {
+    let start = LightSurfaces::Pencil(pencil);
+    let priors = light_priors(scene, &start, &[]);
+    let minimum = minimise_light(scene, &scaled_to_misfit(scene, &start, laser), start, priors);
+    match minimum.and_then(|minimum| minimum.state.light) {
+        Some(LightSurfaces::Pencil(refined)) => refined,
+        _ => pencil,
+    }
+}

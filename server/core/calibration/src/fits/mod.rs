@@ -1,0 +1,6 @@
+//! Light, stage and everything together, fitted; models compared.
+pub(crate) mod cross_validation;
+pub(crate) mod joint;
+pub(crate) mod laser_points;
+pub mod light_fit;
+pub(crate) mod stage_fit;

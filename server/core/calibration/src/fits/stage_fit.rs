@@ -1,0 +1,176 @@
+//! The stage from a board it carries: direction per millimetre of travel, scale, straightness
+//! (`docs/maths/calibration.md`, eq. 8–11).
+
+use nalgebra::{DMatrix, Matrix3, Matrix3x6, Vector3};
+use optics::StageAxis;
+use optics::rotation::completing_frame;
+use optics::stage::Straightness;
+
+use crate::error::CalibrationError;
+use crate::findings::report::StageReport;
+use crate::first::camera_fit::CameraFit;
+use crate::params::{MIN_STAGE_POSITIONS, MIN_STAGE_SPACING_MM};
+use crate::solving::normal::Derived;
+use crate::solving::station::BoardPose;
+
+/// Halvings of the interval in which the straightness is sought: to a millionth of it.
+const HALVINGS: usize = 40;
+
+/// A straight line through freely fitted board positions: x_i = x_0 + s_i·t.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageLine {
+    /// Board position at stage position 0.
+    pub origin_mm: Vector3<f64>,
+    /// Travel per mm.
+    pub direction: Vector3<f64>,
+    /// Per view: how much of its board's position goes into `direction`, per mm.
+    pub shares_per_mm: Vec<f64>,
+    /// How far the travel may be from that line.
+    pub straightness: Straightness,
+    /// Position, deviation along, and two across, µm.
+    pub straightness_um: Vec<[f64; 4]>,
+}
+
+/// Checks that stage views, if there are any, say something about the travel: two lie on a straight line whatever the stage
+/// does.
+///
+/// # Errors
+/// [`CalibrationError::TooFewStageViews`].
+pub fn check_positions(positions_mm: &[f64]) -> Result<(), CalibrationError> {
+    let mut apart = positions_mm.to_vec();
+    apart.sort_by(f64::total_cmp);
+    apart.dedup_by(|next, kept| *next - *kept < MIN_STAGE_SPACING_MM);
+    if apart.is_empty() || apart.len() >= MIN_STAGE_POSITIONS {
+        return Ok(());
+    }
+    Err(CalibrationError::TooFewStageViews { needed: MIN_STAGE_POSITIONS, got: apart.len() })
+}
+
+/// Fits the line to the middles of the boards at the given stage positions, which are the last views of the fit; `None`
+/// without such views.
+pub fn stage_line(fit: &CameraFit, positions_mm: &[f64], board_centre_mm: &Vector3<f64>) -> Option<StageLine> {
+    let first_view = fit.station.poses.len() - positions_mm.len();
+    let poses = &fit.station.poses[first_view..];
+    let centre = |pose: &BoardPose| pose.rotation * board_centre_mm + pose.translation_mm;
+    let places: Vec<Vector3<f64>> = poses.iter().map(centre).collect();
+    let (origin_mm, direction, shares_per_mm) = straight_line(&places, positions_mm)?;
+    let deviations: Vec<Vector3<f64>> =
+        places.iter().zip(positions_mm).map(|(x, s)| x - origin_mm - direction * *s).collect();
+    let noises = poses.iter().enumerate().map(|(idx, pose)| {
+        let by_pose = centre_by_pose(pose, board_centre_mm);
+        Some(by_pose * fit.normal.block_covariance(first_view + idx)? * by_pose.transpose())
+    });
+    let sigma_mm = straightness_sigma_mm(&deviations, &noises.collect::<Option<Vec<_>>>()?);
+    let first_mm = positions_mm.iter().copied().fold(f64::INFINITY, f64::min);
+    let last_mm = positions_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let along = direction.normalize();
+    let (across_1, across_2) = completing_frame(&along);
+    let straightness_um = deviations
+        .iter()
+        .zip(positions_mm)
+        .map(|(d, s)| [*s, 1e3 * d.dot(&along), 1e3 * d.dot(&across_1), 1e3 * d.dot(&across_2)])
+        .collect();
+    let straightness = Straightness::new(sigma_mm, first_mm, last_mm, positions_mm.len())?;
+    Some(StageLine { origin_mm, direction, shares_per_mm, straightness, straightness_um })
+}
+
+/// Least squares x_i = x_0 + s_i·t: x_0, t, and how much of every x_i goes into t; `None` if all s_i are equal.
+pub fn straight_line(
+    places_mm: &[Vector3<f64>],
+    positions_mm: &[f64],
+) -> Option<(Vector3<f64>, Vector3<f64>, Vec<f64>)> {
+    let n = places_mm.len() as f64;
+    let mean_s = positions_mm.iter().sum::<f64>() / n;
+    let spread: f64 = positions_mm.iter().map(|s| (s - mean_s).powi(2)).sum();
+    if places_mm.is_empty() || spread <= 0.0 {
+        return None;
+    }
+    let shares: Vec<f64> = positions_mm.iter().map(|s| (s - mean_s) / spread).collect();
+    let direction: Vector3<f64> = places_mm.iter().zip(&shares).map(|(x, share)| x * *share).sum();
+    let mean_x = places_mm.iter().sum::<Vector3<f64>>() / n;
+    Some((mean_x - direction * mean_s, direction, shares))
+}
+
+impl StageLine {
+    /// A stage that travels along `direction`, as straight as this line.
+    pub fn axis(&self, direction: Vector3<f64>) -> StageAxis {
+        StageAxis { direction, straightness: Some(self.straightness) }
+    }
+
+    /// What the stage's deviations from straight travel at the views leave of its direction, mm² per mm².
+    pub fn straightness_covariance(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal_element(self.straightness.slope_variance())
+    }
+
+    /// The direction as a quantity that follows the poses of a fit in which the stage views, its last blocks, are free.
+    pub fn derived(&self, n_globals: usize, poses: &[BoardPose], board_centre_mm: &Vector3<f64>) -> Derived {
+        let first_view = poses.len() - self.shares_per_mm.len();
+        let views = poses[first_view..].iter().zip(&self.shares_per_mm).enumerate();
+        let by_block = views.map(|(idx, (pose, share))| {
+            let by_pose = centre_by_pose(pose, board_centre_mm) * *share;
+            (first_view + idx, DMatrix::from_column_slice(3, 6, by_pose.as_slice()))
+        });
+        Derived {
+            by_globals: DMatrix::zeros(3, n_globals),
+            by_block: by_block.collect(),
+            own: DMatrix::from_column_slice(3, 3, self.straightness_covariance().as_slice()),
+        }
+    }
+}
+
+/// d(middle of the board) / d(translation, rotation) of its pose.
+fn centre_by_pose(pose: &BoardPose, board_centre_mm: &Vector3<f64>) -> Matrix3x6<f64> {
+    let mut by_pose = Matrix3x6::zeros();
+    by_pose.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
+    by_pose.fixed_view_mut::<3, 3>(0, 3).copy_from(&-(pose.rotation * board_centre_mm).cross_matrix());
+    by_pose
+}
+
+/// σ per axis of a stage's deviations from straight travel, from those of n boards about their line, whose own noise has
+/// the given covariances.
+///
+/// The σ for which Σ dᵀ(σ²·1 + C)⁻¹d is two less than its 3(n − 2) degrees of freedom: with so few views the usual estimate
+/// is too small too often, and what is divided by it is not normal but Student's t, whose variance this is (GUM,
+/// Supplement 1). Where noise explains the deviations, the σ that could have hidden in it.
+fn straightness_sigma_mm(deviations: &[Vector3<f64>], noises: &[Matrix3<f64>]) -> f64 {
+    let views_left = deviations.len() as f64 - 2.0;
+    let expected = 3.0 * views_left - 2.0;
+    let inverse = |variance: f64, noise: &Matrix3<f64>| {
+        (noise + Matrix3::from_diagonal_element(variance)).try_inverse().unwrap_or_default()
+    };
+    let misfit = |variance: f64| -> f64 {
+        deviations
+            .iter()
+            .zip(noises)
+            .map(|(d, noise)| (d.transpose() * inverse(variance, noise) * d)[(0, 0)])
+            .sum()
+    };
+    // The Fisher information of σ² where there is none but noise.
+    let information: f64 = noises.iter().map(|noise| inverse(0.0, noise).norm_squared()).sum::<f64>() / 2.0;
+    let hidden = (views_left / deviations.len() as f64 * information).powf(-0.5);
+    let (mut low, mut high) = (hidden, deviations.iter().map(Vector3::norm_squared).sum::<f64>() / expected);
+    if !(high > low && misfit(low) > expected) {
+        return hidden.max(f64::MIN_POSITIVE).sqrt();
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if misfit(middle) > expected { low = middle } else { high = middle }
+    }
+    high.sqrt()
+}
+
+/// The report of a stage with direction and covariance from the joint fit.
+pub fn stage_report(line: &StageLine, direction: &Vector3<f64>, covariance: &Matrix3<f64>) -> StageReport {
+    let length = direction.norm();
+    let unit = direction / length;
+    let across: f64 = line.straightness_um.iter().map(|d| d[2] * d[2] + d[3] * d[3]).sum();
+    StageReport {
+        direction: (*direction).into(),
+        sigma: std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt()),
+        scale_error: length - 1.0,
+        scale_sigma: (unit.transpose() * covariance * unit)[(0, 0)].max(0.0).sqrt(),
+        straightness_um: line.straightness_um.clone(),
+        straightness_rms_um: (across / line.straightness_um.len().max(1) as f64).sqrt(),
+        straightness_sigma_um: 1e3 * line.straightness.sigma_mm(),
+    }
+}

@@ -1,0 +1,155 @@
+//! Weak knowledge from data sheets and from how such projectors are built, as extra residuals on the globals.
+
+use optics::{CAMERA_PARAMETERS, GRATING_PARAMETERS, Grating, LightSurfaces};
+
+use crate::params::{
+    DISTORTION_PRIOR_SIGMA, FOCAL_PRIOR_RELATIVE, GAP_PRIOR_MM, GRATING_ANGLE_PRIOR_RAD,
+    PRINCIPAL_POINT_PRIOR_RELATIVE, SOURCE_ALONG_LINE_PRIOR_RELATIVE, WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA,
+};
+use crate::solving::normal::BlockNormal;
+use crate::solving::station::Station;
+
+/// A Gaussian belief about one number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Belief {
+    /// Expected value.
+    pub mean: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+}
+
+/// Beliefs about the globals.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Priors {
+    /// One per camera parameter; empty while the camera is fixed.
+    pub camera: Vec<Belief>,
+    /// λ/d_g.
+    pub wavelength_over_period: Option<Belief>,
+    /// About the grating's geometry.
+    pub grating: Option<GratingPrior>,
+}
+
+/// Beliefs about where the parts of a projector stand to one another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GratingPrior {
+    /// The middle of what the lines light, camera frame, mm: the source stands opposite.
+    pub lit_centre_mm: nalgebra::Vector3<f64>,
+    /// σ of the source's place along the line.
+    pub source_along_line_mm: f64,
+}
+
+/// One prior residual: its value in σ, and its derivatives by σ.
+struct PriorRow {
+    start: usize,
+    row: [f64; GRATING_PARAMETERS],
+    z: f64,
+}
+
+impl Priors {
+    /// Beliefs about a camera around a first guess of the focal length.
+    pub fn of_camera(width_px: usize, height_px: usize, focal_px: f64) -> Vec<Belief> {
+        let (w, h) = (width_px as f64, height_px as f64);
+        let focal = Belief { mean: focal_px, sigma: focal_px * FOCAL_PRIOR_RELATIVE };
+        let centre = |side: f64| Belief { mean: (side - 1.0) / 2.0, sigma: side * PRINCIPAL_POINT_PRIOR_RELATIVE };
+        let mut beliefs = vec![focal, focal, centre(w), centre(h)];
+        beliefs.extend(DISTORTION_PRIOR_SIGMA.map(|sigma| Belief { mean: 0.0, sigma }));
+        beliefs
+    }
+
+    /// Belief about λ/d_g around its data sheets.
+    pub fn of_wavelength_over_period(sheet: f64) -> Belief {
+        Belief { mean: sheet, sigma: sheet * WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA }
+    }
+
+    /// Belief about the source's place for a scene around `lit_centre_mm`.
+    pub fn of_grating(lit_centre_mm: nalgebra::Vector3<f64>, source_mm: &nalgebra::Vector3<f64>) -> GratingPrior {
+        let distance = (lit_centre_mm - source_mm).norm();
+        GratingPrior { lit_centre_mm, source_along_line_mm: distance * SOURCE_ALONG_LINE_PRIOR_RELATIVE }
+    }
+
+    /// Adds the priors' rows to the normal equations.
+    pub fn add_to(&self, station: &Station, sums: &mut BlockNormal) {
+        for row in self.rows(station) {
+            sums.cost += 0.5 * row.z * row.z;
+            let width = GRATING_PARAMETERS.min(station.globals() - row.start);
+            sums.add(&[(row.start, &row.row[..width])], &[0.0; 6], row.z, 1.0);
+        }
+    }
+
+    /// Half the sum of squares of the priors.
+    pub fn cost(&self, station: &Station) -> f64 {
+        self.rows(station).iter().map(|row| 0.5 * row.z * row.z).sum()
+    }
+
+    fn rows(&self, station: &Station) -> Vec<PriorRow> {
+        let mut rows = Vec::new();
+        for (idx, (value, belief)) in station.camera.parameters().iter().zip(&self.camera).enumerate() {
+            rows.push(PriorRow::single(idx, (value - belief.mean) / belief.sigma, 1.0 / belief.sigma));
+        }
+        match &station.light {
+            Some(LightSurfaces::Pencil(pencil)) => {
+                if let Some(belief) = self.wavelength_over_period {
+                    let z = (pencil.wavelength_over_period - belief.mean) / belief.sigma;
+                    rows.push(PriorRow::single(CAMERA_PARAMETERS + 5, z, 1.0 / belief.sigma));
+                }
+            }
+            Some(LightSurfaces::Grating(grating)) => {
+                if let Some(belief) = self.wavelength_over_period {
+                    let z = (grating.wavelength_over_period - belief.mean) / belief.sigma;
+                    rows.push(PriorRow::single(CAMERA_PARAMETERS + 9, z, 1.0 / belief.sigma));
+                }
+                if let Some(prior) = &self.grating {
+                    rows.extend(grating_rows(grating, prior));
+                }
+            }
+            Some(LightSurfaces::Planes(_)) | None => {}
+        }
+        rows
+    }
+}
+
+impl PriorRow {
+    fn single(index: usize, z: f64, slope: f64) -> Self {
+        let mut row = [0.0; GRATING_PARAMETERS];
+        row[0] = slope;
+        Self { start: index, row, z }
+    }
+}
+
+/// Gap, two tilts between normal and axis, groove against line, source along the line.
+fn grating_rows(grating: &Grating, prior: &GratingPrior) -> Vec<PriorRow> {
+    let (axis, fan, normal, groove) = (grating.axis, grating.fan, grating.normal, grating.groove);
+    let period = grating.period_direction();
+    let across = axis.cross(&fan);
+    let start = CAMERA_PARAMETERS;
+    let row = |value: f64, sigma: f64, slopes: &[(usize, f64)]| {
+        let mut row = [0.0; GRATING_PARAMETERS];
+        for (idx, slope) in slopes {
+            row[*idx] = slope / sigma;
+        }
+        PriorRow { start, row, z: value / sigma }
+    };
+    let lever = grating.source_mm - prior.lit_centre_mm;
+    let angle = GRATING_ANGLE_PRIOR_RAD;
+    vec![
+        row(grating.gap_mm - GAP_PRIOR_MM.0, GAP_PRIOR_MM.1, &[(8, 1.0)]),
+        // Within the fan plane: n·f, moved by fan roll and both tilts of the normal.
+        row(normal.dot(&fan), angle, &[(3, normal.dot(&across)), (5, groove.dot(&fan)), (6, period.dot(&fan))]),
+        // Out of the fan plane: n·(a × f); the fan plane turns by −a under roll and by −f under pitch.
+        row(
+            normal.dot(&across),
+            angle,
+            &[(3, -normal.dot(&fan)), (4, normal.dot(&axis)), (5, groove.dot(&across)), (6, period.dot(&across))],
+        ),
+        row(
+            groove.dot(&across),
+            angle,
+            &[(3, -groove.dot(&fan)), (4, groove.dot(&axis)), (5, -normal.dot(&across)), (7, period.dot(&across))],
+        ),
+        row(
+            lever.dot(&fan),
+            prior.source_along_line_mm,
+            &[(0, fan.x), (1, fan.y), (2, fan.z), (3, lever.dot(&across))],
+        ),
+    ]
+}

@@ -1,0 +1,114 @@
+//! The uncertainty of a value: its parts, and which of them are missing (`docs/maths/metrology.md`, table of parts).
+
+use optics::Calibration;
+
+use crate::fitting::features::Found;
+use crate::fitting::sample::Samples;
+use crate::interface::doubts::Missing;
+use crate::interface::request::Tool;
+use crate::interface::shape::Shape;
+use crate::measuring::measure::Question;
+use crate::measuring::noise::{self, FeatureNoise};
+use crate::measuring::systematic::Retriangulation;
+use crate::measuring::temperature::wavelength_drift;
+use crate::params::{EXPANSION_PER_K, TEMPERATURE_SIGMA_K};
+
+/// Residuals this much larger than the predicted noise are worth a note.
+const NOTEWORTHY_RATIO: f64 = 1.25;
+
+/// Standard uncertainties of a value.
+pub(crate) struct Budget {
+    /// From the noise of the points.
+    pub(crate) u_noise: f64,
+    /// From all that the points share; absent without a calibration.
+    pub(crate) u_systematic: Option<f64>,
+    /// What neither holds.
+    pub(crate) missing: Vec<Missing>,
+    /// RMS of every feature along its normal that the noise predicts, mm.
+    pub(crate) expected_mm: Vec<f64>,
+}
+
+/// Adds up what is known and names what is not; `None` if the features do not hold the value.
+pub(crate) fn budget(
+    (samples, features): (&Samples, &[Found]),
+    question: &Question,
+    value: f64,
+    (calibration, retriangulation): (Option<&Calibration>, Option<&Retriangulation>),
+    notes: &mut Vec<String>,
+) -> Option<Budget> {
+    let noises = noises(samples, features, retriangulation);
+    let noise = noise::propagate(samples, question, features, &noises)?;
+    if samples.sigma_known && noise.ratio > NOTEWORTHY_RATIO {
+        notes.push(format!(
+            "residuals are {:.2} times the predicted noise: the surface has form, or the model does not fit it; the noise's \
+             part of U was widened by that factor",
+            noise.ratio
+        ));
+    }
+    let mut missing = Vec::new();
+    let mut lacks = |is_missing: bool, part: Missing| {
+        if is_missing {
+            missing.push(part);
+        }
+    };
+    lacks(!samples.sigma_known, Missing::PointNoise);
+    lacks(calibration.is_none(), Missing::Calibration);
+    lacks(samples.stage.is_none(), Missing::StagePositions);
+    lacks(samples.line_sigma_mm.is_none(), Missing::LineThickness);
+    lacks(calibration.is_some_and(|calibration| wavelength_drift(calibration).is_none()), Missing::Wavelength);
+    let straightness = calibration.and_then(|calibration| calibration.stage).and_then(|stage| stage.straightness);
+    lacks(is_length_along_travel(question, features) && straightness.is_none(), Missing::StageStraightness);
+    let modes = retriangulation.and_then(|pixels| pixels.standard_uncertainty(question, features));
+    let failed = modes.map_or(retriangulation.is_some(), |(_, failed)| failed > 0);
+    lacks(failed, Missing::CalibrationModes);
+    let thickness = thickness(samples, question, features, retriangulation, notes);
+    lacks(
+        samples.line_sigma_mm.is_some() && retriangulation.is_some() && thickness.is_none(),
+        Missing::LineThickness,
+    );
+    let u_systematic = modes.map(|(u, _)| u.hypot(thickness.unwrap_or(0.0)).hypot(expansion(question, value)));
+    Some(Budget { u_noise: noise.standard_uncertainty, u_systematic, missing, expected_mm: noise.expected_mm })
+}
+
+/// The noise of every feature's points, without what the calibration adds to their σ.
+fn noises(samples: &Samples, features: &[Found], retriangulation: Option<&Retriangulation>) -> Vec<FeatureNoise> {
+    let own = |(idx, feature): (usize, &Found)| match retriangulation.filter(|_| samples.sigma_known) {
+        Some(retriangulation) => retriangulation.noise_of(samples, idx, feature),
+        None => FeatureNoise { sigma_mm: feature.inliers.iter().map(|&idx| samples.at(idx).sigma_mm).collect() },
+    };
+    features.iter().enumerate().map(own).collect()
+}
+
+/// Whether the value is a distance between places that the stage had to carry into the light.
+fn is_length_along_travel(question: &Question, features: &[Found]) -> bool {
+    question.tool == Tool::Distance && features.iter().all(|f| matches!(f.shape, Shape::Sphere { .. }))
+}
+
+/// What the part's own expansion adds to a length.
+fn expansion(question: &Question, value: f64) -> f64 {
+    match question.tool {
+        Tool::Sphere | Tool::Cylinder | Tool::Step | Tool::Distance => {
+            value.abs() * EXPANSION_PER_K * TEMPERATURE_SIGMA_K
+        }
+        Tool::Plane | Tool::Angle | Tool::Flatness => 0.0,
+    }
+}
+
+/// What the thickness of the lines adds on curved features, 0 where it plays no part; `None` if it is not known.
+fn thickness(
+    samples: &Samples,
+    question: &Question,
+    features: &[Found],
+    retriangulation: Option<&Retriangulation>,
+    notes: &mut Vec<String>,
+) -> Option<f64> {
+    if features.iter().all(|feature| matches!(feature.shape, Shape::Plane { .. })) {
+        return Some(0.0);
+    }
+    let u = retriangulation?.line_width_uncertainty(question, features, samples.line_sigma_mm?)?;
+    notes.push(format!(
+        "the lines' thickness on the curved surface adds {:.1} µm to the calibration's part of u",
+        1e3 * u
+    ));
+    Some(u)
+}

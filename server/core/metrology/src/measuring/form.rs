@@ -1,0 +1,119 @@
+//! Flatness: the band of the points about their least-squares plane, and what of it is noise.
+//!
+//! Noise widens the band: it adds up with the form somewhere between linearly (a plate that is flat) and in quadrature
+//! (a form much larger than the noise). The value is the middle between the two corrections; half their distance is the
+//! limit of what the correction may be wrong by (eq. 6).
+
+use crate::fitting::features::Found;
+use crate::fitting::fit::{Points, Weighted, fit};
+use crate::fitting::robust::{SIGMA_PER_MAD, normalised_distance, within};
+use crate::fitting::sample::{Samples, median};
+use crate::measuring::noise::{correlation_px, redundancy, spacing_px};
+use crate::measuring::value::band_width;
+use crate::params::{FLATNESS_SHARE, FLATNESS_TRIM_SIGMAS, TRIM_SIGMAS};
+
+/// Quantile of the standard normal distribution at the ends of [`FLATNESS_SHARE`], and its density there.
+const TAIL_QUANTILE: f64 = 3.290_5;
+const TAIL_DENSITY: f64 = 0.001_780;
+
+/// Neighbours compared for their noise are this many correlation lengths apart.
+const LAG_CORRELATIONS: f64 = 2.0;
+
+/// A flatness with the noise taken out.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Flatness {
+    /// The form alone, mm.
+    pub(crate) value_mm: f64,
+    /// Width of the band of the points, noise included, mm.
+    pub(crate) band_mm: f64,
+    /// Width of the band that the noise alone has, mm.
+    pub(crate) noise_band_mm: f64,
+    /// RMS of the form, √(rms² − σ²), mm.
+    pub(crate) form_rms_mm: f64,
+    /// Standard uncertainty from the noise and from taking it out, mm.
+    pub(crate) standard_uncertainty_mm: f64,
+    /// Points with independent noise.
+    pub(crate) n_independent: f64,
+}
+
+/// Points that count alike.
+struct Alike<'a> {
+    samples: &'a Samples<'a>,
+    indices: &'a [u32],
+}
+
+impl Points for Alike<'_> {
+    fn len(&self) -> usize {
+        self.indices.len()
+    }
+
+    fn at(&self, idx: usize) -> Weighted {
+        let sample = self.samples.at(self.indices[idx]);
+        Weighted { position: sample.in_part.xyz, ray: sample.ray, weight: 1.0 }
+    }
+}
+
+/// Widens a plane's points to all inside its outline that are form rather than stray, and takes their least-squares plane,
+/// every point counting alike.
+pub(crate) fn keep_form(samples: &Samples, plane: &mut Found) -> Option<()> {
+    let mut normalised: Vec<f64> =
+        plane.inliers.iter().map(|&idx| normalised_distance(&plane.shape, &samples.at(idx)).abs()).collect();
+    let scale = SIGMA_PER_MAD * median(&mut normalised);
+    let kept = within(samples, &plane.inside, &plane.shape, scale * FLATNESS_TRIM_SIGMAS.max(TRIM_SIGMAS));
+    plane.shape = fit(&plane.shape, &Alike { samples, indices: &kept })?;
+    plane.n_outliers = plane.inside.len() - kept.len();
+    plane.inliers = kept;
+    Some(())
+}
+
+/// The flatness of a plane's points.
+pub(crate) fn flatness(samples: &Samples, plane: &Found) -> Flatness {
+    let residuals: Vec<f64> =
+        plane.inliers.iter().map(|&idx| plane.shape.distance_mm(&samples.position(idx))).collect();
+    let n = residuals.len() as f64;
+    let square = residuals.iter().map(|r| r * r).sum::<f64>() / n;
+    let noise_mm = noise_mm(samples, plane, &residuals).min(square.sqrt());
+    let band_mm = band_width(&mut residuals.clone());
+    let noise_band_mm = 2.0 * TAIL_QUANTILE * noise_mm;
+    let linear = (band_mm - noise_band_mm).max(0.0);
+    let quadratic = (band_mm * band_mm - noise_band_mm * noise_band_mm).max(0.0).sqrt();
+    let n_independent = n / redundancy(samples, &plane.inliers);
+    let tail = (1.0 - FLATNESS_SHARE) / 2.0;
+    let of_quantiles = noise_mm * (2.0 * tail * (1.0 - tail) / n_independent).sqrt() / TAIL_DENSITY;
+    Flatness {
+        value_mm: (linear + quadratic) / 2.0,
+        band_mm,
+        noise_band_mm,
+        form_rms_mm: (square - noise_mm * noise_mm).max(0.0).sqrt(),
+        // The ends are likelier than the middle: an arcsine distribution of this half-width.
+        standard_uncertainty_mm: of_quantiles.hypot((quadratic - linear) / 2.0 / 2f64.sqrt()),
+        n_independent,
+    }
+}
+
+/// The noise of the points along the normal, mm: from second differences of points of one line, far enough apart to have
+/// noise of their own and near enough to have the same form.
+fn noise_mm(samples: &Samples, plane: &Found, residuals: &[f64]) -> f64 {
+    let lag_px = LAG_CORRELATIONS * correlation_px(samples.cloud);
+    let spacing = |i: usize, j: usize| spacing_px(samples, plane.inliers[i], plane.inliers[j]);
+    let beyond = |from: usize, start: usize, lag_px: f64| {
+        let mut idx = start;
+        while idx < residuals.len() && spacing(from, idx).is_some_and(|px| px < lag_px) {
+            idx += 1;
+        }
+        idx
+    };
+    let near_enough = |from: usize, idx: usize, lag_px: f64| {
+        idx < residuals.len() && spacing(from, idx).is_some_and(|px| px < 1.5 * lag_px)
+    };
+    let (mut sum, mut n, mut middle, mut last) = (0.0, 0.0, 0, 0);
+    for first in 0..residuals.len() {
+        middle = beyond(first, middle.max(first + 1), lag_px);
+        last = beyond(first, last.max(middle), 2.0 * lag_px);
+        if near_enough(first, middle, lag_px) && near_enough(first, last, 2.0 * lag_px) {
+            sum += (residuals[first] - 2.0 * residuals[middle] + residuals[last]).powi(2) / 6.0;
+            n += 1.0;
+        }
+    }
+    if n > 0.0 { f64::sqrt(sum / n) } else { 0.0 }
+}

@@ -1,0 +1,9 @@
+//! From a fitted shape to a value with its uncertainty.
+pub(crate) mod budget;
+pub(crate) mod find;
+pub(crate) mod form;
+pub(crate) mod measure;
+pub(crate) mod noise;
+pub(crate) mod systematic;
+pub(crate) mod temperature;
+pub(crate) mod value;

@@ -1,0 +1,140 @@
+//! Uncertainty from the noise of the points.
+//!
+//! Points of one line share their noise over several columns, and frames their speckle over several steps, so their
+//! information is divided by (correlation length) / (spacing) along both. Residuals larger than predicted widen the uncertainty, smaller ones do not
+//! narrow it (Birge's ratio, one-sided); if the cloud carries no σ, the residuals alone set it.
+
+use scanning::Cloud;
+
+use crate::fitting::features::Found;
+use crate::fitting::fit::covariance;
+use crate::fitting::robust::Near;
+use crate::fitting::sample::{Samples, median};
+use crate::interface::shape::{MAX_PARAMETERS, Shape};
+use crate::measuring::measure::Question;
+use crate::measuring::value::{FirstPoints, value};
+use crate::params::{NOISE_CORRELATION_KEY, NOISE_CORRELATION_PX, SPECKLE_SUM};
+
+/// Step of the numerical derivatives of a value by a shape's parameters (mm or rad).
+const DERIVATIVE_STEP: f64 = 1e-6;
+
+/// Noise of the points of one feature.
+pub(crate) struct FeatureNoise {
+    /// Standard deviation along the ray of every inlier, mm.
+    pub(crate) sigma_mm: Vec<f64>,
+}
+
+/// What the noise does to a value.
+pub(crate) struct NoiseResult {
+    pub(crate) standard_uncertainty: f64,
+    /// Largest ratio of residuals to predicted noise over the features.
+    pub(crate) ratio: f64,
+    /// RMS along the normal that the noise predicts, of every feature, mm.
+    pub(crate) expected_mm: Vec<f64>,
+}
+
+/// Columns over which noise is shared, from the cloud's comments.
+pub(crate) fn correlation_px(cloud: &Cloud) -> f64 {
+    cloud
+        .comments
+        .iter()
+        .find_map(|comment| comment.trim().strip_prefix(NOISE_CORRELATION_KEY)?.trim().parse().ok())
+        .filter(|px: &f64| px.is_finite() && *px > 0.0)
+        .unwrap_or(NOISE_CORRELATION_PX)
+}
+
+/// How many points carry the information of one: neighbours on a line share the image's noise, and frames less than the
+/// light sheet's thickness apart show nearly the same speckle (eq. 4, 5).
+pub(crate) fn redundancy(samples: &Samples, inliers: &[u32]) -> f64 {
+    let mut spacings: Vec<f64> = inliers
+        .windows(2)
+        .filter_map(|pair| spacing_px(samples, pair[0], pair[1]).filter(|px| *px > 0.0))
+        .collect();
+    let spacing_px = if spacings.is_empty() { 1.0 } else { median(&mut spacings) };
+    (correlation_px(samples.cloud) / spacing_px).max(1.0) * along_travel(samples)
+}
+
+/// Distance of two points of one line in the image, px; `None` if they are on different lines.
+pub(crate) fn spacing_px(samples: &Samples, first: u32, second: u32) -> Option<f64> {
+    let [a, b] = [first, second].map(|idx| samples.point(idx));
+    let same_line = a.frame == b.frame && a.order == b.order;
+    same_line.then(|| f64::from((a.u_px - b.u_px).abs().max((a.v_px - b.v_px).abs())))
+}
+
+/// How many frames show the same speckle; 1 where the stage's steps or the sheet's thickness are not known.
+fn along_travel(samples: &Samples) -> f64 {
+    let (Some(stage), Some(line_sigma_mm)) = (&samples.stage, samples.line_sigma_mm) else { return 1.0 };
+    let positions = stage.positions_mm.iter();
+    let (low, high) =
+        positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+    let n_frames = stage.positions_mm.len() as f64;
+    let travel_mm = (high - low) * stage.axis.direction.norm();
+    let of_one = SPECKLE_SUM * line_sigma_mm * (n_frames - 1.0) / travel_mm;
+    if n_frames < 2.0 { 1.0 } else { of_one.clamp(1.0, n_frames) }
+}
+
+/// Propagates the noise of the points to the value of a tool.
+pub(crate) fn propagate(
+    samples: &Samples,
+    question: &Question,
+    features: &[Found],
+    noises: &[FeatureNoise],
+) -> Option<NoiseResult> {
+    let mut variance = 0.0;
+    let mut ratio: f64 = 0.0;
+    let mut expected_mm = Vec::with_capacity(features.len());
+    for (idx, (feature, noise)) in features.iter().zip(noises).enumerate() {
+        let along_normal = normal_sigmas(samples, feature, noise);
+        expected_mm.push((along_normal.iter().map(|s| s * s).sum::<f64>() / along_normal.len() as f64).sqrt());
+        let birge = birge_ratio(samples, feature, &along_normal);
+        ratio = ratio.max(birge);
+        let scale = if samples.sigma_known { birge.max(1.0) } else { birge };
+        let redundancy = redundancy(samples, &feature.inliers);
+        let variances: Vec<f64> = along_normal.iter().map(|s| s * s * scale * scale * redundancy).collect();
+        let points = Near { samples, indices: &feature.inliers, shape: &feature.shape };
+        let gradient = value_gradient(samples, question, features, idx)?;
+        variance += gradient.dot(&(covariance(&feature.shape, &points, &variances)? * gradient));
+    }
+    Some(NoiseResult { standard_uncertainty: variance.max(0.0).sqrt(), ratio, expected_mm })
+}
+
+fn normal_sigmas(samples: &Samples, feature: &Found, noise: &FeatureNoise) -> Vec<f64> {
+    feature
+        .inliers
+        .iter()
+        .zip(&noise.sigma_mm)
+        .map(|(&idx, sigma_mm)| sigma_mm * samples.at(idx).cosine(&feature.shape))
+        .collect()
+}
+
+fn birge_ratio(samples: &Samples, feature: &Found, along_normal: &[f64]) -> f64 {
+    let sum: f64 = feature
+        .inliers
+        .iter()
+        .zip(along_normal)
+        .map(|(&idx, sigma)| (feature.shape.distance_mm(&samples.position(idx)) / sigma).powi(2))
+        .sum();
+    let freedom = feature.inliers.len().saturating_sub(feature.shape.parameters()).max(1);
+    (sum / freedom as f64).sqrt()
+}
+
+fn value_gradient(
+    samples: &Samples,
+    question: &Question,
+    features: &[Found],
+    moved: usize,
+) -> Option<crate::fitting::fit::Vector> {
+    let first = FirstPoints { positions: Vec::new(), camera: samples.mean_camera(&features[0].inliers) };
+    let mut shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
+    let mut gradient = crate::fitting::fit::Vector::zeros();
+    for parameter in 0..shapes[moved].parameters() {
+        let mut at = |size: f64| {
+            let mut step = [0.0; MAX_PARAMETERS];
+            step[parameter] = size;
+            shapes[moved] = features[moved].shape.stepped(&step);
+            value(question, &shapes, &first)
+        };
+        gradient[parameter] = (at(DERIVATIVE_STEP)? - at(-DERIVATIVE_STEP)?) / (2.0 * DERIVATIVE_STEP);
+    }
+    Some(gradient)
+}

@@ -1,0 +1,257 @@
+//! Uncertainty from the calibration: the same pixels triangulated with every one-σ step of its parameters.
+//!
+//! U_sys² = Σ over modes of the mean square of M(+mode) − M and M(−mode) − M: for a value that is linear in the mode
+//! this is (ΔM/2)² with ΔM = M(+) − M(−); for one at an extremum (flatness) it does not vanish.
+
+use nalgebra::{Vector2, Vector3};
+use optics::{Calibration, CameraFrame, PointMm};
+use rayon::prelude::*;
+
+use crate::fitting::features::Found;
+use crate::fitting::fit::{Points as _, Weighted, fit};
+use crate::fitting::footprint::footprint_mm;
+use crate::fitting::robust::Near;
+use crate::fitting::sample::{Samples, median, thinned};
+use crate::interface::request::{MeasureError, Tool};
+use crate::interface::shape::Shape;
+use crate::measuring::measure::Question;
+use crate::measuring::noise::FeatureNoise;
+use crate::measuring::temperature::wavelength_drift;
+use crate::measuring::value::{FirstPoints, value};
+use crate::params::{MAX_MISMATCH_MM, MIN_NOISE_SHARE, SYSTEMATIC_POINTS};
+
+/// A point with what is needed to triangulate it anew.
+struct Pixel {
+    sample_idx: u32,
+    order: i8,
+    pixel: Vector2<f64>,
+    ray: Vector3<f64>,
+    phi_rad: f64,
+    /// Unit normal of the light sheet there.
+    sheet_normal: Vector3<f64>,
+    /// X_camera − X_part.
+    carried: Vector3<f64>,
+    /// Stage position of its frame, mm, from the middle of the pixels' positions: what a step of the stage's parameters
+    /// does must not depend on where the stage has its zero.
+    position_mm: f64,
+    weight: f64,
+    /// What the calibration contributes to the σ along the ray, mm.
+    systematic_sigma_mm: f64,
+}
+
+/// The pixels of the features, thinned.
+pub(crate) struct Retriangulation<'a> {
+    calibration: &'a Calibration,
+    features: Vec<Vec<Pixel>>,
+    /// How far the calibration's own stage has carried the part at the middle of the positions.
+    carried_to_middle: Vector3<f64>,
+    /// Where the scan's middle is laid on the nodes of the stage's straightness, mm: on their middle, so that U does not
+    /// depend on where the stage has its zero.
+    nodes_middle_mm: f64,
+}
+
+impl<'a> Retriangulation<'a> {
+    /// Triangulates the pixels of the features' points and checks that they give the cloud again.
+    ///
+    /// # Errors
+    /// [`MeasureError::CalibrationMismatch`].
+    pub(crate) fn new(
+        samples: &Samples,
+        features: &[Found],
+        calibration: &'a Calibration,
+    ) -> Result<Self, MeasureError> {
+        let limit = SYSTEMATIC_POINTS / features.len().max(1);
+        let mut mismatches = Vec::new();
+        let mut lost = 0;
+        let mut features: Vec<Vec<Pixel>> = features
+            .iter()
+            .map(|feature| {
+                let few = thinned(&feature.inliers, limit);
+                let near = Near { samples, indices: &few, shape: &feature.shape };
+                let pixels: Vec<Pixel> = few
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(at, &idx)| pixel(samples, idx, near.at(at).weight, calibration))
+                    .collect();
+                lost += few.len() - pixels.len();
+                mismatches.extend(pixels.iter().map(|p| mismatch_mm(calibration, p)));
+                pixels
+            })
+            .collect();
+        let median_mm = if lost > mismatches.len() { f64::INFINITY } else { median(&mut mismatches) };
+        if median_mm > MAX_MISMATCH_MM {
+            return Err(MeasureError::CalibrationMismatch { median_mm });
+        }
+        let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
+        let middle_mm = middle(features.iter().flatten().map(|pixel| pixel.position_mm));
+        features.iter_mut().flatten().for_each(|pixel| pixel.position_mm -= middle_mm);
+        let nodes =
+            calibration.stage.and_then(|stage| stage.straightness).map(|straightness| straightness.ends_mm());
+        let nodes_middle_mm = nodes.map_or(0.0, |(first_mm, last_mm)| 0.5 * (first_mm + last_mm));
+        Ok(Self { calibration, features, nodes_middle_mm, carried_to_middle: direction * middle_mm })
+    }
+
+    /// The noise part of every inlier's σ: what is left after the calibration's own part at the nearest
+    /// triangulated point of the same order.
+    pub(crate) fn noise_of(&self, samples: &Samples, feature_idx: usize, feature: &Found) -> FeatureNoise {
+        let mut by_order: std::collections::BTreeMap<i8, Vec<(u32, f64)>> = std::collections::BTreeMap::new();
+        for p in &self.features[feature_idx] {
+            by_order.entry(p.order).or_default().push((p.sample_idx, p.systematic_sigma_mm));
+        }
+        let systematic_at = |idx: u32| {
+            let known = by_order.get(&samples.at(idx).order)?;
+            let after = known.partition_point(|(at, _)| *at < idx);
+            let beside = [after.checked_sub(1), Some(after)].into_iter().flatten().filter_map(|k| known.get(k));
+            beside.min_by_key(|(at, _)| at.abs_diff(idx)).map(|(_, sigma_mm)| *sigma_mm)
+        };
+        let sigma_mm = feature
+            .inliers
+            .iter()
+            .map(|&idx| {
+                let total = samples.at(idx).sigma_mm;
+                let systematic = systematic_at(idx).unwrap_or(0.0);
+                (total * total - systematic * systematic).max(0.0).sqrt().max(MIN_NOISE_SHARE * total)
+            })
+            .collect();
+        FeatureNoise { sigma_mm }
+    }
+
+    /// Standard uncertainty of the value from the calibration's covariance and the light's drift with the temperature, and
+    /// how many modes gave no value.
+    pub(crate) fn standard_uncertainty(&self, question: &Question, features: &[Found]) -> Option<(f64, usize)> {
+        let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
+        let seen = |calibration: &Calibration| {
+            self.value_with(question, &shapes, calibration, |p, _| self.part_position(calibration, p))
+        };
+        let base = seen(self.calibration)?;
+        let stepped = |mode: &Vec<f64>| {
+            let back: Vec<f64> = mode.iter().map(|step| -step).collect();
+            [self.calibration.stepped(mode), self.calibration.stepped(&back)]
+        };
+        let modes = self.calibration.sigma_modes();
+        let squares: Vec<Option<f64>> = modes
+            .par_iter()
+            .map(stepped)
+            .chain(wavelength_drift(self.calibration).into_par_iter())
+            .map(|[plus, minus]| {
+                let (plus, minus) = (seen(&plus)? - base, seen(&minus)? - base);
+                Some((plus * plus + minus * minus) / 2.0)
+            })
+            .collect();
+        let failed = squares.iter().filter(|square| square.is_none()).count();
+        Some((squares.into_iter().flatten().sum::<f64>().sqrt(), failed))
+    }
+
+    /// How far the value moves when every point of a curved feature moves by what a line of finite thickness may
+    /// pull it ([`footprint_mm`]); 0 for flat features.
+    pub(crate) fn line_width_uncertainty(
+        &self,
+        question: &Question,
+        features: &[Found],
+        line_sigma_mm: f64,
+    ) -> Option<f64> {
+        let shapes: Vec<Shape> = features.iter().map(|f| f.shape).collect();
+        let as_seen =
+            self.value_with(question, &shapes, self.calibration, |p, _| self.part_position(self.calibration, p))?;
+        let pulled = self.value_with(question, &shapes, self.calibration, |p, shape| {
+            let position = self.part_position(self.calibration, p)?;
+            let pull = footprint_mm(shape, &position, &p.ray, &p.sheet_normal, line_sigma_mm);
+            Some(position + shape.normal_at(&position) * pull)
+        })?;
+        Some((pulled - as_seen).abs())
+    }
+
+    /// The value after refitting every shape to its points where `place` puts them; `calibration` moves the camera.
+    fn value_with(
+        &self,
+        question: &Question,
+        shapes: &[Shape],
+        calibration: &Calibration,
+        place: impl Fn(&Pixel, &Shape) -> Option<Vector3<f64>>,
+    ) -> Option<f64> {
+        let mut refitted = Vec::with_capacity(shapes.len());
+        let mut first_positions: Option<Vec<Vector3<f64>>> = None;
+        for (shape, pixels) in shapes.iter().zip(&self.features) {
+            let points: Vec<Weighted> = pixels
+                .iter()
+                .filter_map(|p| {
+                    let weight = if question.tool == Tool::Flatness { 1.0 } else { p.weight };
+                    Some(Weighted { position: place(p, shape)?, ray: p.ray, weight })
+                })
+                .collect();
+            refitted.push(fit(shape, &points)?);
+            first_positions.get_or_insert_with(|| points.iter().map(|p| p.position).collect());
+        }
+        let first = FirstPoints {
+            positions: first_positions?,
+            camera: self.mean_camera(calibration, self.features.first()?),
+        };
+        value(question, &refitted, &first)
+    }
+
+    /// Where a calibration puts the point of a pixel, part frame.
+    fn part_position(&self, calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {
+        let hit = calibration.triangulate(pixel.order, &pixel.pixel, Some(pixel.phi_rad))?.hit_in_camera;
+        Some(match calibration.stage {
+            Some(stage) => {
+                let deviation = stage.deviation_mm(pixel.position_mm + self.nodes_middle_mm);
+                hit.xyz - stage.direction * pixel.position_mm - deviation - self.carried_to_middle
+            }
+            None => hit.xyz - pixel.carried,
+        })
+    }
+
+    /// Where the camera stood, mean over the pixels, part frame.
+    fn mean_camera(&self, calibration: &Calibration, pixels: &[Pixel]) -> Vector3<f64> {
+        let mean_mm = pixels.iter().map(|p| p.position_mm).sum::<f64>() / pixels.len().max(1) as f64;
+        let camera = PointMm::<CameraFrame>::new(Vector3::zeros());
+        match calibration.stage {
+            Some(stage) => stage.part_from_camera(&camera, mean_mm).xyz - self.carried_to_middle,
+            None => camera.xyz,
+        }
+    }
+}
+
+/// Middle between the lowest and the highest; 0 of nothing.
+fn middle(values: impl Iterator<Item = f64>) -> f64 {
+    let ends = values.fold(None, |ends: Option<(f64, f64)>, value| {
+        Some(ends.map_or((value, value), |(low, high)| (low.min(value), high.max(value))))
+    });
+    ends.map_or(0.0, |(low, high)| 0.5 * (low + high))
+}
+
+fn pixel(samples: &Samples, sample_idx: u32, weight: f64, calibration: &Calibration) -> Option<Pixel> {
+    let sample = samples.at(sample_idx);
+    let point = samples.point(sample_idx);
+    let pixel = Vector2::new(f64::from(point.u_px), f64::from(point.v_px));
+    let hit = calibration.triangulate(point.order, &pixel, None)?;
+    let carried = hit.hit_in_camera.xyz - sample.in_part.xyz;
+    let position_mm = match &samples.stage {
+        Some(stage) => stage.position_mm(point.frame)?,
+        None => position_along(calibration, &carried),
+    };
+    Some(Pixel {
+        sample_idx,
+        order: point.order,
+        pixel,
+        ray: sample.ray,
+        phi_rad: hit.hit.phi_rad,
+        sheet_normal: hit.hit.normal,
+        carried,
+        position_mm,
+        weight,
+        systematic_sigma_mm: calibration.systematic_sigma_mm(point.order, &hit)?,
+    })
+}
+
+/// The stage position that explains best how far a point was carried: for clouds that do not say where the stage stood.
+fn position_along(calibration: &Calibration, carried: &Vector3<f64>) -> f64 {
+    let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
+    let travel = direction.norm_squared();
+    if travel > 0.0 { direction.dot(carried) / travel } else { 0.0 }
+}
+
+/// Distance of the point from where the stage carried it; 0 if no stage is known.
+fn mismatch_mm(calibration: &Calibration, pixel: &Pixel) -> f64 {
+    calibration.stage.map_or(0.0, |stage| (pixel.carried - stage.direction * pixel.position_mm).norm())
+}

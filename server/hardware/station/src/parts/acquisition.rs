@@ -1,0 +1,261 @@
+//! The camera in the hands of the station thread: recycled buffers, and an account of every exposure.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use devices::{Camera, CameraError, CameraRequest, CameraSettings, FrameInfo, PixelFormat, Trigger};
+use vision::GreyImage;
+
+use crate::params::{CAMERA_SILENCE, FRAME_TRANSFER, GRAB_WAIT, PROBE_CAMERA, RENDERING_PATIENCE, SILENT_PERIODS};
+use crate::parts::exposures::{Delivered, Exposures};
+use crate::shared::frame::SharedFrame;
+use crate::shared::pool::{Pool, empty_image, pool};
+use crate::shared::status::DropCounts;
+
+/// Exposures lost, by reason.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+pub struct Lost {
+    /// Between sensor and driver.
+    pub camera: u64,
+    /// For want of a buffer.
+    pub no_buffer: u64,
+    /// Of another size or format than agreed.
+    pub malformed: u64,
+}
+
+impl Lost {
+    /// All together.
+    pub fn total(&self) -> u64 {
+        self.camera + self.no_buffer + self.malformed
+    }
+
+    /// Adds them to shared counts.
+    pub fn count_into(&self, counts: &DropCounts) {
+        counts.camera.fetch_add(self.camera, Ordering::Relaxed);
+        counts.no_buffer.fetch_add(self.no_buffer, Ordering::Relaxed);
+        counts.malformed.fetch_add(self.malformed, Ordering::Relaxed);
+    }
+}
+
+/// A frame in a buffer of its own, not yet stamped.
+pub struct RawFrame {
+    /// Memory that nobody else holds, with the pixels in it.
+    pub frame: SharedFrame,
+    /// When the driver had delivered it.
+    pub arrived_at: Instant,
+    /// What the driver knows about them.
+    pub info: FrameInfo,
+    /// Exposures lost since the frame before.
+    pub lost: Lost,
+}
+
+/// Why a frame that was taken from the pool can be written.
+pub const UNSHARED: &str = "nobody else holds a frame that was taken from the pool";
+
+/// The camera and the account of its exposures.
+pub struct Acquisition {
+    device: Box<dyn Camera>,
+    pool: Pool,
+    spare: GreyImage,
+    running: bool,
+    exposures: Exposures,
+    lost: Lost,
+    totals: Arc<DropCounts>,
+    heard_at: Instant,
+    asked_at: Instant,
+    probed_at: Instant,
+}
+
+impl Acquisition {
+    /// Over a camera that was just opened; counts what is lost into `totals`.
+    pub fn new(device: Box<dyn Camera>, totals: Arc<DropCounts>) -> Self {
+        let now = Instant::now();
+        Self {
+            device,
+            pool: pool(),
+            spare: empty_image(),
+            running: false,
+            exposures: Exposures::default(),
+            lost: Lost::default(),
+            totals,
+            heard_at: now,
+            asked_at: now,
+            probed_at: now,
+        }
+    }
+
+    /// How long an exposure may take from the trigger to the frame.
+    pub fn grab_limit(&self) -> Duration {
+        exposure(&self.settings()) + GRAB_WAIT
+    }
+
+    /// Whether a frame that was asked for at `since` is still being computed by a simulated camera.
+    pub fn is_computing(&self, since: Instant, now: Instant) -> bool {
+        now.saturating_duration_since(since) < RENDERING_PATIENCE && self.device.is_computing()
+    }
+
+    /// When the next frame is due, if one is expected; the light it needs goes out soon after.
+    pub fn frame_due(&self, now: Instant) -> Option<Instant> {
+        if !self.expects_frames() {
+            return None;
+        }
+        let settings = self.settings();
+        let (since, period_s) = match settings.trigger {
+            Trigger::Free => (self.heard_at, 1.0 / settings.frame_rate_hz.max(SLOWEST_HZ)),
+            Trigger::Software => (self.asked_at, 0.0),
+            Trigger::Hardware => (self.heard_at, 0.0),
+        };
+        let due = since + Duration::from_secs_f64(period_s) + exposure(&settings) + FRAME_TRANSFER;
+        Some(if self.is_computing(since, now) { due.max(now) } else { due })
+    }
+
+    /// The camera itself, for what does not concern frames.
+    pub fn device(&mut self) -> &mut dyn Camera {
+        &mut *self.device
+    }
+
+    /// How it is set.
+    pub fn settings(&self) -> CameraSettings {
+        self.device.settings()
+    }
+
+    /// The buffers of its frames.
+    pub fn pool(&mut self) -> &mut Pool {
+        &mut self.pool
+    }
+
+    /// Whether frames may come.
+    pub fn expects_frames(&self) -> bool {
+        self.running && (self.settings().trigger != Trigger::Software || self.exposures.outstanding() > 0)
+    }
+
+    /// Sets it. What cannot change under way ends the acquisition and starts it again.
+    pub fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
+        let now = self.settings();
+        let rebuilt = wanted.trigger.is_some_and(|t| t != now.trigger)
+            || wanted.roi.is_some_and(|roi| roi != now.roi)
+            || wanted.pixel_format.is_some_and(|format| format != now.pixel_format);
+        if !(rebuilt && self.running) {
+            return self.device.configure(wanted);
+        }
+        self.stop()?;
+        let settings = self.device.configure(wanted);
+        self.start()?;
+        settings
+    }
+
+    /// Starts acquisition, if it does not run.
+    pub fn start(&mut self) -> Result<(), CameraError> {
+        if !self.running {
+            self.device.start()?;
+            (self.running, self.exposures, self.lost) = (true, Exposures::default(), Lost::default());
+            self.heard_at = Instant::now();
+        }
+        Ok(())
+    }
+
+    /// Ends acquisition.
+    pub fn stop(&mut self) -> Result<(), CameraError> {
+        self.running = false;
+        self.device.stop()
+    }
+
+    /// Exposes one frame.
+    pub fn trigger(&mut self) -> Result<(), CameraError> {
+        self.device.trigger()?;
+        self.exposures.ask();
+        self.asked_at = Instant::now();
+        Ok(())
+    }
+
+    /// Counts exposures that were asked for and did not arrive as lost.
+    pub fn give_up(&mut self) {
+        let camera = self.exposures.give_up();
+        self.lose(Lost { camera, ..Lost::default() });
+    }
+
+    /// Waits at most `timeout` for the next frame.
+    pub fn take(&mut self, timeout: Duration) -> Result<Option<RawFrame>, CameraError> {
+        let taken = self.device.next_frame(&mut self.spare, timeout);
+        let now = Instant::now();
+        let info = match taken {
+            Ok(None) => return Ok(None),
+            Ok(Some(info)) => info,
+            Err(error) => {
+                if matches!(error, CameraError::WrongFrame { .. }) {
+                    self.lose(Lost { malformed: 1, ..Lost::default() });
+                }
+                return Err(error);
+            }
+        };
+        self.heard_at = now;
+        let Delivered::InTime { newly_lost } = self.exposures.deliver(info.lost_before) else { return Ok(None) };
+        self.lose(Lost { camera: newly_lost, ..Lost::default() });
+        self.check_format()?;
+        let Some(mut frame) = self.pool.take() else {
+            self.lose(Lost { no_buffer: 1, ..Lost::default() });
+            return Ok(None);
+        };
+        std::mem::swap(&mut Arc::get_mut(&mut frame).expect(UNSHARED).image, &mut self.spare);
+        Ok(Some(RawFrame { frame, arrived_at: now, info, lost: std::mem::take(&mut self.lost) }))
+    }
+
+    /// Asks a camera that does not expose whether it is still there.
+    pub fn probe(&mut self, now: Instant) -> Result<(), CameraError> {
+        if now - self.probed_at < PROBE_CAMERA {
+            return Ok(());
+        }
+        self.ask_whether_there(now)
+    }
+
+    /// The same at once.
+    pub fn ask_whether_there(&mut self, now: Instant) -> Result<(), CameraError> {
+        self.probed_at = now;
+        self.device.next_frame(&mut self.spare, Duration::ZERO).map(drop)
+    }
+
+    /// For how long nothing was heard of it.
+    pub fn silent_for(&self) -> Duration {
+        self.heard_at.elapsed()
+    }
+
+    /// For how long a free-running camera has been silent, once that is too long.
+    pub fn silence(&self, now: Instant) -> Option<Duration> {
+        let settings = self.settings();
+        if !self.running || settings.trigger != Trigger::Free {
+            return None;
+        }
+        let period_s = SILENT_PERIODS / settings.frame_rate_hz.max(1e-3) + settings.exposure_us * 1e-6;
+        let limit = CAMERA_SILENCE.max(Duration::from_secs_f64(period_s));
+        let silent = now.saturating_duration_since(self.heard_at);
+        (silent > limit && !self.is_computing(self.heard_at, now)).then_some(silent)
+    }
+
+    fn lose(&mut self, lost: Lost) {
+        self.lost.camera += lost.camera;
+        self.lost.no_buffer += lost.no_buffer;
+        self.lost.malformed += lost.malformed;
+        lost.count_into(&self.totals);
+    }
+
+    fn check_format(&mut self) -> Result<(), CameraError> {
+        let settings = self.settings();
+        let (width_px, height_px) = (settings.roi.width_px, settings.roi.height_px);
+        let (got_width_px, got_height_px) = (self.spare.width(), self.spare.height());
+        let bits = if settings.pixel_format == PixelFormat::Mono8 { 8 } else { 16 };
+        if (got_width_px, got_height_px) == (width_px, height_px) && self.spare.bit_depth() == bits {
+            return Ok(());
+        }
+        self.lose(Lost { malformed: 1, ..Lost::default() });
+        Err(CameraError::WrongFrame { width_px, height_px, got_width_px, got_height_px })
+    }
+}
+
+/// How long the sensor collects light; longer than a minute is taken for a minute.
+fn exposure(settings: &CameraSettings) -> Duration {
+    Duration::from_secs_f64((settings.exposure_us * 1e-6).clamp(0.0, 60.0))
+}
+
+/// Rate of a free-running camera that states none, or less: light waits no longer than a second for its frames.
+const SLOWEST_HZ: f64 = 1.0;

@@ -1,0 +1,10 @@
+//! What the station thread keeps of each device: motion, light, frames, exposures, faults.
+pub(crate) mod acquisition;
+pub(crate) mod devices;
+pub(crate) mod exposures;
+pub(crate) mod faults;
+pub(crate) mod light;
+pub(crate) mod machine;
+pub(crate) mod mirror;
+pub(crate) mod motion;
+pub(crate) mod track;

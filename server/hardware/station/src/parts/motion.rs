@@ -1,0 +1,332 @@
+//! The stage in the hands of the station thread: one errand at a time, watched until it ends.
+
+use std::time::{Duration, Instant};
+
+use devices::{AcceptedMove, Stage, StageError, StageState};
+
+use crate::params::{
+    HOMING_LIMIT, JOG_SILENCE, MOVE_MARGIN, NO_PROGRESS_LIMIT, POLL_IDLE, POLL_MOVING, POSITION_WAIT,
+    REPORT_ROUNDING_MM, REST_LIMIT, SETTLE_LIMIT,
+};
+use crate::parts::track::Track;
+
+/// What the stage is under way for.
+#[derive(Debug, Clone, Copy)]
+enum Errand {
+    Move { target_mm: f64, progress: Progress, rest_since: Option<Instant> },
+    Home,
+    Jog { velocity_mm_s: f64, until: Instant },
+    Rest,
+}
+
+/// The last visible progress of a move.
+#[derive(Debug, Clone, Copy)]
+struct Progress {
+    position_mm: f64,
+    at: Instant,
+    limit: Duration,
+}
+
+/// An errand that ended well.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Arrival {
+    /// At the target, settled; the position read back.
+    Moved(f64),
+    /// The zero is found.
+    Homed,
+    /// At rest after a jog or a stop.
+    Rested,
+}
+
+/// Where a frame was taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// There; `None` if nobody can tell.
+    At(Option<f64>),
+    /// The next reading will tell.
+    Later,
+}
+
+/// The stage and everything known about it.
+pub struct Motion {
+    device: Box<dyn Stage>,
+    state: Option<StageState>,
+    track: Track,
+    errand: Option<Errand>,
+    begun_at: Instant,
+    deadline: Instant,
+    rest_since: Option<Instant>,
+    trusted: bool,
+    polled_at: Option<Instant>,
+}
+
+impl Motion {
+    /// Over a stage that was just opened.
+    pub fn new(device: Box<dyn Stage>) -> Self {
+        let now = Instant::now();
+        Self {
+            device,
+            state: None,
+            track: Track::default(),
+            errand: None,
+            begun_at: now,
+            deadline: now,
+            rest_since: None,
+            trusted: true,
+            polled_at: None,
+        }
+    }
+
+    /// The stage itself, for what does not move it.
+    pub fn device(&mut self) -> &mut dyn Stage {
+        &mut *self.device
+    }
+
+    /// Position as read back last; `None`: unknown.
+    pub fn position_mm(&self) -> Option<f64> {
+        self.state.filter(|_| self.trusted)?.position_mm
+    }
+
+    /// Whether the zero is established.
+    pub fn homed(&self) -> bool {
+        self.trusted && self.state.is_some_and(|state| state.homed)
+    }
+
+    /// Whether it moves or may move.
+    pub fn is_moving(&self) -> bool {
+        self.errand.is_some() || self.state.is_some_and(|state| state.moving)
+    }
+
+    /// Whether it has somewhere to go; coming to rest is no errand of that kind.
+    pub fn is_under_way(&self) -> bool {
+        !matches!(self.errand, None | Some(Errand::Rest))
+    }
+
+    /// Reads the state while nobody tends the errand: is it well, and has a stop come to rest?
+    pub fn check(&mut self) -> Result<(), StageError> {
+        let state = self.device.poll()?;
+        self.take(state);
+        if self.errand.is_some_and(|errand| matches!(errand, Errand::Rest))
+            && !state.moving
+            && state.measured_at >= self.begun_at
+        {
+            self.errand = None;
+        }
+        Ok(())
+    }
+
+    /// Whether a reading is due.
+    fn is_due(&self, now: Instant) -> bool {
+        let period = if self.is_moving() { POLL_MOVING } else { POLL_IDLE };
+        self.polled_at.is_none_or(|at| now.saturating_duration_since(at) >= period)
+    }
+
+    /// After a fault of the stage no position is believed until it was homed again.
+    pub fn distrust(&mut self) {
+        self.trusted = false;
+        self.errand = None;
+        self.track.clear();
+    }
+
+    /// How long a move takes from rest to rest, seconds; for ever if nobody knows where it is.
+    pub fn travel_s(&self, target_mm: f64, speed_mm_s: f64) -> f64 {
+        let distance_mm = self.position_mm().map_or(f64::INFINITY, |position_mm| (target_mm - position_mm).abs());
+        match self.device.capabilities().acceleration_mm_s2.filter(|a| *a > 0.0) {
+            Some(a) if distance_mm < speed_mm_s * speed_mm_s / a => 2.0 * (distance_mm / a).sqrt(),
+            Some(a) => distance_mm / speed_mm_s + speed_mm_s / a,
+            None => distance_mm / speed_mm_s,
+        }
+    }
+
+    /// Starts a move.
+    pub fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
+        let Some(from_mm) = self.position_mm() else { return Err(StageError::NotHomed) };
+        let accepted = self.device.start_move(target_mm, speed_mm_s)?;
+        let resolution_mm = self.tolerance_mm();
+        let limit = NO_PROGRESS_LIMIT.max(Duration::from_secs_f64(
+            (4.0 * resolution_mm / accepted.speed_mm_s).clamp(0.0, HOMING_LIMIT.as_secs_f64()),
+        ));
+        let travel_s = (accepted.target_mm - from_mm).abs() / accepted.speed_mm_s + 2.0 * self.ramp_s(&accepted);
+        let progress = Progress { position_mm: from_mm, at: Instant::now(), limit };
+        let errand = Errand::Move { target_mm: accepted.target_mm, progress, rest_since: None };
+        self.begin(errand, Duration::from_secs_f64(travel_s.min(1e6)) + MOVE_MARGIN);
+        Ok(accepted)
+    }
+
+    /// Starts homing.
+    pub fn start_home(&mut self) -> Result<(), StageError> {
+        self.device.start_home()?;
+        self.begin(Errand::Home, HOMING_LIMIT);
+        Ok(())
+    }
+
+    /// Jogs, or goes on jogging: ends by itself when this is not repeated.
+    pub fn jog(&mut self, velocity_mm_s: f64) -> Result<Option<AcceptedMove>, StageError> {
+        match &mut self.errand {
+            Some(Errand::Jog { velocity_mm_s: present, until }) if *present == velocity_mm_s => {
+                *until = Instant::now() + JOG_SILENCE;
+                Ok(None)
+            }
+            Some(Errand::Jog { .. }) => self.stop().map(|()| None),
+            Some(Errand::Rest) => Ok(None),
+            Some(_) => Err(StageError::Moving),
+            None if velocity_mm_s == 0.0 => Ok(None),
+            None => self.start_jog(velocity_mm_s).map(Some),
+        }
+    }
+
+    fn start_jog(&mut self, velocity_mm_s: f64) -> Result<AcceptedMove, StageError> {
+        let travel = self.device.capabilities().travel_mm;
+        let distance_mm = (travel.1 - travel.0).copysign(velocity_mm_s);
+        let accepted = self.device.start_jog(distance_mm, velocity_mm_s.abs())?;
+        self.begin(Errand::Jog { velocity_mm_s, until: Instant::now() + JOG_SILENCE }, HOMING_LIMIT);
+        Ok(accepted)
+    }
+
+    /// Stops; [`Motion::tend`] tells when it rests.
+    pub fn stop(&mut self) -> Result<(), StageError> {
+        let told = self.device.stop();
+        let capabilities = self.device.capabilities();
+        let acceleration_mm_s2 = capabilities.acceleration_mm_s2.filter(|a| *a > 0.0);
+        // The driver waits twice the ramp before it stops harder.
+        let ramps_s = acceleration_mm_s2.map_or(0.0, |a| 2.0 * capabilities.max_speed_mm_s / a);
+        let ramps = Duration::from_secs_f64(ramps_s.clamp(0.0, HOMING_LIMIT.as_secs_f64()));
+        self.begin(Errand::Rest, REST_LIMIT + ramps);
+        told
+    }
+
+    /// Reads the state if that is due and watches the errand.
+    ///
+    /// # Errors
+    /// What the stage reports, or [`StageError::Stalled`] if a move makes no progress.
+    pub fn tend(&mut self, now: Instant) -> Result<Option<Arrival>, StageError> {
+        if let Some(Errand::Jog { until, .. }) = self.errand
+            && now >= until
+        {
+            self.stop()?;
+        }
+        if !self.is_due(now) {
+            return Ok(None);
+        }
+        self.polled_at = Some(now);
+        let state = self.device.poll()?;
+        self.take(state);
+        if state.measured_at < self.begun_at {
+            return self.late(now).map_or(Ok(None), Err);
+        }
+        self.watch(&state, now)
+    }
+
+    /// Where the stage was at `at`, for a frame that is told at `now`.
+    pub fn place(&self, at: Instant, now: Instant) -> Place {
+        let Some(position_mm) = self.position_mm() else { return Place::At(None) };
+        if self.errand.is_none() && self.rest_since.is_some_and(|since| since <= at) {
+            return Place::At(Some(position_mm));
+        }
+        if self.track.reaches(at) || now.saturating_duration_since(at) > POSITION_WAIT {
+            return Place::At(self.track.position_mm(at));
+        }
+        Place::Later
+    }
+
+    /// Position at a moment of the past.
+    pub fn position_at_mm(&self, at: Instant) -> Option<f64> {
+        match self.place(at, at) {
+            Place::At(position_mm) => position_mm,
+            Place::Later => None,
+        }
+    }
+
+    /// How near the position read back must be to a target.
+    pub fn tolerance_mm(&self) -> f64 {
+        self.device.capabilities().resolution_mm.max(0.0) + REPORT_ROUNDING_MM
+    }
+
+    fn ramp_s(&self, accepted: &AcceptedMove) -> f64 {
+        let acceleration = self.device.capabilities().acceleration_mm_s2.filter(|a| *a > 0.0);
+        acceleration.map_or(0.0, |a| accepted.speed_mm_s / a)
+    }
+
+    fn begin(&mut self, errand: Errand, limit: Duration) {
+        let now = Instant::now();
+        if let (None, Some(position_mm)) = (self.errand, self.position_mm()) {
+            // At rest until this moment: interpolation begins here, not at the last idle reading.
+            self.track.push(now, position_mm);
+        }
+        self.errand = Some(errand);
+        (self.begun_at, self.deadline, self.rest_since, self.polled_at) = (now, now + limit, None, None);
+    }
+
+    fn take(&mut self, state: StageState) {
+        match state.position_mm {
+            Some(position_mm) if self.trusted => self.track.push(state.measured_at, position_mm),
+            _ => self.track.clear(),
+        }
+        if state.moving {
+            self.rest_since = None;
+        } else if self.rest_since.is_none() && state.measured_at >= self.begun_at {
+            self.rest_since = Some(state.measured_at);
+        }
+        self.state = Some(state);
+    }
+
+    fn watch(&mut self, state: &StageState, now: Instant) -> Result<Option<Arrival>, StageError> {
+        let tolerance_mm = self.tolerance_mm();
+        let ended = match &mut self.errand {
+            None => None,
+            Some(Errand::Home) => (!state.moving && state.homed).then_some(Arrival::Homed),
+            Some(Errand::Rest | Errand::Jog { .. }) => (!state.moving).then_some(Arrival::Rested),
+            Some(Errand::Move { target_mm, progress, rest_since }) => {
+                let Some(position_mm) = state.position_mm else { return Err(StageError::NotHomed) };
+                let stalled = StageError::Stalled { target_mm: *target_mm, actual_mm: position_mm };
+                if (position_mm - progress.position_mm).abs() > tolerance_mm || state.held {
+                    *progress = Progress { position_mm, at: state.measured_at, ..*progress };
+                }
+                if state.held {
+                    self.deadline = self.deadline.max(now + MOVE_MARGIN);
+                }
+                let since = if state.moving { None } else { Some(rest_since.unwrap_or(now)) };
+                *rest_since = since;
+                let there = (position_mm - *target_mm).abs() <= tolerance_mm;
+                if !there && since.is_some_and(|since| now - since > SETTLE_LIMIT) {
+                    return Err(stalled);
+                }
+                // Judged by what is reported: of silence the driver tells.
+                if state.moving && state.measured_at.saturating_duration_since(progress.at) > progress.limit {
+                    return Err(stalled);
+                }
+                (there && !state.moving).then_some(Arrival::Moved(position_mm))
+            }
+        };
+        match ended {
+            Some(arrival) => {
+                self.errand = None;
+                self.trusted |= arrival == Arrival::Homed;
+                Ok(Some(arrival))
+            }
+            None => self.late(now).map_or(Ok(None), Err),
+        }
+    }
+
+    /// The error of an errand that takes too long.
+    fn late(&self, now: Instant) -> Option<StageError> {
+        if self.errand.is_none() || now < self.deadline {
+            return None;
+        }
+        let waited_ms = (now - self.begun_at).as_millis() as u64;
+        let no_reply = |command: &str| StageError::NoReply { command: command.to_owned(), waited_ms };
+        Some(match self.errand? {
+            Errand::Move { target_mm, .. } => match self.position_mm() {
+                Some(actual_mm) => StageError::Stalled { target_mm, actual_mm },
+                None => StageError::NotHomed,
+            },
+            Errand::Home => no_reply("home"),
+            Errand::Jog { .. } => no_reply("jog"),
+            Errand::Rest => no_reply("stop"),
+        })
+    }
+}
+
+#[cfg(test)]
+#[path = "motion_tests.rs"]
+mod tests;

@@ -1,0 +1,103 @@
+//! What the rest of the service asks of the station thread.
+
+use std::sync::mpsc::sync_channel;
+
+use devices::{AcceptedMove, CameraRequest, CameraSettings};
+use tokio::sync::oneshot;
+
+use crate::shared::cancel::CancelFlag;
+use crate::shared::frame::{FrameStream, SharedFrame};
+use crate::shared::refusal::StationRefusal;
+use crate::shared::status::Fault;
+use crate::station_thread::handle::{LiveRequest, Manual, Purpose, Sweep};
+
+/// What a call comes back with.
+pub type Answer<T> = Result<T, StationRefusal>;
+
+/// Where an answer goes.
+pub struct Reply<T>(Box<dyn FnOnce(Answer<T>) + Send>);
+
+impl<T: Send + 'static> Reply<T> {
+    /// For a caller that awaits it.
+    pub fn awaited() -> (Self, oneshot::Receiver<Answer<T>>) {
+        let (sender, receiver) = oneshot::channel();
+        // A caller that went away does not need its answer.
+        (Self(Box::new(move |answer| drop(sender.send(answer)))), receiver)
+    }
+
+    /// For a caller that blocks until it comes.
+    pub fn blocking() -> (Self, std::sync::mpsc::Receiver<Answer<T>>) {
+        let (sender, receiver) = sync_channel(1);
+        (Self(Box::new(move |answer| drop(sender.send(answer)))), receiver)
+    }
+
+    /// Answers.
+    pub fn send(self, answer: Answer<T>) {
+        (self.0)(answer);
+    }
+}
+
+/// What the station thread can be asked.
+pub enum Command {
+    /// See [`crate::StationHandle::manual`].
+    Manual(Manual, Reply<Option<AcceptedMove>>),
+    /// See [`crate::StationHandle::live`].
+    Live(LiveRequest, Reply<()>),
+    /// See [`crate::StationHandle::snapshot`].
+    Snapshot(Reply<SharedFrame>),
+    /// See [`crate::StationHandle::calibration_changed`].
+    CalibrationChanged(bool),
+    /// See [`crate::StationHandle::lease`]; answered with the number of the lease.
+    Lease(Purpose, Reply<u64>),
+    /// A call of the job with that lease.
+    Job(u64, JobCall),
+    /// The job gives the station back.
+    Release(u64, Reply<()>),
+    /// Something outside the station failed: motion and light end, a person has to act.
+    Alarm(Fault),
+    /// Look at the stop line.
+    Wake,
+    /// Darken, stop, end.
+    ShutDown,
+}
+
+/// The calls of [`crate::StationLease`].
+pub enum JobCall {
+    /// Set the camera.
+    Configure(CameraRequest, Reply<CameraSettings>),
+    /// Shine with that power; 0 goes dark.
+    Light(f64, Reply<()>),
+    /// Home the stage.
+    Home(CancelFlag, Reply<()>),
+    /// Move and settle.
+    MoveTo {
+        /// Where to.
+        target_mm: f64,
+        /// How fast at most.
+        speed_mm_s: Option<f64>,
+        /// Ends the wait and the motion.
+        cancel: CancelFlag,
+        /// The position read back.
+        reply: Reply<f64>,
+    },
+    /// Expose one frame.
+    Grab(CancelFlag, Reply<SharedFrame>),
+    /// Run a sweep.
+    Sweep(Sweep, CancelFlag, Reply<FrameStream>),
+    /// What the job does now.
+    Activity(String),
+}
+
+impl JobCall {
+    /// Answers the call with that refusal.
+    pub fn refuse(self, refusal: StationRefusal) {
+        match self {
+            Self::Configure(_, reply) => reply.send(Err(refusal)),
+            Self::Light(_, reply) | Self::Home(_, reply) => reply.send(Err(refusal)),
+            Self::MoveTo { reply, .. } => reply.send(Err(refusal)),
+            Self::Grab(_, reply) => reply.send(Err(refusal)),
+            Self::Sweep(_, _, reply) => reply.send(Err(refusal)),
+            Self::Activity(_) => {}
+        }
+    }
+}

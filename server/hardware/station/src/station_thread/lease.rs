@@ -1,0 +1,89 @@
+//! The station in the hands of a job.
+
+use devices::{CameraRequest, CameraSettings};
+
+use crate::shared::cancel::CancelFlag;
+use crate::shared::frame::{FrameStream, SharedFrame};
+use crate::shared::refusal::StationRefusal;
+use crate::station_thread::command::{Command, JobCall, Reply};
+use crate::station_thread::handle::{StationHandle, Sweep};
+
+/// The station in the hands of one job; calls block until done, cancelled, stopped or broken.
+///
+/// Dropped, it leaves the laser dark, the stage at rest and the camera's settings as they were.
+pub struct StationLease {
+    station: StationHandle,
+    number: u64,
+}
+
+impl StationLease {
+    pub(crate) fn new(station: StationHandle, number: u64) -> Self {
+        Self { station, number }
+    }
+
+    /// Sets the camera; returns what it accepted.
+    pub fn configure(&self, wanted: &CameraRequest) -> Result<CameraSettings, StationRefusal> {
+        self.call(|reply| JobCall::Configure(*wanted, reply))
+    }
+
+    /// Shines with a share of full power until [`StationLease::laser_off`]; returns once the laser reports light.
+    ///
+    /// The station renews the laser's lease only while frames arrive or the job calls: light that went out because
+    /// the job was busy elsewhere comes back with its next call.
+    pub fn laser_on(&self, power: f64) -> Result<(), StationRefusal> {
+        self.call(|reply| JobCall::Light(if power == 0.0 { f64::NAN } else { power }, reply))
+    }
+
+    /// Goes dark; returns once the laser reports it.
+    pub fn laser_off(&self) -> Result<(), StationRefusal> {
+        self.call(|reply| JobCall::Light(0.0, reply))
+    }
+
+    /// Homes the stage.
+    pub fn home(&self, cancel: &CancelFlag) -> Result<(), StationRefusal> {
+        self.call(|reply| JobCall::Home(cancel.clone(), reply))
+    }
+
+    /// Moves and settles; returns the position read back.
+    pub fn move_to(
+        &self,
+        target_mm: f64,
+        speed_mm_s: Option<f64>,
+        cancel: &CancelFlag,
+    ) -> Result<f64, StationRefusal> {
+        self.call(|reply| JobCall::MoveTo { target_mm, speed_mm_s, cancel: cancel.clone(), reply })
+    }
+
+    /// Exposes one frame now and waits for it.
+    pub fn grab(&self, cancel: &CancelFlag) -> Result<SharedFrame, StationRefusal> {
+        self.call(|reply| JobCall::Grab(cancel.clone(), reply))
+    }
+
+    /// Runs a sweep; returns once it moves. Its frames come through the stream, none is skipped silently: those with
+    /// a position from `from_mm` to `to_mm`, in the order of their exposure.
+    pub fn sweep(&self, sweep: &Sweep, cancel: &CancelFlag) -> Result<FrameStream, StationRefusal> {
+        self.call(|reply| JobCall::Sweep(*sweep, cancel.clone(), reply))
+    }
+
+    /// Says what the job does now, for the status.
+    pub fn activity(&self, words: &str) {
+        // Words that come too fast are not worth waiting for.
+        let _ = self.station.send(Command::Job(self.number, JobCall::Activity(words.to_owned())));
+    }
+
+    fn call<T: Send + 'static>(&self, call: impl FnOnce(Reply<T>) -> JobCall) -> Result<T, StationRefusal> {
+        let (reply, answer) = Reply::blocking();
+        self.station.send(Command::Job(self.number, call(reply)))?;
+        answer.recv().unwrap_or_else(|_| Err(self.station.why_unanswered()))
+    }
+}
+
+impl Drop for StationLease {
+    fn drop(&mut self) {
+        let (reply, answer) = Reply::blocking();
+        if self.station.release(Command::Release(self.number, reply)) {
+            // An answer that never comes means that the thread has ended: dark and at rest.
+            let _ = answer.recv();
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! The station thread, what it does, and the handle and leases by which others ask it.
+pub(crate) mod command;
+pub mod handle;
+pub mod lease;
+pub(crate) mod live_view;
+pub(crate) mod obeying;
+pub(crate) mod outlook;
+pub(crate) mod owner;
+pub(crate) mod reset;
+pub(crate) mod run;
+pub(crate) mod stamping;
+pub(crate) mod stopping;
+pub(crate) mod task;
+pub(crate) mod thread;

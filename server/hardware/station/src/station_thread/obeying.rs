@@ -1,0 +1,215 @@
+//! What the station thread does about each command.
+
+use devices::{AcceptedMove, StageCapabilities, Trigger};
+
+use crate::params::REPORT_ROUNDING_MM;
+use crate::parts::faults::fault_of;
+use crate::parts::machine::Event;
+use crate::parts::motion::Motion;
+use crate::shared::refusal::StationRefusal;
+use crate::shared::status::MachineState::{Error, Halted, Operational, Preoperational};
+use crate::shared::status::OperationalState::SingleExecution;
+use crate::station_thread::command::{Command, JobCall, Reply};
+use crate::station_thread::handle::{Manual, Purpose};
+use crate::station_thread::owner::{Revoked, Station, Tenant};
+use crate::station_thread::task::Task;
+
+impl Station {
+    /// Does what is asked, or says why not.
+    pub(crate) fn obey(&mut self, command: Command) {
+        match command {
+            Command::Manual(manual, reply) => self.obey_person(manual, reply),
+            Command::Live(request, reply) => self.obey_live(request, reply),
+            Command::Snapshot(reply) => self.begin_snapshot(reply),
+            Command::CalibrationChanged(active) => self.calibrated = active,
+            Command::Lease(purpose, reply) => self.give_lease(purpose, reply),
+            Command::Job(lease, call) => self.obey_job(lease, call),
+            Command::Release(lease, reply) => {
+                self.take_back(lease);
+                self.answer(reply, Ok(()));
+            }
+            Command::Alarm(fault) => self.raise(fault),
+            Command::Wake => {}
+            Command::ShutDown => self.ending = true,
+        }
+    }
+
+    /// Answers with a refusal; a device's failure behind it is a fault of the station.
+    pub(crate) fn refuse<T: Send + 'static>(&mut self, reply: Reply<T>, refusal: StationRefusal) {
+        let fault = fault_of(&refusal);
+        self.answer(reply, Err(refusal));
+        if let Some(fault) = fault {
+            self.raise(fault);
+        }
+    }
+
+    fn obey_person(&mut self, manual: Manual, reply: Reply<Option<AcceptedMove>>) {
+        let done = match manual {
+            Manual::Reset => return self.begin_reset(reply),
+            Manual::Configure(wanted) => self.configure_by_hand(wanted),
+            Manual::Laser { power: 0.0 } => self.darken_by_hand(),
+            _ => match self.person_may_act() {
+                Ok(()) => self.act_by_hand(manual),
+                Err(refusal) => Err(refusal),
+            },
+        };
+        match done {
+            Ok(accepted) => self.answer(reply, Ok(accepted)),
+            Err(refusal) => self.refuse(reply, refusal),
+        }
+    }
+
+    /// Whether a person may move or shine now.
+    pub(crate) fn person_may_act(&self) -> Result<(), StationRefusal> {
+        match self.machine {
+            _ if self.outlook.stop_line.is_latched() => Err(StationRefusal::Halted),
+            Preoperational | Error => Err(self.in_error()),
+            Halted => Err(StationRefusal::Halted),
+            Operational(SingleExecution) => Err(StationRefusal::Busy { activity: self.activity().to_owned() }),
+            Operational(_) => Ok(()),
+        }
+    }
+
+    fn act_by_hand(&mut self, manual: Manual) -> Result<Option<AcceptedMove>, StationRefusal> {
+        let stage = self.stage.as_mut().ok_or(StationRefusal::Absent { device: "stage" })?;
+        match manual {
+            Manual::Home => Ok(stage.start_home().map(|()| None)?),
+            Manual::Move { target_mm, speed_mm_s } => {
+                let speed_mm_s = speed_mm_s.unwrap_or(stage.device().capabilities().max_speed_mm_s);
+                check_speed(speed_mm_s, &stage.device().capabilities())?;
+                Ok(Some(stage.start_move(target_mm, speed_mm_s)?))
+            }
+            Manual::Jog { velocity_mm_s } => {
+                if velocity_mm_s != 0.0 {
+                    check_speed(velocity_mm_s.abs(), &stage.device().capabilities())?;
+                }
+                Ok(stage.jog(velocity_mm_s)?)
+            }
+            Manual::Laser { power } => self.shine_in_live_view(power).map(|()| None),
+            Manual::Configure(_) | Manual::Reset => Ok(None),
+        }
+    }
+
+    fn darken_by_hand(&mut self) -> Result<Option<AcceptedMove>, StationRefusal> {
+        if let Operational(SingleExecution) = self.machine {
+            return Err(StationRefusal::Busy { activity: self.activity().to_owned() });
+        }
+        let laser = self.laser.as_mut().ok_or(StationRefusal::Absent { device: "laser" })?;
+        Ok(laser.off().map(|()| None)?)
+    }
+
+    fn configure_by_hand(
+        &mut self,
+        mut wanted: devices::CameraRequest,
+    ) -> Result<Option<AcceptedMove>, StationRefusal> {
+        if let Operational(SingleExecution) = self.machine {
+            return Err(StationRefusal::Busy { activity: self.activity().to_owned() });
+        }
+        if self.ails("camera") {
+            return Err(self.in_error());
+        }
+        if self.live.is_some() && wanted.trigger.is_some_and(|trigger| trigger != Trigger::Free) {
+            // A live view runs freely; the trigger is set again when it has ended.
+            wanted.trigger = None;
+        }
+        let camera = self.camera.as_mut().ok_or(StationRefusal::Absent { device: "camera" })?;
+        Ok(camera.configure(&wanted).map(|_| None)?)
+    }
+
+    fn give_lease(&mut self, purpose: Purpose, reply: Reply<u64>) {
+        let by_hand = self.task.is_some() || self.stage.as_ref().is_some_and(Motion::is_under_way);
+        let stopped_since = purpose.epoch != self.outlook.stop_line.epoch();
+        let refusal = match self.machine {
+            _ if stopped_since => Some(StationRefusal::Stopped { actor: self.stopped_by.clone() }),
+            Halted => Some(StationRefusal::Halted),
+            Preoperational | Error => Some(self.in_error()),
+            Operational(SingleExecution) => Some(StationRefusal::Busy { activity: self.activity().to_owned() }),
+            _ if by_hand => Some(StationRefusal::Busy { activity: self.activity().to_owned() }),
+            _ => None,
+        };
+        if let Some(refusal) = refusal {
+            return self.answer(reply, Err(refusal));
+        }
+        self.end_live();
+        self.happen(Event::JobBegins);
+        self.leases += 1;
+        let camera_before = self.camera.as_ref().map(|camera| camera.settings());
+        self.tenant = Some(Tenant { lease: self.leases, purpose, camera_before });
+        self.answer(reply, Ok(self.leases));
+    }
+
+    /// The job gives the station back: dark, at rest, the camera as it was.
+    fn take_back(&mut self, lease: u64) {
+        if self.tenant.as_ref().is_none_or(|tenant| tenant.lease != lease) {
+            return;
+        }
+        self.end_work(|_| StationRefusal::Cancelled);
+        self.go_dark();
+        self.come_to_rest();
+        self.evict(None);
+        self.happen(Event::JobEnds);
+    }
+
+    /// Ends the lease that is out and restores the camera; `why` is told to later calls of that job.
+    pub(crate) fn evict(&mut self, why: Option<Revoked>) {
+        let Some(tenant) = self.tenant.take() else { return };
+        self.revoked = why.map(|why| (tenant.lease, why));
+        self.restore_camera(tenant.camera_before);
+    }
+
+    fn obey_job(&mut self, lease: u64, call: JobCall) {
+        if self.tenant.as_ref().is_none_or(|tenant| tenant.lease != lease) {
+            return call.refuse(self.why_revoked(lease));
+        }
+        if let JobCall::Activity(words) = call {
+            if let Some(tenant) = &mut self.tenant {
+                tenant.purpose.activity = words;
+            }
+            return;
+        }
+        let by_run = self.run.is_some() && !matches!(call, JobCall::Light(..));
+        if self.task.is_some() || by_run {
+            return call.refuse(StationRefusal::Busy { activity: self.activity().to_owned() });
+        }
+        self.begin(call);
+    }
+
+    fn begin(&mut self, call: JobCall) {
+        match call {
+            JobCall::Configure(wanted, reply) => {
+                let camera = self.camera.as_mut().ok_or(StationRefusal::Absent { device: "camera" });
+                match camera.and_then(|camera| Ok(camera.configure(&wanted)?)) {
+                    Ok(settings) => self.answer(reply, Ok(settings)),
+                    Err(refusal) => self.refuse(reply, refusal),
+                }
+            }
+            JobCall::Light(power, reply) => self.begin_light(power, reply),
+            JobCall::Home(cancel, reply) => self.task = Some(Task::Home { started: false, cancel, reply }),
+            JobCall::MoveTo { target_mm, speed_mm_s, cancel, reply } => {
+                self.task = Some(Task::Move { target_mm, speed_mm_s, started: false, cancel, reply });
+            }
+            JobCall::Grab(cancel, reply) => self.begin_grab(Some(cancel), reply),
+            JobCall::Sweep(sweep, cancel, reply) => self.begin_run(sweep, cancel, reply),
+            JobCall::Activity(_) => {}
+        }
+    }
+
+    fn why_revoked(&self, lease: u64) -> StationRefusal {
+        match &self.revoked {
+            Some((revoked, Revoked::Stopped { actor })) if *revoked == lease => {
+                StationRefusal::Stopped { actor: actor.clone() }
+            }
+            Some((revoked, Revoked::Fault)) if *revoked == lease => self.in_error(),
+            _ => StationRefusal::Busy { activity: self.activity().to_owned() },
+        }
+    }
+}
+
+/// A speed must be one that the stage has: neither so slow that it never arrives, nor faster than it can.
+fn check_speed(speed_mm_s: f64, capabilities: &StageCapabilities) -> Result<(), StationRefusal> {
+    let (min_mm_s, max_mm_s) = (capabilities.resolution_mm.max(REPORT_ROUNDING_MM), capabilities.max_speed_mm_s);
+    if (min_mm_s..=max_mm_s).contains(&speed_mm_s) {
+        return Ok(());
+    }
+    Err(StationRefusal::SpeedOutOfRange { speed_mm_s, min_mm_s, max_mm_s })
+}

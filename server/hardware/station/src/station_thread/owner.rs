@@ -1,0 +1,311 @@
+//! The station thread's own state, and the turn it makes again and again.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
+use std::time::{Duration, Instant};
+
+use crate::params::{COMMANDS_PER_TURN, IDLE_TURN, TURN};
+use crate::parts::acquisition::Acquisition;
+use crate::parts::devices::{Opened, Opener, Wanted};
+use crate::parts::light::Light;
+use crate::parts::machine::{self, Event};
+use crate::parts::motion::Motion;
+use crate::shared::refusal::StationRefusal;
+use crate::shared::status::{DropCounts, Fault, MachineState, StateHistory};
+use crate::station_thread::command::{Answer, Command, Reply};
+use crate::station_thread::handle::Purpose;
+use crate::station_thread::live_view::LiveView;
+use crate::station_thread::outlook::Outlook;
+use crate::station_thread::reset::Resetting;
+use crate::station_thread::run::Run;
+use crate::station_thread::stamping::Stamping;
+use crate::station_thread::task::Task;
+
+/// The job that has the station.
+pub struct Tenant {
+    /// The number of its lease.
+    pub lease: u64,
+    /// Who it is and what it does.
+    pub purpose: Purpose,
+    /// How the camera was set before.
+    pub camera_before: Option<devices::CameraSettings>,
+}
+
+/// Why a lease is no longer good.
+pub enum Revoked {
+    /// A person stopped the station.
+    Stopped {
+        /// Who.
+        actor: String,
+    },
+    /// A device failed.
+    Fault,
+}
+
+/// Everything the station thread knows and owns.
+pub struct Station {
+    pub(crate) commands: Receiver<Command>,
+    pub(crate) outlook: Outlook,
+    pub(crate) opener: Opener,
+    pub(crate) opening: Option<Receiver<Opened>>,
+    pub(crate) camera: Option<Acquisition>,
+    pub(crate) stage: Option<Motion>,
+    pub(crate) laser: Option<Light>,
+    pub(crate) machine: MachineState,
+    pub(crate) history: StateHistory,
+    pub(crate) faults: Vec<Fault>,
+    pub(crate) tenant: Option<Tenant>,
+    pub(crate) revoked: Option<(u64, Revoked)>,
+    pub(crate) leases: u64,
+    pub(crate) task: Option<Task>,
+    pub(crate) run: Option<Run>,
+    pub(crate) live: Option<LiveView>,
+    pub(crate) resetting: Option<Resetting>,
+    pub(crate) camera_before_fault: Option<devices::CameraSettings>,
+    pub(crate) calibrated: bool,
+    pub(crate) stamping: Stamping,
+    pub(crate) drops: Arc<DropCounts>,
+    pub(crate) answers: Vec<Box<dyn FnOnce() + Send>>,
+    /// Who stopped it last.
+    pub(crate) stopped_by: String,
+    pub(crate) ending: bool,
+}
+
+impl Station {
+    /// A station that begins to open its devices; Halted where the stop line is latched.
+    pub fn new(commands: Receiver<Command>, outlook: Outlook, opener: Opener) -> Self {
+        let mut station = Self {
+            commands,
+            opener,
+            opening: None,
+            camera: None,
+            stage: None,
+            laser: None,
+            machine: if outlook.stop_line.is_latched() {
+                MachineState::Halted
+            } else {
+                MachineState::Preoperational
+            },
+            history: StateHistory::default(),
+            faults: Vec::new(),
+            tenant: None,
+            revoked: None,
+            leases: 0,
+            task: None,
+            run: None,
+            live: None,
+            resetting: None,
+            camera_before_fault: None,
+            calibrated: false,
+            stamping: Stamping::default(),
+            drops: Arc::default(),
+            answers: Vec::new(),
+            stopped_by: String::new(),
+            ending: false,
+            outlook,
+        };
+        station.history.enter(station.machine);
+        station.begin_opening();
+        station
+    }
+
+    /// One turn: stop, commands, frame, stage, laser, then whatever they led to. `false` ends the thread.
+    pub fn turn(&mut self) -> bool {
+        self.obey_stop();
+        self.obey_commands();
+        self.tend_opening();
+        self.tend_camera();
+        self.tend_stage();
+        self.tend_laser();
+        self.tend_task();
+        self.tend_run();
+        self.tend_live();
+        self.tend_reset();
+        self.judge_readiness();
+        self.settle_accounts();
+        !self.ending
+    }
+
+    /// Publishes the status, then gives the answers that wait: whoever was answered sees the state that follows.
+    pub fn settle_accounts(&mut self) {
+        self.publish();
+        for answer in self.answers.drain(..) {
+            answer();
+        }
+    }
+
+    /// Answers at the end of this turn.
+    pub(crate) fn answer<T: Send + 'static>(&mut self, reply: Reply<T>, answer: Answer<T>) {
+        self.answers.push(Box::new(move || reply.send(answer)));
+    }
+
+    /// Lets the machine take an event; `false` if the state refuses it.
+    pub(crate) fn happen(&mut self, event: Event) -> bool {
+        match machine::next(self.machine, event) {
+            Some(state) => {
+                self.machine = state;
+                // Back at idle it is known at once whether a scan could begin.
+                let equipped = if self.is_equipped() { Event::Equipped } else { Event::Lacking };
+                self.machine = machine::next(self.machine, equipped).unwrap_or(self.machine);
+                self.history.enter(self.machine);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Whether something may need the thread at any moment.
+    pub(crate) fn is_busy(&self) -> bool {
+        self.task.is_some()
+            || self.run.is_some()
+            || self.resetting.is_some()
+            || self.opening.is_some()
+            || self.stage.as_ref().is_some_and(Motion::is_moving)
+            || self.laser.as_ref().is_some_and(Light::is_wanted)
+            || self.stamping.is_waiting()
+    }
+
+    fn obey_stop(&mut self) {
+        if self.outlook.stop_line.is_pulled() {
+            self.stop_everything();
+        }
+    }
+
+    fn obey_commands(&mut self) {
+        let mut wait = self.wait_for_commands();
+        for _ in 0..COMMANDS_PER_TURN {
+            let command = match wait.take() {
+                Some(wait) => self.commands.recv_timeout(wait),
+                None => self.commands.try_recv().map_err(|error| match error {
+                    TryRecvError::Empty => RecvTimeoutError::Timeout,
+                    TryRecvError::Disconnected => RecvTimeoutError::Disconnected,
+                }),
+            };
+            match command {
+                Ok(command) => self.obey(command),
+                Err(RecvTimeoutError::Timeout) => break,
+                Err(RecvTimeoutError::Disconnected) => self.ending = true,
+            }
+            if self.ending {
+                break;
+            }
+            self.obey_stop();
+        }
+    }
+
+    /// How long to wait for a command: not at all while the camera may deliver, since then the wait is for frames.
+    fn wait_for_commands(&self) -> Option<Duration> {
+        if self.ails("camera") || !self.camera.as_ref().is_some_and(Acquisition::expects_frames) {
+            return Some(if self.is_busy() { TURN } else { IDLE_TURN });
+        }
+        None
+    }
+
+    /// Begins to open what is missing, on a thread of its own.
+    pub(crate) fn begin_opening(&mut self) {
+        let wanted =
+            Wanted { camera: self.camera.is_none(), stage: self.stage.is_none(), laser: self.laser.is_none() };
+        if wanted == (Wanted { camera: false, stage: false, laser: false }) || self.opening.is_some() {
+            return;
+        }
+        let (opener, (sender, receiver)) = (self.opener.clone(), sync_channel(1));
+        let opening = move || drop(sender.send(opener(wanted)));
+        // Without a thread the receiver tells that nothing came.
+        let _ = std::thread::Builder::new().name("station-open".to_owned()).spawn(opening);
+        self.opening = Some(receiver);
+    }
+
+    fn tend_opening(&mut self) {
+        let Some(opening) = &self.opening else { return };
+        let opened = match opening.try_recv() {
+            Ok(opened) => opened,
+            Err(TryRecvError::Empty) => return,
+            Err(TryRecvError::Disconnected) => Opened::default(),
+        };
+        self.opening = None;
+        self.install(opened);
+        if self.resetting.is_none() {
+            let all = self.camera.is_some() && self.stage.is_some() && self.laser.is_some();
+            self.happen(if all { Event::Reached } else { Event::Missing });
+        }
+        // Who waits for the start reads the status next.
+        self.publish();
+        self.outlook.tell_opened();
+    }
+
+    fn install(&mut self, opened: Opened) {
+        if let Some(camera) = opened.camera {
+            self.camera = Some(Acquisition::new(camera, self.drops.clone()));
+        }
+        if let Some(stage) = opened.stage {
+            self.stage = Some(Motion::new(stage));
+        }
+        if let Some(laser) = opened.laser {
+            let mut light = Light::new(laser);
+            if let Err(error) = light.off() {
+                self.fail(error.into());
+            }
+            self.laser = Some(light);
+        }
+        for fault in opened.faults {
+            self.note(fault);
+        }
+    }
+
+    fn is_equipped(&self) -> bool {
+        self.calibrated && self.stage.as_ref().is_some_and(Motion::homed)
+    }
+
+    fn judge_readiness(&mut self) {
+        self.happen(if self.is_equipped() { Event::Equipped } else { Event::Lacking });
+    }
+
+    fn tend_stage(&mut self) {
+        if self.ails("stage") {
+            return;
+        }
+        let Some(stage) = &mut self.stage else { return };
+        match stage.tend(Instant::now()) {
+            Ok(Some(arrival)) => self.arrived(arrival),
+            Ok(None) => {}
+            Err(error) => self.fail(error.into()),
+        }
+    }
+
+    fn tend_laser(&mut self) {
+        if self.ails("laser") {
+            return;
+        }
+        let now = Instant::now();
+        let due = self.camera.as_ref().and_then(|camera| camera.frame_due(now));
+        let Some(laser) = &mut self.laser else { return };
+        if let Some(due) = due {
+            laser.expect_frame(due);
+        }
+        if let Err(error) = laser.tend(now) {
+            self.fail(error.into());
+        }
+    }
+
+    /// The refusal while a fault waits for a person, or while devices are missing.
+    pub(crate) fn in_error(&self) -> StationRefusal {
+        match self.faults.first() {
+            Some(fault) => StationRefusal::InError { detail: fault.detail.clone(), remedy: fault.remedy.clone() },
+            None => StationRefusal::InError {
+                detail: "the devices are being opened".to_owned(),
+                remedy: "wait a moment".to_owned(),
+            },
+        }
+    }
+
+    /// At the end: everyone who waits is told.
+    pub(crate) fn refuse_all(&mut self) {
+        self.end_work(|_| StationRefusal::ShuttingDown);
+        self.end_reset(|| StationRefusal::ShuttingDown);
+        for request in self.outlook.stop_line.take() {
+            // Motion and light have ended: that is what was asked for.
+            self.answers.push(Box::new(move || drop(request.done.send(Ok(())))));
+        }
+        self.settle_accounts();
+    }
+}

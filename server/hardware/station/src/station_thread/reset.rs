@@ -1,0 +1,130 @@
+//! Reset: faults are acknowledged, devices reached again. They come back ready, never active.
+
+use std::time::Instant;
+
+use devices::AcceptedMove;
+
+use crate::params::RESET_LIMIT;
+use crate::parts::faults::fault_of;
+use crate::parts::machine::Event;
+use crate::shared::refusal::StationRefusal;
+use crate::shared::status::Fault;
+use crate::station_thread::command::Reply;
+use crate::station_thread::owner::{Revoked, Station};
+
+/// What a job is told that a reset ended.
+const RESET: &str = "a reset";
+
+/// A reset under way.
+pub struct Resetting {
+    until: Instant,
+    replies: Vec<Reply<Option<AcceptedMove>>>,
+    /// Faults not yet overcome, as last seen.
+    open: Vec<Fault>,
+}
+
+impl Station {
+    /// Acknowledges all faults and begins to reach what failed. Accepted in every state: what runs ends, dark and at
+    /// rest; who asks during a reset gets the same answer.
+    pub(crate) fn begin_reset(&mut self, reply: Reply<Option<AcceptedMove>>) {
+        if let Some(resetting) = &mut self.resetting {
+            resetting.replies.push(reply);
+            return;
+        }
+        self.end_live();
+        if self.tenant.is_some() || self.task.is_some() {
+            let by_reset = || StationRefusal::Stopped { actor: RESET.to_owned() };
+            self.end_work(|_| by_reset());
+            self.go_dark();
+            self.come_to_rest();
+            self.evict(Some(Revoked::Stopped { actor: RESET.to_owned() }));
+        }
+        self.happen(Event::Reset);
+        let open = std::mem::take(&mut self.faults);
+        for fault in &open {
+            self.reach_again(fault);
+        }
+        self.begin_opening();
+        self.resetting = Some(Resetting { until: Instant::now() + RESET_LIMIT, replies: vec![reply], open });
+    }
+
+    /// Starts what may overcome a fault. Whether it did is asked afterwards.
+    fn reach_again(&mut self, fault: &Fault) {
+        let lost = matches!(fault.kind, "gone" | "no_reply" | "garbage" | "wrong_device" | "silent" | "fault");
+        let all = fault.device == "station";
+        if let Some(camera) = self.camera.as_mut().filter(|_| all || fault.device == "camera") {
+            let _ = if lost { camera.device().reconnect() } else { camera.stop() };
+        }
+        if let Some(stage) = self.stage.as_mut().filter(|_| all || fault.device == "stage") {
+            let cleared = if lost { Err(()) } else { stage.device().clear_fault().map_err(drop) };
+            let _ = cleared.or_else(|()| stage.device().reconnect());
+        }
+        if let Some(laser) = self.laser.as_mut().filter(|_| all || fault.device == "laser") {
+            let _ = if lost { laser.device().reconnect() } else { laser.off() };
+        }
+    }
+
+    /// Asks all devices whether they are well again.
+    pub(crate) fn tend_reset(&mut self) {
+        if self.resetting.is_none() || self.opening.is_some() {
+            return;
+        }
+        let open = self.faults_found();
+        let missing = self.camera.is_none() || self.stage.is_none() || self.laser.is_none();
+        let Some(mut resetting) = self.resetting.take() else { return };
+        // Ready is at rest: who resets right after a Stop would else be refused the next motion.
+        let rests = self.stage_rests() || Instant::now() >= resetting.until;
+        if open.is_empty() && !missing && rests {
+            self.faults.clear();
+            self.come_back();
+            self.outlook.stop_line.release();
+            self.happen(Event::Reached);
+            return resetting.replies.into_iter().for_each(|reply| self.answer(reply, Ok(None)));
+        }
+        if !open.is_empty() {
+            resetting.open = open;
+        }
+        if !missing && Instant::now() < resetting.until {
+            self.resetting = Some(resetting);
+            return;
+        }
+        for fault in resetting.open {
+            self.note(fault);
+        }
+        self.happen(if missing { Event::Missing } else { Event::Fault });
+        for reply in resetting.replies {
+            let refusal = self.in_error();
+            self.answer(reply, Err(refusal));
+        }
+    }
+
+    /// Ends a reset before its end: faults that it has not overcome stay.
+    pub(crate) fn end_reset(&mut self, why: impl Fn() -> StationRefusal) {
+        let Some(resetting) = self.resetting.take() else { return };
+        resetting.open.into_iter().for_each(|fault| self.note(fault));
+        resetting.replies.into_iter().for_each(|reply| self.answer(reply, Err(why())));
+    }
+
+    fn faults_found(&mut self) -> Vec<Fault> {
+        let now = Instant::now();
+        let camera = self
+            .camera
+            .as_mut()
+            .map_or(Ok(()), |camera| camera.ask_whether_there(now).map_err(StationRefusal::from));
+        let stage = self.stage.as_mut().map_or(Ok(()), |stage| stage.check().map_err(StationRefusal::from));
+        let laser = self.laser.as_mut().map_or(Ok(()), |laser| laser.check_dark().map_err(StationRefusal::from));
+        [camera, stage, laser].iter().filter_map(|found| fault_of(found.as_ref().err()?)).collect()
+    }
+
+    /// Devices that are reached again: dark, at rest, set as before the fault.
+    fn come_back(&mut self) {
+        self.go_dark();
+        let before = self.camera_before_fault.take();
+        if before.is_some() {
+            self.restore_camera(before);
+        } else if let Some(camera) = &mut self.camera {
+            // It answered just now; what it says next is noticed when it is used.
+            let _ = camera.stop();
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! A continuous run: approach, run-up, frames at constant speed from first to last position of interest.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::time::Instant;
+
+use devices::{CameraRequest, StageError, Trigger};
+
+use crate::params::{LIGHT_IDLE, RECORDER_FRAMES, RUN_UP_MARGIN, RUN_UP_TIME};
+use crate::parts::acquisition::Lost;
+use crate::parts::light::Light;
+use crate::parts::motion::Arrival;
+use crate::shared::cancel::CancelFlag;
+use crate::shared::frame::{FrameStream, SharedFrame};
+use crate::shared::refusal::StationRefusal;
+use crate::shared::status::DropCounts;
+use crate::station_thread::command::Reply;
+use crate::station_thread::handle::Sweep;
+use crate::station_thread::owner::Station;
+
+/// A run under way.
+pub struct Run {
+    sweep: Sweep,
+    cancel: CancelFlag,
+    phase: Phase,
+    run_up_mm: f64,
+    frames: SyncSender<SharedFrame>,
+    ended: SyncSender<StationRefusal>,
+    dropped: Arc<DropCounts>,
+    /// Until it runs: who waits for the stream, and the stream.
+    handed_over: Option<(Reply<FrameStream>, FrameStream)>,
+    previous: Option<Seen>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Phase {
+    /// On the way to the start of the run-up; `false` until the stage was told.
+    Approach(bool),
+    /// At the start of a recording, which begins to play once the light is as wanted: there are no frames to spare.
+    Waiting,
+    /// At the start; the camera delivers its first frame.
+    Starting,
+    Running,
+    /// Beyond the range, on the ramp that ends the move: a stage stopped there would brake no sooner, and a controller
+    /// that shines while it brakes may lose its position.
+    Braking,
+}
+
+#[derive(Clone, Copy)]
+struct Seen {
+    at: Instant,
+    within: bool,
+}
+
+impl Run {
+    fn new(sweep: Sweep, cancel: CancelFlag, run_up_mm: f64, reply: Reply<FrameStream>) -> Self {
+        let (frames, receiver) = sync_channel(RECORDER_FRAMES);
+        let (ended, why) = sync_channel(1);
+        let dropped = Arc::new(DropCounts::default());
+        let stream = FrameStream { frames: receiver, dropped: dropped.clone(), ended: why };
+        let handed_over = Some((reply, stream));
+        let phase = Phase::Approach(false);
+        Self { sweep, cancel, phase, run_up_mm, frames, ended, dropped, handed_over, previous: None }
+    }
+
+    /// Whether frames are being recorded.
+    pub fn is_running(&self) -> bool {
+        self.phase == Phase::Running
+    }
+
+    /// Ends it early; gives back the caller who still waits for its beginning.
+    pub fn break_off(mut self, refusal: StationRefusal) -> Option<(Reply<FrameStream>, StationRefusal)> {
+        match self.handed_over.take() {
+            Some((reply, _)) => Some((reply, refusal)),
+            None => {
+                // The channel holds one, and this is the only one.
+                let _ = self.ended.try_send(refusal);
+                None
+            }
+        }
+    }
+
+    fn direction(&self) -> f64 {
+        (self.sweep.to_mm - self.sweep.from_mm).signum()
+    }
+
+    /// How far beyond the first position of interest, along the run.
+    fn along_mm(&self, position_mm: f64) -> f64 {
+        (position_mm - self.sweep.from_mm) * self.direction()
+    }
+
+    fn length_mm(&self) -> f64 {
+        (self.sweep.to_mm - self.sweep.from_mm).abs()
+    }
+
+    fn holds(&self, position_mm: f64) -> bool {
+        (0.0..=self.length_mm()).contains(&self.along_mm(position_mm))
+    }
+
+    fn start_mm(&self) -> f64 {
+        self.sweep.from_mm - self.direction() * self.run_up_mm
+    }
+
+    fn end_mm(&self) -> f64 {
+        self.sweep.to_mm + self.direction() * self.run_up_mm
+    }
+
+    /// Counts what was lost within the range, `n` exposures at the positions `places`.
+    fn count(&self, mut lost: Lost, within: u64) {
+        let mut left = within;
+        for part in [&mut lost.camera, &mut lost.no_buffer, &mut lost.malformed] {
+            *part = (*part).min(left);
+            left -= *part;
+        }
+        lost.count_into(&self.dropped);
+    }
+}
+
+impl Station {
+    /// Begins a run: checks it, then approaches.
+    pub(crate) fn begin_run(&mut self, sweep: Sweep, cancel: CancelFlag, reply: Reply<FrameStream>) {
+        match self.run_up_mm(&sweep) {
+            Ok(run_up_mm) => self.run = Some(Run::new(sweep, cancel, run_up_mm, reply)),
+            Err(refusal) => self.refuse(reply, refusal),
+        }
+    }
+
+    /// Length of the ramp before the range; the range with its ramps must lie within the travel.
+    fn run_up_mm(&mut self, sweep: &Sweep) -> Result<f64, StationRefusal> {
+        let stage = self.stage.as_mut().ok_or(StationRefusal::Absent { device: "stage" })?;
+        let bad = |name, value: f64| Err(StageError::BadNumber { name, value }.into());
+        for (name, value) in [("from_mm", sweep.from_mm), ("to_mm", sweep.to_mm)] {
+            if !value.is_finite() {
+                return bad(name, value);
+            }
+        }
+        if !(sweep.speed_mm_s > 0.0 && sweep.speed_mm_s.is_finite()) {
+            return bad("speed_mm_s", sweep.speed_mm_s);
+        }
+        if sweep.from_mm == sweep.to_mm {
+            return bad("to_mm", sweep.to_mm);
+        }
+        let capabilities = stage.device().capabilities();
+        let ramp_mm = match capabilities.acceleration_mm_s2 {
+            _ if capabilities.follows_frames => 0.0,
+            Some(a) if a > 0.0 => sweep.speed_mm_s * sweep.speed_mm_s / (2.0 * a) * RUN_UP_MARGIN,
+            _ => sweep.speed_mm_s * RUN_UP_TIME.as_secs_f64(),
+        };
+        let (min_mm, max_mm) = capabilities.travel_mm;
+        let direction = (sweep.to_mm - sweep.from_mm).signum();
+        for target_mm in [sweep.from_mm - direction * ramp_mm, sweep.to_mm + direction * ramp_mm] {
+            if !(min_mm..=max_mm).contains(&target_mm) {
+                return Err(StageError::OutOfTravel { target_mm, min_mm, max_mm }.into());
+            }
+        }
+        Ok(ramp_mm)
+    }
+
+    /// Goes on with the run.
+    pub(crate) fn tend_run(&mut self) {
+        let Some(run) = &self.run else { return };
+        if run.cancel.is_cancelled() {
+            self.end_work(|_| StationRefusal::Cancelled);
+            return self.rest_after_run();
+        }
+        let (phase, start_mm, rate_hz) = (run.phase, run.start_mm(), run.sweep.frame_rate_hz);
+        match phase {
+            Phase::Approach(false) if self.stage_rests() => {
+                let full_mm_s = self.stage.as_mut().map(|stage| stage.device().capabilities().max_speed_mm_s);
+                let told = self.start_way(start_mm, full_mm_s.unwrap_or_default());
+                self.enter(Phase::Approach(true), told);
+            }
+            Phase::Waiting if self.light_is_as_wanted() => {
+                let told = self.expose_freely(rate_hz);
+                self.enter(Phase::Starting, told);
+                self.run_off();
+            }
+            // Light without frames on a stage that goes on: the run is lost either way.
+            Phase::Running if self.frames_are_overdue() => self.no_frame_came(),
+            Phase::Braking if self.stage_rests() => {
+                self.run = None;
+                self.rest_after_run();
+            }
+            _ => {}
+        }
+    }
+
+    /// The stage ended an errand; the run's own?
+    pub(crate) fn run_arrived(&mut self, arrival: Arrival) {
+        let Some(run) = &self.run else { return };
+        if run.phase == Phase::Approach(true) && matches!(arrival, Arrival::Moved(_)) {
+            if self.stage.as_mut().is_some_and(|stage| stage.device().capabilities().follows_frames) {
+                let lit = self.light_for_exposure(Instant::now());
+                return self.enter(Phase::Waiting, lit);
+            }
+            let rate_hz = run.sweep.frame_rate_hz;
+            let told = self.expose_freely(rate_hz);
+            self.enter(Phase::Starting, told);
+        }
+    }
+
+    /// A frame for the run, with what was lost before it.
+    pub(crate) fn record(&mut self, frame: &SharedFrame, lost: Lost) {
+        let Some(run) = &self.run else { return };
+        match run.phase {
+            Phase::Approach(_) | Phase::Waiting | Phase::Braking => {}
+            Phase::Starting => self.run_off(),
+            Phase::Running => self.record_running(frame, lost),
+        }
+    }
+
+    fn record_running(&mut self, frame: &SharedFrame, lost: Lost) {
+        let Some(mut run) = self.run.take() else { return };
+        let previous = run.previous;
+        let within = match frame.position_mm {
+            Some(position_mm) => run.holds(position_mm),
+            // An unknown position is the job's to judge, where the run lies around it.
+            None => previous.is_some_and(|previous| previous.within),
+        };
+        let lost_within = self.lost_within(&run, frame, lost.total());
+        run.count(lost, lost_within);
+        run.previous = Some(Seen { at: frame.captured_at, within });
+        let mut wanted = true;
+        if within {
+            match run.frames.try_send(frame.clone()) {
+                Ok(()) => {}
+                Err(TrySendError::Full(_)) => {
+                    run.dropped.recorder.fetch_add(1, Ordering::Relaxed);
+                    self.drops.recorder.fetch_add(1, Ordering::Relaxed);
+                }
+                Err(TrySendError::Disconnected(_)) => wanted = false,
+            }
+        }
+        let passed = frame.position_mm.is_some_and(|position_mm| run.along_mm(position_mm) >= run.length_mm());
+        let brakes_itself = self.stage.as_mut().is_some_and(|stage| !stage.device().capabilities().follows_frames);
+        if !wanted || (passed && !brakes_itself) {
+            drop(run);
+            return self.rest_after_run();
+        }
+        if passed {
+            run.phase = Phase::Braking;
+        }
+        self.run = Some(run);
+    }
+
+    /// How many of the exposures lost before `frame` lay within the range: exposures are spaced evenly in time.
+    fn lost_within(&self, run: &Run, frame: &SharedFrame, lost: u64) -> u64 {
+        let (Some(previous), Some(stage)) = (run.previous, &self.stage) else { return 0 };
+        let between = frame.captured_at.saturating_duration_since(previous.at);
+        let is_within = |k: &u64| {
+            let at = previous.at + between.mul_f64(*k as f64 / (lost + 1) as f64);
+            stage.position_at_mm(at).is_none_or(|position_mm| run.holds(position_mm))
+        };
+        (1..=lost).filter(is_within).count() as u64
+    }
+
+    /// The camera delivers and the light is as wanted: off it goes.
+    fn run_off(&mut self) {
+        if !self.light_is_as_wanted() {
+            return;
+        }
+        let Some(run) = &self.run else { return };
+        let (end_mm, speed_mm_s) = (run.end_mm(), run.sweep.speed_mm_s);
+        let told = self.move_for_run(end_mm, speed_mm_s);
+        self.enter(Phase::Running, told);
+        let handed_over = self.run.as_mut().filter(|run| run.is_running()).and_then(|run| run.handed_over.take());
+        if let Some((reply, stream)) = handed_over {
+            self.answer(reply, Ok(stream));
+        }
+    }
+
+    /// Whether the light has to go out for want of frames. A recording has neither light nor mass.
+    fn frames_are_overdue(&mut self) -> bool {
+        let now = Instant::now();
+        let follows = self.stage.as_mut().is_some_and(|stage| stage.device().capabilities().follows_frames);
+        let due = self.camera.as_ref().and_then(|camera| camera.frame_due(now));
+        !follows && due.is_some_and(|due| now > due + LIGHT_IDLE)
+    }
+
+    fn light_is_as_wanted(&self) -> bool {
+        self.laser.as_ref().is_none_or(Light::has_obeyed)
+    }
+
+    fn move_for_run(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<(), StationRefusal> {
+        let stage = self.stage.as_mut().ok_or(StationRefusal::Absent { device: "stage" })?;
+        stage.start_move(target_mm, speed_mm_s)?;
+        Ok(())
+    }
+
+    fn expose_freely(&mut self, frame_rate_hz: f64) -> Result<(), StationRefusal> {
+        let camera = self.camera.as_mut().ok_or(StationRefusal::Absent { device: "camera" })?;
+        camera.stop()?;
+        let rated = camera.device().capabilities().frame_rate_hz.is_some();
+        let frame_rate_hz = rated.then_some(frame_rate_hz);
+        camera.configure(&CameraRequest {
+            trigger: Some(Trigger::Free),
+            frame_rate_hz,
+            ..CameraRequest::default()
+        })?;
+        camera.start()?;
+        self.forget_waiting_frames();
+        Ok(())
+    }
+
+    fn enter(&mut self, phase: Phase, told: Result<(), StationRefusal>) {
+        match told {
+            Ok(()) => {
+                if let Some(run) = &mut self.run {
+                    run.phase = phase;
+                }
+            }
+            Err(refusal) => {
+                self.fail(refusal);
+                self.rest_after_run();
+            }
+        }
+    }
+
+    fn rest_after_run(&mut self) {
+        self.come_to_rest();
+        if let Some(camera) = &mut self.camera {
+            // A camera that cannot be stopped is noticed by its next use.
+            let _ = camera.stop();
+        }
+        self.forget_waiting_frames();
+    }
+}

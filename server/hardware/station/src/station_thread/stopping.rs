@@ -1,0 +1,160 @@
+//! Stop and faults: motion and light end, whoever waits is told why, nothing begins again by itself.
+
+use crate::params::FAULTS_SHOWN;
+use crate::parts::faults::fault_of;
+use crate::parts::machine::Event;
+use crate::shared::refusal::StationRefusal;
+use crate::shared::status::Fault;
+use crate::station_thread::owner::{Revoked, Station};
+use crate::station_thread::run::Run;
+
+impl Station {
+    /// Obeys everyone who pulled the stop line.
+    pub(crate) fn stop_everything(&mut self) {
+        let requests = self.outlook.stop_line.take();
+        let actor = requests.first().map_or_else(String::new, |request| request.actor.clone());
+        self.stopped_by.clone_from(&actor);
+        let told = self.still_everything();
+        self.end_reset(|| StationRefusal::Stopped { actor: actor.clone() });
+        self.end_work(|_| StationRefusal::Stopped { actor: actor.clone() });
+        self.live = None;
+        self.evict(Some(Revoked::Stopped { actor }));
+        self.happen(Event::Stop);
+        if let Err(error) = &told
+            && let Some(fault) = fault_of(error)
+        {
+            self.raise(fault);
+        }
+        let mut failed = told.err();
+        for request in requests {
+            let answer = failed.take().map_or(Ok(()), Err);
+            // Who does not wait any more need not be told.
+            self.answers.push(Box::new(move || drop(request.done.send(answer))));
+        }
+        self.settle_accounts();
+    }
+
+    /// Tells all devices to end what they do, the moving mass first; says which could not be told.
+    pub(crate) fn still_everything(&mut self) -> Result<(), StationRefusal> {
+        let ails = self.ails("stage");
+        let stage = match &mut self.stage {
+            Some(stage) if ails => stage.device().stop(),
+            Some(stage) => stage.stop(),
+            None => Ok(()),
+        };
+        let laser = self.laser.as_mut().map_or(Ok(()), |laser| laser.off());
+        let camera = self.camera.as_mut().map_or(Ok(()), |camera| camera.stop());
+        self.forget_waiting_frames();
+        laser?;
+        stage?;
+        // A camera neither moves nor shines: what it says is found out when it is used again.
+        drop(camera);
+        Ok(())
+    }
+
+    /// A device failed, or a request was impossible: whoever waits is told, in the device's own words.
+    pub(crate) fn fail(&mut self, refusal: StationRefusal) {
+        let fault = fault_of(&refusal);
+        let mut words = Some(refusal);
+        self.end_work(|station| words.take().unwrap_or_else(|| station.in_error()));
+        if let Some(fault) = fault {
+            self.raise(fault);
+        }
+    }
+
+    /// Makes a fault known and the station safe.
+    pub(crate) fn raise(&mut self, fault: Fault) {
+        let (device, known) = (fault.device, self.ails(fault.device));
+        self.note(fault);
+        if known {
+            return;
+        }
+        self.go_dark();
+        self.come_to_rest();
+        if matches!(device, "stage" | "station")
+            && let Some(stage) = &mut self.stage
+        {
+            // It may still move: whatever can be told is told; its own watchdog is the last resort.
+            let _ = stage.device().stop();
+            stage.distrust();
+        }
+        self.end_work(|station| station.in_error());
+        self.live = None;
+        self.evict(Some(Revoked::Fault));
+        if self.opening.is_none() {
+            self.happen(Event::Fault);
+        }
+    }
+
+    /// Goes dark; a laser that cannot be told is a fault of its own.
+    pub(crate) fn go_dark(&mut self) {
+        if let Some(laser) = &mut self.laser
+            && let Err(error) = laser.off()
+            && let Some(fault) = fault_of(&error.into())
+        {
+            self.note(fault);
+        }
+    }
+
+    /// Ends motion, if there is any.
+    pub(crate) fn come_to_rest(&mut self) {
+        let ails = self.ails("stage");
+        if let Some(stage) = &mut self.stage
+            && !ails
+            && stage.is_moving()
+            && let Err(error) = stage.stop()
+            && let Some(fault) = fault_of(&error.into())
+        {
+            self.note(fault);
+            self.distrust_stage();
+        }
+    }
+
+    fn distrust_stage(&mut self) {
+        if let Some(stage) = &mut self.stage {
+            stage.distrust();
+        }
+    }
+
+    /// Ends task and run; `why` is asked once for each that waits.
+    pub(crate) fn end_work(&mut self, mut why: impl FnMut(&Self) -> StationRefusal) {
+        if let Some(task) = self.task.take() {
+            let refusal = why(self);
+            self.give_up_task(task, refusal);
+        }
+        if let Some(run) = self.run.take() {
+            let refusal = why(self);
+            self.break_off(run, refusal);
+        }
+    }
+
+    fn break_off(&mut self, run: Run, refusal: StationRefusal) {
+        if let Some((reply, refusal)) = run.break_off(refusal) {
+            self.answer(reply, Err(refusal));
+        }
+    }
+
+    /// Adds a fault to those shown; the same one again is the same.
+    pub(crate) fn note(&mut self, fault: Fault) {
+        let known = |shown: &Fault| (shown.device, shown.kind) == (fault.device, fault.kind);
+        if self.faults.len() < FAULTS_SHOWN && !self.faults.iter().any(known) {
+            tracing::warn!(device = fault.device, kind = fault.kind, detail = %fault.detail, "station fault");
+            self.faults.push(fault);
+        }
+    }
+
+    /// Whether a device is left alone: until a person has acknowledged its fault, and while a reset reaches it.
+    pub(crate) fn ails(&self, device: &str) -> bool {
+        // An open interlock is watched on: it is no defect.
+        self.resetting.is_some()
+            || self.faults.iter().any(|fault| {
+                fault.kind != "interlock_open" && (fault.device == device || fault.device == "station")
+            })
+    }
+
+    /// Whether a device does not answer.
+    pub(crate) fn is_unreachable(&self, device: &str) -> bool {
+        let silent = ["gone", "no_reply", "wrong_device", "silent"];
+        self.faults.iter().any(|fault| fault.device == device && silent.contains(&fault.kind))
+    }
+}

@@ -1,0 +1,353 @@
+//! What a job's call, or a person's snapshot, is doing; one at a time.
+
+use std::time::{Duration, Instant};
+
+use devices::{CameraRequest, CameraSettings, LaserError, Trigger};
+
+use crate::params::{LIGHT_IDLE, LIGHT_UP_LIMIT, SNAPSHOT_AGE};
+use crate::parts::acquisition::Acquisition;
+use crate::parts::light::Light;
+use crate::parts::motion::{Arrival, Motion};
+use crate::shared::cancel::CancelFlag;
+use crate::shared::frame::SharedFrame;
+use crate::shared::refusal::StationRefusal;
+use crate::shared::status::MachineState::Operational;
+use crate::shared::status::OperationalState::SingleExecution;
+use crate::station_thread::command::Reply;
+use crate::station_thread::owner::Station;
+
+/// A call under way.
+pub enum Task {
+    /// Moving and settling.
+    Move {
+        /// Where to.
+        target_mm: f64,
+        /// How fast at most.
+        speed_mm_s: Option<f64>,
+        /// Whether the stage was told; before, it comes to rest from an earlier motion.
+        started: bool,
+        /// Ends it.
+        cancel: CancelFlag,
+        /// Told the position read back.
+        reply: Reply<f64>,
+    },
+    /// Homing.
+    Home {
+        /// Whether the stage was told.
+        started: bool,
+        /// Ends it.
+        cancel: CancelFlag,
+        /// Told when the zero is found.
+        reply: Reply<()>,
+    },
+    /// Exposing one frame.
+    Grab(Grab),
+    /// Waiting for light, or for darkness.
+    Light {
+        /// Since when.
+        since: Instant,
+        /// Told when the laser reports it.
+        reply: Reply<()>,
+    },
+}
+
+/// One frame that is waited for.
+pub struct Grab {
+    cancel: Option<CancelFlag>,
+    reply: Reply<SharedFrame>,
+    begun_at: Instant,
+    /// Whether each frame is asked for; else the camera runs by itself.
+    triggered: bool,
+    exposing: Option<Exposing>,
+    retried: bool,
+    /// For a snapshot: how the camera is set and stopped afterwards.
+    afterwards: Option<CameraSettings>,
+}
+
+struct Exposing {
+    since: Instant,
+    until: Instant,
+}
+
+impl Station {
+    /// Goes on with the call under way.
+    pub(crate) fn tend_task(&mut self) {
+        let Some(task) = self.task.take() else { return };
+        match task {
+            Task::Move { ref cancel, .. } | Task::Home { ref cancel, .. } if cancel.is_cancelled() => {
+                self.give_up_task(task, StationRefusal::Cancelled);
+                self.come_to_rest();
+            }
+            Task::Move { target_mm, speed_mm_s, started: false, cancel, reply } => {
+                self.tend_move(target_mm, speed_mm_s, cancel, reply);
+            }
+            Task::Home { started: false, cancel, reply } => self.tend_home(cancel, reply),
+            Task::Grab(grab) => self.tend_grab(grab),
+            Task::Light { since, reply } => self.tend_light(since, reply),
+            under_way => self.task = Some(under_way),
+        }
+    }
+
+    /// The stage ended an errand.
+    pub(crate) fn arrived(&mut self, arrival: Arrival) {
+        self.run_arrived(arrival);
+        match (self.task.take(), arrival) {
+            (Some(Task::Move { started: true, reply, .. }), Arrival::Moved(position_mm)) => {
+                self.answer(reply, Ok(position_mm));
+            }
+            (Some(Task::Home { started: true, reply, .. }), Arrival::Homed) => self.answer(reply, Ok(())),
+            (task, _) => self.task = task,
+        }
+    }
+
+    /// Ends a call with a refusal.
+    pub(crate) fn give_up_task(&mut self, task: Task, refusal: StationRefusal) {
+        match task {
+            Task::Move { reply, .. } => self.answer(reply, Err(refusal)),
+            Task::Home { reply, .. } | Task::Light { reply, .. } => self.answer(reply, Err(refusal)),
+            Task::Grab(grab) => {
+                self.answer(grab.reply, Err(refusal));
+                self.after_grab(grab.afterwards);
+            }
+        }
+    }
+
+    fn tend_move(&mut self, target_mm: f64, speed_mm_s: Option<f64>, cancel: CancelFlag, reply: Reply<f64>) {
+        let Some(stage) = &mut self.stage else {
+            return self.answer(reply, Err(StationRefusal::Absent { device: "stage" }));
+        };
+        if stage.is_moving() {
+            self.task = Some(Task::Move { target_mm, speed_mm_s, started: false, cancel, reply });
+            return;
+        }
+        let speed_mm_s_or_full = speed_mm_s.unwrap_or(stage.device().capabilities().max_speed_mm_s);
+        match self.start_way(target_mm, speed_mm_s_or_full) {
+            Ok(()) => self.task = Some(Task::Move { target_mm, speed_mm_s, started: true, cancel, reply }),
+            Err(refusal) => self.refuse(reply, refusal),
+        }
+    }
+
+    /// Starts a move on which no frame is due. The light goes out for a long one, before it begins: some controllers
+    /// darken only between motions.
+    pub(crate) fn start_way(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<(), StationRefusal> {
+        let stage = self.stage.as_mut().ok_or(StationRefusal::Absent { device: "stage" })?;
+        // The other half is for the reports that tell of its end.
+        let is_long = stage.travel_s(target_mm, speed_mm_s) > LIGHT_IDLE.as_secs_f64() / 2.0;
+        if let Some(laser) = self.laser.as_mut().filter(|laser| is_long && laser.is_wanted()) {
+            laser.suspend()?;
+        }
+        stage.start_move(target_mm, speed_mm_s)?;
+        Ok(())
+    }
+
+    fn tend_home(&mut self, cancel: CancelFlag, reply: Reply<()>) {
+        let Some(stage) = &mut self.stage else {
+            return self.answer(reply, Err(StationRefusal::Absent { device: "stage" }));
+        };
+        if stage.is_moving() {
+            self.task = Some(Task::Home { started: false, cancel, reply });
+            return;
+        }
+        match stage.start_home() {
+            Ok(()) => self.task = Some(Task::Home { started: true, cancel, reply }),
+            Err(error) => self.refuse(reply, error.into()),
+        }
+    }
+
+    /// Switches the light; the call comes back once the laser reports it.
+    pub(crate) fn begin_light(&mut self, power: f64, reply: Reply<()>) {
+        let now = Instant::now();
+        let Some(laser) = &mut self.laser else {
+            return self.answer(reply, Err(StationRefusal::Absent { device: "laser" }));
+        };
+        let told = if power == 0.0 { laser.off() } else { laser.want(power, now) };
+        match told {
+            Ok(()) => self.task = Some(Task::Light { since: now, reply }),
+            Err(error) => self.refuse(reply, error.into()),
+        }
+    }
+
+    fn tend_light(&mut self, since: Instant, reply: Reply<()>) {
+        let Some(laser) = &self.laser else { return self.answer(reply, Err(self.in_error())) };
+        if laser.has_obeyed() {
+            return self.answer(reply, Ok(()));
+        }
+        let late = since.elapsed() > LIGHT_UP_LIMIT;
+        let dark_wanted = !laser.is_wanted();
+        self.task = Some(Task::Light { since, reply });
+        if late && dark_wanted {
+            let reason = "it reports light although it was switched off".to_owned();
+            self.fail(LaserError::Gone { reason }.into());
+        }
+    }
+
+    /// Begins to expose one frame for a job.
+    pub(crate) fn begin_grab(&mut self, cancel: Option<CancelFlag>, reply: Reply<SharedFrame>) {
+        match self.ready_to_expose() {
+            Ok(triggered) => self.start_grab(cancel, reply, triggered, None),
+            Err(refusal) => self.refuse(reply, refusal),
+        }
+    }
+
+    /// Begins to take one frame for a person, without light and motion.
+    pub(crate) fn begin_snapshot(&mut self, reply: Reply<SharedFrame>) {
+        if self.machine == Operational(SingleExecution) || self.task.is_some() {
+            let newest = self.outlook.newest.borrow().clone();
+            return match newest.filter(|frame| frame.captured_at.elapsed() < SNAPSHOT_AGE) {
+                Some(frame) => self.answer(reply, Ok(frame)),
+                None => self.answer(reply, Err(StationRefusal::Busy { activity: self.activity().to_owned() })),
+            };
+        }
+        if self.live.is_some() {
+            self.watched();
+            return self.start_grab(None, reply, false, None);
+        }
+        if self.ails("camera") {
+            return self.answer(reply, Err(self.in_error()));
+        }
+        let before = self.camera.as_ref().map(|camera| camera.settings());
+        match self.ready_to_expose() {
+            Ok(triggered) => self.start_grab(None, reply, triggered, before),
+            Err(refusal) => self.refuse(reply, refusal),
+        }
+    }
+
+    /// Makes the camera ready for single frames; whether each must be triggered.
+    fn ready_to_expose(&mut self) -> Result<bool, StationRefusal> {
+        let camera = self.camera.as_mut().ok_or(StationRefusal::Absent { device: "camera" })?;
+        let triggered = camera.device().capabilities().triggers.contains(&Trigger::Software);
+        let trigger = if triggered { Trigger::Software } else { Trigger::Free };
+        if camera.settings().trigger != trigger {
+            camera.configure(&CameraRequest { trigger: Some(trigger), ..CameraRequest::default() })?;
+        }
+        camera.start()?;
+        Ok(triggered)
+    }
+
+    fn start_grab(
+        &mut self,
+        cancel: Option<CancelFlag>,
+        reply: Reply<SharedFrame>,
+        triggered: bool,
+        afterwards: Option<CameraSettings>,
+    ) {
+        let begun_at = Instant::now();
+        let grab = Grab { cancel, reply, begun_at, triggered, exposing: None, retried: false, afterwards };
+        self.tend_grab(grab);
+    }
+
+    fn tend_grab(&mut self, mut grab: Grab) {
+        if grab.cancel.as_ref().is_some_and(CancelFlag::is_cancelled) {
+            return self.give_up_task(Task::Grab(grab), StationRefusal::Cancelled);
+        }
+        let now = Instant::now();
+        if let Some(exposing) = &grab.exposing {
+            let computing = self.camera.as_ref().is_some_and(|camera| camera.is_computing(exposing.since, now));
+            if now <= exposing.until || computing {
+                self.task = Some(Task::Grab(grab));
+                return;
+            }
+            if grab.retried {
+                self.task = Some(Task::Grab(grab));
+                return self.no_frame_came();
+            }
+            (grab.retried, grab.exposing) = (true, None);
+            if let Some(camera) = &mut self.camera {
+                camera.give_up();
+            }
+        }
+        if let Err(refusal) = self.light_for_exposure(now) {
+            self.task = Some(Task::Grab(grab));
+            return self.fail(refusal);
+        }
+        if self.laser.as_ref().is_none_or(Light::has_obeyed) {
+            self.expose(grab, now);
+        } else {
+            self.task = Some(Task::Grab(grab));
+        }
+    }
+
+    /// Light that is wanted and has gone out comes back for an exposure that is to begin.
+    pub(crate) fn light_for_exposure(&mut self, now: Instant) -> Result<(), StationRefusal> {
+        Ok(self.laser.as_mut().map_or(Ok(()), |laser| laser.serve_frame(now, now))?)
+    }
+
+    fn expose(&mut self, mut grab: Grab, now: Instant) {
+        let Some(camera) = &mut self.camera else {
+            return self.give_up_task(Task::Grab(grab), StationRefusal::Absent { device: "camera" });
+        };
+        grab.exposing = Some(Exposing { since: now, until: now + camera.grab_limit() });
+        let asked = if grab.triggered { camera.trigger() } else { Ok(()) };
+        self.task = Some(Task::Grab(grab));
+        if let Err(error) = asked {
+            self.fail(error.into());
+        }
+    }
+
+    /// Names the camera that delivers no frame; whoever waits for one is told.
+    pub(crate) fn no_frame_came(&mut self) {
+        let silent = self.camera.as_ref().map_or(Duration::ZERO, Acquisition::silent_for);
+        let waited_ms = match &self.task {
+            Some(Task::Grab(grab)) => grab.begun_at.elapsed().as_millis() as u64,
+            _ => silent.as_millis() as u64,
+        };
+        if let Some(camera) = &mut self.camera {
+            camera.give_up();
+        }
+        self.fail(StationRefusal::NoFrame { waited_ms });
+    }
+
+    /// A frame arrived: the one that is waited for?
+    pub(crate) fn grabbed(&mut self, frame: &SharedFrame) {
+        match self.task.take() {
+            Some(Task::Grab(Grab { reply, triggered, exposing: Some(exposing), afterwards, .. }))
+                if triggered || frame.captured_at >= exposing.since =>
+            {
+                self.answer(reply, Ok(frame.clone()));
+                self.after_grab(afterwards);
+            }
+            task => self.task = task,
+        }
+    }
+
+    fn after_grab(&mut self, afterwards: Option<CameraSettings>) {
+        if afterwards.is_some() {
+            self.restore_camera(afterwards);
+        }
+    }
+
+    /// Stops the camera and sets it as it was.
+    pub(crate) fn restore_camera(&mut self, before: Option<CameraSettings>) {
+        let ails = self.ails("camera");
+        let (Some(camera), Some(before)) = (&mut self.camera, before) else { return };
+        let stopped = camera.stop();
+        if ails {
+            self.camera_before_fault = Some(before);
+            return;
+        }
+        let wanted = difference(&camera.settings(), &before);
+        let restored = stopped.and_then(|()| camera.configure(&wanted).map(drop));
+        self.forget_waiting_frames();
+        if let Err(error) = restored {
+            self.fail(error.into());
+        }
+    }
+
+    /// Whether the stage rests.
+    pub(crate) fn stage_rests(&self) -> bool {
+        self.stage.as_ref().is_none_or(|stage| !Motion::is_moving(stage))
+    }
+}
+
+/// What must be set so that `now` becomes `wanted`; a setting that is right already is left alone, since the camera
+/// may not have it.
+fn difference(now: &CameraSettings, wanted: &CameraSettings) -> CameraRequest {
+    CameraRequest {
+        exposure_us: (now.exposure_us != wanted.exposure_us).then_some(wanted.exposure_us),
+        gain_db: (now.gain_db != wanted.gain_db).then_some(wanted.gain_db),
+        frame_rate_hz: (now.frame_rate_hz != wanted.frame_rate_hz).then_some(wanted.frame_rate_hz),
+        trigger: (now.trigger != wanted.trigger).then_some(wanted.trigger),
+        pixel_format: (now.pixel_format != wanted.pixel_format).then_some(wanted.pixel_format),
+        roi: (now.roi != wanted.roi).then_some(wanted.roi),
+    }
+}

@@ -1,0 +1,59 @@
+//! The thread itself: turns until the end; whatever ends it, devices are dark and at rest.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::parts::faults::fault;
+use crate::station_thread::owner::Station;
+
+/// Runs the station until it is shut down or nobody holds it any more.
+pub fn run(station: Station) {
+    let mut station = Guarded(station);
+    loop {
+        match catch_unwind(AssertUnwindSafe(|| station.0.turn())) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(_) => station.after_panic(),
+        }
+    }
+    // The guard's drop ends motion and light.
+}
+
+/// A station that ends motion and light when it is dropped, even by a panic.
+struct Guarded(Station);
+
+impl Guarded {
+    /// A defect of this program: devices are left alone until a person resets the station.
+    fn after_panic(&mut self) {
+        self.still();
+        let settled = catch_unwind(AssertUnwindSafe(|| {
+            self.0.raise(fault(
+                "station",
+                "panic",
+                "a defect ended what the station did; please report it, with the log of the service",
+            ));
+            self.0.settle_accounts();
+        }));
+        if settled.is_err() {
+            tracing::error!("the station thread could not note its own fault");
+        }
+    }
+
+    fn still(&mut self) {
+        // One device's defect must not keep the others from being told.
+        let devices: [fn(&mut Station); 3] = [
+            |station| station.stage.iter_mut().for_each(|stage| drop(stage.device().stop())),
+            |station| station.laser.iter_mut().for_each(|laser| drop(laser.off())),
+            |station| station.camera.iter_mut().for_each(|camera| drop(camera.stop())),
+        ];
+        for tell in devices {
+            let _ = catch_unwind(AssertUnwindSafe(|| tell(&mut self.0)));
+        }
+    }
+}
+
+impl Drop for Guarded {
+    fn drop(&mut self) {
+        self.still();
+        self.0.refuse_all();
+    }
+}
