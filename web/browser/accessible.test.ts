@@ -56,7 +56,7 @@ describe("in light and dark", () => {
     const { page, complaints } = visitor;
     await page.goto(`${server.url}/#/operate`);
     await settled(page);
-    await page.getByText("What is scanned and measured").click();
+    await page.getByText("Scan and measurement settings").click();
     await page.getByRole("button", { name: "Add a measurement" }).waitFor();
     await expectAccessibleInBoth(page);
     await page.getByRole("button", { name: "No one in control" }).click();

@@ -114,7 +114,7 @@ test("a wrong exposure blocks the camera's buttons until it is mended or discard
   const field = page.getByLabel("Exposure time");
   await until("settings", async () => (await field.inputValue()) === "2000");
   await field.fill("5e3");
-  for (const name of ["Apply", "Half the exposure", "Twice the exposure"]) {
+  for (const name of ["Apply", "Halve exposure", "Double exposure"]) {
     const button = page.getByRole("button", { name, exact: true });
     expect(await button.getAttribute("aria-disabled"), name).toBe("true");
     await button.click({ force: true });
@@ -147,7 +147,7 @@ test("after Stop the page offers no job before a reset", async () => {
 test("a page that fails says so with a way out, and Stop works beside it", async () => {
   station.plan = { no: "plan" };
   const { page, complaints } = await enter("#/scan");
-  await page.locator(".problem", { hasText: "This page failed" }).waitFor();
+  await page.locator(".problem", { hasText: "This page has crashed" }).waitFor();
   await page.locator(".bar .stop").click();
   await page.locator(".bar", { hasText: "Halted" }).waitFor();
   await page.getByRole("link", { name: "Help" }).click();
@@ -192,12 +192,12 @@ test("without a link the page does not say that it controls", async () => {
   const { page, complaints } = await enter("#/help");
   await page.getByRole("button", { name: "No one in control" }).click();
   await page.getByRole("dialog").getByRole("button", { name: "Take control", exact: true }).click();
-  await page.getByRole("button", { name: "You control" }).waitFor();
+  await page.getByRole("button", { name: "You are in control" }).waitFor();
   station.silent = true;
   await page.getByRole("button", { name: "Control unknown" }).waitFor();
-  expect(await page.getByText("You control").count()).toBe(0);
+  expect(await page.getByText("You are in control").count()).toBe(0);
   station.silent = false;
-  await page.getByRole("button", { name: "You control" }).waitFor();
+  await page.getByRole("button", { name: "You are in control" }).waitFor();
   expect(complaints).toEqual([]);
 });
 

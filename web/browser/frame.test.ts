@@ -138,13 +138,13 @@ async function takeControl(page: Page, button: RegExp, name: string, act: string
 test("two browsers see who commands; taking over is explicit and told to the loser", async () => {
   const [anna, ben] = [await enter(), await enter()];
   await takeControl(anna.page, /No one in control/, "Anna", "Take control");
-  await anna.page.getByRole("button", { name: "You control" }).waitFor();
-  await ben.page.getByRole("button", { name: "Anna controls – Take over" }).waitFor();
+  await anna.page.getByRole("button", { name: "You are in control" }).waitFor();
+  await ben.page.getByRole("button", { name: "Anna is in control – Take over" }).waitFor();
   await picture(ben.page, "control-taken");
-  await takeControl(ben.page, /Anna controls/, "Ben", "Take over");
-  await ben.page.getByRole("button", { name: "You control" }).waitFor();
+  await takeControl(ben.page, /Anna is in control/, "Ben", "Take over");
+  await ben.page.getByRole("button", { name: "You are in control" }).waitFor();
   await anna.page.getByText("Ben took control of the station.").waitFor();
-  await anna.page.getByRole("button", { name: "Ben controls – Take over" }).waitFor();
+  await anna.page.getByRole("button", { name: "Ben is in control – Take over" }).waitFor();
 
   // Stop needs no control, and both see the same state.
   await anna.page.getByRole("button", { name: "Stop", exact: true }).click();

@@ -131,7 +131,7 @@ test(
       return Number(shown) > 1000;
     });
     await picture(page, "scan-running");
-    await page.getByText("Scan is done").waitFor({ timeout: JOB_MS });
+    await page.getByText("Scan done").waitFor({ timeout: JOB_MS });
     await page.getByRole("link", { name: "Show the result" }).click();
 
     // Result: radius and RMSE.

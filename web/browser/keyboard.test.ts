@@ -100,7 +100,7 @@ test(
       return state === "cancelled" || state === "failed";
     });
     expect((await station()).laser.light).toBe("off");
-    await page.getByText("The station was stopped. See that all is safe, then reset it.").waitFor();
+    await page.getByText("The station was stopped. Check that the area is clear, then reset.").waitFor();
     await picture(page, "operate-stopped");
     await tabTo(page, "Reset");
     await page.keyboard.press("Enter");

@@ -149,7 +149,7 @@ test("an empty page says how to begin; an exposure is accepted and shown; the pi
   const exposure = page.getByLabel("Exposure time");
   await exposure.fill(String(EXPOSURE_US));
   await page.getByRole("button", { name: "Apply" }).click();
-  await page.getByText("The camera accepted it.").waitFor();
+  await page.getByText("Accepted by the camera.").waitFor();
   const settings = await server.call<{ exposure_us: number }>("GET", "/api/v1/devices/camera/settings");
   expect(settings.exposure_us).toBe(EXPOSURE_US);
   await startedLive();

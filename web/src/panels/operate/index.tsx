@@ -46,7 +46,7 @@ export default function Operate() {
   );
   const parts = useFollowed(
     () => readParts(api, TICKS, { purpose: "production" }),
-    ({ kind }) => kind.startsWith("scan.") || kind === "measurement.made",
+    ({ kind }) => kind.startsWith("scan.") || kind.startsWith("measurement."),
   );
   const calibration = active.state.value.value;
   const job = jobs.open.value.find((job) => job.id === station.status.value?.job_id) ?? waiting(jobs.open.value);

@@ -78,7 +78,7 @@ export class ResultState {
     void this.load();
     return this.app.events.follow((news) => {
       const ours = ({ kind, body }: StationEvent) =>
-        kind === "measurement.made" && (body as { scan_id?: string } | null)?.scan_id === this.scan.id;
+        kind.startsWith("measurement.") && (body as { scan_id?: string } | null)?.scan_id === this.scan.id;
       if (news.length === 0 || news.some(ours)) void this.load();
     });
   }

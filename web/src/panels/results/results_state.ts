@@ -87,5 +87,5 @@ export class ResultsState {
 }
 
 function isOfResults({ kind }: StationEvent): boolean {
-  return kind.startsWith("scan.") || kind === "measurement.made";
+  return kind.startsWith("scan.") || kind.startsWith("measurement.");
 }
