@@ -1,6 +1,5 @@
 /** Colours, views, picks and mesh files: the mathematics of the viewer. */
 
-import { Matrix4 } from "three";
 import { describe, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { Cloud } from "../src/scene/cloud";
@@ -44,11 +43,6 @@ describe("a view", () => {
     min: [number, number, number];
     max: [number, number, number];
   };
-  const clipOf = (orbit: Orbit) => {
-    const camera = orbit.camera();
-    return new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements;
-  };
-
   test.each(["front", "top", "side", "iso"] as const)("%s fits the whole box, in both projections", (name) => {
     for (const orthographic of [false, true]) {
       const orbit = new Orbit();
@@ -56,7 +50,7 @@ describe("a view", () => {
       orbit.resize(1.6);
       orbit.view(name);
       orbit.fit(box);
-      const clip = clipOf(orbit);
+      const clip = orbit.clip();
       for (let corner = 0; corner < 8; corner++) {
         const at = ([0, 1, 2] as const).map((axis) => ((corner >> axis) & 1 ? box.max[axis] : box.min[axis]));
         const [x, y, depth] = project(clip, at as [number, number, number], 1600, 1000);
@@ -74,7 +68,7 @@ describe("a view", () => {
     orbit.resize(1);
     orbit.view("top");
     orbit.fit(box);
-    const clip = clipOf(orbit);
+    const clip = orbit.clip();
     const [centre, right, down] = [
       [0, 0, 380],
       [10, 0, 380],
@@ -90,9 +84,9 @@ describe("a view", () => {
     orbit.resize(1);
     orbit.view("top");
     orbit.fit(box);
-    const [before] = [project(clipOf(orbit), [40, -20, 380], 100, 100)];
+    const [before] = [project(orbit.clip(), [40, -20, 380], 100, 100)];
     orbit.zoom(0.5, (before[0] - 50) / 50, (50 - before[1]) / 50);
-    const after = project(clipOf(orbit), [40, -20, 380], 100, 100);
+    const after = project(orbit.clip(), [40, -20, 380], 100, 100);
     expect(after[0]).toBeCloseTo(before[0], 6);
     expect(after[1]).toBeCloseTo(before[1], 6);
   });
@@ -113,7 +107,7 @@ describe("a view", () => {
     orbit.resize(1.6);
     orbit.view("top");
     orbit.fit(box);
-    const clip = clipOf(orbit);
+    const clip = orbit.clip();
     const size = { width_px: 1600, height_px: 1000 };
     const under = (x_px: number, y_px: number) => pick(cloud, clip, { x_px, y_px, ...size });
     const [x, y] = project(clip, [60, 20, 380], 1600, 1000);

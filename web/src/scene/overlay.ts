@@ -2,7 +2,7 @@
 
 import type { Orbit } from "./orbit";
 import { type Projection, project } from "./picking";
-import type { Vec3 } from "./shapes";
+import { dot, type Vec3 } from "./shapes";
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -54,12 +54,9 @@ export class Overlay {
     const { right, up } = orbit.basis();
     const [x0, y0] = [CORNER_PX, height_px - CORNER_PX];
     AXES.forEach(({ direction }, idx) => {
-      const [x, y, z] = direction;
-      const across = right.x * x + right.y * y + right.z * z;
-      const upwards = up.x * x + up.y * y + up.z * z;
       const parts = this.axes[idx];
       if (!parts) return;
-      const [x1, y1] = [x0 + AXIS_PX * across, y0 - AXIS_PX * upwards];
+      const [x1, y1] = [x0 + AXIS_PX * dot(right, direction), y0 - AXIS_PX * dot(up, direction)];
       set(parts.line, { x1: x0, y1: y0, x2: x1, y2: y1 });
       set(parts.letter, { x: x0 + (x1 - x0) * 1.35, y: y0 + (y1 - y0) * 1.35 + 4 });
     });
@@ -82,8 +79,7 @@ export class Overlay {
     const { right: across, up } = orbit.basis();
     const [x0, y0] = [CORNER_PX, height_px - CORNER_PX];
     for (const { name, direction } of AXES) {
-      const [x, y, z] = direction;
-      const [dx, dy] = [across.x * x + across.y * y + across.z * z, up.x * x + up.y * y + up.z * z];
+      const [dx, dy] = [dot(across, direction), dot(up, direction)];
       context.beginPath();
       context.moveTo(x0, y0);
       context.lineTo(x0 + AXIS_PX * dx, y0 - AXIS_PX * dy);
