@@ -9,7 +9,6 @@ import {
   diskTone,
   framesTone,
   linkTone,
-  orderPairs,
   pairDisagrees,
   queueTone,
 } from "../src/panels/health/judgement";
@@ -70,8 +69,6 @@ test("orders disagree beyond three standard deviations of the calibration", () =
   expect(pairDisagrees(pair, 0.007)).toBe(true);
   expect(pairDisagrees(pair, 0.01)).toBe(false);
   expect(pairDisagrees(pair, undefined)).toBe(false);
-  expect(orderPairs({ self_consistency: [pair] })).toEqual([pair]);
-  expect(orderPairs(null)).toEqual([]);
 });
 
 test("every act at the station has words in both languages, and says who did it", () => {

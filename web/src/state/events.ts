@@ -3,6 +3,7 @@
 import { signal } from "@preact/signals";
 import { type Api, data, type Schemas } from "../api/client";
 import type { StreamConnection } from "../stream/connection";
+import { type Damaged, joinDamaged } from "./damaged";
 
 export type StationEvent = Schemas["EventDto"];
 
@@ -25,7 +26,7 @@ export class EventLog {
   /** Newest first, without gaps. */
   readonly list = signal<readonly StationEvent[]>([]);
   /** Events between them that are damaged. */
-  readonly damaged = signal<readonly Schemas["DamagedDto"][]>([]);
+  readonly damaged = signal<readonly Damaged[]>([]);
   private readonly listeners = new Set<Listener>();
   private newest_seq = 0;
   private reading: Promise<void> | undefined;
@@ -88,10 +89,8 @@ export class EventLog {
   private async read(after: number, limit: number): Promise<StationEvent[]> {
     const told = await data(this.api.GET("/api/v1/events", { params: { query: { after, limit } } }));
     // The same address also tells a stream of text, to those who ask for one.
-    const { items, damaged = [] } = told as Schemas["EventListDto"];
-    const known = this.damaged.peek();
-    const unknown = damaged.filter(({ id }) => !known.some((one) => one.id === id));
-    if (unknown.length > 0) this.damaged.value = [...known, ...unknown];
+    const { items, damaged } = told as Schemas["EventListDto"];
+    this.damaged.value = joinDamaged(this.damaged.peek(), damaged);
     return items;
   }
 

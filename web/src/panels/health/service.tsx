@@ -22,7 +22,10 @@ export function FramesCard({ status }: { status: Station }) {
       advice={words.frames_advice}
     >
       <Facts
-        of={Object.entries(dropped).map(([reason, lost]) => [words.drop_reasons[reason] ?? reason, number(lost)])}
+        of={Object.entries(dropped).map(([reason, lost]) => [
+          text.value.drop_reasons[reason] ?? reason,
+          number(lost),
+        ])}
       />
     </HealthCard>
   );

@@ -1,11 +1,13 @@
 /** Jobs that have ended, newest first, with the reason where one failed. */
 
-import type { Job, Problem } from "../../api/client";
+import type { Job } from "../../api/client";
+import { problemOfJob } from "../../parts/job_end";
 import { JobWords } from "../../parts/job_words";
 import { ProblemCard } from "../../parts/problem";
+import { nameOf } from "../../state/jobs";
 import { language, text } from "../../text";
 import { duration, moment } from "../../units";
-import { kindOf, madeAt, nameOf, ranFor_s, sourceOf } from "./words";
+import { kindOf, madeAt, ranFor_s, sourceOf } from "./words";
 
 export function Ended({ jobs }: { jobs: readonly Job[] }) {
   const words = text.value.jobs;
@@ -41,7 +43,6 @@ function Row({ job }: { job: Job }) {
   const words = text.value.jobs;
   const made = madeAt(job);
   const bad = job.state === "failed" || job.state === "interrupted";
-  const problem = job.problem as Problem | null | undefined;
   return (
     <tr data-job-state={job.state}>
       <td>
@@ -55,7 +56,7 @@ function Row({ job }: { job: Job }) {
         </span>
       </td>
       <td data-label={words.outcome}>
-        {bad && problem ? <ProblemCard problem={problem} /> : <JobWords job={job} />}
+        {bad && job.problem ? <ProblemCard problem={problemOfJob(job)} /> : <JobWords job={job} />}
         {made && (
           <div>
             <a href={made}>{words.open[job.result?.kind ?? ""] ?? words.open_other}</a>

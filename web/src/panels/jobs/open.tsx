@@ -2,9 +2,10 @@
 
 import type { Job } from "../../api/client";
 import { JobProgress } from "../../parts/job_progress";
+import { nameOf } from "../../state/jobs";
 import { language, text } from "../../text";
 import { moment } from "../../units";
-import { kindOf, nameOf, sourceOf } from "./words";
+import { kindOf, sourceOf } from "./words";
 
 export function Open({ job }: { job: Job }) {
   const words = text.value.jobs;

@@ -5,6 +5,7 @@ import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { remaining, useCancel } from "../../parts/job_progress";
 import { wordsOf } from "../../parts/job_words";
+import { nameOf } from "../../state/jobs";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 
@@ -12,7 +13,7 @@ export function RunProgress({ job }: { job: Job }) {
   const app = useApp();
   const cancel = useCancel(app, job);
   const words = text.value;
-  const name = (job.input as { name?: string | null } | null)?.name;
+  const name = nameOf(job);
   return (
     <div class="stack run-progress live-data" data-job-state={job.state}>
       <p class="percent">

@@ -4,10 +4,11 @@ import { useId } from "preact/hooks";
 import type { Form } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { ProblemCard } from "../../parts/problem";
+import { TOOLS, type Tool } from "../../state/choices";
 import type { MeasurementPlan, Plan } from "../../state/measurement_plan";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
-import { type Characteristic, changed, freeName, TOOLS, type Tool } from "./recipe";
+import { type Characteristic, changed, freeName } from "./recipe";
 
 interface Properties {
   plan: MeasurementPlan;

@@ -3,7 +3,6 @@
 import { type Signal, signal } from "@preact/signals";
 import { type Api, bytes, data, idempotencyKey, type Problem, problemOf } from "../../api/client";
 import type { App } from "../../app";
-import type { Damaged } from "../../parts/damaged";
 import { succeeded } from "../../parts/job_end";
 import { BlockFeed } from "../../scene/block_feed";
 import { exactPoint } from "../../scene/exact";
@@ -11,12 +10,14 @@ import { meshFromGlb } from "../../scene/glb";
 import { fetchPoints } from "../../scene/points_source";
 import { RegionGrid } from "../../scene/region";
 import type { CloudViewer } from "../../scene/viewer";
+import type { Tool } from "../../state/choices";
 import { Command } from "../../state/command";
+import type { Damaged } from "../../state/damaged";
 import type { StationEvent } from "../../state/events";
 import { goTo } from "../../state/route";
 import type { Verdict } from "../../state/scanned";
 import { ViewState } from "../viewer/view_state";
-import { type Measurement, resultOf, type Scan, type Tool } from "./scan_record";
+import { type Measurement, resultOf, type Scan } from "./scan_record";
 
 /** The deviation colours of a measurement belong to its feature with most points. */
 export function featureOf(measurement: Measurement) {

@@ -185,9 +185,6 @@ export const calibration: Catalogue["calibration"] = {
   not_found_hint: "Vielleicht wurde sie in einem anderen Browser verworfen.",
 
   check_lead: "Vor dem ersten Bild: die Station prüfen und die Tafel beschreiben.",
-  check_camera: "Kamera",
-  check_stage: "Tisch",
-  check_laser: "Laser",
   check_ok: "OK",
   check_missing: "nicht verbunden",
   check_not_homed: "nicht referenziert",

@@ -21,12 +21,6 @@ export const health = {
   frames_told: (arrived: string, lost: string) => `${arrived} seit Start, ${lost} verloren`,
   frames_advice:
     "Gehen während eines Scans Bilder verloren, wird er ungültig. Die Bildrate senken oder den Rechner entlasten.",
-  drop_reasons: {
-    camera: "an der Kamera verloren",
-    malformed: "beschädigt",
-    no_buffer: "kein Puffer frei",
-    recorder: "nicht aufgezeichnet",
-  } as Record<string, string>,
   link: "Verbindung dieser Seite",
   link_advice: "Nur diese Seite ist langsam; es gehen keine Scandaten verloren.",
   round_trip: "Umlaufzeit",

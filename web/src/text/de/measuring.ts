@@ -33,3 +33,23 @@ export const light_models: Record<string, string> = {
   planes: "eine Ebene je Ordnung",
   pencil: "Ebenenbüschel",
 };
+
+/** What lies on the simulated stage. */
+export const scenes: Record<string, string> = {
+  sphere: "Kugel auf einer Platte (Radius 18,9 mm)",
+  gauge: "Stufenmaß",
+  freeform: "Freiformfläche",
+  plate: "Leere Platte",
+  board: "Kalibriertafel",
+  part: "Teil aus einer STL-Datei",
+};
+
+export const scene_on_stage = "Teil auf dem simulierten Tisch";
+
+/** Why a frame was lost. */
+export const drop_reasons: Record<string, string> = {
+  camera: "an der Kamera verloren",
+  malformed: "bei der Übertragung beschädigt",
+  no_buffer: "kein Puffer frei",
+  recorder: "Aufzeichnung zu langsam",
+};

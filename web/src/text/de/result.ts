@@ -1,5 +1,3 @@
-import type { Tool } from "../../panels/result/scan_record";
-
 export const result = {
   title: "Scanergebnis",
   no_scan: "Noch keine Scans.",
@@ -22,15 +20,6 @@ export const result = {
   measurements: "Messungen",
   nothing_measured: "Noch keine Messungen an diesem Scan.",
   tool: "Merkmal",
-  tools: {
-    sphere: "Kugel, Radius",
-    plane: "Ebene, Abstand",
-    flatness: "Ebenheit",
-    step: "Stufe, Höhe",
-    cylinder: "Zylinder, Radius",
-    distance: "Abstand",
-    angle: "Winkel",
-  } as Record<Tool, string>,
   nominal: "Sollwert",
   tolerance: "Toleranz",
   actual: "Istwert",

@@ -1,15 +1,6 @@
 export const scan = {
   title: "Scan",
   set_up: "Einstellungen",
-  scene: "Teil auf dem simulierten Tisch",
-  scenes: {
-    sphere: "Kugel auf einer Platte (Radius 18,9 mm)",
-    gauge: "Stufenmaß",
-    freeform: "Freiformfläche",
-    plate: "Leere Platte",
-    board: "Kalibriertafel",
-    part: "Teil aus einer STL-Datei",
-  } as Record<string, string>,
   from: "Von",
   to: "Bis",
   mode: "Bewegung",
@@ -42,12 +33,6 @@ export const scan = {
   running: "Scan läuft",
   nothing_lost: "Kein Bild ging verloren.",
   lost: (told: string) => `Bilder gingen verloren: ${told}. Wo Zeilen fehlen, wird das Ergebnis UNGÜLTIG.`,
-  reasons: {
-    camera: "in der Kamera",
-    malformed: "unterwegs beschädigt",
-    no_buffer: "kein Puffer war frei",
-    recorder: "der Rekorder war zu langsam",
-  } as Record<string, string>,
   ended: {
     succeeded: "Scan fertig",
     failed: "Scan fehlgeschlagen",

@@ -183,9 +183,6 @@ export const calibration = {
   not_found_hint: "It may have been discarded in another browser.",
 
   check_lead: "Before the first image: check the station and describe the board.",
-  check_camera: "Camera",
-  check_stage: "Stage",
-  check_laser: "Laser",
   check_ok: "OK",
   check_missing: "not connected",
   check_not_homed: "not homed",

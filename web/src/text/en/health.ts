@@ -21,12 +21,6 @@ export const health = {
   frames_told: (arrived: string, lost: string) => `${arrived} since start, ${lost} lost`,
   frames_advice:
     "Frames lost during a scan make it invalid. Lower the frame rate, or reduce the load on the computer.",
-  drop_reasons: {
-    camera: "lost at the camera",
-    malformed: "damaged",
-    no_buffer: "no room in memory",
-    recorder: "not recorded",
-  } as Record<string, string>,
   link: "Link to this page",
   link_advice: "Only this page is slow; no scan data is lost.",
   round_trip: "Round trip",

@@ -36,3 +36,23 @@ export const light_models: Record<string, string> = {
   planes: "one plane per order",
   pencil: "pencil of planes",
 };
+
+/** What lies on the simulated stage. */
+export const scenes: Record<string, string> = {
+  sphere: "Sphere on a plate (radius 18.9 mm)",
+  gauge: "Step gauge",
+  freeform: "Freeform surface",
+  plate: "Empty plate",
+  board: "Calibration board",
+  part: "Part from an STL file",
+};
+
+export const scene_on_stage = "Part on the simulated stage";
+
+/** Why a frame was lost. */
+export const drop_reasons: Record<string, string> = {
+  camera: "lost at the camera",
+  malformed: "damaged in transfer",
+  no_buffer: "no free buffer",
+  recorder: "recorder too slow",
+};

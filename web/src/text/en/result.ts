@@ -1,5 +1,3 @@
-import type { Tool } from "../../panels/result/scan_record";
-
 export const result = {
   title: "Scan result",
   no_scan: "No scans yet.",
@@ -22,15 +20,6 @@ export const result = {
   measurements: "Measurements",
   nothing_measured: "No measurements on this scan yet.",
   tool: "Feature",
-  tools: {
-    sphere: "Sphere, radius",
-    plane: "Plane, distance",
-    flatness: "Flatness",
-    step: "Step, height",
-    cylinder: "Cylinder, radius",
-    distance: "Distance",
-    angle: "Angle",
-  } as Record<Tool, string>,
   nominal: "Nominal",
   tolerance: "Tolerance",
   actual: "Actual",

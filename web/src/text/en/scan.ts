@@ -1,15 +1,6 @@
 export const scan = {
   title: "Scan",
   set_up: "Set-up",
-  scene: "Part on the simulated stage",
-  scenes: {
-    sphere: "Sphere on a plate (radius 18.9 mm)",
-    gauge: "Step gauge",
-    freeform: "Freeform surface",
-    plate: "Empty plate",
-    board: "Calibration board",
-    part: "Part from an STL file",
-  } as Record<string, string>,
   from: "From",
   to: "To",
   mode: "Motion",
@@ -42,12 +33,6 @@ export const scan = {
   running: "Scanning",
   nothing_lost: "No frame was lost.",
   lost: (told: string) => `Frames were lost: ${told}. The result will be INVALID where rows are missing.`,
-  reasons: {
-    camera: "by the camera",
-    malformed: "damaged on the way",
-    no_buffer: "no buffer was free",
-    recorder: "the recorder was too slow",
-  } as Record<string, string>,
   ended: {
     succeeded: "Scan done",
     failed: "Scan failed",
