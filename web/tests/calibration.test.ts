@@ -7,7 +7,7 @@ import { meaningOf, orderAngles } from "../src/panels/calibration/light_models";
 import { sentence } from "../src/panels/calibration/models_view";
 import { ordersFrom } from "../src/panels/calibration/new_session";
 import { type Look, needsOf, type Session, stepOf } from "../src/panels/calibration/session_state";
-import { isKnownPlace, meanDistance, STILL_FOR_MS, Stillness } from "../src/panels/calibration/still";
+import { isKnownPlace, meanDistance, STILL_FOR_MS, Stillness } from "../src/panels/calibration/stillness";
 import { archiveType } from "../src/panels/calibration/upload";
 import { verificationsOf } from "../src/panels/calibration/verifications";
 import { language } from "../src/text";

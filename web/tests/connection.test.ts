@@ -92,12 +92,12 @@ test("a hidden page asks for no pictures and profiles, and for all else; seen ag
   const stream = started();
   const socket = FakeSocket.newest;
   socket.open();
-  stream.want({ stream: "image", max_rate_hz: 20 }, () => undefined);
-  stream.want({ stream: "state", max_rate_hz: 5 }, () => undefined);
+  stream.subscribe({ stream: "image", max_rate_hz: 20 }, () => undefined);
+  stream.subscribe({ stream: "state", max_rate_hz: 5 }, () => undefined);
   socket.sent = [];
   stream.setVisible(false);
   expect(socket.sent).toEqual([{ op: "unsubscribe", streams: ["image"] }]);
-  stream.want({ stream: "profile", max_rate_hz: 20 }, () => undefined);
+  stream.subscribe({ stream: "profile", max_rate_hz: 20 }, () => undefined);
   expect(socket.of("subscribe")).toEqual([]);
   socket.sent = [];
   stream.setVisible(true);
@@ -110,8 +110,8 @@ test("a hidden page asks for no pictures and profiles, and for all else; seen ag
 
 test("a connection made while nobody looks is not a viewer's", () => {
   const stream = started();
-  stream.want({ stream: "image", max_rate_hz: 20 }, () => undefined);
-  stream.want({ stream: "jobs", max_rate_hz: 10 }, () => undefined);
+  stream.subscribe({ stream: "image", max_rate_hz: 20 }, () => undefined);
+  stream.subscribe({ stream: "jobs", max_rate_hz: 10 }, () => undefined);
   stream.setVisible(false);
   FakeSocket.newest.open();
   expect(FakeSocket.newest.of("subscribe")).toEqual([

@@ -1,7 +1,8 @@
 /** When Health speaks up. */
 
 import { expect, test } from "vitest";
-import { eventActor, eventDetail } from "../src/panels/health/event_words";
+import { eventActor, eventDetail } from "../src/panels/health/event_text";
+import { parseMetrics } from "../src/panels/health/metrics";
 import {
   ageDays,
   calibrationTone,
@@ -11,8 +12,7 @@ import {
   linkTone,
   pairDisagrees,
   queueTone,
-} from "../src/panels/health/judgement";
-import { parseMetrics } from "../src/panels/health/metrics";
+} from "../src/panels/health/tone";
 import { de } from "../src/text/de";
 import { en } from "../src/text/en";
 

@@ -4,13 +4,13 @@ import { describe, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
 import { Cloud } from "../src/scene/cloud";
 import { colourOf, orderTable, palette, rgb } from "../src/scene/colours";
-import { matchPoint } from "../src/scene/exact";
+import { matchPoint } from "../src/scene/exact_point";
 import { meshFromGlb } from "../src/scene/glb";
 import { binned, proposedRange } from "../src/scene/histogram";
 import { Orbit } from "../src/scene/orbit";
 import { roundLength } from "../src/scene/overlay";
-import { Pace } from "../src/scene/pace";
 import { pick, project } from "../src/scene/picking";
+import { Thinning } from "../src/scene/thinning";
 import { NO_ORDER_COLOUR, orderColour } from "../src/theme";
 import { block } from "./blocks";
 
@@ -189,7 +189,7 @@ test("a scale bar has a round length", () => {
 });
 
 test("a moving cloud is thinned when frames come late, and drawn in full at rest", () => {
-  const pace = new Pace(8);
+  const pace = new Thinning(8);
   pace.begin(6_000_000);
   expect(pace.thinning).toBe(4);
   pace.frame(50);

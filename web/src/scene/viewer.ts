@@ -15,10 +15,10 @@ import { isHidden, valueAt } from "./histogram";
 import { MeshLayer } from "./mesh_layer";
 import { Orbit, type ViewName } from "./orbit";
 import { Overlay } from "./overlay";
-import { Pace } from "./pace";
 import { type Picked, pick } from "./picking";
 import type { Feature } from "./region";
 import type { Vec3 } from "./shapes";
+import { Thinning } from "./thinning";
 import { colourUniforms, featureUniforms, initialUniforms } from "./uniforms";
 
 /** Time of a frame for writing points; the rest of 8 ms is for drawing. */
@@ -67,7 +67,7 @@ export class CloudViewer {
   private readonly overlay: Overlay;
   private readonly controls: Controls;
   private readonly watch: ResizeObserver;
-  private readonly pace = new Pace(LANES);
+  private readonly pace = new Thinning(LANES);
   private layer: CloudLayer;
   private mesh: MeshLayer | undefined;
   private waiting: PointsBlock[] = [];

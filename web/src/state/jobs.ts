@@ -39,11 +39,11 @@ export class JobsState {
   ) {}
 
   start(): void {
-    this.stream.want({ stream: "jobs", max_rate_hz: 10 }, (message) => {
+    this.stream.subscribe({ stream: "jobs", max_rate_hz: 10 }, (message) => {
       if ("op" in message && message.op === "job") this.note(message.job);
     });
     // Every end of a job is an event; the stream of jobs tells only the newest progress.
-    this.stream.want({ stream: "events" }, () => void this.refresh());
+    this.stream.subscribe({ stream: "events" }, () => void this.refresh());
     this.stream.onReconnect(() => void this.refresh());
   }
 

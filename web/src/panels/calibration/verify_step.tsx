@@ -7,7 +7,7 @@ import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { useForm } from "../../parts/form";
 import { useHalted } from "../../parts/halted";
-import { problemOfJob, succeeded } from "../../parts/job_end";
+import { problemOfJob, succeeded } from "../../parts/job_problem";
 import { JobProgress } from "../../parts/job_progress";
 import { Show, useLoaded } from "../../parts/loading";
 import { NumberField } from "../../parts/number_field";

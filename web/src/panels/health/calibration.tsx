@@ -10,7 +10,7 @@ import { count, length, moment } from "../../units";
 import { summaryOf } from "../calibration/figures";
 import { type OrderPair, reportOf } from "../result/scan_record";
 import { Facts, HealthCard } from "./card";
-import { ageDays, calibrationTone, pairDisagrees } from "./judgement";
+import { ageDays, calibrationTone, pairDisagrees } from "./tone";
 
 function useActive() {
   const { api } = useApp();

@@ -1,13 +1,14 @@
 /** Jobs that have ended, newest first, with the reason where one failed. */
 
 import type { Job } from "../../api/client";
-import { problemOfJob } from "../../parts/job_end";
-import { JobWords } from "../../parts/job_words";
+import { actorName } from "../../parts/actor";
+import { problemOfJob } from "../../parts/job_problem";
+import { JobText } from "../../parts/job_text";
 import { ProblemCard } from "../../parts/problem";
 import { nameOf } from "../../state/jobs";
 import { language, text } from "../../text";
 import { duration, moment } from "../../units";
-import { kindOf, madeAt, ranFor_s, sourceOf } from "./words";
+import { kindOf, madeAt, ranFor_s } from "./job_facts";
 
 export function Ended({ jobs }: { jobs: readonly Job[] }) {
   const words = text.value.jobs;
@@ -56,14 +57,14 @@ function Row({ job }: { job: Job }) {
         </span>
       </td>
       <td data-label={words.outcome}>
-        {bad && job.problem ? <ProblemCard problem={problemOfJob(job)} /> : <JobWords job={job} />}
+        {bad && job.problem ? <ProblemCard problem={problemOfJob(job)} /> : <JobText job={job} />}
         {made && (
           <div>
             <a href={made}>{words.open[job.result?.kind ?? ""] ?? words.open_other}</a>
           </div>
         )}
       </td>
-      <td data-label={words.source}>{sourceOf(job)}</td>
+      <td data-label={words.source}>{actorName(job.source)}</td>
       <td data-label={words.when} class="nowrap">
         {moment(job.created_at_ms, language.value)}
       </td>

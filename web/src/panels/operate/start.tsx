@@ -5,7 +5,7 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 import { data, type Job } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
-import { problemOfJob } from "../../parts/job_end";
+import { problemOfJob } from "../../parts/job_problem";
 import { ProblemCard } from "../../parts/problem";
 import { ResetButton } from "../../parts/reset";
 import { Command } from "../../state/command";

@@ -3,9 +3,9 @@
 import { type Signal, signal } from "@preact/signals";
 import { type Api, bytes, data, idempotencyKey, type Problem, problemOf } from "../../api/client";
 import type { App } from "../../app";
-import { succeeded } from "../../parts/job_end";
+import { succeeded } from "../../parts/job_problem";
 import { BlockFeed } from "../../scene/block_feed";
-import { exactPoint } from "../../scene/exact";
+import { exactPoint } from "../../scene/exact_point";
 import { meshFromGlb } from "../../scene/glb";
 import { fetchPoints } from "../../scene/points_source";
 import { RegionGrid } from "../../scene/region";

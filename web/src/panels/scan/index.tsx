@@ -6,7 +6,7 @@ import { CommandButton } from "../../parts/command_button";
 import { useForm } from "../../parts/form";
 import { useHalted } from "../../parts/halted";
 import { SceneChoice } from "../../parts/scene_choice";
-import { exactPoint } from "../../scene/exact";
+import { exactPoint } from "../../scene/exact_point";
 import type { CloudViewer } from "../../scene/viewer";
 import { text } from "../../text";
 import { CloudView } from "../viewer/cloud_view";

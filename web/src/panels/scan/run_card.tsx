@@ -3,9 +3,9 @@
 import type { Job } from "../../api/client";
 import { CommandButton } from "../../parts/command_button";
 import { useHalted } from "../../parts/halted";
-import { problemOfJob } from "../../parts/job_end";
+import { problemOfJob } from "../../parts/job_problem";
 import { JobProgress } from "../../parts/job_progress";
-import { JobWords } from "../../parts/job_words";
+import { JobText } from "../../parts/job_text";
 import { ProblemCard } from "../../parts/problem";
 import { hasEnded } from "../../state/jobs";
 import { href } from "../../state/route";
@@ -29,7 +29,7 @@ export function RunCard({ run }: { run: ScanRun }) {
 function Running({ run, job }: { run: ScanRun; job: Job }) {
   const words = text.value.scan;
   const lost = run.lost.value.filter(([, n]) => n > 0);
-  const told = lost.map(
+  const losses = lost.map(
     ([reason, n]) => `${text.value.drop_reasons[reason] ?? reason}: ${count(n, language.value)}`,
   );
   return (
@@ -37,7 +37,7 @@ function Running({ run, job }: { run: ScanRun; job: Job }) {
       <h2>{words.running}</h2>
       <JobProgress job={job} />
       <p class={lost.length > 0 ? "problem" : "muted"} data-lost={lost.length}>
-        {lost.length > 0 ? words.lost(told.join(", ")) : words.nothing_lost}
+        {lost.length > 0 ? words.lost(losses.join(", ")) : words.nothing_lost}
       </p>
     </>
   );
@@ -55,7 +55,7 @@ function Ended({ run, job }: { run: ScanRun; job: Job }) {
         {words.ended[job.state]} <small class="muted">{moment(job.ended_at_ms, language.value)}</small>
       </h2>
       <p>
-        <JobWords job={job} />
+        <JobText job={job} />
       </p>
       {job.state === "failed" && job.problem != null && <ProblemCard problem={problemOfJob(job)} />}
       {invalid && (

@@ -98,7 +98,7 @@ export class ScanRun {
       },
     });
     const ends = [
-      this.app.stream.want({ stream: "points" }, (message) => {
+      this.app.stream.subscribe({ stream: "points" }, (message) => {
         if ("op" in message) {
           if (message.op === "scan") feed.announce(message);
         } else if (message.kind === "points") feed.receive(message);

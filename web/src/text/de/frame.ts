@@ -114,6 +114,7 @@ export const parts = {
   remaining: (time: string) => `noch ${time}`,
   ends_at: (time: string) => `endet um ${time}`,
   optional: "optional",
+  by_api: "API",
   yes: "ja",
   no: "nein",
   more: "Mehr",

@@ -18,7 +18,7 @@ export const health = {
   serial: "Seriennummer",
   driver: "Treiber",
   frames: "Bilder",
-  frames_told: (arrived: string, lost: string) => `${arrived} seit Start, ${lost} verloren`,
+  frames_count: (arrived: string, lost: string) => `${arrived} seit Start, ${lost} verloren`,
   frames_advice:
     "Gehen während eines Scans Bilder verloren, wird er ungültig. Die Bildrate senken oder den Rechner entlasten.",
   link: "Verbindung dieser Seite",
@@ -42,7 +42,7 @@ export const health = {
   read_only_advice:
     "Schreiben fehlgeschlagen: keine Scans, bis der Datenträger repariert und der Dienst neu gestartet ist.",
   queue: "Warteschlange",
-  queue_told: (running: number, queued: number) => `${running} laufend, ${queued} wartend`,
+  queue_count: (running: number, queued: number) => `${running} laufend, ${queued} wartend`,
   queue_advice: "Der Server nimmt höchstens 32 wartende Aufträge an.",
   software: "Software",
   access: "Zugang",

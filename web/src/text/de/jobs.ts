@@ -17,7 +17,6 @@ export const jobs: Catalogue["jobs"] = {
   state: "Status",
   outcome: "Ergebnis",
   source: "Angefordert von",
-  by_api: "API",
   when: "Wann",
   took: "Dauer",
   open: { scan: "Ergebnis öffnen", calibration: "Kalibrierung öffnen" },

@@ -9,10 +9,10 @@ export const tools = {
 };
 
 export const measured_as: Record<string, string> = {
-  plane: "Abstand der Ebene",
-  sphere: "Radius der Kugel",
-  cylinder: "Radius des Zylinders",
-  step: "Höhe der Stufe",
+  plane: "Ebenenabstand",
+  sphere: "Kugelradius",
+  cylinder: "Zylinderradius",
+  step: "Stufenhöhe",
   distance: "Abstand",
   angle: "Winkel",
   flatness: "Ebenheit",
@@ -36,7 +36,7 @@ export const light_models: Record<string, string> = {
 
 /** What lies on the simulated stage. */
 export const scenes: Record<string, string> = {
-  sphere: "Kugel auf einer Platte (Radius 18,9 mm)",
+  sphere: "Kugel (Radius 18,9 mm)",
   gauge: "Stufenmaß",
   freeform: "Freiformfläche",
   plate: "Leere Platte",

@@ -9,7 +9,7 @@ export const results = {
   to_day: "Bis zum Tag",
   no_filter: "Alle anzeigen",
   shown_of: (shown: number, all: number) =>
-    shown === all ? `${all} Ergebnisse` : `${shown} von ${all} Ergebnissen`,
+    shown === all ? (all === 1 ? "1 Ergebnis" : `${all} Ergebnisse`) : `${shown} von ${all} Ergebnissen`,
   shown_of_read: (shown: number, read: number) => `${shown} der neuesten ${read} Ergebnisse`,
   nothing_fits: "Keine passenden Ergebnisse. Den Filter ändern oder ältere Ergebnisse laden.",
   older: "Ältere Ergebnisse laden",
@@ -30,7 +30,7 @@ export const results = {
   delete_yes: "Endgültig löschen",
   trend: "Trend",
   characteristic: "Merkmal",
-  trend_told: (n: number, mean: string, spread: string) =>
+  trend_summary: (n: number, mean: string, spread: string) =>
     `${n === 1 ? "1 Teil" : `${n} Teile`}, Mittelwert ${mean}, Spannweite ${spread}`,
   trend_legend:
     "Balken: Unsicherheit U. Gestrichelt: Toleranzgrenzen, gepunktet: Sollwert. Kreuze: n. i. O. oder UNGÜLTIG.",

@@ -81,6 +81,7 @@ export const parts = {
   remaining: (time: string) => `${time} left`,
   ends_at: (time: string) => `ends at ${time}`,
   optional: "optional",
+  by_api: "API",
   yes: "yes",
   no: "no",
   more: "More",

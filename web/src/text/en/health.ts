@@ -18,7 +18,7 @@ export const health = {
   serial: "Serial number",
   driver: "Driver",
   frames: "Frames",
-  frames_told: (arrived: string, lost: string) => `${arrived} since start, ${lost} lost`,
+  frames_count: (arrived: string, lost: string) => `${arrived} since start, ${lost} lost`,
   frames_advice:
     "Frames lost during a scan make it invalid. Lower the frame rate, or reduce the load on the computer.",
   link: "Link to this page",
@@ -41,7 +41,7 @@ export const health = {
   read_only: "read-only",
   read_only_advice: "Writing failed: no scans until the disk is repaired and the service restarted.",
   queue: "Queue",
-  queue_told: (running: number, queued: number) => `${running} running, ${queued} waiting`,
+  queue_count: (running: number, queued: number) => `${running} running, ${queued} waiting`,
   queue_advice: "The server accepts at most 32 waiting jobs.",
   software: "Software",
   access: "Access",

@@ -14,7 +14,6 @@ export const jobs = {
   state: "State",
   outcome: "Outcome",
   source: "Requested by",
-  by_api: "API",
   when: "When",
   took: "Duration",
   open: { scan: "Open the result", calibration: "Open the calibration" } as Record<string, string>,

@@ -12,10 +12,10 @@ export const tools = {
 
 /** What a tool's value is. */
 export const measured_as: Record<string, string> = {
-  plane: "Distance of the plane",
-  sphere: "Radius of the sphere",
-  cylinder: "Radius of the cylinder",
-  step: "Height of the step",
+  plane: "Plane distance",
+  sphere: "Sphere radius",
+  cylinder: "Cylinder radius",
+  step: "Step height",
   distance: "Distance",
   angle: "Angle",
   flatness: "Flatness",
@@ -39,7 +39,7 @@ export const light_models: Record<string, string> = {
 
 /** What lies on the simulated stage. */
 export const scenes: Record<string, string> = {
-  sphere: "Sphere on a plate (radius 18.9 mm)",
+  sphere: "Sphere (radius 18.9 mm)",
   gauge: "Step gauge",
   freeform: "Freeform surface",
   plate: "Empty plate",

@@ -31,7 +31,7 @@ export const results = {
   delete_yes: "Delete permanently",
   trend: "Trend",
   characteristic: "Characteristic",
-  trend_told: (n: number, mean: string, spread: string) =>
+  trend_summary: (n: number, mean: string, spread: string) =>
     `${n === 1 ? "1 part" : `${n} parts`}, mean ${mean}, range ${spread}`,
   trend_legend: "Bars: uncertainty U. Dashed: tolerance limits, dotted: nominal. Crosses: NOT OK or INVALID.",
   trend_without_limits: "Bars: uncertainty U. Measured without a tolerance.",

@@ -1,7 +1,7 @@
 /** When a card speaks up. `caution`: look at it soon; `alarm`: it does not work now. */
 
 import type { Schemas, Station } from "../../api/client";
-import type { DropCount } from "../../stream/texts";
+import type { DropCount } from "../../stream/text_messages";
 import type { OrderPair } from "../result/scan_record";
 
 export type Tone = "calm" | "caution" | "alarm";
