@@ -162,7 +162,7 @@ async function sessionAt(page: Page): Promise<Schemas["Session"]> {
 }
 
 test(
-  "step by step: pictures by themselves, one deleted, another browser goes on, solved, compared",
+  "step by step: automatic capture, one image deleted, continued in another browser, computed, compared",
   async () => {
     await server.call("PUT", "/api/v1/calibrations/active", { calibration_id: first_id });
     const { page, context, complaints } = await visit(browser, server.url, "#/calibration");
@@ -270,7 +270,7 @@ test(
   TEST_WITHIN_MS,
 );
 
-test("an archive whose picture lies is refused with cause and remedy, and may be chosen again", async () => {
+test("an archive with a corrupt image is refused with cause and remedy, and may be chosen again", async () => {
   const { page, context, complaints } = await visit(browser, server.url, "#/calibration");
   const manifest = {
     format: "sheaf-capture/1",

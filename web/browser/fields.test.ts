@@ -109,7 +109,7 @@ test("a wrong field keeps a scan from starting, and its plan from being shown", 
   expect(complaints).toEqual([]);
 });
 
-test("a wrong exposure blocks the camera's buttons until it is mended or discarded", async () => {
+test("an invalid exposure blocks the camera's buttons until it is corrected or discarded", async () => {
   const { page, complaints } = await enter("#/live");
   const field = page.getByLabel("Exposure time");
   await until("settings", async () => (await field.inputValue()) === "2000");
@@ -144,7 +144,7 @@ test("after Stop the page offers no job before a reset", async () => {
   expect(complaints).toEqual([]);
 });
 
-test("a page that fails says so with a way out, and Stop works beside it", async () => {
+test("a page that crashes offers a reload, and Stop still works", async () => {
   station.plan = { no: "plan" };
   const { page, complaints } = await enter("#/scan");
   await page.locator(".problem", { hasText: "This page has crashed" }).waitFor();
@@ -167,7 +167,7 @@ async function setVisibility(page: Page, state: "hidden" | "visible"): Promise<v
   }, state);
 }
 
-test("a page that nobody sees is no viewer, and asks again when it is seen, over the same connection", async () => {
+test("a hidden page is no viewer, and subscribes again over the same connection when it is shown", async () => {
   const { page, complaints } = await enter("#/live");
   const subscribed = (stream: string) =>
     station.texts.filter(({ op, streams }) => op === "subscribe" && JSON.stringify(streams).includes(stream))
@@ -188,7 +188,7 @@ test("a page that nobody sees is no viewer, and asks again when it is seen, over
   expect(complaints).toEqual([]);
 });
 
-test("without a link the page does not say that it controls", async () => {
+test("without a link the page does not claim control", async () => {
   const { page, complaints } = await enter("#/help");
   await page.getByRole("button", { name: "No one in control" }).click();
   await page.getByRole("dialog").getByRole("button", { name: "Take control", exact: true }).click();

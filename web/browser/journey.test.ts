@@ -85,7 +85,7 @@ function readPly(file: Buffer): Ply {
 }
 
 test(
-  "a new user calibrates, scans the sphere, sees its radius and takes the points home",
+  "a new user calibrates, scans the sphere, reads its radius and downloads the points",
   async () => {
     const { page, context, complaints } = await visit(browser, server.url);
 

@@ -90,8 +90,8 @@ test(
 
     // The next one has so many rows that it is still running when the keys have reached Stop, however slow they are.
     const plan = await server.call<Schemas["MeasurementPlanDto"]>("GET", "/api/v1/measurement-plan");
-    await server.call("PUT", "/api/v1/measurement-plan", { ...plan, step_mm: 0.02 }, { "If-Match": "*" });
-    await page.getByText("in steps of 0.02 mm").waitFor();
+    await server.call("PUT", "/api/v1/measurement-plan", { ...plan, step_mm: 0.05 }, { "If-Match": "*" });
+    await page.getByText("in steps of 0.05 mm").waitFor();
     // It is stopped: back with Shift+Tab to the button in the bar.
     await page.keyboard.type("K-0002");
     await page.keyboard.press("Enter");

@@ -261,7 +261,7 @@ test("picture and plot point at the same place, by mouse and by keys", async () 
   expect(Math.abs(drawn_u - (await u_px()))).toBeLessThan(4);
 });
 
-test("a frozen frame stays while the station goes on, and comes to life again", async () => {
+test("a frozen frame stays while the station continues, and resumes", async () => {
   const { page } = seen;
   const held = await sequence();
   await startedLive();

@@ -106,7 +106,7 @@ test("a board is still when its corners stay, and moving it begins anew", () => 
   expect(stillness.follow(lookAt(140, 2300))).toBe(0);
 });
 
-test("a place that was taken before is not taken again by itself", () => {
+test("a pose that was captured before is not captured automatically again", () => {
   const session = sessionOf([{ u: 100 }, { u: 300 }]);
   expect(isKnownPlace(lookAt(305, 0), session)).toBe(true);
   expect(isKnownPlace(lookAt(400, 0), session)).toBe(false);

@@ -132,7 +132,7 @@ test("hidden pages come back seldom, and at once when they are seen", async () =
   expect(FakeSocket.made).toHaveLength(2);
 });
 
-test("a server of another version than the page came from is told, one of the same is not", () => {
+test("a server of another version than the page's is reported, one of the same is not", () => {
   const stream = started();
   const hello = (software_version: string) =>
     FakeSocket.newest.hear({ op: "hello", protocol: "sheaf.v1", software_version, clock_ms: null });
@@ -144,7 +144,7 @@ test("a server of another version than the page came from is told, one of the sa
   expect(stream.updated_to.value).toBe("1.1.0");
 });
 
-test("Stop goes over the open connection with who asked, and its answer is heard", () => {
+test("Stop goes over the open connection with its actor, and its answer is received", () => {
   const stream = started();
   const socket = FakeSocket.newest;
   stream.stop("Anna");

@@ -34,14 +34,14 @@ export const help = {
     Halted: "Jemand hat Stopp gedrückt. Bewegung und Laser bleiben bis zum Zurücksetzen aus.",
     Error: "Ein Gerät ist ausgefallen. Die Ursache beheben, dann quittieren und zurücksetzen.",
   } as Record<string, string>,
-  verdicts: "Was die Urteile bedeuten",
+  verdicts: "Was die Bewertungen bedeuten",
   verdict_means: {
     ok: "Der Wert liegt um mehr als seine Unsicherheit U innerhalb der Toleranz (ISO 14253-1).",
     not_ok: "Der Wert liegt um mehr als U außerhalb der Toleranz.",
     undecided: "Eine Toleranzgrenze liegt innerhalb ± U um den Wert: zu nah an der Grenze für eine Entscheidung.",
     invalid:
-      "Kein Urteil möglich: Etwas konnte nicht gemessen werden, oder beim Scan gingen Bilder verloren. Das Teil als Ausschuss behandeln und erneut scannen.",
-    measured: "Es gibt einen Wert, aber keine Toleranz und daher kein Urteil.",
+      "Keine Bewertung möglich: Etwas konnte nicht gemessen werden, oder beim Scan gingen Bilder verloren. Das Teil als Ausschuss behandeln und erneut scannen.",
+    measured: "Es gibt einen Wert, aber keine Toleranz und daher keine Bewertung.",
   } as Record<string, string>,
   stop: "Laser und Stopp",
   stop_says: [

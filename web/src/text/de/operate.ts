@@ -23,17 +23,17 @@ export const operate = {
   last_result: "Letztes Ergebnis",
   no_result:
     "Noch kein Teil gescannt. Ein Teil auf den Tisch legen, Seriennummer tippen oder scannen, Scan starten drücken.",
-  being_scanned: "Das Teil wird gescannt und gemessen. Das Urteil folgt, wenn der Auftrag beendet ist.",
+  being_scanned: "Das Teil wird gescannt und gemessen. Die Bewertung folgt, wenn der Auftrag beendet ist.",
   without_part:
     "Der letzte Scan hat kein Ergebnis: Er endete vor der ersten Zeile, oder sein Ergebnis wurde gelöscht.",
   because: {
     undecided: "Zu nah an der Grenze für eine Entscheidung.",
     invalid:
-      "Kein Urteil möglich: Nicht alles konnte gemessen werden. Das Teil gilt als Ausschuss, bis es erneut gescannt ist.",
+      "Keine Bewertung möglich: Nicht alles konnte gemessen werden. Das Teil gilt als Ausschuss, bis es erneut gescannt ist.",
     partial:
       "Der Scan wurde vorzeitig gestoppt. Das Teil erneut scannen oder den Scan auf der Seite Scan fortsetzen.",
     scanned: "An diesem Teil wurde nichts gemessen.",
-    measured: "Ohne Toleranz gibt es kein Urteil.",
+    measured: "Ohne Toleranz gibt es keine Bewertung.",
   } as Record<string, string>,
   uncertainty_hint:
     "Erweiterte Messunsicherheit: Der wahre Wert liegt mit etwa 95 % Wahrscheinlichkeit innerhalb ± U",
@@ -58,6 +58,6 @@ export const operate = {
   nominal: "Sollwert",
   tolerance: "Toleranz ±",
   range: (from: string, to: string, step: string) => `${from} … ${to} mm in Schritten von ${step} mm`,
-  no_verdict_without_nominal: "Ohne Sollwert gibt es kein Urteil.",
+  no_verdict_without_nominal: "Ohne Sollwert gibt es keine Bewertung.",
   kept_by_server: "Auf dem Server gespeichert, für alle Teile und alle Browser.",
 };
