@@ -2,10 +2,9 @@ import { readdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { brotliCompressSync, gzipSync } from "node:zlib";
 import { defineConfig, type Plugin } from "vite";
-import { slimThree } from "./slim_three";
 
 /** The whole page with everything it may ever load, gzipped: a promise of the product. */
-const BUDGET_BYTES = 450 * 1024;
+const BUDGET_BYTES = 256 * 1024;
 
 /** File types that shrink. */
 const TEXT = /\.(html|js|css|svg|json|webmanifest)$/;
@@ -22,7 +21,7 @@ export default defineConfig({
     rollupOptions: { output: { experimentalMinChunkSize: 6000 } },
   },
   esbuild: { jsx: "automatic", jsxImportSource: "preact", legalComments: "none" },
-  plugins: [slimThree(), compressed()],
+  plugins: [compressed()],
   server: { proxy: { "/api": { target: "http://127.0.0.1:8080", ws: true }, "/health": "http://127.0.0.1:8080" } },
 });
 

@@ -7,7 +7,5 @@ export default defineConfig({
     fileParallelism: false,
     testTimeout: 180_000,
     hookTimeout: 120_000,
-    // A neighbour on a shared machine can starve a browser for longer than a wait lasts; a defect fails twice.
-    retry: 1,
   },
 });

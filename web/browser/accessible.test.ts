@@ -3,7 +3,7 @@
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
 import { PAGES } from "../src/state/route";
-import { expectAccessible, launch, Server, type Visit, visit } from "./harness";
+import { expectAccessibleInBoth, launch, Server, type Visit, visit } from "./harness";
 
 let server: Server;
 let browser: Browser;
@@ -22,15 +22,6 @@ async function settled(page: Page): Promise<void> {
   await page.locator(".bar", { hasText: "Operational.Initialized" }).waitFor();
   await page.locator("main h1, main h2, main .problem").first().waitFor();
   await page.waitForFunction(() => !document.querySelector("main")?.textContent?.includes("Loading…"));
-}
-
-/** Demands it in both themes of one and the same page. */
-async function expectAccessibleInBoth(page: Page): Promise<void> {
-  for (const colorScheme of ["light", "dark"] as const) {
-    await page.emulateMedia({ colorScheme });
-    await page.locator(`html[data-theme=${colorScheme}]`).waitFor();
-    await expectAccessible(page);
-  }
 }
 
 describe("in light and dark", () => {
@@ -56,7 +47,7 @@ describe("in light and dark", () => {
     const { page, complaints } = visitor;
     await page.goto(`${server.url}/#/operate`);
     await settled(page);
-    await page.getByText("What is scanned and measured").click();
+    await page.getByText("Scan and measurement settings").click();
     await page.getByRole("button", { name: "Add a measurement" }).waitFor();
     await expectAccessibleInBoth(page);
     await page.getByRole("button", { name: "No one in control" }).click();

@@ -70,7 +70,7 @@ test(
   "a new person calibrates the simulated station, sees the three models, activates and rolls back",
   async () => {
     const { page, context, complaints } = await visit(browser, server.url, "#/calibration");
-    await page.getByText("No calibration is active").waitFor();
+    await page.getByText("No active calibration").waitFor();
     await expectAccessible(page);
     await picture(page, "calibration-empty");
     await press(page, "Calibrate now");
@@ -84,7 +84,7 @@ test(
     first_id = (await fresh.getAttribute("data-fresh")) ?? "";
     // A draft until somebody decides.
     expect(await page.locator("[data-active]").first().getAttribute("data-active")).toBe("none");
-    await page.getByRole("link", { name: "See the new calibration" }).click();
+    await page.getByRole("link", { name: "View the new calibration" }).click();
     await page.locator("[data-model=grating] .big").waitFor();
     const models = await page
       .locator("[data-model]")
@@ -154,7 +154,7 @@ const poses = (page: Page) => page.locator(".poses .pose");
 const covered = async (page: Page) => Number(await page.locator(".coverage").getAttribute("data-covered"));
 
 const taken = (page: Page, n: number) =>
-  patiently(page, `${n} pictures`, async () => (await poses(page).count()) === n, "Start the live picture");
+  patiently(page, `${n} pictures`, async () => (await poses(page).count()) === n, "Start live view");
 
 async function sessionAt(page: Page): Promise<Schemas["Session"]> {
   const id = new URL(page.url()).hash.split("/")[2]?.split("?")[0];
@@ -162,18 +162,18 @@ async function sessionAt(page: Page): Promise<Schemas["Session"]> {
 }
 
 test(
-  "step by step: pictures by themselves, one deleted, another browser goes on, solved, compared",
+  "step by step: automatic capture, one image deleted, continued in another browser, computed, compared",
   async () => {
     await server.call("PUT", "/api/v1/calibrations/active", { calibration_id: first_id });
     const { page, context, complaints } = await visit(browser, server.url, "#/calibration");
     await page.getByRole("link", { name: "Step by step" }).click();
-    await page.getByRole("button", { name: "Begin the session" }).waitFor();
+    await page.getByRole("button", { name: "Start session" }).waitFor();
     await expectAccessible(page);
     await picture(page, "calibration-check");
-    await press(page, "Begin the session");
+    await press(page, "Start session");
     await page.waitForSelector('.wizard[data-step="camera"]');
     expect(await covered(page)).toBe(0);
-    await press(page, "Start the live picture");
+    await press(page, "Start live view");
     await page.locator(".look, .told").first().waitFor();
     // The board is held still: the picture is taken by itself.
     await press(page, "Next pose");
@@ -227,7 +227,7 @@ test(
       "Capture 5 positions automatically",
     );
     await picture(last.page, "calibration-stage");
-    await last.page.locator(".solve").getByRole("button", { name: "Calculate", exact: true }).click();
+    await last.page.locator(".solve").getByRole("button", { name: "Compute", exact: true }).click();
     const made = last.page.locator("[data-made]");
     await made.waitFor({ timeout: SOLVED_WITHIN_MS });
     const made_id = (await made.getAttribute("data-made")) ?? "";
@@ -270,7 +270,7 @@ test(
   TEST_WITHIN_MS,
 );
 
-test("an archive whose picture lies is refused with cause and remedy, and may be chosen again", async () => {
+test("an archive with a corrupt image is refused with cause and remedy, and may be chosen again", async () => {
   const { page, context, complaints } = await visit(browser, server.url, "#/calibration");
   const manifest = {
     format: "sheaf-capture/1",
@@ -294,7 +294,7 @@ test("an archive whose picture lies is refused with cause and remedy, and may be
   await expectAccessible(page);
   await picture(page, "calibration-refused");
   await choose.setInputFiles({ name: "notes.txt", mimeType: "text/plain", buffer: Buffer.from("x") });
-  await page.getByText("This file is neither a zip nor a tar archive.").waitFor();
+  await page.getByText("This file is neither a ZIP nor a TAR archive.").waitFor();
   expect(await server.call<{ items: unknown[] }>("GET", "/api/v1/captures?limit=50")).not.toMatchObject({
     items: expect.arrayContaining([expect.objectContaining({ name: "capture.tar" })]),
   });

@@ -107,19 +107,19 @@ test("what is damaged is named, what can be done is said; deleting asks first", 
   await expectAccessibleInBoth(page);
   await picture(page, "results-damaged");
   await row.getByRole("button", { name: "Delete" }).click();
-  await page.getByRole("dialog", { name: "Delete a result" }).waitFor();
+  await page.getByRole("dialog", { name: "Delete result" }).waitFor();
   await expectAccessibleInBoth(page);
-  await answer("Delete for ever");
+  await answer("Delete permanently");
   await row.waitFor({ state: "detached" });
 
   await page.getByRole("button", { name: "Delete last" }).click();
-  await page.getByRole("dialog", { name: "Delete a result" }).waitFor();
+  await page.getByRole("dialog", { name: "Delete result" }).waitFor();
   await expectAccessibleInBoth(page);
   await picture(page, "results-delete");
   await answer("Cancel");
   await page.getByRole("dialog").waitFor({ state: "detached" });
   await page.getByRole("button", { name: "Delete last" }).click();
-  await answer("Delete for ever");
+  await answer("Delete permanently");
   await page.getByRole("link", { name: "last", exact: true }).waitFor({ state: "detached" });
   const left = await server.call<Schemas["ListDto_ScanDto"]>("GET", "/api/v1/scans");
   expect([left.items.map(({ id }) => id), left.damaged]).toEqual([[scans[0]], undefined]);

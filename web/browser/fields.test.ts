@@ -109,12 +109,12 @@ test("a wrong field keeps a scan from starting, and its plan from being shown", 
   expect(complaints).toEqual([]);
 });
 
-test("a wrong exposure blocks the camera's buttons until it is mended or discarded", async () => {
+test("an invalid exposure blocks the camera's buttons until it is corrected or discarded", async () => {
   const { page, complaints } = await enter("#/live");
   const field = page.getByLabel("Exposure time");
   await until("settings", async () => (await field.inputValue()) === "2000");
   await field.fill("5e3");
-  for (const name of ["Apply", "Half the exposure", "Twice the exposure"]) {
+  for (const name of ["Apply", "Halve exposure", "Double exposure"]) {
     const button = page.getByRole("button", { name, exact: true });
     expect(await button.getAttribute("aria-disabled"), name).toBe("true");
     await button.click({ force: true });
@@ -144,10 +144,10 @@ test("after Stop the page offers no job before a reset", async () => {
   expect(complaints).toEqual([]);
 });
 
-test("a page that fails says so with a way out, and Stop works beside it", async () => {
+test("a page that crashes offers a reload, and Stop still works", async () => {
   station.plan = { no: "plan" };
   const { page, complaints } = await enter("#/scan");
-  await page.locator(".problem", { hasText: "This page failed" }).waitFor();
+  await page.locator(".problem", { hasText: "This page has crashed" }).waitFor();
   await page.locator(".bar .stop").click();
   await page.locator(".bar", { hasText: "Halted" }).waitFor();
   await page.getByRole("link", { name: "Help" }).click();
@@ -167,7 +167,7 @@ async function setVisibility(page: Page, state: "hidden" | "visible"): Promise<v
   }, state);
 }
 
-test("a page that nobody sees is no viewer, and asks again when it is seen, over the same connection", async () => {
+test("a hidden page is no viewer, and subscribes again over the same connection when it is shown", async () => {
   const { page, complaints } = await enter("#/live");
   const subscribed = (stream: string) =>
     station.texts.filter(({ op, streams }) => op === "subscribe" && JSON.stringify(streams).includes(stream))
@@ -188,16 +188,16 @@ test("a page that nobody sees is no viewer, and asks again when it is seen, over
   expect(complaints).toEqual([]);
 });
 
-test("without a link the page does not say that it controls", async () => {
+test("without a link the page does not claim control", async () => {
   const { page, complaints } = await enter("#/help");
   await page.getByRole("button", { name: "No one in control" }).click();
   await page.getByRole("dialog").getByRole("button", { name: "Take control", exact: true }).click();
-  await page.getByRole("button", { name: "You control" }).waitFor();
+  await page.getByRole("button", { name: "You are in control" }).waitFor();
   station.silent = true;
   await page.getByRole("button", { name: "Control unknown" }).waitFor();
-  expect(await page.getByText("You control").count()).toBe(0);
+  expect(await page.getByText("You are in control").count()).toBe(0);
   station.silent = false;
-  await page.getByRole("button", { name: "You control" }).waitFor();
+  await page.getByRole("button", { name: "You are in control" }).waitFor();
   expect(complaints).toEqual([]);
 });
 

@@ -83,7 +83,7 @@ test("Stop is on the screen at the width of a phone, and a finger on it is enoug
   expect(complaints).toEqual([]);
 });
 
-test("Stop is heard while a dialog is open, by pointer and by keys", async () => {
+test("Stop works while a dialog is open, by pointer and by keys", async () => {
   const { page, complaints } = await enter("#/health");
   await page.getByRole("button", { name: "No one in control" }).click();
   const dialog = page.getByRole("dialog");
@@ -104,7 +104,7 @@ test("Stop is heard while a dialog is open, by pointer and by keys", async () =>
   expect(complaints).toEqual([]);
 });
 
-test("a dead server is called stale, and the page comes back by itself", async () => {
+test("the data of a dead server is called stale, and the page reconnects automatically", async () => {
   const { page, complaints } = await enter("#/health");
   await page.evaluate(() => Object.assign(window, { kept: "this page was not loaded again" }));
   await server.kill();
@@ -135,16 +135,16 @@ async function takeControl(page: Page, button: RegExp, name: string, act: string
   await dialog.waitFor({ state: "detached" });
 }
 
-test("two browsers see who commands; taking over is explicit and told to the loser", async () => {
+test("two browsers see who is in control; taking over is explicit and reported to the former holder", async () => {
   const [anna, ben] = [await enter(), await enter()];
   await takeControl(anna.page, /No one in control/, "Anna", "Take control");
-  await anna.page.getByRole("button", { name: "You control" }).waitFor();
-  await ben.page.getByRole("button", { name: "Anna controls – Take over" }).waitFor();
+  await anna.page.getByRole("button", { name: "You are in control" }).waitFor();
+  await ben.page.getByRole("button", { name: "Anna is in control – Take over" }).waitFor();
   await picture(ben.page, "control-taken");
-  await takeControl(ben.page, /Anna controls/, "Ben", "Take over");
-  await ben.page.getByRole("button", { name: "You control" }).waitFor();
+  await takeControl(ben.page, /Anna is in control/, "Ben", "Take over");
+  await ben.page.getByRole("button", { name: "You are in control" }).waitFor();
   await anna.page.getByText("Ben took control of the station.").waitFor();
-  await anna.page.getByRole("button", { name: "Ben controls – Take over" }).waitFor();
+  await anna.page.getByRole("button", { name: "Ben is in control – Take over" }).waitFor();
 
   // Stop needs no control, and both see the same state.
   await anna.page.getByRole("button", { name: "Stop", exact: true }).click();
@@ -277,7 +277,7 @@ test("keys lead to pages, to their list, and past the frame", async () => {
   expect(complaints).toEqual([]);
 });
 
-test("a simulated fault is switched in the settings and speaks up in the frame and in Health", async () => {
+test("a simulated fault is switched on in the settings and shown in the frame and in Health", async () => {
   const { page, complaints } = await enter("#/settings");
   const row = page.getByRole("listitem").filter({ hasText: "Camera unplugged" });
   await row.getByRole("button", { name: "Switch on" }).click();

@@ -85,7 +85,7 @@ function readPly(file: Buffer): Ply {
 }
 
 test(
-  "a new user calibrates, scans the sphere, sees its radius and takes the points home",
+  "a new user calibrates, scans the sphere, reads its radius and downloads the points",
   async () => {
     const { page, context, complaints } = await visit(browser, server.url);
 
@@ -131,7 +131,7 @@ test(
       return Number(shown) > 1000;
     });
     await picture(page, "scan-running");
-    await page.getByText("Scan is done").waitFor({ timeout: JOB_MS });
+    await page.getByText("Scan done").waitFor({ timeout: JOB_MS });
     await page.getByRole("link", { name: "Show the result" }).click();
 
     // Result: radius and RMSE.

@@ -201,7 +201,7 @@ async function pointAtServer(pixel: string, frame: number) {
   return { position_mm, order: profile.order[idx] };
 }
 
-test("a lost graphics card is told, and the cloud comes back from memory", async () => {
+test("a lost graphics context is reported, and the cloud is restored from memory", async () => {
   const { page, complaints } = await open(`#/result/${scan_id}`, { colorScheme: "dark" });
   await until("the cloud is seen", async () => sum(await orderPixels(page)) > 1000);
   const before = await orderPixels(page);

@@ -69,7 +69,7 @@ const drawn = (page: Page) =>
       all.map((image) => (image instanceof HTMLImageElement && image.complete ? image.currentSrc : "")),
     );
 
-test("both see the same pictures; what one deletes goes in the other", async () => {
+test("both see the same images; one deleted in one browser disappears in the other", async () => {
   const id = await sessionWith(3);
   const [one, other] = await Promise.all(
     [1, 2].map(() => visit(browser, server.url, `#/calibration/${id}?step=camera`)),
@@ -93,7 +93,7 @@ test("both see the same pictures; what one deletes goes in the other", async () 
   await Promise.all([one.context.close(), other.context.close()]);
 });
 
-test("a browser that is behind changes nothing, sees the newest state and is told why", async () => {
+test("an outdated browser changes nothing, sees the newest state and the reason", async () => {
   const id = await sessionWith(2);
   const { page, context, complaints } = await visit(browser, server.url, `#/calibration/${id}?step=camera`);
   await until("both poses", async () => (await posesOf(page)).length === 2);
@@ -130,7 +130,7 @@ test("a browser that is behind changes nothing, sees the newest state and is tol
 });
 
 test(
-  "a calibration of a session is verified on the known sphere, and the outcome stays to be seen",
+  "a calibration of a session is verified on the reference sphere, and the outcome stays visible",
   async () => {
     const id = await sessionWith(8);
     await server.call("PUT", "/api/v1/simulation/board", { place: "stage" });

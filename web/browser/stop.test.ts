@@ -44,7 +44,7 @@ async function press(page: Page): Promise<void> {
   await page.locator(".bar .stop").click();
 }
 
-test("six downloads that stand still do not keep Stop from arriving", async () => {
+test("six stalled downloads do not delay Stop", async () => {
   const { page, complaints } = visitor;
   await saturate(page);
   await press(page);
@@ -56,7 +56,7 @@ test("six downloads that stand still do not keep Stop from arriving", async () =
   expect(complaints).toEqual([]);
 });
 
-test("on a line that swallows everything Stop is repeated, says so, and arrives when the line is back", async () => {
+test("on a dead line Stop is repeated, says so, and arrives when the line is back", async () => {
   const { page, complaints } = visitor;
   station.silent = true;
   await press(page);
@@ -72,7 +72,7 @@ test("on a line that swallows everything Stop is repeated, says so, and arrives 
   expect(complaints).toEqual([]);
 });
 
-test("what still hung when the station stopped does not stop it again after a reset", async () => {
+test("requests that hung when the station stopped do not stop it again after a reset", async () => {
   const { page, complaints } = visitor;
   station.silent = true;
   await press(page);

@@ -1,7 +1,5 @@
 /** Numbers as people write and read them: always with a unit, in the chosen language, decimal comma or point. */
 
-export type Mm = number & { readonly unit: "mm" };
-
 /** A number with fixed decimals; "–" where there is none. */
 export function decimal(value: number | null | undefined, digits: number, language: string): string {
   if (value == null || !Number.isFinite(value)) return "–";

@@ -7,7 +7,7 @@ import { meaningOf, orderAngles } from "../src/panels/calibration/light_models";
 import { sentence } from "../src/panels/calibration/models_view";
 import { ordersFrom } from "../src/panels/calibration/new_session";
 import { type Look, needsOf, type Session, stepOf } from "../src/panels/calibration/session_state";
-import { isKnownPlace, meanDistance, STILL_FOR_MS, Stillness } from "../src/panels/calibration/still";
+import { isKnownPlace, meanDistance, STILL_FOR_MS, Stillness } from "../src/panels/calibration/stillness";
 import { archiveType } from "../src/panels/calibration/upload";
 import { verificationsOf } from "../src/panels/calibration/verifications";
 import { language } from "../src/text";
@@ -106,7 +106,7 @@ test("a board is still when its corners stay, and moving it begins anew", () => 
   expect(stillness.follow(lookAt(140, 2300))).toBe(0);
 });
 
-test("a place that was taken before is not taken again by itself", () => {
+test("a pose that was captured before is not captured automatically again", () => {
   const session = sessionOf([{ u: 100 }, { u: 300 }]);
   expect(isKnownPlace(lookAt(305, 0), session)).toBe(true);
   expect(isKnownPlace(lookAt(400, 0), session)).toBe(false);

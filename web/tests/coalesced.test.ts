@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { coalesced } from "../src/state/coalesced";
 
-test("work that is wanted two hundred times at once is done twice: now, and after the last wish", async () => {
+test("work requested two hundred times at once is done twice: now, and after the last request", async () => {
   const ends: (() => void)[] = [];
   const wanted = coalesced(() => new Promise((end) => ends.push(end)));
   const all = Array.from({ length: 200 }, () => wanted());
@@ -16,7 +16,7 @@ test("work that is wanted two hundred times at once is done twice: now, and afte
   expect(ends).toHaveLength(3);
 });
 
-test("work that failed can be wanted again", async () => {
+test("work that failed can be requested again", async () => {
   let n = 0;
   const wanted = coalesced(async () => {
     n += 1;

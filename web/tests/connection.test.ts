@@ -92,12 +92,12 @@ test("a hidden page asks for no pictures and profiles, and for all else; seen ag
   const stream = started();
   const socket = FakeSocket.newest;
   socket.open();
-  stream.want({ stream: "image", max_rate_hz: 20 }, () => undefined);
-  stream.want({ stream: "state", max_rate_hz: 5 }, () => undefined);
+  stream.subscribe({ stream: "image", max_rate_hz: 20 }, () => undefined);
+  stream.subscribe({ stream: "state", max_rate_hz: 5 }, () => undefined);
   socket.sent = [];
   stream.setVisible(false);
   expect(socket.sent).toEqual([{ op: "unsubscribe", streams: ["image"] }]);
-  stream.want({ stream: "profile", max_rate_hz: 20 }, () => undefined);
+  stream.subscribe({ stream: "profile", max_rate_hz: 20 }, () => undefined);
   expect(socket.of("subscribe")).toEqual([]);
   socket.sent = [];
   stream.setVisible(true);
@@ -110,8 +110,8 @@ test("a hidden page asks for no pictures and profiles, and for all else; seen ag
 
 test("a connection made while nobody looks is not a viewer's", () => {
   const stream = started();
-  stream.want({ stream: "image", max_rate_hz: 20 }, () => undefined);
-  stream.want({ stream: "jobs", max_rate_hz: 10 }, () => undefined);
+  stream.subscribe({ stream: "image", max_rate_hz: 20 }, () => undefined);
+  stream.subscribe({ stream: "jobs", max_rate_hz: 10 }, () => undefined);
   stream.setVisible(false);
   FakeSocket.newest.open();
   expect(FakeSocket.newest.of("subscribe")).toEqual([
@@ -132,7 +132,7 @@ test("hidden pages come back seldom, and at once when they are seen", async () =
   expect(FakeSocket.made).toHaveLength(2);
 });
 
-test("a server of another version than the page came from is told, one of the same is not", () => {
+test("a server of another version than the page's is reported, one of the same is not", () => {
   const stream = started();
   const hello = (software_version: string) =>
     FakeSocket.newest.hear({ op: "hello", protocol: "sheaf.v1", software_version, clock_ms: null });
@@ -144,7 +144,7 @@ test("a server of another version than the page came from is told, one of the sa
   expect(stream.updated_to.value).toBe("1.1.0");
 });
 
-test("Stop goes over the open connection with who asked, and its answer is heard", () => {
+test("Stop goes over the open connection with its actor, and its answer is received", () => {
   const stream = started();
   const socket = FakeSocket.newest;
   stream.stop("Anna");

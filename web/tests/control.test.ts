@@ -96,7 +96,7 @@ test("control that a server forgot was not taken by somebody", async () => {
   expect(control.lost.value).toEqual({ kind: "unrenewed" });
 });
 
-test("control that somebody took is told with the name", async () => {
+test("control that somebody took is reported with the name", async () => {
   const control = await afterRenewal("control-required", "Ben");
   expect(control.mine.value).toBe(false);
   expect(control.lost.value).toEqual({ kind: "taken", by: "Ben" });

@@ -1,7 +1,8 @@
 /** When Health speaks up. */
 
 import { expect, test } from "vitest";
-import { eventActor, eventDetail } from "../src/panels/health/event_words";
+import { eventActor, eventDetail } from "../src/panels/health/event_text";
+import { parseMetrics } from "../src/panels/health/metrics";
 import {
   ageDays,
   calibrationTone,
@@ -9,11 +10,9 @@ import {
   diskTone,
   framesTone,
   linkTone,
-  orderPairs,
   pairDisagrees,
   queueTone,
-} from "../src/panels/health/judgement";
-import { parseMetrics } from "../src/panels/health/metrics";
+} from "../src/panels/health/tone";
 import { de } from "../src/text/de";
 import { en } from "../src/text/en";
 
@@ -38,13 +37,13 @@ test("a device that is away or has a fault is an alarm", () => {
   expect(deviceTone(false, [], "laser")).toBe("alarm");
 });
 
-test("frames lost inside of the service are told at once, a few at the camera are not", () => {
+test("frames lost inside the service are reported at once, a few at the camera are not", () => {
   expect(framesTone({ arrived: 1000, dropped: { camera: 2, recorder: 0 } })).toBe("calm");
   expect(framesTone({ arrived: 1000, dropped: { camera: 60 } })).toBe("caution");
   expect(framesTone({ arrived: 1000, dropped: { camera: 0, recorder: 1 } })).toBe("caution");
 });
 
-test("link, disk, queue and calibration speak up in time", () => {
+test("link, disk, queue and calibration warn in time", () => {
   const slow = { stream: "image", offered: 1000, sent: 500, by_rate: 0, too_slow: 500 } as const;
   expect(linkTone(false, 3, [])).toBe("calm");
   expect(linkTone(true, 3, [])).toBe("alarm");
@@ -70,8 +69,6 @@ test("orders disagree beyond three standard deviations of the calibration", () =
   expect(pairDisagrees(pair, 0.007)).toBe(true);
   expect(pairDisagrees(pair, 0.01)).toBe(false);
   expect(pairDisagrees(pair, undefined)).toBe(false);
-  expect(orderPairs({ self_consistency: [pair] })).toEqual([pair]);
-  expect(orderPairs(null)).toEqual([]);
 });
 
 test("every act at the station has words in both languages, and says who did it", () => {
@@ -89,7 +86,7 @@ test("every act at the station has words in both languages, and says who did it"
   expect(eventActor({ body: null })).toBe("");
 });
 
-test("an event tells what a person wants to read of its body", () => {
+test("an event shows the readable part of its body", () => {
   expect(eventDetail({ body: { kind: "scan", message: "12 points", problem: null } })).toBe("12 points");
   expect(eventDetail({ body: { message: "x", problem: { detail: "the stage stalled" } } })).toBe(
     "the stage stalled",

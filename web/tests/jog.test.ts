@@ -29,7 +29,7 @@ test("a held button repeats well within the server's 300 ms, and letting go stop
   expect(said).toHaveLength(n);
 });
 
-test("a refusal ends the jog and is told; nothing is repeated", async () => {
+test("a refusal ends the jog and is reported; nothing is repeated", async () => {
   const failures: unknown[] = [];
   let n = 0;
   const jog = new Jog(

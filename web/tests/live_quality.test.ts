@@ -112,7 +112,7 @@ test("quality counts points, columns, brightness and saturation by order; what h
   expect(rows[2]).toMatchObject({ n_points: 10, coverage: 0.1 });
 });
 
-test("advice tells too bright from too dark from right", () => {
+test("advice distinguishes too bright, too dark and right", () => {
   const frame = (bright_bin: number, n_bright: number) => {
     const histogram = new Uint32Array(64);
     histogram[0] = 1_000_000 - n_bright;

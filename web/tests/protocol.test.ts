@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { expect, test } from "vitest";
 import { decode, decodeBlocks, sigmaOfClass } from "../src/stream/protocol";
-import type { ServerText } from "../src/stream/texts";
+import type { ServerText } from "../src/stream/text_messages";
 
 const GOLDEN = join(import.meta.dirname, "../../tests/golden/ws");
 

@@ -110,8 +110,10 @@ test("a trend goes from the oldest part to the newest, one value per part, with 
 
 test("a list of more than one page keeps its length when something happens", async () => {
   const all = Array.from({ length: 300 }, (_, idx) => ({ id: `s${300 - idx}`, characteristics: [] }));
+  const limits: number[] = [];
   const GET = (_: string, { params }: { params: { query: { limit: number; before?: string } } }) => {
     const { limit, before } = params.query;
+    limits.push(limit);
     const from = before === undefined ? 0 : all.findIndex(({ id }) => id === before) + 1;
     const items = all.slice(from, from + limit);
     const next = from + limit < all.length ? "more" : null;
@@ -127,10 +129,14 @@ test("a list of more than one page keeps its length when something happens", asy
   const results = new ResultsState({ GET } as unknown as Api, events as unknown as EventLog);
   results.follow();
   await vi.waitFor(() => expect(results.parts.value).toHaveLength(50));
-  for (let more = 0; more < 5; more++) await results.older.start();
-  expect(results.parts.value).toHaveLength(300);
-  results.parts.value = results.parts.value?.slice(0, 250);
-  tell([{ kind: "scan.made" } as StationEvent]);
-  await vi.waitFor(() => expect(results.has_older.value).toBe(true));
-  await vi.waitFor(() => expect(results.parts.value).toHaveLength(250));
+  for (let more = 0; more < 4; more++) await results.older.start();
+  expect(results.parts.value).toHaveLength(250);
+  expect(results.has_older.value).toBe(true);
+  const first = results.parts.value?.[0];
+  limits.length = 0;
+  tell([{ kind: "scan.created" } as StationEvent]);
+  await vi.waitFor(() => expect(limits).toEqual([200, 50]));
+  await vi.waitFor(() => expect(results.parts.value?.[0]).not.toBe(first));
+  expect(results.parts.value?.map(({ scan }) => scan.id)).toEqual(all.slice(0, 250).map(({ id }) => id));
+  expect(results.has_older.value).toBe(true);
 });

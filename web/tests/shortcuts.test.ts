@@ -39,12 +39,12 @@ test("every page has a letter of its own", () => {
 
 test("the window's title says state and page, and when the link is lost", () => {
   expect(titleOf(en, "live", "Operational.Ready", false)).toBe("Ready · Live · Sheaf");
-  expect(titleOf(de, "jobs", "Halted", false)).toBe("Angehalten · Aufträge · Sheaf");
+  expect(titleOf(de, "jobs", "Halted", false)).toBe("Gestoppt · Aufträge · Sheaf");
   expect(titleOf(en, "live", "Operational.Ready", true)).toBe("no link · Live · Sheaf");
   expect(titleOf(en, "live", undefined, false)).toBe("Live · Sheaf");
 });
 
-test("events told twice are listed once, newest first", () => {
+test("events received twice are listed once, newest first", () => {
   const event = (seq: number) => ({ seq, kind: "k", subject: "s", body: {}, at_ms: 0 }) as StationEvent;
   const list = joined(joined([], [event(1), event(2)]), [event(2), event(4), event(3)]);
   expect(list.map(({ seq }) => seq)).toEqual([4, 3, 2, 1]);

@@ -37,8 +37,8 @@ test("only an empty field is empty, and only where it may be", () => {
 });
 
 test("what reads as thousands here and as a fraction elsewhere is asked for again", () => {
-  check("1,500", {}, "ambiguous: write 1500 or 1.5");
-  check("1.500", {}, "ambiguous: write 1500 or 1,5", "de");
+  check("1,500", {}, "ambiguous: enter 1500 or 1.5");
+  check("1.500", {}, "ambiguous: enter 1500 or 1,5", "de");
   check("1.500", {}, 1.5);
   check("1,500", {}, 1.5, "de");
   check("0,125", {}, 0.125);

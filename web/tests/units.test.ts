@@ -23,12 +23,12 @@ test("numbers are written in the chosen language, with a minus sign", () => {
   expect(decimal(Number.NaN, 2, "en")).toBe("–");
 });
 
-test("small lengths are told in micrometres", () => {
+test("small lengths are written in micrometres", () => {
   expect(length(0.0083, "en")).toBe("8.3 µm");
   expect(length(18.9, "de")).toBe("18,900 mm");
 });
 
-test("durations and bytes are told in units of their size", () => {
+test("durations and bytes are written in units of their size", () => {
   expect(duration(3.21, "en")).toBe("3.2 s");
   expect(duration(75, "en")).toBe("1 min 15 s");
   expect(duration(7260, "en")).toBe("2 h 1 min");

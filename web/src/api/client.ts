@@ -22,10 +22,10 @@ export function problemOf(cause: unknown): Problem {
   const unreachable = cause instanceof TypeError;
   return {
     type: unreachable ? "urn:sheaf:problem:unreachable" : "urn:sheaf:problem:page-mistake",
-    title: unreachable ? "The server was not reached" : "The page made a mistake",
+    title: unreachable ? "Server not reachable" : "Error in this page",
     status: 0,
     detail: cause instanceof Error ? cause.message : String(cause),
-    ...(unreachable ? { remedy: "see whether the server runs and the network works; nothing was lost" } : {}),
+    ...(unreachable ? { remedy: "check the server and the network; nothing was lost" } : {}),
   };
 }
 
@@ -44,7 +44,7 @@ export async function data<T>(asked: Promise<Answer<T>>): Promise<T> {
 
 function refusalOf(error: unknown, response: Response): Refusal {
   if (typeof error === "object" && error !== null && "detail" in error) return new Refusal(error as Problem);
-  const detail = `the server answered ${response.status} without saying why`;
+  const detail = `the server answered ${response.status} without a reason`;
   return new Refusal({ type: "about:blank", title: response.statusText, status: response.status, detail });
 }
 

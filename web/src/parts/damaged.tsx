@@ -2,18 +2,12 @@
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
-import { data, type Schemas } from "../api/client";
+import { data } from "../api/client";
 import { useApp } from "../app";
 import { Command } from "../state/command";
+import type { Damaged } from "../state/damaged";
 import { text } from "../text";
 import { DeleteDialog } from "./delete_dialog";
-
-export type Damaged = Schemas["DamagedDto"];
-
-/** Every record once. */
-export function named(rows: readonly Damaged[]): readonly Damaged[] {
-  return [...new Map(rows.map((row) => [`${row.kind} ${row.id}`, row])).values()];
-}
 
 /** Says it plainly; nothing where all records are whole. */
 export function DamagedRecords({ rows }: { rows: readonly Damaged[] }) {

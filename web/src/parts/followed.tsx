@@ -5,12 +5,16 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 import { useApp } from "../app";
 import { coalesced } from "../state/coalesced";
 import type { StationEvent } from "../state/events";
-import { type Loaded, useLoaded } from "./loading";
+import type { Loaded } from "../state/resource";
+import { useLoaded } from "./loading";
+
+/** Concerned by whatever happens. */
+export const EVERY_EVENT = () => true;
 
 /** Loads at once, after events that `concern` it (of many at once only once more), and after the link was lost. */
 export function useFollowed<T>(
   load: () => Promise<T>,
-  concerns: (event: StationEvent) => boolean,
+  concerns: (event: StationEvent) => boolean = EVERY_EVENT,
   inputs: readonly unknown[] = [],
 ): { state: ReadonlySignal<Loaded<T>>; reload: () => Promise<void> } {
   const { events } = useApp();

@@ -8,7 +8,7 @@ import { hasEnded } from "../state/jobs";
 import { language, text } from "../text";
 import { duration } from "../units";
 import { CommandButton } from "./command_button";
-import { wordsOf } from "./job_words";
+import { jobText } from "./job_text";
 
 /** The command that ends a job. */
 export function useCancel({ api, jobs }: Pick<App, "api" | "jobs">, job: Job): Command {
@@ -16,7 +16,7 @@ export function useCancel({ api, jobs }: Pick<App, "api" | "jobs">, job: Job): C
     () =>
       new Command(async (steps) => {
         const params = { path: { id: job.id } };
-        jobs.note((await data(api.POST("/api/v1/jobs/{id}/cancel", { params }))) as Job);
+        jobs.note(await data(api.POST("/api/v1/jobs/{id}/cancel", { params })));
         steps.accepted();
         await jobs.ended(job.id);
       }),
@@ -28,10 +28,10 @@ export function JobProgress({ job }: { job: Job }) {
   const cancel = useCancel(useApp(), job);
   return (
     <div class="stack job" data-job-state={job.state}>
-      <progress value={job.progress} max={1} aria-label={wordsOf(job)} />
+      <progress value={job.progress} max={1} aria-label={jobText(job)} />
       <div class="row">
         <span class="grow">
-          {wordsOf(job)} <span class="muted number">{remaining(job)}</span>
+          {jobText(job)} <span class="muted number">{remaining(job)}</span>
         </span>
         {!hasEnded(job) && <CommandButton command={cancel}>{text.value.parts.cancel}</CommandButton>}
       </div>

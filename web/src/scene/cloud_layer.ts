@@ -1,14 +1,12 @@
 /**
- * The points of a cloud on the graphics card, drawn past three.js.
+ * The points of a cloud on the graphics card.
  *
- * three.js writes a whole new buffer when a chunk begins and goes through all its state for every chunk of every frame;
- * with six million points that was most of a frame. Here a chunk's memory is reserved once, only new points are written,
- * once per frame, and a chunk costs four calls to draw. It is drawn into the picture that three.js has begun.
+ * A chunk's memory is reserved once, only new points are written, once per frame, and a chunk costs four calls to draw:
+ * six million points leave most of a frame free.
  */
 
-import { type Camera, Matrix4, type Vector2, type Vector3 } from "three";
 import { CHUNK_POINTS, type Cloud, type CloudChunk, WORDS } from "./cloud";
-import { type ColourUniforms, REGION_UNIT } from "./layers";
+import { GlProgram, type UniformValue } from "./gl_program";
 import type { RegionGrid } from "./region";
 import { POINT_FRAGMENT, POINT_VERTEX } from "./shaders";
 
@@ -28,37 +26,24 @@ interface Drawn {
   n_written: number;
 }
 
-interface ColourUniform {
-  name: string;
-  type: number;
-  at: WebGLUniformLocation | null;
-}
-
 export class CloudLayer {
-  visible = true;
   /** Points written to the card so far; a change of colour does not change it. */
   n_uploaded = 0;
   private readonly drawn = new Map<CloudChunk, Drawn>();
-  private readonly clip = new Matrix4();
   private grid: RegionGrid | undefined;
   /** The cells of the grid on the card; undefined until they are needed there. */
   private cells: WebGLTexture | undefined;
-  private program: WebGLProgram;
-  private coloured: ColourUniform[] = [];
-  private places = new Map<string, WebGLUniformLocation | null>();
+  private program: GlProgram;
 
-  constructor(
-    private readonly gl: WebGL2RenderingContext,
-    private readonly uniforms: ColourUniforms,
-  ) {
-    this.program = this.compile();
+  constructor(private readonly gl: WebGL2RenderingContext) {
+    this.program = new GlProgram(gl, POINT_VERTEX, POINT_FRAGMENT);
   }
 
   /** The context was lost and is there again: nothing of before is on the card. */
   restore(): void {
     this.drawn.clear();
     this.cells = undefined;
-    this.program = this.compile();
+    this.program = new GlProgram(this.gl, POINT_VERTEX, POINT_FRAGMENT);
   }
 
   /** Which points are of the measured feature; undefined: nobody says. */
@@ -68,40 +53,30 @@ export class CloudLayer {
     this.grid = grid;
   }
 
-  /**
-   * Writes what is new and draws one point in `thinning`; answers how many points that is.
-   * Leaves the card in a state that three.js does not know of: `resetState` follows.
-   */
-  draw(cloud: Cloud, camera: Camera, thinning: number): number {
-    const { gl } = this;
-    for (const chunk of cloud.chunks) this.write(chunk);
-    if (!this.visible) return 0;
-    gl.useProgram(this.program);
-    gl.enable(gl.DEPTH_TEST);
-    gl.depthFunc(gl.LEQUAL);
-    gl.depthMask(true);
-    gl.disable(gl.BLEND);
-    this.clip.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
-    gl.uniformMatrix4fv(this.place("u_clip"), false, this.clip.elements);
-    for (const uniform of this.coloured) this.set(uniform);
+  /** Writes what is new. */
+  write(cloud: Cloud): void {
+    for (const chunk of cloud.chunks) this.writeChunk(chunk);
+  }
+
+  /** Draws one point in `thinning`; answers how many points that is. */
+  draw(uniforms: Readonly<Record<string, UniformValue>>, thinning: number): number {
+    const { gl, program } = this;
+    program.use(uniforms);
     if (this.grid) {
       this.cells ??= this.write3D(this.grid);
-      gl.activeTexture(gl.TEXTURE0 + REGION_UNIT);
       gl.bindTexture(gl.TEXTURE_3D, this.cells);
     }
-    const [origin, step] = [this.place("u_origin"), this.place("u_step")];
     let n_drawn = 0;
     for (const [chunk, { vertices }] of this.drawn) {
       gl.bindVertexArray(vertices);
-      gl.uniform3fv(origin, chunk.origin_mm);
-      gl.uniform3fv(step, chunk.step_mm);
+      program.set("u_origin", chunk.origin_mm);
+      program.set("u_step", chunk.step_mm);
       for (const { start, count } of chunk.drawn(thinning)) {
         gl.drawArrays(gl.POINTS, start, count);
         n_drawn += count;
       }
     }
     gl.bindVertexArray(null);
-    if (this.grid) gl.bindTexture(gl.TEXTURE_3D, null);
     return n_drawn;
   }
 
@@ -112,14 +87,13 @@ export class CloudLayer {
     }
     this.drawn.clear();
     this.setRegion(undefined);
-    this.gl.deleteProgram(this.program);
+    this.program.dispose();
   }
 
   private write3D({ bytes, region }: RegionGrid): WebGLTexture {
     const { gl } = this;
     const [nx, ny, nz] = region.size;
     const cells = gl.createTexture();
-    gl.activeTexture(gl.TEXTURE0 + REGION_UNIT);
     gl.bindTexture(gl.TEXTURE_3D, cells);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     gl.texImage3D(gl.TEXTURE_3D, 0, gl.R8, nx, ny, nz, 0, gl.RED, gl.UNSIGNED_BYTE, bytes);
@@ -128,7 +102,7 @@ export class CloudLayer {
     return cells;
   }
 
-  private write(chunk: CloudChunk): void {
+  private writeChunk(chunk: CloudChunk): void {
     const { gl } = this;
     const drawn = this.drawn.get(chunk) ?? this.make(chunk);
     if (drawn.n_written === chunk.n_points) return;
@@ -147,7 +121,7 @@ export class CloudLayer {
     gl.bindBuffer(gl.ARRAY_BUFFER, made.buffer);
     gl.bufferData(gl.ARRAY_BUFFER, BYTES_PER_POINT * CHUNK_POINTS, gl.DYNAMIC_DRAW);
     for (const { name, size, at_byte } of ATTRIBUTES) {
-      const at = gl.getAttribLocation(this.program, name);
+      const at = this.program.attribute(name);
       gl.enableVertexAttribArray(at);
       gl.vertexAttribPointer(at, size, gl.UNSIGNED_SHORT, false, BYTES_PER_POINT, at_byte);
     }
@@ -155,63 +129,4 @@ export class CloudLayer {
     this.drawn.set(chunk, made);
     return made;
   }
-
-  private compile(): WebGLProgram {
-    const program = compiled(this.gl);
-    this.coloured = this.colourUniforms(program);
-    const own = ["u_clip", "u_origin", "u_step"];
-    this.places = new Map(own.map((name) => [name, this.gl.getUniformLocation(program, name)]));
-    return program;
-  }
-
-  private place(name: string): WebGLUniformLocation | null {
-    return this.places.get(name) ?? null;
-  }
-
-  /** What the shader uses of the colours. */
-  private colourUniforms(program: WebGLProgram): ColourUniform[] {
-    const { gl } = this;
-    const n_uniforms: number = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
-    const all = Array.from({ length: n_uniforms }, (_, idx) => gl.getActiveUniform(program, idx));
-    return all.flatMap((info) => {
-      const name = info?.name.replace("[0]", "") ?? "";
-      if (!info || !(name in this.uniforms.all)) return [];
-      return [{ name, type: info.type, at: gl.getUniformLocation(program, info.name) }];
-    });
-  }
-
-  private set({ name, type, at }: ColourUniform): void {
-    const { gl } = this;
-    const value: unknown = this.uniforms.all[name]?.value;
-    if (type === gl.FLOAT_VEC3) gl.uniform3fv(at, numbers(value as Vector3 | Vector3[]));
-    else if (type === gl.FLOAT_VEC2) gl.uniform2fv(at, (value as Vector2).toArray());
-    else if (type === gl.FLOAT) gl.uniform1f(at, Number(value));
-    else gl.uniform1i(at, Number(value));
-  }
-}
-
-function numbers(value: Vector3 | Vector3[]): number[] {
-  return Array.isArray(value) ? value.flatMap((one) => one.toArray()) : value.toArray();
-}
-
-/** The program of the points. A shader that does not compile is a mistake of this page; a lost card is not. */
-function compiled(gl: WebGL2RenderingContext): WebGLProgram {
-  const program = gl.createProgram();
-  if (gl.isContextLost()) return program;
-  for (const [type, source] of [
-    [gl.VERTEX_SHADER, POINT_VERTEX],
-    [gl.FRAGMENT_SHADER, POINT_FRAGMENT],
-  ] as const) {
-    const shader = gl.createShader(type);
-    if (!shader) continue;
-    gl.shaderSource(shader, source);
-    gl.compileShader(shader);
-    gl.attachShader(program, shader);
-    gl.deleteShader(shader);
-  }
-  gl.linkProgram(program);
-  if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
-    throw new Error(`the points' shader does not link: ${gl.getProgramInfoLog(program)}`);
-  }
-  return program;
 }

@@ -75,17 +75,6 @@ export function rgb(hex: string): Rgb {
   return [channel(1), channel(3), channel(5)];
 }
 
-/** The colour of a value, as the shader computes it. */
-export function colourOf(value: number, mode: ValueMode, { low, high }: ValueRange): Rgb {
-  const stops = palette(mode);
-  const share = high > low ? Math.min(1, Math.max(0, (value - low) / (high - low))) : 0.5;
-  const place = share * (PALETTE_STOPS - 1);
-  const first = Math.min(Math.floor(place), PALETTE_STOPS - 2);
-  const [from, to] = [rgb(stops[first] ?? ""), rgb(stops[first + 1] ?? "")];
-  const mix = (channel: 0 | 1 | 2) => from[channel] + (place - first) * (to[channel] - from[channel]);
-  return [mix(0), mix(1), mix(2)];
-}
-
 /** A palette as CSS gradient, low at the left. */
 export function gradient(mode: ValueMode): string {
   return `linear-gradient(to right, ${palette(mode).join(", ")})`;

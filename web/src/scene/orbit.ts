@@ -5,14 +5,10 @@
  * (−z) and "front" is the lower edge of the picture (+y).
  */
 
-import { Matrix4, OrthographicCamera, PerspectiveCamera, Vector3 } from "three";
 import type { Box } from "./cloud";
+import { addScaled, distance, dot, subtract, type Vec3 } from "./shapes";
 
 export type ViewName = "front" | "top" | "side" | "iso";
-
-const RIGHT = new Vector3(1, 0, 0);
-const FRONT = new Vector3(0, 1, 0);
-const UP = new Vector3(0, 0, -1);
 
 const DEGREE = Math.PI / 180;
 
@@ -35,15 +31,13 @@ const NEAREST_MM = 0.5;
 const FARTHEST_MM = 20_000;
 
 export class Orbit {
-  readonly target = new Vector3();
+  target: Vec3 = [0, 0, 0];
   azimuth_rad = VIEWS.iso[0];
   elevation_rad = VIEWS.iso[1];
   distance_mm = 300;
   orthographic = false;
-  private readonly perspective = new PerspectiveCamera(FIELD_RAD / DEGREE);
-  private readonly parallel = new OrthographicCamera();
   private aspect = 1;
-  private reach_mm = 100;
+  private radius_mm = 100;
 
   /** Half of what is seen at the target, across the height of the view, mm. */
   get half_height_mm(): number {
@@ -51,35 +45,38 @@ export class Orbit {
   }
 
   /** The unit vectors of the view: to the right, up, and towards the eye. */
-  basis(): { right: Vector3; up: Vector3; back: Vector3 } {
+  basis(): { right: Vec3; up: Vec3; back: Vec3 } {
     const [sin_a, cos_a] = [Math.sin(this.azimuth_rad), Math.cos(this.azimuth_rad)];
     const [sin_e, cos_e] = [Math.sin(this.elevation_rad), Math.cos(this.elevation_rad)];
-    const level = FRONT.clone().multiplyScalar(cos_a).addScaledVector(RIGHT, sin_a);
-    const right = RIGHT.clone().multiplyScalar(cos_a).addScaledVector(FRONT, -sin_a);
-    const up = level.clone().multiplyScalar(-sin_e).addScaledVector(UP, cos_e);
-    const back = level.multiplyScalar(cos_e).addScaledVector(UP, sin_e);
-    return { right, up, back };
+    return {
+      right: [cos_a, -sin_a, 0],
+      up: [-sin_e * sin_a, -sin_e * cos_a, -cos_e],
+      back: [cos_e * sin_a, cos_e * cos_a, -sin_e],
+    };
   }
 
-  /** The camera that stands there. */
-  camera(): PerspectiveCamera | OrthographicCamera {
-    const camera = this.orthographic ? this.parallel : this.perspective;
+  /** Clip space from the part frame: a column-major 4×4 matrix as OpenGL has it. */
+  clip(): number[] {
     const { right, up, back } = this.basis();
-    camera.position.copy(this.target).addScaledVector(back, this.distance_mm);
-    camera.quaternion.setFromRotationMatrix(new Matrix4().makeBasis(right, up, back));
-    camera.near = Math.max(this.distance_mm / 100, this.distance_mm - 4 * this.reach_mm);
-    camera.far = this.distance_mm + 4 * this.reach_mm;
-    const half = this.half_height_mm;
-    this.perspective.aspect = this.aspect;
-    this.parallel.top = half;
-    this.parallel.bottom = -half;
-    this.parallel.right = half * this.aspect;
-    this.parallel.left = -half * this.aspect;
+    const eye = addScaled(this.target, back, this.distance_mm);
+    const far = this.distance_mm + 4 * this.radius_mm;
     // Parallel rays come from anywhere: nothing is behind the eye.
-    if (this.orthographic) camera.near = this.distance_mm - 4 * this.reach_mm;
-    camera.updateProjectionMatrix();
-    camera.updateMatrixWorld();
-    return camera;
+    const before = this.distance_mm - 4 * this.radius_mm;
+    const near = this.orthographic ? before : Math.max(this.distance_mm / 100, before);
+    const depth = far - near;
+    const row = (axis: Vec3, factor: number, offset = 0) => [
+      ...axis.map((component) => factor * component),
+      offset - factor * dot(axis, eye),
+    ];
+    const zoom = (this.orthographic ? 1 : this.distance_mm) / this.half_height_mm;
+    const rows = [
+      row(right, zoom / this.aspect),
+      row(up, zoom),
+      ...(this.orthographic
+        ? [row(back, -2 / depth, -(far + near) / depth), [0, 0, 0, 1]]
+        : [row(back, -(far + near) / depth, (-2 * far * near) / depth), row(back, -1)]),
+    ];
+    return [0, 1, 2, 3].flatMap((column) => rows.map((row) => row[column] ?? 0));
   }
 
   resize(aspect: number): void {
@@ -93,18 +90,19 @@ export class Orbit {
 
   /** Goes so far away that the whole box is seen, from the present direction. */
   fit(box: Box): void {
-    const corner = (at: number) =>
-      new Vector3(...([0, 1, 2] as const).map((axis) => ((at >> axis) & 1 ? box.max[axis] : box.min[axis])));
-    const corners = Array.from({ length: 8 }, (_, at) => corner(at));
-    const centre = corner(0).add(corner(7)).multiplyScalar(0.5);
-    this.target.copy(centre);
-    this.reach_mm = Math.max(1, centre.distanceTo(corner(0)));
+    const corners = Array.from({ length: 8 }, (_, at): Vec3 => {
+      const side = (axis: 0 | 1 | 2) => ((at >> axis) & 1 ? box.max : box.min)[axis];
+      return [side(0), side(1), side(2)];
+    });
+    const centre = addScaled(box.min, subtract(box.max, box.min), 0.5);
+    this.target = centre;
+    this.radius_mm = Math.max(1, distance(centre, box.min));
     const { right, up, back } = this.basis();
     const slope = Math.tan(FIELD_RAD / 2) / FIT_ROOM;
     const distances = corners.map((corner) => {
-      const from = corner.sub(centre);
-      const across = Math.max(Math.abs(from.dot(up)), Math.abs(from.dot(right)) / this.aspect);
-      return across / slope + (this.orthographic ? 0 : from.dot(back));
+      const from = subtract(corner, centre);
+      const across = Math.max(Math.abs(dot(from, up)), Math.abs(dot(from, right)) / this.aspect);
+      return across / slope + (this.orthographic ? 0 : dot(from, back));
     });
     this.distance_mm = clamp(Math.max(...distances), NEAREST_MM, FARTHEST_MM);
   }
@@ -118,8 +116,8 @@ export class Orbit {
   /** Moves the target across the view, in shares of the view's height. */
   pan(right: number, up: number): void {
     const basis = this.basis();
-    this.target.addScaledVector(basis.right, 2 * this.half_height_mm * right);
-    this.target.addScaledVector(basis.up, 2 * this.half_height_mm * up);
+    const height_mm = 2 * this.half_height_mm;
+    this.target = addScaled(addScaled(this.target, basis.right, height_mm * right), basis.up, height_mm * up);
   }
 
   /** Goes nearer (factor below 1) towards a place of the view, in half heights from its centre. */

@@ -2,7 +2,7 @@
 
 import type { Orbit } from "./orbit";
 import { type Projection, project } from "./picking";
-import type { Vec3 } from "./shapes";
+import { dot, type Vec3 } from "./shapes";
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -54,12 +54,9 @@ export class Overlay {
     const { right, up } = orbit.basis();
     const [x0, y0] = [CORNER_PX, height_px - CORNER_PX];
     AXES.forEach(({ direction }, idx) => {
-      const [x, y, z] = direction;
-      const across = right.x * x + right.y * y + right.z * z;
-      const upwards = up.x * x + up.y * y + up.z * z;
       const parts = this.axes[idx];
       if (!parts) return;
-      const [x1, y1] = [x0 + AXIS_PX * across, y0 - AXIS_PX * upwards];
+      const [x1, y1] = [x0 + AXIS_PX * dot(right, direction), y0 - AXIS_PX * dot(up, direction)];
       set(parts.line, { x1: x0, y1: y0, x2: x1, y2: y1 });
       set(parts.letter, { x: x0 + (x1 - x0) * 1.35, y: y0 + (y1 - y0) * 1.35 + 4 });
     });
@@ -67,7 +64,7 @@ export class Overlay {
 
   /** Paints scale bar and axes into a picture of so many CSS pixels, for paper. */
   paint(context: CanvasRenderingContext2D, orbit: Orbit, width_px: number, height_px: number): void {
-    const { left, right, y, told } = barOf(orbit, width_px, height_px);
+    const { left, right, y, label } = barOf(orbit, width_px, height_px);
     context.strokeStyle = context.fillStyle = "#ffffff";
     context.lineWidth = 2;
     context.font = "14px sans-serif";
@@ -78,12 +75,11 @@ export class Overlay {
     context.lineTo(right, y);
     context.lineTo(right, y - 5);
     context.stroke();
-    context.fillText(told, (left + right) / 2, y - 9);
+    context.fillText(label, (left + right) / 2, y - 9);
     const { right: across, up } = orbit.basis();
     const [x0, y0] = [CORNER_PX, height_px - CORNER_PX];
     for (const { name, direction } of AXES) {
-      const [x, y, z] = direction;
-      const [dx, dy] = [across.x * x + across.y * y + across.z * z, up.x * x + up.y * y + up.z * z];
+      const [dx, dy] = [dot(across, direction), dot(up, direction)];
       context.beginPath();
       context.moveTo(x0, y0);
       context.lineTo(x0 + AXIS_PX * dx, y0 - AXIS_PX * dy);
@@ -93,11 +89,11 @@ export class Overlay {
   }
 
   private drawBar(orbit: Orbit, width_px: number, height_px: number): void {
-    const { left, right, y, told } = barOf(orbit, width_px, height_px);
+    const { left, right, y, label } = barOf(orbit, width_px, height_px);
     this.bar.setAttribute("d", `M${left},${y - 5}v5H${right}v-5`);
     this.bar_text.style.right = `${width_px - right}px`;
     this.bar_text.style.width = `${right - left}px`;
-    this.bar_text.textContent = told;
+    this.bar_text.textContent = label;
   }
 
   private drawMarks(clip: Projection, marks: readonly Vec3[], width_px: number, height_px: number): void {
@@ -126,8 +122,8 @@ function barOf(orbit: Orbit, width_px: number, height_px: number) {
   const px_per_mm = height_px / 2 / orbit.half_height_mm;
   const length_mm = roundLength(BAR_PX / px_per_mm);
   const [right, y] = [width_px - 16, height_px - 18];
-  const told = length_mm < 0.1 ? `${Math.round(1000 * length_mm)} µm` : `${length_mm} mm`;
-  return { left: right - length_mm * px_per_mm, right, y, told };
+  const label = length_mm < 0.1 ? `${Math.round(1000 * length_mm)} µm` : `${length_mm} mm`;
+  return { left: right - length_mm * px_per_mm, right, y, label };
 }
 
 /** The largest of 1, 2, 5 · 10ⁿ not above a length. */

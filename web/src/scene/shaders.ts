@@ -1,20 +1,10 @@
-/**
- * The programs of the graphics card: a value per point or corner, and its colour. They stand on their own; the shaders
- * of three.js are left out of the page (`slim_three.ts`).
- */
+/** The programs of the graphics card: a value per point or corner, and its colour. */
 
 import { FIRST_ORDER, N_ORDERS, PALETTE_STOPS } from "./colours";
 
-const HEAD = /* glsl */ `
+const HEAD = /* glsl */ `#version 300 es
 precision highp float;
 precision highp int;
-`;
-
-const PLACE = /* glsl */ `
-uniform mat4 modelMatrix;
-uniform mat4 viewMatrix;
-uniform mat4 projectionMatrix;
-in vec3 position;
 `;
 
 /** Number of a mode in the shaders: its place in `COLOUR_MODES`. */
@@ -46,11 +36,8 @@ vec3 colour_of(float value) {
 }
 `;
 
-/** What three.js puts before its shaders, where points are drawn past it. */
-const VERSION = "#version 300 es\n";
-
 /** Points: positions in steps of their chunk, decoded by its origin and step. */
-export const POINT_VERTEX = /* glsl */ `${VERSION}${HEAD}
+export const POINT_VERTEX = /* glsl */ `${HEAD}
 uniform mat4 u_clip;
 uniform vec3 u_origin;
 uniform vec3 u_step;
@@ -130,7 +117,7 @@ void main() {
 }
 `;
 
-export const POINT_FRAGMENT = /* glsl */ `${VERSION}${HEAD}
+export const POINT_FRAGMENT = /* glsl */ `${HEAD}
 flat in vec3 v_colour;
 out vec4 colour;
 void main() {
@@ -138,28 +125,27 @@ void main() {
 }
 `;
 
-/** Surfaces: lit from the viewer, facet by facet. */
-export const MESH_VERTEX = /* glsl */ `${HEAD}${PLACE}
+/** Surfaces, positions in metres: lit from the viewer, facet by facet. */
+export const MESH_VERTEX = /* glsl */ `${HEAD}
+uniform mat4 u_clip;
+in vec3 position;
 out vec3 v_in_part;
-out vec3 v_in_view;
 void main() {
-  vec4 at = modelMatrix * vec4(position, 1.0);
-  v_in_part = at.xyz;
-  v_in_view = (viewMatrix * at).xyz;
-  gl_Position = projectionMatrix * viewMatrix * at;
+  v_in_part = 1e3 * position;
+  gl_Position = u_clip * vec4(v_in_part, 1.0);
 }
 `;
 
 export const MESH_FRAGMENT = /* glsl */ `${HEAD}
 uniform int u_mode;
 uniform bool u_hide_outside;
+uniform vec3 u_towards;
 in vec3 v_in_part;
-in vec3 v_in_view;
 out vec4 colour;
 ${COLOUR_BY_VALUE}
 void main() {
-  vec3 normal = normalize(cross(dFdx(v_in_view), dFdy(v_in_view)));
-  float light = 0.35 + 0.65 * abs(normal.z);
+  vec3 normal = normalize(cross(dFdx(v_in_part), dFdy(v_in_part)));
+  float light = 0.35 + 0.65 * abs(dot(normal, u_towards));
   vec3 base = vec3(0.78, 0.80, 0.82);
   bool by_value = u_mode == 1 || (u_mode == 4 && u_shape > 0);
   if (by_value) {

@@ -5,21 +5,21 @@
  * Everything on the card has a copy in memory: a lost WebGL context is filled again from it.
  */
 
-import { Matrix4, Scene, Vector3, WebGLRenderer } from "three";
 import type { PointsBlock } from "../stream/protocol";
 import { Cloud, type CloudChunk, LANES } from "./cloud";
 import { CloudLayer } from "./cloud_layer";
-import type { Colouring } from "./colours";
+import { type Colouring, rgb } from "./colours";
 import { Controls } from "./controls";
 import type { Mesh } from "./glb";
 import { isHidden, valueAt } from "./histogram";
-import { ColourUniforms, MeshLayer } from "./layers";
+import { MeshLayer } from "./mesh_layer";
 import { Orbit, type ViewName } from "./orbit";
 import { Overlay } from "./overlay";
-import { Pace } from "./pace";
 import { type Picked, pick } from "./picking";
 import type { Feature } from "./region";
 import type { Vec3 } from "./shapes";
+import { Thinning } from "./thinning";
+import { colourUniforms, featureUniforms, initialUniforms } from "./uniforms";
 
 /** Time of a frame for writing points; the rest of 8 ms is for drawing. */
 const WRITE_BUDGET_MS = 2;
@@ -28,7 +28,7 @@ const WRITE_BUDGET_MS = 2;
 const REST_AFTER_MS = 180;
 
 /** Grey of `--data-ground`. */
-const GROUND = 0x14171a;
+const GROUND = rgb("#14171a");
 
 /** Distance of points that touch, mm, for the size in which they are drawn. */
 const SPACING_MM = 0.22;
@@ -62,14 +62,12 @@ export class CloudViewer {
   readonly canvas: HTMLCanvasElement;
   cloud = new Cloud();
   readonly orbit = new Orbit();
-  private readonly renderer: WebGLRenderer;
   private readonly gl: WebGL2RenderingContext;
-  private readonly scene = new Scene();
-  private readonly uniforms = new ColourUniforms();
+  private readonly uniforms = initialUniforms();
   private readonly overlay: Overlay;
   private readonly controls: Controls;
   private readonly watch: ResizeObserver;
-  private readonly pace = new Pace(LANES);
+  private readonly pace = new Thinning(LANES);
   private layer: CloudLayer;
   private mesh: MeshLayer | undefined;
   private waiting: PointsBlock[] = [];
@@ -92,14 +90,12 @@ export class CloudViewer {
     private readonly host: HTMLElement,
     private readonly events: ViewerEvents = {},
   ) {
-    this.renderer = new WebGLRenderer({ antialias: false, powerPreference: "high-performance" });
-    this.renderer.setClearColor(GROUND);
-    this.renderer.sortObjects = false;
-    this.gl = this.renderer.getContext() as WebGL2RenderingContext;
-    this.canvas = this.renderer.domElement;
+    this.canvas = document.createElement("canvas");
     this.canvas.tabIndex = 0;
-    this.scene.matrixWorldAutoUpdate = false;
-    this.layer = new CloudLayer(this.gl, this.uniforms);
+    const gl = this.canvas.getContext("webgl2", { antialias: false, powerPreference: "high-performance" });
+    if (!gl) throw new Error("no WebGL 2");
+    this.gl = gl;
+    this.layer = new CloudLayer(gl);
     host.append(this.canvas);
     this.overlay = new Overlay(host);
     this.controls = new Controls(this.canvas, this.orbit, {
@@ -127,8 +123,7 @@ export class CloudViewer {
   /** Forgets all points, mesh and marks. */
   clear(): void {
     this.layer.dispose();
-    this.layer = new CloudLayer(this.gl, this.uniforms);
-    this.layer.visible = this.shown.cloud;
+    this.layer = new CloudLayer(this.gl);
     this.layer.setRegion(this.feature?.grid);
     this.cloud = new Cloud();
     this.waiting = [];
@@ -141,28 +136,26 @@ export class CloudViewer {
 
   colour(colouring: Colouring): void {
     this.colouring = colouring;
-    this.uniforms.colour(colouring);
+    Object.assign(this.uniforms, colourUniforms(colouring));
     this.invalidate();
   }
 
   /** The feature from which deviations are told. */
   deviateFrom(feature: Feature | undefined): void {
     this.feature = feature;
-    this.uniforms.feature(feature);
+    Object.assign(this.uniforms, featureUniforms(feature));
     this.layer.setRegion(feature?.grid);
     this.invalidate();
   }
 
   setMesh(mesh: Mesh | undefined): void {
     this.mesh?.dispose();
-    this.mesh = mesh && new MeshLayer(this.scene, this.uniforms, mesh);
-    this.show(this.shown);
+    this.mesh = mesh && new MeshLayer(this.gl, mesh);
+    this.invalidate();
   }
 
   show(shown: { cloud: boolean; mesh: boolean }): void {
     this.shown = shown;
-    this.layer.visible = shown.cloud;
-    if (this.mesh) this.mesh.visible = shown.mesh;
     this.invalidate();
   }
 
@@ -193,7 +186,7 @@ export class CloudViewer {
   pickAt(x_px: number, y_px: number): void {
     if (!this.shown.cloud) return;
     const { clientWidth: width_px, clientHeight: height_px } = this.canvas;
-    const picked = pick(this.cloud, this.clip(), { x_px, y_px, width_px, height_px }, this.hides());
+    const picked = pick(this.cloud, this.orbit.clip(), { x_px, y_px, width_px, height_px }, this.hides());
     if (picked) this.events.onPicked?.(picked);
   }
 
@@ -243,8 +236,7 @@ export class CloudViewer {
     this.mesh?.dispose();
     this.canvas.removeEventListener("webglcontextlost", this.contextLost);
     this.canvas.removeEventListener("webglcontextrestored", this.contextRestored);
-    this.renderer.dispose();
-    this.renderer.forceContextLoss();
+    this.gl.getExtension("WEBGL_lose_context")?.loseContext();
     this.canvas.remove();
   }
 
@@ -294,19 +286,27 @@ export class CloudViewer {
     const { clientWidth: width_px, clientHeight: height_px } = this.canvas;
     // Hidden, as on paper: nothing can be drawn, and nobody would see it.
     if (width_px === 0 || height_px === 0) return;
-    const camera = this.orbit.camera();
+    const { gl, uniforms } = this;
+    const clip = this.orbit.clip();
     const px_per_mm = this.canvas.height / 2 / this.orbit.half_height_mm;
-    const least_px = 1.5 * this.renderer.getPixelRatio();
+    const least_px = 1.5 * pixelRatio();
     const size_px = Math.min(12, Math.max(least_px, SPACING_MM * px_per_mm));
-    this.uniforms.set("u_size_px", size_px);
-    // Points that overlap in the picture are shuffled over more than the depth they differ by.
-    this.uniforms.set("u_shuffle_mm", (2 * size_px) / px_per_mm);
-    const towards = camera.matrixWorld.elements;
-    this.uniforms.set("u_towards", new Vector3(towards[8], towards[9], towards[10]).normalize());
-    this.renderer.render(this.scene, camera);
-    this.n_drawn = this.layer.draw(this.cloud, camera, this.pace.thinning);
-    this.renderer.resetState();
-    this.overlay.draw(this.orbit, this.clip(), this.marks, width_px, height_px);
+    Object.assign(uniforms, {
+      u_clip: clip,
+      u_size_px: size_px,
+      // Points that overlap in the picture are shuffled over more than the depth they differ by.
+      u_shuffle_mm: (2 * size_px) / px_per_mm,
+      u_towards: this.orbit.basis().back,
+    });
+    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthFunc(gl.LEQUAL);
+    gl.clearColor(...GROUND, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    if (this.shown.mesh) this.mesh?.draw(uniforms);
+    this.layer.write(this.cloud);
+    this.n_drawn = this.shown.cloud ? this.layer.draw(uniforms, this.pace.thinning) : 0;
+    this.overlay.draw(this.orbit, clip, this.marks, width_px, height_px);
     this.canvas.dataset.points = String(this.cloud.n_points);
     this.canvas.dataset.drawn = String(this.n_drawn);
     this.canvas.dataset.uploaded = String(this.layer.n_uploaded);
@@ -331,17 +331,11 @@ export class CloudViewer {
     if (this.frame_ms.length > REMEMBERED_FRAMES) this.frame_ms.shift();
   }
 
-  /** Clip space from the part frame. */
-  private clip(): number[] {
-    const camera = this.orbit.camera();
-    return new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements;
-  }
-
   private resize(): void {
     const { clientWidth, clientHeight } = this.host;
     if (clientWidth === 0 || clientHeight === 0) return;
-    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
-    this.renderer.setSize(clientWidth, clientHeight);
+    this.canvas.width = Math.floor(clientWidth * pixelRatio());
+    this.canvas.height = Math.floor(clientHeight * pixelRatio());
     this.orbit.resize(clientWidth / clientHeight);
     if (!this.chosen && this.cloud.box) this.orbit.fit(this.cloud.box);
     this.invalidate();
@@ -357,8 +351,13 @@ export class CloudViewer {
   private readonly contextRestored = (): void => {
     this.lost = false;
     this.layer.restore();
-    this.renderer.setClearColor(GROUND);
+    this.setMesh(this.mesh?.mesh);
     this.events.onContext?.(false);
     this.invalidate();
   };
+}
+
+/** Pixels of the canvas per CSS pixel. */
+function pixelRatio(): number {
+  return Math.min(2, devicePixelRatio);
 }

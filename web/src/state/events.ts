@@ -3,6 +3,7 @@
 import { signal } from "@preact/signals";
 import { type Api, data, type Schemas } from "../api/client";
 import type { StreamConnection } from "../stream/connection";
+import { type Damaged, joinDamaged } from "./damaged";
 
 export type StationEvent = Schemas["EventDto"];
 
@@ -25,7 +26,7 @@ export class EventLog {
   /** Newest first, without gaps. */
   readonly list = signal<readonly StationEvent[]>([]);
   /** Events between them that are damaged. */
-  readonly damaged = signal<readonly Schemas["DamagedDto"][]>([]);
+  readonly damaged = signal<readonly Damaged[]>([]);
   private readonly listeners = new Set<Listener>();
   private newest_seq = 0;
   private reading: Promise<void> | undefined;
@@ -36,11 +37,11 @@ export class EventLog {
   ) {}
 
   start(): void {
-    this.stream.want({ stream: "events" }, (message) => {
+    this.stream.subscribe({ stream: "events" }, (message) => {
       if ("op" in message && message.op === "event") void this.catchUp(message.seq);
     });
     // What was shown before a connection was lost may be old, with or without events since.
-    this.stream.onReconnect(() => this.tell([]));
+    this.stream.onReconnect(() => this.notify([]));
   }
 
   /** Calls back with new events, and with none when the link came back; the returned function ends it. */
@@ -81,21 +82,19 @@ export class EventLog {
       // Unreachable: the next word of the stream asks again.
       if (!news || news.length === 0) return;
       this.list.value = joined(this.list.peek(), news);
-      this.tell(news);
+      this.notify(news);
     }
   }
 
   private async read(after: number, limit: number): Promise<StationEvent[]> {
-    const told = await data(this.api.GET("/api/v1/events", { params: { query: { after, limit } } }));
+    const answer = await data(this.api.GET("/api/v1/events", { params: { query: { after, limit } } }));
     // The same address also tells a stream of text, to those who ask for one.
-    const { items, damaged = [] } = told as Schemas["EventListDto"];
-    const known = this.damaged.peek();
-    const unknown = damaged.filter(({ id }) => !known.some((one) => one.id === id));
-    if (unknown.length > 0) this.damaged.value = [...known, ...unknown];
+    const { items, damaged } = answer as Schemas["EventListDto"];
+    this.damaged.value = joinDamaged(this.damaged.peek(), damaged);
     return items;
   }
 
-  private tell(news: readonly StationEvent[]): void {
+  private notify(news: readonly StationEvent[]): void {
     for (const listener of this.listeners) listener(news);
   }
 }

@@ -1,9 +1,10 @@
 /** Jobs as the server tells them: the newest of each, followed until they end. */
 
 import { computed, signal } from "@preact/signals";
-import { type Api, data, type Job, type Schemas } from "../api/client";
+import { type Api, data, type Job } from "../api/client";
 import type { StreamConnection } from "../stream/connection";
 import { coalesced } from "./coalesced";
+import { type Damaged, joinDamaged } from "./damaged";
 
 /** Jobs kept for the list. */
 const KEPT = 1000;
@@ -15,6 +16,12 @@ export function hasEnded(job: Job): boolean {
   return job.state !== "queued" && job.state !== "running";
 }
 
+/** What a person called the thing that the job makes. */
+export function nameOf(job: Job): string | undefined {
+  const name = (job.input as { name?: unknown } | null | undefined)?.name;
+  return typeof name === "string" && name !== "" ? name : undefined;
+}
+
 export class JobsState {
   /** Newest first. */
   readonly list = signal<readonly Job[]>([]);
@@ -23,7 +30,7 @@ export class JobsState {
   /** Whether the server has jobs older than those in the list. */
   readonly has_older = signal(false);
   /** Jobs between them that are damaged. */
-  readonly damaged = signal<readonly Schemas["DamagedDto"][]>([]);
+  readonly damaged = signal<readonly Damaged[]>([]);
   private readonly waiting = new Map<string, ((job: Job) => void)[]>();
 
   constructor(
@@ -32,11 +39,11 @@ export class JobsState {
   ) {}
 
   start(): void {
-    this.stream.want({ stream: "jobs", max_rate_hz: 10 }, (message) => {
+    this.stream.subscribe({ stream: "jobs", max_rate_hz: 10 }, (message) => {
       if ("op" in message && message.op === "job") this.note(message.job);
     });
     // Every end of a job is an event; the stream of jobs tells only the newest progress.
-    this.stream.want({ stream: "events" }, () => void this.refresh());
+    this.stream.subscribe({ stream: "events" }, () => void this.refresh());
     this.stream.onReconnect(() => void this.refresh());
   }
 
@@ -52,10 +59,10 @@ export class JobsState {
     try {
       const query = { limit: AT_ONCE };
       const { items, damaged, next } = await data(this.api.GET("/api/v1/jobs", { params: { query } }));
-      this.noteDamaged(damaged);
+      this.damaged.value = joinDamaged(this.damaged.peek(), damaged);
       // The newest page says whether there is more, unless older pages were read already.
       if (this.list.peek().length <= AT_ONCE) this.has_older.value = next != null;
-      for (const job of [...items].reverse()) this.note(job as Job);
+      for (const job of [...items].reverse()) this.note(job);
     } catch {
       // The link's age is shown; the next event or connection asks again.
     }
@@ -66,8 +73,8 @@ export class JobsState {
     const before = this.list.peek().at(-1)?.id;
     const query = before === undefined ? { limit: AT_ONCE } : { limit: AT_ONCE, before };
     const { items, damaged, next } = await data(this.api.GET("/api/v1/jobs", { params: { query } }));
-    this.noteDamaged(damaged);
-    for (const job of items) this.note(job as Job);
+    this.damaged.value = joinDamaged(this.damaged.peek(), damaged);
+    for (const job of items) this.note(job);
     this.has_older.value = next != null && this.list.peek().length < KEPT;
   }
 
@@ -84,12 +91,6 @@ export class JobsState {
       for (const tell of this.waiting.get(job.id) ?? []) tell(job);
       this.waiting.delete(job.id);
     }
-  }
-
-  private noteDamaged(news: readonly Schemas["DamagedDto"][] = []): void {
-    const known = this.damaged.peek();
-    const unknown = news.filter(({ id }) => !known.some((one) => one.id === id));
-    if (unknown.length > 0) this.damaged.value = [...known, ...unknown];
   }
 
   /** Resolves with the job when it has ended, whatever its end. */

@@ -1,6 +1,7 @@
 /** Scanned parts with their verdict and characteristics, as lists and charts need them; all of it from one list of the server. */
 
 import { type Api, data, type Schemas } from "../api/client";
+import type { Damaged } from "./damaged";
 
 export type Scan = Schemas["ScanDto"];
 export type Verdict = Schemas["VerdictDto"];
@@ -39,9 +40,9 @@ export interface PartsQuery {
 
 /** A part of the list of scanned parts. */
 export interface PartsPage {
-  parts: ScannedPart[];
+  parts: readonly ScannedPart[];
   /** Scans between them, and their measurements, that are damaged. */
-  damaged: readonly Schemas["DamagedDto"][];
+  damaged: readonly Damaged[];
   /** The cursor of older ones. */
   next: string | undefined;
 }

@@ -19,7 +19,7 @@ export const PAGE_LETTERS: Record<(typeof PAGES)[number], string> = {
   help: "p",
 };
 
-/** The second letter must follow so soon. */
+/** The second letter must be pressed so soon after the first, however late a busy page hears of it. */
 const SECOND_WITHIN_MS = 1500;
 
 /** The digit that leads to a page together with Alt. */
@@ -41,13 +41,13 @@ export class Shortcuts {
   private g_at_ms = Number.NEGATIVE_INFINITY;
 
   /** Where a key leads: a page, the list of shortcuts, or nowhere. `letters`: whether letters count here. */
-  follow(key: Key, letters: boolean, now_ms: number): PageName | "shortcuts" | undefined {
+  follow(key: Key, letters: boolean, at_ms: number): PageName | "shortcuts" | undefined {
     if (key.ctrlKey || key.metaKey) return undefined;
     if (key.altKey) return PAGES[Number(/^Digit([1-9])$/.exec(key.code)?.[1] ?? 0) - 1];
     if (!letters) return undefined;
     if (key.key === "?") return "shortcuts";
-    const after_g = now_ms - this.g_at_ms < SECOND_WITHIN_MS;
-    this.g_at_ms = key.key === "g" ? now_ms : Number.NEGATIVE_INFINITY;
+    const after_g = at_ms - this.g_at_ms < SECOND_WITHIN_MS;
+    this.g_at_ms = key.key === "g" ? at_ms : Number.NEGATIVE_INFINITY;
     return after_g ? PAGES.find((page) => PAGE_LETTERS[page] === key.key) : undefined;
   }
 }
@@ -63,7 +63,7 @@ export function followShortcuts(): void {
   addEventListener("keydown", (event) => {
     if (document.querySelector("dialog[open]")) return;
     const letters = letter_shortcuts.value && !isTyping(event.target);
-    const to = shortcuts.follow(event, letters, performance.now());
+    const to = shortcuts.follow(event, letters, event.timeStamp);
     if (!to) return;
     event.preventDefault();
     if (to === "shortcuts") goTo("help", "shortcuts");

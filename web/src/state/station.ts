@@ -25,14 +25,14 @@ export class StationState {
   constructor(private readonly stream: StreamConnection) {}
 
   start(): void {
-    this.stream.want({ stream: "state", max_rate_hz: TOLD_HZ }, (message) => {
+    this.stream.subscribe({ stream: "state", max_rate_hz: TOLD_HZ }, (message) => {
       if ("op" in message && message.op === "state") this.status.value = message.station;
     });
     setInterval(() => this.look(), LOOK_EVERY_MS);
   }
 
   private look(): void {
-    const silent_ms = performance.now() - this.stream.heard_at_ms;
+    const silent_ms = performance.now() - this.stream.last_message_at_ms;
     const stale = !this.stream.connected.value || silent_ms > STALE_AFTER_MS;
     this.stale_s.value = stale ? Math.max(1, Math.round(silent_ms / 1000)) : 0;
   }

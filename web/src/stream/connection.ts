@@ -1,13 +1,13 @@
 /**
- * The one WebSocket of the page: it keeps the wishes of all parts, connects again by itself, and knows how old it is.
+ * The one WebSocket of the page: it keeps the subscriptions of all parts, reconnects automatically, and knows its age.
  *
- * Parts call `want` with what they wish and a listener; the connection asks the server for the fastest rate and the
- * finest scale anybody wants, and forgets a stream when its last listener has gone.
+ * Parts call `subscribe` with a stream and a listener; the connection asks the server for the fastest rate and the
+ * finest scale of all subscribers, and unsubscribes when the last one has gone.
  */
 
 import { signal } from "@preact/signals";
 import { type BinaryMessage, decode } from "./protocol";
-import type { ClientText, DropCount, ServerText, StreamName, Subscription } from "./texts";
+import type { ClientText, DropCount, ServerText, StreamName, Subscription } from "./text_messages";
 
 /** The page asks the server so often whether it is there; the answer also tells the age of frames. */
 const PING_EVERY_MS = 500;
@@ -36,7 +36,7 @@ type Listener = (message: BinaryMessage | ServerText) => void;
 /** What a `stop` was answered. */
 export type StopAnswer = Omit<Extract<ServerText, { op: "stopped" }>, "op" | "id">;
 
-interface Wish {
+interface Subscriber {
   wanted: Subscription;
   listener: Listener;
 }
@@ -45,7 +45,7 @@ export class StreamConnection {
   /** Whether the socket is open. */
   readonly connected = signal(false);
   /** When the server was last heard, by `performance.now()`. */
-  heard_at_ms = performance.now();
+  last_message_at_ms = performance.now();
   /** What this viewer missed, by stream. */
   readonly dropped = signal<readonly DropCount[]>([]);
   /** Time from this page to the server and back, ms. */
@@ -56,7 +56,7 @@ export class StreamConnection {
   readonly updated_to = signal<string | undefined>(undefined);
   /** Station's clock minus this page's clock, ms; undefined before the first frame. */
   private clock_offset_ms: number | undefined;
-  private readonly wishes = new Set<Wish>();
+  private readonly subscribers = new Set<Subscriber>();
   private readonly reconnected = new Set<() => void>();
   private readonly stopped = new Set<(answer: StopAnswer) => void>();
   private socket: WebSocket | undefined;
@@ -76,17 +76,17 @@ export class StreamConnection {
   /** Connects, and stays connected for as long as the page lives. */
   start(): void {
     this.connect();
-    setInterval(() => this.ask(), PING_EVERY_MS);
+    setInterval(() => this.ping(), PING_EVERY_MS);
   }
 
-  /** Wishes for a stream; the returned function ends the wish. */
-  want(wanted: Subscription, listener: Listener): () => void {
-    const wish = { wanted, listener };
-    this.wishes.add(wish);
-    this.subscribe(wanted.stream);
+  /** Subscribes to a stream; the returned function ends the subscription. */
+  subscribe(wanted: Subscription, listener: Listener): () => void {
+    const subscriber = { wanted, listener };
+    this.subscribers.add(subscriber);
+    this.sendSubscription(wanted.stream);
     return () => {
-      this.wishes.delete(wish);
-      this.subscribe(wanted.stream);
+      this.subscribers.delete(subscriber);
+      this.sendSubscription(wanted.stream);
     };
   }
 
@@ -110,7 +110,7 @@ export class StreamConnection {
 
   /** Asks for Stop over the open connection; without one nothing is sent. */
   stop(actor: string): void {
-    if (this.socket?.readyState === WebSocket.OPEN) this.say({ op: "stop", actor });
+    if (this.socket?.readyState === WebSocket.OPEN) this.send({ op: "stop", actor });
   }
 
   /** Whether a person sees the page: without, pictures and profiles are not asked for. */
@@ -118,7 +118,8 @@ export class StreamConnection {
     if (visible === this.visible) return;
     this.visible = visible;
     for (const stream of SEEN_STREAMS) {
-      if ([...this.wishes].some((wish) => wish.wanted.stream === stream)) this.subscribe(stream);
+      if ([...this.subscribers].some((subscriber) => subscriber.wanted.stream === stream))
+        this.sendSubscription(stream);
     }
     if (visible && this.retry !== undefined) this.connect();
   }
@@ -144,10 +145,10 @@ export class StreamConnection {
     this.unanswered_since_ms = undefined;
     this.pings.clear();
     this.connected.value = true;
-    this.heard_at_ms = performance.now();
-    const streams = new Set([...this.wishes].map((wish) => wish.wanted.stream));
+    this.last_message_at_ms = performance.now();
+    const streams = new Set([...this.subscribers].map((subscriber) => subscriber.wanted.stream));
     const wanted = [...streams].flatMap((stream) => this.merged(stream) ?? []);
-    if (wanted.length > 0) this.say({ op: "subscribe", streams: wanted });
+    if (wanted.length > 0) this.send({ op: "subscribe", streams: wanted });
     for (const callback of this.reconnected) callback();
   }
 
@@ -168,14 +169,14 @@ export class StreamConnection {
   }
 
   private receive(message: ArrayBuffer | string): void {
-    this.heard_at_ms = performance.now();
+    this.last_message_at_ms = performance.now();
     this.unanswered_since_ms = undefined;
     if (typeof message === "string") {
       this.receiveText(JSON.parse(message) as ServerText);
       return;
     }
     const decoded = decode(message);
-    if (decoded) this.tell(decoded.kind, decoded);
+    if (decoded) this.dispatch(decoded.kind, decoded);
   }
 
   private receiveText(text: ServerText): void {
@@ -189,16 +190,16 @@ export class StreamConnection {
         this.synchronise(text.id, text.clock_ms);
         return;
       case "state":
-        this.tell("state", text);
+        this.dispatch("state", text);
         return;
       case "job":
-        this.tell("jobs", text);
+        this.dispatch("jobs", text);
         return;
       case "event":
-        this.tell("events", text);
+        this.dispatch("events", text);
         return;
       case "scan":
-        this.tell("points", text);
+        this.dispatch("points", text);
         return;
       case "dropped":
         this.dropped.value = text.streams;
@@ -212,11 +213,12 @@ export class StreamConnection {
     }
   }
 
-  private tell(stream: StreamName, message: BinaryMessage | ServerText): void {
-    for (const wish of this.wishes) if (wish.wanted.stream === stream) wish.listener(message);
+  private dispatch(stream: StreamName, message: BinaryMessage | ServerText): void {
+    for (const subscriber of this.subscribers)
+      if (subscriber.wanted.stream === stream) subscriber.listener(message);
   }
 
-  private ask(): void {
+  private ping(): void {
     const now = performance.now();
     if (this.socket?.readyState !== WebSocket.OPEN) return;
     // Browsers let hidden pages ask once a minute only: silence counts from an unanswered ping on.
@@ -227,7 +229,7 @@ export class StreamConnection {
     this.unanswered_since_ms ??= now;
     const id = this.next_ping++;
     this.pings.set(id, now);
-    this.say({ op: "ping", id });
+    this.send({ op: "ping", id });
   }
 
   private synchronise(id: number | undefined, clock_ms: number | null): void {
@@ -239,17 +241,19 @@ export class StreamConnection {
     this.clock_offset_ms = clock_ms - (asked_at + performance.now()) / 2;
   }
 
-  private subscribe(stream: StreamName): void {
+  private sendSubscription(stream: StreamName): void {
     if (this.socket?.readyState !== WebSocket.OPEN) return;
     const wanted = this.merged(stream);
-    if (wanted) this.say({ op: "subscribe", streams: [wanted] });
-    else this.say({ op: "unsubscribe", streams: [stream] });
+    if (wanted) this.send({ op: "subscribe", streams: [wanted] });
+    else this.send({ op: "unsubscribe", streams: [stream] });
   }
 
-  /** What all wishes for a stream come to; nothing where nobody would see it. */
+  /** What all subscriptions of a stream come to; nothing where nobody would see it. */
   private merged(stream: StreamName): Subscription | undefined {
     if (!this.visible && SEEN_STREAMS.includes(stream)) return undefined;
-    const wanted = [...this.wishes].map((wish) => wish.wanted).filter((wanted) => wanted.stream === stream);
+    const wanted = [...this.subscribers]
+      .map((subscriber) => subscriber.wanted)
+      .filter((wanted) => wanted.stream === stream);
     const last = wanted.at(-1);
     if (!last) return undefined;
     const rates = wanted.map((one) => one.max_rate_hz ?? 30);
@@ -261,7 +265,7 @@ export class StreamConnection {
     return merged;
   }
 
-  private say(text: ClientText): void {
+  private send(text: ClientText): void {
     this.socket?.send(JSON.stringify(text));
   }
 }

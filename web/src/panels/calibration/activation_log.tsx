@@ -1,4 +1,5 @@
 import type { Schemas } from "../../api/client";
+import { actorName } from "../../parts/actor";
 import { language, text } from "../../text";
 import { moment } from "../../units";
 
@@ -26,7 +27,7 @@ export function ActivationLog({ acts }: { acts: readonly Schemas["ActivationDto"
               {acts.map((act) => (
                 <tr key={act.seq} data-act={act.act}>
                   <td>{moment(act.at_ms, language.value)}</td>
-                  <td>{act.actor}</td>
+                  <td>{actorName(act.actor)}</td>
                   <td>{words.acts[act.act] ?? act.act}</td>
                   <td class="mono">{act.calibration_id ?? words.none}</td>
                   <td class="mono">{act.previous_id ?? words.none}</td>

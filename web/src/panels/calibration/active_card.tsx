@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
+import { actorName } from "../../parts/actor";
 import { CommandButton } from "../../parts/command_button";
 import { Dialog } from "../../parts/dialog";
 import { NameField } from "../../parts/name_field";
@@ -11,7 +12,7 @@ import { Command } from "../../state/command";
 import { language, text } from "../../text";
 import { moment } from "../../units";
 import { type CalibrationItem, summaryOf } from "./figures";
-import { age, mm, px, share, um } from "./words";
+import { age, mm, px, share, um } from "./format";
 
 interface Properties {
   active: Schemas["ActiveDto"];
@@ -36,7 +37,7 @@ export function ActiveCard({ active, item, acts, reload }: Properties) {
           </div>
           <Facts item={item} />
           <p class="muted">
-            {active.actor && words.by(active.actor)}, {moment(active.at_ms, language.value)}
+            {active.actor && words.by(actorName(active.actor))}, {moment(active.at_ms, language.value)}
           </p>
         </>
       ) : (

@@ -6,7 +6,7 @@ import { data, idempotencyKey, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { useHalted } from "../../parts/halted";
-import { problemOfJob, succeeded } from "../../parts/job_end";
+import { problemOfJob, succeeded } from "../../parts/job_problem";
 import { JobProgress } from "../../parts/job_progress";
 import { ProblemCard } from "../../parts/problem";
 import { Command } from "../../state/command";

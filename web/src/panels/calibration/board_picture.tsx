@@ -24,13 +24,13 @@ export function BoardPicture({ board }: { board: LiveBoard }) {
     shown.current = picture;
     picture.lines_shown = false;
     picture.draw_over = (context, view) => drawCorners(context, view, board.look.peek()?.corners ?? []);
-    const unwant = stream.want(WANTED, (message) => {
+    const unsubscribe = stream.subscribe(WANTED, (message) => {
       if (!("kind" in message) || message.kind !== "image") return;
       if (board.runs) picture.show(message);
     });
     const unlook = board.look.subscribe(() => picture.redraw());
     return () => {
-      unwant();
+      unsubscribe();
       unlook();
       picture.dispose();
     };

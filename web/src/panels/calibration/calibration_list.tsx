@@ -5,7 +5,7 @@ import { language, text } from "../../text";
 import { moment } from "../../units";
 import { ActivateButton } from "./activate";
 import { type CalibrationItem, summaryOf } from "./figures";
-import { px, um } from "./words";
+import { px, um } from "./format";
 
 interface Properties {
   items: readonly CalibrationItem[];

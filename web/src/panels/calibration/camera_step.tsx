@@ -16,7 +16,7 @@ import { NeedsView } from "./needs_view";
 import { OperatorPanel } from "./operator_panel";
 import { PosesView } from "./poses_view";
 import { type Corner, FEWEST_BOARDS, type Look, readableBoards, type Session } from "./session_state";
-import { isKnownPlace, isThere, STILL_FOR_MS } from "./still";
+import { isKnownPlace, isThere, STILL_FOR_MS } from "./stillness";
 import { goToStep, type StepProperties } from "./wizard";
 
 /** Whether pictures are taken by themselves. */

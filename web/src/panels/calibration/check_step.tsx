@@ -20,17 +20,15 @@ import { goToStep, type StepProperties } from "./wizard";
 export function StationFacts() {
   const { station } = useApp();
   const words = text.value.calibration;
+  const { devices } = text.value.health;
   const status = station.status.value;
   if (!status) return null;
   const { camera, stage, laser } = status;
   const interlock_open = laser.interlock_closed === false;
   const lines = [
-    [words.check_camera, camera.connected ? undefined : words.check_missing],
-    [words.check_stage, !stage.connected ? words.check_missing : stage.homed ? undefined : words.check_not_homed],
-    [
-      words.check_laser,
-      !laser.connected ? words.check_missing : interlock_open ? words.check_interlock : undefined,
-    ],
+    [devices.camera, camera.connected ? undefined : words.check_missing],
+    [devices.stage, !stage.connected ? words.check_missing : stage.homed ? undefined : words.check_not_homed],
+    [devices.laser, !laser.connected ? words.check_missing : interlock_open ? words.check_interlock : undefined],
   ] as const;
   return (
     <dl class="facts live-data">

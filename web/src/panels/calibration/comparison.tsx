@@ -6,9 +6,9 @@ import { Show, useLoaded } from "../../parts/loading";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
 import { count } from "../../units";
+import { um } from "./format";
 import { drawGrid, roundUp } from "./heat_map";
 import { MapView, ScaleLegend } from "./map_view";
-import { um } from "./words";
 
 type Difference = Schemas["DifferenceDto"];
 

@@ -2,13 +2,13 @@
 
 import { data } from "../../api/client";
 import { useApp } from "../../app";
+import { EVERY_EVENT, useFollowed } from "../../parts/followed";
 import { Show } from "../../parts/loading";
 import { href } from "../../state/route";
 import { text } from "../../text";
 import { ActivateButton } from "./activate";
 import { Facts } from "./active_card";
 import { Comparison } from "./comparison";
-import { useFollowed } from "./following";
 import type { StepProperties } from "./wizard";
 
 export function FinishStep({ calibration_id }: StepProperties) {
@@ -29,7 +29,8 @@ function Decision({ id }: { id: string }) {
       calibration: await data(api.GET("/api/v1/calibrations/{id}", { params: { path: { id } } })),
       active: await data(api.GET("/api/v1/calibrations/active")),
     }),
-    [api, id],
+    EVERY_EVENT,
+    [id],
   );
   return (
     <Show of={state}>

@@ -8,7 +8,7 @@ import { signal } from "@preact/signals";
 import { type Api, data, type Problem, problemOf } from "../../api/client";
 import type { App } from "../../app";
 import type { Look, Session } from "./session_state";
-import { Stillness } from "./still";
+import { Stillness } from "./stillness";
 
 /** Pause between two looks: four a second are enough for a hand, and leave the machine to others. */
 const PAUSE_MS = 200;

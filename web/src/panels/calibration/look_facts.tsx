@@ -1,10 +1,10 @@
 /** What the newest look at the board says, in one line that does not jump. */
 
 import { text } from "../../text";
+import { degrees, mm, px, share } from "./format";
 import type { LiveBoard } from "./live_board";
 import type { Session } from "./session_state";
-import { isKnownPlace, STILL_FOR_MS } from "./still";
-import { degrees, mm, px, share } from "./words";
+import { isKnownPlace, STILL_FOR_MS } from "./stillness";
 
 interface Properties {
   board: LiveBoard;

@@ -4,8 +4,8 @@ import { language, text } from "../../text";
 import { orderName } from "../../theme";
 import { decimal } from "../../units";
 import type { CalibrationDocument, ModelScore, Summary } from "./figures";
+import { degrees, px, um } from "./format";
 import { type Meaning, meaningOf, orderAngles } from "./light_models";
-import { degrees, px, um } from "./words";
 
 export function ModelsView({ summary }: { summary: Summary }) {
   const words = text.value.calibration;

@@ -2,8 +2,8 @@
 
 import { language, text } from "../../text";
 import { decimal } from "../../units";
+import { degrees, mm } from "./format";
 import { COVERAGE, coveredCells, type Look, type Need, needsOf, type Session } from "./session_state";
-import { degrees, mm } from "./words";
 
 export function NeedsView({ session, look }: { session: Session; look: Look | undefined }) {
   const words = text.value.calibration;
@@ -14,13 +14,13 @@ export function NeedsView({ session, look }: { session: Session; look: Look | un
       <NeedLine
         need={boards}
         name={words.boards_need}
-        told={words.boards_have(String(boards.have), String(boards.want))}
+        value={words.boards_have(String(boards.have), String(boards.want))}
         missing={words.boards_missing}
       />
       <NeedLine
         need={cells}
         name={words.coverage}
-        told={words.coverage_have(String(cells.have), String(cells.want))}
+        value={words.coverage_have(String(cells.have), String(cells.want))}
         missing={words.coverage_missing}
       >
         <CoverageMap covered={coveredCells(session)} now={new Set(look?.coverage_cells)} />
@@ -28,7 +28,7 @@ export function NeedsView({ session, look }: { session: Session; look: Look | un
       <NeedLine
         need={tilt}
         name={words.tilt}
-        told={words.tilt_have(String(tilt.have), String(tilt.want), degrees(tilt.wanted_deg, 0))}
+        value={words.tilt_have(String(tilt.have), String(tilt.want), degrees(tilt.wanted_deg, 0))}
         missing={tilt.values_deg.length === 0 ? words.after_three : words.tilt_missing}
       >
         <Bar
@@ -43,7 +43,7 @@ export function NeedsView({ session, look }: { session: Session; look: Look | un
       <NeedLine
         need={distance}
         name={words.distance}
-        told={words.distance_have(mm(distance.have, 0), distance.want > 0 ? mm(distance.want, 0) : "–")}
+        value={words.distance_have(mm(distance.have, 0), distance.want > 0 ? mm(distance.want, 0) : "–")}
         missing={distance.values_mm.length < 2 ? words.after_three : words.distance_missing}
       >
         <DistanceBar values_mm={distance.values_mm} want_mm={distance.want} now={look?.distance_mm ?? undefined} />
@@ -55,16 +55,16 @@ export function NeedsView({ session, look }: { session: Session; look: Look | un
 function NeedLine(properties: {
   need: Need;
   name: string;
-  told: string;
+  value: string;
   missing: string;
   children?: preact.ComponentChildren;
 }) {
-  const { need, name, told, missing, children } = properties;
+  const { need, name, value, missing, children } = properties;
   return (
     <div class="need" data-met={need.met}>
       <div class="row">
         <strong class="grow">{name}</strong>
-        <span class="number muted">{told}</span>
+        <span class="number muted">{value}</span>
         {need.met && <span class="tag">✓ {text.value.calibration.need_met}</span>}
       </div>
       {children}

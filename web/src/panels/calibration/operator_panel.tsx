@@ -76,12 +76,12 @@ export function StageOperatorPanel() {
   const lay = useMemo(() => new Command(() => place(app, { place: "stage" })), [app]);
   const away = useMemo(() => new Command(() => place(app, { place: "away" })), [app]);
   if (app.station.simulated.value !== "twin") return null;
-  const told =
+  const state =
     lay.phase.value === "done" ? words.board_on_stage : away.phase.value === "done" ? words.board_away : undefined;
   return (
     <section class="card stack operator-panel">
       <h2>{words.operator}</h2>
-      <p class="muted">{told ?? words.operator_hint}</p>
+      <p class="muted">{state ?? words.operator_hint}</p>
       <div class="row">
         <CommandButton command={lay}>{words.lay_on_stage}</CommandButton>
         <CommandButton command={away}>{words.take_away}</CommandButton>

@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { DamagedRecords } from "../../parts/damaged";
+import { useFollowed } from "../../parts/followed";
 import { Show } from "../../parts/loading";
 import { route } from "../../state/route";
 import { text } from "../../text";
@@ -14,7 +15,6 @@ import { CalibrationList } from "./calibration_list";
 import { BeginSession } from "./check_step";
 import { Comparison } from "./comparison";
 import { Details } from "./details";
-import { useFollowed } from "./following";
 import { OpenSessions } from "./open_sessions";
 
 /** Calibrations and acts shown; older ones are in the interface. */
@@ -36,7 +36,7 @@ export function Overview() {
       sessions: sessions.items,
       damaged: [calibrations, acts, sessions].flatMap((list) => list.damaged ?? []),
     };
-  }, [api]);
+  });
   const compared = useSignal<string | undefined>(undefined);
   const shown_id = route.value.query.get("show") ?? undefined;
   if (route.value.query.has("begin")) return <BeginSession />;

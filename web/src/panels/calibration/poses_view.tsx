@@ -6,10 +6,10 @@ import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { Command } from "../../state/command";
 import { text } from "../../text";
+import { degrees, mm, px } from "./format";
 import type { Change } from "./session_change";
 import { SessionPicture } from "./session_picture";
 import type { Session } from "./session_state";
-import { degrees, mm, px } from "./words";
 
 /** A picture whose RMS is so many times the session's stands out. */
 const STANDS_OUT = 2.5;

@@ -7,9 +7,9 @@ import { language, text } from "../../text";
 import { orderName } from "../../theme";
 import { count, decimal } from "../../units";
 import { type CalibrationDocument, orderSums } from "./figures";
+import { px } from "./format";
 import { drawArrows, drawDots, roundUp } from "./heat_map";
 import { MapView, ScaleLegend } from "./map_view";
-import { px } from "./words";
 
 export type Residuals = Schemas["Residuals"];
 

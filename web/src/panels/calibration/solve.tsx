@@ -4,7 +4,7 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
-import { problemOfJob, succeeded } from "../../parts/job_end";
+import { problemOfJob, succeeded } from "../../parts/job_problem";
 import { JobProgress } from "../../parts/job_progress";
 import { Show } from "../../parts/loading";
 import { ProblemCard } from "../../parts/problem";

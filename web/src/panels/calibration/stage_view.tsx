@@ -3,8 +3,8 @@
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 import type { StageFigures } from "./figures";
+import { share } from "./format";
 import { roundUp } from "./heat_map";
-import { share } from "./words";
 
 /** Okabe–Ito colours of the three deviations, always with a label. */
 const DEVIATIONS = [

@@ -78,14 +78,14 @@ export function UploadButton({ onUploaded }: Properties) {
 function Progress({ upload, sent_bytes, size_bytes }: Sending) {
   const words = text.value.calibration;
   const all_sent = sent_bytes >= size_bytes;
-  const told = all_sent
+  const progress = all_sent
     ? words.checking
     : words.uploading(bytes(sent_bytes, language.value), bytes(size_bytes, language.value));
   return (
     <div class="stack">
-      <progress value={all_sent ? undefined : sent_bytes} max={size_bytes} aria-label={told} />
+      <progress value={all_sent ? undefined : sent_bytes} max={size_bytes} aria-label={progress} />
       <div class="row">
-        <span class="grow">{told}</span>
+        <span class="grow">{progress}</span>
         <button type="button" onClick={() => upload.cancel()}>
           {words.cancel_upload}
         </button>

@@ -9,13 +9,6 @@ export interface Verification {
   tolerance_mm: number | undefined;
 }
 
-interface VerifyInput {
-  artefact: string;
-  nominal_mm: number;
-  tolerance_mm?: number | null;
-  scan: { calibration_id?: string | null };
-}
-
 /** Whether the newest verification, of jobs newest first, was judged OK. `scans`: those the verifications made. */
 export function isVerified(
   verifications: readonly Verification[],
@@ -29,7 +22,7 @@ export function isVerified(
 export function verificationsOf(jobs: readonly Job[], calibration_id: string): Verification[] {
   return jobs.flatMap((job) => {
     if (job.kind !== "verification") return [];
-    const { artefact, nominal_mm, tolerance_mm, scan } = job.input as VerifyInput;
+    const { artefact, nominal_mm, tolerance_mm, scan } = job.input as Schemas["StartVerificationDto"];
     if (scan.calibration_id !== calibration_id) return [];
     return [{ job, artefact, nominal_mm, tolerance_mm: tolerance_mm ?? undefined }];
   });
@@ -39,12 +32,4 @@ export function verificationsOf(jobs: readonly Job[], calibration_id: string): V
 export function measurementOf(job: Job): { scan_id: string; measurement_id: string } | undefined {
   const [scan_id, measurement_id] = job.result?.id.split("/") ?? [];
   return scan_id && measurement_id ? { scan_id, measurement_id } : undefined;
-}
-
-/** What a measurement of a known part says, as the server writes it. */
-export interface Measured {
-  value: number | null;
-  error: number | null;
-  expanded_uncertainty: number | null;
-  verdict: string | null;
 }

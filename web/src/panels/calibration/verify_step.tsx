@@ -7,7 +7,7 @@ import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { useForm } from "../../parts/form";
 import { useHalted } from "../../parts/halted";
-import { problemOfJob, succeeded } from "../../parts/job_end";
+import { problemOfJob, succeeded } from "../../parts/job_problem";
 import { JobProgress } from "../../parts/job_progress";
 import { Show, useLoaded } from "../../parts/loading";
 import { NumberField } from "../../parts/number_field";
@@ -17,7 +17,8 @@ import { hasEnded } from "../../state/jobs";
 import { SIGN, VERDICTS } from "../../state/outcome";
 import { language, text } from "../../text";
 import { decimal, moment } from "../../units";
-import { type Measured, measurementOf, type Verification } from "./verifications";
+import { resultOf } from "../result/scan_record";
+import { measurementOf, type Verification } from "./verifications";
 import { goToStep, type StepProperties } from "./wizard";
 
 type Artefact = Schemas["ArtefactDto"];
@@ -164,8 +165,7 @@ function MeasuredCard({ verification }: { verification: Verification }) {
     const ids = measurementOf(job);
     if (!ids) return undefined;
     const params = { path: { id: ids.scan_id, measurement_id: ids.measurement_id } };
-    const measurement = await data(api.GET("/api/v1/scans/{id}/measurements/{measurement_id}", { params }));
-    return measurement.result as Measured;
+    return resultOf(await data(api.GET("/api/v1/scans/{id}/measurements/{measurement_id}", { params })));
   }, [job.id]);
   const length = (value: number | null) => (value === null ? "–" : `${decimal(value, 4, language.value)} mm`);
   const verdict = VERDICTS.find((known) => known === state.value.value?.verdict);

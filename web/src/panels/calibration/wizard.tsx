@@ -4,13 +4,13 @@ import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { data, type Job } from "../../api/client";
 import { useApp } from "../../app";
+import { EVERY_EVENT, useFollowed } from "../../parts/followed";
 import { ProblemCard } from "../../parts/problem";
 import { goTo, href, route } from "../../state/route";
 import { text } from "../../text";
 import { CameraStep } from "./camera_step";
 import { StationCheck } from "./check_step";
 import { FinishStep } from "./finish_step";
-import { useFollowed } from "./following";
 import { LightStep } from "./light_step";
 import { Discard } from "./open_sessions";
 import { type Change, useSessionChange } from "./session_change";
@@ -38,21 +38,25 @@ const JOBS_SEEN = 200;
 export function Wizard({ id }: { id: string }) {
   const { api, jobs } = useApp();
   const words = text.value.calibration;
-  const loaded = useFollowed(async () => {
-    const session = await data(api.GET("/api/v1/calibration-sessions/{id}", { params: { path: { id } } }));
-    const { job_id } = session.body;
-    const job = job_id
-      ? await data(api.GET("/api/v1/jobs/{id}", { params: { path: { id: job_id } } })).catch(() => undefined)
-      : undefined;
-    const made = madeBy(job);
-    const all = made
-      ? (await data(api.GET("/api/v1/jobs", { params: { query: { limit: JOBS_SEEN } } }))).items
-      : [];
-    const verifications = made ? verificationsOf(all as Job[], made) : [];
-    const query = { purpose: "verification" as const, ...(made !== undefined && { calibration_id: made }) };
-    const scans = made ? (await data(api.GET("/api/v1/scans", { params: { query } }))).items : [];
-    return { session, job, verifications, verified: isVerified(verifications, scans) };
-  }, [api, id]);
+  const loaded = useFollowed(
+    async () => {
+      const session = await data(api.GET("/api/v1/calibration-sessions/{id}", { params: { path: { id } } }));
+      const { job_id } = session.body;
+      const job = job_id
+        ? await data(api.GET("/api/v1/jobs/{id}", { params: { path: { id: job_id } } })).catch(() => undefined)
+        : undefined;
+      const made = madeBy(job);
+      const all = made
+        ? (await data(api.GET("/api/v1/jobs", { params: { query: { limit: JOBS_SEEN } } }))).items
+        : [];
+      const verifications = made ? verificationsOf(all, made) : [];
+      const query = { purpose: "verification" as const, ...(made !== undefined && { calibration_id: made }) };
+      const scans = made ? (await data(api.GET("/api/v1/scans", { params: { query } }))).items : [];
+      return { session, job, verifications, verified: isVerified(verifications, scans) };
+    },
+    EVERY_EVENT,
+    [id],
+  );
   const { value, problem } = loaded.state.value;
   const { session, change, conflict } = useSessionChange(value?.session, loaded.reload);
   if (!value || !session) {

@@ -19,7 +19,7 @@ export async function supportBundle({ api, stream, station, events }: App): Prom
     activations: data(api.GET("/api/v1/calibrations/activations", { params: { query: { limit: 50 } } })),
     metrics: bytes("/metrics").then((response) => response.text()),
   };
-  const told = Object.entries(parts).map(async ([name, asked]) => {
+  const answers = Object.entries(parts).map(async ([name, asked]) => {
     const answer = await asked.catch((cause: unknown) => ({ problem: problemOf(cause) }));
     return [name, answer] as const;
   });
@@ -33,7 +33,7 @@ export async function supportBundle({ api, stream, station, events }: App): Prom
       viewer_dropped: stream.dropped.peek(),
       stale_s: station.stale_s.peek(),
     },
-    ...Object.fromEntries(await Promise.all(told)),
+    ...Object.fromEntries(await Promise.all(answers)),
   };
 }
 

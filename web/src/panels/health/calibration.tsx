@@ -7,15 +7,10 @@ import { href } from "../../state/route";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
 import { count, length, moment } from "../../units";
+import { summaryOf } from "../calibration/figures";
+import { type OrderPair, reportOf } from "../result/scan_record";
 import { Facts, HealthCard } from "./card";
-import { ageDays, calibrationTone, type OrderPair, orderPairs, pairDisagrees } from "./judgement";
-
-/** What the page reads of a calibration's summary. */
-interface Summary {
-  model?: string;
-  systematic_sigma_mm?: number;
-  n_poses?: number;
-}
+import { ageDays, calibrationTone, pairDisagrees } from "./tone";
 
 function useActive() {
   const { api } = useApp();
@@ -33,7 +28,7 @@ export function CalibrationCard() {
   const words = text.value.health;
   const active = loaded.value;
   const known = "value" in loaded;
-  const summary = active?.summary as Summary | undefined;
+  const summary = active && summaryOf(active);
   const days = active && ageDays(active.created_at_ms, Date.now());
   return (
     <HealthCard
@@ -59,12 +54,13 @@ export function CalibrationCard() {
 export function OrdersCard() {
   const { api } = useApp();
   const words = text.value.health;
-  const sigma_mm = (useActive().value.value?.summary as Summary | undefined)?.systematic_sigma_mm;
+  const active = useActive().value.value;
+  const sigma_mm = active && summaryOf(active).systematic_sigma_mm;
   const scan = useFollowed(
     async () => (await data(api.GET("/api/v1/scans", { params: { query: { limit: 1 } } }))).items[0],
     (event) => event.kind.startsWith("scan."),
   ).state.value.value;
-  const pairs = orderPairs(scan?.report);
+  const pairs = (scan && reportOf(scan).self_consistency) ?? [];
   if (!scan || pairs.length === 0) return null;
   const disagree = pairs.some((pair) => pairDisagrees(pair, sigma_mm));
   return (

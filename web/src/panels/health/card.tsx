@@ -1,6 +1,6 @@
 import type { ComponentChildren } from "preact";
 import { text } from "../../text";
-import type { Tone } from "./judgement";
+import type { Tone } from "./tone";
 
 interface Properties {
   title: string;

@@ -4,7 +4,7 @@ import type { Schemas, Station } from "../../api/client";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 import { Facts, HealthCard } from "./card";
-import { deviceTone } from "./judgement";
+import { deviceTone } from "./tone";
 
 export function Devices({ status }: { status: Station }) {
   const words = text.value.health;

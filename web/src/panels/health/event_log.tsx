@@ -8,7 +8,7 @@ import { Command } from "../../state/command";
 import type { StationEvent } from "../../state/events";
 import { language, text } from "../../text";
 import { moment } from "../../units";
-import { eventActor, eventDetail } from "./event_words";
+import { eventActor, eventDetail } from "./event_text";
 
 export function EventTable() {
   const { events } = useApp();

@@ -7,7 +7,7 @@ import { href } from "../../state/route";
 import { language, text } from "../../text";
 import { bytes, count, decimal, moment } from "../../units";
 import { Facts, HealthCard } from "./card";
-import { diskTone, framesTone, linkTone, queueTone } from "./judgement";
+import { diskTone, framesTone, linkTone, queueTone } from "./tone";
 
 export function FramesCard({ status }: { status: Station }) {
   const words = text.value.health;
@@ -18,11 +18,14 @@ export function FramesCard({ status }: { status: Station }) {
     <HealthCard
       title={words.frames}
       tone={framesTone(status.frames)}
-      headline={words.frames_told(number(arrived), number(lost))}
+      headline={words.frames_count(number(arrived), number(lost))}
       advice={words.frames_advice}
     >
       <Facts
-        of={Object.entries(dropped).map(([reason, lost]) => [words.drop_reasons[reason] ?? reason, number(lost)])}
+        of={Object.entries(dropped).map(([reason, lost]) => [
+          text.value.drop_reasons[reason] ?? reason,
+          number(lost),
+        ])}
       />
     </HealthCard>
   );
@@ -82,7 +85,7 @@ export function QueueCard() {
     <HealthCard
       title={words.queue}
       tone={queueTone(n_queued)}
-      headline={words.queue_told(open.length - n_queued, n_queued)}
+      headline={words.queue_count(open.length - n_queued, n_queued)}
       advice={words.queue_advice}
     >
       <a href={href("jobs")}>{text.value.pages.jobs}</a>

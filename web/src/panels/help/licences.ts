@@ -9,7 +9,6 @@ export interface Library {
 export const LIBRARIES: readonly Library[] = [
   { name: "Preact", copyright: "© 2015–present Jason Miller" },
   { name: "@preact/signals", copyright: "© 2022–present Preact Team" },
-  { name: "three.js", copyright: "© 2010–2026 three.js authors" },
   { name: "µPlot", copyright: "© 2022 Leon Sorokin" },
   { name: "openapi-fetch", copyright: "© 2023 Drew Powers" },
 ];

@@ -1,11 +1,14 @@
 /** Jobs that have ended, newest first, with the reason where one failed. */
 
-import type { Job, Problem } from "../../api/client";
-import { JobWords } from "../../parts/job_words";
+import type { Job } from "../../api/client";
+import { actorName } from "../../parts/actor";
+import { problemOfJob } from "../../parts/job_problem";
+import { JobText } from "../../parts/job_text";
 import { ProblemCard } from "../../parts/problem";
+import { nameOf } from "../../state/jobs";
 import { language, text } from "../../text";
 import { duration, moment } from "../../units";
-import { kindOf, madeAt, nameOf, ranFor_s, sourceOf } from "./words";
+import { kindOf, madeAt, ranFor_s } from "./job_facts";
 
 export function Ended({ jobs }: { jobs: readonly Job[] }) {
   const words = text.value.jobs;
@@ -41,7 +44,6 @@ function Row({ job }: { job: Job }) {
   const words = text.value.jobs;
   const made = madeAt(job);
   const bad = job.state === "failed" || job.state === "interrupted";
-  const problem = job.problem as Problem | null | undefined;
   return (
     <tr data-job-state={job.state}>
       <td>
@@ -55,14 +57,14 @@ function Row({ job }: { job: Job }) {
         </span>
       </td>
       <td data-label={words.outcome}>
-        {bad && problem ? <ProblemCard problem={problem} /> : <JobWords job={job} />}
+        {bad && job.problem ? <ProblemCard problem={problemOfJob(job)} /> : <JobText job={job} />}
         {made && (
           <div>
             <a href={made}>{words.open[job.result?.kind ?? ""] ?? words.open_other}</a>
           </div>
         )}
       </td>
-      <td data-label={words.source}>{sourceOf(job)}</td>
+      <td data-label={words.source}>{actorName(job.source)}</td>
       <td data-label={words.when} class="nowrap">
         {moment(job.created_at_ms, language.value)}
       </td>

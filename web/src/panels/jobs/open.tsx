@@ -1,10 +1,12 @@
 /** A job that waits or runs. */
 
 import type { Job } from "../../api/client";
+import { actorName } from "../../parts/actor";
 import { JobProgress } from "../../parts/job_progress";
+import { nameOf } from "../../state/jobs";
 import { language, text } from "../../text";
 import { moment } from "../../units";
-import { kindOf, nameOf, sourceOf } from "./words";
+import { kindOf } from "./job_facts";
 
 export function Open({ job }: { job: Job }) {
   const words = text.value.jobs;
@@ -15,7 +17,7 @@ export function Open({ job }: { job: Job }) {
         {nameOf(job) && <span>{nameOf(job)}</span>}
         <span class="tag">{words.states[job.state]}</span>
         <span class="muted grow">
-          {sourceOf(job)}, {moment(job.created_at_ms, language.value)}
+          {actorName(job.source)}, {moment(job.created_at_ms, language.value)}
         </span>
       </div>
       <JobProgress job={job} />

@@ -67,9 +67,9 @@ function Settings({ view }: { view: LiveView | undefined }) {
   const blocked = useBlocked() ?? wrong;
   const settings = useMemo(() => new CameraSettings(api, control), [api, control]);
   const camera = station.status.value?.camera;
-  const told = camera && JSON.stringify(camera.settings);
+  const reported = camera && JSON.stringify(camera.settings);
   // Somebody else may set the camera: what is shown follows, what is being typed stays.
-  useEffect(() => void settings.follow(), [settings, told]);
+  useEffect(() => void settings.follow(), [settings, reported]);
   const { exposure_us, gain_db, frame_rate_hz } = settings.draft.value;
   const limits = camera?.capabilities;
   const lit = view?.figures.value?.laser_shone;
@@ -155,7 +155,7 @@ function Settings({ view }: { view: LiveView | undefined }) {
           <button
             type="button"
             onClick={() => {
-              settings.forget();
+              settings.discard();
               form.restore();
             }}
           >

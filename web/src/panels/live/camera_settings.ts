@@ -80,7 +80,7 @@ export class CameraSettings {
   /** Lets the server find an exposure at which the lines of the live view are bright and not flattened. */
   readonly auto = new Command(async (steps) => {
     await this.control.ensure();
-    this.forget();
+    this.discard();
     steps.accepted();
     const header = { "Sheaf-Control": this.control.id() ?? "" };
     this.take(await versioned(this.api.POST("/api/v1/devices/camera/auto-exposure", { params: { header } })));
@@ -88,7 +88,7 @@ export class CameraSettings {
   });
 
   /** Forgets what was typed. */
-  forget(): void {
+  discard(): void {
     this.typed.value = {};
     this.note.value = "none";
   }

@@ -3,7 +3,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { useApp } from "../../app";
-import { activityOf } from "../../parts/job_words";
+import { activityOf } from "../../parts/job_text";
 import type { PlotWords } from "../../scene/profile_plot";
 import { href } from "../../state/route";
 import { letter_shortcuts } from "../../state/shortcuts";

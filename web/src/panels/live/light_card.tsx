@@ -59,8 +59,8 @@ function LaserPower({ running, blocked }: { running: boolean; blocked: string | 
     if (running) void set.start();
   };
   // A laser that waits for frames is dark for now; what it was told stands.
-  const told = laser?.light === "on" ? laser.power : laser?.light === "off" ? 0 : undefined;
-  const power = wanted.value ?? (running ? told : undefined) ?? laser_power.value;
+  const actual = laser?.light === "on" ? laser.power : laser?.light === "off" ? 0 : undefined;
+  const power = wanted.value ?? (running ? actual : undefined) ?? laser_power.value;
   const problem = set.problem.value;
   const step = laser?.powers ? 0.01 : 1;
   return (

@@ -9,7 +9,7 @@ import { nearestLinePoint, orderOfPoint, profilePointAt } from "../../scene/near
 import { type PlotWords, ProfilePlot } from "../../scene/profile_plot";
 import type { StreamConnection } from "../../stream/connection";
 import type { ImageMessage, ProfileMessage } from "../../stream/protocol";
-import type { DropCount } from "../../stream/texts";
+import type { DropCount } from "../../stream/text_messages";
 import { LIVE_RATE_HZ, NO_ORDER } from "../../theme";
 import { type Advice, adviceOf } from "./advice";
 import { FrameRate } from "./frame_rate";
@@ -93,16 +93,16 @@ export class LiveView {
     );
     this.histogram = new HistogramView(places.histogram);
     this.endings.push(
-      stream.want({ stream: "image", max_rate_hz: LIVE_RATE_HZ }, (message) => {
+      stream.subscribe({ stream: "image", max_rate_hz: LIVE_RATE_HZ }, (message) => {
         if ("kind" in message && message.kind === "image" && !this.frozen.peek()) this.picture.show(message);
       }),
-      stream.want({ stream: "profile", max_rate_hz: LIVE_RATE_HZ }, (message) => {
+      stream.subscribe({ stream: "profile", max_rate_hz: LIVE_RATE_HZ }, (message) => {
         if (!("kind" in message) || message.kind !== "profile") return;
         // The profile of the held frame may come after its picture.
         if (!this.frozen.peek() || message.sequence === this.picture.image?.sequence) this.take(message);
       }),
     );
-    const timer = setInterval(() => this.tell(), FIGURES_EVERY_MS);
+    const timer = setInterval(() => this.updateFigures(), FIGURES_EVERY_MS);
     this.endings.push(() => clearInterval(timer));
   }
 
@@ -173,7 +173,7 @@ export class LiveView {
     this.pointed = pointed;
     if (pointed) {
       this.follow(pointed);
-      void this.tellReadout();
+      void this.updateReadout();
       return;
     }
     this.picture.mark(undefined);
@@ -207,7 +207,7 @@ export class LiveView {
   }
 
   /** Tells what is pointed at in the frame on the screen, once its grey levels are read. */
-  private async tellReadout(): Promise<void> {
+  private async updateReadout(): Promise<void> {
     const image = this.picture.image;
     const found = image && this.pointed && this.found(this.pointed);
     const greys = await this.picture.greys();
@@ -235,7 +235,7 @@ export class LiveView {
     return !image || profile?.sequence === image.sequence ? profile : undefined;
   }
 
-  private tell(): void {
+  private updateFigures(): void {
     const image = this.picture.image;
     if (!image) return;
     const now = performance.now();
@@ -254,11 +254,11 @@ export class LiveView {
       skipped: this.picture.skipped,
       dropped: this.stream.dropped.peek(),
     };
-    if (this.pointed) void this.tellReadout();
-    if (this.ticks++ % QUALITY_EVERY === 0) void this.tellQuality(image);
+    if (this.pointed) void this.updateReadout();
+    if (this.ticks++ % QUALITY_EVERY === 0) void this.updateQuality(image);
   }
 
-  private async tellQuality(image: ImageMessage): Promise<void> {
+  private async updateQuality(image: ImageMessage): Promise<void> {
     const profile = this.profileOfPicture();
     const greys = image.lines.length > 0 ? await this.picture.greys() : undefined;
     this.quality.value = qualityOf(image, profile, greys);

@@ -12,12 +12,12 @@ import { MeasurementPlan } from "../../state/measurement_plan";
 import { readParts } from "../../state/scanned";
 import { text } from "../../text";
 import { lastOf } from "./last_part";
+import { LastParts, N_LAST_PARTS } from "./last_parts";
 import { LastResult } from "./last_result";
 import { Operation } from "./operation";
 import { obstacleOf } from "./readiness";
 import { SetUp } from "./set_up";
 import { Start } from "./start";
-import { TICKS, Ticks } from "./ticks";
 import "./operate.css";
 
 export default function Operate() {
@@ -45,8 +45,8 @@ export default function Operate() {
     (event) => event.kind.startsWith("calibration."),
   );
   const parts = useFollowed(
-    () => readParts(api, TICKS, { purpose: "production" }),
-    ({ kind }) => kind.startsWith("scan.") || kind === "measurement.made",
+    () => readParts(api, N_LAST_PARTS, { purpose: "production" }),
+    ({ kind }) => kind.startsWith("scan.") || kind.startsWith("measurement."),
   );
   const calibration = active.state.value.value;
   const job = jobs.open.value.find((job) => job.id === station.status.value?.job_id) ?? waiting(jobs.open.value);
@@ -64,7 +64,7 @@ export default function Operate() {
       <LastResult last={lastOf(shown?.parts, operation.newest.value)} />
       {problem && <ProblemCard problem={problem} />}
       <DamagedRecords rows={shown?.damaged ?? []} />
-      <Ticks parts={shown?.parts ?? []} />
+      <LastParts parts={shown?.parts ?? []} />
       <SetUp plan={plan} form={form} travel_mm={station.status.value?.stage.travel_mm ?? []} />
     </div>
   );

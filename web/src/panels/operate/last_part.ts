@@ -1,7 +1,7 @@
 /** Which part the last result is about: never an earlier one than the newest scan that was started. */
 
 import type { Job } from "../../api/client";
-import { hasEnded } from "../../state/jobs";
+import { hasEnded, nameOf } from "../../state/jobs";
 import type { ScannedPart } from "../../state/scanned";
 
 export type Last =
@@ -15,10 +15,7 @@ export type Last =
 /** `parts`: newest first; `newest`: the newest scan job. */
 export function lastOf(parts: readonly ScannedPart[] | undefined, newest: Job | undefined): Last {
   const part = parts?.[0];
-  if (newest && !hasEnded(newest)) {
-    const name = (newest.input as { name?: string | null } | null)?.name ?? undefined;
-    return { kind: "running", name };
-  }
+  if (newest && !hasEnded(newest)) return { kind: "running", name: nameOf(newest) };
   // A part that was made later by another way, such as computing again, is newer than the scan.
   const earlier =
     newest && part?.scan.job_id !== newest.id && (part?.scan.created_at_ms ?? 0) < newest.created_at_ms;

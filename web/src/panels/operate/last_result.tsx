@@ -11,11 +11,11 @@ import { ToleranceBar } from "./tolerance_bar";
 export function LastResult({ last }: { last: Last }) {
   const words = text.value.operate;
   if (last.kind === "part") return <Part part={last.part} />;
-  const told = { none: words.no_result, running: words.being_scanned, without_part: words.without_part };
+  const reasons = { none: words.no_result, running: words.being_scanned, without_part: words.without_part };
   return (
     <section class="card last-result empty" aria-label={words.last_result} data-outcome={last.kind}>
       <h2>{(last.kind === "running" && last.name) || words.last_result}</h2>
-      <p class="muted">{told[last.kind]}</p>
+      <p class="muted">{reasons[last.kind]}</p>
     </section>
   );
 }

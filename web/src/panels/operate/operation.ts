@@ -35,7 +35,7 @@ export class Operation {
     if (!kept || !plan) return;
     const body = scanOf(plan, this.serial.peek());
     const params = { header: { "Idempotency-Key": idempotencyKey() } };
-    const job = (await data(api.POST("/api/v1/scans", { params, body }))) as Job;
+    const job = await data(api.POST("/api/v1/scans", { params, body }));
     jobs.note(job);
     // The next part may be read while this one is scanned.
     this.serial.value = "";

@@ -1,11 +1,10 @@
 /** What is scanned and measured when Start is pressed, as the server's measurement plan says. */
 
 import type { Schemas } from "../../api/client";
+import type { Tool } from "../../state/choices";
 import type { Plan } from "../../state/measurement_plan";
 
-export type Tool = Schemas["ToolDto"];
 export type Characteristic = Schemas["MeasureDto"];
-export const TOOLS: readonly Tool[] = ["sphere", "cylinder", "plane", "flatness", "step", "distance", "angle"];
 
 /** The scan that the plan asks for, with what is measured on it. */
 export function scanOf(plan: Plan, serial: string): Schemas["StartScanDto"] {

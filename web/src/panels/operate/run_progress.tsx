@@ -4,7 +4,8 @@ import type { Job } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { remaining, useCancel } from "../../parts/job_progress";
-import { wordsOf } from "../../parts/job_words";
+import { jobText } from "../../parts/job_text";
+import { nameOf } from "../../state/jobs";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 
@@ -12,7 +13,7 @@ export function RunProgress({ job }: { job: Job }) {
   const app = useApp();
   const cancel = useCancel(app, job);
   const words = text.value;
-  const name = (job.input as { name?: string | null } | null)?.name;
+  const name = nameOf(job);
   return (
     <div class="stack run-progress live-data" data-job-state={job.state}>
       <p class="percent">
@@ -24,7 +25,7 @@ export function RunProgress({ job }: { job: Job }) {
       </p>
       <progress value={job.progress} max={1} aria-label={words.operate.progress} />
       <p class="number">{job.state === "queued" ? words.jobs.states.queued : remaining(job)}</p>
-      <p class="muted">{wordsOf(job)}</p>
+      <p class="muted">{jobText(job)}</p>
       <CommandButton command={cancel} kind="operator">
         {words.parts.cancel}
       </CommandButton>

@@ -4,10 +4,11 @@ import { useId } from "preact/hooks";
 import type { Form } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { ProblemCard } from "../../parts/problem";
+import { TOOLS, type Tool } from "../../state/choices";
 import type { MeasurementPlan, Plan } from "../../state/measurement_plan";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
-import { type Characteristic, changed, freeName, TOOLS, type Tool } from "./recipe";
+import { type Characteristic, changed, freeName } from "./recipe";
 
 interface Properties {
   plan: MeasurementPlan;
@@ -198,12 +199,12 @@ function summaryOf(plan: Plan): string {
   const scan = words.range(signed(plan.from_mm), signed(plan.to_mm), number(plan.step_mm));
   const measure = plan.measure ?? [];
   if (measure.length === 0) return `${scan} · ${words.no_tool}`;
-  const told = measure.map(({ tool, name, nominal_mm, tolerance_mm }) => {
+  const measured = measure.map(({ tool, name, nominal_mm, tolerance_mm }) => {
     const unit = tool === "angle" ? "°" : "mm";
     const nominal = nominal_mm == null ? "" : ` ${decimal(nominal_mm, 3, language.value)}`;
     const tolerance = tolerance_mm == null ? "" : ` ± ${number(tolerance_mm)}`;
     const limits = nominal + tolerance === "" ? "" : `${nominal}${tolerance} ${unit}`;
     return `${text.value.tools[tool]}${name == null ? "" : ` “${name}”`}${limits}`;
   });
-  return `${scan} · ${told.join(", ")}`;
+  return `${scan} · ${measured.join(", ")}`;
 }

@@ -5,6 +5,7 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 import { data, type Job } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { problemOfJob } from "../../parts/job_problem";
 import { ProblemCard } from "../../parts/problem";
 import { ResetButton } from "../../parts/reset";
 import { Command } from "../../state/command";
@@ -118,7 +119,6 @@ function Ended({ failed }: { failed: ReadonlySignal<Job | undefined> }) {
   if (!job) return null;
   const words = text.value;
   const title = words.jobs.states[job.state];
-  const problem = job.problem as { detail?: string; remedy?: string } | null | undefined;
   if (job.state === "cancelled") {
     return (
       <p class="muted">
@@ -129,11 +129,9 @@ function Ended({ failed }: { failed: ReadonlySignal<Job | undefined> }) {
   return (
     <ProblemCard
       problem={{
+        ...problemOfJob(job),
         type: "about:blank",
         title: `${words.jobs.kinds[job.kind] ?? job.kind}: ${title}`,
-        status: 0,
-        detail: problem?.detail ?? job.message,
-        ...(problem?.remedy ? { remedy: problem.remedy } : {}),
       }}
     />
   );

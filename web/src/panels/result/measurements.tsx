@@ -7,12 +7,13 @@ import { CommandButton } from "../../parts/command_button";
 import { DamagedRecords } from "../../parts/damaged";
 import { useForm } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
+import { TOOLS, type Tool } from "../../state/choices";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
 import { count, decimal, length } from "../../units";
 import type { ResultState } from "./result_state";
 import { featureOf } from "./result_state";
-import { type Measurement, requestOf, resultOf, TOOLS, type Tool, verdictOf } from "./scan_record";
+import { type Measurement, requestOf, resultOf, verdictOf } from "./scan_record";
 import { VerdictWord } from "./verdict";
 
 /** Radius of the sphere on the simulated stage, mm. */
@@ -77,7 +78,7 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
   return (
     <tr aria-selected={result.selected.value === measurement.id} data-tool={requestOf(measurement).tool}>
       <th scope="row">
-        {words.tools[requestOf(measurement).tool]}
+        {nameOf(measurement)}
         {requestOf(measurement).name != null && ` “${requestOf(measurement).name}”`}
       </th>
       <td class="number">{measured.nominal == null ? "–" : asAsked(measured.nominal)}</td>
@@ -115,7 +116,7 @@ function Selected({ result }: { result: ResultState }) {
   const shown = language.value;
   return (
     <details class="selected">
-      <summary>{words.details(words.tools[requestOf(measurement).tool])}</summary>
+      <summary>{words.details(nameOf(measurement))}</summary>
       {measured.notes.map((note) => (
         <p class="plan-note" key={note}>
           {note}
@@ -172,7 +173,7 @@ function MeasureForm({ result }: { result: ResultState }) {
         >
           {TOOLS.map((tool) => (
             <option key={tool} value={tool}>
-              {words.tools[tool]}
+              {text.value.measured_as[tool]}
             </option>
           ))}
         </select>
@@ -224,4 +225,9 @@ async function proposeSphere(result: ResultState, scene: () => Promise<string>):
   if (lying === "sphere" && result.tool.peek() === "sphere" && result.nominal.peek() === undefined) {
     result.nominal.value = SIMULATED_SPHERE_MM;
   }
+}
+
+function nameOf(measurement: Measurement): string {
+  const { tool } = requestOf(measurement);
+  return text.value.measured_as[tool] ?? tool;
 }

@@ -4,6 +4,7 @@ import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { useLoaded } from "../../parts/loading";
+import { CLOUD_FORMATS, MESH_FORMATS } from "../../state/choices";
 import { href } from "../../state/route";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
@@ -112,9 +113,6 @@ function LeftOut({ scan }: { scan: Scan }) {
   );
 }
 
-const CLOUDS = ["ply", "e57", "csv", "pcd"] as const;
-const MESHES = ["stl", "glb", "ply"] as const;
-
 export function Downloads({ scan }: { scan: Scan }) {
   const words = text.value.result;
   const address = (what: string, format: string) => `/api/v1/scans/${scan.id}/${what}?format=${format}`;
@@ -126,7 +124,7 @@ export function Downloads({ scan }: { scan: Scan }) {
         <dl class="downloads">
           <dt>{words.cloud}</dt>
           <dd class="row">
-            {CLOUDS.map((format) => (
+            {CLOUD_FORMATS.map((format) => (
               <a key={format} class="button" download href={address("cloud", format)}>
                 {format.toUpperCase()}
               </a>
@@ -134,7 +132,7 @@ export function Downloads({ scan }: { scan: Scan }) {
           </dd>
           <dt>{words.mesh}</dt>
           <dd class="row">
-            {MESHES.map((format) => (
+            {MESH_FORMATS.map((format) => (
               <a key={format} class="button" download href={address("mesh", format)}>
                 {format.toUpperCase()}
               </a>

@@ -3,20 +3,21 @@
 import { type Signal, signal } from "@preact/signals";
 import { type Api, bytes, data, idempotencyKey, type Problem, problemOf } from "../../api/client";
 import type { App } from "../../app";
-import type { Damaged } from "../../parts/damaged";
-import { succeeded } from "../../parts/job_end";
+import { succeeded } from "../../parts/job_problem";
 import { BlockFeed } from "../../scene/block_feed";
-import { exactPoint } from "../../scene/exact";
+import { exactPoint } from "../../scene/exact_point";
 import { meshFromGlb } from "../../scene/glb";
 import { fetchPoints } from "../../scene/points_source";
 import { RegionGrid } from "../../scene/region";
 import type { CloudViewer } from "../../scene/viewer";
+import type { Tool } from "../../state/choices";
 import { Command } from "../../state/command";
+import type { Damaged } from "../../state/damaged";
 import type { StationEvent } from "../../state/events";
 import { goTo } from "../../state/route";
 import type { Verdict } from "../../state/scanned";
 import { ViewState } from "../viewer/view_state";
-import { type Measurement, resultOf, type Scan, type Tool } from "./scan_record";
+import { type Measurement, resultOf, type Scan } from "./scan_record";
 
 /** The deviation colours of a measurement belong to its feature with most points. */
 export function featureOf(measurement: Measurement) {
@@ -78,7 +79,7 @@ export class ResultState {
     void this.load();
     return this.app.events.follow((news) => {
       const ours = ({ kind, body }: StationEvent) =>
-        kind === "measurement.made" && (body as { scan_id?: string } | null)?.scan_id === this.scan.id;
+        kind.startsWith("measurement.") && (body as { scan_id?: string } | null)?.scan_id === this.scan.id;
       if (news.length === 0 || news.some(ours)) void this.load();
     });
   }

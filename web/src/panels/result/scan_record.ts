@@ -3,14 +3,21 @@
 import type { Schemas } from "../../api/client";
 import type { SurfaceRegion } from "../../scene/region";
 import type { FittedShape } from "../../scene/shapes";
+import type { Tool } from "../../state/choices";
 import { VERDICTS } from "../../state/outcome";
 import type { Verdict } from "../../state/scanned";
 
 export type Scan = Schemas["ScanDto"];
 export type Measurement = Schemas["MeasurementDto"];
-export type Tool = Schemas["ToolDto"];
 
-export const TOOLS: readonly Tool[] = ["sphere", "plane", "flatness", "step", "cylinder", "distance", "angle"];
+/** How two orders that saw the same place agree. */
+export interface OrderPair {
+  order_a: number;
+  order_b: number;
+  n_pairs: number;
+  bias_mm: number;
+  rms_mm: number;
+}
 
 /** Figures of a scan. */
 export interface ScanReport {
@@ -19,7 +26,7 @@ export interface ScanReport {
   median_sigma_mm?: number;
   losses?: string[];
   left_out?: { reason: string; n_points: number; n_pieces: number }[];
-  self_consistency?: { order_a: number; order_b: number; bias_mm: number; rms_mm: number; n_pairs: number }[];
+  self_consistency?: OrderPair[];
   stopped?: string;
 }
 

@@ -1,11 +1,12 @@
 /** The results read so far, newest first, kept true by events. */
 
-import { signal } from "@preact/signals";
-import { type Api, type Problem, problemOf } from "../../api/client";
-import { type Damaged, named } from "../../parts/damaged";
+import { computed } from "@preact/signals";
+import type { Api } from "../../api/client";
 import { Command } from "../../state/command";
+import { joinDamaged } from "../../state/damaged";
 import type { EventLog, StationEvent } from "../../state/events";
-import { type PartsQuery, readParts, type ScannedPart } from "../../state/scanned";
+import { Resource } from "../../state/resource";
+import { type PartsPage, type PartsQuery, readParts } from "../../state/scanned";
 
 /** Results read at once. */
 const AT_ONCE = 50;
@@ -14,15 +15,15 @@ const AT_ONCE = 50;
 const LARGEST_PAGE = 200;
 
 export class ResultsState {
+  private readonly pages = new Resource<PartsPage>();
   /** Undefined: not read yet. */
-  readonly parts = signal<readonly ScannedPart[] | undefined>(undefined);
+  readonly parts = computed(() => this.pages.state.value.value?.parts);
   /** Records between them that cannot be shown. */
-  readonly damaged = signal<readonly Damaged[]>([]);
-  readonly has_older = signal(false);
-  readonly problem = signal<Problem | undefined>(undefined);
+  readonly damaged = computed(() => this.pages.state.value.value?.damaged ?? []);
+  readonly has_older = computed(() => this.pages.state.value.value?.next !== undefined);
+  readonly problem = computed(() => this.pages.state.value.problem);
   readonly older = new Command(() => this.readOlder());
   private query: PartsQuery = {};
-  private asked = 0;
 
   constructor(
     private readonly api: Api,
@@ -33,7 +34,7 @@ export class ResultsState {
   ask(query: PartsQuery): void {
     if (JSON.stringify(query) === JSON.stringify(this.query)) return;
     this.query = query;
-    this.parts.value = undefined;
+    this.pages.clear();
     void this.readNewest();
   }
 
@@ -45,47 +46,32 @@ export class ResultsState {
     });
   }
 
-  private async readNewest(): Promise<void> {
-    this.asked += 1;
-    const asked = this.asked;
-    try {
-      const { parts, damaged, next } = await this.readWhole(Math.max(AT_ONCE, this.parts.peek()?.length ?? 0));
-      if (asked !== this.asked) return;
-      this.parts.value = parts;
-      this.damaged.value = named(damaged);
-      this.has_older.value = next !== undefined;
-      this.problem.value = undefined;
-    } catch (cause) {
-      if (asked === this.asked) this.problem.value = problemOf(cause);
-    }
+  /** The newest: as many as are shown, so that the list keeps its length whatever happens. */
+  private readNewest(): Promise<void> {
+    const count = Math.max(AT_ONCE, this.parts.peek()?.length ?? 0);
+    return this.pages.load(() => this.more({ parts: [], damaged: [], next: undefined }, count));
   }
 
-  /** The newest `count`: as many as are shown, so that the list keeps its length whatever happens. */
-  private async readWhole(count: number): Promise<Awaited<ReturnType<typeof readParts>>> {
-    const whole = await readParts(this.api, Math.min(LARGEST_PAGE, count), this.query);
-    while (whole.next !== undefined && whole.parts.length < count) {
-      const limit = Math.min(LARGEST_PAGE, count - whole.parts.length);
-      const page = await readParts(this.api, limit, this.query, whole.next);
-      whole.parts.push(...page.parts);
-      whole.damaged = [...whole.damaged, ...page.damaged];
+  private readOlder(): Promise<void> {
+    const known = this.pages.state.peek().value ?? { parts: [], damaged: [], next: undefined };
+    return this.pages.load(() => this.more(known, AT_ONCE));
+  }
+
+  /** `known`, and up to `count` older ones. */
+  private async more(known: PartsPage, count: number): Promise<PartsPage> {
+    const whole = { ...known };
+    const wanted = known.parts.length + count;
+    do {
+      const limit = Math.min(LARGEST_PAGE, wanted - whole.parts.length);
+      const page = await readParts(this.api, limit, this.query, whole.parts.at(-1)?.scan.id);
+      whole.parts = [...whole.parts, ...page.parts];
+      whole.damaged = joinDamaged(whole.damaged, page.damaged);
       whole.next = page.next;
-    }
+    } while (whole.next !== undefined && whole.parts.length < wanted);
     return whole;
-  }
-
-  private async readOlder(): Promise<void> {
-    const known = this.parts.peek() ?? [];
-    const asked = this.asked;
-    const last = known.at(-1)?.scan.id;
-    const { parts, damaged, next } = await readParts(this.api, AT_ONCE, this.query, last);
-    // Another filter was chosen meanwhile.
-    if (asked !== this.asked) return;
-    this.parts.value = [...known, ...parts];
-    this.damaged.value = named([...this.damaged.peek(), ...damaged]);
-    this.has_older.value = next !== undefined;
   }
 }
 
 function isOfResults({ kind }: StationEvent): boolean {
-  return kind.startsWith("scan.") || kind === "measurement.made";
+  return kind.startsWith("scan.") || kind.startsWith("measurement.");
 }

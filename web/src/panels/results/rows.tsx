@@ -5,15 +5,13 @@ import { useMemo } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
 import { DeleteDialog } from "../../parts/delete_dialog";
+import { CLOUD_FORMATS } from "../../state/choices";
 import { Command } from "../../state/command";
 import { outcomeOf, SIGN, standing } from "../../state/outcome";
 import { href } from "../../state/route";
 import type { Scan, ScannedPart } from "../../state/scanned";
 import { language, text } from "../../text";
 import { decimal, length, moment } from "../../units";
-
-/** Clouds that every scan gives. */
-const FORMATS = ["ply", "e57", "csv", "pcd"] as const;
 
 export function Rows({ parts }: { parts: readonly ScannedPart[] }) {
   const words = text.value.results;
@@ -79,7 +77,7 @@ function Row({ part, onDelete }: { part: ScannedPart; onDelete: () => void }) {
       <td data-label={words.download}>
         <span class="downloads">
           {scan.cloud
-            ? FORMATS.map((format) => (
+            ? CLOUD_FORMATS.map((format) => (
                 <a key={format} href={`${scan.cloud}?format=${format}`} download={`${scan.name}.${format}`}>
                   {format.toUpperCase()}
                 </a>

@@ -36,7 +36,7 @@ export function TrendCard({ parts }: { parts: readonly ScannedPart[] }) {
   const mean = values.reduce((sum, value) => sum + value, 0) / values.length;
   const spread = Math.max(...values) - Math.min(...values);
   const written = (value: number) => `${decimal(value, 3, language.value)} ${trend.unit}`;
-  const told = words.trend_told(values.length, written(mean), written(spread));
+  const summary = words.trend_summary(values.length, written(mean), written(spread));
   return (
     <section class="card" aria-label={words.trend}>
       <div class="row">
@@ -51,9 +51,9 @@ export function TrendCard({ parts }: { parts: readonly ScannedPart[] }) {
             </option>
           ))}
         </select>
-        <span class="muted number">{told}</span>
+        <span class="muted number">{summary}</span>
       </div>
-      <div class="trend" ref={place} role="img" aria-label={`${labelOf(shown)}: ${told}`} />
+      <div class="trend" ref={place} role="img" aria-label={`${labelOf(shown)}: ${summary}`} />
       <p class="muted">{trend.tolerance === undefined ? words.trend_without_limits : words.trend_legend}</p>
     </section>
   );

@@ -5,7 +5,8 @@ import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
 import { useForm } from "../../parts/form";
 import { useHalted } from "../../parts/halted";
-import { exactPoint } from "../../scene/exact";
+import { SceneChoice } from "../../parts/scene_choice";
+import { exactPoint } from "../../scene/exact_point";
 import type { CloudViewer } from "../../scene/viewer";
 import { text } from "../../text";
 import { CloudView } from "../viewer/cloud_view";
@@ -14,7 +15,6 @@ import { SetUpForm } from "./form";
 import { PlanCard, usePlan } from "./plan_card";
 import { RunCard } from "./run_card";
 import { ScanRun } from "./scan_run";
-import { SceneChoice } from "./scene_choice";
 import { SetUp } from "./set_up";
 import "./scan.css";
 

@@ -1,15 +1,17 @@
 /** The scan that runs, or how the last one ended and where to go from there. */
 
-import type { Job, Problem } from "../../api/client";
+import type { Job } from "../../api/client";
 import { CommandButton } from "../../parts/command_button";
 import { useHalted } from "../../parts/halted";
+import { problemOfJob } from "../../parts/job_problem";
 import { JobProgress } from "../../parts/job_progress";
-import { JobWords } from "../../parts/job_words";
+import { JobText } from "../../parts/job_text";
 import { ProblemCard } from "../../parts/problem";
 import { hasEnded } from "../../state/jobs";
 import { href } from "../../state/route";
 import { language, text } from "../../text";
 import { count, moment } from "../../units";
+import { reportOf } from "../result/scan_record";
 import type { ScanRun } from "./scan_run";
 
 export function RunCard({ run }: { run: ScanRun }) {
@@ -27,13 +29,15 @@ export function RunCard({ run }: { run: ScanRun }) {
 function Running({ run, job }: { run: ScanRun; job: Job }) {
   const words = text.value.scan;
   const lost = run.lost.value.filter(([, n]) => n > 0);
-  const told = lost.map(([reason, n]) => `${words.reasons[reason] ?? reason}: ${count(n, language.value)}`);
+  const losses = lost.map(
+    ([reason, n]) => `${text.value.drop_reasons[reason] ?? reason}: ${count(n, language.value)}`,
+  );
   return (
     <>
       <h2>{words.running}</h2>
       <JobProgress job={job} />
       <p class={lost.length > 0 ? "problem" : "muted"} data-lost={lost.length}>
-        {lost.length > 0 ? words.lost(told.join(", ")) : words.nothing_lost}
+        {lost.length > 0 ? words.lost(losses.join(", ")) : words.nothing_lost}
       </p>
     </>
   );
@@ -51,9 +55,9 @@ function Ended({ run, job }: { run: ScanRun; job: Job }) {
         {words.ended[job.state]} <small class="muted">{moment(job.ended_at_ms, language.value)}</small>
       </h2>
       <p>
-        <JobWords job={job} />
+        <JobText job={job} />
       </p>
-      {job.state === "failed" && job.problem !== undefined && <ProblemCard problem={job.problem as Problem} />}
+      {job.state === "failed" && job.problem != null && <ProblemCard problem={problemOfJob(job)} />}
       {invalid && (
         <p class="problem" data-worth="invalid">
           <strong>✕ {text.value.outcomes.invalid}</strong> {text.value.result.state_hints.invalid}
@@ -61,8 +65,7 @@ function Ended({ run, job }: { run: ScanRun; job: Job }) {
       )}
       {partial && (
         <p class="note">
-          {words.partial}{" "}
-          {words.kept_rows(count((partial.report as { n_frames?: number }).n_frames, language.value))}
+          {words.partial} {words.kept_rows(count(reportOf(partial).n_frames, language.value))}
         </p>
       )}
       <div class="row">

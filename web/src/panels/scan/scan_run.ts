@@ -13,11 +13,6 @@ import type { SetUp, StartScan } from "./set_up";
 /** Newest scans looked through for the one that the newest job made. */
 const LOOKED_THROUGH = 50;
 
-interface ScanInput {
-  source?: { kind?: string };
-  resume_scan_id?: string | null;
-}
-
 export class ScanRun {
   /** The newest job that scans from the station. */
   readonly job = computed<Job | undefined>(() => this.app.jobs.list.value.find(scansTheStation));
@@ -103,7 +98,7 @@ export class ScanRun {
       },
     });
     const ends = [
-      this.app.stream.want({ stream: "points" }, (message) => {
+      this.app.stream.subscribe({ stream: "points" }, (message) => {
         if ("op" in message) {
           if (message.op === "scan") feed.announce(message);
         } else if (message.kind === "points") feed.receive(message);
@@ -128,7 +123,7 @@ export class ScanRun {
 }
 
 function scansTheStation(job: Job): boolean {
-  return job.kind === "scan" && (job.input as ScanInput).source?.kind === "station";
+  return job.kind === "scan" && (job.input as StartScan).source.kind === "station";
 }
 
 async function startScan(api: Api, body: StartScan): Promise<Job> {

@@ -9,21 +9,18 @@ import { useFollowed } from "../../parts/followed";
 import { useForm } from "../../parts/form";
 import { NumberField } from "../../parts/number_field";
 import { ProblemCard } from "../../parts/problem";
+import { SceneChoice } from "../../parts/scene_choice";
 import { Command } from "../../state/command";
 import { language, text } from "../../text";
 import { FAULTS, type SimulatedFault } from "./faults";
 
-const SCENES: readonly Schemas["SceneNameDto"][] = ["sphere", "gauge", "plate", "freeform"];
-
 export function Simulation() {
-  const { api } = useApp();
+  const { api, station } = useApp();
   const words = text.value.settings;
   const of_simulation = (event: { kind: string }) => event.kind.startsWith("simulation.");
-  const scene = useFollowed(() => data(api.GET("/api/v1/simulation/scene")), of_simulation);
   const faults = useFollowed(async () => (await data(api.GET("/api/v1/simulation/faults"))).items, of_simulation);
   const on = faults.state.value.value ?? [];
-  const present = scene.state.value.value?.scene;
-  const problem = scene.state.value.problem ?? faults.state.value.problem;
+  const { problem } = faults.state.value;
   return (
     <section class="card stack simulation" aria-label={words.simulation}>
       <h2>
@@ -31,13 +28,7 @@ export function Simulation() {
       </h2>
       <p>{words.simulation_hint}</p>
       {problem && <ProblemCard problem={problem} />}
-      <h3>{words.scene}</h3>
-      <div class="row">
-        {SCENES.map((name) => (
-          <SceneButton key={name} name={name} present={present === name} reload={scene.reload} />
-        ))}
-        {present && !SCENES.some((name) => name === present) && <span>{words.scenes[present] ?? present}</span>}
-      </div>
+      <SceneChoice busy={station.busy.value} />
       <h3>{words.faults}</h3>
       <ul class="plain fault-list">
         {FAULTS.map((fault) => (
@@ -50,30 +41,6 @@ export function Simulation() {
         ))}
       </ul>
     </section>
-  );
-}
-
-interface SceneProperties {
-  name: Schemas["SceneNameDto"];
-  present: boolean;
-  reload: () => Promise<void>;
-}
-
-function SceneButton({ name, present, reload }: SceneProperties) {
-  const { api } = useApp();
-  const words = text.value.settings;
-  const place = useMemo(
-    () =>
-      new Command(async () => {
-        await data(api.PUT("/api/v1/simulation/scene", { body: { scene: name } }));
-        await reload();
-      }),
-    [api, name],
-  );
-  return present ? (
-    <span class="tag present">✓ {words.scenes[name]}</span>
-  ) : (
-    <CommandButton command={place}>{words.place(words.scenes[name] ?? name)}</CommandButton>
   );
 }
 

@@ -2,7 +2,7 @@
 
 import { computed, effect, type Signal, signal } from "@preact/signals";
 import type { ColourMode, ValueMode, ValueRange } from "../../scene/colours";
-import type { ExactPoint } from "../../scene/exact";
+import type { ExactPoint } from "../../scene/exact_point";
 import type { Mesh } from "../../scene/glb";
 import { countShown, proposedRange, sampleValues } from "../../scene/histogram";
 import type { Picked } from "../../scene/picking";

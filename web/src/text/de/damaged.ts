@@ -3,8 +3,8 @@ import type { Catalogue } from "../en";
 export const damaged: Catalogue["damaged"] = {
   title: (n) =>
     n === 1
-      ? "Ein Eintrag ist beschädigt und lässt sich nicht zeigen"
-      : `${n} Einträge sind beschädigt und lassen sich nicht zeigen`,
+      ? "Ein Datensatz ist beschädigt und kann nicht angezeigt werden"
+      : `${n} Datensätze sind beschädigt und können nicht angezeigt werden`,
   kinds: {
     job: "Auftrag",
     capture: "Aufnahme",
@@ -15,11 +15,11 @@ export const damaged: Catalogue["damaged"] = {
     session: "Kalibriersitzung",
     event: "Ereignis",
   },
-  hint: "Es steht nicht mehr da, was geschrieben wurde: Der Datenträger könnte defekt sein. Alle anderen Einträge sind geprüft und heil.",
+  hint: "Die gespeicherten Daten entsprechen nicht dem, was geschrieben wurde: Der Datenträger könnte defekt sein. Alle anderen Datensätze wurden geprüft und sind intakt.",
   remedy: "den Datenordner aus einer Sicherung wiederherstellen und den Datenträger prüfen",
   remedy_delete:
-    "löschen, wenn es sich neu gewinnen lässt, oder den Datenordner aus einer Sicherung wiederherstellen; den Datenträger prüfen",
+    "löschen, falls reproduzierbar, oder den Datenordner aus einer Sicherung wiederherstellen; den Datenträger prüfen",
   delete_named: (id) => `${id} löschen`,
   delete_question: (id) =>
-    `Das beschädigte Ergebnis ${id} mit seinen Punkten und Messungen löschen? Das ist endgültig. Eine Sicherung hat es vielleicht noch heil.`,
+    `Das beschädigte Ergebnis ${id} mit Punkten und Messungen löschen? Das lässt sich nicht rückgängig machen. Eine Sicherung enthält es möglicherweise noch.`,
 };

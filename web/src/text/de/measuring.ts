@@ -9,10 +9,10 @@ export const tools = {
 };
 
 export const measured_as: Record<string, string> = {
-  plane: "Abstand der Ebene",
-  sphere: "Radius der Kugel",
-  cylinder: "Radius des Zylinders",
-  step: "Höhe der Stufe",
+  plane: "Ebenenabstand",
+  sphere: "Kugelradius",
+  cylinder: "Zylinderradius",
+  step: "Stufenhöhe",
   distance: "Abstand",
   angle: "Winkel",
   flatness: "Ebenheit",
@@ -32,4 +32,24 @@ export const light_models: Record<string, string> = {
   grating: "Gittergleichung",
   planes: "eine Ebene je Ordnung",
   pencil: "Ebenenbüschel",
+};
+
+/** What lies on the simulated stage. */
+export const scenes: Record<string, string> = {
+  sphere: "Kugel (Radius 18,9 mm)",
+  gauge: "Stufenmaß",
+  freeform: "Freiformfläche",
+  plate: "Leere Platte",
+  board: "Kalibriertafel",
+  part: "Teil aus einer STL-Datei",
+};
+
+export const scene_on_stage = "Teil auf dem simulierten Tisch";
+
+/** Why a frame was lost. */
+export const drop_reasons: Record<string, string> = {
+  camera: "an der Kamera verloren",
+  malformed: "bei der Übertragung beschädigt",
+  no_buffer: "kein Puffer frei",
+  recorder: "Aufzeichnung zu langsam",
 };

@@ -12,11 +12,10 @@ export const damaged = {
     session: "Calibration session",
     event: "Event",
   } as Record<string, string>,
-  hint: "It is not what was written: the disk may be failing. All other records were checked and are whole.",
-  remedy: "restore the data folder from a backup, and see whether the disk is healthy",
-  remedy_delete:
-    "delete it if it can be made again, or restore the data folder from a backup; see whether the disk is healthy",
+  hint: "The stored data does not match what was written: the disk may be failing. All other records were checked and are intact.",
+  remedy: "restore the data folder from a backup, and check the disk",
+  remedy_delete: "delete it if it can be recreated, or restore the data folder from a backup; check the disk",
   delete_named: (id: string) => `Delete ${id}`,
   delete_question: (id: string) =>
-    `Delete the damaged result ${id}, with its points and measurements? This cannot be undone. A backup may have it whole.`,
+    `Delete the damaged result ${id}, with its points and measurements? This cannot be undone. A backup may still contain it.`,
 };

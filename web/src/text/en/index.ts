@@ -5,7 +5,7 @@ import { health } from "./health";
 import { help } from "./help";
 import { jobs } from "./jobs";
 import { live } from "./live";
-import { light_models, measured_as, outcomes, tools } from "./measuring";
+import { drop_reasons, light_models, measured_as, outcomes, scene_on_stage, scenes, tools } from "./measuring";
 import { operate } from "./operate";
 import { problems } from "./problems";
 import { result } from "./result";
@@ -23,6 +23,9 @@ export const en = {
   measured_as,
   outcomes,
   light_models,
+  scenes,
+  scene_on_stage,
+  drop_reasons,
   calibration,
   damaged,
   health,

@@ -12,10 +12,10 @@ export const tools = {
 
 /** What a tool's value is. */
 export const measured_as: Record<string, string> = {
-  plane: "Distance of the plane",
-  sphere: "Radius of the sphere",
-  cylinder: "Radius of the cylinder",
-  step: "Height of the step",
+  plane: "Plane distance",
+  sphere: "Sphere radius",
+  cylinder: "Cylinder radius",
+  step: "Step height",
   distance: "Distance",
   angle: "Angle",
   flatness: "Flatness",
@@ -35,4 +35,24 @@ export const light_models: Record<string, string> = {
   grating: "grating equation",
   planes: "one plane per order",
   pencil: "pencil of planes",
+};
+
+/** What lies on the simulated stage. */
+export const scenes: Record<string, string> = {
+  sphere: "Sphere (radius 18.9 mm)",
+  gauge: "Step gauge",
+  freeform: "Freeform surface",
+  plate: "Empty plate",
+  board: "Calibration board",
+  part: "Part from an STL file",
+};
+
+export const scene_on_stage = "Part on the simulated stage";
+
+/** Why a frame was lost. */
+export const drop_reasons: Record<string, string> = {
+  camera: "lost at the camera",
+  malformed: "damaged in transfer",
+  no_buffer: "no free buffer",
+  recorder: "recorder too slow",
 };

@@ -2,10 +2,10 @@ import type { ColourMode, ValueMode } from "../../scene/colours";
 import type { ViewName } from "../../scene/orbit";
 
 export const viewer = {
-  title: "Cloud",
-  tools: "Tools of the cloud",
+  title: "Point cloud",
+  tools: "Point cloud tools",
   described: (points: string) =>
-    `Point cloud, ${points} points. Arrow keys turn it, P picks the point in the middle.`,
+    `Point cloud, ${points} points. Arrow keys rotate it, P picks the point in the middle.`,
   points: (points: string) => `${points} points`,
   points_of: (shown: string, all: string) => `${shown} of ${all} points`,
   colour: "Colour",
@@ -26,19 +26,19 @@ export const viewer = {
   keys: "Keys",
   key_list: [
     ["0 · 1 · 2 · 3", "oblique, front, top, side"],
-    ["F", "fit everything"],
+    ["F", "fit all"],
     ["O", "parallel or perspective"],
-    ["Arrows, drag", "turn"],
-    ["Shift + those", "move"],
-    ["+ −, wheel", "nearer, farther"],
+    ["Arrows, drag", "rotate"],
+    ["Shift + arrows, drag", "pan"],
+    ["+ −, wheel", "zoom"],
     ["Click, P", "pick a point (P: in the middle)"],
-    ["Esc", "forget picked points"],
+    ["Esc", "clear picked points"],
   ] as [string, string][],
   order_title: "Diffraction order",
   scale: {
     height: "Depth z, bright is near",
     sigma: "σ along the camera ray",
-    intensity: "Grey levels above ground",
+    intensity: "Grey levels above background",
     deviation: "Deviation",
   } as Record<ValueMode, string>,
   shapes: {
@@ -48,10 +48,10 @@ export const viewer = {
     top: "top face",
     cylinder: "cylinder",
   } as Record<string, string>,
-  histogram: "Distribution of the values",
+  histogram: "Histogram of the values",
   low: "From",
   high: "To",
-  hide_outside: "Hide what is outside",
+  hide_outside: "Hide points outside the range",
   automatic: "Automatic range",
   automatic_on: "Range is automatic",
   picked: "Picked points",
@@ -61,13 +61,12 @@ export const viewer = {
   frame: "Frame",
   source: "Source",
   sources: {
-    asking: "asking the server…",
+    asking: "querying the server…",
     exact: "exact, from the server",
     displayed: "as displayed; exact once the scan is stored",
   },
   pick_another: "Pick a second point for the distance.",
   distance: "Distance 1–2",
   context_lost: "Graphics reset; restoring.",
-  no_webgl:
-    "This browser cannot draw in three dimensions (WebGL 2 is missing). Figures and files are not affected.",
+  no_webgl: "This browser cannot display 3D graphics (WebGL 2 is missing). Numbers and files are not affected.",
 };

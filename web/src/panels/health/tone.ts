@@ -1,7 +1,8 @@
 /** When a card speaks up. `caution`: look at it soon; `alarm`: it does not work now. */
 
 import type { Schemas, Station } from "../../api/client";
-import type { DropCount } from "../../stream/texts";
+import type { DropCount } from "../../stream/text_messages";
+import type { OrderPair } from "../result/scan_record";
 
 export type Tone = "calm" | "caution" | "alarm";
 
@@ -54,22 +55,7 @@ export function calibrationTone(made_at_ms: number | undefined, now_ms: number):
   return ageDays(made_at_ms, now_ms) > OLD_CALIBRATION_DAYS ? "caution" : "calm";
 }
 
-/** How two orders that saw the same place agree. */
-export interface OrderPair {
-  order_a: number;
-  order_b: number;
-  n_pairs: number;
-  bias_mm: number;
-  rms_mm: number;
-}
-
 /** The orders disagree when their mean distance is more than 3 standard deviations of the calibration. */
-export function pairDisagrees(pair: OrderPair, systematic_sigma_mm: number | undefined): boolean {
-  return systematic_sigma_mm !== undefined && Math.abs(pair.bias_mm) > 3 * systematic_sigma_mm;
-}
-
-/** The table of self-consistency in a scan's report. */
-export function orderPairs(report: unknown): readonly OrderPair[] {
-  const pairs = (report as { self_consistency?: unknown } | null)?.self_consistency;
-  return Array.isArray(pairs) ? (pairs as OrderPair[]) : [];
+export function pairDisagrees(pair: OrderPair, systematic_sigma_mm: number | null | undefined): boolean {
+  return systematic_sigma_mm != null && Math.abs(pair.bias_mm) > 3 * systematic_sigma_mm;
 }

@@ -5,7 +5,7 @@ import { hasEnded } from "../state/jobs";
 import { language, text } from "../text";
 
 /** In one line. */
-export function wordsOf(job: Job): string {
+export function jobText(job: Job): string {
   if (language.value === "en") return job.message;
   const words = text.value.jobs;
   if (job.state === "queued") return words.waits;
@@ -18,11 +18,11 @@ export function wordsOf(job: Job): string {
 }
 
 /** With the server's own words below, which may say more of how it ended. */
-export function JobWords({ job }: { job: Job }) {
+export function JobText({ job }: { job: Job }) {
   const more = language.value !== "en" && hasEnded(job) && job.message !== job.state;
   return (
     <>
-      {wordsOf(job)}
+      {jobText(job)}
       {more && (
         <small class="own-words" lang="en">
           {job.message}
@@ -35,5 +35,5 @@ export function JobWords({ job }: { job: Job }) {
 /** What the station does, as far as it can be said in the chosen language; `job`: the one that has the station. */
 export function activityOf(status: Station, job: Job | undefined): string {
   if (language.value === "en") return status.activity;
-  return job ? wordsOf(job) : text.value.frame.by_job;
+  return job ? jobText(job) : text.value.frame.by_job;
 }

@@ -7,11 +7,11 @@ import { language, text } from "../../text";
 import { decimal, moment } from "../../units";
 
 /** Parts shown. */
-export const TICKS = 20;
+export const N_LAST_PARTS = 20;
 
-export function Ticks({ parts }: { parts: readonly ScannedPart[] }) {
+export function LastParts({ parts }: { parts: readonly ScannedPart[] }) {
   const words = text.value.operate;
-  const shown = parts.slice(0, TICKS).reverse();
+  const shown = parts.slice(0, N_LAST_PARTS).reverse();
   const failed = shown.filter((part) => rejected(outcomeOf(part))).length;
   return (
     <section class="card" aria-label={words.last_parts}>
@@ -26,8 +26,8 @@ export function Ticks({ parts }: { parts: readonly ScannedPart[] }) {
             <a
               class={`tick ${outcomeOf(part)}`}
               href={href("result", part.scan.id)}
-              title={told(part)}
-              aria-label={told(part)}
+              title={summaryOf(part)}
+              aria-label={summaryOf(part)}
             >
               {SIGN[outcomeOf(part)]}
             </a>
@@ -43,7 +43,7 @@ function rejected(outcome: Outcome): boolean {
   return outcome === "not_ok" || outcome === "invalid";
 }
 
-function told(part: ScannedPart): string {
+function summaryOf(part: ScannedPart): string {
   const measured = standing(part);
   const value = measured?.value !== undefined && `${decimal(measured.value, 3, language.value)} ${measured.unit}`;
   const words = [part.scan.name, text.value.outcomes[outcomeOf(part)], value];

@@ -14,7 +14,7 @@ const IN_TIME_FRAMES = 20;
 /** Points that a moving view begins with at most; weak graphics draw so many in time. */
 const BEGIN_POINTS = 2_000_000;
 
-export class Pace {
+export class Thinning {
   /** One point in so many is drawn; a power of two. */
   thinning = 1;
   private in_time = 0;

@@ -8,17 +8,6 @@ export function kindOf(job: Job): string {
   return text.value.jobs.kinds[job.kind] ?? job.kind;
 }
 
-/** What a person called the thing that the job makes. */
-export function nameOf(job: Job): string | undefined {
-  const name = (job.input as { name?: unknown } | null | undefined)?.name;
-  return typeof name === "string" && name !== "" ? name : undefined;
-}
-
-/** Who asked: a person who had control, or a program. */
-export function sourceOf(job: Job): string {
-  return job.source === "rest" ? text.value.jobs.by_api : job.source;
-}
-
 /** Where what it made is looked at. */
 export function madeAt(job: Job): string | undefined {
   const made = job.result;

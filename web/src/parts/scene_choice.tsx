@@ -2,22 +2,22 @@
 
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
-import { data, type Schemas } from "../../api/client";
-import { useApp } from "../../app";
-import { useLoaded } from "../../parts/loading";
-import { ProblemCard } from "../../parts/problem";
-import { Command } from "../../state/command";
-import { text } from "../../text";
-
-type SceneName = Schemas["SceneNameDto"];
-
-const SCENES: readonly SceneName[] = ["sphere", "gauge", "freeform", "plate"];
+import { data } from "../api/client";
+import { useApp } from "../app";
+import { SCENES, type SceneName } from "../state/choices";
+import { Command } from "../state/command";
+import { text } from "../text";
+import { useFollowed } from "./followed";
+import { ProblemCard } from "./problem";
 
 export function SceneChoice({ busy }: { busy: boolean }) {
   const { api, station } = useApp();
-  const words = text.value.scan;
+  const { scenes, scene_on_stage } = text.value;
   const wanted = useSignal<SceneName>("sphere");
-  const { state, reload } = useLoaded(async () => await data(api.GET("/api/v1/simulation/scene")), [api], [busy]);
+  const { state, reload } = useFollowed(
+    () => data(api.GET("/api/v1/simulation/scene")),
+    ({ kind }) => kind.startsWith("simulation.") || kind.startsWith("job."),
+  );
   const place = useMemo(
     () =>
       new Command(async () => {
@@ -32,7 +32,7 @@ export function SceneChoice({ busy }: { busy: boolean }) {
   return (
     <div class="stack scene-choice">
       <label class="field">
-        <span>{words.scene}</span>
+        <span>{scene_on_stage}</span>
         <select
           value={lying}
           disabled={busy || place.running}
@@ -41,14 +41,15 @@ export function SceneChoice({ busy }: { busy: boolean }) {
             void place.start();
           }}
         >
-          {!known && <option value={lying}>{words.scenes[lying] ?? lying}</option>}
+          {!known && <option value={lying}>{scenes[lying] ?? lying}</option>}
           {SCENES.map((scene) => (
             <option key={scene} value={scene}>
-              {words.scenes[scene]}
+              {scenes[scene]}
             </option>
           ))}
         </select>
       </label>
+      {state.value.problem && <ProblemCard problem={state.value.problem} />}
       {place.problem.value && <ProblemCard problem={place.problem.value} onDismiss={() => place.dismiss()} />}
     </div>
   );
