@@ -7,7 +7,6 @@
 pub mod calibrations;
 pub mod camera;
 pub mod captures;
-pub mod closing;
 pub mod config;
 pub mod control;
 pub mod error;
@@ -35,7 +34,6 @@ use tokio_util::task::TaskTracker;
 
 use crate::calibrations::Calibrations;
 use crate::captures::Captures;
-use crate::closing::Closing;
 use crate::config::AppConfig;
 use crate::idempotency::KeysInFlight;
 use crate::jobs::Jobs;
@@ -43,6 +41,7 @@ use crate::lease::ControlDesk;
 use crate::ledger::Ledger;
 use crate::measurements::plan::MeasurementPlans;
 use crate::sessions::Sessions;
+use tokio_util::sync::CancellationToken;
 
 /// The parts of the running service, made once and handed to whoever needs them.
 #[derive(Clone)]
@@ -78,7 +77,7 @@ pub struct App {
     /// Requests with a key that are being answered.
     pub keys: KeysInFlight,
     /// Whether the service ends.
-    pub closing: Closing,
+    pub closing: CancellationToken,
 }
 
 /// SHA-256, hexadecimal.

@@ -15,7 +15,6 @@ use tokio_util::task::TaskTracker;
 use crate::App;
 use crate::calibrations::Calibrations;
 use crate::captures::Captures;
-use crate::closing::Closing;
 use crate::config::AppConfig;
 use crate::control::was_halted;
 use crate::housekeeping::keep_house;
@@ -26,6 +25,7 @@ use crate::ledger::{Ledger, event};
 use crate::limits::{CONTROL_WATCH, DRAIN_TIMEOUT};
 use crate::measurements::plan::MeasurementPlans;
 use crate::sessions::Sessions;
+use tokio_util::sync::CancellationToken;
 
 /// Captures as folders, below the data folder: can be deleted at any time while the service is down.
 const UNPACKED_FOLDER: &str = "unpacked";
@@ -90,7 +90,7 @@ impl App {
             halt_turn: Arc::default(),
             tasks: TaskTracker::new(),
             keys: KeysInFlight::default(),
-            closing: Closing::default(),
+            closing: CancellationToken::new(),
         })
     }
 
@@ -110,7 +110,7 @@ impl App {
         if let Err(refusal) = self.station.stop("shutdown").await {
             tracing::warn!(%refusal, "the station did not take the last stop");
         }
-        self.closing.close();
+        self.closing.cancel();
         self.jobs.shut_down().await;
         let station = self.station.clone();
         if tokio::task::spawn_blocking(move || station.shut_down()).await.is_err() {

@@ -174,7 +174,7 @@ pub fn changes(record: &MeasurementRecord) -> Vec<Change> {
     for key in told {
         body[key] = record.result[key].clone();
     }
-    vec![Change::InsertMeasurement(record.clone()), event("measurement.made", &record.id, body)]
+    vec![Change::InsertMeasurement(record.clone()), event("measurement.created", &record.id, body)]
 }
 
 fn request_json(input: &MeasureInput, request: &MeasureRequest) -> Value {

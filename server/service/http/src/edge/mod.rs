@@ -30,10 +30,10 @@ use crate::limits::{
     CONNECTION_LIMIT, HEADER_TIMEOUT, STOP_CONNECTION_LIMIT, STOP_HEADER_TIMEOUT, WRITE_STALL_TIMEOUT,
 };
 use crate::problem::{Problem, ProblemKind};
-use app::closing::Closing;
 use app::limits::DRAIN_TIMEOUT;
 use stalled::NeverStalled;
 use stop_places::StopPlaces;
+use tokio_util::sync::CancellationToken;
 
 /// The only path that a connection beyond the limit is heard for.
 pub const STOP_PATH: &str = "/api/v1/station/stop";
@@ -70,14 +70,14 @@ enum Admission {
 ///
 /// A request that changes something runs on `tasks` from the moment its header is read, to its end, whether or not the
 /// client stays: half of a change is worse than one that nobody heard of, and a Stop must not need its client.
-pub async fn serve(listener: TcpListener, router: Router, closing: Closing, tasks: TaskTracker) {
+pub async fn serve(listener: TcpListener, router: Router, closing: CancellationToken, tasks: TaskTracker) {
     let places = Arc::new(Semaphore::new(CONNECTION_LIMIT));
     let stop_places = StopPlaces::new(STOP_CONNECTION_LIMIT);
     let mut connections = JoinSet::new();
     loop {
         let accepted = tokio::select! {
             accepted = listener.accept() => accepted,
-            () = closing.closed() => break,
+            () = closing.cancelled() => break,
             Some(_) = connections.join_next() => continue,
         };
         let (stream, peer) = match accepted {
@@ -118,7 +118,7 @@ async fn converse(
     peer: SocketAddr,
     router: Router,
     admission: Admission,
-    closing: Closing,
+    closing: CancellationToken,
     tasks: TaskTracker,
 ) {
     // Small messages of the live stream must not wait for the next one; a socket that refuses is slower, not wrong.
@@ -148,7 +148,7 @@ async fn converse(
     let mut connection = std::pin::pin!(connection);
     let ended = tokio::select! {
         ended = connection.as_mut() => ended,
-        () = closing.closed() => {
+        () = closing.cancelled() => {
             connection.as_mut().graceful_shutdown();
             connection.await
         }

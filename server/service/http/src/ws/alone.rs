@@ -4,7 +4,6 @@ use std::io;
 use std::sync::Arc;
 use std::time::Instant;
 
-use app::closing::Closing;
 use app::jobs::JobNews;
 use axum::Router;
 use axum::extract::State;
@@ -14,6 +13,7 @@ use live::LiveBus;
 use station::{MachineState, first_status};
 use tokio::net::TcpListener;
 use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use vision::LineDirection;
 
@@ -34,7 +34,7 @@ pub fn serve_stream(listener: TcpListener, live: LiveBus) -> io::Result<impl Fut
         jobs: watch::channel(JobNews::default()).1,
         events: watch::channel(0).1,
     };
-    let closing = Closing::default();
+    let closing = CancellationToken::new();
     let (streams, encoder) = Streams::start(sources, LineDirection::Rows, closing.clone())?;
     let accept = any(|State(streams): State<Streams>, upgrade| async move { streams.accept(upgrade, NoStation) });
     let router = Router::new().route("/api/v1/stream", accept).with_state(streams);

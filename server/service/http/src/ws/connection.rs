@@ -67,7 +67,7 @@ impl Speaker<'_> {
         let mut ping_at = Instant::now() + PING_EVERY;
         loop {
             let now = Instant::now();
-            if self.streams.closing.is_closing() {
+            if self.streams.closing.is_cancelled() {
                 return Err(End::Close { code: close::GOING_AWAY, reason: "the server ends" });
             }
             if now >= self.heard.at() + SILENCE_LIMIT {
@@ -98,7 +98,7 @@ impl Speaker<'_> {
         let request = tokio::select! {
             request = self.asked.recv() => request,
             () = self.feeds.changed() => None,
-            () = closing.closed() => None,
+            () = closing.cancelled() => None,
             () = sleep_until(until) => None,
         };
         if let Some(request) = request {

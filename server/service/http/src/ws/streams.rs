@@ -22,9 +22,9 @@ use crate::problem::{Problem, ProblemKind};
 use crate::ws::connection;
 use crate::ws::encoder::{self, Slots};
 use crate::ws::station::{Client, Station};
-use app::closing::Closing;
 use app::jobs::JobNews;
 use app::lease::Lease;
+use tokio_util::sync::CancellationToken;
 
 /// What the streams are made of.
 #[derive(Clone)]
@@ -51,14 +51,18 @@ type StationText = (Arc<StationStatus>, Arc<Value>);
 pub struct Streams {
     pub(super) sources: Sources,
     pub(super) slots: Slots,
-    pub(super) closing: Closing,
+    pub(super) closing: CancellationToken,
     sockets: Arc<Semaphore>,
     station_text: Arc<Mutex<Option<StationText>>>,
 }
 
 impl Streams {
     /// Over those sources until `closing`, with the thread that encodes; it ends when the worker is dropped.
-    pub fn start(sources: Sources, line_direction: LineDirection, closing: Closing) -> io::Result<(Self, Worker)> {
+    pub fn start(
+        sources: Sources,
+        line_direction: LineDirection,
+        closing: CancellationToken,
+    ) -> io::Result<(Self, Worker)> {
         let slots = Slots::default();
         let worker = encoder::start(sources.live.clone(), slots.clone(), line_direction)?;
         let streams = Self {
@@ -112,7 +116,7 @@ impl Streams {
             );
             return Err(Box::new(problem.remedy(format!("ask for {SUB_PROTOCOL} in Sec-WebSocket-Protocol"))));
         }
-        let closing = self.closing.is_closing();
+        let closing = self.closing.is_cancelled();
         let place = self.sockets.clone().try_acquire_owned().ok().filter(|_| !closing).ok_or_else(|| {
             Problem::new(ProblemKind::Unavailable, format!("{MAX_SOCKETS} viewers are connected already"))
                 .remedy("close pages that are not looked at")

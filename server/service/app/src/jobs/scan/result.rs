@@ -251,7 +251,7 @@ impl MadeScan {
 /// What stores the record of a scan, new or in place of its earlier self.
 pub fn scan_changes(record: &ScanRecord, replaces: bool) -> Vec<Change> {
     let body = json!({ "name": record.name, "state": record.state, "n_points": record.report["n_points"] });
-    let told = event("scan.made", &record.id, body);
+    let told = event("scan.created", &record.id, body);
     let record = record.clone();
     vec![if replaces { Change::ReplaceScan(record) } else { Change::InsertScan(record) }, told]
 }

@@ -108,7 +108,7 @@ async fn upload_capture(
     let taken = blocking(move || captures.take_in(&archive.0, format, CaptureOrigin::Upload, &name)).await?;
     let (record, change) = taken?;
     let reply = Reply::created(capture_href(&record.id), &CaptureDto::from(record.clone()));
-    let mut changes = vec![change, event("capture.uploaded", &record.id, json!({ "name": record.name }))];
+    let mut changes = vec![change, event("capture.created", &record.id, json!({ "name": record.name }))];
     changes.extend(once.changes(&reply));
     app.ledger.commit(changes).await?;
     Ok(reply)

@@ -140,7 +140,7 @@ impl Follower {
                 continue;
             }
             tokio::select! {
-                () = self.app.closing.closed() => return None,
+                () = self.app.closing.cancelled() => return None,
                 changed = self.newest.changed() => changed.ok()?,
                 event = progress(&mut self.progress, &mut self.told, self.next_progress) => {
                     self.next_progress = Instant::now() + SSE_PROGRESS_PERIOD;

@@ -35,7 +35,7 @@ async fn health(State(http): State<Http>) -> Json<HealthDto> {
 /// Whether jobs can run; if not, the problem says why.
 #[utoipa::path(get, path = "/ready", tag = "service", responses((status = 200, body = ReadyDto)))]
 async fn ready(State(app): State<App>) -> Result<Json<ReadyDto>, Problem> {
-    if app.closing.is_closing() {
+    if app.closing.is_cancelled() {
         return Err(Problem::new(ProblemKind::Unavailable, "the service is shutting down").retry_after_s(5));
     }
     if app.store.is_read_only() {

@@ -23,9 +23,9 @@ use vision::{CentrelinePoint, Centrelines, GreyImage, LineDirection, Pixels, Seg
 use crate::ws::alone::NoStation;
 use crate::ws::streams::{Sources, Streams};
 use crate::ws::tests::status::first_status;
-use app::closing::Closing;
 use app::jobs::JobNews;
 use app::lease::ControlDesk;
+use tokio_util::sync::CancellationToken;
 
 /// Longest wait for something that comes at once, if it comes at all.
 pub const PATIENCE: Duration = Duration::from_secs(20);
@@ -40,7 +40,7 @@ pub struct Bench {
     pub _jobs: watch::Sender<JobNews>,
     pub events: watch::Sender<i64>,
     pub streams: Streams,
-    pub closing: Closing,
+    pub closing: CancellationToken,
     pub address: SocketAddr,
     _encoder: Worker,
     server: tokio::task::JoinHandle<()>,
@@ -67,7 +67,7 @@ impl Bench {
             jobs: jobs.subscribe(),
             events: events.subscribe(),
         };
-        let closing = Closing::default();
+        let closing = CancellationToken::new();
         let (streams, encoder) = Streams::start(sources, LineDirection::Rows, closing.clone()).unwrap();
         let socket = TcpSocket::new_v4().unwrap();
         // Accepted sockets inherit it: little is under way to a client that does not read.

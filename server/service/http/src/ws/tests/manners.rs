@@ -77,6 +77,6 @@ async fn the_socket_above_the_limit_is_refused_until_another_goes() {
 async fn the_end_of_the_server_is_said() {
     let bench = Bench::start().await;
     let mut client = bench.client().await;
-    bench.closing.close();
+    bench.closing.cancel();
     assert_eq!(client.close_code().await, 1001);
 }
