@@ -3,11 +3,8 @@
 
 use std::sync::Arc;
 
-use serde_json::Value;
 use store::{Catalogue, Change, EventRecord, StoreError};
 use tokio::sync::{Notify, watch};
-
-use station::wall_clock::now_ms;
 
 /// The catalogue and the bell that rings when events were added.
 #[derive(Clone)]
@@ -56,15 +53,4 @@ impl Ledger {
     pub fn watch_events(&self) -> watch::Receiver<i64> {
         self.newest_event.subscribe()
     }
-}
-
-/// An event of now, to be appended.
-pub fn event(kind: &str, subject: &str, body: Value) -> Change {
-    Change::AppendEvent(EventRecord {
-        seq: 0,
-        kind: kind.to_owned(),
-        subject: subject.to_owned(),
-        body,
-        at_ms: now_ms(),
-    })
 }

@@ -10,6 +10,7 @@ pub mod captures;
 pub mod config;
 pub mod control;
 pub mod error;
+pub mod events;
 pub mod housekeeping;
 pub mod idempotency;
 pub mod jobs;

@@ -1,11 +1,11 @@
 //! The service from start to end: what must be there before a port opens, and what must be dark before it closes.
 
+use crate::events::{Act, Event, event};
 use std::sync::Arc;
 use std::time::Instant;
 
 use live::LiveBus;
 use pipeline::Failure;
-use serde_json::json;
 use station::wall_clock::now_ms;
 use station::{Fault, StationHandle};
 use store::Store;
@@ -21,7 +21,7 @@ use crate::housekeeping::keep_house;
 use crate::idempotency::KeysInFlight;
 use crate::jobs::{JobParts, Jobs};
 use crate::lease::ControlDesk;
-use crate::ledger::{Ledger, event};
+use crate::ledger::Ledger;
 use crate::limits::{CONTROL_WATCH, DRAIN_TIMEOUT};
 use crate::measurements::plan::MeasurementPlans;
 use crate::sessions::Sessions;
@@ -145,8 +145,10 @@ async fn watch_control(app: App) {
         // A lease ends by time alone, which nobody tells.
         let _ = tokio::time::timeout(CONTROL_WATCH, changes.changed()).await;
         if let Some(lease) = app.control.collect_expired(Instant::now()) {
-            let lapsed =
-                event("control.expired", &lease.holder, json!({ "actor": lease.holder, "source": "server" }));
+            let lapsed = event(
+                &lease.holder,
+                Event::ControlExpired(Act { actor: lease.holder.clone(), source: "server".to_owned() }),
+            );
             if let Err(error) = app.ledger.commit(vec![lapsed]).await {
                 tracing::warn!(%error, "the end of control is not stored");
             }

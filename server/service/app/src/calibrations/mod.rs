@@ -6,13 +6,13 @@
 pub mod residuals;
 pub mod stored;
 
+use crate::events::{Activation, Event, event};
 use std::sync::Arc;
 
 use calibration::{CalibrationDifference, difference};
 use live::LiveBus;
 use metrology::PartVerdict;
 use optics::{Calibration, LightSurfaces, Triangulator};
-use serde_json::json;
 use station::StationHandle;
 use station::wall_clock::now_ms;
 use store::{ActivationRecord, Artifacts, Change, Page, StoreError};
@@ -20,7 +20,7 @@ use tokio::sync::Mutex;
 
 use crate::calibrations::stored::stored_document;
 use crate::error::{AppError, ErrorKind};
-use crate::ledger::{Ledger, event};
+use crate::ledger::Ledger;
 
 /// Acts read at a time while looking for what to roll back to.
 const ACTS_AT_A_TIME: u32 = 100;
@@ -137,11 +137,16 @@ impl Calibrations {
         actor: &str,
         verified: Option<PartVerdict>,
     ) -> Result<(), AppError> {
-        let kind = if act == "activate" { "calibration.activated" } else { "calibration.rolled_back" };
         let subject = to.clone().unwrap_or_default();
-        let body = json!({ "calibration_id": to, "previous_id": from, "actor": actor,
-            "verification": verified.map(PartVerdict::name) });
-        let told = event(kind, &subject, body);
+        let body = Activation {
+            calibration_id: to.clone(),
+            previous_id: from.clone(),
+            actor: actor.to_owned(),
+            verification: verified.map(|verdict| verdict.name().to_owned()),
+        };
+        let is_new = act == "activate";
+        let told = if is_new { Event::CalibrationActivated(body) } else { Event::CalibrationRolledBack(body) };
+        let told = event(&subject, told);
         let change = Change::Activate {
             calibration_id: to,
             expected_previous: Some(from),

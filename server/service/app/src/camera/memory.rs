@@ -9,54 +9,88 @@ use serde_json::json;
 use station::wall_clock::now_ms;
 use station::{Manual, StationHandle};
 use store::{Change, SettingRecord, StoreError};
+use utoipa::ToSchema;
 
 use crate::ledger::Ledger;
 
 /// The name of the setting.
 const SETTING: &str = "camera.settings";
 
-/// What was asked for, as it is stored.
-#[derive(Debug, Default, Serialize, Deserialize)]
+/// How the camera is set, as it is stored and told: what nobody asked for is missing.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
-struct Kept {
+pub struct KeptSettings {
+    /// Exposure time.
     #[serde(skip_serializing_if = "Option::is_none")]
-    exposure_us: Option<f64>,
+    pub exposure_us: Option<f64>,
+    /// Gain.
     #[serde(skip_serializing_if = "Option::is_none")]
-    gain_db: Option<f64>,
+    pub gain_db: Option<f64>,
+    /// Frame rate of the free trigger.
     #[serde(skip_serializing_if = "Option::is_none")]
-    frame_rate_hz: Option<f64>,
+    pub frame_rate_hz: Option<f64>,
+    /// When it exposes.
     #[serde(skip_serializing_if = "Option::is_none")]
-    trigger: Option<KeptTrigger>,
+    pub trigger: Option<KeptTrigger>,
+    /// How pixels come.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pixel_format: Option<KeptFormat>,
+    pub pixel_format: Option<KeptFormat>,
+    /// Which part of the sensor is read.
     #[serde(skip_serializing_if = "Option::is_none")]
-    roi: Option<KeptRoi>,
+    pub roi: Option<KeptRoi>,
 }
 
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-enum KeptTrigger {
+/// When the camera exposes.
+pub enum KeptTrigger {
+    /// At its own rate.
     Free,
+    /// On command.
     Software,
+    /// On its electrical input.
     Hardware,
 }
 
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-enum KeptFormat {
+/// How pixels come.
+pub enum KeptFormat {
+    /// 8 bits.
     Mono8,
+    /// 16 bits.
     Mono16,
 }
 
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct KeptRoi {
-    left_px: usize,
-    top_px: usize,
-    width_px: usize,
-    height_px: usize,
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+/// A part of the sensor.
+pub struct KeptRoi {
+    /// First column.
+    pub left_px: usize,
+    /// First row.
+    pub top_px: usize,
+    /// Columns.
+    pub width_px: usize,
+    /// Rows.
+    pub height_px: usize,
 }
 
-impl Kept {
+impl KeptSettings {
+    /// All of them, as the camera `accepted` them.
+    pub fn all(accepted: &CameraSettings) -> Self {
+        let every = CameraRequest {
+            exposure_us: Some(accepted.exposure_us),
+            gain_db: Some(accepted.gain_db),
+            frame_rate_hz: Some(accepted.frame_rate_hz),
+            trigger: Some(accepted.trigger),
+            pixel_format: Some(accepted.pixel_format),
+            roi: Some(accepted.roi),
+        };
+        let mut settings = Self::default();
+        settings.note(&every, accepted);
+        settings
+    }
+
     /// Takes over what was `asked` for, as it was `accepted`.
     fn note(&mut self, asked: &CameraRequest, accepted: &CameraSettings) {
         self.exposure_us = asked.exposure_us.map(|_| accepted.exposure_us).or(self.exposure_us);
@@ -118,7 +152,7 @@ pub async fn remember(
 }
 
 /// What is kept; what cannot be understood counts as nothing, and is said.
-async fn read(ledger: &Ledger) -> Result<Option<Kept>, StoreError> {
+async fn read(ledger: &Ledger) -> Result<Option<KeptSettings>, StoreError> {
     let Some(setting) = ledger.read().setting(SETTING).await? else { return Ok(None) };
     let kept = serde_json::from_value(setting.value);
     Ok(kept.inspect_err(|error| tracing::error!(%error, "how the camera was set cannot be used")).ok())

@@ -1,5 +1,6 @@
 //! Stop and reset as the service sees them: the devices, the queue and the record, in that order.
 
+use crate::events::{Act, Event, event};
 use std::time::Duration;
 
 use serde_json::json;
@@ -10,7 +11,7 @@ use store::{Change, SettingRecord, StoreError};
 use crate::App;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::Waiting;
-use crate::ledger::{Ledger, event};
+use crate::ledger::Ledger;
 
 /// The setting that outlives the process.
 const HALTED: &str = "station.halted";
@@ -60,7 +61,7 @@ async fn record_stop(app: App, cleared: Vec<Waiting>, actor: String, source: Str
     let also = vec![
         // A reset that was faster has ended the Stop.
         Change::PutSetting(halted(app.station.is_halted())),
-        event("station.stopped", "station", json!({ "actor": actor, "source": source })),
+        event("station", Event::StationStopped(Act { actor: actor.clone(), source })),
     ];
     app.jobs.end_cleared_jobs(cleared, &actor, also).await
 }
@@ -76,7 +77,8 @@ pub async fn reset(app: &App, actor: &str, source: &str) -> Result<(), AppError>
     }
     app.station.manual(Manual::Reset).await?;
     let _turn = app.halt_turn.lock().await;
-    let mut changes = vec![event("station.reset", "station", json!({ "actor": actor, "source": source }))];
+    let mut changes =
+        vec![event("station", Event::StationReset(Act { actor: actor.to_owned(), source: source.to_owned() }))];
     // A Stop that came meanwhile has its own record.
     if !app.station.is_halted() {
         changes.push(Change::PutSetting(halted(false)));

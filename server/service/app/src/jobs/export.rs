@@ -1,5 +1,6 @@
 //! Write a scan's cloud or mesh in another format, once: the same request finds the bytes of the first time.
 
+use crate::events::{Event, ScanExported, event};
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Seek as _, Write as _};
@@ -8,12 +9,10 @@ use std::sync::Arc;
 
 use scanning::files::{ContentError, convert_cloud, read_cloud_from, write_mesh_to};
 use scanning::{CloudFormat, Mesh, MeshFormat, MeshParams, mesh_from_cloud};
-use serde_json::json;
 use store::{ArtifactId, Artifacts, ResultRef, ScanRecord, StoreError};
 
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::{Done, ExportInput, JobContext, JobEnd};
-use crate::ledger::event;
 use crate::progress::Phase;
 use crate::stored_scan::{disk_problem, stored_cloud_file, without_cloud};
 
@@ -100,11 +99,15 @@ pub fn run(input: ExportInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     ctx.report(0.0, Phase::Exporting, &words);
     ctx.wait(bytes_to_artifact(&ctx.artifacts, &scan, format))?;
     ctx.go_on()?;
-    let body = json!({ "scan_id": scan.id, "what": format.what(), "format": format.extension() });
+    let body = ScanExported {
+        scan_id: scan.id.clone(),
+        what: format.what().to_owned(),
+        format: format.extension().to_owned(),
+    };
     Ok(Done {
         result: ResultRef { kind: EXPORT.to_owned(), id: format!("{}/{}", scan.id, file_name(format)) },
         message: format!("{} of {} as {}", format.what(), scan.name, format.extension()),
-        changes: vec![event("scan.exported", &scan.id, body)],
+        changes: vec![event(&scan.id, Event::ScanExported(body))],
         after: None,
     })
 }

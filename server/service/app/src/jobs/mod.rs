@@ -27,9 +27,9 @@ pub use input::{
 pub use queue::lane::Waiting;
 pub use queue::params::FREE_FLOOR_BYTES;
 
+use crate::events::{Event, JobEvent, event};
 use std::sync::Arc;
 
-use serde_json::json;
 use store::{Artifacts, Change, JobRecord, JobState, Listed, StoreError};
 use tokio::sync::watch;
 
@@ -38,9 +38,9 @@ use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::queue::params::{QUEUE_LIMIT, RETRY_AFTER_S};
 use crate::jobs::queue::run::Procedure;
-use crate::jobs::queue::runner::End;
+use crate::jobs::queue::runner::{End, job_event};
 use crate::lease::{Authority, ControlDesk};
-use crate::ledger::{Ledger, event};
+use crate::ledger::Ledger;
 use crate::progress::Step;
 use live::LiveBus;
 use queue::{Queue, run};
@@ -159,8 +159,9 @@ impl Jobs {
         let record = queued_record(&input, source)?;
         let mut changes = and(&record);
         changes.push(Change::InsertJob(record.clone()));
-        let told = json!({ "id": record.id, "kind": record.kind, "state": "queued", "source": source });
-        changes.push(event("job.queued", &record.id, told));
+        let body = job_event(&record.id, &record.kind, JobState::Queued);
+        let body = JobEvent { source: Some(source.to_owned()), ..body };
+        changes.push(event(&record.id, Event::JobQueued(body)));
         queue.parts.ledger.commit(changes).await?;
         match queue.push(Waiting { record: record.clone(), input, authority }) {
             Ok(()) => queue.publish(record.clone().into()),

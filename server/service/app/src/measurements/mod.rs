@@ -9,6 +9,7 @@ mod surface_region;
 pub use check::check_measurements;
 pub use input::{MeasureInput, ScanPurpose};
 
+use crate::events::{Event, MeasurementCreated, event};
 use metrology::{MeasureError, MeasureRequest, PartVerdict, Region, Tool, measure};
 use optics::Calibration;
 use scanning::Cloud;
@@ -17,7 +18,6 @@ use station::wall_clock::now_ms;
 use store::{Change, MeasurementRecord, ScanRecord, ScanState};
 
 use crate::error::{AppError, ErrorKind};
-use crate::ledger::event;
 use crate::measurements::surface_region::surface_region;
 use crate::stored_scan::new_id;
 use pipeline::Failure;
@@ -169,12 +169,17 @@ fn record(
 
 /// What stores a measurement.
 pub fn changes(record: &MeasurementRecord) -> Vec<Change> {
-    let told = ["tool", "name", "value", "unit", "expanded_uncertainty", "verdict"];
-    let mut body = json!({ "scan_id": record.scan_id });
-    for key in told {
-        body[key] = record.result[key].clone();
-    }
-    vec![Change::InsertMeasurement(record.clone()), event("measurement.created", &record.id, body)]
+    let (result, text) = (&record.result, |value: &Value| value.as_str().map(str::to_owned));
+    let body = MeasurementCreated {
+        scan_id: record.scan_id.clone(),
+        tool: text(&result["tool"]).unwrap_or_default(),
+        name: text(&result["name"]),
+        value: result["value"].as_f64(),
+        unit: text(&result["unit"]).unwrap_or_default(),
+        expanded_uncertainty: result["expanded_uncertainty"].as_f64(),
+        verdict: text(&result["verdict"]),
+    };
+    vec![Change::InsertMeasurement(record.clone()), event(&record.id, Event::MeasurementCreated(body))]
 }
 
 fn request_json(input: &MeasureInput, request: &MeasureRequest) -> Value {

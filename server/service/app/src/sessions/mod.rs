@@ -11,10 +11,10 @@ mod needs;
 pub mod photographer;
 pub mod virtual_operator;
 
+use crate::events::{Event, NoBody, SessionVersion, event};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 use station::cancel::CancelFlag;
 use station::wall_clock::now_ms;
 use station::{Purpose, StampedFrame, StationHandle, StationLease};
@@ -23,7 +23,7 @@ use utoipa::ToSchema;
 
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
-use crate::ledger::{Ledger, event};
+use crate::ledger::Ledger;
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::virtual_operator::VirtualOperator;
 use crate::stored_scan::{disk_problem, new_id};
@@ -151,7 +151,7 @@ impl Sessions {
         check_new(&body)?;
         let session =
             Session { id: new_id(), version: 1, body, needs: None, created_at_ms: now, changed_at_ms: now };
-        let told = event("session.created", &session.id, json!({ "version": session.version }));
+        let told = event(&session.id, Event::SessionCreated(SessionVersion { version: session.version }));
         let mut changes = and(&session);
         changes.extend([Change::InsertSession(record(&session)?), told]);
         self.ledger.commit(changes).await?;
@@ -296,7 +296,7 @@ impl Sessions {
     pub async fn delete(&self, id: &str) -> Result<(), AppError> {
         let _turn = self.turn.lock().await;
         self.ledger.read().session(id).await?;
-        let told = event("session.deleted", id, json!({}));
+        let told = event(id, Event::SessionDeleted(NoBody {}));
         self.ledger.commit(vec![Change::DeleteSession(id.to_owned()), told]).await?;
         Ok(())
     }
@@ -316,7 +316,7 @@ impl Sessions {
         tokio::task::block_in_place(|| act(self, &mut session.body))?;
         session.version += 1;
         session.changed_at_ms = now_ms();
-        let told = event("session.changed", id, json!({ "version": session.version }));
+        let told = event(id, Event::SessionChanged(SessionVersion { version: session.version }));
         match self.ledger.commit(vec![Change::UpdateSession(record(&session)?), told]).await {
             Ok(_) => Ok(session),
             Err(StoreError::Changed { .. }) => Err(changed()),

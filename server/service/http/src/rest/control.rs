@@ -4,12 +4,15 @@ use std::time::Instant;
 
 use axum::http::{HeaderMap, HeaderName};
 
+use crate::edge::{Peer, source};
 use crate::problem::Problem;
 use crate::rest::answers::header_text;
 use app::App;
 use app::control::Ask;
+use app::events::Act;
 use app::labels::label;
 use app::lease::{Authority, ControlDesk, Lease};
+use axum::Extension;
 
 /// The header that carries the lease's id.
 pub const CONTROL_HEADER: HeaderName = HeaderName::from_static("sheaf-control");
@@ -29,6 +32,11 @@ pub fn actor(desk: &ControlDesk, headers: &HeaderMap) -> String {
     let present = desk.present(Instant::now()).filter(|lease| Some(lease.id.as_str()) == id);
     let holder = present.map(|lease| lease.holder);
     holder.or_else(|| own_name(headers)).unwrap_or_else(|| "rest".to_owned())
+}
+
+/// Who sends a request, and from where, for an event.
+pub fn act(app: &App, headers: &HeaderMap, peer: Option<&Extension<Peer>>) -> Act {
+    Act { actor: actor(&app.control, headers), source: source(peer) }
 }
 
 /// Asks whether a request may use the station.

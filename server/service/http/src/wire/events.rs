@@ -1,5 +1,6 @@
 //! Events on the wire.
 
+use app::events::Event;
 use serde::Serialize;
 use serde_json::Value;
 use store::EventRecord;
@@ -12,15 +13,23 @@ use crate::wire::paging::DamagedDto;
 pub struct EventDto {
     /// Position in the log; also the id in the event stream.
     pub seq: i64,
-    /// What happened.
-    #[schema(example = "job.succeeded")]
-    pub kind: String,
     /// The id it is about.
     pub subject: String,
-    /// More about it.
-    pub body: Value,
     /// When, wall clock, ms since 1970.
     pub at_ms: i64,
+    /// What happened.
+    #[serde(flatten)]
+    #[schema(value_type = Event)]
+    pub event: StoredEvent,
+}
+
+/// An event as it was stored, also by an earlier version.
+#[derive(Debug, Serialize)]
+pub struct StoredEvent {
+    /// What happened: `job.succeeded`.
+    pub kind: String,
+    /// More about it.
+    pub body: Value,
 }
 
 /// Events, oldest first.
@@ -39,6 +48,6 @@ pub struct EventListDto {
 impl From<EventRecord> for EventDto {
     fn from(record: EventRecord) -> Self {
         let EventRecord { seq, kind, subject, body, at_ms } = record;
-        Self { seq, kind, subject, body, at_ms }
+        Self { seq, subject, at_ms, event: StoredEvent { kind, body } }
     }
 }

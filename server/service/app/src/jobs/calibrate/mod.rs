@@ -7,13 +7,11 @@ mod product;
 mod session;
 mod station;
 
+use crate::events::{Event, event};
 use std::path::Path;
-
-use serde_json::json;
 
 use crate::captures::{CaptureOrigin, without_folder};
 use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, Source};
-use crate::ledger::event;
 use crate::progress::Phase;
 use crate::stored_scan::disk_problem;
 use pipeline::open_capture;
@@ -72,7 +70,7 @@ fn made_from(
     ctx.go_on()?;
     ctx.report(taken, Phase::StoringPictures, "storing the pictures");
     let (record, change) = ctx.captures.take_in_folder(folder.path(), CaptureOrigin::Calibration, name)?;
-    let told = event("capture.created", &record.id, json!({ "name": name, "origin": record.origin }));
+    let told = event(&record.id, Event::CaptureCreated((&record).into()));
     ctx.wait(ctx.ledger.commit(vec![change, told]))?;
     compute(folder.path(), name, &record.id, input, ctx, taken + STORING)
 }

@@ -1,5 +1,6 @@
 //! From a capture to what is stored: document, report, figures, record.
 
+use crate::events::{CalibrationCreated, Event, event};
 use std::ops::Range;
 
 use calibration::{CalibrationOptions, CalibrationResult, LightModelChoice};
@@ -13,7 +14,6 @@ use crate::calibrations::residuals::Residuals;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::calibrate::CALIBRATION;
 use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd};
-use crate::ledger::event;
 use crate::progress::Phase;
 use pipeline::Features;
 use pipeline::{Calibrated, calibrate_features, read_features};
@@ -55,7 +55,10 @@ pub(super) fn calibrated(
         summary,
         created_at_ms: now_ms(),
     };
-    let told = event("calibration.created", &id, json!({ "job_id": ctx.id, "summary": record.summary }));
+    let told = event(
+        &id,
+        Event::CalibrationCreated(CalibrationCreated { job_id: ctx.id.clone(), summary: record.summary.clone() }),
+    );
     Ok(Done {
         result: ResultRef { kind: CALIBRATION.to_owned(), id },
         message: message(&result),

@@ -1,5 +1,6 @@
 //! A job's life on its thread: begun durably, run, ended in one transaction with what it made.
 
+use crate::events::{Event, JobEvent, JobResult, event};
 use std::sync::Arc;
 
 use serde_json::{Value, json};
@@ -12,7 +13,6 @@ use crate::jobs::queue::lane::Running;
 use crate::jobs::queue::params::{CHECKPOINT_INTERVAL, FORECAST_ALIKE, FORECAST_JOBS, PUBLISH_INTERVAL};
 use crate::jobs::queue::run;
 use crate::jobs::{Done, JobContext, JobEnd, Queue, Waiting};
-use crate::ledger::event;
 
 /// Key of a job's checkpoint under which stands when it was where, for the next of its kind.
 const TIMELINE: &str = "timeline";
@@ -81,16 +81,36 @@ impl End {
             message: self.message.clone(),
             at_ms,
         });
-        let (state, result) = (state_name(self.state()), self.result());
-        let body = json!({ "id": id, "kind": kind, "state": state, "message": self.message, "result": result,
-            "problem": self.problem(), "actor": actor });
-        changes.push(event(&format!("job.{state}"), id, body));
+        let body = JobEvent {
+            message: Some(self.message.clone()),
+            result: self.result().map(|result| JobResult { kind: result.kind, id: result.id }),
+            problem: self.problem().and_then(|problem| serde_json::from_value(problem).ok()),
+            actor: actor.map(str::to_owned),
+            ..job_event(id, kind, self.state())
+        };
+        let told = match self.outcome {
+            JobOutcome::Succeeded(_) => Event::JobSucceeded(body),
+            JobOutcome::Failed(_) => Event::JobFailed(body),
+            JobOutcome::Cancelled => Event::JobCancelled(body),
+            JobOutcome::Interrupted => Event::JobInterrupted(body),
+        };
+        changes.push(event(id, told));
         changes
     }
 }
 
+/// What every event of a job says.
+pub(in crate::jobs) fn job_event(id: &str, kind: &str, state: JobState) -> JobEvent {
+    JobEvent {
+        id: id.to_owned(),
+        kind: kind.to_owned(),
+        state: state_name(state).to_owned(),
+        ..JobEvent::default()
+    }
+}
+
 /// The state's word in events, as in the API.
-pub(in crate::jobs) fn state_name(state: JobState) -> &'static str {
+fn state_name(state: JobState) -> &'static str {
     match state {
         JobState::Queued => "queued",
         JobState::Running => "running",
@@ -141,8 +161,7 @@ impl Queue {
     fn begin(&self, running: &Running, kind: &str) -> Result<(), StoreError> {
         let at_ms = now_ms();
         let start = Change::StartJob { id: running.id.clone(), at_ms };
-        let told =
-            event("job.running", &running.id, json!({ "id": running.id, "kind": kind, "state": "running" }));
+        let told = event(&running.id, Event::JobRunning(job_event(&running.id, kind, JobState::Running)));
         self.runtime.block_on(self.parts.ledger.commit(vec![start, told]))?;
         running.board.change(|record| {
             record.state = JobState::Running;

@@ -1,5 +1,6 @@
 //! From frames to what is stored: peaks, cloud, figures, record.
 
+use crate::events::{Event, ScanCreated, event};
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::ops::Range;
@@ -21,7 +22,6 @@ use crate::jobs::plan::TIMING;
 use crate::jobs::scan::counted::CountedFrames;
 use crate::jobs::scan::work::Work;
 use crate::jobs::{JobContext, JobEnd};
-use crate::ledger::event;
 use crate::progress::Phase;
 use crate::stored_scan::disk_problem;
 use pipeline::{check_camera, evaluated_scan, write_scan_cloud};
@@ -250,8 +250,14 @@ impl MadeScan {
 
 /// What stores the record of a scan, new or in place of its earlier self.
 pub fn scan_changes(record: &ScanRecord, replaces: bool) -> Vec<Change> {
-    let body = json!({ "name": record.name, "state": record.state, "n_points": record.report["n_points"] });
-    let told = event("scan.created", &record.id, body);
+    let state = match record.state {
+        ScanState::Complete => "complete",
+        ScanState::Partial => "partial",
+        ScanState::Invalid => "invalid",
+    };
+    let n_points = record.report["n_points"].as_u64();
+    let body = ScanCreated { name: record.name.clone(), state: state.to_owned(), n_points };
+    let told = event(&record.id, Event::ScanCreated(body));
     let record = record.clone();
     vec![if replaces { Change::ReplaceScan(record) } else { Change::InsertScan(record) }, told]
 }

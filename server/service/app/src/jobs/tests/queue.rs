@@ -1,5 +1,6 @@
 //! Order, ends, limits and restarts, with a procedure that does what the job's name says.
 
+use crate::events::{Event, NoBody, event};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
@@ -12,7 +13,6 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::queue::run::Procedure;
 use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, JobInput, JobNews, Source, queued_record};
 use crate::lease::Authority;
-use crate::ledger::event;
 use crate::progress::Phase;
 
 /// What the jobs of a test did, and whether they may end.
@@ -46,7 +46,7 @@ impl Script {
             std::thread::sleep(Duration::from_millis(2));
         }
         let id = if name == "twice" { "a".to_owned() } else { format!("made by {name}") };
-        let changes = vec![event("test.made", &id, json!({})), Change::InsertCapture(capture(&id))];
+        let changes = vec![event(&id, Event::CaptureDeleted(NoBody {})), Change::InsertCapture(capture(&id))];
         let result = ResultRef { kind: "capture".to_owned(), id };
         Ok(Done { result, message: "made".to_owned(), changes, after: None })
     }
@@ -293,7 +293,7 @@ async fn a_panic_is_the_failure_of_one_job() {
     let failed = submit(&jobs, computation("fail")).await;
     let good = submit(&jobs, computation("a")).await;
     let broken = ended(&jobs, &broken).await.record;
-    assert_eq!((broken.state, &broken.problem.unwrap()["status"]), (JobState::Failed, &json!(500)));
+    assert_eq!((broken.state, &broken.problem.unwrap()["kind"]), (JobState::Failed, &json!("internal")));
     let failed = ended(&jobs, &failed).await.record;
     assert_eq!((failed.state, &failed.problem.unwrap()["detail"]), (JobState::Failed, &json!("it cannot be")));
     assert_eq!(ended(&jobs, &good).await.record.state, JobState::Succeeded);
@@ -312,7 +312,7 @@ async fn a_job_ends_together_with_what_it_made_or_made_nothing() {
     let twice = submit(&jobs, computation("twice")).await;
     let record = ended(&jobs, &twice).await.record;
     assert_eq!((record.state, record.result), (JobState::Failed, None));
-    assert!(events(&bench, "a").await.iter().all(|event| event.kind != "test.made"));
+    assert!(events(&bench, "a").await.iter().all(|event| event.kind != "capture.deleted"));
     assert_eq!(bench.parts.ledger.read().job(&twice).await.unwrap().state, JobState::Failed);
 }
 

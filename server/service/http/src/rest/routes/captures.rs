@@ -1,6 +1,7 @@
 //! Captures: upload, list, download, delete.
 
 use crate::Http;
+use app::events::{Event, NoBody, event};
 use std::path::{Path, PathBuf};
 
 use axum::Json;
@@ -10,7 +11,6 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::Response;
 use futures_util::StreamExt as _;
 use serde::Deserialize;
-use serde_json::json;
 use sha2::{Digest as _, Sha256};
 use store::Change;
 use tokio::fs::File;
@@ -34,7 +34,6 @@ use crate::wire::paging::{ListDto, PageQuery};
 use app::App;
 use app::captures::{ArchiveFormat, CaptureOrigin, free_bytes};
 use app::jobs::FREE_FLOOR_BYTES;
-use app::ledger::event;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -108,7 +107,7 @@ async fn upload_capture(
     let taken = blocking(move || captures.take_in(&archive.0, format, CaptureOrigin::Upload, &name)).await?;
     let (record, change) = taken?;
     let reply = Reply::created(capture_href(&record.id), &CaptureDto::from(record.clone()));
-    let mut changes = vec![change, event("capture.created", &record.id, json!({ "name": record.name }))];
+    let mut changes = vec![change, event(&record.id, Event::CaptureCreated((&record).into()))];
     changes.extend(once.changes(&reply));
     app.ledger.commit(changes).await?;
     Ok(reply)
@@ -255,7 +254,7 @@ async fn download_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) 
     responses((status = 204, description = "Forgotten"))
 )]
 async fn delete_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<StatusCode, Problem> {
-    let gone = event("capture.deleted", &id, json!({}));
+    let gone = event(&id, Event::CaptureDeleted(NoBody {}));
     app.ledger.commit(vec![Change::DeleteCapture(id), gone]).await?;
     Ok(StatusCode::NO_CONTENT)
 }

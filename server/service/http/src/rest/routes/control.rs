@@ -1,12 +1,12 @@
 //! The control lease.
 
 use crate::Http;
+use app::events::{Act, Event, TakenOver, event};
 use std::time::Instant;
 
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::{Extension, Json};
-use serde_json::json;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
@@ -18,7 +18,6 @@ use crate::rest::extract::ApiJson;
 use crate::wire::control::{ControlDto, ControlLeaseDto, TakeControlDto};
 use app::App;
 use app::labels::label;
-use app::ledger::event;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -50,14 +49,12 @@ async fn take_control(
     let TakeControlDto { holder, take_over } = body.value;
     label(&holder, "/holder")?;
     let taken = app.control.take(&holder, take_over, Instant::now())?;
-    let change = match &taken.from {
-        Some(from) => {
-            let body = json!({ "actor": holder, "source": source(peer.as_ref()), "from": from, "to": holder });
-            event("control.taken_over", &holder, body)
-        }
-        None => event("control.taken", &holder, json!({ "actor": holder, "source": source(peer.as_ref()) })),
+    let act = Act { actor: holder.clone(), source: source(peer.as_ref()) };
+    let told = match &taken.from {
+        Some(from) => Event::ControlTakenOver(TakenOver { act, from: from.clone(), to: holder.clone() }),
+        None => Event::ControlTaken(act),
     };
-    app.ledger.commit(vec![change]).await?;
+    app.ledger.commit(vec![event(&holder, told)]).await?;
     Ok(Reply::created("/api/v1/station/control".to_owned(), &ControlLeaseDto::from(&taken.lease)))
 }
 
@@ -84,8 +81,8 @@ async fn give_control_back(
     headers: HeaderMap,
 ) -> Result<StatusCode, Problem> {
     if let Some(lease) = app.control.give_back(header_text(&headers, &CONTROL_HEADER)?.as_deref()) {
-        let body = json!({ "actor": lease.holder, "source": source(peer.as_ref()) });
-        app.ledger.commit(vec![event("control.given_back", &lease.holder, body)]).await?;
+        let act = Act { actor: lease.holder.clone(), source: source(peer.as_ref()) };
+        app.ledger.commit(vec![event(&lease.holder, Event::ControlGivenBack(act))]).await?;
     }
     Ok(StatusCode::NO_CONTENT)
 }

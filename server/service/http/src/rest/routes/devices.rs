@@ -1,21 +1,21 @@
 //! Camera, stage and laser: settings and single commands.
 
 use crate::Http;
+use app::events::{CameraConfigured, Event, LaserSwitched, Motion, event};
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use axum::{Extension, Json};
 use devices::CameraRequest;
-use serde_json::json;
 use station::{Manual, SharedFrame};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vision::Pixels;
 
-use crate::edge::{Peer, source};
+use crate::edge::Peer;
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, bytes};
-use crate::rest::control::{actor, admit, authorize};
+use crate::rest::control::{act, admit, authorize};
 use crate::rest::conversions::{blocking, check_laser_power};
 use crate::rest::etag::{Versioned, check};
 use crate::rest::extract::ApiJson;
@@ -28,7 +28,6 @@ use app::camera::auto_exposure::auto_exposure;
 use app::camera::memory;
 use app::control::Ask;
 use app::hash_hex;
-use app::ledger::event;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -115,9 +114,9 @@ async fn configured(
 ) -> Result<Versioned<Json<CameraSettingsDto>>, Problem> {
     let (version, settings) = settings(app);
     memory::remember(&app.ledger, wanted, &app.station.status().camera_settings).await?;
-    let body =
-        json!({ "actor": actor(&app.control, headers), "source": source(peer.as_ref()), "settings": settings });
-    app.ledger.commit(vec![event("camera.configured", "camera", body)]).await?;
+    let kept = memory::KeptSettings::all(&app.station.status().camera_settings);
+    let body = CameraConfigured { act: act(app, headers, peer.as_ref()), settings: kept };
+    app.ledger.commit(vec![event("camera", Event::CameraConfigured(body))]).await?;
     Ok(Versioned(version, Json(settings)))
 }
 
@@ -166,24 +165,23 @@ async fn motion(
     command: Manual,
 ) -> Result<Reply, Problem> {
     admit(app, headers, Ask::Command)?;
-    let (kind, jog) = (motion_event(&command), matches!(command, Manual::Jog { .. }));
+    let (told, jog) = (motion_event(&command), matches!(command, Manual::Jog { .. }));
     let accepted = app.station.manual(command).await?;
     // A jog is repeated many times a second: its beginning is what happened.
     if accepted.is_some() || !jog {
         let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
-        let body = json!({ "actor": actor(&app.control, headers), "source": source(peer.as_ref()),
-            "target_mm": target_mm, "speed_mm_s": speed_mm_s });
-        app.ledger.commit(vec![event(kind, "stage", body)]).await?;
+        let body = Motion { act: act(app, headers, peer.as_ref()), target_mm, speed_mm_s };
+        app.ledger.commit(vec![event("stage", told(body))]).await?;
     }
     let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
     Ok(Reply::done(None, &MotionDto { target_mm, speed_mm_s }))
 }
 
-fn motion_event(command: &Manual) -> &'static str {
+fn motion_event(command: &Manual) -> fn(Motion) -> Event {
     match command {
-        Manual::Home => "stage.homed",
-        Manual::Jog { .. } => "stage.jogged",
-        _ => "stage.moved",
+        Manual::Home => Event::StageHomed,
+        Manual::Jog { .. } => Event::StageJogged,
+        _ => Event::StageMoved,
     }
 }
 
@@ -261,7 +259,7 @@ async fn set_laser(
         authorize(&app.control, &headers)?;
     }
     app.station.manual(Manual::Laser { power }).await?;
-    let body = json!({ "actor": actor(&app.control, &headers), "source": source(peer.as_ref()), "power": power });
-    app.ledger.commit(vec![event("laser.switched", "laser", body)]).await?;
+    let body = LaserSwitched { act: act(&app, &headers, peer.as_ref()), power };
+    app.ledger.commit(vec![event("laser", Event::LaserSwitched(body))]).await?;
     Ok(Json((&*app.station.status()).into()))
 }

@@ -1,10 +1,10 @@
 //! What is scanned and measured when somebody presses Start.
 
 use crate::Http;
+use app::events::{Event, PlanChanged, event};
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
-use serde_json::json;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
@@ -15,7 +15,6 @@ use crate::rest::extract::ApiJson;
 use crate::wire::measurement_plan::MeasurementPlanDto;
 use app::App;
 use app::labels::label;
-use app::ledger::event;
 use app::measurements::plan::KeptPlan;
 
 /// The routes.
@@ -56,9 +55,10 @@ async fn put_measurement_plan(
         check(&headers, &version.map_or_else(|| "damaged".to_owned(), |version| version.to_string()))
     };
     let kept = app.measurement_plans.put(body.value.into(), may).await?;
-    let told = json!({ "version": kept.version, "actor": actor(&app.control, &headers) });
+    let body = PlanChanged { version: kept.version, actor: actor(&app.control, &headers) };
+    let told = event("", Event::MeasurementPlanChanged(body));
     // The plan is kept already; who follows events reads it again at the next one.
-    if let Err(error) = app.ledger.commit(vec![event("measurement_plan.changed", "", told)]).await {
+    if let Err(error) = app.ledger.commit(vec![told]).await {
         tracing::warn!(%error, "a change of the measurement plan is not in the log");
     }
     Ok(versioned(kept))

@@ -1,12 +1,12 @@
 //! Scans: start, look, download, compute again, forget.
 
 use crate::Http;
+use app::events::{Event, NoBody, event};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::Response;
 use metrology::PartVerdict;
-use serde_json::json;
 use store::{Change, ScanFilter, ScanState};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -27,7 +27,6 @@ use app::calibrations::stored::stored_document;
 use app::jobs::export::{ExportFormat, bytes_to_artifact};
 use app::jobs::plan::{Pace, ScanPlan, mode_of, plan};
 use app::jobs::{JobInput, RecomputeInput, ScanInput};
-use app::ledger::event;
 use app::measurements::ScanPurpose;
 use app::measurements::parts::{PartFilter, part, parts};
 use app::points_page::points_page;
@@ -144,7 +143,7 @@ async fn get_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Resul
     responses((status = 204, description = "Forgotten"))
 )]
 async fn delete_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<StatusCode, Problem> {
-    let gone = event("scan.deleted", &id, json!({}));
+    let gone = event(&id, Event::ScanDeleted(NoBody {}));
     app.ledger.commit(vec![Change::DeleteScan(id), gone]).await?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -1,13 +1,13 @@
 //! The hands at the simulated station: what lies on the stage, which faults it has. Only there.
 
 use crate::Http;
+use app::events::{Event, NoBody, SimulatedFault, event};
 use std::sync::Arc;
 
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
-use serde_json::json;
 use twin::{Scene, SceneKind, TwinControl, TwinFault, read_stl};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -19,7 +19,6 @@ use crate::rest::extract::{ApiJson, ApiPath, media_type, whole_body};
 use crate::wire::simulation::{FaultListDto, FaultSwitchDto, PlaceSceneDto, SceneDto, SceneNameDto};
 use app::App;
 use app::config::AppConfig;
-use app::ledger::event;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -130,7 +129,7 @@ async fn switch_fault_on(
         Problem::new(ProblemKind::Impossible, what).at("/name").remedy(remedy)
     })?;
     hands.set_fault(fault);
-    let change = event("simulation.fault_on", fault.name(), json!({ "value": fault.value() }));
+    let change = event(fault.name(), Event::SimulationFaultOn(SimulatedFault { value: fault.value() }));
     app.ledger.commit(vec![change]).await?;
     list_faults(State(app)).await
 }
@@ -145,6 +144,6 @@ async fn switch_fault_off(State(app): State<App>, ApiPath(name): ApiPath<String>
         return Err(Problem::new(ProblemKind::NotFound, format!("no fault \"{name}\" is switched on"))
             .remedy("GET /api/v1/simulation/faults lists those that are"));
     }
-    app.ledger.commit(vec![event("simulation.fault_off", &name, json!({}))]).await?;
+    app.ledger.commit(vec![event(&name, Event::SimulationFaultOff(NoBody {}))]).await?;
     Ok(StatusCode::NO_CONTENT)
 }

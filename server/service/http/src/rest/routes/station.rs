@@ -1,6 +1,7 @@
 //! The station: state, Stop, reset, live view.
 
 use crate::Http;
+use app::events::{Event, LiveView, event};
 use std::net::IpAddr;
 use std::time::{Duration, Instant};
 
@@ -8,7 +9,6 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::{Extension, Json};
-use serde_json::json;
 use station::LiveRequest;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -16,14 +16,13 @@ use utoipa_axum::routes;
 use crate::edge::{Peer, source};
 use crate::limits::JSON_BODY_LIMIT_BYTES;
 use crate::problem::Problem;
-use crate::rest::control::{actor, admit, authorize};
+use crate::rest::control::{act, actor, admit, authorize};
 use crate::rest::conversions::check_laser_power;
 use crate::rest::extract::ApiJson;
 use crate::wire::control::ControlDto;
 use crate::wire::station::{SetLiveDto, StationDto, StoppedDto};
 use app::App;
 use app::control::{Ask, reset, stop};
-use app::ledger::event;
 
 /// Longest time Stop's answer waits for a body it does not need.
 const STOP_BODY_TIMEOUT: Duration = Duration::from_millis(100);
@@ -115,8 +114,8 @@ async fn set_live_view(
         authorize(&app.control, &headers)?;
     }
     app.station.live(LiveRequest { running, laser_power }).await?;
-    let kind = if running { "live.started" } else { "live.ended" };
-    let body = json!({ "actor": actor(&app.control, &headers), "source": source(peer.as_ref()), "laser_power": laser_power });
-    app.ledger.commit(vec![event(kind, "station", body)]).await?;
+    let body = LiveView { act: act(&app, &headers, peer.as_ref()), laser_power };
+    let told = if running { Event::LiveStarted(body) } else { Event::LiveEnded(body) };
+    app.ledger.commit(vec![event("station", told)]).await?;
     Ok(Json(station(&app)))
 }

@@ -1,0 +1,353 @@
+//! What happens, as it is stored and told: one kind of event for one kind of act, each with its own body.
+//!
+//! `openapi/events.md` lists them; it is written from the types below.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use station::wall_clock::now_ms;
+use store::{CaptureRecord, Change, EventRecord};
+use utoipa::ToSchema;
+
+use crate::camera::memory::KeptSettings;
+use crate::error::AppError;
+
+/// Something that happened.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "kind", content = "body")]
+pub enum Event {
+    /// A job was accepted.
+    #[serde(rename = "job.queued")]
+    JobQueued(JobEvent),
+    /// A job began.
+    #[serde(rename = "job.running")]
+    JobRunning(JobEvent),
+    /// A job ended with a result.
+    #[serde(rename = "job.succeeded")]
+    JobSucceeded(JobEvent),
+    /// A job ended with a problem.
+    #[serde(rename = "job.failed")]
+    JobFailed(JobEvent),
+    /// A job was ended by a person.
+    #[serde(rename = "job.cancelled")]
+    JobCancelled(JobEvent),
+    /// A job ended because the service ended.
+    #[serde(rename = "job.interrupted")]
+    JobInterrupted(JobEvent),
+    /// Pictures were uploaded or recorded.
+    #[serde(rename = "capture.created")]
+    CaptureCreated(CaptureCreated),
+    /// A capture was deleted.
+    #[serde(rename = "capture.deleted")]
+    CaptureDeleted(NoBody),
+    /// A calibration was computed.
+    #[serde(rename = "calibration.created")]
+    CalibrationCreated(CalibrationCreated),
+    /// Another calibration is active.
+    #[serde(rename = "calibration.activated")]
+    CalibrationActivated(Activation),
+    /// The calibration before is active again.
+    #[serde(rename = "calibration.rolled_back")]
+    CalibrationRolledBack(Activation),
+    /// A scan was made, in whole or in part.
+    #[serde(rename = "scan.created")]
+    ScanCreated(ScanCreated),
+    /// A scan was written in another format.
+    #[serde(rename = "scan.exported")]
+    ScanExported(ScanExported),
+    /// A scan was deleted with its measurements.
+    #[serde(rename = "scan.deleted")]
+    ScanDeleted(NoBody),
+    /// A characteristic was measured.
+    #[serde(rename = "measurement.created")]
+    MeasurementCreated(MeasurementCreated),
+    /// What Start scans and measures was changed.
+    #[serde(rename = "measurement_plan.changed")]
+    MeasurementPlanChanged(PlanChanged),
+    /// A calibration session was begun.
+    #[serde(rename = "session.created")]
+    SessionCreated(SessionVersion),
+    /// A calibration session was changed.
+    #[serde(rename = "session.changed")]
+    SessionChanged(SessionVersion),
+    /// A calibration session was deleted.
+    #[serde(rename = "session.deleted")]
+    SessionDeleted(NoBody),
+    /// Somebody took control of the station.
+    #[serde(rename = "control.taken")]
+    ControlTaken(Act),
+    /// Somebody took control from somebody else.
+    #[serde(rename = "control.taken_over")]
+    ControlTakenOver(TakenOver),
+    /// Somebody gave control back.
+    #[serde(rename = "control.given_back")]
+    ControlGivenBack(Act),
+    /// Control lapsed.
+    #[serde(rename = "control.expired")]
+    ControlExpired(Act),
+    /// The station was stopped.
+    #[serde(rename = "station.stopped")]
+    StationStopped(Act),
+    /// The station was reset.
+    #[serde(rename = "station.reset")]
+    StationReset(Act),
+    /// The live view was started.
+    #[serde(rename = "live.started")]
+    LiveStarted(LiveView),
+    /// The live view was ended.
+    #[serde(rename = "live.ended")]
+    LiveEnded(LiveView),
+    /// The stage was sent to its zero.
+    #[serde(rename = "stage.homed")]
+    StageHomed(Motion),
+    /// The stage was moved by hand, for as long as a key was held.
+    #[serde(rename = "stage.jogged")]
+    StageJogged(Motion),
+    /// The stage was sent to a position.
+    #[serde(rename = "stage.moved")]
+    StageMoved(Motion),
+    /// The laser was switched by hand.
+    #[serde(rename = "laser.switched")]
+    LaserSwitched(LaserSwitched),
+    /// The camera was set by a person.
+    #[serde(rename = "camera.configured")]
+    CameraConfigured(CameraConfigured),
+    /// A fault of the simulated station was switched on.
+    #[serde(rename = "simulation.fault_on")]
+    SimulationFaultOn(SimulatedFault),
+    /// A fault of the simulated station was switched off.
+    #[serde(rename = "simulation.fault_off")]
+    SimulationFaultOff(NoBody),
+}
+
+/// Nothing more is to be said.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct NoBody {}
+
+/// A job, as far as the event knows it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct JobEvent {
+    /// The job.
+    pub id: String,
+    /// `calibration`, `scan`, `recomputation`, `verification`, `export`.
+    pub kind: String,
+    /// `queued`, `running`, `succeeded`, `failed`, `cancelled`, `interrupted`.
+    pub state: String,
+    /// Who asked for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+    /// Last words to the operator.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// What it made.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub result: Option<JobResult>,
+    /// Why it failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub problem: Option<AppError>,
+    /// Who ended it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actor: Option<String>,
+}
+
+/// What a job made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct JobResult {
+    /// Which collection.
+    pub kind: String,
+    /// Which one of it.
+    pub id: String,
+}
+
+/// Pictures that were uploaded or recorded.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CaptureCreated {
+    /// What people call them.
+    pub name: String,
+    /// `upload`, `calibration`, `scan`.
+    pub origin: String,
+}
+
+impl From<&CaptureRecord> for CaptureCreated {
+    fn from(record: &CaptureRecord) -> Self {
+        Self { name: record.name.clone(), origin: record.origin.clone() }
+    }
+}
+
+/// A calibration that was computed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CalibrationCreated {
+    /// By which job.
+    pub job_id: String,
+    /// Its figures.
+    #[schema(value_type = Object)]
+    pub summary: Value,
+}
+
+/// Which calibration is active, and which was.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Activation {
+    /// The one that is active now; missing: none.
+    pub calibration_id: Option<String>,
+    /// The one that was.
+    pub previous_id: Option<String>,
+    /// Who.
+    pub actor: String,
+    /// The verdict of the newest verification with it, if there was one.
+    pub verification: Option<String>,
+}
+
+/// A scan that was made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ScanCreated {
+    /// What people call it.
+    pub name: String,
+    /// `complete`, `partial`, `invalid`.
+    pub state: String,
+    /// Points of its cloud; missing where it has none.
+    pub n_points: Option<u64>,
+}
+
+/// A file that was written.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ScanExported {
+    /// The scan.
+    pub scan_id: String,
+    /// `cloud` or `mesh`.
+    pub what: String,
+    /// The format.
+    pub format: String,
+}
+
+/// A characteristic that was measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MeasurementCreated {
+    /// On which scan.
+    pub scan_id: String,
+    /// By which tool.
+    pub tool: String,
+    /// What people call it.
+    pub name: Option<String>,
+    /// The value, in `unit`; missing where it is not measurable.
+    pub value: Option<f64>,
+    /// `mm` or `°`.
+    pub unit: String,
+    /// Expanded uncertainty (k = 2), in `unit`.
+    pub expanded_uncertainty: Option<f64>,
+    /// `ok`, `not_ok`, `undecided`, `invalid`; missing without limits.
+    pub verdict: Option<String>,
+}
+
+/// What Start scans and measures, in its new version.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlanChanged {
+    /// How often it was changed.
+    pub version: u64,
+    /// Who.
+    pub actor: String,
+}
+
+/// A session, in its new version.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SessionVersion {
+    /// How often it was changed.
+    pub version: i64,
+}
+
+/// Who did it, and from where.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Act {
+    /// Who: the holder of the control lease, else the name that came along.
+    pub actor: String,
+    /// From which address.
+    pub source: String,
+}
+
+/// Control that changed hands.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TakenOver {
+    /// Who and from where.
+    #[serde(flatten)]
+    pub act: Act,
+    /// From whom.
+    pub from: String,
+    /// To whom.
+    pub to: String,
+}
+
+/// The live view.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct LiveView {
+    /// Who and from where.
+    #[serde(flatten)]
+    pub act: Act,
+    /// Share of full laser power, 0 to 1.
+    pub laser_power: f64,
+}
+
+/// A motion by hand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Motion {
+    /// Who and from where.
+    #[serde(flatten)]
+    pub act: Act,
+    /// Where to, mm; missing where the command has no target.
+    pub target_mm: Option<f64>,
+    /// How fast, mm/s.
+    pub speed_mm_s: Option<f64>,
+}
+
+/// The laser, switched by hand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct LaserSwitched {
+    /// Who and from where.
+    #[serde(flatten)]
+    pub act: Act,
+    /// Share of full power, 0 to 1.
+    pub power: f64,
+}
+
+/// The camera, as it is set now.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CameraConfigured {
+    /// Who and from where.
+    #[serde(flatten)]
+    pub act: Act,
+    /// What it accepted.
+    pub settings: KeptSettings,
+}
+
+/// A fault of the simulated station.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SimulatedFault {
+    /// How strong, where the fault has a strength.
+    pub value: Option<f64>,
+}
+
+/// An event of now about `subject`, to be appended.
+pub fn event(subject: &str, event: Event) -> Change {
+    let Ok(Value::Object(mut parts)) = serde_json::to_value(event) else {
+        unreachable!("an event is a kind and a body of texts and numbers")
+    };
+    let kind = parts.remove("kind").and_then(|kind| kind.as_str().map(str::to_owned)).unwrap_or_default();
+    let body = parts.remove("body").unwrap_or_default();
+    Change::AppendEvent(EventRecord { seq: 0, kind, subject: subject.to_owned(), body, at_ms: now_ms() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_event_is_stored_by_kind_and_body() {
+        let act = Act { actor: "Anna".to_owned(), source: "127.0.0.1".to_owned() };
+        let Change::AppendEvent(record) = event("laser", Event::LaserSwitched(LaserSwitched { act, power: 0.5 }))
+        else {
+            panic!("an event is appended")
+        };
+        assert_eq!((record.kind.as_str(), record.subject.as_str()), ("laser.switched", "laser"));
+        let body = serde_json::json!({ "actor": "Anna", "source": "127.0.0.1", "power": 0.5 });
+        assert_eq!(record.body, body);
+        let Change::AppendEvent(gone) = event("7", Event::ScanDeleted(NoBody {})) else { panic!("appended") };
+        assert_eq!((gone.kind.as_str(), gone.body), ("scan.deleted", serde_json::json!({})));
+    }
+}
