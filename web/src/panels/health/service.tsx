@@ -114,7 +114,7 @@ export function SoftwareCard({ service }: { service: ServiceHealth | undefined }
           ...(since ? [[words.fault_since, moment(since, language.value)] as const] : []),
         ]}
       />
-      <a href="/docs/">{words.api}</a>
+      <a href="/docs/">{text.value.parts.api_explorer}</a>
     </HealthCard>
   );
 }

@@ -138,7 +138,7 @@ function Programs() {
       <p>{words.programs_say}</p>
       <ul>
         <li>
-          <a href="/docs/">{words.explorer}</a>
+          <a href="/docs/">{text.value.parts.api_explorer}</a>
         </li>
         <li>
           <a href="/openapi.json">openapi.json</a>: {words.openapi}

@@ -47,7 +47,7 @@ function First() {
       <p>{words.first_by_program}</p>
       <CopyLine line={line} />
       <p>
-        <a href="/docs/">{words.api}</a>
+        <a href="/docs/">{text.value.parts.api_explorer}</a>
       </p>
     </section>
   );

@@ -129,7 +129,7 @@ function Station() {
       <h3>{words.api}</h3>
       <CopyLine line={`${location.origin}/api/v1`} />
       <p>
-        <a href="/docs/">{words.explorer}</a> · <a href="/openapi.json">openapi.json</a>
+        <a href="/docs/">{text.value.parts.api_explorer}</a> · <a href="/openapi.json">openapi.json</a>
       </p>
     </section>
   );

@@ -115,6 +115,7 @@ export const parts = {
   ends_at: (time: string) => `endet um ${time}`,
   optional: "optional",
   by_api: "API",
+  api_explorer: "API-Explorer",
   yes: "ja",
   no: "nein",
   more: "Mehr",

@@ -49,7 +49,6 @@ export const health = {
   trusted_proxy: "Benutzer und TLS verwaltet der Reverse-Proxy",
   protocol: "Live-Datenstrom",
   fault_since: "Störung seit",
-  api: "API-Explorer",
   calibration_age: (days: number) =>
     days === 0 ? "heute erstellt" : days === 1 ? "1 Tag alt" : `${days} Tage alt`,
   calibration_old: "An einem Endmaß oder einer Kugel verifizieren oder neu kalibrieren.",

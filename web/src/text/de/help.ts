@@ -67,7 +67,6 @@ export const help = {
     "Auf Bedienen gehen Buchstaben immer in die Seriennummer, damit ein Barcodescanner jederzeit funktioniert. Kürzel aus einzelnen Buchstaben sind abschaltbar:",
   programs: "API",
   programs_say: "Alles, was diese Seite tut, läuft über die öffentliche API.",
-  explorer: "API-Explorer",
   openapi: "die API als OpenAPI-Dokument",
   first_job: "zeigt den Befehl für einen ersten Auftrag, solange es keine Aufträge gibt",
   about: "Über",

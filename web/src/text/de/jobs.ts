@@ -11,7 +11,6 @@ export const jobs: Catalogue["jobs"] = {
   first_by_page:
     "Ein Auftrag dauert Sekunden bis Minuten und läuft ohne diese Seite weiter: eine Kalibrierung, ein Scan, ein Export.",
   first_by_program: "Aufträge lassen sich auch über die API starten. Dieser Befehl kalibriert die Station:",
-  api: "API-Explorer",
   older: "Ältere Aufträge anzeigen",
   job: "Auftrag",
   state: "Status",

@@ -17,7 +17,6 @@ export const settings = {
   frame_rate: "Bildrate",
   camera: "Kameraeinstellungen",
   api: "API-Adresse",
-  explorer: "API-Explorer",
   simulation: "Simulierte Station",
   simulation_hint: "Diese Schalter gibt es nur an einer simulierten Station. Sie gelten für alle Browser.",
   faults: "Störungen",

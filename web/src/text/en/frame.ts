@@ -82,6 +82,7 @@ export const parts = {
   ends_at: (time: string) => `ends at ${time}`,
   optional: "optional",
   by_api: "API",
+  api_explorer: "API explorer",
   yes: "yes",
   no: "no",
   more: "More",

@@ -48,7 +48,6 @@ export const health = {
   trusted_proxy: "users and TLS are handled by the reverse proxy",
   protocol: "Live stream",
   fault_since: "Fault since",
-  api: "API explorer",
   calibration_age: (days: number) =>
     days === 0 ? "created today" : days === 1 ? "1 day old" : `${days} days old`,
   calibration_old: "Verify it on a gauge block or a sphere, or recalibrate.",

@@ -65,7 +65,6 @@ export const help = {
     "On Operate, letters always go into the serial number, so that a barcode scanner works at any time. Single-letter shortcuts can be turned off:",
   programs: "API",
   programs_say: "Everything this page does goes through the public API.",
-  explorer: "API explorer",
   openapi: "the API as an OpenAPI document",
   first_job: "shows the command for a first job while there are no jobs",
   about: "About",

@@ -8,7 +8,6 @@ export const jobs = {
   first_by_page:
     "A job takes seconds to minutes and continues without this page: a calibration, a scan, an export.",
   first_by_program: "Jobs can also be started through the API. This command calibrates the station:",
-  api: "API explorer",
   older: "Show older jobs",
   job: "Job",
   state: "State",

@@ -17,7 +17,6 @@ export const settings = {
   frame_rate: "Frame rate",
   camera: "Camera settings",
   api: "API address",
-  explorer: "API explorer",
   simulation: "Simulated station",
   simulation_hint: "These switches exist on a simulated station only. They apply to every browser.",
   faults: "Faults",
