@@ -112,7 +112,7 @@ pub enum Command {
     #[command(after_help = EXIT_CODES)]
     Config(SettingsArgs),
     /// The document of the service's API (OpenAPI).
-    Openapi,
+    Openapi(OpenapiArgs),
 }
 
 /// Light model on the command line.
@@ -419,6 +419,14 @@ impl From<SceneArg> for twin::SceneKind {
             SceneArg::Freeform => Self::Freeform,
         }
     }
+}
+
+/// `sheaf openapi`.
+#[derive(Debug, Args)]
+pub struct OpenapiArgs {
+    /// The catalogue of events instead, as Markdown.
+    #[arg(long)]
+    pub events: bool,
 }
 
 /// `sheaf twin capture`.

@@ -28,6 +28,8 @@ pub fn write_openapi() -> Outcome {
         return Err(format!("sheaf openapi failed: {}", String::from_utf8_lossy(&output.stderr)).into());
     }
     std::fs::write(workspace().join("openapi/openapi.json"), output.stdout)?;
+    let events = cargo(&["run", "--quiet", "--package", "sheaf", "--", "openapi", "--events"]).output()?;
+    std::fs::write(workspace().join("openapi/events.md"), events.stdout)?;
     write_schema()
 }
 

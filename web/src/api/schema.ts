@@ -1138,12 +1138,30 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /** @description Who did it, and from where. */
+        Act: {
+            /** @description Who: the holder of the control lease, else the name that came along. */
+            actor: string;
+            /** @description From which address. */
+            source: string;
+        };
         /** @description Which calibration shall be active. */
         ActivateDto: {
             /** @description Its id. */
             calibration_id: string;
             /** @description Activate although its newest verification is not `ok`; without this it is refused with 409. The log says so. */
             despite_verification?: boolean;
+        };
+        /** @description Which calibration is active, and which was. */
+        Activation: {
+            /** @description Who. */
+            actor: string;
+            /** @description The one that is active now; missing: none. */
+            calibration_id?: string | null;
+            /** @description The one that was. */
+            previous_id?: string | null;
+            /** @description The verdict of the newest verification with it, if there was one. */
+            verification?: string | null;
         };
         /** @description An entry of the log of activations. */
         ActivationDto: {
@@ -1179,6 +1197,24 @@ export interface components {
             calibration_id?: string | null;
             /** @description What was active before. */
             previous_id?: string | null;
+        };
+        /** @description What went wrong; as JSON it is stored with jobs that failed. */
+        AppError: {
+            /** @description Why, as far as known. */
+            cause?: string | null;
+            /** @description What happened here. */
+            detail: string;
+            /** @description Its kind. */
+            kind: components["schemas"]["ErrorKind"];
+            /** @description Where in the input: a JSON pointer, a file, an entry. */
+            pointer?: string | null;
+            /** @description What to do about it. */
+            remedy?: string | null;
+            /**
+             * Format: int64
+             * @description When to try again.
+             */
+            retry_after_s?: number | null;
         };
         /**
          * @description A known part.
@@ -1221,6 +1257,13 @@ export interface components {
              */
             tilt_deg?: number | null;
         };
+        /** @description A calibration that was computed. */
+        CalibrationCreated: {
+            /** @description By which job. */
+            job_id: string;
+            /** @description Its figures. */
+            summary: Record<string, never>;
+        };
         /** @description A calibration with its document. */
         CalibrationDto: components["schemas"]["CalibrationItemDto"] & {
             /** @description The document `sheaf-calibration/1`, as `sheaf calibrate` writes it. */
@@ -1261,6 +1304,11 @@ export interface components {
             triggers: components["schemas"]["TriggerDto"][];
             /** @description Columns of the whole sensor. */
             width_px: number;
+        };
+        /** @description The camera, as it is set now. */
+        CameraConfigured: components["schemas"]["Act"] & {
+            /** @description What it accepted. */
+            settings: components["schemas"]["KeptSettings"];
         };
         /** @description The camera. */
         CameraDto: {
@@ -1318,6 +1366,13 @@ export interface components {
             rms_px?: number | null;
             /** @description Cells of the coverage map that no board has reached yet. */
             uncovered_cells: number[];
+        };
+        /** @description Pictures that were uploaded or recorded. */
+        CaptureCreated: {
+            /** @description What people call them. */
+            name: string;
+            /** @description `upload`, `calibration`, `scan`. */
+            origin: string;
         };
         /** @description Recorded pictures with their manifest. */
         CaptureDto: {
@@ -1494,20 +1549,190 @@ export interface components {
             /** @description The second; differences are second minus first. */
             with: string;
         };
+        /**
+         * @description The kinds of errors.
+         * @enum {string}
+         */
+        ErrorKind: "bad_request" | "not_found" | "control_required" | "control_expired" | "halted" | "station_busy" | "conflict" | "changed" | "too_large" | "impossible" | "too_many" | "internal" | "device_fault" | "damaged" | "unavailable" | "storage_full" | "stopped";
         /** @description Something that happened. */
-        EventDto: {
+        Event: {
+            /** @description A job was accepted. */
+            body: components["schemas"]["JobEvent"];
+            /** @enum {string} */
+            kind: "job.queued";
+        } | {
+            /** @description A job began. */
+            body: components["schemas"]["JobEvent"];
+            /** @enum {string} */
+            kind: "job.running";
+        } | {
+            /** @description A job ended with a result. */
+            body: components["schemas"]["JobEvent"];
+            /** @enum {string} */
+            kind: "job.succeeded";
+        } | {
+            /** @description A job ended with a problem. */
+            body: components["schemas"]["JobEvent"];
+            /** @enum {string} */
+            kind: "job.failed";
+        } | {
+            /** @description A job was ended by a person. */
+            body: components["schemas"]["JobEvent"];
+            /** @enum {string} */
+            kind: "job.cancelled";
+        } | {
+            /** @description A job ended because the service ended. */
+            body: components["schemas"]["JobEvent"];
+            /** @enum {string} */
+            kind: "job.interrupted";
+        } | {
+            /** @description Pictures were uploaded or recorded. */
+            body: components["schemas"]["CaptureCreated"];
+            /** @enum {string} */
+            kind: "capture.created";
+        } | {
+            /** @description A capture was deleted. */
+            body: components["schemas"]["NoBody"];
+            /** @enum {string} */
+            kind: "capture.deleted";
+        } | {
+            /** @description A calibration was computed. */
+            body: components["schemas"]["CalibrationCreated"];
+            /** @enum {string} */
+            kind: "calibration.created";
+        } | {
+            /** @description Another calibration is active. */
+            body: components["schemas"]["Activation"];
+            /** @enum {string} */
+            kind: "calibration.activated";
+        } | {
+            /** @description The calibration before is active again. */
+            body: components["schemas"]["Activation"];
+            /** @enum {string} */
+            kind: "calibration.rolled_back";
+        } | {
+            /** @description A scan was made, in whole or in part. */
+            body: components["schemas"]["ScanCreated"];
+            /** @enum {string} */
+            kind: "scan.created";
+        } | {
+            /** @description A scan was written in another format. */
+            body: components["schemas"]["ScanExported"];
+            /** @enum {string} */
+            kind: "scan.exported";
+        } | {
+            /** @description A scan was deleted with its measurements. */
+            body: components["schemas"]["NoBody"];
+            /** @enum {string} */
+            kind: "scan.deleted";
+        } | {
+            /** @description A characteristic was measured. */
+            body: components["schemas"]["MeasurementCreated"];
+            /** @enum {string} */
+            kind: "measurement.created";
+        } | {
+            /** @description What Start scans and measures was changed. */
+            body: components["schemas"]["PlanChanged"];
+            /** @enum {string} */
+            kind: "measurement_plan.changed";
+        } | {
+            /** @description A calibration session was begun. */
+            body: components["schemas"]["SessionVersion"];
+            /** @enum {string} */
+            kind: "session.created";
+        } | {
+            /** @description A calibration session was changed. */
+            body: components["schemas"]["SessionVersion"];
+            /** @enum {string} */
+            kind: "session.changed";
+        } | {
+            /** @description A calibration session was deleted. */
+            body: components["schemas"]["NoBody"];
+            /** @enum {string} */
+            kind: "session.deleted";
+        } | {
+            /** @description Somebody took control of the station. */
+            body: components["schemas"]["Act"];
+            /** @enum {string} */
+            kind: "control.taken";
+        } | {
+            /** @description Somebody took control from somebody else. */
+            body: components["schemas"]["TakenOver"];
+            /** @enum {string} */
+            kind: "control.taken_over";
+        } | {
+            /** @description Somebody gave control back. */
+            body: components["schemas"]["Act"];
+            /** @enum {string} */
+            kind: "control.given_back";
+        } | {
+            /** @description Control lapsed. */
+            body: components["schemas"]["Act"];
+            /** @enum {string} */
+            kind: "control.expired";
+        } | {
+            /** @description The station was stopped. */
+            body: components["schemas"]["Act"];
+            /** @enum {string} */
+            kind: "station.stopped";
+        } | {
+            /** @description The station was reset. */
+            body: components["schemas"]["Act"];
+            /** @enum {string} */
+            kind: "station.reset";
+        } | {
+            /** @description The live view was started. */
+            body: components["schemas"]["LiveView"];
+            /** @enum {string} */
+            kind: "live.started";
+        } | {
+            /** @description The live view was ended. */
+            body: components["schemas"]["LiveView"];
+            /** @enum {string} */
+            kind: "live.ended";
+        } | {
+            /** @description The stage was sent to its zero. */
+            body: components["schemas"]["Motion"];
+            /** @enum {string} */
+            kind: "stage.homed";
+        } | {
+            /** @description The stage was moved by hand, for as long as a key was held. */
+            body: components["schemas"]["Motion"];
+            /** @enum {string} */
+            kind: "stage.jogged";
+        } | {
+            /** @description The stage was sent to a position. */
+            body: components["schemas"]["Motion"];
+            /** @enum {string} */
+            kind: "stage.moved";
+        } | {
+            /** @description The laser was switched by hand. */
+            body: components["schemas"]["LaserSwitched"];
+            /** @enum {string} */
+            kind: "laser.switched";
+        } | {
+            /** @description The camera was set by a person. */
+            body: components["schemas"]["CameraConfigured"];
+            /** @enum {string} */
+            kind: "camera.configured";
+        } | {
+            /** @description A fault of the simulated station was switched on. */
+            body: components["schemas"]["SimulatedFault"];
+            /** @enum {string} */
+            kind: "simulation.fault_on";
+        } | {
+            /** @description A fault of the simulated station was switched off. */
+            body: components["schemas"]["NoBody"];
+            /** @enum {string} */
+            kind: "simulation.fault_off";
+        };
+        /** @description Something that happened. */
+        EventDto: components["schemas"]["Event"] & {
             /**
              * Format: int64
              * @description When, wall clock, ms since 1970.
              */
             at_ms: number;
-            /** @description More about it. */
-            body: unknown;
-            /**
-             * @description What happened.
-             * @example job.succeeded
-             */
-            kind: string;
             /**
              * Format: int64
              * @description Position in the log; also the id in the event stream.
@@ -1645,8 +1870,7 @@ export interface components {
             kind: string;
             /** @description In the operator's words. */
             message: string;
-            /** @description Why it failed: a problem. */
-            problem?: unknown;
+            problem?: components["schemas"]["Problem"] | null;
             /**
              * Format: double
              * @description 0 to 1.
@@ -1669,6 +1893,30 @@ export interface components {
             state: components["schemas"]["JobStateDto"];
             step?: components["schemas"]["StepDto"] | null;
         };
+        /** @description A job, as far as the event knows it. */
+        JobEvent: {
+            /** @description Who ended it. */
+            actor?: string | null;
+            /** @description The job. */
+            id: string;
+            /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`. */
+            kind: string;
+            /** @description Last words to the operator. */
+            message?: string | null;
+            problem?: components["schemas"]["AppError"] | null;
+            result?: components["schemas"]["JobResult"] | null;
+            /** @description Who asked for it. */
+            source?: string | null;
+            /** @description `queued`, `running`, `succeeded`, `failed`, `cancelled`, `interrupted`. */
+            state: string;
+        };
+        /** @description What a job made. */
+        JobResult: {
+            /** @description Which one of it. */
+            id: string;
+            /** @description Which collection. */
+            kind: string;
+        };
         /**
          * @description Where a job is in its life.
          * @enum {string}
@@ -1688,6 +1936,54 @@ export interface components {
          * @enum {string}
          */
         K3Dto: "auto" | "on" | "off";
+        /**
+         * @description How pixels come.
+         * @enum {string}
+         */
+        KeptFormat: "mono8" | "mono16";
+        /** @description A part of the sensor. */
+        KeptRoi: {
+            /** @description Rows. */
+            height_px: number;
+            /** @description First column. */
+            left_px: number;
+            /** @description First row. */
+            top_px: number;
+            /** @description Columns. */
+            width_px: number;
+        };
+        /** @description How the camera is set, as it is stored and told: what nobody asked for is missing. */
+        KeptSettings: {
+            /**
+             * Format: double
+             * @description Exposure time.
+             * @default null
+             */
+            exposure_us: number | null;
+            /**
+             * Format: double
+             * @description Frame rate of the free trigger.
+             * @default null
+             */
+            frame_rate_hz: number | null;
+            /**
+             * Format: double
+             * @description Gain.
+             * @default null
+             */
+            gain_db: number | null;
+            /** @default null */
+            pixel_format: components["schemas"]["KeptFormat"] | null;
+            /** @default null */
+            roi: components["schemas"]["KeptRoi"] | null;
+            /** @default null */
+            trigger: components["schemas"]["KeptTrigger"] | null;
+        };
+        /**
+         * @description When the camera exposes.
+         * @enum {string}
+         */
+        KeptTrigger: "free" | "software" | "hardware";
         /** @description The laser. */
         LaserDto: {
             /** @description Whether it answers. */
@@ -1722,6 +2018,14 @@ export interface components {
              * @description Share of pixels at the sensor's limit.
              */
             saturated_share: number;
+        };
+        /** @description The laser, switched by hand. */
+        LaserSwitched: components["schemas"]["Act"] & {
+            /**
+             * Format: double
+             * @description Share of full power, 0 to 1.
+             */
+            power: number;
         };
         /**
          * @description Whether there is laser light.
@@ -1854,8 +2158,7 @@ export interface components {
                 kind: string;
                 /** @description In the operator's words. */
                 message: string;
-                /** @description Why it failed: a problem. */
-                problem?: unknown;
+                problem?: components["schemas"]["Problem"] | null;
                 /**
                  * Format: double
                  * @description 0 to 1.
@@ -1988,6 +2291,14 @@ export interface components {
             /** @description Address of the next page; missing on the last one. */
             next?: string | null;
         };
+        /** @description The live view. */
+        LiveView: components["schemas"]["Act"] & {
+            /**
+             * Format: double
+             * @description Share of full laser power, 0 to 1.
+             */
+            laser_power: number;
+        };
         /** @description What one frame shows of the board. Nothing of it is kept. */
         Look: {
             /**
@@ -2066,6 +2377,29 @@ export interface components {
             /** @description What to measure. */
             tool: components["schemas"]["ToolDto"];
         };
+        /** @description A characteristic that was measured. */
+        MeasurementCreated: {
+            /**
+             * Format: double
+             * @description Expanded uncertainty (k = 2), in `unit`.
+             */
+            expanded_uncertainty?: number | null;
+            /** @description What people call it. */
+            name?: string | null;
+            /** @description On which scan. */
+            scan_id: string;
+            /** @description By which tool. */
+            tool: string;
+            /** @description `mm` or `°`. */
+            unit: string;
+            /**
+             * Format: double
+             * @description The value, in `unit`; missing where it is not measurable.
+             */
+            value?: number | null;
+            /** @description `ok`, `not_ok`, `undecided`, `invalid`; missing without limits. */
+            verdict?: string | null;
+        };
         /** @description A measurement. */
         MeasurementDto: {
             /**
@@ -2126,6 +2460,19 @@ export interface components {
          * @enum {string}
          */
         MeshFormatDto: "stl" | "glb" | "ply";
+        /** @description A motion by hand. */
+        Motion: components["schemas"]["Act"] & {
+            /**
+             * Format: double
+             * @description How fast, mm/s.
+             */
+            speed_mm_s?: number | null;
+            /**
+             * Format: double
+             * @description Where to, mm; missing where the command has no target.
+             */
+            target_mm?: number | null;
+        };
         /** @description A motion as accepted; it goes on. */
         MotionDto: {
             /**
@@ -2182,6 +2529,8 @@ export interface components {
             /** @default null */
             target: components["schemas"]["Target"] | null;
         };
+        /** @description Nothing more is to be said. */
+        NoBody: Record<string, never>;
         /** @description The difference on the line of one order. */
         OrderDifferenceDto: {
             /** @description Row by row over the grid; nothing outside the working volume. */
@@ -2242,6 +2591,16 @@ export interface components {
             /** @description What. */
             scene: components["schemas"]["SceneNameDto"];
         };
+        /** @description What Start scans and measures, in its new version. */
+        PlanChanged: {
+            /** @description Who. */
+            actor: string;
+            /**
+             * Format: int64
+             * @description How often it was changed.
+             */
+            version: number;
+        };
         /** @description The body `application/problem+json`. */
         Problem: {
             /** @description Why, as far as known. */
@@ -2249,7 +2608,7 @@ export interface components {
             /** @description What happened here. */
             detail: string;
             /** @description Where in the input: a JSON pointer, a file, an entry. */
-            place?: string | null;
+            pointer?: string | null;
             /** @description What to do about it. */
             remedy?: string | null;
             /**
@@ -2417,6 +2776,18 @@ export interface components {
              */
             width_px: number;
         };
+        /** @description A scan that was made. */
+        ScanCreated: {
+            /**
+             * Format: int64
+             * @description Points of its cloud; missing where it has none.
+             */
+            n_points?: number | null;
+            /** @description What people call it. */
+            name: string;
+            /** @description `complete`, `partial`, `invalid`. */
+            state: string;
+        };
         /** @description A scan. */
         ScanDto: {
             /** @description The calibration of the cloud. */
@@ -2454,6 +2825,15 @@ export interface components {
              */
             state: string;
             verdict?: components["schemas"]["VerdictDto"] | null;
+        };
+        /** @description A file that was written. */
+        ScanExported: {
+            /** @description The format. */
+            format: string;
+            /** @description The scan. */
+            scan_id: string;
+            /** @description `cloud` or `mesh`. */
+            what: string;
         };
         /**
          * @description How the stage moves during a scan.
@@ -2700,6 +3080,14 @@ export interface components {
              */
             position_mm: number;
         };
+        /** @description A session, in its new version. */
+        SessionVersion: {
+            /**
+             * Format: int64
+             * @description How often it was changed.
+             */
+            version: number;
+        };
         /** @description How brightly the laser shall shine. */
         SetLaserDto: {
             /**
@@ -2717,6 +3105,14 @@ export interface components {
             laser_power?: number;
             /** @description Whether it shall run. */
             running: boolean;
+        };
+        /** @description A fault of the simulated station. */
+        SimulatedFault: {
+            /**
+             * Format: double
+             * @description How strong, where the fault has a strength.
+             */
+            value?: number | null;
         };
         /** @description How a session is to be solved. */
         SolveSession: {
@@ -2960,6 +3356,13 @@ export interface components {
              * @example 5
              */
             position_mm: number;
+        };
+        /** @description Control that changed hands. */
+        TakenOver: components["schemas"]["Act"] & {
+            /** @description From whom. */
+            from: string;
+            /** @description To whom. */
+            to: string;
         };
         /** @description A chessboard. */
         Target: {

@@ -78,6 +78,6 @@ pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answ
         Command::Demo(args) => demo::run(&args, reporter),
         Command::Serve(args) => serve::run(&args, json),
         Command::Config(args) => config::run(&args),
-        Command::Openapi => openapi::run(),
+        Command::Openapi(args) => openapi::run(&args),
     }
 }

@@ -14,6 +14,13 @@ fn the_document_checked_in_is_the_one_the_routes_make() {
     let checked_in = concat!(env!("CARGO_MANIFEST_DIR"), "/../../openapi/openapi.json");
     let checked_in = std::fs::read_to_string(checked_in).unwrap();
     assert!(out(&sheaf_ok(&["openapi"])) == checked_in, "run `cargo xtask openapi` and look at what changed");
+    let events = concat!(env!("CARGO_MANIFEST_DIR"), "/../../openapi/events.md");
+    let events = std::fs::read_to_string(events).unwrap();
+    assert!(events.contains("| `job.failed` |") && events.contains("`verdict`"), "{events}");
+    assert!(
+        out(&sheaf_ok(&["openapi", "--events"])) == events,
+        "run `cargo xtask openapi` and look at what changed"
+    );
 }
 
 /// Examples per operation: the fuzzer's own corner cases come on top.

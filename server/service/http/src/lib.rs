@@ -24,7 +24,7 @@ use pipeline::{Failure, FailureKind};
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 
-pub use rest::openapi::document_json;
+pub use rest::openapi::{document_json, events_document};
 pub use ws::serve_stream;
 
 use ws::{Sources, Streams};

@@ -1,11 +1,10 @@
 /** What an event says beyond its kind. */
 
 import { actorName } from "../../parts/actor";
-import type { StationEvent } from "../../state/events";
 import { text } from "../../text";
 
 /** The words of an event's body that a person wants to read; the rest is in the support bundle. */
-export function eventDetail({ body }: Pick<StationEvent, "body">): string {
+export function eventDetail({ body }: { body: unknown }): string {
   const fields = (typeof body === "object" && body !== null ? body : {}) as Record<string, unknown>;
   const problem = fields.problem as { detail?: unknown } | null | undefined;
   if (typeof problem?.detail === "string") return problem.detail;
@@ -20,7 +19,7 @@ export function eventDetail({ body }: Pick<StationEvent, "body">): string {
 }
 
 /** Who did it, and by what way it came; empty where an event does not say. */
-export function eventActor({ body }: Pick<StationEvent, "body">): string {
+export function eventActor({ body }: { body: unknown }): string {
   const fields = (typeof body === "object" && body !== null ? body : {}) as Record<string, unknown>;
   if (typeof fields.actor !== "string" || fields.actor === "") return "";
   const { event_by, event_sources } = text.value.health;

@@ -5,6 +5,7 @@ pub mod around;
 pub mod control;
 pub mod conversions;
 pub mod etag;
+pub mod events_document;
 pub mod extract;
 pub mod idempotency;
 pub mod openapi;

@@ -10,6 +10,7 @@ use utoipa_axum::router::OpenApiRouter;
 
 use crate::problem::PROBLEM_TYPE;
 use crate::problem::Problem;
+use crate::rest::events_document::events_markdown;
 use crate::rest::routes;
 use crate::wire::jobs::JobStateDto;
 use crate::wire::measurements::VerdictDto;
@@ -50,6 +51,12 @@ pub fn routes_and_document() -> (Router<Http>, utoipa::openapi::OpenApi) {
         .split_for_parts();
     complete(&mut document);
     (router, document)
+}
+
+/// The catalogue of events as it is printed and checked in.
+pub fn events_document() -> String {
+    let (_, document) = routes_and_document();
+    events_markdown(&serde_json::to_value(document).expect("the document is made of texts and numbers"))
 }
 
 /// The document as it is printed and checked in.
