@@ -1,5 +1,5 @@
 //! Scans at a small simulated station, with its true parameters as calibration: what is shown here is that nothing is
-//! lost, doubled or changed on the way, not how accurate the result is (`server/cli/tests/scans.rs`).
+//! lost, doubled or changed on the way, not how accurate the result is (`server/cli/tests/http`).
 
 mod bench;
 mod from_capture;
