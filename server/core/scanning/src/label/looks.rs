@@ -36,8 +36,7 @@ pub fn look_at(
     triangulator: &Triangulator,
     depth_range_mm: DepthRangeMm,
 ) -> Result<Looks, ScanError> {
-    let balances = of_every_frame(frames, |_, lines| pieces::line_balance(lines))?;
-    let direction = pieces::line_direction(balances.iter().sum());
+    let direction = lines_of(frames, 0)?.direction;
     let pieces = cut_pieces(frames, travel_order, direction)?;
     let view = View { triangulator, depth_range_mm, direction };
     let mut looks = Looks {

@@ -57,20 +57,6 @@ pub fn along_across(point: &CentrelinePoint, direction: LineDirection) -> (f64, 
     }
 }
 
-/// By how much the points' normals of a frame point along image columns rather than rows.
-pub fn line_balance(lines: &Centrelines) -> f64 {
-    let mut balance = 0.0;
-    for segment in &lines.segments {
-        balance += segment.points.iter().map(|point| point.normal[1].abs() - point.normal[0].abs()).sum::<f64>();
-    }
-    balance
-}
-
-/// Which way the lines run, from the balance of all frames.
-pub fn line_direction(balance: f64) -> LineDirection {
-    if balance < 0.0 { LineDirection::Columns } else { LineDirection::Rows }
-}
-
 /// The pieces of one frame, ordered by segment, then along the line.
 pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirection) -> Vec<Piece> {
     let mut pieces = Vec::new();
