@@ -19,7 +19,7 @@ use vision::{CentrelineParams, GreyImage, Pixels, find_centrelines};
 /// Share of points with a wrong order that clutter may have.
 const WRONG: f64 = 1e-4;
 /// Share of the visible line columns that must be found there; the extraction leaves out rims and what lies in blobs.
-const RECOVERED: f64 = 0.94;
+const RECOVERED: f64 = 0.95;
 
 fn judged(name: &str, frames: &[ScanFrame], calibration: &Calibration, truth: &[Vec<TruthLine>]) -> Score {
     let start = std::time::Instant::now();
