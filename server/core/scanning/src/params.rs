@@ -55,6 +55,10 @@ pub const CONTINUATION_POINTS: usize = 40;
 /// Weight of a continuation, in samples' worth of bonds at gap zero; it fades with the gap.
 pub const CONTINUATION_WEIGHT: f64 = 2.0;
 
+/// Weight of the bond between two sections of one piece, in samples' worth: little more than one second look, so that two
+/// samples take them apart and a single one does not.
+pub const SECTION_WEIGHT: f64 = 1.25;
+
 /// Cost of one sample per line of its own column that stands on the wrong side. Order lines never cross on solid
 /// parts, so this weighs more than a single agreement.
 pub const RANK_COST: f64 = 1.5;
@@ -68,6 +72,9 @@ pub const UNLABELLED_COST: f64 = 0.4;
 
 /// Agreement tolerance between two orders in standard deviations of their difference.
 pub const AGREEMENT_SIGMAS: f64 = 5.0;
+/// Share of the tolerance within which a second look speaks for a label: 3 σ. On a part one wrap high the next label lies
+/// 0.8 mm off, and what agrees within 5 σ by chance must not outweigh what agrees within one.
+pub const CLOSE_TOLERANCES: f64 = 0.6;
 /// Smallest tolerance as a fraction of depth: what stage, straightness and model may add (0.06 mm at 400 mm).
 pub const AGREEMENT_FLOOR_GRATING: f64 = 1.5e-4;
 /// The same for the plane models, which miss the bow of the outer lines (0.4 mm at 400 mm).
@@ -110,6 +117,8 @@ pub const GROUP_MARGIN: f64 = 0.1;
 pub const SHEET_LINK_OVERLAP_PX: f64 = 10.0;
 /// See [`SHEET_LINK_OVERLAP_PX`].
 pub const SHEET_LINK_SHARE: f64 = 0.5;
+/// The same share of the longer one's: the last of a block's top shall not hang on the long line beyond it.
+pub const SHEET_LINK_SHARE_OF_LONGER: f64 = 0.3;
 /// Bend of a sheet from frame to frame that the stage's own errors explain, mm.
 pub const SHEET_LINK_FLOOR_MM: f64 = 0.02;
 /// Largest movement between two frames that passes for smooth where no third frame tells, line pitches.
@@ -119,6 +128,10 @@ pub const SHEET_LINK_PITCHES: f64 = 0.03;
 pub const CHALLENGE_MARGIN: f64 = 0.3;
 /// The same for short sheets without the ranks, which tall narrow parts can exchange.
 pub const CHALLENGE_MARGIN_WITHOUT_RANKS: f64 = 0.05;
+/// The same for short sheets whose label hardly any other sheet has seen: twice that.
+pub const CHALLENGE_MARGIN_UNSEEN: f64 = 2.0 * CHALLENGE_MARGIN;
+/// Second looks per sample without which a sheet counts as unseen: a fifth of what a good one has.
+pub const SEEN_SHARE: f64 = 0.3;
 /// Sheets asked at most while the others give way to a challenge; chains of lines settle within a few dozen;
 /// fewer steps only leave the challenge less convincing.
 pub const CHALLENGE_STEPS: usize = 100;
@@ -126,8 +139,8 @@ pub const CHALLENGE_STEPS: usize = 100;
 pub const SECOND_LOOK_SHARE: f64 = 0.1;
 /// See [`SECOND_LOOK_SHARE`].
 pub const SECOND_LOOK_SAMPLES: f64 = 2.0;
-/// Sheets shorter than this many line pitches are also tried without their ranks: tall narrow parts, which may change
-/// places with their ground, and most reflections are shorter.
+/// Sheets shorter than this many line pitches are also tried without their ranks, and need second looks: tall narrow
+/// parts, which may change places with their ground, tops of blocks, and most reflections are shorter.
 pub const RANK_ONLY_LENGTH_PITCHES: f64 = 4.0;
 
 /// Support per sample that a label needs from other frames or orders in a scan: a third of one bond to the next

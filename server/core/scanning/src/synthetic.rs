@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, Vector2, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, StageAxis};
-use vision::{CentrelinePoint, Centrelines, Segment};
+use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
 use crate::scan::ScanFrame;
 
@@ -54,7 +54,8 @@ impl SyntheticScan {
             point.v_px += SIGMA_PX * noise.next();
         }
         let position_mm = (idx as f64 - 0.5 * self.n_frames as f64) * STEP_MM;
-        ScanFrame { centrelines: Centrelines { segments, correlation_px: CORRELATION_PX }, position_mm }
+        let direction = LineDirection::Rows;
+        ScanFrame { centrelines: Centrelines { segments, direction, correlation_px: CORRELATION_PX }, position_mm }
     }
 }
 

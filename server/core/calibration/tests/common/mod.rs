@@ -190,7 +190,7 @@ impl Rig {
                 segments.push(Segment { points });
             }
         }
-        Centrelines { segments, correlation_px: 1.0 }
+        Centrelines { segments, direction: LineDirection::Rows, correlation_px: 1.0 }
     }
 }
 

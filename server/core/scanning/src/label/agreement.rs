@@ -10,8 +10,8 @@ use super::patches::{PatchGrid, ViewPoint};
 use super::pieces::Piece;
 use super::tracks::Partners;
 use crate::params::{
-    AGREEMENT_SIGMAS, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM, PATCH_MAX_GRADIENT, PATCH_RADIUS_SPACINGS,
-    SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX, SMOOTH_SIGMAS,
+    AGREEMENT_SIGMAS, CLOSE_TOLERANCES, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM, PATCH_MAX_GRADIENT,
+    PATCH_RADIUS_SPACINGS, SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX, SMOOTH_SIGMAS,
 };
 
 /// Everything the second look needs to know.
@@ -82,13 +82,21 @@ impl Scene<'_> {
     fn patches(&self) -> Vec<Patch> {
         let stride = self.outlook.frame_stride();
         let of_piece = |piece: usize| -> Vec<Patch> {
-            let range = self.samples.range(piece);
-            range.clone().flat_map(|idx| self.patches_of_sample(idx, &range)).collect()
+            let line = self.line(piece);
+            self.samples.range(piece).flat_map(|idx| self.patches_of_sample(idx, &line)).collect()
         };
         let speaking =
             (0..self.pieces.len()).into_par_iter().filter(|&piece| self.place(piece).is_multiple_of(stride));
         let per_piece: Vec<Vec<Patch>> = speaking.map(of_piece).collect();
         per_piece.into_iter().flatten().collect()
+    }
+
+    /// Samples of a piece and of those that it goes on in.
+    fn line(&self, piece: usize) -> std::ops::Range<usize> {
+        let goes_on = |piece: &Piece| piece.continues;
+        let first = piece - self.pieces[..=piece].iter().rev().take_while(|piece| goes_on(piece)).count();
+        let last = piece + self.pieces[piece + 1..].iter().take_while(|piece| goes_on(piece)).count();
+        self.samples.range(first).start..self.samples.range(last).end
     }
 
     fn patches_of_sample(&self, idx: usize, of_piece: &std::ops::Range<usize>) -> Vec<Patch> {
@@ -162,8 +170,8 @@ impl Scene<'_> {
             return 0.0;
         }
         let ratio = apart_in_tolerances(hypothesis, view, patch, self.outlook.floor_mm);
-        if ratio < 1.0 && !same_order {
-            return 1.0 - ratio * ratio;
+        if ratio < CLOSE_TOLERANCES && !same_order {
+            return 1.0 - (ratio / CLOSE_TOLERANCES).powi(2);
         }
         let denied = ratio > CONTRADICTION_TOLERANCES && patch.interior;
         if denied && self.hides(piece, hypothesis, view, patch, grid) { -1.0 } else { 0.0 }

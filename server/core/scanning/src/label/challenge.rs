@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::evidence::{Evidence, Kind};
 use super::trial::Trial;
 use crate::params::{
-    CHALLENGE_MARGIN, CHALLENGE_MARGIN_WITHOUT_RANKS, PIECES_PER_TASK, RANK_ONLY_LENGTH_PITCHES,
-    SECOND_LOOK_SAMPLES, SECOND_LOOK_SHARE,
+    CHALLENGE_MARGIN, CHALLENGE_MARGIN_UNSEEN, CHALLENGE_MARGIN_WITHOUT_RANKS, PIECES_PER_TASK,
+    RANK_ONLY_LENGTH_PITCHES, SECOND_LOOK_SAMPLES, SECOND_LOOK_SHARE, SEEN_SHARE,
 };
 
 /// Evidence between sheets; continuity between them does not count.
@@ -40,10 +40,14 @@ pub fn challenged(
     let graph = SheetGraph::new(evidence, labels, sheets, true);
     let unranked = moving.then(|| SheetGraph::new(evidence, labels, sheets, false));
     let in_doubt = |(trial, unranked): &mut (Trial, Option<Trial>), sheet: usize| {
-        if trial.has_rival(sheet, CHALLENGE_MARGIN, |_| true) {
+        let is_short = moving && lengths_pitches[sheet] < RANK_ONLY_LENGTH_PITCHES;
+        let is_unseen =
+            is_short && graph.second_looks(sheet, graph.labels[sheet]) < SEEN_SHARE * graph.sizes[sheet];
+        let margin = if is_unseen { CHALLENGE_MARGIN_UNSEEN } else { CHALLENGE_MARGIN };
+        if trial.has_rival(sheet, margin, |_| true) {
             return true;
         }
-        let short = unranked.as_mut().filter(|_| lengths_pitches[sheet] < RANK_ONLY_LENGTH_PITCHES);
+        let short = unranked.as_mut().filter(|_| is_short);
         short.is_some_and(|trial| {
             let graph = trial.graph;
             trial.has_rival(sheet, CHALLENGE_MARGIN_WITHOUT_RANKS, |rival| graph.is_seen_again(sheet, rival))
@@ -124,12 +128,15 @@ impl SheetGraph {
         &self.pairs[sheet * self.n_labels + label]
     }
 
-    /// Whether other sheets, labelled as they are, see the surface that `label` would give this sheet.
-    fn is_seen_again(&self, sheet: usize, label: usize) -> bool {
+    /// By how much other sheets, labelled as they are, see the surface that `label` would give this sheet.
+    fn second_looks(&self, sheet: usize, label: usize) -> f64 {
         let agreeing = self.agreements[sheet * self.n_labels + label].iter();
-        let seen: f64 =
-            agreeing.filter(|pair| self.labels[pair.0 as usize] == pair.1 as usize).map(|pair| pair.2).sum();
-        seen >= (SECOND_LOOK_SHARE * self.sizes[sheet]).max(SECOND_LOOK_SAMPLES)
+        agreeing.filter(|pair| self.labels[pair.0 as usize] == pair.1 as usize).map(|pair| pair.2).sum()
+    }
+
+    /// Whether they see enough of it to make the label plausible.
+    fn is_seen_again(&self, sheet: usize, label: usize) -> bool {
+        self.second_looks(sheet, label) >= (SECOND_LOOK_SHARE * self.sizes[sheet]).max(SECOND_LOOK_SAMPLES)
     }
 }
 

@@ -1,7 +1,6 @@
 //! What labelling needs of every frame, gathered in a few passes: a scan's points need not be in memory together.
 
 use nalgebra::Vector3;
-use optics::{DepthRangeMm, Triangulator};
 use vision::{Centrelines, LineDirection};
 
 use super::columns::{Columns, pieces_of};
@@ -14,8 +13,6 @@ use crate::scan::ScanError;
 
 /// The pieces of all frames and what they show by themselves and in their frame.
 pub struct Looks {
-    /// Which way the lines run.
-    pub direction: LineDirection,
     /// Ordered by frame, segment, then along the line.
     pub pieces: Vec<Piece>,
     /// Their samples.
@@ -24,35 +21,33 @@ pub struct Looks {
     pub ends: Vec<(End, End)>,
     /// Per piece: whether it follows the one before it without a jump.
     pub joined: Vec<bool>,
+    /// Per piece: full width of the line at half its height.
+    pub widths_px: Vec<f64>,
     /// Per frame: what its pieces share.
     pub shared_columns: Vec<SharedColumns>,
 }
 
-/// Looks at every frame. `travel_order`: the frames in the sequence of their stage positions.
+/// Looks at every frame.
 pub fn look_at(
     frames: &dyn Frames,
     shifts_mm: &[Vector3<f64>],
-    travel_order: &[usize],
-    triangulator: &Triangulator,
-    depth_range_mm: DepthRangeMm,
+    view: &View,
+    pieces: Vec<Piece>,
 ) -> Result<Looks, ScanError> {
-    let balances = of_every_frame(frames, |_, lines| pieces::line_balance(lines))?;
-    let direction = pieces::line_direction(balances.iter().sum());
-    let pieces = cut_pieces(frames, travel_order, direction)?;
-    let view = View { triangulator, depth_range_mm, direction };
     let mut looks = Looks {
-        direction,
         samples: Samples::new(),
         ends: Vec::with_capacity(pieces.len()),
         joined: Vec::with_capacity(pieces.len()),
+        widths_px: Vec::with_capacity(pieces.len()),
         shared_columns: Vec::with_capacity(frames.n_frames()),
         pieces: Vec::new(),
     };
-    let look = |frame| Ok(FrameLook::new(&view, &pieces, frame, &*lines_of(frames, frame)?, &shifts_mm[frame]));
+    let look = |frame| Ok(FrameLook::new(view, &pieces, frame, &*lines_of(frames, frame)?, &shifts_mm[frame]));
     in_order(frames.n_frames(), look, |look| {
         look.samples.into_iter().for_each(|piece| looks.samples.add_piece(piece));
         looks.ends.extend(look.ends);
         looks.joined.extend(look.joined);
+        looks.widths_px.extend(look.widths_px);
         looks.shared_columns.push(look.shared_columns);
         Ok(())
     })?;
@@ -60,8 +55,9 @@ pub fn look_at(
     Ok(looks)
 }
 
-/// The pieces of all frames, cut at their own kinks and at the joints of their neighbours.
-fn cut_pieces(
+/// The pieces of all frames, cut at their own kinks and at the joints of their neighbours. `travel_order`: the frames in
+/// the sequence of their stage positions.
+pub fn cut_pieces(
     frames: &dyn Frames,
     travel_order: &[usize],
     direction: LineDirection,
@@ -84,6 +80,7 @@ struct FrameLook {
     samples: Vec<Vec<Sample>>,
     ends: Vec<(End, End)>,
     joined: Vec<bool>,
+    widths_px: Vec<f64>,
     shared_columns: SharedColumns,
 }
 
@@ -98,9 +95,16 @@ impl FrameLook {
             shared_columns: shared_columns(samples.iter().flatten(), &columns),
             ends: pieces[own.clone()].iter().map(|piece| both_ends(piece, lines, view.direction)).collect(),
             joined: own.clone().map(follows).collect(),
+            widths_px: pieces[own.clone()].iter().map(|piece| width_px(piece, lines)).collect(),
             samples,
         }
     }
+}
+
+/// Mean over the points of a piece.
+fn width_px(piece: &Piece, lines: &Centrelines) -> f64 {
+    let widths = piece.points(lines).iter().map(|point| f64::from(point.width_px));
+    widths.sum::<f64>() / piece.n_points() as f64
 }
 
 fn both_ends(piece: &Piece, lines: &Centrelines, direction: LineDirection) -> (End, End) {

@@ -15,6 +15,7 @@ mod patches;
 mod pieces;
 mod ranks;
 mod relax;
+mod sections;
 mod sheets;
 mod still;
 mod tracks;
@@ -24,7 +25,7 @@ use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
 use vision::LineDirection;
 
-use crate::frames::Frames;
+use crate::frames::{Frames, lines_of};
 use crate::params::{
     AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
     SYSTEMATIC_SIGMAS, UNLABELLED_COST,
@@ -84,25 +85,20 @@ pub fn label_frames(
     triangulator: &Triangulator,
     depth_range_mm: DepthRangeMm,
 ) -> Result<Labels, ScanError> {
-    let calibration = triangulator.calibration();
     let travel = Travel::of(shifts_mm);
-    let looks::Looks { direction, pieces, samples, ends, joined, shared_columns } =
-        looks::look_at(frames, shifts_mm, &travel.order, triangulator, depth_range_mm)?;
-    let mut evidence = depth_evidence(&samples, &pieces, calibration.orders.len());
-    let partners = tracks::add_tracks(&mut evidence, &samples, &pieces, frames, direction, &travel.order)?;
-    tracks::add_continuations(&mut evidence, &samples, &pieces, &ends);
-    tracks::add_joints(&mut evidence, &joined);
-    shared_columns.iter().for_each(|shared| ranks::add_ranks(&mut evidence, shared));
-    let outlook = outlook(&travel, calibration, depth_range_mm, direction);
-    let scene = agreement::Scene {
-        samples: &samples,
-        pieces: &pieces,
-        partners: &partners,
-        travel_rank: &travel.rank,
-        shifts_mm,
-        outlook: &outlook,
-    };
-    agreement::add_second_looks(&mut evidence, &scene);
+    let direction = lines_of(frames, 0)?.direction;
+    let mut pieces = looks::cut_pieces(frames, &travel.order, direction)?;
+    let view = hypotheses::View { triangulator, depth_range_mm, direction };
+    if frames.n_frames() > 1 {
+        let (whole, evidence, _) = gathered(frames, shifts_mm, &travel, &view, pieces)?;
+        let (of_pieces, _) = relax::best_labels(&evidence);
+        let sections = sections::sections(&whole.pieces);
+        let start = sections::labels_of(&sections, &of_pieces);
+        let (looks, evidence, _) = gathered(frames, shifts_mm, &travel, &view, sections)?;
+        pieces = sections::merged(&looks.pieces, &relax::best_from(&evidence, start));
+    }
+    let (looks, evidence, partners) = gathered(frames, shifts_mm, &travel, &view, pieces)?;
+    let looks::Looks { mut pieces, samples, joined, widths_px, .. } = looks;
     let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
     let challenged = |labels: &[usize]| {
         let sheets = sheets::sheets(labels, &samples, &pieces, &partners);
@@ -112,7 +108,41 @@ pub fn label_frames(
     let settled = relax::settle(&evidence, confirmation, challenged);
     let mut verdicts = settled.clone();
     doubt_stubs(&pieces, &mut verdicts, &settled, &joined);
+    if frames.n_frames() > 1 {
+        (pieces, verdicts) = sections::doubt_seams(&pieces, &verdicts, &widths_px);
+    }
     Ok(Labels { verdicts, pieces, direction })
+}
+
+/// What is seen of pieces, what that says about their labels, and the same line in the frames around.
+type Gathered = (looks::Looks, Evidence, tracks::Partners);
+
+fn gathered(
+    frames: &dyn Frames,
+    shifts_mm: &[Vector3<f64>],
+    travel: &Travel,
+    view: &hypotheses::View,
+    pieces: Vec<Piece>,
+) -> Result<Gathered, ScanError> {
+    let (direction, calibration) = (view.direction, view.triangulator.calibration());
+    let looks = looks::look_at(frames, shifts_mm, view, pieces)?;
+    let looks::Looks { pieces, samples, ends, joined, shared_columns, .. } = &looks;
+    let mut evidence = depth_evidence(samples, pieces, calibration.orders.len());
+    let partners = tracks::add_tracks(&mut evidence, samples, pieces, frames, direction, &travel.order)?;
+    tracks::add_continuations(&mut evidence, samples, pieces, ends);
+    tracks::add_joints(&mut evidence, joined);
+    shared_columns.iter().for_each(|shared| ranks::add_ranks(&mut evidence, shared));
+    let outlook = outlook(travel, calibration, view.depth_range_mm, direction);
+    let scene = agreement::Scene {
+        samples,
+        pieces,
+        partners: &partners,
+        travel_rank: &travel.rank,
+        shifts_mm,
+        outlook: &outlook,
+    };
+    agreement::add_second_looks(&mut evidence, &scene);
+    Ok((looks, evidence, partners))
 }
 
 /// Per sheet: the longest of its pieces in line pitches.

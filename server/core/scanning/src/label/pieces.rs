@@ -22,12 +22,26 @@ pub struct Piece {
     pub along: i64,
     /// Scan columns (rows) between samples.
     pub stride: usize,
+    /// Whether it goes on where the piece before it ends, without any sign of a joint.
+    pub continues: bool,
 }
 
 impl Piece {
     /// Number of points.
     pub fn n_points(&self) -> usize {
         self.end - self.first
+    }
+
+    /// One past the scan column (row) of the last point.
+    pub fn end_along(&self) -> i64 {
+        self.along + self.n_points() as i64
+    }
+
+    /// What of it lies in scan columns (rows) from `from` to before `to`.
+    pub fn part(&self, from: i64, to: i64) -> Self {
+        let n_points = (to - from) as usize;
+        let first = self.first + (from - self.along) as usize;
+        Self { first, end: first + n_points, along: from, stride: stride_for(n_points), ..*self }
     }
 
     /// The points of the piece.
@@ -57,20 +71,6 @@ pub fn along_across(point: &CentrelinePoint, direction: LineDirection) -> (f64, 
     }
 }
 
-/// By how much the points' normals of a frame point along image columns rather than rows.
-pub fn line_balance(lines: &Centrelines) -> f64 {
-    let mut balance = 0.0;
-    for segment in &lines.segments {
-        balance += segment.points.iter().map(|point| point.normal[1].abs() - point.normal[0].abs()).sum::<f64>();
-    }
-    balance
-}
-
-/// Which way the lines run, from the balance of all frames.
-pub fn line_direction(balance: f64) -> LineDirection {
-    if balance < 0.0 { LineDirection::Columns } else { LineDirection::Rows }
-}
-
 /// The pieces of one frame, ordered by segment, then along the line.
 pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirection) -> Vec<Piece> {
     let mut pieces = Vec::new();
@@ -81,7 +81,7 @@ pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirecti
             }
             let along = along_across(&segment.points[first], direction).0.round() as i64;
             let stride = stride_for(end - first);
-            pieces.push(Piece { frame, segment: segment_idx, first, end, along, stride });
+            pieces.push(Piece { frame, segment: segment_idx, first, end, along, stride, continues: false });
         }
     }
     pieces
@@ -180,13 +180,8 @@ fn cut_piece(piece: Piece, lines: &Centrelines, direction: LineDirection, joints
         }
     }
     places.push(end);
-    let part = |pair: &[i64]| {
-        let n_points = (pair[1] - pair[0]) as usize;
-        let first = piece.first + (pair[0] - piece.along) as usize;
-        let fresh = Piece { first, end: first + n_points, along: pair[0], stride: stride_for(n_points), ..piece };
-        (n_points >= MIN_PIECE_POINTS).then_some(fresh)
-    };
-    places.windows(2).filter_map(part).collect()
+    let parts = places.windows(2).map(|pair| piece.part(pair[0], pair[1]));
+    parts.filter(|part| part.n_points() >= MIN_PIECE_POINTS).collect()
 }
 
 /// The largest of 16, 8, 4, … that still gives enough samples: strides nest, so that pieces of neighbouring

@@ -27,8 +27,7 @@ pub fn settle(
     confirmation: Option<f64>,
     challenged: impl Fn(&[usize]) -> Vec<bool>,
 ) -> Vec<Verdict> {
-    let mut labels = hardened(evidence, relaxed(evidence));
-    let doubtful_groups = challenge_groups(evidence, &mut labels);
+    let (labels, doubtful_groups) = best_labels(evidence);
     let challenged = challenged(&labels);
     let doubtful: Vec<bool> = (0..evidence.n_pieces())
         .map(|piece| {
@@ -56,6 +55,23 @@ pub fn settle(
         label => Verdict::Order(label),
     };
     labels.iter().zip(doubtful).map(verdict).collect()
+}
+
+/// The best label of every piece, and whether it belongs to a group for which others are about as good.
+pub fn best_labels(evidence: &Evidence) -> (Vec<usize>, Vec<bool>) {
+    let mut labels = hardened(evidence);
+    let doubtful = challenge_groups(evidence, &mut labels);
+    (labels, doubtful)
+}
+
+/// The better of [`best_labels`] and `start` improved. Relaxation finds what many parts change together, but leaves islands
+/// on slopes, where shifted surfaces agree.
+pub fn best_from(evidence: &Evidence, mut start: Vec<usize>) -> Vec<usize> {
+    improve(evidence, &mut start, |_| true);
+    let (fresh, _) = best_labels(evidence);
+    let everything: Vec<usize> = (0..evidence.n_pieces()).collect();
+    let total = |labels: &[usize]| group_support(evidence, labels, &everything);
+    if total(&fresh) > total(&start) { fresh } else { start }
 }
 
 /// Mean-field beliefs, sharpened slowly: every label's support is averaged over what the others believe.
@@ -91,8 +107,8 @@ fn softmax(supports: &mut [f64], sharpness: f64) {
 }
 
 /// Most believed labels, improved one by one until nothing changes.
-fn hardened(evidence: &Evidence, beliefs: Vec<f64>) -> Vec<usize> {
-    let n = evidence.n_labels;
+fn hardened(evidence: &Evidence) -> Vec<usize> {
+    let (n, beliefs) = (evidence.n_labels, relaxed(evidence));
     let mut labels: Vec<usize> = beliefs.chunks_exact(n).map(largest).collect();
     improve(evidence, &mut labels, |_| true);
     labels

@@ -7,7 +7,7 @@ use super::pieces::Piece;
 use super::tracks::Partners;
 use crate::params::{
     PATCH_CURVATURE_PER_MM, SHEET_LINK_FLOOR_MM, SHEET_LINK_OVERLAP_PX, SHEET_LINK_PITCHES, SHEET_LINK_SHARE,
-    SMOOTH_SIGMAS,
+    SHEET_LINK_SHARE_OF_LONGER, SMOOTH_SIGMAS,
 };
 
 /// Per piece: its sheet, numbered by first piece.
@@ -34,7 +34,9 @@ pub fn sheets(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &
         let (a, b) = (&pieces[a], &pieces[b]);
         let end = |piece: &Piece| piece.along + piece.n_points() as i64;
         let shared = (end(a).min(end(b)) - a.along.max(b.along)) as f64;
-        shared >= SHEET_LINK_OVERLAP_PX && shared >= SHEET_LINK_SHARE * a.n_points().min(b.n_points()) as f64
+        shared >= SHEET_LINK_OVERLAP_PX
+            && shared >= SHEET_LINK_SHARE * a.n_points().min(b.n_points()) as f64
+            && shared >= SHEET_LINK_SHARE_OF_LONGER * a.n_points().max(b.n_points()) as f64
     };
     for ((a, b), _) in links.iter().filter(|(pair, link)| overlaps(pair) && link.is_smooth()) {
         let (a, b) = (find(&mut root, *a), find(&mut root, *b));

@@ -11,7 +11,7 @@ use super::pieces::{Piece, along_across};
 use crate::frames::{Frames, lines_of};
 use crate::params::{
     CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT,
-    CUT_TRIM_POINTS, JOINT_WEIGHT, KINK_STEP_PX, TRACK_GATE_PITCHES, TRACK_WEIGHT,
+    CUT_TRIM_POINTS, JOINT_WEIGHT, KINK_STEP_PX, SECTION_WEIGHT, TRACK_GATE_PITCHES, TRACK_WEIGHT,
 };
 use crate::scan::ScanError;
 
@@ -83,7 +83,8 @@ pub fn add_continuations(evidence: &mut Evidence, samples: &Samples, pieces: &[P
             let Some((right, best)) = strongest(first..end, |right| strength(left, right)) else { continue };
             if strongest(first..end, |other| strength(other, right)).is_some_and(|(back, _)| back == left) {
                 let smaller = evidence.sizes[left].min(evidence.sizes[right]);
-                evidence.add_bond(left, right, best * CONTINUATION_WEIGHT * smaller.min(1.0));
+                let weight = if pieces[right].continues { SECTION_WEIGHT } else { CONTINUATION_WEIGHT };
+                evidence.add_bond(left, right, best * weight * smaller.min(1.0));
             }
         }
         first = end;

@@ -164,8 +164,8 @@ pub fn station(n_orders: i8, turned: bool) -> Calibration {
 }
 
 /// Centrelines from segments.
-pub fn centrelines(segments: Vec<Segment>) -> Centrelines {
-    Centrelines { segments, correlation_px: 2.0 }
+pub fn centrelines(segments: Vec<Segment>, direction: LineDirection) -> Centrelines {
+    Centrelines { segments, direction, correlation_px: 2.0 }
 }
 
 /// Says per piece-sized run of points what was lost or wrong; for a person looking into a failure.

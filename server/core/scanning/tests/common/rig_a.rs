@@ -109,7 +109,8 @@ pub fn truth_scan(folder: &std::path::Path, scan: &str) -> KnownScan {
             }
         }
         let (found, orders) = segments(&points, LineDirection::Rows);
-        known.frames.push(ScanFrame { centrelines: centrelines(found), position_mm: positions[frame].1 });
+        let centrelines = centrelines(found, LineDirection::Rows);
+        known.frames.push(ScanFrame { centrelines, position_mm: positions[frame].1 });
         known.orders.push(orders);
     }
     known

@@ -42,7 +42,7 @@ pub fn scan_with(
             points.extend(line(calibration, grating, order, &depth, turned, &mut || understated * noise.next()));
         }
         let (found, orders) = segments(&points, direction);
-        (ScanFrame { centrelines: centrelines(found), position_mm }, orders)
+        (ScanFrame { centrelines: centrelines(found, direction), position_mm }, orders)
     });
     let (frames, orders) = frames.unzip();
     KnownScan { frames, orders }

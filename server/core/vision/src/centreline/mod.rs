@@ -87,6 +87,8 @@ pub struct Segment {
 pub struct Centrelines {
     /// Connected pieces, ordered by their first point along the line, then across.
     pub segments: Vec<Segment>,
+    /// Which way the lines run.
+    pub direction: LineDirection,
     /// Distance along the line, in scan columns (rows), over which neighbouring points share their noise:
     /// the mean of `n` neighbouring points has variance sigma² · min(1, correlation_px / n).
     pub correlation_px: f64,
@@ -133,6 +135,7 @@ impl CentrelineExtractor {
     }
 
     fn along_rows(&mut self, image: &GreyImage, method: CentrelineMethod, found: &mut Centrelines) {
+        found.direction = LineDirection::Rows;
         if method != CentrelineMethod::Steger || !fast::fits(image.width(), image.height()) {
             *found = along_rows_by_reference(image, method);
             return;
@@ -171,6 +174,7 @@ fn along_rows_by_reference(image: &GreyImage, method: CentrelineMethod) -> Centr
 
 /// Rows become columns again.
 fn exchange(centrelines: &mut Centrelines) {
+    centrelines.direction = LineDirection::Columns;
     for point in centrelines.segments.iter_mut().flat_map(|segment| &mut segment.points) {
         (point.u_px, point.v_px) = (point.v_px, point.u_px);
         point.normal.reverse();

@@ -60,7 +60,7 @@ impl PeaksFile {
             let name = format!("frame {}", places.len());
             match read_record(&mut input, &name)? {
                 Record::Frame(body) => {
-                    let (frame, captured_at_ns) = read_frame(&body, &name)?;
+                    let (frame, captured_at_ns) = read_frame(&body, header.line_direction, &name)?;
                     places.push(Place {
                         offset_bytes: offset_bytes + Head::BYTES as u64,
                         size_bytes: body.len() as u32,
@@ -95,7 +95,7 @@ impl PeaksFile {
             file.seek(SeekFrom::Start(place.offset_bytes))?;
             file.read_exact(&mut body)?;
         }
-        Ok(read_frame(&body, &format!("frame {frame}"))?.0)
+        Ok(read_frame(&body, self.header.line_direction, &format!("frame {frame}"))?.0)
     }
 }
 
@@ -142,7 +142,7 @@ pub fn read_one_frame(
     mut input: impl Read + Seek,
     frame: usize,
 ) -> Result<Result<(ScanFrame, Option<u64>), usize>, ContentError> {
-    read_header(&mut input)?;
+    let header = read_header(&mut input)?;
     for idx in 0..frame {
         let head = read_head(&mut input, &format!("frame {idx}"))?;
         if head.kind != FRAME_RECORD {
@@ -152,7 +152,7 @@ pub fn read_one_frame(
     }
     let name = format!("frame {frame}");
     match read_record(&mut input, &name)? {
-        Record::Frame(body) => Ok(Ok(read_frame(&body, &name)?)),
+        Record::Frame(body) => Ok(Ok(read_frame(&body, header.line_direction, &name)?)),
         Record::End(n_frames) if n_frames == frame as u64 => Ok(Err(frame)),
         Record::End(_) => Err(damaged(&name)),
     }

@@ -157,14 +157,18 @@ pub(super) fn read_record(input: &mut impl Read, place: &str) -> Result<Record, 
 }
 
 fn add_frame(peaks: &mut Peaks, body: &[u8], place: &str) -> Result<(), ContentError> {
-    let (frame, captured_at_ns) = read_frame(body, place)?;
+    let (frame, captured_at_ns) = read_frame(body, peaks.header.line_direction, place)?;
     peaks.frames.push(frame);
     peaks.captured_at_ns.push(captured_at_ns);
     Ok(())
 }
 
 /// The frame that a record holds, and when it was taken.
-pub(super) fn read_frame(body: &[u8], place: &str) -> Result<(ScanFrame, Option<u64>), ContentError> {
+pub(super) fn read_frame(
+    body: &[u8],
+    direction: LineDirection,
+    place: &str,
+) -> Result<(ScanFrame, Option<u64>), ContentError> {
     let mut cursor = Cursor { bytes: body, place };
     let (position_mm, time_ns, correlation_px) = (cursor.f64()?, cursor.u64()?, cursor.f64()?);
     let n_segments = cursor.u32()?;
@@ -179,7 +183,7 @@ pub(super) fn read_frame(body: &[u8], place: &str) -> Result<(ScanFrame, Option<
         segments.push(Segment { points });
     }
     cursor.end()?;
-    let frame = ScanFrame { centrelines: Centrelines { segments, correlation_px }, position_mm };
+    let frame = ScanFrame { centrelines: Centrelines { segments, direction, correlation_px }, position_mm };
     Ok((frame, (time_ns != NO_TIME).then_some(time_ns)))
 }
 

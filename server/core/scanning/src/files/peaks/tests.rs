@@ -23,13 +23,14 @@ fn frame(idx: u32, n_points: u32) -> ScanFrame {
     let piece = |n: u32| Segment { points: (0..n).map(point).collect() };
     let segments = vec![piece(n_points), piece(0), piece(1)];
     ScanFrame {
-        centrelines: Centrelines { segments, correlation_px: 3.3 },
+        centrelines: Centrelines { segments, direction: HEADER.line_direction, correlation_px: 3.3 },
         position_mm: f64::from(idx) * 0.1 - 20.0,
     }
 }
 
 fn dark() -> ScanFrame {
-    ScanFrame { centrelines: Centrelines::default(), position_mm: 0.1 + 0.2 }
+    let centrelines = Centrelines { direction: HEADER.line_direction, ..Centrelines::default() };
+    ScanFrame { centrelines, position_mm: 0.1 + 0.2 }
 }
 
 fn written(frames: &[ScanFrame]) -> Vec<u8> {

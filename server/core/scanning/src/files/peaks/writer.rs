@@ -166,7 +166,7 @@ fn pack_record(
 }
 
 fn write_frame(body: &mut Vec<u8>, centrelines: &Centrelines, position_mm: f64, captured_at_ns: Option<u64>) {
-    let Centrelines { segments, correlation_px } = centrelines;
+    let Centrelines { segments, correlation_px, .. } = centrelines;
     body.extend(position_mm.to_le_bytes());
     body.extend(captured_at_ns.unwrap_or(NO_TIME).to_le_bytes());
     body.extend(correlation_px.to_le_bytes());

@@ -48,6 +48,7 @@ impl Cutter {
                         end,
                         along: along[first].round() as i64,
                         stride,
+                        continues: false,
                     });
                 }
             };

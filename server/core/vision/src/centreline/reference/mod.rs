@@ -16,7 +16,7 @@ pub mod traces;
 pub mod width;
 
 use super::view::{Level, View};
-use super::{CentrelineMethod, CentrelinePoint, Centrelines, Segment};
+use super::{CentrelineMethod, CentrelinePoint, Centrelines, LineDirection, Segment};
 use crate::params::MIN_SEGMENT_COLUMNS;
 use along::{Averaged, Averager};
 use candidates::{Boxes, find_candidates};
@@ -84,7 +84,8 @@ fn described(lines: &[Vec<Crossing>], width_px: f32, method: CentrelineMethod, k
     }
     // A fit that keeps the mean keeps the noise at long waves: variance × correlation length is conserved.
     let gain = median(&mut gains).unwrap_or(1.0);
-    Centrelines { segments, correlation_px: (gain * scatter.correlation_px()).max(1.0) }
+    let correlation_px = (gain * scatter.correlation_px()).max(1.0);
+    Centrelines { segments, direction: LineDirection::Rows, correlation_px }
 }
 
 /// A crossing as the averaging along the line places it.

@@ -111,7 +111,7 @@ impl Bench {
             saturated: false,
         };
         let segments = vec![Segment { points: (0..8).map(point).collect() }];
-        let centrelines = Centrelines { segments, correlation_px: 2.0 };
+        let centrelines = Centrelines { segments, correlation_px: 2.0, ..Default::default() };
         self.frames.send_replace(Some(frame.clone()));
         self.bus.show(Arc::new(LiveFrame {
             frame,

@@ -1,0 +1,120 @@
+//! A moving scan's pieces cut once more, where parts of one speak for different labels.
+//!
+//! A block as high as one wrap carries a line on without a step that could be measured. So every piece is first taken as
+//! a row of sections, one for each full sample, that only weakly hold together; where their labels differ is a seam.
+
+use super::pieces::Piece;
+use super::relax::Verdict;
+use crate::params::{END_WIDTHS, SAMPLE_STRIDE_PX};
+
+/// Every piece in sections around the places of full samples, which all frames share.
+pub fn sections(pieces: &[Piece]) -> Vec<Piece> {
+    pieces.iter().flat_map(sections_of).collect()
+}
+
+fn sections_of(piece: &Piece) -> impl Iterator<Item = Piece> + use<> {
+    let (piece, end, length) = (*piece, piece.end_along(), SAMPLE_STRIDE_PX as i64);
+    let first = (piece.along + length - 1).div_euclid(length) * length + length / 2;
+    // Beyond the last seam there is a full sample, too.
+    let seams = (first..end - length / 2).step_by(SAMPLE_STRIDE_PX);
+    let starts = std::iter::once(piece.along).chain(seams.clone());
+    let ends = seams.chain(std::iter::once(end));
+    starts.zip(ends).map(move |(from, to)| Piece {
+        continues: from != piece.along,
+        stride: piece.stride,
+        ..piece.part(from, to)
+    })
+}
+
+/// The labels of whole pieces as those of their sections.
+pub fn labels_of(sections: &[Piece], of_pieces: &[usize]) -> Vec<usize> {
+    let mut labels = of_pieces.iter();
+    let mut label = 0;
+    let of_section = |section: &Piece| {
+        if !section.continues {
+            label = *labels.next().expect("every piece begins with a section");
+        }
+        label
+    };
+    sections.iter().map(of_section).collect()
+}
+
+/// Sections of one piece and one label joined again.
+pub fn merged(sections: &[Piece], labels: &[usize]) -> Vec<Piece> {
+    let mut pieces: Vec<Piece> = Vec::new();
+    for (idx, section) in sections.iter().enumerate() {
+        match pieces.last_mut() {
+            Some(piece) if section.continues && labels[idx - 1] == labels[idx] => {
+                *piece = piece.part(piece.along, section.end_along());
+            }
+            _ => pieces.push(Piece { continues: false, ..section.part(section.along, section.end_along()) }),
+        }
+    }
+    pieces
+}
+
+/// What lies near a seam of two pieces with different labels belongs to neither: its place is known to a section, and no
+/// better than the extraction smooths.
+pub fn doubt_seams(pieces: &[Piece], verdicts: &[Verdict], widths_px: &[f64]) -> (Vec<Piece>, Vec<Verdict>) {
+    let margin = |before: usize, after: usize| {
+        let (a, b) = (&pieces[before], &pieces[after]);
+        if (a.frame, a.segment, a.end) != (b.frame, b.segment, b.first) || verdicts[before] == verdicts[after] {
+            return 0;
+        }
+        let blur_px = END_WIDTHS * widths_px[before].max(widths_px[after]);
+        (blur_px as i64).max(SAMPLE_STRIDE_PX as i64)
+    };
+    let (mut parts, mut fates) = (Vec::new(), Vec::new());
+    for (idx, piece) in pieces.iter().enumerate() {
+        let (from, end) = (piece.along, piece.end_along());
+        let start = if idx > 0 { (from + margin(idx - 1, idx)).min(end) } else { from };
+        let stop = if idx + 1 < pieces.len() { (end - margin(idx, idx + 1)).max(start) } else { end };
+        let near = if verdicts[idx] == Verdict::Contradicted { Verdict::Contradicted } else { Verdict::Doubtful };
+        for (from, to, fate) in [(from, start, near), (start, stop, verdicts[idx]), (stop, end, near)] {
+            if from < to {
+                parts.push(piece.part(from, to));
+                fates.push(fate);
+            }
+        }
+    }
+    (parts, fates)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line of 600 points from column 5 on.
+    fn line() -> Piece {
+        Piece { frame: 3, segment: 2, first: 40, end: 640, along: 5, stride: SAMPLE_STRIDE_PX, continues: false }
+    }
+
+    #[test]
+    fn every_section_has_one_full_sample_and_together_they_are_the_piece() {
+        for n_points in [4, 16, 17, 24, 31, 32, 33, 600] {
+            let piece = line().part(5, 5 + n_points);
+            let sections = sections(&[piece]);
+            assert!(sections.windows(2).all(|pair| pair[0].end == pair[1].first && pair[1].continues));
+            let labels = labels_of(&sections, &[4]);
+            assert_eq!(merged(&sections, &labels), [piece], "{n_points} points");
+            let n_samples: Vec<usize> = sections.iter().map(|section| section.samples().count()).collect();
+            let whole = piece.stride == SAMPLE_STRIDE_PX;
+            assert!(!whole || n_samples.iter().all(|&n| n == 1), "{n_points} points: {n_samples:?}");
+        }
+    }
+
+    #[test]
+    fn where_labels_differ_is_a_seam_and_what_lies_near_it_is_doubtful() {
+        let sections = sections(&[line()]);
+        let labels: Vec<usize> = (0..sections.len()).map(|idx| usize::from(idx >= 20)).collect();
+        let pieces = merged(&sections, &labels);
+        assert_eq!(pieces.iter().map(|piece| piece.along).collect::<Vec<_>>(), [5, 328]);
+        let widths_px = [8.0, 10.0];
+        let (parts, verdicts) = doubt_seams(&pieces, &[Verdict::Order(0), Verdict::Order(1)], &widths_px);
+        assert_eq!(parts.iter().map(|part| part.along).collect::<Vec<_>>(), [5, 306, 328, 350]);
+        let doubtful = Verdict::Doubtful;
+        assert_eq!(verdicts, [Verdict::Order(0), doubtful, doubtful, Verdict::Order(1)]);
+        let same = [Verdict::Order(1); 2];
+        assert_eq!(doubt_seams(&pieces, &same, &widths_px), (pieces.clone(), same.to_vec()));
+    }
+}
