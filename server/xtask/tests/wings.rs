@@ -21,7 +21,6 @@ const ARROWS: [(&str, &str, &[&str]); 17] = [
             "sheaf-station",
             "sheaf-store",
             "sheaf-twin",
-            "sheaf-devices",
             "sheaf-pipeline",
             "sheaf-metrology",
             "sheaf-scanning",
@@ -36,7 +35,6 @@ const ARROWS: [(&str, &str, &[&str]); 17] = [
         "server/service/http",
         &[
             "sheaf-app",
-            "sheaf-report",
             "sheaf-live",
             "sheaf-station",
             "sheaf-store",

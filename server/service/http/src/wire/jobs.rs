@@ -234,6 +234,15 @@ impl From<JobView> for JobDto {
     }
 }
 
+/// Why a job failed, as it was stored.
+fn stored_problem(stored: Value) -> Problem {
+    let error: AppError = serde_json::from_value(stored).unwrap_or_else(|cause| {
+        AppError::new(ErrorKind::Damaged, "why the job failed was stored by another version")
+            .because(cause.to_string())
+    });
+    Problem::from(error)
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
@@ -248,13 +257,4 @@ mod tests {
         assert_eq!(told(counted), json!({ "phase": "exposing_board", "number": 3, "of": 12 }));
         assert_eq!(told(Phase::Homing.into()), json!({ "phase": "homing" }));
     }
-}
-
-/// Why a job failed, as it was stored.
-fn stored_problem(stored: Value) -> Problem {
-    let error: AppError = serde_json::from_value(stored).unwrap_or_else(|cause| {
-        AppError::new(ErrorKind::Damaged, "why the job failed was stored by another version")
-            .because(cause.to_string())
-    });
-    Problem::from(error)
 }

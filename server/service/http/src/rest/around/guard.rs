@@ -108,9 +108,12 @@ mod tests {
     }
 
     fn check_at(reached: &str, method: Method, pairs: &[(&'static str, &'static str)]) -> Option<u16> {
-        let mut config = HttpConfig::default();
-        config.allowed_hosts = vec!["Line3".to_owned()];
-        config.allowed_origins = vec!["https://mes.example".to_owned(), "chrome-extension://x".to_owned()];
+        let config = HttpConfig {
+            listen_ip: Some("127.0.0.1".parse().unwrap()),
+            allowed_hosts: vec!["Line3".to_owned()],
+            allowed_origins: vec!["https://mes.example".to_owned(), "chrome-extension://x".to_owned()],
+            trusted_proxy: false,
+        };
         let headers = pairs.iter().map(|(name, value)| (name.parse().unwrap(), value.parse().unwrap()));
         let reached = Some(reached.parse().unwrap());
         Guard::new(&config).check(&method, &headers.collect(), None, reached).err().map(|problem| problem.status)

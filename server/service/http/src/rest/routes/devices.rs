@@ -83,7 +83,7 @@ async fn change_camera_settings(
     authorize(&app.control, &headers)?;
     check(&headers, &settings(&app).0)?;
     let wanted = CameraRequest::from(body.value);
-    app.station.manual(Manual::Configure(wanted.clone())).await?;
+    app.station.manual(Manual::Configure(wanted)).await?;
     configured(&app, peer, &headers, &wanted).await
 }
 
