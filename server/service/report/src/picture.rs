@@ -73,7 +73,7 @@ pub fn background(image: &GreyImage, zoom: usize, brightest: f32) -> RgbImage {
     })
 }
 
-/// The grey level that all but [`CLIPPED_SHARE`] of the pixels stay below.
+/// The grey level that all but a few of the pixels stay below.
 pub fn bright_level(image: &GreyImage) -> f32 {
     const BINS: usize = 256;
     let mut histogram = [0usize; BINS];
