@@ -105,7 +105,7 @@ impl Station {
         if let Operational(SingleExecution) = self.machine {
             return Err(StationRefusal::Busy { activity: self.activity().to_owned() });
         }
-        if self.ails("camera") {
+        if self.is_faulted("camera") {
             return Err(self.in_error());
         }
         if self.live.is_some() && wanted.trigger.is_some_and(|trigger| trigger != Trigger::Free) {

@@ -136,7 +136,7 @@ impl Station {
 
     fn laser_light(&self) -> LaserLight {
         let Some(laser) = &self.laser else { return LaserLight::Unknown };
-        if self.ails("laser") || laser.state().is_none() {
+        if self.is_faulted("laser") || laser.state().is_none() {
             return LaserLight::Unknown;
         }
         let may_shine = self.tenant.is_some() || laser.is_wanted();

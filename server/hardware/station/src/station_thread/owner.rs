@@ -195,7 +195,7 @@ impl Station {
 
     /// How long to wait for a command: not at all while the camera may deliver, since then the wait is for frames.
     fn wait_for_commands(&self) -> Option<Duration> {
-        if self.ails("camera") || !self.camera.as_ref().is_some_and(Acquisition::expects_frames) {
+        if self.is_faulted("camera") || !self.camera.as_ref().is_some_and(Acquisition::expects_frames) {
             return Some(if self.is_busy() { TURN } else { IDLE_TURN });
         }
         None
@@ -261,7 +261,7 @@ impl Station {
     }
 
     fn tend_stage(&mut self) {
-        if self.ails("stage") {
+        if self.is_faulted("stage") {
             return;
         }
         let Some(stage) = &mut self.stage else { return };
@@ -273,7 +273,7 @@ impl Station {
     }
 
     fn tend_laser(&mut self) {
-        if self.ails("laser") {
+        if self.is_faulted("laser") {
             return;
         }
         let now = Instant::now();

@@ -61,7 +61,7 @@ impl Stamping {
 impl Station {
     /// Takes a frame if one comes, and hands on those whose position is known by now.
     pub(crate) fn tend_camera(&mut self) {
-        if !self.ails("camera") {
+        if !self.is_faulted("camera") {
             self.receive_frame();
         }
         self.hand_on_frames();

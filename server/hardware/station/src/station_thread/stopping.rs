@@ -36,9 +36,9 @@ impl Station {
 
     /// Tells all devices to end what they do, the moving mass first; says which could not be told.
     pub(crate) fn still_everything(&mut self) -> Result<(), StationRefusal> {
-        let ails = self.ails("stage");
+        let is_faulted = self.is_faulted("stage");
         let stage = match &mut self.stage {
-            Some(stage) if ails => stage.device().stop(),
+            Some(stage) if is_faulted => stage.device().stop(),
             Some(stage) => stage.stop(),
             None => Ok(()),
         };
@@ -64,7 +64,7 @@ impl Station {
 
     /// Makes a fault known and the station safe.
     pub(crate) fn raise(&mut self, fault: Fault) {
-        let (device, known) = (fault.device, self.ails(fault.device));
+        let (device, known) = (fault.device, self.is_faulted(fault.device));
         self.note(fault);
         if known {
             return;
@@ -98,9 +98,9 @@ impl Station {
 
     /// Ends motion, if there is any.
     pub(crate) fn come_to_rest(&mut self) {
-        let ails = self.ails("stage");
+        let is_faulted = self.is_faulted("stage");
         if let Some(stage) = &mut self.stage
-            && !ails
+            && !is_faulted
             && stage.is_moving()
             && let Err(error) = stage.stop()
             && let Some(fault) = fault_of(&error.into())
@@ -144,7 +144,7 @@ impl Station {
     }
 
     /// Whether a device is left alone: until a person has acknowledged its fault, and while a reset reaches it.
-    pub(crate) fn ails(&self, device: &str) -> bool {
+    pub(crate) fn is_faulted(&self, device: &str) -> bool {
         // An open interlock is watched on: it is no defect.
         self.resetting.is_some()
             || self.faults.iter().any(|fault| {

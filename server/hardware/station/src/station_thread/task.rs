@@ -202,7 +202,7 @@ impl Station {
             self.watched();
             return self.start_grab(None, reply, false, None);
         }
-        if self.ails("camera") {
+        if self.is_faulted("camera") {
             return self.answer(reply, Err(self.in_error()));
         }
         let before = self.camera.as_ref().map(|camera| camera.settings());
@@ -318,10 +318,10 @@ impl Station {
 
     /// Stops the camera and sets it as it was.
     pub(crate) fn restore_camera(&mut self, before: Option<CameraSettings>) {
-        let ails = self.ails("camera");
+        let is_faulted = self.is_faulted("camera");
         let (Some(camera), Some(before)) = (&mut self.camera, before) else { return };
         let stopped = camera.stop();
-        if ails {
+        if is_faulted {
             self.camera_before_fault = Some(before);
             return;
         }

@@ -145,8 +145,9 @@ impl Calibrations {
             verification: verified.map(|verdict| verdict.name().to_owned()),
         };
         let is_new = act == "activate";
-        let told = if is_new { Event::CalibrationActivated(body) } else { Event::CalibrationRolledBack(body) };
-        let told = event(&subject, told);
+        let activated =
+            if is_new { Event::CalibrationActivated(body) } else { Event::CalibrationRolledBack(body) };
+        let append_event = event(&subject, activated);
         let change = Change::Activate {
             calibration_id: to,
             expected_previous: Some(from),
@@ -154,7 +155,7 @@ impl Calibrations {
             actor: actor.to_owned(),
             at_ms: now_ms(),
         };
-        match self.ledger.commit(vec![change, told]).await {
+        match self.ledger.commit(vec![change, append_event]).await {
             Ok(_) => Ok(()),
             Err(StoreError::Changed { .. }) => Err(changed()),
             Err(error) => Err(error.into()),
