@@ -211,7 +211,7 @@ impl Checked {
         let mut denied = surfaces.map_or_else(Vec::new, |surfaces| denied_points(&profile, surfaces, frame));
         let n_denied = denied.len();
         if let Some(rivals) = rivals {
-            denied.extend(rivals.doubtful_points(&profile, frame));
+            denied.extend(rivals.doubtful_points(&profile, frame, correlation_px));
             denied.sort_unstable();
             denied.dedup();
         }

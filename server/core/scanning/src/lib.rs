@@ -1,6 +1,8 @@
 //! From centrelines to a measured surface: order labels, triangulation, registration, clouds, meshes, files.
 
-pub mod cloud;
+mod carried;
+mod cloud;
+mod columns;
 mod compare;
 pub mod dropped;
 pub mod envelope;

@@ -59,6 +59,11 @@ pub const CONTINUATION_WEIGHT: f64 = 2.0;
 /// samples take them apart and a single one does not.
 pub const SECTION_WEIGHT: f64 = 1.25;
 
+/// Second looks per sample under which sections may see a surface that their labels overlook: a third of a good one.
+pub const OVERLOOKED_SHARE: f64 = 0.4;
+/// Rounds in which overlooked surfaces are looked for: one uncovers the next at most a few times.
+pub const OVERLOOKED_ROUNDS: usize = 4;
+
 /// Cost of one sample per line of its own column that stands on the wrong side. Order lines never cross on solid
 /// parts, so this weighs more than a single agreement.
 pub const RANK_COST: f64 = 1.5;
@@ -163,6 +168,20 @@ pub const RUN_DENIED_SHARE: f64 = 0.5;
 /// Largest bend of a line over a comparison patch, in standard deviations, that counts as smooth.
 pub const SMOOTH_SIGMAS: f64 = 4.0;
 
+/// Length of the lines that are laid before and after a place to see whether they miss each other, in line widths.
+pub const STEP_WINDOW_WIDTHS: f64 = 3.5;
+/// Fewest points of such a line; fewer are left out with their neighbours anyway.
+pub const STEP_LEAST_POINTS: usize = 4;
+/// What the extraction smooths over on either side of a step, in line widths.
+pub const STEP_BLUR_WIDTHS: f64 = 1.2;
+/// Smallest step that counts, in line widths; smaller ones are bends.
+pub const STEP_LEAST_WIDTHS: f64 = 0.08;
+/// The same in standard deviations of the step.
+pub const STEP_SIGMAS: f64 = 3.0;
+/// Share of a stretch that must be seen again to keep its label beyond a step.
+pub const STEP_SEEN_SHARE: f64 = 0.2;
+/// Share of a stretch for which the ranks must leave another order for its label to be in doubt.
+pub const OPEN_SHARE: f64 = 0.5;
 /// Points whose profiles are kept from one step to the next: 200 MB, which no usual scan exceeds. The others are computed
 /// four times, so that a scan of any size fits into memory.
 pub const KEPT_POINTS: usize = 2_000_000;

@@ -1,6 +1,10 @@
 //! Labels held against their rivals: on a part one wrap high a line lies where its neighbour lay on the ground
 //! (`docs/maths/labelling.md`, "Rivals").
 
+use std::ops::Range;
+
+use crate::carried::{RunPoint, carried_stretches};
+use crate::columns::FrameColumns;
 use crate::compare::Surfaces;
 use crate::label::along_across;
 use crate::params::{COMPARE_STRIDE_PX, END_WIDTHS, KINK_STEP_PX, RUN_DENIED_SHARE};
@@ -20,46 +24,76 @@ impl<'a> Rivals<'a> {
         Self { profiles, surfaces }
     }
 
-    /// The points of a frame's profile, ascending, whose label nobody has seen a second time while another order would
-    /// put them on a known surface; and what of their lines cannot be told from them.
-    pub fn doubtful_points(&self, profile: &Profile, frame: usize) -> Vec<u32> {
-        let doubts = self.spread(&profile.points, &self.doubts(&profile.points, frame));
+    /// The points of a frame's profile, ascending, whose label nobody has seen a second time and that could have another:
+    /// one that would put them on a known surface, or one that the ranks leave open beyond a step.
+    /// With them goes what of their lines cannot be told from them. `correlation_px`: of the frame's
+    /// centrelines.
+    pub fn doubtful_points(&self, profile: &Profile, frame: usize, correlation_px: f64) -> Vec<u32> {
+        let orders = &self.profiles.triangulator().calibration().orders;
+        let columns = FrameColumns::new(&profile.points, self.profiles.labels.direction, orders);
+        let looks = self.looks(&profile.points, frame);
+        let doubts = self.spread(&profile.points, &looks);
         let mut doubtful = Vec::new();
         let mut first = 0;
         for run in profile.points.chunk_by(neighbours) {
-            let doubts = &doubts[first..first + run.len()];
+            let places = first..first + run.len();
+            let doubts = &doubts[places.clone()];
+            let carried = self.carried(run, &looks[places], &columns, correlation_px);
             let n_doubtful = doubts.iter().filter(|doubt| **doubt).count();
             let whole_run = n_doubtful as f64 > RUN_DENIED_SHARE * run.len() as f64;
-            let places = (first as u32..).zip(doubts).filter(|(_, doubt)| whole_run || **doubt);
-            doubtful.extend(places.map(|(place, _)| place));
+            let is_out = |idx: &usize| whole_run || doubts[*idx] || carried.iter().any(|part| part.contains(idx));
+            doubtful.extend((0..run.len()).filter(is_out).map(|idx| (first + idx) as u32));
             first += run.len();
         }
         doubtful
     }
 
-    /// Per point: whether its label is in doubt; every few columns one point answers for its neighbours.
-    fn doubts(&self, points: &[ProfilePoint], frame: usize) -> Vec<bool> {
-        let mut doubts = Vec::with_capacity(points.len());
-        let mut last: Option<(i8, i64, bool)> = None;
-        for point in points {
-            let slot = (self.along(point) as i64).div_euclid(COMPARE_STRIDE_PX as i64);
-            let doubt = match last {
-                Some((order, at, doubt)) if (order, at) == (point.order, slot) => doubt,
-                _ => self.is_doubtful(point, frame),
-            };
-            last = Some((point.order, slot, doubt));
-            doubts.push(doubt);
-        }
-        doubts
+    /// The stretches of a run whose label its line only carries on.
+    fn carried(
+        &self,
+        run: &[ProfilePoint],
+        looks: &[Look],
+        columns: &FrameColumns,
+        correlation_px: f64,
+    ) -> Vec<Range<usize>> {
+        let point = |(point, look): (&ProfilePoint, &Look)| {
+            let (along_px, across_px) = along_across(&point.seen, self.profiles.labels.direction);
+            RunPoint {
+                along_px,
+                across_px,
+                noise_px: point.seen.sigma_px * correlation_px.max(1.0).sqrt(),
+                width_px: f64::from(point.seen.width_px),
+                is_seen: *look == Look::Seen,
+                is_open: columns.leave_open(point),
+            }
+        };
+        let points: Vec<RunPoint> = run.iter().zip(looks).map(point).collect();
+        carried_stretches(&points)
     }
 
-    fn is_doubtful(&self, point: &ProfilePoint, frame: usize) -> bool {
+    /// What other orders have seen of every point; every few columns one point answers for its neighbours.
+    fn looks(&self, points: &[ProfilePoint], frame: usize) -> Vec<Look> {
+        let mut looks = Vec::with_capacity(points.len());
+        let mut last: Option<(i8, i64, Look)> = None;
+        for point in points {
+            let slot = (self.along(point) as i64).div_euclid(COMPARE_STRIDE_PX as i64);
+            let look = match last {
+                Some((order, at, look)) if (order, at) == (point.order, slot) => look,
+                _ => self.look(point, frame),
+            };
+            last = Some((point.order, slot, look));
+            looks.push(look);
+        }
+        looks
+    }
+
+    fn look(&self, point: &ProfilePoint, frame: usize) -> Look {
         if self.surfaces.is_seen_again(point, frame) {
-            return false;
+            return Look::Seen;
         }
         let triangulator = self.profiles.triangulator();
         let orders = triangulator.calibration().orders.iter().enumerate();
-        orders.filter(|(_, order)| **order != point.order).any(|(order_idx, &order)| {
+        let has_rival = orders.filter(|(_, order)| **order != point.order).any(|(order_idx, &order)| {
             let hit = triangulator.hit(order_idx, point.seen.u_px, point.seen.v_px);
             let rival = ProfilePoint {
                 order,
@@ -69,13 +103,15 @@ impl<'a> Rivals<'a> {
             };
             self.profiles.depth_range_mm.contains(hit.in_camera.xyz.z)
                 && self.surfaces.is_seen_again(&rival, frame)
-        })
+        });
+        if has_rival { Look::RivalSeen } else { Look::Nobody }
     }
 
     /// A doubt reaches as far along its line as the extraction smooths.
-    fn spread(&self, points: &[ProfilePoint], doubts: &[bool]) -> Vec<bool> {
-        let mut spread = doubts.to_vec();
-        for (idx, point) in points.iter().enumerate().filter(|(idx, _)| doubts[*idx]) {
+    fn spread(&self, points: &[ProfilePoint], looks: &[Look]) -> Vec<bool> {
+        let is_doubtful = |look: &Look| *look == Look::RivalSeen;
+        let mut spread: Vec<bool> = looks.iter().map(is_doubtful).collect();
+        for (idx, point) in points.iter().enumerate().filter(|(idx, _)| is_doubtful(&looks[*idx])) {
             let reach_px = END_WIDTHS * f64::from(point.seen.width_px);
             let is_near = |other: &ProfilePoint| {
                 other.order == point.order && (self.along(other) - self.along(point)).abs() <= reach_px
@@ -90,6 +126,17 @@ impl<'a> Rivals<'a> {
     fn along(&self, point: &ProfilePoint) -> f64 {
         along_across(&point.seen, self.profiles.labels.direction).0.round()
     }
+}
+
+/// What other orders, in other frames, have seen of the surface a label puts a point on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Look {
+    /// That surface.
+    Seen,
+    /// The one another label would put it on.
+    RivalSeen,
+    /// Neither.
+    Nobody,
 }
 
 /// Whether two points follow one another on one line.

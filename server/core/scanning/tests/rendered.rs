@@ -8,7 +8,7 @@ mod common;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use common::rendered::{Rendered, block, clutter};
+use common::rendered::{Rendered, block, clutter, crowded};
 use common::rig_a;
 use common::truth_lines::{Score, TruthLine, score};
 use optics::Calibration;
@@ -83,6 +83,19 @@ fn a_campaign_of_rendered_clutter_has_no_wrong_order() {
     let mut all = Score::default();
     for seed in number("FIRST_SEED", 1)..=number("LAST_SEED", 30) {
         all.add(&judge(&clutter(seed)));
+    }
+    eprintln!("all: {all}");
+    assert!(all.wrong() <= WRONG, "{all}");
+}
+
+#[test]
+#[ignore = "minutes; a number of seeds from FIRST_SEED to LAST_SEED"]
+fn a_campaign_of_crowded_scenes_has_no_wrong_order() {
+    let number =
+        |name: &str, default: u64| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default);
+    let mut all = Score::default();
+    for seed in number("FIRST_SEED", 1)..=number("LAST_SEED", 20) {
+        all.add(&judge(&crowded(seed)));
     }
     eprintln!("all: {all}");
     assert!(all.wrong() <= WRONG, "{all}");

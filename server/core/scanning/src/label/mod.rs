@@ -11,6 +11,7 @@ mod evidence;
 mod hypotheses;
 mod looks;
 mod outlook;
+mod overlooked;
 mod patches;
 mod pieces;
 mod ranks;
@@ -20,6 +21,7 @@ mod sheets;
 mod still;
 mod tracks;
 mod trial;
+mod unions;
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};

@@ -3,6 +3,8 @@
 use rayon::prelude::*;
 
 use super::evidence::Evidence;
+use super::overlooked::with_overlooked_surfaces;
+use super::unions::Unions;
 use crate::params::{
     CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, OVERRULED_MARGIN, PIECES_PER_TASK, RELAX_ROUNDS,
     RELAX_SHARPNESS, SETTLE_SWEEPS, UNLABELLED_FROM,
@@ -64,14 +66,15 @@ pub fn best_labels(evidence: &Evidence) -> (Vec<usize>, Vec<bool>) {
     (labels, doubtful)
 }
 
-/// The better of [`best_labels`] and `start` improved. Relaxation finds what many parts change together, but leaves islands
+/// The better of [`best_labels`] and `start` improved, with the surfaces that it overlooks. Relaxation finds what many parts change together, but leaves islands
 /// on slopes, where shifted surfaces agree.
 pub fn best_from(evidence: &Evidence, mut start: Vec<usize>) -> Vec<usize> {
-    improve(evidence, &mut start, |_| true);
+    let everything = everything(evidence);
+    improve(evidence, &mut start, &everything);
     let (fresh, _) = best_labels(evidence);
-    let everything: Vec<usize> = (0..evidence.n_pieces()).collect();
     let total = |labels: &[usize]| group_support(evidence, labels, &everything);
-    if total(&fresh) > total(&start) { fresh } else { start }
+    let better = if total(&fresh) > total(&start) { fresh } else { start };
+    with_overlooked_surfaces(evidence, better)
 }
 
 /// Mean-field beliefs, sharpened slowly: every label's support is averaged over what the others believe.
@@ -110,14 +113,19 @@ fn softmax(supports: &mut [f64], sharpness: f64) {
 fn hardened(evidence: &Evidence) -> Vec<usize> {
     let (n, beliefs) = (evidence.n_labels, relaxed(evidence));
     let mut labels: Vec<usize> = beliefs.chunks_exact(n).map(largest).collect();
-    improve(evidence, &mut labels, |_| true);
+    improve(evidence, &mut labels, &everything(evidence));
     labels
 }
 
-fn improve(evidence: &Evidence, labels: &mut [usize], chosen: impl Fn(usize) -> bool) {
+fn everything(evidence: &Evidence) -> Vec<usize> {
+    (0..evidence.n_pieces()).collect()
+}
+
+/// Gives every one of `chosen` its best label until nothing changes.
+pub fn improve(evidence: &Evidence, labels: &mut [usize], chosen: &[usize]) {
     for _ in 0..SETTLE_SWEEPS {
         let mut changed = false;
-        for piece in (0..labels.len()).filter(|&piece| chosen(piece)) {
+        for &piece in chosen {
             let best = largest(&supports(evidence, labels, piece));
             changed |= best != labels[piece];
             labels[piece] = best;
@@ -156,7 +164,6 @@ fn margin(supports: &[f64], label: usize) -> f64 {
 fn challenge_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
     let mut doubtful = vec![false; labels.len()];
     for group in groups(evidence, labels) {
-        let in_group = membership(&group, labels.len());
         let kept: Vec<usize> = labels.to_vec();
         let n_orders = evidence.none() as isize;
         let mut best = (group_support(evidence, &kept, &group), kept.clone());
@@ -167,7 +174,7 @@ fn challenge_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
                 let label = kept[piece] as isize + shift;
                 rival[piece] = if (0..n_orders).contains(&label) { label as usize } else { evidence.none() };
             }
-            improve(evidence, &mut rival, |piece| in_group[piece]);
+            improve(evidence, &mut rival, &group);
             if rival == kept || mostly_same(&rival, &kept, &group) {
                 continue;
             }
@@ -194,19 +201,13 @@ fn mostly_same(rival: &[usize], kept: &[usize], group: &[usize]) -> bool {
     2 * same > group.len()
 }
 
-fn membership(group: &[usize], n_pieces: usize) -> Vec<bool> {
-    let mut member = vec![false; n_pieces];
-    group.iter().for_each(|&piece| member[piece] = true);
-    member
-}
-
 fn group_support(evidence: &Evidence, labels: &[usize], group: &[usize]) -> f64 {
     group.iter().map(|&piece| evidence.support(piece, labels[piece], labels) * evidence.sizes[piece]).sum()
 }
 
 /// Labelled pieces connected by pairs that speak for each other's labels.
 fn groups(evidence: &Evidence, labels: &[usize]) -> Vec<Vec<usize>> {
-    let mut root: Vec<usize> = (0..labels.len()).collect();
+    let mut unions = Unions::new(labels.len());
     for piece in 0..labels.len() {
         if labels[piece] == evidence.none() {
             continue;
@@ -214,23 +215,14 @@ fn groups(evidence: &Evidence, labels: &[usize]) -> Vec<Vec<usize>> {
         for pair in &evidence.pairs[piece * evidence.n_labels + labels[piece]] {
             let other = pair.piece as usize;
             if pair.weight > 0.0 && labels[other] == pair.label as usize {
-                let (a, b) = (find(&mut root, piece), find(&mut root, other));
-                root[a.max(b)] = a.min(b);
+                unions.join(piece, other);
             }
         }
     }
     let mut groups: Vec<Vec<usize>> = vec![Vec::new(); labels.len()];
     for piece in (0..labels.len()).filter(|&piece| labels[piece] != evidence.none()) {
-        groups[find(&mut root, piece)].push(piece);
+        groups[unions.first_of(piece)].push(piece);
     }
     groups.retain(|group| !group.is_empty());
     groups
-}
-
-fn find(root: &mut [usize], mut piece: usize) -> usize {
-    while root[piece] != piece {
-        root[piece] = root[root[piece]];
-        piece = root[piece];
-    }
-    piece
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::hypotheses::Samples;
 use super::pieces::Piece;
 use super::tracks::Partners;
+use super::unions::Unions;
 use crate::params::{
     PATCH_CURVATURE_PER_MM, SHEET_LINK_FLOOR_MM, SHEET_LINK_OVERLAP_PX, SHEET_LINK_PITCHES, SHEET_LINK_SHARE,
     SHEET_LINK_SHARE_OF_LONGER, SMOOTH_SIGMAS,
@@ -29,7 +30,7 @@ pub fn sheets(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &
                 link.moved_pitches.max((sample.across_px - other.across_px).abs() / sample.pitch_px);
         }
     }
-    let mut root: Vec<usize> = (0..pieces.len()).collect();
+    let mut unions = Unions::new(pieces.len());
     let overlaps = |&(a, b): &(usize, usize)| {
         let (a, b) = (&pieces[a], &pieces[b]);
         let end = |piece: &Piece| piece.along + piece.n_points() as i64;
@@ -39,14 +40,13 @@ pub fn sheets(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &
             && shared >= SHEET_LINK_SHARE_OF_LONGER * a.n_points().max(b.n_points()) as f64
     };
     for ((a, b), _) in links.iter().filter(|(pair, link)| overlaps(pair) && link.is_smooth()) {
-        let (a, b) = (find(&mut root, *a), find(&mut root, *b));
-        root[a.max(b)] = a.min(b);
+        unions.join(*a, *b);
     }
     let mut number = BTreeMap::new();
     (0..pieces.len())
         .map(|piece| {
             let fresh = number.len();
-            *number.entry(find(&mut root, piece)).or_insert(fresh)
+            *number.entry(unions.first_of(piece)).or_insert(fresh)
         })
         .collect()
 }
@@ -106,12 +106,4 @@ fn bend(chain: [usize; 3], label: usize, samples: &Samples) -> Option<Bend> {
         sigma_mm: 6f64.sqrt() * here.sigma_mm,
         allowed_mm: PATCH_CURVATURE_PER_MM * reach,
     })
-}
-
-fn find(root: &mut [usize], mut piece: usize) -> usize {
-    while root[piece] != piece {
-        root[piece] = root[root[piece]];
-        piece = root[piece];
-    }
-    piece
 }

@@ -92,6 +92,41 @@ pub fn clutter(seed: u64) -> Rendered {
     rendered(name, &model, calibration, &scene, n_frames, step_mm)
 }
 
+/// A scene as that of `rig-b`: nine blocks, a third of them just one wrap high, and four balls at 400 mm; 32 frames at
+/// 1 mm; lines of 5–8 px.
+pub fn crowded(seed: u64) -> Rendered {
+    let mut dice = Dice(Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x4321_8765));
+    (0..8).for_each(|_| {
+        dice.0.uniform();
+    });
+    let fwhm_px = dice.between(5.0, 8.0);
+    let shape = StationShape {
+        line_sigma_px: fwhm_px / FWHM_SIGMAS,
+        speckle_contrast: dice.between(0.15, 0.4),
+        speckle_grain_px: dice.between(1.2, 2.5),
+        ..StationShape::default()
+    };
+    let model = StationModel::seeded(seed, &shape).unwrap();
+    let calibration = calibration_of(&model);
+    let wrap_mm = wrap_mm(&calibration, shape.standoff_mm);
+    let mut triangles = Vec::new();
+    let place = |dice: &mut Dice| [dice.between(-75.0, 75.0), dice.between(-45.0, 45.0)];
+    for idx in 0..9 {
+        let height_mm = if idx < 3 { dice.between(0.93, 1.07) * wrap_mm } else { dice.between(2.0, 32.0) };
+        let centre = place(&mut dice);
+        let half = [dice.between(6.0, 16.0), dice.between(6.0, 16.0)];
+        add_block(&mut triangles, centre, half, dice.between(-0.8, 0.8), height_mm);
+    }
+    for _ in 0..4 {
+        let centre = place(&mut dice);
+        add_ball(&mut triangles, centre, dice.between(6.0, 18.0));
+    }
+    let solid = Arc::new(Solid::new(&triangles).unwrap());
+    let scene = Scene::mesh(solid, &model, PART_STREAM);
+    let name = format!("crowded {seed}: lines {fwhm_px:.1} px, wrap {wrap_mm:.1} mm");
+    rendered(name, &model, calibration, &scene, 32, 1.0)
+}
+
 /// A block `height_mm` high on the plate of a station at 400 mm, its top near where the last frames see it.
 pub fn block(seed: u64, fwhm_px: f64, height_mm: f64, centre_mm: [f64; 2], n_frames: usize) -> Rendered {
     let shape = StationShape { line_sigma_px: fwhm_px / FWHM_SIGMAS, ..StationShape::default() };

@@ -1,6 +1,7 @@
 //! From evidence to the labels of one frame, step by step as [`super::super::relax`] does it for whole scans.
 
 use super::super::relax::Verdict;
+use super::super::unions::Unions;
 use super::beliefs::Beliefs;
 use super::evidence::Evidence;
 use super::lanes::Lanes;
@@ -87,7 +88,7 @@ fn improve<const N: usize>(evidence: &Evidence<N>, labels: &mut [usize], piece: 
 /// Pieces that speak for each other's labels: none of them alone would admit to a common error.
 #[derive(Debug, Default)]
 struct Groups {
-    root: Vec<usize>,
+    unions: Unions,
     /// Members of all groups, one group after the other, and where each ends.
     members: Vec<usize>,
     ends: Vec<usize>,
@@ -99,38 +100,28 @@ struct Groups {
 impl Groups {
     #[inline(always)]
     fn find<const N: usize>(&mut self, evidence: &Evidence<N>, labels: &[usize]) {
-        self.root.clear();
-        self.root.extend(0..labels.len());
+        self.unions.reset(labels.len());
         for piece in 0..labels.len() {
             for bond in evidence.neighbours.bonds.of(piece) {
                 let other = bond.piece;
                 if labels[piece] != evidence.none() && bond.weight > 0.0 && labels[other] == labels[piece] {
-                    let (a, b) = (self.root_of(piece), self.root_of(other));
-                    self.root[a.max(b)] = a.min(b);
+                    self.unions.join(piece, other);
                 }
             }
         }
         self.members.clear();
         self.ends.clear();
         for first in 0..labels.len() {
-            if labels[first] == evidence.none() || self.root_of(first) != first {
+            if labels[first] == evidence.none() || self.unions.first_of(first) != first {
                 continue;
             }
             for piece in first..labels.len() {
-                if self.root_of(piece) == first {
+                if self.unions.first_of(piece) == first {
                     self.members.push(piece);
                 }
             }
             self.ends.push(self.members.len());
         }
-    }
-
-    #[inline(always)]
-    fn root_of(&self, mut piece: usize) -> usize {
-        while self.root[piece] != piece {
-            piece = self.root[piece];
-        }
-        piece
     }
 
     #[inline(always)]
