@@ -14,6 +14,28 @@ pub const NOISE_COLUMNS: usize = 16;
 /// Most by which a tile's box noise may exceed that of the quieter tiles around it.
 pub const NOISE_OVER_NEIGHBOURS: f32 = 3.0;
 
+/// Widths along the column, in those its level searches for, up to which a line is a level's own: the geometric middle
+/// between one level and the next is 1.41, and boxes of one width find lines up to 1.6 times as wide.
+pub const LEVEL_BAND: f32 = 1.25;
+/// Up to this share of the width its level searches for a line is surely that level's own; above, a coarser level that fits
+/// it as well sees more of it.
+pub const LEVEL_SURE: f32 = 1.0;
+/// Two crossings of one column nearer than this, in the width of the wider, are two looks at the same line.
+pub const LEVEL_NEAR_WIDTHS: f32 = 0.75;
+/// Share of a coarse line that may lie on finer lines: with more it is several of them taken together.
+pub const LEVEL_CLAIMED_SHARE: f32 = 0.3;
+/// Largest step between pieces of one line from two levels, in line widths.
+pub const LEVEL_STITCH_WIDTHS: f32 = 0.5;
+/// Light that must be left in neighbouring strips for another level to be looked at, in what a line of the level lights in
+/// one strip. Where lines touch or a rim is blurred it is less, and a level costs as much as the image.
+pub const LEVEL_LEAST_LIGHT: f32 = 8.0;
+/// Narrowest line, in the width its level searches for, that is taken from a coarser level: the finer one is sure of it.
+pub const LEVEL_NARROWEST: f32 = 0.5 * LEVEL_SURE;
+/// Rows that a line lights, in its widths: a bell stands out of the noise over no more.
+pub const LEVEL_LIT_WIDTHS: f32 = 3.0;
+/// What cells and their margins add to that, rows of the level.
+pub const LEVEL_LIT_PX: f32 = 12.0;
+
 /// Columns looked at to learn how wide the lines are: every scene shows its lines in far fewer.
 pub const WIDTH_SAMPLE_COLUMNS: usize = 80;
 /// How far a peak's surroundings are searched for its base while measuring widths. Wider lines than
@@ -26,7 +48,7 @@ pub const WIDTH_DEFAULT_PX: f32 = 4.0;
 /// See [`WIDTH_DEFAULT_PX`]: narrower than the pixel grid resolves.
 pub const WIDTH_MIN_PX: f32 = 2.0;
 /// See [`WIDTH_DEFAULT_PX`].
-pub const WIDTH_MAX_PX: f32 = 24.0;
+pub const WIDTH_MAX_PX: f32 = 12.0;
 
 /// Strips of which the fast extraction looks at one column each to learn how wide the lines are: five lines then
 /// give 80 widths, whose median is known to 3 %.

@@ -6,6 +6,7 @@
 //! line (the squares of a board) do not move it.
 
 mod fast;
+mod levels;
 mod reference;
 mod spread;
 mod view;
@@ -110,6 +111,7 @@ pub fn find_centrelines(image: &GreyImage, params: &CentrelineParams) -> Centrel
 pub struct CentrelineExtractor {
     eight: fast::Memory<u8>,
     sixteen: fast::Memory<u16>,
+    levels: levels::Levels,
     /// The image with columns as rows.
     turned: Option<GreyImage>,
 }
@@ -143,10 +145,14 @@ impl CentrelineExtractor {
         let (width, height, full_scale) = (image.width(), image.height(), image.full_scale());
         match image.pixels() {
             Pixels::Eight(pixels) => {
-                fast::extract_eight(&View { pixels, width, height, full_scale }, &mut self.eight, found);
+                let view = View { pixels, width, height, full_scale };
+                fast::extract_eight(&view, &mut self.eight, found);
+                self.levels.add_wide_lines(&view, &self.eight, found);
             }
             Pixels::Sixteen(pixels) => {
-                fast::extract_sixteen(&View { pixels, width, height, full_scale }, &mut self.sixteen, found);
+                let view = View { pixels, width, height, full_scale };
+                fast::extract_sixteen(&view, &mut self.sixteen, found);
+                self.levels.add_wide_lines(&view, &self.sixteen, found);
             }
         }
     }

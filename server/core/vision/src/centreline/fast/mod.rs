@@ -44,11 +44,13 @@ use crate::params::NOISE_TILE_PX;
 use along::Averager;
 use block::Image;
 use candidates::Search;
-use cells::{Cells, Strip};
+use cells::Cells;
 use crossings::Measurer;
 use noise::{BoxNoise, PixelNoise};
 use pieces::{Crossings, Piece, PieceOf};
 use width::Peaks;
+
+pub use cells::Strip;
 
 /// Smallest side, in pixels, that is worth the trouble: smaller images go the straightforward way.
 const MIN_SIDE_PX: usize = 64;
@@ -73,6 +75,8 @@ pub struct Memory<T: Level> {
     peaks: Peaks,
     /// Typical full width at half height.
     width_px: f32,
+    /// What it is said to be.
+    given_width_px: Option<f32>,
     box_noise: BoxNoise<T>,
     search: Search<T>,
     linker: Linker,
@@ -149,6 +153,21 @@ extraction!(
 );
 
 impl<T: Level> Memory<T> {
+    /// From now on lines of this full width at half height are searched for, whatever the image shows.
+    pub fn search_width(&mut self, width_px: f32) {
+        self.given_width_px = Some(width_px);
+    }
+
+    /// The full width at half height that the last image was searched with.
+    pub fn width_px(&self) -> f32 {
+        self.width_px
+    }
+
+    /// Where the last image held light.
+    pub fn strips(&self) -> &[Strip] {
+        &self.strips
+    }
+
     /// The one look at every pixel: where light is, and the noise of pixels.
     #[inline(always)]
     fn read(&mut self, view: &View<T>) {
@@ -165,7 +184,9 @@ impl<T: Level> Memory<T> {
     /// How wide the lines are.
     #[inline(always)]
     fn learn_width(&mut self, view: &View<T>) {
-        self.width_px = width::typical_width_px(view, self.pixel_noise.map(), &self.strips, &mut self.peaks);
+        self.width_px = self.given_width_px.unwrap_or_else(|| {
+            width::typical_width_px(view, self.pixel_noise.map(), &self.strips, &mut self.peaks)
+        });
     }
 
     /// The noise that candidates are compared with.

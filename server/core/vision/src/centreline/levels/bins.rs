@@ -1,0 +1,35 @@
+//! Rows averaged into one, and what was found there as seen in the image.
+
+use super::super::CentrelinePoint;
+use super::super::view::{Level, View};
+
+/// Averages 2^`shift` rows into one, scaled so that nothing is lost to rounding; answers with the scale.
+pub fn binned<T: Level>(view: &View<T>, shift: usize, pixels: &mut Vec<u16>) -> f32 {
+    let rows = 1usize << shift;
+    // The largest power of two that keeps full scale within sixteen bits.
+    let gain = (f32::from(u16::MAX) / view.full_scale).log2().floor().exp2();
+    let scale = gain / rows as f32;
+    let mut sums = vec![0.0f32; view.width];
+    pixels.clear();
+    for row in 0..view.height >> shift {
+        sums.fill(0.0);
+        for v in row * rows..(row + 1) * rows {
+            sums.iter_mut().zip(view.row(v)).for_each(|(sum, level)| *sum += level.grey());
+        }
+        pixels.extend(sums.iter().map(|sum| (sum * scale + 0.5) as u16));
+    }
+    gain
+}
+
+/// A point of an image with `rows` rows averaged into one, and grey levels `gain` times as large, as one of the image.
+pub fn unbin(point: &mut CentrelinePoint, rows: usize, gain: f32) {
+    let rows = rows as f64;
+    let [along, across] = point.normal;
+    let slope = -along / across * rows;
+    let stretched = 1.0 / (1.0 + slope * slope).sqrt();
+    point.v_px = (point.v_px + 0.5) * rows - 0.5;
+    point.sigma_px *= rows * stretched / across;
+    point.width_px *= (rows * stretched / across) as f32;
+    point.normal = [-slope * stretched, stretched];
+    point.intensity /= gain;
+}

@@ -1,0 +1,132 @@
+//! Column by column: what was found there, whether it explains the light, and which of two looks at one line stands.
+
+use std::ops::Range;
+
+use super::super::Centrelines;
+use super::super::fast::Strip;
+use super::marks::{Line, Mark, Place, kept, stitched, without};
+use crate::params::{
+    LEVEL_BAND, LEVEL_CLAIMED_SHARE, LEVEL_LEAST_LIGHT, LEVEL_LIT_PX, LEVEL_LIT_WIDTHS, LEVEL_NARROWEST,
+    LEVEL_SURE, MIN_SEGMENT_COLUMNS, STRIP_WIDTH_PX,
+};
+
+/// All marks by column, with their places; keeps its memory.
+#[derive(Default)]
+pub struct Columns {
+    marks: Vec<Vec<(Place, Mark)>>,
+    /// Rows with light left in a strip, and how many they are together with those of the strips before; the same of the
+    /// strip before.
+    left: Vec<(Range<usize>, f32)>,
+    before: Vec<(Range<usize>, f32)>,
+}
+
+impl Columns {
+    fn clear(&mut self, width: usize) {
+        self.marks.iter_mut().for_each(Vec::clear);
+        self.marks.resize_with(width, Vec::new);
+    }
+
+    /// Takes the lines of an image as they were found.
+    pub fn take_found(&mut self, found: &Centrelines, width: usize) {
+        self.clear(width);
+        for (line, segment) in found.segments.iter().enumerate() {
+            for (at, &point) in segment.points.iter().enumerate() {
+                self.marks[point.u_px as usize].push(((line, at), Mark { point, rows: 1.0 }));
+            }
+        }
+    }
+
+    /// Takes the lines of several levels.
+    pub fn take(&mut self, lines: &[Line], width: usize) {
+        self.clear(width);
+        for (line, marks) in lines.iter().enumerate() {
+            for (at, mark) in marks.iter().enumerate() {
+                self.marks[mark.point.u_px as usize].push(((line, at), *mark));
+            }
+        }
+    }
+
+    /// Whether neighbouring strips hold light in the same rows, and enough of it, that no line explains: higher than the
+    /// lines in it. `rows`: how many rows of the image one of the strips' rows is.
+    pub fn leave_light(&mut self, strips: &[Strip], rows: usize, base_px: f32) -> bool {
+        self.before.clear();
+        // Cells make light higher than it is.
+        let narrow_px = (LEVEL_BAND * base_px + LEVEL_LIT_PX) * rows as f32;
+        for strip in strips {
+            self.left.clear();
+            for lit in &strip.rows {
+                let lit = lit.start * rows..lit.end * rows;
+                if lit.len() as f32 <= narrow_px || self.is_explained(strip, &lit, rows as f32, base_px) {
+                    continue;
+                }
+                let adjoining =
+                    self.before.iter().filter(|(other, _)| other.start < lit.end && lit.start < other.end);
+                let together_px = lit.len() as f32 + adjoining.map(|(_, px)| *px).fold(0.0, f32::max);
+                if together_px >= LEVEL_LEAST_LIGHT * narrow_px {
+                    return true;
+                }
+                self.left.push((lit, together_px));
+            }
+            std::mem::swap(&mut self.left, &mut self.before);
+        }
+        false
+    }
+
+    fn is_explained(&self, strip: &Strip, lit: &Range<usize>, rows: f32, base_px: f32) -> bool {
+        let lit_px = lit.start as f64..lit.end as f64;
+        let explained_px = |(_, mark): &(Place, Mark)| {
+            let slope = (mark.point.normal[0] / mark.point.normal[1]).abs() as f32;
+            LEVEL_LIT_WIDTHS * mark.width_px() + slope * STRIP_WIDTH_PX as f32 + LEVEL_LIT_PX * rows
+        };
+        let is_explained = |column: &&Vec<(Place, Mark)>| {
+            let own = column
+                .iter()
+                .filter(|(_, mark)| mark.fit(base_px) <= LEVEL_BAND && lit_px.contains(&mark.point.v_px));
+            own.map(explained_px).sum::<f32>() >= lit.len() as f32
+        };
+        2 * self.marks[strip.u0..strip.u1].iter().filter(is_explained).count() >= strip.u1 - strip.u0
+    }
+
+    /// Marks of `found` that see what a longer line sees in their column.
+    pub fn second_looks(&self, found: &Centrelines) -> Vec<Place> {
+        let mut seconds = Vec::new();
+        let n_points = |place: &Place| found.segments[place.0].points.len();
+        for column in &self.marks {
+            for (idx, (place, mark)) in column.iter().enumerate() {
+                for (other, _) in column[..idx].iter().filter(|(_, other)| other.is_near(mark)) {
+                    seconds.push(if n_points(other) < n_points(place) { *other } else { *place });
+                }
+            }
+        }
+        seconds
+    }
+
+    /// `lines`, which were taken before, and those of a coarser level, every crossing once: that of the level whose band it
+    /// lies in.
+    pub fn merged(&self, lines: Vec<Line>, coarse: Vec<Line>, base_px: f32) -> Vec<Line> {
+        let mut gone = Vec::new();
+        let mut added = Vec::new();
+        for line in coarse.into_iter().flat_map(|line| kept(line, |mark| mark.fit(base_px) > LEVEL_NARROWEST)) {
+            let near = |mark: &Mark| -> Vec<&(Place, Mark)> {
+                self.marks[mark.point.u_px as usize].iter().filter(|(_, other)| other.is_near(mark)).collect()
+            };
+            let others: Vec<Vec<&(Place, Mark)>> = line.iter().map(near).collect();
+            let is_claimed =
+                |others: &Vec<&(Place, Mark)>| others.iter().any(|(_, other)| other.fit(base_px) <= LEVEL_SURE);
+            let claimed: Vec<bool> = others.iter().map(is_claimed).collect();
+            let n_claimed = claimed.iter().filter(|claimed| **claimed).count();
+            if n_claimed as f32 > LEVEL_CLAIMED_SHARE * line.len() as f32 {
+                continue;
+            }
+            let beaten = others.iter().zip(&claimed).filter(|(_, claimed)| !**claimed);
+            gone.extend(beaten.flat_map(|(others, _)| others.iter().map(|(place, _)| *place)));
+            let mut claimed = claimed.into_iter();
+            added.extend(kept(line, |_| !claimed.next().expect("one per mark")));
+        }
+        let mut lines = without(lines, &gone);
+        lines.extend(added);
+        let mut lines = stitched(lines);
+        lines.retain(|line| line.len() >= MIN_SEGMENT_COLUMNS);
+        lines
+    }
+}

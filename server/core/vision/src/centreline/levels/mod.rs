@@ -1,0 +1,89 @@
+//! Lines wider than the rest of their image: looked for in the same image with its rows binned.
+//!
+//! Two, four, eight … rows averaged into one make a line half, a quarter, an eighth as wide and as steep, and leave it its
+//! one crossing per column. So the extraction runs again, as it is, wherever light is left that the lines found so far do
+//! not explain, and each level answers for lines of its own band of widths.
+
+mod bins;
+mod columns;
+mod marks;
+
+use super::fast::{self, Memory};
+use super::view::{Level, View};
+use super::{Centrelines, LineDirection, Segment};
+use bins::{binned, unbin};
+use columns::Columns;
+use marks::{Line, as_lines, without};
+
+/// Looks for wide lines; keeps its memory from image to image.
+#[derive(Default)]
+pub struct Levels {
+    memory: Memory<u16>,
+    /// The image with binned rows, and its lines.
+    pixels: Vec<u16>,
+    coarse: Centrelines,
+    columns: Columns,
+}
+
+impl Levels {
+    /// Adds those that are wider to `found`, the lines of `view` as `memory` has just found them, and leaves every column
+    /// of a line one point.
+    pub fn add_wide_lines<T: Level>(&mut self, view: &View<T>, memory: &Memory<T>, found: &mut Centrelines) {
+        let base_px = memory.width_px();
+        self.columns.take_found(found, view.width);
+        let second_looks = self.columns.second_looks(found);
+        let mut is_light_left = self.columns.leave_light(memory.strips(), 1, base_px);
+        if !is_light_left && second_looks.is_empty() {
+            return;
+        }
+        let mut lines = without(as_lines(found, 1.0), &second_looks);
+        let mut correlation = Correlation::default();
+        correlation.add(found.correlation_px, &lines);
+        let mut shift = 1;
+        while is_light_left && fast::fits(view.width, view.height >> shift) {
+            let rows = 1 << shift;
+            let gain = binned(view, shift, &mut self.pixels);
+            let (height, full_scale) = (view.height >> shift, view.full_scale * gain);
+            let level = View { pixels: &self.pixels, width: view.width, height, full_scale };
+            self.memory.search_width(base_px);
+            fast::extract_sixteen(&level, &mut self.memory, &mut self.coarse);
+            let points = self.coarse.segments.iter_mut().flat_map(|line| &mut line.points);
+            points.for_each(|point| unbin(point, rows, gain));
+            let coarse = as_lines(&self.coarse, rows as f32);
+            correlation.add(self.coarse.correlation_px, &coarse);
+            self.columns.take(&lines, view.width);
+            lines = self.columns.merged(lines, coarse, base_px);
+            self.columns.take(&lines, view.width);
+            is_light_left = self.columns.leave_light(self.memory.strips(), rows, base_px);
+            shift += 1;
+        }
+        found.correlation_px = correlation.mean_px().unwrap_or(found.correlation_px);
+        let segment = |line: Line| Segment { points: line.iter().map(|mark| mark.point).collect() };
+        found.segments = lines.into_iter().map(segment).collect();
+        found.direction = LineDirection::Rows;
+        let first = |segment: &Segment| (segment.points[0].u_px, segment.points[0].v_px);
+        found.segments.sort_by(|a, b| {
+            let (a, b) = (first(a), first(b));
+            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+    }
+}
+
+/// The mean correlation length of the points of several levels.
+#[derive(Default)]
+struct Correlation {
+    sum_px: f64,
+    n: usize,
+}
+
+impl Correlation {
+    fn add(&mut self, correlation_px: f64, lines: &[Line]) {
+        let n: usize = lines.iter().map(Vec::len).sum();
+        self.sum_px += correlation_px * n as f64;
+        self.n += n;
+    }
+
+    fn mean_px(&self) -> Option<f64> {
+        (self.n > 0).then(|| self.sum_px / self.n as f64)
+    }
+}
