@@ -24,8 +24,13 @@ fn the_readme_lines_calibrate_scan_measure_download_and_watch() {
         run(Command::new("bash").args(["-eu", "-o", "pipefail", "-c", &blocks[0].1]), &server, folder.path());
     let cloud = scanning::files::read_cloud(&folder.path().join("sphere.ply")).unwrap();
     assert!(cloud.points.len() > 100_000, "{} points", cloud.points.len());
-    // The measurement is printed as one JSON value; its figures are held by tests/accuracy.rs.
-    assert!(shell.contains("\"expanded_uncertainty_mm\"") || shell.contains("uncertainty"), "{shell}");
+    let printed: Vec<serde_json::Value> =
+        serde_json::Deserializer::from_str(&shell).into_iter().collect::<Result<_, _>>().unwrap();
+    let measured =
+        printed.iter().find(|value| value["result"]["value"].is_number()).expect("a measurement is printed");
+    let (radius_mm, expanded) = (&measured["result"]["value"], &measured["result"]["expanded_uncertainty"]);
+    assert!((radius_mm.as_f64().unwrap() - 18.9).abs() < 0.1, "{measured}");
+    assert!((1e-4..0.1).contains(&expanded.as_f64().unwrap()), "{measured}");
 
     match std::env::var("SHEAF_TEST_PYTHON") {
         Err(_) => {

@@ -33,12 +33,17 @@ impl<'a> Rivals<'a> {
         let columns = FrameColumns::new(&profile.points, self.profiles.labels.direction, orders);
         let looks = self.looks(&profile.points, frame);
         let doubts = self.spread(&profile.points, &looks);
+        // Where nobody can look twice a missing second look says nothing.
+        let can_be_seen_again = looks.contains(&Look::Seen);
         let mut doubtful = Vec::new();
         let mut first = 0;
         for run in profile.points.chunk_by(neighbours) {
             let places = first..first + run.len();
             let doubts = &doubts[places.clone()];
-            let carried = self.carried(run, &looks[places], &columns, correlation_px);
+            let carried = match can_be_seen_again {
+                true => self.carried(run, &looks[places], &columns, correlation_px),
+                false => Vec::new(),
+            };
             let n_doubtful = doubts.iter().filter(|doubt| **doubt).count();
             let whole_run = n_doubtful as f64 > RUN_DENIED_SHARE * run.len() as f64;
             let is_out = |idx: &usize| whole_run || doubts[*idx] || carried.iter().any(|part| part.contains(idx));

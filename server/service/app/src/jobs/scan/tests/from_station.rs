@@ -80,7 +80,7 @@ fn a_scan_that_lost_frames_is_invalid_and_says_so() {
     let cloud = bench.runtime.block_on(stored_cloud(&*bench.store.artifacts, &scan)).unwrap();
     let record = measurement(&scan, &cloud, &document.calibration(), &asked).unwrap();
     assert_eq!(record.result["verdict"], "invalid");
-    assert!(record.result["notes"].to_string().contains("lost"));
+    assert!(record.result["notes"].to_string().contains("lost"), "{}", record.result);
 }
 
 #[test]
