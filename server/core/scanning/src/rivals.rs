@@ -30,7 +30,11 @@ impl<'a> Rivals<'a> {
     /// centrelines.
     pub fn doubtful_points(&self, profile: &Profile, frame: usize, correlation_px: f64) -> Vec<u32> {
         let orders = &self.profiles.triangulator().calibration().orders;
-        let columns = FrameColumns::new(&profile.points, self.profiles.labels.direction, orders);
+        let places = profile.points.iter().map(|point| {
+            let (along, across) = along_across(&point.seen, self.profiles.labels.direction);
+            (along, across, point.order)
+        });
+        let columns = FrameColumns::new(places, orders);
         let looks = self.looks(&profile.points, frame);
         let doubts = self.spread(&profile.points, &looks);
         // Where nobody can look twice a missing second look says nothing.
@@ -69,7 +73,7 @@ impl<'a> Rivals<'a> {
                 noise_px: point.seen.sigma_px * correlation_px.max(1.0).sqrt(),
                 width_px: f64::from(point.seen.width_px),
                 is_seen: *look == Look::Seen,
-                is_open: columns.leave_open(point),
+                is_open: columns.leave_open(along_px, across_px),
             }
         };
         let points: Vec<RunPoint> = run.iter().zip(looks).map(point).collect();

@@ -137,7 +137,9 @@ fn frames_lost_in_a_scan_are_counted_while_it_runs() {
     let gaps: u64 = frames.iter().skip(1).map(|frame| frame.lost_before).sum();
     let dropped = stream.dropped.total();
     assert!(gaps > 0 && (gaps..=gaps + 2).contains(&dropped), "{gaps} in gaps, {dropped} counted");
-    bench.wait_for("counted", |status| status.frames_dropped.contains(&("camera", dropped)));
+    // The station counts what was lost on the way to the range, too.
+    let is_counted = |(reason, n): &(&str, u64)| *reason == "camera" && *n >= dropped;
+    bench.wait_for("counted", |status| status.frames_dropped.iter().any(is_counted));
 }
 
 #[test]
