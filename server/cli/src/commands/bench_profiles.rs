@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Hits, Triangulator};
-use scanning::{FrameLabeller, Profile, label_frame};
+use scanning::{Profile, label_frame};
 use serde_json::json;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
 
@@ -40,9 +40,9 @@ pub fn profiles(args: &BenchProfilesArgs) -> Result<Answer, Failure> {
     for (image, lines) in frames.iter().zip(&mut lines) {
         extractor.find(image, &params, lines);
     }
-    let (mut labeller, mut profile) = (FrameLabeller::default(), Profile::default());
+    let mut profile = Profile::default();
     let label = |lines: &Centrelines| {
-        labeller.label(lines, &triangulator, calibration.depth_range_mm, black_box(&mut profile));
+        black_box(&mut profile).fill(lines, &triangulator, calibration.depth_range_mm);
         profile.points.len()
     };
     let label_ms = median_ms(&mut timed(&lines, n_passes, label));

@@ -5,8 +5,8 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use optics::{Hits, Triangulator};
+use scanning::Profile;
 use scanning::synthetic::SyntheticScan;
-use scanning::{FrameLabeller, Profile, label_frame_by_reference};
 
 /// Points of the frame.
 const N_POINTS: usize = 5000;
@@ -17,11 +17,8 @@ fn labels(criterion: &mut Criterion) {
     let triangulator = Triangulator::new(scan.calibration.clone());
     let range_mm = scan.calibration.depth_range_mm;
     criterion.bench_function("labels and points of a frame", |bencher| {
-        let (mut labeller, mut profile) = (FrameLabeller::default(), Profile::default());
-        bencher.iter(|| labeller.label(black_box(&lines), &triangulator, range_mm, black_box(&mut profile)));
-    });
-    criterion.bench_function("labels and points of a frame by the reference", |bencher| {
-        bencher.iter(|| label_frame_by_reference(black_box(&lines), &triangulator, range_mm));
+        let mut profile = Profile::default();
+        bencher.iter(|| black_box(&mut profile).fill(black_box(&lines), &triangulator, range_mm));
     });
 }
 

@@ -2,11 +2,11 @@
 
 use std::borrow::Cow;
 
-use rayon::prelude::*;
 use vision::Centrelines;
 
 use crate::files::ContentError;
 use crate::scan::{ScanError, ScanFrame};
+use crate::threads::map_with;
 
 /// Frames worked on before their results are taken over in order: enough for many threads, little memory.
 const BATCH_FRAMES: usize = 32;
@@ -66,7 +66,8 @@ pub(crate) fn of_every_frame<T: Send>(
     frames: &dyn Frames,
     work: impl Fn(usize, &Centrelines) -> T + Sync,
 ) -> Result<Vec<T>, ScanError> {
-    (0..frames.n_frames()).into_par_iter().map(|frame| Ok(work(frame, &*lines_of(frames, frame)?))).collect()
+    let of_frame = |(): &mut (), frame| Ok(work(frame, &*lines_of(frames, frame)?));
+    map_with(frames.n_frames(), 1, || (), of_frame).into_iter().collect()
 }
 
 /// `work` on the numbers below `n`, on all threads; `take` gets the results in order and soon after they are made.
@@ -76,8 +77,8 @@ pub(crate) fn in_order<T: Send, E: Send>(
     mut take: impl FnMut(T) -> Result<(), E>,
 ) -> Result<(), E> {
     for first in (0..n).step_by(BATCH_FRAMES) {
-        let batch: Result<Vec<T>, E> = (first..n.min(first + BATCH_FRAMES)).into_par_iter().map(&work).collect();
-        batch?.into_iter().try_for_each(&mut take)?;
+        let batch = map_with(BATCH_FRAMES.min(n - first), 1, || (), |(): &mut (), idx| work(first + idx));
+        batch.into_iter().try_for_each(|result| take(result?))?;
     }
     Ok(())
 }

@@ -7,7 +7,6 @@ use vision::{CentrelinePoint, Centrelines};
 use crate::dropped::{DropReason, Dropped};
 use crate::frames::OneFrame;
 use crate::label::{Labels, Piece, Verdict, along_across, label_frames};
-use crate::labeller::FrameLabeller;
 
 /// A point of a profile, in the camera frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,26 +36,15 @@ pub struct Profile {
 /// order across the image. What stays ambiguous is left out and counted as [`DropReason::Doubtful`].
 ///
 /// Within [`crate::envelope::depth_envelope`] every line finds its label; beyond it only where ranks decide. Who labels
-/// many frames keeps a [`FrameLabeller`], which does the same without asking for memory each time.
+/// many frames writes each [over](Profile::fill) the one before.
 pub fn label_frame(
     centrelines: &Centrelines,
     triangulator: &Triangulator,
     depth_range_mm: DepthRangeMm,
 ) -> Profile {
     let mut profile = Profile::default();
-    FrameLabeller::default().label(centrelines, triangulator, depth_range_mm, &mut profile);
+    profile.fill(centrelines, triangulator, depth_range_mm);
     profile
-}
-
-/// As [`label_frame`], by the straightforward way of whole scans that the fast one is compared with.
-pub fn label_frame_by_reference(
-    centrelines: &Centrelines,
-    triangulator: &Triangulator,
-    depth_range_mm: DepthRangeMm,
-) -> Profile {
-    let labels = label_frames(&OneFrame(centrelines), &[Vector3::zeros()], triangulator, depth_range_mm);
-    let labels = labels.expect("a frame in memory can be read");
-    profile_of_frame(centrelines, 0, &labels, triangulator, depth_range_mm)
 }
 
 /// The profile of frame `frame`, whose centrelines are `lines`, under the labels of the whole scan.
@@ -67,38 +55,8 @@ pub(crate) fn profile_of_frame(
     triangulator: &Triangulator,
     depth_range_mm: DepthRangeMm,
 ) -> Profile {
-    let orders = &triangulator.calibration().orders;
-    let mut sightings = Sightings::default();
-    let first = labels.pieces.partition_point(|piece| piece.frame < frame);
-    let end = labels.pieces.partition_point(|piece| piece.frame <= frame);
-    let mut profile = Profile { labels: vec![None; lines.segments.len()], ..Profile::default() };
-    let mut most = vec![0; lines.segments.len()];
-    let mut kept: Vec<(&Piece, usize)> = Vec::new();
-    for (piece, verdict) in labels.pieces[first..end].iter().zip(&labels.verdicts[first..end]) {
-        match verdict {
-            Verdict::Order(idx) => kept.push((piece, *idx)),
-            Verdict::Doubtful => profile.dropped.add_piece(DropReason::Doubtful, piece.n_points()),
-            Verdict::Contradicted => profile.dropped.add_piece(DropReason::Contradicted, piece.n_points()),
-        }
-    }
-    for &(piece, idx) in &kept {
-        if piece.n_points() > most[piece.segment] {
-            most[piece.segment] = piece.n_points();
-            profile.labels[piece.segment] = Some(orders[idx]);
-        }
-    }
-    // Pieces in the order of the profile leave its points nearly sorted.
-    kept.sort_by_key(|(piece, idx)| (orders[*idx], piece.along));
-    profile.points.reserve(kept.iter().map(|(piece, _)| piece.n_points()).sum());
-    for (piece, idx) in kept {
-        sightings.take(piece.points(lines), idx, triangulator);
-        profile.add(piece.points(lines), orders[idx], &sightings.hits, depth_range_mm);
-    }
-    let labelled: usize = labels.pieces[first..end].iter().map(|piece| piece.n_points()).sum();
-    let all: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
-    profile.dropped.add_points(DropReason::TooShort, all - labelled);
-    let along = |point: &ProfilePoint| along_across(&point.seen, labels.direction).0;
-    profile.points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
+    let mut profile = Profile::default();
+    profile.fill_from(lines, frame, labels, triangulator, depth_range_mm);
     profile
 }
 
@@ -121,6 +79,58 @@ impl Sightings {
 }
 
 impl Profile {
+    /// Becomes what [`label_frame`] returns, in the memory it has.
+    pub fn fill(&mut self, centrelines: &Centrelines, triangulator: &Triangulator, depth_range_mm: DepthRangeMm) {
+        let labels = label_frames(&OneFrame(centrelines), &[Vector3::zeros()], triangulator, depth_range_mm);
+        let labels = labels.expect("a frame in memory can be read");
+        self.fill_from(centrelines, 0, &labels, triangulator, depth_range_mm);
+    }
+
+    fn fill_from(
+        &mut self,
+        lines: &Centrelines,
+        frame: usize,
+        labels: &Labels,
+        triangulator: &Triangulator,
+        depth_range_mm: DepthRangeMm,
+    ) {
+        let orders = &triangulator.calibration().orders;
+        let mut sightings = Sightings::default();
+        let first = labels.pieces.partition_point(|piece| piece.frame < frame);
+        let end = labels.pieces.partition_point(|piece| piece.frame <= frame);
+        self.points.clear();
+        self.labels.clear();
+        self.labels.resize(lines.segments.len(), None);
+        self.dropped = Dropped::default();
+        let mut most = vec![0; lines.segments.len()];
+        let mut kept: Vec<(&Piece, usize)> = Vec::new();
+        for (piece, verdict) in labels.pieces[first..end].iter().zip(&labels.verdicts[first..end]) {
+            match verdict {
+                Verdict::Order(idx) => kept.push((piece, *idx)),
+                Verdict::Doubtful => self.dropped.add_piece(DropReason::Doubtful, piece.n_points()),
+                Verdict::Contradicted => self.dropped.add_piece(DropReason::Contradicted, piece.n_points()),
+            }
+        }
+        for &(piece, idx) in &kept {
+            if piece.n_points() > most[piece.segment] {
+                most[piece.segment] = piece.n_points();
+                self.labels[piece.segment] = Some(orders[idx]);
+            }
+        }
+        // Pieces in the order of the profile leave its points nearly sorted.
+        kept.sort_by_key(|(piece, idx)| (orders[*idx], piece.along));
+        self.points.reserve(kept.iter().map(|(piece, _)| piece.n_points()).sum());
+        for (piece, idx) in kept {
+            sightings.take(piece.points(lines), idx, triangulator);
+            self.add(piece.points(lines), orders[idx], &sightings.hits, depth_range_mm);
+        }
+        let labelled: usize = labels.pieces[first..end].iter().map(|piece| piece.n_points()).sum();
+        let all: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
+        self.dropped.add_points(DropReason::TooShort, all - labelled);
+        let along = |point: &ProfilePoint| along_across(&point.seen, labels.direction).0;
+        self.points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
+    }
+
     /// Adds the points that hit within the depth range; counts the others.
     fn add(&mut self, points: &[CentrelinePoint], order: i8, hits: &Hits, depth_range_mm: DepthRangeMm) {
         let (mut n_missed, mut n_outside) = (0, 0);

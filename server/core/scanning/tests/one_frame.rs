@@ -1,5 +1,5 @@
-//! Single frames, labelled the fast way and by the reference: the same profiles to the last bit, without a single
-//! request for memory. What this does not show: that the labels are right; `labels.rs` does.
+//! Frames by themselves: their labels held against the truth, and how often they ask for memory. What this does not show:
+//! frames that see each other; `labelling.rs` does.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,16 +9,14 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use common::scene::scan;
-use common::{random, rig_a, station};
-use optics::{Calibration, DepthRangeMm, Triangulator};
+use common::{KnownScan, random, rig_a, station};
+use optics::{Calibration, Triangulator};
 use scanning::files::peaks::pack_frame;
-use scanning::{FrameLabeller, Profile, ScanFrame, label_frame, label_frame_by_reference};
+use scanning::{Profile, label_frame};
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, Segment};
 
 /// Points of what lines are torn into.
 const SHRED_POINTS: usize = 30;
-/// Pieces beyond which sets of them take several words.
-const LARGEST_WORD: usize = 64;
 
 /// Counts what the asking thread asks for.
 struct Counting;
@@ -51,87 +49,87 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Depths that a station allows: as calibrated, a few wraps of the labels, and less than one.
-fn depth_ranges(calibration: &Calibration) -> [DepthRangeMm; 3] {
-    let range = |near_mm, far_mm| DepthRangeMm { near_mm, far_mm };
-    [calibration.depth_range_mm, range(340.0, 460.0), range(390.0, 412.0)]
+/// Points under their own order, under another, and left out, of all frames by themselves.
+#[derive(Debug, Default, Clone, Copy)]
+struct Counts {
+    n_right: usize,
+    n_wrong: usize,
+    n_dropped: usize,
 }
 
-/// Labels all frames both ways; returns points and points left out.
-fn compare(name: &str, frames: &[ScanFrame], calibration: &Calibration) -> (usize, usize) {
-    let triangulator = Triangulator::new(calibration.clone());
-    let (mut labeller, mut profile) = (FrameLabeller::default(), Profile::default());
-    let (mut n_points, mut n_dropped) = (0, 0);
-    for depth_range_mm in depth_ranges(calibration) {
-        for (idx, frame) in frames.iter().enumerate() {
-            let lines = &frame.centrelines;
-            labeller.label(lines, &triangulator, depth_range_mm, &mut profile);
-            let reference = label_frame_by_reference(lines, &triangulator, depth_range_mm);
-            assert_eq!(profile.labels, reference.labels, "{name}, frame {idx}, {depth_range_mm:?}");
-            assert_eq!(profile.dropped, reference.dropped, "{name}, frame {idx}, {depth_range_mm:?}");
-            assert!(profile.points == reference.points, "{name}, frame {idx}, {depth_range_mm:?}: points differ");
-            n_points += profile.points.len();
-            n_dropped += profile.dropped.total_points();
-        }
+impl Counts {
+    fn recovered(&self) -> f64 {
+        self.n_right as f64 / (self.n_right + self.n_wrong + self.n_dropped) as f64
     }
-    (n_points, n_dropped)
+}
+
+/// Every frame of a scan by itself.
+fn judge(name: &str, known: &KnownScan, calibration: &Calibration) -> Counts {
+    let triangulator = Triangulator::new(calibration.clone());
+    let mut counts = Counts::default();
+    for (idx, frame) in known.frames.iter().enumerate() {
+        let profile = label_frame(&frame.centrelines, &triangulator, calibration.depth_range_mm);
+        for point in &profile.points {
+            match known.order_at(idx, point.seen.u_px as f32, point.seen.v_px as f32) {
+                Some(order) if order == point.order => counts.n_right += 1,
+                _ => counts.n_wrong += 1,
+            }
+        }
+        counts.n_dropped += profile.dropped.total_points();
+    }
+    eprintln!("{name}: {counts:?}, recovered {:.2} %", 100.0 * counts.recovered());
+    counts
 }
 
 #[test]
-fn frames_of_random_scenes_are_labelled_as_by_the_reference() {
-    let (mut n_points, mut n_dropped) = (0, 0);
+fn frames_of_random_scenes_are_right_or_left_out() {
+    let mut all = Counts::default();
     for seed in [3, 7, 14, 28, 46, 51] {
         let trial = random::trial(seed);
-        let (points, dropped) = compare(&trial.name, &trial.known.frames, &trial.calibration);
-        n_points += points;
-        n_dropped += dropped;
+        let counts = judge(&trial.name, &trial.known, &trial.calibration);
+        all.n_right += counts.n_right;
+        all.n_wrong += counts.n_wrong;
+        all.n_dropped += counts.n_dropped;
     }
-    // Both kinds of answers occur.
-    assert!(n_points > 100_000 && n_dropped > 10_000, "{n_points} points, {n_dropped} left out");
+    // Measured: none wrong, 81.5 %; where ranks leave a piece open, a frame by itself has nobody to ask.
+    assert!(all.n_wrong == 0 && all.recovered() > 0.8, "{all:?}");
 }
 
 #[test]
-#[ignore = "minutes; the short one runs always"]
-fn frames_of_a_campaign_are_labelled_as_by_the_reference() {
-    for seed in 1..=60 {
-        let trial = random::trial(seed);
-        let counts = compare(&trial.name, &trial.known.frames, &trial.calibration);
-        eprintln!("{}: {counts:?}", trial.name);
-    }
-}
-
-#[test]
-fn frames_of_rig_a_are_labelled_as_by_the_reference() {
+fn frames_of_rig_a_are_right() {
     let Some(folder) = rig_a::folder() else { return };
     let calibration = rig_a::calibration(&folder);
     for scan in ["gauge", "sphere"] {
-        compare(scan, &rig_a::truth_scan(&folder, scan).frames, &calibration);
+        let counts = judge(scan, &rig_a::truth_scan(&folder, scan), &calibration);
+        assert!(counts.n_wrong == 0 && counts.recovered() > 0.9, "{scan}: {counts:?}");
     }
 }
 
 #[test]
-fn lines_along_columns_and_stations_of_many_orders_are_labelled_as_by_the_reference() {
+fn lines_along_columns_and_stations_of_many_orders_are_labelled() {
     let step = |x: f64, y: f64| if x.abs() < 12.0 && y.abs() < 10.0 { 391.0 } else { 400.0 };
     for (n_orders, turned) in [(5, true), (9, false), (17, false)] {
         let station = station(n_orders, turned);
         let known = scan(&station, &step, &[-6.0, 0.0, 4.0], turned);
-        let (n_points, _) = compare("step", &known.frames, &station);
-        assert!(n_points > 0);
+        let counts = judge(&format!("{n_orders} orders"), &known, &station);
+        // Seventeen sheets are so close that a frame by itself leaves them all open.
+        assert!(counts.n_wrong == 0 && (n_orders == 17 || counts.recovered() > 0.9), "{n_orders}: {counts:?}");
     }
 }
 
 #[test]
-fn frames_of_many_short_pieces_are_labelled_as_by_the_reference() {
+fn many_short_pieces_are_labelled() {
     let station = station(5, false);
     let step = |x: f64, y: f64| if x.abs() < 12.0 && y.abs() < 10.0 { 391.0 } else { 400.0 };
     let mut known = scan(&station, &step, &[-6.0, 0.0, 4.0], false);
-    for Centrelines { segments, .. } in known.frames.iter_mut().map(|frame| &mut frame.centrelines) {
+    for (frame, orders) in known.frames.iter_mut().zip(&mut known.orders) {
+        let segments = &mut frame.centrelines.segments;
         let shreds = segments.iter().flat_map(|segment| segment.points.chunks(SHRED_POINTS));
         *segments = shreds.map(|points| Segment { points: points.to_vec() }).collect();
-        assert!(segments.len() > LARGEST_WORD, "{} shreds", segments.len());
+        *orders = orders.iter().flat_map(|orders| orders.chunks(SHRED_POINTS)).map(<[_]>::to_vec).collect();
     }
-    let (n_points, n_dropped) = compare("shreds", &known.frames, &station);
-    assert!(n_points > 10_000 && n_dropped > 100, "{n_points} points, {n_dropped} left out");
+    let counts = judge("shreds", &known, &station);
+    assert!(counts.n_wrong == 0 && counts.recovered() > 0.9, "{counts:?}");
 }
 
 #[test]
@@ -139,35 +137,15 @@ fn frames_without_lines_have_empty_profiles() {
     let station = station(5, false);
     let known = scan(&station, &|_, _| 400.0, &[0.0], false);
     let triangulator = Triangulator::new(station.clone());
-    let (mut labeller, mut profile) = (FrameLabeller::default(), Profile::default());
-    labeller.label(&known.frames[0].centrelines, &triangulator, station.depth_range_mm, &mut profile);
+    let mut profile = Profile::default();
+    profile.fill(&known.frames[0].centrelines, &triangulator, station.depth_range_mm);
     assert!(!profile.points.is_empty());
-    labeller.label(&Centrelines::default(), &triangulator, station.depth_range_mm, &mut profile);
+    profile.fill(&Centrelines::default(), &triangulator, station.depth_range_mm);
     assert_eq!(profile, Profile::default());
 }
 
 #[test]
-fn frame_after_frame_asks_for_no_memory() {
-    let station = station(5, false);
-    let step = |x: f64, y: f64| if x.abs() < 12.0 && y.abs() < 10.0 { 391.0 } else { 400.0 };
-    let frames = scan(&station, &step, &[-9.0, -6.0, -3.0, 0.0, 3.0, 6.0], false).frames;
-    let triangulator = Triangulator::new(station.clone());
-    let (mut labeller, mut profile) = (FrameLabeller::default(), Profile::default());
-    let mut n_requests = [0; 2];
-    for pass in &mut n_requests {
-        let before = N_REQUESTS.get();
-        for frame in &frames {
-            labeller.label(&frame.centrelines, &triangulator, station.depth_range_mm, &mut profile);
-        }
-        *pass = N_REQUESTS.get() - before;
-    }
-    assert!(n_requests[0] > 0, "nothing is counted");
-    assert_eq!(n_requests[1], 0, "requests in {} frames", frames.len());
-    assert_eq!(profile, label_frame(&frames[5].centrelines, &triangulator, station.depth_range_mm));
-}
-
-#[test]
-fn picture_after_picture_becomes_a_profile_and_a_record_without_asking_for_memory() {
+fn picture_after_picture_becomes_lines_and_a_record_without_asking_for_memory() {
     let Some(folder) = rig_a::folder() else { return };
     let calibration = rig_a::calibration(&folder);
     let depth_range_mm = calibration.depth_range_mm;
@@ -178,19 +156,23 @@ fn picture_after_picture_becomes_a_profile_and_a_record_without_asking_for_memor
         GreyImage::new(width, height, Pixels::Eight(picture.into_raw())).unwrap()
     };
     let pictures: Vec<GreyImage> = (0..40).step_by(4).map(read).collect();
-    let (mut extractor, mut labeller) = (CentrelineExtractor::default(), FrameLabeller::default());
+    let mut extractor = CentrelineExtractor::default();
     let (mut lines, mut profile, mut record) = (Centrelines::default(), Profile::default(), Vec::new());
-    let mut n_requests = [0; 3];
+    let (mut n_requests, mut n_for_labels) = ([0; 3], 0);
     for pass in &mut n_requests {
-        let before = N_REQUESTS.get();
         for picture in &pictures {
+            let before = N_REQUESTS.get();
             extractor.find(picture, &CentrelineParams::default(), &mut lines);
-            labeller.label(&lines, &triangulator, depth_range_mm, &mut profile);
             pack_frame(&mut record, &lines, 0.0, None).unwrap();
+            *pass += N_REQUESTS.get() - before;
+            let before = N_REQUESTS.get();
+            profile.fill(&lines, &triangulator, depth_range_mm);
+            n_for_labels = N_REQUESTS.get() - before;
             assert!(profile.points.len() > 2000, "{} points", profile.points.len());
         }
-        *pass = N_REQUESTS.get() - before;
     }
     assert!(n_requests[0] > 0, "nothing is counted");
     assert_eq!(n_requests[2], 0, "requests in {} pictures, pass by pass: {n_requests:?}", pictures.len());
+    // Labels ask for lists of pieces and samples, never point by point.
+    assert!(n_for_labels < profile.points.len() / 4, "{n_for_labels} requests, {} points", profile.points.len());
 }

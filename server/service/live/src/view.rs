@@ -4,7 +4,7 @@ use std::io;
 use std::sync::Arc;
 
 use optics::Triangulator;
-use scanning::{FrameLabeller, Profile};
+use scanning::label_frame;
 use station::{SharedFrame, StationHandle, StationStatus};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
@@ -35,7 +35,7 @@ async fn look(
     let mut wishes = bus.watch_wishes();
     let calibration = bus.watch_calibration();
     let mut pace = Pace::new(1.0, Instant::now());
-    let mut finder = Finder::default();
+    let mut extractor = CentrelineExtractor::default();
     loop {
         let Ok(rate_hz) =
             wishes.wait_for(|wishes| wishes.any_rate_hz().is_some()).await.map(|wishes| wishes.any_rate_hz())
@@ -54,15 +54,8 @@ async fn look(
         }
         pace.pass(Instant::now());
         let calibration = calibration.borrow().clone();
-        bus.show(Arc::new(seen_through(frame, calibration.as_deref(), &params, &mut finder)));
+        bus.show(Arc::new(seen_through(frame, calibration.as_deref(), &params, &mut extractor)));
     }
-}
-
-/// What finding lines and labelling them keep from frame to frame.
-#[derive(Default)]
-pub struct Finder {
-    extractor: CentrelineExtractor,
-    labeller: FrameLabeller,
 }
 
 /// Finds the lines of a frame and, with a calibration, its profile. Without laser light there are no lines.
@@ -70,11 +63,11 @@ pub fn seen_through(
     frame: SharedFrame,
     triangulator: Option<&Triangulator>,
     params: &CentrelineParams,
-    finder: &mut Finder,
+    extractor: &mut CentrelineExtractor,
 ) -> LiveFrame {
     let mut centrelines = Centrelines::default();
     if frame.laser_on {
-        finder.extractor.find(&frame.image, params, &mut centrelines);
+        extractor.find(&frame.image, params, &mut centrelines);
     }
     let fits = |triangulator: &&Triangulator| {
         let camera = &triangulator.calibration().camera;
@@ -82,10 +75,7 @@ pub fn seen_through(
     };
     let triangulator = triangulator.filter(fits);
     let labelled = |triangulator: &Triangulator| {
-        let mut profile = Profile::default();
-        let depth_range_mm = triangulator.calibration().depth_range_mm;
-        finder.labeller.label(&centrelines, triangulator, depth_range_mm, &mut profile);
-        profile
+        label_frame(&centrelines, triangulator, triangulator.calibration().depth_range_mm)
     };
     let profile = triangulator.map(labelled);
     let calibration_id = triangulator.map(|triangulator| triangulator.calibration().id.as_str().into());

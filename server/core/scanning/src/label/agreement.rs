@@ -104,9 +104,9 @@ impl Scene<'_> {
         let line = [(idx > of_piece.start).then(|| idx - 1), (idx + 1 < of_piece.end).then_some(idx + 1)];
         let travel = [self.partners.previous[idx], self.partners.next[idx]];
         let patch = |label: usize| {
-            let hypothesis = sample.by_order[label].as_ref()?;
+            let hypothesis = self.samples.by_order(idx)[label].as_ref()?;
             let at = |other: Option<usize>| {
-                Some(self.outlook.view_of(&self.samples.all[other?].by_order[label].as_ref()?.in_part_mm))
+                Some(self.outlook.view_of(&self.samples.by_order(other?)[label].as_ref()?.in_part_mm))
             };
             let view = self.outlook.view_of(&hypothesis.in_part_mm);
             let (line, travel) = (line.map(at), travel.map(at));
@@ -123,15 +123,15 @@ impl Scene<'_> {
                 interior,
             })
         };
-        (0..sample.by_order.len()).filter_map(patch).collect()
+        (0..self.samples.by_order(idx).len()).filter_map(patch).collect()
     }
 
     /// Everything other patches say about one piece, merged and sorted.
     fn testimonies(&self, piece: usize, patches: &[Patch], grid: &PatchGrid) -> Vec<Testimony> {
         let share = super::sample_weight(&self.pieces[piece]);
         let mut heard: Vec<Testimony> = Vec::new();
-        for sample in self.samples.of_piece(piece) {
-            for (label, hypothesis) in sample.by_order.iter().enumerate() {
+        for sample in self.samples.range(piece) {
+            for (label, hypothesis) in self.samples.by_order(sample).iter().enumerate() {
                 let Some(hypothesis) = hypothesis else { continue };
                 let view = self.outlook.view_of(&hypothesis.in_part_mm);
                 grid.for_each_near(&view.xy_mm, |idx, _| {

@@ -2,14 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
-use super::evidence::{Evidence, Kind};
+use super::evidence::{Evidence, Kind, wrong_labels};
 use super::trial::Trial;
 use crate::params::{
     CHALLENGE_MARGIN, CHALLENGE_MARGIN_UNSEEN, CHALLENGE_MARGIN_WITHOUT_RANKS, PIECES_PER_TASK,
     RANK_ONLY_LENGTH_PITCHES, SECOND_LOOK_SAMPLES, SECOND_LOOK_SHARE, SEEN_SHARE,
 };
+use crate::threads::{for_each_chunk, map_with};
 
 /// Evidence between sheets; continuity between them does not count.
 pub struct SheetGraph {
@@ -21,10 +20,30 @@ pub struct SheetGraph {
     pub own: Vec<f64>,
     /// Per sheet and label: (other sheet, its label, weight), both halves added up.
     pub pairs: Vec<Vec<(u32, u32, f64)>>,
+    /// Per sheet: the sheets beside it, ascending.
+    pub ranks: Vec<Vec<Beside>>,
     /// Per sheet and label: agreements (other sheet, its label, weight).
     agreements: Vec<Vec<(u32, u32, f64)>>,
     /// Per sheet: the label in question.
     pub labels: Vec<usize>,
+}
+
+/// A sheet that shares scan columns (rows) with another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beside {
+    /// Which one.
+    pub sheet: usize,
+    /// Whether it lies above (left of) the other.
+    pub is_above: bool,
+    /// What two labels in the wrong order cost, both halves added up.
+    pub cost: f64,
+}
+
+impl Beside {
+    /// Its labels that are in the wrong order beside `label` of the other.
+    pub fn wrong_labels(&self, label: usize, none: usize) -> std::ops::Range<usize> {
+        wrong_labels(self.is_above, label, none)
+    }
 }
 
 /// Per piece: whether its sheet is in doubt. `lengths_pitches`: how far each sheet reaches along the line.
@@ -54,9 +73,7 @@ pub fn challenged(
         })
     };
     let trials = || (Trial::new(&graph), unranked.as_ref().map(Trial::new));
-    let n_sheets = graph.labels.len();
-    let doubtful: Vec<bool> =
-        (0..n_sheets).into_par_iter().with_min_len(PIECES_PER_TASK).map_init(trials, in_doubt).collect();
+    let doubtful = map_with(graph.labels.len(), PIECES_PER_TASK, trials, in_doubt);
     sheets.iter().map(|&sheet| doubtful[sheet]).collect()
 }
 
@@ -96,6 +113,7 @@ impl SheetGraph {
                 }
             }
         }
+        let mut ranks: Vec<Vec<Beside>> = vec![Vec::new(); n_sheets];
         if with_ranks {
             for ((upper, lower), cost) in rank_costs(evidence, sheets) {
                 if upper == lower {
@@ -103,19 +121,15 @@ impl SheetGraph {
                     own[upper * n_labels..][..n_labels - 1].iter_mut().for_each(|own| *own -= cost);
                     continue;
                 }
-                for upper_label in 0..evidence.none() {
-                    for lower_label in 0..=upper_label {
-                        let slots = [(upper, upper_label), (lower, lower_label)];
-                        for [(sheet, label), (other, other_label)] in [slots, [slots[1], slots[0]]] {
-                            pairs[sheet * n_labels + label].push((other as u32, other_label as u32, -cost));
-                        }
-                    }
-                }
+                ranks[upper].push(Beside { sheet: lower, is_above: false, cost });
+                ranks[lower].push(Beside { sheet: upper, is_above: true, cost });
             }
+            ranks.iter_mut().for_each(|beside| beside.sort_by_key(|beside| beside.sheet));
         }
-        let lists = pairs.par_iter_mut().with_min_len(PIECES_PER_TASK);
-        lists.chain(agreements.par_iter_mut().with_min_len(PIECES_PER_TASK)).for_each(merge);
-        Self { n_labels, sizes, own, pairs, agreements, labels: of_sheet }
+        for lists in [&mut pairs, &mut agreements] {
+            for_each_chunk(lists, n_labels, PIECES_PER_TASK, |_, lists| lists.iter_mut().for_each(merge));
+        }
+        Self { n_labels, sizes, own, pairs, ranks, agreements, labels: of_sheet }
     }
 
     /// The label "none".
@@ -126,6 +140,17 @@ impl SheetGraph {
     /// What agrees and disagrees with (sheet, label).
     pub fn pairs(&self, sheet: usize, label: usize) -> &[(u32, u32, f64)] {
         &self.pairs[sheet * self.n_labels + label]
+    }
+
+    /// What two labels of two sheets weigh together, their ranks included.
+    pub fn weight(&self, (sheet, label): (usize, usize), (other, other_label): (usize, usize)) -> f64 {
+        let pairs = self.pairs(sheet, label);
+        let place = pairs.binary_search_by_key(&(other as u32, other_label as u32), |pair| (pair.0, pair.1));
+        let ranks = &self.ranks[sheet];
+        let first = ranks.partition_point(|beside| beside.sheet < other);
+        let beside = ranks[first..].iter().take_while(|beside| beside.sheet == other);
+        let wrong = beside.filter(|beside| beside.wrong_labels(label, self.none()).contains(&other_label));
+        place.map_or(0.0, |place| pairs[place].2) - wrong.map(|beside| beside.cost).sum::<f64>()
     }
 
     /// By how much other sheets, labelled as they are, see the surface that `label` would give this sheet.

@@ -26,14 +26,14 @@ pub struct Rank {
     pub cost: f32,
 }
 
-impl Rank {
-    /// The labels of the other piece that are in the wrong order beside `label` of this one; "none" never is.
-    pub fn wrong_labels(&self, label: usize, none: usize) -> std::ops::Range<usize> {
-        match (label == none, self.is_above) {
-            (true, _) => 0..0,
-            (false, true) => label..none,
-            (false, false) => 0..label + 1,
-        }
+/// The labels of another line that are in the wrong order beside `label` of this one; "none" never is. `is_above`: whether
+/// the other lies above (left of) this one.
+pub fn wrong_labels(is_above: bool, label: usize, none: usize) -> std::ops::Range<usize> {
+    match (label == none, is_above) {
+        (true, true) => none..none,
+        (true, false) => 0..0,
+        (false, true) => label..none,
+        (false, false) => 0..label + 1,
     }
 }
 
@@ -155,6 +155,31 @@ impl Evidence {
         }
     }
 
+    /// What speaks for every label of `piece` per sample, given the labels of all: as [`Evidence::support`], for all at once.
+    pub fn supports_beside(&self, piece: usize, labels: &[usize], supports: &mut Vec<f64>) {
+        let n = self.n_labels;
+        supports.clear();
+        supports.resize(n, 0.0);
+        // How much more stands in the wrong order under a label than under the one before it.
+        for rank in &self.ranks[piece] {
+            let theirs = labels[rank.piece as usize];
+            // Beside a line above, labels up to its own are wrong; beside one below, its own and those from there on.
+            let wrong = wrong_labels(!rank.is_above, theirs, self.none());
+            if !wrong.is_empty() {
+                supports[wrong.start] += f64::from(rank.cost);
+                supports[wrong.end] -= f64::from(rank.cost);
+            }
+        }
+        let mut wrong = 0.0;
+        for (label, support) in supports.iter_mut().enumerate() {
+            wrong += *support;
+            let slot = piece * n + label;
+            let agrees = |pair: &&Pair| labels[pair.piece as usize] == pair.label as usize;
+            let sum: f64 = self.pairs[slot].iter().filter(agrees).map(|pair| f64::from(pair.weight)).sum();
+            *support = (self.single[slot] + sum - wrong) / self.sizes[piece];
+        }
+    }
+
     /// What speaks for `label` of `piece` per sample, given the labels of all.
     pub fn support(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
         self.support_of(piece, label, labels, |_| true)
@@ -169,7 +194,8 @@ impl Evidence {
         let slot = piece * self.n_labels + label;
         let agrees = |pair: &&Pair| counts(pair.kind) && labels[pair.piece as usize] == pair.label as usize;
         let sum: f64 = self.pairs[slot].iter().filter(agrees).map(|pair| f64::from(pair.weight)).sum();
-        let is_wrong = |rank: &&Rank| rank.wrong_labels(label, self.none()).contains(&labels[rank.piece as usize]);
+        let is_wrong =
+            |rank: &&Rank| wrong_labels(rank.is_above, label, self.none()).contains(&labels[rank.piece as usize]);
         let wrong: f64 = self.ranks[piece].iter().filter(is_wrong).map(|rank| f64::from(rank.cost)).sum();
         (self.single[slot] + sum - wrong) / self.sizes[piece]
     }

@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 use optics::{DepthRangeMm, Hits, RayHit, Triangulator};
-use rayon::prelude::*;
 use vision::{CentrelinePoint, Centrelines, LineDirection};
 
 use super::pieces::{Piece, along_across};
@@ -17,7 +16,7 @@ pub struct Hypothesis {
 }
 
 /// A sample of a piece.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Index of the piece.
     pub piece: usize,
@@ -27,29 +26,38 @@ pub struct Sample {
     pub across_px: f64,
     /// Distance to the neighbouring order's line in the image at this depth, px.
     pub pitch_px: f64,
-    /// Per order (index into the calibration's list): the hypothesis, `None` if the ray misses or the depth is out of range.
-    pub by_order: Vec<Option<Hypothesis>>,
 }
 
 /// The samples of all pieces, grouped by piece.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Samples {
     /// All samples, by piece, then along the line.
     pub all: Vec<Sample>,
     /// Per piece: index of its first sample; one more entry than pieces.
     pub first_of_piece: Vec<usize>,
+    /// Per sample and order: see [`Samples::by_order`].
+    hypotheses: Vec<Option<Hypothesis>>,
+    n_orders: usize,
 }
 
 impl Samples {
     /// Without pieces.
-    pub fn new() -> Self {
-        Self { all: Vec::new(), first_of_piece: vec![0] }
+    pub fn new(n_orders: usize) -> Self {
+        Self { all: Vec::new(), first_of_piece: vec![0], hypotheses: Vec::new(), n_orders }
     }
 
-    /// Adds the samples of the next piece.
-    pub fn add_piece(&mut self, samples: Vec<Sample>) {
-        self.all.extend(samples);
-        self.first_of_piece.push(self.all.len());
+    /// Adds the samples of the pieces that come next.
+    pub fn append(&mut self, other: Self) {
+        let n = self.all.len();
+        self.first_of_piece.extend(other.first_of_piece[1..].iter().map(|first| n + first));
+        self.all.extend(other.all);
+        self.hypotheses.extend(other.hypotheses);
+    }
+
+    /// Per order (index into the calibration's list): the hypothesis of a sample, `None` if the ray misses or the depth is out
+    /// of range.
+    pub fn by_order(&self, idx: usize) -> &[Option<Hypothesis>] {
+        &self.hypotheses[idx * self.n_orders..][..self.n_orders]
     }
 
     /// The samples of one piece.
@@ -84,44 +92,43 @@ pub struct View<'a> {
 
 impl View<'_> {
     /// Triangulates the samples of a frame's pieces, which count from `first_piece` on; `shift_mm` takes camera points to
-    /// the part. One entry per piece.
+    /// the part.
     pub fn samples(
         &self,
         pieces: &[Piece],
         first_piece: usize,
         lines: &Centrelines,
         shift_mm: &Vector3<f64>,
-    ) -> Vec<Vec<Sample>> {
-        let pieces = pieces.par_iter().enumerate();
-        pieces.map(|(idx, piece)| self.samples_of(first_piece + idx, piece, lines, shift_mm)).collect()
-    }
-
-    fn samples_of(&self, idx: usize, piece: &Piece, lines: &Centrelines, shift_mm: &Vector3<f64>) -> Vec<Sample> {
-        let (alongs, points): (Vec<i64>, Vec<&CentrelinePoint>) =
-            piece.samples().filter_map(|along| Some((along, piece.point_at(lines, along)?))).unzip();
+    ) -> Samples {
+        let n_orders = self.triangulator.calibration().orders.len();
+        let mut samples = Samples::new(n_orders);
+        let mut points: Vec<&CentrelinePoint> = Vec::new();
+        for (idx, piece) in pieces.iter().enumerate() {
+            for (along, point) in piece.samples().filter_map(|along| Some((along, piece.point_at(lines, along)?)))
+            {
+                let across_px = along_across(point, self.direction).1;
+                samples.all.push(Sample { piece: first_piece + idx, along, across_px, pitch_px: f64::INFINITY });
+                points.push(point);
+            }
+            samples.first_of_piece.push(samples.all.len());
+        }
         let u_px: Vec<f64> = points.iter().map(|point| point.u_px).collect();
         let v_px: Vec<f64> = points.iter().map(|point| point.v_px).collect();
-        let n_orders = self.triangulator.calibration().orders.len();
         let mut of_orders = vec![Hits::default(); n_orders];
         for (order_idx, hits) in of_orders.iter_mut().enumerate() {
             self.triangulator.triangulate_all(order_idx, &u_px, &v_px, hits);
         }
-        let sample = |(at, (along, point)): (usize, (i64, &CentrelinePoint))| {
-            let hypothesis = |hits: &Hits| {
+        samples.hypotheses.reserve(points.len() * n_orders);
+        for (at, point) in points.iter().enumerate() {
+            samples.all[at].pitch_px = pitch_px(of_orders.iter().map(|hits| hits.at(at)), self.direction);
+            samples.hypotheses.extend(of_orders.iter().map(|hits| {
                 let hit = hits.at(at);
-                let noise_sigma_mm = hit.noise_sigma_mm(&point.normal, point.sigma_px);
                 let in_range = self.depth_range_mm.contains(hit.in_camera.xyz.z);
-                in_range.then(|| Hypothesis { in_part_mm: hit.in_camera.xyz - shift_mm, sigma_mm: noise_sigma_mm })
-            };
-            Sample {
-                piece: idx,
-                along,
-                across_px: along_across(point, self.direction).1,
-                pitch_px: pitch_px(of_orders.iter().map(|hits| hits.at(at)), self.direction),
-                by_order: of_orders.iter().map(hypothesis).collect(),
-            }
-        };
-        alongs.into_iter().zip(points).enumerate().map(sample).collect()
+                let sigma_mm = || hit.noise_sigma_mm(&point.normal, point.sigma_px);
+                in_range.then(|| Hypothesis { in_part_mm: hit.in_camera.xyz - shift_mm, sigma_mm: sigma_mm() })
+            }));
+        }
+        samples
     }
 }
 

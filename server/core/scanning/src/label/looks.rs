@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use vision::{Centrelines, LineDirection};
 
 use super::columns::{Columns, pieces_of};
-use super::hypotheses::{Sample, Samples, View};
+use super::hypotheses::{Samples, View};
 use super::pieces::{self, Joint, Piece, along_across};
 use super::ranks::{SharedColumns, shared_columns};
 use super::tracks::{End, ends_of, joined};
@@ -35,7 +35,7 @@ pub fn look_at(
     pieces: Vec<Piece>,
 ) -> Result<Looks, ScanError> {
     let mut looks = Looks {
-        samples: Samples::new(),
+        samples: Samples::new(view.triangulator.calibration().orders.len()),
         ends: Vec::with_capacity(pieces.len()),
         joined: Vec::with_capacity(pieces.len()),
         widths_px: Vec::with_capacity(pieces.len()),
@@ -44,7 +44,7 @@ pub fn look_at(
     };
     let look = |frame| Ok(FrameLook::new(view, &pieces, frame, &*lines_of(frames, frame)?, &shifts_mm[frame]));
     in_order(frames.n_frames(), look, |look| {
-        look.samples.into_iter().for_each(|piece| looks.samples.add_piece(piece));
+        looks.samples.append(look.samples);
         looks.ends.extend(look.ends);
         looks.joined.extend(look.joined);
         looks.widths_px.extend(look.widths_px);
@@ -77,7 +77,7 @@ pub fn cut_pieces(
 
 /// What one frame shows.
 struct FrameLook {
-    samples: Vec<Vec<Sample>>,
+    samples: Samples,
     ends: Vec<(End, End)>,
     joined: Vec<bool>,
     widths_px: Vec<f64>,
@@ -92,7 +92,7 @@ impl FrameLook {
             |idx: usize| idx > own.start && joined(&pieces[idx - 1], &pieces[idx], lines, view.direction);
         let columns = Columns { pieces, own: own.clone(), lines, direction: view.direction };
         Self {
-            shared_columns: shared_columns(samples.iter().flatten(), &columns),
+            shared_columns: shared_columns(&samples.all, &columns),
             ends: pieces[own.clone()].iter().map(|piece| both_ends(piece, lines, view.direction)).collect(),
             joined: own.clone().map(follows).collect(),
             widths_px: pieces[own.clone()].iter().map(|piece| width_px(piece, lines)).collect(),

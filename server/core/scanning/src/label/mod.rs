@@ -18,7 +18,6 @@ mod ranks;
 mod relax;
 mod sections;
 mod sheets;
-mod still;
 mod tracks;
 mod trial;
 mod unions;
@@ -41,7 +40,6 @@ pub use outlook::Outlook;
 pub use patches::{PatchGrid, ViewPoint};
 pub use pieces::{Piece, along_across};
 pub use relax::Verdict;
-pub use still::{FrameLabels, fits as still_fits};
 
 /// Pieces of all frames with what was decided about each.
 #[derive(Debug, Clone, PartialEq)]
@@ -164,8 +162,7 @@ fn depth_evidence(samples: &Samples, pieces: &[Piece], n_orders: usize) -> Evide
     let mut evidence = Evidence::new(n_orders, sizes, UNLABELLED_COST);
     for (idx, piece) in pieces.iter().enumerate() {
         for label in 0..n_orders {
-            let samples = samples.of_piece(idx);
-            let n_outside = samples.iter().filter(|sample| sample.by_order[label].is_none()).count();
+            let n_outside = samples.range(idx).filter(|&sample| samples.by_order(sample)[label].is_none()).count();
             evidence.add_single(idx, label, -OUTSIDE_COST * n_outside as f64 * sample_weight(piece));
         }
     }

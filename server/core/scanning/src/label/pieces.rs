@@ -1,5 +1,6 @@
 //! Segments cut at kinks into pieces that surely belong to one line, and the samples that speak for them.
 
+use multiversion::multiversion;
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
 use crate::params::{
@@ -221,6 +222,7 @@ fn cut_at_kinks(segment: &Segment, direction: LineDirection, correlation_px: f64
 }
 
 /// Per point: the change of slope from the points before it to those after it, px/px.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
 fn bends(across: &[f64]) -> Vec<f64> {
     let mut bends = vec![0.0; across.len()];
     if let (Some(here), Some(ahead)) = (across.get(KINK_SPAN_PX..), across.get(2 * KINK_SPAN_PX..)) {
@@ -235,6 +237,7 @@ fn bends(across: &[f64]) -> Vec<f64> {
 /// Per point: how far the line through the points before it misses the line through those from it on, in limits.
 ///
 /// Lines through neighbouring points follow from running sums; `noise_px` holds the σ of every point.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2", "aarch64+neon"))]
 fn steps(across: &[f64], noise_px: &[f64]) -> Vec<f64> {
     let (mut sum, mut moment) = (0.0, 0.0);
     let (mut sums, mut moments) = (Vec::with_capacity(across.len() + 1), Vec::with_capacity(across.len() + 1));
@@ -269,14 +272,14 @@ fn steps(across: &[f64], noise_px: &[f64]) -> Vec<f64> {
 }
 
 /// Weight of point i of n in the value of their least-squares line half a point beyond the last: α + β i.
-pub fn end_weights(n: usize) -> (f64, f64) {
+fn end_weights(n: usize) -> (f64, f64) {
     let count = n as f64;
     let slope = 6.0 / (count * count - 1.0);
     (1.0 / count - 0.5 * (count - 1.0) * slope, slope)
 }
 
 /// Whether `idx` is the strongest bend within a span; the first of equals.
-pub fn is_peak(bends: &[f64], idx: usize) -> bool {
+fn is_peak(bends: &[f64], idx: usize) -> bool {
     let from = idx.saturating_sub(KINK_SPAN_PX);
     let to = (idx + KINK_SPAN_PX + 1).min(bends.len());
     bends[from..idx].iter().all(|other| *other < bends[idx])

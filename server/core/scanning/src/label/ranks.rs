@@ -9,7 +9,7 @@ use crate::params::RANK_COST;
 pub type SharedColumns = Vec<(usize, usize, f64)>;
 
 /// What the pieces of a frame share. `samples`: those of its pieces, in their order.
-pub fn shared_columns<'a>(samples: impl Iterator<Item = &'a Sample>, columns: &Columns) -> SharedColumns {
+pub fn shared_columns(samples: &[Sample], columns: &Columns) -> SharedColumns {
     let (first, n) = (columns.own.start, columns.own.len());
     // Per (upper, lower): the samples they share.
     let mut shared = vec![0.0; n * n];

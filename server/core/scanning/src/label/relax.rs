@@ -1,7 +1,5 @@
 //! From evidence to labels: beliefs relaxed together, hardened, then asked whether another answer is as good.
 
-use rayon::prelude::*;
-
 use super::evidence::Evidence;
 use super::overlooked::with_overlooked_surfaces;
 use super::unions::Unions;
@@ -9,6 +7,7 @@ use crate::params::{
     CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, OVERRULED_MARGIN, PIECES_PER_TASK, RELAX_ROUNDS,
     RELAX_SHARPNESS, SETTLE_SWEEPS, UNLABELLED_FROM,
 };
+use crate::threads::for_each_chunk;
 
 /// What became of a piece.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,12 +30,13 @@ pub fn settle(
 ) -> Vec<Verdict> {
     let (labels, doubtful_groups) = best_labels(evidence);
     let challenged = challenged(&labels);
+    let mut supports = Vec::new();
     let doubtful: Vec<bool> = (0..evidence.n_pieces())
         .map(|piece| {
             if labels[piece] == evidence.none() {
                 return false;
             }
-            let supports = supports(evidence, &labels, piece);
+            evidence.supports_beside(piece, &labels, &mut supports);
             let unconfirmed = confirmation.is_some_and(|least| supports[labels[piece]] < least);
             let beside: Vec<f64> =
                 (0..evidence.none()).map(|label| evidence.support_beside_bonds(piece, label, &labels)).collect();
@@ -88,7 +88,7 @@ fn relaxed(evidence: &Evidence) -> Vec<f64> {
     for round in 0..RELAX_ROUNDS {
         let progress = round as f64 / (RELAX_ROUNDS - 1) as f64;
         let sharpness = RELAX_SHARPNESS[0] * (RELAX_SHARPNESS[1] / RELAX_SHARPNESS[0]).powf(progress);
-        fresh.par_chunks_mut(n).with_min_len(PIECES_PER_TASK).enumerate().for_each(|(piece, fresh)| {
+        for_each_chunk(&mut fresh, n, PIECES_PER_TASK, |piece, fresh| {
             evidence.supports(piece, &beliefs, fresh);
             if progress < UNLABELLED_FROM {
                 fresh[evidence.none()] = f64::NEG_INFINITY;
@@ -123,10 +123,12 @@ fn everything(evidence: &Evidence) -> Vec<usize> {
 
 /// Gives every one of `chosen` its best label until nothing changes.
 pub fn improve(evidence: &Evidence, labels: &mut [usize], chosen: &[usize]) {
+    let mut supports = Vec::new();
     for _ in 0..SETTLE_SWEEPS {
         let mut changed = false;
         for &piece in chosen {
-            let best = largest(&supports(evidence, labels, piece));
+            evidence.supports_beside(piece, labels, &mut supports);
+            let best = largest(&supports);
             changed |= best != labels[piece];
             labels[piece] = best;
         }
@@ -134,10 +136,6 @@ pub fn improve(evidence: &Evidence, labels: &mut [usize], chosen: &[usize]) {
             break;
         }
     }
-}
-
-fn supports(evidence: &Evidence, labels: &[usize], piece: usize) -> Vec<f64> {
-    (0..evidence.n_labels).map(|label| evidence.support(piece, label, labels)).collect()
 }
 
 /// Index of the largest value, the first of equals.

@@ -94,7 +94,7 @@ impl Link {
 
 /// `None` if one of the three has no hypothesis of this label ("none" included).
 fn bend(chain: [usize; 3], label: usize, samples: &Samples) -> Option<Bend> {
-    let [before, here, after] = chain.map(|idx| samples.all[idx].by_order.get(label).and_then(Option::as_ref));
+    let [before, here, after] = chain.map(|idx| samples.by_order(idx).get(label).and_then(Option::as_ref));
     let (before, here, after) = (before?, here?, after?);
     let (back, ahead) = (here.in_part_mm - before.in_part_mm, after.in_part_mm - here.in_part_mm);
     let (reach_back, reach_ahead) = (back.xy().norm(), ahead.xy().norm());

@@ -92,7 +92,7 @@ pub fn add_continuations(evidence: &mut Evidence, samples: &Samples, pieces: &[P
 }
 
 /// The piece with the largest strength above zero, the first of equals.
-pub fn strongest(pieces: std::ops::Range<usize>, strength: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
+fn strongest(pieces: std::ops::Range<usize>, strength: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
     let strengths = pieces.map(|piece| (piece, strength(piece))).filter(|(_, strength)| *strength > 0.0);
     strengths.fold(None, |best, next| match best {
         Some((_, strength)) if strength >= next.1 => best,
@@ -135,13 +135,13 @@ pub fn ends_of(along: &[f64], across: &[f64]) -> (End, End) {
 }
 
 /// Where a piece begins.
-pub fn left_end(along: &[f64], across: &[f64]) -> End {
+fn left_end(along: &[f64], across: &[f64]) -> End {
     let n = along.len().min(CONTINUATION_POINTS);
     end_of(&along[..n], &across[..n], along[0])
 }
 
 /// Where a piece ends.
-pub fn right_end(along: &[f64], across: &[f64]) -> End {
+fn right_end(along: &[f64], across: &[f64]) -> End {
     let last = along.len() - 1;
     let tail = along.len() - along.len().min(CONTINUATION_POINTS);
     end_of(&along[tail..], &across[tail..], along[last])
@@ -161,12 +161,12 @@ fn end_of(along: &[f64], across: &[f64], place: f64) -> End {
 }
 
 /// Whether a line may go on beyond a gap of so many pixels.
-pub fn is_gap(gap: f64, pitch_px: f64) -> bool {
+fn is_gap(gap: f64, pitch_px: f64) -> bool {
     gap > 0.0 && gap <= CONTINUATION_GAP_PITCHES * pitch_px
 }
 
 /// How well `right` continues `left`, 0–1; `None` if it does not.
-pub fn continuation(left: &End, right: &End, pitch_px: f64) -> Option<f64> {
+fn continuation(left: &End, right: &End, pitch_px: f64) -> Option<f64> {
     let gap = right.along - left.along;
     if !is_gap(gap, pitch_px) {
         return None;

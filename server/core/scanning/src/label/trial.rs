@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::challenge::SheetGraph;
+use super::challenge::{Beside, SheetGraph};
 use crate::params::CHALLENGE_STEPS;
 
 /// Tries other answers: one sheet has a rival label, others follow. Afterwards all labels are as before.
@@ -10,7 +10,7 @@ pub struct Trial<'a> {
     /// What is tried on.
     pub graph: &'a SheetGraph,
     labels: Vec<usize>,
-    /// Per sheet and label: the sum of its pairs with the sheets' labels. Weights are multiples of one number
+    /// Per sheet and label: the sum of its pairs and ranks with the sheets' labels. Weights are multiples of one number
     /// ([`super::evidence::kept`]), so that their sums are exact and taking off gives back what was before: which trials a
     /// thread has made already decides nothing.
     sums: Vec<f64>,
@@ -28,14 +28,15 @@ impl<'a> Trial<'a> {
     /// Nothing tried yet.
     pub fn new(graph: &'a SheetGraph) -> Self {
         let n_sheets = graph.labels.len();
-        let sum = |pairs: &Vec<(u32, u32, f64)>| {
-            let agreeing = pairs.iter().filter(|pair| graph.labels[pair.0 as usize] == pair.1 as usize);
-            agreeing.map(|pair| pair.2).sum()
-        };
+        let mut sums = vec![0.0; n_sheets * graph.n_labels];
+        for (sheet, &label) in graph.labels.iter().enumerate() {
+            add_pairs(&mut sums, graph, (sheet, label), 1.0);
+            add_ranks(&mut sums, graph, sheet, (graph.none(), label));
+        }
         Self {
             graph,
             labels: graph.labels.clone(),
-            sums: graph.pairs.iter().map(sum).collect(),
+            sums,
             changed: Vec::new(),
             is_changed: vec![false; n_sheets],
             waiting: VecDeque::new(),
@@ -80,13 +81,10 @@ impl<'a> Trial<'a> {
     }
 
     fn relabel(&mut self, sheet: usize, label: usize) {
-        let graph = self.graph;
         let before = std::mem::replace(&mut self.labels[sheet], label);
-        for (label, sign) in [(before, -1.0), (label, 1.0)] {
-            for &(other, other_label, weight) in graph.pairs(sheet, label) {
-                self.sums[other as usize * graph.n_labels + other_label as usize] += sign * weight;
-            }
-        }
+        add_pairs(&mut self.sums, self.graph, (sheet, before), -1.0);
+        add_pairs(&mut self.sums, self.graph, (sheet, label), 1.0);
+        add_ranks(&mut self.sums, self.graph, sheet, (before, label));
     }
 
     fn take_back(&mut self) {
@@ -103,13 +101,21 @@ impl<'a> Trial<'a> {
         let (from, to) = (graph.labels[pushing], self.labels[pushing]);
         let mut waiting = VecDeque::from([pushing]);
         while let Some(sheet) = waiting.pop_front() {
-            for &(other, label, weight) in graph.pairs(sheet, self.labels[sheet]) {
-                let (other, label) = (other as usize, label as usize);
-                let in_the_way = weight < 0.0 && label == self.labels[other];
-                if !in_the_way || self.is_changed[other] || label == graph.none() {
+            let label = self.labels[sheet];
+            let pairs = graph.pairs(sheet, label).iter().filter(|pair| pair.2 < 0.0).map(|pair| pair.0 as usize);
+            let is_wrong =
+                |beside: &&Beside| beside.wrong_labels(label, graph.none()).contains(&self.labels[beside.sheet]);
+            let ranks: Vec<usize> =
+                graph.ranks[sheet].iter().filter(is_wrong).map(|beside| beside.sheet).collect();
+            for other in pairs.chain(ranks) {
+                let in_the_way = self.labels[other];
+                if self.is_changed[other]
+                    || in_the_way == graph.none()
+                    || graph.weight((sheet, label), (other, in_the_way)) >= 0.0
+                {
                     continue;
                 }
-                let shifted = (label + to).checked_sub(from);
+                let shifted = (in_the_way + to).checked_sub(from);
                 self.change(other, shifted.filter(|&label| label < graph.none()).unwrap_or(graph.none()));
                 waiting.push_back(other);
             }
@@ -154,10 +160,14 @@ impl<'a> Trial<'a> {
     fn queue_touched(&mut self, sheet: usize, from: usize, to: usize) {
         let mut touched = std::mem::take(&mut self.touched);
         touched.clear();
+        touched.extend(self.graph.ranks[sheet].iter().map(|beside| beside.sheet));
+        let n_ranks = touched.len();
         for label in [from, to] {
             touched.extend(self.graph.pairs(sheet, label).iter().map(|pair| pair.0 as usize));
         }
-        touched.sort_unstable();
+        if touched.len() > n_ranks {
+            touched.sort_unstable();
+        }
         touched.dedup();
         touched.iter().for_each(|&other| self.queue(other));
         self.touched = touched;
@@ -167,6 +177,29 @@ impl<'a> Trial<'a> {
         if !std::mem::replace(&mut self.queued[sheet], true) {
             self.waiting.push_back(sheet);
         }
+    }
+}
+
+/// Adds to the sums of the others what `label` of `sheet` agrees and disagrees with, `sign` times.
+fn add_pairs(sums: &mut [f64], graph: &SheetGraph, (sheet, label): (usize, usize), sign: f64) {
+    for &(other, other_label, weight) in graph.pairs(sheet, label) {
+        sums[other as usize * graph.n_labels + other_label as usize] += sign * weight;
+    }
+}
+
+/// Charges the sheets beside `sheet` for what is in the wrong order now that its label is another; only labels between the
+/// two feel it.
+fn add_ranks(sums: &mut [f64], graph: &SheetGraph, sheet: usize, (before, label): (usize, usize)) {
+    for beside in &graph.ranks[sheet] {
+        let sums = &mut sums[beside.sheet * graph.n_labels..][..graph.n_labels];
+        // What is wrong above ends with the last order, what is wrong below begins with the first: one edge moves.
+        let edge = |label| {
+            let wrong = beside.wrong_labels(label, graph.none());
+            if beside.is_above { wrong.start } else { wrong.end }
+        };
+        let (was, is) = (edge(before), edge(label));
+        let freed = if (is > was) == beside.is_above { beside.cost } else { -beside.cost };
+        sums[was.min(is)..was.max(is)].iter_mut().for_each(|sum| *sum += freed);
     }
 }
 
@@ -230,10 +263,11 @@ mod tests {
         for _ in 0..200 {
             trial.change(rng.random_range(0..30), rng.random_range(0..6));
         }
-        for (slot, pairs) in graph.pairs.iter().enumerate() {
-            let agreeing = pairs.iter().filter(|pair| trial.labels[pair.0 as usize] == pair.1 as usize);
-            let sum: f64 = agreeing.map(|pair| pair.2).sum();
-            assert!(trial.sums[slot] == sum, "slot {slot}: {} {sum}", trial.sums[slot]);
+        for (slot, kept) in trial.sums.iter().enumerate() {
+            let (sheet, label) = (slot / graph.n_labels, slot % graph.n_labels);
+            let others = trial.labels.iter().enumerate().filter(|(other, _)| *other != sheet);
+            let sum: f64 = others.map(|(other, &theirs)| graph.weight((sheet, label), (other, theirs))).sum();
+            assert!(*kept == sum, "slot {slot}: {kept} {sum}");
         }
     }
 

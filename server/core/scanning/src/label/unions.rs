@@ -1,7 +1,7 @@
 //! What hangs together: numbers joined into groups.
 
 /// Groups of the numbers 0 … n − 1; at first each is its own.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Unions {
     root: Vec<usize>,
 }
@@ -10,12 +10,6 @@ impl Unions {
     /// Of `n` numbers.
     pub fn new(n: usize) -> Self {
         Self { root: (0..n).collect() }
-    }
-
-    /// Starts again with `n` numbers.
-    pub fn reset(&mut self, n: usize) {
-        self.root.clear();
-        self.root.extend(0..n);
     }
 
     /// Makes one group of those of `a` and `b`.
@@ -48,7 +42,5 @@ mod tests {
         assert_eq!(firsts, [0, 0, 2, 3, 3, 3]);
         unions.join(1, 4);
         assert_eq!(unions.first_of(3), 0);
-        unions.reset(2);
-        assert_eq!(unions.first_of(1), 1);
     }
 }

@@ -15,7 +15,6 @@ use std::time::Instant;
 use capture::write_png;
 use live::LiveFrame;
 use optics::Triangulator;
-use scanning::FrameLabeller;
 use scanning::files::peaks::pack_frame;
 use station::SharedFrame;
 use station::recycling::Recycling;
@@ -136,7 +135,7 @@ impl Recorder<'_> {
             line_direction: self.ctx.config.projector.direction(),
             ..CentrelineParams::default()
         };
-        let (mut extractor, mut labeller) = (CentrelineExtractor::default(), FrameLabeller::default());
+        let mut extractor = CentrelineExtractor::default();
         let depth_range_mm = self.triangulator.calibration().depth_range_mm;
         let calibration_id = self.triangulator.calibration().id.as_str().into();
         loop {
@@ -148,8 +147,7 @@ impl Recorder<'_> {
                 let mut live = fresh(&memory.results, taken.frame, &calibration_id);
                 let LiveFrame { frame, centrelines, profile, .. } = Arc::get_mut(&mut live).expect(UNSHARED);
                 extractor.find(&frame.image, &params, centrelines);
-                let profile = profile.get_or_insert_default();
-                labeller.label(centrelines, self.triangulator, depth_range_mm, profile);
+                profile.get_or_insert_default().fill(centrelines, self.triangulator, depth_range_mm);
                 let mut record = memory.records.take();
                 pack_frame(&mut record, centrelines, position_mm, Some(captured_at_ns)).map_err(disk_problem)?;
                 Ok(Found { live, record })
