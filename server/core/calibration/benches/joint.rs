@@ -7,7 +7,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, 
 use calibration::solver::minimise;
 use common::refinement::refinement;
 
-#[allow(dead_code)] // The tests use more of it.
+#[allow(dead_code, clippy::unwrap_used)] // The tests use more of it.
 #[path = "../tests/it/common/mod.rs"]
 mod common;
 

@@ -3,13 +3,7 @@
 mod calibrating;
 mod configuration;
 mod deleting;
-mod document;
-mod edge;
-mod events;
-mod idempotency;
-mod lists;
-mod page;
-mod problems;
+mod protocol;
 mod replay;
 mod station;
 mod stopping;

@@ -5,9 +5,9 @@ use std::process::Command;
 
 use serde_json::{Value, json};
 
-use super::fresh;
 use crate::common::server::Server;
 use crate::common::{out, sheaf_ok, small_capture};
+use crate::http::fresh;
 
 #[test]
 fn the_document_checked_in_is_the_one_the_routes_make() {
@@ -85,7 +85,7 @@ fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
         .arg(format!("{}/openapi.json", server.url))
         .args(["--checks", checks, "--max-examples", EXAMPLES, "--phases", "examples,coverage,fuzzing"])
         .args(["--exclude-path", FAULTS, "--seed", "1", "--no-color"])
-        .env("SCHEMATHESIS_HOOKS", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/http/fuzzer_hooks.py"))
+        .env("SCHEMATHESIS_HOOKS", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/http/protocol/fuzzer_hooks.py"))
         .env("SHEAF_KNOWN_IDS", known.to_string())
         // What it remembers of failures must not steer the next run.
         .current_dir(folder.path())

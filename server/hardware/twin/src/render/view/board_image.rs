@@ -7,10 +7,10 @@ use crate::params::{
 };
 use crate::part::board::Board;
 use crate::part::scene::Scene;
-use crate::render::laser_image::Placed;
-use crate::render::lit_pixels::{LitPixels, WORD_PX};
 use crate::render::renderer::Renderer;
-use crate::render::seen::{MeshMemory, Seen, View};
+use crate::render::view::laser_image::Placed;
+use crate::render::view::lit_pixels::{LitPixels, WORD_PX};
+use crate::render::view::seen::{MeshMemory, Seen, View};
 
 /// Rows that are prepared together: few enough to stay in a processor's cache.
 const BAND_PX: usize = 32;

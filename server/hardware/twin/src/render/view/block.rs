@@ -1,7 +1,7 @@
 //! Arithmetic on a stretch of a picture's row: plain loops over arrays, which the compiler turns into vector
 //! instructions, the same bits with any of them.
 
-use crate::render::lit_pixels::WORD_PX;
+use crate::render::view::lit_pixels::WORD_PX;
 
 /// One number per pixel of a word of a row.
 pub(crate) type Block = [f64; WORD_PX];

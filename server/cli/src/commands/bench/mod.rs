@@ -1,5 +1,11 @@
 //! `sheaf bench`: what a frame costs on this machine, beside what reading its memory costs.
 
+mod boards;
+mod cloud;
+mod profiles;
+mod server;
+mod stream;
+
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -12,7 +18,7 @@ use serde_json::json;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
 
 use crate::arguments::{BenchArgs, BenchCentrelinesArgs, BenchSubject};
-use crate::commands::{Answer, bench_boards, bench_cloud, bench_profiles, bench_server, bench_stream};
+use crate::commands::Answer;
 use crate::output::{create_folder, file_names_after, write_file};
 use pipeline::Reporter;
 use pipeline::{Failure, FailureKind};
@@ -24,12 +30,12 @@ pub const MIN_TIMED_FRAMES: usize = 21;
 pub fn run(args: &BenchArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     match &args.subject {
         BenchSubject::Centrelines(args) => centrelines(args, reporter),
-        BenchSubject::Profiles(args) => bench_profiles::profiles(args),
-        BenchSubject::Corners(args) => bench_boards::corners(args),
-        BenchSubject::Camera(args) => bench_boards::camera(args),
-        BenchSubject::Cloud(args) => bench_cloud::cloud(args, reporter),
-        BenchSubject::Server(args) => bench_server::server(args, reporter),
-        BenchSubject::Stream(args) => bench_stream::stream(args, reporter),
+        BenchSubject::Profiles(args) => profiles::profiles(args),
+        BenchSubject::Corners(args) => boards::corners(args),
+        BenchSubject::Camera(args) => boards::camera(args),
+        BenchSubject::Cloud(args) => cloud::cloud(args, reporter),
+        BenchSubject::Server(args) => server::server(args, reporter),
+        BenchSubject::Stream(args) => stream::stream(args, reporter),
     }
 }
 

@@ -9,9 +9,9 @@ use serde_json::{Value, json};
 use store::{JobState, ScanRecord};
 
 use crate::arguments::BenchServerArgs;
-use crate::commands::bench_server::failure_of;
-use crate::commands::bench_server::load::{SCAN, STEP_MM};
-use crate::commands::bench_server::threads::{Work, between, by_name};
+use crate::commands::bench::server::failure_of;
+use crate::commands::bench::server::load::{SCAN, STEP_MM};
+use crate::commands::bench::server::threads::{Work, between, by_name};
 use app::App;
 use app::jobs::{JobInput, ScanInput, ScanMode, ScanSource};
 use app::lease::Authority;

@@ -7,16 +7,16 @@ use crate::params::{BACKDROP_REFLECTANCE, BLACK_REFLECTANCE, PART_REFLECTANCE, W
 use crate::part::board::Board;
 use crate::part::mesh_corners::PlacedCorners;
 use crate::part::scene::{Ball, Plate, Scene};
-use crate::render::ball_block::{rays_near, see_ball, ways_beside_ball, ways_near};
-use crate::render::block::{Block, NOTHING, floor};
-use crate::render::freeform_block::Above;
-use crate::render::laser_image::Placed;
-use crate::render::lit_pixels::{LitPixels, WORD_PX, lanes};
-use crate::render::mesh_light::{MeshLight, blocked_ways};
-use crate::render::mesh_view::MeshView;
+use crate::render::light::mesh_light::{MeshLight, blocked_ways};
+use crate::render::light::trace::{BandOnMesh, trace};
+use crate::render::light::ways::Ways;
 use crate::render::renderer::Renderer;
-use crate::render::trace::{BandOnMesh, trace};
-use crate::render::ways::Ways;
+use crate::render::view::ball_block::{rays_near, see_ball, ways_beside_ball, ways_near};
+use crate::render::view::block::{Block, NOTHING, floor};
+use crate::render::view::freeform_block::Above;
+use crate::render::view::laser_image::Placed;
+use crate::render::view::lit_pixels::{LitPixels, WORD_PX, lanes};
+use crate::render::view::mesh_view::MeshView;
 
 /// Surfaces that the camera's rays (x, y, 1) meet first, from the camera, which is the origin.
 #[derive(Debug, Clone)]

@@ -22,7 +22,7 @@ use vision::CentrelinePoint;
 
 use crate::arguments::BenchStreamArgs;
 use crate::commands::Answer;
-use crate::commands::bench_server::viewer::Viewer;
+use crate::commands::bench::server::viewer::Viewer;
 use pipeline::Reporter;
 use pipeline::{Failure, FailureKind};
 

@@ -26,7 +26,7 @@ fn a_repeated_upload_is_one_capture_also_after_a_crash() {
 
 #[test]
 fn a_repeated_job_is_one_job() {
-    let (_folder, server) = super::fresh();
+    let (_folder, server) = crate::http::fresh();
     let start = |body: serde_json::Value| {
         let headers = [("content-type", "application/json"), ("idempotency-key", "once")];
         server.send("POST", "/api/v1/calibrations", &headers, body.to_string().as_bytes())
@@ -45,7 +45,7 @@ fn a_repeated_job_is_one_job() {
 
 #[test]
 fn the_query_is_part_of_the_request() {
-    let (_folder, server) = super::fresh();
+    let (_folder, server) = crate::http::fresh();
     let archive = zip_of(&small_capture());
     let headers = [("content-type", "application/zip"), ("idempotency-key", "upload")];
     let upload = |name: &str| server.send("POST", &format!("/api/v1/captures?name={name}"), &headers, &archive);

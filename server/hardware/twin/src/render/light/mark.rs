@@ -3,8 +3,8 @@
 use optics::Camera;
 
 use crate::part::mesh_corners::PlacedTriangle;
-use crate::render::band::{Band, Corners};
-use crate::render::lit_pixels::LitPixels;
+use crate::render::light::band::{Band, Corners};
+use crate::render::view::lit_pixels::LitPixels;
 
 /// Places across the sheet, in units of its reach, whose hits show where light falls.
 pub(crate) const ACROSS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];

@@ -9,12 +9,12 @@ use crate::model::fan::{FINE_STEP_PX, Fan, FanRay};
 use crate::part::mesh::Mesh;
 use crate::part::mesh_corners::PlacedCorners;
 use crate::part::scene::{Ball, NearHit, Plate, Scene};
-use crate::render::band::Band;
-use crate::render::laser_image::Placed;
-use crate::render::lit_pixels::LitPixels;
-use crate::render::mark::{ACROSS, COARSE, Landed, Section, enclose, mark_triangle};
-use crate::render::mesh_light::MeshLight;
+use crate::render::light::band::Band;
+use crate::render::light::mark::{ACROSS, COARSE, Landed, Section, enclose, mark_triangle};
+use crate::render::light::mesh_light::MeshLight;
 use crate::render::renderer::Renderer;
+use crate::render::view::laser_image::Placed;
+use crate::render::view::lit_pixels::LitPixels;
 
 /// Places across the sheet like [`ACROSS`], close to edges, at which the last hit must not lie farther from the edge than the margin.
 const FINE_ACROSS: [f64; 9] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];

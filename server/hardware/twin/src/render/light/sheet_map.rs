@@ -12,8 +12,8 @@ use optics::{Camera, LightSurfaces};
 use rayon::prelude::*;
 
 use crate::params::MAP_STEP_PX;
-use crate::render::block::{Block, NOTHING};
-use crate::render::lit_pixels::WORD_PX;
+use crate::render::view::block::{Block, NOTHING};
+use crate::render::view::lit_pixels::WORD_PX;
 
 /// Nodes before the first pixel, so that every pixel lies between four.
 const MARGIN_NODES: usize = 1;

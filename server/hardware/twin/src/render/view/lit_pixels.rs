@@ -1,7 +1,7 @@
 //! Which pixels light can fall on: a bit per pixel, so that the rest of a picture costs nothing.
 
 use crate::params::PSF_RADIUS_PX;
-use crate::render::block::{ceil, floor};
+use crate::render::view::block::{ceil, floor};
 
 /// Pixels per word of a row.
 pub(crate) const WORD_PX: usize = 64;

@@ -4,8 +4,8 @@ use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use super::fresh;
 use crate::common::server::Server;
+use crate::http::fresh;
 
 /// Promised: slow or silent connections are closed within this time.
 const CLOSED_WITHIN: Duration = Duration::from_secs(15);

@@ -7,10 +7,10 @@ use crate::params::SAME_HIT_MM;
 use crate::part::cover::{Cover, STEEP_LIGHT};
 use crate::part::mesh::Mesh;
 use crate::part::scene::Ball;
-use crate::render::band::Band;
-use crate::render::block::{Block, NOTHING, floor};
-use crate::render::lit_pixels::WORD_PX;
-use crate::render::seen::{NO_TRIANGLE, Seen};
+use crate::render::light::band::Band;
+use crate::render::view::block::{Block, NOTHING, floor};
+use crate::render::view::lit_pixels::WORD_PX;
+use crate::render::view::seen::{NO_TRIANGLE, Seen};
 
 /// Ways that are looked at together: as many as a vector register holds.
 const STEP: usize = 4;

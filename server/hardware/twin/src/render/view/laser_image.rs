@@ -11,12 +11,12 @@ use optics::Grating;
 
 use crate::params::{MAP_STEP_PX, SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
 use crate::part::scene::{Ball, Scene, SceneHit};
-use crate::render::block::{Block, NOTHING, exp};
-use crate::render::lit_pixels::LitPixels;
+use crate::render::light::sheet_map::SheetBlock;
 use crate::render::renderer::Renderer;
-use crate::render::seen::{MeshMemory, Seen, View};
 use crate::render::sensor::FULL_SCALE;
-use crate::render::sheet_map::SheetBlock;
+use crate::render::view::block::{Block, NOTHING, exp};
+use crate::render::view::lit_pixels::LitPixels;
+use crate::render::view::seen::{MeshMemory, Seen, View};
 
 /// A scene where the stage has carried it.
 #[derive(Clone, Copy)]

@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use super::fresh;
 use super::lists::damage;
 use crate::common::server::Server;
+use crate::http::fresh;
 
 /// Makes one durable event.
 #[track_caller]

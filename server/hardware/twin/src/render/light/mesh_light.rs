@@ -12,10 +12,10 @@ use nalgebra::Vector3;
 
 use crate::part::mesh::{Mesh, Solid};
 use crate::part::mesh_corners::{PlacedCorners, PlacedTriangle};
-use crate::render::band::{Band, Corners, Patch};
-use crate::render::block::Block;
-use crate::render::lit_pixels::{WORD_PX, lanes};
-use crate::render::ways::Ways;
+use crate::render::light::band::{Band, Corners, Patch};
+use crate::render::light::ways::Ways;
+use crate::render::view::block::Block;
+use crate::render::view::lit_pixels::{WORD_PX, lanes};
 
 /// Added around the bounds of a triangle, as a tangent and in mm: far more than they lose in single precision and than a
 /// triangle's seams, far less than a triangle.

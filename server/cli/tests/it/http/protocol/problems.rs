@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use super::fresh;
 use crate::common::server::{Answer, Server, zip_of};
 use crate::common::{copy_of_small, edit_manifest, small_capture};
+use crate::http::fresh;
 
 /// More jobs than may wait.
 const MANY_JOBS: usize = 40;

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use optics::Grating;
 
 use crate::part::scene::Ball;
-use crate::render::block::floor;
+use crate::render::view::block::floor;
 
 /// Added to either side of a band, in cells: more than a way of light strays from its sheet.
 const BAND_SLACK_CELLS: f64 = 0.25;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::fresh;
 use crate::common::server::{Server, zip_of};
 use crate::common::small_capture;
+use crate::http::fresh;
 
 /// Ids of a list, newest first, page after page of `limit`.
 #[track_caller]

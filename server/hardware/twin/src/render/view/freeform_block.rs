@@ -5,9 +5,9 @@ use nalgebra::Vector3;
 
 use crate::params::PART_REFLECTANCE;
 use crate::part::freeform::{Freeform, Hill};
-use crate::render::block::{Block, NOTHING, exp};
-use crate::render::lit_pixels::WORD_PX;
-use crate::render::seen::Seen;
+use crate::render::view::block::{Block, NOTHING, exp};
+use crate::render::view::lit_pixels::WORD_PX;
+use crate::render::view::seen::Seen;
 
 /// Newton steps from a guess; from the tangent plane of the row above two suffice, from the bare plate five.
 const MAX_STEPS: usize = 8;
@@ -39,7 +39,7 @@ struct Search {
 }
 
 impl Above {
-    /// [`crate::render::seen::View::see`] of hills.
+    /// [`crate::render::view::seen::View::see`] of hills.
     pub(crate) fn see(
         &mut self,
         part: &Freeform,

@@ -8,10 +8,10 @@ use optics::Camera;
 use crate::params::MAP_STEP_PX;
 use crate::part::mesh::{Mesh, SEAM};
 use crate::part::mesh_corners::PlacedCorners;
-use crate::render::block::{Block, NOTHING, ceil, floor};
-use crate::render::lit_pixels::{FilledCells, LitPixels, WORD_PX, bits_between, lanes};
 use crate::render::renderer::Renderer;
-use crate::render::seen::{NO_TRIANGLE, Seen};
+use crate::render::view::block::{Block, NOTHING, ceil, floor};
+use crate::render::view::lit_pixels::{FilledCells, LitPixels, WORD_PX, bits_between, lanes};
+use crate::render::view::seen::{NO_TRIANGLE, Seen};
 
 /// Most that a step in the ideal picture grows by lens distortion, with room to spare.
 const LENS_STRETCH: f64 = 1.3;

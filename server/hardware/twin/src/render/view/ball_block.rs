@@ -5,9 +5,9 @@ use nalgebra::Vector3;
 
 use crate::params::{PART_REFLECTANCE, SAME_HIT_MM};
 use crate::part::scene::{Ball, Sphere};
-use crate::render::block::Block;
-use crate::render::lit_pixels::WORD_PX;
-use crate::render::seen::Seen;
+use crate::render::view::block::Block;
+use crate::render::view::lit_pixels::WORD_PX;
+use crate::render::view::seen::Seen;
 
 /// Which of the first `n` rays from the camera come near the ball ([`Ball::is_near`]), from bit 0.
 #[multiversion(targets("x86_64+avx2"))]
@@ -131,7 +131,7 @@ mod tests {
     use crate::model::shape::StationShape;
     use crate::model::station::StationModel;
     use crate::part::scene::{Scene, SceneKind};
-    use crate::render::laser_image::Placed;
+    use crate::render::view::laser_image::Placed;
 
     /// A plate seen by 64 rays of a row through the ball, two thousandths apart.
     fn row_of_plate(ball: &Sphere, moved: &Vector3<f64>, row: i32) -> Seen {
