@@ -1,10 +1,20 @@
 //! Child processes and the folders they work in.
 
+use std::cell::RefCell;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// How a step ends.
-pub type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
+pub type Outcome<T = ()> = Result<T, Failure>;
+
+/// Why a step failed; steps that run side by side hand it from thread to thread.
+pub type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+thread_local! {
+    /// What the steps of this thread print, where they run beside others.
+    static KEPT: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
+}
 
 /// The root of the repository.
 pub fn workspace() -> PathBuf {
@@ -24,20 +34,62 @@ pub fn cargo(arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs a command with its output on this terminal.
+/// Runs a command with its output on this terminal; beside others ([`side_by_side`]), when they have ended.
 pub fn run(name: &str, command: &mut Command) -> Outcome {
     title(name, command);
-    let status = command.status().map_err(|error| format!("{name} could not be started: {error}"))?;
+    let status = if KEPT.with_borrow(Option::is_some) { run_kept(command) } else { command.status() };
+    let status = status.map_err(|error| format!("{name} could not be started: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{name} failed: {status}").into()) }
 }
 
 /// Says what runs now.
 pub fn title(name: &str, command: &Command) {
     let arguments: Vec<_> = command.get_args().map(|argument| argument.to_string_lossy()).collect();
-    println!("── {name}: {} {}", command.get_program().to_string_lossy(), arguments.join(" "));
+    say(&format!("── {name}: {} {}", command.get_program().to_string_lossy(), arguments.join(" ")));
+}
+
+/// Prints a line where the output of this thread's steps goes.
+pub fn say(line: &str) {
+    KEPT.with_borrow_mut(|kept| match kept {
+        Some(kept) => kept.extend_from_slice(format!("{line}\n").as_bytes()),
+        None => println!("{line}"),
+    });
 }
 
 /// Whether a command can be started and ends well; its output is not shown.
 pub fn succeeds(command: &mut Command) -> bool {
     command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+}
+
+/// Runs two rows of steps at the same time where there are two processors, and otherwise one after the other.
+///
+/// The first prints as it goes, the second when both have ended, so that their lines do not mix. Both are always
+/// finished; the first failure is returned.
+pub fn side_by_side(first: impl FnOnce() -> Outcome, second: impl FnOnce() -> Outcome + Send) -> Outcome {
+    if std::thread::available_parallelism().map_or(1, usize::from) < 2 {
+        return first().and_then(|()| second());
+    }
+    std::thread::scope(|scope| {
+        let beside = scope.spawn(|| {
+            KEPT.set(Some(Vec::new()));
+            let outcome = second();
+            (outcome, KEPT.take().unwrap_or_default())
+        });
+        let outcome = first();
+        let (beside, output) = beside.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        std::io::stdout().write_all(&output)?;
+        outcome.and(beside)
+    })
+}
+
+/// Runs a command whose output is kept, both streams in the order they came.
+fn run_kept(command: &mut Command) -> std::io::Result<std::process::ExitStatus> {
+    let (mut reader, writer) = std::io::pipe()?;
+    let mut child = command.stdout(writer.try_clone()?).stderr(writer).spawn()?;
+    // The command holds the pipe's other end, too: without this it would never be read to its end.
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    let mut output = Vec::new();
+    std::io::Read::read_to_end(&mut reader, &mut output)?;
+    KEPT.with_borrow_mut(|kept| kept.get_or_insert_default().extend_from_slice(&output));
+    child.wait()
 }

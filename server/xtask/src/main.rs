@@ -1,5 +1,6 @@
 //! Developer commands: `cargo xtask run` starts the product, `cargo xtask test` checks it.
 
+mod checks;
 mod command;
 mod docker_check;
 mod dockerfile;
@@ -19,6 +20,7 @@ Developer commands:
   cargo xtask browser        the page in Chromium against the debug program
   cargo xtask test           every check: format, lint, tests, the page in a browser, documentation, the image's program
   cargo xtask ci             the same as test
+  cargo xtask campaign       labelling on scores of random scenes, held to stated rates of wrong labels; about an hour
   cargo xtask openapi        write openapi/openapi.json from the code, and the page's types from it
   cargo xtask docker-check [--binary FILE]
                              replay docker/Dockerfile in Debian 12 folders and start the result;
@@ -32,7 +34,8 @@ fn main() -> ExitCode {
     let outcome = match command {
         "run" => steps::run_sheaf("serve", rest),
         "demo" => steps::run_sheaf("demo", rest),
-        "test" | "ci" => steps::test(),
+        "test" | "ci" => checks::test(),
+        "campaign" => steps::campaign(),
         "page" => page::ensure_page(),
         "browser" => steps::test_in_browser(),
         "openapi" => steps::write_openapi(),

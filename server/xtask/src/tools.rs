@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::command::{Outcome, run, succeeds, target_folder, workspace};
+use crate::command::{Outcome, run, say, succeeds, target_folder, workspace};
 
 /// A Python of the checks' own, with what `server/cli/tests/requirements.txt` lists.
 pub fn ensure_python() -> Outcome<PathBuf> {
@@ -41,7 +41,7 @@ pub fn ensure_file(file: &str, package: &str) -> Outcome {
 
 /// Installs a Debian package.
 pub fn ensure_apt(package: &str) -> Outcome {
-    println!("── installing the Debian package {package}");
+    say(&format!("── installing the Debian package {package}"));
     let missing =
         |error| format!("{package} is missing and could not be installed ({error}); install it and repeat");
     let install = ["install", "--yes", "--no-install-recommends", package];

@@ -1,11 +1,6 @@
 //! One file per command: parse what it was given, call the core, answer.
 
 mod bench;
-mod bench_boards;
-mod bench_cloud;
-mod bench_profiles;
-mod bench_server;
-mod bench_stream;
 mod calibrate;
 pub mod centrelines;
 pub mod config;

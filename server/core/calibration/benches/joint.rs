@@ -7,7 +7,8 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, 
 use calibration::solver::minimise;
 use common::refinement::refinement;
 
-#[path = "../tests/common/mod.rs"]
+#[allow(dead_code, clippy::unwrap_used)] // The tests use more of it.
+#[path = "../tests/it/common/mod.rs"]
 mod common;
 
 /// Columns of the image in which every line is seen.

@@ -10,8 +10,8 @@ use vision::LineDirection;
 use crate::model::station::StationModel;
 use crate::part::board::Board;
 use crate::part::scene::{Plate, Scene};
-use crate::render::laser_image::Placed;
 use crate::render::renderer::Renderer;
+use crate::render::view::laser_image::Placed;
 
 /// Secant steps towards a whole pixel column; on a smooth surface three suffice.
 const COLUMN_MAX_STEPS: usize = 30;

@@ -11,16 +11,6 @@ use crate::*;
 /// Truth coordinates are rounded to 1e-5 mm; a tenth of the required micrometre is left for the fit.
 const TOLERANCE_MM: f64 = 1e-3;
 
-fn rig_a() -> Option<PathBuf> {
-    let fallback = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../../shared/data"));
-    let folder = std::env::var_os("SHEAF_DATA").map_or(fallback, PathBuf::from).join("rig-a");
-    if !folder.join("truth.json").exists() {
-        eprintln!("NOT TESTED: {} is absent; set SHEAF_DATA to the data folder", folder.display());
-        return None;
-    }
-    Some(folder)
-}
-
 fn json(path: PathBuf) -> Value {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
@@ -60,7 +50,7 @@ fn truth_cloud(folder: &std::path::Path, scan: &str) -> Cloud {
 
 #[test]
 fn the_gauge_block_of_the_rendered_station_is_8_9_mm_high() {
-    let Some(folder) = rig_a() else { return };
+    let Some(folder) = reference::data("rig-a") else { return };
     for nominal_mm in [None, Some(8.9)] {
         let request = MeasureRequest { nominal_mm, ..MeasureRequest::new(Tool::Step) };
         let step = measure(&truth_cloud(&folder, "gauge"), None, &request).unwrap();
@@ -71,7 +61,7 @@ fn the_gauge_block_of_the_rendered_station_is_8_9_mm_high() {
 
 #[test]
 fn the_sphere_of_the_rendered_station_has_a_radius_of_18_9_mm() {
-    let Some(folder) = rig_a() else { return };
+    let Some(folder) = reference::data("rig-a") else { return };
     for nominal_mm in [None, Some(18.9)] {
         let request = MeasureRequest { nominal_mm, ..MeasureRequest::new(Tool::Sphere) };
         let sphere = measure(&truth_cloud(&folder, "sphere"), None, &request).unwrap();

@@ -286,18 +286,6 @@ fn an_image_without_a_board_is_refused() {
     }
 }
 
-/// The data folder, or `None` with a loud word when it is not there.
-fn data(part: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("SHEAF_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../../shared/data"), PathBuf::from);
-    let folder = root.join(part);
-    if !folder.is_dir() {
-        eprintln!("NOT TESTED: no folder {}; set SHEAF_DATA to the data folder", folder.display());
-        return None;
-    }
-    Some(folder)
-}
-
 fn load(path: &std::path::Path) -> GreyImage {
     let grey = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_luma8();
     GreyImage::new(grey.width() as usize, grey.height() as usize, Pixels::Eight(grey.into_raw())).unwrap()
@@ -305,7 +293,7 @@ fn load(path: &std::path::Path) -> GreyImage {
 
 #[test]
 fn every_photographed_board_is_found_whole() {
-    let Some(real) = data("real") else { return };
+    let Some(real) = ::reference::data("real") else { return };
     let check = |path: PathBuf, inner_columns, inner_rows| {
         let board = find_corners(&load(&path), &CornerParams { inner_columns, inner_rows });
         let board = board.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -355,7 +343,7 @@ fn projected(truth: &serde_json::Value, view: &str, column: usize, row: usize) -
 
 #[test]
 fn the_rendered_station_is_read_within_a_hundredth_of_a_pixel_or_so() {
-    let Some(rig) = data("rig-a") else { return };
+    let Some(rig) = ::reference::data("rig-a") else { return };
     let truth: serde_json::Value =
         serde_json::from_slice(&std::fs::read(rig.join("truth.json")).unwrap()).unwrap();
     let params = CornerParams { inner_columns: 11, inner_rows: 8 };

@@ -6,6 +6,7 @@ use vision::{GreyImage, Pixels};
 
 use super::Cable;
 use super::calls::{SCHEDULING_SLACK, short, wait_for, within};
+use super::stopwatch::Stopwatch;
 use crate::{Camera, CameraError, CameraRequest, FrameInfo, PixelFormat, Roi, Trigger};
 
 /// What the suite must know of a camera.
@@ -354,8 +355,8 @@ fn run_free(camera: &mut dyn Camera, profile: &CameraProfile) {
 
 /// The next frame; panics if none comes.
 fn frame(camera: &mut dyn Camera, image: &mut GreyImage, profile: &CameraProfile) -> FrameInfo {
-    let begin = Instant::now();
-    while begin.elapsed() <= profile.frame_limit + SCHEDULING_SLACK {
+    let watch = Stopwatch::start();
+    while watch.own_time() <= profile.frame_limit + SCHEDULING_SLACK {
         if let Some(info) = look(camera, image, profile.frame_limit).expect("running") {
             return info;
         }

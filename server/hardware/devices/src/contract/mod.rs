@@ -8,10 +8,12 @@ mod calls;
 mod camera;
 mod laser;
 mod stage;
+mod stopwatch;
 
 pub use camera::{CameraProfile, camera, camera_faults};
 pub use laser::{LaserProfile, laser, laser_faults};
 pub use stage::{StageProfile, stage, stage_faults};
+pub use stopwatch::Stopwatch;
 
 /// Pulls a device's cable, and puts it in again.
 pub struct Cable {

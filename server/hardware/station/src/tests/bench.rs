@@ -1,7 +1,8 @@
 //! A small simulated station with its thread, ended when the test ends.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use devices::contract::Stopwatch;
 use twin::{SceneKind, StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
 
 use crate::parts::devices::{Parts, twinned};
@@ -61,14 +62,14 @@ pub fn bench() -> Bench {
 }
 
 impl Bench {
-    /// Waits until the status is as described; panics with the last one otherwise. Returns how long it took.
+    /// Waits until the status is as described; panics with the last one otherwise. Returns how long it took by itself.
     pub fn wait_for(&self, what: &str, holds: impl Fn(&StationStatus) -> bool) -> Duration {
-        let begun = Instant::now();
+        let watch = Stopwatch::start();
         while !holds(&self.station.status()) {
-            assert!(begun.elapsed() < PATIENCE, "not {what}: {:#?}", self.station.status());
+            assert!(watch.own_time() < PATIENCE, "not {what}: {:#?}", self.station.status());
             std::thread::sleep(Duration::from_millis(1));
         }
-        begun.elapsed()
+        watch.own_time()
     }
 
     /// A lease for a job.
@@ -102,14 +103,14 @@ pub fn wait<F: Future>(future: F) -> F::Output {
     tokio::runtime::Builder::new_current_thread().build().unwrap().block_on(future)
 }
 
-/// Waits until something holds.
+/// Waits until something holds. Returns how long it took by itself.
 pub fn wait_until(what: &str, holds: impl Fn() -> bool) -> Duration {
-    let begun = Instant::now();
+    let watch = Stopwatch::start();
     while !holds() {
-        assert!(begun.elapsed() < PATIENCE, "not {what}");
+        assert!(watch.own_time() < PATIENCE, "not {what}");
         std::thread::sleep(Duration::from_millis(1));
     }
-    begun.elapsed()
+    watch.own_time()
 }
 
 /// Nobody cancels.

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use devices::CameraRequest;
+use devices::contract::Stopwatch;
 
 use super::bench::{bench, bench_with, nobody, small_parts, wait, wait_until};
 use crate::station_thread::handle::Watch;
@@ -97,7 +98,7 @@ fn a_jog_stops_within_300_ms_of_the_last_command() {
         assert!(bench.station.status().moving, "it goes on while it is repeated");
     }
     bench.manual(jog).unwrap();
-    let last = Instant::now();
+    let watch = Stopwatch::start();
     let place = || bench.control.true_position_mm();
     loop {
         let before = place();
@@ -106,7 +107,7 @@ fn a_jog_stops_within_300_ms_of_the_last_command() {
             break;
         }
     }
-    let silent_for = last.elapsed();
+    let silent_for = watch.own_time();
     assert!(silent_for <= Duration::from_millis(300), "stopped {silent_for:?} after the last command");
     assert!(place() > 5.0, "it did jog");
 }

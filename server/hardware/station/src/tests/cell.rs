@@ -3,7 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use devices::contract::Stopwatch;
 
 use super::bench::{Bench, nobody, wait, wait_until};
 use crate::{LaserLight, MachineState, Manual, StationRefusal, StationStatus, Sweep};
@@ -62,7 +64,7 @@ const QUIET: Duration = Duration::from_millis(200);
 /// Tries the cell.
 pub fn check(rig: &Rig<'_>, doing: Doing, follows: Follows) {
     let activity = Activity::begin(rig.bench, doing);
-    let injected = Instant::now();
+    let injected = Stopwatch::start();
     (rig.inject)();
     match follows {
         Follows::Named(device, kind) => {
@@ -73,7 +75,7 @@ pub fn check(rig: &Rig<'_>, doing: Doing, follows: Follows) {
             std::thread::sleep(QUIET);
             assert_eq!(rig.bench.station.status().faults, []);
             activity.end();
-            let used = Instant::now();
+            let used = Stopwatch::start();
             let in_use = use_device(rig.bench, device);
             expect_named(rig, device, kind, used);
             in_use.join().unwrap();
@@ -92,12 +94,12 @@ pub fn check(rig: &Rig<'_>, doing: Doing, follows: Follows) {
     assert!(!(rig.light)(), "ready, never active");
 }
 
-fn expect_named(rig: &Rig<'_>, device: &str, kind: &str, since: Instant) {
+fn expect_named(rig: &Rig<'_>, device: &str, kind: &str, since: Stopwatch) {
     let named = |status: &StationStatus| {
         status.faults.iter().any(|fault| (fault.device, fault.kind) == (device, kind) && !fault.remedy.is_empty())
     };
     rig.bench.wait_for(&format!("naming {device} {kind}"), named);
-    let took = since.elapsed();
+    let took = since.own_time();
     assert!(took <= promised(device), "{device} {kind} was named after {took:?}");
     let dark = wait_until("dark", || !(rig.light)());
     assert!(dark <= DARK, "dark {dark:?} after the fault was named");

@@ -1,7 +1,8 @@
 //! The fault × state matrix over a GRBL controller, played by the simulated firmware, whose record is the witness.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use devices::contract::Stopwatch;
 use devices::grbl_simulator::{Fault, GrblSimulator, SimulatorConfig};
 use tempfile::TempDir;
 use twin::{SceneKind, TwinOptions};
@@ -240,11 +241,11 @@ fn thirty_stops_reach_the_controllers_witness_in_time() {
         bench.wait_for("moving", |_| controller.witness().moving());
         std::thread::sleep(Duration::from_micros((n * 7919) % 23_000));
         let mark = controller.witness().mark();
-        let begun = Instant::now();
+        let watch = Stopwatch::start();
         bench.stop();
         let heard = || controller.witness().byte_since(mark, b'!');
         super::bench::wait_until("heard", || heard().is_some());
-        times.push(heard().unwrap().saturating_duration_since(begun));
+        times.push(watch.own_time());
         bench.wait_for("at rest", |status| !status.moving);
         bench.manual(Manual::Reset).unwrap();
     }

@@ -2,9 +2,9 @@
 
 use crate::model::station::StationModel;
 use crate::part::scene::Scene;
-use crate::render::laser_image::Placed;
-use crate::render::lit_pixels::LitPixels;
-use crate::render::seen::MeshMemory;
+use crate::render::view::laser_image::Placed;
+use crate::render::view::lit_pixels::LitPixels;
+use crate::render::view::seen::MeshMemory;
 
 /// What the sensor is exposed to.
 #[derive(Debug, Clone, Copy)]

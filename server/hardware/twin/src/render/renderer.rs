@@ -11,12 +11,12 @@ use crate::model::speckle::Speckle;
 use crate::model::station::StationModel;
 use crate::params::BOARD_WHITE_LEVEL;
 use crate::part::scene::Scene;
-use crate::render::board_image::ordinary_light;
 use crate::render::exposure::{Darkroom, Exposure, LaserPicture, OrdinaryPicture};
-use crate::render::laser_image::{Placed, laser_light};
-use crate::render::seen::MeshMemory;
+use crate::render::light::sheet_map::{PixelMap, SheetMap, ray_map};
 use crate::render::sensor::{Level, Noise, Sensor};
-use crate::render::sheet_map::{PixelMap, SheetMap, ray_map};
+use crate::render::view::board_image::ordinary_light;
+use crate::render::view::laser_image::{Placed, laser_light};
+use crate::render::view::seen::MeshMemory;
 
 /// Stream of the speckle pattern among those derived from a station's seed.
 const SPECKLE_STREAM: u64 = 2;

@@ -4,7 +4,7 @@ use multiversion::multiversion;
 
 use crate::model::random::{derived_seed, scrambled};
 use crate::params::{BLACK_LEVEL, DARK_STRIP_PX, ELECTRONS_PER_LEVEL, QUANTILE_BITS, READ_NOISE_LEVELS};
-use crate::render::lit_pixels::WORD_PX;
+use crate::render::view::lit_pixels::WORD_PX;
 
 /// Full scale in the levels that light is counted in here, whatever the bit depth.
 pub(crate) const FULL_SCALE: f32 = 255.0;

@@ -12,15 +12,16 @@ mod suite;
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use tempfile::TempDir;
 
 use super::{GrblConfig, GrblLaser, GrblStage};
+use crate::contract::Stopwatch;
 use crate::grbl_simulator::{GrblSimulator, SimulatorConfig};
 use crate::{Stage, StageError, StageState};
 
-/// What the operating system may add on a machine busy with other tests.
+/// What the operating system may add where processors are free.
 const SLACK: Duration = Duration::from_millis(250);
 
 /// Steps per mm of the simulated stage.
@@ -69,9 +70,9 @@ impl Bench {
 }
 
 fn wait_until(limit: Duration, what: &str, mut seen: impl FnMut() -> bool) {
-    let begin = Instant::now();
+    let watch = Stopwatch::start();
     while !seen() {
-        assert!(begin.elapsed() < limit, "{what}: not within {limit:?}");
+        assert!(watch.own_time() < limit, "{what}: not within {limit:?}");
         std::thread::sleep(Duration::from_millis(1));
     }
 }

@@ -17,7 +17,7 @@ use crate::sessions::{NewSession, Sessions, VirtualBoard};
 use pipeline::{calibrate_features, open_capture, read_features};
 
 /// What the joint fit of camera, boards and light leaves at best with corners known to 0.02 px: the processing core's
-/// own bound for calibrations (`server/cli/tests/rig_a.rs`).
+/// own bound for calibrations (`server/cli/tests/it/rig_a.rs`).
 const SYSTEMATIC_MM: f64 = 0.020;
 
 fn from_station() -> CalibrateInput {

@@ -1,0 +1,209 @@
+//! One continuous scan of the whole recording, and what it took.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use store::{JobState, ScanRecord};
+
+use crate::arguments::BenchServerArgs;
+use crate::commands::bench::server::failure_of;
+use crate::commands::bench::server::load::{SCAN, STEP_MM};
+use crate::commands::bench::server::threads::{Work, between, by_name};
+use app::App;
+use app::jobs::{JobInput, ScanInput, ScanMode, ScanSource};
+use app::lease::Authority;
+use app::measurements::ScanPurpose;
+use pipeline::{Failure, FailureKind};
+
+/// The part of a sweep in which threads are looked at: after the first frames, which ask for memory, and before the end.
+const LOOKED_AT: [f64; 2] = [0.25, 0.9];
+/// Time between two looks at how far it is: as often as the station tells.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// Time between two questions after its end, which read the database.
+const ASK_EVERY: Duration = Duration::from_millis(500);
+
+/// What a sweep took.
+pub struct Swept {
+    state: String,
+    n_frames: u64,
+    n_points: u64,
+    timing: Value,
+    losses: Vec<String>,
+    dropped: BTreeMap<String, u64>,
+    /// Frames, time and messages between the two looks.
+    looked: Looked,
+}
+
+struct Looked {
+    n_frames: u64,
+    took_s: f64,
+    n_messages: u64,
+    work: BTreeMap<String, Work>,
+}
+
+/// Scans.
+pub async fn sweep(app: &App, args: &BenchServerArgs, seen: &AtomicU64) -> Result<Swept, Failure> {
+    let input = ScanInput {
+        source: ScanSource::Station,
+        name: Some(SCAN.to_owned()),
+        from_mm: Some(0.0),
+        to_mm: Some((args.frames - 1) as f64 * STEP_MM),
+        step_mm: None,
+        speed_mm_s: Some(STEP_MM * args.rate_hz),
+        mode: Some(ScanMode::Continuous),
+        exposure_us: None,
+        laser_power: None,
+        keep_frames: false,
+        calibration_id: None,
+        resume_scan_id: None,
+        measure: Vec::new(),
+        purpose: ScanPurpose::Production,
+    };
+    let (arrived, dropped_before) = counts(app);
+    let authority = Authority { holder: None, epoch: app.station.stop_epoch() };
+    let job = app
+        .jobs
+        .submit_with(JobInput::Scan(input), "bench", authority, |_| Vec::new())
+        .await
+        .map_err(failure_of)?;
+    let at = |share: f64| arrived + (args.frames as f64 * share) as u64;
+    reached(app, &job.id, at(LOOKED_AT[0])).await?;
+    let (began, frames_before, work_before, seen_before) =
+        (Instant::now(), counts(app).0, by_name(), seen.load(Ordering::Relaxed));
+    reached(app, &job.id, at(LOOKED_AT[1])).await?;
+    let looked = Looked {
+        n_frames: counts(app).0 - frames_before,
+        took_s: began.elapsed().as_secs_f64(),
+        n_messages: seen.load(Ordering::Relaxed) - seen_before,
+        work: between(&work_before, &by_name()),
+    };
+    let scan = ended(app, &job.id).await?;
+    let dropped = counts(app).1.into_iter().map(|(reason, n)| {
+        let before = dropped_before.get(&reason).copied().unwrap_or(0);
+        (reason, n - before)
+    });
+    let words = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    Ok(Swept {
+        state: format!("{:?}", scan.state),
+        n_frames: scan.report["n_frames"].as_u64().unwrap_or(0),
+        n_points: scan.report["n_points"].as_u64().unwrap_or(0),
+        timing: scan.report["timing"].clone(),
+        losses: scan.report["losses"].as_array().into_iter().flatten().map(words).collect(),
+        dropped: dropped.collect(),
+        looked,
+    })
+}
+
+/// Frames that arrived, and those that were dropped, by reason. The status is at most 0.1 s old.
+fn counts(app: &App) -> (u64, BTreeMap<String, u64>) {
+    let status = app.station.status();
+    let dropped = status.frames_dropped.iter().map(|(reason, n)| ((*reason).to_owned(), *n));
+    (status.frames_arrived, dropped.collect())
+}
+
+/// Waits until so many frames arrived, or the job ended.
+async fn reached(app: &App, job: &str, n_frames: u64) -> Result<(), Failure> {
+    let mut asked_at = Instant::now();
+    while counts(app).0 < n_frames {
+        tokio::time::sleep(LOOK_EVERY).await;
+        if asked_at.elapsed() >= ASK_EVERY {
+            asked_at = Instant::now();
+            let state = app.jobs.view(job).await.map_err(failure_of)?.record.state;
+            if !matches!(state, JobState::Queued | JobState::Running) {
+                return Ok(());
+            }
+        }
+    }
+    Ok(())
+}
+
+async fn ended(app: &App, job: &str) -> Result<ScanRecord, Failure> {
+    loop {
+        let record = app.jobs.view(job).await.map_err(failure_of)?.record;
+        match (record.state, record.result) {
+            (JobState::Succeeded, Some(result)) => {
+                return app.ledger.read().scan(&result.id).await.map_err(|error| failure_of(error.into()));
+            }
+            (JobState::Queued | JobState::Running, _) => {}
+            (state, _) => {
+                let problem = record.problem.map(|problem| problem.to_string()).unwrap_or_default();
+                return Err(Failure::new(FailureKind::Internal, format!("the scan ended {state:?}: {problem}")));
+            }
+        }
+        tokio::time::sleep(ASK_EVERY).await;
+    }
+}
+
+impl Swept {
+    /// In lines for a person.
+    pub fn tell(&self, text: &mut String) {
+        let ms = |which: &str, what: &str| self.timing[which][what].as_f64().unwrap_or(f64::NAN);
+        let _ = writeln!(
+            text,
+            "{:.0} frames/s of {} frames, {} points each, scan {}; lost {}",
+            self.timing["frames_per_s"].as_f64().unwrap_or(f64::NAN),
+            self.n_frames,
+            self.n_points / self.n_frames.max(1),
+            self.state.to_lowercase(),
+            self.dropped.iter().map(|(reason, n)| format!("{reason} {n}")).collect::<Vec<_>>().join(", ")
+        );
+        for loss in &self.losses {
+            let _ = writeln!(text, "  {loss}");
+        }
+        for (which, words) in [
+            ("arrival_to_profile_ms", "arrival → profile on the bus"),
+            ("arrival_to_file_ms", "arrival → peaks written"),
+        ] {
+            let _ = writeln!(
+                text,
+                "  {words}: p50 {:.2} ms, p99 {:.2} ms, longest {:.2} ms",
+                ms(which, "p50"),
+                ms(which, "p99"),
+                ms(which, "max")
+            );
+        }
+        let looked = &self.looked;
+        let _ = writeln!(text, "  viewers got {:.1} profiles a second", looked.n_messages as f64 / looked.took_s);
+        for (name, work) in looked.work.iter().filter(|(_, work)| work.cpu_ms > 0.0 || work.allocations > 0) {
+            let _ = writeln!(
+                text,
+                "  {name:<16} {:6.3} ms of processor time and {:7.3} requests for memory a frame",
+                work.cpu_ms / looked.n_frames.max(1) as f64,
+                work.allocations as f64 / looked.n_frames.max(1) as f64
+            );
+        }
+        let cpu_ms: f64 = looked.work.values().map(|work| work.cpu_ms).sum();
+        let _ = writeln!(
+            text,
+            "  together {:.3} ms a frame: {:.2} processors",
+            cpu_ms / looked.n_frames.max(1) as f64,
+            cpu_ms / 1e3 / looked.took_s
+        );
+    }
+
+    /// For a machine.
+    pub fn to_json(&self) -> Value {
+        let per_frame = |value: f64| value / self.looked.n_frames.max(1) as f64;
+        let threads: serde_json::Map<String, Value> = self
+            .looked
+            .work
+            .iter()
+            .map(|(name, work)| {
+                let row = json!({
+                    "cpu_ms_per_frame": per_frame(work.cpu_ms),
+                    "allocations_per_frame": per_frame(work.allocations as f64),
+                });
+                (name.clone(), row)
+            })
+            .collect();
+        json!({
+            "state": self.state, "n_frames": self.n_frames, "n_points": self.n_points, "timing": self.timing,
+            "losses": self.losses, "dropped": self.dropped, "threads": threads,
+            "allocations_counted": crate::allocations::COUNTED,
+            "profiles_per_s": self.looked.n_messages as f64 / self.looked.took_s,
+        })
+    }
+}

@@ -1,0 +1,115 @@
+//! Looking at the board before a picture is taken, and what a calibration leaves for residual maps.
+
+use serde_json::{Value, json};
+
+use super::fresh;
+use crate::common::server::Server;
+use crate::common::{copy_of_small, edit_manifest};
+
+/// Inner corners of the simulated station's board.
+const CORNERS: usize = 88;
+
+/// Sharp corners are found to hundredths of a pixel; a wrong match of corner and board would be off by whole squares.
+const RMS_PX: f64 = 0.1;
+
+#[track_caller]
+fn hold_board(server: &Server, pose: usize) {
+    server.put("/api/v1/simulation/board", &json!({ "place": "pose", "pose": pose })).expect(204);
+}
+
+#[track_caller]
+fn look(server: &Server, session: &str) -> Value {
+    server.post(&format!("/api/v1/calibration-sessions/{session}/look"), &json!(null)).expect(200)
+}
+
+#[test]
+fn a_look_says_what_a_picture_would_show_and_keeps_nothing() {
+    let (_folder, server) = fresh();
+    let defaults = server.get("/api/v1/calibration-sessions/defaults").expect(200);
+    let session = server.post("/api/v1/calibration-sessions", &json!({})).expect(201);
+    for part in ["target", "projector", "exposures"] {
+        assert_eq!(session["body"][part], defaults[part]);
+    }
+    let id = session["id"].as_str().unwrap();
+    let nothing = look(&server, id);
+    assert_eq!(nothing["corners"], json!([]));
+    assert!(nothing["problem"].as_str().unwrap().contains("hold the whole board in the picture"), "{nothing}");
+    hold_board(&server, 0);
+    let seen = look(&server, id);
+    assert_eq!(seen["corners"].as_array().unwrap().len(), CORNERS, "{}", seen["problem"]);
+    assert_eq!((&seen["tilt_deg"], &seen["problem"]), (&Value::Null, &Value::Null));
+    assert!(!seen["coverage_cells"].as_array().unwrap().is_empty());
+    assert!(seen["sequence"].as_u64() > nothing["sequence"].as_u64());
+    let pose = || {
+        // Taken anew for each: on a slow machine the lease of 5 s may have ended.
+        let holder = json!({ "holder": "Anna", "take_over": true });
+        let control = server.post("/api/v1/station/control", &holder).expect(201);
+        let headers = [("sheaf-control", control["id"].as_str().unwrap())];
+        server.send("POST", &format!("/api/v1/calibration-sessions/{id}/poses"), &headers, &[]).expect(200)
+    };
+    pose();
+    hold_board(&server, 1);
+    let kept = pose();
+    // With this board there would be three: enough for tilt and distance.
+    hold_board(&server, 2);
+    let seen = look(&server, id);
+    assert!((5.0..35.0).contains(&seen["tilt_deg"].as_f64().unwrap()), "{seen}");
+    assert!((300.0..500.0).contains(&seen["distance_mm"].as_f64().unwrap()), "{seen}");
+    assert!(seen["rms_px"].as_f64().unwrap() < RMS_PX, "{seen}");
+    let after = server.get(&format!("/api/v1/calibration-sessions/{id}")).expect(200);
+    assert_eq!(after, kept);
+    server.post("/api/v1/calibration-sessions/nowhere/look", &json!(null)).expect(404);
+}
+
+#[test]
+fn a_calibration_keeps_the_dots_of_its_residual_maps() {
+    let (_folder, server) = fresh();
+    let job = json!({ "source": { "kind": "station" }, "n_poses": 6 });
+    let id = server.result_of("/api/v1/calibrations", &job);
+    let residuals = server.get(&format!("/api/v1/calibrations/{id}/residuals")).expect(200);
+    let item = server.get(&format!("/api/v1/calibrations/{id}")).expect(200);
+    let orders: Vec<_> =
+        residuals["orders"].as_array().unwrap().iter().map(|order| order["order"].clone()).collect();
+    assert_eq!(json!(orders), item["calibration"]["orders"]);
+    // The RMS of the dots is the RMS that the record states: they are the same corners.
+    let corners = residuals["corners"].as_array().unwrap();
+    let squares = corners.iter().map(|corner| {
+        let at = |idx: usize| corner[idx].as_f64().unwrap();
+        at(2).powi(2) + at(3).powi(2)
+    });
+    let rms_px = (squares.sum::<f64>() / corners.len() as f64).sqrt();
+    let stated_px = item["summary"]["corner_rms_px"].as_f64().unwrap();
+    // f32 keeps seven digits.
+    assert!((rms_px / stated_px - 1.0).abs() < 1e-4, "{rms_px} px, {stated_px} px");
+    for order in residuals["orders"].as_array().unwrap() {
+        let poses = order["points"].as_array().unwrap().iter().map(|point| point[0].as_f64().unwrap());
+        assert!(poses.clone().all(|pose| (0.0..6.0).contains(&pose)) && poses.count() > 100);
+    }
+    server.get("/api/v1/calibrations/nowhere/residuals").expect(404);
+}
+
+#[test]
+fn a_file_name_in_a_capture_does_not_become_markup_of_the_report() {
+    const NAME: &str = "board/<img src=x onerror=alert(1)>.png";
+    let folder = copy_of_small();
+    edit_manifest(folder.path(), |manifest| {
+        let board = manifest["poses"][0]["board"].as_str().unwrap().to_owned();
+        std::fs::create_dir_all(folder.path().join("board")).unwrap();
+        std::fs::rename(folder.path().join(board), folder.path().join(NAME)).unwrap();
+        manifest["poses"][0]["board"] = json!(NAME);
+    });
+    let (_data, server) = fresh();
+    let source = json!({ "kind": "capture", "capture_id": server.upload(folder.path()) });
+    let id = server.result_of("/api/v1/calibrations", &json!({ "source": source }));
+    let report = server.get(&format!("/api/v1/calibrations/{id}/report"));
+    let page = String::from_utf8(report.body.clone()).unwrap();
+    assert!(page.contains("&lt;img src=x onerror=alert(1)&gt;"), "the name is shown");
+    assert!(!page.contains("<img src=x"), "and is no markup");
+    // Opened from a disk there is no header: the file says the same of itself.
+    assert!(
+        page.contains("<meta http-equiv=Content-Security-Policy content=\"default-src 'none'"),
+        "{}",
+        &page[..500]
+    );
+    assert!(report.header("content-security-policy").unwrap().contains("default-src 'none'"));
+}

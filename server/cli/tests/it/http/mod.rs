@@ -1,0 +1,20 @@
+//! The REST interface against the real binary: what every client may rely on, whatever it does.
+
+mod calibrating;
+mod configuration;
+mod deleting;
+mod protocol;
+mod replay;
+mod station;
+mod stopping;
+mod verdicts;
+
+use crate::common::server::Server;
+use tempfile::TempDir;
+
+/// A server on a fresh data folder.
+fn fresh() -> (TempDir, Server) {
+    let folder = TempDir::new().unwrap();
+    let server = Server::start(&folder.path().join("data"), &[]);
+    (folder, server)
+}

@@ -1,0 +1,127 @@
+//! The API's document: checked in as the routes make it, and true.
+
+use std::collections::BTreeMap;
+use std::process::Command;
+
+use serde_json::{Value, json};
+
+use crate::common::server::Server;
+use crate::common::{out, sheaf_ok, small_capture};
+use crate::http::fresh;
+
+#[test]
+fn the_document_checked_in_is_the_one_the_routes_make() {
+    let checked_in = concat!(env!("CARGO_MANIFEST_DIR"), "/../../openapi/openapi.json");
+    let checked_in = std::fs::read_to_string(checked_in).unwrap();
+    assert!(out(&sheaf_ok(&["openapi"])) == checked_in, "run `cargo xtask openapi` and look at what changed");
+    let events = concat!(env!("CARGO_MANIFEST_DIR"), "/../../openapi/events.md");
+    let events = std::fs::read_to_string(events).unwrap();
+    assert!(events.contains("| `job.failed` |") && events.contains("`verdict`"), "{events}");
+    assert!(
+        out(&sheaf_ok(&["openapi", "--events"])) == events,
+        "run `cargo xtask openapi` and look at what changed"
+    );
+}
+
+/// Examples per operation: the fuzzer's own corner cases come on top.
+const EXAMPLES: &str = "5";
+
+/// Faults are switched on by name here and nowhere else: with them a device's 503 is the right answer, not a defect.
+const FAULTS: &str = "/api/v1/simulation/faults";
+
+/// One of everything, so that the fuzzer meets what is behind the 404s.
+fn things_that_exist(server: &Server) -> Value {
+    let capture_id = server.upload(&small_capture());
+    let source = json!({ "kind": "capture", "capture_id": capture_id });
+    let calibration_id = server.result_of("/api/v1/calibrations", &json!({ "source": source }));
+    server.put("/api/v1/calibrations/active", &json!({ "calibration_id": calibration_id })).expect(200);
+    let scan = json!({ "source": { "kind": "capture", "capture_id": capture_id, "scan": "gauge" } });
+    let scan_id = server.result_of("/api/v1/scans", &scan);
+    let measured = server.post(&format!("/api/v1/scans/{scan_id}/measurements"), &json!({ "tool": "plane" }));
+    let profiles = server.get(&format!("/api/v1/scans/{scan_id}/profiles")).expect(200);
+    let profiles = profiles["items"].as_array().unwrap();
+    let sequences: Vec<&Value> = profiles.iter().map(|profile| &profile["sequence"]).take(3).collect();
+    let export = json!({ "what": "cloud", "format": "csv" });
+    server.result_of(&format!("/api/v1/scans/{scan_id}/exports"), &export);
+    let (session_id, picture) = session_with_a_picture(server);
+    let jobs = server.get("/api/v1/jobs").expect(200);
+    let job_ids: Vec<&Value> = jobs["items"].as_array().unwrap().iter().map(|job| &job["id"]).collect();
+    json!({
+        "captures": { "id": [capture_id] },
+        "calibrations": { "id": [calibration_id], "with": [calibration_id] },
+        "calibration-sessions": { "id": [session_id], "artifact": [picture] },
+        "jobs": { "id": job_ids },
+        "scans": {
+            "id": [scan_id],
+            "measurement_id": [measured.expect(201)["id"]],
+            "file": ["cloud.csv"],
+            "sequence": sequences,
+        },
+    })
+}
+
+/// Ids of a session and of the picture of its one pose.
+fn session_with_a_picture(server: &Server) -> (Value, Value) {
+    let session_id = server.post("/api/v1/calibration-sessions", &json!({})).expect(201)["id"].clone();
+    server.put("/api/v1/simulation/board", &json!({ "place": "pose", "pose": 0 })).expect(204);
+    let holder = json!({ "holder": "Anna", "take_over": true });
+    let control = server.post("/api/v1/station/control", &holder).expect(201);
+    let headers = [("sheaf-control", control["id"].as_str().unwrap())];
+    let poses = format!("/api/v1/calibration-sessions/{}/poses", session_id.as_str().unwrap());
+    let session = server.send("POST", &poses, &headers, &[]).expect(200);
+    (session_id, session["body"]["poses"][0]["board"]["picture"]["artifact"].clone())
+}
+
+#[test]
+fn a_fuzzer_finds_no_server_error_and_no_undocumented_answer() {
+    let Some(python) = reference::python() else { return };
+    let (folder, server) = fresh();
+    let known = things_that_exist(&server);
+    let before = answers_by_route(&server);
+    let checks = "not_a_server_error,status_code_conformance,content_type_conformance,\
+                  response_schema_conformance,response_headers_conformance";
+    let output = Command::new(python)
+        .args(["-m", "schemathesis.cli", "run"])
+        .arg(format!("{}/openapi.json", server.url))
+        .args(["--checks", checks, "--max-examples", EXAMPLES, "--phases", "examples,coverage,fuzzing"])
+        .args(["--exclude-path", FAULTS, "--seed", "1", "--no-color"])
+        .env("SCHEMATHESIS_HOOKS", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/http/protocol/fuzzer_hooks.py"))
+        .env("SHEAF_KNOWN_IDS", known.to_string())
+        // What it remembers of failures must not steer the next run.
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let said = out(&output);
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("passed"), "{said}");
+    let answers = answers_by_route(&server);
+    let well =
+        |answers: &BTreeMap<(String, u16), u64>, route: &str| answers.get(&(route.to_owned(), 200)).copied();
+    let met = |route: &str| well(&answers, route).unwrap_or(0) - well(&before, route).unwrap_or(0);
+    let (met, missed): (Vec<_>, Vec<_>) =
+        things_to_read().into_iter().map(|route| (met(&route), route)).partition(|(n_times, _)| *n_times > 0);
+    eprintln!("answered with 200: {met:#?}");
+    assert!(missed.is_empty(), "the fuzzer never met a thing behind {missed:#?}: {answers:#?}");
+}
+
+/// Every address of the document from which one thing can be read.
+fn things_to_read() -> Vec<String> {
+    let document: Value = serde_json::from_str(&out(&sheaf_ok(&["openapi"]))).unwrap();
+    let read = document["paths"].as_object().unwrap().iter().filter(|(_, item)| item["get"].is_object());
+    let routes: Vec<String> = read.map(|(path, _)| path.clone()).filter(|path| path.contains('{')).collect();
+    assert!(routes.iter().any(|path| path.ends_with("/profiles/{sequence}")), "{routes:#?}");
+    routes
+}
+
+/// How often each route answered with each status so far, by the server's own figures.
+fn answers_by_route(server: &Server) -> BTreeMap<(String, u16), u64> {
+    let figures = String::from_utf8(server.get("/metrics").body).unwrap();
+    let lines = figures.lines().filter(|line| line.starts_with("sheaf_http_requests_total{"));
+    let mut answers = BTreeMap::new();
+    for line in lines {
+        let label = |name: &str| line.split_once(&format!("{name}=\"")).unwrap().1.split('"').next().unwrap();
+        let key = (label("route").to_owned(), label("status").parse().unwrap());
+        *answers.entry(key).or_default() += line.rsplit(' ').next().unwrap().parse::<u64>().unwrap();
+    }
+    answers
+}

@@ -1,0 +1,93 @@
+//! Every way in which the solver stops, on problems with one parameter.
+
+use calibration::normal::{ArrowNormal, BlockNormal, Ranges};
+use calibration::solver::{Minimum, Problem, Termination, minimise};
+use nalgebra::Vector6;
+
+/// Half a χ² below which nothing more is sought.
+const COST_TOLERANCE: f64 = 1e-4;
+
+/// One number x; residual and slope in σ, infinite cost where there is no residual.
+struct Scalar<F: Fn(f64) -> Option<(f64, f64)>> {
+    residual: F,
+}
+
+impl<F: Fn(f64) -> Option<(f64, f64)>> Problem for Scalar<F> {
+    type State = f64;
+
+    fn linearise(&self, x: &f64) -> ArrowNormal {
+        let mut sums = BlockNormal::zeros(1);
+        match (self.residual)(*x) {
+            Some((residual, slope)) => {
+                sums.cost = 0.5 * residual * residual;
+                sums.add(&[(0, &[slope])], &[0.0; 6], residual, 1.0);
+            }
+            None => sums.cost = f64::INFINITY,
+        }
+        ArrowNormal::new(sums, Vec::new(), &[true])
+    }
+
+    fn cost(&self, x: &f64) -> f64 {
+        self.linearise(x).cost()
+    }
+
+    fn ranges(&self, _x: &f64) -> Ranges {
+        Ranges { globals: vec![1.0], block: [1.0; 6] }
+    }
+
+    fn stepped(&self, x: &f64, globals: &[f64], _blocks: &[Vector6<f64>]) -> f64 {
+        x + globals[0]
+    }
+}
+
+fn minimum(residual: impl Fn(f64) -> Option<(f64, f64)>, start: f64) -> Minimum<f64> {
+    minimise(&Scalar { residual }, start).unwrap()
+}
+
+#[test]
+fn a_start_at_the_minimum_ends_by_its_gradient() {
+    let found = minimum(|x| Some((x - 2.0, 1.0)), 2.0);
+    assert_eq!((found.termination, found.n_steps), (Termination::Gradient, 0));
+}
+
+#[test]
+fn a_distance_that_no_longer_counts_ends_by_its_step() {
+    // So steep that 1e-11 of the range still costs 0.5.
+    let found = minimum(|x| Some((1e11 * (x - 2.0), 1e11)), 2.0 + 1e-11);
+    assert_eq!((found.termination, found.n_steps), (Termination::Step, 0));
+}
+
+#[test]
+fn a_slow_approach_ends_by_its_cost() {
+    // r = x²: every step halves x, and the cost never stops being promised lower by a part of it.
+    let found = minimum(|x| Some((x * x, 2.0 * x)), 1.0);
+    assert_eq!(found.termination, Termination::Cost);
+    assert!(found.cost < COST_TOLERANCE, "{}", found.cost);
+}
+
+#[test]
+fn creeping_towards_the_end_of_a_model_is_no_convergence() {
+    // The minimum lies where the model has no prediction: ever harder damped steps gain ever less.
+    let found = minimum(|x| (x > 0.5).then_some((100.0 * x, 100.0)), 1.0);
+    assert_eq!(found.termination, Termination::Stuck);
+    assert!(found.state > 0.5 && found.cost.is_finite());
+}
+
+#[test]
+fn a_slope_that_leads_nowhere_is_no_convergence() {
+    let uphill = minimum(|x| Some((10.0 + x, -1.0)), 0.0);
+    assert_eq!(uphill.termination, Termination::Stuck);
+}
+
+#[test]
+fn a_problem_that_does_not_depend_on_its_parameter_has_no_minimum() {
+    assert!(minimise(&Scalar { residual: |_| Some((1.0, 0.0)) }, 0.0).is_none());
+}
+
+#[test]
+fn every_termination_says_what_it_means() {
+    for termination in [Termination::Gradient, Termination::Step, Termination::Cost, Termination::Stuck] {
+        assert_eq!(termination.sentence().contains("converged"), termination != Termination::Stuck);
+        assert!(termination.sentence().ends_with('.') && !termination.name().is_empty());
+    }
+}

@@ -1,0 +1,151 @@
+//! The stage's direction, scale and straightness: the errors are what their σ says, and too few views are refused.
+//!
+//! The stage here deviates independently at every view and alike along all axes, as the model says; what this does not show
+//! is how real stages deviate.
+
+use crate::common::{Rig, calibrated};
+use calibration::{CalibrationDocument, CalibrationError, CalibrationInput, CalibrationOptions, LightModelChoice};
+use nalgebra::Vector3;
+use optics::rotation::completing_frame;
+use optics::{Calibration, LightModelKind, PointMm};
+
+/// Stations whose errors are looked at together.
+const STATIONS: u64 = 100;
+/// Where the RMS of an error over its σ must lie: 99.8 % of RMS of 100 to 200 normal numbers do.
+const NORMALISED_RMS: std::ops::Range<f64> = 0.85..1.16;
+/// σ of the stage, mm: well above the 0.5 µm to which a board's place across the view is known.
+const WOBBLE_MM: f64 = 0.005;
+/// Views and their spacing, as [`Rig::input`] places them.
+const VIEWS: usize = 5;
+
+fn without_laser(mut input: CalibrationInput) -> CalibrationInput {
+    input.poses.iter_mut().for_each(|pose| pose.centrelines = None);
+    input
+}
+
+/// A rig whose stage wobbles; one line, for the sake of speed.
+fn wobbling(seed: u64, wobble_sigma_mm: f64) -> Rig {
+    Rig { orders: vec![0], corner_sigma_px: 0.02, wobble_sigma_mm, ..Rig::new(seed) }
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+/// σ of a part's length along the travel, by the calibration's modes.
+fn length_sigma_mm(calibration: &Calibration, from_mm: f64, to_mm: f64) -> f64 {
+    let seen = PointMm::new(Vector3::new(0.0, 0.0, 400.0));
+    let length = |calibration: &Calibration| {
+        let stage = calibration.stage.unwrap();
+        let apart = stage.part_from_camera(&seen, from_mm).xyz - stage.part_from_camera(&seen, to_mm).xyz;
+        apart.dot(&Vector3::new(-0.005, 0.9998, -0.02).normalize())
+    };
+    let base = length(calibration);
+    rms(&calibration
+        .sigma_modes()
+        .iter()
+        .map(|mode| length(&calibration.stepped(mode)) - base)
+        .collect::<Vec<_>>())
+        * (calibration.sigma_modes().len() as f64).sqrt()
+}
+
+#[test]
+fn errors_of_direction_and_scale_are_what_their_sigma_says() {
+    let (mut scales, mut directions, mut whole, mut half) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for seed in 0..STATIONS {
+        let rig = wobbling(seed, WOBBLE_MM);
+        let (input, wobble) = rig.wobbling_input(6, VIEWS);
+        let calibration = calibrated(&without_laser(input)).unwrap().calibration;
+        let error = calibration.stage.unwrap().direction - rig.stage;
+        let n = calibration.covariance.nrows();
+        let covariance = calibration.covariance.fixed_view::<3, 3>(n - 3, n - 3).into_owned();
+        let sigma = |axis: &Vector3<f64>| (axis.transpose() * covariance * axis)[(0, 0)].sqrt();
+        let along = rig.stage.normalize();
+        let (across_1, across_2) = completing_frame(&along);
+        scales.push(error.dot(&along) / sigma(&along));
+        directions.extend([across_1, across_2].map(|across| error.dot(&across) / sigma(&across)));
+        // A part as long as the travel between two views: the stage deviates there as it did while calibrating.
+        for (views, lengths) in [((0, VIEWS - 1), &mut whole), ((1, 3), &mut half)] {
+            let [from_mm, to_mm] = [views.0, views.1].map(|view| -20.0 + 10.0 * view as f64);
+            let apart = wobble[views.1] - wobble[views.0] - error * (to_mm - from_mm);
+            lengths.push(apart.dot(&along) / length_sigma_mm(&calibration, from_mm, to_mm));
+        }
+    }
+    let figures = [&scales, &directions, &whole, &half].map(|errors| rms(errors));
+    eprintln!("scale, direction, length over all, over half of the travel: {figures:.3?}");
+    assert!(NORMALISED_RMS.contains(&figures[0]), "scale {}", figures[0]);
+    assert!(NORMALISED_RMS.contains(&figures[1]), "direction {}", figures[1]);
+    // Deviations from the very line that they were judged by: (3n − 8)/(3n − 6) of the variance that a new length has.
+    let expected = (7.0f64 / 9.0).sqrt();
+    for length in &figures[2..] {
+        assert!((0.85 * expected..1.16).contains(length), "length {length}");
+    }
+}
+
+#[test]
+fn a_stage_as_straight_as_can_be_seen_is_not_taken_for_perfect() {
+    for seed in 0..5 {
+        let input = without_laser(wobbling(seed, 0.0).input(6, VIEWS));
+        let stage = calibrated(&input).unwrap().calibration.stage.unwrap();
+        let sigma_mm = stage.straightness.unwrap().sigma_mm();
+        // Less than the noise of a board's place along the view (some 3 µm), more than a tenth of that across it (0.3 µm).
+        assert!((0.00003..0.003).contains(&sigma_mm), "{sigma_mm} mm");
+    }
+}
+
+#[test]
+fn straightness_is_in_the_document_and_one_without_it_is_of_unknown_straightness() {
+    let result = calibrated(&without_laser(wobbling(1, WOBBLE_MM).input(6, VIEWS))).unwrap();
+    let document = CalibrationDocument::new(&result, Vec::new(), "1");
+    let text = document.to_json();
+    let again = CalibrationDocument::parse(&text).unwrap().calibration();
+    assert_eq!(again.stage, result.calibration.stage);
+    assert!(again.stage.unwrap().straightness.unwrap().ends_mm() == (-20.0, 20.0));
+    let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
+    older["stage"].as_object_mut().unwrap().remove("straightness");
+    let older = CalibrationDocument::parse(&older.to_string()).unwrap().calibration();
+    assert_eq!(older.stage.unwrap().straightness, None);
+    let mut broken = document;
+    broken.calibration.stage.as_mut().unwrap().straightness.as_mut().unwrap().sigma_mm = 0.0;
+    let refused = CalibrationDocument::parse(&broken.to_json()).unwrap_err().to_string();
+    assert!(refused.contains("stage.straightness"), "{refused}");
+}
+
+#[test]
+fn stage_views_at_two_positions_are_refused_with_the_remedy() {
+    for n_views in [1, 2] {
+        let refused = calibrated(&wobbling(1, 0.0).input(6, n_views)).unwrap_err();
+        assert_eq!(refused, CalibrationError::TooFewStageViews { needed: 3, got: n_views });
+        assert!(refused.to_string().contains("; add stage views"), "{refused}");
+    }
+    let mut twice = wobbling(1, 0.0).input(6, 4);
+    (twice.stage_views[1].position_mm, twice.stage_views[3].position_mm) = (-20.0, 0.01);
+    let refused = calibrated(&twice).unwrap_err();
+    assert_eq!(refused, CalibrationError::TooFewStageViews { needed: 3, got: 2 });
+}
+
+#[test]
+fn every_model_and_way_of_refining_leaves_room_for_straightness() {
+    // 1 µm hides in the corners' noise and the travel is refined as straight; 20 µm do not.
+    for (wobble_sigma_mm, kind) in
+        [0.001, 0.02].into_iter().flat_map(|wobble| LightModelKind::ALL.map(|kind| (wobble, kind)))
+    {
+        let rig = Rig { corner_sigma_px: 0.02, wobble_sigma_mm, ..Rig::new(21) };
+        let options = CalibrationOptions { light_model: LightModelChoice::Fixed(kind), ..Default::default() };
+        let result =
+            calibration::calibrate(&rig.input(6, VIEWS), &options, &mut |_, _| calibration::Stop::Continue)
+                .unwrap();
+        let is_bent = result.report.warnings.iter().any(|warning| warning.contains("does not travel straight"));
+        assert_eq!(is_bent, wobble_sigma_mm > 0.01, "{kind}, {wobble_sigma_mm} mm: {:?}", result.report.warnings);
+        let calibration = result.calibration;
+        let straightness = calibration.stage.unwrap().straightness.unwrap();
+        let n = calibration.covariance.nrows();
+        for i in n - 3..n {
+            assert!(calibration.covariance[(i, i)] > straightness.slope_variance(), "{kind}");
+        }
+        let error = calibration.stage.unwrap().direction - rig.stage;
+        let sigma = result.report.stage.unwrap().sigma;
+        // Three components of one station, at four of their σ.
+        assert!((0..3).all(|axis| error[axis].abs() < 4.0 * sigma[axis]), "{kind}: {error} {sigma:?}");
+    }
+}

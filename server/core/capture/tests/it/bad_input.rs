@@ -1,0 +1,277 @@
+//! Every kind of damage to a capture folder is refused with the file, the entry and the remedy.
+//!
+//! Not shown here: that the pictures make sense; that is for the calibration to find out.
+
+use std::path::Path;
+
+use crate::common::{HEIGHT_PX, WIDTH_PX, chain, flat, folder_with, manifest_with, put, refusal, sound_manifest};
+use capture::{Capture, CaptureError, read_grey_image, sha256_of, write_manifest};
+use serde_json::{Value, json};
+use vision::{GreyImage, LineDirection, Pixels};
+
+/// Opening the sound capture with one value replaced is refused in words that contain all of `expected`.
+#[track_caller]
+fn check(pointer: &str, value: Value, expected: &[&str]) {
+    let folder = folder_with(&manifest_with(pointer, value));
+    let message = refusal(folder.path());
+    for part in expected.iter().chain(&["capture.json"]) {
+        assert!(message.contains(part), "`{part}` is not in `{message}`");
+    }
+}
+
+/// The sound capture with its text changed is refused in words that contain all of `expected`.
+#[track_caller]
+fn check_text(from: &str, to: &str, expected: &[&str]) {
+    let folder = folder_with(&sound_manifest());
+    let text = serde_json::to_string_pretty(&sound_manifest()).unwrap();
+    assert!(text.contains(from));
+    std::fs::write(folder.path().join("capture.json"), text.replacen(from, to, 1)).unwrap();
+    let message = refusal(folder.path());
+    for part in expected {
+        assert!(message.contains(part), "`{part}` is not in `{message}`");
+    }
+}
+
+#[test]
+fn a_sound_capture_opens_without_warnings() {
+    let folder = folder_with(&sound_manifest());
+    let capture = Capture::open(folder.path()).unwrap();
+    assert_eq!(capture.warnings, Vec::<String>::new());
+    assert_eq!(capture.manifest.line_direction(), LineDirection::Rows);
+    let entries: Vec<String> = capture.files().into_iter().map(|named| named.entry).collect();
+    let expected =
+        ["poses[0].board", "poses[0].laser", "poses[1].board", "stage_views[0].board", "scans[0].frames[0].image"];
+    assert_eq!(entries, expected);
+    let image = capture.image("poses[0].board", Path::new("board/000.png")).unwrap();
+    assert_eq!(image, flat(WIDTH_PX, HEIGHT_PX));
+}
+
+#[test]
+fn lines_along_columns_are_understood() {
+    let mut manifest = sound_manifest();
+    manifest["projector"]["line_direction"] = json!("columns");
+    let capture = Capture::open(folder_with(&manifest).path()).unwrap();
+    assert_eq!(capture.manifest.line_direction(), LineDirection::Columns);
+}
+
+#[test]
+fn a_folder_without_manifest_is_refused() {
+    let folder = tempfile::TempDir::new().unwrap();
+    assert!(refusal(folder.path()).contains("name a folder that holds capture.json"));
+}
+
+#[test]
+fn unknown_keys_are_warned_of_by_path() {
+    let mut manifest = sound_manifest();
+    manifest["projector"]["maker"] = json!("A");
+    let warnings = Capture::open(folder_with(&manifest).path()).unwrap().warnings;
+    assert_eq!(warnings.len(), 1);
+    assert!(warnings[0].contains("projector.maker"), "{warnings:?}");
+}
+
+#[test]
+fn wrong_values_are_refused_by_entry() {
+    check("/format", json!("sheaf-capture/2"), &["sheaf-capture/2", "update the program"]);
+    check("/camera/width_px", json!(0), &["camera.width_px", "above 0"]);
+    check("/camera", json!({"width_px": 1_000_000, "height_px": 51}), &["1000000×51", "50000000"]);
+    check("/camera/height_px", json!(u64::MAX), &["camera.height_px"]);
+    check("/target/kind", json!("circles"), &["target.kind", "circles", "chessboard"]);
+    check("/target/inner_rows", json!(1), &["target.inner_rows", "between 2 and 1000"]);
+    check("/target/square_mm", json!(-12), &["target.square_mm is -12", "above 0"]);
+    check("/projector/wavelength_nm", json!(0.0), &["projector.wavelength_nm", "above 0"]);
+    check("/projector/grating_lines_per_mm", json!(-50), &["projector.grating_lines_per_mm"]);
+    check("/projector/orders", json!([]), &["projector.orders is empty"]);
+    check("/projector/orders", json!([-2, -1, -1]), &["projector.orders[2]", "each order once"]);
+    check("/projector/orders", json!([-2, 0, -1]), &["projector.orders[2]", "rise or fall"]);
+    check("/projector/orders", json!([2, 0, 1]), &["projector.orders[2]", "is 1 after 0"]);
+    check("/projector/orders", json!([0, 21]), &["projector.orders[1]", "21"]);
+    check("/scans/0/name", json!(" "), &["scans[0].name", "a name of its own"]);
+}
+
+#[test]
+fn orders_may_fall() {
+    let folder = folder_with(&manifest_with("/projector/orders", json!([2, 1, 0, -1])));
+    Capture::open(folder.path()).unwrap();
+}
+
+#[test]
+fn an_unknown_line_direction_is_refused() {
+    let mut manifest = sound_manifest();
+    manifest["projector"]["line_direction"] = json!("diagonal");
+    assert!(refusal(folder_with(&manifest).path()).contains("\"rows\" or \"columns\""));
+}
+
+#[test]
+fn two_scans_of_one_name_are_refused() {
+    let mut manifest = sound_manifest();
+    let scan = manifest["scans"][0].clone();
+    manifest["scans"].as_array_mut().unwrap().push(scan);
+    assert!(refusal(folder_with(&manifest).path()).contains("scans[1].name is \"gauge\""));
+}
+
+#[test]
+fn values_of_the_wrong_type_are_refused_by_line_and_entry() {
+    check_text("-20.0", "null", &["stage_views[0].position_mm", "line", "null"]);
+    check_text("\"board\": \"board/001.png\"", "\"bord\": 1", &["poses[1]", "missing field `board`"]);
+    check_text("12.0", "\"twelve\"", &["target.square_mm", "twelve"]);
+    check_text("-20.0", "1e999", &["stage_views[0].position_mm", "out of range"]);
+    check_text("\"poses\"", "\"poses\" \"x\"", &["line", "column", "capture.schema.json"]);
+}
+
+#[test]
+fn bare_nan_and_infinity_are_refused_by_line_and_entry() {
+    check_text("-20.0", "NaN", &["stage_views[0].position_mm is NaN", "line", "remove the entry"]);
+    check_text("0.5", "-Infinity", &["scans[0].frames[0].position_mm is -Infinity"]);
+    check_text("12.0", "NaN", &["target.square_mm is NaN"]);
+}
+
+#[test]
+fn a_missing_image_is_named_with_its_entry() {
+    let folder = folder_with(&sound_manifest());
+    std::fs::remove_file(folder.path().join("laser/000.png")).unwrap();
+    let message = refusal(folder.path());
+    assert!(message.starts_with("missing image \"laser/000.png\" named by poses[0].laser"), "{message}");
+    assert!(message.ends_with("restore the file or remove the pose"), "{message}");
+}
+
+#[test]
+fn paths_that_leave_the_folder_are_refused() {
+    let board = "/poses/0/board";
+    check(board, json!("../elsewhere.png"), &["poses[0].board", "leaves the folder", "copy the image"]);
+    check(board, json!("board/../../x.png"), &["poses[0].board", "leaves the folder"]);
+    check(board, json!("/etc/hostname"), &["poses[0].board", "is absolute"]);
+    check(board, json!(""), &["poses[0].board", "is empty"]);
+    check(board, json!("board\\000.png"), &["poses[0].board", "backslash"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_that_leaves_the_folder_is_refused() {
+    let elsewhere = tempfile::TempDir::new().unwrap();
+    put(elsewhere.path(), "secret.png", &flat(WIDTH_PX, HEIGHT_PX));
+    let folder = folder_with(&sound_manifest());
+    let link = folder.path().join("board/000.png");
+    std::fs::remove_file(&link).unwrap();
+    std::os::unix::fs::symlink(elsewhere.path().join("secret.png"), &link).unwrap();
+    let message = refusal(folder.path());
+    assert!(message.contains("poses[0].board") && message.contains("outside the folder"), "{message}");
+}
+
+#[test]
+fn an_image_of_another_size_is_refused() {
+    let folder = folder_with(&sound_manifest());
+    put(folder.path(), "stage/000.png", &flat(WIDTH_PX, HEIGHT_PX + 1));
+    let message = refusal(folder.path());
+    assert!(message.contains("stage_views[0].board") && message.contains("16×13"), "{message}");
+    assert!(message.contains("16×12"), "{message}");
+}
+
+#[test]
+fn mixed_bit_depths_are_refused_and_pure_16_bit_is_not() {
+    let levels: Vec<u16> = (0..WIDTH_PX * HEIGHT_PX).map(|idx| idx as u16 * 300).collect();
+    let deep = GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Sixteen(levels)).unwrap();
+    let folder = folder_with(&sound_manifest());
+    put(folder.path(), "scan/000.png", &deep);
+    let message = refusal(folder.path());
+    assert!(message.contains("scans[0].frames[0].image has 16 bits"), "{message}");
+    for named in Capture::open(folder_with(&sound_manifest()).path()).unwrap().files() {
+        put(folder.path(), named.path.to_str().unwrap(), &deep);
+    }
+    let capture = Capture::open(folder.path()).unwrap();
+    assert_eq!(capture.image("x", Path::new("scan/000.png")).unwrap(), deep);
+}
+
+#[test]
+fn colour_is_refused_in_a_capture_and_averaged_as_a_photograph() {
+    let folder = folder_with(&sound_manifest());
+    let path = folder.path().join("laser/000.png");
+    let red = image::RgbImage::from_pixel(WIDTH_PX as u32, HEIGHT_PX as u32, image::Rgb([200, 10, 30]));
+    red.save(&path).unwrap();
+    let message = refusal(folder.path());
+    assert!(message.contains("poses[0].laser") && message.contains("convert it to grey"), "{message}");
+    assert_eq!(read_grey_image(&path).unwrap().at(3, 3), 80.0);
+    red.save(path.with_extension("jpg")).unwrap();
+    let photograph = read_grey_image(&path.with_extension("jpg")).unwrap();
+    assert!((photograph.at(3, 3) - 80.0).abs() <= 2.0); // JPEG's own loss
+}
+
+#[test]
+fn a_truncated_image_is_refused_by_entry_when_it_is_read() {
+    let folder = folder_with(&sound_manifest());
+    let noise: Vec<u8> = (0..WIDTH_PX * HEIGHT_PX).map(|idx| (idx * 97 % 251) as u8).collect();
+    put(folder.path(), "board/000.png", &GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(noise)).unwrap());
+    let path = folder.path().join("board/000.png");
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let opened = Capture::open(folder.path()).and_then(|c| c.image("poses[0].board", Path::new("board/000.png")));
+    let message = chain(&opened.unwrap_err());
+    assert!(message.contains("poses[0].board") && message.contains("truncated or corrupt"), "{message}");
+}
+
+#[test]
+fn what_is_not_an_image_is_refused() {
+    let folder = folder_with(&sound_manifest());
+    for bytes in [&b"P5 1 1 255 x"[..], b"", b"\x89PNG\r\n\x1a\n"] {
+        std::fs::write(folder.path().join("board/000.png"), bytes).unwrap();
+        let message = refusal(folder.path());
+        assert!(message.contains("\"board/000.png\" named by poses[0].board"), "{message}");
+    }
+    std::fs::remove_file(folder.path().join("board/000.png")).unwrap();
+    std::fs::create_dir(folder.path().join("board/000.png")).unwrap();
+    assert!(refusal(folder.path()).contains("is not a PNG or TIFF image"));
+}
+
+#[test]
+fn a_header_that_promises_too_many_pixels_is_refused_before_decoding() {
+    let folder = folder_with(&sound_manifest());
+    let path = folder.path().join("board/000.png");
+    let mut bytes = std::fs::read(&path).unwrap();
+    bytes[16..20].copy_from_slice(&60_000_u32.to_be_bytes());
+    bytes[20..24].copy_from_slice(&60_000_u32.to_be_bytes());
+    let checksum = crc32(&bytes[12..29]);
+    bytes[29..33].copy_from_slice(&checksum.to_be_bytes());
+    std::fs::write(&path, bytes).unwrap();
+    let message = refusal(folder.path());
+    assert!(message.contains("poses[0].board") && message.contains("60000×60000"), "{message}");
+}
+
+#[test]
+fn an_unknown_scan_lists_the_known_ones() {
+    let capture = Capture::open(folder_with(&sound_manifest()).path()).unwrap();
+    assert_eq!(capture.scan("gauge").unwrap().frames.len(), 1);
+    let error = capture.scan("sphere").unwrap_err();
+    assert!(matches!(&error, CaptureError::UnknownScan { available, .. } if available == &["gauge"]));
+}
+
+#[test]
+fn a_written_manifest_reads_back_the_same() {
+    let folder = folder_with(&sound_manifest());
+    let capture = Capture::open(folder.path()).unwrap();
+    write_manifest(folder.path(), &capture.manifest).unwrap();
+    assert_eq!(Capture::open(folder.path()).unwrap(), capture);
+}
+
+#[test]
+fn a_manifest_that_could_not_be_read_back_is_not_written() {
+    let folder = folder_with(&sound_manifest());
+    let mut manifest = Capture::open(folder.path()).unwrap().manifest;
+    manifest.target.square_mm = f64::NAN;
+    write_manifest(folder.path(), &manifest).unwrap_err();
+    Capture::open(folder.path()).unwrap();
+}
+
+#[test]
+fn a_file_is_known_by_its_hash() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let path = folder.path().join("abc");
+    std::fs::write(&path, b"abc").unwrap();
+    // FIPS 180-2, appendix B.1.
+    let expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+    assert_eq!(sha256_of(&path).unwrap(), expected);
+}
+
+/// PNG's checksum, bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    let step = |crc: u32, _| if crc & 1 == 1 { (crc >> 1) ^ 0xEDB8_8320 } else { crc >> 1 };
+    !bytes.iter().fold(!0_u32, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
+}

@@ -1,0 +1,75 @@
+//! A small complete capture folder that tests break in one place each.
+
+use std::path::Path;
+
+use capture::{Capture, CaptureError, write_png};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use vision::{GreyImage, Pixels};
+
+/// Size of every image of the sound capture.
+pub const WIDTH_PX: usize = 16;
+/// Rows of the same.
+pub const HEIGHT_PX: usize = 12;
+
+/// The manifest of the sound capture.
+pub fn sound_manifest() -> Value {
+    json!({
+        "format": "sheaf-capture/1",
+        "camera": { "width_px": WIDTH_PX, "height_px": HEIGHT_PX },
+        "target": { "kind": "chessboard", "inner_columns": 11, "inner_rows": 8, "square_mm": 12.0 },
+        "projector": { "wavelength_nm": 660, "grating_lines_per_mm": 50, "orders": [-2, -1, 0, 1, 2] },
+        "poses": [
+            { "board": "board/000.png", "laser": "laser/000.png" },
+            { "board": "board/001.png" }
+        ],
+        "stage_views": [{ "board": "stage/000.png", "position_mm": -20.0 }],
+        "scans": [{ "name": "gauge", "frames": [{ "image": "scan/000.png", "position_mm": 0.5 }] }]
+    })
+}
+
+/// An image of one grey level.
+pub fn flat(width: usize, height: usize) -> GreyImage {
+    GreyImage::new(width, height, Pixels::Eight(vec![7; width * height])).unwrap()
+}
+
+/// A folder with the sound capture's images and `manifest`.
+pub fn folder_with(manifest: &Value) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    for name in ["board/000.png", "board/001.png", "laser/000.png", "stage/000.png", "scan/000.png"] {
+        put(folder.path(), name, &flat(WIDTH_PX, HEIGHT_PX));
+    }
+    std::fs::write(folder.path().join("capture.json"), manifest.to_string()).unwrap();
+    folder
+}
+
+/// Writes `image` as `folder/name`.
+pub fn put(folder: &Path, name: &str, image: &GreyImage) {
+    let path = folder.join(name);
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    write_png(&path, image).unwrap();
+}
+
+/// The sound manifest with the value at a JSON pointer replaced.
+pub fn manifest_with(pointer: &str, value: Value) -> Value {
+    let mut manifest = sound_manifest();
+    *manifest.pointer_mut(pointer).unwrap() = value;
+    manifest
+}
+
+/// The whole message chain of the error that opening `folder` gives.
+pub fn refusal(folder: &Path) -> String {
+    chain(&Capture::open(folder).unwrap_err())
+}
+
+/// An error and its causes, in one line.
+pub fn chain(error: &CaptureError) -> String {
+    let mut text = error.to_string();
+    let mut cause = std::error::Error::source(error);
+    while let Some(inner) = cause {
+        text.push_str(": ");
+        text.push_str(&inner.to_string());
+        cause = inner.source();
+    }
+    text
+}

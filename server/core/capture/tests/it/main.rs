@@ -1,0 +1,7 @@
+//! Capture folders, sound and damaged.
+
+#![allow(clippy::unwrap_used)]
+
+mod bad_input;
+mod common;
+mod schema;

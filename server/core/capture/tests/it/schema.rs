@@ -1,0 +1,63 @@
+//! The published JSON Schema and the reader agree on what a manifest is.
+//!
+//! Not shown here: rules a schema cannot state (monotonic orders, unique names, files); see `bad_input.rs`.
+
+use crate::common::{folder_with, manifest_with, refusal, sound_manifest};
+use capture::Capture;
+use serde_json::{Value, json};
+
+fn schema() -> jsonschema::Validator {
+    let text = include_str!("../../../../docs/schemas/capture.schema.json");
+    jsonschema::validator_for(&serde_json::from_str(text).unwrap()).unwrap()
+}
+
+#[test]
+fn a_sound_manifest_fits_the_schema() {
+    assert!(schema().is_valid(&sound_manifest()));
+}
+
+#[test]
+fn what_the_reader_writes_fits_the_schema() {
+    let capture = Capture::open(folder_with(&sound_manifest()).path()).unwrap();
+    assert!(schema().is_valid(&serde_json::to_value(&capture.manifest).unwrap()));
+}
+
+#[test]
+fn schema_and_reader_refuse_the_same() {
+    let schema = schema();
+    let broken: [(&str, Value); 14] = [
+        ("/format", json!("sheaf-capture/2")),
+        ("/camera/width_px", json!(0)),
+        ("/camera/width_px", json!(12.5)),
+        ("/target/kind", json!("circles")),
+        ("/target/inner_rows", json!(1)),
+        ("/target/square_mm", json!(0)),
+        ("/projector/orders", json!([])),
+        ("/projector/orders", json!([1, 1])),
+        ("/projector/orders", json!([21])),
+        ("/poses/0", json!({"laser": "laser/000.png"})),
+        ("/poses/0/board", json!("../x.png")),
+        ("/poses/0/board", json!("/x.png")),
+        ("/stage_views/0/position_mm", json!(null)),
+        ("/scans/0/name", json!("")),
+    ];
+    for (pointer, value) in broken {
+        let manifest = manifest_with(pointer, value.clone());
+        assert!(!schema.is_valid(&manifest), "{pointer} {value}");
+        refusal(folder_with(&manifest).path());
+    }
+}
+
+#[test]
+fn rig_a_fits_the_schema_and_opens() {
+    let Some(rig) = reference::data("rig-a") else { return };
+    let text = std::fs::read_to_string(rig.join("capture.json")).unwrap();
+    let manifest: Value = serde_json::from_str(&text).unwrap();
+    let errors: Vec<String> = schema().iter_errors(&manifest).map(|error| error.to_string()).collect();
+    assert_eq!(errors, Vec::<String>::new());
+    let capture = Capture::open(&rig).unwrap();
+    assert_eq!(capture.warnings, Vec::<String>::new());
+    assert_eq!((capture.manifest.poses.len(), capture.files().len()), (12, 12 * 2 + 5 + 80));
+    let image = capture.image("poses[0].laser", &capture.manifest.poses[0].laser.clone().unwrap()).unwrap();
+    assert_eq!((image.width(), image.height(), image.bit_depth()), (1280, 1024, 8));
+}

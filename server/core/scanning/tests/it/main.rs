@@ -1,0 +1,10 @@
+//! Labels, points and clouds of scans whose truth is known: modelled, rendered here, rendered by others.
+
+#![allow(clippy::unwrap_used)]
+
+mod clouds;
+mod common;
+mod labelling;
+mod one_frame;
+mod rendered;
+mod rig_a_images;

@@ -1,0 +1,112 @@
+//! Labels of lines that were extracted from rendered pictures of clutter: wide lines, blocks just one wrap high.
+//! What this does not show: a calibration that is not the truth.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::common::rendered::{Rendered, block, clutter, crowded};
+use crate::common::rig_a;
+use crate::common::truth_lines::{Score, TruthLine, score};
+use optics::Calibration;
+use rayon::prelude::*;
+use scanning::{ScanFrame, ScanParams, scan_cloud};
+use vision::{CentrelineParams, GreyImage, Pixels, find_centrelines};
+
+/// Share of points with a wrong order that clutter may have.
+const WRONG: f64 = 1e-4;
+/// Share of the visible line columns that must be found there; the extraction leaves out rims and what lies in blobs.
+const RECOVERED: f64 = 0.95;
+
+fn judged(name: &str, frames: &[ScanFrame], calibration: &Calibration, truth: &[Vec<TruthLine>]) -> Score {
+    let start = std::time::Instant::now();
+    let result = scan_cloud(frames, calibration, &ScanParams::default()).unwrap();
+    let took = start.elapsed();
+    let score = score(&result.cloud.points, truth, frames[0].centrelines.direction);
+    eprintln!("{name}: {score}, {:?}, {took:.2?}", result.report.dropped);
+    score
+}
+
+fn judge(scan: &Rendered) -> Score {
+    judged(&scan.name, &scan.frames, &scan.calibration, &scan.truth)
+}
+
+/// The lines of a rig's pictures.
+fn frames_of(folder: &Path, scan: &str) -> Vec<ScanFrame> {
+    let found = rig_a::frames_of(folder, scan).into_par_iter().map(|(path, position_mm)| {
+        let grey = image::open(path).unwrap().into_luma8();
+        let (width, height) = (grey.width() as usize, grey.height() as usize);
+        let image = GreyImage::new(width, height, Pixels::Eight(grey.into_raw())).unwrap();
+        ScanFrame { centrelines: find_centrelines(&image, &CentrelineParams::default()), position_mm }
+    });
+    found.collect()
+}
+
+/// The true lines of every frame, column by column between close rays of one order.
+fn truth_of(folder: &Path, scan: &str, n_frames: usize) -> Vec<Vec<TruthLine>> {
+    let mut rows: BTreeMap<usize, Vec<rig_a::TruthRow>> = rig_a::truth_rows(folder, scan);
+    let of_frame = |frame| {
+        let mut lines = Vec::new();
+        for pair in rows.remove(&frame).unwrap_or_default().windows(2) {
+            let (a, b) = (&pair[0], &pair[1]);
+            let whole = a.0 == b.0 && b.1 > a.1 && b.1 - a.1 < 12.0 && (a.3[2] - b.3[2]).abs() < 2.0;
+            let mut u = a.1.ceil().max(0.0);
+            while whole && u < b.1.min(1280.0) {
+                let across_px = a.2 + (b.2 - a.2) * (u - a.1) / (b.1 - a.1);
+                lines.push(TruthLine { order: a.0, along: u as i64, across_px });
+                u += 1.0;
+            }
+        }
+        lines
+    };
+    (0..n_frames).map(of_frame).collect()
+}
+
+#[test]
+fn clutter_of_blocks_one_wrap_high_has_no_wrong_order() {
+    let Some(folder) = reference::data("rig-b") else { return };
+    let frames = frames_of(&folder, "clutter");
+    let truth = truth_of(&folder, "clutter", frames.len());
+    let score = judged("rig-b", &frames, &rig_a::calibration(&folder), &truth);
+    assert!(score.wrong() <= WRONG, "{score}");
+    assert!(score.recovered() >= RECOVERED, "{score}");
+}
+
+#[test]
+#[ignore = "minutes; a number of seeds from FIRST_SEED to LAST_SEED"]
+fn a_campaign_of_rendered_clutter_has_no_wrong_order() {
+    let number =
+        |name: &str, default: u64| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default);
+    let mut all = Score::default();
+    for seed in number("FIRST_SEED", 1)..=number("LAST_SEED", 30) {
+        all.add(&judge(&clutter(seed)));
+    }
+    eprintln!("all: {all}");
+    assert!(all.wrong() <= WRONG, "{all}");
+}
+
+#[test]
+#[ignore = "minutes; a number of seeds from FIRST_SEED to LAST_SEED"]
+fn a_campaign_of_crowded_scenes_has_no_wrong_order() {
+    let number =
+        |name: &str, default: u64| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default);
+    let mut all = Score::default();
+    for seed in number("FIRST_SEED", 1)..=number("LAST_SEED", 20) {
+        all.add(&judge(&crowded(seed)));
+    }
+    eprintln!("all: {all}");
+    assert!(all.wrong() <= WRONG, "{all}");
+}
+
+#[test]
+#[ignore = "minutes"]
+fn a_campaign_of_single_blocks_has_no_wrong_order() {
+    let mut all = Score::default();
+    for (idx, height_mm) in [25.0, 27.0, 28.0, 29.0, 29.5, 30.0, 30.5, 31.0, 32.0, 34.0].into_iter().enumerate() {
+        for (fwhm_px, y_mm) in [(4.0, -30.0), (6.0, -15.0), (8.0, 15.0), (6.0, 30.0)] {
+            let centre = [10.0 * idx as f64 - 45.0, y_mm];
+            all.add(&judge(&block(idx as u64 + 1, fwhm_px, height_mm, centre, 24)));
+        }
+    }
+    eprintln!("all: {all}");
+    assert!(all.wrong() <= WRONG, "{all}");
+}

@@ -1,0 +1,98 @@
+//! A stopwatch that leaves out how late this machine runs threads that are due: a test holds the product to its time,
+//! and not the machine.
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// Pause between two beats.
+const BEAT: Duration = Duration::from_millis(1);
+
+/// Threads that hand a command on until it shows: caller, station, driver, firmware. Each can be as late as the beat.
+const HANDED_ON: u32 = 4;
+
+/// A thread that wants to run every millisecond, and what it missed.
+struct Heart {
+    begun_at: Instant,
+    /// Nanoseconds from `begun_at` to the newest beat.
+    beaten_at: AtomicU64,
+    /// What all beats together came late, nanoseconds.
+    late: AtomicU64,
+}
+
+/// Measures the product's own time.
+#[derive(Debug, Clone, Copy)]
+pub struct Stopwatch {
+    begun_at: Instant,
+    late_before: Duration,
+}
+
+impl Stopwatch {
+    /// Begins to measure.
+    pub fn start() -> Self {
+        Self { late_before: late(), begun_at: Instant::now() }
+    }
+
+    /// The time since the start without what the machine may have added, which is next to nothing where processors are
+    /// free.
+    pub fn own_time(&self) -> Duration {
+        let elapsed = self.begun_at.elapsed();
+        elapsed.saturating_sub(HANDED_ON * late().saturating_sub(self.late_before))
+    }
+}
+
+/// What beats came late since the process began, the one included that is due.
+fn late() -> Duration {
+    let heart = heart();
+    let since_beat =
+        (heart.begun_at.elapsed()).saturating_sub(Duration::from_nanos(heart.beaten_at.load(Ordering::SeqCst)));
+    Duration::from_nanos(heart.late.load(Ordering::SeqCst)) + lateness_of(since_beat)
+}
+
+/// A beat may be late by its own length: so much is the timer's.
+fn lateness_of(pause: Duration) -> Duration {
+    pause.saturating_sub(2 * BEAT)
+}
+
+fn heart() -> &'static Heart {
+    static HEART: OnceLock<Heart> = OnceLock::new();
+    let mut is_new = false;
+    let heart = HEART.get_or_init(|| {
+        is_new = true;
+        Heart { begun_at: Instant::now(), beaten_at: AtomicU64::new(0), late: AtomicU64::new(0) }
+    });
+    if is_new {
+        std::thread::spawn(move || beat(heart));
+    }
+    heart
+}
+
+fn beat(heart: &'static Heart) {
+    let mut before = heart.begun_at;
+    loop {
+        std::thread::sleep(BEAT);
+        let now = Instant::now();
+        let nanos = |time: Duration| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+        heart.late.fetch_add(nanos(lateness_of(now - before)), Ordering::SeqCst);
+        heart.beaten_at.store(nanos(now - heart.begun_at), Ordering::SeqCst);
+        before = now;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_beats_miss_is_counted_and_a_beat_in_time_is_not() {
+        assert_eq!(lateness_of(BEAT), Duration::ZERO);
+        assert_eq!(lateness_of(30 * BEAT), 28 * BEAT);
+        let (watch, before) = (Stopwatch::start(), late());
+        std::thread::sleep(50 * BEAT);
+        let (own_time, late) = (watch.own_time(), HANDED_ON * (late() - before));
+        assert!(
+            own_time <= watch.begun_at.elapsed() && own_time + late >= 50 * BEAT,
+            "{own_time:?}, late {late:?}"
+        );
+    }
+}

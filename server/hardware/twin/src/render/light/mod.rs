@@ -1,0 +1,8 @@
+//! Where the light of an order falls: its sheet, and what stands in its way.
+
+pub(crate) mod band;
+pub(crate) mod mark;
+pub(crate) mod mesh_light;
+pub(crate) mod sheet_map;
+pub(crate) mod trace;
+pub(crate) mod ways;

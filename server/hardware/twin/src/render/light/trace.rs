@@ -1,0 +1,245 @@
+//! Where a sheet's light can fall: rays are followed forward, and the pixels around their ends looked at.
+//!
+//! On a plane or a gentle hill neighbouring rays end beside each other, and a ray every few pixels will do. Light that
+//! comes near a part's edges is followed more closely than pixels.
+
+use nalgebra::Vector3;
+
+use crate::model::fan::{FINE_STEP_PX, Fan, FanRay};
+use crate::part::mesh::Mesh;
+use crate::part::mesh_corners::PlacedCorners;
+use crate::part::scene::{Ball, NearHit, Plate, Scene};
+use crate::render::light::band::Band;
+use crate::render::light::mark::{ACROSS, COARSE, Landed, Section, enclose, mark_triangle};
+use crate::render::light::mesh_light::MeshLight;
+use crate::render::renderer::Renderer;
+use crate::render::view::laser_image::Placed;
+use crate::render::view::lit_pixels::LitPixels;
+
+/// Places across the sheet like [`ACROSS`], close to edges, at which the last hit must not lie farther from the edge than the margin.
+const FINE_ACROSS: [f64; 9] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// Two hits of neighbouring rays farther apart than this lie on different surfaces, pixels.
+const JUMP_PX: f64 = 48.0;
+
+/// Added around what fine rays show, pixels: more than their spacing, also where they graze the rim of a ball.
+const FINE_MARGIN_PX: f64 = 4.0;
+
+/// How far beyond the rim of a target its plane is followed, and how far inside the light that passes it, in units of
+/// the rays' spacing and the sheet's reach together: at 50° of tilt these appear 1.6 times as long.
+const RIM: f64 = 4.0;
+
+/// Around each ray that is followed to the plate, how far a part must hide that, in units of the rays' spacing and the
+/// sheet's reach together, so that it hides all between: at half of it they touch on a plate across the camera's axis.
+const BETWEEN_RAYS: f64 = 1.0;
+
+/// Side of the cells in which triangles that may cast shadows are kept, pixels at the standoff: about a fine triangle's.
+const CELL_PX: f64 = 4.0;
+
+/// The light of one order on a part of triangles, and a ball around that.
+pub(crate) struct BandOnMesh {
+    pub band: Band,
+    pub ball: Ball,
+}
+
+/// One order's sheet, to be followed into a scene.
+struct Tracer<'r> {
+    renderer: &'r Renderer,
+    fan: &'r Fan,
+}
+
+/// Marks the pixels of `lit` that light of an order may fall on; for a part of triangles, it gathers what may cast shadows.
+pub(crate) fn trace(
+    renderer: &Renderer,
+    scene: Placed<'_>,
+    order_idx: usize,
+    lit: &mut LitPixels,
+    (triangles, placed): (&mut MeshLight, &mut PlacedCorners),
+) -> Option<BandOnMesh> {
+    let tracer = Tracer { renderer, fan: &renderer.fans[order_idx] };
+    match scene.scene {
+        Scene::Plate(plate) => tracer.follow_to_plate(plate, scene, None, lit),
+        Scene::Gauge(gauge) => {
+            tracer.follow_to_plate(&gauge.plate, scene, None, lit);
+            tracer.follow_to_part(scene, lit);
+        }
+        Scene::Sphere(ball) => {
+            tracer.follow_to_plate(&ball.plate, scene, None, lit);
+            tracer.follow_to_part(scene, lit);
+        }
+        Scene::Mesh(mesh) => {
+            tracer.follow_to_plate(&mesh.plate, scene, Some(mesh), lit);
+            return tracer.follow_to_triangles(mesh, scene, lit, (triangles, placed));
+        }
+        Scene::Board(_) => tracer.follow_to_board(scene, lit),
+        Scene::Freeform(_) => tracer.follow_to_hills(scene, lit),
+    }
+    None
+}
+
+impl Tracer<'_> {
+    /// Distance between two [`COARSE`] rays, and the sheet's reach.
+    fn around_ray_mm(&self) -> f64 {
+        self.fan.angles.spacing_mm * f64::from(COARSE) + self.fan.reach_mm
+    }
+
+    /// The plate, without what a part of triangles on it surely hides.
+    fn follow_to_plate(&self, plate: &Plate, scene: Placed<'_>, part: Option<&Mesh>, lit: &mut LitPixels) {
+        let plate = Plate { point_mm: plate.point_mm + scene.moved_mm, ..*plate };
+        let between_mm = BETWEEN_RAYS * self.around_ray_mm();
+        self.follow(lit, scene, |origin, direction| {
+            let hit = plate.hit(origin, direction)?;
+            let landed = self.landed(&(origin + direction * hit.reach), true)?;
+            let hidden =
+                part.is_some_and(|p| p.hides_plate_from(&(origin - scene.moved_mm), direction, between_mm));
+            Some(Landed { hidden, ..landed })
+        });
+    }
+
+    /// The target's plane as far as the target reaches, and the backdrop where light passes it.
+    fn follow_to_board(&self, scene: Placed<'_>, lit: &mut LitPixels) {
+        let Scene::Board(board) = scene.scene else { return };
+        let board = board.moved(&scene.moved_mm);
+        let rim_mm = RIM * self.around_ray_mm();
+        let edge = board.half_mm().add_scalar(board.square_mm);
+        let within = |origin: &Vector3<f64>, direction: &Vector3<f64>, rim_mm: f64| {
+            let (reach, at) = board.plane_hit(origin, direction)?;
+            (at.x.abs() <= edge.x + rim_mm && at.y.abs() <= edge.y + rim_mm).then_some(reach)
+        };
+        self.follow(lit, scene, |origin, direction| {
+            let reach = within(origin, direction, rim_mm)?;
+            self.landed(&(origin + direction * reach), true)
+        });
+        let backdrop_z_mm = board.backdrop_z_mm + scene.moved_mm.z;
+        self.follow(lit, scene, |origin, direction| {
+            if within(origin, direction, -rim_mm).is_some() {
+                return None;
+            }
+            let reach = (backdrop_z_mm - origin.z) / direction.z;
+            self.landed(&(origin + direction * reach), true)
+        });
+    }
+
+    /// Hills are smooth where the bound on their curvature proves that a ray meets them once.
+    fn follow_to_hills(&self, scene: Placed<'_>, lit: &mut LitPixels) {
+        let Scene::Freeform(part) = scene.scene else { return };
+        let mut beside: Option<NearHit> = None;
+        self.follow(lit, scene, |origin, direction| {
+            let origin = origin - scene.moved_mm;
+            let near =
+                beside.and_then(|near| part.hit_from(&origin, direction, near.reach_of(&origin, direction)));
+            let hit = near.or_else(|| part.hit(&origin, direction))?;
+            let point_mm = origin + direction * hit.reach;
+            beside = Some(NearHit { point_mm, normal: hit.normal });
+            self.landed(&(point_mm + scene.moved_mm), near.is_some())
+        });
+    }
+
+    /// Light that comes near a part, ray by ray.
+    fn follow_to_part(&self, scene: Placed<'_>, lit: &mut LitPixels) {
+        let Some(part) = scene.part_ball() else { return };
+        // Only from the middle of the sheet that close can a ray of its thickness come near.
+        let around = Ball { radius_mm: part.radius_mm + self.fan.reach_mm, ..part };
+        let passes = |ray: &FanRay| around.is_near(&ray.origin_mm, &ray.direction);
+        let last = self.fan.angles.last;
+        let close = (-last..=last).filter(|&idx| self.fan.ray(idx).is_some_and(passes));
+        self.follow_closely(close, lit, |origin, direction| {
+            if !part.is_near(origin, direction) {
+                return None;
+            }
+            let hit = scene.hit(origin, direction)?;
+            self.landed(&(origin + direction * hit.reach), false)
+        });
+    }
+
+    /// The triangles that touch the sheet, large ones in pieces.
+    fn follow_to_triangles(
+        &self,
+        mesh: &Mesh,
+        scene: Placed<'_>,
+        lit: &mut LitPixels,
+        (triangles, placed): (&mut MeshLight, &mut PlacedCorners),
+    ) -> Option<BandOnMesh> {
+        let camera = &self.renderer.model.camera;
+        let Fan { order, angles, reach_mm, .. } = *self.fan;
+        let steps = (-angles.last..=angles.last).step_by(COARSE as usize).chain([angles.last]);
+        let cell = CELL_PX * angles.step_rad / FINE_STEP_PX;
+        let ball = scene.part_ball()?;
+        let steps = steps.map(|idx| angles.phi_rad(idx));
+        let band = Band::new(&self.renderer.model.grating, order, steps, reach_mm, &ball, cell)?;
+        placed.turn_to(camera, mesh, &scene.moved_mm);
+        triangles.gather(&band, mesh, &scene.moved_mm, placed, |triangle, seen| {
+            mark_triangle(camera, &band, (triangle, seen), 0, lit);
+        });
+        Some(BandOnMesh { band, ball })
+    }
+
+    /// Follows one of [`COARSE`] rays to a surface, and all of them in `scene` where that is not smooth.
+    fn follow(
+        &self,
+        lit: &mut LitPixels,
+        scene: Placed<'_>,
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
+    ) {
+        let mut previous: Option<(i32, Section)> = None;
+        let last = self.fan.angles.last;
+        let mut idx = -last;
+        loop {
+            let section = self.section(idx, ACROSS, &mut end);
+            if let Some((from, before)) = previous {
+                let smooth = before.iter().chain(&section).flatten().all(|landed| landed.smooth);
+                let hidden = |end: &Option<Landed>| end.is_some_and(|landed| landed.hidden);
+                if smooth {
+                    if !before.iter().chain(&section).all(hidden) {
+                        enclose(&before, &section, lit);
+                    }
+                } else {
+                    self.follow_closely(from..=idx, lit, |origin, direction| {
+                        let hit = scene.hit(origin, direction)?;
+                        self.landed(&(origin + direction * hit.reach), false)
+                    });
+                }
+            }
+            if idx == last {
+                break;
+            }
+            previous = Some((idx, section));
+            idx = (idx + COARSE).min(last);
+        }
+    }
+
+    fn follow_closely(
+        &self,
+        angles: impl Iterator<Item = i32>,
+        lit: &mut LitPixels,
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
+    ) {
+        for idx in angles {
+            let mut previous: Option<[f64; 2]> = None;
+            for landed in self.section(idx, FINE_ACROSS, &mut end) {
+                let pixel = landed.map(|landed| landed.pixel);
+                if let Some(pixel) = pixel {
+                    let near = |p: &[f64; 2]| (p[0] - pixel[0]).abs().max((p[1] - pixel[1]).abs()) < JUMP_PX;
+                    lit.add_rectangle(previous.filter(near).unwrap_or(pixel), pixel, FINE_MARGIN_PX);
+                }
+                previous = pixel;
+            }
+        }
+    }
+
+    /// The rays of the whole thickness of the sheet at a fan angle.
+    fn section<const N: usize>(
+        &self,
+        idx: i32,
+        places: [f64; N],
+        mut end: impl FnMut(&Vector3<f64>, &Vector3<f64>) -> Option<Landed>,
+    ) -> [Option<Landed>; N] {
+        let Some(FanRay { origin_mm, direction, across_mm }) = self.fan.ray(idx) else { return [None; N] };
+        places.map(|place| end(&(origin_mm + across_mm * place), direction))
+    }
+
+    fn landed(&self, point_mm: &Vector3<f64>, smooth: bool) -> Option<Landed> {
+        let pixel = self.renderer.model.camera.project(point_mm)?;
+        Some(Landed { pixel: [pixel.x, pixel.y], smooth, hidden: false })
+    }
+}

@@ -1,0 +1,118 @@
+//! Ordinary light on a scene: the target at normal exposure, or what ambient light adds to a laser image.
+
+use nalgebra::{Matrix2, Vector2, Vector3};
+
+use crate::params::{
+    BACKDROP_REFLECTANCE, EDGE_SAMPLES, ILLUMINATION_GRADIENT, MAP_STEP_PX, VIGNETTING, WHITE_REFLECTANCE,
+};
+use crate::part::board::Board;
+use crate::part::scene::Scene;
+use crate::render::renderer::Renderer;
+use crate::render::view::laser_image::Placed;
+use crate::render::view::lit_pixels::{LitPixels, WORD_PX};
+use crate::render::view::seen::{MeshMemory, Seen, View};
+
+/// Rows that are prepared together: few enough to stay in a processor's cache.
+const BAND_PX: usize = 32;
+
+/// Most that lens distortion stretches the ray of a pixel, with room to spare.
+const LENS_STRETCH: f64 = 1.3;
+
+/// Light of a whole picture before lens blur: `white_level` (of 255) on white at the picture's centre.
+pub(crate) fn ordinary_light(
+    renderer: &Renderer,
+    scene: Placed<'_>,
+    white_level: f64,
+    memory: &mut MeshMemory,
+) -> Vec<f32> {
+    let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
+    let (mut view, mut seen) = (View::new(scene, memory), Seen::nothing());
+    let mut levels = vec![0.0; width * height];
+    let mut band = LitPixels::none(width, height);
+    for (v, row) in levels.chunks_exact_mut(width).enumerate() {
+        if v % BAND_PX == 0 {
+            let last = (v + BAND_PX - 1).min(height - 1);
+            band.clear();
+            band.add_rectangle([0.0, v as f64], [width as f64, last as f64], 0.0);
+            view.look_at(renderer, &band);
+        }
+        for (word, stretch) in row.chunks_mut(WORD_PX).enumerate() {
+            let (u, n) = (word * WORD_PX, stretch.len().next_multiple_of(MAP_STEP_PX));
+            renderer.rays.read(u, v, seen.rays_mut(n));
+            if !matches!(scene.scene, Scene::Board(_)) {
+                view.see(u, v, n, &mut seen);
+            }
+            for (lane, slot) in stretch.iter_mut().enumerate() {
+                let reflectance = seen_reflectance(renderer, scene, &seen, lane);
+                *slot =
+                    (white_level / WHITE_REFLECTANCE * reflectance * illumination(renderer, u + lane, v)) as f32;
+            }
+        }
+    }
+    levels
+}
+
+/// Light on the scene around a pixel against the picture's centre: a smooth gradient and vignetting.
+fn illumination(renderer: &Renderer, u: usize, v: usize) -> f64 {
+    let (width, height) = (renderer.model.camera.width_px as f64, renderer.model.camera.height_px as f64);
+    let at = Vector2::new(2.0 * u as f64 / width - 1.0, 2.0 * v as f64 / height - 1.0);
+    (1.0 + ILLUMINATION_GRADIENT * renderer.brighter_side.dot(&at)) * (1.0 - VIGNETTING / 2.0 * at.norm_squared())
+}
+
+/// Mean reflectance of what a pixel sees.
+fn seen_reflectance(renderer: &Renderer, scene: Placed<'_>, seen: &Seen, lane: usize) -> f64 {
+    let ray = seen.ray(lane);
+    if let Scene::Board(board) = scene.scene {
+        return board_reflectance(renderer, &board.moved(&scene.moved_mm), &ray);
+    }
+    if seen.reach[lane].is_nan() { 0.0 } else { seen.reflectance[lane] * -seen.normal(lane).dot(&ray.normalize()) }
+}
+
+/// One sample where the target is plain around the pixel, a square of samples with soft edges elsewhere.
+fn board_reflectance(renderer: &Renderer, board: &Board, ray: &Vector3<f64>) -> f64 {
+    let Some((reach, at)) = board.plane_hit(&Vector3::zeros(), ray) else { return BACKDROP_REFLECTANCE };
+    if !board.edge_within(&at, &widest_pixel_mm(renderer, board, ray, reach)) {
+        return mixed_reflectance(board, &at, &Vector2::repeat(f64::MIN_POSITIVE));
+    }
+    let Some(by_pixel) = board_by_pixel(renderer, board, ray) else { return BACKDROP_REFLECTANCE };
+    let span = Vector2::new(by_pixel.row(0).abs().sum(), by_pixel.row(1).abs().sum());
+    if !board.edge_within(&at, &span) {
+        return mixed_reflectance(board, &at, &span);
+    }
+    let n = EDGE_SAMPLES as f64;
+    let offset = |idx: usize| (idx as f64 + 0.5) / n - 0.5;
+    let samples = (0..EDGE_SAMPLES * EDGE_SAMPLES).map(|idx| {
+        let step = by_pixel * Vector2::new(offset(idx % EDGE_SAMPLES), offset(idx / EDGE_SAMPLES));
+        mixed_reflectance(board, &(at + step), &(span / n))
+    });
+    samples.sum::<f64>() / (n * n)
+}
+
+/// Reflectance of the board and of the backdrop beside it, by their shares of a small area.
+fn mixed_reflectance(board: &Board, at: &Vector2<f64>, span: &Vector2<f64>) -> f64 {
+    let (reflectance, share) = board.blurred_reflectance(at, span);
+    BACKDROP_REFLECTANCE + (reflectance - BACKDROP_REFLECTANCE) * share
+}
+
+/// What a pixel covers of the board at most, along x and y: a quick bound that spares most pixels the exact span.
+fn widest_pixel_mm(renderer: &Renderer, board: &Board, ray: &Vector3<f64>, reach: f64) -> Vector2<f64> {
+    let camera = &renderer.model.camera;
+    let steepness = board.axes.column(2).dot(ray).abs();
+    let ray_step = LENS_STRETCH * 2.0 / camera.fx_px.min(camera.fy_px);
+    Vector2::repeat(ray_step * reach * (1.0 + ray.norm() / steepness))
+}
+
+/// d(x, y on the board) / d(u, v), mm/px.
+fn board_by_pixel(renderer: &Renderer, board: &Board, ray: &Vector3<f64>) -> Option<Matrix2<f64>> {
+    let ideal_by_pixel = renderer.model.camera.pixel_by_ideal(&ray.xy()).try_inverse()?;
+    let normal = board.axes.column(2);
+    let steepness = normal.dot(ray);
+    let reach = normal.dot(&board.centre_mm) / steepness;
+    // X = λ·D with n·X fixed: dX = λ·(dD − D·(n·dD)/(n·D)).
+    let column = |axis: usize| {
+        let ray_step = Vector3::new(ideal_by_pixel[(0, axis)], ideal_by_pixel[(1, axis)], 0.0);
+        let point_step = (ray_step - ray * (normal.dot(&ray_step) / steepness)) * reach;
+        Vector2::new(board.axes.column(0).dot(&point_step), board.axes.column(1).dot(&point_step))
+    };
+    Some(Matrix2::from_columns(&[column(0), column(1)]))
+}

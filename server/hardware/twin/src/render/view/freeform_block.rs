@@ -1,0 +1,227 @@
+//! Hills seen along a stretch of a picture's row: Newton steps from the tangent planes of the row above.
+
+use multiversion::multiversion;
+use nalgebra::Vector3;
+
+use crate::params::PART_REFLECTANCE;
+use crate::part::freeform::{Freeform, Hill};
+use crate::render::view::block::{Block, NOTHING, exp};
+use crate::render::view::lit_pixels::WORD_PX;
+use crate::render::view::seen::Seen;
+
+/// Newton steps from a guess; from the tangent plane of the row above two suffice, from the bare plate five.
+const MAX_STEPS: usize = 8;
+
+/// Height above the surface, mm, from which one last step along the tangent plane ends within 1e-15 mm of it.
+const LAST_STEP_MM: f64 = 1e-7;
+
+/// The hits of the row above, word by word.
+#[derive(Debug, Default)]
+pub(crate) struct Above {
+    words: Vec<AboveWord>,
+}
+
+/// Tangent planes normal · X = offset.
+#[derive(Debug, Clone)]
+struct AboveWord {
+    row: usize,
+    normal: [Block; 3],
+    offset: Block,
+}
+
+/// Rays in the plate's frame and the surface under their present ends.
+struct Search {
+    from: Vector3<f64>,
+    way: [Block; 3],
+    at: [Block; 2],
+    height: Block,
+    slope: [Block; 2],
+}
+
+impl Above {
+    /// [`crate::render::view::seen::View::see`] of hills.
+    pub(crate) fn see(
+        &mut self,
+        part: &Freeform,
+        moved: &Vector3<f64>,
+        (u, v): (usize, usize),
+        n: usize,
+        seen: &mut Seen,
+    ) {
+        let (word, first) = (u / WORD_PX, u % WORD_PX);
+        if self.words.len() <= word {
+            let nothing = AboveWord { row: usize::MAX, normal: [NOTHING; 3], offset: NOTHING };
+            self.words.resize(word + 1, nothing);
+        }
+        let above = &mut self.words[word];
+        if above.row.checked_add(1) != Some(v) {
+            above.offset = NOTHING;
+        }
+        above.row = v;
+        let plate_offset = part.plate.normal().dot(&(part.plate.point_mm + moved));
+        guess(above, first, &part.plate.normal(), plate_offset, n, seen);
+        let from = part.plate.local(&(-moved - part.plate.point_mm));
+        let mut search =
+            Search { from, way: [NOTHING; 3], at: [NOTHING; 2], height: NOTHING, slope: [NOTHING; 2] };
+        descend(part, n, &mut search, seen);
+        for lane in 0..n {
+            if seen.reach[lane].is_nan() {
+                match part.hit(&-moved, &seen.ray(lane)) {
+                    Some(hit) => seen.put(lane, hit.reach, &hit.normal, hit.reflectance),
+                    None => continue,
+                }
+            }
+        }
+        above.keep(first, n, seen);
+    }
+}
+
+impl AboveWord {
+    fn keep(&mut self, first: usize, n: usize, seen: &Seen) {
+        self.offset[..first].fill(f64::NAN);
+        self.offset[first + n..].fill(f64::NAN);
+        for lane in 0..n {
+            let normal = seen.normal(lane);
+            self.offset[first + lane] = normal.dot(&seen.ray(lane)) * seen.reach[lane];
+            (0..3).for_each(|axis| self.normal[axis][first + lane] = normal[axis]);
+        }
+    }
+}
+
+/// Reaches to the tangent planes above, or to the plate where there are none.
+#[multiversion(targets("x86_64+avx2"))]
+fn guess(
+    above: &AboveWord,
+    first: usize,
+    plate_normal: &Vector3<f64>,
+    plate_offset_mm: f64,
+    n: usize,
+    seen: &mut Seen,
+) {
+    let [nx, ny, nz] = above.normal.each_ref().map(|axis| &axis[first..first + n]);
+    let offset = &above.offset[first..first + n];
+    let Seen { rays: [x, y], reach, .. } = seen;
+    let (x, y, reach) = (&x[..n], &y[..n], &mut reach[..n]);
+    for lane in 0..n {
+        let tangent = offset[lane] / (nx[lane] * x[lane] + ny[lane] * y[lane] + nz[lane]);
+        let plate = plate_offset_mm / (plate_normal.x * x[lane] + plate_normal.y * y[lane] + plate_normal.z);
+        reach[lane] = if tangent > 0.0 { tangent } else { plate };
+    }
+}
+
+/// Newton steps for all rays at once; reaches become not a number where they do not converge or where the bound on the
+/// curvature does not prove that the ray meets nothing before ([`Freeform::hit_from`] is the same for one ray).
+#[multiversion(targets("x86_64+avx2"))]
+fn descend(part: &Freeform, n: usize, search: &mut Search, seen: &mut Seen) {
+    let Search { from, way, at, height, slope } = search;
+    let [wx, wy, wz] = way.each_mut().map(|axis| &mut axis[..n]);
+    let [ax, ay] = at.each_mut().map(|axis| &mut axis[..n]);
+    let [sx, sy] = slope.each_mut().map(|axis| &mut axis[..n]);
+    let (height, reach) = (&mut height[..n], &mut seen.reach[..n]);
+    let [x, y] = seen.rays.each_ref().map(|axis| &axis[..n]);
+    let axes = &part.plate.axes;
+    for (axis, way) in [&mut *wx, &mut *wy, &mut *wz].into_iter().enumerate() {
+        turn([axes[(0, axis)], axes[(1, axis)], axes[(2, axis)]], x, y, way);
+    }
+    for _ in 0..MAX_STEPS {
+        advance(from.x, wx, reach, ax);
+        advance(from.y, wy, reach, ay);
+        for slot in [&mut *height, &mut *sx, &mut *sy] {
+            slot.fill(0.0);
+        }
+        for hill in &part.hills {
+            add_hill(hill, ax, ay, height, sx, sy);
+        }
+        if step(from.z, [wx, wy, wz], [sx, sy], height, reach) == 0 {
+            break;
+        }
+    }
+    let ([nx, ny, nz], reflectance) = (&mut seen.normal, &mut seen.reflectance[..n]);
+    keep_proven(part, from.z, [wx, wy, wz], [sx, sy], height, reach);
+    for (axis, normal) in [nx, ny, nz].into_iter().enumerate() {
+        lean([axes[(axis, 0)], axes[(axis, 1)], axes[(axis, 2)]], sx, sy, &mut normal[..n]);
+    }
+    reflectance.fill(PART_REFLECTANCE);
+}
+
+/// One component of the rays (x, y, 1) in the plate's frame.
+#[inline(always)]
+fn turn(axis: [f64; 3], x: &[f64], y: &[f64], way: &mut [f64]) {
+    for ((way, x), y) in way.iter_mut().zip(x).zip(y) {
+        *way = axis[0] * x + axis[1] * y + axis[2];
+    }
+}
+
+#[inline(always)]
+fn advance(from: f64, way: &[f64], reach: &[f64], at: &mut [f64]) {
+    for ((at, way), reach) in at.iter_mut().zip(way).zip(reach) {
+        *at = from + way * reach;
+    }
+}
+
+/// Adds a hill to the heights and slopes at places (x, y), as [`Freeform::height_mm`] does for one; far
+/// from it, where that leaves it out, 1e-14 mm remain.
+#[inline(always)]
+fn add_hill(hill: &Hill, x: &[f64], y: &[f64], height: &mut [f64], slope_x: &mut [f64], slope_y: &mut [f64]) {
+    let curvature = 1.0 / (hill.sigma_mm * hill.sigma_mm);
+    let n = x.len();
+    let (y, height, slope_x, slope_y) = (&y[..n], &mut height[..n], &mut slope_x[..n], &mut slope_y[..n]);
+    for lane in 0..n {
+        let (dx, dy) = (x[lane] - hill.at_mm[0], y[lane] - hill.at_mm[1]);
+        let exponent = (dx * dx + dy * dy) * curvature / 2.0;
+        let part = hill.height_mm * exp(-exponent);
+        height[lane] += part;
+        slope_x[lane] -= part * dx * curvature;
+        slope_y[lane] -= part * dy * curvature;
+    }
+}
+
+/// One Newton step of every ray; turns the surface's heights into the rays' heights above it, and counts those that were
+/// too high for the step to be the last.
+#[inline(always)]
+fn step(from_z: f64, way: [&[f64]; 3], slope: [&[f64]; 2], height: &mut [f64], reach: &mut [f64]) -> u64 {
+    let n = reach.len();
+    let ([wx, wy, wz], [sx, sy]) = (way.map(|axis| &axis[..n]), slope.map(|axis| &axis[..n]));
+    let height = &mut height[..n];
+    let mut high = 0;
+    for lane in 0..n {
+        let above = from_z + wz[lane] * reach[lane] - height[lane];
+        let closing = sx[lane] * wx[lane] + sy[lane] * wy[lane] - wz[lane];
+        reach[lane] += above / closing;
+        height[lane] = above;
+        high += u64::from(above.abs() >= LAST_STEP_MM);
+    }
+    high
+}
+
+/// Puts no number where the bound on the curvature does not prove the hit to be the first (`Freeform::surely_free`).
+#[inline(always)]
+fn keep_proven(
+    part: &Freeform,
+    from_z: f64,
+    way: [&[f64]; 3],
+    slope: [&[f64]; 2],
+    above: &[f64],
+    reach: &mut [f64],
+) {
+    let n = reach.len();
+    let ([wx, wy, wz], [sx, sy]) = (way.map(|axis| &axis[..n]), slope.map(|axis| &axis[..n]));
+    let above = &above[..n];
+    for lane in 0..n {
+        let closing = sx[lane] * wx[lane] + sy[lane] * wy[lane] - wz[lane];
+        let to_ceiling = (part.ceiling_mm - (from_z + wz[lane] * reach[lane])) / -wz[lane];
+        let behind = if to_ceiling < reach[lane] { to_ceiling } else { reach[lane] };
+        let across = wx[lane] * wx[lane] + wy[lane] * wy[lane];
+        let free = (wz[lane] < 0.0) & (closing > 0.0) & (part.curvature * across * behind < 2.0 * closing);
+        let met = free & (above[lane].abs() < LAST_STEP_MM) & (reach[lane] > 0.0);
+        reach[lane] = if met { reach[lane] } else { f64::NAN };
+    }
+}
+
+/// One component of the unit normals in the camera frame.
+#[inline(always)]
+fn lean(axis: [f64; 3], slope_x: &[f64], slope_y: &[f64], normal: &mut [f64]) {
+    for ((normal, sx), sy) in normal.iter_mut().zip(slope_x).zip(slope_y) {
+        *normal = (axis[2] - axis[0] * sx - axis[1] * sy) / (1.0 + sx * sx + sy * sy).sqrt();
+    }
+}

@@ -1,0 +1,10 @@
+//! What the pixels of the camera see, and how much light comes from there.
+
+pub(crate) mod ball_block;
+pub(crate) mod block;
+pub(crate) mod board_image;
+pub(crate) mod freeform_block;
+pub(crate) mod laser_image;
+pub(crate) mod lit_pixels;
+pub(crate) mod mesh_view;
+pub(crate) mod seen;

@@ -1,0 +1,260 @@
+//! What the camera sees of a scene along a stretch of a picture's row, many pixels at a time.
+
+use multiversion::multiversion;
+use nalgebra::Vector3;
+
+use crate::params::{BACKDROP_REFLECTANCE, BLACK_REFLECTANCE, PART_REFLECTANCE, WHITE_REFLECTANCE};
+use crate::part::board::Board;
+use crate::part::mesh_corners::PlacedCorners;
+use crate::part::scene::{Ball, Plate, Scene};
+use crate::render::light::mesh_light::{MeshLight, blocked_ways};
+use crate::render::light::trace::{BandOnMesh, trace};
+use crate::render::light::ways::Ways;
+use crate::render::renderer::Renderer;
+use crate::render::view::ball_block::{rays_near, see_ball, ways_beside_ball, ways_near};
+use crate::render::view::block::{Block, NOTHING, floor};
+use crate::render::view::freeform_block::Above;
+use crate::render::view::laser_image::Placed;
+use crate::render::view::lit_pixels::{LitPixels, WORD_PX, lanes};
+use crate::render::view::mesh_view::MeshView;
+
+/// Surfaces that the camera's rays (x, y, 1) meet first, from the camera, which is the origin.
+#[derive(Debug, Clone)]
+pub(crate) struct Seen {
+    /// x and y of the rays.
+    pub rays: [Block; 2],
+    /// The hit is reach · ray; not a number where a pixel sees nothing.
+    pub reach: Block,
+    /// Unit normals, out of the material.
+    pub normal: [Block; 3],
+    /// Shares of the light that a white, matt surface would send back.
+    pub reflectance: Block,
+    /// Which triangles of a part they are, if [`NO_TRIANGLE`] does not say that they are none.
+    pub triangle: [u32; WORD_PX],
+}
+
+/// No triangle.
+pub(crate) const NO_TRIANGLE: u32 = u32::MAX;
+
+impl Seen {
+    pub(crate) fn nothing() -> Self {
+        Self {
+            rays: [NOTHING; 2],
+            reach: NOTHING,
+            normal: [NOTHING; 3],
+            reflectance: NOTHING,
+            triangle: [NO_TRIANGLE; WORD_PX],
+        }
+    }
+
+    pub(crate) fn rays_mut(&mut self, n: usize) -> [&mut [f64]; 2] {
+        self.rays.each_mut().map(|axis| &mut axis[..n])
+    }
+
+    pub(crate) fn ray(&self, lane: usize) -> Vector3<f64> {
+        Vector3::new(self.rays[0][lane], self.rays[1][lane], 1.0)
+    }
+
+    pub(crate) fn normal(&self, lane: usize) -> Vector3<f64> {
+        Vector3::new(self.normal[0][lane], self.normal[1][lane], self.normal[2][lane])
+    }
+
+    /// The point that a pixel sees.
+    #[inline]
+    fn point(&self, lane: usize) -> Vector3<f64> {
+        self.ray(lane) * self.reach[lane]
+    }
+
+    /// Which of the pixels `bits` see a triangle of a part.
+    fn on_part(&self, bits: u64) -> u64 {
+        lanes(bits).fold(0, |on_part, lane| on_part | u64::from(self.triangle[lane] != NO_TRIANGLE) << lane)
+    }
+
+    /// Turns the surface that a pixel sees.
+    #[inline]
+    pub(crate) fn turn(&mut self, lane: usize, normal: &Vector3<f64>) {
+        (0..3).for_each(|axis| self.normal[axis][lane] = normal[axis]);
+    }
+
+    /// Puts another surface before a pixel.
+    pub(crate) fn put(&mut self, lane: usize, reach: f64, normal: &Vector3<f64>, reflectance: f64) {
+        self.reach[lane] = reach;
+        self.turn(lane, normal);
+        self.reflectance[lane] = reflectance;
+    }
+}
+
+/// Memory in which parts of triangles are seen again and again.
+#[derive(Debug, Default)]
+pub(crate) struct MeshMemory {
+    view: MeshView,
+    light: MeshLight,
+    placed: PlacedCorners,
+    ways: Ways,
+}
+
+/// A scene prepared for many stretches of one picture.
+pub(crate) struct View<'s> {
+    scene: Placed<'s>,
+    part: Option<Ball>,
+    above: Above,
+    memory: &'s mut MeshMemory,
+    band: Option<BandOnMesh>,
+    words_per_row: usize,
+}
+
+impl<'s> View<'s> {
+    pub(crate) fn new(scene: Placed<'s>, memory: &'s mut MeshMemory) -> Self {
+        Self { scene, part: scene.part_ball(), above: Above::default(), memory, band: None, words_per_row: 0 }
+    }
+
+    /// Marks the pixels of `lit` that light of an order may fall on, and finds the triangles that may stand in it.
+    pub(crate) fn shine_on(&mut self, renderer: &Renderer, order_idx: usize, lit: &mut LitPixels) {
+        let MeshMemory { light, placed, .. } = &mut *self.memory;
+        self.band = trace(renderer, self.scene, order_idx, lit, (light, placed));
+    }
+
+    /// Makes ready to see the words that hold the set `lit`; wanted before any is seen.
+    pub(crate) fn look_at(&mut self, renderer: &Renderer, lit: &LitPixels) {
+        self.words_per_row = lit.words_per_row();
+        if let Scene::Mesh(mesh) = self.scene.scene {
+            let MeshMemory { view, placed, .. } = &mut *self.memory;
+            view.draw(renderer, mesh, &self.scene.moved_mm, lit, placed);
+        }
+    }
+
+    /// Fills in the first `n` rays of a stretch that begins at column `u` of row `v`.
+    pub(crate) fn aim(&self, renderer: &Renderer, u: usize, v: usize, n: usize, seen: &mut Seen) {
+        match self.scene.scene {
+            Scene::Mesh(_) => self.memory.view.aim(self.words_per_row, (u, v), n, seen),
+            _ => renderer.rays.read(u, v, seen.rays_mut(n)),
+        }
+    }
+
+    /// Fills in what the first `n` rays of a stretch meet, which begins at column `u` of row `v`.
+    pub(crate) fn see(&mut self, u: usize, v: usize, n: usize, seen: &mut Seen) {
+        let moved = &self.scene.moved_mm;
+        match self.scene.scene {
+            Scene::Board(board) => see_board(&board.moved(moved), board.backdrop_z_mm + moved.z, n, seen),
+            Scene::Plate(plate) => see_plate(plate, moved, n, seen),
+            Scene::Gauge(gauge) => {
+                see_plate(&gauge.plate, moved, n, seen);
+                let near = self.part.map_or(0, |part| rays_near(&part, &seen.rays, n));
+                lanes(near).for_each(|lane| self.see_one(lane, seen));
+            }
+            Scene::Sphere(ball) => {
+                see_plate(&ball.plate, moved, n, seen);
+                let near = self.part.map_or(0, |part| rays_near(&part, &seen.rays, n));
+                if near != 0 {
+                    see_ball(ball, moved, n, near, seen);
+                }
+            }
+            Scene::Freeform(part) => self.above.see(part, moved, (u, v), n, seen),
+            Scene::Mesh(mesh) => {
+                see_plate(&mesh.plate, moved, n, seen);
+                self.memory.view.see(mesh, self.words_per_row, (u, v), n, seen);
+            }
+        }
+    }
+
+    /// Which of the pixels `bits` (from 0) of a stretch of `n` light from `source` reaches: points on the lit side of their
+    /// surfaces.
+    pub(crate) fn lights(&mut self, source: &[Block; 3], seen: &Seen, n: usize, bits: u64) -> u64 {
+        let (mut lit, mut unknown) = (0, bits);
+        if let (Scene::Mesh(mesh), Some(BandOnMesh { band, ball })) = (self.scene.scene, &self.band) {
+            let MeshMemory { light, ways, .. } = &mut *self.memory;
+            ways.turn(mesh, &self.scene.moved_mm, source, seen, n);
+            let on_part = seen.on_part(bits);
+            for (bits, is_part) in [(on_part, true), (bits & !on_part, false)] {
+                if bits != 0 && ways.surely_free(mesh.cover(), seen, is_part, n) {
+                    lit |= bits;
+                }
+            }
+            let to_follow = bits & !lit;
+            if to_follow == 0 {
+                return lit;
+            }
+            ways.follow(band, ball, source, seen, n);
+            let near = lanes(to_follow).fold(0, |near, lane| near | u64::from(ways.is_near(lane)) << lane);
+            let blocked;
+            (blocked, unknown) = blocked_ways(light, band, &mesh.solid, ways, &seen.triangle, near);
+            lit |= to_follow & !blocked & !unknown;
+        }
+        lit | self.lights_of_unknown(source, seen, n, unknown)
+    }
+
+    /// The same, with nothing known: a plate has nothing in its light but the part.
+    fn lights_of_unknown(&self, source: &[Block; 3], seen: &Seen, n: usize, unknown: u64) -> u64 {
+        if unknown == 0 || matches!(self.scene.scene, Scene::Plate(_)) {
+            return unknown;
+        }
+        let near = self.part.map_or(u64::MAX, |part| ways_near(&part, source, seen, n)) & unknown;
+        let beside = match self.scene.scene {
+            Scene::Sphere(ball) if near != 0 => {
+                near & ways_beside_ball(ball, &self.scene.moved_mm, source, seen, n)
+            }
+            _ => lanes(near).fold(0, |lit, lane| lit | u64::from(self.lights_one(source, seen, lane)) << lane),
+        };
+        unknown & !near | beside
+    }
+
+    /// The same for one pixel.
+    #[inline]
+    fn lights_one(&self, source: &[Block; 3], seen: &Seen, lane: usize) -> bool {
+        let from = Vector3::new(source[0][lane], source[1][lane], source[2][lane]);
+        self.scene.lights(&from, &seen.point(lane), &seen.normal(lane))
+    }
+
+    fn see_one(&self, lane: usize, seen: &mut Seen) {
+        match self.scene.hit(&Vector3::zeros(), &seen.ray(lane)) {
+            Some(hit) => seen.put(lane, hit.reach, &hit.normal, hit.reflectance),
+            None => seen.reach[lane] = f64::NAN,
+        }
+    }
+}
+
+fn see_plate(plate: &Plate, moved: &Vector3<f64>, n: usize, seen: &mut Seen) {
+    let normal = plate.normal();
+    see_plane(&normal, normal.dot(&(plate.point_mm + moved)), n, seen);
+}
+
+/// The plane of all points X with normal · X = `offset_mm`.
+#[multiversion(targets("x86_64+avx2"))]
+fn see_plane(normal: &Vector3<f64>, offset_mm: f64, n: usize, seen: &mut Seen) {
+    let [x, y] = &seen.rays;
+    for ((reach, x), y) in seen.reach[..n].iter_mut().zip(x).zip(y) {
+        let met = offset_mm / (normal.x * x + normal.y * y + normal.z);
+        *reach = if met > 0.0 && met < f64::INFINITY { met } else { f64::NAN };
+    }
+    for (axis, block) in seen.normal.iter_mut().enumerate() {
+        block[..n].fill(normal[axis]);
+    }
+    seen.reflectance[..n].fill(PART_REFLECTANCE);
+}
+
+/// The board, or the backdrop behind it.
+#[multiversion(targets("x86_64+avx2"))]
+fn see_board(board: &Board, backdrop_z_mm: f64, n: usize, seen: &mut Seen) {
+    let [across, down, normal] = [0, 1, 2].map(|axis| board.axes.column(axis).into_owned());
+    let (half, inner) = (board.half_mm(), [board.inner_columns as f64, board.inner_rows as f64]);
+    let (square, centre) = (board.square_mm, board.centre_mm);
+    let offset = normal.dot(&centre);
+    let Seen { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = seen;
+    for lane in 0..n.min(x.len()) {
+        let met = offset / (normal.x * x[lane] + normal.y * y[lane] + normal.z);
+        let at = [x[lane] * met - centre.x, y[lane] * met - centre.y, met - centre.z];
+        let a = across.x * at[0] + across.y * at[1] + across.z * at[2];
+        let b = down.x * at[0] + down.y * at[1] + down.z * at[2];
+        let on_board = (met > 0.0) & (a.abs() <= half.x + square) & (b.abs() <= half.y + square);
+        let (column, row) = (floor((a + half.x) / square), floor((b + half.y) / square));
+        let inside = (column >= 0.0) & (column <= inner[0]) & (row >= 0.0) & (row <= inner[1]);
+        let squares = column + row;
+        let black = inside & (squares - 2.0 * floor(squares / 2.0) < 0.5);
+        let board_reflectance = if black { BLACK_REFLECTANCE } else { WHITE_REFLECTANCE };
+        reach[lane] = if on_board { met } else { backdrop_z_mm };
+        nx[lane] = if on_board { -normal.x } else { 0.0 };
+        ny[lane] = if on_board { -normal.y } else { 0.0 };
+        nz[lane] = if on_board { -normal.z } else { -1.0 };
+        reflectance[lane] = if on_board { board_reflectance } else { BACKDROP_REFLECTANCE };
+    }
+}

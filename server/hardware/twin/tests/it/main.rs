@@ -1,0 +1,9 @@
+//! The simulated station against its own truth, other renderers' conventions and the devices' contract.
+
+#![allow(clippy::unwrap_used)]
+
+mod conventions;
+mod live;
+mod mesh;
+mod recording;
+mod stations;

@@ -1,0 +1,55 @@
+//! What tests need that is no part of the repository: the reference data and a Python with the checks' packages.
+//!
+//! A test that lacks its part ends at once and counts as passed by the test runner, so it is noted here as *not run*:
+//! on stderr, and in the file that `SHEAF_NOT_RUN` names, from where `cargo xtask test` repeats it in its last lines.
+//! Only tests may import this crate.
+
+use std::fs::OpenOptions;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// The file that collects the tests that were not run.
+const NOT_RUN: &str = "SHEAF_NOT_RUN";
+
+/// `part` of the reference data, such as `rig-a` or `real/ciclop`, below `SHEAF_DATA` or, without that, below
+/// `../shared/data` beside the repository.
+///
+/// Returns `None` where it is absent: the calling test is then noted as not run and must end.
+pub fn data(part: &str) -> Option<PathBuf> {
+    let default = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder = std::env::var_os("SHEAF_DATA").map_or_else(default, PathBuf::from).join(part);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    not_run(&format!("{part} is not in the reference data; set SHEAF_DATA"));
+    None
+}
+
+/// The Python that `SHEAF_TEST_PYTHON` names, with the packages of `server/cli/tests/requirements.txt`.
+///
+/// Returns `None` where there is none: the calling test is then noted as not run and must end.
+pub fn python() -> Option<PathBuf> {
+    let python = std::env::var_os("SHEAF_TEST_PYTHON").map(PathBuf::from);
+    if python.is_none() {
+        not_run("SHEAF_TEST_PYTHON names no Python; cargo xtask test sets it");
+    }
+    python
+}
+
+/// Notes the calling test as not run. The test is known by the name of its thread, so this must be called on it.
+fn not_run(reason: &str) {
+    let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();
+    let thread = std::thread::current();
+    let line = format!("{package} {}: {reason}\n", thread.name().unwrap_or("(unnamed)"));
+    eprint!("NOT RUN: {line}");
+    if let Some(file) = std::env::var_os(NOT_RUN) {
+        let written = OpenOptions::new()
+            .create(true)
+            .append(true)
+            .open(&file)
+            .and_then(|mut file| file.write_all(line.as_bytes()));
+        if let Err(error) = written {
+            panic!("{NOT_RUN} names {}, which cannot be written: {error}", Path::new(&file).display());
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! `cargo xtask test`: every check, side by side where they do not need the same thing, and what was not run.
+
+use std::collections::BTreeSet;
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use crate::command::{Outcome, cargo, run, say, side_by_side, succeeds, target_folder, title};
+use crate::docker_check::docker_check;
+use crate::page::{check_page, ensure_page, test_in_browser};
+use crate::steps::is_root;
+use crate::tools::ensure_python;
+
+/// Lines of the test runner repeated at the very end, where a person looks first.
+const CLOSING_LINES: usize = 3;
+
+/// Every check. What needs cargo's build folder is one row, the page's checks and Python run beside it; tests have the
+/// machine to themselves, since some of them hold promised times.
+pub fn test() -> Outcome {
+    let started = Instant::now();
+    ensure_component("fmt", "rustfmt")?;
+    ensure_component("clippy", "clippy")?;
+    run("format", &mut cargo(&["fmt", "--all", "--", "--check"]))?;
+    ensure_page()?;
+    let nextest = succeeds(Command::new("cargo").args(["nextest", "--version"]));
+    let (mut not_run, mut python) = (BTreeSet::new(), None);
+    let compile = || {
+        run("clippy", &mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+        run("build", &mut cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-run", "--quiet"]))?;
+        run("doc tests", &mut cargo(&["test", "--workspace", "--doc", "--quiet"]))?;
+        let mut doc = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
+        run("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"))
+    };
+    let beside = || {
+        python = ensure_python().inspect_err(|error| say(&format!("── no Python for the tests: {error}"))).ok();
+        check_page()
+    };
+    side_by_side(compile, beside)?;
+    let closing = run_tests(nextest, python.as_deref(), &mut not_run)?;
+    test_in_browser()?;
+    if is_root() {
+        docker_check(Some(&target_folder().join("debug/sheaf")))?;
+    } else {
+        not_run.insert("docker/Dockerfile: its folders are entered by chroot, which needs root".to_owned());
+    }
+    println!("\n── all checks passed in {} s; the test runner said:", started.elapsed().as_secs());
+    closing.iter().for_each(|line| println!("{line}"));
+    println!("── {} not run", not_run.len());
+    not_run.iter().for_each(|line| println!("   {line}"));
+    Ok(())
+}
+
+/// Runs the tests (with nextest where it is installed), adds those that lacked something to `not_run`, and returns the
+/// runner's closing lines.
+fn run_tests(nextest: bool, python: Option<&Path>, not_run: &mut BTreeSet<String>) -> Outcome<Vec<String>> {
+    let mut command = if nextest {
+        cargo(&["nextest", "run", "--workspace", "--no-fail-fast", "--color", "never"])
+    } else {
+        println!("── cargo-nextest is not installed: using cargo test");
+        cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast", "--color", "never"])
+    };
+    let noted = noted_file()?;
+    command.env("SHEAF_NOT_RUN", &noted);
+    if let Some(python) = python {
+        command.env("SHEAF_TEST_PYTHON", python);
+    }
+    title("tests", &command);
+    // Both runners are read on one pipe, so that their lines stay in order.
+    let (reader, writer) = std::io::pipe()?;
+    command.stdout(writer.try_clone()?).stderr(writer);
+    let mut child = command.spawn()?;
+    drop(command);
+    let mut closing: Vec<String> = Vec::new();
+    for line in BufReader::new(reader).lines() {
+        let line = line?;
+        println!("{line}");
+        if line.contains("Summary") || line.contains("test result:") || line.contains(" tests run:") {
+            closing.push(line);
+        }
+    }
+    let status = child.wait()?;
+    if !status.success() {
+        return Err(format!("tests failed: {status}").into());
+    }
+    not_run.extend(std::fs::read_to_string(noted)?.lines().map(str::to_owned));
+    let first = if nextest { closing.len().saturating_sub(CLOSING_LINES) } else { 0 };
+    Ok(closing.split_off(first))
+}
+
+/// The empty file in which tests that lack their data or their Python write their names.
+fn noted_file() -> Outcome<PathBuf> {
+    let file = target_folder().join("not-run.txt");
+    std::fs::create_dir_all(target_folder())?;
+    std::fs::write(&file, "")?;
+    Ok(file.canonicalize()?)
+}
+
+/// Installs a toolchain component if the machine lacks it, and says so.
+fn ensure_component(subcommand: &str, component: &str) -> Outcome {
+    if succeeds(Command::new("cargo").args([subcommand, "--version"])) {
+        return Ok(());
+    }
+    println!("── installing the toolchain component {component}");
+    run("component", Command::new("rustup").args(["component", "add", component]))
+}

@@ -1,0 +1,153 @@
+//! Within a crate imports run one way, too: no circle between its top modules, which are the files and folders of `src`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// Every folder of the workspace's crates.
+const WINGS: [&str; 3] = ["server/core", "server/hardware", "server/service"];
+
+/// Crates beside the wings.
+const BESIDE: [&str; 3] = ["server/cli", "server/reference", "server/xtask"];
+
+/// Crates with circles that are known, and the modules in them; shrinks, and never grows.
+const KNOWN: [(&str, &[&str]); 1] = [(
+    "scanning",
+    &[
+        "compare",
+        "evaluation",
+        "files",
+        "frames",
+        "label",
+        "labeller",
+        "mesh",
+        "profile",
+        "profiles",
+        "rivals",
+        "scan",
+        "synthetic",
+    ],
+)];
+
+/// Top module → the top modules that it imports.
+type Imports = BTreeMap<String, BTreeSet<String>>;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn crates() -> Vec<PathBuf> {
+    let inside = |wing: &str| {
+        let folders = std::fs::read_dir(root().join(wing)).unwrap();
+        folders.map(|folder| folder.unwrap().path()).collect::<Vec<_>>()
+    };
+    let mut crates: Vec<PathBuf> = WINGS.into_iter().flat_map(inside).collect();
+    crates.extend(BESIDE.map(|folder| root().join(folder)));
+    crates
+}
+
+/// Every source file below `folder` that is part of the program.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        match path.is_dir() {
+            _ if name == "tests" || name.ends_with("_tests") => {}
+            true => found.extend(sources(&path)),
+            false if path.extension().is_some_and(|extension| extension == "rs") => found.push(path),
+            false => {}
+        }
+    }
+    found
+}
+
+/// The words after every `crate::`, also those of a list in braces.
+fn imported(text: &str) -> Vec<&str> {
+    let word =
+        |text: &'_ str| text.len() - text.trim_start_matches(|c: char| c.is_alphanumeric() || c == '_').len();
+    let mut names = Vec::new();
+    for (at, _) in text.match_indices("crate::") {
+        let rest = &text[at + "crate::".len()..];
+        match rest.strip_prefix('{') {
+            Some(list) => {
+                let list = &list[..list.find(';').unwrap_or(list.len())];
+                let mut depth = 0;
+                let mut begins = true;
+                for (idx, letter) in list.char_indices() {
+                    match letter {
+                        '{' => depth += 1,
+                        '}' => depth -= 1,
+                        ',' if depth == 0 => begins = true,
+                        letter if begins && !letter.is_whitespace() => {
+                            names.push(&list[idx..idx + word(&list[idx..])]);
+                            begins = false;
+                        }
+                        _ => {}
+                    }
+                }
+            }
+            None => names.push(&rest[..word(rest)]),
+        }
+    }
+    names
+}
+
+fn imports(folder: &Path) -> Imports {
+    let source = folder.join("src");
+    let top = |path: &Path| {
+        let first = path.strip_prefix(&source).unwrap().components().next().unwrap();
+        first.as_os_str().to_string_lossy().trim_end_matches(".rs").to_owned()
+    };
+    let files = sources(&source);
+    let modules: BTreeSet<String> = files.iter().map(|path| top(path)).collect();
+    let mut imports = Imports::new();
+    for path in &files {
+        let from = top(path);
+        let text = std::fs::read_to_string(path).unwrap();
+        // Tests may look at everything.
+        let text = text.split("#[cfg(test)]").next().unwrap();
+        let names = imported(text).into_iter().filter(|name| modules.contains(*name) && **name != from);
+        imports.entry(from.clone()).or_default().extend(names.map(str::to_owned));
+    }
+    for at_the_root in ["lib", "main"] {
+        imports.remove(at_the_root);
+    }
+    imports
+}
+
+/// What is left when modules without imports are taken away again and again: the circles and what leads to them.
+fn circles(mut imports: Imports) -> BTreeSet<String> {
+    loop {
+        let free: Vec<String> =
+            imports.iter().filter(|(_, to)| to.is_empty()).map(|(name, _)| name.clone()).collect();
+        if free.is_empty() {
+            return imports.into_keys().collect();
+        }
+        imports.retain(|name, _| !free.contains(name));
+        let left: BTreeSet<String> = imports.keys().cloned().collect();
+        imports.values_mut().for_each(|to| to.retain(|name| left.contains(name)));
+    }
+}
+
+#[test]
+fn imports_between_the_top_modules_of_a_crate_run_one_way() {
+    let crates = crates();
+    assert!(crates.len() > 15, "{crates:?}");
+    for folder in crates {
+        let name = folder.file_name().unwrap().to_string_lossy().into_owned();
+        let known = KNOWN.iter().find(|(known, _)| *known == name).map_or(&[][..], |(_, modules)| modules);
+        let found: Vec<String> = circles(imports(&folder)).into_iter().collect();
+        assert_eq!(found, known, "circles in {name}");
+    }
+}
+
+#[test]
+fn a_circle_is_found_and_lists_in_braces_are_read() {
+    assert_eq!(imported("use crate::{a::{B, c}, d};\nfn f() { crate::e::g() }"), ["a", "d", "e"]);
+    let arrows = |list: &[(&str, &[&str])]| -> Imports {
+        let to = |to: &[&str]| to.iter().map(|name| (*name).to_owned()).collect();
+        list.iter().map(|(from, names)| ((*from).to_owned(), to(names))).collect()
+    };
+    assert!(circles(arrows(&[("a", &["b"]), ("b", &["c"]), ("c", &[])])).is_empty());
+    assert_eq!(circles(arrows(&[("a", &["b"]), ("b", &["a"]), ("c", &[])])).len(), 2);
+}

@@ -1,0 +1,185 @@
+//! The wings of the house: which crate may know which, and who may know the network, the database and the serial port.
+//! What is not in the table is not allowed.
+
+use std::collections::BTreeMap;
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Crate, the folder it lies in, and the crates of this workspace it may import. Every arrow runs down.
+const ARROWS: [(&str, &str, &[&str]); 18] = [
+    (
+        "sheaf",
+        "server/cli",
+        &[
+            "sheaf-http",
+            "sheaf-app",
+            "sheaf-report",
+            "sheaf-live",
+            "sheaf-station",
+            "sheaf-store",
+            "sheaf-twin",
+            "sheaf-pipeline",
+            "sheaf-metrology",
+            "sheaf-scanning",
+            "sheaf-calibration",
+            "sheaf-capture",
+            "sheaf-vision",
+            "sheaf-optics",
+        ],
+    ),
+    (
+        "sheaf-http",
+        "server/service/http",
+        &[
+            "sheaf-app",
+            "sheaf-live",
+            "sheaf-station",
+            "sheaf-store",
+            "sheaf-twin",
+            "sheaf-devices",
+            "sheaf-pipeline",
+            "sheaf-metrology",
+            "sheaf-scanning",
+            "sheaf-calibration",
+            "sheaf-capture",
+            "sheaf-vision",
+            "sheaf-optics",
+        ],
+    ),
+    (
+        "sheaf-app",
+        "server/service/app",
+        &[
+            "sheaf-report",
+            "sheaf-live",
+            "sheaf-station",
+            "sheaf-store",
+            "sheaf-twin",
+            "sheaf-devices",
+            "sheaf-pipeline",
+            "sheaf-metrology",
+            "sheaf-scanning",
+            "sheaf-calibration",
+            "sheaf-capture",
+            "sheaf-vision",
+            "sheaf-optics",
+        ],
+    ),
+    (
+        "sheaf-report",
+        "server/service/report",
+        &[
+            "sheaf-pipeline",
+            "sheaf-metrology",
+            "sheaf-scanning",
+            "sheaf-calibration",
+            "sheaf-capture",
+            "sheaf-vision",
+            "sheaf-optics",
+        ],
+    ),
+    ("sheaf-live", "server/service/live", &["sheaf-station", "sheaf-scanning", "sheaf-vision", "sheaf-optics"]),
+    ("sheaf-store", "server/service/store", &[]),
+    (
+        "sheaf-station",
+        "server/hardware/station",
+        &["sheaf-twin", "sheaf-devices", "sheaf-capture", "sheaf-vision"],
+    ),
+    ("sheaf-twin", "server/hardware/twin", &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics"]),
+    ("sheaf-devices", "server/hardware/devices", &["sheaf-capture", "sheaf-vision"]),
+    (
+        "sheaf-pipeline",
+        "server/core/pipeline",
+        &[
+            "sheaf-metrology",
+            "sheaf-scanning",
+            "sheaf-calibration",
+            "sheaf-capture",
+            "sheaf-vision",
+            "sheaf-optics",
+        ],
+    ),
+    ("sheaf-metrology", "server/core/metrology", &["sheaf-scanning", "sheaf-optics"]),
+    ("sheaf-scanning", "server/core/scanning", &["sheaf-vision", "sheaf-optics"]),
+    ("sheaf-calibration", "server/core/calibration", &["sheaf-vision", "sheaf-optics"]),
+    ("sheaf-capture", "server/core/capture", &["sheaf-vision"]),
+    ("sheaf-vision", "server/core/vision", &[]),
+    ("sheaf-optics", "server/core/optics", &[]),
+    ("sheaf-reference", "server/reference", &[]),
+    ("xtask", "server/xtask", &[]),
+];
+
+/// Library, and the only crates that may know it.
+const KEEPERS: [(&str, &[&str]); 7] = [
+    ("axum", &["sheaf-http"]),
+    ("hyper", &["sheaf-http"]),
+    ("utoipa-axum", &["sheaf-http"]),
+    ("sqlx", &["sheaf-store"]),
+    ("serialport", &["sheaf-devices"]),
+    ("tokio", &["sheaf", "sheaf-http", "sheaf-app", "sheaf-live", "sheaf-store", "sheaf-station"]),
+    ("clap", &["sheaf"]),
+];
+
+/// The only crates that may open sockets: the door, and the program that gives it its port.
+const NETWORK: [&str; 2] = ["sheaf-http", "sheaf"];
+
+struct Crate {
+    folder: String,
+    /// What it is built with, and the features it asks for; what its tests use is not counted.
+    dependencies: BTreeMap<String, Vec<String>>,
+}
+
+fn workspace() -> BTreeMap<String, Crate> {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--format-version", "1", "--offline"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let root = metadata["workspace_root"].as_str().unwrap().to_owned();
+    let text = |value: &Value| value.as_str().unwrap().to_owned();
+    let package = |package: &Value| {
+        let manifest = text(&package["manifest_path"]);
+        let folder = manifest.trim_start_matches(&root).trim_start_matches('/').trim_end_matches("/Cargo.toml");
+        let is_built_with = |dependency: &&Value| dependency["kind"] != "dev";
+        let features = |dependency: &Value| dependency["features"].as_array().unwrap().iter().map(text).collect();
+        let all = package["dependencies"].as_array().unwrap().iter().filter(is_built_with);
+        let dependencies = all.map(|one| (text(&one["name"]), features(one))).collect();
+        (text(&package["name"]), Crate { folder: folder.to_owned(), dependencies })
+    };
+    metadata["packages"].as_array().unwrap().iter().map(package).collect()
+}
+
+#[test]
+fn every_arrow_between_crates_is_in_the_table_and_runs_down() {
+    let crates = workspace();
+    for (name, one) in &crates {
+        let row = ARROWS.iter().find(|(known, ..)| known == name);
+        let (_, folder, allowed) = row.unwrap_or_else(|| panic!("{name} is not in the table of the wings"));
+        assert_eq!(one.folder, *folder, "{name} lies elsewhere");
+        for import in one.dependencies.keys().filter(|import| crates.contains_key(*import)) {
+            assert!(allowed.contains(&import.as_str()), "{name} imports {import}, which the table does not allow");
+        }
+    }
+    for (idx, (name, _, allowed)) in ARROWS.iter().enumerate() {
+        assert!(crates.contains_key(*name), "there is no crate {name} any more");
+        for import in *allowed {
+            let below = ARROWS[idx + 1..].iter().any(|(lower, ..)| lower == import);
+            assert!(below, "the arrow from {name} to {import} does not run down the table");
+        }
+    }
+}
+
+#[test]
+fn the_network_the_database_and_the_serial_port_have_their_keepers() {
+    for (name, one) in &workspace() {
+        for (library, keepers) in KEEPERS {
+            let knows = one.dependencies.contains_key(library);
+            assert!(!knows || keepers.contains(&name.as_str()), "{name} must not know {library}");
+        }
+        let opens = one.dependencies.get("tokio").is_some_and(|features| features.iter().any(|one| one == "net"));
+        assert!(!opens || NETWORK.contains(&name.as_str()), "{name} must not open sockets");
+    }
+}
