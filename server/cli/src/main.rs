@@ -7,6 +7,7 @@ mod allocations;
 mod arguments;
 mod commands;
 mod config;
+mod drivers;
 mod exit;
 mod memory;
 mod output;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::config::layers::Origin;
+use crate::drivers::NoStation;
 
 /// Why a configuration is refused: what, where it was said, and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -40,7 +41,7 @@ pub enum ConfigError {
     #[error("{key} cannot be {found} ({origin}); give {expected}")]
     BadValue {
         /// The key.
-        key: &'static str,
+        key: String,
         /// What was said.
         found: String,
         /// Where.
@@ -54,17 +55,45 @@ pub enum ConfigError {
         /// What was said.
         text: String,
     },
-    /// A kind of station without what it is made of.
-    #[error("station.kind is {kind} ({origin}), and {key} is empty; set {key} to {expected}")]
+    /// A driver without what it needs.
+    #[error(
+        "{key} is {kind} ({origin}), and station.{kind}.{name} is empty; set station.{kind}.{name} to {expected}"
+    )]
     Missing {
-        /// The kind.
+        /// The key that chose it.
+        key: String,
+        /// The driver's kind.
         kind: &'static str,
+        /// Where that was said.
+        origin: Origin,
+        /// The setting that it needs.
+        name: &'static str,
+        /// What that is.
+        expected: String,
+    },
+    /// A device that another driver must make.
+    #[error(
+        "{key} is {found} ({origin}), but the {kind} camera and the {kind} stage belong together; set {key} to {kind}, or the other one to {found}"
+    )]
+    Apart {
+        /// The device's key.
+        key: String,
+        /// Who is to make it.
+        found: String,
+        /// Where that was said.
+        origin: Origin,
+        /// Who must make both.
+        kind: &'static str,
+    },
+    /// The key that was split in three.
+    #[error(
+        "there is no setting \"station.kind\" any more ({origin}), each device has a kind of its own; write\n{lines}"
+    )]
+    OldKind {
         /// Where it was said.
         origin: Origin,
-        /// What it needs.
-        key: &'static str,
-        /// What that is.
-        expected: &'static str,
+        /// What to write there instead.
+        lines: String,
     },
     /// The data folder inside its own file.
     #[error("\"data\" cannot be set in the data folder's own file ({origin}); use --data or SHEAF_DATA")]
@@ -72,4 +101,24 @@ pub enum ConfigError {
         /// Where it was said.
         origin: Origin,
     },
+}
+
+impl ConfigError {
+    /// The words for devices that make no station; `key` chose the one at fault, and `found` is what it says.
+    pub fn no_station(why: NoStation, key: &str, found: &str, origin: Origin) -> Self {
+        let key = key.to_owned();
+        match why {
+            NoStation::NoSuchKind { known, .. } => {
+                let expected = format!("one of {}", known.join(", "));
+                Self::BadValue { key, found: format!("\"{found}\""), origin, expected }
+            }
+            NoStation::Missing { kind, setting, found, .. } => {
+                let found =
+                    if found.is_empty() { String::new() } else { format!(" (found here: {})", found.join(", ")) };
+                let expected = format!("{}{found}", setting.expected);
+                Self::Missing { key, kind, origin, name: setting.name, expected }
+            }
+            NoStation::Apart { kind, .. } => Self::Apart { key, found: found.to_owned(), origin, kind },
+        }
+    }
 }

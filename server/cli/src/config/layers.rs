@@ -7,9 +7,12 @@ use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
-use crate::config::settings::{SETTINGS, Setting, config};
+use station::StationDevices;
+
+use crate::config::settings::{SETTINGS, Setting, config, station};
 use crate::config::value::Value;
 use crate::config::{Config, ConfigError};
+use crate::drivers::{NoStation, station_devices};
 
 /// What the environment's names begin with; the rest is the key in capitals, dots written as two underscores:
 /// `SHEAF_STATION__TWIN__SEED`.
@@ -101,8 +104,7 @@ pub fn effective(
     let mut layers = Layers::default();
     layers.add_file(asked, &environment, &above)?;
     layers.0.extend(above.0);
-    layers.check_station()?;
-    Ok(layers.finish())
+    layers.finish()
 }
 
 impl Layers {
@@ -130,9 +132,10 @@ impl Layers {
     }
 
     fn add_text(&mut self, key: &str, text: &str, origin: Origin) -> Result<(), ConfigError> {
+        refuse_old_kind(key, text, &origin)?;
         let setting = setting(key, &origin)?;
         let value = setting.kind.read_text(text).ok_or_else(|| ConfigError::BadValue {
-            key: setting.key,
+            key: setting.key.to_owned(),
             found: format!("\"{text}\""),
             origin: origin.clone(),
             expected: setting.kind.expected(),
@@ -188,10 +191,11 @@ impl Layers {
                 self.add_table(&format!("{key}."), inner, at)?;
                 continue;
             }
-            let setting = setting(&key, &origin)?;
             let toml = value.get_ref();
+            refuse_old_kind(&key, toml.as_str().unwrap_or_default(), &origin)?;
+            let setting = setting(&key, &origin)?;
             let read = setting.kind.read_toml(toml).ok_or_else(|| ConfigError::BadValue {
-                key: setting.key,
+                key: setting.key.to_owned(),
                 found: toml.as_str().map_or_else(|| toml.type_str().to_owned(), |text| format!("\"{text}\"")),
                 origin: origin.clone(),
                 expected: setting.kind.expected(),
@@ -207,28 +211,30 @@ impl Layers {
         said.or_else(default).expect("every key that is read stands in the table; a test holds this")
     }
 
-    /// A kind of station that is nothing without a folder or a port has it.
-    fn check_station(&self) -> Result<(), ConfigError> {
-        let needed = [
-            ("replay", "station.replay.folder", "the capture folder to be played"),
-            ("grbl", "station.grbl.port", "the serial port of the controller"),
-        ];
-        let chosen = self.value("station.kind").to_string();
-        match needed.into_iter().find(|(kind, key, _)| *kind == chosen && self.value(key).to_string().is_empty()) {
-            None => Ok(()),
-            Some((kind, key, expected)) => {
-                let origin = self.0.get("station.kind").map_or(Origin::Default, |(_, origin)| origin.clone());
-                Err(ConfigError::Missing { kind, origin, key, expected })
-            }
-        }
+    /// The station that the kinds of devices make.
+    fn station(&self) -> Result<StationDevices, ConfigError> {
+        let settings = station(&|key| self.value(key));
+        station_devices(&settings).map_err(|why| {
+            let device = match why {
+                NoStation::NoSuchKind { device, .. }
+                | NoStation::Missing { device, .. }
+                | NoStation::Apart { device, .. } => device,
+            };
+            let key = format!("station.{device}.kind");
+            let found = self.value(&key).to_string();
+            ConfigError::no_station(why, &key, &found, self.origin(&key))
+        })
     }
 
-    fn finish(self) -> Effective {
-        let values = SETTINGS.iter().map(|setting| {
-            let origin = self.0.get(setting.key).map_or(Origin::Default, |(_, origin)| origin.clone());
-            (setting, self.value(setting.key), origin)
-        });
-        Effective { values: values.collect(), config: config(&|key| self.value(key)) }
+    fn origin(&self, key: &str) -> Origin {
+        self.0.get(key).map_or(Origin::Default, |(_, origin)| origin.clone())
+    }
+
+    fn finish(self) -> Result<Effective, ConfigError> {
+        let config = config(&|key| self.value(key), self.station()?);
+        let values =
+            SETTINGS.iter().map(|setting| (setting, self.value(setting.key), self.origin(setting.key))).collect();
+        Ok(Effective { config, values })
     }
 }
 
@@ -242,6 +248,23 @@ fn setting(key: &str, origin: &Origin) -> Result<&'static Setting, ConfigError> 
         origin: origin.clone(),
         hint: hint(key),
     })
+}
+
+/// One kind for the whole station was all there was once.
+fn refuse_old_kind(key: &str, kind: &str, origin: &Origin) -> Result<(), ConfigError> {
+    if key != "station.kind" {
+        return Ok(());
+    }
+    // A GRBL station had a simulated camera.
+    let camera = if kind == "replay" { "replay" } else { "twin" };
+    let other = if kind == "grbl" { "grbl" } else { camera };
+    let kinds = [("camera", camera), ("stage", other), ("laser", other)];
+    let lines = kinds.map(|(device, kind)| match origin {
+        Origin::Flag(_) => format!("--set station.{device}.kind={kind}"),
+        Origin::Environment(_) => format!("SHEAF_STATION__{}__KIND={kind}", device.to_ascii_uppercase()),
+        _ => format!("[station.{device}]\nkind = \"{kind}\""),
+    });
+    Err(ConfigError::OldKind { origin: origin.clone(), lines: lines.join("\n") })
 }
 
 /// A setting whose last part is the same, or where to look.

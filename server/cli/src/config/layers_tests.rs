@@ -1,7 +1,6 @@
 //! Which layer wins, what is refused, and that the table's defaults are the twin's.
 
 use app::config::AppConfig;
-use station::config::StationConfig;
 
 use super::*;
 
@@ -26,7 +25,7 @@ fn flags_win_over_the_environment_and_that_over_the_file() {
     let file = "listen = \"127.0.0.1:1\"\n[station.twin]\nseed = 1\nscene = \"plate\"\nframe_rate_hz = 10\n";
     let pairs = [("SHEAF_STATION__TWIN__SEED", "2"), ("SHEAF_STATION__TWIN__SCENE", "gauge")];
     let effective = with_file(file, &pairs, &["station.twin.seed=3"]).unwrap();
-    let StationConfig::Twin(twin) = &effective.config.app.station else { panic!("a twin") };
+    let twin = effective.config.app.station.twin.as_ref().unwrap().settings();
     assert_eq!((twin.seed, twin.scene.as_str(), twin.frame_rate_hz), (3, "gauge", 10.0));
     assert_eq!(origin(&effective, "station.twin.seed"), "flag --set");
     assert_eq!(origin(&effective, "station.twin.scene"), "environment SHEAF_STATION__TWIN__SCENE");
@@ -49,15 +48,37 @@ fn what_is_wrong_is_named_with_its_place_and_its_remedy() {
     refused(with_file("[station]\nseed = 3", &[], &[]), &["\"station.seed\"", "line 2", "station.twin.seed"]);
     refused(with_file("[target]\nsquare_mm = nan", &[], &[]), &["target.square_mm", "0.01 to 1000"]);
     refused(with_file("station = 3", &[], &[]), &["\"station\"", "sheaf config"]);
-    refused(with_file("", &[("SHEAF_STATION__KIND", "robot")], &[]), &["robot", "SHEAF_STATION__KIND", "grbl"]);
+    let robot = with_file("", &[("SHEAF_STATION__STAGE__KIND", "robot")], &[]);
+    refused(robot, &["station.stage.kind", "robot", "SHEAF_STATION__STAGE__KIND", "twin, replay, grbl"]);
     refused(with_file("", &[("SHEAF_COLOUR", "red")], &[]), &["\"colour\"", "SHEAF_COLOUR"]);
     refused(
-        with_file("[station]\nkind = \"replay\"", &[], &[]),
+        with_file("[station.camera]\nkind = \"replay\"\n[station.stage]\nkind = \"replay\"", &[], &[]),
         &["line 2", "station.replay.folder", "capture folder"],
     );
-    refused(with_file("", &[], &["station.kind=grbl"]), &["--set", "station.grbl.port", "serial port"]);
+    refused(with_file("", &[], &["station.laser.kind=grbl"]), &["--set", "station.grbl.port", "serial port"]);
     refused(with_file("", &[], &["listen"]), &["--set KEY=VALUE"]);
     refused(with_file("", &[], &["projector.orders=1,x"]), &["projector.orders", "whole numbers"]);
+}
+
+#[test]
+fn the_kind_of_the_whole_station_is_refused_with_the_lines_to_write() {
+    let in_file = with_file("[station]\nkind = \"grbl\"", &[], &[]);
+    let lines =
+        "[station.camera]\nkind = \"twin\"\n[station.stage]\nkind = \"grbl\"\n[station.laser]\nkind = \"grbl\"";
+    refused(in_file, &["\"station.kind\"", "line 2", lines]);
+    let by_flag = with_file("", &[], &["station.kind=replay"]);
+    refused(by_flag, &["--set station.camera.kind=replay\n--set station.stage.kind=replay\n"]);
+    let by_environment = with_file("", &[("SHEAF_STATION__KIND", "twin")], &[]);
+    refused(by_environment, &["SHEAF_STATION__CAMERA__KIND=twin\n"]);
+}
+
+#[test]
+fn a_recording_without_its_other_half_is_refused() {
+    let capture = ["station.replay.folder=capture", "station.camera.kind=replay"];
+    refused(
+        with_file("", &[], &capture),
+        &["station.stage.kind is twin (default)", "belong together", "to replay"],
+    );
 }
 
 #[test]
@@ -80,7 +101,10 @@ fn a_named_file_must_exist() {
 fn the_defaults_are_those_of_the_simulated_station() {
     let asked = Asked { data: Some("data".into()), ..Asked::default() };
     let config = effective(&asked, environment(&[])).unwrap().config;
-    assert_eq!(config.app, AppConfig::simulated("data".into()));
+    let simulated = AppConfig::simulated("data".into());
+    assert_eq!((&config.app.target, &config.app.projector), (&simulated.target, &simulated.projector));
+    let twin = |config: &AppConfig| config.station.twin.as_ref().unwrap().settings().clone();
+    assert_eq!(twin(&config.app), twin(&simulated));
     let model = twin::StationModel::seeded(7, &twin::StationShape::default()).unwrap();
     assert_eq!(config.app.projector.orders, model.orders);
     assert_eq!(config.app.target.square_mm, twin::poses::square_mm(&model));

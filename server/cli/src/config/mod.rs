@@ -15,7 +15,7 @@ use app::config::AppConfig;
 use http::HttpConfig;
 
 /// The configuration in force.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Config {
     /// Where to listen.
     pub listen: SocketAddr,

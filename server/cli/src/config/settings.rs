@@ -5,13 +5,16 @@ use std::net::SocketAddr;
 
 use app::config::AppConfig;
 use capture::{BoardTarget, Projector};
+use devices::grbl::GrblSettings;
+use devices::replay::ReplaySettings;
 use http::HttpConfig;
-use station::config::{GrblStationConfig, ReplayStationConfig, StationConfig, TwinConfig};
-use twin::StationShape;
+use station::StationDevices;
+use twin::{StationShape, TwinSettings};
 
 use crate::config::value::{Kind, Value};
 
 use crate::config::Config;
+use crate::drivers::StationSettings;
 
 /// A setting.
 pub struct Setting {
@@ -29,7 +32,9 @@ pub struct Setting {
 pub const SETTINGS: &[Setting] = &[
     row("listen", Kind::Address, || text("127.0.0.1:8080"), "address and port of the service"),
     row("data", Kind::Text, || text("sheaf-data"), "folder of everything that is kept"),
-    row("station.kind", Kind::Word(&["twin", "replay", "grbl"]), || text("twin"), "what the station is made of"),
+    row("station.camera.kind", Kind::Text, || text("twin"), "who makes the camera: twin or replay"),
+    row("station.stage.kind", Kind::Text, || text("twin"), "who makes the stage: twin, replay or grbl"),
+    row("station.laser.kind", Kind::Text, || text("twin"), "who makes the laser: twin, replay or grbl"),
     row("station.twin.seed", Kind::Whole(0, i64::MAX), || Value::Whole(7), "seed of the simulated station"),
     row("station.twin.scene", Kind::Text, || text("sphere"), "plate, gauge, sphere, freeform, or an STL file"),
     row("station.twin.gauge_height_mm", Kind::Number(0.1, 100.0), || number(8.9), "height of the gauge"),
@@ -109,14 +114,14 @@ fn orders() -> Value {
 }
 
 /// The configuration that the values make; `get` gives the value of a key of [`SETTINGS`], of its kind.
-pub fn config(get: &dyn Fn(&str) -> Value) -> Config {
+pub fn config(get: &dyn Fn(&str) -> Value, station: StationDevices) -> Config {
     let read = Reader { get };
     let listen: SocketAddr = read.text("listen").parse().expect("the kind admits addresses only");
     Config {
         listen,
         app: AppConfig {
             data: read.text("data").into(),
-            station: station(&read),
+            station,
             target: BoardTarget {
                 kind: "chessboard".to_owned(),
                 inner_columns: read.whole("target.inner_columns") as usize,
@@ -139,24 +144,29 @@ pub fn config(get: &dyn Fn(&str) -> Value) -> Config {
     }
 }
 
-fn station(read: &Reader<'_>) -> StationConfig {
-    let twin = TwinConfig {
-        seed: read.whole("station.twin.seed") as u64,
-        scene: read.text("station.twin.scene"),
-        gauge_height_mm: read.number("station.twin.gauge_height_mm"),
-        sphere_radius_mm: read.number("station.twin.sphere_radius_mm"),
-        realistic_timing: read.switch("station.twin.realistic_timing"),
-        frame_rate_hz: read.number("station.twin.frame_rate_hz"),
-    };
-    match read.text("station.kind").as_str() {
-        "replay" => StationConfig::Replay(ReplayStationConfig {
+/// What the station is made of, of the values that `get` gives.
+pub fn station(get: &dyn Fn(&str) -> Value) -> StationSettings {
+    let read = Reader { get };
+    StationSettings {
+        camera: read.text("station.camera.kind"),
+        stage: read.text("station.stage.kind"),
+        laser: read.text("station.laser.kind"),
+        twin: TwinSettings {
+            seed: read.whole("station.twin.seed") as u64,
+            scene: read.text("station.twin.scene"),
+            gauge_height_mm: read.number("station.twin.gauge_height_mm"),
+            sphere_radius_mm: read.number("station.twin.sphere_radius_mm"),
+            realistic_timing: read.switch("station.twin.realistic_timing"),
+            frame_rate_hz: read.number("station.twin.frame_rate_hz"),
+        },
+        replay: ReplaySettings {
             folder: read.text("station.replay.folder").into(),
-            scan: Some(read.text("station.replay.scan")).filter(|scan| !scan.is_empty()),
+            scan: read.text("station.replay.scan"),
             frame_rate_hz: read.number("station.replay.frame_rate_hz"),
             preload: read.switch("station.replay.preload"),
             repeat: read.switch("station.replay.repeat"),
-        }),
-        "grbl" => StationConfig::Grbl(GrblStationConfig {
+        },
+        grbl: GrblSettings {
             port: read.text("station.grbl.port"),
             baud: read.whole("station.grbl.baud") as u32,
             steps_per_mm: read.number("station.grbl.steps_per_mm"),
@@ -164,9 +174,7 @@ fn station(read: &Reader<'_>) -> StationConfig {
             travel_from_mm: read.number("station.grbl.travel_from_mm"),
             travel_to_mm: read.number("station.grbl.travel_to_mm"),
             zero_at_machine_mm: read.number("station.grbl.zero_at_machine_mm"),
-            camera: twin,
-        }),
-        _ => StationConfig::Twin(twin),
+        },
     }
 }
 

@@ -8,6 +8,7 @@
 //! - A laser is a lease: it goes dark by itself when nobody renews it.
 
 pub mod camera;
+pub mod driver;
 pub mod identity;
 pub mod laser;
 pub mod stage;
@@ -26,6 +27,7 @@ pub use camera::{
     Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, FrameInfo, PixelFormat, Roi, Trigger,
     ValueRange,
 };
+pub use driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
 pub use identity::DeviceIdentity;
 pub use laser::{Laser, LaserCapabilities, LaserError, LaserState};
 pub use stage::{AcceptedMove, Homing, Stage, StageCapabilities, StageError, StageState};

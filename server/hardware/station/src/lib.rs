@@ -12,10 +12,9 @@ mod shared;
 mod station_thread;
 pub use shared::{cancel, frame, recycling, refusal, status, wall_clock};
 pub use station_thread::{handle, lease};
-pub mod config;
-
 pub mod params;
 
+pub use parts::devices::StationDevices;
 pub use shared::frame::{SharedFrame, StampedFrame};
 pub use shared::refusal::StationRefusal;
 pub use shared::status::{

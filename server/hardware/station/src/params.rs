@@ -108,8 +108,9 @@ pub const LIVE_LIGHT_UNWATCHED: Duration = Duration::from_secs(4);
 /// How long a reset tries to reach devices again: a controller that restarts with its port takes two seconds.
 pub const RESET_LIMIT: Duration = Duration::from_secs(4);
 
-/// Longest opening of a controller, within the wait of the start.
-pub const OPEN_LIMIT: Duration = Duration::from_millis(3500);
+/// A driver that has not opened its devices for so long hangs, or has much to read: the other devices come without it.
+/// A controller that restarts with its port takes four.
+pub const OPENING_LIMIT: Duration = Duration::from_secs(6);
 
 /// How long the start of the service waits for the devices: it is to be ready within five seconds.
 pub const START_WAIT: Duration = Duration::from_secs(4);
@@ -122,6 +123,3 @@ pub const SNAPSHOT_AGE: Duration = Duration::from_secs(2);
 
 /// Faults shown at most; the first ones explain the later ones.
 pub const FAULTS_SHOWN: usize = 8;
-
-/// Frame rate of a simulated camera of which nobody says it: the default of the configuration, Hz.
-pub const TWIN_RATE_HZ: f64 = 30.0;

@@ -11,11 +11,13 @@ pub use model::{shape, station};
 pub use part::{poses, scene};
 pub use render::renderer;
 pub mod capture_folder;
+mod driver;
 pub mod live;
 pub mod params;
 pub mod truth;
 
 pub use capture_folder::{CaptureRequest, Progress, ScanRequest, TwinCaptureError, capture_folder};
+pub use driver::{TwinDriver, TwinSettings};
 pub use live::{Timing, TwinCamera, TwinControl, TwinFault, TwinLaser, TwinOptions, TwinStage, TwinStation};
 pub use model::shape::StationShape;
 pub use model::station::{StationError, StationModel};

@@ -72,3 +72,9 @@ pub const FAN_MARGIN: f64 = 1.35;
 /// Distance from a light ray's hit, mm, within which a second hit counts as the same: above the rounding of a
 /// path of a metre and far below a pixel.
 pub const SAME_HIT_MM: f64 = 1e-6;
+
+/// Height of the gauge block beside a station, mm: that of the paper.
+pub const GAUGE_HEIGHT_MM: f64 = 8.9;
+
+/// Radius of the ball beside a station, mm: that of the paper.
+pub const SPHERE_RADIUS_MM: f64 = 18.9;

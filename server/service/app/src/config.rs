@@ -3,21 +3,18 @@
 use std::path::PathBuf;
 
 use capture::{BoardTarget, Projector};
-use station::config::StationConfig;
+use station::StationDevices;
+use twin::{TwinDriver, TwinSettings};
 
-/// Height of the gauge block beside a station, mm: that of the paper.
-pub const GAUGE_HEIGHT_MM: f64 = 8.9;
-
-/// Radius of the ball beside a station, mm: that of the paper.
-pub const SPHERE_RADIUS_MM: f64 = 18.9;
+pub use twin::params::{GAUGE_HEIGHT_MM, SPHERE_RADIUS_MM};
 
 /// The configuration of the use cases.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct AppConfig {
     /// Where everything is kept.
     pub data: PathBuf,
     /// What the station is made of.
-    pub station: StationConfig,
+    pub station: StationDevices,
     /// The board used for calibration.
     pub target: BoardTarget,
     /// The projector by its data sheet.
@@ -25,11 +22,12 @@ pub struct AppConfig {
 }
 
 impl AppConfig {
-    /// Height of the gauge block and radius of the ball beside the station, mm: on the simulated one their true sizes.
+    /// Height of the gauge block and radius of the ball beside the station, mm: where its camera is simulated, their true
+    /// sizes.
     pub fn known_sizes_mm(&self) -> (f64, f64) {
-        match &self.station {
-            StationConfig::Twin(twin) => (twin.gauge_height_mm, twin.sphere_radius_mm),
-            _ => (GAUGE_HEIGHT_MM, SPHERE_RADIUS_MM),
+        match self.station.twin.as_deref().map(TwinDriver::settings) {
+            Some(twin) => (twin.gauge_height_mm, twin.sphere_radius_mm),
+            None => (GAUGE_HEIGHT_MM, SPHERE_RADIUS_MM),
         }
     }
 
@@ -39,14 +37,7 @@ impl AppConfig {
         let (inner_columns, inner_rows) = twin::poses::BOARD_CORNERS;
         Self {
             data,
-            station: StationConfig::Twin(station::config::TwinConfig {
-                seed: 7,
-                scene: "sphere".to_owned(),
-                gauge_height_mm: GAUGE_HEIGHT_MM,
-                sphere_radius_mm: SPHERE_RADIUS_MM,
-                realistic_timing: false,
-                frame_rate_hz: 30.0,
-            }),
+            station: StationDevices::twin(TwinDriver::new(TwinSettings::default())),
             target: BoardTarget { kind: "chessboard".to_owned(), inner_columns, inner_rows, square_mm: 12.0 },
             projector: Projector {
                 wavelength_nm: shape.wavelength_nm,

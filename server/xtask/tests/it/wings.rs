@@ -19,6 +19,7 @@ const ARROWS: [(&str, &str, &[&str]); 18] = [
             "sheaf-station",
             "sheaf-store",
             "sheaf-twin",
+            "sheaf-devices",
             "sheaf-pipeline",
             "sheaf-metrology",
             "sheaf-scanning",
@@ -81,11 +82,7 @@ const ARROWS: [(&str, &str, &[&str]); 18] = [
     ),
     ("sheaf-live", "server/service/live", &["sheaf-station", "sheaf-scanning", "sheaf-vision", "sheaf-optics"]),
     ("sheaf-store", "server/service/store", &[]),
-    (
-        "sheaf-station",
-        "server/hardware/station",
-        &["sheaf-twin", "sheaf-devices", "sheaf-capture", "sheaf-vision"],
-    ),
+    ("sheaf-station", "server/hardware/station", &["sheaf-twin", "sheaf-devices", "sheaf-vision"]),
     ("sheaf-twin", "server/hardware/twin", &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics"]),
     ("sheaf-devices", "server/hardware/devices", &["sheaf-capture", "sheaf-vision"]),
     (

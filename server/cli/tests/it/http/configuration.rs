@@ -21,9 +21,9 @@ fn every_value_tells_where_it_came_from() {
 
 #[test]
 fn a_wrong_value_keeps_the_service_from_starting_and_is_named() {
-    let output = sheaf(&["serve", "--set", "station.kind=robot"]);
+    let output = sheaf(&["serve", "--set", "station.stage.kind=robot"]);
     assert_eq!(output.status.code(), Some(3), "{}", err(&output));
-    for word in ["station.kind", "robot", "twin, replay, grbl"] {
+    for word in ["station.stage.kind", "robot", "twin, replay, grbl"] {
         assert!(err(&output).contains(word), "{}", err(&output));
     }
 }

@@ -14,12 +14,23 @@ use crate::common::{err, path, sheaf, sheaf_ok, small_calibration, small_capture
 /// Where the header of a profile says how many points it has.
 const N_POINTS_AT: usize = 40;
 
+/// All three devices are the recording's.
+const REPLAY: [&str; 6] = [
+    "--set",
+    "station.camera.kind=replay",
+    "--set",
+    "station.stage.kind=replay",
+    "--set",
+    "station.laser.kind=replay",
+];
+
 /// A station that plays the gauge of the small capture, each layer of the configuration saying its part.
 fn replaying(capture: &Path) -> (TempDir, Server) {
     let folder = TempDir::new().unwrap();
     let data = folder.path().join("data");
     std::fs::create_dir(&data).unwrap();
-    let file = format!("[station]\nkind = \"replay\"\n[station.replay]\nfolder = {capture:?}\n");
+    let kinds = "[station]\ncamera.kind = \"replay\"\nstage.kind = \"replay\"\nlaser.kind = \"replay\"\n";
+    let file = format!("{kinds}[station.replay]\nfolder = {capture:?}\n");
     std::fs::write(data.join("sheaf.toml"), file).unwrap();
     let environment = [("SHEAF_STATION__REPLAY__SCAN", "gauge")];
     let server = Server::start_with(&data, &["--set", "station.replay.frame_rate_hz=20"], &environment);
@@ -158,14 +169,14 @@ fn what_a_recording_cannot_do_is_refused_with_a_remedy() {
 
 #[test]
 fn a_replay_station_without_its_folder_says_what_is_missing() {
-    let unset = sheaf(&["serve", "--set", "station.kind=replay"]);
+    let unset = sheaf(&[&["serve"], &REPLAY[..]].concat());
     assert_eq!(unset.status.code(), Some(3), "{}", err(&unset));
     assert!(err(&unset).contains("set station.replay.folder"), "{}", err(&unset));
 
     // A folder that is not there may come with a disk that is plugged in later: the service starts and says so.
     let folder = TempDir::new().unwrap();
     let set = format!("station.replay.folder={}", path(folder.path(), "nowhere"));
-    let server = Server::start(&folder.path().join("data"), &["--set", "station.kind=replay", "--set", &set]);
+    let server = Server::start(&folder.path().join("data"), &[&REPLAY[..], &["--set", &set]].concat());
     let station = server.get("/api/v1/station").expect(200);
     let fault = &station["faults"][0];
     assert_eq!((&station["state"], &fault["device"]), (&json!("Preoperational"), &json!("camera")), "{station:#}");

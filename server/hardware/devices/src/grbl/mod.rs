@@ -6,6 +6,7 @@
 
 mod controller;
 mod dialect;
+mod driver;
 mod fault;
 mod identity;
 mod laser;
@@ -17,6 +18,7 @@ mod stage;
 mod tests;
 
 pub use dialect::Dialect;
+pub use driver::{GrblDriver, GrblSettings};
 pub use laser::GrblLaser;
 pub use meanings::{alarm_meaning, error_meaning};
 pub use stage::GrblStage;

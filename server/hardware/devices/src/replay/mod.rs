@@ -7,6 +7,7 @@
 //! recorded rows. The stage goes to recorded positions only. The laser does nothing but keep the rules of a lease.
 
 mod camera;
+mod driver;
 mod laser;
 mod playback;
 mod recording;
@@ -15,6 +16,7 @@ mod stage;
 mod tests;
 
 pub use camera::ReplayCamera;
+pub use driver::{ReplayDriver, ReplaySettings};
 pub use laser::ReplayLaser;
 pub use stage::ReplayStage;
 

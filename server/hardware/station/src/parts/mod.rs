@@ -5,6 +5,5 @@ pub(crate) mod exposures;
 pub(crate) mod faults;
 pub(crate) mod light;
 pub(crate) mod machine;
-pub(crate) mod mirror;
 pub(crate) mod motion;
 pub(crate) mod track;

@@ -7,11 +7,10 @@ use std::time::{Duration, Instant};
 
 use devices::{AcceptedMove, CameraRequest};
 use tokio::sync::{oneshot, watch};
-use twin::TwinControl;
+use twin::{TwinControl, TwinDriver};
 
-use crate::config::StationConfig;
 use crate::params::{COMMANDS, LIVE_LIGHT_UNWATCHED, LIVE_UNWATCHED, START_WAIT};
-use crate::parts::devices::{Parts, parts};
+use crate::parts::devices::StationDevices;
 use crate::shared::frame::SharedFrame;
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::{Fault, MachineState, StationStatus};
@@ -131,32 +130,29 @@ pub struct Sweep {
 impl StationHandle {
     /// Starts the station thread and waits until it tried to open its devices; what is absent then is a fault of the
     /// status, and a reset tries again. `halted`: it was stopped in an earlier life and not reset since.
-    pub fn start(config: &StationConfig, halted: bool) -> Self {
-        Self::start_with(parts(config), Watch::default(), halted)
+    pub fn start(devices: &StationDevices, halted: bool) -> Self {
+        Self::start_with(devices.clone(), Watch::default(), halted)
     }
 
     /// Starts the station thread over a simulated station of any shape.
     pub fn over_twin(twin: twin::TwinStation) -> Self {
-        Self::start_with(
-            crate::parts::devices::twinned(twin, crate::params::TWIN_RATE_HZ),
-            Watch::default(),
-            false,
-        )
+        Self::start(&StationDevices::over(twin), false)
     }
 
-    /// Starts the station thread over these parts.
-    pub(crate) fn start_with(parts: Parts, watch: Watch, halted: bool) -> Self {
+    /// The same with a live view that goes on so long without viewers.
+    pub(crate) fn start_with(devices: StationDevices, watch: Watch, halted: bool) -> Self {
+        let simulation = devices.twin.as_deref().and_then(TwinDriver::control);
         let (commands, receiver) = sync_channel(COMMANDS);
         let (opened, first_opening) = sync_channel(1);
         let (stop_line, viewers) = (Arc::new(StopLine::latched(halted)), Arc::new(Viewers::default()));
         let first_state = if halted { MachineState::Halted } else { MachineState::Preoperational };
-        let status = watch::Sender::new(Arc::new(first_status(parts.simulated, first_state)));
+        let status = watch::Sender::new(Arc::new(first_status(devices.simulated(), first_state)));
         let newest = watch::Sender::new(None);
         let outlook = Outlook {
             status: status.clone(),
             newest: newest.clone(),
             stop_line: stop_line.clone(),
-            simulated: parts.simulated,
+            simulated: devices.simulated(),
             viewers: viewers.clone(),
             live_unwatched: watch.view,
             live_light_unwatched: watch.light,
@@ -164,14 +160,14 @@ impl StationHandle {
             published_at: None,
             published: None,
         };
-        let begin = move || thread::run(Station::new(receiver, outlook, parts.opener));
+        let begin = move || thread::run(Station::new(receiver, outlook, devices));
         let thread = std::thread::Builder::new().name("station".to_owned()).spawn(begin);
         if let Err(error) = &thread {
             tracing::error!(%error, "the station thread could not be started");
         }
         // Late devices are missing devices; they may still come with a reset.
         let _ = first_opening.recv_timeout(START_WAIT);
-        let (thread, simulation) = (Mutex::new(thread.ok()), parts.simulation);
+        let thread = Mutex::new(thread.ok());
         Self { shared: Arc::new(Shared { commands, stop_line, viewers, status, newest, thread, simulation }) }
     }
 

@@ -4,6 +4,7 @@ pub mod handle;
 pub mod lease;
 pub(crate) mod live_view;
 pub(crate) mod obeying;
+pub(crate) mod opening;
 pub(crate) mod outlook;
 pub(crate) mod owner;
 pub(crate) mod reset;

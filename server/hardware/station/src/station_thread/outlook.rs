@@ -158,7 +158,7 @@ impl Station {
         }
         let moving = self.stage.as_ref().is_some_and(Motion::is_moving);
         match self.machine {
-            MachineState::Preoperational if self.opening.is_some() || self.resetting.is_some() => {
+            MachineState::Preoperational if self.is_opening() || self.resetting.is_some() => {
                 "reaching the devices"
             }
             MachineState::Preoperational => "devices are missing",

@@ -1,12 +1,12 @@
 //! The station thread's own state, and the turn it makes again and again.
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, Instant};
 
 use crate::params::{COMMANDS_PER_TURN, IDLE_TURN, TURN};
 use crate::parts::acquisition::Acquisition;
-use crate::parts::devices::{Opened, Opener, Wanted};
+use crate::parts::devices::StationDevices;
 use crate::parts::light::Light;
 use crate::parts::machine::{self, Event};
 use crate::parts::motion::Motion;
@@ -15,6 +15,7 @@ use crate::shared::status::{DropCounts, Fault, MachineState, StateHistory};
 use crate::station_thread::command::{Answer, Command, Reply};
 use crate::station_thread::handle::Purpose;
 use crate::station_thread::live_view::LiveView;
+use crate::station_thread::opening::Opening;
 use crate::station_thread::outlook::Outlook;
 use crate::station_thread::reset::Resetting;
 use crate::station_thread::run::Run;
@@ -46,8 +47,8 @@ pub enum Revoked {
 pub struct Station {
     pub(crate) commands: Receiver<Command>,
     pub(crate) outlook: Outlook,
-    pub(crate) opener: Opener,
-    pub(crate) opening: Option<Receiver<Opened>>,
+    pub(crate) devices: StationDevices,
+    pub(crate) openings: Vec<Opening>,
     pub(crate) camera: Option<Acquisition>,
     pub(crate) stage: Option<Motion>,
     pub(crate) laser: Option<Light>,
@@ -73,11 +74,11 @@ pub struct Station {
 
 impl Station {
     /// A station that begins to open its devices; Halted where the stop line is latched.
-    pub fn new(commands: Receiver<Command>, outlook: Outlook, opener: Opener) -> Self {
+    pub fn new(commands: Receiver<Command>, outlook: Outlook, devices: StationDevices) -> Self {
         let mut station = Self {
             commands,
-            opener,
-            opening: None,
+            devices,
+            openings: Vec::new(),
             camera: None,
             stage: None,
             laser: None,
@@ -113,7 +114,7 @@ impl Station {
     pub fn turn(&mut self) -> bool {
         self.obey_stop();
         self.obey_commands();
-        self.tend_opening();
+        self.tend_openings();
         self.tend_camera();
         self.tend_stage();
         self.tend_laser();
@@ -159,7 +160,7 @@ impl Station {
         self.task.is_some()
             || self.run.is_some()
             || self.resetting.is_some()
-            || self.opening.is_some()
+            || self.is_opening()
             || self.stage.as_ref().is_some_and(Motion::is_moving)
             || self.laser.as_ref().is_some_and(Light::is_wanted)
             || self.stamping.is_waiting()
@@ -199,57 +200,6 @@ impl Station {
             return Some(if self.is_busy() { TURN } else { IDLE_TURN });
         }
         None
-    }
-
-    /// Begins to open what is missing, on a thread of its own.
-    pub(crate) fn begin_opening(&mut self) {
-        let wanted =
-            Wanted { camera: self.camera.is_none(), stage: self.stage.is_none(), laser: self.laser.is_none() };
-        if wanted == (Wanted { camera: false, stage: false, laser: false }) || self.opening.is_some() {
-            return;
-        }
-        let (opener, (sender, receiver)) = (self.opener.clone(), sync_channel(1));
-        let opening = move || drop(sender.send(opener(wanted)));
-        // Without a thread the receiver tells that nothing came.
-        let _ = std::thread::Builder::new().name("station-open".to_owned()).spawn(opening);
-        self.opening = Some(receiver);
-    }
-
-    fn tend_opening(&mut self) {
-        let Some(opening) = &self.opening else { return };
-        let opened = match opening.try_recv() {
-            Ok(opened) => opened,
-            Err(TryRecvError::Empty) => return,
-            Err(TryRecvError::Disconnected) => Opened::default(),
-        };
-        self.opening = None;
-        self.install(opened);
-        if self.resetting.is_none() {
-            let all = self.camera.is_some() && self.stage.is_some() && self.laser.is_some();
-            self.happen(if all { Event::Reached } else { Event::Missing });
-        }
-        // Who waits for the start reads the status next.
-        self.publish();
-        self.outlook.tell_opened();
-    }
-
-    fn install(&mut self, opened: Opened) {
-        if let Some(camera) = opened.camera {
-            self.camera = Some(Acquisition::new(camera, self.drops.clone()));
-        }
-        if let Some(stage) = opened.stage {
-            self.stage = Some(Motion::new(stage));
-        }
-        if let Some(laser) = opened.laser {
-            let mut light = Light::new(laser);
-            if let Err(error) = light.off() {
-                self.fail(error.into());
-            }
-            self.laser = Some(light);
-        }
-        for fault in opened.faults {
-            self.note(fault);
-        }
     }
 
     fn is_equipped(&self) -> bool {

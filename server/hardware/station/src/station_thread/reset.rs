@@ -66,7 +66,7 @@ impl Station {
 
     /// Asks all devices whether they are well again.
     pub(crate) fn tend_reset(&mut self) {
-        if self.resetting.is_none() || self.opening.is_some() {
+        if self.resetting.is_none() || self.is_opening() {
             return;
         }
         let open = self.faults_found();

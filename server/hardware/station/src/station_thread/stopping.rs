@@ -81,7 +81,7 @@ impl Station {
         self.end_work(|station| station.in_error());
         self.live = None;
         self.evict(Some(Revoked::Fault));
-        if self.opening.is_none() {
+        if !self.is_opening() {
             self.happen(Event::Fault);
         }
     }

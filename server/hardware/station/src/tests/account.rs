@@ -4,14 +4,14 @@ use std::sync::atomic::Ordering;
 
 use twin::TwinFault;
 
-use super::bench::{Bench, bench_of, nobody, small_parts};
+use super::bench::{Bench, bench_of, nobody, small_devices};
 use super::spied::{Spy, spied};
 use crate::StationRefusal;
 use crate::params::FRAME_BUFFERS;
 
 fn spied_bench() -> (Bench, std::sync::Arc<Spy>) {
-    let (parts, spy) = spied(small_parts());
-    let bench = bench_of(parts);
+    let (devices, spy) = spied(small_devices());
+    let bench = bench_of(devices);
     bench.wait_for("ready", |status| status.activity == "ready");
     (bench, spy)
 }

@@ -5,10 +5,11 @@ use std::time::Duration;
 use devices::contract::Stopwatch;
 use twin::{SceneKind, StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
 
-use crate::parts::devices::{Parts, twinned};
 use crate::shared::cancel::CancelFlag;
 use crate::station_thread::handle::Watch;
-use crate::{Manual, Purpose, StationHandle, StationLease, StationRefusal, StationStatus, StopEpoch};
+use crate::{
+    Manual, Purpose, StationDevices, StationHandle, StationLease, StationRefusal, StationStatus, StopEpoch,
+};
 
 /// How long a test waits for what must happen; far beyond every promised time.
 pub const PATIENCE: Duration = Duration::from_secs(10);
@@ -33,30 +34,27 @@ pub fn small_twin(options: TwinOptions) -> TwinStation {
     TwinStation::new(StationModel::seeded(7, &shape).unwrap(), options)
 }
 
-/// Parts of a small simulated station with a bare plate.
-pub fn small_parts() -> Parts {
-    twinned(
-        small_twin(TwinOptions { scene: SceneKind::Plate, ..TwinOptions::default() }),
-        crate::params::TWIN_RATE_HZ,
-    )
+/// Devices of a small simulated station with a bare plate.
+pub fn small_devices() -> StationDevices {
+    StationDevices::over(small_twin(TwinOptions { scene: SceneKind::Plate, ..TwinOptions::default() }))
 }
 
-/// A station over these parts, calibrated.
-pub fn bench_of(parts: Parts) -> Bench {
-    bench_with(parts, Watch::default(), false)
+/// A station of these devices, calibrated.
+pub fn bench_of(devices: StationDevices) -> Bench {
+    bench_with(devices, Watch::default(), false)
 }
 
 /// The same with a live view that goes on so long without viewers, stopped in an earlier life or not.
-pub fn bench_with(parts: Parts, watch: Watch, halted: bool) -> Bench {
-    let control = parts.simulation.clone().expect("the parts are simulated");
-    let station = StationHandle::start_with(parts, watch, halted);
+pub fn bench_with(devices: StationDevices, watch: Watch, halted: bool) -> Bench {
+    let control = devices.twin.as_ref().and_then(|twin| twin.control()).expect("the camera is simulated");
+    let station = StationHandle::start_with(devices, watch, halted);
     station.calibration_changed(true);
     Bench { station, control }
 }
 
 /// A small simulated station, ready.
 pub fn bench() -> Bench {
-    let bench = bench_of(small_parts());
+    let bench = bench_of(small_devices());
     bench.wait_for("ready", |status| status.activity == "ready");
     bench
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use devices::CameraRequest;
 use devices::contract::Stopwatch;
 
-use super::bench::{bench, bench_with, nobody, small_parts, wait, wait_until};
+use super::bench::{bench, bench_with, nobody, small_devices, wait, wait_until};
 use crate::station_thread::handle::Watch;
 use crate::{LaserLight, LiveRequest, MachineState, Manual, OperationalState, StationRefusal};
 
@@ -54,7 +54,7 @@ fn the_live_view_shows_frames_with_light_and_a_job_takes_over() {
 #[test]
 fn live_light_goes_out_without_a_viewer_before_the_view_ends_and_stays_out_when_one_comes_back() {
     let watch = Watch { light: Duration::from_millis(400), view: Duration::from_millis(1200) };
-    let bench = bench_with(small_parts(), watch, false);
+    let bench = bench_with(small_devices(), watch, false);
     bench.wait_for("ready", |status| status.activity == "ready");
     wait(bench.station.live(LIVE)).unwrap();
     for _ in 0..16 {

@@ -3,15 +3,15 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use super::bench::{bench_of, nobody, small_parts, wait_until};
+use super::bench::{bench_of, nobody, small_devices, wait_until};
 use super::spied::spied;
 use crate::station_thread::handle::Watch;
 use crate::{MachineState, Manual, OperationalState, StationHandle, StationRefusal};
 
 #[test]
 fn a_panic_in_the_thread_darkens_stops_and_becomes_a_fault() {
-    let (parts, spy) = spied(small_parts());
-    let bench = bench_of(parts);
+    let (devices, spy) = spied(small_devices());
+    let bench = bench_of(devices);
     bench.wait_for("ready", |status| status.activity == "ready");
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
@@ -33,8 +33,8 @@ fn a_panic_in_the_thread_darkens_stops_and_becomes_a_fault() {
 
 #[test]
 fn a_driver_that_hangs_cannot_keep_the_light_on() {
-    let (parts, spy) = spied(small_parts());
-    let bench = bench_of(parts);
+    let (devices, spy) = spied(small_devices());
+    let bench = bench_of(devices);
     bench.wait_for("ready", |status| status.activity == "ready");
     let lease = bench.lease();
     lease.laser_on(1.0).unwrap();
@@ -50,9 +50,9 @@ fn a_driver_that_hangs_cannot_keep_the_light_on() {
 
 #[test]
 fn the_end_of_the_thread_darkens() {
-    let parts = small_parts();
-    let control = parts.simulation.clone().unwrap();
-    let station = StationHandle::start_with(parts, Watch::default(), false);
+    let devices = small_devices();
+    let control = devices.twin.as_ref().unwrap().control().unwrap();
+    let station = StationHandle::start_with(devices, Watch::default(), false);
     let purpose =
         crate::Purpose { job_id: "job".to_owned(), activity: "scanning".to_owned(), epoch: station.stop_epoch() };
     let lease = station.lease(purpose).unwrap();

@@ -5,7 +5,7 @@ use std::time::Duration;
 use devices::contract::Stopwatch;
 use twin::TwinFault;
 
-use super::bench::{bench, bench_of, nobody, small_parts, wait, wait_until};
+use super::bench::{bench, bench_of, nobody, small_devices, wait, wait_until};
 use super::cell::Doing::{Calibrating, Jogging, Ready, Scanning};
 use super::cell::Follows::{GoesOn, Named, NamedAtUse};
 use super::cell::{Doing, Follows, Rig, check};
@@ -117,10 +117,10 @@ fn absent_devices_are_named_at_the_start_and_come_with_a_reset() {
 
 /// A station whose device is absent from the start.
 fn comes_with_a_reset(fault: TwinFault, device: &str, kind: &str) {
-    let parts = small_parts();
-    parts.simulation.as_ref().unwrap().set_fault(fault);
+    let devices = small_devices();
+    devices.twin.as_ref().unwrap().control().unwrap().set_fault(fault);
     let watch = Stopwatch::start();
-    let bench = bench_of(parts);
+    let bench = bench_of(devices);
     bench.wait_for("named", |status| {
         status.faults.iter().any(|fault| (fault.device, fault.kind) == (device, kind))
     });

@@ -1,19 +1,18 @@
 //! The fault × state matrix over a GRBL controller, played by the simulated firmware, whose record is the witness.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use devices::contract::Stopwatch;
+use devices::grbl::{GrblDriver, GrblSettings};
 use devices::grbl_simulator::{Fault, GrblSimulator, SimulatorConfig};
 use tempfile::TempDir;
-use twin::{SceneKind, TwinOptions};
 
-use super::bench::{Bench, bench_of, nobody, small_twin};
+use super::bench::{Bench, bench_of, nobody, small_devices};
 use super::cell::Doing::{Calibrating, Jogging, Ready, Scanning};
 use super::cell::Follows::{GoesOn, Named};
 use super::cell::{Doing, Follows, Rig, check};
-use crate::config::{GrblStationConfig, TwinConfig};
-use crate::parts::devices::driven;
-use crate::{MachineState, Manual, StationRefusal, Sweep};
+use crate::{MachineState, Manual, StationDevices, StationRefusal, Sweep};
 
 /// A controller behind a terminal, and a station that drives it.
 struct GrblBench {
@@ -53,24 +52,16 @@ impl Trouble {
     }
 }
 
-fn config(controller: &GrblSimulator) -> GrblStationConfig {
-    GrblStationConfig {
+/// Stage and laser of the controller beside the camera of a small simulated world.
+fn devices(controller: &GrblSimulator) -> StationDevices {
+    let settings = GrblSettings {
         port: controller.place().display().to_string(),
-        baud: 115_200,
         steps_per_mm: SimulatorConfig::default().steps_per_mm,
         identity: SimulatorConfig::default().name,
-        travel_from_mm: -40.0,
-        travel_to_mm: 40.0,
-        zero_at_machine_mm: -50.0,
-        camera: TwinConfig {
-            seed: 7,
-            scene: "plate".to_owned(),
-            gauge_height_mm: 8.9,
-            sphere_radius_mm: 18.9,
-            realistic_timing: false,
-            frame_rate_hz: 30.0,
-        },
-    }
+        ..GrblSettings::default()
+    };
+    let grbl = Arc::new(GrblDriver(settings));
+    StationDevices { stage: grbl.clone(), laser: grbl, ..small_devices() }
 }
 
 /// A station over a controller like this, with the trouble it has from the start; not homed.
@@ -80,8 +71,7 @@ fn start(machine: SimulatorConfig, trouble: Option<Trouble>) -> GrblBench {
     if let Some(trouble) = trouble {
         trouble.come(&controller);
     }
-    let twin = small_twin(TwinOptions { scene: SceneKind::Plate, ..TwinOptions::default() });
-    let bench = bench_of(driven(config(&controller), twin));
+    let bench = bench_of(devices(&controller));
     GrblBench { bench, controller, _folder: folder }
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::bench::{bench, bench_with, nobody, small_parts, wait};
+use super::bench::{bench, bench_with, nobody, small_devices, wait};
 use crate::station_thread::handle::Watch;
 use crate::{Fault, LiveRequest, MachineState, Manual, OperationalState, StationRefusal};
 
@@ -20,7 +20,7 @@ fn what_was_authorised_before_a_stop_never_has_the_station_not_even_after_the_re
 
 #[test]
 fn a_station_that_was_stopped_before_the_program_began_is_halted_until_a_reset() {
-    let bench = bench_with(small_parts(), Watch::default(), true);
+    let bench = bench_with(small_devices(), Watch::default(), true);
     assert_eq!(bench.station.status().state, MachineState::Halted);
     assert!(bench.station.is_halted());
     assert!(matches!(bench.try_lease().map(drop), Err(StationRefusal::Halted)));

@@ -9,5 +9,6 @@ mod fault_matrix;
 mod fault_matrix_grbl;
 mod job_calls;
 mod latch;
+mod mixed;
 mod spied;
 mod stops;

@@ -4,14 +4,19 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use devices::{Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo};
+use devices::{
+    Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, DeviceSet, Driver,
+    FrameInfo, OpenError, Opened,
+};
 use vision::GreyImage;
 
-use crate::parts::devices::{Opened, Parts, Wanted};
+use crate::StationDevices;
 
 /// What the test sees and does.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct Spy {
+    /// How long the next opening hangs.
+    pub open_hangs_ms: AtomicU64,
     /// Exposures asked for.
     pub triggers: AtomicU64,
     /// The next call for a frame panics.
@@ -26,16 +31,40 @@ struct Spied {
     spy: Arc<Spy>,
 }
 
-/// The same parts with the camera under observation.
-pub fn spied(parts: Parts) -> (Parts, Arc<Spy>) {
+/// A driver whose camera is under observation.
+#[derive(Debug)]
+struct SpiedDriver {
+    driver: Arc<dyn Driver>,
+    spy: Arc<Spy>,
+}
+
+/// The same devices with the camera under observation.
+pub fn spied(devices: StationDevices) -> (StationDevices, Arc<Spy>) {
     let spy = Arc::new(Spy::default());
-    let (opener, observer) = (parts.opener, spy.clone());
-    let opener = Arc::new(move |wanted: Wanted| {
-        let opened = opener(wanted);
-        let spied = |camera| Box::new(Spied { camera, spy: observer.clone() }) as Box<dyn Camera>;
-        Opened { camera: opened.camera.map(spied), ..opened }
-    });
-    (Parts { opener, ..parts }, spy)
+    let camera = Arc::new(SpiedDriver { driver: devices.camera, spy: spy.clone() });
+    (StationDevices { camera, ..devices }, spy)
+}
+
+impl Driver for SpiedDriver {
+    fn kind(&self) -> &'static str {
+        self.driver.kind()
+    }
+
+    fn makes(&self) -> DeviceSet {
+        self.driver.makes()
+    }
+
+    fn is_real(&self) -> bool {
+        self.driver.is_real()
+    }
+
+    fn open(&self, wanted: DeviceSet) -> Result<Opened, OpenError> {
+        let open_ms = self.spy.open_hangs_ms.swap(0, Ordering::SeqCst);
+        std::thread::sleep(Duration::from_millis(open_ms));
+        let opened = self.driver.open(wanted)?;
+        let spied = |camera| Box::new(Spied { camera, spy: self.spy.clone() }) as Box<dyn Camera>;
+        Ok(Opened { camera: opened.camera.map(spied), ..opened })
+    }
 }
 
 impl Camera for Spied {

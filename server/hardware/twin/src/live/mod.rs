@@ -8,6 +8,7 @@
 mod camera;
 mod control;
 mod fault;
+mod following;
 mod laser;
 mod motion;
 mod options;
@@ -24,6 +25,9 @@ pub use options::{Timing, TwinOptions};
 pub use params::{BOARD_EXPOSURE_US, LASER_EXPOSURE_US};
 pub use stage::TwinStage;
 
+use devices::{Laser, Stage};
+
+use crate::live::following::Mirror;
 use crate::live::world::SharedWorld;
 use crate::model::station::StationModel;
 
@@ -31,12 +35,13 @@ use crate::model::station::StationModel;
 pub struct TwinStation {
     world: SharedWorld,
     options: TwinOptions,
+    mirror: Mirror,
 }
 
 impl TwinStation {
     /// Switches a station on. A ball lies on its stage, as [`TwinOptions::scene`] says.
     pub fn new(model: StationModel, options: TwinOptions) -> Self {
-        Self { world: SharedWorld::new(&model, &options), options }
+        Self { world: SharedWorld::new(&model, &options), options, mirror: Mirror::default() }
     }
 
     /// The virtual operator's hands.
@@ -62,5 +67,14 @@ impl TwinStation {
     /// Opens the laser: dark.
     pub fn laser(&self) -> TwinLaser {
         TwinLaser::open(self.world.clone())
+    }
+    /// A stage of another driver, which the carriage of this world follows from now on.
+    pub fn followed_stage(&self, stage: Box<dyn Stage>) -> Box<dyn Stage> {
+        self.mirror.stage(stage, &self.control())
+    }
+
+    /// A laser of another driver, which the light of this world follows from now on.
+    pub fn followed_laser(&self, laser: Box<dyn Laser>) -> Box<dyn Laser> {
+        self.mirror.laser(laser, &self.control())
     }
 }

@@ -10,8 +10,6 @@ use serde::{Deserialize, Serialize};
 use store::disk::{Disk, LocalDisk};
 use tokio::sync::Mutex;
 
-use station::config::StationConfig;
-
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::hash_hex;
@@ -80,8 +78,7 @@ impl MeasurementPlan {
             region_mm: None,
             seed: None,
         };
-        let simulated = matches!(config.station, StationConfig::Twin(_));
-        let measure = if simulated { vec![ball] } else { Vec::new() };
+        let measure = if config.station.twin.is_some() { vec![ball] } else { Vec::new() };
         Self { from_mm, to_mm, step_mm: FIRST_STEP_MM, exposure_us: None, measure }
     }
 

@@ -32,7 +32,7 @@ pub fn routes() -> OpenApiRouter<Http> {
 fn hands(app: &App) -> Result<TwinControl, Problem> {
     app.station.simulation().ok_or_else(|| {
         Problem::new(ProblemKind::NotFound, "the station is not simulated")
-            .remedy("start the service with station.kind = \"twin\"")
+            .remedy("start the service with station.camera.kind = \"twin\"")
     })
 }
 

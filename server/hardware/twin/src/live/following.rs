@@ -1,5 +1,5 @@
-//! A simulated world that follows real devices: the pictures show where the controller says the stage is, lit when it
-//! says the laser shines.
+//! A simulated world that follows the devices of other drivers: the pictures show where their controller says the stage
+//! is, lit when it says the laser shines.
 //!
 //! Between two readings of a moving stage the world goes on at the speed between the last two; pictures taken then
 //! are off by what the speed changes in one reading. That is good enough to try a controller, not to measure with.
@@ -11,7 +11,8 @@ use devices::{
     AcceptedMove, DeviceIdentity, Laser, LaserCapabilities, LaserError, LaserState, Stage, StageCapabilities,
     StageError, StageState,
 };
-use twin::TwinControl;
+
+use crate::live::control::TwinControl;
 
 /// What the devices said last.
 #[derive(Default)]
@@ -23,16 +24,21 @@ struct Seen {
 
 /// What the devices said last, shared with the world that follows.
 #[derive(Clone, Default)]
-pub struct Mirror(Arc<Mutex<Seen>>);
+pub(super) struct Mirror(Arc<Mutex<Seen>>);
 
 impl Mirror {
-    /// A mirror that the world of `control` follows.
-    pub fn following(control: &TwinControl) -> Self {
-        let mirror = Self::default();
-        let (stage, laser) = (mirror.clone(), mirror.clone());
-        control.follow_stage(move |at| stage.position_mm(at));
-        control.follow_laser(move |_| laser.look(|seen| seen.power));
-        mirror
+    /// Lets the world of `control` follow a stage that is not its own.
+    pub(super) fn stage(&self, stage: Box<dyn Stage>, control: &TwinControl) -> Box<dyn Stage> {
+        let mirror = self.clone();
+        control.follow_stage(move |at| mirror.position_mm(at));
+        Box::new(MirroredStage { stage, mirror: self.clone() })
+    }
+
+    /// Lets the world of `control` follow a laser that is not its own.
+    pub(super) fn laser(&self, laser: Box<dyn Laser>, control: &TwinControl) -> Box<dyn Laser> {
+        let mirror = self.clone();
+        control.follow_laser(move |_| mirror.look(|seen| seen.power));
+        Box::new(MirroredLaser { laser, mirror: self.clone() })
     }
 
     fn look<T>(&self, look: impl FnOnce(&mut Seen) -> T) -> T {
@@ -69,19 +75,12 @@ impl Mirror {
 }
 
 /// A stage that the world follows.
-pub struct MirroredStage<S> {
-    stage: S,
+struct MirroredStage {
+    stage: Box<dyn Stage>,
     mirror: Mirror,
 }
 
-impl<S: Stage> MirroredStage<S> {
-    /// A stage that `mirror` shows.
-    pub fn new(stage: S, mirror: &Mirror) -> Self {
-        Self { stage, mirror: mirror.clone() }
-    }
-}
-
-impl<S: Stage> Stage for MirroredStage<S> {
+impl Stage for MirroredStage {
     fn identity(&self) -> DeviceIdentity {
         self.stage.identity()
     }
@@ -130,17 +129,12 @@ impl<S: Stage> Stage for MirroredStage<S> {
 }
 
 /// A laser that the world follows.
-pub struct MirroredLaser<L> {
-    laser: L,
+struct MirroredLaser {
+    laser: Box<dyn Laser>,
     mirror: Mirror,
 }
 
-impl<L: Laser> MirroredLaser<L> {
-    /// A laser that `mirror` shows.
-    pub fn new(laser: L, mirror: &Mirror) -> Self {
-        Self { laser, mirror: mirror.clone() }
-    }
-
+impl MirroredLaser {
     fn mirrored(&self, state: Result<LaserState, LaserError>) -> Result<LaserState, LaserError> {
         if state.is_err() {
             // What cannot be reached is not shown as light; the status says that it is unknown.
@@ -150,7 +144,7 @@ impl<L: Laser> MirroredLaser<L> {
     }
 }
 
-impl<L: Laser> Laser for MirroredLaser<L> {
+impl Laser for MirroredLaser {
     fn identity(&self) -> DeviceIdentity {
         self.laser.identity()
     }

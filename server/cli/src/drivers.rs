@@ -1,0 +1,152 @@
+//! The table of drivers: every kind of device that a station can be made of, and who of them makes what.
+
+use std::sync::Arc;
+
+use devices::grbl::{GrblDriver, GrblSettings};
+use devices::replay::{ReplayDriver, ReplaySettings};
+use devices::{DeviceSet, Driver, MissingSetting};
+use station::StationDevices;
+use twin::{TwinDriver, TwinSettings};
+
+/// `[station]`: which driver makes which device, and the settings of every driver.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StationSettings {
+    /// Kind of the camera's driver.
+    pub camera: String,
+    /// Kind of the stage's driver.
+    pub stage: String,
+    /// Kind of the laser's driver.
+    pub laser: String,
+    /// `[station.twin]`.
+    pub twin: TwinSettings,
+    /// `[station.replay]`.
+    pub replay: ReplaySettings,
+    /// `[station.grbl]`.
+    pub grbl: GrblSettings,
+}
+
+/// Why devices do not make a station.
+#[derive(Debug, PartialEq)]
+pub enum NoStation {
+    /// No driver of that kind makes such a device.
+    NoSuchKind {
+        /// Which device.
+        device: &'static str,
+        /// The kinds that there are for it.
+        known: Vec<&'static str>,
+    },
+    /// A driver is chosen and has nothing to open.
+    Missing {
+        /// The device it is to make.
+        device: &'static str,
+        /// Its kind.
+        kind: &'static str,
+        /// What is to be set.
+        setting: MissingSetting,
+        /// Values of that setting that were found at this computer.
+        found: Vec<String>,
+    },
+    /// Camera and stage of different drivers, of which one is nothing without its other half.
+    Apart {
+        /// The kind that must make both.
+        kind: &'static str,
+        /// The device that another one is to make.
+        device: &'static str,
+    },
+}
+
+/// The table, one row for each kind; the simulated world is needed by itself, too.
+fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>) {
+    let twin = Arc::new(TwinDriver::new(settings.twin.clone()));
+    let rows: Vec<Arc<dyn Driver>> = vec![
+        twin.clone(),
+        Arc::new(ReplayDriver(settings.replay.clone())),
+        Arc::new(GrblDriver(settings.grbl.clone())),
+    ];
+    (twin, rows)
+}
+
+/// The devices that the settings choose; nothing is opened.
+///
+/// # Errors
+/// [`NoStation`] if a kind does not exist, has nothing to open, or does not go with the others.
+pub fn station_devices(settings: &StationSettings) -> Result<StationDevices, NoStation> {
+    let (twin, rows) = drivers(settings);
+    let none = DeviceSet::default();
+    let camera = chosen(&rows, "camera", DeviceSet { camera: true, ..none }, &settings.camera)?;
+    let stage = chosen(&rows, "stage", DeviceSet { stage: true, ..none }, &settings.stage)?;
+    let laser = chosen(&rows, "laser", DeviceSet { laser: true, ..none }, &settings.laser)?;
+    if camera.kind() != stage.kind() {
+        for (binding, other) in [(&camera, "stage"), (&stage, "camera")] {
+            if binding.binds_camera_to_stage() {
+                return Err(NoStation::Apart { kind: binding.kind(), device: other });
+            }
+        }
+    }
+    let twin = (camera.kind() == twin.kind()).then_some(twin);
+    Ok(StationDevices { camera, stage, laser, twin })
+}
+
+fn chosen(
+    rows: &[Arc<dyn Driver>],
+    device: &'static str,
+    needed: DeviceSet,
+    kind: &str,
+) -> Result<Arc<dyn Driver>, NoStation> {
+    let makers = || rows.iter().filter(|row| row.makes().and(needed) == needed);
+    let Some(driver) = makers().find(|row| row.kind() == kind) else {
+        return Err(NoStation::NoSuchKind { device, known: makers().map(|row| row.kind()).collect() });
+    };
+    match driver.missing() {
+        None => Ok(driver.clone()),
+        Some(setting) => {
+            let found = driver.discover().into_iter().filter(|found| found.setting == setting.name);
+            let found = found.map(|found| found.value).collect();
+            Err(NoStation::Missing { device, kind: driver.kind(), setting, found })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(camera: &str, stage: &str, laser: &str) -> StationSettings {
+        StationSettings {
+            camera: camera.to_owned(),
+            stage: stage.to_owned(),
+            laser: laser.to_owned(),
+            twin: TwinSettings::default(),
+            replay: ReplaySettings { folder: "capture".into(), ..ReplaySettings::default() },
+            grbl: GrblSettings { port: "/dev/ttyACM0".to_owned(), ..GrblSettings::default() },
+        }
+    }
+
+    #[test]
+    fn every_combination_is_taken_but_a_recording_without_its_other_half() {
+        for camera in ["twin", "replay"] {
+            for stage in ["twin", "replay", "grbl"] {
+                for laser in ["twin", "replay", "grbl"] {
+                    let made = station_devices(&settings(camera, stage, laser));
+                    let apart = (camera == "replay") != (stage == "replay");
+                    assert_eq!(made.is_err(), apart, "{camera}, {stage}, {laser}: {made:?}");
+                    let Ok(made) = made else { continue };
+                    let kinds = [made.camera.kind(), made.stage.kind(), made.laser.kind()];
+                    assert_eq!(kinds, [camera, stage, laser]);
+                    assert_eq!(made.twin.is_some(), camera == "twin");
+                    assert_eq!(
+                        Arc::ptr_eq(&made.stage, &made.laser),
+                        stage == laser,
+                        "one controller, opened once"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_kind_that_makes_no_such_device_is_refused_with_those_that_do() {
+        let refused = station_devices(&settings("grbl", "grbl", "grbl")).unwrap_err();
+        assert_eq!(refused, NoStation::NoSuchKind { device: "camera", known: vec!["twin", "replay"] });
+    }
+}

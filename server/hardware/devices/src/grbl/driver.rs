@@ -1,0 +1,100 @@
+//! The driver's row: stage and laser of one controller.
+
+use std::time::Duration;
+
+use super::{GrblConfig, open};
+use crate::driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
+use crate::{Laser, LaserError, Stage};
+
+/// Longest opening of a controller, within the wait of the service's start.
+const OPEN_LIMIT: Duration = Duration::from_millis(3500);
+
+/// `[station.grbl]`: a controller that moves the stage, switches the laser, or both.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GrblSettings {
+    /// Serial port of the controller.
+    pub port: String,
+    /// Speed of the port, baud.
+    pub baud: u32,
+    /// What its `$100` must say.
+    pub steps_per_mm: f64,
+    /// Text that its `$I` must contain; empty: any.
+    pub identity: String,
+    /// Lowest position of the stage.
+    pub travel_from_mm: f64,
+    /// Highest position of the stage.
+    pub travel_to_mm: f64,
+    /// Machine position of the stage's zero.
+    pub zero_at_machine_mm: f64,
+}
+
+impl Default for GrblSettings {
+    /// A small stage with switches at its upper end; the port has to be named.
+    fn default() -> Self {
+        Self {
+            port: String::new(),
+            baud: 115_200,
+            steps_per_mm: 80.0,
+            identity: String::new(),
+            travel_from_mm: -40.0,
+            travel_to_mm: 40.0,
+            zero_at_machine_mm: -50.0,
+        }
+    }
+}
+
+/// Makes stage and laser of the controller that the settings name.
+#[derive(Debug, Clone)]
+pub struct GrblDriver(pub GrblSettings);
+
+impl GrblDriver {
+    fn config(&self) -> GrblConfig {
+        let settings = &self.0;
+        GrblConfig {
+            baud_rate: settings.baud,
+            expected_name: Some(settings.identity.clone()).filter(|name| !name.is_empty()),
+            zero_at_machine_mm: settings.zero_at_machine_mm,
+            open_limit: OPEN_LIMIT,
+            ..GrblConfig::new(
+                &settings.port,
+                settings.steps_per_mm,
+                (settings.travel_from_mm, settings.travel_to_mm),
+            )
+        }
+    }
+}
+
+impl Driver for GrblDriver {
+    fn kind(&self) -> &'static str {
+        "grbl"
+    }
+
+    fn makes(&self) -> DeviceSet {
+        DeviceSet::STAGE_AND_LASER
+    }
+
+    fn missing(&self) -> Option<MissingSetting> {
+        let expected = "the serial port of the controller";
+        self.0.port.is_empty().then_some(MissingSetting { name: "port", expected })
+    }
+
+    /// Both come from one controller, which is opened and checked as a whole whichever is wanted.
+    fn open(&self, wanted: DeviceSet) -> Result<Opened, OpenError> {
+        let (stage, laser) = open(&self.config()).map_err(|error| match wanted.stage {
+            true => OpenError::Stage(error),
+            false => OpenError::Laser(LaserError::Gone { reason: error.to_string() }),
+        })?;
+        Ok(Opened {
+            camera: None,
+            stage: wanted.stage.then(|| Box::new(stage) as Box<dyn Stage>),
+            laser: wanted.laser.then(|| Box::new(laser) as Box<dyn Laser>),
+        })
+    }
+
+    /// Serial ports with a device on USB.
+    fn discover(&self) -> Vec<Found> {
+        let ports = serialport::available_ports().unwrap_or_default().into_iter();
+        let on_usb = ports.filter(|port| matches!(port.port_type, serialport::SerialPortType::UsbPort(_)));
+        on_usb.map(|port| Found { setting: "port", value: port.port_name }).collect()
+    }
+}

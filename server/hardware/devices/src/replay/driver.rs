@@ -1,0 +1,90 @@
+//! The driver's row: camera, stage and laser of a recording.
+
+use std::path::PathBuf;
+
+use super::{Pace, Pictures, ReplayCamera, ReplayConfig, ReplayError, ReplayLaser, ReplayStage, open};
+use crate::driver::{DeviceSet, Driver, MissingSetting, OpenError, Opened, with_causes};
+use crate::{Camera, Laser, Stage};
+
+/// `[station.replay]`: a capture folder that is played.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReplaySettings {
+    /// The capture folder that is played.
+    pub folder: PathBuf,
+    /// Which of its scans; empty: the first.
+    pub scan: String,
+    /// Frames per second.
+    pub frame_rate_hz: f64,
+    /// Play from memory, without a disk in the way.
+    pub preload: bool,
+    /// Start again at the end.
+    pub repeat: bool,
+}
+
+impl Default for ReplaySettings {
+    /// The first scan from memory, again and again; the folder has to be named.
+    fn default() -> Self {
+        Self { folder: PathBuf::new(), scan: String::new(), frame_rate_hz: 30.0, preload: true, repeat: true }
+    }
+}
+
+/// Plays the capture folder that the settings name.
+#[derive(Debug, Clone)]
+pub struct ReplayDriver(pub ReplaySettings);
+
+impl ReplayDriver {
+    fn devices(&self) -> Result<(ReplayCamera, ReplayStage, ReplayLaser), ReplayError> {
+        let settings = &self.0;
+        let scan = if settings.scan.is_empty() { self.first_scan()? } else { settings.scan.clone() };
+        open(&ReplayConfig {
+            folder: settings.folder.clone(),
+            pictures: Pictures::Scan(scan),
+            pace: Pace::Hz(settings.frame_rate_hz),
+            looped: settings.repeat,
+            preload: settings.preload,
+        })
+    }
+
+    fn first_scan(&self) -> Result<String, ReplayError> {
+        let folder = &self.0.folder;
+        let capture = capture::Capture::open(folder)?;
+        let first = capture.manifest.scans.first().map(|scan| scan.name.clone());
+        first.ok_or_else(|| ReplayError::NoPictures { folder: folder.clone(), pictures: "scan" })
+    }
+}
+
+impl Driver for ReplayDriver {
+    fn kind(&self) -> &'static str {
+        "replay"
+    }
+
+    fn makes(&self) -> DeviceSet {
+        DeviceSet::ALL
+    }
+
+    fn is_real(&self) -> bool {
+        false
+    }
+
+    fn binds_camera_to_stage(&self) -> bool {
+        true
+    }
+
+    fn missing(&self) -> Option<MissingSetting> {
+        let expected = "the capture folder to be played";
+        self.0.folder.as_os_str().is_empty().then_some(MissingSetting { name: "folder", expected })
+    }
+
+    fn open(&self, wanted: DeviceSet) -> Result<Opened, OpenError> {
+        let (camera, stage, laser) = self.devices().map_err(|error| {
+            let remedy =
+                "put it in place and reset the station, or correct station.replay.folder and station.replay.scan";
+            OpenError::Absent(format!("{}; {remedy}", with_causes(&error)))
+        })?;
+        Ok(Opened {
+            camera: wanted.camera.then(|| Box::new(camera) as Box<dyn Camera>),
+            stage: wanted.stage.then(|| Box::new(stage) as Box<dyn Stage>),
+            laser: wanted.laser.then(|| Box::new(laser) as Box<dyn Laser>),
+        })
+    }
+}

@@ -1,0 +1,133 @@
+//! Opening devices: every driver on a thread of its own, so that one that hangs keeps nobody from being heard.
+
+use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
+use std::time::Instant;
+
+use devices::{DeviceSet, OpenError, Opened};
+
+use crate::params::OPENING_LIMIT;
+use crate::parts::acquisition::Acquisition;
+use crate::parts::devices::Share;
+use crate::parts::faults::fault;
+use crate::parts::light::Light;
+use crate::parts::machine::Event;
+use crate::parts::motion::Motion;
+use crate::station_thread::owner::Station;
+
+/// What a fault of a driver that hangs is called; it goes when the driver comes back.
+const OPENING: &str = "opening";
+
+/// A driver that opens its devices.
+pub struct Opening {
+    share: Share,
+    answer: Receiver<Result<Opened, OpenError>>,
+    since: Instant,
+    /// What it came back with; installed with that of the others.
+    done: Option<Result<Opened, OpenError>>,
+    /// It was waited for in vain; its devices may still come.
+    overdue: bool,
+}
+
+impl Opening {
+    fn begin(share: Share) -> Self {
+        let (sender, answer) = sync_channel(1);
+        let opened = share.clone();
+        let open = move || drop(sender.send(opened.open()));
+        // Without a thread the receiver tells that nothing came.
+        let _ = std::thread::Builder::new().name("station-open".to_owned()).spawn(open);
+        Self { share, answer, since: Instant::now(), done: None, overdue: false }
+    }
+
+    fn look(&mut self) {
+        if self.done.is_none() {
+            self.done = match self.answer.try_recv() {
+                Ok(answer) => Some(answer),
+                Err(TryRecvError::Empty) => None,
+                Err(TryRecvError::Disconnected) => Some(Ok(Opened::default())),
+            };
+        }
+    }
+
+    fn is_waited_for(&self) -> bool {
+        self.done.is_none() && !self.overdue
+    }
+}
+
+impl Station {
+    /// Begins to open what is missing and not being opened already.
+    pub(crate) fn begin_opening(&mut self) {
+        let missing =
+            DeviceSet { camera: self.camera.is_none(), stage: self.stage.is_none(), laser: self.laser.is_none() };
+        for share in self.devices.shares(missing) {
+            let being_opened = |opening: &Opening| !opening.share.devices.and(share.devices).is_empty();
+            if !self.openings.iter().any(being_opened) {
+                self.openings.push(Opening::begin(share));
+            }
+        }
+    }
+
+    /// Whether devices are waited for.
+    pub(crate) fn is_opening(&self) -> bool {
+        self.openings.iter().any(|opening| !opening.overdue)
+    }
+
+    /// Installs what was opened once no driver is waited for any more, and later what comes late.
+    pub(crate) fn tend_openings(&mut self) {
+        self.openings.iter_mut().for_each(Opening::look);
+        let was_opening = self.is_opening();
+        let mut late = Vec::new();
+        for opening in self.openings.iter_mut().filter(|opening| opening.is_waited_for()) {
+            if opening.since.elapsed() > OPENING_LIMIT {
+                opening.overdue = true;
+                late.extend(opening.share.devices.names().map(|device| (device, opening.share.driver.kind())));
+            }
+        }
+        for (device, kind) in late {
+            let waited_s = OPENING_LIMIT.as_secs();
+            let detail = format!("the driver `{kind}` has been opening the {device} for more than {waited_s} s");
+            self.note(fault(device, OPENING, &format!("{detail}; check the device; it may still come")));
+        }
+        if self.openings.iter().any(Opening::is_waited_for) {
+            return;
+        }
+        let (done, hanging) = std::mem::take(&mut self.openings).into_iter().partition(|one| one.done.is_some());
+        self.openings = hanging;
+        let done: Vec<Opening> = done;
+        if done.is_empty() && !was_opening {
+            return;
+        }
+        for opening in done {
+            let devices = opening.share.devices;
+            let hung = |device| devices.names().any(|name| name == device);
+            self.faults.retain(|fault| fault.kind != OPENING || !hung(fault.device));
+            match opening.done {
+                Some(Ok(opened)) => self.install(opened),
+                Some(Err(error)) => opening.share.fault(error).into_iter().for_each(|fault| self.note(fault)),
+                None => {}
+            }
+        }
+        if self.resetting.is_none() {
+            let all = self.camera.is_some() && self.stage.is_some() && self.laser.is_some();
+            self.happen(if all { Event::Reached } else { Event::Missing });
+        }
+        // Who waits for the start reads the status next.
+        self.publish();
+        self.outlook.tell_opened();
+    }
+
+    fn install(&mut self, opened: Opened) {
+        if let Some(camera) = opened.camera {
+            self.camera = Some(Acquisition::new(camera, self.drops.clone()));
+        }
+        if let Some(stage) = opened.stage {
+            self.stage = Some(Motion::new(stage));
+        }
+        if let Some(laser) = opened.laser {
+            let mut light = Light::new(laser);
+            if let Err(error) = light.off() {
+                self.fail(error.into());
+            }
+            self.laser = Some(light);
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Devices of several drivers make one station; each is opened by itself, and one that hangs keeps nobody waiting.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use devices::grbl::{GrblDriver, GrblSettings};
+use devices::grbl_simulator::{GrblSimulator, SimulatorConfig};
+use devices::replay::{ReplayDriver, ReplaySettings};
+use tempfile::TempDir;
+
+use super::bench::{bench_of, nobody, small_devices, wait, wait_until};
+use super::spied::spied;
+use crate::params::OPENING_LIMIT;
+use crate::{MachineState, Manual, StationDevices};
+
+/// A controller whose axis nobody uses: without switches, so that it takes commands at once.
+fn controller() -> (GrblSimulator, Arc<GrblDriver>, TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = SimulatorConfig { homing: false, ..SimulatorConfig::default() };
+    let settings = GrblSettings { steps_per_mm: machine.steps_per_mm, ..GrblSettings::default() };
+    let controller = GrblSimulator::start(machine, &folder.path().join("tty"), None).unwrap();
+    let port = controller.place().display().to_string();
+    (controller, Arc::new(GrblDriver(GrblSettings { port, ..settings })), folder)
+}
+
+#[test]
+fn a_lasers_controller_lights_the_simulated_world_while_the_simulated_stage_moves_it() {
+    let (controller, grbl, _folder) = controller();
+    let bench = bench_of(StationDevices { laser: grbl, ..small_devices() });
+    bench.wait_for("ready", |status| status.activity == "ready");
+    let lease = bench.lease();
+    lease.move_to(10.0, None, &nobody()).unwrap();
+    assert_eq!(bench.control.true_position_mm(), 10.0);
+    lease.laser_on(1.0).unwrap();
+    assert!(lease.grab(&nobody()).unwrap().laser_on);
+    assert!(controller.witness().light() && bench.control.laser_power() > 0.0);
+    drop(lease);
+    wait_until("dark", || !controller.witness().light() && bench.control.laser_power() == 0.0);
+    assert_eq!(controller.witness().n_motions_since(controller.witness().mark()), 0);
+}
+
+#[test]
+fn a_stages_controller_moves_the_simulated_world_while_the_simulated_laser_lights_it() {
+    let (controller, grbl, _folder) = controller();
+    let bench = bench_of(StationDevices { stage: grbl, ..small_devices() });
+    // Its zero is where it stands, at the upper end of its travel.
+    bench.manual(Manual::Home).unwrap();
+    bench.wait_for("ready", |status| status.activity == "ready");
+    let lease = bench.lease();
+    lease.move_to(-10.0, None, &nobody()).unwrap();
+    lease.laser_on(1.0).unwrap();
+    let frame = lease.grab(&nobody()).unwrap();
+    assert!(frame.laser_on && (frame.position_mm.unwrap() + 10.0).abs() < 0.01, "{:?}", frame.position_mm);
+    assert!((bench.control.true_position_mm() + 10.0).abs() < 0.01);
+    assert!(bench.control.laser_power() > 0.0 && !controller.witness().light());
+}
+
+#[test]
+fn a_driver_that_cannot_open_keeps_only_its_own_devices() {
+    let folder = tempfile::tempdir().unwrap();
+    let nowhere = ReplaySettings { folder: folder.path().join("nowhere"), ..ReplaySettings::default() };
+    let bench = bench_of(StationDevices { laser: Arc::new(ReplayDriver(nowhere)), ..small_devices() });
+    let status = bench.station.status();
+    assert_eq!(status.state, MachineState::Preoperational);
+    let named: Vec<_> = status.faults.iter().map(|fault| (fault.device, fault.kind)).collect();
+    assert_eq!(named, [("laser", "gone")]);
+    assert!(status.camera.connected && status.stage.connected && !status.laser.connected);
+}
+
+#[test]
+fn a_driver_that_hangs_while_it_opens_is_named_and_stop_is_heard_all_the_same() {
+    let (devices, spy) = spied(small_devices());
+    let hang = OPENING_LIMIT + Duration::from_secs(1);
+    spy.open_hangs_ms.store(hang.as_millis() as u64, Ordering::SeqCst);
+    let begun = Instant::now();
+    let bench = bench_of(devices);
+    bench.wait_for("named", |status| {
+        status.faults.iter().any(|fault| (fault.device, fault.kind) == ("camera", "opening"))
+    });
+    let status = bench.station.status();
+    assert!(
+        begun.elapsed() < hang && status.stage.connected && status.laser.connected && !status.camera.connected
+    );
+    let asked = Instant::now();
+    wait(bench.station.stop("a person")).unwrap();
+    assert!(asked.elapsed() < Duration::from_millis(500), "told after {:?}", asked.elapsed());
+    bench.wait_for("there", |status| status.camera.connected && status.faults.is_empty());
+    bench.manual(Manual::Reset).unwrap();
+    bench.wait_for("ready", |status| status.activity == "ready");
+}
