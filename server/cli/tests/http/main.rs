@@ -18,6 +18,7 @@ mod problems;
 mod replay;
 mod station;
 mod stopping;
+mod untyped;
 mod verdicts;
 
 use common::server::Server;

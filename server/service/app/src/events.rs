@@ -121,6 +121,7 @@ pub enum Event {
 
 /// Nothing more is to be said.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct NoBody {}
 
 /// A job, as far as the event knows it.
@@ -178,9 +179,12 @@ impl From<&CaptureRecord> for CaptureCreated {
 pub struct CalibrationCreated {
     /// By which job.
     pub job_id: String,
-    /// Its figures.
-    #[schema(value_type = Object)]
-    pub summary: Value,
+    /// Model of its light sheets; missing without laser pictures.
+    pub model: Option<String>,
+    /// RMS distance of board corners from where the camera expects them.
+    pub corner_rms_px: f64,
+    /// What it leaves of depth uncertainty over the working volume.
+    pub systematic_sigma_mm: Option<f64>,
 }
 
 /// Which calibration is active, and which was.

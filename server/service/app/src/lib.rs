@@ -21,6 +21,7 @@ pub mod limits;
 pub mod measurements;
 pub mod points_page;
 pub mod progress;
+pub mod scan_run;
 pub mod sessions;
 mod start;
 pub mod stored_scan;

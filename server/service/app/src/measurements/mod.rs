@@ -1,13 +1,12 @@
 //! Measurements on stored scans: the cloud, its calibration, `metrology::measure`, a record.
 
 mod check;
-mod input;
 pub mod parts;
 pub mod plan;
 mod surface_region;
 
+pub use crate::scan_run::{MeasureInput, ScanPurpose};
 pub use check::check_measurements;
-pub use input::{MeasureInput, ScanPurpose};
 
 use crate::events::{Event, MeasurementCreated, event};
 use metrology::{MeasureError, MeasureRequest, PartVerdict, Region, Tool, measure};

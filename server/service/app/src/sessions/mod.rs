@@ -9,30 +9,31 @@ mod found;
 mod look;
 mod needs;
 pub mod photographer;
+mod stored;
 pub mod virtual_operator;
 
 use crate::events::{Event, NoBody, SessionVersion, event};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use serde::{Deserialize, Serialize};
 use station::cancel::CancelFlag;
 use station::wall_clock::now_ms;
 use station::{Purpose, StampedFrame, StationHandle, StationLease};
 use store::{Artifacts, Change, Listed, Page, SessionRecord, StoreError};
-use utoipa::ToSchema;
 
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::ledger::Ledger;
 use crate::sessions::photographer::{Exposures, Photographer};
+use crate::sessions::stored::to_stored;
 use crate::sessions::virtual_operator::VirtualOperator;
 use crate::stored_scan::{disk_problem, new_id};
 
 pub use body::{
-    BoardPicture, CameraSoFar, Picture, ProjectorSheet, Session, SessionBody, SessionPose, SessionStageView,
-    Target,
+    BoardPicture, CameraSoFar, LaserPicture, Picture, ProjectorSheet, Session, SessionBody, SessionPose,
+    SessionStageView, Target,
 };
 pub use look::Look;
+pub use needs::{Need, SessionNeeds};
 
 /// Most pictures of a session: five times what any calibration needs, and a bounded record.
 const PICTURE_LIMIT: usize = 120;
@@ -41,8 +42,7 @@ const PICTURE_LIMIT: usize = 120;
 const FEWEST_BOARDS: usize = 3;
 
 /// What a new session is to be.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct NewSession {
     /// What a person calls it.
     pub name: Option<String>,
@@ -55,7 +55,7 @@ pub struct NewSession {
 }
 
 /// What a new session has where nothing else is said.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SessionDefaults {
     /// The configured board.
     pub target: Target,
@@ -66,8 +66,7 @@ pub struct SessionDefaults {
 }
 
 /// Where the virtual operator of a simulated station is to hold the board.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(tag = "place", rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VirtualBoard {
     /// In a pose, counted from 0.
     Pose {
@@ -149,11 +148,10 @@ impl Sessions {
             job_id: None,
         };
         check_new(&body)?;
-        let session =
-            Session { id: new_id(), version: 1, body, needs: None, created_at_ms: now, changed_at_ms: now };
+        let session = Session { id: new_id(), version: 1, body, created_at_ms: now, changed_at_ms: now };
         let told = event(&session.id, Event::SessionCreated(SessionVersion { version: session.version }));
         let mut changes = and(&session);
-        changes.extend([Change::InsertSession(record(&session)?), told]);
+        changes.extend([Change::InsertSession(record(&session)), told]);
         self.ledger.commit(changes).await?;
         Ok(session)
     }
@@ -317,7 +315,7 @@ impl Sessions {
         session.version += 1;
         session.changed_at_ms = now_ms();
         let told = event(id, Event::SessionChanged(SessionVersion { version: session.version }));
-        match self.ledger.commit(vec![Change::UpdateSession(record(&session)?), told]).await {
+        match self.ledger.commit(vec![Change::UpdateSession(record(&session)), told]).await {
             Ok(_) => Ok(session),
             Err(StoreError::Changed { .. }) => Err(changed()),
             Err(error) => Err(error.into()),
@@ -350,17 +348,14 @@ impl Sessions {
     }
 }
 
-fn record(session: &Session) -> Result<SessionRecord, AppError> {
-    let body = serde_json::to_value(&session.body).map_err(|cause| {
-        AppError::new(ErrorKind::Internal, "the session cannot be stored").because(cause.to_string())
-    })?;
-    Ok(SessionRecord {
+fn record(session: &Session) -> SessionRecord {
+    SessionRecord {
         id: session.id.clone(),
         version: session.version,
-        body,
+        body: to_stored(&session.body),
         created_at_ms: session.created_at_ms,
         changed_at_ms: session.changed_at_ms,
-    })
+    }
 }
 
 /// Target and projector must be ones that a manifest may state; the manifest's own rules decide when it is solved,

@@ -24,8 +24,9 @@ use crate::wire::calibrations::{
 use crate::wire::differences::{DiffQuery, DifferenceDto};
 use crate::wire::jobs::JobDto;
 use crate::wire::paging::{ListDto, PageQuery};
+use crate::wire::residuals::ResidualsDto;
 use app::App;
-use app::calibrations::residuals::Residuals;
+use app::calibrations::residuals::stored_residuals;
 use app::hash_hex;
 use app::jobs::JobInput;
 use app::measurements::parts::newest_verification;
@@ -56,7 +57,7 @@ async fn list_calibrations(
     let active = active_id(&app).await?;
     let records = app.ledger.read().calibrations(&page).await?;
     let dto = |record| CalibrationItemDto::new(record, active.as_deref());
-    Ok(Json(ListDto::new("/api/v1/calibrations", &page, records, dto)))
+    Ok(Json(ListDto::whole_of("/api/v1/calibrations", &page, records, dto)))
 }
 
 async fn active_id(app: &App) -> Result<Option<String>, Problem> {
@@ -93,7 +94,7 @@ async fn get_calibration(
     let calibration =
         serde_json::from_slice(&document).map_err(|cause| AppError::damaged(&what, cause.to_string()))?;
     let active = active_id(&app).await?;
-    Ok(Json(CalibrationDto { item: CalibrationItemDto::new(record, active.as_deref()), calibration }))
+    Ok(Json(CalibrationDto { item: CalibrationItemDto::new(record, active.as_deref())?, calibration }))
 }
 
 /// Residuals, tables and pictures, as a page for people.
@@ -118,16 +119,14 @@ async fn get_calibration_report(
 /// What the calibration left unexplained, point by point, for residual maps.
 #[utoipa::path(
     get, path = "/calibrations/{id}/residuals", tag = "calibrations", params(("id" = String, Path)),
-    responses((status = 200, body = Residuals))
+    responses((status = 200, body = ResidualsDto))
 )]
-async fn get_residuals(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<Residuals>, Problem> {
+async fn get_residuals(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+) -> Result<Json<ResidualsDto>, Problem> {
     let record = app.ledger.read().calibration(&id).await?;
-    let kept = record.summary["residuals"].as_str().and_then(store::ArtifactId::parse).ok_or_else(|| {
-        Problem::new(ProblemKind::NotFound, "this calibration kept no residuals").remedy("calibrate again")
-    })?;
-    let what = format!("what calibration {id} left over");
-    let bytes = app.artifacts.read(&kept).await.map_err(|error| AppError::from(error).of_stored(&what))?;
-    Ok(serde_json::from_slice(&bytes).map(Json).map_err(|cause| AppError::damaged(&what, cause.to_string()))?)
+    Ok(Json(stored_residuals(&*app.artifacts, &record).await?.into()))
 }
 
 /// Which calibration is active; the `ETag` may be sent with a change of it.

@@ -64,7 +64,7 @@ async fn list_captures(
 ) -> Result<Json<ListDto<CaptureDto>>, Problem> {
     let page = query.page()?;
     let records = app.ledger.read().captures(&page).await?;
-    Ok(Json(ListDto::new("/api/v1/captures", &page, records, CaptureDto::from)))
+    Ok(Json(ListDto::whole_of("/api/v1/captures", &page, records, CaptureDto::try_from)))
 }
 
 /// Uploads a capture folder as zip or tar, at most 2 GiB; every picture of it is checked before the answer.
@@ -106,7 +106,7 @@ async fn upload_capture(
     let captures = app.captures.clone();
     let taken = blocking(move || captures.take_in(&archive.0, format, CaptureOrigin::Upload, &name)).await?;
     let (record, change) = taken?;
-    let reply = Reply::created(capture_href(&record.id), &CaptureDto::from(record.clone()));
+    let reply = Reply::created(capture_href(&record.id), &CaptureDto::try_from(record.clone())?);
     let mut changes = vec![change, event(&record.id, Event::CaptureCreated((&record).into()))];
     changes.extend(once.changes(&reply));
     app.ledger.commit(changes).await?;
@@ -226,7 +226,7 @@ fn unwritable(cause: &std::io::Error) -> Problem {
     responses((status = 200, body = CaptureDto))
 )]
 async fn get_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<CaptureDto>, Problem> {
-    Ok(Json(app.ledger.read().capture(&id).await?.into()))
+    Ok(Json(app.ledger.read().capture(&id).await?.try_into()?))
 }
 
 /// The archive as it was uploaded.

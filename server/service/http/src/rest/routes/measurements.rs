@@ -47,7 +47,7 @@ async fn list_all_measurements(
     let filter =
         MeasurementFilter { scan_id: None, tool: tool.map(str::to_owned), verdicts: words_of(query.verdict) };
     let listed = app.ledger.read().measurements(&filter, &page).await?;
-    Ok(Json(ListDto::new(&path, &page, listed, MeasurementDto::from)))
+    Ok(Json(ListDto::whole_of(&path, &page, listed, MeasurementDto::try_from)))
 }
 
 /// A verdict's word, and the one that records of earlier versions have.
@@ -73,7 +73,7 @@ async fn list_measurements(
     let path = format!("/api/v1/scans/{id}/measurements");
     let filter = MeasurementFilter { scan_id: Some(id), ..MeasurementFilter::default() };
     let listed = app.ledger.read().measurements(&filter, &page).await?;
-    Ok(Json(ListDto::new(&path, &page, listed, MeasurementDto::from)))
+    Ok(Json(ListDto::whole_of(&path, &page, listed, MeasurementDto::try_from)))
 }
 
 /// A measurement.
@@ -90,7 +90,7 @@ async fn get_measurement(
     if record.scan_id != id {
         return Err(store::StoreError::NotFound { kind: "measurement", id: measurement_id }.into());
     }
-    Ok(Json(record.into()))
+    Ok(Json(record.try_into()?))
 }
 
 /// Measures on a scan; answers when it is done, which takes up to some seconds. What was to be judged and cannot be
@@ -122,7 +122,7 @@ async fn measure(
     let record = blocking(move || measurement(&scan, &cloud, &document.calibration(), &input)).await??;
     let href = format!("{}/measurements/{}", scan_href(&id), record.id);
     let mut all = changes(&record);
-    let reply = Reply::created(href, &MeasurementDto::from(record));
+    let reply = Reply::created(href, &MeasurementDto::try_from(record)?);
     all.extend(once.changes(&reply));
     app.ledger.commit(all).await?;
     Ok(reply)

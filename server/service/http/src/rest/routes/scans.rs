@@ -18,6 +18,7 @@ use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::wire::jobs::JobDto;
 use crate::wire::measurements::VerdictDto;
 use crate::wire::paging::{ListDto, page, path_with};
+use crate::wire::scan_runs::{ScanPlanDto, ScanPurposeDto};
 use crate::wire::scans::{
     CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, ScanStateDto, ScansQuery, StartExportDto,
     StartScanDto, StartVerificationDto,
@@ -25,7 +26,7 @@ use crate::wire::scans::{
 use app::App;
 use app::calibrations::stored::stored_document;
 use app::jobs::export::{ExportFormat, bytes_to_artifact};
-use app::jobs::plan::{Pace, ScanPlan, mode_of, plan};
+use app::jobs::plan::{Pace, mode_of, plan};
 use app::jobs::{JobInput, RecomputeInput, ScanInput};
 use app::measurements::ScanPurpose;
 use app::measurements::parts::{PartFilter, part, parts};
@@ -57,10 +58,7 @@ async fn list_scans(
 ) -> Result<Json<ListDto<ScanDto>>, Problem> {
     let page = page(query.before, query.limit)?;
     let state = query.state.map(ScanStateDto::word);
-    let purpose = query.purpose.map(|purpose| match purpose {
-        ScanPurpose::Production => "production",
-        ScanPurpose::Verification => "verification",
-    });
+    let purpose = query.purpose.map(ScanPurposeDto::word);
     let asked = [
         ("state", state),
         ("calibration_id", query.calibration_id.as_deref()),
@@ -70,11 +68,11 @@ async fn list_scans(
     let path = path_with("/api/v1/scans", &asked);
     let filter = PartFilter {
         scan: ScanFilter { state: query.state.map(ScanState::from), calibration_id: query.calibration_id },
-        purpose: query.purpose,
+        purpose: query.purpose.map(ScanPurpose::from),
         verdict: query.verdict.map(PartVerdict::from),
     };
     let listed = parts(&app.ledger, &filter, &page).await?;
-    Ok(Json(ListDto::new(&path, &page, listed, ScanDto::from)))
+    Ok(Json(ListDto::whole_of(&path, &page, listed, ScanDto::try_from)))
 }
 
 /// Starts a scan from the station or from a capture.
@@ -101,15 +99,15 @@ async fn start_scan(
 /// Says what a scan from the station will be, before anything moves: rows, duration, density, σ, depths, disk.
 #[utoipa::path(
     post, path = "/scans/plan", tag = "scans", request_body = StartScanDto,
-    responses((status = 200, body = ScanPlan))
+    responses((status = 200, body = ScanPlanDto))
 )]
-async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Result<Json<ScanPlan>, Problem> {
+async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Result<Json<ScanPlanDto>, Problem> {
     let input = ScanInput::from(body.value);
     let document = stored_document(&app.ledger, &*app.artifacts, input.calibration_id.as_deref()).await?;
     let status = app.station.status();
     let pace = Pace::learned(&app.ledger, mode_of(&input)).await;
     let planned = blocking(move || plan(&input, &document.calibration(), &status, &pace)).await??;
-    Ok(Json(planned))
+    Ok(Json(planned.into()))
 }
 
 /// Starts the scan of a known part and its comparison with its nominal.
@@ -134,7 +132,7 @@ async fn start_verification(
 async fn get_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<ScanDto>, Problem> {
     let scan = app.ledger.read().scan(&id).await?;
     let (part, _) = part(&app.ledger, scan).await?;
-    Ok(Json(part.into()))
+    Ok(Json(part.try_into()?))
 }
 
 /// Forgets a scan and its measurements.
