@@ -1142,6 +1142,8 @@ export interface components {
         Act: {
             /** @description Who: the holder of the control lease, else the name that came along. */
             actor: string;
+            /** @description What kind of principal: `local`, somebody at this station. */
+            principal: string;
             /** @description From which address. */
             source: string;
         };
@@ -1913,7 +1915,7 @@ export interface components {
             kind: "capture.created";
         } | {
             /** @description A capture was deleted. */
-            body: components["schemas"]["NoBody"];
+            body: components["schemas"]["Act"];
             /** @enum {string} */
             kind: "capture.deleted";
         } | {
@@ -1943,7 +1945,7 @@ export interface components {
             kind: "scan.exported";
         } | {
             /** @description A scan was deleted with its measurements. */
-            body: components["schemas"]["NoBody"];
+            body: components["schemas"]["Act"];
             /** @enum {string} */
             kind: "scan.deleted";
         } | {
@@ -1968,7 +1970,7 @@ export interface components {
             kind: "session.changed";
         } | {
             /** @description A calibration session was deleted. */
-            body: components["schemas"]["NoBody"];
+            body: components["schemas"]["Act"];
             /** @enum {string} */
             kind: "session.deleted";
         } | {
@@ -2889,6 +2891,8 @@ export interface components {
         };
         /** @description A characteristic that was measured. */
         MeasurementCreated: {
+            /** @description Who asked; missing where it was measured in a job. */
+            actor?: string | null;
             /**
              * Format: double
              * @description Expanded uncertainty (k = 2), in `unit`.
@@ -4002,6 +4006,8 @@ export interface components {
         };
         /** @description A session, in its new version. */
         SessionVersion: {
+            /** @description Who. */
+            actor: string;
             /**
              * Format: int64
              * @description How often it was changed.

@@ -6,14 +6,13 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
-use metrology::PartVerdict;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, artifact};
 use crate::rest::around::headers::CSP_REPORT;
-use crate::rest::control::actor;
+use crate::rest::control::By;
 use crate::rest::conversions::accept_job;
 use crate::rest::etag::{Versioned, check_if_given};
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
@@ -29,7 +28,7 @@ use app::App;
 use app::calibrations::residuals::stored_residuals;
 use app::hash_hex;
 use app::jobs::JobInput;
-use app::measurements::parts::newest_verification;
+use app::use_cases::{Activate, activate, roll_back};
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -71,11 +70,12 @@ async fn active_id(app: &App) -> Result<Option<String>, Problem> {
 )]
 async fn start_calibration(
     State(app): State<App>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<StartCalibrationDto>,
 ) -> Result<Reply, Problem> {
     let input = JobInput::Calibration(body.value.into());
-    accept_job(&app, &headers, "POST calibrations", &body.sha256, input).await
+    accept_job(&app, &by, &headers, "POST calibrations", &body.sha256, input).await
 }
 
 /// A calibration with its document.
@@ -169,6 +169,7 @@ async fn list_activations(
 )]
 async fn activate_calibration(
     State(app): State<App>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<ActivateDto>,
 ) -> Result<Versioned<Json<ActiveDto>>, Problem> {
@@ -176,18 +177,8 @@ async fn activate_calibration(
     check_if_given(&headers, &active_version(active.as_ref()))?;
     let sure = headers.contains_key(header::IF_MATCH);
     let expected = sure.then(|| active.and_then(|activation| activation.calibration_id));
-    let actor = actor(&app.control, &headers);
-    let id = &body.value.calibration_id;
-    let verified = newest_verification(&app.ledger, id).await?.and_then(|part| part.verdict);
-    if let Some(verdict) = verified.filter(|verdict| *verdict != PartVerdict::Ok)
-        && !body.value.despite_verification
-    {
-        let detail = format!("the newest verification of calibration {id} is {}", verdict.label());
-        return Err(Problem::new(ProblemKind::Conflict, detail)
-            .at("/despite_verification")
-            .remedy("verify it again, or send \"despite_verification\": true to activate it nevertheless"));
-    }
-    let act = app.calibrations.activate(id, expected, &actor, verified).await?;
+    let ActivateDto { calibration_id, despite_verification } = body.value;
+    let act = activate(&app, &by, Activate { calibration_id, expected, despite_verification }).await?;
     Ok(Versioned(active_version(Some(&act)), Json(Some(act).into())))
 }
 
@@ -199,9 +190,9 @@ async fn activate_calibration(
     )),
     responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
 )]
-async fn roll_back_activation(State(app): State<App>, headers: HeaderMap) -> Result<Reply, Problem> {
+async fn roll_back_activation(State(app): State<App>, By(by): By, headers: HeaderMap) -> Result<Reply, Problem> {
     at_most_once(&app, &headers, "POST calibrations/active/roll-back", &hash_hex(&[]), async {
-        let act = app.calibrations.roll_back(&actor(&app.control, &headers)).await?;
+        let act = roll_back(&app, &by).await?;
         Ok(Reply::done(Some(active_version(Some(&act))), &ActiveDto::from(Some(act))))
     })
     .await

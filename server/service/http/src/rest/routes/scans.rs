@@ -1,18 +1,18 @@
 //! Scans: start, look, download, compute again, forget.
 
 use crate::Http;
-use app::events::{Event, NoBody, event};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::Response;
 use metrology::PartVerdict;
-use store::{Change, ScanFilter, ScanState};
+use store::{ScanFilter, ScanState};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, artifact, bytes};
+use crate::rest::control::By;
 use crate::rest::conversions::{accept_job, blocking, label};
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::wire::jobs::JobDto;
@@ -31,6 +31,7 @@ use app::jobs::{JobInput, RecomputeInput, ScanInput};
 use app::measurements::ScanPurpose;
 use app::measurements::parts::{PartFilter, part, parts};
 use app::points_page::points_page;
+use app::use_cases;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -82,6 +83,7 @@ async fn list_scans(
 )]
 async fn start_scan(
     State(app): State<App>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<StartScanDto>,
 ) -> Result<Reply, Problem> {
@@ -93,7 +95,7 @@ async fn start_scan(
             label(name, &format!("/measure/{idx}/name"))?;
         }
     }
-    accept_job(&app, &headers, "POST scans", &body.sha256, JobInput::Scan(body.value.into())).await
+    accept_job(&app, &by, &headers, "POST scans", &body.sha256, JobInput::Scan(body.value.into())).await
 }
 
 /// Says what a scan from the station will be, before anything moves: rows, duration, density, σ, depths, disk.
@@ -117,11 +119,12 @@ async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Resul
 )]
 async fn start_verification(
     State(app): State<App>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<StartVerificationDto>,
 ) -> Result<Reply, Problem> {
     let input = JobInput::Verification(body.value.into());
-    accept_job(&app, &headers, "POST verifications", &body.sha256, input).await
+    accept_job(&app, &by, &headers, "POST verifications", &body.sha256, input).await
 }
 
 /// A scan.
@@ -140,9 +143,12 @@ async fn get_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Resul
     delete, path = "/scans/{id}", tag = "scans", params(("id" = String, Path)),
     responses((status = 204, description = "Forgotten"))
 )]
-async fn delete_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<StatusCode, Problem> {
-    let gone = event(&id, Event::ScanDeleted(NoBody {}));
-    app.ledger.commit(vec![Change::DeleteScan(id), gone]).await?;
+async fn delete_scan(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+) -> Result<StatusCode, Problem> {
+    use_cases::delete_scan(&app, &by, id).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -224,6 +230,7 @@ async fn get_points(
 async fn recompute_scan(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<RecomputeDto>,
 ) -> Result<Reply, Problem> {
@@ -231,7 +238,7 @@ async fn recompute_scan(
     let route = format!("POST scans/{id}/recompute");
     let calibration_id = body.value.calibration_id;
     let input = JobInput::Recomputation(RecomputeInput { scan_id: id, calibration_id });
-    accept_job(&app, &headers, &route, &body.sha256, input).await
+    accept_job(&app, &by, &headers, &route, &body.sha256, input).await
 }
 
 /// Writes a scan in another format, as a job.
@@ -243,13 +250,14 @@ async fn recompute_scan(
 async fn export_scan(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<StartExportDto>,
 ) -> Result<Reply, Problem> {
     app.ledger.read().scan(&id).await?;
     let route = format!("POST scans/{id}/exports");
     let input = JobInput::Export(body.value.input(id));
-    accept_job(&app, &headers, &route, &body.sha256, input).await
+    accept_job(&app, &by, &headers, &route, &body.sha256, input).await
 }
 
 /// What an export wrote, by its file name: `cloud.csv`, `mesh.stl`.

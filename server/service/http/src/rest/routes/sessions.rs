@@ -1,7 +1,6 @@
 //! Calibration sessions: a calibration picture by picture.
 
 use crate::Http;
-use app::jobs::calibrate::solve_input;
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
@@ -11,8 +10,8 @@ use utoipa_axum::routes;
 
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, artifact, header_text};
-use crate::rest::control::admit;
-use crate::rest::conversions::{accept_job, label};
+use crate::rest::control::By;
+use crate::rest::conversions::{accepted, label};
 use crate::rest::etag::Versioned;
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, at_most_once, begin};
@@ -23,9 +22,9 @@ use crate::wire::sessions::{
     NewSessionDto, SessionDefaultsDto, SessionDto, SolveSessionDto, TakeStageViewDto, VirtualBoardDto,
 };
 use app::App;
-use app::control::Ask;
 use app::hash_hex;
 use app::sessions::Session;
+use app::use_cases;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -88,6 +87,7 @@ async fn list_sessions(
 )]
 async fn begin_session(
     State(app): State<App>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<NewSessionDto>,
 ) -> Result<Reply, Problem> {
@@ -99,7 +99,8 @@ async fn begin_session(
         Begun::Fresh(once) => once,
     };
     let made = |session: &Session| Reply::created(session_href(&session.id), &SessionDto::from(session.clone()));
-    let session = app.sessions.create_with(body.value.into(), |session| once.changes(&made(session))).await?;
+    let session =
+        use_cases::begin_session(&app, &by, body.value.into(), |session| once.changes(&made(session))).await?;
     Ok(made(&session))
 }
 
@@ -129,8 +130,12 @@ async fn get_session(
     delete, path = "/calibration-sessions/{id}", tag = "calibration sessions", params(("id" = String, Path)),
     responses((status = 204, description = "Forgotten"))
 )]
-async fn delete_session(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<StatusCode, Problem> {
-    app.sessions.delete(&id).await?;
+async fn delete_session(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+) -> Result<StatusCode, Problem> {
+    use_cases::delete_session(&app, &by, &id).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -157,13 +162,12 @@ async fn look_at_board(State(app): State<App>, ApiPath(id): ApiPath<String>) -> 
 async fn take_pose(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    By(by): By,
     headers: HeaderMap,
 ) -> Result<Reply, Problem> {
     let route = format!("POST calibration-sessions/{id}/poses");
     at_most_once(&app, &headers, &route, &hash_hex(&[]), async {
-        app.sessions.get(&id).await?;
-        admit(&app, &headers, Ask::Photograph)?;
-        Ok(changed(app.sessions.add_pose(&id, expected(&headers)?).await?))
+        Ok(changed(use_cases::take_pose(&app, &by, &id, expected(&headers)?).await?))
     })
     .await
 }
@@ -180,9 +184,10 @@ async fn take_pose(
 async fn delete_pose(
     State(app): State<App>,
     ApiPath((id, pose_id)): ApiPath<(String, String)>,
+    By(by): By,
     headers: HeaderMap,
 ) -> Result<Versioned<Json<SessionDto>>, Problem> {
-    Ok(versioned(app.sessions.delete_pose(&id, &pose_id, expected(&headers)?).await?))
+    Ok(versioned(use_cases::delete_pose(&app, &by, (&id, &pose_id), expected(&headers)?).await?))
 }
 
 /// Moves the stage to a position and takes the board that lies on it.
@@ -199,15 +204,15 @@ async fn delete_pose(
 async fn take_stage_view(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<TakeStageViewDto>,
 ) -> Result<Reply, Problem> {
     let route = format!("POST calibration-sessions/{id}/stage-views");
     at_most_once(&app, &headers, &route, &body.sha256, async {
-        app.sessions.get(&id).await?;
-        admit(&app, &headers, Ask::Photograph)?;
         let expected = expected(&headers)?;
-        Ok(changed(app.sessions.add_stage_view(&id, body.value.position_mm, expected).await?))
+        let position_mm = body.value.position_mm;
+        Ok(changed(use_cases::take_stage_view(&app, &by, &id, position_mm, expected).await?))
     })
     .await
 }
@@ -224,9 +229,10 @@ async fn take_stage_view(
 async fn delete_stage_view(
     State(app): State<App>,
     ApiPath((id, view_id)): ApiPath<(String, String)>,
+    By(by): By,
     headers: HeaderMap,
 ) -> Result<Versioned<Json<SessionDto>>, Problem> {
-    Ok(versioned(app.sessions.delete_stage_view(&id, &view_id, expected(&headers)?).await?))
+    Ok(versioned(use_cases::delete_stage_view(&app, &by, (&id, &view_id), expected(&headers)?).await?))
 }
 
 /// A picture of a session, by the artifact it names.
@@ -264,16 +270,18 @@ async fn get_session_picture(
 async fn solve_session(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<SolveSessionDto>,
 ) -> Result<Reply, Problem> {
-    let input = solve_input(&app.sessions, &id, body.value.into()).await?;
     let route = format!("POST calibration-sessions/{id}/solve");
-    let reply = accept_job(&app, &headers, &route, &body.sha256, input).await?;
-    if let Some(job_id) = reply.body["id"].as_str() {
-        app.sessions.note_job(&id, job_id).await?;
-    }
-    Ok(reply)
+    let once = match begin(&app, &headers, &route, &body.sha256).await? {
+        Begun::Answered(reply) => return Ok(reply),
+        Begun::Fresh(once) => once,
+    };
+    let how = body.value.into();
+    let record = use_cases::solve_session(&app, &by, &id, how, |record| once.changes(&accepted(record))).await?;
+    Ok(accepted(&record))
 }
 
 /// Where the virtual operator of a simulated station holds the board.
