@@ -156,7 +156,7 @@ const covered = async (page: Page) => Number(await page.locator(".coverage").get
 const taken = (page: Page, n: number) =>
   patiently(page, `${n} pictures`, async () => (await poses(page).count()) === n, "Start live view");
 
-async function sessionAt(page: Page): Promise<Schemas["Session"]> {
+async function sessionAt(page: Page): Promise<Schemas["SessionDto"]> {
   const id = new URL(page.url()).hash.split("/")[2]?.split("?")[0];
   return await server.call("GET", `/api/v1/calibration-sessions/${id}`);
 }

@@ -193,12 +193,12 @@ test("in German no English is left in the frame", async () => {
 
 test("in German no English is left where a job is shown, at every step and after every end", async () => {
   const begun = { name: "Nachtschicht" };
-  const session = await server.call<Schemas["Session"]>("POST", "/api/v1/calibration-sessions", begun);
+  const session = await server.call<Schemas["SessionDto"]>("POST", "/api/v1/calibration-sessions", begun);
   const { page, complaints } = await enter("", { locale: "de-DE" });
   const staged = await StagedJob.before(page, AT_WORK, ENDED);
   await page.route(`**/api/v1/calibration-sessions/${session.id}`, async (route) => {
     const response = await route.fetch();
-    const told = (await response.json()) as Schemas["Session"];
+    const told = (await response.json()) as Schemas["SessionDto"];
     told.body.job_id = AT_WORK.id;
     await route.fulfill({ response, json: told });
   });

@@ -35,7 +35,7 @@ export const AT_WORK: Job = {
   step: { phase: "exposing_board", number: 3, of: 12 },
   remaining_s: 21,
   source: "rest",
-  input: { source: { kind: "station" } },
+  input: { kind: "calibration", source: { kind: "station" }, leave_out_unreadable: false },
   created_at_ms: 1_795_000_000_000,
   started_at_ms: 1_795_000_000_100,
 };

@@ -22,12 +22,12 @@ afterAll(async () => {
 
 /** A session with pictures of the first poses of the virtual operator. */
 async function sessionWith(n_poses: number): Promise<string> {
-  const { target, projector } = await server.call<Schemas["SessionDefaults"]>(
+  const { target, projector } = await server.call<Schemas["SessionDefaultsDto"]>(
     "GET",
     "/api/v1/calibration-sessions/defaults",
   );
   const body = { name: "Two at once", target, projector, exposures: null };
-  const { id } = await server.call<Schemas["Session"]>("POST", "/api/v1/calibration-sessions", body);
+  const { id } = await server.call<Schemas["SessionDto"]>("POST", "/api/v1/calibration-sessions", body);
   for (let pose = 0; pose < n_poses; pose++) {
     await server.call("PUT", "/api/v1/simulation/board", { place: "pose", pose });
     await takePose(id);
@@ -59,7 +59,7 @@ async function takePose(session_id: string): Promise<void> {
 const posesOf = (page: Page) =>
   page.locator(".poses .pose").evaluateAll((all) => all.map((pose) => pose.getAttribute("data-pose")));
 
-const sessionAt = (id: string) => server.call<Schemas["Session"]>("GET", `/api/v1/calibration-sessions/${id}`);
+const sessionAt = (id: string) => server.call<Schemas["SessionDto"]>("GET", `/api/v1/calibration-sessions/${id}`);
 
 /** The pictures that are drawn, not only named. */
 const drawn = (page: Page) =>

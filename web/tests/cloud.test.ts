@@ -111,7 +111,7 @@ test("a histogram is made from the values of the mode, deviations from the shape
   expect(deviations).toHaveLength(1000);
   expect(deviations[0]).toBeCloseTo(100, 0);
   // Of the feature are only the points in its cells, and near its shape.
-  const region = { origin_mm: [-50, -50, 399] as const, cell_mm: 100, size: [1, 1, 1] as const, cells: [0] };
+  const region = { origin_mm: [-50, -50, 399], cell_mm: 100, size: [1, 1, 1], cells: [0] };
   const values = (band_mm: number, cells = [0]) =>
     sampleValues(cloud, "deviation", { shape: plane, grid: new RegionGrid({ ...region, cells, band_mm }) });
   expect(values(0.2)).toHaveLength(500);

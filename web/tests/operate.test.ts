@@ -69,7 +69,7 @@ test("the last verdict is gone as soon as the next scan was started", () => {
   const part = (job_id: string, created_at_ms: number) =>
     ({ scan: { id: job_id, name: job_id, job_id, created_at_ms }, measured: [] }) as unknown as ScannedPart;
   const job = (id: string, state: string, created_at_ms: number) =>
-    ({ id, kind: "scan", state, created_at_ms, input: { name: "next" } }) as unknown as Job;
+    ({ id, kind: "scan", state, created_at_ms, input: { kind: "scan", name: "next" } }) as unknown as Job;
   const known = [part("a", 10)];
   expect(lastOf(known, job("a", "succeeded", 5)).kind).toBe("part");
   expect(lastOf(known, job("b", "queued", 20))).toEqual({ kind: "running", name: "next" });

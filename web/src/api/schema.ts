@@ -1142,6 +1142,8 @@ export interface components {
         Act: {
             /** @description Who: the holder of the control lease, else the name that came along. */
             actor: string;
+            /** @description What kind of principal: `local`, somebody at this station. */
+            principal: string;
             /** @description From which address. */
             source: string;
         };
@@ -1222,7 +1224,7 @@ export interface components {
          */
         ArtefactDto: "gauge" | "sphere";
         /** @description A board picture and what was found in it. */
-        BoardPicture: {
+        BoardPictureDto: {
             /**
              * Format: double
              * @description Typical standard deviation of a corner: grows with blur, darkness and noise.
@@ -1238,7 +1240,7 @@ export interface components {
              */
             distance_mm?: number | null;
             /** @description The picture. */
-            picture: components["schemas"]["Picture"];
+            picture: components["schemas"]["PictureDto"];
             /** @description What is wrong with it, and what to do. */
             problem?: string | null;
             /**
@@ -1257,17 +1259,62 @@ export interface components {
              */
             tilt_deg?: number | null;
         };
+        /** @description A box of the part frame, mm. */
+        BoxDto: {
+            /** @description Highest x, y, z. */
+            max: number[];
+            /** @description Lowest x, y, z. */
+            min: number[];
+        };
         /** @description A calibration that was computed. */
         CalibrationCreated: {
+            /**
+             * Format: double
+             * @description RMS distance of board corners from where the camera expects them.
+             */
+            corner_rms_px: number;
             /** @description By which job. */
             job_id: string;
-            /** @description Its figures. */
-            summary: Record<string, never>;
+            /** @description Model of its light sheets; missing without laser pictures. */
+            model?: string | null;
+            /**
+             * Format: double
+             * @description What it leaves of depth uncertainty over the working volume.
+             */
+            systematic_sigma_mm?: number | null;
+        };
+        /** @description The document `sheaf-calibration/1`, as `sheaf calibrate` writes it. */
+        CalibrationDocumentDto: {
+            /** @description The camera. */
+            camera: components["schemas"]["CameraModelDto"];
+            /** @description Joint covariance of camera, light and stage. */
+            covariance: components["schemas"]["CovarianceDto"];
+            /** @description z between which the board was seen. */
+            depth_range: components["schemas"]["DepthRangeDto"];
+            /** @description `sheaf-calibration/1`. */
+            format: string;
+            /** @description First digits of the document's SHA-256, computed with an empty id. */
+            id: string;
+            /** @description The files it was computed from, by content. */
+            inputs: components["schemas"]["InputFileDto"][];
+            /** @description The light sheets. */
+            light: components["schemas"]["LightSheetsDto"];
+            /** @description Diffraction orders from the top (left) of the image downwards (rightwards). */
+            orders: number[];
+            /** @description Constants of the computation that shape the result, by name. */
+            parameters: {
+                [key: string]: number;
+            };
+            /** @description What the calibration says about itself. */
+            report: components["schemas"]["CalibrationReportDto"];
+            /** @description What computed it. */
+            software: components["schemas"]["SoftwareDto"];
+            stage?: components["schemas"]["StageAxisDto"] | null;
         };
         /** @description A calibration with its document. */
         CalibrationDto: components["schemas"]["CalibrationItemDto"] & {
-            /** @description The document `sheaf-calibration/1`, as `sheaf calibrate` writes it. */
-            calibration: unknown;
+            /** @description Its document. */
+            calibration: components["schemas"]["CalibrationDocumentDto"];
         };
         /** @description A calibration in a list. */
         CalibrationItemDto: {
@@ -1287,7 +1334,84 @@ export interface components {
             /** @description Address of its report, if there is one. */
             report?: string | null;
             /** @description Figures: residuals by model, chosen model, poses, working volume. */
-            summary: unknown;
+            summary: components["schemas"]["CalibrationSummaryDto"];
+        };
+        /** @description Calibrate camera, light and stage. */
+        CalibrationJobDto: {
+            k3?: components["schemas"]["K3Dto"] | null;
+            /** @description Go on without pictures that show no board or no line. */
+            leave_out_unreadable: boolean;
+            light_model?: components["schemas"]["LightModelDto"] | null;
+            /** @description Board poses to take at the station. */
+            n_poses?: number | null;
+            /** @description The session whose pictures are used. */
+            session_id?: string | null;
+            /** @description Where pictures come from. */
+            source: components["schemas"]["SourceDto"];
+        };
+        /** @description What a calibration says about itself. */
+        CalibrationReportDto: {
+            /** @description The fit of the camera. */
+            camera: components["schemas"]["CameraFitDto"];
+            cross_validation?: components["schemas"]["CrossValidationDto"] | null;
+            light?: components["schemas"]["LightFitDto"] | null;
+            stage?: components["schemas"]["StageFitDto"] | null;
+            /** @description What to know about it, in sentences. */
+            warnings: string[];
+        };
+        /** @description Figures of a calibration. */
+        CalibrationSummaryDto: {
+            /** @description Parameters of the camera by name: `fx`, `fy`, `cx`, `cy`, `k1`, … */
+            camera: {
+                [key: string]: components["schemas"]["EstimateDto"];
+            };
+            /**
+             * Format: double
+             * @description RMS distance of board corners from where the camera expects them.
+             */
+            corner_rms_px: number;
+            /**
+             * Format: double
+             * @description Standard deviation of a corner per axis, as estimated from the residuals.
+             */
+            corner_sigma_px: number;
+            /**
+             * Format: double
+             * @description z of the camera frame at which the board was seen farthest.
+             */
+            depth_far_mm: number;
+            /**
+             * Format: double
+             * @description z of the camera frame at which the board was seen nearest.
+             */
+            depth_near_mm: number;
+            /** @description Why the sixth-power distortion was estimated or not, in a sentence. */
+            k3_reason: string;
+            /** @description Pictures that were left out, in sentences. */
+            left_out: string[];
+            /**
+             * Format: double
+             * @description RMS distance of laser points from their predicted curves.
+             */
+            light_rms_px?: number | null;
+            model?: components["schemas"]["LightModelNameDto"] | null;
+            models?: components["schemas"]["ModelComparisonDto"] | null;
+            /** @description Of them with a laser picture. */
+            n_laser_poses: number;
+            /** @description Board poses. */
+            n_poses: number;
+            /** @description Board pictures on the moving stage. */
+            n_stage_views: number;
+            /** @description The board pictures. */
+            pictures: components["schemas"]["PictureFitDto"][];
+            stage?: components["schemas"]["StageFiguresDto"] | null;
+            /**
+             * Format: double
+             * @description What the calibration leaves of depth uncertainty over the working volume.
+             */
+            systematic_sigma_mm?: number | null;
+            /** @description What to know about it, in sentences. */
+            warnings: string[];
         };
         /** @description What the camera can do; a missing range is a setting that it does not have. */
         CameraCapabilitiesDto: {
@@ -1326,6 +1450,79 @@ export interface components {
             /** @description How it is set. */
             settings: components["schemas"]["CameraSettingsDto"];
         };
+        /** @description The fit of the camera. */
+        CameraFitDto: {
+            /**
+             * Format: double
+             * @description Standard deviation of a corner per axis, as estimated from the residuals.
+             */
+            corner_sigma_px: number;
+            /** @description Why the sixth-power distortion was estimated or not, in a sentence. */
+            k3: string;
+            /**
+             * Format: double
+             * @description RMS distance of the corners from where the camera expects them.
+             */
+            rms_px: number;
+            /** @description σ of fx, fy, cx, cy, k1, k2, p1, p2, k3. */
+            sigma: number[];
+            /** @description Why the fit stopped: `gradient`, `step` or `cost`; missing in documents of earlier versions. */
+            termination?: string | null;
+            /** @description The board pictures. */
+            views: components["schemas"]["ViewFitDto"][];
+        };
+        /** @description A pinhole with Brown–Conrady distortion in OpenCV's convention. */
+        CameraModelDto: {
+            /**
+             * Format: double
+             * @description Principal point, u.
+             */
+            cx_px: number;
+            /**
+             * Format: double
+             * @description Principal point, v.
+             */
+            cy_px: number;
+            /**
+             * Format: double
+             * @description Focal length along u.
+             */
+            fx_px: number;
+            /**
+             * Format: double
+             * @description Focal length along v.
+             */
+            fy_px: number;
+            /** @description Rows of the pictures. */
+            height_px: number;
+            /**
+             * Format: double
+             * @description Radial distortion, second power.
+             */
+            k1: number;
+            /**
+             * Format: double
+             * @description Radial distortion, fourth power.
+             */
+            k2: number;
+            /**
+             * Format: double
+             * @description Radial distortion, sixth power.
+             */
+            k3: number;
+            /**
+             * Format: double
+             * @description Tangential distortion.
+             */
+            p1: number;
+            /**
+             * Format: double
+             * @description Tangential distortion.
+             */
+            p2: number;
+            /** @description Columns of the pictures. */
+            width_px: number;
+        };
         /** @description How the camera is set. */
         CameraSettingsDto: {
             /**
@@ -1351,7 +1548,7 @@ export interface components {
             trigger: components["schemas"]["TriggerDto"];
         };
         /** @description The camera as the boards so far give it. */
-        CameraSoFar: {
+        CameraSoFarDto: {
             /**
              * Format: double
              * @description Focal length along u.
@@ -1395,7 +1592,46 @@ export interface components {
              */
             size_bytes: number;
             /** @description Counts and names from the manifest. */
-            summary: unknown;
+            summary: components["schemas"]["CaptureSummaryDto"];
+        };
+        /** @description A scan of a capture. */
+        CaptureScanDto: {
+            /**
+             * Format: double
+             * @description Lowest stage position; missing without frames.
+             */
+            from_mm?: number | null;
+            /** @description Its frames. */
+            n_frames: number;
+            /** @description Its name. */
+            name: string;
+            /**
+             * Format: double
+             * @description Highest stage position; missing without frames.
+             */
+            to_mm?: number | null;
+        };
+        /** @description What a capture holds. */
+        CaptureSummaryDto: {
+            /** @description Rows of the pictures. */
+            height_px: number;
+            /** @description Of them with a laser picture. */
+            n_laser_poses: number;
+            /** @description Poses of the board. */
+            n_poses: number;
+            /** @description Board pictures on the moving stage. */
+            n_stage_views: number;
+            /** @description Its scans. */
+            scans: components["schemas"]["CaptureScanDto"][];
+            /**
+             * Format: int64
+             * @description Bytes of its files.
+             */
+            unpacked_bytes: number;
+            /** @description What to know about it, in sentences. */
+            warnings: string[];
+            /** @description Columns of the pictures. */
+            width_px: number;
         };
         /** @description What shall be set; what is missing stays as it is. The camera answers with the nearest it can. */
         ChangeCameraDto: {
@@ -1488,6 +1724,22 @@ export interface components {
             /** @description Send it as `Sheaf-Control` with every command. */
             id: string;
         };
+        /** @description Covariance of the parameters. */
+        CovarianceDto: {
+            /** @description Its rows. */
+            matrix: number[][];
+            /** @description Names of rows and columns: camera, light (local steps), stage. */
+            parameters: string[];
+        };
+        /** @description The light models, compared on poses that were left out of their fits. */
+        CrossValidationDto: {
+            /** @description One per model, simplest first. */
+            models: components["schemas"]["ModelScoreDto"][];
+            /** @description Why, in a sentence. */
+            reason: string;
+            /** @description The one with evidence on its side. */
+            recommended: components["schemas"]["LightModelNameDto"];
+        };
         /** @description A record that is not what was written. */
         DamagedDto: {
             /** @description What is wrong. */
@@ -1501,6 +1753,24 @@ export interface components {
             kind: string;
             /** @description What to do about it. */
             remedy: string;
+        };
+        /** @description Delays of frames, ms. */
+        DelaysDto: {
+            /**
+             * Format: double
+             * @description The longest.
+             */
+            max: number;
+            /**
+             * Format: double
+             * @description Half of them took no longer.
+             */
+            p50: number;
+            /**
+             * Format: double
+             * @description All but one in a hundred took no longer.
+             */
+            p99: number;
         };
         /** @description Differences in depth over many pixels. */
         DepthDifferenceDto: {
@@ -1534,6 +1804,19 @@ export interface components {
             /** @description Where that is: column and row of the pixel. */
             worst_px: number[];
         };
+        /** @description Depths, z of the camera frame. */
+        DepthRangeDto: {
+            /**
+             * Format: double
+             * @description The farthest.
+             */
+            far_mm: number;
+            /**
+             * Format: double
+             * @description The nearest.
+             */
+            near_mm: number;
+        };
         /** @description How far one calibration reads from another, over the working volume of the first. */
         DifferenceDto: {
             /** @description The first. */
@@ -1549,11 +1832,51 @@ export interface components {
             /** @description The second; differences are second minus first. */
             with: string;
         };
+        /** @description Depths, z of the camera frame: nearest and farthest. */
+        EnvelopeDto: {
+            /** @description In which points are taken. */
+            stated_mm: number[];
+            /** @description In which a line's place in the image alone tells its order. */
+            unambiguous_mm: number[];
+        };
         /**
          * @description The kinds of errors.
          * @enum {string}
          */
         ErrorKind: "bad_request" | "not_found" | "control_required" | "control_expired" | "halted" | "station_busy" | "conflict" | "changed" | "too_large" | "impossible" | "too_many" | "internal" | "device_fault" | "damaged" | "unavailable" | "storage_full" | "stopped";
+        /** @description Signed distances of points from their feature, summed up. */
+        ErrorsDto: {
+            /**
+             * Format: double
+             * @description Largest magnitude.
+             */
+            max_mm: number;
+            /**
+             * Format: double
+             * @description Mean.
+             */
+            mean_mm: number;
+            /** @description How many. */
+            n_points: number;
+            /**
+             * Format: double
+             * @description Root of the mean square.
+             */
+            rmse_mm: number;
+        };
+        /** @description A value with its standard deviation; 0 for one that was held. */
+        EstimateDto: {
+            /**
+             * Format: double
+             * @description σ.
+             */
+            sigma: number;
+            /**
+             * Format: double
+             * @description The value.
+             */
+            value: number;
+        };
         /** @description Something that happened. */
         Event: {
             /** @description A job was accepted. */
@@ -1592,7 +1915,7 @@ export interface components {
             kind: "capture.created";
         } | {
             /** @description A capture was deleted. */
-            body: components["schemas"]["NoBody"];
+            body: components["schemas"]["Act"];
             /** @enum {string} */
             kind: "capture.deleted";
         } | {
@@ -1622,7 +1945,7 @@ export interface components {
             kind: "scan.exported";
         } | {
             /** @description A scan was deleted with its measurements. */
-            body: components["schemas"]["NoBody"];
+            body: components["schemas"]["Act"];
             /** @enum {string} */
             kind: "scan.deleted";
         } | {
@@ -1647,7 +1970,7 @@ export interface components {
             kind: "session.changed";
         } | {
             /** @description A calibration session was deleted. */
-            body: components["schemas"]["NoBody"];
+            body: components["schemas"]["Act"];
             /** @enum {string} */
             kind: "session.deleted";
         } | {
@@ -1750,13 +2073,22 @@ export interface components {
             /** @description Address of those after them. */
             next: string;
         };
+        /** @description Write a scan in another format. */
+        ExportJobDto: {
+            /** @description `ply`, `csv`, `pcd`, `e57` of a cloud; `stl`, `glb`, `ply` of a mesh. */
+            format: string;
+            /** @description The scan. */
+            scan_id: string;
+            /** @description What is written. */
+            what: components["schemas"]["ExportWhatDto"];
+        };
         /**
          * @description What is written.
          * @enum {string}
          */
         ExportWhatDto: "cloud" | "mesh";
         /** @description How long the camera looks, and how bright the laser is. */
-        Exposures: {
+        ExposuresDto: {
             /**
              * Format: double
              * @description For the board, with the laser off.
@@ -1813,6 +2145,32 @@ export interface components {
              */
             value?: number | null;
         };
+        /** @description A fitted feature. */
+        FeatureDto: {
+            /** @description Points left out because they are near its border. */
+            n_border: number;
+            /** @description Points left out because they are off the surface. */
+            n_outliers: number;
+            /** @description Points it was fitted to. */
+            n_points: number;
+            region?: components["schemas"]["SurfaceRegionDto"] | null;
+            /**
+             * Format: double
+             * @description Root mean square of the points' distances from it.
+             */
+            rms_mm: number;
+            /** @description What it is to the measurement: `plane`, `top`, `base`, … */
+            role: string;
+            /** @description Its shape. */
+            shape: components["schemas"]["ShapeDto"];
+        };
+        /** @description What speaks against the fitted model. */
+        FindingDto: {
+            /** @description Its name: `model_misfit`, `off_surface`, `short_arc`. */
+            kind: string;
+            /** @description The same in a sentence. */
+            text: string;
+        };
         /** @description Frames since the service began: exposed = arrived + dropped. */
         FramesDto: {
             /**
@@ -1850,6 +2208,13 @@ export interface components {
             /** @description Who made it. */
             vendor: string;
         };
+        /** @description A file. */
+        InputFileDto: {
+            /** @description Its path in the capture. */
+            path: string;
+            /** @description SHA-256 of its content. */
+            sha256: string;
+        };
         /** @description A job. */
         JobDto: {
             /**
@@ -1864,8 +2229,7 @@ export interface components {
             ended_at_ms?: number | null;
             /** @description Its id. */
             id: string;
-            /** @description What was asked for. */
-            input: unknown;
+            input?: components["schemas"]["JobInputDto"] | null;
             /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`. */
             kind: string;
             /** @description In the operator's words. */
@@ -1910,6 +2274,23 @@ export interface components {
             /** @description `queued`, `running`, `succeeded`, `failed`, `cancelled`, `interrupted`. */
             state: string;
         };
+        /** @description What a job was asked to do. */
+        JobInputDto: (components["schemas"]["CalibrationJobDto"] & {
+            /** @enum {string} */
+            kind: "calibration";
+        }) | (components["schemas"]["ScanJobDto"] & {
+            /** @enum {string} */
+            kind: "scan";
+        }) | (components["schemas"]["RecomputationJobDto"] & {
+            /** @enum {string} */
+            kind: "recomputation";
+        }) | (components["schemas"]["VerificationJobDto"] & {
+            /** @enum {string} */
+            kind: "verification";
+        }) | (components["schemas"]["ExportJobDto"] & {
+            /** @enum {string} */
+            kind: "export";
+        });
         /** @description What a job made. */
         JobResult: {
             /** @description Which one of it. */
@@ -2002,7 +2383,7 @@ export interface components {
             powers?: components["schemas"]["RangeDto"] | null;
         };
         /** @description A laser picture and what was found in it. */
-        LaserPicture: {
+        LaserPictureDto: {
             /** @description Every sixteenth point of each piece, u and v, for drawing. */
             lines_px: number[][][];
             /** @description Points on them. */
@@ -2010,7 +2391,7 @@ export interface components {
             /** @description Pieces of lines. */
             n_segments: number;
             /** @description The picture. */
-            picture: components["schemas"]["Picture"];
+            picture: components["schemas"]["PictureDto"];
             /** @description What is wrong with it, and what to do. */
             problem?: string | null;
             /**
@@ -2027,16 +2408,147 @@ export interface components {
              */
             power: number;
         };
+        /** @description Points that are not in the cloud. */
+        LeftOutDto: {
+            /** @description Of how many pieces of lines. */
+            n_pieces: number;
+            /** @description How many points. */
+            n_points: number;
+            /** @description Why: `too short`, `no hit`, `outside depth range`, `doubtful order`, `contradicted`. */
+            reason: string;
+        };
         /**
          * @description Whether there is laser light.
          * @enum {string}
          */
         LightDto: "off" | "armed" | "on" | "unknown";
+        /** @description The fit of the light sheets. */
+        LightFitDto: {
+            /** @description Residuals of each order on each board. */
+            lines: components["schemas"]["LineFitDto"][];
+            /** @description The model. */
+            model: components["schemas"]["LightModelNameDto"];
+            /** @description Points off the board. */
+            rejected_off_board: number;
+            /** @description Points too far from their curve. */
+            rejected_outlier: number;
+            /** @description Points at the edges of squares. */
+            rejected_square_edge: number;
+            /** @description Points without a certain order. */
+            rejected_unlabelled: number;
+            /**
+             * Format: double
+             * @description RMS distance of the points from their predicted curves.
+             */
+            rms_px: number;
+            /**
+             * Format: double
+             * @description What it leaves of depth uncertainty over the working volume.
+             */
+            systematic_sigma_mm: number;
+            /** @description Why the fit stopped: `gradient`, `step` or `cost`; missing in documents of earlier versions. */
+            termination?: string | null;
+            /** @description Estimate, σ, data sheet; missing for free planes. */
+            wavelength_over_period?: number[] | null;
+        };
         /**
          * @description Model of the light sheets.
          * @enum {string}
          */
         LightModelDto: "auto" | "planes" | "pencil" | "grating";
+        /**
+         * @description A model of the light sheets.
+         * @enum {string}
+         */
+        LightModelNameDto: "planes" | "pencil" | "grating";
+        /** @description A plane: normal · X + offset = 0. */
+        LightPlaneDto: {
+            /** @description Its normal. */
+            normal: number[];
+            /**
+             * Format: double
+             * @description Its offset.
+             */
+            offset_mm: number;
+            /**
+             * Format: int32
+             * @description Its order.
+             */
+            order: number;
+        };
+        /** @description The light sheets by one of the three models. */
+        LightSheetsDto: {
+            /** @enum {string} */
+            model: "planes";
+            /** @description The planes. */
+            planes: components["schemas"]["LightPlaneDto"][];
+        } | {
+            /** @description Normal of the plane of order 0. */
+            base_normal: number[];
+            /** @description Direction of the line. */
+            direction: number[];
+            /** @enum {string} */
+            model: "pencil";
+            /** @description A point of the line. */
+            point_mm: number[];
+            /**
+             * Format: double
+             * @description Wavelength over the grating's period.
+             */
+            wavelength_over_period: number;
+        } | {
+            /** @description Where the laser points. */
+            axis: number[];
+            /** @description Along which it spreads. */
+            fan: number[];
+            /**
+             * Format: double
+             * @description From the source to the grating.
+             */
+            gap_mm: number;
+            /** @description Direction of its grooves. */
+            groove: number[];
+            /** @enum {string} */
+            model: "grating";
+            /** @description Normal of the grating. */
+            normal: number[];
+            /** @description From where the light spreads. */
+            source_mm: number[];
+            /**
+             * Format: double
+             * @description Wavelength over the grating's period.
+             */
+            wavelength_over_period: number;
+        };
+        /** @description How an order on a board fits its light sheet. */
+        LineFitDto: {
+            /**
+             * Format: double
+             * @description Mean signed distance.
+             */
+            mean_px: number;
+            /** @description Points left out. */
+            n_outliers: number;
+            /** @description Points used. */
+            n_points: number;
+            /**
+             * Format: double
+             * @description RMS of distance over predicted σ.
+             */
+            normalised_rms: number;
+            /**
+             * Format: int32
+             * @description The order.
+             */
+            order: number;
+            /** @description The pose of the board. */
+            pose: string;
+            /**
+             * Format: double
+             * @description RMS distance.
+             */
+            rms_px: number;
+        };
         /** @description A part of a list. */
         ListDto_ActivationDto: {
             /**
@@ -2093,7 +2605,7 @@ export interface components {
                 /** @description Address of its report, if there is one. */
                 report?: string | null;
                 /** @description Figures: residuals by model, chosen model, poses, working volume. */
-                summary: unknown;
+                summary: components["schemas"]["CalibrationSummaryDto"];
             }[];
             /** @description Address of the next page; missing on the last one. */
             next?: string | null;
@@ -2126,7 +2638,7 @@ export interface components {
                  */
                 size_bytes: number;
                 /** @description Counts and names from the manifest. */
-                summary: unknown;
+                summary: components["schemas"]["CaptureSummaryDto"];
             }[];
             /** @description Address of the next page; missing on the last one. */
             next?: string | null;
@@ -2152,8 +2664,7 @@ export interface components {
                 ended_at_ms?: number | null;
                 /** @description Its id. */
                 id: string;
-                /** @description What was asked for. */
-                input: unknown;
+                input?: components["schemas"]["JobInputDto"] | null;
                 /** @description `calibration`, `scan`, `recomputation`, `verification`, `export`. */
                 kind: string;
                 /** @description In the operator's words. */
@@ -2201,9 +2712,9 @@ export interface components {
                 /** @description Its id. */
                 id: string;
                 /** @description What was asked. */
-                request: unknown;
+                request: components["schemas"]["MeasurementRequestDto"];
                 /** @description Value, uncertainty (k = 2), verdict, tables by order. */
-                result: unknown;
+                result: components["schemas"]["MeasurementResultDto"];
                 /** @description The scan. */
                 scan_id: string;
             }[];
@@ -2238,14 +2749,14 @@ export interface components {
                 job_id?: string | null;
                 /** @description What a person calls it. */
                 name: string;
-                /** @description The plan it was made by. */
-                plan: unknown;
+                /** @description How it was made. */
+                plan: components["schemas"]["ScanRunDto"];
                 /** @description What it was made for; a verification is no part of the production. */
-                purpose: components["schemas"]["ScanPurpose"];
+                purpose: components["schemas"]["ScanPurposeDto"];
                 /** @description The scan it was computed from again. */
                 recomputed_from?: string | null;
                 /** @description Figures: points, dropped by reason, self-consistency, envelope. */
-                report: unknown;
+                report: components["schemas"]["ScanReportDto"];
                 /** @description Version of the software that computed it. */
                 software_version: string;
                 /**
@@ -2259,7 +2770,7 @@ export interface components {
             next?: string | null;
         };
         /** @description A part of a list. */
-        ListDto_Session: {
+        ListDto_SessionDto: {
             /**
              * @description Records between these that are damaged in the database and cannot be shown, whatever the list was asked for;
              *     missing if all are whole.
@@ -2268,7 +2779,7 @@ export interface components {
             /** @description The records, newest first. */
             items: {
                 /** @description Everything else. */
-                body: components["schemas"]["SessionBody"];
+                body: components["schemas"]["SessionBodyDto"];
                 /**
                  * Format: int64
                  * @description When it was changed last, ms since 1970.
@@ -2281,7 +2792,8 @@ export interface components {
                 created_at_ms: number;
                 /** @description UUID v7. */
                 id: string;
-                needs?: components["schemas"]["SessionNeeds"] | null;
+                /** @description What its steps have, and what a good calibration wants. */
+                needs: components["schemas"]["SessionNeedsDto"];
                 /**
                  * Format: int64
                  * @description Grows with every change.
@@ -2300,7 +2812,7 @@ export interface components {
             laser_power: number;
         };
         /** @description What one frame shows of the board. Nothing of it is kept. */
-        Look: {
+        LookDto: {
             /**
              * Format: double
              * @description Middle of its exposure on the station's clock, ms.
@@ -2379,6 +2891,8 @@ export interface components {
         };
         /** @description A characteristic that was measured. */
         MeasurementCreated: {
+            /** @description Who asked; missing where it was measured in a job. */
+            actor?: string | null;
             /**
              * Format: double
              * @description Expanded uncertainty (k = 2), in `unit`.
@@ -2410,9 +2924,9 @@ export interface components {
             /** @description Its id. */
             id: string;
             /** @description What was asked. */
-            request: unknown;
+            request: components["schemas"]["MeasurementRequestDto"];
             /** @description Value, uncertainty (k = 2), verdict, tables by order. */
-            result: unknown;
+            result: components["schemas"]["MeasurementResultDto"];
             /** @description The scan. */
             scan_id: string;
         };
@@ -2455,11 +2969,139 @@ export interface components {
              */
             to_mm: number;
         };
+        /** @description What was asked of a measurement, with what was filled in. */
+        MeasurementRequestDto: {
+            /** @description Which one, where a tool is used more than once. */
+            name?: string | null;
+            /**
+             * Format: double
+             * @description What it should be, mm (degrees for an angle).
+             */
+            nominal_mm?: number | null;
+            region_mm?: components["schemas"]["BoxDto"] | null;
+            /**
+             * Format: int64
+             * @description Seed of the search.
+             */
+            seed: number;
+            /**
+             * Format: double
+             * @description Symmetric limits around the nominal, mm (degrees for an angle).
+             */
+            tolerance_mm?: number | null;
+            /** @description What was measured. */
+            tool: components["schemas"]["ToolDto"];
+        };
+        /** @description What a measurement gave. Lengths are in `unit`, but for those that name theirs. */
+        MeasurementResultDto: {
+            /** @description The calibration of the cloud. */
+            calibration_id: string;
+            /**
+             * Format: double
+             * @description k.
+             */
+            coverage_factor: number;
+            /**
+             * Format: double
+             * @description Value minus nominal.
+             */
+            error?: number | null;
+            errors?: components["schemas"]["ErrorsDto"] | null;
+            /**
+             * Format: double
+             * @description U, `coverage_factor` times the standard uncertainty.
+             */
+            expanded_uncertainty?: number | null;
+            /** @description The features it rests on. */
+            features: components["schemas"]["FeatureDto"][];
+            /** @description What speaks against the fitted model. */
+            findings?: components["schemas"]["FindingDto"][];
+            /** @description Which one, where a tool is used more than once. */
+            name?: string | null;
+            /**
+             * Format: double
+             * @description The value it should have.
+             */
+            nominal?: number | null;
+            /** @description What a reader must know, in sentences. */
+            notes: string[];
+            /** @description The same for each order. */
+            per_order: components["schemas"]["OrderErrorsDto"][];
+            /** @description `complete`, `partial` or `invalid`: what the scan was worth when it was measured. */
+            scan_state: string;
+            /** @description Of an angle: how far the second face is turned from the first about x and y of the part frame, degrees. */
+            tilts_deg?: number[] | null;
+            /**
+             * Format: double
+             * @description Symmetric limits around the nominal.
+             */
+            tolerance?: number | null;
+            /** @description What was measured. */
+            tool: components["schemas"]["ToolDto"];
+            /**
+             * Format: double
+             * @description Standard uncertainty from the noise of the points.
+             */
+            u_noise?: number | null;
+            /**
+             * Format: double
+             * @description Standard uncertainty from all that the points share: calibration, temperature, thickness of the lines.
+             */
+            u_systematic?: number | null;
+            /** @description Whether U holds all it should; missing if nothing was measured. */
+            uncertainty_complete?: boolean | null;
+            /** @description What U lacks, by name. */
+            uncertainty_missing?: string[];
+            /** @description `mm` or `°`. */
+            unit: string;
+            /**
+             * Format: double
+             * @description The value; missing if it could not be measured: the notes say why.
+             */
+            value?: number | null;
+            verdict?: components["schemas"]["VerdictDto"] | null;
+        };
         /**
          * @description Format of a mesh.
          * @enum {string}
          */
         MeshFormatDto: "stl" | "glb" | "ply";
+        /** @description The light models, compared on poses that were left out of their fits. */
+        ModelComparisonDto: {
+            /** @description Why, in a sentence. */
+            reason: string;
+            /** @description The one with evidence on its side. */
+            recommended: components["schemas"]["LightModelNameDto"];
+            /** @description One per model, simplest first. */
+            scores: components["schemas"]["ModelScoreDto"][];
+        };
+        /** @description Error of one light model on poses that were left out of its fit; missing where it could not be fitted. */
+        ModelScoreDto: {
+            /** @description Why it could not be fitted, if so. */
+            failure?: string | null;
+            /**
+             * Format: double
+             * @description RMS on the poses used for the fit.
+             */
+            fit_rms_px?: number | null;
+            /**
+             * Format: double
+             * @description The part of it that is common to the points of a pose and order.
+             */
+            held_out_bias_mm?: number | null;
+            /**
+             * Format: double
+             * @description The same as depth, along the camera ray.
+             */
+            held_out_rms_mm?: number | null;
+            /**
+             * Format: double
+             * @description RMS distance of held-out points from the predicted curves.
+             */
+            held_out_rms_px?: number | null;
+            /** @description The model. */
+            model: components["schemas"]["LightModelNameDto"];
+        };
         /** @description A motion by hand. */
         Motion: components["schemas"]["Act"] & {
             /**
@@ -2501,7 +3143,7 @@ export interface components {
             target_mm: number;
         };
         /** @description One thing a calibration wants. */
-        Need: {
+        NeedDto: {
             /**
              * Format: double
              * @description What is there.
@@ -2516,18 +3158,18 @@ export interface components {
             want: number;
         };
         /** @description What a new session is to be. */
-        NewSession: {
+        NewSessionDto: {
             /** @default null */
-            exposures: components["schemas"]["Exposures"] | null;
+            exposures: components["schemas"]["ExposuresDto"] | null;
             /**
              * @description What a person calls it.
              * @default null
              */
             name: string | null;
             /** @default null */
-            projector: components["schemas"]["ProjectorSheet"] | null;
+            projector: components["schemas"]["ProjectorSheetDto"] | null;
             /** @default null */
-            target: components["schemas"]["Target"] | null;
+            target: components["schemas"]["TargetDto"] | null;
         };
         /** @description Nothing more is to be said. */
         NoBody: Record<string, never>;
@@ -2543,8 +3185,50 @@ export interface components {
             /** @description All its pixels together. */
             total: components["schemas"]["DepthDifferenceDto"];
         };
+        /** @description The points of one order. */
+        OrderErrorsDto: {
+            /** @description Centre of a sphere by its points alone, part frame. */
+            centre_mm?: number[] | null;
+            /** @description Distances of its points from the features. */
+            errors: components["schemas"]["ErrorsDto"];
+            /**
+             * Format: int32
+             * @description The order.
+             */
+            order: number;
+            /**
+             * Format: double
+             * @description The value by its points alone, if they determine it.
+             */
+            value_mm?: number | null;
+        };
+        /** @description How two orders agree where both saw the same surface. */
+        OrderPairDto: {
+            /**
+             * Format: double
+             * @description Mean depth of `order_b` minus `order_a` along z.
+             */
+            bias_mm: number;
+            /** @description Points compared. */
+            n_pairs: number;
+            /**
+             * Format: int32
+             * @description The lower order.
+             */
+            order_a: number;
+            /**
+             * Format: int32
+             * @description The higher order.
+             */
+            order_b: number;
+            /**
+             * Format: double
+             * @description Root mean square of these differences, bias included.
+             */
+            rms_mm: number;
+        };
         /** @description Residuals of one order. */
-        OrderResiduals: {
+        OrderResidualsDto: {
             /**
              * Format: int32
              * @description The order.
@@ -2562,7 +3246,7 @@ export interface components {
          */
         PhaseDto: "homing" | "exposing_board" | "exposing_laser" | "exposing_stage" | "gathering_pictures" | "storing_pictures" | "unpacking_capture" | "reading_pictures" | "calibrating" | "writing_report" | "placing_part" | "reading_rows" | "taking_rows" | "packing_pictures" | "reading_frames" | "reading_peaks" | "computing_cloud" | "storing_cloud" | "measuring" | "exporting";
         /** @description A picture in the store. */
-        Picture: {
+        PictureDto: {
             /** @description The PNG file's SHA-256. */
             artifact: string;
             /**
@@ -2575,6 +3259,18 @@ export interface components {
              * @description When it was taken, ms since 1970.
              */
             taken_at_ms: number;
+        };
+        /** @description How a board picture fits the camera. */
+        PictureFitDto: {
+            /** @description Its corners. */
+            n_corners: number;
+            /** @description The picture. */
+            picture: string;
+            /**
+             * Format: double
+             * @description RMS distance of its corners from where the camera expects them.
+             */
+            rms_px: number;
         };
         /**
          * @description How pixels come.
@@ -2681,7 +3377,7 @@ export interface components {
             sequence: number;
         };
         /** @description Laser and grating by their data sheets. */
-        ProjectorSheet: {
+        ProjectorSheetDto: {
             /**
              * Format: double
              * @description Grooves of the grating.
@@ -2725,19 +3421,26 @@ export interface components {
              */
             status: string;
         };
+        /** @description Compute a scan again from its peaks. */
+        RecomputationJobDto: {
+            /** @description With which calibration; missing: the active one. */
+            calibration_id?: string | null;
+            /** @description The scan. */
+            scan_id: string;
+        };
         /** @description Compute a scan again. */
         RecomputeDto: {
             /** @description With which calibration; missing: the active one. */
             calibration_id?: string | null;
         };
         /** @description Residuals of a calibration over the picture. */
-        Residuals: {
+        ResidualsDto: {
             /** @description Board corners of all pictures: u, v where seen; du, dv from where the camera expects it to there, px. */
             corners: number[][];
             /** @description Rows of the pictures. */
             height_px: number;
             /** @description Laser points by order, thinned for drawing. */
-            orders: components["schemas"]["OrderResiduals"][];
+            orders: components["schemas"]["OrderResidualsDto"][];
             /** @description Columns of the pictures. */
             width_px: number;
         };
@@ -2809,14 +3512,14 @@ export interface components {
             job_id?: string | null;
             /** @description What a person calls it. */
             name: string;
-            /** @description The plan it was made by. */
-            plan: unknown;
+            /** @description How it was made. */
+            plan: components["schemas"]["ScanRunDto"];
             /** @description What it was made for; a verification is no part of the production. */
-            purpose: components["schemas"]["ScanPurpose"];
+            purpose: components["schemas"]["ScanPurposeDto"];
             /** @description The scan it was computed from again. */
             recomputed_from?: string | null;
             /** @description Figures: points, dropped by reason, self-consistency, envelope. */
-            report: unknown;
+            report: components["schemas"]["ScanReportDto"];
             /** @description Version of the software that computed it. */
             software_version: string;
             /**
@@ -2835,23 +3538,23 @@ export interface components {
             /** @description `cloud` or `mesh`. */
             what: string;
         };
-        /**
-         * @description How the stage moves during a scan.
-         * @enum {string}
-         */
-        ScanMode: "stop_and_go" | "continuous";
+        /** @description Scan a part. */
+        ScanJobDto: components["schemas"]["StartScanDto"] & {
+            /** @description What it is made for. */
+            purpose: components["schemas"]["ScanPurposeDto"];
+        };
         /**
          * @description How the stage moves.
          * @enum {string}
          */
         ScanModeDto: "stop_and_go" | "continuous";
         /** @description A scan as it will be run. */
-        ScanPlan: {
+        ScanPlanDto: {
             /**
              * Format: double
              * @description How long the frames take, from the first motion to the last row, s.
              */
-            acquisition_s?: number;
+            acquisition_s: number;
             /** @description Depths (z of the camera) in which the part may lie, mm: nearest and farthest. */
             depth_mm: number[];
             /**
@@ -2868,7 +3571,7 @@ export interface components {
              * Format: double
              * @description How long the cloud takes after the last row, s.
              */
-            evaluation_s?: number;
+            evaluation_s: number;
             /**
              * Format: double
              * @description Exposure of the laser frames, µs.
@@ -2900,9 +3603,9 @@ export interface components {
              * Format: double
              * @description How long the measurements take after that, s.
              */
-            measuring_s?: number;
+            measuring_s: number;
             /** @description How the stage moves. */
-            mode: components["schemas"]["ScanMode"];
+            mode: components["schemas"]["ScanModeDto"];
             /** @description Lines: every order sweeps the part on its own. */
             n_orders: number;
             /** @description Number of rows, each one frame. */
@@ -2952,7 +3655,170 @@ export interface components {
          * @description What a scan is made for.
          * @enum {string}
          */
-        ScanPurpose: "production" | "verification";
+        ScanPurposeDto: "production" | "verification";
+        /** @description Figures of a scan. One that was stopped has rows and losses alone. */
+        ScanReportDto: {
+            /** @default null */
+            envelope: components["schemas"]["EnvelopeDto"] | null;
+            /**
+             * @description What was left out of the cloud, by reason.
+             * @default []
+             */
+            left_out: components["schemas"]["LeftOutDto"][];
+            /**
+             * @description What was lost, in sentences; with any of it the scan is invalid.
+             * @default []
+             */
+            losses: string[];
+            /**
+             * Format: double
+             * @description Median of the points' own σ along the camera ray; missing without points.
+             * @default null
+             */
+            median_sigma_mm: number | null;
+            /**
+             * @description Frames it was made of.
+             * @default 0
+             */
+            n_frames: number;
+            /**
+             * @description Points of the cloud.
+             * @default null
+             */
+            n_points: number | null;
+            /**
+             * @description Pieces of lines that were found.
+             * @default null
+             */
+            n_segments: number | null;
+            /**
+             * @description What the cloud's header calls it.
+             * @default
+             */
+            scan: string;
+            /**
+             * @description How orders agree that saw the same surface.
+             * @default []
+             */
+            self_consistency: components["schemas"]["OrderPairDto"][];
+            /**
+             * @description Why it was stopped.
+             * @default null
+             */
+            stopped: string | null;
+            /** @default null */
+            timing: components["schemas"]["ScanTimingDto"] | null;
+        };
+        /** @description How a scan was made. What only the station knows is missing for a scan of a capture. */
+        ScanRunDto: {
+            /**
+             * Format: double
+             * @description How long the frames take, from the first motion to the last row, s.
+             */
+            acquisition_s?: number | null;
+            /** @description Depths (z of the camera) in which the part may lie, mm: nearest and farthest. */
+            depth_mm?: number[] | null;
+            /**
+             * Format: int64
+             * @description Room on the disk that it needs, bytes.
+             */
+            disk_bytes?: number | null;
+            /**
+             * Format: double
+             * @description How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
+             */
+            duration_s?: number | null;
+            /**
+             * Format: double
+             * @description How long the cloud takes after the last row, s.
+             */
+            evaluation_s?: number | null;
+            /**
+             * Format: double
+             * @description Exposure of the laser frames, µs.
+             */
+            exposure_us?: number | null;
+            /**
+             * Format: double
+             * @description Frames per second of a continuous scan.
+             */
+            frame_rate_hz?: number | null;
+            /**
+             * Format: double
+             * @description Position of the first row, mm.
+             */
+            from_mm?: number | null;
+            /** @description Whether the pictures are kept as a capture. */
+            keep_frames?: boolean | null;
+            /**
+             * Format: double
+             * @description Share of full laser power, 0–1.
+             */
+            laser_power?: number | null;
+            /**
+             * Format: int64
+             * @description Most points the cloud can have.
+             */
+            max_points?: number | null;
+            /** @description What was measured on it in the same job. */
+            measure: components["schemas"]["MeasureDto"][];
+            /**
+             * Format: double
+             * @description How long the measurements take after that, s.
+             */
+            measuring_s?: number | null;
+            mode?: components["schemas"]["ScanModeDto"] | null;
+            /** @description Lines: every order sweeps the part on its own. */
+            n_orders?: number | null;
+            /** @description Rows it has, or would have if it had not been stopped. */
+            n_rows: number;
+            /** @description What a person should know before it begins. */
+            notes?: string[] | null;
+            /**
+             * Format: double
+             * @description Points per mm² of a flat part across the camera, for each order that sees it.
+             */
+            points_per_mm2?: number | null;
+            /**
+             * Format: double
+             * @description Points per mm along a line.
+             */
+            points_per_mm_along_line?: number | null;
+            /**
+             * Format: double
+             * @description Standard deviation of a point along its camera ray, mm: image noise on matt grey paint and the calibration;
+             *     nothing if the calibrated depths are out of view.
+             */
+            predicted_sigma_mm?: number | null;
+            /** @description What it was made for. */
+            purpose: components["schemas"]["ScanPurposeDto"];
+            /**
+             * Format: double
+             * @description Rows per mm of a flat part across the camera, for each order.
+             */
+            rows_per_mm?: number | null;
+            /** @description What the header of its cloud calls it. */
+            scan: string;
+            /** @description Where its frames come from. */
+            source: components["schemas"]["ScanSourceDto"];
+            /**
+             * Format: double
+             * @description Speed during a continuous scan, mm/s.
+             */
+            speed_mm_s?: number | null;
+            /**
+             * Format: double
+             * @description Distance between rows, mm, positive in both directions.
+             */
+            step_mm?: number | null;
+            /**
+             * Format: double
+             * @description No row lies beyond this position, mm.
+             */
+            to_mm?: number | null;
+            /** @description Depths in which a line's place in the image alone tells its order, mm; beyond, a second look is needed. */
+            unambiguous_depth_mm?: number[] | null;
+        };
         /** @description Where a scan's frames come from. */
         ScanSourceDto: {
             /** @enum {string} */
@@ -2970,6 +3836,63 @@ export interface components {
          * @enum {string}
          */
         ScanStateDto: "complete" | "partial" | "invalid";
+        /** @description How long the parts of a scan took; what was not done is missing. */
+        ScanTimingDto: {
+            /**
+             * Format: double
+             * @description From the first motion to the last row.
+             * @default null
+             */
+            acquisition_s: number | null;
+            /** @default null */
+            arrival_to_file_ms: components["schemas"]["DelaysDto"] | null;
+            /** @default null */
+            arrival_to_profile_ms: components["schemas"]["DelaysDto"] | null;
+            /**
+             * Format: double
+             * @description From lines to a stored cloud.
+             * @default 0
+             */
+            evaluation_s: number;
+            /**
+             * Format: double
+             * @description Frames that were recorded in a second.
+             * @default null
+             */
+            frames_per_s: number | null;
+            /**
+             * @description How often a frame was read for that, all together.
+             * @default 0
+             */
+            frames_read: number;
+            /**
+             * Format: double
+             * @description How long it was measured.
+             * @default null
+             */
+            measuring_s: number | null;
+            /**
+             * @description Frames that were evaluated.
+             * @default 0
+             */
+            n_frames: number;
+            /**
+             * @description Measurements that were taken in this time.
+             * @default null
+             */
+            n_measured: number | null;
+            /**
+             * @description Rows that were taken in this time.
+             * @default null
+             */
+            rows_taken: number | null;
+            /**
+             * Format: double
+             * @description Of that neither motion nor exposure.
+             * @default null
+             */
+            waiting_s: number | null;
+        };
         /** @description What lies on the simulated stage. */
         SceneDto: {
             /**
@@ -2983,10 +3906,42 @@ export interface components {
          * @enum {string}
          */
         SceneNameDto: "plate" | "gauge" | "sphere" | "freeform";
+        /** @description What a session has gathered. */
+        SessionBodyDto: {
+            /** @description The camera as the boards so far give it. */
+            camera: components["schemas"]["CameraSoFarDto"];
+            /** @description How pictures are exposed. */
+            exposures: components["schemas"]["ExposuresDto"];
+            /** @description Rows of the pictures; 0 before the first. */
+            height_px: number;
+            /** @description The job that was started to solve it. */
+            job_id?: string | null;
+            /** @description What a person calls it. */
+            name: string;
+            /** @description The board at rest. */
+            poses: components["schemas"]["SessionPoseDto"][];
+            /** @description The laser and its grating. */
+            projector: components["schemas"]["ProjectorSheetDto"];
+            /** @description The board carried by the stage. */
+            stage_views: components["schemas"]["SessionStageViewDto"][];
+            /** @description The board. */
+            target: components["schemas"]["TargetDto"];
+            /** @description Columns of the pictures; 0 before the first. */
+            width_px: number;
+        };
+        /** @description What a new session has where nothing else is said. */
+        SessionDefaultsDto: {
+            /** @description How pictures are exposed. */
+            exposures: components["schemas"]["ExposuresDto"];
+            /** @description The configured projector. */
+            projector: components["schemas"]["ProjectorSheetDto"];
+            /** @description The configured board. */
+            target: components["schemas"]["TargetDto"];
+        };
         /** @description A session with its version. */
-        Session: {
+        SessionDto: {
             /** @description Everything else. */
-            body: components["schemas"]["SessionBody"];
+            body: components["schemas"]["SessionBodyDto"];
             /**
              * Format: int64
              * @description When it was changed last, ms since 1970.
@@ -2999,61 +3954,30 @@ export interface components {
             created_at_ms: number;
             /** @description UUID v7. */
             id: string;
-            needs?: components["schemas"]["SessionNeeds"] | null;
+            /** @description What its steps have, and what a good calibration wants. */
+            needs: components["schemas"]["SessionNeedsDto"];
             /**
              * Format: int64
              * @description Grows with every change.
              */
             version: number;
         };
-        /** @description What a session has gathered. */
-        SessionBody: {
-            /** @description The camera as the boards so far give it. */
-            camera: components["schemas"]["CameraSoFar"];
-            /** @description How pictures are exposed. */
-            exposures: components["schemas"]["Exposures"];
-            /** @description Rows of the pictures; 0 before the first. */
-            height_px: number;
-            /** @description The job that was started to solve it. */
-            job_id?: string | null;
-            /** @description What a person calls it. */
-            name: string;
-            /** @description The board at rest. */
-            poses: components["schemas"]["SessionPose"][];
-            /** @description The laser and its grating. */
-            projector: components["schemas"]["ProjectorSheet"];
-            /** @description The board carried by the stage. */
-            stage_views: components["schemas"]["SessionStageView"][];
-            /** @description The board. */
-            target: components["schemas"]["Target"];
-            /** @description Columns of the pictures; 0 before the first. */
-            width_px: number;
-        };
-        /** @description What a new session has where nothing else is said. */
-        SessionDefaults: {
-            /** @description How pictures are exposed. */
-            exposures: components["schemas"]["Exposures"];
-            /** @description The configured projector. */
-            projector: components["schemas"]["ProjectorSheet"];
-            /** @description The configured board. */
-            target: components["schemas"]["Target"];
-        };
         /** @description What the steps of a session have and want. */
-        SessionNeeds: {
+        SessionNeedsDto: {
             /** @description Boards with corners. */
-            boards: components["schemas"]["Need"];
+            boards: components["schemas"]["NeedDto"];
             /** @description Whether the camera's step has all of these. */
             camera_met: boolean;
             /** @description Cells of the coverage map with corners. */
-            cells: components["schemas"]["Need"];
+            cells: components["schemas"]["NeedDto"];
             /** @description Range of the boards' distances, mm. */
-            distance_mm: components["schemas"]["Need"];
+            distance_mm: components["schemas"]["NeedDto"];
             /** @description Boards with laser lines. */
-            lit_boards: components["schemas"]["Need"];
+            lit_boards: components["schemas"]["NeedDto"];
             /** @description Positions of the stage with a readable board. */
-            stage_views: components["schemas"]["Need"];
+            stage_views: components["schemas"]["NeedDto"];
             /** @description Boards tilted by `tilted_deg` or more. */
-            tilted_boards: components["schemas"]["Need"];
+            tilted_boards: components["schemas"]["NeedDto"];
             /**
              * Format: double
              * @description Tilt from which a board counts as tilted, degrees.
@@ -3061,17 +3985,17 @@ export interface components {
             tilted_deg: number;
         };
         /** @description A pose of the board at rest. */
-        SessionPose: {
+        SessionPoseDto: {
             /** @description By ordinary light. */
-            board: components["schemas"]["BoardPicture"];
+            board: components["schemas"]["BoardPictureDto"];
             /** @description UUID v7. */
             id: string;
-            laser?: components["schemas"]["LaserPicture"] | null;
+            laser?: components["schemas"]["LaserPictureDto"] | null;
         };
         /** @description The board at a stage position. */
-        SessionStageView: {
+        SessionStageViewDto: {
             /** @description By ordinary light. */
-            board: components["schemas"]["BoardPicture"];
+            board: components["schemas"]["BoardPictureDto"];
             /** @description UUID v7. */
             id: string;
             /**
@@ -3082,6 +4006,8 @@ export interface components {
         };
         /** @description A session, in its new version. */
         SessionVersion: {
+            /** @description Who. */
+            actor: string;
             /**
              * Format: int64
              * @description How often it was changed.
@@ -3106,6 +4032,37 @@ export interface components {
             /** @description Whether it shall run. */
             running: boolean;
         };
+        /** @description A shape in the part frame, mm. */
+        ShapeDto: {
+            /** @enum {string} */
+            kind: "plane";
+            /** @description Its normal, of length 1. */
+            normal: number[];
+            /** @description A point of it. */
+            point_mm: number[];
+        } | {
+            /** @description Its centre. */
+            centre_mm: number[];
+            /** @enum {string} */
+            kind: "sphere";
+            /**
+             * Format: double
+             * @description Its radius.
+             */
+            radius_mm: number;
+        } | {
+            /** @description Direction of its axis, of length 1. */
+            axis: number[];
+            /** @enum {string} */
+            kind: "cylinder";
+            /** @description A point of its axis. */
+            point_mm: number[];
+            /**
+             * Format: double
+             * @description Its radius.
+             */
+            radius_mm: number;
+        };
         /** @description A fault of the simulated station. */
         SimulatedFault: {
             /**
@@ -3114,8 +4071,15 @@ export interface components {
              */
             value?: number | null;
         };
+        /** @description A program. */
+        SoftwareDto: {
+            /** @description Its name. */
+            name: string;
+            /** @description Its version. */
+            version: string;
+        };
         /** @description How a session is to be solved. */
-        SolveSession: {
+        SolveSessionDto: {
             /**
              * @description `auto`, `on`, `off`.
              * @default null
@@ -3136,6 +4100,12 @@ export interface components {
             capture_id: string;
             /** @enum {string} */
             kind: "capture";
+        };
+        /** @description The travel of the stage. */
+        StageAxisDto: {
+            /** @description Millimetres per millimetre of the stage's own count. */
+            direction_mm_per_mm: number[];
+            straightness?: components["schemas"]["StraightnessDto"] | null;
         };
         /** @description The stage. */
         StageDto: {
@@ -3171,6 +4141,57 @@ export interface components {
             resolution_mm: number;
             /** @description Lowest and highest position. */
             travel_mm: number[];
+        };
+        /** @description The stage as calibrated. */
+        StageFiguresDto: {
+            /** @description Travel per mm of the stage's own count, camera frame. */
+            direction: number[];
+            /**
+             * Format: double
+             * @description Length of `direction` minus 1.
+             */
+            scale_error: number;
+            /**
+             * Format: double
+             * @description σ of it.
+             */
+            scale_sigma: number;
+            /** @description σ of `direction`. */
+            sigma: number[];
+            /**
+             * Format: double
+             * @description RMS deviation across the travel, µm.
+             */
+            straightness_rms_um: number;
+            /**
+             * Format: double
+             * @description σ per axis of how far the travel may be from straight and even, µm; missing in earlier versions.
+             */
+            straightness_sigma_um?: number | null;
+            /** @description Per view: position, mm; deviation along, and two across, µm. */
+            straightness_um: number[][];
+        };
+        /** @description The fit of the stage. */
+        StageFitDto: {
+            /**
+             * Format: double
+             * @description Length of the direction minus 1.
+             */
+            scale_error: number;
+            /**
+             * Format: double
+             * @description σ of it.
+             */
+            scale_sigma: number;
+            /** @description σ of the direction's components. */
+            sigma: number[];
+            /** @description Per view: position, mm; deviation along, and two across, µm. */
+            straightness: number[][];
+            /**
+             * Format: double
+             * @description RMS deviation across the travel, µm.
+             */
+            straightness_rms_um: number;
         };
         /**
          * @description Calibrate camera, light and stage.
@@ -3338,6 +4359,45 @@ export interface components {
             /** @description Name of the state after it. */
             state: string;
         };
+        /** @description Deviations from straight and even travel. */
+        StraightnessDto: {
+            /**
+             * Format: double
+             * @description Stage position of the first node.
+             */
+            first_mm: number;
+            /**
+             * Format: double
+             * @description Stage position of the last node.
+             */
+            last_mm: number;
+            /** @description Evenly spaced positions whose deviations are independent. */
+            n_nodes: number;
+            /**
+             * Format: double
+             * @description One standard deviation, alike along every axis.
+             */
+            sigma_mm: number;
+        };
+        /** @description Cells of space that hold the points of a feature, part frame. */
+        SurfaceRegionDto: {
+            /**
+             * Format: double
+             * @description Largest distance from the shape of a point that belongs.
+             */
+            band_mm: number;
+            /**
+             * Format: double
+             * @description Edge of a cell.
+             */
+            cell_mm: number;
+            /** @description Numbers of the cells with points: x + size_x · (y + size_y · z). */
+            cells: number[];
+            /** @description Lowest corner of the first cell. */
+            origin_mm: number[];
+            /** @description Cells along x, y, z. */
+            size: number[];
+        };
         /** @description Who wants to command. */
         TakeControlDto: {
             /**
@@ -3365,7 +4425,7 @@ export interface components {
             to: string;
         };
         /** @description A chessboard. */
-        Target: {
+        TargetDto: {
             /** @description Inner corners along a row. */
             inner_columns: number;
             /** @description Inner corners along a column. */
@@ -3391,8 +4451,37 @@ export interface components {
          * @enum {string}
          */
         VerdictDto: "ok" | "undecided" | "invalid" | "not_ok";
+        /** @description Scan a known part and compare. */
+        VerificationJobDto: {
+            /** @description What it is. */
+            artefact: components["schemas"]["ArtefactDto"];
+            /**
+             * Format: double
+             * @description Its height or radius.
+             */
+            nominal_mm: number;
+            /** @description How it is scanned. */
+            scan: components["schemas"]["ScanJobDto"];
+            /**
+             * Format: double
+             * @description Largest deviation allowed.
+             */
+            tolerance_mm?: number | null;
+        };
+        /** @description How a board picture fits the camera. */
+        ViewFitDto: {
+            /** @description Its corners. */
+            n_corners: number;
+            /** @description The picture. */
+            name: string;
+            /**
+             * Format: double
+             * @description RMS distance of its corners from where the camera expects them.
+             */
+            rms_px: number;
+        };
         /** @description Where the virtual operator of a simulated station is to hold the board. */
-        VirtualBoard: {
+        VirtualBoardDto: {
             /** @enum {string} */
             place: "pose";
             /** @description Which. */
@@ -3442,7 +4531,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ListDto_Session"];
+                    "application/json": components["schemas"]["ListDto_SessionDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -3465,7 +4554,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["NewSession"];
+                "application/json": components["schemas"]["NewSessionDto"];
             };
         };
         responses: {
@@ -3474,7 +4563,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Session"];
+                    "application/json": components["schemas"]["SessionDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -3507,7 +4596,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SessionDefaults"];
+                    "application/json": components["schemas"]["SessionDefaultsDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -3536,7 +4625,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Session"];
+                    "application/json": components["schemas"]["SessionDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -3595,7 +4684,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Look"];
+                    "application/json": components["schemas"]["LookDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -3665,7 +4754,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Session"];
+                    "application/json": components["schemas"]["SessionDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -3704,7 +4793,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Session"];
+                    "application/json": components["schemas"]["SessionDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -3735,7 +4824,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SolveSession"];
+                "application/json": components["schemas"]["SolveSessionDto"];
             };
         };
         responses: {
@@ -3794,7 +4883,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Session"];
+                    "application/json": components["schemas"]["SessionDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -3835,7 +4924,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Session"];
+                    "application/json": components["schemas"]["SessionDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -4166,7 +5255,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Residuals"];
+                    "application/json": components["schemas"]["ResidualsDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -4945,7 +6034,7 @@ export interface operations {
                 /** @description Only parts with this verdict. */
                 verdict?: components["schemas"]["VerdictDto"];
                 /** @description Only those made for this. */
-                purpose?: components["schemas"]["ScanPurpose"];
+                purpose?: components["schemas"]["ScanPurposeDto"];
                 /** @description Id of the last scan of the page before. */
                 before?: string;
                 /** @description Scans of a page, 1 to 200; 50 if not said. */
@@ -5033,7 +6122,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ScanPlan"];
+                    "application/json": components["schemas"]["ScanPlanDto"];
                 };
             };
             400: components["responses"]["Problem"];
@@ -5509,7 +6598,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["VirtualBoard"];
+                "application/json": components["schemas"]["VirtualBoardDto"];
             };
         };
         responses: {

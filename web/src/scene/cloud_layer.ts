@@ -90,9 +90,9 @@ export class CloudLayer {
     this.program.dispose();
   }
 
-  private write3D({ bytes, region }: RegionGrid): WebGLTexture {
+  private write3D({ bytes, size }: RegionGrid): WebGLTexture {
     const { gl } = this;
-    const [nx, ny, nz] = region.size;
+    const [nx, ny, nz] = size;
     const cells = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_3D, cells);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);

@@ -2,7 +2,7 @@
 
 import { type Api, data, type Schemas } from "../api/client";
 import type { Picked } from "./picking";
-import { distance, type Vec3 } from "./shapes";
+import { distance, type Vec3, vec3 } from "./shapes";
 
 type Profile = Schemas["ProfileDto"];
 
@@ -71,8 +71,7 @@ async function stageDirection(api: Api, calibration_id: string): Promise<Vec3> {
   if (known) return known;
   const params = { path: { id: calibration_id } };
   const { calibration } = await data(api.GET("/api/v1/calibrations/{id}", { params }));
-  const stage = (calibration as { stage?: { direction_mm_per_mm?: number[] } | null }).stage;
-  const [x = 0, y = 0, z = 0] = stage?.direction_mm_per_mm ?? [];
-  directions.set(calibration_id, [x, y, z]);
-  return [x, y, z];
+  const direction = vec3(calibration.stage?.direction_mm_per_mm ?? [0, 0, 0]);
+  directions.set(calibration_id, direction);
+  return direction;
 }

@@ -1,34 +1,29 @@
 /** Which points belong to a measured feature, as the server says: cells of space that hold points of its fit. */
 
-import { deviation, type FittedShape, type Vec3 } from "./shapes";
+import type { Schemas } from "../api/client";
+import { deviation, type FittedShape, type Vec3, vec3 } from "./shapes";
 
-/** As the result of a measurement writes it. */
-export interface SurfaceRegion {
-  /** Lowest corner of the first cell, part frame, mm. */
-  origin_mm: Vec3;
-  /** Edge of a cell, mm. */
-  cell_mm: number;
-  /** Cells along x, y, z. */
-  size: Vec3;
-  /** Numbers of the cells with points: x + size_x · (y + size_y · z). */
-  cells: readonly number[];
-  /** Largest distance from the fitted shape of a point that belongs, mm. */
-  band_mm: number;
-}
+export type SurfaceRegion = Schemas["SurfaceRegionDto"];
 
 /** The cells as a block of bytes, 255 where points belong: for the graphics card, too. */
 export class RegionGrid {
   readonly bytes: Uint8Array;
+  private readonly origin_mm: Vec3;
+  /** Cells along x, y, z. */
+  readonly size: Vec3;
 
   constructor(readonly region: SurfaceRegion) {
-    const [nx, ny, nz] = region.size;
+    this.origin_mm = vec3(region.origin_mm);
+    this.size = vec3(region.size);
+    const [nx, ny, nz] = this.size;
     this.bytes = new Uint8Array(nx * ny * nz);
     for (const cell of region.cells) this.bytes[cell] = 255;
   }
 
   /** Whether a place lies in one of the cells. */
   holds(at: Vec3): boolean {
-    const { origin_mm, cell_mm, size } = this.region;
+    const { origin_mm, size } = this;
+    const { cell_mm } = this.region;
     const cell = (axis: 0 | 1 | 2) => Math.floor((at[axis] - origin_mm[axis]) / cell_mm);
     const [x, y, z] = [cell(0), cell(1), cell(2)];
     if (x < 0 || y < 0 || z < 0 || x >= size[0] || y >= size[1] || z >= size[2]) return false;

@@ -1,12 +1,31 @@
 /** Shapes that measurements were fitted to, and how far points are from them. */
 
+import type { Schemas } from "../api/client";
+
 export type Vec3 = readonly [number, number, number];
 
-/** A fitted feature in the part frame, mm: as the result of a measurement writes it. */
+/** Three numbers of the API, whose lists have no length; `NaN` for one that is missing. */
+export function vec3([x = Number.NaN, y = Number.NaN, z = Number.NaN]: readonly number[]): Vec3 {
+  return [x, y, z];
+}
+
+/** A fitted feature in the part frame, mm. */
 export type FittedShape =
   | { kind: "plane"; point_mm: Vec3; normal: Vec3 }
   | { kind: "sphere"; centre_mm: Vec3; radius_mm: number }
   | { kind: "cylinder"; point_mm: Vec3; axis: Vec3; radius_mm: number };
+
+/** As the result of a measurement has it. */
+export function shapeOf(shape: Schemas["ShapeDto"]): FittedShape {
+  switch (shape.kind) {
+    case "plane":
+      return { ...shape, point_mm: vec3(shape.point_mm), normal: vec3(shape.normal) };
+    case "sphere":
+      return { ...shape, centre_mm: vec3(shape.centre_mm) };
+    case "cylinder":
+      return { ...shape, point_mm: vec3(shape.point_mm), axis: vec3(shape.axis) };
+  }
+}
 
 export function subtract(a: Vec3, b: Vec3): Vec3 {
   return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];

@@ -18,8 +18,7 @@ export function hasEnded(job: Job): boolean {
 
 /** What a person called the thing that the job makes. */
 export function nameOf(job: Job): string | undefined {
-  const name = (job.input as { name?: unknown } | null | undefined)?.name;
-  return typeof name === "string" && name !== "" ? name : undefined;
+  return (job.input?.kind === "scan" && job.input.name) || undefined;
 }
 
 export class JobsState {

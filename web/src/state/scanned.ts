@@ -35,7 +35,7 @@ export interface ScannedPart {
 export interface PartsQuery {
   verdict?: Verdict;
   state?: Schemas["ScanStateDto"];
-  purpose?: Schemas["ScanPurpose"];
+  purpose?: Schemas["ScanPurposeDto"];
 }
 
 /** A part of the list of scanned parts. */

@@ -38,7 +38,7 @@ pub enum Event {
     CaptureCreated(CaptureCreated),
     /// A capture was deleted.
     #[serde(rename = "capture.deleted")]
-    CaptureDeleted(NoBody),
+    CaptureDeleted(Act),
     /// A calibration was computed.
     #[serde(rename = "calibration.created")]
     CalibrationCreated(CalibrationCreated),
@@ -56,7 +56,7 @@ pub enum Event {
     ScanExported(ScanExported),
     /// A scan was deleted with its measurements.
     #[serde(rename = "scan.deleted")]
-    ScanDeleted(NoBody),
+    ScanDeleted(Act),
     /// A characteristic was measured.
     #[serde(rename = "measurement.created")]
     MeasurementCreated(MeasurementCreated),
@@ -71,7 +71,7 @@ pub enum Event {
     SessionChanged(SessionVersion),
     /// A calibration session was deleted.
     #[serde(rename = "session.deleted")]
-    SessionDeleted(NoBody),
+    SessionDeleted(Act),
     /// Somebody took control of the station.
     #[serde(rename = "control.taken")]
     ControlTaken(Act),
@@ -121,6 +121,7 @@ pub enum Event {
 
 /// Nothing more is to be said.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct NoBody {}
 
 /// A job, as far as the event knows it.
@@ -178,9 +179,12 @@ impl From<&CaptureRecord> for CaptureCreated {
 pub struct CalibrationCreated {
     /// By which job.
     pub job_id: String,
-    /// Its figures.
-    #[schema(value_type = Object)]
-    pub summary: Value,
+    /// Model of its light sheets; missing without laser pictures.
+    pub model: Option<String>,
+    /// RMS distance of board corners from where the camera expects them.
+    pub corner_rms_px: f64,
+    /// What it leaves of depth uncertainty over the working volume.
+    pub systematic_sigma_mm: Option<f64>,
 }
 
 /// Which calibration is active, and which was.
@@ -235,6 +239,8 @@ pub struct MeasurementCreated {
     pub expanded_uncertainty: Option<f64>,
     /// `ok`, `not_ok`, `undecided`, `invalid`; missing without limits.
     pub verdict: Option<String>,
+    /// Who asked; missing where it was measured in a job.
+    pub actor: Option<String>,
 }
 
 /// What Start scans and measures, in its new version.
@@ -249,6 +255,8 @@ pub struct PlanChanged {
 /// A session, in its new version.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SessionVersion {
+    /// Who.
+    pub actor: String,
     /// How often it was changed.
     pub version: i64,
 }
@@ -256,6 +264,8 @@ pub struct SessionVersion {
 /// Who did it, and from where.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Act {
+    /// What kind of principal: `local`, somebody at this station.
+    pub principal: String,
     /// Who: the holder of the control lease, else the name that came along.
     pub actor: String,
     /// From which address.
@@ -339,15 +349,19 @@ mod tests {
 
     #[test]
     fn an_event_is_stored_by_kind_and_body() {
-        let act = Act { actor: "Anna".to_owned(), source: "127.0.0.1".to_owned() };
+        let [principal, actor, source] = ["local", "Anna", "127.0.0.1"].map(str::to_owned);
+        let act = Act { principal, actor, source };
         let Change::AppendEvent(record) = event("laser", Event::LaserSwitched(LaserSwitched { act, power: 0.5 }))
         else {
             panic!("an event is appended")
         };
         assert_eq!((record.kind.as_str(), record.subject.as_str()), ("laser.switched", "laser"));
-        let body = serde_json::json!({ "actor": "Anna", "source": "127.0.0.1", "power": 0.5 });
+        let body =
+            serde_json::json!({ "principal": "local", "actor": "Anna", "source": "127.0.0.1", "power": 0.5 });
         assert_eq!(record.body, body);
-        let Change::AppendEvent(gone) = event("7", Event::ScanDeleted(NoBody {})) else { panic!("appended") };
-        assert_eq!((gone.kind.as_str(), gone.body), ("scan.deleted", serde_json::json!({})));
+        let Change::AppendEvent(gone) = event("7", Event::SimulationFaultOff(NoBody {})) else {
+            panic!("appended")
+        };
+        assert_eq!((gone.kind.as_str(), gone.body), ("simulation.fault_off", serde_json::json!({})));
     }
 }

@@ -20,10 +20,13 @@ pub mod ledger;
 pub mod limits;
 pub mod measurements;
 pub mod points_page;
+pub mod principal;
 pub mod progress;
+pub mod scan_run;
 pub mod sessions;
 mod start;
 pub mod stored_scan;
+pub mod use_cases;
 
 use std::sync::Arc;
 

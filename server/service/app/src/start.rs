@@ -1,6 +1,7 @@
 //! The service from start to end: what must be there before a port opens, and what must be dark before it closes.
 
-use crate::events::{Act, Event, event};
+use crate::events::{Event, event};
+use crate::principal::Principal;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -145,10 +146,8 @@ async fn watch_control(app: App) {
         // A lease ends by time alone, which nobody tells.
         let _ = tokio::time::timeout(CONTROL_WATCH, changes.changed()).await;
         if let Some(lease) = app.control.collect_expired(Instant::now()) {
-            let lapsed = event(
-                &lease.holder,
-                Event::ControlExpired(Act { actor: lease.holder.clone(), source: "server".to_owned() }),
-            );
+            let lapsed =
+                event(&lease.holder, Event::ControlExpired(Principal::local(&lease.holder, "server", None).act()));
             if let Err(error) = app.ledger.commit(vec![lapsed]).await {
                 tracing::warn!(%error, "the end of control is not stored");
             }

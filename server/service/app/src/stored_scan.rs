@@ -10,6 +10,7 @@ use scanning::{Cloud, CloudFormat, ScanFrame};
 use store::{ArtifactId, Artifacts, ScanRecord};
 
 use crate::error::{AppError, ErrorKind};
+use crate::scan_run::ScanRun;
 
 /// The id of a new record.
 pub fn new_id() -> String {
@@ -91,7 +92,7 @@ async fn parsed<T: Send + 'static, E: Error + Send + 'static>(
 
 /// What the header of its cloud calls a scan; for a capture its scan, whatever a person calls the result.
 pub fn cloud_name(scan: &ScanRecord) -> String {
-    scan.plan["scan"].as_str().unwrap_or(&scan.name).to_owned()
+    ScanRun::of(scan).map_or_else(|_| scan.name.clone(), |run| run.cloud_name)
 }
 
 /// Why there is no cloud, and what to do.

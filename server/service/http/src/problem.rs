@@ -6,7 +6,7 @@ use axum::response::{IntoResponse, Response};
 use pipeline::Failure;
 use serde::{Deserialize, Serialize};
 use station::StationRefusal;
-use store::StoreError;
+use store::{DamagedRow, StoreError};
 use utoipa::ToSchema;
 
 /// The types of problems; each is one row of the table.
@@ -191,6 +191,12 @@ impl From<AppError> for Problem {
 impl From<StoreError> for Problem {
     fn from(error: StoreError) -> Self {
         AppError::from(error).into()
+    }
+}
+
+impl From<DamagedRow> for Problem {
+    fn from(row: DamagedRow) -> Self {
+        StoreError::from(row).into()
     }
 }
 

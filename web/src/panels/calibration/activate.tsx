@@ -10,7 +10,7 @@ import { useLoaded } from "../../parts/loading";
 import { NameField } from "../../parts/name_field";
 import { Command } from "../../state/command";
 import { text } from "../../text";
-import { type CalibrationItem, summaryOf } from "./figures";
+import type { CalibrationItem } from "./figures";
 
 interface Properties {
   item: CalibrationItem;
@@ -21,7 +21,7 @@ interface Properties {
 export function ActivateButton({ item, reload, primary }: Properties) {
   const words = text.value.calibration;
   const asking = useSignal(false);
-  const blocked = summaryOf(item).model === null && words.camera_only;
+  const blocked = item.summary.model === null && words.camera_only;
   return (
     <>
       <button

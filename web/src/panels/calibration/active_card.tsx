@@ -11,7 +11,7 @@ import { NameField } from "../../parts/name_field";
 import { Command } from "../../state/command";
 import { language, text } from "../../text";
 import { moment } from "../../units";
-import { type CalibrationItem, summaryOf } from "./figures";
+import type { CalibrationItem } from "./figures";
 import { age, mm, px, share, um } from "./format";
 
 interface Properties {
@@ -32,7 +32,7 @@ export function ActiveCard({ active, item, acts, reload }: Properties) {
       {item ? (
         <>
           <div class="row">
-            <span class="big number">{um(summaryOf(item).systematic_sigma_mm)}</span>
+            <span class="big number">{um(item.summary.systematic_sigma_mm)}</span>
             <span class="muted">{words.depth_sigma}</span>
           </div>
           <Facts item={item} />
@@ -75,7 +75,7 @@ export function ActiveCard({ active, item, acts, reload }: Properties) {
 /** Figures of a calibration in a few lines. */
 export function Facts({ item }: { item: CalibrationItem }) {
   const words = text.value.calibration;
-  const summary = summaryOf(item);
+  const summary = item.summary;
   const counts = [summary.n_poses, summary.n_laser_poses, summary.n_stage_views].map(String);
   return (
     <dl class="facts">

@@ -4,7 +4,7 @@ import { href } from "../../state/route";
 import { language, text } from "../../text";
 import { moment } from "../../units";
 import { ActivateButton } from "./activate";
-import { type CalibrationItem, summaryOf } from "./figures";
+import type { CalibrationItem } from "./figures";
 import { px, um } from "./format";
 
 interface Properties {
@@ -54,9 +54,9 @@ export function CalibrationList({ items, active_id, onCompare, reload }: Propert
                 <td>
                   <span class="tag">{item.active ? words.in_use : words.draft}</span>
                 </td>
-                <td>{words.model_names[summaryOf(item).model ?? ""] ?? "–"}</td>
-                <td class="number">{px(summaryOf(item).corner_rms_px)}</td>
-                <td class="number">{um(summaryOf(item).systematic_sigma_mm)}</td>
+                <td>{words.model_names[item.summary.model ?? ""] ?? "–"}</td>
+                <td class="number">{px(item.summary.corner_rms_px)}</td>
+                <td class="number">{um(item.summary.systematic_sigma_mm)}</td>
                 <td>
                   <div class="row acts">
                     <a class="button" href={href("calibration", undefined, { show: item.id })}>

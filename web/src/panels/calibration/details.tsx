@@ -7,7 +7,6 @@ import { Show, useLoaded } from "../../parts/loading";
 import { href } from "../../state/route";
 import { text } from "../../text";
 import { Facts } from "./active_card";
-import { documentOf, summaryOf } from "./figures";
 import { AnglesView, ModelsView } from "./models_view";
 import { ResidualsView } from "./residuals_view";
 import { StageFiguresView } from "./stage_view";
@@ -38,7 +37,7 @@ export function Details({ id }: { id: string }) {
       </div>
       <Show of={state}>
         {(calibration) => {
-          const [summary, document] = [summaryOf(calibration), documentOf(calibration)];
+          const [summary, document] = [calibration.summary, calibration.calibration];
           return (
             <>
               <Facts item={calibration} />

@@ -1,5 +1,6 @@
 /** What the comparison of the three light models means, and the angles of the orders against the grating equation. */
 
+import { dot, type Vec3, vec3 } from "../../scene/shapes";
 import type { CalibrationDocument, Light, ModelName, Models } from "./figures";
 
 /** Below this ratio two models are wrong by the same amount, as far as a dozen poses can tell. */
@@ -19,7 +20,7 @@ export type Meaning =
 export function meaningOf(models: Models): Meaning {
   const use = models.recommended;
   const bias = (model: ModelName) =>
-    models.scores.find((score) => score.model === model && score.failure === null)?.held_out_bias_mm ?? undefined;
+    models.scores.find((score) => score.model === model && score.failure == null)?.held_out_bias_mm ?? undefined;
   const known = models.scores.map((score) => bias(score.model)).filter((value) => value !== undefined);
   const best_mm = bias(use);
   if (best_mm === undefined || known.length < 2) return { kind: "unknown", use };
@@ -36,10 +37,7 @@ export interface OrderAngle {
   sheet_deg: number | undefined;
 }
 
-type Vector = readonly [number, number, number];
-
-const dot = (a: Vector, b: Vector) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a: Vector, b: Vector): Vector => [
+const cross = (a: Vec3, b: Vec3): Vec3 => [
   a[1] * b[2] - a[2] * b[1],
   a[2] * b[0] - a[0] * b[2],
   a[0] * b[1] - a[1] * b[0],
@@ -50,7 +48,8 @@ const DEGREES = 180 / Math.PI;
 export function orderAngles(document: CalibrationDocument): OrderAngle[] {
   const { light, orders } = document;
   if (light.model === "planes") return planeAngles(light);
-  const sine = light.model === "grating" ? dot(light.axis, cross(light.groove, light.normal)) : 0;
+  const sine =
+    light.model === "grating" ? dot(vec3(light.axis), cross(vec3(light.groove), vec3(light.normal))) : 0;
   const angle = (order: number, ratio: number) => DEGREES * (Math.asin(sine + order * ratio) - Math.asin(sine));
   const sheet = document.report.light?.wavelength_over_period?.[2];
   return orders.map((order) => ({
@@ -65,7 +64,7 @@ function planeAngles(light: Extract<Light, { model: "planes" }>): OrderAngle[] {
   const zero = light.planes.find((plane) => plane.order === 0)?.normal;
   if (!zero) return [];
   return light.planes.map(({ order, normal }) => {
-    const cosine = Math.min(1, Math.abs(dot(zero, normal)));
+    const cosine = Math.min(1, Math.abs(dot(vec3(zero), vec3(normal))));
     return { order, calibrated_deg: Math.sign(order) * DEGREES * Math.acos(cosine), sheet_deg: undefined };
   });
 }

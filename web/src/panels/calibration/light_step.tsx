@@ -6,7 +6,6 @@ import { Show, useLoaded } from "../../parts/loading";
 import { text } from "../../text";
 import { orderColour, orderName } from "../../theme";
 import { useCalibration } from "./details";
-import { documentOf, summaryOf } from "./figures";
 import { AnglesView, ModelsView } from "./models_view";
 import { type Residuals, ResidualsView } from "./residuals_view";
 import { type Dot, SessionPicture } from "./session_picture";
@@ -40,9 +39,9 @@ function Solved({ session, id }: { session: Session; id: string }) {
       <Show of={calibration.state}>
         {(calibration) => (
           <div class="card stack">
-            <ModelsView summary={summaryOf(calibration)} />
-            <AnglesView document={documentOf(calibration)} />
-            <ResidualsView id={id} document={documentOf(calibration)} />
+            <ModelsView summary={calibration.summary} />
+            <AnglesView document={calibration.calibration} />
+            <ResidualsView id={id} document={calibration.calibration} />
           </div>
         )}
       </Show>

@@ -57,7 +57,7 @@ function ModelCard({ score, recommended, used }: { score: ModelScore; recommende
         {used && <span class="tag">{words.used}</span>}
       </h4>
       <p class="muted">{words.model_is[score.model]}</p>
-      {score.failure !== null ? (
+      {score.failure != null ? (
         <p>{words.not_fitted(score.failure)}</p>
       ) : (
         <>
@@ -120,7 +120,7 @@ export function AnglesView({ document }: { document: CalibrationDocument }) {
   );
 }
 
-function ratioWords(ratio: readonly [number, number, number]): [string, string, string] {
+function ratioWords(ratio: readonly number[]): [string, string, string] {
   const [value, sigma, sheet] = ratio.map((one) => decimal(one, 6, language.value));
   return [value ?? "", sigma ?? "", sheet ?? ""];
 }

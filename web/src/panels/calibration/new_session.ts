@@ -12,7 +12,7 @@ export interface Draft {
   line_direction: string;
 }
 
-export function draftFrom({ target, projector }: Schemas["SessionDefaults"]): Draft {
+export function draftFrom({ target, projector }: Schemas["SessionDefaultsDto"]): Draft {
   return { ...target, ...projector };
 }
 

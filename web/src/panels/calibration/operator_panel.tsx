@@ -91,7 +91,7 @@ export function StageOperatorPanel() {
 }
 
 /** Where the virtual operator holds the board. */
-export async function place({ api }: App, board: Schemas["VirtualBoard"]): Promise<void> {
+export async function place({ api }: App, board: Schemas["VirtualBoardDto"]): Promise<void> {
   await data(api.PUT("/api/v1/simulation/board", { body: board }));
 }
 

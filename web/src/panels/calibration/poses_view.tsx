@@ -44,7 +44,7 @@ export function PosesView({ session, change }: { session: Session; change: Chang
 
 interface PoseProperties {
   session: Session;
-  pose: Schemas["SessionPose"];
+  pose: Schemas["SessionPoseDto"];
   number: number;
   stands_out: boolean;
   change: Change;

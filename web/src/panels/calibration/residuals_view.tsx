@@ -11,7 +11,7 @@ import { px } from "./format";
 import { drawArrows, drawDots, roundUp } from "./heat_map";
 import { MapView, ScaleLegend } from "./map_view";
 
-export type Residuals = Schemas["Residuals"];
+export type Residuals = Schemas["ResidualsDto"];
 
 /** Colours reach to this multiple of the RMS: all but the rare outlier. */
 const SCALE_OF_RMS = 3;

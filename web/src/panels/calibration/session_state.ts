@@ -3,8 +3,8 @@
 import type { Job, Schemas } from "../../api/client";
 import { hasEnded } from "../../state/jobs";
 
-export type Session = Schemas["Session"];
-export type Look = Schemas["Look"];
+export type Session = Schemas["SessionDto"];
+export type Look = Schemas["LookDto"];
 export type Corner = Look["corners"][number];
 
 export const STEPS = ["check", "camera", "light", "stage", "verify", "finish"] as const;
@@ -16,7 +16,7 @@ export const COVERAGE = { columns: 8, rows: 6 } as const;
 /** Fewest readable boards that the server takes. */
 export const FEWEST_BOARDS = 3;
 
-export type Need = Schemas["Need"];
+export type Need = Schemas["NeedDto"];
 
 export interface Needs {
   boards: Need;
@@ -27,19 +27,17 @@ export interface Needs {
   all: boolean;
 }
 
-const NOTHING: Need = { have: 0, want: 0, met: false };
-
 /** What the server says the session's boards have and a good calibration wants, with the values to draw. */
 export function needsOf({ needs, body }: Session): Needs {
   const boards = body.poses.map((pose) => pose.board).filter((board) => board.corners.length > 0);
   const values_deg = boards.map((board) => board.tilt_deg ?? undefined).filter((value) => value !== undefined);
   const values_mm = boards.map((board) => board.distance_mm ?? undefined).filter((value) => value !== undefined);
   return {
-    boards: needs?.boards ?? NOTHING,
-    cells: needs?.cells ?? NOTHING,
-    tilt: { ...(needs?.tilted_boards ?? NOTHING), wanted_deg: needs?.tilted_deg ?? 0, values_deg },
-    distance: { ...(needs?.distance_mm ?? NOTHING), values_mm },
-    all: needs?.camera_met ?? false,
+    boards: needs.boards,
+    cells: needs.cells,
+    tilt: { ...needs.tilted_boards, wanted_deg: needs.tilted_deg, values_deg },
+    distance: { ...needs.distance_mm, values_mm },
+    all: needs.camera_met,
   };
 }
 

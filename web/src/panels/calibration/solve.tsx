@@ -12,7 +12,6 @@ import { Command } from "../../state/command";
 import { hasEnded } from "../../state/jobs";
 import { text } from "../../text";
 import { useCalibration } from "./details";
-import { summaryOf } from "./figures";
 import { FEWEST_BOARDS, readableBoards, type Session } from "./session_state";
 import { goToStep, type StepProperties } from "./wizard";
 
@@ -77,7 +76,7 @@ function Made({ id, session }: { id: string; session: Session }) {
       <strong>{words.solved(id)}</strong> <span class="muted">{words.solved_hint}</span>
       <Show of={state}>
         {(calibration) => {
-          const { n_poses, n_stage_views, warnings } = summaryOf(calibration);
+          const { n_poses, n_stage_views, warnings } = calibration.summary;
           const views = session.body.stage_views.filter((view) => view.board.corners.length > 0).length;
           const old = n_poses !== readableBoards(session) || n_stage_views !== views;
           return (

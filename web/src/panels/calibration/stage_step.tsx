@@ -13,7 +13,6 @@ import { Command } from "../../state/command";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 import { useCalibration } from "./details";
-import { summaryOf } from "./figures";
 import { place, StageOperatorPanel } from "./operator_panel";
 import type { Change } from "./session_change";
 import { SessionPicture } from "./session_picture";
@@ -47,7 +46,7 @@ function SolvedStage({ id }: { id: string }) {
   return (
     <Show of={state}>
       {(calibration) => {
-        const { stage } = summaryOf(calibration);
+        const { stage } = calibration.summary;
         return stage ? (
           <section class="card">
             <StageFiguresView stage={stage} />
@@ -148,7 +147,7 @@ function ViewsList({ session, change }: Properties) {
   );
 }
 
-function View({ view, session, change }: Properties & { view: Schemas["SessionStageView"] }) {
+function View({ view, session, change }: Properties & { view: Schemas["SessionStageViewDto"] }) {
   const { api } = useApp();
   const words = text.value.calibration;
   const at = `${decimal(view.position_mm, 3, language.value)} mm`;

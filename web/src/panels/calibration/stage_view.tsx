@@ -57,12 +57,14 @@ export function StageFiguresView({ stage }: { stage: StageFigures }) {
             </tr>
           </thead>
           <tbody>
-            {stage.straightness_um.map((view) => (
-              <tr key={view[0]}>
-                <td class="number">{decimal(view[0], 1, language.value)} mm</td>
-                <td class="number">{um(view[1])}</td>
-                <td class="number">{um(view[2])}</td>
-                <td class="number">{um(view[3])}</td>
+            {stage.straightness_um.map(([position_mm = 0, ...deviations_um]) => (
+              <tr key={position_mm}>
+                <td class="number">{decimal(position_mm, 1, language.value)} mm</td>
+                {DEVIATIONS.map(({ words: name }, idx) => (
+                  <td class="number" key={name}>
+                    {um(deviations_um[idx] ?? 0)}
+                  </td>
+                ))}
               </tr>
             ))}
           </tbody>
@@ -74,10 +76,13 @@ export function StageFiguresView({ stage }: { stage: StageFigures }) {
 
 function Chart({ stage }: { stage: StageFigures }) {
   const words = text.value.calibration;
-  const views = stage.straightness_um;
-  const largest = Math.max(...views.flatMap((view) => view.slice(1).map(Math.abs)), 0.1);
+  const views = stage.straightness_um.map(([position_mm = 0, ...deviations_um]) => ({
+    position_mm,
+    deviations_um,
+  }));
+  const largest = Math.max(...views.flatMap((view) => view.deviations_um.map(Math.abs)), 0.1);
   const end_um = roundUp(largest);
-  const positions = views.map((view) => view[0]);
+  const positions = views.map((view) => view.position_mm);
   const [low, high] = [Math.min(...positions), Math.max(...positions)];
   const x = (position: number) =>
     LEFT + ((position - low) / Math.max(1e-9, high - low)) * (WIDTH - LEFT - RIGHT - 60) + 30;
@@ -102,12 +107,18 @@ function Chart({ stage }: { stage: StageFigures }) {
         {DEVIATIONS.map(({ colour }, idx) => (
           <g key={colour}>
             <polyline
-              points={views.map((view) => `${x(view[0])},${y(view[idx + 1] ?? 0)}`).join(" ")}
+              points={views.map((view) => `${x(view.position_mm)},${y(view.deviations_um[idx] ?? 0)}`).join(" ")}
               fill="none"
               stroke={colour}
             />
             {views.map((view) => (
-              <circle key={view[0]} cx={x(view[0])} cy={y(view[idx + 1] ?? 0)} r="3.5" fill={colour} />
+              <circle
+                key={view.position_mm}
+                cx={x(view.position_mm)}
+                cy={y(view.deviations_um[idx] ?? 0)}
+                r="3.5"
+                fill={colour}
+              />
             ))}
           </g>
         ))}

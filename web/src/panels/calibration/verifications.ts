@@ -21,8 +21,8 @@ export function isVerified(
 /** The verifications of a calibration among `jobs`, newest first. */
 export function verificationsOf(jobs: readonly Job[], calibration_id: string): Verification[] {
   return jobs.flatMap((job) => {
-    if (job.kind !== "verification") return [];
-    const { artefact, nominal_mm, tolerance_mm, scan } = job.input as Schemas["StartVerificationDto"];
+    if (job.input?.kind !== "verification") return [];
+    const { artefact, nominal_mm, tolerance_mm, scan } = job.input;
     if (scan.calibration_id !== calibration_id) return [];
     return [{ job, artefact, nominal_mm, tolerance_mm: tolerance_mm ?? undefined }];
   });

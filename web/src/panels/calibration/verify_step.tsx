@@ -17,7 +17,6 @@ import { hasEnded } from "../../state/jobs";
 import { SIGN, VERDICTS } from "../../state/outcome";
 import { language, text } from "../../text";
 import { decimal, moment } from "../../units";
-import { resultOf } from "../result/scan_record";
 import { measurementOf, type Verification } from "./verifications";
 import { goToStep, type StepProperties } from "./wizard";
 
@@ -165,9 +164,10 @@ function MeasuredCard({ verification }: { verification: Verification }) {
     const ids = measurementOf(job);
     if (!ids) return undefined;
     const params = { path: { id: ids.scan_id, measurement_id: ids.measurement_id } };
-    return resultOf(await data(api.GET("/api/v1/scans/{id}/measurements/{measurement_id}", { params })));
+    return (await data(api.GET("/api/v1/scans/{id}/measurements/{measurement_id}", { params }))).result;
   }, [job.id]);
-  const length = (value: number | null) => (value === null ? "–" : `${decimal(value, 4, language.value)} mm`);
+  const length = (value: number | null | undefined) =>
+    value == null ? "–" : `${decimal(value, 4, language.value)} mm`;
   const verdict = VERDICTS.find((known) => known === state.value.value?.verdict);
   return (
     <Show of={state}>

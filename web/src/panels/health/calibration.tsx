@@ -1,14 +1,12 @@
 /** Cards about the calibration in force, and how well the orders agree with it. */
 
-import { data } from "../../api/client";
+import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { useFollowed } from "../../parts/followed";
 import { href } from "../../state/route";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
 import { count, length, moment } from "../../units";
-import { summaryOf } from "../calibration/figures";
-import { type OrderPair, reportOf } from "../result/scan_record";
 import { Facts, HealthCard } from "./card";
 import { ageDays, calibrationTone, pairDisagrees } from "./tone";
 
@@ -28,7 +26,7 @@ export function CalibrationCard() {
   const words = text.value.health;
   const active = loaded.value;
   const known = "value" in loaded;
-  const summary = active && summaryOf(active);
+  const summary = active?.summary;
   const days = active && ageDays(active.created_at_ms, Date.now());
   return (
     <HealthCard
@@ -55,12 +53,12 @@ export function OrdersCard() {
   const { api } = useApp();
   const words = text.value.health;
   const active = useActive().value.value;
-  const sigma_mm = active && summaryOf(active).systematic_sigma_mm;
+  const sigma_mm = active?.summary.systematic_sigma_mm;
   const scan = useFollowed(
     async () => (await data(api.GET("/api/v1/scans", { params: { query: { limit: 1 } } }))).items[0],
     (event) => event.kind.startsWith("scan."),
   ).state.value.value;
-  const pairs = (scan && reportOf(scan).self_consistency) ?? [];
+  const pairs = scan?.report.self_consistency ?? [];
   if (!scan || pairs.length === 0) return null;
   const disagree = pairs.some((pair) => pairDisagrees(pair, sigma_mm));
   return (
@@ -92,7 +90,7 @@ export function OrdersCard() {
   );
 }
 
-function Pair({ pair, bad }: { pair: OrderPair; bad: boolean }) {
+function Pair({ pair, bad }: { pair: Schemas["OrderPairDto"]; bad: boolean }) {
   return (
     <tr>
       <td>

@@ -2,7 +2,6 @@
 
 import type { Schemas, Station } from "../../api/client";
 import type { DropCount } from "../../stream/text_messages";
-import type { OrderPair } from "../result/scan_record";
 
 export type Tone = "calm" | "caution" | "alarm";
 
@@ -56,6 +55,9 @@ export function calibrationTone(made_at_ms: number | undefined, now_ms: number):
 }
 
 /** The orders disagree when their mean distance is more than 3 standard deviations of the calibration. */
-export function pairDisagrees(pair: OrderPair, systematic_sigma_mm: number | null | undefined): boolean {
+export function pairDisagrees(
+  pair: Schemas["OrderPairDto"],
+  systematic_sigma_mm: number | null | undefined,
+): boolean {
   return systematic_sigma_mm != null && Math.abs(pair.bias_mm) > 3 * systematic_sigma_mm;
 }

@@ -15,7 +15,7 @@ import { Measurements } from "./measurements";
 import { Downloads, Provenance, Recompute } from "./provenance";
 import { Printed, ReportCard } from "./report";
 import { findScan, ResultState } from "./result_state";
-import { reportOf, type Scan } from "./scan_record";
+import type { Scan } from "./scan_record";
 import { SectionCard } from "./section_card";
 import { VerdictWord } from "./verdict";
 import "./result.css";
@@ -86,7 +86,7 @@ function ScanResult({ scan }: { scan: Scan }) {
       {result.problem.value && <ProblemCard problem={result.problem.value} />}
       {scan.state !== "complete" && (
         <p class="note">
-          {words.state_hints[scan.state] ?? scan.state} <span lang="en">{reportOf(scan).losses?.join("; ")}</span>
+          {words.state_hints[scan.state] ?? scan.state} <span lang="en">{scan.report.losses?.join("; ")}</span>
         </p>
       )}
       <div class="result-page">
@@ -94,7 +94,7 @@ function ScanResult({ scan }: { scan: Scan }) {
           <CloudView
             state={result.view}
             onViewer={onViewer}
-            empty={<p>{reportOf(scan).n_frames === 0 ? words.no_rows : text.value.frame.loading}</p>}
+            empty={<p>{scan.report.n_frames === 0 ? words.no_rows : text.value.frame.loading}</p>}
             tools={
               scan.cloud && !result.view.mesh.value ? (
                 <CommandButton command={result.loadMesh}>{words.show_mesh}</CommandButton>

@@ -13,7 +13,7 @@ import { orderName } from "../../theme";
 import { count, decimal, length } from "../../units";
 import type { ResultState } from "./result_state";
 import { featureOf } from "./result_state";
-import { type Measurement, requestOf, resultOf, verdictOf } from "./scan_record";
+import type { Measurement } from "./scan_record";
 import { VerdictWord } from "./verdict";
 
 /** Radius of the sphere on the simulated stage, mm. */
@@ -67,19 +67,20 @@ function Table({ result }: { result: ResultState }) {
 
 function Row({ result, measurement }: { result: ResultState; measurement: Measurement }) {
   const words = text.value.result;
-  const measured = resultOf(measurement);
+  const measured = measurement.result;
   const shown = language.value;
-  const inUnit = (value: number | null) => (value == null ? "–" : `${decimal(value, 4, shown)} ${measured.unit}`);
+  const inUnit = (value: number | null | undefined) =>
+    value == null ? "–" : `${decimal(value, 4, shown)} ${measured.unit}`;
   const asAsked = (value: number) =>
     `${value.toLocaleString(shown, { maximumFractionDigits: 4 })} ${measured.unit}`;
   // Small lengths read better in µm; an angle has no such unit.
-  const small = (value: number | null) =>
+  const small = (value: number | null | undefined) =>
     measured.unit === "mm" && value != null ? length(value, shown) : inUnit(value);
   return (
-    <tr aria-selected={result.selected.value === measurement.id} data-tool={requestOf(measurement).tool}>
+    <tr aria-selected={result.selected.value === measurement.id} data-tool={measurement.request.tool}>
       <th scope="row">
         {nameOf(measurement)}
-        {requestOf(measurement).name != null && ` “${requestOf(measurement).name}”`}
+        {measurement.request.name != null && ` “${measurement.request.name}”`}
       </th>
       <td class="number">{measured.nominal == null ? "–" : asAsked(measured.nominal)}</td>
       <td class="number">{measured.tolerance == null ? "–" : `± ${asAsked(measured.tolerance)}`}</td>
@@ -90,7 +91,7 @@ function Row({ result, measurement }: { result: ResultState; measurement: Measur
       <td class="number">{small(measured.expanded_uncertainty)}</td>
       <td class="number">{measured.errors ? length(measured.errors.rmse_mm, shown) : "–"}</td>
       <td>
-        <VerdictWord verdict={verdictOf(measurement)} />
+        <VerdictWord verdict={measurement.result.verdict ?? undefined} />
       </td>
       <td>
         {featureOf(measurement) && (
@@ -112,7 +113,7 @@ function Selected({ result }: { result: ResultState }) {
   const words = text.value.result;
   const measurement = result.measurements.value.find(({ id }) => id === result.selected.value);
   if (!measurement) return null;
-  const measured = resultOf(measurement);
+  const measured = measurement.result;
   const shown = language.value;
   return (
     <details class="selected">
@@ -228,6 +229,6 @@ async function proposeSphere(result: ResultState, scene: () => Promise<string>):
 }
 
 function nameOf(measurement: Measurement): string {
-  const { tool } = requestOf(measurement);
+  const { tool } = measurement.request;
   return text.value.measured_as[tool] ?? tool;
 }

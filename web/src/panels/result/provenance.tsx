@@ -10,12 +10,12 @@ import { language, text } from "../../text";
 import { orderName } from "../../theme";
 import { count, decimal, length, moment } from "../../units";
 import type { ResultState } from "./result_state";
-import { planOf, reportOf, type Scan } from "./scan_record";
+import type { Scan } from "./scan_record";
 
 export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
   const words = text.value.result;
   const shown = language.value;
-  const [report, plan] = [reportOf(scan), planOf(scan)];
+  const [report, plan] = [scan.report, scan.plan];
   const biases = (report.self_consistency ?? []).map((pair) => Math.abs(pair.bias_mm));
   return (
     <section class="card provenance" aria-label={words.provenance}>
@@ -33,7 +33,7 @@ export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
             {words.report}
           </a>
         </dd>
-        {plan.from_mm !== undefined && (
+        {plan.from_mm != null && (
           <>
             <dt>{words.travel}</dt>
             <dd>
@@ -41,7 +41,7 @@ export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
             </dd>
           </>
         )}
-        {plan.exposure_us !== undefined && (
+        {plan.exposure_us != null && (
           <>
             <dt>{words.exposure}</dt>
             <dd>{decimal(plan.exposure_us / 1000, 2, shown)} ms</dd>
@@ -86,7 +86,7 @@ export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
 
 function LeftOut({ scan }: { scan: Scan }) {
   const words = text.value.result;
-  const report = reportOf(scan);
+  const report = scan.report;
   if (!report.left_out || report.left_out.length === 0) return null;
   return (
     <details class="selected">

@@ -9,6 +9,7 @@ import { exactPoint } from "../../scene/exact_point";
 import { meshFromGlb } from "../../scene/glb";
 import { fetchPoints } from "../../scene/points_source";
 import { RegionGrid } from "../../scene/region";
+import { shapeOf } from "../../scene/shapes";
 import type { CloudViewer } from "../../scene/viewer";
 import type { Tool } from "../../state/choices";
 import { Command } from "../../state/command";
@@ -17,11 +18,11 @@ import type { StationEvent } from "../../state/events";
 import { goTo } from "../../state/route";
 import type { Verdict } from "../../state/scanned";
 import { ViewState } from "../viewer/view_state";
-import { type Measurement, resultOf, type Scan } from "./scan_record";
+import type { Measurement, Scan } from "./scan_record";
 
 /** The deviation colours of a measurement belong to its feature with most points. */
 export function featureOf(measurement: Measurement) {
-  const features = resultOf(measurement).features ?? [];
+  const features = measurement.result.features ?? [];
   return [...features].sort((a, b) => b.n_points - a.n_points)[0];
 }
 
@@ -108,7 +109,7 @@ export class ResultState {
     if (!feature) return;
     this.selected.value = measurement.id;
     const grid = feature.region ? new RegionGrid(feature.region) : undefined;
-    this.view.feature.value = { shape: feature.shape, grid };
+    this.view.feature.value = { shape: shapeOf(feature.shape), grid };
     this.view.shape_name.value = feature.role;
     // Another shape has other deviations.
     const { deviation: _, ...others } = this.view.typed.peek();

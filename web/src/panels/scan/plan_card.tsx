@@ -12,7 +12,7 @@ import { language, text } from "../../text";
 import { bytes, count, decimal, duration, length } from "../../units";
 import type { SetUp } from "./set_up";
 
-type Plan = Schemas["ScanPlan"];
+type Plan = Schemas["ScanPlanDto"];
 
 /** A person who types is asked about when they pause. */
 const PAUSE_MS = 250;

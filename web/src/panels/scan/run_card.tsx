@@ -11,7 +11,6 @@ import { hasEnded } from "../../state/jobs";
 import { href } from "../../state/route";
 import { language, text } from "../../text";
 import { count, moment } from "../../units";
-import { reportOf } from "../result/scan_record";
 import type { ScanRun } from "./scan_run";
 
 export function RunCard({ run }: { run: ScanRun }) {
@@ -65,7 +64,7 @@ function Ended({ run, job }: { run: ScanRun; job: Job }) {
       )}
       {partial && (
         <p class="note">
-          {words.partial} {words.kept_rows(count(reportOf(partial).n_frames, language.value))}
+          {words.partial} {words.kept_rows(count(partial.report.n_frames, language.value))}
         </p>
       )}
       <div class="row">

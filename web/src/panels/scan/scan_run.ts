@@ -123,7 +123,7 @@ export class ScanRun {
 }
 
 function scansTheStation(job: Job): boolean {
-  return job.kind === "scan" && (job.input as StartScan).source.kind === "station";
+  return job.input?.kind === "scan" && job.input.source.kind === "station";
 }
 
 async function startScan(api: Api, body: StartScan): Promise<Job> {

@@ -77,6 +77,9 @@ fn what_is_deleted_frees_its_bytes_and_what_others_need_stays_over_a_restart() {
     assert_eq!(both.len(), before.len() + 2, "two exports");
 
     delete(&server, &format!("/api/v1/scans/{gone}"));
+    let events = server.get("/api/v1/events?limit=200").expect(200);
+    let told = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "scan.deleted").unwrap();
+    assert_eq!(told["body"], json!({ "principal": "local", "actor": "rest", "source": "127.0.0.1" }));
     // Peaks, cloud, display points and export of one scan.
     wait_until("the scan's files go", || artifacts(&data).len() == both.len() - 4);
     let left = artifacts(&data);

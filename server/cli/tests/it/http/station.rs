@@ -27,7 +27,7 @@ fn commands_need_the_control_lease_and_taking_over_is_an_event() {
     home(&[("sheaf-control", &anna)]).expect(409);
     let events = server.get("/api/v1/events").expect(200);
     let told = events["items"].as_array().unwrap().iter().find(|event| event["kind"] == "control.taken_over");
-    let body = json!({ "actor": "Ben", "source": "127.0.0.1", "from": "Anna", "to": "Ben" });
+    let body = json!({ "principal": "local", "actor": "Ben", "source": "127.0.0.1", "from": "Anna", "to": "Ben" });
     assert_eq!(told.unwrap()["body"], body);
     assert!(events["items"].as_array().unwrap().iter().any(|event| event["kind"] == "stage.homed"), "{events}");
 }

@@ -5,10 +5,15 @@ use std::collections::BTreeMap;
 use calibration::CalibrationReport;
 use optics::Camera;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+use store::{ArtifactId, Artifacts, CalibrationRecord};
+
+use crate::error::{AppError, ErrorKind};
+
+/// Key of a calibration's summary under which stands the artifact with its residuals.
+pub const RESIDUALS: &str = "residuals";
 
 /// Residuals of a calibration over the picture.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Residuals {
     /// Columns of the pictures.
     pub width_px: usize,
@@ -21,7 +26,7 @@ pub struct Residuals {
 }
 
 /// Residuals of one order.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct OrderResiduals {
     /// The order.
     pub order: i8,
@@ -46,5 +51,74 @@ impl Residuals {
             corners: corners.map(|corner| corner.map(|value| value as f32)).collect(),
             orders: by_order.into_iter().map(|(order, points)| OrderResiduals { order, points }).collect(),
         }
+    }
+
+    /// The form that is stored.
+    pub fn to_stored(&self) -> Vec<u8> {
+        let of_order = |of: &OrderResiduals| StoredOrder { order: of.order, points: of.points.clone() };
+        let stored = StoredResiduals {
+            width_px: self.width_px,
+            height_px: self.height_px,
+            corners: self.corners.clone(),
+            orders: self.orders.iter().map(of_order).collect(),
+        };
+        serde_json::to_vec(&stored).expect("residuals are numbers")
+    }
+
+    /// From the form that is stored.
+    ///
+    /// # Errors
+    /// If it is another form.
+    pub fn from_stored(stored: &[u8]) -> Result<Self, serde_json::Error> {
+        let StoredResiduals { width_px, height_px, corners, orders } = serde_json::from_slice(stored)?;
+        let of_order = |StoredOrder { order, points }| OrderResiduals { order, points };
+        Ok(Self { width_px, height_px, corners, orders: orders.into_iter().map(of_order).collect() })
+    }
+}
+
+/// The stored form of [`Residuals`].
+#[derive(Debug, Serialize, Deserialize)]
+struct StoredResiduals {
+    width_px: usize,
+    height_px: usize,
+    corners: Vec<[f32; 4]>,
+    orders: Vec<StoredOrder>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct StoredOrder {
+    order: i8,
+    points: Vec<[f32; 4]>,
+}
+
+/// What a calibration left unexplained, as it was kept.
+///
+/// # Errors
+/// A problem: it kept none, or they are damaged.
+pub async fn stored_residuals(
+    artifacts: &dyn Artifacts,
+    calibration: &CalibrationRecord,
+) -> Result<Residuals, AppError> {
+    let kept = calibration.summary[RESIDUALS].as_str().and_then(ArtifactId::parse).ok_or_else(|| {
+        AppError::new(ErrorKind::NotFound, "this calibration kept no residuals").remedy("calibrate again")
+    })?;
+    let what = format!("what calibration {} left over", calibration.id);
+    let bytes = artifacts.read(&kept).await.map_err(|error| AppError::from(error).of_stored(&what))?;
+    Residuals::from_stored(&bytes).map_err(|cause| AppError::damaged(&what, cause.to_string()))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_version_0_1_stored_is_read_and_stored_alike() {
+        let stored = br#"{"width_px":1280,"height_px":1024,"corners":[[1.5,2.0,0.25,-0.5]],"orders":[{"order":-1,"points":[[0.0,3.0,4.0,0.125]]}]}"#;
+        let residuals = Residuals::from_stored(stored).unwrap();
+        assert_eq!((residuals.height_px, residuals.corners[0]), (1024, [1.5, 2.0, 0.25, -0.5]));
+        assert_eq!((residuals.orders[0].order, residuals.orders[0].points[0][3]), (-1, 0.125));
+        assert_eq!(residuals.to_stored(), stored);
+        assert!(Residuals::from_stored(b"{}").is_err());
     }
 }

@@ -8,13 +8,14 @@ use crate::App;
 use crate::control::{Ask, Refusal, Ruling, StationUse, rule};
 use crate::error::{AppError, ErrorKind};
 use crate::lease::{Asker, Authority};
+use crate::principal::Principal;
 
-/// Asks the table whether who sends the lease `id` may use the station; a command of whoever is in control renews the
-/// lease.
+/// Asks the table whether somebody may use the station; a command of whoever is in control renews the lease.
 ///
 /// # Errors
 /// Why not; [`Ruling::Waits`] is no error.
-pub fn admit(app: &App, id: Option<&str>, ask: Ask) -> Result<Authority, AppError> {
+pub fn admit(app: &App, by: &Principal, ask: Ask) -> Result<Authority, AppError> {
+    let id = by.control_id.as_deref();
     let now = Instant::now();
     let epoch = app.station.stop_epoch();
     let status = app.station.status();

@@ -1,6 +1,6 @@
 //! Stop and reset as the service sees them: the devices, the queue and the record, in that order.
 
-use crate::events::{Act, Event, event};
+use crate::events::{Event, event};
 use std::time::Duration;
 
 use serde_json::json;
@@ -12,6 +12,7 @@ use crate::App;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::Waiting;
 use crate::ledger::Ledger;
+use crate::principal::Principal;
 
 /// The setting that outlives the process.
 const HALTED: &str = "station.halted";
@@ -30,14 +31,14 @@ pub struct StopOutcome {
 
 /// Stops the station. When this returns the line is pulled and the station's queue is empty, so that a client that goes
 /// away at any moment changes nothing; the rest runs to its end whether or not the outcome is awaited.
-pub fn stop(app: &App, actor: &str, source: &str) -> impl Future<Output = StopOutcome> + Send + use<> {
-    let told = app.station.pull_stop(actor);
+pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Send + use<> {
+    let told = app.station.pull_stop(&by.actor);
     let cleared = app.jobs.clear_station_jobs();
-    let (app, actor, source) = (app.clone(), actor.to_owned(), source.to_owned());
+    let (app, by) = (app.clone(), by.clone());
     let (to_caller, outcome) = tokio::sync::oneshot::channel();
     app.tasks.clone().spawn(async move {
         let told = told.done().await;
-        let record = app.tasks.spawn(record_stop(app.clone(), cleared, actor, source));
+        let record = app.tasks.spawn(record_stop(app.clone(), cleared, by));
         let recorded = match tokio::time::timeout(RECORD_WAIT, record).await {
             Ok(Ok(Ok(()))) => true,
             Ok(Ok(Err(error))) => {
@@ -56,29 +57,28 @@ pub fn stop(app: &App, actor: &str, source: &str) -> impl Future<Output = StopOu
 }
 
 /// Stores in one transaction that the station is stopped and that the jobs which waited for it have ended.
-async fn record_stop(app: App, cleared: Vec<Waiting>, actor: String, source: String) -> Result<(), StoreError> {
+async fn record_stop(app: App, cleared: Vec<Waiting>, by: Principal) -> Result<(), StoreError> {
     let _turn = app.halt_turn.lock().await;
     let also = vec![
         // A reset that was faster has ended the Stop.
         Change::PutSetting(halted(app.station.is_halted())),
-        event("station", Event::StationStopped(Act { actor: actor.clone(), source })),
+        event("station", Event::StationStopped(by.act())),
     ];
-    app.jobs.end_cleared_jobs(cleared, &actor, also).await
+    app.jobs.end_cleared_jobs(cleared, &by.actor, also).await
 }
 
 /// Resets the station and forgets that it was stopped.
 ///
 /// # Errors
 /// A problem while the data directory cannot be written, or while a device is not reached.
-pub async fn reset(app: &App, actor: &str, source: &str) -> Result<(), AppError> {
+pub async fn reset(app: &App, by: &Principal) -> Result<(), AppError> {
     if let Some(reason) = app.store.watch_failure().borrow().clone() {
         return Err(AppError::new(ErrorKind::Unavailable, format!("the data directory is read-only: {reason}"))
             .remedy("check the disk, then restart the server"));
     }
     app.station.manual(Manual::Reset).await?;
     let _turn = app.halt_turn.lock().await;
-    let mut changes =
-        vec![event("station", Event::StationReset(Act { actor: actor.to_owned(), source: source.to_owned() }))];
+    let mut changes = vec![event("station", Event::StationReset(by.act()))];
     // A Stop that came meanwhile has its own record.
     if !app.station.is_halted() {
         changes.push(Change::PutSetting(halted(false)));

@@ -5,11 +5,12 @@ use optics::LightModelKind;
 use crate::calibrations::stored::stored_document;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::JobParts;
-use crate::jobs::input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanSource, Source};
-use crate::jobs::plan::{Pace, mode_of, plan};
+use crate::jobs::input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, Source};
+use crate::jobs::plan::{Pace, ScanRun, mode_of, plan};
 use crate::jobs::queue::params::SCAN_BYTES;
 use crate::jobs::verify;
 use crate::measurements::check_measurements;
+use crate::scan_run::ScanSource;
 
 /// Board poses a calibration may ask the virtual operator for: three determine a camera, more than sixty only cost time.
 const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;
@@ -78,7 +79,7 @@ async fn check_scan(input: &ScanInput, parts: &JobParts) -> Result<u64, AppError
         ScanSource::Station => match &input.resume_scan_id {
             Some(id) => {
                 let earlier = exists(read.scan(id).await, "/resume_scan_id")?;
-                Ok(earlier.plan["disk_bytes"].as_u64().unwrap_or(SCAN_BYTES))
+                Ok(ScanRun::of(&earlier).ok().and_then(|run| run.plan).map_or(SCAN_BYTES, |plan| plan.disk_bytes))
             }
             None => {
                 let id = input.calibration_id.as_deref();

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::measurements::{MeasureInput, ScanPurpose};
+use crate::scan_run::{MeasureInput, ScanMode, ScanPurpose, ScanSource};
 
 /// Where pictures come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -14,21 +14,6 @@ pub enum Source {
     Capture {
         /// Which.
         capture_id: String,
-    },
-}
-
-/// Where a scan's frames come from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum ScanSource {
-    /// The station itself.
-    Station,
-    /// A scan of a capture.
-    Capture {
-        /// Which capture.
-        capture_id: String,
-        /// Which of its scans; `None`: the only one.
-        scan: Option<String>,
     },
 }
 
@@ -47,16 +32,6 @@ pub struct CalibrateInput {
     pub n_poses: Option<usize>,
     /// The session whose pictures are used; with it `source` is the station.
     pub session_id: Option<String>,
-}
-
-/// How the stage moves during a scan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ScanMode {
-    /// Stands still for every frame.
-    StopAndGo,
-    /// Moves at constant speed.
-    Continuous,
 }
 
 /// Scan a part.

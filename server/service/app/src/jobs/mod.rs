@@ -21,9 +21,8 @@ pub use context::{Done, JobContext};
 pub use end::JobEnd;
 pub use queue::news::JobNews;
 
-pub use input::{
-    CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanMode, ScanSource, Source, VerifyInput,
-};
+pub use crate::scan_run::{ScanMode, ScanSource};
+pub use input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, Source, VerifyInput};
 pub use queue::lane::Waiting;
 pub use queue::params::FREE_FLOOR_BYTES;
 

@@ -1,13 +1,12 @@
 //! Measurements on stored scans: the cloud, its calibration, `metrology::measure`, a record.
 
 mod check;
-mod input;
 pub mod parts;
 pub mod plan;
 mod surface_region;
 
+pub use crate::scan_run::{MeasureInput, ScanPurpose};
 pub use check::check_measurements;
-pub use input::{MeasureInput, ScanPurpose};
 
 use crate::events::{Event, MeasurementCreated, event};
 use metrology::{MeasureError, MeasureRequest, PartVerdict, Region, Tool, measure};
@@ -167,8 +166,13 @@ fn record(
     }
 }
 
-/// What stores a measurement.
+/// What stores a measurement of a job.
 pub fn changes(record: &MeasurementRecord) -> Vec<Change> {
+    changes_by(record, None)
+}
+
+/// What stores a measurement that `actor` asked for.
+pub fn changes_by(record: &MeasurementRecord, actor: Option<&str>) -> Vec<Change> {
     let (result, text) = (&record.result, |value: &Value| value.as_str().map(str::to_owned));
     let body = MeasurementCreated {
         scan_id: record.scan_id.clone(),
@@ -178,6 +182,7 @@ pub fn changes(record: &MeasurementRecord) -> Vec<Change> {
         unit: text(&result["unit"]).unwrap_or_default(),
         expanded_uncertainty: result["expanded_uncertainty"].as_f64(),
         verdict: text(&result["verdict"]),
+        actor: actor.map(str::to_owned),
     };
     vec![Change::InsertMeasurement(record.clone()), event(&record.id, Event::MeasurementCreated(body))]
 }

@@ -9,12 +9,7 @@ use store::{DamagedRow, Listed, MeasurementFilter, MeasurementRecord, Page, Scan
 use crate::error::AppError;
 use crate::ledger::Ledger;
 use crate::measurements::{MeasureInput, ScanPurpose};
-
-/// Key of a scan's plan under which stands what is to be measured on it.
-pub const MEASURE: &str = "measure";
-
-/// Key of a scan's plan under which stands what it was made for.
-pub const PURPOSE: &str = "purpose";
+use crate::scan_run::ScanRun;
 
 /// A scan with its verdict.
 #[derive(Debug, Clone)]
@@ -40,12 +35,12 @@ pub struct PartFilter {
 
 /// What a scan was made for; scans of earlier versions are taken for production.
 pub fn purpose_of(scan: &ScanRecord) -> ScanPurpose {
-    serde_json::from_value(scan.plan[PURPOSE].clone()).unwrap_or_default()
+    ScanRun::of(scan).map_or_else(|_| ScanPurpose::default(), |run| run.purpose)
 }
 
 /// What a scan is to be measured for.
 pub fn planned_measurements(plan: &Value) -> Vec<MeasureInput> {
-    serde_json::from_value(plan[MEASURE].clone()).unwrap_or_default()
+    ScanRun::from_stored(plan).map_or_else(|_| Vec::new(), |run| run.measure)
 }
 
 /// The verdict on the part of a scan from all its measurements, newest first.

@@ -1,16 +1,14 @@
 //! What a calibration session knows: target, projector, pictures and what was found in each.
 
 use capture::{BoardTarget, Projector};
-use serde::{Deserialize, Serialize};
 use store::SessionRecord;
-use utoipa::ToSchema;
 
 use crate::error::{AppError, ErrorKind};
-use crate::sessions::needs::SessionNeeds;
 use crate::sessions::photographer::Exposures;
+use crate::sessions::stored::from_stored;
 
 /// A session with its version.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Session {
     /// UUID v7.
     pub id: String,
@@ -18,9 +16,6 @@ pub struct Session {
     pub version: i64,
     /// Everything else.
     pub body: SessionBody,
-    /// What its steps have, and what a good calibration wants; in every answer.
-    #[serde(default)]
-    pub needs: Option<SessionNeeds>,
     /// When it was begun, ms since 1970.
     pub created_at_ms: i64,
     /// When it was changed last, ms since 1970.
@@ -28,7 +23,7 @@ pub struct Session {
 }
 
 /// What a session has gathered.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SessionBody {
     /// What a person calls it.
     pub name: String,
@@ -53,7 +48,7 @@ pub struct SessionBody {
 }
 
 /// A chessboard.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Target {
     /// Inner corners along a row.
     pub inner_columns: usize,
@@ -64,7 +59,7 @@ pub struct Target {
 }
 
 /// Laser and grating by their data sheets.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ProjectorSheet {
     /// Wavelength of the laser.
     pub wavelength_nm: f64,
@@ -77,7 +72,7 @@ pub struct ProjectorSheet {
 }
 
 /// A picture in the store.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
     /// The PNG file's SHA-256.
     pub artifact: String,
@@ -88,7 +83,7 @@ pub struct Picture {
 }
 
 /// A board picture and what was found in it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct BoardPicture {
     /// The picture.
     pub picture: Picture,
@@ -111,7 +106,7 @@ pub struct BoardPicture {
 }
 
 /// A laser picture and what was found in it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LaserPicture {
     /// The picture.
     pub picture: Picture,
@@ -128,7 +123,7 @@ pub struct LaserPicture {
 }
 
 /// A pose of the board at rest.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SessionPose {
     /// UUID v7.
     pub id: String,
@@ -139,7 +134,7 @@ pub struct SessionPose {
 }
 
 /// The board at a stage position.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SessionStageView {
     /// UUID v7.
     pub id: String,
@@ -150,7 +145,7 @@ pub struct SessionStageView {
 }
 
 /// The camera as the boards so far give it.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct CameraSoFar {
     /// Focal length along u.
     pub focal_px: Option<f64>,
@@ -215,23 +210,16 @@ impl From<Projector> for ProjectorSheet {
     }
 }
 
-impl Session {
-    /// As it is told: with what it needs.
-    pub fn told(self) -> Self {
-        Self { needs: Some(SessionNeeds::of(&self.body)), ..self }
-    }
-}
-
 impl TryFrom<SessionRecord> for Session {
     type Error = AppError;
 
     fn try_from(record: SessionRecord) -> Result<Self, AppError> {
-        let body = serde_json::from_value(record.body).map_err(|cause| {
+        let body = from_stored(record.body).map_err(|cause| {
             AppError::new(ErrorKind::Internal, format!("session {} cannot be read", record.id))
                 .because(cause.to_string())
                 .remedy("begin a new session")
         })?;
         let SessionRecord { id, version, created_at_ms, changed_at_ms, .. } = record;
-        Ok(Self { id, version, body, needs: None, created_at_ms, changed_at_ms })
+        Ok(Self { id, version, body, created_at_ms, changed_at_ms })
     }
 }

@@ -1,8 +1,6 @@
 //! A look at the board as it is held now, before any picture is taken.
 
-use serde::{Deserialize, Serialize};
 use station::StampedFrame;
-use utoipa::ToSchema;
 
 use crate::error::{AppError, ErrorKind};
 use crate::sessions::body::{BoardPicture, Picture, SessionBody, SessionPose};
@@ -10,7 +8,7 @@ use crate::sessions::camera_so_far::learn_camera;
 use crate::sessions::found;
 
 /// What one frame shows of the board. Nothing of it is kept.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Look {
     /// The station's count of the frame, as in the live stream.
     pub sequence: u64,

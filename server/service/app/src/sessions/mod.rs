@@ -9,30 +9,32 @@ mod found;
 mod look;
 mod needs;
 pub mod photographer;
+mod stored;
 pub mod virtual_operator;
 
-use crate::events::{Event, NoBody, SessionVersion, event};
+use crate::events::{Event, SessionVersion, event};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use serde::{Deserialize, Serialize};
 use station::cancel::CancelFlag;
 use station::wall_clock::now_ms;
 use station::{Purpose, StampedFrame, StationHandle, StationLease};
 use store::{Artifacts, Change, Listed, Page, SessionRecord, StoreError};
-use utoipa::ToSchema;
 
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::ledger::Ledger;
+use crate::principal::Principal;
 use crate::sessions::photographer::{Exposures, Photographer};
+use crate::sessions::stored::to_stored;
 use crate::sessions::virtual_operator::VirtualOperator;
 use crate::stored_scan::{disk_problem, new_id};
 
 pub use body::{
-    BoardPicture, CameraSoFar, Picture, ProjectorSheet, Session, SessionBody, SessionPose, SessionStageView,
-    Target,
+    BoardPicture, CameraSoFar, LaserPicture, Picture, ProjectorSheet, Session, SessionBody, SessionPose,
+    SessionStageView, Target,
 };
 pub use look::Look;
+pub use needs::{Need, SessionNeeds};
 
 /// Most pictures of a session: five times what any calibration needs, and a bounded record.
 const PICTURE_LIMIT: usize = 120;
@@ -41,8 +43,7 @@ const PICTURE_LIMIT: usize = 120;
 const FEWEST_BOARDS: usize = 3;
 
 /// What a new session is to be.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct NewSession {
     /// What a person calls it.
     pub name: Option<String>,
@@ -55,7 +56,7 @@ pub struct NewSession {
 }
 
 /// What a new session has where nothing else is said.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SessionDefaults {
     /// The configured board.
     pub target: Target,
@@ -66,8 +67,7 @@ pub struct SessionDefaults {
 }
 
 /// Where the virtual operator of a simulated station is to hold the board.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(tag = "place", rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VirtualBoard {
     /// In a pose, counted from 0.
     Pose {
@@ -124,13 +124,14 @@ impl Sessions {
 
     /// Begins a session.
     #[cfg(test)]
-    pub async fn create(&self, new: NewSession) -> Result<Session, AppError> {
-        self.create_with(new, |_| Vec::new()).await
+    pub async fn create(&self, by: &Principal, new: NewSession) -> Result<Session, AppError> {
+        self.create_with(by, new, |_| Vec::new()).await
     }
 
     /// Begins a session, with changes that are made in the same transaction or not at all.
     pub async fn create_with(
         &self,
+        by: &Principal,
         new: NewSession,
         and: impl FnOnce(&Session) -> Vec<Change>,
     ) -> Result<Session, AppError> {
@@ -149,11 +150,13 @@ impl Sessions {
             job_id: None,
         };
         check_new(&body)?;
-        let session =
-            Session { id: new_id(), version: 1, body, needs: None, created_at_ms: now, changed_at_ms: now };
-        let told = event(&session.id, Event::SessionCreated(SessionVersion { version: session.version }));
+        let session = Session { id: new_id(), version: 1, body, created_at_ms: now, changed_at_ms: now };
+        let told = event(
+            &session.id,
+            Event::SessionCreated(SessionVersion { actor: by.actor.clone(), version: session.version }),
+        );
         let mut changes = and(&session);
-        changes.extend([Change::InsertSession(record(&session)?), told]);
+        changes.extend([Change::InsertSession(record(&session)), told]);
         self.ledger.commit(changes).await?;
         Ok(session)
     }
@@ -180,8 +183,8 @@ impl Sessions {
 
     /// Takes the board as it is held now, by ordinary and by laser light. `expected`: refused unless the session has
     /// this version.
-    pub async fn add_pose(&self, id: &str, expected: Option<i64>) -> Result<Session, AppError> {
-        self.change(id, expected, |sessions, body| {
+    pub async fn add_pose(&self, by: &Principal, id: &str, expected: Option<i64>) -> Result<Session, AppError> {
+        self.change(by, id, expected, |sessions, body| {
             check_room(body)?;
             let camera = sessions.photographer(id, body, "taking a calibration pose")?;
             let board = camera.board()?;
@@ -198,9 +201,15 @@ impl Sessions {
     }
 
     /// Forgets a pose.
-    pub async fn delete_pose(&self, id: &str, pose_id: &str, expected: Option<i64>) -> Result<Session, AppError> {
+    pub async fn delete_pose(
+        &self,
+        by: &Principal,
+        id: &str,
+        pose_id: &str,
+        expected: Option<i64>,
+    ) -> Result<Session, AppError> {
         let pose_id = pose_id.to_owned();
-        self.change(id, expected, move |_, body| {
+        self.change(by, id, expected, move |_, body| {
             remove(&mut body.poses, "pose", &pose_id, |pose| &pose.id)?;
             camera_so_far::learn_camera(body);
             Ok(())
@@ -211,11 +220,12 @@ impl Sessions {
     /// Moves the stage to a position and takes the board that lies on it.
     pub async fn add_stage_view(
         &self,
+        by: &Principal,
         id: &str,
         position_mm: f64,
         expected: Option<i64>,
     ) -> Result<Session, AppError> {
-        self.change(id, expected, move |sessions, body| {
+        self.change(by, id, expected, move |sessions, body| {
             check_room(body)?;
             let camera = sessions.photographer(id, body, "taking a stage view")?;
             let position_mm = camera.go_to(position_mm)?;
@@ -231,12 +241,13 @@ impl Sessions {
     /// Forgets a stage view.
     pub async fn delete_stage_view(
         &self,
+        by: &Principal,
         id: &str,
         view_id: &str,
         expected: Option<i64>,
     ) -> Result<Session, AppError> {
         let view_id = view_id.to_owned();
-        self.change(id, expected, move |_, body| {
+        self.change(by, id, expected, move |_, body| {
             remove(&mut body.stage_views, "stage view", &view_id, |view| &view.id)
         })
         .await
@@ -282,9 +293,9 @@ impl Sessions {
     }
 
     /// Notes the job that was started to solve a session.
-    pub async fn note_job(&self, id: &str, job_id: &str) -> Result<(), AppError> {
+    pub async fn note_job(&self, by: &Principal, id: &str, job_id: &str) -> Result<(), AppError> {
         let job_id = job_id.to_owned();
-        self.change(id, None, move |_, body| {
+        self.change(by, id, None, move |_, body| {
             body.job_id = Some(job_id);
             Ok(())
         })
@@ -293,10 +304,10 @@ impl Sessions {
     }
 
     /// Forgets a session; what it made stays.
-    pub async fn delete(&self, id: &str) -> Result<(), AppError> {
+    pub async fn delete(&self, by: &Principal, id: &str) -> Result<(), AppError> {
         let _turn = self.turn.lock().await;
         self.ledger.read().session(id).await?;
-        let told = event(id, Event::SessionDeleted(NoBody {}));
+        let told = event(id, Event::SessionDeleted(by.act()));
         self.ledger.commit(vec![Change::DeleteSession(id.to_owned()), told]).await?;
         Ok(())
     }
@@ -304,6 +315,7 @@ impl Sessions {
     /// Changes a session on a thread that may block, and stores it as its next version.
     async fn change(
         &self,
+        by: &Principal,
         id: &str,
         expected: Option<i64>,
         act: impl FnOnce(&Self, &mut SessionBody) -> Result<(), AppError> + Send,
@@ -316,8 +328,9 @@ impl Sessions {
         tokio::task::block_in_place(|| act(self, &mut session.body))?;
         session.version += 1;
         session.changed_at_ms = now_ms();
-        let told = event(id, Event::SessionChanged(SessionVersion { version: session.version }));
-        match self.ledger.commit(vec![Change::UpdateSession(record(&session)?), told]).await {
+        let told =
+            event(id, Event::SessionChanged(SessionVersion { actor: by.actor.clone(), version: session.version }));
+        match self.ledger.commit(vec![Change::UpdateSession(record(&session)), told]).await {
             Ok(_) => Ok(session),
             Err(StoreError::Changed { .. }) => Err(changed()),
             Err(error) => Err(error.into()),
@@ -350,17 +363,14 @@ impl Sessions {
     }
 }
 
-fn record(session: &Session) -> Result<SessionRecord, AppError> {
-    let body = serde_json::to_value(&session.body).map_err(|cause| {
-        AppError::new(ErrorKind::Internal, "the session cannot be stored").because(cause.to_string())
-    })?;
-    Ok(SessionRecord {
+fn record(session: &Session) -> SessionRecord {
+    SessionRecord {
         id: session.id.clone(),
         version: session.version,
-        body,
+        body: to_stored(&session.body),
         created_at_ms: session.created_at_ms,
         changed_at_ms: session.changed_at_ms,
-    })
+    }
 }
 
 /// Target and projector must be ones that a manifest may state; the manifest's own rules decide when it is solved,

@@ -1,8 +1,5 @@
 //! What a session still needs for a good calibration, step by step: decided here, the same for every browser and program.
 
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
-
 use crate::sessions::body::{BoardPicture, SessionBody};
 use crate::sessions::found::COVERAGE;
 
@@ -28,7 +25,7 @@ const LIT_BOARDS: f64 = 3.0;
 const STAGE_VIEWS: f64 = 3.0;
 
 /// One thing a calibration wants.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Need {
     /// What is there.
     pub have: f64,
@@ -39,7 +36,7 @@ pub struct Need {
 }
 
 /// What the steps of a session have and want.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct SessionNeeds {
     /// Boards with corners.
     pub boards: Need,
@@ -103,6 +100,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::sessions::stored::from_stored;
 
     /// Eight boards that have everything a good calibration wants, as changed by the test.
     fn needs(change: impl Fn(usize, &mut BoardPicture), uncovered: usize) -> SessionNeeds {
@@ -111,8 +109,6 @@ mod tests {
             let board = json!({ "picture": picture, "corners": [[0, 0, 10, 10, 0.01]], "coverage_cells": [],
                 "corner_sigma_px": null, "saturated_share": 0, "tilt_deg": 10 + 2 * idx,
                 "distance_mm": 360 + 10 * idx, "rms_px": null, "problem": null });
-            let mut board: BoardPicture = serde_json::from_value(board).unwrap();
-            change(idx, &mut board);
             let laser = json!({ "picture": picture, "n_segments": 5, "n_points": 9, "lines_px": [],
                 "saturated_share": 0, "problem": null });
             json!({ "id": idx.to_string(), "board": board, "laser": laser })
@@ -127,7 +123,9 @@ mod tests {
             "stage_views": [], "camera": { "focal_px": null, "rms_px": null, "uncovered_cells": uncovered,
                 "problem": null }, "job_id": null
         });
-        SessionNeeds::of(&serde_json::from_value(body).unwrap())
+        let mut body = from_stored(body).unwrap();
+        body.poses.iter_mut().enumerate().for_each(|(idx, pose)| change(idx, &mut pose.board));
+        SessionNeeds::of(&body)
     }
 
     #[test]

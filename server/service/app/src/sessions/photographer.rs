@@ -2,14 +2,12 @@
 //! laser light.
 
 use devices::{CameraRequest, Trigger};
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use station::cancel::CancelFlag;
 use station::{SharedFrame, StationLease, StationRefusal};
 
 /// How long the camera looks, and how bright the laser is.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposures {
     /// For the board, with the laser off.
     pub board_exposure_us: f64,

@@ -53,8 +53,8 @@ pub struct Peer(pub SocketAddr);
 pub struct Reached(pub std::net::IpAddr);
 
 /// Where a request came from, for the log of events.
-pub fn source(peer: Option<&axum::Extension<Peer>>) -> String {
-    peer.map_or_else(|| "server".to_owned(), |peer| peer.0.0.ip().to_string())
+pub fn source(peer: Option<&Peer>) -> String {
+    peer.map_or_else(|| "server".to_owned(), |peer| peer.0.ip().to_string())
 }
 
 /// What a connection is heard for.

@@ -1,18 +1,18 @@
-//! The control lease in the headers of a request.
+//! Who sends a request: the control lease and the name in its headers, and the address it came from.
 
 use std::time::Instant;
 
+use axum::extract::{FromRef, FromRequestParts};
+use axum::http::request::Parts;
 use axum::http::{HeaderMap, HeaderName};
 
 use crate::edge::{Peer, source};
 use crate::problem::Problem;
 use crate::rest::answers::header_text;
 use app::App;
-use app::control::Ask;
-use app::events::Act;
 use app::labels::label;
-use app::lease::{Authority, ControlDesk, Lease};
-use axum::Extension;
+use app::lease::ControlDesk;
+use app::principal::Principal;
 
 /// The header that carries the lease's id.
 pub const CONTROL_HEADER: HeaderName = HeaderName::from_static("sheaf-control");
@@ -20,31 +20,37 @@ pub const CONTROL_HEADER: HeaderName = HeaderName::from_static("sheaf-control");
 /// The header that says who sends a request, for the log, where no lease says it: a name in UTF-8.
 pub const ACTOR_HEADER: HeaderName = HeaderName::from_static("sheaf-actor");
 
-/// Passes if the request carries the lease; a command renews it.
-pub fn authorize(desk: &ControlDesk, headers: &HeaderMap) -> Result<Lease, Problem> {
-    Ok(desk.command(header_text(headers, &CONTROL_HEADER)?.as_deref(), Instant::now())?)
+/// What a log calls who gives no name.
+pub const NAMELESS: &str = "rest";
+
+/// Who sends a request, as every use case takes it.
+pub struct By(pub Principal);
+
+impl<S: Send + Sync> FromRequestParts<S> for By
+where
+    App: FromRef<S>,
+{
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        header_text(&parts.headers, &CONTROL_HEADER)?;
+        Ok(Self(principal(&App::from_ref(state).control, &parts.headers, parts.extensions.get::<Peer>())))
+    }
+}
+
+/// The one place where a request becomes a principal; refuses nothing, so that Stop can use it.
+pub fn principal(desk: &ControlDesk, headers: &HeaderMap, peer: Option<&Peer>) -> Principal {
+    let control_id = headers.get(CONTROL_HEADER).and_then(|id| id.to_str().ok());
+    Principal::local(&actor(desk, headers), &source(peer), control_id)
 }
 
 /// What a log calls the sender of a request: the holder of the lease that came along, else the name it gives itself.
 /// Neither is proven.
-pub fn actor(desk: &ControlDesk, headers: &HeaderMap) -> String {
+fn actor(desk: &ControlDesk, headers: &HeaderMap) -> String {
     let id = headers.get(CONTROL_HEADER).and_then(|id| id.to_str().ok());
     let present = desk.present(Instant::now()).filter(|lease| Some(lease.id.as_str()) == id);
     let holder = present.map(|lease| lease.holder);
-    holder.or_else(|| own_name(headers)).unwrap_or_else(|| "rest".to_owned())
-}
-
-/// Who sends a request, and from where, for an event.
-pub fn act(app: &App, headers: &HeaderMap, peer: Option<&Extension<Peer>>) -> Act {
-    Act { actor: actor(&app.control, headers), source: source(peer) }
-}
-
-/// Asks whether a request may use the station.
-///
-/// # Errors
-/// A problem that says why not.
-pub fn admit(app: &App, headers: &HeaderMap, ask: Ask) -> Result<Authority, Problem> {
-    Ok(app::control::admit(app, header_text(headers, &CONTROL_HEADER)?.as_deref(), ask)?)
+    holder.or_else(|| own_name(headers)).unwrap_or_else(|| NAMELESS.to_owned())
 }
 
 /// The name that a request gives its sender, where it is one.
@@ -75,5 +81,18 @@ mod tests {
         check("no lease", b"\xff\xfe", "rest");
         check("no lease", &[b'n'; 200], "rest");
         assert_eq!(actor(&desk, &HeaderMap::new()), "rest");
+    }
+
+    #[test]
+    fn a_request_becomes_a_principal_with_name_address_and_lease() {
+        let desk = ControlDesk::default();
+        let mut headers = HeaderMap::new();
+        headers.insert(ACTOR_HEADER, HeaderValue::from_static("Ben"));
+        headers.insert(CONTROL_HEADER, HeaderValue::from_static("7"));
+        let peer = Peer("10.0.0.9:4000".parse().unwrap());
+        assert_eq!(principal(&desk, &headers, Some(&peer)), Principal::local("Ben", "10.0.0.9", Some("7")));
+        assert_eq!(principal(&desk, &HeaderMap::new(), None), Principal::local(NAMELESS, "server", None));
+        let act = Principal::local("Ben", "10.0.0.9", None).act();
+        assert_eq!((act.principal.as_str(), act.actor.as_str()), ("local", "Ben"));
     }
 }

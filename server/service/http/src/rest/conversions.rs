@@ -4,19 +4,20 @@ use axum::http::HeaderMap;
 
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::Reply;
-use crate::rest::control::{actor, admit};
 use crate::rest::idempotency::{Begun, begin};
 use crate::wire::jobs::{JobDto, job_href};
 use app::App;
-use app::control::Ask;
-use app::jobs::JobInput;
-use app::lease::Authority;
+use app::jobs::{JobInput, JobView};
+use app::principal::Principal;
+use app::use_cases::start_job;
+use store::JobRecord;
 
 pub use app::labels::label;
 
 /// Accepts a job, at most once for its key: 202 with its address.
 pub async fn accept_job(
     app: &App,
+    by: &Principal,
     headers: &HeaderMap,
     route: &str,
     body_sha256: &str,
@@ -26,21 +27,13 @@ pub async fn accept_job(
         Begun::Answered(reply) => return Ok(reply),
         Begun::Fresh(once) => once,
     };
-    let source = actor(&app.control, headers);
-    let authority = authority(app, headers, &input)?;
-    let answer = |record: &store::JobRecord| {
-        Reply::accepted(job_href(&record.id), &JobDto::from(app::jobs::JobView::from(record.clone())))
-    };
-    let record = app.jobs.submit_with(input, &source, authority, |record| once.changes(&answer(record))).await?;
-    Ok(answer(&record))
+    let record = start_job(app, by, input, |record| once.changes(&accepted(record))).await?;
+    Ok(accepted(&record))
 }
 
-/// On whose word the job uses the station; a computation needs nobody's.
-fn authority(app: &App, headers: &HeaderMap, input: &JobInput) -> Result<Authority, Problem> {
-    if input.needs_station() {
-        return admit(app, headers, Ask::StartJob);
-    }
-    Ok(Authority { holder: None, epoch: app.station.stop_epoch() })
+/// The answer that a job was accepted.
+pub fn accepted(record: &JobRecord) -> Reply {
+    Reply::accepted(job_href(&record.id), &JobDto::from(JobView::from(record.clone())))
 }
 
 /// Runs what blocks or calculates away from the threads that answer.

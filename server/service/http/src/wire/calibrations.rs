@@ -1,14 +1,16 @@
 //! Calibrations on the wire.
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
-use store::{ActivationRecord, CalibrationRecord};
+use store::{ActivationRecord, CalibrationRecord, DamagedRow};
 use utoipa::ToSchema;
 
+use crate::wire::calibration_documents::CalibrationDocumentDto;
+use crate::wire::calibration_summaries::CalibrationSummaryDto;
+use crate::wire::figures;
 use app::jobs::{CalibrateInput, Source};
 
 /// Where pictures come from.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum SourceDto {
     /// The station itself.
@@ -21,7 +23,7 @@ pub enum SourceDto {
 }
 
 /// Model of the light sheets.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LightModelDto {
     /// The one that cross-validation recommends.
@@ -35,7 +37,7 @@ pub enum LightModelDto {
 }
 
 /// Whether the sixth-power distortion is estimated.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum K3Dto {
     /// Only if the pictures tell it apart from zero.
@@ -73,7 +75,7 @@ pub struct CalibrationItemDto {
     /// Whether scans use it now.
     pub active: bool,
     /// Figures: residuals by model, chosen model, poses, working volume.
-    pub summary: Value,
+    pub summary: CalibrationSummaryDto,
     /// The pictures it was made from.
     pub capture_id: Option<String>,
     /// The job that made it.
@@ -90,8 +92,8 @@ pub struct CalibrationDto {
     /// As in lists.
     #[serde(flatten)]
     pub item: CalibrationItemDto,
-    /// The document `sheaf-calibration/1`, as `sheaf calibrate` writes it.
-    pub calibration: Value,
+    /// Its document.
+    pub calibration: CalibrationDocumentDto,
 }
 
 /// Which calibration is active.
@@ -142,16 +144,20 @@ pub fn calibration_href(id: &str) -> String {
 
 impl CalibrationItemDto {
     /// The record, and whether it is the active one.
-    pub fn new(record: CalibrationRecord, active: Option<&str>) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// If its figures are none of this version's.
+    pub fn new(record: CalibrationRecord, active: Option<&str>) -> Result<Self, DamagedRow> {
+        let summary = figures("calibration", &record.id, record.summary)?;
+        Ok(Self {
             active: active == Some(record.id.as_str()),
             report: record.report.as_ref().map(|_| format!("{}/report", calibration_href(&record.id))),
             id: record.id,
-            summary: record.summary,
+            summary,
             capture_id: record.capture_id,
             job_id: record.job_id,
             created_at_ms: record.created_at_ms,
-        }
+        })
     }
 }
 

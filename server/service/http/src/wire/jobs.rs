@@ -1,6 +1,7 @@
 //! Jobs on the wire.
 
 use crate::problem::Problem;
+use crate::wire::job_inputs::JobInputDto;
 use app::error::{AppError, ErrorKind};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -8,7 +9,7 @@ use serde_json::Value;
 use store::{JobState, ResultRef};
 use utoipa::ToSchema;
 
-use app::jobs::JobView;
+use app::jobs::{JobInput, JobView};
 use app::progress::{Phase, Step};
 
 /// Where a job is in its life.
@@ -125,8 +126,8 @@ pub struct JobDto {
     pub problem: Option<Problem>,
     /// Who asked.
     pub source: String,
-    /// What was asked for.
-    pub input: Value,
+    /// What was asked for; missing if another version stored it in words that this one does not know.
+    pub input: Option<JobInputDto>,
     /// When it was accepted, wall clock, ms since 1970.
     pub created_at_ms: i64,
     /// When it began.
@@ -226,12 +227,17 @@ impl From<JobView> for JobDto {
             remaining_s,
             problem: record.problem.map(stored_problem),
             source: record.source,
-            input: record.input,
+            input: stored_input(record.input),
             created_at_ms: record.created_at_ms,
             started_at_ms: record.started_at_ms,
             ended_at_ms: record.ended_at_ms,
         }
     }
+}
+
+/// What was asked for, as it was stored.
+fn stored_input(stored: Value) -> Option<JobInputDto> {
+    serde_json::from_value::<JobInput>(stored).ok().and_then(|input| input.try_into().ok())
 }
 
 /// Why a job failed, as it was stored.

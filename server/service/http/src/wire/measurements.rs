@@ -3,9 +3,11 @@
 use metrology::{PartVerdict, Tool};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use store::MeasurementRecord;
+use store::{DamagedRow, MeasurementRecord};
 use utoipa::{IntoParams, ToSchema};
 
+use crate::wire::figures;
+use crate::wire::measurement_results::{MeasurementRequestDto, MeasurementResultDto};
 use app::measurements::MeasureInput;
 use app::measurements::parts::verdict_in;
 
@@ -118,20 +120,24 @@ pub struct MeasurementDto {
     /// The scan.
     pub scan_id: String,
     /// What was asked.
-    pub request: Value,
+    pub request: MeasurementRequestDto,
     /// Value, uncertainty (k = 2), verdict, tables by order.
-    pub result: Value,
+    pub result: MeasurementResultDto,
     /// When, wall clock, ms since 1970.
     pub created_at_ms: i64,
 }
 
-impl From<MeasurementRecord> for MeasurementDto {
-    fn from(record: MeasurementRecord) -> Self {
+impl TryFrom<MeasurementRecord> for MeasurementDto {
+    type Error = DamagedRow;
+
+    fn try_from(record: MeasurementRecord) -> Result<Self, DamagedRow> {
         let verdict = verdict_in(&record);
         let MeasurementRecord { id, scan_id, request, mut result, created_at_ms } = record;
         // Records of earlier versions have other words.
         result["verdict"] = json!(verdict.map(PartVerdict::name));
-        Self { id, scan_id, request, result, created_at_ms }
+        let request = figures("measurement", &id, request)?;
+        let result = figures("measurement", &id, result)?;
+        Ok(Self { id, scan_id, request, result, created_at_ms })
     }
 }
 

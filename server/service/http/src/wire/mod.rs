@@ -1,17 +1,150 @@
 //! Wire types: what clients send and get. Their doc comments are the API's documentation.
 
+pub mod calibration_documents;
+pub mod calibration_summaries;
 pub mod calibrations;
 pub mod captures;
 pub mod control;
 pub mod devices;
 pub mod differences;
 pub mod events;
+pub mod job_inputs;
 pub mod jobs;
 pub mod measurement_plan;
+pub mod measurement_results;
 pub mod measurements;
 pub mod paging;
 pub mod profiles;
+pub mod residuals;
+pub mod scan_reports;
+pub mod scan_runs;
 pub mod scans;
 pub mod service;
+pub mod session_bodies;
+pub mod sessions;
 pub mod simulation;
 pub mod station;
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use store::DamagedRow;
+
+/// Figures that a record keeps as JSON; what is none of this version's is a damaged record, named and not guessed.
+fn figures<T: DeserializeOwned>(kind: &'static str, id: &str, stored: Value) -> Result<T, DamagedRow> {
+    serde_json::from_value(stored).map_err(|cause| {
+        tracing::warn!(kind, id, %cause, "the figures of a record cannot be read");
+        DamagedRow { kind, id: id.to_owned() }
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use serde::Serialize;
+    use serde_json::json;
+
+    use super::*;
+    use crate::wire::calibration_summaries::CalibrationSummaryDto;
+    use crate::wire::captures::CaptureSummaryDto;
+    use crate::wire::measurement_results::{MeasurementRequestDto, MeasurementResultDto};
+    use crate::wire::scan_reports::ScanReportDto;
+
+    /// Figures as version 0.1 stored them are told with every one of them.
+    fn told_whole<T: DeserializeOwned + Serialize>(stored: Value) {
+        let told: T = figures("record", "7", stored.clone()).unwrap();
+        assert_eq!(serde_json::to_value(told).unwrap(), stored);
+    }
+
+    fn errors() -> Value {
+        json!({ "n_points": 9, "mean_mm": 0.001, "rmse_mm": 0.02, "max_mm": 0.05 })
+    }
+
+    #[test]
+    fn a_measurement_is_told_whole() {
+        told_whole::<MeasurementRequestDto>(json!({
+            "tool": "sphere", "name": null, "nominal_mm": 18.9, "tolerance_mm": null, "seed": 1,
+            "region_mm": { "min": [0.0, 1.0, 2.0], "max": [3.0, 4.0, 5.0] },
+        }));
+        let region = json!({ "origin_mm": [0.0, 0.0, 0.0], "cell_mm": 0.5, "size": [2, 3, 4], "cells": [0, 5],
+            "band_mm": 0.1 });
+        let shapes = [
+            json!({ "kind": "sphere", "centre_mm": [0.0, 1.0, 400.0], "radius_mm": 18.9 }),
+            json!({ "kind": "plane", "point_mm": [0.0, 1.0, 400.0], "normal": [0.0, 0.0, -1.0] }),
+            json!({ "kind": "cylinder", "point_mm": [0.0, 1.0, 400.0], "axis": [1.0, 0.0, 0.0], "radius_mm": 2.0 }),
+        ];
+        let features: Vec<Value> = shapes
+            .into_iter()
+            .map(|shape| {
+                json!({ "role": "face", "shape": shape, "n_points": 9, "n_outliers": 1, "n_border": 2,
+                    "rms_mm": 0.02, "region": region })
+            })
+            .collect();
+        told_whole::<MeasurementResultDto>(json!({
+            "tool": "sphere", "name": "ball", "unit": "mm", "value": 18.9, "nominal": 18.9, "error": 0.0,
+            "u_noise": 0.001, "u_systematic": 0.002, "expanded_uncertainty": 0.004, "coverage_factor": 2.0,
+            "uncertainty_complete": true, "uncertainty_missing": ["wavelength"],
+            "findings": [{ "kind": "short_arc", "text": "the arc is short" }], "tilts_deg": [0.1, 0.2],
+            "tolerance": 0.1, "verdict": "not_ok", "errors": errors(),
+            "per_order": [{ "order": -1, "errors": errors(), "value_mm": 18.9, "centre_mm": [0.0, 1.0, 400.0] }],
+            "features": features, "notes": ["a note"], "calibration_id": "c", "scan_state": "complete",
+        }));
+    }
+
+    #[test]
+    fn what_could_not_be_measured_is_told_as_that() {
+        let stored = json!({
+            "tool": "angle", "unit": "°", "value": null, "nominal": 90.0, "error": null, "u_noise": null,
+            "u_systematic": null, "expanded_uncertainty": null, "coverage_factor": 2, "tolerance": 0.1,
+            "verdict": "invalid", "errors": null, "per_order": [], "features": [],
+            "notes": ["not measurable: no plane"], "calibration_id": "c", "scan_state": "invalid",
+        });
+        let told: MeasurementResultDto = figures("measurement", "7", stored).unwrap();
+        assert_eq!((told.value, told.uncertainty_complete, told.notes.len()), (None, None, 1));
+    }
+
+    #[test]
+    fn a_scan_is_told_whole_and_a_stopped_one_with_what_it_has() {
+        let delays = json!({ "p50": 1.0, "p99": 2.0, "max": 3.0 });
+        told_whole::<ScanReportDto>(json!({
+            "scan": "gauge", "n_frames": 9, "n_points": 90, "n_segments": 5, "median_sigma_mm": 0.01,
+            "left_out": [{ "reason": "no hit", "n_points": 2, "n_pieces": 1 }],
+            "self_consistency": [{ "order_a": -1, "order_b": 0, "n_pairs": 4, "bias_mm": 0.1, "rms_mm": 0.2 }],
+            "envelope": { "stated_mm": [350.0, 450.0], "unambiguous_mm": [360.0, 440.0] }, "losses": ["one"],
+            "timing": { "n_frames": 9, "frames_read": 27, "evaluation_s": 1.5, "acquisition_s": 2.0,
+                "rows_taken": 9, "waiting_s": 0.5, "frames_per_s": 30.0, "arrival_to_profile_ms": delays,
+                "arrival_to_file_ms": delays, "measuring_s": 0.3, "n_measured": 1 },
+        }));
+        let stopped = json!({ "scan": "part", "n_frames": 3, "losses": [], "stopped": "stopped by a person" });
+        let told: ScanReportDto = figures("scan", "7", stopped).unwrap();
+        assert_eq!((told.n_frames, told.n_points, told.stopped.is_some()), (3, None, true));
+    }
+
+    #[test]
+    fn a_capture_and_a_calibration_are_told_whole() {
+        told_whole::<CaptureSummaryDto>(json!({
+            "width_px": 1280, "height_px": 1024, "n_poses": 12, "n_laser_poses": 11, "n_stage_views": 5,
+            "scans": [{ "name": "gauge", "n_frames": 40, "from_mm": -1.0, "to_mm": 1.0 }],
+            "unpacked_bytes": 5_000_000_000_u64, "warnings": ["a warning"],
+        }));
+        told_whole::<CalibrationSummaryDto>(json!({
+            "corner_rms_px": 0.03, "corner_sigma_px": 0.02, "k3_reason": "not needed",
+            "camera": { "fx": { "value": 2000.0, "sigma": 0.5 } },
+            "pictures": [{ "picture": "a.png", "rms_px": 0.03, "n_corners": 88 }], "model": "grating",
+            "light_rms_px": 0.05, "systematic_sigma_mm": 0.004,
+            "models": { "scores": [{ "model": "planes", "held_out_rms_px": 0.5, "held_out_rms_mm": 0.4,
+                "held_out_bias_mm": null, "fit_rms_px": 0.3, "failure": "no" }], "recommended": "grating",
+                "reason": "it fits best" },
+            "n_poses": 12, "n_laser_poses": 11, "n_stage_views": 5, "depth_near_mm": 350.0, "depth_far_mm": 450.0,
+            "stage": { "direction": [1.0, 0.0, 0.0], "sigma": [0.1, 0.1, 0.1], "scale_error": 0.001,
+                "scale_sigma": 0.0001, "straightness_rms_um": 2.0, "straightness_sigma_um": 1.5,
+                "straightness_um": [[-5.0, 0.1, 0.2, 0.3]] },
+            "warnings": [], "left_out": ["b.png"],
+        }));
+    }
+
+    #[test]
+    fn figures_of_another_version_name_their_record() {
+        let row = figures::<CaptureSummaryDto>("capture", "7", json!({ "width_px": "many" })).unwrap_err();
+        assert_eq!((row.kind, row.id.as_str()), ("capture", "7"));
+    }
+}

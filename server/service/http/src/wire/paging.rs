@@ -75,6 +75,23 @@ impl From<DamagedRow> for DamagedDto {
 }
 
 impl<T> ListDto<T> {
+    /// The same of records with figures that may be none of this version's: those are named as damaged.
+    pub fn whole_of<R>(
+        path: &str,
+        page: &Page,
+        mut listed: Listed<R>,
+        dto: impl Fn(R) -> Result<T, DamagedRow>,
+    ) -> Self {
+        let mut items = Vec::with_capacity(listed.records.len());
+        for record in std::mem::take(&mut listed.records) {
+            match dto(record) {
+                Ok(item) => items.push(item),
+                Err(row) => listed.damaged.push(row),
+            }
+        }
+        Self { items, ..Self::new(path, page, listed, |_| unreachable!("the records were taken")) }
+    }
+
     /// The list at `path`, which may have a query, with at most `page.limit` records.
     pub fn new<R>(path: &str, page: &Page, listed: Listed<R>, dto: impl Fn(R) -> T) -> Self {
         let next = listed.next.map(|before| {

@@ -1,14 +1,17 @@
 //! Scans on the wire.
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
-use store::ScanState;
+use store::{DamagedRow, ScanState};
 use utoipa::{IntoParams, ToSchema};
 
+use crate::wire::figures;
 use crate::wire::measurements::{CharacteristicDto, MeasureDto, VerdictDto};
+use crate::wire::scan_reports::ScanReportDto;
+use crate::wire::scan_runs::{ScanPurposeDto, ScanRunDto};
 use app::jobs::{ExportInput, ScanInput, ScanMode, ScanSource, VerifyInput};
-use app::measurements::parts::{Part, purpose_of};
+use app::measurements::parts::Part;
 use app::measurements::{MeasureInput, ScanPurpose};
+use app::scan_run::ScanRun;
 
 /// What a scan is worth.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
@@ -55,7 +58,7 @@ pub struct ScansQuery {
     /// Only parts with this verdict.
     pub verdict: Option<VerdictDto>,
     /// Only those made for this.
-    pub purpose: Option<ScanPurpose>,
+    pub purpose: Option<ScanPurposeDto>,
     /// Id of the last scan of the page before.
     pub before: Option<String>,
     /// Scans of a page, 1 to 200; 50 if not said.
@@ -64,7 +67,7 @@ pub struct ScansQuery {
 }
 
 /// Where a scan's frames come from.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ScanSourceDto {
     /// The station itself.
@@ -79,7 +82,7 @@ pub enum ScanSourceDto {
 }
 
 /// How the stage moves.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanModeDto {
     /// Stands still for every frame.
@@ -89,7 +92,7 @@ pub enum ScanModeDto {
 }
 
 /// Scan a part.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({ "source": { "kind": "station" }, "from_mm": -20, "to_mm": 20, "step_mm": 0.2 }))]
 pub struct StartScanDto {
@@ -138,7 +141,7 @@ pub struct RecomputeDto {
 }
 
 /// A known part.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ArtefactDto {
     /// A gauge block; its nominal is its height.
@@ -165,7 +168,7 @@ pub struct StartVerificationDto {
 }
 
 /// What is written.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ExportWhatDto {
     /// The points.
@@ -278,13 +281,13 @@ pub struct ScanDto {
     /// The measurement that stands for each characteristic, newest first.
     pub characteristics: Vec<CharacteristicDto>,
     /// What it was made for; a verification is no part of the production.
-    pub purpose: ScanPurpose,
+    pub purpose: ScanPurposeDto,
     /// The calibration of the cloud.
     pub calibration_id: String,
-    /// The plan it was made by.
-    pub plan: Value,
+    /// How it was made.
+    pub plan: ScanRunDto,
     /// Figures: points, dropped by reason, self-consistency, envelope.
-    pub report: Value,
+    pub report: ScanReportDto,
     /// Its frames, if they were kept.
     pub capture_id: Option<String>,
     /// The scan it was computed from again.
@@ -304,13 +307,18 @@ pub fn scan_href(id: &str) -> String {
     format!("/api/v1/scans/{id}")
 }
 
-impl From<Part> for ScanDto {
-    fn from(part: Part) -> Self {
+impl TryFrom<Part> for ScanDto {
+    type Error = DamagedRow;
+
+    fn try_from(part: Part) -> Result<Self, DamagedRow> {
         let record = part.scan;
-        Self {
+        let run = ScanRun::of(&record).ok().and_then(|run| ScanRunDto::try_from(run).ok());
+        let plan = run.ok_or_else(|| DamagedRow { kind: "scan", id: record.id.clone() })?;
+        let report = figures("scan", &record.id, record.report)?;
+        Ok(Self {
             verdict: part.verdict.map(VerdictDto::from),
             characteristics: part.measured.iter().map(CharacteristicDto::from).collect(),
-            purpose: purpose_of(&record),
+            purpose: plan.purpose,
             cloud: record.cloud.as_ref().map(|_| format!("{}/cloud", scan_href(&record.id))),
             state: match record.state {
                 ScanState::Complete => "complete",
@@ -320,14 +328,14 @@ impl From<Part> for ScanDto {
             id: record.id,
             name: record.name,
             calibration_id: record.calibration_id,
-            plan: record.plan,
-            report: record.report,
+            plan,
+            report,
             capture_id: record.capture_id,
             recomputed_from: record.recomputed_from,
             job_id: record.job_id,
             software_version: record.software_version,
             created_at_ms: record.created_at_ms,
-        }
+        })
     }
 }
 

@@ -6,8 +6,9 @@ use futures_util::future::BoxFuture;
 
 use crate::wire::station::StoppedDto;
 use app::App;
-use app::control;
 use app::labels::label;
+use app::principal::Principal;
+use app::use_cases::stop;
 
 /// The station as a connection reaches it.
 pub trait Station: Send + Sync {
@@ -39,7 +40,8 @@ impl Station for Client {
     fn stop(&self, actor: Option<&str>) -> BoxFuture<'static, StoppedDto> {
         let named = actor.filter(|name| label(name, "/actor").is_ok());
         let actor = named.map_or_else(|| format!("stream {}", self.address), |name| name.trim().to_owned());
-        let (stopping, station) = (control::stop(&self.app, &actor, &self.address), self.app.station.clone());
+        let by = Principal::local(&actor, &self.address, None);
+        let (stopping, station) = (stop(&self.app, &by), self.app.station.clone());
         Box::pin(async move { StoppedDto::new(stopping.await, station.status().state) })
     }
 }

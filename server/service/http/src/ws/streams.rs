@@ -153,6 +153,6 @@ pub async fn stream(
     peer: Option<Extension<Peer>>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
-    let client = Client::new(http.app, source(peer.as_ref()));
+    let client = Client::new(http.app, source(peer.as_deref()));
     http.streams.accept(upgrade, client)
 }

@@ -7,3 +7,4 @@ mod idempotency;
 mod lists;
 mod page;
 mod problems;
+mod untyped;

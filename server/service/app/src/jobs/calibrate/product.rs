@@ -10,8 +10,7 @@ use serde_json::{Value, json};
 use station::wall_clock::now_ms;
 use store::{ArtifactId, CalibrationRecord, Change, ResultRef};
 
-use crate::calibrations::residuals::Residuals;
-use crate::error::{AppError, ErrorKind};
+use crate::calibrations::residuals::{RESIDUALS, Residuals};
 use crate::jobs::calibrate::CALIBRATION;
 use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd};
 use crate::progress::Phase;
@@ -45,7 +44,7 @@ pub(super) fn calibrated(
     ctx.go_on()?;
     let id = document.calibration.id.clone();
     let mut summary = summary(&result, &features, &id);
-    summary["residuals"] = json!(keep_residuals(&result, ctx)?.as_str());
+    summary[RESIDUALS] = json!(keep_residuals(&result, ctx)?.as_str());
     let record = CalibrationRecord {
         id: id.clone(),
         document: ctx.wait(ctx.artifacts.put(document.to_json().as_bytes()))?,
@@ -55,10 +54,14 @@ pub(super) fn calibrated(
         summary,
         created_at_ms: now_ms(),
     };
-    let told = event(
-        &id,
-        Event::CalibrationCreated(CalibrationCreated { job_id: ctx.id.clone(), summary: record.summary.clone() }),
-    );
+    let light = result.report.light.as_ref();
+    let body = CalibrationCreated {
+        job_id: ctx.id.clone(),
+        model: light.map(|light| light.model.name().to_owned()),
+        corner_rms_px: result.report.camera.rms_px,
+        systematic_sigma_mm: light.map(|light| light.systematic_sigma_mm),
+    };
+    let told = event(&id, Event::CalibrationCreated(body));
     Ok(Done {
         result: ResultRef { kind: CALIBRATION.to_owned(), id },
         message: message(&result),
@@ -70,10 +73,7 @@ pub(super) fn calibrated(
 /// Stores the dots of the residual maps; the document holds their sums alone.
 fn keep_residuals(result: &CalibrationResult, ctx: &JobContext) -> Result<ArtifactId, JobEnd> {
     let residuals = Residuals::of(&result.report, &result.calibration.camera);
-    let bytes = serde_json::to_vec(&residuals).map_err(|cause| {
-        AppError::new(ErrorKind::Internal, "the residuals cannot be stored").because(cause.to_string())
-    })?;
-    Ok(ctx.wait(ctx.artifacts.put(&bytes))?)
+    Ok(ctx.wait(ctx.artifacts.put(&residuals.to_stored()))?)
 }
 
 fn options(input: &CalibrateInput) -> CalibrationOptions {

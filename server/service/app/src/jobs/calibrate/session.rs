@@ -3,9 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use capture::{CameraFormat, Manifest, Pose, StageView, params::FORMAT};
-use serde::{Deserialize, Serialize};
 use store::{ArtifactId, StoreError};
-use utoipa::ToSchema;
 
 use crate::error::AppError;
 use crate::jobs::calibrate::station::{make_folders, write_capture};
@@ -57,8 +55,7 @@ fn artifact(picture: &Picture) -> Result<ArtifactId, StoreError> {
 }
 
 /// How a session is to be solved.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SolveSession {
     /// `auto`, `planes`, `pencil`, `grating`.
     pub light_model: Option<String>,

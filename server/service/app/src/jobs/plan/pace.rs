@@ -1,10 +1,10 @@
 //! How fast this machine works, as its last scans tell.
 
-use serde_json::Value;
 use store::{Page, ScanFilter, ScanRecord, ScanState};
 
 use super::params::{EVALUATION_S_PER_FRAME, MEASURING_S, PACE_SCANS, PASSES, ROW_OVERHEAD_S};
 use crate::jobs::ScanMode;
+use crate::jobs::plan::ScanRun;
 use crate::ledger::Ledger;
 
 /// Key of a scan's report under which its times stand.
@@ -71,12 +71,7 @@ impl Pace {
 
 /// How a scan's stage moved; `None` for one that was not taken from a station.
 fn mode_of(scan: &ScanRecord) -> Option<ScanMode> {
-    serde_json::from_value::<Option<ScanMode>>(match &scan.plan["mode"] {
-        Value::String(word) => Value::String(word.clone()),
-        _ => Value::Null,
-    })
-    .ok()
-    .flatten()
+    ScanRun::of(scan).ok()?.plan.map(|plan| plan.mode)
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
@@ -86,9 +81,10 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
+    use serde_json::{Value, json};
 
     use super::*;
+    use crate::scan_run::stored_by_the_station;
 
     fn scan(mode: &str, timing: Value) -> ScanRecord {
         ScanRecord {
@@ -96,7 +92,7 @@ mod tests {
             name: "s".into(),
             state: ScanState::Complete,
             calibration_id: "c".into(),
-            plan: json!({ "mode": mode }),
+            plan: stored_by_the_station(mode),
             peaks: store::ArtifactId::parse(&"0".repeat(64)).unwrap(),
             capture_id: None,
             cloud: None,

@@ -2,15 +2,13 @@
 
 use capture::Capture;
 use scanning::Frames as _;
-use serde_json::json;
 use store::ScanState;
 
 use crate::calibrations::stored::stored_document;
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::plan::Pace;
+use crate::jobs::plan::{Pace, ScanRun};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, evaluated_share, made_scan};
 use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
-use crate::measurements::parts::{MEASURE, PURPOSE};
 use crate::progress::Phase;
 use crate::stored_scan::{disk_problem, new_id, stored_peaks};
 use pipeline::{open_capture, write_capture_peaks};
@@ -34,11 +32,18 @@ pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobCon
     let peaks = ctx.wait(ctx.artifacts.adopt(&path))?;
     let id = new_id();
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &peaks, &id))?;
+    let run = ScanRun {
+        source: input.source.clone(),
+        cloud_name: cloud_name.clone(),
+        n_rows: frames.n_frames(),
+        measure: input.measure.clone(),
+        purpose: input.purpose,
+        plan: None,
+    };
     let story = ScanStory {
         id,
         name: input.name.clone().unwrap_or_else(|| cloud_name.clone()),
-        plan: json!({ "source": input.source, "scan": cloud_name, "n_rows": frames.n_frames(),
-            MEASURE: input.measure, PURPOSE: input.purpose }),
+        plan: run.to_stored(),
         cloud_name,
         state: ScanState::Complete,
         peaks,

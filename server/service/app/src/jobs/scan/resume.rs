@@ -4,9 +4,9 @@ use scanning::files::peaks::PeaksFile;
 use store::{ScanRecord, ScanState};
 
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::plan::ScanPlan;
+use crate::jobs::plan::{ScanPlan, ScanRun};
 use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
-use crate::measurements::parts::{planned_measurements, purpose_of};
+use crate::measurements::{MeasureInput, ScanPurpose};
 use crate::progress::Phase;
 use crate::stored_scan::stored_peaks;
 
@@ -16,6 +16,10 @@ pub struct Earlier {
     pub record: ScanRecord,
     /// How it was run.
     pub plan: ScanPlan,
+    /// What is measured on it.
+    pub measure: Vec<MeasureInput>,
+    /// What it is made for.
+    pub purpose: ScanPurpose,
     /// Its frames.
     pub frames: PeaksFile,
     /// Frames lost so far, in words.
@@ -38,12 +42,14 @@ pub fn earlier(input: &ScanInput, ctx: &JobContext) -> Result<Option<Earlier>, J
         let detail = format!("scan {id} was begun with calibration {}, not {wanted}", record.calibration_id);
         return Err(conflict(detail, "go on with its own calibration, and compute it again afterwards").into());
     }
-    let plan = serde_json::from_value(record.plan.clone())
-        .map_err(|cause| conflict(format!("the plan of scan {id} cannot be read: {cause}"), "scan anew"))?;
+    let run = ScanRun::of(&record)?;
+    let Some(plan) = run.plan else {
+        return Err(conflict(format!("scan {id} was not taken by the station"), "scan anew").into());
+    };
     ctx.report(0.0, Phase::ReadingRows, "reading the rows that are there");
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &record.peaks, &record.id))?;
     let losses = serde_json::from_value(record.report["losses"].clone()).unwrap_or_default();
-    Ok(Some(Earlier { record, plan, frames, losses }))
+    Ok(Some(Earlier { record, plan, measure: run.measure, purpose: run.purpose, frames, losses }))
 }
 
 impl Earlier {
@@ -62,8 +68,8 @@ impl Earlier {
             laser_power: input.laser_power.or(Some(plan.laser_power)),
             keep_frames: input.keep_frames || plan.keep_frames,
             calibration_id: Some(self.record.calibration_id.clone()),
-            measure: planned_measurements(&self.record.plan),
-            purpose: purpose_of(&self.record),
+            measure: self.measure.clone(),
+            purpose: self.purpose,
             ..input.clone()
         }
     }

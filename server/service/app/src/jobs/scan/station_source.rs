@@ -12,7 +12,7 @@ use store::{ArtifactId, ScanState};
 
 use crate::calibrations::stored::stored_document;
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::plan::{Pace, ScanPlan, TIMING, mode_of, plan};
+use crate::jobs::plan::{Pace, ScanPlan, ScanRun, TIMING, mode_of, plan};
 use crate::jobs::scan::acquisition::{gaps, take_frames};
 use crate::jobs::scan::pictures::take_in;
 use crate::jobs::scan::recording::Recorder;
@@ -21,8 +21,8 @@ use crate::jobs::scan::timing::Timing;
 use crate::jobs::scan::work::{Work, WorkNote};
 use crate::jobs::scan::writing::{Kept, NewPeaks};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, TAKEN, evaluated_share, made_scan, scan_changes};
-use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
-use crate::measurements::parts::{MEASURE, PURPOSE, planned_measurements};
+use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode, ScanSource};
+use crate::measurements::parts::planned_measurements;
 use crate::progress::Phase;
 use crate::stored_scan::{disk_problem, new_id, stored_peaks};
 
@@ -52,7 +52,7 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
             };
             (note, Some(earlier.frames))
         }
-        None => (new_note(&input, &planned, &document, ctx)?, None),
+        None => (new_note(&input, &planned, &document, ctx), None),
     };
     let header = earlier.as_ref().map_or_else(|| header(ctx), |earlier| earlier.header);
     let earlier = earlier.as_ref();
@@ -85,32 +85,28 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
     }
 }
 
-fn new_note(
-    input: &ScanInput,
-    planned: &ScanPlan,
-    document: &CalibrationDocument,
-    ctx: &JobContext,
-) -> Result<WorkNote, AppError> {
+fn new_note(input: &ScanInput, planned: &ScanPlan, document: &CalibrationDocument, ctx: &JobContext) -> WorkNote {
     let name = input.name.clone().unwrap_or_else(|| DEFAULT_NAME.to_owned());
-    Ok(WorkNote {
+    WorkNote {
         scan_id: new_id(),
-        plan: plan_value(planned, &name, input)?,
+        plan: run_of(planned, &name, input).to_stored(),
         name,
         calibration_id: document.calibration.id.clone(),
         job_id: ctx.id.clone(),
         replaces: false,
         losses: Vec::new(),
-    })
+    }
 }
 
-/// The plan as it is stored: with the source, the name in the cloud's header, and what the scan is for.
-fn plan_value(planned: &ScanPlan, name: &str, input: &ScanInput) -> Result<Value, AppError> {
-    let mut value = serde_json::to_value(planned).map_err(disk_problem)?;
-    value["source"] = json!({ "kind": "station" });
-    value["scan"] = json!(name);
-    value[MEASURE] = json!(input.measure);
-    value[PURPOSE] = json!(input.purpose);
-    Ok(value)
+fn run_of(planned: &ScanPlan, name: &str, input: &ScanInput) -> ScanRun {
+    ScanRun {
+        source: ScanSource::Station,
+        cloud_name: name.to_owned(),
+        n_rows: planned.n_rows,
+        measure: input.measure.clone(),
+        purpose: input.purpose,
+        plan: Some(planned.clone()),
+    }
 }
 
 fn header(ctx: &JobContext) -> PeaksHeader {

@@ -12,6 +12,7 @@ use super::*;
 use crate::calibrations::Calibrations;
 use crate::jobs::calibrate::{SolveSession, solve_input};
 use crate::jobs::{CalibrateInput, JobInput, Source};
+use crate::principal::Principal;
 use crate::progress::Silent;
 use crate::sessions::{NewSession, Sessions, VirtualBoard};
 use pipeline::{calibrate_features, open_capture, read_features};
@@ -132,21 +133,21 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
         Sessions::new(parts.config.clone(), parts.ledger.clone(), parts.artifacts.clone(), parts.station.clone())
     };
     let sessions = open();
-    let session = sessions.create(NewSession::default()).await.unwrap();
+    let session = sessions.create(&by(), NewSession::default()).await.unwrap();
     let id = session.id.clone();
     // Without a board there is nothing to read, and it is said at once.
-    let blind = sessions.add_pose(&id, Some(1)).await.unwrap();
+    let blind = sessions.add_pose(&by(), &id, Some(1)).await.unwrap();
     assert!(blind.body.poses[0].board.problem.is_some() && !blind.body.poses[0].board.is_readable());
     assert_eq!(
         solve_input(&sessions, &id, SolveSession::default()).await.unwrap_err().kind,
         ErrorKind::Impossible
     );
-    let stale = sessions.add_pose(&id, Some(1)).await.unwrap_err();
+    let stale = sessions.add_pose(&by(), &id, Some(1)).await.unwrap_err();
     assert_eq!(stale.kind, ErrorKind::Changed);
-    sessions.delete_pose(&id, &blind.body.poses[0].id, Some(2)).await.unwrap();
+    sessions.delete_pose(&by(), &id, &blind.body.poses[0].id, Some(2)).await.unwrap();
     for pose in 0..8 {
         sessions.place_virtual_board(VirtualBoard::Pose { pose }).unwrap();
-        let now = sessions.add_pose(&id, None).await.unwrap();
+        let now = sessions.add_pose(&by(), &id, None).await.unwrap();
         let taken = now.body.poses.last().unwrap();
         assert_eq!((taken.board.corners.len(), taken.board.problem.as_deref()), (88, None));
         assert!(taken.laser.as_ref().unwrap().n_segments > 0);
@@ -162,7 +163,7 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
             has_too_few.then_some(ErrorKind::Impossible),
             "{position_mm} mm"
         );
-        sessions.add_stage_view(&id, position_mm, None).await.unwrap();
+        sessions.add_stage_view(&by(), &id, position_mm, None).await.unwrap();
     }
     sessions.place_virtual_board(VirtualBoard::Away).unwrap();
     let gathered = sessions.get(&id).await.unwrap().body;
@@ -174,7 +175,7 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
     }
     let input = solve_input(&sessions, &id, SolveSession::default()).await.unwrap();
     let job = jobs.submit(input, "test").await.unwrap();
-    sessions.note_job(&id, &job.id).await.unwrap();
+    sessions.note_job(&by(), &id, &job.id).await.unwrap();
     let record = ended(&jobs, &job.id).await.record;
     let (_, document) = document(&bench, &record.result.unwrap().id).await;
     // Eight poses instead of twelve.
@@ -183,7 +184,7 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
     assert_eq!(sessions.get(&id).await.unwrap().body.job_id, Some(job.id));
     let artifact = ArtifactId::parse(&gathered.poses[0].board.picture.artifact).unwrap();
     bench.parts.artifacts.read(&artifact).await.unwrap();
-    sessions.delete(&id).await.unwrap();
+    sessions.delete(&by(), &id).await.unwrap();
     assert_eq!(sessions.get(&id).await.unwrap_err().kind, ErrorKind::NotFound);
 }
 
@@ -232,4 +233,8 @@ async fn activations_are_acts_that_can_be_rolled_back_one_by_one() {
     let difference = calibrations.difference(&one, &two).await.unwrap();
     assert!(difference.total.rms_mm > 0.05, "{:?}", difference.total);
     assert_eq!(calibrations.difference(&one, &one).await.unwrap().total.max_mm, 0.0);
+}
+
+fn by() -> Principal {
+    Principal::local("test", "test", None)
 }

@@ -46,7 +46,7 @@ impl Script {
             std::thread::sleep(Duration::from_millis(2));
         }
         let id = if name == "twice" { "a".to_owned() } else { format!("made by {name}") };
-        let changes = vec![event(&id, Event::CaptureDeleted(NoBody {})), Change::InsertCapture(capture(&id))];
+        let changes = vec![event(&id, Event::SimulationFaultOff(NoBody {})), Change::InsertCapture(capture(&id))];
         let result = ResultRef { kind: "capture".to_owned(), id };
         Ok(Done { result, message: "made".to_owned(), changes, after: None })
     }

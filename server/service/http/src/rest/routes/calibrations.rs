@@ -6,14 +6,13 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
-use metrology::PartVerdict;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, artifact};
 use crate::rest::around::headers::CSP_REPORT;
-use crate::rest::control::actor;
+use crate::rest::control::By;
 use crate::rest::conversions::accept_job;
 use crate::rest::etag::{Versioned, check_if_given};
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
@@ -24,11 +23,12 @@ use crate::wire::calibrations::{
 use crate::wire::differences::{DiffQuery, DifferenceDto};
 use crate::wire::jobs::JobDto;
 use crate::wire::paging::{ListDto, PageQuery};
+use crate::wire::residuals::ResidualsDto;
 use app::App;
-use app::calibrations::residuals::Residuals;
+use app::calibrations::residuals::stored_residuals;
 use app::hash_hex;
 use app::jobs::JobInput;
-use app::measurements::parts::newest_verification;
+use app::use_cases::{Activate, activate, roll_back};
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -56,7 +56,7 @@ async fn list_calibrations(
     let active = active_id(&app).await?;
     let records = app.ledger.read().calibrations(&page).await?;
     let dto = |record| CalibrationItemDto::new(record, active.as_deref());
-    Ok(Json(ListDto::new("/api/v1/calibrations", &page, records, dto)))
+    Ok(Json(ListDto::whole_of("/api/v1/calibrations", &page, records, dto)))
 }
 
 async fn active_id(app: &App) -> Result<Option<String>, Problem> {
@@ -70,11 +70,12 @@ async fn active_id(app: &App) -> Result<Option<String>, Problem> {
 )]
 async fn start_calibration(
     State(app): State<App>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<StartCalibrationDto>,
 ) -> Result<Reply, Problem> {
     let input = JobInput::Calibration(body.value.into());
-    accept_job(&app, &headers, "POST calibrations", &body.sha256, input).await
+    accept_job(&app, &by, &headers, "POST calibrations", &body.sha256, input).await
 }
 
 /// A calibration with its document.
@@ -93,7 +94,7 @@ async fn get_calibration(
     let calibration =
         serde_json::from_slice(&document).map_err(|cause| AppError::damaged(&what, cause.to_string()))?;
     let active = active_id(&app).await?;
-    Ok(Json(CalibrationDto { item: CalibrationItemDto::new(record, active.as_deref()), calibration }))
+    Ok(Json(CalibrationDto { item: CalibrationItemDto::new(record, active.as_deref())?, calibration }))
 }
 
 /// Residuals, tables and pictures, as a page for people.
@@ -118,16 +119,14 @@ async fn get_calibration_report(
 /// What the calibration left unexplained, point by point, for residual maps.
 #[utoipa::path(
     get, path = "/calibrations/{id}/residuals", tag = "calibrations", params(("id" = String, Path)),
-    responses((status = 200, body = Residuals))
+    responses((status = 200, body = ResidualsDto))
 )]
-async fn get_residuals(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<Residuals>, Problem> {
+async fn get_residuals(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+) -> Result<Json<ResidualsDto>, Problem> {
     let record = app.ledger.read().calibration(&id).await?;
-    let kept = record.summary["residuals"].as_str().and_then(store::ArtifactId::parse).ok_or_else(|| {
-        Problem::new(ProblemKind::NotFound, "this calibration kept no residuals").remedy("calibrate again")
-    })?;
-    let what = format!("what calibration {id} left over");
-    let bytes = app.artifacts.read(&kept).await.map_err(|error| AppError::from(error).of_stored(&what))?;
-    Ok(serde_json::from_slice(&bytes).map(Json).map_err(|cause| AppError::damaged(&what, cause.to_string()))?)
+    Ok(Json(stored_residuals(&*app.artifacts, &record).await?.into()))
 }
 
 /// Which calibration is active; the `ETag` may be sent with a change of it.
@@ -170,6 +169,7 @@ async fn list_activations(
 )]
 async fn activate_calibration(
     State(app): State<App>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<ActivateDto>,
 ) -> Result<Versioned<Json<ActiveDto>>, Problem> {
@@ -177,18 +177,8 @@ async fn activate_calibration(
     check_if_given(&headers, &active_version(active.as_ref()))?;
     let sure = headers.contains_key(header::IF_MATCH);
     let expected = sure.then(|| active.and_then(|activation| activation.calibration_id));
-    let actor = actor(&app.control, &headers);
-    let id = &body.value.calibration_id;
-    let verified = newest_verification(&app.ledger, id).await?.and_then(|part| part.verdict);
-    if let Some(verdict) = verified.filter(|verdict| *verdict != PartVerdict::Ok)
-        && !body.value.despite_verification
-    {
-        let detail = format!("the newest verification of calibration {id} is {}", verdict.label());
-        return Err(Problem::new(ProblemKind::Conflict, detail)
-            .at("/despite_verification")
-            .remedy("verify it again, or send \"despite_verification\": true to activate it nevertheless"));
-    }
-    let act = app.calibrations.activate(id, expected, &actor, verified).await?;
+    let ActivateDto { calibration_id, despite_verification } = body.value;
+    let act = activate(&app, &by, Activate { calibration_id, expected, despite_verification }).await?;
     Ok(Versioned(active_version(Some(&act)), Json(Some(act).into())))
 }
 
@@ -200,9 +190,9 @@ async fn activate_calibration(
     )),
     responses((status = 200, body = ActiveDto, headers(("ETag" = String, description = "Its version"))))
 )]
-async fn roll_back_activation(State(app): State<App>, headers: HeaderMap) -> Result<Reply, Problem> {
+async fn roll_back_activation(State(app): State<App>, By(by): By, headers: HeaderMap) -> Result<Reply, Problem> {
     at_most_once(&app, &headers, "POST calibrations/active/roll-back", &hash_hex(&[]), async {
-        let act = app.calibrations.roll_back(&actor(&app.control, &headers)).await?;
+        let act = roll_back(&app, &by).await?;
         Ok(Reply::done(Some(active_version(Some(&act))), &ActiveDto::from(Some(act))))
     })
     .await

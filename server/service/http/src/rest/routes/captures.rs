@@ -1,7 +1,6 @@
 //! Captures: upload, list, download, delete.
 
 use crate::Http;
-use app::events::{Event, NoBody, event};
 use std::path::{Path, PathBuf};
 
 use axum::Json;
@@ -12,7 +11,7 @@ use axum::response::Response;
 use futures_util::StreamExt as _;
 use serde::Deserialize;
 use sha2::{Digest as _, Sha256};
-use store::Change;
+use store::CaptureRecord;
 use tokio::fs::File;
 use tokio::io::AsyncWriteExt as _;
 use tokio::time::{Instant, timeout, timeout_at};
@@ -26,14 +25,16 @@ use crate::limits::{
 };
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, artifact};
-use crate::rest::conversions::{blocking, label};
+use crate::rest::control::By;
+use crate::rest::conversions::label;
 use crate::rest::extract::{ApiPath, ApiQuery, media_type};
 use crate::rest::idempotency::{Begun, enter, fingerprint, look_up};
 use crate::wire::captures::{CaptureDto, capture_href};
 use crate::wire::paging::{ListDto, PageQuery};
 use app::App;
-use app::captures::{ArchiveFormat, CaptureOrigin, free_bytes};
+use app::captures::{ArchiveFormat, free_bytes};
 use app::jobs::FREE_FLOOR_BYTES;
+use app::use_cases::{self, Upload, upload};
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -64,7 +65,7 @@ async fn list_captures(
 ) -> Result<Json<ListDto<CaptureDto>>, Problem> {
     let page = query.page()?;
     let records = app.ledger.read().captures(&page).await?;
-    Ok(Json(ListDto::new("/api/v1/captures", &page, records, CaptureDto::from)))
+    Ok(Json(ListDto::whole_of("/api/v1/captures", &page, records, CaptureDto::try_from)))
 }
 
 /// Uploads a capture folder as zip or tar, at most 2 GiB; every picture of it is checked before the answer.
@@ -77,6 +78,7 @@ async fn upload_capture(
     State(app): State<App>,
     ApiQuery(query): ApiQuery<UploadQuery>,
     RawQuery(raw_query): RawQuery,
+    By(by): By,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Reply, Problem> {
@@ -103,14 +105,12 @@ async fn upload_capture(
         Begun::Answered(reply) => return Ok(reply),
         Begun::Fresh(once) => once,
     };
-    let captures = app.captures.clone();
-    let taken = blocking(move || captures.take_in(&archive.0, format, CaptureOrigin::Upload, &name)).await?;
-    let (record, change) = taken?;
-    let reply = Reply::created(capture_href(&record.id), &CaptureDto::from(record.clone()));
-    let mut changes = vec![change, event(&record.id, Event::CaptureCreated((&record).into()))];
-    changes.extend(once.changes(&reply));
-    app.ledger.commit(changes).await?;
-    Ok(reply)
+    let input = Upload { archive: archive.0.clone(), format, name };
+    let made = |record: &CaptureRecord| {
+        Ok::<_, Problem>(Reply::created(capture_href(&record.id), &CaptureDto::try_from(record.clone())?))
+    };
+    let record = upload(&app, &by, input, |record| Ok::<_, Problem>(once.changes(&made(record)?))).await?;
+    made(&record)
 }
 
 fn archive_format(headers: &HeaderMap) -> Result<ArchiveFormat, Problem> {
@@ -226,7 +226,7 @@ fn unwritable(cause: &std::io::Error) -> Problem {
     responses((status = 200, body = CaptureDto))
 )]
 async fn get_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<CaptureDto>, Problem> {
-    Ok(Json(app.ledger.read().capture(&id).await?.into()))
+    Ok(Json(app.ledger.read().capture(&id).await?.try_into()?))
 }
 
 /// The archive as it was uploaded.
@@ -253,8 +253,11 @@ async fn download_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) 
     delete, path = "/captures/{id}", tag = "captures", params(("id" = String, Path)),
     responses((status = 204, description = "Forgotten"))
 )]
-async fn delete_capture(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<StatusCode, Problem> {
-    let gone = event(&id, Event::CaptureDeleted(NoBody {}));
-    app.ledger.commit(vec![Change::DeleteCapture(id), gone]).await?;
+async fn delete_capture(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+) -> Result<StatusCode, Problem> {
+    use_cases::delete_capture(&app, &by, id).await?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -1,23 +1,21 @@
 //! The control lease.
 
 use crate::Http;
-use app::events::{Act, Event, TakenOver, event};
 use std::time::Instant;
 
+use axum::Json;
 use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode};
-use axum::{Extension, Json};
+use axum::http::StatusCode;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use crate::edge::{Peer, source};
 use crate::problem::{Problem, ProblemKind};
-use crate::rest::answers::{Reply, header_text};
-use crate::rest::control::CONTROL_HEADER;
+use crate::rest::answers::Reply;
+use crate::rest::control::By;
 use crate::rest::extract::ApiJson;
 use crate::wire::control::{ControlDto, ControlLeaseDto, TakeControlDto};
 use app::App;
-use app::labels::label;
+use app::use_cases::{self, TakeControl};
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -43,19 +41,12 @@ async fn get_control(State(app): State<App>) -> Result<Json<ControlDto>, Problem
 )]
 async fn take_control(
     State(app): State<App>,
-    peer: Option<Extension<Peer>>,
+    By(by): By,
     body: ApiJson<TakeControlDto>,
 ) -> Result<Reply, Problem> {
     let TakeControlDto { holder, take_over } = body.value;
-    label(&holder, "/holder")?;
-    let taken = app.control.take(&holder, take_over, Instant::now())?;
-    let act = Act { actor: holder.clone(), source: source(peer.as_ref()) };
-    let told = match &taken.from {
-        Some(from) => Event::ControlTakenOver(TakenOver { act, from: from.clone(), to: holder.clone() }),
-        None => Event::ControlTaken(act),
-    };
-    app.ledger.commit(vec![event(&holder, told)]).await?;
-    Ok(Reply::created("/api/v1/station/control".to_owned(), &ControlLeaseDto::from(&taken.lease)))
+    let lease = use_cases::take_control(&app, &by, TakeControl { holder, take_over }).await?;
+    Ok(Reply::created("/api/v1/station/control".to_owned(), &ControlLeaseDto::from(&lease)))
 }
 
 /// Keeps control for five more seconds; it lapses two minutes after the last command all the same.
@@ -64,9 +55,8 @@ async fn take_control(
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 200, body = ControlLeaseDto))
 )]
-async fn renew_control(State(app): State<App>, headers: HeaderMap) -> Result<Json<ControlLeaseDto>, Problem> {
-    let id = header_text(&headers, &CONTROL_HEADER)?;
-    Ok(Json((&app.control.renew(id.as_deref(), Instant::now())?).into()))
+async fn renew_control(State(app): State<App>, By(by): By) -> Result<Json<ControlLeaseDto>, Problem> {
+    Ok(Json((&use_cases::renew_control(&app, &by)?).into()))
 }
 
 /// Gives control back.
@@ -75,14 +65,7 @@ async fn renew_control(State(app): State<App>, headers: HeaderMap) -> Result<Jso
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 204, description = "Given back, or not held"))
 )]
-async fn give_control_back(
-    State(app): State<App>,
-    peer: Option<Extension<Peer>>,
-    headers: HeaderMap,
-) -> Result<StatusCode, Problem> {
-    if let Some(lease) = app.control.give_back(header_text(&headers, &CONTROL_HEADER)?.as_deref()) {
-        let act = Act { actor: lease.holder.clone(), source: source(peer.as_ref()) };
-        app.ledger.commit(vec![event(&lease.holder, Event::ControlGivenBack(act))]).await?;
-    }
+async fn give_control_back(State(app): State<App>, By(by): By) -> Result<StatusCode, Problem> {
+    use_cases::give_control_back(&app, &by).await?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -1,21 +1,19 @@
 //! Camera, stage and laser: settings and single commands.
 
 use crate::Http;
-use app::events::{CameraConfigured, Event, LaserSwitched, Motion, event};
+use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
-use axum::{Extension, Json};
 use devices::CameraRequest;
 use station::{Manual, SharedFrame};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vision::Pixels;
 
-use crate::edge::Peer;
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, bytes};
-use crate::rest::control::{act, admit, authorize};
+use crate::rest::control::By;
 use crate::rest::conversions::{blocking, check_laser_power};
 use crate::rest::etag::{Versioned, check};
 use crate::rest::extract::ApiJson;
@@ -24,10 +22,9 @@ use crate::wire::devices::{
     CameraDto, CameraSettingsDto, ChangeCameraDto, JogDto, LaserDto, MotionDto, MoveDto, SetLaserDto, StageDto,
 };
 use app::App;
-use app::camera::auto_exposure::auto_exposure;
-use app::camera::memory;
-use app::control::Ask;
 use app::hash_hex;
+use app::principal::Principal;
+use app::use_cases;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -76,15 +73,13 @@ async fn get_camera_settings(State(app): State<App>) -> Versioned<Json<CameraSet
 )]
 async fn change_camera_settings(
     State(app): State<App>,
-    peer: Option<Extension<Peer>>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<ChangeCameraDto>,
 ) -> Result<Versioned<Json<CameraSettingsDto>>, Problem> {
-    authorize(&app.control, &headers)?;
-    check(&headers, &settings(&app).0)?;
-    let wanted = CameraRequest::from(body.value);
-    app.station.manual(Manual::Configure(wanted)).await?;
-    configured(&app, peer, &headers, &wanted).await
+    let may = || check(&headers, &settings(&app).0);
+    use_cases::configure_camera(&app, &by, CameraRequest::from(body.value), may).await?;
+    Ok(get_camera_settings(State(app)).await)
 }
 
 /// Sets the exposure so that the lines are bright and not flattened; needs a live view with light.
@@ -95,29 +90,10 @@ async fn change_camera_settings(
 )]
 async fn auto_expose_camera(
     State(app): State<App>,
-    peer: Option<Extension<Peer>>,
-    headers: HeaderMap,
+    By(by): By,
 ) -> Result<Versioned<Json<CameraSettingsDto>>, Problem> {
-    admit(&app, &headers, Ask::Command)?;
-    auto_exposure(&app, || admit(&app, &headers, Ask::Command).map(drop)).await?;
-    let exposure_us = app.station.status().camera_settings.exposure_us;
-    let wanted = CameraRequest { exposure_us: Some(exposure_us), ..CameraRequest::default() };
-    configured(&app, peer, &headers, &wanted).await
-}
-
-/// Keeps and tells how a person set the camera.
-async fn configured(
-    app: &App,
-    peer: Option<Extension<Peer>>,
-    headers: &HeaderMap,
-    wanted: &CameraRequest,
-) -> Result<Versioned<Json<CameraSettingsDto>>, Problem> {
-    let (version, settings) = settings(app);
-    memory::remember(&app.ledger, wanted, &app.station.status().camera_settings).await?;
-    let kept = memory::KeptSettings::all(&app.station.status().camera_settings);
-    let body = CameraConfigured { act: act(app, headers, peer.as_ref()), settings: kept };
-    app.ledger.commit(vec![event("camera", Event::CameraConfigured(body))]).await?;
-    Ok(Versioned(version, Json(settings)))
+    use_cases::auto_expose(&app, &by).await?;
+    Ok(get_camera_settings(State(app)).await)
 }
 
 /// One picture as the camera is set now.
@@ -158,31 +134,10 @@ async fn get_stage(State(app): State<App>) -> Json<StageDto> {
     Json((&*app.station.status()).into())
 }
 
-async fn motion(
-    app: &App,
-    headers: &HeaderMap,
-    peer: Option<Extension<Peer>>,
-    command: Manual,
-) -> Result<Reply, Problem> {
-    admit(app, headers, Ask::Command)?;
-    let (told, jog) = (motion_event(&command), matches!(command, Manual::Jog { .. }));
-    let accepted = app.station.manual(command).await?;
-    // A jog is repeated many times a second: its beginning is what happened.
-    if accepted.is_some() || !jog {
-        let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
-        let body = Motion { act: act(app, headers, peer.as_ref()), target_mm, speed_mm_s };
-        app.ledger.commit(vec![event("stage", told(body))]).await?;
-    }
+async fn motion(app: &App, by: &Principal, command: Manual) -> Result<Reply, Problem> {
+    let accepted = use_cases::move_stage(app, by, command).await?;
     let (target_mm, speed_mm_s) = (accepted.map(|to| to.target_mm), accepted.map(|to| to.speed_mm_s));
     Ok(Reply::done(None, &MotionDto { target_mm, speed_mm_s }))
-}
-
-fn motion_event(command: &Manual) -> fn(Motion) -> Event {
-    match command {
-        Manual::Home => Event::StageHomed,
-        Manual::Jog { .. } => Event::StageJogged,
-        _ => Event::StageMoved,
-    }
 }
 
 /// Looks for the stage's zero; goes on after the answer.
@@ -191,12 +146,8 @@ fn motion_event(command: &Manual) -> fn(Motion) -> Event {
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 200, body = MotionDto))
 )]
-async fn home_stage(
-    State(app): State<App>,
-    peer: Option<Extension<Peer>>,
-    headers: HeaderMap,
-) -> Result<Reply, Problem> {
-    let home = motion(&app, &headers, peer, Manual::Home);
+async fn home_stage(State(app): State<App>, By(by): By, headers: HeaderMap) -> Result<Reply, Problem> {
+    let home = motion(&app, &by, Manual::Home);
     at_most_once(&app, &headers, "POST devices/stage/home", &hash_hex(&[]), home).await
 }
 
@@ -208,12 +159,12 @@ async fn home_stage(
 )]
 async fn move_stage(
     State(app): State<App>,
-    peer: Option<Extension<Peer>>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<MoveDto>,
 ) -> Result<Reply, Problem> {
     let MoveDto { target_mm, speed_mm_s } = body.value;
-    let go = motion(&app, &headers, peer, Manual::Move { target_mm, speed_mm_s });
+    let go = motion(&app, &by, Manual::Move { target_mm, speed_mm_s });
     at_most_once(&app, &headers, "POST devices/stage/move", &body.sha256, go).await
 }
 
@@ -223,13 +174,8 @@ async fn move_stage(
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 200, body = MotionDto))
 )]
-async fn jog_stage(
-    State(app): State<App>,
-    peer: Option<Extension<Peer>>,
-    headers: HeaderMap,
-    body: ApiJson<JogDto>,
-) -> Result<Reply, Problem> {
-    motion(&app, &headers, peer, Manual::Jog { velocity_mm_s: body.value.velocity_mm_s }).await
+async fn jog_stage(State(app): State<App>, By(by): By, body: ApiJson<JogDto>) -> Result<Reply, Problem> {
+    motion(&app, &by, Manual::Jog { velocity_mm_s: body.value.velocity_mm_s }).await
 }
 
 /// The laser.
@@ -246,20 +192,11 @@ async fn get_laser(State(app): State<App>) -> Json<LaserDto> {
 )]
 async fn set_laser(
     State(app): State<App>,
-    peer: Option<Extension<Peer>>,
-    headers: HeaderMap,
+    By(by): By,
     body: ApiJson<SetLaserDto>,
 ) -> Result<Json<LaserDto>, Problem> {
     let power = body.value.power;
     check_laser_power(power, "/power")?;
-    // To turn it off is refused to nobody in control, whatever the state.
-    if power > 0.0 {
-        admit(&app, &headers, Ask::Command)?;
-    } else {
-        authorize(&app.control, &headers)?;
-    }
-    app.station.manual(Manual::Laser { power }).await?;
-    let body = LaserSwitched { act: act(&app, &headers, peer.as_ref()), power };
-    app.ledger.commit(vec![event("laser", Event::LaserSwitched(body))]).await?;
+    use_cases::switch_laser(&app, &by, power).await?;
     Ok(Json((&*app.station.status()).into()))
 }

@@ -3,19 +3,18 @@
 use crate::Http;
 use axum::Json;
 use axum::extract::State;
-use axum::http::HeaderMap;
 use serde::Deserialize;
 use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::Problem;
-use crate::rest::control::{actor, admit};
+use crate::rest::control::By;
 use crate::rest::extract::{ApiPath, ApiQuery};
 use crate::wire::jobs::{JobDto, JobStateDto};
 use crate::wire::paging::{ListDto, page};
 use app::App;
-use app::control::Ask;
+use app::use_cases;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -72,10 +71,7 @@ async fn get_job(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result
 async fn cancel_job(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
-    headers: HeaderMap,
+    By(by): By,
 ) -> Result<Json<JobDto>, Problem> {
-    if app.jobs.is_station_job(&id) {
-        admit(&app, &headers, Ask::CancelJob)?;
-    }
-    Ok(Json(app.jobs.cancel(&id, &actor(&app.control, &headers)).await?.into()))
+    Ok(Json(use_cases::cancel_job(&app, &by, &id).await?.into()))
 }

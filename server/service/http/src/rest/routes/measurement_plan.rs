@@ -1,7 +1,6 @@
 //! What is scanned and measured when somebody presses Start.
 
 use crate::Http;
-use app::events::{Event, PlanChanged, event};
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
@@ -9,13 +8,14 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::Problem;
-use crate::rest::control::actor;
+use crate::rest::control::By;
 use crate::rest::etag::{Versioned, check};
 use crate::rest::extract::ApiJson;
 use crate::wire::measurement_plan::MeasurementPlanDto;
 use app::App;
 use app::labels::label;
 use app::measurements::plan::KeptPlan;
+use app::use_cases::change_measurement_plan;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -43,6 +43,7 @@ async fn get_measurement_plan(State(app): State<App>) -> Result<Versioned<Json<M
 )]
 async fn put_measurement_plan(
     State(app): State<App>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<MeasurementPlanDto>,
 ) -> Result<Versioned<Json<MeasurementPlanDto>>, Problem> {
@@ -54,12 +55,6 @@ async fn put_measurement_plan(
     let may = |version: Option<u64>| {
         check(&headers, &version.map_or_else(|| "damaged".to_owned(), |version| version.to_string()))
     };
-    let kept = app.measurement_plans.put(body.value.into(), may).await?;
-    let body = PlanChanged { version: kept.version, actor: actor(&app.control, &headers) };
-    let told = event("", Event::MeasurementPlanChanged(body));
-    // The plan is kept already; who follows events reads it again at the next one.
-    if let Err(error) = app.ledger.commit(vec![told]).await {
-        tracing::warn!(%error, "a change of the measurement plan is not in the log");
-    }
+    let kept = change_measurement_plan(&app, &by, body.value.into(), may).await?;
     Ok(versioned(kept))
 }

@@ -5,23 +5,22 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use metrology::{PartVerdict, Tool};
-use store::MeasurementFilter;
+use store::{MeasurementFilter, MeasurementRecord};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::Problem;
 use crate::rest::answers::Reply;
-use crate::rest::conversions::{blocking, label};
+use crate::rest::control::By;
+use crate::rest::conversions::label;
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, begin};
 use crate::wire::measurements::{MeasureDto, MeasurementDto, MeasurementsQuery, VerdictDto};
 use crate::wire::paging::{ListDto, PageQuery, page, path_with};
 use crate::wire::scans::scan_href;
 use app::App;
-use app::calibrations::stored::stored_document;
 use app::measurements::MeasureInput;
-use app::measurements::{changes, measurement};
-use app::stored_scan::stored_cloud;
+use app::use_cases;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -47,7 +46,7 @@ async fn list_all_measurements(
     let filter =
         MeasurementFilter { scan_id: None, tool: tool.map(str::to_owned), verdicts: words_of(query.verdict) };
     let listed = app.ledger.read().measurements(&filter, &page).await?;
-    Ok(Json(ListDto::new(&path, &page, listed, MeasurementDto::from)))
+    Ok(Json(ListDto::whole_of(&path, &page, listed, MeasurementDto::try_from)))
 }
 
 /// A verdict's word, and the one that records of earlier versions have.
@@ -73,7 +72,7 @@ async fn list_measurements(
     let path = format!("/api/v1/scans/{id}/measurements");
     let filter = MeasurementFilter { scan_id: Some(id), ..MeasurementFilter::default() };
     let listed = app.ledger.read().measurements(&filter, &page).await?;
-    Ok(Json(ListDto::new(&path, &page, listed, MeasurementDto::from)))
+    Ok(Json(ListDto::whole_of(&path, &page, listed, MeasurementDto::try_from)))
 }
 
 /// A measurement.
@@ -90,7 +89,7 @@ async fn get_measurement(
     if record.scan_id != id {
         return Err(store::StoreError::NotFound { kind: "measurement", id: measurement_id }.into());
     }
-    Ok(Json(record.into()))
+    Ok(Json(record.try_into()?))
 }
 
 /// Measures on a scan; answers when it is done, which takes up to some seconds. What was to be judged and cannot be
@@ -103,6 +102,7 @@ async fn get_measurement(
 async fn measure(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<MeasureDto>,
 ) -> Result<Reply, Problem> {
@@ -114,16 +114,11 @@ async fn measure(
     if let Some(name) = &body.value.name {
         label(name, "/name")?;
     }
+    let made = |record: &MeasurementRecord| {
+        let href = format!("{}/measurements/{}", scan_href(&id), record.id);
+        Ok::<_, Problem>(Reply::created(href, &MeasurementDto::try_from(record.clone())?))
+    };
     let input = MeasureInput::from(body.value);
-    input.request()?;
-    let scan = app.ledger.read().scan(&id).await?;
-    let document = stored_document(&app.ledger, &*app.artifacts, Some(&scan.calibration_id)).await?;
-    let cloud = stored_cloud(&*app.artifacts, &scan).await?;
-    let record = blocking(move || measurement(&scan, &cloud, &document.calibration(), &input)).await??;
-    let href = format!("{}/measurements/{}", scan_href(&id), record.id);
-    let mut all = changes(&record);
-    let reply = Reply::created(href, &MeasurementDto::from(record));
-    all.extend(once.changes(&reply));
-    app.ledger.commit(all).await?;
-    Ok(reply)
+    let and = |record: &MeasurementRecord| Ok::<_, Problem>(once.changes(&made(record)?));
+    made(&use_cases::measure(&app, &by, &id, input, and).await?)
 }

@@ -1,23 +1,24 @@
 //! Scans: start, look, download, compute again, forget.
 
 use crate::Http;
-use app::events::{Event, NoBody, event};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::Response;
 use metrology::PartVerdict;
-use store::{Change, ScanFilter, ScanState};
+use store::{ScanFilter, ScanState};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, artifact, bytes};
+use crate::rest::control::By;
 use crate::rest::conversions::{accept_job, blocking, label};
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::wire::jobs::JobDto;
 use crate::wire::measurements::VerdictDto;
 use crate::wire::paging::{ListDto, page, path_with};
+use crate::wire::scan_runs::{ScanPlanDto, ScanPurposeDto};
 use crate::wire::scans::{
     CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, ScanStateDto, ScansQuery, StartExportDto,
     StartScanDto, StartVerificationDto,
@@ -25,11 +26,12 @@ use crate::wire::scans::{
 use app::App;
 use app::calibrations::stored::stored_document;
 use app::jobs::export::{ExportFormat, bytes_to_artifact};
-use app::jobs::plan::{Pace, ScanPlan, mode_of, plan};
+use app::jobs::plan::{Pace, mode_of, plan};
 use app::jobs::{JobInput, RecomputeInput, ScanInput};
 use app::measurements::ScanPurpose;
 use app::measurements::parts::{PartFilter, part, parts};
 use app::points_page::points_page;
+use app::use_cases;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -57,10 +59,7 @@ async fn list_scans(
 ) -> Result<Json<ListDto<ScanDto>>, Problem> {
     let page = page(query.before, query.limit)?;
     let state = query.state.map(ScanStateDto::word);
-    let purpose = query.purpose.map(|purpose| match purpose {
-        ScanPurpose::Production => "production",
-        ScanPurpose::Verification => "verification",
-    });
+    let purpose = query.purpose.map(ScanPurposeDto::word);
     let asked = [
         ("state", state),
         ("calibration_id", query.calibration_id.as_deref()),
@@ -70,11 +69,11 @@ async fn list_scans(
     let path = path_with("/api/v1/scans", &asked);
     let filter = PartFilter {
         scan: ScanFilter { state: query.state.map(ScanState::from), calibration_id: query.calibration_id },
-        purpose: query.purpose,
+        purpose: query.purpose.map(ScanPurpose::from),
         verdict: query.verdict.map(PartVerdict::from),
     };
     let listed = parts(&app.ledger, &filter, &page).await?;
-    Ok(Json(ListDto::new(&path, &page, listed, ScanDto::from)))
+    Ok(Json(ListDto::whole_of(&path, &page, listed, ScanDto::try_from)))
 }
 
 /// Starts a scan from the station or from a capture.
@@ -84,6 +83,7 @@ async fn list_scans(
 )]
 async fn start_scan(
     State(app): State<App>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<StartScanDto>,
 ) -> Result<Reply, Problem> {
@@ -95,21 +95,21 @@ async fn start_scan(
             label(name, &format!("/measure/{idx}/name"))?;
         }
     }
-    accept_job(&app, &headers, "POST scans", &body.sha256, JobInput::Scan(body.value.into())).await
+    accept_job(&app, &by, &headers, "POST scans", &body.sha256, JobInput::Scan(body.value.into())).await
 }
 
 /// Says what a scan from the station will be, before anything moves: rows, duration, density, σ, depths, disk.
 #[utoipa::path(
     post, path = "/scans/plan", tag = "scans", request_body = StartScanDto,
-    responses((status = 200, body = ScanPlan))
+    responses((status = 200, body = ScanPlanDto))
 )]
-async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Result<Json<ScanPlan>, Problem> {
+async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Result<Json<ScanPlanDto>, Problem> {
     let input = ScanInput::from(body.value);
     let document = stored_document(&app.ledger, &*app.artifacts, input.calibration_id.as_deref()).await?;
     let status = app.station.status();
     let pace = Pace::learned(&app.ledger, mode_of(&input)).await;
     let planned = blocking(move || plan(&input, &document.calibration(), &status, &pace)).await??;
-    Ok(Json(planned))
+    Ok(Json(planned.into()))
 }
 
 /// Starts the scan of a known part and its comparison with its nominal.
@@ -119,11 +119,12 @@ async fn plan_scan(State(app): State<App>, body: ApiJson<StartScanDto>) -> Resul
 )]
 async fn start_verification(
     State(app): State<App>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<StartVerificationDto>,
 ) -> Result<Reply, Problem> {
     let input = JobInput::Verification(body.value.into());
-    accept_job(&app, &headers, "POST verifications", &body.sha256, input).await
+    accept_job(&app, &by, &headers, "POST verifications", &body.sha256, input).await
 }
 
 /// A scan.
@@ -134,7 +135,7 @@ async fn start_verification(
 async fn get_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<ScanDto>, Problem> {
     let scan = app.ledger.read().scan(&id).await?;
     let (part, _) = part(&app.ledger, scan).await?;
-    Ok(Json(part.into()))
+    Ok(Json(part.try_into()?))
 }
 
 /// Forgets a scan and its measurements.
@@ -142,9 +143,12 @@ async fn get_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Resul
     delete, path = "/scans/{id}", tag = "scans", params(("id" = String, Path)),
     responses((status = 204, description = "Forgotten"))
 )]
-async fn delete_scan(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<StatusCode, Problem> {
-    let gone = event(&id, Event::ScanDeleted(NoBody {}));
-    app.ledger.commit(vec![Change::DeleteScan(id), gone]).await?;
+async fn delete_scan(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+) -> Result<StatusCode, Problem> {
+    use_cases::delete_scan(&app, &by, id).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -226,6 +230,7 @@ async fn get_points(
 async fn recompute_scan(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<RecomputeDto>,
 ) -> Result<Reply, Problem> {
@@ -233,7 +238,7 @@ async fn recompute_scan(
     let route = format!("POST scans/{id}/recompute");
     let calibration_id = body.value.calibration_id;
     let input = JobInput::Recomputation(RecomputeInput { scan_id: id, calibration_id });
-    accept_job(&app, &headers, &route, &body.sha256, input).await
+    accept_job(&app, &by, &headers, &route, &body.sha256, input).await
 }
 
 /// Writes a scan in another format, as a job.
@@ -245,13 +250,14 @@ async fn recompute_scan(
 async fn export_scan(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<StartExportDto>,
 ) -> Result<Reply, Problem> {
     app.ledger.read().scan(&id).await?;
     let route = format!("POST scans/{id}/exports");
     let input = JobInput::Export(body.value.input(id));
-    accept_job(&app, &headers, &route, &body.sha256, input).await
+    accept_job(&app, &by, &headers, &route, &body.sha256, input).await
 }
 
 /// What an export wrote, by its file name: `cloud.csv`, `mesh.stl`.

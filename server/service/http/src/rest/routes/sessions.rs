@@ -1,29 +1,30 @@
 //! Calibration sessions: a calibration picture by picture.
 
 use crate::Http;
-use app::jobs::calibrate::{SolveSession, solve_input};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse as _, Response};
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::{Reply, artifact, header_text};
-use crate::rest::control::admit;
-use crate::rest::conversions::{accept_job, label};
+use crate::rest::control::By;
+use crate::rest::conversions::{accepted, label};
 use crate::rest::etag::Versioned;
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, at_most_once, begin};
 use crate::wire::jobs::JobDto;
 use crate::wire::paging::{ListDto, PageQuery};
+use crate::wire::session_bodies::LookDto;
+use crate::wire::sessions::{
+    NewSessionDto, SessionDefaultsDto, SessionDto, SolveSessionDto, TakeStageViewDto, VirtualBoardDto,
+};
 use app::App;
-use app::control::Ask;
 use app::hash_hex;
-use app::sessions::{Look, NewSession, Session, SessionDefaults, VirtualBoard};
+use app::sessions::Session;
+use app::use_cases;
 
 /// The routes.
 pub fn routes() -> OpenApiRouter<Http> {
@@ -41,25 +42,16 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(place_board))
 }
 
-/// Where the stage shall be for the picture.
-#[derive(Debug, Deserialize, Serialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-struct TakeStageViewDto {
-    /// Position.
-    #[schema(example = 5.0)]
-    position_mm: f64,
-}
-
 fn session_href(id: &str) -> String {
     format!("/api/v1/calibration-sessions/{id}")
 }
 
-fn versioned(session: Session) -> Versioned<Json<Session>> {
-    Versioned(session.version.to_string(), Json(session.told()))
+fn versioned(session: Session) -> Versioned<Json<SessionDto>> {
+    Versioned(session.version.to_string(), Json(session.into()))
 }
 
 fn changed(session: Session) -> Reply {
-    Reply::done(Some(session.version.to_string()), &session.told())
+    Reply::done(Some(session.version.to_string()), &SessionDto::from(session))
 }
 
 /// The version that `If-Match` names, if it names one: a number in quotes.
@@ -77,26 +69,27 @@ fn expected(headers: &HeaderMap) -> Result<Option<i64>, Problem> {
 /// Sessions, newest first.
 #[utoipa::path(
     get, path = "/calibration-sessions", tag = "calibration sessions", params(PageQuery),
-    responses((status = 200, body = ListDto<Session>))
+    responses((status = 200, body = ListDto<SessionDto>))
 )]
 async fn list_sessions(
     State(app): State<App>,
     ApiQuery(query): ApiQuery<PageQuery>,
-) -> Result<Json<ListDto<Session>>, Problem> {
+) -> Result<Json<ListDto<SessionDto>>, Problem> {
     let page = query.page()?;
     let sessions = app.sessions.list(&page).await?;
-    Ok(Json(ListDto::new("/api/v1/calibration-sessions", &page, sessions, Session::told)))
+    Ok(Json(ListDto::new("/api/v1/calibration-sessions", &page, sessions, SessionDto::from)))
 }
 
 /// Begins a session; it is kept on the server and goes on in any browser.
 #[utoipa::path(
-    post, path = "/calibration-sessions", tag = "calibration sessions", request_body = NewSession,
-    responses((status = 201, body = Session))
+    post, path = "/calibration-sessions", tag = "calibration sessions", request_body = NewSessionDto,
+    responses((status = 201, body = SessionDto))
 )]
 async fn begin_session(
     State(app): State<App>,
+    By(by): By,
     headers: HeaderMap,
-    body: ApiJson<NewSession>,
+    body: ApiJson<NewSessionDto>,
 ) -> Result<Reply, Problem> {
     if let Some(name) = &body.value.name {
         label(name, "/name")?;
@@ -105,29 +98,30 @@ async fn begin_session(
         Begun::Answered(reply) => return Ok(reply),
         Begun::Fresh(once) => once,
     };
-    let made = |session: &Session| Reply::created(session_href(&session.id), &session.clone().told());
-    let session = app.sessions.create_with(body.value, |session| once.changes(&made(session))).await?;
+    let made = |session: &Session| Reply::created(session_href(&session.id), &SessionDto::from(session.clone()));
+    let session =
+        use_cases::begin_session(&app, &by, body.value.into(), |session| once.changes(&made(session))).await?;
     Ok(made(&session))
 }
 
 /// What a new session has where nothing else is said: the configured board and projector.
 #[utoipa::path(
     get, path = "/calibration-sessions/defaults", tag = "calibration sessions",
-    responses((status = 200, body = SessionDefaults))
+    responses((status = 200, body = SessionDefaultsDto))
 )]
-async fn get_session_defaults(State(app): State<App>) -> Json<SessionDefaults> {
-    Json(app.sessions.defaults())
+async fn get_session_defaults(State(app): State<App>) -> Json<SessionDefaultsDto> {
+    Json(app.sessions.defaults().into())
 }
 
 /// A session with everything that was found so far.
 #[utoipa::path(
     get, path = "/calibration-sessions/{id}", tag = "calibration sessions", params(("id" = String, Path)),
-    responses((status = 200, body = Session, headers(("ETag" = String, description = "Its version"))))
+    responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn get_session(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
-) -> Result<Versioned<Json<Session>>, Problem> {
+) -> Result<Versioned<Json<SessionDto>>, Problem> {
     Ok(versioned(app.sessions.get(&id).await?))
 }
 
@@ -136,8 +130,12 @@ async fn get_session(
     delete, path = "/calibration-sessions/{id}", tag = "calibration sessions", params(("id" = String, Path)),
     responses((status = 204, description = "Forgotten"))
 )]
-async fn delete_session(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<StatusCode, Problem> {
-    app.sessions.delete(&id).await?;
+async fn delete_session(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+) -> Result<StatusCode, Problem> {
+    use_cases::delete_session(&app, &by, &id).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -146,10 +144,10 @@ async fn delete_session(State(app): State<App>, ApiPath(id): ApiPath<String>) ->
 /// Takes the newest frame of a running live view; without one the camera exposes once as it is set.
 #[utoipa::path(
     post, path = "/calibration-sessions/{id}/look", tag = "calibration sessions", params(("id" = String, Path)),
-    responses((status = 200, body = Look))
+    responses((status = 200, body = LookDto))
 )]
-async fn look_at_board(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<Look>, Problem> {
-    Ok(Json(app.sessions.look(&id).await?))
+async fn look_at_board(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<LookDto>, Problem> {
+    Ok(Json(app.sessions.look(&id).await?.into()))
 }
 
 /// Takes the board as it is held now, by ordinary and by laser light, and says at once what the pictures show.
@@ -159,18 +157,17 @@ async fn look_at_board(State(app): State<App>, ApiPath(id): ApiPath<String>) -> 
         ("Sheaf-Control" = String, Header, description = "Id of the control lease"),
         ("If-Match" = Option<String>, Header, description = "ETag of the session")
     ),
-    responses((status = 200, body = Session, headers(("ETag" = String, description = "Its version"))))
+    responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn take_pose(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    By(by): By,
     headers: HeaderMap,
 ) -> Result<Reply, Problem> {
     let route = format!("POST calibration-sessions/{id}/poses");
     at_most_once(&app, &headers, &route, &hash_hex(&[]), async {
-        app.sessions.get(&id).await?;
-        admit(&app, &headers, Ask::Photograph)?;
-        Ok(changed(app.sessions.add_pose(&id, expected(&headers)?).await?))
+        Ok(changed(use_cases::take_pose(&app, &by, &id, expected(&headers)?).await?))
     })
     .await
 }
@@ -182,14 +179,15 @@ async fn take_pose(
         ("id" = String, Path), ("pose_id" = String, Path),
         ("If-Match" = Option<String>, Header, description = "ETag of the session")
     ),
-    responses((status = 200, body = Session, headers(("ETag" = String, description = "Its version"))))
+    responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn delete_pose(
     State(app): State<App>,
     ApiPath((id, pose_id)): ApiPath<(String, String)>,
+    By(by): By,
     headers: HeaderMap,
-) -> Result<Versioned<Json<Session>>, Problem> {
-    Ok(versioned(app.sessions.delete_pose(&id, &pose_id, expected(&headers)?).await?))
+) -> Result<Versioned<Json<SessionDto>>, Problem> {
+    Ok(versioned(use_cases::delete_pose(&app, &by, (&id, &pose_id), expected(&headers)?).await?))
 }
 
 /// Moves the stage to a position and takes the board that lies on it.
@@ -201,20 +199,20 @@ async fn delete_pose(
         ("Sheaf-Control" = String, Header, description = "Id of the control lease"),
         ("If-Match" = Option<String>, Header, description = "ETag of the session")
     ),
-    responses((status = 200, body = Session, headers(("ETag" = String, description = "Its version"))))
+    responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn take_stage_view(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    By(by): By,
     headers: HeaderMap,
     body: ApiJson<TakeStageViewDto>,
 ) -> Result<Reply, Problem> {
     let route = format!("POST calibration-sessions/{id}/stage-views");
     at_most_once(&app, &headers, &route, &body.sha256, async {
-        app.sessions.get(&id).await?;
-        admit(&app, &headers, Ask::Photograph)?;
         let expected = expected(&headers)?;
-        Ok(changed(app.sessions.add_stage_view(&id, body.value.position_mm, expected).await?))
+        let position_mm = body.value.position_mm;
+        Ok(changed(use_cases::take_stage_view(&app, &by, &id, position_mm, expected).await?))
     })
     .await
 }
@@ -226,14 +224,15 @@ async fn take_stage_view(
         ("id" = String, Path), ("view_id" = String, Path),
         ("If-Match" = Option<String>, Header, description = "ETag of the session")
     ),
-    responses((status = 200, body = Session, headers(("ETag" = String, description = "Its version"))))
+    responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
 )]
 async fn delete_stage_view(
     State(app): State<App>,
     ApiPath((id, view_id)): ApiPath<(String, String)>,
+    By(by): By,
     headers: HeaderMap,
-) -> Result<Versioned<Json<Session>>, Problem> {
-    Ok(versioned(app.sessions.delete_stage_view(&id, &view_id, expected(&headers)?).await?))
+) -> Result<Versioned<Json<SessionDto>>, Problem> {
+    Ok(versioned(use_cases::delete_stage_view(&app, &by, (&id, &view_id), expected(&headers)?).await?))
 }
 
 /// A picture of a session, by the artifact it names.
@@ -265,30 +264,32 @@ async fn get_session_picture(
 /// Starts the calibration from the session's readable pictures.
 #[utoipa::path(
     post, path = "/calibration-sessions/{id}/solve", tag = "calibration sessions", params(("id" = String, Path)),
-    request_body = SolveSession,
+    request_body = SolveSessionDto,
     responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
 )]
 async fn solve_session(
     State(app): State<App>,
     ApiPath(id): ApiPath<String>,
+    By(by): By,
     headers: HeaderMap,
-    body: ApiJson<SolveSession>,
+    body: ApiJson<SolveSessionDto>,
 ) -> Result<Reply, Problem> {
-    let input = solve_input(&app.sessions, &id, body.value).await?;
     let route = format!("POST calibration-sessions/{id}/solve");
-    let reply = accept_job(&app, &headers, &route, &body.sha256, input).await?;
-    if let Some(job_id) = reply.body["id"].as_str() {
-        app.sessions.note_job(&id, job_id).await?;
-    }
-    Ok(reply)
+    let once = match begin(&app, &headers, &route, &body.sha256).await? {
+        Begun::Answered(reply) => return Ok(reply),
+        Begun::Fresh(once) => once,
+    };
+    let how = body.value.into();
+    let record = use_cases::solve_session(&app, &by, &id, how, |record| once.changes(&accepted(record))).await?;
+    Ok(accepted(&record))
 }
 
 /// Where the virtual operator of a simulated station holds the board.
 #[utoipa::path(
-    put, path = "/simulation/board", tag = "simulation", request_body = VirtualBoard,
+    put, path = "/simulation/board", tag = "simulation", request_body = VirtualBoardDto,
     responses((status = 204, description = "It is there"))
 )]
-async fn place_board(State(app): State<App>, body: ApiJson<VirtualBoard>) -> Result<StatusCode, Problem> {
-    app.sessions.place_virtual_board(body.value)?;
+async fn place_board(State(app): State<App>, body: ApiJson<VirtualBoardDto>) -> Result<StatusCode, Problem> {
+    app.sessions.place_virtual_board(body.value.into())?;
     Ok(StatusCode::NO_CONTENT)
 }

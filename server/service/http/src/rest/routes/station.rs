@@ -1,8 +1,6 @@
 //! The station: state, Stop, reset, live view.
 
 use crate::Http;
-use app::events::{Event, LiveView, event};
-use std::net::IpAddr;
 use std::time::{Duration, Instant};
 
 use axum::body::Body;
@@ -13,16 +11,17 @@ use station::LiveRequest;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use crate::edge::{Peer, source};
+use crate::edge::Peer;
 use crate::limits::JSON_BODY_LIMIT_BYTES;
 use crate::problem::Problem;
-use crate::rest::control::{act, actor, admit, authorize};
+use crate::rest::control::{By, NAMELESS, principal};
 use crate::rest::conversions::check_laser_power;
 use crate::rest::extract::ApiJson;
 use crate::wire::control::ControlDto;
 use crate::wire::station::{SetLiveDto, StationDto, StoppedDto};
 use app::App;
-use app::control::{Ask, reset, stop};
+use app::principal::Principal;
+use app::use_cases::{self, reset, stop};
 
 /// Longest time Stop's answer waits for a body it does not need.
 const STOP_BODY_TIMEOUT: Duration = Duration::from_millis(100);
@@ -58,19 +57,18 @@ async fn stop_station(
     headers: HeaderMap,
     body: Body,
 ) -> Json<StoppedDto> {
-    let source = source(peer.as_ref());
-    let actor = stopped_by(&app, &headers, peer.map(|peer| peer.0.0.ip()));
-    let outcome = stop(&app, &actor, &source).await;
+    let outcome = stop(&app, &stopped_by(&app, &headers, peer.as_deref())).await;
     // Bytes that nobody reads would break the connection under the client's next request. They are awaited only now.
     let _ = tokio::time::timeout(STOP_BODY_TIMEOUT, axum::body::to_bytes(body, JSON_BODY_LIMIT_BYTES)).await;
     Json(StoppedDto::new(outcome, app.station.status().state))
 }
 
-/// Who stopped: the holder of the lease that came along, else the address.
-fn stopped_by(app: &App, headers: &HeaderMap, ip: Option<IpAddr>) -> String {
-    match (actor(&app.control, headers), ip) {
-        (actor, Some(ip)) if actor == "rest" => format!("rest {ip}"),
-        (actor, _) => actor,
+/// Who stopped: the holder of the lease that came along or the name that did, else the address.
+fn stopped_by(app: &App, headers: &HeaderMap, peer: Option<&Peer>) -> Principal {
+    let by = principal(&app.control, headers, peer);
+    match peer {
+        Some(_) if by.actor == NAMELESS => Principal { actor: format!("{NAMELESS} {}", by.source), ..by },
+        _ => by,
     }
 }
 
@@ -80,13 +78,8 @@ fn stopped_by(app: &App, headers: &HeaderMap, ip: Option<IpAddr>) -> String {
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
     responses((status = 200, body = StationDto))
 )]
-async fn reset_station(
-    State(app): State<App>,
-    peer: Option<Extension<Peer>>,
-    headers: HeaderMap,
-) -> Result<Json<StationDto>, Problem> {
-    admit(&app, &headers, Ask::Reset)?;
-    reset(&app, &actor(&app.control, &headers), &source(peer.as_ref())).await?;
+async fn reset_station(State(app): State<App>, By(by): By) -> Result<Json<StationDto>, Problem> {
+    reset(&app, &by).await?;
     Ok(Json(station(&app)))
 }
 
@@ -101,21 +94,11 @@ async fn reset_station(
 )]
 async fn set_live_view(
     State(app): State<App>,
-    peer: Option<Extension<Peer>>,
-    headers: HeaderMap,
+    By(by): By,
     body: ApiJson<SetLiveDto>,
 ) -> Result<Json<StationDto>, Problem> {
     let SetLiveDto { running, laser_power } = body.value;
     check_laser_power(laser_power, "/laser_power")?;
-    // To end a view moves and shines nothing.
-    if running {
-        admit(&app, &headers, Ask::Command)?;
-    } else {
-        authorize(&app.control, &headers)?;
-    }
-    app.station.live(LiveRequest { running, laser_power }).await?;
-    let body = LiveView { act: act(&app, &headers, peer.as_ref()), laser_power };
-    let told = if running { Event::LiveStarted(body) } else { Event::LiveEnded(body) };
-    app.ledger.commit(vec![event("station", told)]).await?;
+    use_cases::set_live_view(&app, &by, LiveRequest { running, laser_power }).await?;
     Ok(Json(station(&app)))
 }

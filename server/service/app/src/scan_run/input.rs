@@ -1,9 +1,34 @@
-//! What is asked to be measured, and what a scan is made for, as stored.
+//! Where a scan's frames come from, how the stage moves, what is measured on it, what it is made for; as stored.
 
 use serde::{Deserialize, Serialize};
 
+/// Where a scan's frames come from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum ScanSource {
+    /// The station itself.
+    Station,
+    /// A scan of a capture.
+    Capture {
+        /// Which capture.
+        capture_id: String,
+        /// Which of its scans; `None`: the only one.
+        scan: Option<String>,
+    },
+}
+
+/// How the stage moves during a scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ScanMode {
+    /// Stands still for every frame.
+    StopAndGo,
+    /// Moves at constant speed.
+    Continuous,
+}
+
 /// What a scan is made for.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ScanPurpose {
     /// A part is inspected.

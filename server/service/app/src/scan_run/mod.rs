@@ -1,0 +1,13 @@
+//! How a scan is made: where its frames come from, how the station takes them, what is measured on it; and the form of
+//! it that the record of a scan keeps.
+
+mod input;
+mod plan;
+mod stored;
+
+pub use input::{MeasureInput, ScanMode, ScanPurpose, ScanSource};
+pub use plan::ScanPlan;
+pub use stored::ScanRun;
+
+#[cfg(test)]
+pub(crate) use stored::tests::stored_by_the_station;

@@ -1,0 +1,71 @@
+//! Control of the station, Stop and reset.
+
+use std::time::Instant;
+
+use crate::App;
+use crate::control::{self, Ask, StopOutcome, admit};
+use crate::error::AppError;
+use crate::events::{Act, Event, TakenOver, event};
+use crate::labels::label;
+use crate::lease::Lease;
+use crate::principal::Principal;
+
+/// Who shall be in control.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TakeControl {
+    /// Their name.
+    pub holder: String,
+    /// Also from somebody who is in control.
+    pub take_over: bool,
+}
+
+/// Takes control for five seconds.
+///
+/// # Errors
+/// `control-required` while somebody else is in control and it is not taken over; a holder that is no name.
+pub async fn take_control(app: &App, by: &Principal, input: TakeControl) -> Result<Lease, AppError> {
+    let TakeControl { holder, take_over } = input;
+    label(&holder, "/holder")?;
+    let taken = app.control.take(&holder, take_over, Instant::now())?;
+    let act = Act { actor: holder.clone(), ..by.act() };
+    let told = match taken.from {
+        Some(from) => Event::ControlTakenOver(TakenOver { act, from, to: holder.clone() }),
+        None => Event::ControlTaken(act),
+    };
+    app.ledger.commit(vec![event(&holder, told)]).await?;
+    Ok(taken.lease)
+}
+
+/// Keeps control for five more seconds.
+///
+/// # Errors
+/// `control-required` or `control-expired` for who does not have it.
+pub fn renew_control(app: &App, by: &Principal) -> Result<Lease, AppError> {
+    app.control.renew(by.control_id.as_deref(), Instant::now())
+}
+
+/// Gives control back; giving back what one does not have is no error.
+///
+/// # Errors
+/// If the log cannot be written.
+pub async fn give_control_back(app: &App, by: &Principal) -> Result<(), AppError> {
+    if let Some(lease) = app.control.give_back(by.control_id.as_deref()) {
+        let act = Act { actor: lease.holder.clone(), ..by.act() };
+        app.ledger.commit(vec![event(&lease.holder, Event::ControlGivenBack(act))]).await?;
+    }
+    Ok(())
+}
+
+/// Stops the station for anybody at any time; see [`control::stop`].
+pub fn stop(app: &App, by: &Principal) -> impl Future<Output = StopOutcome> + Send + use<> {
+    control::stop(app, by)
+}
+
+/// Resets the station; nothing moves or shines by it.
+///
+/// # Errors
+/// Why it may not be, or a device that is not reached.
+pub async fn reset(app: &App, by: &Principal) -> Result<(), AppError> {
+    admit(app, by, Ask::Reset)?;
+    control::reset(app, by).await
+}

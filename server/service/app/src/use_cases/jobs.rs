@@ -1,0 +1,39 @@
+//! What takes seconds: accepted, and ended before its time.
+
+use store::{Change, JobRecord};
+
+use crate::App;
+use crate::control::{Ask, admit};
+use crate::error::AppError;
+use crate::jobs::{JobInput, JobView};
+use crate::lease::Authority;
+use crate::principal::Principal;
+
+/// Accepts a job durably, together with what `and` returns or not at all.
+///
+/// # Errors
+/// Who may not use the station, an input that cannot work, a full queue or disk.
+pub async fn start_job(
+    app: &App,
+    by: &Principal,
+    input: JobInput,
+    and: impl FnOnce(&JobRecord) -> Vec<Change>,
+) -> Result<JobRecord, AppError> {
+    let authority = match input.needs_station() {
+        true => admit(app, by, Ask::StartJob)?,
+        // A computation needs nobody's word.
+        false => Authority { holder: None, epoch: app.station.stop_epoch() },
+    };
+    app.jobs.submit_with(input, &by.actor, authority, and).await
+}
+
+/// Asks a job to end. While somebody is in control, a job that needs the station is ended by nobody else.
+///
+/// # Errors
+/// No such job; who may not use the station.
+pub async fn cancel_job(app: &App, by: &Principal, id: &str) -> Result<JobView, AppError> {
+    if app.jobs.is_station_job(id) {
+        admit(app, by, Ask::CancelJob)?;
+    }
+    app.jobs.cancel(id, &by.actor).await
+}

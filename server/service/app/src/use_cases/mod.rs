@@ -1,0 +1,24 @@
+//! What can be asked of the service and changes something: functions of who asks and what for.
+//!
+//! Doors call these and nothing below them to change anything. Each decides whether it may be, does it, and stores it
+//! together with the event that names who asked.
+
+mod by_hand;
+mod calibrations;
+mod captures;
+mod control;
+mod jobs;
+mod measurements;
+mod scans;
+mod sessions;
+
+pub use by_hand::{auto_expose, configure_camera, move_stage, set_live_view, switch_laser};
+pub use calibrations::{Activate, activate, roll_back};
+pub use captures::{Upload, delete_capture, upload};
+pub use control::{TakeControl, give_control_back, renew_control, reset, stop, take_control};
+pub use jobs::{cancel_job, start_job};
+pub use measurements::{change_measurement_plan, measure};
+pub use scans::delete_scan;
+pub use sessions::{
+    begin_session, delete_pose, delete_session, delete_stage_view, solve_session, take_pose, take_stage_view,
+};

@@ -1,0 +1,18 @@
+//! Scans that are there.
+
+use store::Change;
+
+use crate::App;
+use crate::error::AppError;
+use crate::events::{Event, event};
+use crate::principal::Principal;
+
+/// Forgets a scan and its measurements.
+///
+/// # Errors
+/// If there is none.
+pub async fn delete_scan(app: &App, by: &Principal, id: String) -> Result<(), AppError> {
+    let gone = event(&id, Event::ScanDeleted(by.act()));
+    app.ledger.commit(vec![Change::DeleteScan(id), gone]).await?;
+    Ok(())
+}

@@ -1,0 +1,101 @@
+//! A calibration picture by picture.
+
+use store::{Change, JobRecord};
+
+use crate::App;
+use crate::control::{Ask, admit};
+use crate::error::AppError;
+use crate::jobs::calibrate::{SolveSession, solve_input};
+use crate::principal::Principal;
+use crate::sessions::{NewSession, Session};
+use crate::use_cases::jobs::start_job;
+
+/// Begins a session, together with what `and` returns.
+///
+/// # Errors
+/// A board, projector or exposure that cannot be.
+pub async fn begin_session(
+    app: &App,
+    by: &Principal,
+    new: NewSession,
+    and: impl FnOnce(&Session) -> Vec<Change>,
+) -> Result<Session, AppError> {
+    app.sessions.create_with(by, new, and).await
+}
+
+/// Takes the board as it is held now. `expected`: refused unless the session has this version.
+///
+/// # Errors
+/// Who may not use the station, a full session, devices that refuse.
+pub async fn take_pose(app: &App, by: &Principal, id: &str, expected: Option<i64>) -> Result<Session, AppError> {
+    app.sessions.get(id).await?;
+    admit(app, by, Ask::Photograph)?;
+    app.sessions.add_pose(by, id, expected).await
+}
+
+/// Moves the stage to a position and takes the board that lies on it.
+///
+/// # Errors
+/// As [`take_pose`].
+pub async fn take_stage_view(
+    app: &App,
+    by: &Principal,
+    id: &str,
+    position_mm: f64,
+    expected: Option<i64>,
+) -> Result<Session, AppError> {
+    app.sessions.get(id).await?;
+    admit(app, by, Ask::Photograph)?;
+    app.sessions.add_stage_view(by, id, position_mm, expected).await
+}
+
+/// Forgets a pose.
+///
+/// # Errors
+/// If there is none, or the session was changed meanwhile.
+pub async fn delete_pose(
+    app: &App,
+    by: &Principal,
+    (id, pose_id): (&str, &str),
+    expected: Option<i64>,
+) -> Result<Session, AppError> {
+    app.sessions.delete_pose(by, id, pose_id, expected).await
+}
+
+/// Forgets a stage view.
+///
+/// # Errors
+/// If there is none, or the session was changed meanwhile.
+pub async fn delete_stage_view(
+    app: &App,
+    by: &Principal,
+    (id, view_id): (&str, &str),
+    expected: Option<i64>,
+) -> Result<Session, AppError> {
+    app.sessions.delete_stage_view(by, id, view_id, expected).await
+}
+
+/// Forgets a session; calibrations made from it stay.
+///
+/// # Errors
+/// If there is none.
+pub async fn delete_session(app: &App, by: &Principal, id: &str) -> Result<(), AppError> {
+    app.sessions.delete(by, id).await
+}
+
+/// Starts the calibration from the session's readable pictures.
+///
+/// # Errors
+/// Pictures that do not suffice; as [`start_job`].
+pub async fn solve_session(
+    app: &App,
+    by: &Principal,
+    id: &str,
+    how: SolveSession,
+    and: impl FnOnce(&JobRecord) -> Vec<Change>,
+) -> Result<JobRecord, AppError> {
+    let input = solve_input(&app.sessions, id, how).await?;
+    let record = start_job(app, by, input, and).await?;
+    app.sessions.note_job(by, id, &record.id).await?;
+    Ok(record)
+}

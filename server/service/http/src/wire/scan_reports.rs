@@ -1,0 +1,122 @@
+//! What a scan gave, on the wire: read from the record, which keeps the figures as `sheaf scan --json` prints them.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// Figures of a scan. One that was stopped has rows and losses alone.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(default)]
+pub struct ScanReportDto {
+    /// What the cloud's header calls it.
+    pub scan: String,
+    /// Frames it was made of.
+    pub n_frames: usize,
+    /// Points of the cloud.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub n_points: Option<usize>,
+    /// Pieces of lines that were found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub n_segments: Option<usize>,
+    /// Median of the points' own σ along the camera ray; missing without points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub median_sigma_mm: Option<f64>,
+    /// What was left out of the cloud, by reason.
+    pub left_out: Vec<LeftOutDto>,
+    /// How orders agree that saw the same surface.
+    pub self_consistency: Vec<OrderPairDto>,
+    /// Depths that can be measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub envelope: Option<EnvelopeDto>,
+    /// What was lost, in sentences; with any of it the scan is invalid.
+    pub losses: Vec<String>,
+    /// Why it was stopped.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stopped: Option<String>,
+    /// How long its parts took.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timing: Option<ScanTimingDto>,
+}
+
+/// Points that are not in the cloud.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct LeftOutDto {
+    /// Why: `too short`, `no hit`, `outside depth range`, `doubtful order`, `contradicted`.
+    pub reason: String,
+    /// How many points.
+    pub n_points: usize,
+    /// Of how many pieces of lines.
+    pub n_pieces: usize,
+}
+
+/// How two orders agree where both saw the same surface.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct OrderPairDto {
+    /// The lower order.
+    pub order_a: i8,
+    /// The higher order.
+    pub order_b: i8,
+    /// Points compared.
+    pub n_pairs: usize,
+    /// Mean depth of `order_b` minus `order_a` along z.
+    pub bias_mm: f64,
+    /// Root mean square of these differences, bias included.
+    pub rms_mm: f64,
+}
+
+/// Depths, z of the camera frame: nearest and farthest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct EnvelopeDto {
+    /// In which points are taken.
+    #[schema(min_items = 2, max_items = 2)]
+    pub stated_mm: [f64; 2],
+    /// In which a line's place in the image alone tells its order.
+    #[schema(min_items = 2, max_items = 2)]
+    pub unambiguous_mm: [f64; 2],
+}
+
+/// How long the parts of a scan took; what was not done is missing.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(default)]
+pub struct ScanTimingDto {
+    /// Frames that were evaluated.
+    pub n_frames: usize,
+    /// How often a frame was read for that, all together.
+    pub frames_read: usize,
+    /// From lines to a stored cloud.
+    pub evaluation_s: f64,
+    /// From the first motion to the last row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acquisition_s: Option<f64>,
+    /// Rows that were taken in this time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rows_taken: Option<usize>,
+    /// Of that neither motion nor exposure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub waiting_s: Option<f64>,
+    /// Frames that were recorded in a second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames_per_s: Option<f64>,
+    /// From the arrival of a frame to its profile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arrival_to_profile_ms: Option<DelaysDto>,
+    /// From the arrival of a frame to its place in the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arrival_to_file_ms: Option<DelaysDto>,
+    /// How long it was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measuring_s: Option<f64>,
+    /// Measurements that were taken in this time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub n_measured: Option<usize>,
+}
+
+/// Delays of frames, ms.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct DelaysDto {
+    /// Half of them took no longer.
+    pub p50: f64,
+    /// All but one in a hundred took no longer.
+    pub p99: f64,
+    /// The longest.
+    pub max: f64,
+}
