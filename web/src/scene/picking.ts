@@ -2,7 +2,7 @@
 
 import type { Box, Cloud, CloudChunk } from "./cloud";
 import { slotOf, WORDS } from "./cloud";
-import type { Vec3 } from "./shapes";
+import { type Vec3, vec3 } from "./shapes";
 
 /** A point counts as hit within this distance, CSS pixels. */
 const REACH_PX = 9;
@@ -132,7 +132,7 @@ function mayHit(box: Box, clip: Projection, { x_px, y_px, width_px, height_px }:
   const bounds = [Number.POSITIVE_INFINITY, Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY, -1e30];
   for (let corner = 0; corner < 8; corner++) {
     const at = ([0, 1, 2] as const).map((axis) => ((corner >> axis) & 1 ? box.max[axis] : box.min[axis]));
-    const [x, y] = project(clip, at as unknown as Vec3, width_px, height_px);
+    const [x, y] = project(clip, vec3(at), width_px, height_px);
     bounds[0] = Math.min(bounds[0] as number, x);
     bounds[1] = Math.min(bounds[1] as number, y);
     bounds[2] = Math.max(bounds[2] as number, x);

@@ -109,3 +109,19 @@ pub fn path_with(path: &str, query: &[(&str, Option<&str>)]) -> String {
     let asked: Vec<String> = asked.collect();
     if asked.is_empty() { path.to_owned() } else { format!("{path}?{}", asked.join("&")) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_whose_figures_cannot_be_read_is_named_and_hides_no_other() {
+        let listed = Listed { records: vec!["1", "two", "3"], damaged: Vec::new(), next: Some("3".to_owned()) };
+        let page = Page { before: None, limit: 3 };
+        let number = |text: &str| text.parse::<u8>().map_err(|_| DamagedRow { kind: "scan", id: text.to_owned() });
+        let list = ListDto::whole_of("/api/v1/scans", &page, listed, number);
+        assert_eq!(list.items, [1, 3]);
+        assert_eq!((list.damaged.len(), list.damaged[0].id.as_str()), (1, "two"));
+        assert_eq!(list.next.as_deref(), Some("/api/v1/scans?before=3&limit=3"));
+    }
+}
