@@ -1,4 +1,4 @@
-//! A frame's labels against themselves on other instruction sets; whether they are right is for `tests/one_frame.rs`.
+//! A frame's labels against themselves on other instruction sets; whether they are right is for `tests/it/one_frame.rs`.
 
 use super::*;
 use crate::synthetic::SyntheticScan;
