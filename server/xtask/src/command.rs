@@ -93,3 +93,40 @@ fn run_kept(command: &mut Command) -> std::io::Result<std::process::ExitStatus> 
     KEPT.with_borrow_mut(|kept| kept.get_or_insert_default().extend_from_slice(&output));
     child.wait()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use super::*;
+
+    #[test]
+    fn both_rows_are_finished_and_a_failure_of_either_is_told() {
+        for (first, second, expected) in
+            [("false", "true", Some("first")), ("true", "false", Some("second")), ("true", "true", None)]
+        {
+            let finished = AtomicBool::new(false);
+            let outcome = side_by_side(
+                || run("first", &mut Command::new(first)),
+                || {
+                    let outcome = run("second", &mut Command::new(second));
+                    finished.store(true, Ordering::SeqCst);
+                    outcome
+                },
+            );
+            let told = outcome.err().map(|error| error.to_string());
+            assert_eq!(told.as_deref().and_then(|told| told.split(' ').next()), expected);
+            assert!(
+                finished.load(Ordering::SeqCst) || std::thread::available_parallelism().is_ok_and(|n| n.get() < 2)
+            );
+        }
+    }
+
+    #[test]
+    fn what_runs_beside_others_is_kept_with_both_its_streams_in_order() {
+        KEPT.set(Some(Vec::new()));
+        run("echo", Command::new("sh").args(["-c", "echo one; echo two >&2; echo three"])).unwrap();
+        let kept = String::from_utf8(KEPT.take().unwrap()).unwrap();
+        assert!(kept.starts_with("── echo: sh") && kept.ends_with("one\ntwo\nthree\n"), "{kept}");
+    }
+}

@@ -3,6 +3,7 @@
 mod calibrating;
 mod configuration;
 mod deleting;
+mod page;
 mod protocol;
 mod replay;
 mod station;

@@ -1,10 +1,9 @@
-//! What holds for every resource: the document, problems, lists, events, idempotency, the edge, the page.
+//! What holds for every resource: the document, problems, lists, events, idempotency, the edge.
 
 mod document;
 mod edge;
 mod events;
 mod idempotency;
 mod lists;
-mod page;
 mod problems;
 mod untyped;

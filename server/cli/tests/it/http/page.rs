@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use super::fresh;
 use crate::common::server::Server;
-use crate::http::fresh;
 
 fn get(server: &Server, path: &str, headers: &[(&str, &str)]) -> crate::common::server::Answer {
     server.try_send("GET", path, headers, b"").unwrap()
