@@ -72,6 +72,12 @@ impl FrameLabels {
         // Compiled for every machine: where vectors are wide, points in lists of other numbers would be gathered, slowly.
         lines.take(centrelines);
         cut(lines, centrelines.correlation_px, cutter, pieces);
+        if n_orders == 1 {
+            // As for whole scans: nothing can contradict the only line there is.
+            verdicts.clear();
+            verdicts.resize(pieces.len(), Verdict::Order(0));
+            return;
+        }
         places.look(lines, pieces, triangulator, depth_range_mm);
         let pitch_px = |piece| places.pitch_px(piece, triangulator, lines.direction);
         neighbours.find(lines, pieces, places, pitch_px);
