@@ -86,6 +86,9 @@ pub enum Command {
     /// Find the laser lines of images with sub-pixel accuracy.
     #[command(after_help = EXIT_CODES)]
     Centrelines(CentrelinesArgs),
+    /// Write a calibration board as a PDF page, true to scale, with a ruler to check the print.
+    #[command(after_help = EXIT_CODES)]
+    Target(TargetArgs),
     /// Find the inner corners of a chessboard in images.
     #[command(after_help = EXIT_CODES)]
     Corners(CornersArgs),
@@ -181,9 +184,42 @@ pub struct CalibrateArgs {
     /// Whether the sixth-power distortion k3 is estimated.
     #[arg(long, value_enum, default_value_t)]
     pub k3: K3Arg,
-    /// Go on without board and laser pictures that cannot be read, instead of refusing.
+    /// Go on without board and laser pictures that cannot be read even if they are the most.
     #[arg(long)]
     pub leave_out_unreadable: bool,
+}
+
+/// Kind of a board on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum TargetKind {
+    /// Black and white squares; the whole board must be in every picture.
+    #[default]
+    Chessboard,
+    /// With markers in the white squares: a part of the board in sight is enough.
+    Charuco,
+}
+
+/// `sheaf target`.
+#[derive(Debug, Args)]
+pub struct TargetArgs {
+    /// Kind of the board.
+    #[arg(long, value_enum, default_value_t)]
+    pub kind: TargetKind,
+    /// Squares along a row. One even and one odd count make a chessboard that cannot be mistaken for itself turned round.
+    #[arg(long, default_value_t = 12)]
+    pub columns: usize,
+    /// Squares along a column.
+    #[arg(long, default_value_t = 9)]
+    pub rows: usize,
+    /// Side of a square.
+    #[arg(long, value_name = "MM", default_value_t = 20.0)]
+    pub square_mm: f64,
+    /// charuco: OpenCV's name of the markers' dictionary.
+    #[arg(long, default_value = "DICT_5X5_100")]
+    pub dictionary: String,
+    /// The page; the smallest of A4 to A0 that holds the board.
+    #[arg(short, long, value_name = "TARGET.pdf")]
+    pub output: PathBuf,
 }
 
 /// `sheaf scan`.

@@ -4203,7 +4203,7 @@ export interface components {
          */
         StartCalibrationDto: {
             k3?: components["schemas"]["K3Dto"] | null;
-            /** @description Go on without pictures that show no board or no line. */
+            /** @description Go on without pictures that show no board or no line even if they are the most. */
             leave_out_unreadable?: boolean;
             light_model?: components["schemas"]["LightModelDto"] | null;
             /** @description Board poses to take at the station; 12 if not said. */

@@ -11,6 +11,7 @@ mod openapi;
 mod scan;
 mod serve;
 mod study;
+mod target;
 mod triangulate;
 mod twin;
 
@@ -69,6 +70,7 @@ pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answ
         Command::Measure(args) => measure::run(&args, reporter),
         Command::Bench(args) => bench::run(&args, reporter),
         Command::Study(args) => study::run(&args, reporter),
+        Command::Target(args) => target::run(&args, reporter),
         Command::Twin(args) => twin::run(&args, reporter),
         Command::Demo(args) => demo::run(&args, reporter),
         Command::Serve(args) => serve::run(&args, json),

@@ -86,7 +86,7 @@ fn the_file_in_the_data_folder_is_read_and_may_not_move_it() {
     let folder = tempfile::tempdir().unwrap();
     let asked = Asked { data: Some(folder.path().to_owned()), ..Asked::default() };
     std::fs::write(folder.path().join(FILE_NAME), "[target]\nsquare_mm = 7.5\n").unwrap();
-    assert_eq!(effective(&asked, environment(&[])).unwrap().config.app.target.square_mm, 7.5);
+    assert_eq!(effective(&asked, environment(&[])).unwrap().config.app.target.square_mm, 7.5.into());
     std::fs::write(folder.path().join(FILE_NAME), "data = \"elsewhere\"\n").unwrap();
     refused(effective(&asked, environment(&[])), &["data folder's own file", "--data"]);
 }
@@ -107,6 +107,6 @@ fn the_defaults_are_those_of_the_simulated_station() {
     assert_eq!(twin(&config.app), twin(&simulated));
     let model = twin::StationModel::seeded(7, &twin::StationShape::default()).unwrap();
     assert_eq!(config.app.projector.orders, model.orders);
-    assert_eq!(config.app.target.square_mm, twin::poses::square_mm(&model));
+    assert_eq!(config.app.target.square_mm, twin::poses::square_mm(&model).into());
     assert!(config.listen.ip().is_loopback());
 }

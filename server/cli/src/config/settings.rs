@@ -4,7 +4,7 @@
 use std::net::SocketAddr;
 
 use app::config::AppConfig;
-use capture::{BoardTarget, Projector};
+use capture::{ChessboardTarget, GratingProjector};
 use devices::grbl::GrblSettings;
 use devices::replay::ReplaySettings;
 use http::HttpConfig;
@@ -122,13 +122,12 @@ pub fn config(get: &dyn Fn(&str) -> Value, station: StationDevices) -> Config {
         app: AppConfig {
             data: read.text("data").into(),
             station,
-            target: BoardTarget {
-                kind: "chessboard".to_owned(),
+            target: ChessboardTarget {
                 inner_columns: read.whole("target.inner_columns") as usize,
                 inner_rows: read.whole("target.inner_rows") as usize,
-                square_mm: read.number("target.square_mm"),
+                square_mm: read.number("target.square_mm").into(),
             },
-            projector: Projector {
+            projector: GratingProjector {
                 wavelength_nm: read.number("projector.wavelength_nm"),
                 grating_lines_per_mm: read.number("projector.grating_lines_per_mm"),
                 orders: read.wholes("projector.orders").iter().map(|&order| order as i8).collect(),

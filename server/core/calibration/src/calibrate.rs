@@ -1,6 +1,6 @@
 //! The procedure: camera, labels, light models side by side, joint refinement, stage, report.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 use optics::{BoardFrame, CAMERA_PARAMETERS, Calibration, DepthRangeMm, LightModelKind, LightSurfaces, PointMm};
 
 use crate::error::CalibrationError;
@@ -68,7 +68,7 @@ pub fn calibrate(
         camera: &camera_fit.station.camera,
         poses: &camera_fit.station.poses,
         orders: &input.projector.orders,
-        sheet_wavelength_over_period: input.projector.wavelength_over_period(),
+        sheet_wavelength_over_period: input.projector.grating.map(|grating| grating.wavelength_over_period()),
     };
     let points = laser_points(input, &scene)?;
     step("comparing the light models on poses left out", 0.35)?;
@@ -103,7 +103,7 @@ fn views(input: &CalibrationInput) -> Vec<CornerView> {
                 .corners
                 .iter()
                 .map(|corner| CornerObservation {
-                    board_mm: Vector3::new(corner.column as f64, corner.row as f64, 0.0) * input.board.square_mm,
+                    board_mm: input.board.corner_mm(corner.column, corner.row),
                     pixel: Vector2::new(corner.u_px, corner.v_px),
                     sigma_px: corner.sigma_px,
                 })
@@ -117,9 +117,10 @@ fn chosen(choice: LightModelChoice, comparison: &CrossValidation) -> Result<Ligh
         LightModelChoice::Auto => comparison.recommended,
         LightModelChoice::Fixed(kind) => kind,
     };
-    match comparison.scores.iter().find(|score| score.model == kind).and_then(|score| score.failure.clone()) {
-        Some(reason) => Err(CalibrationError::LightModel { model: kind.name(), reason }),
-        None => Ok(kind),
+    let refused = |reason| Err(CalibrationError::LightModel { model: kind.name(), reason });
+    match comparison.scores.iter().find(|score| score.model == kind) {
+        Some(score) => score.failure.clone().map_or(Ok(kind), refused),
+        None => refused("nothing ties lines together that come from no grating; choose `planes`".to_owned()),
     }
 }
 

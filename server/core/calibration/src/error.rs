@@ -74,11 +74,18 @@ pub enum CalibrationError {
         "the camera is unobservable: the board's corners fit no pinhole camera; check the board's size in the capture"
     )]
     CameraUnobservable,
-    /// A laser picture without any line on the board.
-    #[error("{pose}: no laser line was found on the board; check exposure and laser, or remove the pose")]
-    NoLine {
-        /// The picture.
-        pose: String,
+    /// Too few laser pictures with a line on the board.
+    #[error(
+        "the light sheets need {needed} board poses with laser light, but a line lies on the board in {got} only (on none \
+         in {dark}); check exposure and laser, and that the light falls on the board"
+    )]
+    LinesOffBoard {
+        /// Poses needed.
+        needed: usize,
+        /// Poses with a line on the board.
+        got: usize,
+        /// The others, by name.
+        dark: String,
     },
     /// The orders of the data sheet are not in order.
     #[error(

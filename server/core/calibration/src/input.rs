@@ -1,44 +1,59 @@
 //! What a calibration is made from: features of every picture, the data sheets, the choices.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 use optics::LightModelKind;
 use vision::{BoardCorners, Centrelines, LineDirection};
 
-/// The chessboard.
+/// The calibration board.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardGeometry {
     /// Inner corners along a board row.
     pub inner_columns: usize,
     /// Inner corners along a board column.
     pub inner_rows: usize,
-    /// Side of a square.
-    pub square_mm: f64,
+    /// Sides of a square along a board row and a board column.
+    pub square_mm: Vector2<f64>,
+    /// Whether the bright squares carry markers: lines are then read on the dark ones alone.
+    pub has_markers: bool,
 }
 
 impl BoardGeometry {
     /// Middle of the corners on the board, mm from corner (0, 0).
     pub fn centre_mm(&self) -> Vector3<f64> {
-        Vector3::new(self.inner_columns as f64 - 1.0, self.inner_rows as f64 - 1.0, 0.0) * (self.square_mm / 2.0)
+        self.corner_mm(self.inner_columns.saturating_sub(1), self.inner_rows.saturating_sub(1)) / 2.0
+    }
+
+    /// Place of an inner corner on the board, mm from corner (0, 0).
+    pub fn corner_mm(&self, column: usize, row: usize) -> Vector3<f64> {
+        Vector3::new(column as f64 * self.square_mm.x, row as f64 * self.square_mm.y, 0.0)
     }
 }
 
-/// Laser and grating by their data sheets.
+/// What makes the lines, by its data sheets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProjectorSheet {
-    /// Wavelength of the laser.
-    pub wavelength_nm: f64,
-    /// Grooves per millimetre.
-    pub grating_lines_per_mm: f64,
-    /// Orders from the top (left) of the image downwards (rightwards); strictly rising or falling.
+    /// What ties the lines together; `None` if nothing does, so that each has a plane of its own.
+    pub grating: Option<GratingSheet>,
+    /// Orders (without a grating: numbers) of the lines from the top (left) of the image downwards (rightwards); strictly
+    /// rising or falling.
     pub orders: Vec<i8>,
     /// Which way the lines run in the image.
     pub line_direction: LineDirection,
 }
 
-impl ProjectorSheet {
+/// Laser and grating by their data sheets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GratingSheet {
+    /// Wavelength of the laser.
+    pub wavelength_nm: f64,
+    /// Grooves per millimetre.
+    pub lines_per_mm: f64,
+}
+
+impl GratingSheet {
     /// λ/d_g: nm × lines/mm.
     pub fn wavelength_over_period(&self) -> f64 {
-        self.wavelength_nm * 1e-6 * self.grating_lines_per_mm
+        self.wavelength_nm * 1e-6 * self.lines_per_mm
     }
 }
 

@@ -96,6 +96,35 @@ pub const MIN_RANK_AGREEMENT: f64 = 0.8;
 /// A line is given the label of a predicted curve if it lies within this share of the line pitch.
 pub const PREDICTED_LABEL_PITCH_SHARE: f64 = 0.2;
 
+/// Pictures among which every three are tried as the start of a hypothesis about labels.
+pub const SEED_PICTURES: usize = 6;
+
+/// Points of a line that say where it passes the section: more would only repeat each other.
+pub const SECTION_POINTS_PER_LINE: usize = 40;
+
+/// A gap between lines is a whole number of line pitches to within this: tilted boards spread the pitch by a fifth.
+pub const STEP_ROUNDING: f64 = 0.3;
+
+/// A line farther than this from every ray, in line pitches, belongs to none: half-way to the next.
+pub const SECTION_CAP_PITCHES: f64 = 0.5;
+
+/// RMS distance of the lines from their rays up to which a hypothesis is believed, in line pitches; the bow of the sheets
+/// makes some hundredths, a wrong answer more than a quarter somewhere.
+pub const HYPOTHESIS_MAX_RMS_PITCHES: f64 = 0.12;
+
+/// Any other answer must lie this many times farther from the lines (RMS).
+pub const HYPOTHESIS_MARGIN: f64 = 2.0;
+
+/// The points must miss the sheets of any other plausible answer by this many times more (RMS). Labels that are all one
+/// order off put the flat order 0 where the light is bowed.
+pub const BOW_MARGIN: f64 = 1.3;
+
+/// Lines nearer to each other than this share of the picture's largest gap are one: lines of five orders are farther apart.
+pub const SAME_LINE_GAP_SHARE: f64 = 0.15;
+
+/// Share of the lines that must have other labels for an answer to be another one.
+pub const HYPOTHESIS_OTHER_SHARE: f64 = 0.2;
+
 /// Laser points kept for residual maps.
 pub const MAX_REPORT_POINTS: usize = 6000;
 

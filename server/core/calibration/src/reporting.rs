@@ -133,7 +133,7 @@ fn wavelength_figures(input: &CalibrationInput, calibration: &Calibration) -> Op
         LightSurfaces::Pencil(pencil) => (pencil.wavelength_over_period, CAMERA_PARAMETERS + 5),
         LightSurfaces::Grating(grating) => (grating.wavelength_over_period, CAMERA_PARAMETERS + 9),
     };
-    let sheet = input.projector.wavelength_over_period();
+    let sheet = input.projector.grating?.wavelength_over_period();
     let sigma = calibration.covariance[(idx, idx)].sqrt().min(sheet * WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA);
     Some([value, sigma, sheet])
 }

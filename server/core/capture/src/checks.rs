@@ -3,12 +3,13 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use crate::error::CaptureError;
-use crate::manifest::{BoardTarget, COLUMNS, Manifest, Projector, ROWS};
-use crate::params::{CORNERS_MAX, CORNERS_MIN, FORMAT, IMAGE_LIMIT_PX, ORDER_LIMIT};
+use vision::CharucoParams;
 
-/// The kind of target this version knows.
-const CHESSBOARD: &str = "chessboard";
+use crate::error::CaptureError;
+use crate::manifest::Manifest;
+use crate::params::{CORNERS_MAX, CORNERS_MIN, FORMAT, IMAGE_LIMIT_PX, LINES_MAX, ORDER_LIMIT};
+use crate::projector::{COLUMNS, Projector, ROWS};
+use crate::target::Target;
 
 /// Checks every value of the manifest read from `file`; the first that is wrong is the error.
 pub(crate) fn check_values(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
@@ -32,29 +33,57 @@ fn check_camera(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
     }
 }
 
-fn check_target(file: &Path, target: &BoardTarget) -> Result<(), CaptureError> {
-    if target.kind != CHESSBOARD {
-        return Err(unknown_word(file, "target.kind", &target.kind, "\"chessboard\""));
+fn check_target(file: &Path, target: &Target) -> Result<(), CaptureError> {
+    let square = target.square_mm();
+    let counts = match target {
+        Target::Chessboard(board) => {
+            [("target.inner_columns", board.inner_columns + 1), ("target.inner_rows", board.inner_rows + 1)]
+        }
+        Target::Charuco(board) => [("target.columns", board.columns), ("target.rows", board.rows)],
+    };
+    let is_chessboard = matches!(target, Target::Chessboard(_));
+    let expected = match is_chessboard {
+        true => "the number of inner corners along that side, between 2 and 1000",
+        false => "the number of squares along that side, between 3 and 1001",
+    };
+    for (entry, n_squares) in counts {
+        let n_corners = n_squares.saturating_sub(1);
+        let told = if is_chessboard { n_corners } else { n_squares };
+        check_range(file, entry, told as f64, (CORNERS_MIN..=CORNERS_MAX).contains(&n_corners), expected)?;
     }
-    let corners = "the number of inner corners along that side, between 2 and 1000";
-    for (entry, count) in
-        [("target.inner_columns", target.inner_columns), ("target.inner_rows", target.inner_rows)]
-    {
-        check_range(file, entry, count as f64, (CORNERS_MIN..=CORNERS_MAX).contains(&count), corners)?;
-    }
-    check_positive(file, "target.square_mm", target.square_mm)
+    check_positive(file, "target.square_mm", square.x_mm)?;
+    check_positive(file, "target.square_mm", square.y_mm)?;
+    let Target::Charuco(board) = target else { return Ok(()) };
+    let side_mm = square.x_mm.min(square.y_mm);
+    let fits = board.marker_mm > 0.0 && board.marker_mm < side_mm;
+    check_range(file, "target.marker_mm", board.marker_mm, fits, "a length above 0 and below that of a square")?;
+    let params = CharucoParams {
+        columns: board.columns,
+        rows: board.rows,
+        marker_share: board.marker_mm / side_mm,
+        dictionary: board.dictionary.clone(),
+    };
+    params.check().map_err(|cause| CaptureError::Markers { file: file.to_owned(), cause })
 }
 
 fn check_projector(file: &Path, projector: &Projector) -> Result<(), CaptureError> {
-    check_positive(file, "projector.wavelength_nm", projector.wavelength_nm)?;
-    check_positive(file, "projector.grating_lines_per_mm", projector.grating_lines_per_mm)?;
-    if let Some(direction) = &projector.line_direction
+    if let Some(direction) = projector.line_direction()
         && direction != ROWS
         && direction != COLUMNS
     {
         return Err(unknown_word(file, "projector.line_direction", direction, "\"rows\" or \"columns\""));
     }
-    check_orders(file, &projector.orders)
+    match projector {
+        Projector::Grating(grating) => {
+            check_positive(file, "projector.wavelength_nm", grating.wavelength_nm)?;
+            check_positive(file, "projector.grating_lines_per_mm", grating.grating_lines_per_mm)?;
+            check_orders(file, &grating.orders)
+        }
+        Projector::Planes(planes) => {
+            let allowed = (1..=LINES_MAX).contains(&planes.lines);
+            check_range(file, "projector.lines", planes.lines as f64, allowed, "the number of lines, 1 to 41")
+        }
+    }
 }
 
 fn check_orders(file: &Path, orders: &[i8]) -> Result<(), CaptureError> {

@@ -63,6 +63,18 @@ pub enum CaptureError {
         #[source]
         cause: serde_json::Error,
     },
+    /// A key that must be there is not.
+    #[error("{}, line {line}: {entry} is missing: {remedy}", file.display())]
+    EntryMissing {
+        /// The manifest.
+        file: PathBuf,
+        /// Line, from 1, where the object without it ends.
+        line: usize,
+        /// Path of keys.
+        entry: String,
+        /// What to write, in words.
+        remedy: &'static str,
+    },
     /// Another format or version.
     #[error("{}: format is \"{found}\", this program reads \"{FORMAT}\": convert the capture or update the program",
         file.display())]
@@ -106,6 +118,15 @@ pub enum CaptureError {
         found: String,
         /// What is allowed.
         allowed: &'static str,
+    },
+    /// The markers of a ChArUco board cannot be.
+    #[error("{}: target.dictionary cannot serve this board", file.display())]
+    Markers {
+        /// The manifest.
+        file: PathBuf,
+        /// Why, and the remedy.
+        #[source]
+        cause: vision::CharucoError,
     },
     /// No diffraction order is listed.
     #[error("{}: projector.orders is empty: list the orders from the top of the image downwards", file.display())]

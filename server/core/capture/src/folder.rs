@@ -9,10 +9,11 @@ use crate::checks::check_values;
 use crate::contained_path::{links_outside, reason_outside};
 use crate::error::CaptureError;
 use crate::image_file::{read_capture_header, read_capture_image};
-use crate::json_text::{entry_at, first_not_finite};
+use crate::json_text::{entry_at, entry_ended_at, first_not_finite};
 use crate::known_keys::unknown_keys;
 use crate::manifest::{Manifest, Scan};
 use crate::params::{MANIFEST_FILE, MANIFEST_LIMIT_BYTES};
+use crate::projector::MISSING;
 
 /// A validated capture folder.
 #[derive(Debug, Clone, PartialEq)]
@@ -232,6 +233,36 @@ fn warnings(file: &Path, text: &str) -> Result<Vec<String>, CaptureError> {
 
 fn malformed(file: &Path, text: &str, cause: serde_json::Error) -> CaptureError {
     let (line, column) = (cause.line(), cause.column());
-    let entry = entry_at(text, line, column);
-    CaptureError::Malformed { file: file.to_owned(), line, column, entry, cause }
+    match missing_entry(text, &cause) {
+        Some(entry) => {
+            let remedy = match entry.as_str() {
+                "projector.wavelength_nm" | "projector.grating_lines_per_mm" | "projector.orders" => {
+                    GRATING_REMEDY
+                }
+                _ => "add it as described in capture.schema.json",
+            };
+            CaptureError::EntryMissing { file: file.to_owned(), line, entry, remedy }
+        }
+        None => {
+            let entry = entry_at(text, line, column);
+            CaptureError::Malformed { file: file.to_owned(), line, column, entry, cause }
+        }
+    }
+}
+
+/// What to do about a projector whose grating is not described.
+const GRATING_REMEDY: &str = "add it from the data sheets of laser and grating or, if the lines come from lasers \
+    without a grating, write the kind \"planes\" and how many \"lines\" there are";
+
+/// The path of the key that the parser missed, if that is what it stopped at.
+fn missing_entry(text: &str, cause: &serde_json::Error) -> Option<String> {
+    let told = cause.to_string();
+    if let Some((entry, _)) = told.strip_prefix(MISSING).and_then(|rest| rest.split_once('`')) {
+        return Some(entry.to_owned());
+    }
+    let (key, _) = told.strip_prefix("missing field `")?.split_once('`')?;
+    Some(match entry_ended_at(text, cause.line(), cause.column()) {
+        Some(object) => format!("{object}.{key}"),
+        None => key.to_owned(),
+    })
 }

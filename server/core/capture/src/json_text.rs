@@ -27,8 +27,18 @@ struct Walk<'t> {
 
 /// The path of keys at a position (line and column from 1, column in bytes, as `serde_json` counts them).
 pub(crate) fn entry_at(text: &str, line: usize, column: usize) -> String {
+    entry_before(text, line, column.saturating_sub(1)).unwrap_or_else(whole)
+}
+
+/// The path of keys of the object whose `}` is at a position; `None` for the whole document.
+pub(crate) fn entry_ended_at(text: &str, line: usize, column: usize) -> Option<String> {
+    entry_before(text, line, column)
+}
+
+/// The path of keys after that many bytes of a line; `None` at the top.
+fn entry_before(text: &str, line: usize, n_bytes: usize) -> Option<String> {
     let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
-    let end = (start + column.saturating_sub(1)).min(text.len());
+    let end = (start + n_bytes).min(text.len());
     let mut walk = Walk { text, at: 0, levels: Vec::new() };
     while walk.at < end {
         if walk.step().is_none() {
@@ -36,6 +46,11 @@ pub(crate) fn entry_at(text: &str, line: usize, column: usize) -> String {
         }
     }
     walk.entry()
+}
+
+/// What an error names that lies in no entry.
+fn whole() -> String {
+    "the document".to_owned()
 }
 
 /// The first bare NaN or Infinity of the text.
@@ -46,7 +61,7 @@ pub(crate) fn first_not_finite(text: &str) -> Option<NotFinite> {
         let word = walk.step()?;
         if matches!(word.trim_start_matches('-'), "NaN" | "nan" | "Infinity" | "inf") {
             let line = text[..start].matches('\n').count() + 1;
-            return Some(NotFinite { line, entry: walk.entry(), found: word.to_owned() });
+            return Some(NotFinite { line, entry: walk.entry().unwrap_or_else(whole), found: word.to_owned() });
         }
     }
 }
@@ -89,7 +104,8 @@ impl<'t> Walk<'t> {
         }
     }
 
-    fn entry(&self) -> String {
+    /// The path of keys here; `None` at the top.
+    fn entry(&self) -> Option<String> {
         let mut path = String::new();
         for level in &self.levels {
             match level {
@@ -99,7 +115,7 @@ impl<'t> Walk<'t> {
                 Level::Array { idx } => path.push_str(&format!("[{idx}]")),
             }
         }
-        if path.is_empty() { "the document".to_owned() } else { path }
+        Some(path).filter(|path| !path.is_empty())
     }
 }
 
@@ -143,5 +159,7 @@ mod tests {
         let text = "{\"a\": {\"b\": [1, 2,\n {\"c\": x}]}}";
         assert_eq!(entry_at(text, 2, 7), "a.b[2].c");
         assert_eq!(entry_at(text, 1, 1), "the document");
+        assert_eq!(entry_ended_at(text, 2, 10).as_deref(), Some("a.b[2]"));
+        assert_eq!(entry_ended_at(text, 2, 13), None);
     }
 }

@@ -9,9 +9,14 @@ struct Known {
 }
 
 const CAMERA: Known = Known { keys: &["width_px", "height_px"], below: &[] };
-const TARGET: Known = Known { keys: &["kind", "inner_columns", "inner_rows", "square_mm"], below: &[] };
-const PROJECTOR: Known =
-    Known { keys: &["wavelength_nm", "grating_lines_per_mm", "orders", "line_direction"], below: &[] };
+const TARGET: Known = Known {
+    keys: &["kind", "inner_columns", "inner_rows", "columns", "rows", "square_mm", "marker_mm", "dictionary"],
+    below: &[],
+};
+const PROJECTOR: Known = Known {
+    keys: &["kind", "wavelength_nm", "grating_lines_per_mm", "orders", "lines", "line_direction"],
+    below: &[],
+};
 const POSE: Known = Known { keys: &["board", "laser"], below: &[] };
 const STAGE_VIEW: Known = Known { keys: &["board", "position_mm"], below: &[] };
 const FRAME: Known = Known { keys: &["image", "position_mm"], below: &[] };

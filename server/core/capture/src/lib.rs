@@ -8,6 +8,8 @@ pub mod folder;
 pub mod image_file;
 pub mod manifest;
 pub mod params;
+pub mod projector;
+pub mod target;
 
 mod checks;
 mod contained_path;
@@ -17,4 +19,6 @@ mod known_keys;
 pub use error::CaptureError;
 pub use folder::{Capture, NamedFile, write_manifest};
 pub use image_file::{ImageFileError, ImageHeader, read_grey_image, sha256_of, write_png};
-pub use manifest::{BoardTarget, CameraFormat, Frame, Manifest, Pose, Projector, Scan, StageView};
+pub use manifest::{CameraFormat, Frame, Manifest, Pose, Scan, StageView};
+pub use projector::{GratingProjector, PlanesProjector, Projector};
+pub use target::{CharucoTarget, ChessboardTarget, SquareMm, Target};

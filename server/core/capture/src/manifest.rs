@@ -5,11 +5,8 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use vision::LineDirection;
 
-/// How `projector.line_direction` says that the lines run along image columns.
-pub(crate) const COLUMNS: &str = "columns";
-
-/// How `projector.line_direction` says that the lines run along image rows.
-pub(crate) const ROWS: &str = "rows";
+use crate::projector::Projector;
+use crate::target::Target;
 
 /// The manifest's text form; see `server/docs/schemas/capture.schema.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -19,8 +16,8 @@ pub struct Manifest {
     /// Size of every image.
     pub camera: CameraFormat,
     /// The calibration target.
-    pub target: BoardTarget,
-    /// Laser and grating.
+    pub target: Target,
+    /// What makes the lines.
     pub projector: Projector,
     /// The board at rest, seen by normal light and by laser light.
     #[serde(default)]
@@ -40,33 +37,6 @@ pub struct CameraFormat {
     pub width_px: usize,
     /// Rows.
     pub height_px: usize,
-}
-
-/// A chessboard.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct BoardTarget {
-    /// `chessboard`.
-    pub kind: String,
-    /// Inner corners along a board row.
-    pub inner_columns: usize,
-    /// Inner corners along a board column.
-    pub inner_rows: usize,
-    /// Side of a square.
-    pub square_mm: f64,
-}
-
-/// Laser and grating by their data sheets.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Projector {
-    /// Wavelength of the laser.
-    pub wavelength_nm: f64,
-    /// Grooves per millimetre.
-    pub grating_lines_per_mm: f64,
-    /// Orders from the top (left) of the image downwards (rightwards).
-    pub orders: Vec<i8>,
-    /// `rows` (default) or `columns`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub line_direction: Option<String>,
 }
 
 /// One board pose.
@@ -110,25 +80,5 @@ impl Manifest {
     /// Which way the lines run across the image; along rows unless the projector says otherwise.
     pub fn line_direction(&self) -> LineDirection {
         self.projector.direction()
-    }
-}
-
-impl Projector {
-    /// Which way the lines run in the images.
-    pub fn direction(&self) -> LineDirection {
-        match self.line_direction.as_deref() {
-            Some(COLUMNS) => LineDirection::Columns,
-            _ => LineDirection::Rows,
-        }
-    }
-
-    /// λ/d_g, the sine by which neighbouring orders part at normal incidence.
-    pub fn wavelength_over_period(&self) -> f64 {
-        self.wavelength_nm * 1e-6 * self.grating_lines_per_mm
-    }
-
-    /// The manifest's word for a line direction: nothing for rows, the default.
-    pub fn word_for(direction: LineDirection) -> Option<String> {
-        (direction == LineDirection::Columns).then(|| COLUMNS.to_owned())
     }
 }

@@ -18,6 +18,9 @@ pub const DECODE_LIMIT_BYTES: u64 = 256 << 20;
 /// Highest diffraction order; real line gratings carry light in fewer than ten on each side.
 pub const ORDER_LIMIT: i8 = 20;
 
+/// Most lines that nothing ties together: as many as a grating may have.
+pub const LINES_MAX: usize = 2 * ORDER_LIMIT as usize + 1;
+
 /// Fewest inner corners along a side that still define a pose and a lattice.
 pub const CORNERS_MIN: usize = 2;
 

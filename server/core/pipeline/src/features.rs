@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use calibration::{BoardGeometry, CalibrationInput, PoseInput, ProjectorSheet, StageViewInput};
-use capture::Capture;
+use calibration::{BoardGeometry, CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput};
+use capture::{Capture, Projector, Target};
 use rayon::prelude::*;
 use vision::{
-    BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, CornerError, CornerParams, find_centrelines,
-    find_corners,
+    BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, CharucoParams, CornerError, CornerParams,
+    find_centrelines, find_charuco, find_corners,
 };
 
 use crate::failure::Failure;
@@ -33,8 +33,9 @@ type Found<T> = Result<T, Failure>;
 
 /// Reads every board and laser picture of the calibration part of `capture`.
 ///
-/// A picture that shows no whole board, or no laser line, refuses the calibration: what is wrong with it may be
-/// wrong with the others too. `leave_out_unreadable` goes on without it. A damaged file always refuses.
+/// A picture that shows no whole board, or no laser line, is left out and named, as long as at least
+/// [`MIN_READABLE_SHARE`] of its kind can be read: else what is wrong with it is wrong with the others too, and refuses
+/// the calibration. `leave_out_unreadable` goes on with however few there are. A damaged file always refuses.
 pub fn calibration_features(
     capture: &Capture,
     leave_out_unreadable: bool,
@@ -49,28 +50,27 @@ pub fn calibration_features(
     );
     drop(task);
     reporter.go_on()?;
-    let mut sieve = Sieve { leave_out_unreadable, left_out: Vec::new() };
+    let mut left_out = Vec::new();
+    let boards = readable(boards, leave_out_unreadable, &mut left_out)?;
+    let lasers = readable(lasers, leave_out_unreadable, &mut left_out)?;
     let manifest = &capture.manifest;
     let (mut boards, mut lasers) = (boards.into_iter(), lasers.into_iter());
     let mut poses = Vec::new();
     for pose in &manifest.poses {
-        let corners = sieve.keep(boards.next())?;
-        let centrelines = match &pose.laser {
-            Some(_) => sieve.keep(lasers.next())?,
-            None => None,
-        };
+        let corners = boards.next().flatten();
+        let centrelines = pose.laser.as_ref().and_then(|_| lasers.next().flatten());
         if let Some(corners) = corners {
             poses.push(PoseInput { name: pose.board.display().to_string(), corners, centrelines });
         }
     }
     let mut stage_views = Vec::new();
     for view in &manifest.stage_views {
-        if let Some(corners) = sieve.keep(boards.next())? {
+        if let Some(corners) = boards.next().flatten() {
             let name = view.board.display().to_string();
             stage_views.push(StageViewInput { name, corners, position_mm: view.position_mm });
         }
     }
-    Ok(Features { input: input(capture, poses, stage_views), left_out: sieve.left_out })
+    Ok(Features { input: input(capture, poses, stage_views), left_out })
 }
 
 /// Takes the centrelines of every frame of a scan, in the order of the frames; few frames are in memory at a time.
@@ -136,25 +136,29 @@ fn all<T: Send>(
         .collect()
 }
 
-/// Decides which unreadable pictures end the calibration.
-struct Sieve {
+/// What the pictures of one kind show; `None` where one is left out, which is added to `left_out` with the reason.
+fn readable<T>(
+    found: Vec<Found<T>>,
     leave_out_unreadable: bool,
-    left_out: Vec<String>,
+    left_out: &mut Vec<String>,
+) -> Result<Vec<Option<T>>, Failure> {
+    let n_needed = (MIN_READABLE_SHARE * found.len() as f64).ceil() as usize;
+    let n_readable = found.iter().filter(|found| found.is_ok()).count();
+    let go_on = leave_out_unreadable || n_readable >= n_needed;
+    let keep = |found: Found<T>| match found {
+        Ok(found) => Ok(Some(found)),
+        Err(failure) if go_on && failure.is_about_content() => {
+            left_out.push(failure.what().to_owned());
+            Ok(None)
+        }
+        Err(failure) => Err(failure),
+    };
+    found.into_iter().map(keep).collect()
 }
 
-impl Sieve {
-    fn keep<T>(&mut self, found: Option<Found<T>>) -> Result<Option<T>, Failure> {
-        match found {
-            None => Ok(None),
-            Some(Ok(found)) => Ok(Some(found)),
-            Some(Err(failure)) if self.leave_out_unreadable && failure.is_about_content() => {
-                self.left_out.push(failure.what().to_owned());
-                Ok(None)
-            }
-            Some(Err(failure)) => Err(failure),
-        }
-    }
-}
+/// Share of the board pictures, and of the laser pictures, that must be readable: single pictures go wrong, but what most
+/// of them do not show is not there, or is described wrongly.
+const MIN_READABLE_SHARE: f64 = 0.5;
 
 fn board_pictures(capture: &Capture) -> Vec<Picture<'_>> {
     let poses = capture.manifest.poses.iter().enumerate();
@@ -176,15 +180,35 @@ fn laser_pictures(capture: &Capture) -> Vec<Picture<'_>> {
 
 fn corners_of(capture: &Capture, picture: &Picture) -> Found<BoardCorners> {
     let image = capture.image(&picture.entry, picture.path)?;
-    let target = &capture.manifest.target;
-    let params = CornerParams { inner_columns: target.inner_columns, inner_rows: target.inner_rows };
-    find_corners(&image, &params).map_err(|error| {
-        let remedy = match error {
-            CornerError::WrongSize { found_columns, found_rows, .. } => format!(
+    let found = match &capture.manifest.target {
+        Target::Chessboard(board) => find_corners(
+            &image,
+            &CornerParams { inner_columns: board.inner_columns, inner_rows: board.inner_rows },
+        ),
+        Target::Charuco(board) => find_charuco(
+            &image,
+            &CharucoParams {
+                columns: board.columns,
+                rows: board.rows,
+                marker_share: board.marker_mm / board.square_mm.x_mm.min(board.square_mm.y_mm),
+                dictionary: board.dictionary.clone(),
+            },
+        ),
+    };
+    found.map_err(|error| {
+        let remedy = match (&error, &capture.manifest.target) {
+            (CornerError::WrongSize { found_columns, found_rows, .. }, _) => format!(
                 "if the board has {found_columns}×{found_rows} inner corners, set target.inner_columns and \
                  target.inner_rows in capture.json; if a part of it is out of the picture, take the picture again"
             ),
-            _ => "take the picture again with the whole board in it, evenly lit and sharp".to_owned(),
+            (_, Target::Chessboard(_)) => {
+                "take the picture again with the whole board in it, evenly lit and sharp".to_owned()
+            }
+            (_, Target::Charuco(_)) => {
+                "check columns, rows and dictionary of target in capture.json, or take the \
+                                        picture again with more of the board in it, evenly lit and sharp"
+                    .to_owned()
+            }
         };
         unreadable(capture, picture, &error.to_string(), &remedy)
     })
@@ -205,24 +229,32 @@ fn unreadable(capture: &Capture, picture: &Picture, why: &str, remedy: &str) -> 
     Failure::bad_input(format!("{} ({}): {why}", picture.path.display(), picture.entry))
         .in_file(&capture.manifest_path())
         .at_entry(&picture.entry)
-        .remedy(format!("{remedy}; --leave-out-unreadable calibrates without such pictures"))
+        .remedy(format!("{remedy}; --leave-out-unreadable calibrates from the others, however few"))
         .about_content()
 }
 
 fn input(capture: &Capture, poses: Vec<PoseInput>, stage_views: Vec<StageViewInput>) -> CalibrationInput {
     let manifest = &capture.manifest;
+    let (inner_columns, inner_rows) = manifest.target.inner_corners();
+    let square = manifest.target.square_mm();
     CalibrationInput {
         width_px: manifest.camera.width_px,
         height_px: manifest.camera.height_px,
         board: BoardGeometry {
-            inner_columns: manifest.target.inner_columns,
-            inner_rows: manifest.target.inner_rows,
-            square_mm: manifest.target.square_mm,
+            inner_columns,
+            inner_rows,
+            square_mm: [square.x_mm, square.y_mm].into(),
+            has_markers: matches!(manifest.target, Target::Charuco(_)),
         },
         projector: ProjectorSheet {
-            wavelength_nm: manifest.projector.wavelength_nm,
-            grating_lines_per_mm: manifest.projector.grating_lines_per_mm,
-            orders: manifest.projector.orders.clone(),
+            grating: match &manifest.projector {
+                Projector::Grating(grating) => Some(GratingSheet {
+                    wavelength_nm: grating.wavelength_nm,
+                    lines_per_mm: grating.grating_lines_per_mm,
+                }),
+                Projector::Planes(_) => None,
+            },
+            orders: manifest.projector.orders(),
             line_direction: manifest.line_direction(),
         },
         poses,

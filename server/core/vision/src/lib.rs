@@ -12,5 +12,7 @@ pub use centreline::{
     CentrelineExtractor, CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment,
     find_centrelines, find_centrelines_by_reference,
 };
-pub use corners::{BoardCorners, Corner, CornerError, CornerParams, find_corners};
+pub use corners::{
+    BoardCorners, CharucoError, CharucoParams, Corner, CornerError, CornerParams, find_charuco, find_corners,
+};
 pub use image::{GreyImage, ImageError, Pixels};

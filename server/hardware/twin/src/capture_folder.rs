@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use capture::{
-    BoardTarget, CameraFormat, CaptureError, Frame, ImageFileError, Manifest, Pose, Projector, Scan, StageView,
-    params::FORMAT, write_manifest, write_png,
+    CameraFormat, CaptureError, ChessboardTarget, Frame, GratingProjector, ImageFileError, Manifest, Pose, Scan,
+    StageView, params::FORMAT, write_manifest, write_png,
 };
 use rayon::prelude::*;
 
@@ -212,13 +212,14 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
     Manifest {
         format: FORMAT.to_owned(),
         camera: CameraFormat { width_px: shape.width_px, height_px: shape.height_px },
-        target: BoardTarget { kind: "chessboard".to_owned(), inner_columns, inner_rows, square_mm },
-        projector: Projector {
+        target: ChessboardTarget { inner_columns, inner_rows, square_mm: square_mm.into() }.into(),
+        projector: GratingProjector {
             wavelength_nm: shape.wavelength_nm,
             grating_lines_per_mm: shape.lines_per_mm,
             orders: model.orders.clone(),
-            line_direction: Projector::word_for(shape.line_direction),
-        },
+            line_direction: GratingProjector::word_for(shape.line_direction),
+        }
+        .into(),
         poses: (0..request.n_poses)
             .map(|idx| Pose {
                 board: format!("board/{idx:03}.png").into(),

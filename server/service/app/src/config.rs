@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use capture::{BoardTarget, Projector};
+use capture::{ChessboardTarget, GratingProjector};
 use station::StationDevices;
 use twin::{TwinDriver, TwinSettings};
 
@@ -16,9 +16,9 @@ pub struct AppConfig {
     /// What the station is made of.
     pub station: StationDevices,
     /// The board used for calibration.
-    pub target: BoardTarget,
+    pub target: ChessboardTarget,
     /// The projector by its data sheet.
-    pub projector: Projector,
+    pub projector: GratingProjector,
 }
 
 impl AppConfig {
@@ -38,8 +38,8 @@ impl AppConfig {
         Self {
             data,
             station: StationDevices::twin(TwinDriver::new(TwinSettings::default())),
-            target: BoardTarget { kind: "chessboard".to_owned(), inner_columns, inner_rows, square_mm: 12.0 },
-            projector: Projector {
+            target: ChessboardTarget { inner_columns, inner_rows, square_mm: 12.0.into() },
+            projector: GratingProjector {
                 wavelength_nm: shape.wavelength_nm,
                 grating_lines_per_mm: shape.lines_per_mm,
                 orders: shape.orders,

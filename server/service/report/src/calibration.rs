@@ -141,7 +141,7 @@ fn pictures(capture: &Capture, features: &Features, fit: &LightReport) -> Result
     let keys: Vec<(String, String)> = capture
         .manifest
         .projector
-        .orders
+        .orders()
         .iter()
         .map(|order| (format!("order {}", order_name(*order)), order_hex(*order)))
         .collect();

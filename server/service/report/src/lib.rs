@@ -18,6 +18,7 @@ pub mod plot;
 pub mod scan;
 mod stage;
 pub mod tables;
+pub mod target_sheet;
 
 pub use calibration::calibration_page;
 pub use scan::scan_page;

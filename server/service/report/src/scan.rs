@@ -32,7 +32,7 @@ pub fn scan_page(
 
 /// The section of one scan.
 pub fn scan_section(page: &mut Page, capture: &Capture, name: &str, result: &ScanResult) -> Result<(), Failure> {
-    let orders = &capture.manifest.projector.orders;
+    let orders = capture.manifest.projector.orders();
     let keys: Vec<(String, String)> =
         orders.iter().map(|order| (format!("order {}", order_name(*order)), order_hex(*order))).collect();
     let view = CloudView::new(&result.cloud);

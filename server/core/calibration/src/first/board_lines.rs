@@ -225,7 +225,13 @@ fn place_on_board(point: &CentrelinePoint, camera: &Camera, pose: &BoardPose, bo
             return Place::NearEdge;
         }
     }
-    if outside(0.0) { Place::Margin } else { Place::Square }
+    // The square beyond corner (0, 0) is a dark one.
+    let is_bright = (here.x.floor() + here.y.floor()).rem_euclid(2.0) != 0.0;
+    match outside(0.0) {
+        true => Place::Margin,
+        false if board.has_markers && is_bright => Place::NearEdge,
+        false => Place::Square,
+    }
 }
 
 /// Board coordinates in squares from corner (0, 0) of a pixel.
@@ -242,7 +248,7 @@ fn squares_from_pixel(
         return None;
     }
     let on_board = pose.rotation.inverse() * (ray * depth - pose.translation_mm);
-    Some(on_board.xy() / board.square_mm)
+    Some(on_board.xy().component_div(&board.square_mm))
 }
 
 /// The winning rank, if there are enough votes and they agree.

@@ -10,14 +10,19 @@ use crate::first::board_lines::{BoardPiece, along_across};
 use crate::params::{JOIN_END_POINTS, JOIN_MAX_GAP_LENGTHS, JOIN_TOLERANCE_PX, MIN_LINE_COLUMNS};
 
 /// Joins the pieces of one picture to whole lines and lets the lines' labels speak for all their pieces; where no
-/// piece has a label and there are as many lines as orders, their ranks are the labels. Returns the number of lines.
-pub fn label_whole_lines(pieces: &mut [BoardPiece], orders: &[i8], line_direction: LineDirection) -> usize {
+/// piece has a label and there are as many lines as orders, their ranks are the labels. Returns the lines from the top
+/// (left), each as indices of its pieces.
+pub fn label_whole_lines(
+    pieces: &mut [BoardPiece],
+    orders: &[i8],
+    line_direction: LineDirection,
+) -> Vec<Vec<usize>> {
     let ends: Vec<Ends> = pieces.iter().map(|piece| Ends::of(piece, line_direction)).collect();
     let mut lines = joined(&ends);
     lines.retain(|line| line.iter().map(|&idx| pieces[idx].points.len()).sum::<usize>() >= MIN_LINE_COLUMNS);
+    lines.sort_by(|a, b| height(a, &ends).total_cmp(&height(b, &ends)));
     let voted: Vec<Option<i8>> = lines.iter().map(|line| common_label(line, pieces)).collect();
     let ranked = if voted.iter().all(Option::is_none) && lines.len() == orders.len() {
-        lines.sort_by(|a, b| height(a, &ends).total_cmp(&height(b, &ends)));
         orders.iter().map(|order| Some(*order)).collect()
     } else {
         voted
@@ -27,7 +32,7 @@ pub fn label_whole_lines(pieces: &mut [BoardPiece], orders: &[i8], line_directio
             pieces[idx].order = order;
         }
     }
-    lines.len()
+    lines
 }
 
 /// Where a piece starts and ends, and the slope it has there.

@@ -15,7 +15,7 @@ const BINS_PER_LINE: usize = 6;
 /// Scores every model by leaving poses out in turn, camera and poses held.
 pub fn cross_validate(scene: &Scene, laser: &[LaserObservation]) -> CrossValidation {
     let laser = thinned(laser, scene.poses.len(), scene.orders.len());
-    let scores: Vec<ModelScore> = LightModelKind::ALL.iter().map(|&kind| score(scene, &laser, kind)).collect();
+    let scores: Vec<ModelScore> = scene.models().iter().map(|&kind| score(scene, &laser, kind)).collect();
     let (recommended, reason) = recommendation(&scores);
     CrossValidation { scores, recommended, reason }
 }
@@ -145,11 +145,16 @@ fn recommendation(scores: &[ModelScore]) -> (LightModelKind, String) {
         .filter(|s| s.model != best.model)
         .map(|s| format!("`{}` {:.1} µm", s.model, 1e3 * s.held_out_bias_mm))
         .collect();
+    let rest = match (others.is_empty(), scores.len()) {
+        (false, _) => others.join(", "),
+        (true, 1) => "and nothing ties the lines together that another model could use".to_owned(),
+        (true, _) => "and no other model could be fitted".to_owned(),
+    };
     let reason = format!(
         "on poses left out of the fit, `{}` is wrong by {:.1} µm in depth (means along the lines, RMS), {}",
         best.model,
         1e3 * best.held_out_bias_mm,
-        if others.is_empty() { "and no other model could be fitted".to_owned() } else { others.join(", ") }
+        rest
     );
     (best.model, reason)
 }

@@ -1,6 +1,6 @@
 //! From the centrelines of all laser pictures to labelled, cleaned observations.
 
-use optics::{DepthRangeMm, LightModelKind, LightSurfaces};
+use optics::{DepthRangeMm, LightSurfaces};
 
 use crate::error::CalibrationError;
 use crate::findings::report::Rejections;
@@ -9,6 +9,7 @@ use crate::first::board_lines::{
 };
 use crate::first::chaining::label_whole_lines;
 use crate::fits::light_fit::{Scene, fit_light, lit_points};
+use crate::fits::partial_sets::label_partial_sets;
 use crate::input::CalibrationInput;
 use crate::params::{
     DEPTH_RANGE_MARGIN, LASER_HUBER_SIGMAS, LASER_REJECT_SIGMAS, MIN_LASER_POSES, MIN_LINE_COLUMNS,
@@ -40,6 +41,8 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
     let mut rejections = Rejections::default();
     let mut pieces: Vec<BoardPiece> = Vec::new();
     let (mut most_side_by_side, mut correlation_px) = (0, 1.0_f64);
+    let mut lines_of_pictures: Vec<Vec<Vec<usize>>> = Vec::new();
+    let (mut n_lit, mut dark) = (0, Vec::new());
     for (block, pose) in input.poses.iter().enumerate() {
         let Some(centrelines) = &pose.centrelines else { continue };
         let mut lines = picture_lines(
@@ -54,32 +57,57 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
         if lines.pieces.iter().filter(|piece| piece.on_pattern).map(|piece| piece.points.len()).sum::<usize>()
             < MIN_LINE_COLUMNS
         {
-            return Err(CalibrationError::NoLine { pose: pose.name.clone() });
+            dark.push(pose.name.as_str());
+            continue;
         }
-        let n_lines = label_whole_lines(&mut lines.pieces, scene.orders, input.projector.line_direction);
+        n_lit += 1;
+        let whole = label_whole_lines(&mut lines.pieces, scene.orders, input.projector.line_direction);
         rejections.off_board += lines.rejections.off_board;
         rejections.square_edge += lines.rejections.square_edge;
-        most_side_by_side = most_side_by_side.max(lines.most_side_by_side).max(n_lines);
+        most_side_by_side = most_side_by_side.max(lines.most_side_by_side).max(whole.len());
         correlation_px = correlation_px.max(lines.correlation_px);
+        let n_before = pieces.len();
+        lines_of_pictures
+            .push(whole.into_iter().map(|line| line.into_iter().map(|idx| idx + n_before).collect()).collect());
         pieces.extend(lines.pieces);
     }
+    if n_lit < MIN_LASER_POSES {
+        return Err(CalibrationError::LinesOffBoard {
+            needed: MIN_LASER_POSES,
+            got: n_lit,
+            dark: dark.join(", "),
+        });
+    }
     let spacing = (correlation_px / POINTS_PER_CORRELATION).round().max(1.0) as usize;
-    let on_pattern: Vec<BoardPiece> = pieces.iter().filter(|piece| piece.on_pattern).cloned().collect();
-    let ranked = observations(&on_pattern, spacing, correlation_px);
+    let mut ranked = on_pattern(&pieces, spacing, correlation_px);
+    if boards(ranked.iter()).len() < MIN_LASER_POSES
+        && label_partial_sets(&mut pieces, &lines_of_pictures, scene, spacing)
+    {
+        ranked = on_pattern(&pieces, spacing, correlation_px);
+    }
     check_ranked(scene, &ranked, most_side_by_side)?;
-    let kind =
-        if scene.orders.len() >= MIN_TIED_ORDERS { LightModelKind::Grating } else { LightModelKind::Planes };
+    let kind = scene.working_model();
     let light = fit_light(scene, &ranked, kind, None)?.light;
     label_by_prediction(&mut pieces, scene.camera, scene.poses, &light, scene.orders);
     unlabel_beyond_board(&mut pieces, scene.camera, scene.poses, &light);
     rejections.unlabelled = pieces.iter().filter(|p| p.order.is_none()).map(|p| p.points.len()).sum();
     let labelled = observations(&pieces, spacing, correlation_px);
-    let warnings = check_seen(scene, &labelled)?;
+    let mut warnings = check_seen(scene, &labelled)?;
+    if !dark.is_empty() {
+        let (n, names) = (dark.len(), dark.join(", "));
+        warnings.push(format!("left out of the light: {n} laser pictures without a line on the board ({names})"));
+    }
     let light = fit_light(scene, &labelled, kind, Some(&light))?.light;
     let (observations, outliers) = without_outliers(scene, &light, labelled);
     rejections.outlier = outliers.len();
     let depth_range_mm = depth_range(scene, &observations)?;
     Ok(LaserPoints { observations, rejections, outliers, depth_range_mm, warnings })
+}
+
+/// What is labelled on the boards' patterns.
+pub(super) fn on_pattern(pieces: &[BoardPiece], spacing: usize, correlation_px: f64) -> Vec<LaserObservation> {
+    let on_pattern: Vec<BoardPiece> = pieces.iter().filter(|piece| piece.on_pattern).cloned().collect();
+    observations(&on_pattern, spacing, correlation_px)
 }
 
 /// Ranks on fewer than two boards fix no sheet to predict the others from.
@@ -102,7 +130,7 @@ fn check_seen(scene: &Scene, laser: &[LaserObservation]) -> Result<Vec<String>, 
     let seen_on = |order: i8| boards(laser.iter().filter(|p| p.order == order)).len();
     let rare: Vec<(i8, usize)> =
         scene.orders.iter().map(|&order| (order, seen_on(order))).filter(|(_, got)| *got < needed).collect();
-    let tied = scene.orders.len() - rare.len() >= MIN_TIED_ORDERS;
+    let tied = scene.sheet_wavelength_over_period.is_some() && scene.orders.len() - rare.len() >= MIN_TIED_ORDERS;
     match rare.first() {
         Some(&(order, got)) if !tied => Err(CalibrationError::OrderUnseen { order, got, needed }),
         _ => Ok(rare

@@ -7,6 +7,7 @@ use crate::error::CalibrationError;
 use crate::first::first_sheets::{
     LitPoint, grating_from_pencil, lit_centre, pencil_from_planes, planes_from_points,
 };
+use crate::params::{MIN_RANKED_BOARDS, MIN_TIED_ORDERS};
 use crate::solving::bundle::{Bundle, sheet_residual};
 use crate::solving::observation::LaserObservation;
 use crate::solving::prior::Priors;
@@ -22,8 +23,26 @@ pub struct Scene<'a> {
     pub poses: &'a [BoardPose],
     /// The listed orders.
     pub orders: &'a [i8],
-    /// λ/d_g by the data sheets.
-    pub sheet_wavelength_over_period: f64,
+    /// λ/d_g by the data sheets; `None` without a grating.
+    pub sheet_wavelength_over_period: Option<f64>,
+}
+
+impl Scene<'_> {
+    /// The models that can be true, simplest first: without a grating nothing ties the lines together.
+    pub fn models(&self) -> &'static [LightModelKind] {
+        match self.sheet_wavelength_over_period {
+            Some(_) => &LightModelKind::ALL,
+            None => &[LightModelKind::Planes],
+        }
+    }
+
+    /// The model that labels lines and finds outliers: the most exact one that so many lines determine.
+    pub fn working_model(&self) -> LightModelKind {
+        match self.sheet_wavelength_over_period {
+            Some(_) if self.orders.len() >= MIN_TIED_ORDERS => LightModelKind::Grating,
+            _ => LightModelKind::Planes,
+        }
+    }
 }
 
 /// Light sheets and why their fit stopped.
@@ -130,7 +149,7 @@ pub fn light_priors(scene: &Scene, light: &LightSurfaces, points: &[LitPoint]) -
     };
     Priors {
         camera: Vec::new(),
-        wavelength_over_period: Some(Priors::of_wavelength_over_period(scene.sheet_wavelength_over_period)),
+        wavelength_over_period: scene.sheet_wavelength_over_period.map(Priors::of_wavelength_over_period),
         grating,
     }
 }
@@ -147,11 +166,18 @@ fn first_light(
             .ok_or_else(|| refused("an order has too few points on the boards for a plane of its own"))?;
         return Ok(LightSurfaces::Planes(planes));
     }
+    // On one board an order is a line, which many planes go through.
+    let n_boards = |order: i8| {
+        let of_order = laser.iter().filter(|p| p.order == order).map(|p| p.block);
+        of_order.collect::<std::collections::BTreeSet<usize>>().len()
+    };
     let seen: Vec<i8> =
-        scene.orders.iter().copied().filter(|order| points.iter().any(|p| p.order == *order)).collect();
+        scene.orders.iter().copied().filter(|order| n_boards(*order) >= MIN_RANKED_BOARDS).collect();
     let planes =
         planes_from_points(&seen, points).ok_or_else(|| refused("an order has too few points on the boards"))?;
-    let pencil = pencil_from_planes(&planes, points, scene.sheet_wavelength_over_period)
+    let pencil = scene
+        .sheet_wavelength_over_period
+        .and_then(|sheet| pencil_from_planes(&planes, points, sheet))
         .ok_or_else(|| refused("it ties at least three orders together"))?;
     if kind == LightModelKind::Pencil {
         return Ok(LightSurfaces::Pencil(pencil));

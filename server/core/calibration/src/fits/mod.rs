@@ -3,4 +3,6 @@ pub(crate) mod cross_validation;
 pub(crate) mod joint;
 pub(crate) mod laser_points;
 pub mod light_fit;
+pub(crate) mod partial_sets;
+pub(crate) mod section;
 pub(crate) mod stage_fit;

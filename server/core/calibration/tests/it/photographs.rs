@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use calibration::{BoardGeometry, CalibrationInput, CalibrationOptions, PoseInput, ProjectorSheet, calibrate};
+use nalgebra::Vector2;
 use rayon::prelude::*;
 use vision::{CornerParams, LineDirection, find_corners};
 
@@ -35,12 +36,7 @@ fn camera_rms_px(paths: &[PathBuf], board: BoardGeometry, estimate_k3: Option<bo
         width_px: images[0].width(),
         height_px: images[0].height(),
         board,
-        projector: ProjectorSheet {
-            wavelength_nm: 660.0,
-            grating_lines_per_mm: 50.0,
-            orders: vec![0],
-            line_direction: LineDirection::Rows,
-        },
+        projector: ProjectorSheet { grating: None, orders: vec![0], line_direction: LineDirection::Rows },
         poses,
         stage_views: Vec::new(),
     };
@@ -54,7 +50,8 @@ fn camera_rms_px(paths: &[PathBuf], board: BoardGeometry, estimate_k3: Option<bo
 fn opencvs_left_camera_is_fitted_as_well_as_opencv_does() {
     let Some(paths) = photographs("opencv-board", "left") else { return };
     assert_eq!(paths.len(), 13);
-    let board = BoardGeometry { inner_columns: 9, inner_rows: 6, square_mm: 25.0 };
+    let board =
+        BoardGeometry { inner_columns: 9, inner_rows: 6, square_mm: Vector2::repeat(25.0), has_markers: false };
     // OpenCV with cornerSubPix: 0.178 px with k3 = 0.
     let rms_px = camera_rms_px(&paths, board, Some(false));
     println!("{rms_px}");
@@ -65,7 +62,8 @@ fn opencvs_left_camera_is_fitted_as_well_as_opencv_does() {
 fn the_ciclop_camera_is_fitted_as_well_as_published() {
     let Some(paths) = photographs("ciclop/camera", "frame") else { return };
     assert_eq!(paths.len(), 16);
-    let board = BoardGeometry { inner_columns: 11, inner_rows: 6, square_mm: 13.0 };
+    let board =
+        BoardGeometry { inner_columns: 11, inner_rows: 6, square_mm: Vector2::repeat(13.0), has_markers: false };
     // Published, and OpenCV's: 0.2415 px with five distortion parameters.
     let rms_px = camera_rms_px(&paths, board, None);
     println!("{rms_px}");

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use crate::common::{HEIGHT_PX, WIDTH_PX, chain, flat, folder_with, manifest_with, put, refusal, sound_manifest};
-use capture::{Capture, CaptureError, read_grey_image, sha256_of, write_manifest};
+use capture::{Capture, CaptureError, ChessboardTarget, read_grey_image, sha256_of, write_manifest};
 use serde_json::{Value, json};
 use vision::{GreyImage, LineDirection, Pixels};
 
@@ -75,9 +75,11 @@ fn wrong_values_are_refused_by_entry() {
     check("/camera/width_px", json!(0), &["camera.width_px", "above 0"]);
     check("/camera", json!({"width_px": 1_000_000, "height_px": 51}), &["1000000×51", "50000000"]);
     check("/camera/height_px", json!(u64::MAX), &["camera.height_px"]);
-    check("/target/kind", json!("circles"), &["target.kind", "circles", "chessboard"]);
+    check("/target/kind", json!("circles"), &["target", "unknown variant `circles`", "chessboard", "charuco"]);
     check("/target/inner_rows", json!(1), &["target.inner_rows", "between 2 and 1000"]);
     check("/target/square_mm", json!(-12), &["target.square_mm is -12", "above 0"]);
+    check("/target/square_mm", json!([12, 0]), &["target.square_mm is 0", "above 0"]);
+    check("/target/square_mm", json!([12]), &["target.square_mm", "[x, y]"]);
     check("/projector/wavelength_nm", json!(0.0), &["projector.wavelength_nm", "above 0"]);
     check("/projector/grating_lines_per_mm", json!(-50), &["projector.grating_lines_per_mm"]);
     check("/projector/orders", json!([]), &["projector.orders is empty"]);
@@ -112,7 +114,7 @@ fn two_scans_of_one_name_are_refused() {
 #[test]
 fn values_of_the_wrong_type_are_refused_by_line_and_entry() {
     check_text("-20.0", "null", &["stage_views[0].position_mm", "line", "null"]);
-    check_text("\"board\": \"board/001.png\"", "\"bord\": 1", &["poses[1]", "missing field `board`"]);
+    check_text("\"board\": \"board/001.png\"", "\"bord\": 1", &["line ", "poses[1].board is missing"]);
     check_text("12.0", "\"twelve\"", &["target.square_mm", "twelve"]);
     check_text("-20.0", "1e999", &["stage_views[0].position_mm", "out of range"]);
     check_text("\"poses\"", "\"poses\" \"x\"", &["line", "column", "capture.schema.json"]);
@@ -255,7 +257,7 @@ fn a_written_manifest_reads_back_the_same() {
 fn a_manifest_that_could_not_be_read_back_is_not_written() {
     let folder = folder_with(&sound_manifest());
     let mut manifest = Capture::open(folder.path()).unwrap().manifest;
-    manifest.target.square_mm = f64::NAN;
+    manifest.target = ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: f64::NAN.into() }.into();
     write_manifest(folder.path(), &manifest).unwrap_err();
     Capture::open(folder.path()).unwrap();
 }
@@ -274,4 +276,46 @@ fn a_file_is_known_by_its_hash() {
 fn crc32(bytes: &[u8]) -> u32 {
     let step = |crc: u32, _| if crc & 1 == 1 { (crc >> 1) ^ 0xEDB8_8320 } else { crc >> 1 };
     !bytes.iter().fold(!0_u32, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
+}
+
+#[test]
+fn a_projector_names_the_entry_that_is_missing() {
+    check("/projector", json!({}), &["projector.wavelength_nm is missing", "kind \"planes\""]);
+    check("/projector", json!({"wavelength_nm": 660}), &["projector.grating_lines_per_mm is missing"]);
+    check("/projector", json!({"kind": "planes"}), &["projector.lines is missing", "capture.schema.json"]);
+    check("/projector", json!({"kind": "planes", "lines": 0}), &["projector.lines is 0", "1 to 41"]);
+    check("/projector", json!({"kind": "fan"}), &["projector", "unknown variant `fan`", "planes"]);
+}
+
+#[test]
+fn lines_that_nothing_ties_together_are_numbered() {
+    let mut manifest = sound_manifest();
+    manifest["projector"] = json!({"kind": "planes", "lines": 3, "line_direction": "columns"});
+    let projector = Capture::open(folder_with(&manifest).path()).unwrap().manifest.projector;
+    assert_eq!(projector.orders(), [0, 1, 2]);
+    assert_eq!(projector.direction(), vision::LineDirection::Columns);
+}
+
+/// A ChArUco board with one value replaced.
+fn charuco(key: &str, value: serde_json::Value) -> serde_json::Value {
+    let mut board = json!({"kind": "charuco", "columns": 10, "rows": 7, "square_mm": 20, "marker_mm": 14,
+        "dictionary": "DICT_5X5_100"});
+    board[key] = value;
+    board
+}
+
+#[test]
+fn a_charuco_board_must_be_one_that_can_be() {
+    Capture::open(folder_with(&manifest_with("/target", charuco("rows", json!(7)))).path()).unwrap();
+    check("/target", charuco("marker_mm", json!(20)), &["target.marker_mm is 20", "below that of a square"]);
+    check("/target", charuco("dictionary", json!("DICT_9X9")), &["target.dictionary", "DICT_9X9", "OpenCV"]);
+    check("/target", charuco("columns", json!(40)), &["140 markers", "DICT_5X5_100 has 100", "larger dictionary"]);
+    check("/target", json!({"kind": "charuco", "columns": 10}), &["target.rows is missing"]);
+}
+
+#[test]
+fn squares_may_have_two_sides() {
+    let folder = folder_with(&manifest_with("/target/square_mm", json!([12.0, 12.1])));
+    let square = Capture::open(folder.path()).unwrap().manifest.target.square_mm();
+    assert_eq!((square.x_mm, square.y_mm), (12.0, 12.1));
 }

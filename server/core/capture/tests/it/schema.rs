@@ -17,6 +17,24 @@ fn a_sound_manifest_fits_the_schema() {
 }
 
 #[test]
+fn a_charuco_board_fits_the_schema() {
+    let board = json!({"kind": "charuco", "columns": 10, "rows": 7, "square_mm": [20, 20.1], "marker_mm": 14,
+        "dictionary": "DICT_5X5_100"});
+    let manifest = manifest_with("/target", board);
+    assert!(schema().is_valid(&manifest));
+    let capture = Capture::open(folder_with(&manifest).path()).unwrap();
+    assert!(schema().is_valid(&serde_json::to_value(&capture.manifest).unwrap()));
+}
+
+#[test]
+fn free_lasers_fit_the_schema() {
+    let manifest = manifest_with("/projector", json!({"kind": "planes", "lines": 2}));
+    assert!(schema().is_valid(&manifest));
+    let capture = Capture::open(folder_with(&manifest).path()).unwrap();
+    assert!(schema().is_valid(&serde_json::to_value(&capture.manifest).unwrap()));
+}
+
+#[test]
 fn what_the_reader_writes_fits_the_schema() {
     let capture = Capture::open(folder_with(&sound_manifest()).path()).unwrap();
     assert!(schema().is_valid(&serde_json::to_value(&capture.manifest).unwrap()));
@@ -25,13 +43,18 @@ fn what_the_reader_writes_fits_the_schema() {
 #[test]
 fn schema_and_reader_refuse_the_same() {
     let schema = schema();
-    let broken: [(&str, Value); 14] = [
+    let broken: [(&str, Value); 19] = [
         ("/format", json!("sheaf-capture/2")),
         ("/camera/width_px", json!(0)),
         ("/camera/width_px", json!(12.5)),
         ("/target/kind", json!("circles")),
         ("/target/inner_rows", json!(1)),
+        ("/target/square_mm", json!([12])),
+        ("/target", json!({"kind": "charuco", "columns": 10, "rows": 7, "square_mm": 20, "marker_mm": 14})),
         ("/target/square_mm", json!(0)),
+        ("/projector", json!({"wavelength_nm": 660, "orders": [0]})),
+        ("/projector", json!({"kind": "planes", "orders": [0]})),
+        ("/projector", json!({"kind": "planes", "lines": 42})),
         ("/projector/orders", json!([])),
         ("/projector/orders", json!([1, 1])),
         ("/projector/orders", json!([21])),

@@ -88,6 +88,10 @@ pub fn label_frames(
     let travel = Travel::of(shifts_mm);
     let direction = lines_of(frames, 0)?.direction;
     let mut pieces = looks::cut_pieces(frames, &travel.order, direction)?;
+    if triangulator.calibration().orders.len() == 1 {
+        // Nothing can contradict the only line there is; points beyond the depths are left out one by one.
+        return Ok(Labels { verdicts: vec![Verdict::Order(0); pieces.len()], pieces, direction });
+    }
     let view = hypotheses::View { triangulator, depth_range_mm, direction };
     if frames.n_frames() > 1 {
         let (whole, evidence, _) = gathered(frames, shifts_mm, &travel, &view, pieces)?;

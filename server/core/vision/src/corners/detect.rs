@@ -191,6 +191,11 @@ fn flattened(picture: &Picture) -> Picture {
     Picture { width: w, height: h, levels, scale: picture.scale }
 }
 
+/// The image as 8-bit levels for the detector, stretched.
+pub(super) fn bytes_of(image: &GreyImage) -> Vec<u8> {
+    stretched(&plain(image).levels)
+}
+
 /// Grey levels between the darkest and the brightest half per cent (of a sample), spread over 0–255.
 fn stretched(levels: &[f32]) -> Vec<u8> {
     let mut sorted: Vec<f32> = levels.iter().step_by(STRETCH_SAMPLE_STEP).copied().collect();

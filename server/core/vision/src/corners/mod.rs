@@ -14,6 +14,7 @@
 //! 3. `orientation`: size check and corner (0, 0).
 //! 4. `refine`: a blurred-corner model fitted to each corner (`model`, `fit`, `sums`).
 
+mod charuco;
 mod detect;
 mod fit;
 mod lattice;
@@ -36,7 +37,10 @@ use crate::GreyImage;
 use detect::search_seeds;
 use lattice::Lattice;
 use orientation::{Board, read_board};
-use params::VERDICT_SHARE;
+use params::{VERDICT_SHARE, WINDOW_MAX_PX, WINDOW_SQUARES};
+use window::Reach;
+
+pub use charuco::{CharucoError, CharucoParams, find_charuco};
 
 /// Settings of the corner search.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,14 +66,14 @@ pub struct Corner {
     pub sigma_px: f64,
 }
 
-/// The corners of one board, row by row: `corners[row * inner_columns + column]`.
+/// The corners of one board that were found, row by row: all of a chessboard, those in sight of a ChArUco board.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoardCorners {
     /// Inner corners along a board row.
     pub inner_columns: usize,
     /// Inner corners along a board column.
     pub inner_rows: usize,
-    /// All `inner_rows * inner_columns` corners in row-major order.
+    /// In row-major order.
     pub corners: Vec<Corner>,
 }
 
@@ -98,8 +102,8 @@ pub enum CornerError {
         /// Detected inner rows.
         found_rows: usize,
     },
-    /// The configured chessboard was detected, but some of its corners are hidden or unreadable.
-    #[error("found {found} of the {needed} inner corners of the {inner_columns}×{inner_rows} chessboard")]
+    /// The configured board was detected, but too many of its corners are hidden or unreadable.
+    #[error("found {found} of the {needed} inner corners of the {inner_columns}×{inner_rows} board")]
     Incomplete {
         /// Configured inner columns.
         inner_columns: usize,
@@ -141,7 +145,13 @@ pub fn find_corners(image: &GreyImage, params: &CornerParams) -> Result<BoardCor
         None
     });
     let first = verdict.unwrap_or(Err(failure))?;
-    Ok(board_from_fits(&refine::refine(image, &first, inner_columns), params))
+    Ok(board_from_fits(&refine_whole(image, &first, inner_columns), params))
+}
+
+/// Refits the corners of a whole chessboard, row by row.
+fn refine_whole(image: &GreyImage, first: &[fit::CornerFit], columns: usize) -> Vec<fit::CornerFit> {
+    let indices: Vec<[usize; 2]> = (0..first.len()).map(|k| [k % columns, k / columns]).collect();
+    refine::refine(image, first, &indices, Reach { squares: WINDOW_SQUARES, max_px: WINDOW_MAX_PX })
 }
 
 /// The first fits of all corners, row by row, if the lattice is the configured board.

@@ -4,6 +4,13 @@
 /// next edge, blurred, stays outside.
 pub(super) const WINDOW_SQUARES: f64 = 0.4;
 
+/// Share of the white rim around a ChArUco marker that the windows of its corners take: the marker, blurred, stays outside.
+pub(super) const CHARUCO_WINDOW_SHARE: f64 = 0.85;
+
+/// A ChArUco corner that misses the smooth board by more than this many medians of all misses is none: of a Gaussian's
+/// distances in the plane one in thirty million is.
+pub(super) const CHARUCO_MAX_MISS_MEDIANS: f64 = 5.0;
+
 /// Longest half-side of the refinement window. Beyond it light and edge curvature leave the model.
 pub(super) const WINDOW_MAX_PX: f64 = 32.0;
 

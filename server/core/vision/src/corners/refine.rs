@@ -3,30 +3,34 @@
 //! Directions and curvatures of the edges start from the whole board's smooth [`BoardWarp`]; position, blur and
 //! grey levels are each corner's own, so that the corners' errors are independent.
 
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 
 use crate::GreyImage;
 
 use super::fit::{CornerFit, NoiseModel, Window, fit_corner, residuals, start_at};
 use super::model::CrossShape;
-use super::params::{
-    DISAGREEMENT_MIN_SAMPLES, DISAGREEMENT_REACH, NOISE_SAMPLE_STEP, QUANTISATION_VARIANCE, WINDOW_MAX_PX,
-    WINDOW_SQUARES,
-};
+use super::params::{DISAGREEMENT_MIN_SAMPLES, DISAGREEMENT_REACH, NOISE_SAMPLE_STEP, QUANTISATION_VARIANCE};
 use super::sums::CornerState;
 use super::warp::{BoardWarp, LocalShape};
 use super::window::{Reach, window_around};
 
-/// Refits all corners (row by row, `columns` in a row).
+/// Refits all corners; `indices`: their (column, row), row by row.
 ///
 /// A corner whose refit fails keeps its first fit, with the larger sigma that goes with it.
-pub(super) fn refine(image: &GreyImage, first: &[CornerFit], columns: usize) -> Vec<CornerFit> {
-    let Some(warp) = BoardWarp::fit(&indexed(first, columns)) else { return first.to_vec() };
+pub(super) fn refine(
+    image: &GreyImage,
+    first: &[CornerFit],
+    indices: &[[usize; 2]],
+    reach: Reach,
+) -> Vec<CornerFit> {
+    let Some(warp) = BoardWarp::fit(&indexed(first, indices)) else { return first.to_vec() };
     let all = (0..first.len()).into_par_iter();
     let started = |k: usize| {
-        let local = warp.shape_at(index_of(k, columns));
+        let local = warp.shape_at(place(indices[k]));
         let edges = with_board_edges(&local, &first[k]);
-        let window = window_for(image, &local, &first[k], &edges);
+        let window = window_around(image, first[k].position_px, local.square_px, reach, Some(&edges));
         let start = start_at(&window, first[k].position_px, edges);
         (window, start)
     };
@@ -37,16 +41,16 @@ pub(super) fn refine(image: &GreyImage, first: &[CornerFit], columns: usize) -> 
         start.and_then(|start| fit_corner(window, start, Some(&noise))).unwrap_or(first[k])
     };
     let mut fits: Vec<CornerFit> = all.map(refit).collect();
-    add_disagreement(&mut fits, columns);
+    add_disagreement(&mut fits, indices);
     fits
 }
 
-fn indexed(fits: &[CornerFit], columns: usize) -> Vec<([f64; 2], [f64; 2])> {
-    fits.iter().enumerate().map(|(k, fit)| (index_of(k, columns), fit.position_px)).collect()
+fn indexed(fits: &[CornerFit], indices: &[[usize; 2]]) -> Vec<([f64; 2], [f64; 2])> {
+    indices.iter().zip(fits).map(|(index, fit)| (place(*index), fit.position_px)).collect()
 }
 
-fn index_of(k: usize, columns: usize) -> [f64; 2] {
-    [(k % columns) as f64, (k / columns) as f64]
+fn place(index: [usize; 2]) -> [f64; 2] {
+    index.map(|at| at as f64)
 }
 
 fn with_board_edges(local: &LocalShape, fit: &CornerFit) -> CrossShape {
@@ -55,11 +59,6 @@ fn with_board_edges(local: &LocalShape, fit: &CornerFit) -> CrossShape {
         curvature_per_px: local.curvature_per_px,
         blur_px: fit.shape.blur_px,
     }
-}
-
-fn window_for(image: &GreyImage, local: &LocalShape, fit: &CornerFit, edges: &CrossShape) -> Window {
-    let reach = Reach { squares: WINDOW_SQUARES, max_px: WINDOW_MAX_PX };
-    window_around(image, fit.position_px, local.square_px, reach, Some(edges))
 }
 
 /// Variance over grey level from the residuals of all corners: a line through its values in the dark and in the
@@ -97,16 +96,16 @@ fn median_of(values: impl Iterator<Item = f32>) -> f64 {
 ///
 /// Fourth differences of the deviation from the [`BoardWarp`] over five neighbours cancel everything smooth; with
 /// weights 1, −4, 6, −4, 1 their variance is 70 σ². Boards of fewer than five corners in both directions have none.
-fn add_disagreement(fits: &mut [CornerFit], columns: usize) {
-    let Some(warp) = BoardWarp::fit(&indexed(fits, columns)) else { return };
-    let deviation = |(k, fit): (usize, &CornerFit)| {
-        let smooth = warp.at(index_of(k, columns));
+fn add_disagreement(fits: &mut [CornerFit], indices: &[[usize; 2]]) {
+    let Some(warp) = BoardWarp::fit(&indexed(fits, indices)) else { return };
+    let deviation = |(index, fit): (&[usize; 2], &CornerFit)| {
+        let smooth = warp.at(place(*index));
         [fit.position_px[0] - smooth[0], fit.position_px[1] - smooth[1]]
     };
-    let deviations: Vec<[f64; 2]> = fits.iter().enumerate().map(deviation).collect();
-    let stencils = stencils(columns, fits.len() / columns);
-    for (k, fit) in fits.iter_mut().enumerate() {
-        let index = index_of(k, columns);
+    let deviations: Vec<[f64; 2]> = indices.iter().zip(fits.iter()).map(deviation).collect();
+    let stencils = stencils(indices);
+    for (index, fit) in indices.iter().zip(fits.iter_mut()) {
+        let index = place(*index);
         let near = |s: &&Stencil| (0..2).all(|k| (s.centre[k] - index[k]).abs() <= DISAGREEMENT_REACH);
         let samples: Vec<f64> = stencils.iter().filter(near).flat_map(|s| s.variances(&deviations)).collect();
         if samples.len() >= DISAGREEMENT_MIN_SAMPLES {
@@ -137,22 +136,15 @@ impl Stencil {
     }
 }
 
-fn stencils(columns: usize, rows: usize) -> Vec<Stencil> {
-    let mut all = Vec::new();
-    for row in 0..rows {
-        for column in 0..columns {
-            let k = row * columns + column;
-            if column + 4 < columns {
-                all.push(Stencil {
-                    corners: [0, 1, 2, 3, 4].map(|s| k + s),
-                    centre: [column as f64 + 2.0, row as f64],
-                });
-            }
-            if row + 4 < rows {
-                let corners = [0, 1, 2, 3, 4].map(|s| k + s * columns);
-                all.push(Stencil { corners, centre: [column as f64, row as f64 + 2.0] });
-            }
+/// Every five corners that follow one another in a row or in a column.
+fn stencils(indices: &[[usize; 2]]) -> Vec<Stencil> {
+    let by_index: HashMap<[usize; 2], usize> = indices.iter().enumerate().map(|(k, index)| (*index, k)).collect();
+    let five = |[column, row]: [usize; 2], [by_column, by_row]: [usize; 2]| {
+        let mut corners = [0; 5];
+        for (s, corner) in corners.iter_mut().enumerate() {
+            *corner = *by_index.get(&[column + s * by_column, row + s * by_row])?;
         }
-    }
-    all
+        Some(Stencil { corners, centre: place([column + 2 * by_column, row + 2 * by_row]) })
+    };
+    indices.iter().flat_map(|&index| [five(index, [1, 0]), five(index, [0, 1])]).flatten().collect()
 }

@@ -393,7 +393,7 @@ fn without_the_quick_look_the_board_is_the_same() {
     let patient = detect::patient_search(&image, |seed| {
         board_from_lattice(&Lattice::from_seed(&image, seed)?, &SCENE.params()).ok()
     });
-    let patient = board_from_fits(&refine::refine(&image, &patient.unwrap(), 7), &SCENE.params());
+    let patient = board_from_fits(&refine_whole(&image, &patient.unwrap(), 7), &SCENE.params());
     let quick = find_corners(&image, &SCENE.params()).unwrap();
     for (a, b) in patient.corners.iter().zip(&quick.corners) {
         assert_eq!((a.row, a.column), (b.row, b.column));

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use capture::{BoardTarget, CameraFormat, Frame, Manifest, Pose, Projector, Scan, StageView};
+use capture::{CameraFormat, ChessboardTarget, Frame, GratingProjector, Manifest, Pose, Scan, StageView};
 use tempfile::TempDir;
 use vision::{GreyImage, Pixels};
 
@@ -232,13 +232,14 @@ fn recorded() -> TempDir {
     let manifest = Manifest {
         format: "sheaf-capture/1".into(),
         camera: CameraFormat { width_px: WIDTH_PX, height_px: HEIGHT_PX },
-        target: BoardTarget { kind: "chessboard".into(), inner_columns: 11, inner_rows: 8, square_mm: 12.0 },
-        projector: Projector {
+        target: ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() }.into(),
+        projector: GratingProjector {
             wavelength_nm: 660.0,
             grating_lines_per_mm: 50.0,
             orders: vec![-1, 0, 1],
             line_direction: None,
-        },
+        }
+        .into(),
         poses: vec![
             Pose { board: put("board/0.png", 100), laser: Some(put("laser/0.png", 200)) },
             Pose { board: put("board/1.png", 101), laser: None },

@@ -9,7 +9,9 @@ use std::collections::BTreeSet;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
-use capture::{BoardTarget, CameraFormat, Frame, Manifest, Projector, Scan, write_manifest, write_png};
+use capture::{
+    CameraFormat, ChessboardTarget, Frame, GratingProjector, Manifest, Scan, write_manifest, write_png,
+};
 use store::Store;
 use tar::{Builder, EntryType, Header};
 use vision::{GreyImage, Pixels};
@@ -75,13 +77,14 @@ fn good() -> Entries {
     let manifest = Manifest {
         format: "sheaf-capture/1".to_owned(),
         camera: CameraFormat { width_px: 48, height_px: 32 },
-        target: BoardTarget { kind: "chessboard".to_owned(), inner_columns: 11, inner_rows: 8, square_mm: 12.0 },
-        projector: Projector {
+        target: ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() }.into(),
+        projector: GratingProjector {
             wavelength_nm: 660.0,
             grating_lines_per_mm: 50.0,
             orders: vec![-1, 0, 1],
             line_direction: None,
-        },
+        }
+        .into(),
         poses: Vec::new(),
         stage_views: Vec::new(),
         scans: vec![Scan { name: "part".to_owned(), frames: vec![frame(0), frame(1)] }],

@@ -26,7 +26,7 @@ pub struct CalibrateInput {
     pub light_model: Option<String>,
     /// `auto`, `on`, `off`.
     pub k3: Option<String>,
-    /// Go on without pictures that show no board or line.
+    /// Go on without pictures that show no board or line even if they are the most.
     pub leave_out_unreadable: bool,
     /// Board poses to take at the station.
     pub n_poses: Option<usize>,

@@ -1,6 +1,6 @@
 //! What a calibration session knows: target, projector, pictures and what was found in each.
 
-use capture::{BoardTarget, Projector};
+use capture::{ChessboardTarget, GratingProjector};
 use store::SessionRecord;
 
 use crate::error::{AppError, ErrorKind};
@@ -171,24 +171,28 @@ impl LaserPicture {
     }
 }
 
-impl From<Target> for BoardTarget {
+impl From<Target> for ChessboardTarget {
     fn from(target: Target) -> Self {
         Self {
-            kind: "chessboard".to_owned(),
             inner_columns: target.inner_columns,
             inner_rows: target.inner_rows,
-            square_mm: target.square_mm,
+            square_mm: target.square_mm.into(),
         }
     }
 }
 
-impl From<BoardTarget> for Target {
-    fn from(target: BoardTarget) -> Self {
-        Self { inner_columns: target.inner_columns, inner_rows: target.inner_rows, square_mm: target.square_mm }
+impl From<ChessboardTarget> for Target {
+    /// A station is set up with square squares.
+    fn from(target: ChessboardTarget) -> Self {
+        Self {
+            inner_columns: target.inner_columns,
+            inner_rows: target.inner_rows,
+            square_mm: target.square_mm.x_mm,
+        }
     }
 }
 
-impl From<ProjectorSheet> for Projector {
+impl From<ProjectorSheet> for GratingProjector {
     fn from(sheet: ProjectorSheet) -> Self {
         Self {
             wavelength_nm: sheet.wavelength_nm,
@@ -199,8 +203,8 @@ impl From<ProjectorSheet> for Projector {
     }
 }
 
-impl From<Projector> for ProjectorSheet {
-    fn from(projector: Projector) -> Self {
+impl From<GratingProjector> for ProjectorSheet {
+    fn from(projector: GratingProjector) -> Self {
         Self {
             wavelength_nm: projector.wavelength_nm,
             grating_lines_per_mm: projector.grating_lines_per_mm,

@@ -52,7 +52,8 @@ fn describe(board: &mut BoardPicture, fit: Option<&CameraFit>, idx: usize, targe
     let geometry = BoardGeometry {
         inner_columns: target.inner_columns,
         inner_rows: target.inner_rows,
-        square_mm: target.square_mm,
+        square_mm: Vector2::repeat(target.square_mm),
+        has_markers: false,
     };
     let normal = pose.rotation * Vector3::z();
     board.tilt_deg = Some(normal.z.abs().min(1.0).acos().to_degrees());

@@ -59,7 +59,7 @@ pub struct StartCalibrationDto {
     pub light_model: Option<LightModelDto>,
     /// `auto` if not said.
     pub k3: Option<K3Dto>,
-    /// Go on without pictures that show no board or no line.
+    /// Go on without pictures that show no board or no line even if they are the most.
     #[serde(default)]
     pub leave_out_unreadable: bool,
     /// Board poses to take at the station; 12 if not said.

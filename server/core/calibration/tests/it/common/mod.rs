@@ -5,7 +5,7 @@
 
 pub mod refinement;
 
-use calibration::{BoardGeometry, CalibrationInput, PoseInput, ProjectorSheet, StageViewInput};
+use calibration::{BoardGeometry, CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput};
 use nalgebra::{Rotation3, Vector2, Vector3};
 use optics::{BoardFrame, Camera, CameraFrame, Grating, Rigid};
 use rand::{Rng, SeedableRng};
@@ -109,10 +109,14 @@ impl Rig {
         let input = CalibrationInput {
             width_px: self.camera.width_px,
             height_px: self.camera.height_px,
-            board: BoardGeometry { inner_columns: COLUMNS, inner_rows: ROWS, square_mm: SQUARE_MM },
+            board: BoardGeometry {
+                inner_columns: COLUMNS,
+                inner_rows: ROWS,
+                square_mm: Vector2::repeat(SQUARE_MM),
+                has_markers: false,
+            },
             projector: ProjectorSheet {
-                wavelength_nm: 660.0,
-                grating_lines_per_mm: 50.0,
+                grating: Some(GratingSheet { wavelength_nm: 660.0, lines_per_mm: 50.0 }),
                 orders: self.orders.clone(),
                 line_direction: LineDirection::Rows,
             },

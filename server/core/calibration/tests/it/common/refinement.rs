@@ -48,8 +48,12 @@ pub fn refinement(n_columns: usize) -> (Bundle, Station) {
         }
     }
     let light = LightSurfaces::Grating(rig.grating);
-    let scene =
-        Scene { camera: &rig.camera, poses: &poses, orders: &rig.orders, sheet_wavelength_over_period: 0.033 };
+    let scene = Scene {
+        camera: &rig.camera,
+        poses: &poses,
+        orders: &rig.orders,
+        sheet_wavelength_over_period: Some(0.033),
+    };
     let mut priors = light_priors(&scene, &light, &lit_points(&scene, &laser));
     priors.camera = Priors::of_camera(1280, 1024, 2500.0);
     let mut camera = rig.camera;

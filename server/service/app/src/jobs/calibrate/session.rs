@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, Manifest, Pose, StageView, params::FORMAT};
+use capture::{CameraFormat, ChessboardTarget, GratingProjector, Manifest, Pose, StageView, params::FORMAT};
 use store::{ArtifactId, StoreError};
 
 use crate::error::AppError;
@@ -41,8 +41,8 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &JobContext, folder: &Path)
     let manifest = Manifest {
         format: FORMAT.to_owned(),
         camera: CameraFormat { width_px: body.width_px, height_px: body.height_px },
-        target: body.target.clone().into(),
-        projector: body.projector.clone().into(),
+        target: ChessboardTarget::from(body.target.clone()).into(),
+        projector: GratingProjector::from(body.projector.clone()).into(),
         poses,
         stage_views,
         scans: Vec::new(),

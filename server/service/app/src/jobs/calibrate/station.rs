@@ -133,8 +133,8 @@ fn manifest(
     Manifest {
         format: FORMAT.to_owned(),
         camera: CameraFormat { width_px: size_px.0, height_px: size_px.1 },
-        target: config.target.clone(),
-        projector: config.projector.clone(),
+        target: config.target.clone().into(),
+        projector: config.projector.clone().into(),
         poses,
         stage_views,
         scans: Vec::new(),

@@ -45,8 +45,8 @@ fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
             width_px: frames.header.width_px as usize,
             height_px: frames.header.height_px as usize,
         },
-        target: config.target.clone(),
-        projector: config.projector.clone(),
+        target: config.target.clone().into(),
+        projector: config.projector.clone().into(),
         poses: Vec::new(),
         stage_views: Vec::new(),
         scans: vec![Scan {

@@ -1,0 +1,159 @@
+//! Free lasers from pictures to a cloud: one and two of them, calibrated and scanned from the command line, with truth.
+//!
+//! The pictures are the simulated station's: order 0 of a grating is a plane. The second laser is a second station
+//! with the same camera, boards, parts and stage, whose light is added picture by picture.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use capture::{PlanesProjector, Projector, read_grey_image, write_manifest, write_png};
+use crate::common::{path, sheaf, sheaf_json, sheaf_ok};
+use nalgebra::{Rotation3, Vector3};
+use scanning::files::read_cloud;
+use serde_json::json;
+use tempfile::TempDir;
+use twin::{CaptureRequest, ScanRequest, SceneKind, StationModel, StationShape, capture_folder};
+use vision::{GreyImage, Pixels};
+
+/// The lasers stand this far apart, as angles about the camera's x axis.
+const APART_RAD: f64 = 0.09;
+/// Median of a point's depth error, in its own σ: a Gaussian's is 0.67.
+const MEDIAN_SIGMAS: f64 = 1.0;
+/// A point this far from the truth in depth has the wrong line or none: ten times the noise of a point.
+const WRONG_MM: f64 = 1.0;
+/// Share of the true points that must be found.
+const RECALL: f64 = 0.95;
+/// Points of truth and cloud are compared where they are this close along the line.
+const SAME_COLUMN_PX: f64 = 0.5;
+/// … and across it: three widths of a line.
+const SAME_LINE_PX: f64 = 6.0;
+
+/// A station whose light is one plane, turned about the camera's x axis by `turn_rad`.
+fn station(turn_rad: f64) -> StationModel {
+    let shape = StationShape { width_px: 960, height_px: 768, orders: vec![0], ..StationShape::default() };
+    let mut model = StationModel::seeded(11, &shape).unwrap();
+    let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), turn_rad);
+    for part in
+        [&mut model.grating.axis, &mut model.grating.fan, &mut model.grating.normal, &mut model.grating.groove]
+    {
+        *part = turn * *part;
+    }
+    model
+}
+
+fn recorded(model: &StationModel, folder: &Path) {
+    let request = CaptureRequest {
+        n_poses: 8,
+        stage_positions_mm: vec![-15.0, -5.0, 5.0, 15.0],
+        scans: vec![ScanRequest {
+            name: "gauge".to_owned(),
+            part: SceneKind::Gauge { height_mm: 8.9 },
+            n_frames: 16,
+            step_mm: 1.0,
+        }],
+    };
+    capture_folder(model, &request, folder, &|_| ControlFlow::Continue(())).unwrap();
+}
+
+/// A capture with one plane of light per turn, listed from the top of the image.
+fn capture(turns_rad: &[f64]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (line, &turn_rad) in turns_rad.iter().enumerate() {
+        recorded(&station(turn_rad), &folder.path().join(line.to_string()));
+    }
+    let first = folder.path().join("0");
+    let mut made = capture::Capture::open(&first).unwrap();
+    let lit: Vec<_> = made.files().into_iter().filter(|file| !file.entry.ends_with("board")).collect();
+    for line in 1..turns_rad.len() {
+        for file in &lit {
+            let other = read_grey_image(&folder.path().join(line.to_string()).join(&file.path)).unwrap();
+            let sum = added(&read_grey_image(&first.join(&file.path)).unwrap(), &other);
+            write_png(&first.join(&file.path), &sum).unwrap();
+        }
+    }
+    made.manifest.projector = Projector::Planes(PlanesProjector { lines: turns_rad.len(), line_direction: None });
+    write_manifest(&first, &made.manifest).unwrap();
+    folder
+}
+
+fn added(a: &GreyImage, b: &GreyImage) -> GreyImage {
+    let (Pixels::Eight(of_a), Pixels::Eight(of_b)) = (a.pixels(), b.pixels()) else { panic!("8 bits") };
+    let sum = of_a.iter().zip(of_b).map(|(a, b)| a.saturating_add(*b)).collect();
+    GreyImage::new(a.width(), a.height(), Pixels::Eight(sum)).unwrap()
+}
+
+/// Calibrates and scans, and holds every point against the truth of its frame and line.
+fn check(turns_rad: &[f64]) {
+    let folder = capture(turns_rad);
+    let capture = path(folder.path(), "0");
+    let (calibration, cloud) = (path(folder.path(), "cal.json"), path(folder.path(), "gauge.ply"));
+    let (result, exit) = sheaf_json(&["calibrate", &capture, "-o", &calibration, "-q"]);
+    assert_eq!(exit, 0, "{result:#}");
+    assert_eq!(result["light"]["model"], "planes");
+    sheaf_ok(&["scan", &capture, "-c", &calibration, "--scan", "gauge", "-o", &cloud, "-q"]);
+    let points = read_cloud(Path::new(&cloud)).unwrap().points;
+    let mut by_line: BTreeMap<(u32, i8), Vec<[f64; 4]>> = BTreeMap::new();
+    for point in points {
+        // The stage moves along y: depths of the part frame are those of the camera's, but for its slant.
+        let at = [f64::from(point.u_px), f64::from(point.v_px), point.z_mm, f64::from(point.sigma_mm)];
+        by_line.entry((point.frame, point.order)).or_default().push(at);
+    }
+    let stage = station(0.0).stage;
+    let (mut n_true, mut n_found, mut n_wrong, mut z) = (0, 0, 0, Vec::new());
+    for line in 0..turns_rad.len() {
+        let text = std::fs::read_to_string(folder.path().join(line.to_string()).join("truth-gauge.csv")).unwrap();
+        for row in text.lines().skip(1).step_by(7) {
+            let row: Vec<f64> = row.split(',').map(|field| field.parse().unwrap()).collect();
+            let (frame, u_px, v_px, z_mm) = (row[0] as u32, row[2], row[3], row[6]);
+            n_true += 1;
+            let near =
+                |at: &&[f64; 4]| (at[0] - u_px).abs() < SAME_COLUMN_PX && (at[1] - v_px).abs() < SAME_LINE_PX;
+            let Some(at) = by_line.get(&(frame, line as i8)).and_then(|of_line| of_line.iter().find(near)) else {
+                continue;
+            };
+            n_found += 1;
+            let position_mm = f64::from(frame) - 7.5;
+            let error_mm = at[2] + stage.direction.z * position_mm - z_mm;
+            n_wrong += usize::from(error_mm.abs() > WRONG_MM);
+            z.push(error_mm.abs() / at[3]);
+        }
+    }
+    z.sort_by(f64::total_cmp);
+    let median = z[z.len() / 2];
+    println!("{} lines: {n_found} of {n_true} found, {n_wrong} wrong, median {median:.2} σ", turns_rad.len());
+    assert!(n_found as f64 >= RECALL * n_true as f64, "{n_found} of {n_true}");
+    assert_eq!(n_wrong, 0);
+    assert!(median < MEDIAN_SIGMAS, "{median}");
+}
+
+#[test]
+fn one_laser_is_calibrated_and_scans() {
+    check(&[0.0]);
+}
+
+#[test]
+fn two_free_lasers_are_calibrated_and_scan() {
+    check(&[APART_RAD / 2.0, -APART_RAD / 2.0]);
+}
+
+#[test]
+fn lasers_without_a_grating_have_no_model_of_one() {
+    let folder = capture(&[0.0]);
+    let capture = path(folder.path(), "0");
+    let output = path(folder.path(), "cal.json");
+    let refused = sheaf(&["calibrate", &capture, "-o", &output, "--light-model", "grating", "-q"]);
+    let message = common::err(&refused);
+    assert!(!refused.status.success() && message.contains("no grating"), "{message}");
+}
+
+#[test]
+fn a_missing_entry_is_named_with_what_to_write_instead() {
+    let folder = common::copy_of_small();
+    common::edit_manifest(folder.path(), |manifest| manifest["projector"] = json!({ "orders": [0] }));
+    let output = sheaf(&["calibrate", folder.path().to_str().unwrap(), "-o", "x.json", "-q"]);
+    let message = common::err(&output);
+    for words in ["projector.wavelength_nm is missing", "remedy: add it from the data sheets", "kind \"planes\""] {
+        assert!(message.contains(words), "`{words}` is not in:\n{message}");
+    }
+}

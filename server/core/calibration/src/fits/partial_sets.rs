@@ -1,0 +1,339 @@
+//! Lines of pictures that show only some of them, labelled by hypothesis.
+//!
+//! Every lit line lies on a known board. In the plane across the lines each of them is a point, and each light sheet a
+//! ray. A hypothesis gives the lines of three pictures their orders; it stands or falls with where the lines of all the
+//! other pictures lie. It is taken only if every other answer is clearly worse (`docs/maths/calibration.md`, section 3).
+
+use nalgebra::{Vector2, Vector3};
+use optics::{LightModelKind, LightSurfaces};
+
+use crate::first::board_lines::BoardPiece;
+use crate::fits::laser_points::on_pattern;
+use crate::fits::light_fit::{Scene, board_hit, fit_light};
+use crate::fits::section::{Rays, SectionModel};
+use crate::params::{
+    BOW_MARGIN, HYPOTHESIS_MARGIN, HYPOTHESIS_MAX_RMS_PITCHES, HYPOTHESIS_OTHER_SHARE, LASER_REJECT_SIGMAS,
+    MIN_LASER_POSES, MIN_LINE_COLUMNS, SAME_LINE_GAP_SHARE, SECTION_CAP_PITCHES, SECTION_POINTS_PER_LINE,
+    SEED_PICTURES, STEP_ROUNDING,
+};
+use crate::solving::bundle::sheet_residual;
+use crate::solving::observation::LaserObservation;
+
+/// A line of a picture in the plane across the lines: (across, along the light), mm.
+#[derive(Debug, Clone)]
+pub(super) struct SeenLine {
+    /// Its pieces.
+    pieces: Vec<usize>,
+    /// Its place.
+    pub at: Vector2<f64>,
+}
+
+/// A line of a picture where it lies on its board, camera frame.
+struct LineInSpace {
+    pieces: Vec<usize>,
+    hits: Vec<Vector3<f64>>,
+}
+
+/// The lines of one picture from the top (left), and the labels they may have.
+struct Picture {
+    lines: Vec<SeenLine>,
+    /// Indices into the orders, one list per possible answer.
+    answers: Vec<Vec<usize>>,
+}
+
+/// One answer for all pictures and what it costs.
+struct Hypothesis {
+    /// Per picture: which of its answers; `None` where none of them fits.
+    answers: Vec<Option<usize>>,
+    /// Mean square of the lines' distances from their rays, in line pitches.
+    cost: f64,
+}
+
+/// Gives the lines of all pictures their orders; changes nothing and returns `false` where the pictures do not decide.
+///
+/// `lines`: per picture its whole lines from the top (left), as indices of pieces. `spacing`: columns between the points
+/// that a fit is made from.
+pub(super) fn label_partial_sets(
+    pieces: &mut [BoardPiece],
+    lines: &[Vec<Vec<usize>>],
+    scene: &Scene,
+    spacing: usize,
+) -> bool {
+    let pictures = pictures(pieces, lines, scene);
+    if pictures.len() < MIN_LASER_POSES {
+        return false;
+    }
+    let models = SectionModel::candidates(scene);
+    let mut hypotheses: Vec<Hypothesis> = models.iter().flat_map(|model| hypotheses(&pictures, model)).collect();
+    hypotheses.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let Some(limit) = hypotheses.first().map(|best| HYPOTHESIS_MARGIN.powi(2) * best.cost) else { return false };
+    let mut plausible: Vec<Vec<BoardPiece>> = Vec::new();
+    let mut taken: Vec<&Hypothesis> = Vec::new();
+    for hypothesis in hypotheses.iter().take_while(|hypothesis| hypothesis.cost <= limit) {
+        let is_new = taken.iter().all(|other| is_another(hypothesis, other, &pictures));
+        if is_new && hypothesis.cost <= HYPOTHESIS_MAX_RMS_PITCHES.powi(2) {
+            taken.push(hypothesis);
+            plausible.push(labelled_pieces(pieces, &pictures, hypothesis, scene));
+        }
+    }
+    let Some(chosen) = the_fitting_one(plausible, scene, spacing) else { return false };
+    pieces.clone_from_slice(&chosen);
+    true
+}
+
+/// The pieces with the labels of a hypothesis.
+fn labelled_pieces(
+    pieces: &[BoardPiece],
+    pictures: &[Picture],
+    hypothesis: &Hypothesis,
+    scene: &Scene,
+) -> Vec<BoardPiece> {
+    let mut labelled = pieces.to_vec();
+    for (picture, answer) in pictures.iter().zip(&hypothesis.answers) {
+        for (idx, line) in picture.lines.iter().enumerate() {
+            for &piece in &line.pieces {
+                labelled[piece].order = answer.map(|answer| scene.orders[picture.answers[answer][idx]]);
+            }
+        }
+    }
+    labelled
+}
+
+/// The only answer, or the one whose order 0 is clearly the flattest: lines that could all be their neighbours differ in
+/// nothing but their bow, and only what passes the grating undiffracted has none.
+fn the_fitting_one(mut plausible: Vec<Vec<BoardPiece>>, scene: &Scene, spacing: usize) -> Option<Vec<BoardPiece>> {
+    if plausible.len() < 2 {
+        return plausible.pop();
+    }
+    let mut bows = Vec::with_capacity(plausible.len());
+    for pieces in &plausible {
+        bows.push(bow_of_order_0(pieces, scene, spacing)?);
+    }
+    let mut sorted = bows.clone();
+    sorted.sort_by(f64::total_cmp);
+    let best = bows.iter().position(|bow| *bow == sorted[0])?;
+    (sorted[1] > BOW_MARGIN * sorted[0]).then(|| plausible.swap_remove(best))
+}
+
+/// RMS of the distances in σ between the points labelled 0 and the plane nearest to them.
+fn bow_of_order_0(pieces: &[BoardPiece], scene: &Scene, spacing: usize) -> Option<f64> {
+    let mut laser = on_pattern(pieces, spacing, 1.0);
+    laser.retain(|point| point.order == 0);
+    let scene = Scene { orders: &[0], ..*scene };
+    let plane = fit_light(&scene, &laser, LightModelKind::Planes, None).ok()?.light;
+    Some(residual_rms(&scene, &plane, &laser))
+}
+
+/// RMS of the points' distances from their curves, in σ.
+fn residual_rms(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> f64 {
+    let z = |point: &LaserObservation| {
+        let sheet = sheet_residual(scene.camera, light, &scene.poses[point.block], point, None)?;
+        Some((sheet.residual_px / point.sigma_px).powi(2).min(LASER_REJECT_SIGMAS.powi(2)))
+    };
+    let squares: Vec<f64> = laser.iter().filter_map(z).collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}
+
+/// Whether two hypotheses give many lines different labels: single lines may be clutter.
+fn is_another(a: &Hypothesis, b: &Hypothesis, pictures: &[Picture]) -> bool {
+    let (mut n_lines, mut n_different) = (0, 0);
+    for (picture, (a, b)) in pictures.iter().zip(a.answers.iter().zip(&b.answers)) {
+        n_lines += picture.lines.len();
+        n_different += if a == b { 0 } else { picture.lines.len() };
+    }
+    n_different as f64 > HYPOTHESIS_OTHER_SHARE * n_lines as f64
+}
+
+/// Every answer of every three of the fullest pictures, tried on all pictures.
+fn hypotheses(pictures: &[Picture], model: &SectionModel) -> Vec<Hypothesis> {
+    let mut fullest: Vec<usize> = (0..pictures.len()).collect();
+    fullest.sort_by_key(|&idx| std::cmp::Reverse(pictures[idx].lines.len()));
+    fullest.truncate(SEED_PICTURES);
+    let mut tried = Vec::new();
+    for (i, &a) in fullest.iter().enumerate() {
+        for (j, &b) in fullest.iter().enumerate().skip(i + 1) {
+            for &c in &fullest[j + 1..] {
+                for answer_a in 0..pictures[a].answers.len() {
+                    for answer_b in 0..pictures[b].answers.len() {
+                        for answer_c in 0..pictures[c].answers.len() {
+                            let seed = [(a, answer_a), (b, answer_b), (c, answer_c)];
+                            tried.extend(tried_on_all(pictures, model, &seed));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    tried
+}
+
+/// The rays of a seed label all pictures; the rays of all pictures label them again.
+fn tried_on_all(pictures: &[Picture], model: &SectionModel, seed: &[(usize, usize)]) -> Option<Hypothesis> {
+    let mut answers = vec![None; pictures.len()];
+    for &(picture, answer) in seed {
+        answers[picture] = Some(answer);
+    }
+    let mut made = None;
+    for _ in 0..3 {
+        let rays = model.rays(&labelled(pictures, &answers))?;
+        let best: Vec<(Option<usize>, f64)> = pictures.iter().map(|picture| best_answer(picture, &rays)).collect();
+        let n_lines: usize = pictures.iter().map(|picture| picture.lines.len()).sum();
+        let cost = best.iter().map(|(_, cost)| cost).sum::<f64>() / n_lines as f64;
+        answers = best.into_iter().map(|(answer, _)| answer).collect();
+        made = Some(Hypothesis { answers: answers.clone(), cost });
+    }
+    made
+}
+
+/// The lines with a label: (label, place).
+fn labelled(pictures: &[Picture], answers: &[Option<usize>]) -> Vec<(usize, Vector2<f64>)> {
+    let of_picture = |(picture, answer): (&Picture, &Option<usize>)| {
+        let labels = answer.map_or(&[][..], |answer| &picture.answers[answer][..]);
+        labels.iter().copied().zip(picture.lines.iter().map(|line| line.at)).collect::<Vec<_>>()
+    };
+    pictures.iter().zip(answers).flat_map(of_picture).collect()
+}
+
+/// The answer whose rays pass nearest to the lines, if it is better than none, and the sum of its squares.
+fn best_answer(picture: &Picture, rays: &Rays) -> (Option<usize>, f64) {
+    let cap = SECTION_CAP_PITCHES.powi(2);
+    let none = cap * picture.lines.len() as f64;
+    let cost = |labels: &[usize]| -> f64 {
+        let of_line = |(line, &label): (&SeenLine, &usize)| rays.distance_pitches(label, &line.at).map(|d| d * d);
+        picture.lines.iter().zip(labels).map(|pair| of_line(pair).unwrap_or(cap).min(cap)).sum()
+    };
+    let costs = picture.answers.iter().map(|labels| cost(labels)).enumerate();
+    match costs.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((answer, cost)) if cost < none => (Some(answer), cost),
+        _ => (None, none),
+    }
+}
+
+/// The pictures with at least two lines on their boards, each line a point of the section.
+fn pictures(pieces: &[BoardPiece], lines: &[Vec<Vec<usize>>], scene: &Scene) -> Vec<Picture> {
+    let in_space: Vec<Vec<LineInSpace>> = lines
+        .iter()
+        .map(|of_picture| {
+            let all = of_picture
+                .iter()
+                .map(|line| LineInSpace { pieces: line.clone(), hits: hits(pieces, line, scene) });
+            all.filter(|line| line.hits.len() >= 2).collect()
+        })
+        .collect();
+    let Some(section) = Section::across(in_space.iter().flatten().map(|line| line.hits.as_slice())) else {
+        return Vec::new();
+    };
+    let picture = |of_picture: Vec<LineInSpace>| {
+        let seen = |line: LineInSpace| SeenLine { pieces: line.pieces, at: section.place_of(&line.hits) };
+        let lines = merged(of_picture.into_iter().map(seen).collect());
+        let answers = answers(&lines, scene)?;
+        Some(Picture { lines, answers })
+    };
+    in_space.into_iter().filter(|of_picture| of_picture.len() >= 2).filter_map(picture).collect()
+}
+
+/// Lines at one place are pieces of one line that were not joined.
+fn merged(lines: Vec<SeenLine>) -> Vec<SeenLine> {
+    let largest = lines.windows(2).map(|pair| (pair[1].at - pair[0].at).norm()).fold(0.0, f64::max);
+    let mut merged: Vec<SeenLine> = Vec::with_capacity(lines.len());
+    for line in lines {
+        match merged.last_mut().filter(|last| (line.at - last.at).norm() < SAME_LINE_GAP_SHARE * largest) {
+            Some(last) => last.pieces.extend(line.pieces),
+            None => merged.push(line),
+        }
+    }
+    merged
+}
+
+/// Points of a line on its board's pattern; none of a line that is hardly there.
+fn hits(pieces: &[BoardPiece], line: &[usize], scene: &Scene) -> Vec<Vector3<f64>> {
+    let on_pattern = || line.iter().map(|&idx| &pieces[idx]).filter(|piece| piece.on_pattern);
+    let n_points: usize = on_pattern().map(|piece| piece.points.len()).sum();
+    if n_points < MIN_LINE_COLUMNS {
+        return Vec::new();
+    }
+    let points = on_pattern().flat_map(|piece| piece.points.iter().map(move |point| (piece.block, point)));
+    let step = n_points.div_ceil(SECTION_POINTS_PER_LINE);
+    points
+        .step_by(step)
+        .filter_map(|(block, point)| {
+            let pixel = Vector2::new(point.u_px, point.v_px);
+            let seen = LaserObservation { block, order: 0, pixel, sigma_px: point.sigma_px, independence: 1.0 };
+            board_hit(scene.camera, &scene.poses[block], &seen)
+        })
+        .collect()
+}
+
+/// Labels that the lines of a picture may have; `None` where their distances say that they are not neighbours of one set.
+///
+/// Behind a grating the lines are evenly spaced, so that a missing one shows; of free lasers any may be missing.
+fn answers(lines: &[SeenLine], scene: &Scene) -> Option<Vec<Vec<usize>>> {
+    let n_orders = scene.orders.len();
+    if scene.sheet_wavelength_over_period.is_none() {
+        return Some(choices(n_orders, lines.len()));
+    }
+    let gaps: Vec<f64> = lines.windows(2).map(|pair| (pair[1].at - pair[0].at).norm()).collect();
+    let smallest = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut places = vec![0];
+    for gap in gaps {
+        let steps = gap / smallest;
+        if (steps - steps.round()).abs() > STEP_ROUNDING {
+            return None;
+        }
+        places.push(places.last().copied().unwrap_or(0) + steps.round() as usize);
+    }
+    // The smallest gap may itself be of a missing line.
+    let answers = [1, 2].into_iter().flat_map(|pitches| {
+        let places: Vec<usize> = places.iter().map(|at| pitches * at).collect();
+        let reach = places.last().copied().unwrap_or(0);
+        (0..n_orders.saturating_sub(reach)).map(move |first| places.iter().map(|at| first + at).collect())
+    });
+    Some(answers.collect())
+}
+
+/// Every rising choice of `n_chosen` labels.
+fn choices(n_labels: usize, n_chosen: usize) -> Vec<Vec<usize>> {
+    let mut all = vec![Vec::new()];
+    for _ in 0..n_chosen {
+        all = all
+            .into_iter()
+            .flat_map(|chosen: Vec<usize>| {
+                let next = chosen.last().map_or(0, |last| last + 1);
+                (next..n_labels).map(move |label| [chosen.clone(), vec![label]].concat())
+            })
+            .collect();
+    }
+    all
+}
+
+/// The plane across the lines, through the middle of what is lit.
+struct Section {
+    along: Vector3<f64>,
+    across: Vector3<f64>,
+    away: Vector3<f64>,
+    middle_mm: f64,
+}
+
+impl Section {
+    fn across<'a>(lines: impl Iterator<Item = &'a [Vector3<f64>]> + Clone) -> Option<Self> {
+        let chord = |hits: &[Vector3<f64>]| Some(hits.last()? - hits.first()?);
+        let along = lines.clone().filter_map(chord).sum::<Vector3<f64>>().try_normalize(0.0)?;
+        let away = (Vector3::z() - along * along.z).try_normalize(0.0)?;
+        let mut places: Vec<f64> = lines.flatten().map(|hit| hit.dot(&along)).collect();
+        places.sort_by(f64::total_cmp);
+        let middle_mm = *places.get(places.len() / 2)?;
+        Some(Self { along, across: away.cross(&along), away, middle_mm })
+    }
+
+    /// Where a straight line through `hits` (at least two) passes the plane.
+    fn place_of(&self, hits: &[Vector3<f64>]) -> Vector2<f64> {
+        let n = hits.len() as f64;
+        let mean = hits.iter().sum::<Vector3<f64>>() / n;
+        let at = |hit: &Vector3<f64>| (hit - mean).dot(&self.along);
+        let spread: f64 = hits.iter().map(|hit| at(hit).powi(2)).sum();
+        let slope =
+            hits.iter().map(|hit| (hit - mean) * at(hit)).sum::<Vector3<f64>>() / spread.max(f64::MIN_POSITIVE);
+        let hit = mean + slope * (self.middle_mm - mean.dot(&self.along));
+        Vector2::new(hit.dot(&self.across), hit.dot(&self.away))
+    }
+}

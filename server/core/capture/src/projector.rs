@@ -1,0 +1,140 @@
+//! `projector` of the manifest: what makes the lines, by its data sheets.
+
+use serde::de::{Deserializer, Error};
+use serde::{Deserialize, Serialize};
+use vision::LineDirection;
+
+/// How `line_direction` says that the lines run along image columns.
+pub(crate) const COLUMNS: &str = "columns";
+
+/// How `line_direction` says that the lines run along image rows.
+pub(crate) const ROWS: &str = "rows";
+
+/// The words of `projector.kind`.
+const KINDS: &[&str] = &["grating", "planes"];
+
+/// How the parser's error begins that names a missing entry by its whole path, up to a backtick.
+pub(crate) const MISSING: &str = "missing entry `";
+
+/// What makes the lines.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Projector {
+    /// One laser behind a grating; what `kind` is where nothing is said.
+    Grating(GratingProjector),
+    /// Lasers, or lines of one, that nothing ties together.
+    Planes(PlanesProjector),
+}
+
+/// Laser and grating by their data sheets.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GratingProjector {
+    /// Wavelength of the laser.
+    pub wavelength_nm: f64,
+    /// Grooves per millimetre.
+    pub grating_lines_per_mm: f64,
+    /// Orders from the top (left) of the image downwards (rightwards).
+    pub orders: Vec<i8>,
+    /// `rows` (default) or `columns`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line_direction: Option<String>,
+}
+
+/// Lasers that nothing ties together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlanesProjector {
+    /// How many lines there are. They are numbered from 0, from the top (left) of the image downwards (rightwards).
+    pub lines: usize,
+    /// `rows` (default) or `columns`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line_direction: Option<String>,
+}
+
+impl Projector {
+    /// The labels of the lines from the top (left) of the image downwards (rightwards): orders of a grating, numbers of
+    /// lines that nothing ties together.
+    pub fn orders(&self) -> Vec<i8> {
+        match self {
+            Self::Grating(grating) => grating.orders.clone(),
+            Self::Planes(planes) => (0..=i8::MAX).take(planes.lines).collect(),
+        }
+    }
+
+    /// Which way the lines run in the images.
+    pub fn direction(&self) -> LineDirection {
+        direction(self.line_direction())
+    }
+
+    /// The word for it, as written.
+    pub(crate) fn line_direction(&self) -> Option<&str> {
+        match self {
+            Self::Grating(grating) => grating.line_direction.as_deref(),
+            Self::Planes(planes) => planes.line_direction.as_deref(),
+        }
+    }
+}
+
+impl GratingProjector {
+    /// Which way the lines run in the images.
+    pub fn direction(&self) -> LineDirection {
+        direction(self.line_direction.as_deref())
+    }
+
+    /// λ/d_g, the sine by which neighbouring orders part at normal incidence.
+    pub fn wavelength_over_period(&self) -> f64 {
+        self.wavelength_nm * 1e-6 * self.grating_lines_per_mm
+    }
+
+    /// The manifest's word for a line direction: nothing for rows, the default.
+    pub fn word_for(direction: LineDirection) -> Option<String> {
+        (direction == LineDirection::Columns).then(|| COLUMNS.to_owned())
+    }
+}
+
+impl From<GratingProjector> for Projector {
+    fn from(grating: GratingProjector) -> Self {
+        Self::Grating(grating)
+    }
+}
+
+/// All keys that any kind has.
+#[derive(Deserialize)]
+struct Keys {
+    kind: Option<String>,
+    wavelength_nm: Option<f64>,
+    grating_lines_per_mm: Option<f64>,
+    orders: Option<Vec<i8>>,
+    lines: Option<usize>,
+    line_direction: Option<String>,
+}
+
+impl<'de> Deserialize<'de> for Projector {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let keys = Keys::deserialize(deserializer)?;
+        match keys.kind.as_deref().unwrap_or("grating") {
+            "grating" => Ok(Self::Grating(GratingProjector {
+                wavelength_nm: needed(keys.wavelength_nm, "projector.wavelength_nm")?,
+                grating_lines_per_mm: needed(keys.grating_lines_per_mm, "projector.grating_lines_per_mm")?,
+                orders: needed(keys.orders, "projector.orders")?,
+                line_direction: keys.line_direction,
+            })),
+            "planes" => Ok(Self::Planes(PlanesProjector {
+                lines: needed(keys.lines, "projector.lines")?,
+                line_direction: keys.line_direction,
+            })),
+            other => Err(D::Error::unknown_variant(other, KINDS)),
+        }
+    }
+}
+
+/// The value, or an error that names the entry.
+pub(crate) fn needed<T, E: Error>(value: Option<T>, entry: &'static str) -> Result<T, E> {
+    value.ok_or_else(|| E::custom(format_args!("{MISSING}{entry}`")))
+}
+
+fn direction(word: Option<&str>) -> LineDirection {
+    match word {
+        Some(COLUMNS) => LineDirection::Columns,
+        _ => LineDirection::Rows,
+    }
+}

@@ -1,0 +1,166 @@
+//! `target` of the manifest: the calibration board.
+
+use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+use serde::ser::Serializer;
+use serde::{Deserialize, Serialize};
+
+use crate::projector::needed;
+
+/// The words of `target.kind`.
+const KINDS: &[&str] = &["chessboard", "charuco"];
+
+/// The calibration board.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Target {
+    /// Black and white squares.
+    Chessboard(ChessboardTarget),
+    /// A chessboard with markers in its white squares.
+    Charuco(CharucoTarget),
+}
+
+/// Black and white squares.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChessboardTarget {
+    /// Inner corners along a board row.
+    pub inner_columns: usize,
+    /// Inner corners along a board column.
+    pub inner_rows: usize,
+    /// Sides of a square.
+    pub square_mm: SquareMm,
+}
+
+/// A chessboard with markers in its white squares, as OpenCV prints it: the square at the top left is black.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CharucoTarget {
+    /// Squares along a board row.
+    pub columns: usize,
+    /// Squares along a board column.
+    pub rows: usize,
+    /// Sides of a square.
+    pub square_mm: SquareMm,
+    /// Side of a marker.
+    pub marker_mm: f64,
+    /// OpenCV's name of the markers' dictionary, such as `DICT_4X4_50`.
+    pub dictionary: String,
+}
+
+/// Sides of a square: one number, or [x, y] where a printer has stretched them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SquareMm {
+    /// Along a board row.
+    pub x_mm: f64,
+    /// Along a board column.
+    pub y_mm: f64,
+}
+
+impl Target {
+    /// Inner corners along a board row and a board column.
+    pub fn inner_corners(&self) -> (usize, usize) {
+        match self {
+            Self::Chessboard(board) => (board.inner_columns, board.inner_rows),
+            Self::Charuco(board) => (board.columns.saturating_sub(1), board.rows.saturating_sub(1)),
+        }
+    }
+
+    /// Sides of a square.
+    pub fn square_mm(&self) -> SquareMm {
+        match self {
+            Self::Chessboard(board) => board.square_mm,
+            Self::Charuco(board) => board.square_mm,
+        }
+    }
+}
+
+impl From<ChessboardTarget> for Target {
+    fn from(board: ChessboardTarget) -> Self {
+        Self::Chessboard(board)
+    }
+}
+
+impl From<f64> for SquareMm {
+    fn from(side_mm: f64) -> Self {
+        Self { x_mm: side_mm, y_mm: side_mm }
+    }
+}
+
+impl Serialize for SquareMm {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if self.x_mm == self.y_mm {
+            return serializer.serialize_f64(self.x_mm);
+        }
+        [self.x_mm, self.y_mm].serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for SquareMm {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Sides)
+    }
+}
+
+/// Reads a number, or a list of two.
+struct Sides;
+
+impl<'de> Visitor<'de> for Sides {
+    type Value = SquareMm;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str("the side of a square in mm, or [x, y]")
+    }
+
+    fn visit_f64<E: Error>(self, side_mm: f64) -> Result<SquareMm, E> {
+        Ok(side_mm.into())
+    }
+
+    fn visit_u64<E: Error>(self, side_mm: u64) -> Result<SquareMm, E> {
+        Ok((side_mm as f64).into())
+    }
+
+    fn visit_i64<E: Error>(self, side_mm: i64) -> Result<SquareMm, E> {
+        Ok((side_mm as f64).into())
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut sides: A) -> Result<SquareMm, A::Error> {
+        let x_mm = sides.next_element()?.ok_or_else(|| A::Error::invalid_length(0, &self))?;
+        let y_mm = sides.next_element()?.ok_or_else(|| A::Error::invalid_length(1, &self))?;
+        match sides.next_element::<f64>()? {
+            Some(_) => Err(A::Error::invalid_length(3, &self)),
+            None => Ok(SquareMm { x_mm, y_mm }),
+        }
+    }
+}
+
+/// All keys that any kind has.
+#[derive(Deserialize)]
+struct Keys {
+    kind: Option<String>,
+    inner_columns: Option<usize>,
+    inner_rows: Option<usize>,
+    columns: Option<usize>,
+    rows: Option<usize>,
+    square_mm: Option<SquareMm>,
+    marker_mm: Option<f64>,
+    dictionary: Option<String>,
+}
+
+impl<'de> Deserialize<'de> for Target {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let keys = Keys::deserialize(deserializer)?;
+        match needed(keys.kind, "target.kind")?.as_str() {
+            "chessboard" => Ok(Self::Chessboard(ChessboardTarget {
+                inner_columns: needed(keys.inner_columns, "target.inner_columns")?,
+                inner_rows: needed(keys.inner_rows, "target.inner_rows")?,
+                square_mm: needed(keys.square_mm, "target.square_mm")?,
+            })),
+            "charuco" => Ok(Self::Charuco(CharucoTarget {
+                columns: needed(keys.columns, "target.columns")?,
+                rows: needed(keys.rows, "target.rows")?,
+                square_mm: needed(keys.square_mm, "target.square_mm")?,
+                marker_mm: needed(keys.marker_mm, "target.marker_mm")?,
+                dictionary: needed(keys.dictionary, "target.dictionary")?,
+            })),
+            other => Err(D::Error::unknown_variant(other, KINDS)),
+        }
+    }
+}

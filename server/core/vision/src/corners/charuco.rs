@@ -1,0 +1,190 @@
+//! The corners of a ChArUco board: markers tell which they are, so that a part of the board serves as well.
+//!
+//! Markers and the corners between them are found by `calib-targets`; each corner is then fitted as those of a
+//! chessboard are, in a window that ends before the markers.
+
+use calib_targets::aruco::resolve_dictionary;
+use calib_targets::charuco::{CharucoBoardSpec, CharucoDetector, CharucoParams as DetectorParams};
+use calib_targets::core::GrayImageView;
+
+use crate::GreyImage;
+
+use super::detect::bytes_of;
+use super::fit::{CornerFit, fit_corner, start_at};
+use super::model::CrossShape;
+use super::params::{
+    BLUR_START_PX, CHARUCO_MAX_MISS_MEDIANS, CHARUCO_WINDOW_SHARE, FIRST_WINDOW_MAX_PX, MAX_MISFIT_RATIO,
+    MIN_SEED_CORNERS, RECENTRE_PX, WINDOW_MAX_PX,
+};
+use super::refine::refine;
+use super::warp::BoardWarp;
+use super::window::{Reach, window_around};
+use super::{BoardCorners, Corner, CornerError};
+
+/// A ChArUco board as OpenCV prints it: the square at the top left is black, markers stand in the white ones, numbered
+/// row by row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CharucoParams {
+    /// Squares along a row.
+    pub columns: usize,
+    /// Squares along a column.
+    pub rows: usize,
+    /// Side of a marker over the side of a square.
+    pub marker_share: f64,
+    /// OpenCV's name of the dictionary, such as `DICT_4X4_50`.
+    pub dictionary: String,
+}
+
+/// Why there is no such ChArUco board.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CharucoError {
+    /// A name that no dictionary has.
+    #[error("no marker dictionary is called \"{name}\": use one of OpenCV's, such as DICT_4X4_50 or DICT_5X5_100")]
+    UnknownDictionary {
+        /// As given.
+        name: String,
+    },
+    /// Fewer markers than squares for them.
+    #[error("the board needs {needed} markers, {name} has {available}: take a larger dictionary")]
+    TooFewMarkers {
+        /// The dictionary.
+        name: String,
+        /// White squares.
+        needed: usize,
+        /// Markers of the dictionary.
+        available: usize,
+    },
+}
+
+impl CharucoParams {
+    /// Whether the dictionary exists and has markers enough.
+    ///
+    /// # Errors
+    /// [`CharucoError`].
+    pub fn check(&self) -> Result<(), CharucoError> {
+        let name = || self.dictionary.clone();
+        let dictionary = resolve_dictionary(&self.dictionary)
+            .ok_or_else(|| CharucoError::UnknownDictionary { name: name() })?;
+        let (needed, available) = (self.columns * self.rows / 2, dictionary.codes().len());
+        if needed > available {
+            return Err(CharucoError::TooFewMarkers { name: name(), needed, available });
+        }
+        Ok(())
+    }
+
+    /// The cells of marker `id` from its top left, row by row, its border included: true where black. `None` if there is
+    /// no such marker.
+    pub fn marker_cells(&self, id: usize) -> Option<Vec<Vec<bool>>> {
+        let dictionary = resolve_dictionary(&self.dictionary)?;
+        let code = *dictionary.codes().get(id)?;
+        let n = dictionary.marker_size();
+        let black = |row: usize, column: usize| {
+            let inside = (1..=n).contains(&row) && (1..=n).contains(&column);
+            !inside || (code >> ((row - 1) * n + column - 1)) & 1 == 1
+        };
+        Some((0..n + 2).map(|row| (0..n + 2).map(|column| black(row, column)).collect()).collect())
+    }
+
+    fn inner(&self) -> (usize, usize) {
+        (self.columns - 1, self.rows - 1)
+    }
+}
+
+/// Finds the inner corners that can be seen of a ChArUco board, with standard deviations.
+///
+/// # Errors
+/// [`CornerError::NotFound`] without readable markers, [`CornerError::Incomplete`] with fewer than
+/// [`MIN_SEED_CORNERS`] corners or with all of them in a line.
+pub fn find_charuco(image: &GreyImage, params: &CharucoParams) -> Result<BoardCorners, CornerError> {
+    let (inner_columns, inner_rows) = params.inner();
+    let missed = CornerError::NotFound { inner_columns, inner_rows };
+    let places = marked_places(image, params).ok_or(missed)?;
+    let incomplete =
+        |found| CornerError::Incomplete { inner_columns, inner_rows, found, needed: inner_columns * inner_rows };
+    let reach_squares = CHARUCO_WINDOW_SHARE * 0.5 * (1.0 - params.marker_share);
+    let (indices, first) = first_fits(image, &places, reach_squares).ok_or_else(|| incomplete(places.len()))?;
+    if first.len() < MIN_SEED_CORNERS {
+        return Err(incomplete(first.len()));
+    }
+    let fits = refine(image, &first, &indices, Reach { squares: reach_squares, max_px: WINDOW_MAX_PX });
+    let corner = |(index, fit): (&[usize; 2], &CornerFit)| Corner {
+        column: index[0],
+        row: index[1],
+        u_px: fit.position_px[0],
+        v_px: fit.position_px[1],
+        sigma_px: fit.sigma_px,
+    };
+    let agreeing = agreeing(&indices, &fits);
+    let corners =
+        indices.iter().zip(&fits).zip(agreeing).filter(|(_, agrees)| *agrees).map(|(pair, _)| corner(pair));
+    Ok(BoardCorners { inner_columns, inner_rows, corners: corners.collect() })
+}
+
+/// Which corners lie where the smooth board has them: a fit that took a marker's edge for the corner's does not.
+fn agreeing(indices: &[[usize; 2]], fits: &[CornerFit]) -> Vec<bool> {
+    let place = |index: &[usize; 2]| index.map(|at| at as f64);
+    let pairs: Vec<_> = indices.iter().zip(fits).map(|(index, fit)| (place(index), fit.position_px)).collect();
+    let Some(warp) = BoardWarp::fit(&pairs) else { return vec![true; fits.len()] };
+    let miss = |(index, pixel): &([f64; 2], [f64; 2])| {
+        let smooth = warp.at(*index);
+        (pixel[0] - smooth[0]).hypot(pixel[1] - smooth[1])
+    };
+    let misses: Vec<f64> = pairs.iter().map(miss).collect();
+    let mut sorted = misses.clone();
+    sorted.sort_by(f64::total_cmp);
+    let limit_px = CHARUCO_MAX_MISS_MEDIANS * sorted[sorted.len() / 2];
+    misses.into_iter().map(|miss_px| miss_px <= limit_px).collect()
+}
+
+/// Corners that the markers name, (column, row) and pixel, row by row.
+fn marked_places(image: &GreyImage, params: &CharucoParams) -> Option<Vec<([usize; 2], [f64; 2])>> {
+    let board = CharucoBoardSpec::new(
+        params.rows as u32,
+        params.columns as u32,
+        1.0,
+        params.marker_share as f32,
+        resolve_dictionary(&params.dictionary)?,
+    );
+    let detector = CharucoDetector::new(DetectorParams::for_board(board)).ok()?;
+    let bytes = bytes_of(image);
+    let found =
+        detector.detect(&GrayImageView { width: image.width(), height: image.height(), data: &bytes }).ok()?;
+    let (columns, rows) = params.inner();
+    let mut places: Vec<([usize; 2], [f64; 2])> = found
+        .corners
+        .iter()
+        .filter_map(|corner| {
+            let id = corner.id as usize;
+            (id < columns * rows).then(|| {
+                ([id % columns, id / columns], [f64::from(corner.position.x), f64::from(corner.position.y)])
+            })
+        })
+        .collect();
+    places.sort_by_key(|(index, _)| (index[1], index[0]));
+    Some(places)
+}
+
+/// A fit around every place; what is no crossing is left out. `None` where the places span no board.
+fn first_fits(
+    image: &GreyImage,
+    places: &[([usize; 2], [f64; 2])],
+    reach_squares: f64,
+) -> Option<(Vec<[usize; 2]>, Vec<CornerFit>)> {
+    let pairs: Vec<_> = places.iter().map(|(index, pixel)| (index.map(|i| i as f64), *pixel)).collect();
+    let warp = BoardWarp::fit(&pairs)?;
+    let fitted = places.iter().filter_map(|(index, pixel)| {
+        let local = warp.shape_at(index.map(|i| i as f64));
+        let shape = CrossShape {
+            normal_rad: local.normal_rad,
+            curvature_per_px: local.curvature_per_px,
+            blur_px: BLUR_START_PX,
+        };
+        let reach = Reach { squares: reach_squares, max_px: FIRST_WINDOW_MAX_PX };
+        let window = window_around(image, *pixel, local.square_px, reach, None);
+        let fit = fit_corner(&window, start_at(&window, *pixel, shape)?, None)?;
+        let shift_px = (fit.position_px[0] - pixel[0]).hypot(fit.position_px[1] - pixel[1]);
+        let is_corner = fit.misfit_rms <= MAX_MISFIT_RATIO * fit.contrast.abs();
+        (is_corner && shift_px <= 2.0 * RECENTRE_PX).then_some((*index, fit))
+    });
+    Some(fitted.unzip())
+}

@@ -1,0 +1,219 @@
+//! A calibration board as a page to print, true to scale, with a ruler to check that it was.
+
+use capture::{CharucoTarget, Target};
+use pdf_writer::{Content, Finish, Name, Pdf, Rect, Ref, Str};
+use vision::{CharucoError, CharucoParams};
+
+/// Points of PDF per millimetre.
+const POINTS_PER_MM: f32 = 72.0 / 25.4;
+
+/// White that must be left around the board, mm: printers do not reach the edge, and detection wants a rim.
+const MARGIN_MM: f64 = 10.0;
+
+/// Height of the strip below the board that holds ruler and words, mm.
+const FOOTER_MM: f64 = 16.0;
+
+/// Longest ruler, mm; errors of scale are read to 0.1 mm on it.
+const RULER_MAX_MM: f64 = 200.0;
+
+/// Pages that are taken if none is named, smallest first: (name, short side, long side), mm.
+const PAGES: [(&str, f64, f64); 5] = [
+    ("A4", 210.0, 297.0),
+    ("A3", 297.0, 420.0),
+    ("A2", 420.0, 594.0),
+    ("A1", 594.0, 841.0),
+    ("A0", 841.0, 1189.0),
+];
+
+/// Why a board cannot be printed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SheetError {
+    /// Larger than any page.
+    #[error("a board of {width_mm:.0}×{height_mm:.0} mm fits on no page up to A0: take smaller squares or fewer")]
+    TooLarge {
+        /// Width with its margins.
+        width_mm: f64,
+        /// Height with margins and ruler.
+        height_mm: f64,
+    },
+    /// No such markers.
+    #[error(transparent)]
+    Markers(#[from] CharucoError),
+}
+
+/// A page to print.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TargetSheet {
+    /// The bytes of the PDF file.
+    pub pdf: Vec<u8>,
+    /// The page it is for: `A4` to `A0`.
+    pub page: &'static str,
+    /// Length of the printed ruler, mm.
+    pub ruler_mm: f64,
+}
+
+/// A black rectangle: left, top, width, height, mm from the top left of the board.
+type Black = [f64; 4];
+
+/// The board on the smallest page that holds it, turned as it fits.
+///
+/// # Errors
+/// [`SheetError`].
+pub fn target_sheet(target: &Target, words: &str) -> Result<TargetSheet, SheetError> {
+    let square = target.square_mm();
+    let (inner_columns, inner_rows) = target.inner_corners();
+    let board_mm = [(inner_columns + 1) as f64 * square.x_mm, (inner_rows + 1) as f64 * square.y_mm];
+    let (width_mm, height_mm) = (board_mm[0] + 2.0 * MARGIN_MM, board_mm[1] + 2.0 * MARGIN_MM + FOOTER_MM);
+    let fits = |&&(_, short, long): &&(&str, f64, f64)| {
+        width_mm.max(height_mm) <= long && width_mm.min(height_mm) <= short
+    };
+    let &(page, short, long) = PAGES.iter().find(fits).ok_or(SheetError::TooLarge { width_mm, height_mm })?;
+    let page_mm = if width_mm > height_mm { [long, short] } else { [short, long] };
+    let origin_mm = [(page_mm[0] - board_mm[0]) / 2.0, (page_mm[1] - FOOTER_MM - board_mm[1]) / 2.0];
+    let ruler_mm = ((page_mm[0] - 2.0 * MARGIN_MM) / 10.0).floor().min(RULER_MAX_MM / 10.0) * 10.0;
+    let mut black: Vec<Black> = black_squares(target);
+    if let Target::Charuco(board) = target {
+        black.extend(markers(board)?);
+    }
+    for rectangle in &mut black {
+        rectangle[0] += origin_mm[0];
+        rectangle[1] += origin_mm[1];
+    }
+    black.extend(ruler(ruler_mm, page_mm));
+    Ok(TargetSheet { pdf: pdf(page_mm, &black, &footer(words, ruler_mm)), page, ruler_mm })
+}
+
+/// The black squares, the one at the top left among them.
+fn black_squares(target: &Target) -> Vec<Black> {
+    let square = target.square_mm();
+    let (inner_columns, inner_rows) = target.inner_corners();
+    let places = (0..=inner_rows).flat_map(|row| (0..=inner_columns).map(move |column| (column, row)));
+    places
+        .filter(|(column, row)| (column + row) % 2 == 0)
+        .map(|(column, row)| [column as f64 * square.x_mm, row as f64 * square.y_mm, square.x_mm, square.y_mm])
+        .collect()
+}
+
+/// The black cells of the markers in the white squares, numbered row by row; runs of cells are one rectangle.
+fn markers(board: &CharucoTarget) -> Result<Vec<Black>, CharucoError> {
+    let params = CharucoParams {
+        columns: board.columns,
+        rows: board.rows,
+        marker_share: board.marker_mm / board.square_mm.x_mm,
+        dictionary: board.dictionary.clone(),
+    };
+    params.check()?;
+    let places = (0..board.rows).flat_map(|row| (0..board.columns).map(move |column| (column, row)));
+    let mut black = Vec::new();
+    for (id, (column, row)) in places.filter(|(column, row)| (column + row) % 2 == 1).enumerate() {
+        let cells = params.marker_cells(id).unwrap_or_default();
+        let share = params.marker_share / cells.len() as f64;
+        let (width, height) = (share * board.square_mm.x_mm, share * board.square_mm.y_mm);
+        let rim = 0.5 * (1.0 - params.marker_share);
+        let left = (column as f64 + rim) * board.square_mm.x_mm;
+        let top = (row as f64 + rim) * board.square_mm.y_mm;
+        for (y, cells) in cells.iter().enumerate() {
+            let mut x = 0;
+            for run in cells.chunk_by(|a, b| a == b) {
+                if run[0] {
+                    black.push([
+                        left + x as f64 * width,
+                        top + y as f64 * height,
+                        run.len() as f64 * width,
+                        height,
+                    ]);
+                }
+                x += run.len();
+            }
+        }
+    }
+    Ok(black)
+}
+
+/// A line with a tick every 10 mm at the foot of the page.
+fn ruler(length_mm: f64, page_mm: [f64; 2]) -> Vec<Black> {
+    const LINE_MM: f64 = 0.1;
+    let (left, y) = ((page_mm[0] - length_mm) / 2.0, page_mm[1] - FOOTER_MM);
+    let tick = |idx: usize| {
+        let height = if idx.is_multiple_of(5) { 4.0 } else { 2.5 };
+        [left + 10.0 * idx as f64 - LINE_MM / 2.0, y - height, LINE_MM, height]
+    };
+    let ticks = (0..=(length_mm / 10.0).round() as usize).map(tick);
+    ticks.chain([[left, y - LINE_MM / 2.0, length_mm, LINE_MM]]).collect()
+}
+
+fn footer(words: &str, ruler_mm: f64) -> [String; 2] {
+    let check = format!(
+        "Print at 100 %. The ruler is {ruler_mm:.0} mm long: measure it along and across, and correct square_mm if it is not."
+    );
+    [words.to_owned(), check]
+}
+
+/// One page with black rectangles and two lines of text at its foot.
+fn pdf(page_mm: [f64; 2], black: &[Black], text: &[String; 2]) -> Vec<u8> {
+    let [catalogue, pages, page, font, content] = [1, 2, 3, 4, 5].map(Ref::new);
+    let points = |mm: f64| mm as f32 * POINTS_PER_MM;
+    let mut drawn = Content::new();
+    for &[left, top, width, height] in black {
+        drawn.rect(points(left), points(page_mm[1] - top - height), points(width), points(height));
+    }
+    drawn.fill_nonzero();
+    for (line, words) in text.iter().enumerate() {
+        let below_mm = FOOTER_MM - 5.0 - 4.5 * line as f64;
+        drawn.begin_text();
+        drawn.set_font(Name(b"F1"), 8.0);
+        drawn.next_line(points(MARGIN_MM), points(below_mm));
+        drawn.show(Str(latin(words).as_slice()));
+        drawn.end_text();
+    }
+    let mut pdf = Pdf::new();
+    pdf.catalog(catalogue).pages(pages);
+    pdf.pages(pages).kids([page]).count(1);
+    let mut sheet = pdf.page(page);
+    sheet.parent(pages).contents(content);
+    sheet.media_box(Rect::new(0.0, 0.0, points(page_mm[0]), points(page_mm[1])));
+    sheet.resources().fonts().pair(Name(b"F1"), font);
+    sheet.finish();
+    pdf.type1_font(font).base_font(Name(b"Helvetica")).encoding_predefined(Name(b"WinAnsiEncoding"));
+    pdf.stream(content, &drawn.finish());
+    pdf.finish()
+}
+
+/// Text in the encoding of the built-in fonts.
+fn latin(words: &str) -> Vec<u8> {
+    words.chars().map(|c| u8::try_from(u32::from(c)).unwrap_or(b'?')).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use capture::ChessboardTarget;
+
+    use super::*;
+
+    fn chessboard(inner_columns: usize, square_mm: f64) -> Target {
+        ChessboardTarget { inner_columns, inner_rows: 6, square_mm: square_mm.into() }.into()
+    }
+
+    #[test]
+    fn a_board_takes_the_smallest_page_that_holds_it() {
+        let page = |square_mm| target_sheet(&chessboard(9, square_mm), "").map(|sheet| sheet.page);
+        assert_eq!(page(20.0), Ok("A4"));
+        assert_eq!(page(30.0), Ok("A3"));
+        assert!(matches!(page(300.0), Err(SheetError::TooLarge { .. })));
+    }
+
+    #[test]
+    fn every_other_square_is_black_from_the_top_left_on() {
+        let squares = black_squares(&chessboard(9, 20.0));
+        assert_eq!(squares.len(), 35);
+        assert_eq!(squares[0], [0.0, 0.0, 20.0, 20.0]);
+        assert_eq!(squares[5], [20.0, 20.0, 20.0, 20.0]);
+    }
+
+    #[test]
+    fn the_ruler_is_as_long_as_it_says() {
+        let drawn = ruler(180.0, [210.0, 297.0]);
+        let (first, last) = (drawn[0], drawn[18]);
+        assert!((last[0] - first[0] - 180.0).abs() < 1e-9);
+    }
+}
