@@ -8,16 +8,16 @@ struct Known {
     below: &'static [(&'static str, &'static Known)],
 }
 
-const CAMERA: Known = Known { keys: &["width_px", "height_px"], below: &[] };
+const CAMERA: Known = Known { keys: &["width_px", "height_px", "channel"], below: &[] };
 const TARGET: Known = Known { keys: &["kind", "inner_columns", "inner_rows", "square_mm"], below: &[] };
 const PROJECTOR: Known =
     Known { keys: &["wavelength_nm", "grating_lines_per_mm", "orders", "line_direction"], below: &[] };
-const POSE: Known = Known { keys: &["board", "laser"], below: &[] };
+const POSE: Known = Known { keys: &["board", "laser", "background"], below: &[] };
 const STAGE_VIEW: Known = Known { keys: &["board", "position_mm"], below: &[] };
-const FRAME: Known = Known { keys: &["image", "position_mm"], below: &[] };
+const FRAME: Known = Known { keys: &["image", "position_mm", "background"], below: &[] };
 const SCAN: Known = Known { keys: &["name", "frames"], below: &[("frames", &FRAME)] };
 const MANIFEST: Known = Known {
-    keys: &["format", "camera", "target", "projector", "poses", "stage_views", "scans"],
+    keys: &["format", "camera", "target", "projector", "background", "poses", "stage_views", "scans"],
     below: &[
         ("camera", &CAMERA),
         ("target", &TARGET),

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use capture::{BoardTarget, CameraFormat, Frame, Manifest, Pose, Projector, Scan, StageView};
+use capture::{BoardTarget, CameraFormat, ChannelChoice, Frame, Manifest, Pose, Projector, Scan, StageView};
 use tempfile::TempDir;
 use vision::{GreyImage, Pixels};
 
@@ -228,10 +228,15 @@ fn recorded() -> TempDir {
         name.into()
     };
     let frames = POSITIONS_MM.into_iter().enumerate();
-    let frame = |(idx, position_mm)| Frame { image: put(&format!("scan/{idx}.png"), idx as u8), position_mm };
+    let frame = |(idx, position_mm)| Frame {
+        image: put(&format!("scan/{idx}.png"), idx as u8),
+        position_mm,
+        background: None,
+    };
     let manifest = Manifest {
         format: "sheaf-capture/1".into(),
-        camera: CameraFormat { width_px: WIDTH_PX, height_px: HEIGHT_PX },
+        background: None,
+        camera: CameraFormat { width_px: WIDTH_PX, height_px: HEIGHT_PX, channel: ChannelChoice::Auto },
         target: BoardTarget { kind: "chessboard".into(), inner_columns: 11, inner_rows: 8, square_mm: 12.0 },
         projector: Projector {
             wavelength_nm: 660.0,
@@ -240,8 +245,8 @@ fn recorded() -> TempDir {
             line_direction: None,
         },
         poses: vec![
-            Pose { board: put("board/0.png", 100), laser: Some(put("laser/0.png", 200)) },
-            Pose { board: put("board/1.png", 101), laser: None },
+            Pose { board: put("board/0.png", 100), laser: Some(put("laser/0.png", 200)), background: None },
+            Pose { board: put("board/1.png", 101), laser: None, background: None },
         ],
         stage_views: vec![StageView { board: put("stage/0.png", 150), position_mm: -20.0 }],
         scans: vec![Scan { name: "plane".into(), frames: frames.map(frame).collect() }],

@@ -9,7 +9,9 @@ use std::collections::BTreeSet;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
-use capture::{BoardTarget, CameraFormat, Frame, Manifest, Projector, Scan, write_manifest, write_png};
+use capture::{
+    BoardTarget, CameraFormat, ChannelChoice, Frame, Manifest, Projector, Scan, write_manifest, write_png,
+};
 use store::Store;
 use tar::{Builder, EntryType, Header};
 use vision::{GreyImage, Pixels};
@@ -71,10 +73,12 @@ impl Bench {
 /// A capture of two frames, 48 × 32 pixels.
 fn good() -> Entries {
     let folder = tempfile::tempdir().unwrap();
-    let frame = |idx: usize| Frame { image: format!("scan/{idx}.png").into(), position_mm: idx as f64 };
+    let frame =
+        |idx: usize| Frame { image: format!("scan/{idx}.png").into(), position_mm: idx as f64, background: None };
     let manifest = Manifest {
         format: "sheaf-capture/1".to_owned(),
-        camera: CameraFormat { width_px: 48, height_px: 32 },
+        background: None,
+        camera: CameraFormat { width_px: 48, height_px: 32, channel: ChannelChoice::Auto },
         target: BoardTarget { kind: "chessboard".to_owned(), inner_columns: 11, inner_rows: 8, square_mm: 12.0 },
         projector: Projector {
             wavelength_nm: 660.0,

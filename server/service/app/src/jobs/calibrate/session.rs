@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, Manifest, Pose, StageView, params::FORMAT};
+use capture::{CameraFormat, ChannelChoice, Manifest, Pose, StageView, params::FORMAT};
 use serde::{Deserialize, Serialize};
 use store::{ArtifactId, StoreError};
 use utoipa::ToSchema;
@@ -32,7 +32,7 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &JobContext, folder: &Path)
         let board = put("board", idx, &pose.board.picture)?;
         let laser = pose.laser.as_ref().filter(|laser| laser.is_readable());
         let laser = laser.map(|laser| put("laser", idx, &laser.picture)).transpose()?;
-        poses.push(Pose { board, laser });
+        poses.push(Pose { board, laser, background: None });
     }
     let mut stage_views = Vec::new();
     for view in session.body.stage_views.iter().filter(|view| view.board.is_readable()) {
@@ -42,7 +42,8 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &JobContext, folder: &Path)
     let body = &session.body;
     let manifest = Manifest {
         format: FORMAT.to_owned(),
-        camera: CameraFormat { width_px: body.width_px, height_px: body.height_px },
+        background: None,
+        camera: CameraFormat { width_px: body.width_px, height_px: body.height_px, channel: ChannelChoice::Auto },
         target: body.target.clone().into(),
         projector: body.projector.clone().into(),
         poses,
