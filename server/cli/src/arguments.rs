@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use app::config::{GAUGE_HEIGHT_MM, SPHERE_RADIUS_MM};
+use capture::ChannelChoice;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use optics::LightModelKind;
 
@@ -275,6 +276,49 @@ impl From<LineDirectionArg> for vision::LineDirection {
     }
 }
 
+/// Line direction on the command line, where it may be either.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum DirectionArg {
+    /// Lines run along rows: one crossing per column and line.
+    #[default]
+    Rows,
+    /// Lines run along columns: one crossing per row and line.
+    Columns,
+    /// Lines run either way: each piece as it runs.
+    Both,
+}
+
+impl From<DirectionArg> for pipeline::Directions {
+    fn from(arg: DirectionArg) -> Self {
+        match arg {
+            DirectionArg::Rows => Self::One(vision::LineDirection::Rows),
+            DirectionArg::Columns => Self::One(vision::LineDirection::Columns),
+            DirectionArg::Both => Self::Both,
+        }
+    }
+}
+
+/// A rectangle on the command line: first column, first row, columns, rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RoiArg([usize; 4]);
+
+impl FromStr for RoiArg {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        const WANTED: &str = "write U,V,WIDTH,HEIGHT in whole pixels, such as 100,0,640,480";
+        let numbers: Option<Vec<usize>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+        let numbers: [usize; 4] = numbers.and_then(|numbers| numbers.try_into().ok()).ok_or(WANTED)?;
+        if numbers[2] == 0 || numbers[3] == 0 { Err(WANTED) } else { Ok(Self(numbers)) }
+    }
+}
+
+impl From<RoiArg> for pipeline::Region {
+    fn from(RoiArg([u, v, width, height]): RoiArg) -> Self {
+        Self { u, v, width, height }
+    }
+}
+
 /// Centreline method on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum CentrelineMethodArg {
@@ -297,30 +341,50 @@ impl From<CentrelineMethodArg> for vision::CentrelineMethod {
 /// `sheaf centrelines`.
 #[derive(Debug, Args)]
 pub struct CentrelinesArgs {
-    /// Images: PNG, TIFF or JPEG, 8 or 16 bit.
-    #[arg(required = true, value_name = "IMAGE")]
+    /// Images: PNG, TIFF, BMP or JPEG, 8 or 16 bit, grey or colour.
+    #[arg(required_unless_present = "pairs", value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
+    /// Folder for both: a CSV and a picture with the lines drawn over it (NAME-lines.png) per image.
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["csv", "picture"])]
+    pub output: Option<PathBuf>,
     /// Folder for one CSV per image: u_px,v_px,sigma_px,intensity,width_px.
     #[arg(long, value_name = "DIR")]
-    pub csv: PathBuf,
-    /// Which way the lines run.
-    #[arg(long, value_enum, default_value_t)]
-    pub line_direction: LineDirectionArg,
-    /// How the centre is found.
-    #[arg(long, value_enum, default_value_t)]
-    pub method: CentrelineMethodArg,
-    /// Picture of the same scene with the laser off, taken away from every image before lines are looked for.
-    #[arg(long, value_name = "IMAGE")]
-    pub background: Option<PathBuf>,
+    pub csv: Option<PathBuf>,
     /// Folder for one picture per image with the lines drawn over it.
     #[arg(long, value_name = "DIR")]
     pub picture: Option<PathBuf>,
+    /// Which way the lines run.
+    #[arg(long, alias = "line-direction", value_enum, default_value_t)]
+    pub direction: DirectionArg,
+    /// How the centre is found.
+    #[arg(long, value_enum, default_value_t)]
+    pub method: CentrelineMethodArg,
+    /// What is looked at of colour pictures: red, green, blue, luma, red-minus-others (or green-, blue-), or auto, decided
+    /// from the pictures and said in the output.
+    #[arg(long, value_name = "CHANNEL", default_value_t)]
+    pub channel: ChannelChoice,
+    /// Pictures with the laser off, taken away before lines are looked for: one for all images, or one for each in their
+    /// order.
+    #[arg(long, value_name = "IMAGE", num_args = 1..)]
+    pub background: Vec<PathBuf>,
+    /// A list of images with their backgrounds instead: one pair a line, LASER_ON,LASER_OFF, relative to the list's folder.
+    #[arg(long, value_name = "LIST.csv", conflicts_with_all = ["images", "background"])]
+    pub pairs: Option<PathBuf>,
+    /// Keeps points inside a rectangle only: first column, first row, columns, rows.
+    #[arg(long, value_name = "U,V,WIDTH,HEIGHT")]
+    pub roi: Option<RoiArg>,
+    /// Fewest points of a piece of line.
+    #[arg(long, value_name = "POINTS", default_value_t = 1)]
+    pub min_length: usize,
+    /// Least median height of a piece over its surroundings, in grey levels; 4 of 255 of JPEG if not given, else 0.
+    #[arg(long, value_name = "LEVELS")]
+    pub min_contrast: Option<f32>,
 }
 
 /// `sheaf corners`.
 #[derive(Debug, Args)]
 pub struct CornersArgs {
-    /// Images: PNG, TIFF or JPEG, 8 or 16 bit.
+    /// Images: PNG, TIFF, BMP or JPEG, 8 or 16 bit, grey or colour.
     #[arg(required = true, value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
     /// Inner corners along a board row.

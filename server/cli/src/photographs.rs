@@ -1,14 +1,14 @@
 //! Photographs that others took, with the laser lines found in them: the demo's look at light that nobody rendered.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use capture::ChannelChoice;
 use image::RgbImage;
-use vision::{CentrelineParams, LineDirection};
+use vision::LineDirection;
 
 use crate::output::{create_folder, write_file};
-use pipeline::Background;
-use pipeline::Failure;
-use pipeline::lines_of;
+use pipeline::{Background, Directions, Failure, LineSearch, channel_of, lines_of};
 use report::picture::{encode_jpeg, lines_over};
 
 /// Environment variable with the folder that holds `real/ciclop`.
@@ -51,12 +51,14 @@ pub fn folder() -> Option<PathBuf> {
 
 /// Finds the lines of every laser photograph, each with its background taken away.
 pub fn with_lines(folder: &Path) -> Result<Vec<Photograph>, Failure> {
-    let params = CentrelineParams { line_direction: LineDirection::Columns, ..CentrelineParams::default() };
+    let directions = Directions::One(LineDirection::Columns);
     SETS.iter()
         .map(|[on, off, what]| {
             let path = folder.join(on);
-            let background = Background::read(&folder.join(off))?;
-            let found = lines_of(&path, Some(&background), &params)?;
+            let background = Arc::new(Background::read(&folder.join(off))?);
+            let pictures = std::slice::from_ref(&path);
+            let laser = channel_of(ChannelChoice::Auto, pictures, |_| Ok(Some(background.clone())), directions);
+            let found = lines_of(&path, Some(&background), &LineSearch::of(laser.channel, directions))?;
             let n_points: usize = found.lines.segments.iter().map(|segment| segment.points.len()).sum();
             let longest = found.lines.segments.iter().map(|segment| segment.points.len()).max().unwrap_or(0);
             let caption = format!(

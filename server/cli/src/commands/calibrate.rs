@@ -5,6 +5,7 @@ use serde_json::json;
 
 use crate::arguments::CalibrateArgs;
 use crate::commands::Answer;
+use crate::commands::centrelines::{channel_json, channel_text};
 use crate::output::write_file;
 use pipeline::Failure;
 use pipeline::Reporter;
@@ -31,7 +32,8 @@ pub fn run(args: &CalibrateArgs, reporter: &dyn Reporter) -> Result<Answer, Fail
         )?;
         write_file(path, html.as_bytes())?;
     }
-    let mut text = calibration_text(&result, &document.calibration.id);
+    let mut text = channel_text(&capture);
+    text.push_str(&calibration_text(&result, &document.calibration.id));
     text.push_str(&format!("\ncalibration {} → {}\n", document.calibration.id, args.output.display()));
     if let Some(path) = &args.report {
         text.push_str(&format!("report → {}\n", path.display()));
@@ -39,6 +41,7 @@ pub fn run(args: &CalibrateArgs, reporter: &dyn Reporter) -> Result<Answer, Fail
     let mut json = calibration_json(&result, &document.calibration.id);
     json["output"] = json!(args.output);
     json["report_file"] = json!(args.report);
+    json["channel"] = channel_json(capture.laser_channel());
     json["left_out"] = json!(features.left_out);
     Ok(Answer::done(text, json))
 }

@@ -9,12 +9,12 @@ use serde_json::{Value, json};
 use vision::{BoardCorners, CornerParams, find_corners};
 
 use crate::arguments::CornersArgs;
-use crate::commands::Answer;
+use crate::commands::{Answer, failed_entry, with_failures};
 use crate::output::{create_folder, file_names_after, write_file};
 use pipeline::Reporter;
 use pipeline::{Failure, FailureKind};
 
-/// Finds the corners of every image; images without a readable board are named, the others are written.
+/// Finds the corners of every image; images without a readable board are named, the others are written and reported.
 pub fn run(args: &CornersArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
     if args.columns < 2 || args.rows < 2 {
         return Err(Failure::new(
@@ -56,25 +56,13 @@ pub fn run(args: &CornersArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
                     json!({ "image": image, "csv": path, "n_corners": n_corners, "sigma_rms_px": sigma_px }),
                 );
             }
-            Err(failure) => failures.push(failure),
+            Err(failure) => {
+                images.push(failed_entry(image, &failure));
+                failures.push(failure);
+            }
         }
     }
-    first_of(failures, args.images.len(), reporter)?;
-    Ok(Answer::done(text, json!({ "images": images })))
-}
-
-/// The first failure, the others told as warnings.
-pub fn first_of(failures: Vec<Failure>, n_images: usize, reporter: &dyn Reporter) -> Result<(), Failure> {
-    let n_failures = failures.len();
-    let mut failures = failures.into_iter();
-    let Some(first) = failures.next() else { return Ok(()) };
-    for other in failures {
-        reporter.warn(&other.to_string());
-    }
-    if n_images > 1 {
-        reporter.warn(&format!("{n_failures} of {n_images} images gave no result"));
-    }
-    Err(first)
+    Ok(with_failures(text, json!({}), images, &failures))
 }
 
 fn corners_of(path: &Path, params: &CornerParams) -> Result<BoardCorners, Failure> {

@@ -15,7 +15,7 @@ mod target;
 mod triangulate;
 mod twin;
 
-use crate::exit::Exit;
+use crate::exit::{Exit, failure_json};
 use std::io::Write as _;
 use std::path::Path;
 
@@ -33,7 +33,7 @@ pub struct Answer {
     pub text: String,
     /// For a machine.
     pub json: Value,
-    /// Exit code; other than `Done` only for verdicts.
+    /// Exit code; other than `Done` for verdicts, and where some of many images gave no result.
     pub exit: Exit,
 }
 
@@ -57,6 +57,32 @@ impl Answer {
     pub fn print_json(&self) -> bool {
         writeln!(std::io::stdout().lock(), "{:#}", self.json).is_ok()
     }
+}
+
+/// The answer about many images, some of which may have failed: those that did not are reported all the same.
+///
+/// `entries`: one for each image, in order; failures have their own ([`failed_entry`]). The exit code is that of the first
+/// failure.
+pub fn with_failures(text: String, mut json: Value, entries: Vec<Value>, failures: &[Failure]) -> Answer {
+    for failure in failures {
+        eprintln!("{failure}");
+    }
+    if !failures.is_empty() && entries.len() > 1 {
+        eprintln!("warning: {} of {} images gave no result", failures.len(), entries.len());
+    }
+    json["images"] = entries.into();
+    let first = failures.first();
+    if let Some(first) = first {
+        json["problem"] = failure_json(first)["problem"].take();
+    }
+    Answer { text, json, exit: first.map_or(Exit::Done, |first| first.kind().into()) }
+}
+
+/// An image that gave no result, among those that did.
+pub fn failed_entry(image: &Path, failure: &Failure) -> Value {
+    let mut entry = failure_json(failure);
+    entry["image"] = serde_json::json!(image);
+    entry
 }
 
 /// Runs one command.

@@ -12,6 +12,7 @@ use serde_json::json;
 
 use crate::arguments::ScanArgs;
 use crate::commands::Answer;
+use crate::commands::centrelines::{channel_json, channel_text};
 use crate::output::write_file;
 use pipeline::Failure;
 use pipeline::Reporter;
@@ -32,10 +33,12 @@ pub fn run(args: &ScanArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> 
     let evaluation = evaluated_scan(&frames, &document, &calibration, &args.scan, reporter)
         .map_err(|failure| failure.in_file(&capture.manifest_path()))?;
     let told = |report: &ScanReport, median_sigma_mm: f64| {
-        let mut text = scan_text(&args.scan, report, median_sigma_mm);
+        let mut text = channel_text(&capture);
+        text.push_str(&scan_text(&args.scan, report, median_sigma_mm));
         text.push_str(&format!("cloud → {}\n", args.output.display()));
         let mut json = scan_json(&args.scan, report, median_sigma_mm);
         json["calibration_id"] = json!(document.calibration.id);
+        json["channel"] = channel_json(capture.laser_channel());
         json["output"] = json!(args.output);
         (text, json)
     };

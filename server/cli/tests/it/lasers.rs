@@ -143,16 +143,16 @@ fn lasers_without_a_grating_have_no_model_of_one() {
     let capture = path(folder.path(), "0");
     let output = path(folder.path(), "cal.json");
     let refused = sheaf(&["calibrate", &capture, "-o", &output, "--light-model", "grating", "-q"]);
-    let message = common::err(&refused);
+    let message = crate::common::err(&refused);
     assert!(!refused.status.success() && message.contains("no grating"), "{message}");
 }
 
 #[test]
 fn a_missing_entry_is_named_with_what_to_write_instead() {
-    let folder = common::copy_of_small();
-    common::edit_manifest(folder.path(), |manifest| manifest["projector"] = json!({ "orders": [0] }));
+    let folder = crate::common::copy_of_small();
+    crate::common::edit_manifest(folder.path(), |manifest| manifest["projector"] = json!({ "orders": [0] }));
     let output = sheaf(&["calibrate", folder.path().to_str().unwrap(), "-o", "x.json", "-q"]);
-    let message = common::err(&output);
+    let message = crate::common::err(&output);
     for words in ["projector.wavelength_nm is missing", "remedy: add it from the data sheets", "kind \"planes\""] {
         assert!(message.contains(words), "`{words}` is not in:\n{message}");
     }

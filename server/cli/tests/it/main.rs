@@ -10,6 +10,7 @@ mod crash;
 mod few_lines;
 mod http;
 mod lasers;
+mod lines_of_photographs;
 mod photographs;
 mod readme;
 mod rig_a;

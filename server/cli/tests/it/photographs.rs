@@ -204,6 +204,43 @@ fn longest_run(points: &[[f64; 2]]) -> usize {
 }
 
 #[test]
+fn without_a_background_the_laser_is_told_by_its_colour() {
+    let Some(ciclop) = reference("real/ciclop") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let images =
+        ["laser_on_object/laser.png", "laser_on_pattern/laser-0-255-255-8.png"].map(|on| path(&ciclop, on));
+    for (image, lines) in [
+        (&images[0], &[][..]),
+        (&images[1], &[([277.0, 455.0], [271.5, 1035.0]), ([596.0, 461.0], [584.0, 1020.0])][..]),
+    ] {
+        let out = path(folder.path(), "out");
+        let (result, exit) = sheaf_json(&["centrelines", image, "-o", &out, "--direction", "columns", "-q"]);
+        println!("{}", result["channel"]);
+        let channel = result["channel"]["name"].as_str().unwrap();
+        assert!(exit == 0 && channel.starts_with("red"), "{result:#}");
+        let table = Path::new(&out).join(Path::new(image).with_extension("csv").file_name().unwrap());
+        let text = std::fs::read_to_string(table).unwrap();
+        let points: Vec<[f64; 2]> = text
+            .lines()
+            .skip(1)
+            .map(|row| [0, 1].map(|field| row.split(',').nth(field).unwrap().parse().unwrap()))
+            .collect();
+        for &(from, to) in lines {
+            let share = coverage(&points, from, to);
+            println!("line from {from:?} to {to:?}: {share:.3} of the rows without a background");
+            assert!(share >= COVERAGE, "{share}");
+        }
+        if lines.is_empty() {
+            let rows: std::collections::BTreeSet<i64> =
+                points.iter().filter(|[u, _]| (505.0..605.0).contains(u)).map(|[_, v]| v.round() as i64).collect();
+            let share = rows.range(63..=1118).count() as f64 / 1056.0;
+            println!("bust: {share:.3} of the rows without a background");
+            assert!(share >= COVERAGE, "{share}");
+        }
+    }
+}
+
+#[test]
 fn a_background_of_another_size_is_refused() {
     let (Some(ciclop), Some(opencv)) = (reference::data("real/ciclop"), reference::data("real/opencv-board"))
     else {

@@ -36,7 +36,7 @@ fn a_board_without_markers_enough_is_refused() {
     let file = path(folder.path(), "board.pdf");
     let output =
         sheaf(&["target", "--kind", "charuco", "--dictionary", "DICT_4X4_50", "--columns", "20", "-o", &file]);
-    let message = common::err(&output);
+    let message = crate::common::err(&output);
     assert_eq!(output.status.code(), Some(2), "{message}");
     assert!(message.contains("90 markers") && message.contains("larger dictionary"), "{message}");
 }

@@ -2,13 +2,15 @@
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
-use vision::GreyImage;
+use vision::{CentrelineParams, GreyImage, Picture};
 
+use crate::channel::{ChannelBasis, LaserChannel};
 use crate::checks::check_values;
 use crate::contained_path::{links_outside, reason_outside};
 use crate::error::CaptureError;
-use crate::image_file::{read_capture_header, read_capture_image};
+use crate::image_file::{Photograph, read_header, read_photograph};
 use crate::json_text::{entry_at, entry_ended_at, first_not_finite};
 use crate::known_keys::unknown_keys;
 use crate::manifest::{Manifest, Scan};
@@ -24,6 +26,10 @@ pub struct Capture {
     pub manifest: Manifest,
     /// Unknown keys and other oddities that were ignored, in words for the operator.
     pub warnings: Vec<String>,
+    /// Whether any file has colour.
+    has_colour: bool,
+    /// Decided when it is first asked for.
+    channel: OnceLock<LaserChannel>,
 }
 
 /// An image the manifest names.
@@ -35,6 +41,17 @@ pub struct NamedFile {
     pub path: PathBuf,
     /// What would have to leave the manifest with it: `pose`, `laser image`, `stage view`, `frame`.
     removable: &'static str,
+}
+
+/// A picture with the laser on, and the one with the laser off that belongs to it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LaserPicture {
+    /// Path of keys, as `poses[4].laser`.
+    pub entry: String,
+    /// Relative to the folder, as written.
+    pub path: PathBuf,
+    /// Entry and path of the picture with the laser off: its own, or the one of the whole capture.
+    pub background: Option<(String, PathBuf)>,
 }
 
 impl Capture {
@@ -50,9 +67,10 @@ impl Capture {
         let manifest = parse(&file, &text)?;
         check_values(&file, &manifest)?;
         let warnings = warnings(&file, &text)?;
-        let capture = Self { folder: folder.to_owned(), manifest, warnings };
-        capture.check_files()?;
-        Ok(capture)
+        let (has_colour, channel) = (false, OnceLock::new());
+        let capture = Self { folder: folder.to_owned(), manifest, warnings, has_colour, channel };
+        let has_colour = capture.check_files()?;
+        Ok(Self { has_colour, ..capture })
     }
 
     /// The manifest's own path.
@@ -60,17 +78,104 @@ impl Capture {
         self.folder.join(MANIFEST_FILE)
     }
 
-    /// Reads the image `path` (relative, as written in the manifest) that `entry` names.
+    /// Reads the image `path` (relative, as written in the manifest) that `entry` names: the grey levels of one channel,
+    /// that of the laser ([`Capture::laser_channel`]) or, of a board, the one beside it ([`Channel::for_boards`]).
+    ///
+    /// [`Channel::for_boards`]: vision::Channel::for_boards
     ///
     /// # Errors
-    /// [`CaptureError::ImageMissing`], [`CaptureError::PathOutside`], [`CaptureError::ImageUnusable`] (not PNG or
-    /// TIFF, colour, truncated) or [`CaptureError::ImageSize`].
+    /// [`CaptureError::ImageMissing`], [`CaptureError::PathOutside`], [`CaptureError::ImageUnusable`] (of no known
+    /// format, truncated) or [`CaptureError::ImageSize`].
     pub fn image(&self, entry: &str, path: &Path) -> Result<GreyImage, CaptureError> {
+        match self.photograph(entry, path)?.picture {
+            Picture::Grey(image) => Ok(image),
+            Picture::Colour(image) => {
+                let laser = self.laser_channel().channel;
+                Ok(image.channel(if self.is_board(path) { laser.for_boards() } else { laser }))
+            }
+        }
+    }
+
+    /// Reads the image `path` that `entry` names, with all its colours.
+    ///
+    /// # Errors
+    /// As [`Capture::image`].
+    pub fn photograph(&self, entry: &str, path: &Path) -> Result<Photograph, CaptureError> {
         let named = NamedFile { entry: entry.to_owned(), path: path.to_owned(), removable: "entry" };
         self.check_place(&named)?;
-        let image = read_capture_image(&self.folder.join(path)).map_err(|cause| named.unusable(cause))?;
-        self.check_size(&named, image.width(), image.height())?;
-        Ok(image)
+        let photograph = read_photograph(&self.folder.join(path)).map_err(|cause| named.unusable(cause))?;
+        self.check_size(&named, photograph.picture.width(), photograph.picture.height())?;
+        Ok(photograph)
+    }
+
+    /// The channel in which the pictures show the laser: as the manifest says, or else decided from some of the
+    /// pictures themselves when it is first asked for. A picture that cannot be read has no say.
+    pub fn laser_channel(&self) -> &LaserChannel {
+        self.channel.get_or_init(|| {
+            if !self.has_colour {
+                return LaserChannel::of_grey();
+            }
+            if let Some(channel) = self.manifest.camera.channel.fixed() {
+                return LaserChannel { channel, basis: ChannelBasis::Given };
+            }
+            let lit = self.laser_pictures();
+            let read = |idx: usize| {
+                let LaserPicture { entry, path, background } = &lit[idx];
+                let on = self.photograph(entry, path).ok()?.picture;
+                match background {
+                    Some((entry, path)) => on.minus(&self.photograph(entry, path).ok()?.picture),
+                    None => Some(on),
+                }
+            };
+            let line_direction = self.manifest.line_direction();
+            LaserChannel::decided(lit.len(), read, &[CentrelineParams { line_direction, ..Default::default() }])
+        })
+    }
+
+    /// Every picture with the laser on, poses first, with the picture to take away from it.
+    pub fn laser_pictures(&self) -> Vec<LaserPicture> {
+        let manifest = &self.manifest;
+        let poses = manifest.poses.iter().enumerate().filter_map(|(idx, pose)| {
+            let of = format!("poses[{idx}]");
+            Some(self.laser_picture(&of, "laser", pose.laser.as_deref()?, pose.background.as_deref()))
+        });
+        let frames = manifest.scans.iter().enumerate().flat_map(|(scan_idx, scan)| {
+            scan.frames.iter().enumerate().map(move |(idx, frame)| {
+                let of = format!("scans[{scan_idx}].frames[{idx}]");
+                self.laser_picture(&of, "image", &frame.image, frame.background.as_deref())
+            })
+        });
+        poses.chain(frames).collect()
+    }
+
+    fn laser_picture(&self, of: &str, key: &str, path: &Path, background: Option<&Path>) -> LaserPicture {
+        let own = background.map(|path| (format!("{of}.background"), path.to_owned()));
+        let of_all = || self.manifest.background.clone().map(|path| ("background".to_owned(), path));
+        LaserPicture { entry: format!("{of}.{key}"), path: path.to_owned(), background: own.or_else(of_all) }
+    }
+
+    /// Reads a picture with the laser on: the laser's channel, with the picture with the laser off taken away.
+    ///
+    /// # Errors
+    /// As [`Capture::image`], of either picture.
+    pub fn laser_image(&self, laser: &LaserPicture) -> Result<GreyImage, CaptureError> {
+        let Some((entry, path)) = &laser.background else { return self.image(&laser.entry, &laser.path) };
+        let on = self.photograph(&laser.entry, &laser.path)?.picture;
+        let off = self.photograph(entry, path)?.picture;
+        Ok(self.laser_light(&on, &off))
+    }
+
+    /// The laser's channel of a picture of this capture with the laser on, `off` taken away.
+    pub fn laser_light(&self, on: &Picture, off: &Picture) -> GreyImage {
+        let difference = on.minus(off).expect("the images of a capture have one size and one bit depth");
+        difference.channel(self.laser_channel().channel)
+    }
+
+    /// Whether that is a picture of the board at normal exposure.
+    fn is_board(&self, path: &Path) -> bool {
+        let manifest = &self.manifest;
+        let of_poses = manifest.poses.iter().map(|pose| &pose.board);
+        of_poses.chain(manifest.stage_views.iter().map(|view| &view.board)).any(|board| board == path)
     }
 
     /// The scan of that name.
@@ -88,10 +193,16 @@ impl Capture {
     /// Every image the manifest names, in its order.
     pub fn files(&self) -> Vec<NamedFile> {
         let mut files = Vec::new();
+        if let Some(background) = &self.manifest.background {
+            files.push(NamedFile::new("background".to_owned(), background, "background"));
+        }
         for (idx, pose) in self.manifest.poses.iter().enumerate() {
             files.push(NamedFile::new(format!("poses[{idx}].board"), &pose.board, "pose"));
             if let Some(laser) = &pose.laser {
                 files.push(NamedFile::new(format!("poses[{idx}].laser"), laser, "pose"));
+            }
+            if let Some(background) = &pose.background {
+                files.push(NamedFile::new(format!("poses[{idx}].background"), background, "background"));
             }
         }
         for (idx, view) in self.manifest.stage_views.iter().enumerate() {
@@ -101,20 +212,26 @@ impl Capture {
             for (idx, frame) in scan.frames.iter().enumerate() {
                 let entry = format!("scans[{scan_idx}].frames[{idx}].image");
                 files.push(NamedFile::new(entry, &frame.image, "frame"));
+                if let Some(background) = &frame.background {
+                    let entry = format!("scans[{scan_idx}].frames[{idx}].background");
+                    files.push(NamedFile::new(entry, background, "background"));
+                }
             }
         }
         files
     }
 
-    fn check_files(&self) -> Result<(), CaptureError> {
+    /// Every file's header; whether any has colour.
+    fn check_files(&self) -> Result<bool, CaptureError> {
         let files = self.files();
         for named in &files {
             self.check_place(named)?;
         }
+        let mut has_colour = false;
         let mut first: Option<(&NamedFile, u32)> = None;
         for named in &files {
-            let header =
-                read_capture_header(&self.folder.join(&named.path)).map_err(|cause| named.unusable(cause))?;
+            let header = read_header(&self.folder.join(&named.path)).map_err(|cause| named.unusable(cause))?;
+            has_colour |= header.is_colour;
             self.check_size(named, header.width_px, header.height_px)?;
             let (first, first_bits) = *first.get_or_insert((named, header.bits));
             if header.bits != first_bits {
@@ -127,7 +244,7 @@ impl Capture {
                 });
             }
         }
-        Ok(())
+        Ok(has_colour)
     }
 
     /// Inside the folder, and there.

@@ -1,4 +1,4 @@
-//! Image files: grey in, grey out, with limits on what a file may ask for.
+//! Image files: grey or colour in, grey out, with limits on what a file may ask for.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read};
@@ -6,13 +6,16 @@ use std::path::{Path, PathBuf};
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{
-    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError as DecodeError, ImageFormat,
-    ImageReader, Limits,
+    ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError as DecodeError,
+    ImageFormat, ImageReader, Limits,
 };
 use sha2::{Digest, Sha256};
-use vision::{GreyImage, ImageError, Pixels};
+use vision::{Channel, ColourImage, GreyImage, ImageError, Picture, Pixels};
 
 use crate::params::{DECODE_LIMIT_BYTES, IMAGE_LIMIT_PX};
+
+/// What is read, everywhere.
+const FORMATS: [ImageFormat; 4] = [ImageFormat::Png, ImageFormat::Tiff, ImageFormat::Bmp, ImageFormat::Jpeg];
 
 /// Bytes read at a time while hashing.
 const HASH_CHUNK_BYTES: usize = 1 << 16;
@@ -30,12 +33,10 @@ pub enum ImageFileError {
         cause: std::io::Error,
     },
     /// Not an image of an allowed format, whatever its name says.
-    #[error("{} is not {allowed}: convert it", path.display())]
+    #[error("{} is not a PNG, TIFF, BMP or JPEG image: convert it", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
-        /// What may be read here.
-        allowed: &'static str,
     },
     /// Truncated, corrupt or of a kind the decoder does not know.
     #[error("{} is truncated or corrupt: copy or record it again", path.display())]
@@ -55,14 +56,6 @@ pub enum ImageFileError {
         width_px: u32,
         /// Rows.
         height_px: u32,
-    },
-    /// Colour where one channel is wanted.
-    #[error("{} has colour or transparency ({kind}): record it in one channel, or convert it to grey", path.display())]
-    Colour {
-        /// The file.
-        path: PathBuf,
-        /// What the file says it holds.
-        kind: String,
     },
     /// A bit depth other than 8 or 16.
     #[error("{} has pixels of kind {kind}: record it with 8 or 16 bits per pixel", path.display())]
@@ -101,30 +94,57 @@ pub struct ImageHeader {
     pub height_px: usize,
     /// 8 or 16.
     pub bits: u32,
+    /// Whether the file has red, green and blue; they may be equal everywhere.
+    pub is_colour: bool,
 }
 
-/// Reads any photograph as grey levels: PNG, TIFF or JPEG, 8 or 16 bit, grey or colour.
+/// A picture as its file holds it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Photograph {
+    /// Grey or colour.
+    pub picture: Picture,
+    /// Whether the file's compression loses part of what the camera saw: JPEG.
+    pub is_lossy: bool,
+}
+
+/// Reads any photograph: PNG, TIFF, BMP or JPEG, 8 or 16 bit, grey or colour; transparency is ignored.
 ///
-/// Colour becomes the mean of its three channels, so that a red laser line on a dark ground keeps a third of
-/// its height whatever its colour; transparency is ignored.
+/// # Errors
+/// [`ImageFileError`] names the file and the remedy.
+pub fn read_photograph(path: &Path) -> Result<Photograph, ImageFileError> {
+    let (format, decoder) = open(path)?;
+    let picture = picture_from_decoder(path, decoder)?;
+    Ok(Photograph { picture, is_lossy: format == ImageFormat::Jpeg })
+}
+
+/// Reads any photograph as grey levels; colour becomes brightness ([`Channel::Luma`]).
 ///
 /// # Errors
 /// [`ImageFileError`] names the file and the remedy.
 pub fn read_grey_image(path: &Path) -> Result<GreyImage, ImageFileError> {
-    let allowed = [ImageFormat::Png, ImageFormat::Tiff, ImageFormat::Jpeg];
-    grey_from_decoder(path, open(path, &allowed, "a PNG, TIFF or JPEG image")?)
+    Ok(read_photograph(path)?.picture.channel(Channel::Luma))
 }
 
-/// Reads an image of a capture: PNG or TIFF, 8 or 16 bit, exactly one channel.
-pub(crate) fn read_capture_image(path: &Path) -> Result<GreyImage, ImageFileError> {
-    let decoder = open_capture_image(path)?;
-    header(path, &decoder)?;
-    grey_from_decoder(path, decoder)
-}
-
-/// Reads the header of an image of a capture, with the same demands as [`read_capture_image`].
-pub(crate) fn read_capture_header(path: &Path) -> Result<ImageHeader, ImageFileError> {
-    header(path, &open_capture_image(path)?)
+/// Reads the header of an image of a capture: exactly 8 or 16 bits.
+pub(crate) fn read_header(path: &Path) -> Result<ImageHeader, ImageFileError> {
+    let (_, decoder) = open(path)?;
+    let (width_px, height_px) = decoder.dimensions();
+    let kind = decoder.original_color_type();
+    let bits = match kind {
+        ExtendedColorType::L1 | ExtendedColorType::L2 | ExtendedColorType::L4 => None,
+        _ => match decoder.color_type() {
+            ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8 => Some(8),
+            ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => Some(16),
+            _ => None,
+        },
+    };
+    let refused = || ImageFileError::BitDepth { path: path.to_owned(), kind: format!("{kind:?}") };
+    Ok(ImageHeader {
+        width_px: width_px as usize,
+        height_px: height_px as usize,
+        bits: bits.ok_or_else(refused)?,
+        is_colour: decoder.color_type().has_color(),
+    })
 }
 
 /// Writes an image as PNG of its own bit depth.
@@ -163,25 +183,16 @@ pub fn sha256_of(path: &Path) -> Result<String, ImageFileError> {
     }
 }
 
-fn open_capture_image(path: &Path) -> Result<impl ImageDecoder + use<>, ImageFileError> {
-    open(path, &[ImageFormat::Png, ImageFormat::Tiff], "a PNG or TIFF image")
-}
-
-/// Opens a file as one of the allowed formats, by content rather than by name, and checks its size.
-fn open(
-    path: &Path,
-    formats: &[ImageFormat],
-    allowed: &'static str,
-) -> Result<impl ImageDecoder + use<>, ImageFileError> {
+/// Opens a file, whose format its content tells and not its name, and checks its size.
+fn open(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<>), ImageFileError> {
     let file = File::open(path).map_err(|cause| inaccessible(path, cause))?;
+    let unknown = || ImageFileError::UnknownFormat { path: path.to_owned() };
     if file.metadata().map_err(|cause| inaccessible(path, cause))?.is_dir() {
-        return Err(ImageFileError::UnknownFormat { path: path.to_owned(), allowed });
+        return Err(unknown());
     }
     let mut reader =
         ImageReader::new(BufReader::new(file)).with_guessed_format().map_err(|cause| inaccessible(path, cause))?;
-    if !reader.format().is_some_and(|format| formats.contains(&format)) {
-        return Err(ImageFileError::UnknownFormat { path: path.to_owned(), allowed });
-    }
+    let format = reader.format().filter(|format| FORMATS.contains(format)).ok_or_else(unknown)?;
     let mut limits = Limits::default();
     limits.max_alloc = Some(DECODE_LIMIT_BYTES);
     reader.limits(limits);
@@ -190,44 +201,30 @@ fn open(
     if width_px as usize * height_px as usize > IMAGE_LIMIT_PX {
         return Err(ImageFileError::TooLarge { path: path.to_owned(), width_px, height_px });
     }
-    Ok(decoder)
+    Ok((format, decoder))
 }
 
-fn header(path: &Path, decoder: &impl ImageDecoder) -> Result<ImageHeader, ImageFileError> {
-    let (width_px, height_px) = decoder.dimensions();
-    let kind = decoder.original_color_type();
-    let bits = match kind {
-        ExtendedColorType::L8 => 8,
-        ExtendedColorType::L16 => 16,
-        _ if kind.channel_count() == 1 => {
-            return Err(ImageFileError::BitDepth { path: path.to_owned(), kind: format!("{kind:?}") });
-        }
-        _ => return Err(ImageFileError::Colour { path: path.to_owned(), kind: format!("{kind:?}") }),
-    };
-    Ok(ImageHeader { width_px: width_px as usize, height_px: height_px as usize, bits })
-}
-
-fn grey_from_decoder(path: &Path, decoder: impl ImageDecoder) -> Result<GreyImage, ImageFileError> {
+fn picture_from_decoder(path: &Path, decoder: impl ImageDecoder) -> Result<Picture, ImageFileError> {
     let decoded = DynamicImage::from_decoder(decoder).map_err(|cause| undecodable(path, cause))?;
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
-    let pixels = match decoded {
-        DynamicImage::ImageLuma8(grey) => Pixels::Eight(grey.into_raw()),
-        DynamicImage::ImageLuma16(grey) => Pixels::Sixteen(grey.into_raw()),
-        DynamicImage::ImageLumaA8(grey) => Pixels::Eight(grey.pixels().map(|p| p.0[0]).collect()),
-        DynamicImage::ImageLumaA16(grey) => Pixels::Sixteen(grey.pixels().map(|p| p.0[0]).collect()),
+    let grey = |pixels| GreyImage::new(width, height, pixels).map(Picture::Grey);
+    let colour = |pixels| ColourImage::new(width, height, pixels).map(Picture::from_colour);
+    let picture = match decoded {
+        DynamicImage::ImageLuma8(image) => grey(Pixels::Eight(image.into_raw())),
+        DynamicImage::ImageLuma16(image) => grey(Pixels::Sixteen(image.into_raw())),
+        DynamicImage::ImageLumaA8(image) => grey(Pixels::Eight(image.pixels().map(|p| p.0[0]).collect())),
+        DynamicImage::ImageLumaA16(image) => grey(Pixels::Sixteen(image.pixels().map(|p| p.0[0]).collect())),
         DynamicImage::ImageRgb8(_) | DynamicImage::ImageRgba8(_) => {
-            let mean = |p: &image::Rgb<u8>| (p.0.iter().map(|&c| u16::from(c)).sum::<u16>() + 1) / 3;
-            Pixels::Eight(decoded.into_rgb8().pixels().map(|p| mean(p) as u8).collect())
+            colour(Pixels::Eight(decoded.into_rgb8().into_raw()))
         }
         DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_) => {
-            let mean = |p: &image::Rgb<u16>| (p.0.iter().map(|&c| u32::from(c)).sum::<u32>() + 1) / 3;
-            Pixels::Sixteen(decoded.into_rgb16().pixels().map(|p| mean(p) as u16).collect())
+            colour(Pixels::Sixteen(decoded.into_rgb16().into_raw()))
         }
         other => {
             return Err(ImageFileError::BitDepth { path: path.to_owned(), kind: format!("{:?}", other.color()) });
         }
     };
-    GreyImage::new(width, height, pixels).map_err(|cause| ImageFileError::Empty { path: path.to_owned(), cause })
+    picture.map_err(|cause| ImageFileError::Empty { path: path.to_owned(), cause })
 }
 
 fn inaccessible(path: &Path, cause: std::io::Error) -> ImageFileError {

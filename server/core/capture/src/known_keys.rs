@@ -8,7 +8,7 @@ struct Known {
     below: &'static [(&'static str, &'static Known)],
 }
 
-const CAMERA: Known = Known { keys: &["width_px", "height_px"], below: &[] };
+const CAMERA: Known = Known { keys: &["width_px", "height_px", "channel"], below: &[] };
 const TARGET: Known = Known {
     keys: &["kind", "inner_columns", "inner_rows", "columns", "rows", "square_mm", "marker_mm", "dictionary"],
     below: &[],
@@ -17,12 +17,12 @@ const PROJECTOR: Known = Known {
     keys: &["kind", "wavelength_nm", "grating_lines_per_mm", "orders", "lines", "line_direction"],
     below: &[],
 };
-const POSE: Known = Known { keys: &["board", "laser"], below: &[] };
+const POSE: Known = Known { keys: &["board", "laser", "background"], below: &[] };
 const STAGE_VIEW: Known = Known { keys: &["board", "position_mm"], below: &[] };
-const FRAME: Known = Known { keys: &["image", "position_mm"], below: &[] };
+const FRAME: Known = Known { keys: &["image", "position_mm", "background"], below: &[] };
 const SCAN: Known = Known { keys: &["name", "frames"], below: &[("frames", &FRAME)] };
 const MANIFEST: Known = Known {
-    keys: &["format", "camera", "target", "projector", "poses", "stage_views", "scans"],
+    keys: &["format", "camera", "target", "projector", "background", "poses", "stage_views", "scans"],
     below: &[
         ("camera", &CAMERA),
         ("target", &TARGET),

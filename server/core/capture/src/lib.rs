@@ -3,6 +3,7 @@
 //! Reading validates everything the manifest says and names the entry that is wrong; writing is the twin's and
 //! the recorder's side of the same format.
 
+pub mod channel;
 pub mod error;
 pub mod folder;
 pub mod image_file;
@@ -16,9 +17,12 @@ mod contained_path;
 mod json_text;
 mod known_keys;
 
+pub use channel::{ChannelBasis, ChannelChoice, LaserChannel};
 pub use error::CaptureError;
-pub use folder::{Capture, NamedFile, write_manifest};
-pub use image_file::{ImageFileError, ImageHeader, read_grey_image, sha256_of, write_png};
+pub use folder::{Capture, LaserPicture, NamedFile, write_manifest};
+pub use image_file::{
+    ImageFileError, ImageHeader, Photograph, read_grey_image, read_photograph, sha256_of, write_png,
+};
 pub use manifest::{CameraFormat, Frame, Manifest, Pose, Scan, StageView};
 pub use projector::{GratingProjector, PlanesProjector, Projector};
 pub use target::{CharucoTarget, ChessboardTarget, SquareMm, Target};

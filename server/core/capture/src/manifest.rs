@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use vision::LineDirection;
 
+use crate::channel::ChannelChoice;
 use crate::projector::Projector;
 use crate::target::Target;
 
@@ -13,12 +14,15 @@ use crate::target::Target;
 pub struct Manifest {
     /// Always `sheaf-capture/1`.
     pub format: String,
-    /// Size of every image.
+    /// Size of every image, and its channel.
     pub camera: CameraFormat,
     /// The calibration target.
     pub target: Target,
     /// What makes the lines.
     pub projector: Projector,
+    /// A picture with the laser off for everything that has none of its own; only if nothing in it moves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub background: Option<PathBuf>,
     /// The board at rest, seen by normal light and by laser light.
     #[serde(default)]
     pub poses: Vec<Pose>,
@@ -30,13 +34,16 @@ pub struct Manifest {
     pub scans: Vec<Scan>,
 }
 
-/// Size of every image of the capture.
+/// Size of every image of the capture, and what is looked at of those in colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CameraFormat {
     /// Columns.
     pub width_px: usize,
     /// Rows.
     pub height_px: usize,
+    /// The channel in which colour pictures show the laser.
+    #[serde(default, skip_serializing_if = "ChannelChoice::is_auto")]
+    pub channel: ChannelChoice,
 }
 
 /// One board pose.
@@ -47,6 +54,9 @@ pub struct Pose {
     /// Image at low exposure with the laser on; without it the pose serves the camera alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laser: Option<PathBuf>,
+    /// The same as `laser` with the laser off, to be taken away from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub background: Option<PathBuf>,
 }
 
 /// The board at a known stage position.
@@ -74,6 +84,9 @@ pub struct Frame {
     pub image: PathBuf,
     /// Nominal stage position at exposure.
     pub position_mm: f64,
+    /// The same as `image` with the laser off, to be taken away from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub background: Option<PathBuf>,
 }
 
 impl Manifest {

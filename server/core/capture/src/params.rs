@@ -12,8 +12,11 @@ pub const MANIFEST_LIMIT_BYTES: u64 = 64 << 20;
 /// Largest image: twice the largest sensors in use for laser profiling (25 Mpx).
 pub const IMAGE_LIMIT_PX: usize = 50_000_000;
 
-/// Memory a decoder may take, bytes: 50 Mpx of 16-bit grey plus the decoder's own rows.
-pub const DECODE_LIMIT_BYTES: u64 = 256 << 20;
+/// Memory a decoder may take, bytes: 50 Mpx of 16-bit colour plus the decoder's own rows.
+pub const DECODE_LIMIT_BYTES: u64 = 512 << 20;
+
+/// Pictures by which the laser's channel is decided: lines of several poses or frames, read in a second or two.
+pub const CHANNEL_SAMPLE_PICTURES: usize = 4;
 
 /// Highest diffraction order; real line gratings carry light in fewer than ten on each side.
 pub const ORDER_LIMIT: i8 = 20;

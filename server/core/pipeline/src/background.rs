@@ -2,57 +2,46 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::read_grey_image;
-use vision::{GreyImage, Pixels};
+use capture::read_photograph;
+use vision::Picture;
 
 use crate::failure::Failure;
 
 /// What the camera sees without the laser.
 pub struct Background {
     path: PathBuf,
-    image: GreyImage,
+    picture: Picture,
 }
 
 impl Background {
     /// Reads the picture with the laser off.
     pub fn read(path: &Path) -> Result<Self, Failure> {
-        let image = read_grey_image(path).map_err(|error| Failure::from(error).in_file(path))?;
-        Ok(Self { path: path.to_owned(), image })
+        let photograph = read_photograph(path).map_err(|error| Failure::from(error).in_file(path))?;
+        Ok(Self { path: path.to_owned(), picture: photograph.picture })
     }
 
-    /// Laser on minus laser off, grey level by grey level; what would be negative is zero.
+    /// Laser on minus laser off, level by level; what would be negative is zero.
     ///
     /// Both pictures must have the same size and bit depth; `path` names the one with the laser on.
-    pub fn taken_from(&self, image: &GreyImage, path: &Path) -> Result<GreyImage, Failure> {
-        let size = |image: &GreyImage| (image.width(), image.height());
-        let difference = match (image.pixels(), self.image.pixels()) {
-            _ if size(image) != size(&self.image) => None,
-            (Pixels::Eight(on), Pixels::Eight(off)) => {
-                Some(Pixels::Eight(on.iter().zip(off).map(|(on, off)| on.saturating_sub(*off)).collect()))
-            }
-            (Pixels::Sixteen(on), Pixels::Sixteen(off)) => {
-                Some(Pixels::Sixteen(on.iter().zip(off).map(|(on, off)| on.saturating_sub(*off)).collect()))
-            }
-            _ => None,
-        };
-        let difference = difference.ok_or_else(|| self.mismatch(image, path))?;
-        GreyImage::new(image.width(), image.height(), difference).map_err(|error| {
-            Failure::bad_input(format!("{} minus {} is no image", path.display(), self.path.display()))
-                .in_file(path)
-                .because(&error)
-        })
+    pub fn taken_from(&self, picture: &Picture, path: &Path) -> Result<Picture, Failure> {
+        picture.minus(&self.picture).ok_or_else(|| self.mismatch(picture, path))
     }
 
-    fn mismatch(&self, image: &GreyImage, path: &Path) -> Failure {
-        let format = |image: &GreyImage| {
-            format!("{}×{} pixels of {} bits", image.width(), image.height(), image.bit_depth())
+    /// The picture itself.
+    pub fn picture(&self) -> &Picture {
+        &self.picture
+    }
+
+    fn mismatch(&self, picture: &Picture, path: &Path) -> Failure {
+        let format = |picture: &Picture| {
+            format!("{}×{} pixels of {} bits", picture.width(), picture.height(), picture.bit_depth())
         };
         Failure::bad_input(format!(
             "{} has {}, the background {} has {}",
             path.display(),
-            format(image),
+            format(picture),
             self.path.display(),
-            format(&self.image)
+            format(&self.picture)
         ))
         .in_file(path)
         .remedy("take the background with the same camera and settings, the laser off and nothing moved")
@@ -63,29 +52,42 @@ impl Background {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use vision::{ColourImage, GreyImage, Pixels};
+
+    fn grey(width: usize, pixels: Pixels) -> Picture {
+        Picture::Grey(GreyImage::new(width, 1, pixels).unwrap())
+    }
 
     fn background(pixels: Pixels) -> Background {
-        Background { path: "off.png".into(), image: GreyImage::new(3, 1, pixels).unwrap() }
+        Background { path: "off.png".into(), picture: grey(3, pixels) }
     }
 
     #[test]
     fn brighter_background_gives_zero_in_either_bit_depth() {
-        let on = GreyImage::new(3, 1, Pixels::Eight(vec![10, 200, 5])).unwrap();
+        let on = grey(3, Pixels::Eight(vec![10, 200, 5]));
         let off = background(Pixels::Eight(vec![4, 200, 9]));
-        assert_eq!(*off.taken_from(&on, Path::new("on.png")).unwrap().pixels(), Pixels::Eight(vec![6, 0, 0]));
-        let on = GreyImage::new(3, 1, Pixels::Sixteen(vec![1000, 60_000, 5])).unwrap();
+        assert_eq!(off.taken_from(&on, Path::new("on.png")).unwrap(), grey(3, Pixels::Eight(vec![6, 0, 0])));
+        let on = grey(3, Pixels::Sixteen(vec![1000, 60_000, 5]));
         let off = background(Pixels::Sixteen(vec![1, 50_000, 9]));
-        assert_eq!(
-            *off.taken_from(&on, Path::new("on.png")).unwrap().pixels(),
-            Pixels::Sixteen(vec![999, 10_000, 0])
-        );
+        let expected = grey(3, Pixels::Sixteen(vec![999, 10_000, 0]));
+        assert_eq!(off.taken_from(&on, Path::new("on.png")).unwrap(), expected);
+    }
+
+    #[test]
+    fn a_background_without_colour_is_taken_from_all_three() {
+        let colour =
+            |levels: &[u8]| Picture::Colour(ColourImage::new(3, 1, Pixels::Eight(levels.to_vec())).unwrap());
+        let off = background(Pixels::Eight(vec![0, 10, 20]));
+        let on = colour(&[9, 8, 7, 19, 9, 10, 50, 60, 70]);
+        let expected = colour(&[9, 8, 7, 9, 0, 0, 30, 40, 50]);
+        assert_eq!(off.taken_from(&on, Path::new("on.png")).unwrap(), expected);
     }
 
     #[test]
     fn another_size_or_bit_depth_is_refused_by_name() {
         let off = background(Pixels::Eight(vec![0; 3]));
-        let wide = GreyImage::new(4, 1, Pixels::Eight(vec![0; 4])).unwrap();
-        let deep = GreyImage::new(3, 1, Pixels::Sixteen(vec![0; 3])).unwrap();
+        let wide = grey(4, Pixels::Eight(vec![0; 4]));
+        let deep = grey(3, Pixels::Sixteen(vec![0; 3]));
         for (on, word) in [(wide, "4×1 pixels of 8 bits"), (deep, "3×1 pixels of 16 bits")] {
             let text = off.taken_from(&on, Path::new("on.png")).unwrap_err().to_string();
             for word in [word, "on.png", "off.png", "3×1 pixels of 8 bits", "remedy"] {

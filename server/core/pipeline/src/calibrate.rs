@@ -4,7 +4,7 @@ use std::path::Path;
 
 use calibration::document::InputHash;
 use calibration::{CalibrationDocument, CalibrationOptions, CalibrationResult, Stop, calibrate};
-use capture::{Capture, sha256_of};
+use capture::{Capture, ChannelBasis, sha256_of};
 use rayon::prelude::*;
 
 use crate::failure::Failure;
@@ -19,11 +19,14 @@ pub struct Calibrated {
     pub document: CalibrationDocument,
 }
 
-/// Opens a capture and passes its oddities on.
+/// Opens a capture, passes its oddities on and says which channel of colour pictures is looked at.
 pub fn open_capture(folder: &Path, reporter: &dyn Reporter) -> Result<Capture, Failure> {
     let capture = Capture::open(folder)?;
     for warning in &capture.warnings {
         reporter.warn(warning);
+    }
+    if capture.laser_channel().basis != ChannelBasis::GreyPictures {
+        reporter.note(&capture.laser_channel().to_string());
     }
     Ok(capture)
 }
@@ -66,9 +69,11 @@ pub fn calibrate_features(
 fn input_hashes(capture: &Capture) -> Result<Vec<InputHash>, Failure> {
     let mut paths = vec![Path::new("capture.json").to_owned()];
     let manifest = &capture.manifest;
+    paths.extend(manifest.background.clone());
     for pose in &manifest.poses {
         paths.push(pose.board.clone());
         paths.extend(pose.laser.clone());
+        paths.extend(pose.background.clone());
     }
     paths.extend(manifest.stage_views.iter().map(|view| view.board.clone()));
     paths

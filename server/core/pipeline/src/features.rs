@@ -3,14 +3,15 @@
 use std::path::Path;
 
 use calibration::{BoardGeometry, CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput};
-use capture::{Capture, Projector, Target};
+use capture::{Capture, LaserPicture, Projector, Target};
 use rayon::prelude::*;
 use vision::{
     BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, CharucoParams, CornerError, CornerParams,
-    find_centrelines, find_charuco, find_corners,
+    GreyImage, find_centrelines, find_charuco, find_corners,
 };
 
 use crate::failure::Failure;
+use crate::findings::{Finding, room_finding};
 use crate::progress::{Reporter, Task};
 
 /// What a calibration is computed from, and which pictures were left out of it.
@@ -42,7 +43,7 @@ pub fn calibration_features(
     reporter: &dyn Reporter,
 ) -> Result<Features, Failure> {
     let boards = board_pictures(capture);
-    let lasers = laser_pictures(capture);
+    let lasers = pictures_of(capture, "poses[");
     let task = reporter.count("reading boards and laser lines", "pictures", boards.len() + lasers.len());
     let (boards, lasers) = rayon::join(
         || all(&boards, reporter, &*task, |picture| corners_of(capture, picture)),
@@ -82,15 +83,7 @@ pub fn scan_centrelines(
 ) -> Result<(), Failure> {
     let scan = capture.scan(name)?;
     let scan_idx = capture.manifest.scans.iter().position(|other| std::ptr::eq(other, scan)).unwrap_or(0);
-    let pictures: Vec<Picture> = scan
-        .frames
-        .iter()
-        .enumerate()
-        .map(|(idx, frame)| Picture {
-            entry: format!("scans[{scan_idx}].frames[{idx}].image"),
-            path: &frame.image,
-        })
-        .collect();
+    let pictures = pictures_of(capture, &format!("scans[{scan_idx}]."));
     let task = reporter.count(&format!("reading scan {name}"), "frames", pictures.len());
     let params = centreline_params(capture);
     for some in pictures.chunks(PICTURES_AT_ONCE) {
@@ -98,9 +91,18 @@ pub fn scan_centrelines(
             .par_iter()
             .map_init(CentrelineExtractor::default, |extractor, picture| {
                 reporter.go_on()?;
-                let image = capture.image(&picture.entry, picture.path)?;
-                let mut lines = Centrelines::default();
-                extractor.find(&image, &params, &mut lines);
+                let mut lines = Centrelines { direction: params.line_direction, ..Centrelines::default() };
+                match laser_light(capture, picture)? {
+                    LaserLight::Image(image) => extractor.find(&image, &params, &mut lines),
+                    // Its edges would be taken for lines: such a frame shows nothing, and is named.
+                    LaserLight::OtherPose(finding) => {
+                        reporter.warn(&format!(
+                            "{} ({}): {finding}; left out",
+                            picture.path.display(),
+                            picture.entry
+                        ));
+                    }
+                }
                 task.step();
                 Ok(lines)
             })
@@ -119,11 +121,11 @@ fn centreline_params(capture: &Capture) -> CentrelineParams {
 }
 
 /// Applies `find` to every picture on all cores; results in the order of the pictures.
-fn all<T: Send>(
-    pictures: &[Picture],
+fn all<P: Sync, T: Send>(
+    pictures: &[P],
     reporter: &dyn Reporter,
     task: &dyn Task,
-    find: impl Fn(&Picture) -> Found<T> + Sync,
+    find: impl Fn(&P) -> Found<T> + Sync,
 ) -> Vec<Found<T>> {
     pictures
         .par_iter()
@@ -169,13 +171,29 @@ fn board_pictures(capture: &Capture) -> Vec<Picture<'_>> {
         .collect()
 }
 
-fn laser_pictures(capture: &Capture) -> Vec<Picture<'_>> {
-    let poses = capture.manifest.poses.iter().enumerate();
-    poses
-        .filter_map(|(idx, pose)| {
-            Some(Picture { entry: format!("poses[{idx}].laser"), path: pose.laser.as_deref()? })
-        })
-        .collect()
+/// The pictures with the laser on whose entries begin so.
+fn pictures_of(capture: &Capture, beginning: &str) -> Vec<LaserPicture> {
+    capture.laser_pictures().into_iter().filter(|picture| picture.entry.starts_with(beginning)).collect()
+}
+
+/// What the laser adds to a picture.
+enum LaserLight {
+    /// The laser's channel, without what the laser is not needed for.
+    Image(GreyImage),
+    /// Nothing that could be told: the picture with the laser off is of something else.
+    OtherPose(Finding),
+}
+
+fn laser_light(capture: &Capture, picture: &LaserPicture) -> Result<LaserLight, Failure> {
+    let Some((entry, path)) = &picture.background else {
+        return Ok(LaserLight::Image(capture.image(&picture.entry, &picture.path)?));
+    };
+    let on = capture.photograph(&picture.entry, &picture.path)?.picture;
+    let off = capture.photograph(entry, path)?.picture;
+    if let Some(finding @ Finding::BackgroundOfAnotherPose { .. }) = room_finding(&on, &off) {
+        return Ok(LaserLight::OtherPose(finding));
+    }
+    Ok(LaserLight::Image(capture.laser_light(&on, &off)))
 }
 
 fn corners_of(capture: &Capture, picture: &Picture) -> Found<BoardCorners> {
@@ -214,8 +232,15 @@ fn corners_of(capture: &Capture, picture: &Picture) -> Found<BoardCorners> {
     })
 }
 
-fn centrelines_of(capture: &Capture, picture: &Picture) -> Found<Centrelines> {
-    let image = capture.image(&picture.entry, picture.path)?;
+fn centrelines_of(capture: &Capture, laser: &LaserPicture) -> Found<Centrelines> {
+    let picture = &Picture { entry: laser.entry.clone(), path: &laser.path };
+    let image = match laser_light(capture, laser)? {
+        LaserLight::Image(image) => image,
+        LaserLight::OtherPose(finding) => {
+            let remedy = "name the picture of the same pose with the laser off as its \"background\", or none";
+            return Err(unreadable(capture, picture, &finding.to_string(), remedy));
+        }
+    };
     let lines = find_centrelines(&image, &centreline_params(capture));
     if lines.segments.is_empty() {
         let remedy = "check that the laser was on and exposed long enough, or remove this \"laser\" from the pose: \

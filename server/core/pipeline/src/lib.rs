@@ -9,21 +9,27 @@ mod calibrate;
 mod document_file;
 mod failure;
 mod features;
+mod findings;
 mod lines;
 mod progress;
 mod provenance;
 mod refusal;
 mod scan;
+mod search;
+mod strong_light;
 
 pub use background::Background;
 pub use calibrate::{Calibrated, calibrate_features, open_capture, read_features};
 pub use document_file::read_document;
 pub use failure::{Failure, FailureKind};
 pub use features::{Features, calibration_features};
-pub use lines::{FoundLines, lines_of};
+pub use findings::{Finding, room_finding};
+pub use lines::{FoundLines, channel_of, lines_of};
 pub use progress::{Reporter, Task};
 pub use provenance::extract;
 pub use refusal::{failure_of, unusable_document};
 pub use scan::{
     check_camera, collected, evaluated_scan, median_mm, scan_capture, write_capture_peaks, write_scan_cloud,
 };
+pub use search::{Directions, LineSearch, Region};
+pub use strong_light::StrongLight;

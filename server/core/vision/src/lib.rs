@@ -4,15 +4,19 @@
 //! Nothing here knows about cameras, gratings or millimetres.
 
 pub mod centreline;
+pub mod colour;
 pub mod corners;
 pub mod image;
+pub mod laser_channel;
 pub mod params;
 
 pub use centreline::{
     CentrelineExtractor, CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment,
     find_centrelines, find_centrelines_by_reference,
 };
+pub use colour::{Channel, ColourImage, Picture};
 pub use corners::{
     BoardCorners, CharucoError, CharucoParams, Corner, CornerError, CornerParams, find_charuco, find_corners,
 };
 pub use image::{GreyImage, ImageError, Pixels};
+pub use laser_channel::{ChannelView, laser_channel};

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use capture::{
-    CameraFormat, CaptureError, ChessboardTarget, Frame, GratingProjector, ImageFileError, Manifest, Pose, Scan,
-    StageView, params::FORMAT, write_manifest, write_png,
+    CameraFormat, CaptureError, ChannelChoice, ChessboardTarget, Frame, GratingProjector, ImageFileError, Manifest,
+    Pose, Scan, StageView, params::FORMAT, write_manifest, write_png,
 };
 use rayon::prelude::*;
 
@@ -211,7 +211,12 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
     let square_mm = crate::part::poses::square_mm(model);
     Manifest {
         format: FORMAT.to_owned(),
-        camera: CameraFormat { width_px: shape.width_px, height_px: shape.height_px },
+        background: None,
+        camera: CameraFormat {
+            width_px: shape.width_px,
+            height_px: shape.height_px,
+            channel: ChannelChoice::Auto,
+        },
         target: ChessboardTarget { inner_columns, inner_rows, square_mm: square_mm.into() }.into(),
         projector: GratingProjector {
             wavelength_nm: shape.wavelength_nm,
@@ -224,6 +229,7 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
             .map(|idx| Pose {
                 board: format!("board/{idx:03}.png").into(),
                 laser: Some(format!("laser/{idx:03}.png").into()),
+                background: None,
             })
             .collect(),
         stage_views: (0..)
@@ -238,6 +244,7 @@ fn scan_entry(scan: &ScanRequest) -> Scan {
     let frame = |idx| Frame {
         image: format!("scan-{}/{idx:05}.png", scan.name).into(),
         position_mm: scan.position_mm(idx),
+        background: None,
     };
     Scan { name: scan.name.clone(), frames: (0..scan.n_frames).map(frame).collect() }
 }

@@ -11,8 +11,11 @@ use pipeline::{Failure, FailureKind};
 /// Longest side of a picture that is enlarged to show sub-pixel positions; larger images are drawn as they are.
 const ENLARGE_BELOW_PX: usize = 1000;
 
-/// Brightest grey under a drawing, of 255: leaves room for the colours.
-const BACKGROUND_PEAK: f32 = 200.0;
+/// Brightest grey under a drawing, of 255: colours stand out of the brightest stripe.
+const BACKGROUND_PEAK: f32 = 140.0;
+
+/// Black around every point of a line: it is seen on a stripe of any brightness and width.
+const RIM: [(i64, i64); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
 
 /// Brightest grey under a drawing for a page: the lines stand out from what lit them.
 const PAGE_PEAK: f32 = 150.0;
@@ -51,14 +54,20 @@ pub fn lines_over(photograph: &GreyImage, lines: &Centrelines) -> RgbImage {
 fn overlay(image: &GreyImage, points: impl Iterator<Item = (f64, f64, [u8; 3])>) -> RgbImage {
     let zoom = if image.width().max(image.height()) < ENLARGE_BELOW_PX { 2 } else { 1 };
     let mut picture = background(image, zoom, BACKGROUND_PEAK);
-    for (u_px, v_px, colour) in points {
-        // Pixel (0, 0) is the centre of the top-left pixel, also of the enlarged ones.
-        let x = ((u_px + 0.5) * zoom as f64).floor();
-        let y = ((v_px + 0.5) * zoom as f64).floor();
-        if x >= 0.0 && y >= 0.0 && x < f64::from(picture.width()) && y < f64::from(picture.height()) {
+    let (width, height) = (i64::from(picture.width()), i64::from(picture.height()));
+    // Pixel (0, 0) is the centre of the top-left pixel, also of the enlarged ones.
+    let place = |at_px: f64| ((at_px + 0.5) * zoom as f64).floor() as i64;
+    let points: Vec<(i64, i64, [u8; 3])> = points.map(|(u, v, colour)| (place(u), place(v), colour)).collect();
+    let mut put = |x: i64, y: i64, colour: [u8; 3]| {
+        if (0..width).contains(&x) && (0..height).contains(&y) {
             picture.put_pixel(x as u32, y as u32, Rgb(colour));
         }
+    };
+    // All rims first: a line must not be cut by the rim of its neighbour.
+    for &(x, y, _) in &points {
+        RIM.iter().for_each(|&(dx, dy)| put(x + dx, y + dy, [0; 3]));
     }
+    points.into_iter().for_each(|(x, y, colour)| put(x, y, colour));
     picture
 }
 

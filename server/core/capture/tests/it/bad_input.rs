@@ -5,9 +5,10 @@
 use std::path::Path;
 
 use crate::common::{HEIGHT_PX, WIDTH_PX, chain, flat, folder_with, manifest_with, put, refusal, sound_manifest};
-use capture::{Capture, CaptureError, ChessboardTarget, read_grey_image, sha256_of, write_manifest};
+use capture::{Capture, CaptureError, ChessboardTarget, read_grey_image, read_photograph, sha256_of, write_manifest};
+use image::ImageFormat;
 use serde_json::{Value, json};
-use vision::{GreyImage, LineDirection, Pixels};
+use vision::{Channel, GreyImage, LineDirection, Pixels};
 
 /// Opening the sound capture with one value replaced is refused in words that contain all of `expected`.
 #[track_caller]
@@ -184,17 +185,86 @@ fn mixed_bit_depths_are_refused_and_pure_16_bit_is_not() {
 }
 
 #[test]
-fn colour_is_refused_in_a_capture_and_averaged_as_a_photograph() {
+fn colour_in_a_capture_becomes_the_channel_that_the_camera_entry_names() {
+    let red = image::RgbImage::from_pixel(WIDTH_PX as u32, HEIGHT_PX as u32, image::Rgb([200, 10, 30]));
+    // Channel, level of a laser picture, level of a board.
+    for (channel, laser, board) in
+        [("green", 10.0, 10.0), ("red-minus-others", 170.0, 200.0), ("luma", 69.0, 69.0)]
+    {
+        let mut manifest = sound_manifest();
+        manifest["camera"]["channel"] = json!(channel);
+        let folder = folder_with(&manifest);
+        red.save(folder.path().join("laser/000.png")).unwrap();
+        red.save(folder.path().join("board/000.png")).unwrap();
+        let capture = Capture::open(folder.path()).unwrap();
+        assert_eq!(capture.warnings, Vec::<String>::new());
+        let level = |entry, path| capture.image(entry, Path::new(path)).unwrap().at(3, 3);
+        assert_eq!(level("poses[0].laser", "laser/000.png"), laser, "{channel}");
+        assert_eq!(level("poses[0].board", "board/000.png"), board, "{channel}");
+        // A grey picture has one channel only.
+        assert_eq!(level("scans[0].frames[0].image", "scan/000.png"), 7.0, "{channel}");
+    }
+    check_text(
+        "\"height_px\": 12",
+        "\"height_px\": 12, \"channel\": \"infrared\"",
+        &["camera", "red-minus-others"],
+    );
+}
+
+#[test]
+fn every_laser_picture_has_its_own_background_or_that_of_the_capture() {
+    let mut manifest = sound_manifest();
+    manifest["background"] = json!("board/001.png");
+    manifest["poses"][0]["background"] = json!("off/000.png");
+    let folder = folder_with(&manifest);
+    let level =
+        |level| GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![level; WIDTH_PX * HEIGHT_PX])).unwrap();
+    put(folder.path(), "off/000.png", &level(5));
+    put(folder.path(), "scan/000.png", &level(90));
+    let capture = Capture::open(folder.path()).unwrap();
+    assert_eq!(capture.warnings, Vec::<String>::new());
+    let pictures = capture.laser_pictures();
+    let entries: Vec<_> =
+        pictures.iter().map(|p| (p.entry.as_str(), p.background.as_ref().unwrap().0.as_str())).collect();
+    let expected = [("poses[0].laser", "poses[0].background"), ("scans[0].frames[0].image", "background")];
+    assert_eq!(entries, expected);
+    // 7 less 5 and 90 less 7.
+    let levels: Vec<f32> = pictures.iter().map(|picture| capture.laser_image(picture).unwrap().at(3, 3)).collect();
+    assert_eq!(levels, [2.0, 83.0]);
+    std::fs::remove_file(folder.path().join("off/000.png")).unwrap();
+    let message = refusal(folder.path());
+    assert!(message.contains("poses[0].background") && message.contains("remove the background"), "{message}");
+}
+
+#[test]
+fn every_format_is_read_by_its_content() {
     let folder = folder_with(&sound_manifest());
     let path = folder.path().join("laser/000.png");
     let red = image::RgbImage::from_pixel(WIDTH_PX as u32, HEIGHT_PX as u32, image::Rgb([200, 10, 30]));
-    red.save(&path).unwrap();
-    let message = refusal(folder.path());
-    assert!(message.contains("poses[0].laser") && message.contains("convert it to grey"), "{message}");
-    assert_eq!(read_grey_image(&path).unwrap().at(3, 3), 80.0);
-    red.save(path.with_extension("jpg")).unwrap();
-    let photograph = read_grey_image(&path.with_extension("jpg")).unwrap();
-    assert!((photograph.at(3, 3) - 80.0).abs() <= 2.0); // JPEG's own loss
+    let deep = image::DynamicImage::from(red.clone()).into_rgb16();
+    for (format, tolerance, is_lossy) in [
+        (ImageFormat::Png, 0.0, false),
+        (ImageFormat::Tiff, 0.0, false),
+        (ImageFormat::Bmp, 0.0, false),
+        (ImageFormat::Jpeg, 2.0, true),
+    ] {
+        red.save_with_format(&path, format).unwrap();
+        let photograph = read_photograph(&path).unwrap();
+        assert_eq!(photograph.is_lossy, is_lossy, "{format:?}");
+        assert!((photograph.picture.channel(Channel::Red).at(3, 3) - 200.0).abs() <= tolerance, "{format:?}");
+        // Brightness as the eye weighs it.
+        assert!((read_grey_image(&path).unwrap().at(3, 3) - 69.0).abs() <= tolerance, "{format:?}");
+        Capture::open(folder.path()).unwrap();
+    }
+    for format in [ImageFormat::Png, ImageFormat::Tiff] {
+        deep.save_with_format(&path, format).unwrap();
+        let picture = read_photograph(&path).unwrap().picture;
+        assert_eq!(
+            (picture.bit_depth(), picture.channel(Channel::Blue).at(3, 3)),
+            (16, 30.0 * 257.0),
+            "{format:?}"
+        );
+    }
 }
 
 #[test]
@@ -220,7 +290,7 @@ fn what_is_not_an_image_is_refused() {
     }
     std::fs::remove_file(folder.path().join("board/000.png")).unwrap();
     std::fs::create_dir(folder.path().join("board/000.png")).unwrap();
-    assert!(refusal(folder.path()).contains("is not a PNG or TIFF image"));
+    assert!(refusal(folder.path()).contains("is not a PNG, TIFF, BMP or JPEG image"));
 }
 
 #[test]

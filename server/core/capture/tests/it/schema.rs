@@ -43,10 +43,11 @@ fn what_the_reader_writes_fits_the_schema() {
 #[test]
 fn schema_and_reader_refuse_the_same() {
     let schema = schema();
-    let broken: [(&str, Value); 19] = [
+    let broken: [(&str, Value); 20] = [
         ("/format", json!("sheaf-capture/2")),
         ("/camera/width_px", json!(0)),
         ("/camera/width_px", json!(12.5)),
+        ("/camera", json!({"width_px": 16, "height_px": 12, "channel": "infrared"})),
         ("/target/kind", json!("circles")),
         ("/target/inner_rows", json!(1)),
         ("/target/square_mm", json!([12])),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use capture::{Capture, CaptureError};
+use capture::{Capture, CaptureError, LaserPicture};
 use vision::{GreyImage, Pixels};
 
 use super::{Pictures, ReplayConfig, ReplayError, open_capture};
@@ -13,10 +13,8 @@ use crate::params::PRELOAD_LIMIT_BYTES;
 
 /// A picture the manifest names.
 struct Picture {
-    /// Path of keys, as `scans[0].frames[7].image`.
-    entry: String,
-    /// Relative to the folder.
-    path: PathBuf,
+    /// Where it is, and what is taken away from it.
+    file: LaserPicture,
     /// Where the stage was.
     position_mm: Option<f64>,
 }
@@ -41,7 +39,7 @@ impl Recording {
                 pictures: word_for(&config.pictures),
             });
         };
-        let first = capture.image(&first.entry, &first.path)?;
+        let first = capture.laser_image(&first.file)?;
         let format = if first.bit_depth() == 8 { PixelFormat::Mono8 } else { PixelFormat::Mono16 };
         let images = if config.preload { Some(preload(&capture, &pictures, &first)?) } else { None };
         Ok(Self { capture, pictures, images, format })
@@ -104,8 +102,7 @@ impl Recording {
         match &self.images {
             Some(images) => copy(&images[idx], target),
             None => {
-                let picture = &self.pictures[idx];
-                copy(&self.capture.image(&picture.entry, &picture.path)?, target);
+                copy(&self.capture.laser_image(&self.pictures[idx].file)?, target);
             }
         }
         Ok(())
@@ -129,19 +126,19 @@ fn preload(
 ) -> Result<Vec<Arc<GreyImage>>, ReplayError> {
     let mut held: BTreeMap<&Path, Arc<GreyImage>> = BTreeMap::new();
     let n_different =
-        pictures.iter().map(|picture| &picture.path).collect::<std::collections::BTreeSet<_>>().len();
+        pictures.iter().map(|picture| &picture.file.path).collect::<std::collections::BTreeSet<_>>().len();
     let picture_bytes = first.width() * first.height() * (first.bit_depth() as usize / 8);
     let size_bytes = picture_bytes.saturating_mul(n_different);
     if size_bytes > PRELOAD_LIMIT_BYTES {
         return Err(ReplayError::TooLargeToPreload { size_bytes });
     }
     let read = |picture| {
-        let Picture { entry, path, .. }: &Picture = picture;
-        if let Some(image) = held.get(path.as_path()) {
+        let Picture { file, .. }: &Picture = picture;
+        if let Some(image) = held.get(file.path.as_path()) {
             return Ok(image.clone());
         }
-        let image = Arc::new(capture.image(entry, path)?);
-        held.insert(path, image.clone());
+        let image = Arc::new(capture.laser_image(file)?);
+        held.insert(&file.path, image.clone());
         Ok(image)
     };
     pictures.iter().map(read).collect()
@@ -149,33 +146,29 @@ fn preload(
 
 fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<Picture>, ReplayError> {
     let manifest = &capture.manifest;
-    let at_rest = |entry: String, path: &PathBuf| Picture { entry, path: path.clone(), position_mm: None };
+    let board = |entry: String, path: &PathBuf| LaserPicture { entry, path: path.clone(), background: None };
+    let lit = |beginning: &str| {
+        let mut files = capture.laser_pictures();
+        files.retain(|file| file.entry.starts_with(beginning));
+        files
+    };
+    let at_rest = |file| Picture { file, position_mm: None };
     Ok(match wanted {
         Pictures::Scan(name) => {
             let scan = capture.scan(name)?;
             let scan_idx = manifest.scans.iter().position(|other| other.name == scan.name).unwrap_or_default();
-            let named = scan.frames.iter().enumerate();
-            let picture = |(idx, frame): (usize, &capture::Frame)| Picture {
-                entry: format!("scans[{scan_idx}].frames[{idx}].image"),
-                path: frame.image.clone(),
-                position_mm: Some(frame.position_mm),
-            };
-            named.map(picture).collect()
+            let files = lit(&format!("scans[{scan_idx}].")).into_iter().zip(&scan.frames);
+            files.map(|(file, frame)| Picture { file, position_mm: Some(frame.position_mm) }).collect()
         }
         Pictures::Boards => {
             let poses = manifest.poses.iter().enumerate();
-            poses.map(|(idx, pose)| at_rest(format!("poses[{idx}].board"), &pose.board)).collect()
+            poses.map(|(idx, pose)| at_rest(board(format!("poses[{idx}].board"), &pose.board))).collect()
         }
-        Pictures::LaserPictures => {
-            let poses = manifest.poses.iter().enumerate();
-            let laser = poses.filter_map(|(idx, pose)| pose.laser.as_ref().map(|path| (idx, path)));
-            laser.map(|(idx, path)| at_rest(format!("poses[{idx}].laser"), path)).collect()
-        }
+        Pictures::LaserPictures => lit("poses[").into_iter().map(at_rest).collect(),
         Pictures::StageViews => {
             let views = manifest.stage_views.iter().enumerate();
             let picture = |(idx, view): (usize, &capture::StageView)| Picture {
-                entry: format!("stage_views[{idx}].board"),
-                path: view.board.clone(),
+                file: board(format!("stage_views[{idx}].board"), &view.board),
                 position_mm: Some(view.position_mm),
             };
             views.map(picture).collect()

@@ -4,7 +4,9 @@
 use std::path::Path;
 use std::time::Duration;
 
-use capture::{CameraFormat, ChessboardTarget, Frame, GratingProjector, Manifest, Pose, Scan, StageView};
+use capture::{
+    CameraFormat, ChannelChoice, ChessboardTarget, Frame, GratingProjector, Manifest, Pose, Scan, StageView,
+};
 use tempfile::TempDir;
 use vision::{GreyImage, Pixels};
 
@@ -228,10 +230,15 @@ fn recorded() -> TempDir {
         name.into()
     };
     let frames = POSITIONS_MM.into_iter().enumerate();
-    let frame = |(idx, position_mm)| Frame { image: put(&format!("scan/{idx}.png"), idx as u8), position_mm };
+    let frame = |(idx, position_mm)| Frame {
+        image: put(&format!("scan/{idx}.png"), idx as u8),
+        position_mm,
+        background: None,
+    };
     let manifest = Manifest {
         format: "sheaf-capture/1".into(),
-        camera: CameraFormat { width_px: WIDTH_PX, height_px: HEIGHT_PX },
+        background: None,
+        camera: CameraFormat { width_px: WIDTH_PX, height_px: HEIGHT_PX, channel: ChannelChoice::Auto },
         target: ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() }.into(),
         projector: GratingProjector {
             wavelength_nm: 660.0,
@@ -241,8 +248,8 @@ fn recorded() -> TempDir {
         }
         .into(),
         poses: vec![
-            Pose { board: put("board/0.png", 100), laser: Some(put("laser/0.png", 200)) },
-            Pose { board: put("board/1.png", 101), laser: None },
+            Pose { board: put("board/0.png", 100), laser: Some(put("laser/0.png", 200)), background: None },
+            Pose { board: put("board/1.png", 101), laser: None, background: None },
         ],
         stage_views: vec![StageView { board: put("stage/0.png", 150), position_mm: -20.0 }],
         scans: vec![Scan { name: "plane".into(), frames: frames.map(frame).collect() }],

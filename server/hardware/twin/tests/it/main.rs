@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod colour;
 mod conventions;
 mod live;
 mod mesh;

@@ -62,8 +62,8 @@ fn decode_all(capture: &Capture) -> Result<(), AppError> {
     let files: Vec<NamedFile> =
         capture.files().into_iter().filter(|file| seen.insert(file.path.clone())).collect();
     let camera = capture.manifest.camera;
-    // 16 bits per pixel, the largest there is.
-    let picture_bytes = camera.width_px * camera.height_px * 2 * COPIES;
+    // 16 bits of each of three colours per pixel, the largest there is.
+    let picture_bytes = camera.width_px * camera.height_px * 6 * COPIES;
     let at_once = (DECODE_LIMIT_BYTES / picture_bytes.max(1)).max(1);
     let decode = |file: &NamedFile| capture.image(&file.entry, &file.path).map(drop);
     files.chunks(at_once).try_for_each(|files| files.par_iter().try_for_each(decode)).map_err(AppError::from)

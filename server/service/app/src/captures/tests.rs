@@ -10,7 +10,8 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, ChessboardTarget, Frame, GratingProjector, Manifest, Scan, write_manifest, write_png,
+    CameraFormat, ChannelChoice, ChessboardTarget, Frame, GratingProjector, Manifest, Scan, write_manifest,
+    write_png,
 };
 use store::Store;
 use tar::{Builder, EntryType, Header};
@@ -73,10 +74,12 @@ impl Bench {
 /// A capture of two frames, 48 × 32 pixels.
 fn good() -> Entries {
     let folder = tempfile::tempdir().unwrap();
-    let frame = |idx: usize| Frame { image: format!("scan/{idx}.png").into(), position_mm: idx as f64 };
+    let frame =
+        |idx: usize| Frame { image: format!("scan/{idx}.png").into(), position_mm: idx as f64, background: None };
     let manifest = Manifest {
         format: "sheaf-capture/1".to_owned(),
-        camera: CameraFormat { width_px: 48, height_px: 32 },
+        background: None,
+        camera: CameraFormat { width_px: 48, height_px: 32, channel: ChannelChoice::Auto },
         target: ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() }.into(),
         projector: GratingProjector {
             wavelength_nm: 660.0,

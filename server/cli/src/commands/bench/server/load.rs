@@ -30,6 +30,7 @@ pub fn write_load(capture: &Path, n_frames: usize, folder: &Path) -> Result<usiz
     let frame = |idx: usize| Frame {
         image: pictures[there_and_back(idx, pictures.len())].clone(),
         position_mm: idx as f64 * STEP_MM,
+        background: None,
     };
     let frames = (0..n_frames).map(frame).collect();
     let scan = Scan { name: SCAN.to_owned(), frames };

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, ChessboardTarget, GratingProjector, Manifest, Pose, StageView, params::FORMAT};
+use capture::{
+    CameraFormat, ChannelChoice, ChessboardTarget, GratingProjector, Manifest, Pose, StageView, params::FORMAT,
+};
 use store::{ArtifactId, StoreError};
 
 use crate::error::AppError;
@@ -30,7 +32,7 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &JobContext, folder: &Path)
         let board = put("board", idx, &pose.board.picture)?;
         let laser = pose.laser.as_ref().filter(|laser| laser.is_readable());
         let laser = laser.map(|laser| put("laser", idx, &laser.picture)).transpose()?;
-        poses.push(Pose { board, laser });
+        poses.push(Pose { board, laser, background: None });
     }
     let mut stage_views = Vec::new();
     for view in session.body.stage_views.iter().filter(|view| view.board.is_readable()) {
@@ -40,7 +42,8 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &JobContext, folder: &Path)
     let body = &session.body;
     let manifest = Manifest {
         format: FORMAT.to_owned(),
-        camera: CameraFormat { width_px: body.width_px, height_px: body.height_px },
+        background: None,
+        camera: CameraFormat { width_px: body.width_px, height_px: body.height_px, channel: ChannelChoice::Auto },
         target: ChessboardTarget::from(body.target.clone()).into(),
         projector: GratingProjector::from(body.projector.clone()).into(),
         poses,

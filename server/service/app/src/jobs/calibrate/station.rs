@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, Manifest, Pose, StageView, params::FORMAT, write_manifest, write_png};
+use capture::{CameraFormat, ChannelChoice, Manifest, Pose, StageView, params::FORMAT, write_manifest, write_png};
 use station::StampedFrame;
 
 use crate::captures::without_folder;
@@ -48,7 +48,7 @@ pub(super) fn take_pictures(
             &format!("{pose}: exposing the laser lines"),
         );
         let laser = album.add("laser", &*camera.laser()?)?;
-        album.poses.push(Pose { board, laser: Some(laser) });
+        album.poses.push(Pose { board, laser: Some(laser), background: None });
     }
     operator.lay_board(&positions_mm);
     for (idx, position_mm) in positions_mm.iter().enumerate() {
@@ -132,7 +132,8 @@ fn manifest(
 ) -> Manifest {
     Manifest {
         format: FORMAT.to_owned(),
-        camera: CameraFormat { width_px: size_px.0, height_px: size_px.1 },
+        background: None,
+        camera: CameraFormat { width_px: size_px.0, height_px: size_px.1, channel: ChannelChoice::Auto },
         target: config.target.clone().into(),
         projector: config.projector.clone().into(),
         poses,

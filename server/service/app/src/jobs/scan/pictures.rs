@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, Frame, Manifest, Scan, write_manifest};
+use capture::{CameraFormat, ChannelChoice, Frame, Manifest, Scan, write_manifest};
 use scanning::Frames as _;
 use scanning::files::peaks::PeaksFile;
 use store::Change;
@@ -41,9 +41,11 @@ pub fn take_in(
 fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
     Manifest {
         format: capture::params::FORMAT.to_owned(),
+        background: None,
         camera: CameraFormat {
             width_px: frames.header.width_px as usize,
             height_px: frames.header.height_px as usize,
+            channel: ChannelChoice::Auto,
         },
         target: config.target.clone().into(),
         projector: config.projector.clone().into(),
@@ -52,7 +54,11 @@ fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
         scans: vec![Scan {
             name: scan.to_owned(),
             frames: (0..frames.n_frames())
-                .map(|idx| Frame { image: picture_path(idx), position_mm: frames.position_mm(idx) })
+                .map(|idx| Frame {
+                    image: picture_path(idx),
+                    position_mm: frames.position_mm(idx),
+                    background: None,
+                })
                 .collect(),
         }],
     }

@@ -1,0 +1,198 @@
+//! `sheaf centrelines` and `sheaf corners` on what people have: many pictures at once, pairs, mistakes. What a picture shows
+//! besides its lines, or does not show, is said in words and as JSON.
+//!
+//! Not shown here: how well lines are found; see `vision`, `twin/tests/colour.rs` and `photographs.rs`.
+
+use std::path::Path;
+
+use crate::common::{err, path, sheaf, sheaf_json, sheaf_ok, small_capture};
+use image::{GrayImage, Luma, RgbImage};
+use serde_json::Value;
+
+fn grey(name: &str) -> GrayImage {
+    image::open(small_capture().join(name)).unwrap().into_luma8()
+}
+
+/// Two pictures' light together, as ordinary light and the laser fall on one sensor.
+fn together(a: &GrayImage, b: &GrayImage) -> GrayImage {
+    GrayImage::from_fn(a.width(), a.height(), |u, v| {
+        Luma([a.get_pixel(u, v).0[0].saturating_add(b.get_pixel(u, v).0[0])])
+    })
+}
+
+fn kinds(image: &Value) -> Vec<&str> {
+    image["findings"].as_array().unwrap().iter().map(|finding| finding["kind"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn one_folder_takes_tables_and_pictures_with_lines_that_are_seen_on_bright_stripes() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = path(folder.path(), "out");
+    let images = ["laser/000.png", "laser/001.png"].map(|name| path(&small_capture(), name));
+    let (result, exit) = sheaf_json(&["centrelines", &images[0], &images[1], "-o", &out]);
+    assert_eq!(exit, 0, "{result:#}");
+    for name in ["000", "001"] {
+        let table = std::fs::read_to_string(Path::new(&out).join(format!("{name}.csv"))).unwrap();
+        let picture: RgbImage =
+            image::open(Path::new(&out).join(format!("{name}-lines.png"))).unwrap().into_rgb8();
+        let zoom = picture.width() / 640;
+        let (mut n_seen, mut n_points) = (0, 0);
+        for row in table.lines().skip(1) {
+            let [u, v] = [0, 1].map(|field| row.split(',').nth(field).unwrap().parse::<f64>().unwrap());
+            let place = |at: f64| ((at + 0.5) * f64::from(zoom)) as u32;
+            let pixel = picture.get_pixel(place(u), place(v)).0;
+            let (brightest, darkest) = (*pixel.iter().max().unwrap(), *pixel.iter().min().unwrap());
+            n_points += 1;
+            n_seen += usize::from(brightest - darkest > 60);
+        }
+        // Every point has a colour, on stripes as bright as the sensor shows them.
+        assert!(n_points > 1500 && n_seen == n_points, "{n_seen} of {n_points} are seen");
+    }
+}
+
+#[test]
+fn lines_along_the_other_direction_are_suspected_in_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = path(folder.path(), "");
+    let image = path(&small_capture(), "laser/000.png");
+    let (result, exit) = sheaf_json(&["centrelines", &image, "-o", &out, "--direction", "columns"]);
+    assert_eq!((exit, kinds(&result["images"][0]).contains(&"other_direction")), (0, true), "{result:#}");
+    let words = err(&sheaf(&["centrelines", &image, "-o", &out, "--line-direction", "columns", "-q"]));
+    assert!(words.contains("try --direction rows"), "{words}");
+    // The right way nothing is suspected; either way finds the same.
+    let count = |direction: &str| {
+        let (result, _) = sheaf_json(&["centrelines", &image, "-o", &out, "--direction", direction]);
+        assert_eq!(kinds(&result["images"][0]), Vec::<&str>::new(), "{direction}");
+        result["images"][0]["n_points"].as_u64().unwrap()
+    };
+    let (rows, both) = (count("rows"), count("both"));
+    assert!(both.abs_diff(rows) < rows / 50, "{rows} {both}");
+}
+
+#[test]
+fn swapped_pairs_and_backgrounds_of_another_pose_are_suspected_in_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, image: &GrayImage| {
+        let file = folder.path().join(name);
+        image.save(&file).unwrap();
+        file.display().to_string()
+    };
+    let (board, other) = (grey("board/000.png"), grey("board/001.png"));
+    let on = file("on.png", &together(&board, &grey("laser/000.png")));
+    let (off, of_other) = (file("off.png", &board), file("other.png", &other));
+    let dimmer = GrayImage::from_fn(640, 512, |u, v| Luma([board.get_pixel(u, v).0[0] / 4 * 3]));
+    let dimmer = file("dimmer.png", &together(&dimmer, &grey("laser/000.png")));
+    let out = path(folder.path(), "out");
+    for (on, off, expected) in [
+        (&on, &off, &[][..]),
+        (&off, &on, &["swapped_pair"][..]),
+        (&on, &of_other, &["background_of_another_pose"][..]),
+        (&dimmer, &off, &["dimmer_room"][..]),
+    ] {
+        let (result, _) = sheaf_json(&["centrelines", on, "--background", off, "-o", &out]);
+        let mut found = kinds(&result["images"][0]);
+        found.retain(|kind| !["no_line", "light_without_line"].contains(kind));
+        assert_eq!(found, expected, "{on} minus {off}: {result:#}");
+    }
+    // The same as a list of pairs, relative to the list.
+    let list = folder.path().join("pairs.csv");
+    std::fs::write(&list, "# laser on, laser off\non.png, off.png\non.png,other.png\n").unwrap();
+    let (result, exit) = sheaf_json(&["centrelines", "--pairs", list.to_str().unwrap(), "-o", &out]);
+    assert_eq!(exit, 0, "{result:#}");
+    assert_eq!(kinds(&result["images"][0]), Vec::<&str>::new());
+    assert!(kinds(&result["images"][1]).contains(&"background_of_another_pose"), "{result:#}");
+    std::fs::write(&list, "on.png\n").unwrap();
+    let output = sheaf(&["centrelines", "--pairs", list.to_str().unwrap(), "-o", &out]);
+    assert!(output.status.code() == Some(3) && err(&output).contains("line 1"), "{}", err(&output));
+    let output = sheaf(&["centrelines", &on, &on, &on, "--background", &off, &off, "-o", &out]);
+    assert!(output.status.code() == Some(2) && err(&output).contains("3 images and 2 backgrounds"));
+}
+
+#[test]
+fn strong_light_without_a_point_is_never_passed_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("wide.png");
+    let band = GrayImage::from_fn(640, 480, |u, v| {
+        Luma([if (200..290).contains(&v) && (100..500).contains(&u) {
+            200
+        } else {
+            10 + ((u * 7 + v * 13) % 3) as u8
+        }])
+    });
+    band.save(&file).unwrap();
+    let out = path(folder.path(), "out");
+    let (result, exit) = sheaf_json(&["centrelines", file.to_str().unwrap(), "-o", &out]);
+    let image = &result["images"][0];
+    assert!(kinds(image).contains(&"light_without_line"), "{result:#}");
+    let words = image["findings"].to_string();
+    assert!(words.contains("px wide at columns") && words.contains("wider than 40 px"), "{words}");
+    if image["n_points"] == 0 {
+        assert_eq!(exit, 4, "{result:#}");
+    }
+}
+
+#[test]
+fn region_length_and_contrast_are_asked_for_by_options() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = path(folder.path(), "");
+    let image = path(&small_capture(), "laser/000.png");
+    let points = |options: &[&str]| -> Vec<[f64; 4]> {
+        let mut arguments = vec!["centrelines", &image, "--csv", &out, "-q"];
+        arguments.extend(options);
+        sheaf_ok(&arguments);
+        let table = std::fs::read_to_string(folder.path().join("000.csv")).unwrap();
+        let number = |row: &str, field: usize| row.split(',').nth(field).unwrap().parse().unwrap();
+        table.lines().skip(1).map(|row| [0, 1, 2, 3].map(|field| number(row, field))).collect()
+    };
+    let all = points(&[]);
+    let inside = points(&["--roi", "100,50,200,400"]);
+    let expected =
+        all.iter().filter(|[u, v, ..]| (100.0..=299.0).contains(u) && (50.0..=449.0).contains(v)).count();
+    assert_eq!(inside.len(), expected);
+    let bright = points(&["--min-contrast", "60"]);
+    assert!(!bright.is_empty() && bright.len() < all.len(), "{} of {}", bright.len(), all.len());
+    assert_eq!(sheaf(&["centrelines", &image, "-o", &out, "--roi", "1,2,3"]).status.code(), Some(2));
+    assert_eq!(sheaf(&["centrelines", &image, "-o", &out, "--channel", "infrared"]).status.code(), Some(2));
+}
+
+#[test]
+fn good_boards_are_reported_beside_a_bad_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv = path(folder.path(), "");
+    let images = ["board/000.png", "laser/000.png", "board/001.png"].map(|name| path(&small_capture(), name));
+    let mut arguments = vec!["corners"];
+    arguments.extend(images.iter().map(String::as_str));
+    arguments.extend(["--columns", "11", "--rows", "8", "--csv", &csv]);
+    let (result, exit) = sheaf_json(&arguments);
+    assert_eq!(exit, 3);
+    let entries = result["images"].as_array().unwrap();
+    assert_eq!(entries.len(), 3);
+    for idx in [0, 2] {
+        assert_eq!(
+            (&entries[idx]["image"], &entries[idx]["n_corners"]),
+            (&images[idx].as_str().into(), &88.into())
+        );
+    }
+    assert_eq!(entries[1]["image"], images[1].as_str());
+    assert_eq!(entries[1]["problem"]["exit_code"], 3);
+    assert_eq!(result["problem"], entries[1]["problem"]);
+    let output = sheaf(&arguments);
+    let (text, words) = (crate::common::out(&output), err(&output));
+    assert_eq!(text.lines().filter(|line| line.contains("88 corners")).count(), 2, "{text}");
+    assert!(words.contains("laser/000.png") && words.contains("1 of 3 images gave no result"), "{words}");
+}
+
+#[test]
+fn a_jpeg_is_warned_of_and_its_ripples_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("laser.jpg");
+    grey("laser/000.png").save(&file).unwrap();
+    let (file, out) = (file.display().to_string(), path(folder.path(), "out"));
+    let (result, exit) = sheaf_json(&["centrelines", &file, "-o", &out]);
+    assert_eq!((exit, &result["images"][0]["lossy"]), (0, &true.into()), "{result:#}");
+    let words = err(&sheaf(&["centrelines", &file, "-o", &out, "-q"]));
+    assert!(words.contains("JPEG") && words.contains("0.05 to 0.4 px"), "{words}");
+    let ripples = result["images"][0]["n_points"].as_u64().unwrap();
+    let (all, _) = sheaf_json(&["centrelines", &file, "-o", &out, "--min-contrast", "0"]);
+    assert!(all["images"][0]["n_points"].as_u64().unwrap() >= ripples);
+}

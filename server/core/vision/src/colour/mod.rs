@@ -1,0 +1,328 @@
+//! Pictures as cameras deliver them, grey or in colour, and the one channel of them that is looked at.
+
+mod ordinary_light;
+
+use std::borrow::Cow;
+
+use crate::{GreyImage, ImageError, Pixels};
+use ordinary_light::OrdinaryLight;
+
+/// What becomes the grey levels of a colour picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Channel {
+    /// The red channel: lines of a red laser, as sharp as the camera sees them.
+    Red,
+    /// The green channel.
+    Green,
+    /// The blue channel.
+    Blue,
+    /// Brightness as the eye weighs it (ITU-R BT.601): boards, white light, grey cameras.
+    Luma,
+    /// Red above what the picture's ordinary light has of it where green and blue are as they are, zero where it is not
+    /// above: a red laser in daylight.
+    RedMinusOthers,
+    /// The same of green by red and blue.
+    GreenMinusOthers,
+    /// The same of blue by red and green.
+    BlueMinusOthers,
+}
+
+impl Channel {
+    /// All of them, the plainest first.
+    pub const ALL: [Self; 7] = [
+        Self::Red,
+        Self::Green,
+        Self::Blue,
+        Self::Luma,
+        Self::RedMinusOthers,
+        Self::GreenMinusOthers,
+        Self::BlueMinusOthers,
+    ];
+
+    /// As on the command line and in `camera.channel` of a capture.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Red => "red",
+            Self::Green => "green",
+            Self::Blue => "blue",
+            Self::Luma => "luma",
+            Self::RedMinusOthers => "red-minus-others",
+            Self::GreenMinusOthers => "green-minus-others",
+            Self::BlueMinusOthers => "blue-minus-others",
+        }
+    }
+
+    /// The channel in which the same camera sees a board: without the others taken away, which would leave nothing
+    /// of black and white. It is of the same colour, because lenses image each colour a little differently.
+    pub fn for_boards(self) -> Self {
+        match self {
+            Self::RedMinusOthers => Self::Red,
+            Self::GreenMinusOthers => Self::Green,
+            Self::BlueMinusOthers => Self::Blue,
+            plain => plain,
+        }
+    }
+
+    /// The colour of a laser for which it is meant, 0 red, 1 green, 2 blue; `None` for brightness.
+    pub(crate) fn colour(self) -> Option<usize> {
+        match self {
+            Self::Red | Self::RedMinusOthers => Some(0),
+            Self::Green | Self::GreenMinusOthers => Some(1),
+            Self::Blue | Self::BlueMinusOthers => Some(2),
+            Self::Luma => None,
+        }
+    }
+}
+
+/// Red, green and blue of every pixel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColourImage {
+    width: usize,
+    height: usize,
+    /// Red, green, blue, pixel by pixel.
+    pixels: Pixels,
+}
+
+impl ColourImage {
+    /// Wraps `pixels` (red, green, blue in turn, row-major) as an image of `width` × `height`.
+    ///
+    /// # Errors
+    /// [`ImageError::Empty`] if a side is zero, [`ImageError::WrongLength`] if the buffer does not fit.
+    pub fn new(width: usize, height: usize, pixels: Pixels) -> Result<Self, ImageError> {
+        if width == 0 || height == 0 {
+            return Err(ImageError::Empty { width, height });
+        }
+        let got = match &pixels {
+            Pixels::Eight(p) => p.len(),
+            Pixels::Sixteen(p) => p.len(),
+        };
+        let needed = 3 * width * height;
+        if got != needed {
+            return Err(ImageError::WrongLength { width, height, needed, got });
+        }
+        Ok(Self { width, height, pixels })
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The largest level a sample can hold: 255 or 65535.
+    pub fn full_scale(&self) -> f32 {
+        match self.pixels {
+            Pixels::Eight(_) => 255.0,
+            Pixels::Sixteen(_) => 65535.0,
+        }
+    }
+
+    /// Red, green and blue of column `u`, row `v`, which must be inside the image.
+    pub fn at(&self, u: usize, v: usize) -> [f32; 3] {
+        let idx = 3 * (v * self.width + u);
+        match &self.pixels {
+            Pixels::Eight(p) => [0, 1, 2].map(|c| f32::from(p[idx + c])),
+            Pixels::Sixteen(p) => [0, 1, 2].map(|c| f32::from(p[idx + c])),
+        }
+    }
+
+    /// The grey levels of one channel, with the bit depth of the picture.
+    pub fn channel(&self, channel: Channel) -> GreyImage {
+        let pixels = match (channel.colour(), channel == channel.for_boards()) {
+            (Some(colour), false) => {
+                let light = OrdinaryLight::of(self, colour);
+                match &self.pixels {
+                    Pixels::Eight(p) => Pixels::Eight(triples(p).map(|rgb| light.excess(rgb)).collect()),
+                    Pixels::Sixteen(p) => Pixels::Sixteen(triples(p).map(|rgb| light.excess(rgb)).collect()),
+                }
+            }
+            (Some(colour), true) => match &self.pixels {
+                Pixels::Eight(p) => Pixels::Eight(triples(p).map(|rgb| rgb[colour]).collect()),
+                Pixels::Sixteen(p) => Pixels::Sixteen(triples(p).map(|rgb| rgb[colour]).collect()),
+            },
+            (None, _) => match &self.pixels {
+                Pixels::Eight(p) => Pixels::Eight(triples(p).map(Level::luma).collect()),
+                Pixels::Sixteen(p) => Pixels::Sixteen(triples(p).map(Level::luma).collect()),
+            },
+        };
+        GreyImage::new(self.width, self.height, pixels).expect("a third of the samples fits the same sides")
+    }
+
+    /// Whether red, green and blue are equal everywhere: the picture of a grey camera in a colour file.
+    fn is_grey(&self) -> bool {
+        fn equal<T: PartialEq>(pixels: &[T]) -> bool {
+            pixels.chunks_exact(3).all(|rgb| rgb[0] == rgb[1] && rgb[1] == rgb[2])
+        }
+        match &self.pixels {
+            Pixels::Eight(p) => equal(p),
+            Pixels::Sixteen(p) => equal(p),
+        }
+    }
+}
+
+/// A picture as a camera delivers it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Picture {
+    /// One channel.
+    Grey(GreyImage),
+    /// Three.
+    Colour(ColourImage),
+}
+
+impl Picture {
+    /// A colour picture, or a grey one if its three channels are equal everywhere.
+    pub fn from_colour(image: ColourImage) -> Self {
+        if image.is_grey() { Self::Grey(image.channel(Channel::Green)) } else { Self::Colour(image) }
+    }
+
+    /// Laser on minus laser off, level by level; what would be negative is zero. `None` if size or bit depth differ.
+    pub fn minus(&self, off: &Self) -> Option<Self> {
+        if let (Self::Grey(on), Self::Grey(off)) = (self, off) {
+            let same_size = (on.width(), on.height()) == (off.width(), off.height());
+            let pixels = same_size.then(|| difference(on.pixels(), off.pixels())).flatten()?;
+            return GreyImage::new(on.width(), on.height(), pixels).ok().map(Self::Grey);
+        }
+        let (on, off) = (self.to_colour(), off.to_colour());
+        let same_size = (on.width, on.height) == (off.width, off.height);
+        let pixels = same_size.then(|| difference(&on.pixels, &off.pixels)).flatten()?;
+        ColourImage::new(on.width, on.height, pixels).ok().map(Self::Colour)
+    }
+
+    /// The picture with three channels.
+    fn to_colour(&self) -> Cow<'_, ColourImage> {
+        fn tripled<T: Copy>(levels: &[T]) -> Vec<T> {
+            levels.iter().flat_map(|&level| [level; 3]).collect()
+        }
+        match self {
+            Self::Colour(image) => Cow::Borrowed(image),
+            Self::Grey(image) => {
+                let pixels = match image.pixels() {
+                    Pixels::Eight(p) => Pixels::Eight(tripled(p)),
+                    Pixels::Sixteen(p) => Pixels::Sixteen(tripled(p)),
+                };
+                Cow::Owned(ColourImage { width: image.width(), height: image.height(), pixels })
+            }
+        }
+    }
+
+    /// Bits per sample: 8 or 16.
+    pub fn bit_depth(&self) -> u32 {
+        match self {
+            Self::Grey(image) => image.bit_depth(),
+            Self::Colour(image) => match image.pixels {
+                Pixels::Eight(_) => 8,
+                Pixels::Sixteen(_) => 16,
+            },
+        }
+    }
+
+    /// The grey levels of one channel; a grey picture has only those it has.
+    pub fn channel(&self, channel: Channel) -> GreyImage {
+        match self {
+            Self::Grey(image) => image.clone(),
+            Self::Colour(image) => image.channel(channel),
+        }
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        match self {
+            Self::Grey(image) => image.width(),
+            Self::Colour(image) => image.width(),
+        }
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        match self {
+            Self::Grey(image) => image.height(),
+            Self::Colour(image) => image.height(),
+        }
+    }
+}
+
+/// Level by level, not below zero; `None` of different bit depths.
+fn difference(on: &Pixels, off: &Pixels) -> Option<Pixels> {
+    fn levels<T: Level>(on: &[T], off: &[T]) -> Vec<T> {
+        on.iter().zip(off).map(|(on, off)| on.above(*off)).collect()
+    }
+    match (on, off) {
+        (Pixels::Eight(on), Pixels::Eight(off)) => Some(Pixels::Eight(levels(on, off))),
+        (Pixels::Sixteen(on), Pixels::Sixteen(off)) => Some(Pixels::Sixteen(levels(on, off))),
+        _ => None,
+    }
+}
+
+/// A grey level: the arithmetic that channels need.
+trait Level: Copy + Ord + Into<f32> {
+    /// Brightness as the eye weighs it.
+    fn luma(rgb: [Self; 3]) -> Self;
+    /// The difference, not below zero.
+    fn above(self, other: Self) -> Self;
+    /// The nearest level there is.
+    fn nearest(level: f32) -> Self;
+}
+
+/// Weights of ITU-R BT.601 in 65536ths; they sum to one.
+const LUMA_WEIGHTS: [u64; 3] = [19595, 38470, 7471];
+
+macro_rules! level {
+    ($($t:ty),*) => {$(
+        impl Level for $t {
+            fn luma(rgb: [Self; 3]) -> Self {
+                let sum: u64 = rgb.iter().zip(LUMA_WEIGHTS).map(|(&level, weight)| u64::from(level) * weight).sum();
+                ((sum + (1 << 15)) >> 16) as Self
+            }
+
+            fn above(self, other: Self) -> Self {
+                self.saturating_sub(other)
+            }
+
+            fn nearest(level: f32) -> Self {
+                // The cast stops at the ends of the type.
+                level.round() as Self
+            }
+        }
+    )*};
+}
+level!(u8, u16);
+
+fn triples<T: Copy>(pixels: &[T]) -> impl Iterator<Item = [T; 3]> {
+    pixels.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_channel_takes_its_part_of_a_colour() {
+        let image = ColourImage::new(2, 1, Pixels::Eight(vec![200, 10, 30, 40, 90, 50])).unwrap();
+        let expected = [
+            (Channel::Red, [200, 40]),
+            (Channel::Green, [10, 90]),
+            (Channel::Blue, [30, 50]),
+            // 0.299 · 200 + 0.587 · 10 + 0.114 · 30 = 69.1, 70.5
+            (Channel::Luma, [69, 70]),
+            (Channel::RedMinusOthers, [170, 0]),
+            (Channel::GreenMinusOthers, [0, 40]),
+            (Channel::BlueMinusOthers, [0, 0]),
+        ];
+        for (channel, levels) in expected {
+            assert_eq!(image.channel(channel).pixels(), &Pixels::Eight(levels.to_vec()), "{channel:?}");
+        }
+        let deep = ColourImage::new(1, 1, Pixels::Sixteen(vec![65_535, 65_535, 65_535])).unwrap();
+        assert_eq!(deep.channel(Channel::Luma).pixels(), &Pixels::Sixteen(vec![65_535]));
+    }
+
+    #[test]
+    fn a_colour_file_of_a_grey_camera_is_grey() {
+        let grey = ColourImage::new(1, 2, Pixels::Eight(vec![7, 7, 7, 9, 9, 9])).unwrap();
+        let Picture::Grey(image) = Picture::from_colour(grey) else { panic!("three equal channels") };
+        assert_eq!(image.pixels(), &Pixels::Eight(vec![7, 9]));
+    }
+}
