@@ -10,7 +10,7 @@ pub mod params;
 
 pub use centreline::{
     CentrelineExtractor, CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment,
-    find_centrelines, find_centrelines_by_reference,
+    find_centrelines,
 };
 pub use corners::{BoardCorners, Corner, CornerError, CornerParams, find_corners};
 pub use image::{GreyImage, ImageError, Pixels};
