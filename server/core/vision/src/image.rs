@@ -9,6 +9,9 @@ pub enum Pixels {
     Sixteen(Vec<u16>),
 }
 
+/// Longest side of an image: rows are calculated with in 16 bits, and no camera has as many.
+pub const MAX_SIDE_PX: usize = 1 << 14;
+
 /// A single-channel image of raw (distorted) sensor pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GreyImage {
@@ -32,6 +35,16 @@ pub enum ImageError {
         /// Pixels in the buffer.
         got: usize,
     },
+    /// One of the sides is longer than [`MAX_SIDE_PX`].
+    #[error(
+        "an image of {width}×{height} has a side of more than {MAX_SIDE_PX} pixels; crop it or make it smaller"
+    )]
+    TooLarge {
+        /// Columns asked for.
+        width: usize,
+        /// Rows asked for.
+        height: usize,
+    },
     /// One of the sides is zero.
     #[error("an image needs at least one row and one column, got {width}×{height}")]
     Empty {
@@ -42,15 +55,21 @@ pub enum ImageError {
     },
 }
 
+fn check_sides(width: usize, height: usize) -> Result<(), ImageError> {
+    match (width.min(height), width.max(height)) {
+        (0, _) => Err(ImageError::Empty { width, height }),
+        (_, longest) if longest > MAX_SIDE_PX => Err(ImageError::TooLarge { width, height }),
+        _ => Ok(()),
+    }
+}
+
 impl GreyImage {
     /// Wraps `pixels` (row-major) as an image of `width` × `height`.
     ///
     /// # Errors
-    /// [`ImageError::Empty`] if a side is zero, [`ImageError::WrongLength`] if the buffer does not fit.
+    /// [`ImageError::Empty`] if a side is zero, [`ImageError::TooLarge`] if one is too long, [`ImageError::WrongLength`] if the buffer does not fit.
     pub fn new(width: usize, height: usize, pixels: Pixels) -> Result<Self, ImageError> {
-        if width == 0 || height == 0 {
-            return Err(ImageError::Empty { width, height });
-        }
+        check_sides(width, height)?;
         let got = match &pixels {
             Pixels::Eight(p) => p.len(),
             Pixels::Sixteen(p) => p.len(),
@@ -66,11 +85,9 @@ impl GreyImage {
     /// what they hold before is undefined.
     ///
     /// # Errors
-    /// [`ImageError::Empty`] if a side is zero; the image is unchanged then.
+    /// [`ImageError::Empty`] if a side is zero, [`ImageError::TooLarge`] if one is too long; the image is unchanged then.
     pub fn eight_mut(&mut self, width: usize, height: usize) -> Result<&mut [u8], ImageError> {
-        if width == 0 || height == 0 {
-            return Err(ImageError::Empty { width, height });
-        }
+        check_sides(width, height)?;
         if !matches!(self.pixels, Pixels::Eight(_)) {
             self.pixels = Pixels::Eight(Vec::new());
         }
@@ -87,11 +104,9 @@ impl GreyImage {
     /// As [`GreyImage::eight_mut`], with 16 bits per pixel.
     ///
     /// # Errors
-    /// [`ImageError::Empty`] if a side is zero; the image is unchanged then.
+    /// [`ImageError::Empty`] if a side is zero, [`ImageError::TooLarge`] if one is too long; the image is unchanged then.
     pub fn sixteen_mut(&mut self, width: usize, height: usize) -> Result<&mut [u16], ImageError> {
-        if width == 0 || height == 0 {
-            return Err(ImageError::Empty { width, height });
-        }
+        check_sides(width, height)?;
         if !matches!(self.pixels, Pixels::Sixteen(_)) {
             self.pixels = Pixels::Sixteen(Vec::new());
         }

@@ -12,7 +12,7 @@ pub mod params;
 
 pub use centreline::{
     CentrelineExtractor, CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, LineDirection, Segment,
-    find_centrelines, find_centrelines_by_reference,
+    find_centrelines,
 };
 pub use colour::{Channel, ColourImage, Picture};
 pub use corners::{

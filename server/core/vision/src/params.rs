@@ -36,8 +36,6 @@ pub const LEVEL_LIT_WIDTHS: f32 = 3.0;
 /// What cells and their margins add to that, rows of the level.
 pub const LEVEL_LIT_PX: f32 = 12.0;
 
-/// Columns looked at to learn how wide the lines are: every scene shows its lines in far fewer.
-pub const WIDTH_SAMPLE_COLUMNS: usize = 80;
 /// How far a peak's surroundings are searched for its base while measuring widths. Wider lines than
 /// half of this are not laser lines.
 pub const WIDTH_SEARCH_PX: usize = 32;
@@ -116,9 +114,6 @@ pub const END_DEPARTURE_SIGMAS: f64 = 3.0;
 /// Smaller departures are left, in pixels: a bend, not a blurred end.
 pub const END_DEPARTURE_MIN_PX: f64 = 0.5;
 
-/// Smoothing along the line by the Gaussian derivatives, in columns. Just enough for a trustworthy Hessian;
-/// noise is averaged afterwards, along the line as found.
-pub const STEGER_SIGMA_ALONG_PX: f32 = 1.0;
 /// Scale of the Gaussian derivatives across the line, in standard deviations of the line's profile.
 /// 1 is best for pure camera noise, ∞ for pure speckle; 1.6 loses 18 % to the one and 27 % to the other.
 pub const STEGER_SIGMA_PER_LINE_SIGMA: f32 = 1.6;

@@ -5,14 +5,16 @@
 //! Positions are measured per column and averaged along the line afterwards, so that changes of intensity along the
 //! line (the squares of a board) do not move it.
 
+mod centroid;
 mod fast;
 mod levels;
-mod reference;
+mod lines;
+mod small;
 mod spread;
 mod view;
 
 use crate::{GreyImage, Pixels};
-use view::View;
+use view::{Level, View};
 
 /// Which way the laser lines run across the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -138,43 +140,39 @@ impl CentrelineExtractor {
 
     fn along_rows(&mut self, image: &GreyImage, method: CentrelineMethod, found: &mut Centrelines) {
         found.direction = LineDirection::Rows;
-        if method != CentrelineMethod::Steger || !fast::fits(image.width(), image.height()) {
-            *found = along_rows_by_reference(image, method);
-            return;
-        }
         let (width, height, full_scale) = (image.width(), image.height(), image.full_scale());
         match image.pixels() {
             Pixels::Eight(pixels) => {
                 let view = View { pixels, width, height, full_scale };
-                fast::extract_eight(&view, &mut self.eight, found);
-                self.levels.add_wide_lines(&view, &self.eight, found);
+                extract(&view, fast::extract_eight, &mut self.eight, &mut self.levels, method, found);
             }
             Pixels::Sixteen(pixels) => {
                 let view = View { pixels, width, height, full_scale };
-                fast::extract_sixteen(&view, &mut self.sixteen, found);
-                self.levels.add_wide_lines(&view, &self.sixteen, found);
+                extract(&view, fast::extract_sixteen, &mut self.sixteen, &mut self.levels, method, found);
             }
         }
     }
 }
 
-/// As [`find_centrelines`], by the straightforward implementation that the fast one is measured against.
-pub fn find_centrelines_by_reference(image: &GreyImage, params: &CentrelineParams) -> Centrelines {
-    match params.line_direction {
-        LineDirection::Rows => along_rows_by_reference(image, params.method),
-        LineDirection::Columns => {
-            let mut found = along_rows_by_reference(&image.transposed(), params.method);
-            exchange(&mut found);
-            found
-        }
+/// All lines of an image, by the extraction for its depth.
+fn extract<T: Level>(
+    view: &View<T>,
+    by: fn(&View<T>, &mut fast::Memory<T>, &mut Centrelines),
+    memory: &mut fast::Memory<T>,
+    levels: &mut levels::Levels,
+    method: CentrelineMethod,
+    found: &mut Centrelines,
+) {
+    if !fast::fits(view.width, view.height) {
+        let enlarged = small::enlarged(view);
+        extract(&enlarged.view(), by, memory, levels, method, found);
+        small::crop(found, view.width, view.height);
+        return;
     }
-}
-
-fn along_rows_by_reference(image: &GreyImage, method: CentrelineMethod) -> Centrelines {
-    let (width, height, full_scale) = (image.width(), image.height(), image.full_scale());
-    match image.pixels() {
-        Pixels::Eight(pixels) => reference::extract(View { pixels, width, height, full_scale }, method),
-        Pixels::Sixteen(pixels) => reference::extract(View { pixels, width, height, full_scale }, method),
+    by(view, memory, found);
+    levels.add_wide_lines(view, memory, found);
+    if method == CentrelineMethod::CentreOfGravity {
+        centroid::place_at_centroids(view, memory.noise(), found);
     }
 }
 

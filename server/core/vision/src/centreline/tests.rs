@@ -150,6 +150,26 @@ fn images_smaller_than_a_line_are_no_error() {
 }
 
 #[test]
+fn a_line_in_a_small_image_is_found_where_it_is() {
+    for size in [(300, 40), (50, 200), (40, 40)] {
+        let (middle, slope) = (0.4 * size.1 as f64, 0.05);
+        let image = Scene { size, light: &|u, v| 5.0 + 150.0 * bell(u, v, middle, slope), noise: 1.5 }.eight();
+        let found = steger(&image);
+        assert_eq!(found.segments.len(), 1, "{size:?}");
+        let points = points(&found);
+        assert!(points.len() + 4 >= size.0, "{size:?}: {} columns", points.len());
+        assert!(points.iter().all(|point| point.u_px < size.0 as f64), "{size:?}");
+        assert!(rms_to(&points, middle, slope) < 0.03, "{size:?}: {}", rms_to(&points, middle, slope));
+    }
+}
+
+#[test]
+fn images_with_a_side_of_more_than_a_camera_has_are_refused() {
+    let long = GreyImage::new(1, 16_385, Pixels::Eight(vec![0; 16_385]));
+    assert!(long.unwrap_err().to_string().contains("more than 16384"), "the limit is named");
+}
+
+#[test]
 fn sixteen_bits_give_what_eight_bits_give() {
     let eight = Scene { size: SIZE, light: &|u, v| 5.0 + 150.0 * bell(u, v, 60.3, 0.1), noise: 1.5 }.eight();
     let Pixels::Eight(levels) = eight.pixels() else { unreachable!() };

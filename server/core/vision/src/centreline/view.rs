@@ -244,9 +244,4 @@ impl<T: Level> View<'_, T> {
     pub fn grey(&self, u: usize, v: usize) -> f32 {
         self.pixels[v * self.width + u].grey()
     }
-
-    /// Whether a pixel is at full scale.
-    pub fn saturated(&self, u: usize, v: usize) -> bool {
-        self.grey(u, v) >= self.full_scale
-    }
 }

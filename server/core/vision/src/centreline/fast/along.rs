@@ -1,8 +1,8 @@
 //! Averaging along the line, several columns at a time: a local parabola, as long as the line agrees with one.
 //!
 //! Noise falls with the length of the window, and a parabola keeps curves where they are. Where a longer window
-//! contradicts a shorter one by more than their noise, the shorter one holds, as in the reference. Unlike there all
-//! crossings of a window count alike: what the light of a single column says about its own noise is mostly speckle, and
+//! contradicts a shorter one by more than their noise, the shorter one holds (after
+//! Lepski 1991: the largest bandwidth that is consistent with all smaller ones). All crossings of a window count alike: what the light of a single column says about its own noise is mostly speckle, and
 //! weights made of it cost accuracy. So fits are sums with fixed kernels.
 
 use super::kernels::{MAX_LAG, RUN};
@@ -12,7 +12,7 @@ use super::pieces::{Crossings, Piece};
 use super::points::{Chosen, NONE};
 use super::windows::{Along, Block, Windows};
 use crate::centreline::CentrelinePoint;
-use crate::centreline::reference::scatter::Scatter;
+use crate::centreline::lines::scatter::Scatter;
 use crate::params::{
     ALONG_AGREEMENT_SIGMAS, ALONG_HALF_LENGTH_WIDTHS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH,
 };

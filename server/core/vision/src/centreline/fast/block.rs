@@ -2,9 +2,9 @@
 
 use super::taps::Taps;
 use super::window::{LANES, Places, SHARING};
-use crate::centreline::reference::candidates::Boxes;
-use crate::centreline::reference::noise::NoiseMap;
-use crate::centreline::reference::traces::Trace;
+use crate::centreline::lines::candidates::Boxes;
+use crate::centreline::lines::noise::NoiseMap;
+use crate::centreline::lines::traces::Trace;
 use crate::centreline::view::View;
 
 /// Numbers of all columns of a block.

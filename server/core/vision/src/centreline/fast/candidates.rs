@@ -1,14 +1,15 @@
-//! Candidates as the reference finds them, only where cells are bright: sixteen columns side by side.
+//! Rows whose box is brighter than both flanks, only where cells are bright: sixteen columns side by side. An edge of ambient
+//! light is as bright as one flank and gives nothing.
 
 use std::ops::Range;
 
 use super::cells::Strip;
 use super::latest::{Latest, any_from_zero, lead};
 use super::responses::{Lanes, Responses};
-use crate::centreline::reference::candidates::{Boxes, Candidate};
-use crate::centreline::reference::noise::NoiseMap;
-use crate::centreline::reference::segments::Linker;
-use crate::centreline::reference::traces::{STRETCH, Stretch, are_apart};
+use crate::centreline::lines::candidates::{Boxes, Candidate};
+use crate::centreline::lines::noise::NoiseMap;
+use crate::centreline::lines::segments::Linker;
+use crate::centreline::lines::traces::{STRETCH, Stretch, are_apart};
 use crate::centreline::view::{Level, Sum, View};
 use crate::params::{
     CANDIDATE_MIN_SNR, CANDIDATE_SEPARATION_WIDTHS, CLEARANCE_MATTERS_WIDTHS, NOISE_TILE_PX, STRIP_WIDTH_PX,

@@ -3,7 +3,7 @@
 //! This is the only look at every pixel. A cell averages 32 pixels, so that a line at the limit of detection in one
 //! column stands out clearly; the threshold is low, for a cell too many costs time only.
 
-use crate::centreline::reference::noise::NoiseMap;
+use crate::centreline::lines::noise::NoiseMap;
 use crate::centreline::view::{Level, Sum, View};
 use crate::params::{
     CELL_HEIGHT_PX, CELL_MARGIN_PX, CELL_MIN_SNR, CELL_WIDTH_PX, CELLS_AT_BORDER, CELLS_BESIDE, NOISE_TILE_PX,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::centreline::reference::traces::Trace;
+use crate::centreline::lines::traces::Trace;
 use crate::params::RIVAL_CONTRAST;
 
 /// Notes at every step in some columns how far the nearest other trace is that is bright enough to matter. `here` is

@@ -6,7 +6,7 @@ use super::ridge::{Derivatives, Ridge, derivatives, ridge};
 use super::surroundings::{Surroundings, surroundings};
 use super::taps::Taps;
 use super::window::{LANES, Window};
-use crate::centreline::reference::traces::Trace;
+use crate::centreline::lines::traces::Trace;
 use crate::centreline::view::Level;
 use crate::params::{CLEARANCE_KERNEL_WIDTH, STEGER_MAX_STEPS};
 

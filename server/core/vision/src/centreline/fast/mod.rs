@@ -1,7 +1,7 @@
 //! The extraction at the speed of the camera: the whole image is read once, everything else only where light is.
 //!
-//! Noise from some rows → sums of small cells, which tell where lines can be → candidates there, as the reference
-//! finds them → traces → every crossing straightened into a window, sixteen columns at a time, and measured by
+//! Noise from some rows → sums of small cells, which tell where lines can be → candidates there (a box
+//! brighter than both flanks) → traces → every crossing straightened into a window, sixteen columns at a time, and measured by
 //! derivatives across the line → averaging along the line. All arithmetic runs in lanes that do not mix and without
 //! fused multiply-add, so that every instruction set gives the same bits.
 
@@ -34,10 +34,11 @@ mod windows;
 
 use multiversion::{inherit_target, multiversion};
 
-use super::reference::candidates::Boxes;
-use super::reference::ends::without_bent_ends;
-use super::reference::scatter::{Differences, Scatter};
-use super::reference::segments::Linker;
+use super::lines::candidates::Boxes;
+use super::lines::ends::without_bent_ends;
+use super::lines::noise::NoiseMap;
+use super::lines::scatter::{Differences, Scatter};
+use super::lines::segments::Linker;
 use super::view::{Level, View};
 use super::{Centrelines, Segment};
 use crate::params::NOISE_TILE_PX;
@@ -52,18 +53,15 @@ use width::Peaks;
 
 pub use cells::Strip;
 
-/// Smallest side, in pixels, that is worth the trouble: smaller images go the straightforward way.
-const MIN_SIDE_PX: usize = 64;
-
-/// Most rows: their numbers are calculated with in 16 bits.
-const MAX_HEIGHT_PX: usize = 1 << 14;
+/// Smallest side, in pixels, that the tiles and strips of a search fit into.
+pub const MIN_SIDE_PX: usize = 64;
 
 /// Segments kept for images with more of them: those of usual scenes, so that a picture full of noise is forgotten.
 const SPARE_SEGMENTS: usize = 64;
 
-/// Whether an image is of a size for this way.
+/// Whether an image is large enough; see [`super::small`].
 pub fn fits(width: usize, height: usize) -> bool {
-    width >= MIN_SIDE_PX && (MIN_SIDE_PX..=MAX_HEIGHT_PX).contains(&height)
+    width.min(height) >= MIN_SIDE_PX
 }
 
 /// The memory of an extraction, kept from image to image.
@@ -161,6 +159,11 @@ impl<T: Level> Memory<T> {
     /// The full width at half height that the last image was searched with.
     pub fn width_px(&self) -> f32 {
         self.width_px
+    }
+
+    /// The noise of the last image's pixels.
+    pub fn noise(&self) -> &NoiseMap {
+        self.pixel_noise.map()
     }
 
     /// Where the last image held light.

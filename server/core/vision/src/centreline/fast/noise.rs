@@ -1,8 +1,8 @@
 //! Noise level of the image, tile by tile, from a few columns of each.
 
 use super::cells::Strip;
-use crate::centreline::reference::candidates::Boxes;
-use crate::centreline::reference::noise::NoiseMap;
+use crate::centreline::lines::candidates::Boxes;
+use crate::centreline::lines::noise::NoiseMap;
 use crate::centreline::spread::sigma_of;
 use crate::centreline::view::{Level, Sum, View};
 use crate::params::{NOISE_COLUMNS, NOISE_FLOOR, NOISE_OVER_NEIGHBOURS, NOISE_STRIDE_PX, NOISE_TILE_PX};

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use super::lanes::{LANES, Numbers};
 use super::window::LANES as COLUMNS;
-use crate::centreline::reference::crossing::{Crossing, Line};
-use crate::centreline::reference::ends::without_faded_ends;
-use crate::centreline::reference::scatter::{LANES as SAMPLE_LANES, ThirdDifferences};
-use crate::centreline::reference::steger::WIDTH_PER_SIGMA;
+use crate::centreline::lines::crossing::{Crossing, Line};
+use crate::centreline::lines::ends::without_faded_ends;
+use crate::centreline::lines::scatter::{LANES as SAMPLE_LANES, ThirdDifferences};
+use crate::centreline::lines::taps::WIDTH_PER_SIGMA;
 use crate::params::{MIN_SEGMENT_COLUMNS, WIDTH_NEIGHBOURS};
 
 /// Full width at half height of a Gaussian over its area by its height: 2 √(2 ln 2) / √(2π).
@@ -88,14 +88,11 @@ impl Line for PieceOf<'_> {
     fn at(&self, idx: usize) -> Crossing {
         let (all, place) = (self.crossings, self.piece.places.start + idx);
         Crossing {
-            u: self.piece.first_u + idx,
             v: all.v[place],
             camera_variance: f64::from(all.camera_variance[place]),
             speckle_variance: f64::from(all.speckle_variance[place]),
-            cross_variance_px2: f64::from(all.cross_variance_px2[place]),
             intensity: all.intensity[place],
             width_px: all.width_px[place],
-            saturated: all.saturated[place],
         }
     }
 

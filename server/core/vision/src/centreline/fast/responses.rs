@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::cells::Strip;
-use crate::centreline::reference::candidates::Boxes;
+use crate::centreline::lines::candidates::Boxes;
 use crate::centreline::view::{Level, Sum, View};
 use crate::params::STRIP_WIDTH_PX;
 

@@ -6,8 +6,8 @@ use super::pieces::WIDTH_PER_AREA;
 use super::surroundings::Surroundings;
 use super::taps::Taps;
 use super::window::{LANES, Window};
-use crate::centreline::reference::candidates::Boxes;
-use crate::centreline::reference::steger::WIDTH_PER_SIGMA;
+use crate::centreline::lines::candidates::Boxes;
+use crate::centreline::lines::taps::WIDTH_PER_SIGMA;
 use crate::centreline::view::Level;
 use crate::params::{BORDER_WIDTHS, CLEARANCE_MIN_WIDTHS, LINK_GATE_MIN_PX, RIDGE_TRUSTED_PX};
 

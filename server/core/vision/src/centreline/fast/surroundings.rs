@@ -4,7 +4,7 @@ use super::block::{Block, Image, Lanes};
 use super::lanes::Numbers;
 use super::pieces::WIDTH_PER_AREA;
 use super::window::{LANES, Window};
-use crate::centreline::reference::candidates::Boxes;
+use crate::centreline::lines::candidates::Boxes;
 use crate::centreline::view::{Level, Sum};
 use crate::params::{CLEARANCE_MIN_WIDTHS, FLANK_STEP_EVEN, FLANK_STEP_MAX, WIDTH_MIN_PX};
 

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use crate::centreline::reference::steger::{Taps as TwoTaps, WIDTH_PER_SIGMA};
+use crate::centreline::lines::taps::{Taps as TwoTaps, WIDTH_PER_SIGMA};
 use crate::params::{STEGER_SCALE_STEP, STEGER_SIGMA_MAX_PX, STEGER_SIGMA_MIN_PX, STEGER_SIGMA_PER_LINE_SIGMA};
 
 /// Every scale, the smallest first.

@@ -1,8 +1,8 @@
 //! How wide the lines of an image are: the median over prominent peaks of some columns, where there is light.
 
 use super::cells::Strip;
-use crate::centreline::reference::noise::NoiseMap;
-use crate::centreline::reference::width::collect_widths;
+use crate::centreline::lines::noise::NoiseMap;
+use crate::centreline::lines::width::collect_widths;
 use crate::centreline::view::{Level, View};
 use crate::params::{
     WIDTH_DEFAULT_PX, WIDTH_ENOUGH, WIDTH_FEW_COLUMNS, WIDTH_MAX_PX, WIDTH_MIN_PX, WIDTH_MIN_SNR, WIDTH_SEARCH_PX,

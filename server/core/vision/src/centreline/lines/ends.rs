@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::along::parabola;
 use super::crossing::{Crossing, Line};
+use super::parabola::parabola;
 use super::scatter::Scatter;
 use crate::params::{
     END_CHECK_WIDTHS, END_DEPARTURE_MIN_PX, END_DEPARTURE_SIGMAS, END_INTENSITY_FRACTION, END_MAX_COLUMNS,

@@ -1,37 +1,6 @@
-//! How wide the lines of an image are, and how wide one crossing is.
+//! How wide the lines of a column are.
 
-use super::noise::NoiseMap;
-use crate::centreline::view::{Level, View};
-use crate::params::{
-    WIDTH_DEFAULT_PX, WIDTH_MAX_PX, WIDTH_MIN_PX, WIDTH_MIN_SNR, WIDTH_SAMPLE_COLUMNS, WIDTH_SEARCH_PX,
-};
-
-/// Typical full width at half height (pixels, along columns) of the lines in the image: the median over
-/// prominent peaks of some columns. [`WIDTH_DEFAULT_PX`] without any peak.
-pub fn typical_width_px<T: Level>(view: &View<T>, noise: &NoiseMap) -> f32 {
-    let step = (view.width / WIDTH_SAMPLE_COLUMNS).max(1);
-    let mut column = vec![0.0f32; view.height];
-    let mut widths = Vec::new();
-    for u in (step / 2..view.width).step_by(step) {
-        smoothed_column(view, u, &mut column);
-        collect_widths(&column, |v| WIDTH_MIN_SNR * noise.at(u, v), &mut widths);
-    }
-    if widths.is_empty() {
-        return WIDTH_DEFAULT_PX;
-    }
-    let middle = widths.len() / 2;
-    let median = *widths.select_nth_unstable_by(middle, f32::total_cmp).1;
-    median.clamp(WIDTH_MIN_PX, WIDTH_MAX_PX)
-}
-
-/// A column averaged over three rows.
-fn smoothed_column<T: Level>(view: &View<T>, u: usize, column: &mut [f32]) {
-    let last = view.height - 1;
-    for (v, out) in column.iter_mut().enumerate() {
-        let sum = view.grey(u, v.saturating_sub(1)) + view.grey(u, v) + view.grey(u, (v + 1).min(last));
-        *out = sum / 3.0;
-    }
-}
+use crate::params::WIDTH_SEARCH_PX;
 
 /// Adds the widths of the prominent peaks of a column to `widths`.
 #[inline(always)]
@@ -123,28 +92,4 @@ fn crossing<'a>(levels: impl Iterator<Item = &'a f32>, peak: f32, half: f32) -> 
         previous = level;
     }
     None
-}
-
-/// Full width at half height (pixels, along the column) of the crossing of column `u` at row `v`, with
-/// `peak` and `base` grey levels; never more than `2 * reach` wide.
-pub fn crossing_width_px<T: Level>(view: &View<T>, u: usize, v: usize, peak: f32, base: f32, reach: usize) -> f32 {
-    let half = 0.5 * (peak + base);
-    let side = |step: isize| {
-        let mut previous = peak;
-        for distance in 1..=reach {
-            let row = v as isize + step * distance as isize;
-            if row < 0 || row >= view.height as isize {
-                return distance as f32 - 0.5;
-            }
-            let level = view.grey(u, row as usize);
-            if level < half && distance > 1 || level < base + 0.35 * (peak - base) {
-                let fraction =
-                    if previous > level { ((previous - half) / (previous - level)).clamp(0.0, 1.0) } else { 0.5 };
-                return (distance - 1) as f32 + fraction;
-            }
-            previous = level;
-        }
-        reach as f32
-    };
-    side(-1) + side(1)
 }

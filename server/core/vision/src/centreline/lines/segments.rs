@@ -4,9 +4,7 @@ use std::cmp::Ordering;
 
 use super::candidates::Candidate;
 use super::traces::{ALONE, Open, Stretch, Trace, are_apart};
-use crate::params::{
-    LINK_GATE_MIN_PX, LINK_GATE_WIDTHS, LINK_MAX_GAP_COLUMNS, MIN_SEGMENT_COLUMNS, RIVAL_CONTRAST,
-};
+use crate::params::{LINK_GATE_MIN_PX, LINK_GATE_WIDTHS, LINK_MAX_GAP_COLUMNS, MIN_SEGMENT_COLUMNS};
 
 /// Joins candidates into traces; keeps its memory from image to image.
 #[derive(Default)]
@@ -23,19 +21,6 @@ pub struct Linker {
 }
 
 impl Linker {
-    /// Joins candidates (ordered by column, then row) into traces, ordered by first column, then row.
-    ///
-    /// A candidate continues the trace that expected it nearest by, if that trace has no nearer candidate, within
-    /// the link gate; a jump ends the trace. Short or faint traces are dropped.
-    pub fn link(&mut self, candidates: &[Candidate], width_px: f32) -> &mut [Trace] {
-        self.begin(width_px);
-        for column in candidates.chunk_by(|a, b| a.u == b.u) {
-            self.add_column(column);
-        }
-        self.finish();
-        self.traces_mut()
-    }
-
     /// Forgets the traces of the image before; its lines are `width_px` wide.
     pub fn begin(&mut self, width_px: f32) {
         self.gate = (LINK_GATE_WIDTHS * width_px).max(LINK_GATE_MIN_PX);
@@ -189,27 +174,6 @@ impl Linker {
             } else {
                 idx += 1;
             }
-        }
-    }
-}
-
-/// Notes at every step how far the nearest other trace is that is bright enough to matter.
-pub fn mark_clearances(traces: &mut [Trace]) {
-    let steps = |(trace_idx, trace): (usize, &Trace)| {
-        let (first_u, of_trace) = (trace.first_u, trace.v.iter().zip(&trace.contrast));
-        of_trace
-            .enumerate()
-            .map(move |(i, (&v, &contrast))| (first_u + i, v, contrast, trace_idx))
-            .collect::<Vec<_>>()
-    };
-    let mut all: Vec<(usize, f32, f32, usize)> = traces.iter().enumerate().flat_map(steps).collect();
-    all.sort_unstable_by_key(|step| step.0);
-    for (trace_idx, trace) in traces.iter_mut().enumerate() {
-        for idx in 0..trace.len() {
-            let (u, v, least) = (trace.first_u + idx, trace.v[idx], RIVAL_CONTRAST * trace.contrast[idx]);
-            let column = all.partition_point(|step| step.0 < u)..all.partition_point(|step| step.0 <= u);
-            let others = all[column].iter().filter(|other| other.3 != trace_idx && other.2 >= least);
-            trace.clearance_px[idx] = others.map(|other| (other.1 - v).abs()).fold(ALONE, f32::min);
         }
     }
 }

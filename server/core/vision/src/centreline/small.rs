@@ -1,0 +1,50 @@
+//! Images with a side too short for the search: their last rows and columns are mirrored to and fro until they are large
+//! enough. Mirrored pixels have the noise of those they repeat, and no edge.
+
+use super::Centrelines;
+use super::fast::MIN_SIDE_PX;
+use super::view::{Level, View};
+use crate::params::MIN_SEGMENT_COLUMNS;
+
+/// Rows (columns) that are mirrored: few, so that a line is only repeated where it is too near to the border to be measured.
+const MIRRORED_PX: usize = 8;
+
+/// An image of its own.
+pub struct Enlarged<T> {
+    pixels: Vec<T>,
+    width: usize,
+    height: usize,
+    full_scale: f32,
+}
+
+impl<T> Enlarged<T> {
+    /// To look at.
+    pub fn view(&self) -> View<'_, T> {
+        View { pixels: &self.pixels, width: self.width, height: self.height, full_scale: self.full_scale }
+    }
+}
+
+/// The image, mirrored where it ends.
+pub fn enlarged<T: Level>(view: &View<T>) -> Enlarged<T> {
+    let (width, height) = (view.width.max(MIN_SIDE_PX), view.height.max(MIN_SIDE_PX));
+    let mirrored = |at: usize, n: usize| {
+        let depth = n.min(MIRRORED_PX);
+        let beyond = at.saturating_sub(n) % (2 * depth);
+        if at < n { at } else { n - 1 - beyond.min(2 * depth - 1 - beyond) }
+    };
+    let pixel = |at: usize| view.row(mirrored(at / width, view.height))[mirrored(at % width, view.width)];
+    let pixels = (0..width * height).map(pixel).collect();
+    Enlarged { pixels, width, height, full_scale: view.full_scale }
+}
+
+/// Leaves only what lies in the first `width` columns and `height` rows.
+pub fn crop(found: &mut Centrelines, width: usize, height: usize) {
+    let (last_u, last_v) = ((width - 1) as f64, (height - 1) as f64);
+    for segment in &mut found.segments {
+        // Lines that leave the image below and come back are mirror images of those above.
+        let inside = |point: &super::CentrelinePoint| point.u_px <= last_u && point.v_px <= last_v;
+        let n_inside = segment.points.iter().take_while(|point| inside(point)).count();
+        segment.points.truncate(n_inside);
+    }
+    found.segments.retain(|segment| segment.points.len() >= MIN_SEGMENT_COLUMNS);
+}
