@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, the folder it lies in, and the crates of this workspace it may import. Every arrow runs down.
-const ARROWS: [(&str, &str, &[&str]); 18] = [
+const ARROWS: [(&str, &str, &[&str]); 19] = [
     (
         "sheaf",
         "server/cli",
@@ -97,12 +97,13 @@ const ARROWS: [(&str, &str, &[&str]); 18] = [
             "sheaf-optics",
         ],
     ),
-    ("sheaf-metrology", "server/core/metrology", &["sheaf-scanning", "sheaf-optics"]),
+    ("sheaf-metrology", "server/core/metrology", &["sheaf-scanning", "sheaf-optics", "sheaf-least-squares"]),
     ("sheaf-scanning", "server/core/scanning", &["sheaf-vision", "sheaf-optics"]),
-    ("sheaf-calibration", "server/core/calibration", &["sheaf-vision", "sheaf-optics"]),
+    ("sheaf-calibration", "server/core/calibration", &["sheaf-vision", "sheaf-optics", "sheaf-least-squares"]),
     ("sheaf-capture", "server/core/capture", &["sheaf-vision"]),
     ("sheaf-vision", "server/core/vision", &[]),
     ("sheaf-optics", "server/core/optics", &[]),
+    ("sheaf-least-squares", "server/core/least_squares", &[]),
     ("sheaf-reference", "server/reference", &[]),
     ("xtask", "server/xtask", &[]),
 ];

@@ -1,5 +1,8 @@
 //! Levenberg–Marquardt on the arrow-shaped normal equations.
 
+pub use least_squares::Termination;
+
+use least_squares::Damping;
 use nalgebra::Vector6;
 
 use crate::solving::normal::{ArrowNormal, Ranges};
@@ -7,18 +10,11 @@ use crate::solving::normal::{ArrowNormal, Ranges};
 /// First damping: as if every parameter were known to its range.
 const FIRST_DAMPING: f64 = 1.0;
 
-/// Damping is taken back by this factor after a good step and raised by it after a bad one.
-const DAMPING_FACTOR: f64 = 10.0;
-
 /// Damping beyond which no further step is tried.
 const MAX_DAMPING: f64 = 1e12;
 
 /// Damping below which it plays no part.
 const MIN_DAMPING: f64 = 1e-6;
-
-/// Damping up to which a step says something about the minimum: as if every parameter were known to thirty times its range
-/// beforehand. Harder damped ones are short whatever the distance.
-const LIGHT_DAMPING: f64 = 1e-3;
 
 /// Steps in a row that gain nothing although none was damped harder than the first: the model bends too much for light
 /// damping, so each promises a little more than it gives, and nothing is left to gain.
@@ -55,41 +51,6 @@ pub trait Problem {
     fn stepped(&self, state: &Self::State, globals: &[f64], blocks: &[Vector6<f64>]) -> Self::State;
 }
 
-/// Why the solver stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Termination {
-    /// The gradient vanished: the whole step promised a lower cost by less than counts.
-    Gradient,
-    /// The step vanished: the whole step would have moved every parameter by less than counts.
-    Step,
-    /// The cost stopped falling: a lightly damped step promised and gave less than counts, or several in a row gave it.
-    Cost,
-    /// It got stuck: no step led downhill, or the steps ran out, while a lower cost was still promised.
-    Stuck,
-}
-
-impl Termination {
-    /// Its name in documents.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Gradient => "gradient",
-            Self::Step => "step",
-            Self::Cost => "cost",
-            Self::Stuck => "stuck",
-        }
-    }
-
-    /// What it means, a sentence.
-    pub fn sentence(self) -> &'static str {
-        match self {
-            Self::Gradient => "The fit converged: the gradient vanished.",
-            Self::Step => "The fit converged: the next step would not have moved any parameter.",
-            Self::Cost => "The fit converged: the last step no longer lowered the residuals.",
-            Self::Stuck => "The fit got stuck: lower residuals were in sight, but no step led there.",
-        }
-    }
-}
-
 /// A minimum, or as close as the solver came.
 #[derive(Debug, Clone)]
 pub struct Minimum<S> {
@@ -106,7 +67,7 @@ pub struct Minimum<S> {
 /// Minimises from `state`; `None` if the very first system is singular.
 pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<P::State>> {
     let ranges = problem.ranges(&state);
-    let mut damping = FIRST_DAMPING;
+    let mut damping = Damping::new(FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING);
     let mut normal = problem.linearise(&state);
     let (mut n_steps, mut n_stalled) = (0, 0);
     let termination = loop {
@@ -125,10 +86,10 @@ pub fn minimise<P: Problem>(problem: &P, mut state: P::State) -> Option<Minimum<
         (state, normal) = (taken.state, taken.normal);
         n_steps += 1;
         let gain = cost - normal.cost();
-        if gain <= least && taken.promised <= least && taken.damping <= LIGHT_DAMPING {
+        if gain <= least && taken.promised <= least && taken.damping.is_light() {
             break Termination::Cost;
         }
-        n_stalled = if gain <= least && taken.damping <= FIRST_DAMPING { n_stalled + 1 } else { 0 };
+        n_stalled = if gain <= least && taken.damping.value() <= FIRST_DAMPING { n_stalled + 1 } else { 0 };
         if n_stalled == STALLED_STEPS {
             break Termination::Cost;
         }
@@ -157,7 +118,7 @@ struct Taken<S> {
     normal: ArrowNormal,
     /// How much it was to lower the cost, had the residuals been linear.
     promised: f64,
-    damping: f64,
+    damping: Damping,
 }
 
 /// The next state with a lower cost; damps harder until there is one, `None` if there is none.
@@ -168,20 +129,21 @@ fn downhill<P: Problem>(
     state: &P::State,
     normal: &ArrowNormal,
     ranges: &Ranges,
-    damping: &mut f64,
+    damping: &mut Damping,
 ) -> Option<Taken<P::State>> {
-    while *damping <= MAX_DAMPING {
-        if let Some(step) = normal.solve(*damping, ranges) {
+    loop {
+        if let Some(step) = normal.solve(damping.value(), ranges) {
             let next = problem.stepped(state, step.globals.as_slice(), &step.blocks);
             let next_normal = problem.linearise(&next);
             if next_normal.cost() <= normal.cost() {
                 let taken = *damping;
-                *damping = (taken / DAMPING_FACTOR).max(MIN_DAMPING);
+                damping.ease();
                 let promised = normal.expected_gain(&step);
                 return Some(Taken { state: next, normal: next_normal, promised, damping: taken });
             }
         }
-        *damping *= DAMPING_FACTOR;
+        if !damping.raise() {
+            return None;
+        }
     }
-    None
 }

@@ -1,5 +1,6 @@
 //! Weighted geometric least squares by damped Gauss–Newton steps.
 
+use least_squares::{Damping, Termination};
 use nalgebra::{Cholesky, Const, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
 
@@ -21,11 +22,10 @@ const STEP_TOLERANCE: f64 = 1e-10;
 /// A cost that rounding keeps from falling is good enough below this: a ten-thousandth of a standard deviation, squared.
 const COST_TOLERANCE: f64 = 1e-8;
 
+/// Damping at the start, in squares of each parameter's own unit, and its range.
 const FIRST_DAMPING: f64 = 1e-6;
+const MIN_DAMPING: f64 = 1e-12;
 const MAX_DAMPING: f64 = 1e8;
-
-/// Only steps damped no more than this say how far the solution is: a short step under heavy damping is no convergence.
-const FREE_DAMPING: f64 = 1e-3;
 
 /// Equations whose least eigenvalue is below this hold a parameter by their rounding alone; an arc of 5° has 1e-6.
 const LEAST_EIGENVALUE: f64 = 1e-12;
@@ -63,19 +63,6 @@ struct Normal {
     gradient: Vector,
 }
 
-/// Why a solver ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Termination {
-    /// The equations hold.
-    Gradient,
-    /// The last step moved nothing that can be measured.
-    Step,
-    /// Rounding keeps the cost from falling, and it is low enough.
-    Cost,
-    /// No step goes downhill, or the steps ran out: this is no solution.
-    Stuck,
-}
-
 /// Solves Σ w·residual·slope = 0 (along the normals, for errors along the rays) from `start`; `None` if the points do not
 /// hold the shape's parameters, or the solver got stuck.
 ///
@@ -102,23 +89,23 @@ fn solve(start: &Shape, points: &impl Points, max_steps: usize) -> Option<(Shape
         (0..points.len()).map(|idx| points.at(idx).position).sum::<Vector3<f64>>() / points.len() as f64;
     let mut shape = start.anchored(&centroid);
     let mut normal = normal_equations(&shape, points)?;
-    let mut damping = FIRST_DAMPING;
+    let mut damping = Damping::new(FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING);
     for _ in 0..max_steps {
         let distance = Cholesky::new(normal.hessian)?;
         let cost = squared(&distance, &normal.gradient);
         if cost <= GRADIENT_TOLERANCE {
             return Some((shape.anchored(&centroid), Termination::Gradient));
         }
-        let step = damped_step(&normal, damping)?;
+        let step = damped_step(&normal, damping.value())?;
         let candidate = shape.stepped(&step.into());
         let next = normal_equations(&candidate, points);
         // Both in the metric of the place the step starts from: a metric that moves along could hide a way uphill.
         let falls = |next: &Normal| squared(&distance, &next.gradient) < cost;
-        let is_free = damping <= FREE_DAMPING;
+        let is_free = damping.is_light();
         match next.filter(falls) {
             Some(next) => {
                 (shape, normal) = (candidate, next);
-                damping = (damping / 10.0).max(FIRST_DAMPING * 1e-6);
+                damping.ease();
                 if is_free && step.amax() <= STEP_TOLERANCE {
                     return Some((shape.anchored(&centroid), Termination::Step));
                 }
@@ -126,10 +113,8 @@ fn solve(start: &Shape, points: &impl Points, max_steps: usize) -> Option<(Shape
             None if is_free && cost <= COST_TOLERANCE => {
                 return Some((shape.anchored(&centroid), Termination::Cost));
             }
-            None => damping *= 10.0,
-        }
-        if damping > MAX_DAMPING {
-            break;
+            None if !damping.raise() => break,
+            None => {}
         }
     }
     Some((shape, Termination::Stuck))
