@@ -25,6 +25,11 @@ pub struct RunPoint {
 }
 
 impl RunPoint {
+    /// Whether a second look or the ranks hold its label.
+    pub fn is_held(&self) -> bool {
+        self.is_seen || !self.is_open
+    }
+
     fn columns(&self, widths: f64) -> usize {
         (widths * self.width_px).ceil() as usize
     }
@@ -56,6 +61,28 @@ pub fn carried_stretches(run: &[RunPoint]) -> Vec<Range<usize>> {
         before..stretches.get(idx + 1).map_or(run.len(), |next| next.start)
     };
     (0..stretches.len()).filter(|&idx| carried(&stretches[idx])).map(with_what_is_smoothed).collect()
+}
+
+/// The stretches of a run, by index, that are neither left out nor held, and that do not hang on what is held: their line was
+/// cut at one of their ends, or they are all of the run. `out`: per point, whether it is left out. `cut`: whether the line goes on
+/// before and beyond the run under another label or none.
+pub fn loose_stretches(run: &[RunPoint], out: &[bool], cut: [bool; 2]) -> Vec<Range<usize>> {
+    let is_in_question = |idx: usize| !out[idx] && !run[idx].is_held();
+    let mut loose = Vec::new();
+    let mut first = 0;
+    while first < run.len() {
+        let end = first + (first..run.len()).take_while(|&idx| is_in_question(idx)).count();
+        if first < end {
+            let is_cut_before = if first == 0 { cut[0] } else { out[first - 1] };
+            let is_cut_after = if end == run.len() { cut[1] } else { out[end] };
+            let is_alone = first == 0 && end == run.len();
+            if is_cut_before || is_cut_after || is_alone {
+                loose.push(first..end);
+            }
+        }
+        first = end.max(first + 1);
+    }
+    loose
 }
 
 /// Where the run steps: the points over which the extraction smooths a step, ascending and apart.
@@ -154,6 +181,22 @@ mod tests {
         let mut held = run(1.5, 170, 160..200);
         held.iter_mut().for_each(|point| point.is_open = false);
         assert_eq!(carried_stretches(&held), []);
+    }
+
+    #[test]
+    fn a_stretch_hangs_on_what_is_held_unless_its_line_was_cut() {
+        let (inside, at_the_end) = (run(0.0, 0, 60..90), run(0.0, 0, 170..200));
+        let nothing = [false; 200];
+        assert_eq!(loose_stretches(&inside, &nothing, [true; 2]), []);
+        assert_eq!(loose_stretches(&at_the_end, &nothing, [true, false]), []);
+        assert_eq!(loose_stretches(&at_the_end, &nothing, [false, true]), [170..200]);
+        let mut out = nothing;
+        out[55..60].fill(true);
+        assert_eq!(loose_stretches(&inside, &out, [false; 2]), [60..90]);
+        assert_eq!(loose_stretches(&run(0.0, 0, 0..200), &nothing, [false; 2]), [0..200], "nothing is held");
+        let mut ranked = run(0.0, 0, 0..200);
+        ranked.iter_mut().for_each(|point| point.is_open = false);
+        assert_eq!(loose_stretches(&ranked, &nothing, [true; 2]), [], "the ranks hold it");
     }
 
     #[test]

@@ -1,36 +1,146 @@
 //! The labelled lines of one frame, column by column (row by row): which orders they leave open for each other.
 
+/// A labelled point of a column: place across the lines in px, order, whether another order has seen its surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Crossing {
+    across_px: f64,
+    order: i8,
+    is_seen: bool,
+}
+
 /// The labelled points of a frame by scan column (row).
 pub struct FrameColumns {
     /// Orders below and above those of the calibration.
     beyond: [i8; 2],
-    /// Per column: (place across the lines in px, order), ascending.
-    labelled: Vec<Vec<(f64, i8)>>,
+    /// Per column, ascending.
+    labelled: Vec<Vec<Crossing>>,
 }
 
 impl FrameColumns {
-    /// The columns of a frame's labelled points: scan column (row), place across the lines in px, order. `orders`: ascending.
-    pub fn new(points: impl Iterator<Item = (f64, f64, i8)>, orders: &[i8]) -> Self {
+    /// The columns of a frame's labelled points: (scan column (row), place across the lines in px, order), whether another
+    /// order has seen its surface. `orders`: ascending.
+    pub fn new(points: impl Iterator<Item = ((f64, f64, i8), bool)>, orders: &[i8]) -> Self {
         let mut labelled = Vec::new();
-        points.for_each(|(along, across, order)| column(&mut labelled, along).push((across, order)));
-        labelled.iter_mut().for_each(|column| column.sort_by(|a, b| a.0.total_cmp(&b.0)));
+        points.for_each(|((along, across_px, order), is_seen)| {
+            column(&mut labelled, along).push(Crossing { across_px, order, is_seen });
+        });
+        labelled.iter_mut().for_each(|column| column.sort_by(|a, b| a.across_px.total_cmp(&b.across_px)));
         Self { beyond: [orders[0] - 1, orders[orders.len() - 1] + 1], labelled }
     }
 
     /// Whether the labels above and below a labelled point leave it more than its own.
     pub fn leave_open(&self, along: f64, across: f64) -> bool {
-        let column = self.labelled.get(along.round() as usize).map_or(&[][..], Vec::as_slice);
-        let place = column.partition_point(|other| other.0 < across);
-        let above = place.checked_sub(1).map_or(self.beyond[0], |above| column[above].1);
-        let below = column.get(place + 1).map_or(self.beyond[1], |below| below.1);
-        below - above > 2
+        let [above, below] = self.around(along, across);
+        below.order - above.order > 2
+    }
+
+    /// Whether the labels above and below a place leave room for an order.
+    pub fn have_room(&self, along: f64, across: f64, order: i8) -> bool {
+        let [above, below] = self.around(along, across);
+        above.order < order && order < below.order
+    }
+
+    /// Whether they leave room for this order alone, and other orders have seen the surfaces that both lie on.
+    pub fn leave_only(&self, along: f64, across: f64, order: i8) -> bool {
+        let [above, below] = self.around(along, across);
+        above.order + 1 == order && order + 1 == below.order && above.is_seen && below.is_seen
+    }
+
+    /// Whether a point of this order lies at this place.
+    pub fn has(&self, along: f64, across: f64, order: i8) -> bool {
+        self.column(along).iter().any(|other| (other.across_px, other.order) == (across, order))
+    }
+
+    /// The neighbours of a place in its column; beyond the outermost orders there is nothing to see.
+    fn around(&self, along: f64, across: f64) -> [Crossing; 2] {
+        let column = self.column(along);
+        let beyond = self.beyond.map(|order| Crossing { across_px: across, order, is_seen: true });
+        let above = column.partition_point(|other| other.across_px < across);
+        let below = column.partition_point(|other| other.across_px <= across);
+        [
+            above.checked_sub(1).map_or(beyond[0], |above| column[above]),
+            column.get(below).copied().unwrap_or(beyond[1]),
+        ]
+    }
+
+    fn column(&self, along: f64) -> &[Crossing] {
+        self.labelled.get(along.round() as usize).map_or(&[][..], Vec::as_slice)
     }
 }
 
-fn column(columns: &mut Vec<Vec<(f64, i8)>>, along: f64) -> &mut Vec<(f64, i8)> {
+/// Where the lines of a frame are, column by column (row by row).
+pub struct LineColumns(Vec<Vec<f64>>);
+
+impl LineColumns {
+    /// The columns of points: scan column (row), place across the lines in px.
+    pub fn new(points: impl Iterator<Item = (f64, f64)>) -> Self {
+        let mut columns = Vec::new();
+        points.for_each(|(along, across_px)| column(&mut columns, along).push(across_px));
+        Self(columns)
+    }
+
+    /// Whether a line has a point at this place.
+    pub fn have(&self, along: f64, across: f64) -> bool {
+        self.column(along).contains(&across)
+    }
+
+    /// The next point of a line beyond a place, (scan column (row), place across the lines): at most `reach_columns` columns
+    /// ahead (behind if negative) and `reach_px` away across the lines.
+    pub fn next(&self, (along, across): (f64, f64), reach_columns: i64, reach_px: f64) -> Option<(f64, f64)> {
+        (1..=reach_columns.abs()).find_map(|step| {
+            let there = along.round() + (step * reach_columns.signum()) as f64;
+            let near = self.column(there).iter().find(|other| (**other - across).abs() <= reach_px)?;
+            Some((there, *near))
+        })
+    }
+
+    fn column(&self, along: f64) -> &[f64] {
+        let place = if along < 0.0 { usize::MAX } else { along.round() as usize };
+        self.0.get(place).map_or(&[], Vec::as_slice)
+    }
+}
+
+fn column<T>(columns: &mut Vec<Vec<T>>, along: f64) -> &mut Vec<T> {
     let place = along.round().max(0.0) as usize;
     if columns.len() <= place {
         columns.resize_with(place + 1, Vec::new);
     }
     &mut columns[place]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Orders −1 … 2, of which 0 and 2 have a line in column 7; only what order 0 lies on was seen again.
+    fn columns() -> FrameColumns {
+        FrameColumns::new([((7.2, 100.0, 0), true), ((6.9, 300.0, 2), false)].into_iter(), &[-1, 0, 1, 2])
+    }
+
+    #[test]
+    fn lines_above_and_below_leave_the_orders_between_them() {
+        let columns = columns();
+        assert!(columns.have_room(7.0, 200.0, 1) && !columns.have_room(7.0, 200.0, 2));
+        assert!(columns.have_room(7.0, 50.0, -1) && !columns.have_room(7.0, 350.0, 2));
+        assert!(columns.leave_open(7.2, 100.0), "−1 could be above, 1 below");
+        assert!(columns.has(7.0, 100.0, 0) && !columns.has(7.0, 100.0, 1));
+    }
+
+    #[test]
+    fn only_lines_that_were_seen_again_leave_one_order() {
+        let columns = columns();
+        assert!(columns.leave_only(7.0, 50.0, -1), "beyond the outermost order there is none");
+        assert!(!columns.leave_only(7.0, 200.0, 1), "nobody has seen the surface of order 2 again");
+        assert!(!columns.leave_only(8.0, 200.0, 1), "an empty column");
+    }
+
+    #[test]
+    fn a_line_goes_on_over_a_short_gap() {
+        let lines = LineColumns::new([(7.0, 100.0), (12.0, 101.0), (13.0, 400.0)].into_iter());
+        assert_eq!(lines.next((7.0, 100.0), 8, 2.5), Some((12.0, 101.0)));
+        assert_eq!(lines.next((12.0, 101.0), -8, 2.5), Some((7.0, 100.0)));
+        assert_eq!(lines.next((7.0, 100.0), 4, 2.5), None);
+        assert_eq!(lines.next((12.0, 101.0), 8, 2.5), None);
+        assert!(lines.have(13.0, 400.0) && !lines.have(13.0, 101.0));
+    }
 }

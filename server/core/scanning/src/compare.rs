@@ -58,10 +58,12 @@ pub struct Surfaces<'a> {
 }
 
 /// What the other orders' surfaces say about a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Opinion {
     agreeing: usize,
     contradicting: usize,
+    /// Distance to the nearest of them.
+    nearest_tolerances: f64,
 }
 
 /// Frames whose patches are made together, from their profiles and one more on either side.
@@ -114,15 +116,16 @@ impl<'a> Surfaces<'a> {
         opinion.contradicting >= CONTRADICTING_SURFACES && opinion.contradicting > opinion.agreeing
     }
 
-    /// Whether another order, in another frame, has seen the surface that the point lies on.
-    pub fn is_seen_again(&self, point: &ProfilePoint, frame: usize) -> bool {
-        self.opinion(point, frame).agreeing > 0
+    /// Whether another order, in another frame, has seen the surface that the point lies on; `tolerances`: how near it
+    /// must be.
+    pub fn is_seen_again(&self, point: &ProfilePoint, frame: usize, tolerances: f64) -> bool {
+        self.opinion(point, frame).nearest_tolerances <= tolerances
     }
 
     fn opinion(&self, point: &ProfilePoint, frame: usize) -> Opinion {
         let in_part = point.hit_in_camera.xyz - self.shifts_mm[frame];
         let view = self.outlook.view_of(&in_part);
-        let mut opinion = Opinion::default();
+        let mut opinion = Opinion { agreeing: 0, contradicting: 0, nearest_tolerances: f64::INFINITY };
         self.grid.for_each_near(&view.xy_mm, |idx, _| {
             let patch = &self.patches[idx];
             if patch.order == point.order || patch.frame as usize == frame {
@@ -130,6 +133,7 @@ impl<'a> Surfaces<'a> {
             }
             let patch_view = patch.view(&self.outlook);
             let (apart, tolerance) = self.difference(point, &view, patch, &patch_view);
+            opinion.nearest_tolerances = opinion.nearest_tolerances.min(apart.abs() / tolerance);
             if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
                 opinion.agreeing += 1;
             } else if patch.smooth

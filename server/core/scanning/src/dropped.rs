@@ -60,6 +60,11 @@ impl Dropped {
         self.points[reason as usize] += n_points;
     }
 
+    /// Takes single points off again.
+    pub fn take_back(&mut self, reason: DropReason, n_points: usize) {
+        self.points[reason as usize] -= n_points;
+    }
+
     /// Counts a piece with all its points.
     pub fn add_piece(&mut self, reason: DropReason, n_points: usize) {
         self.pieces[reason as usize] += 1;

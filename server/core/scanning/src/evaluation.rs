@@ -4,16 +4,18 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, StageAxis};
+use vision::LineDirection;
 
 use crate::cloud::CloudPoint;
 use crate::compare::{Sums, Surfaces, order_pairs};
+use crate::decision::{Decision, Judge};
 use crate::dropped::{DropReason, Dropped};
 use crate::envelope::depth_envelope;
 use crate::frames::{in_order, lines_of};
-use crate::params::{FWHM_PER_SIGMA, RUN_DENIED_SHARE, THICKNESS_SAMPLES};
+use crate::label::along_across;
+use crate::params::{FWHM_PER_SIGMA, THICKNESS_SAMPLES};
 use crate::profile::{Profile, ProfilePoint};
 use crate::profiles::Profiles;
-use crate::rivals::{Rivals, neighbours};
 use crate::scan::{ScanError, ScanReport};
 use crate::sigma_table::SigmaTable;
 use crate::stage_positions::StagePositions;
@@ -25,22 +27,23 @@ pub struct Evaluation<'a> {
     /// What the cloud must say about itself; the software adds its own name and version.
     pub comments: Vec<String>,
     profiles: Profiles<'a>,
-    /// Per frame: the places in its profile of the points that are left out again, ascending.
-    denied: Vec<Vec<u32>>,
+    /// Per frame: what of its profile is left out again, and what is taken after all.
+    decisions: Vec<Decision>,
     /// Systematic σ of each order, over the pixels where it was seen.
     tables: Vec<(i8, SigmaTable)>,
 }
 
 impl<'a> Evaluation<'a> {
-    /// Drops what the surfaces of other orders deny and what rivals challenge, and draws up the report.
+    /// Leaves out what the surfaces of other orders deny, what rivals challenge and what nothing holds, takes what was in doubt
+    /// without need, and draws up the report.
     pub(crate) fn new(profiles: Profiles<'a>, surfaces: Option<Surfaces>) -> Result<Self, ScanError> {
         let calibration = profiles.calibration;
         let mut orders = calibration.orders.clone();
         orders.sort_unstable();
         let mut sum = Checks::new(orders.len());
         let n_frames = profiles.frames.n_frames();
-        let rivals = surfaces.as_ref().map(|surfaces| Rivals::new(&profiles, surfaces));
-        let check = |frame| Checked::new(&profiles, frame, (surfaces.as_ref(), rivals), &orders);
+        let judge = surfaces.as_ref().map(|surfaces| Judge::new(&profiles, surfaces));
+        let check = |frame| Checked::new(&profiles, frame, (surfaces.as_ref(), judge), &orders);
         in_order(n_frames, check, |checked| {
             sum.add(checked);
             Ok(())
@@ -54,7 +57,7 @@ impl<'a> Evaluation<'a> {
             envelope: depth_envelope(calibration, profiles.depth_range_mm),
         };
         let tables = sigma_tables(calibration, &sum.bounds);
-        let mut made = Self { report, comments: Vec::new(), profiles, denied: sum.denied, tables };
+        let mut made = Self { report, comments: Vec::new(), profiles, decisions: sum.decisions, tables };
         let line_sigma_mm = made.line_sigma_mm(&sum.n_points)?;
         made.comments = comments(calibration, sum.correlations_px, line_sigma_mm);
         made.comments.extend(made.stage_positions().comments());
@@ -86,14 +89,13 @@ impl<'a> Evaluation<'a> {
     fn points_of(&self, frame: usize) -> Result<Vec<CloudPoint>, ScanError> {
         let position_mm = self.profiles.frames.position_mm(frame);
         let profile = self.profiles.of(frame)?;
-        Ok(self.kept(&profile, frame).map(|point| self.cloud_point(point, frame, position_mm)).collect())
+        let points = self.kept(&profile, frame);
+        Ok(points.iter().map(|point| self.cloud_point(point, frame, position_mm)).collect())
     }
 
-    /// The points of a profile that were not denied.
-    fn kept<'p>(&'p self, profile: &'p Profile, frame: usize) -> impl Iterator<Item = &'p ProfilePoint> {
-        let mut denied = self.denied[frame].iter().copied().peekable();
-        let kept = move |(idx, _): &(u32, &ProfilePoint)| denied.next_if_eq(idx).is_none();
-        (0..).zip(&profile.points).filter(kept).map(|(_, point)| point)
+    /// The points of a frame.
+    fn kept(&self, profile: &Profile, frame: usize) -> Vec<ProfilePoint> {
+        kept(profile, &self.decisions[frame], self.profiles.labels.direction)
     }
 
     fn cloud_point(&self, point: &ProfilePoint, frame: usize, position_mm: f64) -> CloudPoint {
@@ -136,7 +138,8 @@ impl<'a> Evaluation<'a> {
                 return Ok(Vec::new());
             }
             let profile = self.profiles.of(frame)?;
-            let sampled = self.kept(&profile, frame).skip(firsts[frame]).step_by(step);
+            let points = self.kept(&profile, frame);
+            let sampled = points.iter().skip(firsts[frame]).step_by(step);
             Ok(sampled.filter_map(|point| thickness_mm(point, self.profiles.calibration)).collect())
         };
         let mut sigmas_mm: Vec<f64> = Vec::with_capacity(THICKNESS_SAMPLES);
@@ -147,6 +150,17 @@ impl<'a> Evaluation<'a> {
         sigmas_mm.sort_by(f64::total_cmp);
         Ok(sigmas_mm.get(sigmas_mm.len() / 2).copied().unwrap_or(0.0))
     }
+}
+
+/// What is decided to stay of a frame, by order, then along the line.
+fn kept(profile: &Profile, decision: &Decision, direction: LineDirection) -> Vec<ProfilePoint> {
+    let mut left_out = decision.left_out.iter().copied().peekable();
+    let stays = |(idx, _): &(u32, &ProfilePoint)| left_out.next_if_eq(idx).is_none();
+    let own = (0..).zip(&profile.points).filter(stays).map(|(_, point)| point);
+    let mut points: Vec<ProfilePoint> = own.chain(&decision.taken).copied().collect();
+    let along = |point: &ProfilePoint| along_across(&point.seen, direction).0;
+    points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
+    points
 }
 
 /// Thickness of the light sheet at a point, one σ along its normal.
@@ -187,7 +201,7 @@ fn widened(bounds: Option<Bounds>, low: [f64; 2], high: [f64; 2]) -> Bounds {
 
 /// A frame after the check.
 struct Checked {
-    denied: Vec<u32>,
+    decision: Decision,
     n_points: usize,
     n_segments: usize,
     correlation_px: f64,
@@ -201,29 +215,23 @@ impl Checked {
     fn new(
         profiles: &Profiles,
         frame: usize,
-        (surfaces, rivals): (Option<&Surfaces>, Option<Rivals>),
+        (surfaces, judge): (Option<&Surfaces>, Option<Judge>),
         orders: &[i8],
     ) -> Result<Self, ScanError> {
         let lines = lines_of(profiles.frames, frame)?;
         let (n_segments, correlation_px) = (lines.segments.len(), lines.correlation_px);
-        drop(lines);
         let profile = profiles.of(frame)?;
-        let mut denied = surfaces.map_or_else(Vec::new, |surfaces| denied_points(&profile, surfaces, frame));
-        let n_denied = denied.len();
-        if let Some(rivals) = rivals {
-            denied.extend(rivals.doubtful_points(&profile, frame, correlation_px));
-            denied.sort_unstable();
-            denied.dedup();
-        }
-        let mut gone = denied.iter().copied().peekable();
-        let points: Vec<ProfilePoint> = (0..)
-            .zip(&profile.points)
-            .filter(|(idx, _)| gone.next_if_eq(idx).is_none())
-            .map(|(_, point)| *point)
-            .collect();
+        let decision = match judge {
+            Some(judge) => judge.decide(&profile, &profiles.candidates_of(frame, &lines), frame, &lines),
+            None => Decision::default(),
+        };
+        drop(lines);
+        let points = kept(&profile, &decision, profiles.labels.direction);
         let mut dropped = profile.dropped;
-        dropped.add_points(DropReason::Contradicted, n_denied);
-        dropped.add_points(DropReason::Doubtful, denied.len() - n_denied);
+        dropped.add_points(DropReason::Contradicted, decision.n_denied);
+        dropped.add_points(DropReason::Doubtful, decision.left_out.len() - decision.n_denied);
+        dropped.take_back(DropReason::TooShort, decision.n_cut_away);
+        dropped.take_back(DropReason::Doubtful, decision.taken.len() - decision.n_cut_away);
         let mut bounds = BTreeMap::new();
         for point in &points {
             let at = [point.seen.u_px, point.seen.v_px];
@@ -231,7 +239,7 @@ impl Checked {
         }
         let totals = surfaces.map_or_else(Vec::new, |surfaces| surfaces.differences_of(&points, frame, orders));
         Ok(Self {
-            denied,
+            decision,
             n_points: points.len(),
             n_segments,
             correlation_px,
@@ -243,24 +251,9 @@ impl Checked {
     }
 }
 
-/// The points that the surfaces of other orders deny, and what little is left of a run of denied ones.
-fn denied_points(profile: &Profile, surfaces: &Surfaces, frame: usize) -> Vec<u32> {
-    let mut denied_points = Vec::new();
-    let mut first = 0;
-    for run in profile.points.chunk_by(neighbours) {
-        let denied: Vec<bool> = run.iter().map(|point| surfaces.contradict(point, frame)).collect();
-        let n_denied = denied.iter().filter(|denied| **denied).count();
-        let whole_run = n_denied as f64 > RUN_DENIED_SHARE * run.len() as f64;
-        let places = (first..).zip(denied).filter(|(_, denied)| whole_run || *denied);
-        denied_points.extend(places.map(|(place, _)| place));
-        first += run.len() as u32;
-    }
-    denied_points
-}
-
 /// All frames after the check.
 struct Checks {
-    denied: Vec<Vec<u32>>,
+    decisions: Vec<Decision>,
     n_points: Vec<usize>,
     n_segments: usize,
     correlations_px: Vec<f64>,
@@ -273,7 +266,7 @@ struct Checks {
 impl Checks {
     fn new(n_orders: usize) -> Self {
         Self {
-            denied: Vec::new(),
+            decisions: Vec::new(),
             n_points: Vec::new(),
             n_segments: 0,
             correlations_px: Vec::new(),
@@ -285,7 +278,7 @@ impl Checks {
     }
 
     fn add(&mut self, frame: Checked) {
-        self.denied.push(frame.denied);
+        self.decisions.push(frame.decision);
         self.n_points.push(frame.n_points);
         self.n_segments += frame.n_segments;
         self.correlations_px.push(frame.correlation_px);

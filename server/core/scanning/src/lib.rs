@@ -4,6 +4,7 @@ mod carried;
 mod cloud;
 mod columns;
 mod compare;
+mod decision;
 pub mod dropped;
 pub mod envelope;
 mod evaluation;

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use optics::{Calibration, DepthRangeMm, Triangulator};
+use vision::Centrelines;
 
 use crate::frames::{Frames, lines_of};
 use crate::label::Labels;
@@ -63,6 +64,12 @@ impl<'a> Profiles<'a> {
                 Ok(Cow::Borrowed(kept.get().expect("it was set just now")))
             }
         }
+    }
+
+    /// The points a frame leaves out that could have a label all the same ([`Labels::candidates`]).
+    pub fn candidates_of(&self, frame: usize, lines: &Centrelines) -> Profile {
+        let labels = self.labels.candidates(frame, lines);
+        profile_of_frame(lines, frame, &labels, &self.triangulator, self.depth_range_mm)
     }
 
     fn computed(&self, frame: usize) -> Result<Profile, ScanError> {

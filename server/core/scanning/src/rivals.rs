@@ -1,14 +1,10 @@
 //! Labels held against their rivals: on a part one wrap high a line lies where its neighbour lay on the ground
 //! (`docs/maths/labelling.md`, "Rivals").
 
-use std::ops::Range;
-
-use crate::carried::{RunPoint, carried_stretches};
-use crate::columns::FrameColumns;
 use crate::compare::Surfaces;
 use crate::label::along_across;
-use crate::params::{COMPARE_STRIDE_PX, END_WIDTHS, KINK_STEP_PX, RUN_DENIED_SHARE};
-use crate::profile::{Profile, ProfilePoint};
+use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS, KINK_STEP_PX};
+use crate::profile::ProfilePoint;
 use crate::profiles::Profiles;
 
 /// What else the points of a scan could be.
@@ -24,64 +20,8 @@ impl<'a> Rivals<'a> {
         Self { profiles, surfaces }
     }
 
-    /// The points of a frame's profile, ascending, whose label nobody has seen a second time and that could have another:
-    /// one that would put them on a known surface, or one that the ranks leave open beyond a step.
-    /// With them goes what of their lines cannot be told from them. `correlation_px`: of the frame's
-    /// centrelines.
-    pub fn doubtful_points(&self, profile: &Profile, frame: usize, correlation_px: f64) -> Vec<u32> {
-        let orders = &self.profiles.triangulator().calibration().orders;
-        let places = profile.points.iter().map(|point| {
-            let (along, across) = along_across(&point.seen, self.profiles.labels.direction);
-            (along, across, point.order)
-        });
-        let columns = FrameColumns::new(places, orders);
-        let looks = self.looks(&profile.points, frame);
-        let doubts = self.spread(&profile.points, &looks);
-        // Where nobody can look twice a missing second look says nothing.
-        let can_be_seen_again = looks.contains(&Look::Seen);
-        let mut doubtful = Vec::new();
-        let mut first = 0;
-        for run in profile.points.chunk_by(neighbours) {
-            let places = first..first + run.len();
-            let doubts = &doubts[places.clone()];
-            let carried = match can_be_seen_again {
-                true => self.carried(run, &looks[places], &columns, correlation_px),
-                false => Vec::new(),
-            };
-            let n_doubtful = doubts.iter().filter(|doubt| **doubt).count();
-            let whole_run = n_doubtful as f64 > RUN_DENIED_SHARE * run.len() as f64;
-            let is_out = |idx: &usize| whole_run || doubts[*idx] || carried.iter().any(|part| part.contains(idx));
-            doubtful.extend((0..run.len()).filter(is_out).map(|idx| (first + idx) as u32));
-            first += run.len();
-        }
-        doubtful
-    }
-
-    /// The stretches of a run whose label its line only carries on.
-    fn carried(
-        &self,
-        run: &[ProfilePoint],
-        looks: &[Look],
-        columns: &FrameColumns,
-        correlation_px: f64,
-    ) -> Vec<Range<usize>> {
-        let point = |(point, look): (&ProfilePoint, &Look)| {
-            let (along_px, across_px) = along_across(&point.seen, self.profiles.labels.direction);
-            RunPoint {
-                along_px,
-                across_px,
-                noise_px: point.seen.sigma_px * correlation_px.max(1.0).sqrt(),
-                width_px: f64::from(point.seen.width_px),
-                is_seen: *look == Look::Seen,
-                is_open: columns.leave_open(along_px, across_px),
-            }
-        };
-        let points: Vec<RunPoint> = run.iter().zip(looks).map(point).collect();
-        carried_stretches(&points)
-    }
-
     /// What other orders have seen of every point; every few columns one point answers for its neighbours.
-    fn looks(&self, points: &[ProfilePoint], frame: usize) -> Vec<Look> {
+    pub fn looks(&self, points: &[ProfilePoint], frame: usize) -> Vec<Look> {
         let mut looks = Vec::with_capacity(points.len());
         let mut last: Option<(i8, i64, Look)> = None;
         for point in points {
@@ -97,12 +37,21 @@ impl<'a> Rivals<'a> {
     }
 
     fn look(&self, point: &ProfilePoint, frame: usize) -> Look {
-        if self.surfaces.is_seen_again(point, frame) {
-            return Look::Seen;
+        let is_seen = |tolerances| self.surfaces.is_seen_again(point, frame, tolerances);
+        if is_seen(CLOSE_TOLERANCES) {
+            Look::Seen
+        } else if !is_seen(CONTRADICTION_TOLERANCES) && self.have_seen(point, frame) {
+            Look::RivalSeen
+        } else {
+            Look::Nobody
         }
+    }
+
+    /// Whether another label would put the point on a surface that was seen.
+    pub fn have_seen(&self, point: &ProfilePoint, frame: usize) -> bool {
         let triangulator = self.profiles.triangulator();
         let orders = triangulator.calibration().orders.iter().enumerate();
-        let has_rival = orders.filter(|(_, order)| **order != point.order).any(|(order_idx, &order)| {
+        orders.filter(|(_, order)| **order != point.order).any(|(order_idx, &order)| {
             let hit = triangulator.hit(order_idx, point.seen.u_px, point.seen.v_px);
             let rival = ProfilePoint {
                 order,
@@ -111,13 +60,13 @@ impl<'a> Rivals<'a> {
                 ..*point
             };
             self.profiles.depth_range_mm.contains(hit.in_camera.xyz.z)
-                && self.surfaces.is_seen_again(&rival, frame)
-        });
-        if has_rival { Look::RivalSeen } else { Look::Nobody }
+                && self.surfaces.is_seen_again(&rival, frame, CONTRADICTION_TOLERANCES)
+        })
     }
 
-    /// A doubt reaches as far along its line as the extraction smooths.
-    fn spread(&self, points: &[ProfilePoint], looks: &[Look]) -> Vec<bool> {
+    /// Per point: whether it is in doubt since another label was seen again; that reaches as far along its line as the
+    /// extraction smooths.
+    pub fn spread(&self, points: &[ProfilePoint], looks: &[Look]) -> Vec<bool> {
         let is_doubtful = |look: &Look| *look == Look::RivalSeen;
         let mut spread: Vec<bool> = looks.iter().map(is_doubtful).collect();
         for (idx, point) in points.iter().enumerate().filter(|(idx, _)| is_doubtful(&looks[*idx])) {
@@ -139,7 +88,7 @@ impl<'a> Rivals<'a> {
 
 /// What other orders, in other frames, have seen of the surface a label puts a point on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Look {
+pub enum Look {
     /// That surface.
     Seen,
     /// The one another label would put it on.

@@ -7,6 +7,7 @@
 mod agreement;
 mod challenge;
 mod columns;
+mod cuts;
 mod evidence;
 mod hypotheses;
 mod looks;
@@ -48,6 +49,8 @@ pub struct Labels {
     pub pieces: Vec<Piece>,
     /// One per piece.
     pub verdicts: Vec<Verdict>,
+    /// Per piece: its best label, a doubtful one's too; an index into the calibration's orders.
+    pub labels: Vec<Option<usize>>,
     /// Which way the lines run.
     pub direction: LineDirection,
 }
@@ -109,13 +112,16 @@ pub fn label_frames(
         let lengths = lengths_pitches(&samples, &pieces, &sheets);
         challenge::challenged(&evidence, labels, &sheets, &lengths, frames.n_frames() > 1)
     };
-    let settled = relax::settle(&evidence, confirmation, challenged);
+    let (labels, settled) = relax::settle(&evidence, confirmation, challenged);
+    let mut labels: Vec<Option<usize>> =
+        labels.into_iter().map(|label| (label != evidence.none()).then_some(label)).collect();
     let mut verdicts = settled.clone();
     doubt_stubs(&pieces, &mut verdicts, &settled, &joined);
     if frames.n_frames() > 1 {
-        (pieces, verdicts) = sections::doubt_seams(&pieces, &verdicts, &widths_px);
+        cuts::close(&mut pieces, &verdicts);
+        (pieces, verdicts, labels) = sections::doubt_seams(&pieces, &verdicts, &labels, &widths_px);
     }
-    Ok(Labels { verdicts, pieces, direction })
+    Ok(Labels { pieces, verdicts, labels, direction })
 }
 
 /// What is seen of pieces, what that says about their labels, and the same line in the frames around.

@@ -38,10 +38,10 @@ impl Piece {
         self.along + self.n_points() as i64
     }
 
-    /// What of it lies in scan columns (rows) from `from` to before `to`.
+    /// What of its segment lies in scan columns (rows) from `from` to before `to`.
     pub fn part(&self, from: i64, to: i64) -> Self {
         let n_points = (to - from) as usize;
-        let first = self.first + (from - self.along) as usize;
+        let first = (self.first as i64 + from - self.along) as usize;
         Self { first, end: first + n_points, along: from, stride: stride_for(n_points), ..*self }
     }
 

@@ -20,14 +20,14 @@ pub enum Verdict {
     Contradicted,
 }
 
-/// The best label of every piece, or why it has none. `confirmation`: support per sample a label must have from other
+/// The best label of every piece, and whether it may have it. `confirmation`: support per sample a label must have from other
 /// pieces; not being denied is not enough where a second look was possible. `challenged`: which pieces are in doubt under
 /// given labels once they are tried sheet by sheet.
 pub fn settle(
     evidence: &Evidence,
     confirmation: Option<f64>,
     challenged: impl Fn(&[usize]) -> Vec<bool>,
-) -> Vec<Verdict> {
+) -> (Vec<usize>, Vec<Verdict>) {
     let (labels, doubtful_groups) = best_labels(evidence);
     let challenged = challenged(&labels);
     let mut supports = Vec::new();
@@ -56,7 +56,8 @@ pub fn settle(
         _ if doubtful => Verdict::Doubtful,
         label => Verdict::Order(label),
     };
-    labels.iter().zip(doubtful).map(verdict).collect()
+    let verdicts = labels.iter().zip(doubtful).map(verdict).collect();
+    (labels, verdicts)
 }
 
 /// The best label of every piece, and whether it belongs to a group for which others are about as good.

@@ -55,7 +55,12 @@ pub fn merged(sections: &[Piece], labels: &[usize]) -> Vec<Piece> {
 
 /// What lies near a seam of two pieces with different labels belongs to neither: its place is known to a section, and no
 /// better than the extraction smooths.
-pub fn doubt_seams(pieces: &[Piece], verdicts: &[Verdict], widths_px: &[f64]) -> (Vec<Piece>, Vec<Verdict>) {
+pub fn doubt_seams(
+    pieces: &[Piece],
+    verdicts: &[Verdict],
+    labels: &[Option<usize>],
+    widths_px: &[f64],
+) -> (Vec<Piece>, Vec<Verdict>, Vec<Option<usize>>) {
     let margin = |before: usize, after: usize| {
         let (a, b) = (&pieces[before], &pieces[after]);
         if (a.frame, a.segment, a.end) != (b.frame, b.segment, b.first) || verdicts[before] == verdicts[after] {
@@ -64,7 +69,7 @@ pub fn doubt_seams(pieces: &[Piece], verdicts: &[Verdict], widths_px: &[f64]) ->
         let blur_px = END_WIDTHS * widths_px[before].max(widths_px[after]);
         (blur_px as i64).max(SAMPLE_STRIDE_PX as i64)
     };
-    let (mut parts, mut fates) = (Vec::new(), Vec::new());
+    let (mut parts, mut fates, mut labels_of_parts) = (Vec::new(), Vec::new(), Vec::new());
     for (idx, piece) in pieces.iter().enumerate() {
         let (from, end) = (piece.along, piece.end_along());
         let start = if idx > 0 { (from + margin(idx - 1, idx)).min(end) } else { from };
@@ -74,10 +79,11 @@ pub fn doubt_seams(pieces: &[Piece], verdicts: &[Verdict], widths_px: &[f64]) ->
             if from < to {
                 parts.push(piece.part(from, to));
                 fates.push(fate);
+                labels_of_parts.push(labels[idx]);
             }
         }
     }
-    (parts, fates)
+    (parts, fates, labels_of_parts)
 }
 
 #[cfg(test)]
@@ -110,11 +116,15 @@ mod tests {
         let pieces = merged(&sections, &labels);
         assert_eq!(pieces.iter().map(|piece| piece.along).collect::<Vec<_>>(), [5, 328]);
         let widths_px = [8.0, 10.0];
-        let (parts, verdicts) = doubt_seams(&pieces, &[Verdict::Order(0), Verdict::Order(1)], &widths_px);
+        let labels = [Some(0), Some(1)];
+        let (parts, verdicts, labels) =
+            doubt_seams(&pieces, &[Verdict::Order(0), Verdict::Order(1)], &labels, &widths_px);
         assert_eq!(parts.iter().map(|part| part.along).collect::<Vec<_>>(), [5, 306, 328, 350]);
         let doubtful = Verdict::Doubtful;
         assert_eq!(verdicts, [Verdict::Order(0), doubtful, doubtful, Verdict::Order(1)]);
-        let same = [Verdict::Order(1); 2];
-        assert_eq!(doubt_seams(&pieces, &same, &widths_px), (pieces.clone(), same.to_vec()));
+        assert_eq!(labels, [Some(0), Some(0), Some(1), Some(1)]);
+        let (same, label) = ([Verdict::Order(1); 2], [Some(1); 2]);
+        let whole = (pieces.clone(), same.to_vec(), label.to_vec());
+        assert_eq!(doubt_seams(&pieces, &same, &label, &widths_px), whole);
     }
 }

@@ -1,0 +1,218 @@
+//! What of a frame's lines is left out once all surfaces are known, and what was in doubt and is taken after all
+//! (`docs/maths/labelling.md`, "Carried labels" and "Taken after all").
+
+use vision::Centrelines;
+
+use crate::carried::{RunPoint, carried_stretches, loose_stretches};
+use crate::columns::{FrameColumns, LineColumns};
+use crate::compare::Surfaces;
+use crate::label::along_across;
+use crate::params::{COMPARE_STRIDE_PX, KINK_STEP_PX, RUN_DENIED_SHARE, STUB_POINTS};
+use crate::profile::{Profile, ProfilePoint};
+use crate::profiles::Profiles;
+use crate::rivals::{Look, Rivals, neighbours};
+
+/// What was decided about a frame.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Decision {
+    /// Places in the profile of the points that are left out, ascending.
+    pub left_out: Vec<u32>,
+    /// How many of them the surfaces of other orders deny.
+    pub n_denied: usize,
+    /// Points that were in doubt and are taken all the same.
+    pub taken: Vec<ProfilePoint>,
+    /// How many of them no piece of a line holds: they were cut away.
+    pub n_cut_away: usize,
+}
+
+/// A point that may stay, and what was seen of its surface.
+struct Judged {
+    point: ProfilePoint,
+    look: Look,
+    /// Place in the profile; `None` for a point that was in doubt.
+    own: Option<u32>,
+    is_out: bool,
+}
+
+/// Everything that decides about frames.
+#[derive(Clone, Copy)]
+pub struct Judge<'a> {
+    profiles: &'a Profiles<'a>,
+    surfaces: &'a Surfaces<'a>,
+    rivals: Rivals<'a>,
+}
+
+impl<'a> Judge<'a> {
+    /// Asks the surfaces that the labelled points of `profiles` make.
+    pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>) -> Self {
+        Self { profiles, surfaces, rivals: Rivals::new(profiles, surfaces) }
+    }
+
+    /// Decides about frame `frame`. `candidates`: its points that are in doubt, in the order of a profile.
+    pub fn decide(&self, profile: &Profile, candidates: &Profile, frame: usize, lines: &Centrelines) -> Decision {
+        let denied = self.denied_points(profile, frame);
+        let mut judged = self.judged(&profile.points, frame);
+        let sure = self.columns(&judged);
+        let of_pieces = self.columns_of_pieces(profile, frame, lines);
+        judged.extend(self.candidates(&candidates.points, &sure, &of_pieces, frame));
+        for &place in &denied {
+            judged[place as usize].is_out = true;
+        }
+        let along = |judged: &Judged| self.place(&judged.point).0;
+        judged.sort_by(|a, b| a.point.order.cmp(&b.point.order).then(along(a).total_cmp(&along(b))));
+        leave_out_chance(&mut judged);
+        self.leave_out_rivals(&mut judged);
+        // Where nobody can look twice a missing second look says nothing.
+        if judged.iter().any(|judged| judged.look == Look::Seen) {
+            self.leave_out_unheld(&mut judged, &of_pieces, lines.correlation_px);
+        }
+        let mut left_out: Vec<u32> =
+            judged.iter().filter(|judged| judged.is_out).filter_map(|judged| judged.own).collect();
+        left_out.sort_unstable();
+        let taken: Vec<ProfilePoint> = judged
+            .iter()
+            .filter(|judged| judged.own.is_none() && !judged.is_out)
+            .map(|judged| judged.point)
+            .collect();
+        let is_cut_away = |point: &&ProfilePoint| {
+            let (along, across) = self.place(point);
+            !of_pieces.have(along, across)
+        };
+        Decision { left_out, n_denied: denied.len(), n_cut_away: taken.iter().filter(is_cut_away).count(), taken }
+    }
+
+    /// The points that the surfaces of other orders deny, and what little is left of a run of denied ones.
+    fn denied_points(&self, profile: &Profile, frame: usize) -> Vec<u32> {
+        let mut denied_points = Vec::new();
+        let mut first = 0;
+        for run in profile.points.chunk_by(neighbours) {
+            let denied: Vec<bool> = run.iter().map(|point| self.surfaces.contradict(point, frame)).collect();
+            let n_denied = denied.iter().filter(|denied| **denied).count();
+            let whole_run = n_denied as f64 > RUN_DENIED_SHARE * run.len() as f64;
+            let places = (first..).zip(denied).filter(|(_, denied)| whole_run || *denied);
+            denied_points.extend(places.map(|(place, _)| place));
+            first += run.len() as u32;
+        }
+        denied_points
+    }
+
+    fn judged(&self, points: &[ProfilePoint], frame: usize) -> Vec<Judged> {
+        let looks = self.rivals.looks(points, frame);
+        let judged = |((own, point), look): ((u32, &ProfilePoint), Look)| Judged {
+            point: *point,
+            look,
+            own: Some(own),
+            is_out: false,
+        };
+        (0..).zip(points).zip(looks).map(judged).collect()
+    }
+
+    /// The candidates that other orders have seen again and no rival, or whose column leaves them their label alone. What was
+    /// cut away may belong to the line beyond the cut: it needs its column. `sure`: the columns of the frame's profile.
+    fn candidates(
+        &self,
+        points: &[ProfilePoint],
+        sure: &FrameColumns,
+        of_pieces: &LineColumns,
+        frame: usize,
+    ) -> Vec<Judged> {
+        let mut candidates = self.judged(points, frame);
+        candidates.retain(|Judged { point, look, .. }| {
+            let (along, across) = self.place(point);
+            let fits = match look {
+                Look::Seen if of_pieces.have(along, across) => {
+                    sure.have_room(along, across, point.order) && !self.rivals.have_seen(point, frame)
+                }
+                Look::Seen | Look::Nobody => sure.leave_only(along, across, point.order),
+                Look::RivalSeen => false,
+            };
+            fits && !self.surfaces.contradict(point, frame)
+        });
+        candidates.iter_mut().for_each(|candidate| candidate.own = None);
+        candidates
+    }
+
+    /// Leaves out what could have another label that was seen again, and what of its run cannot be told from it.
+    fn leave_out_rivals(&self, judged: &mut [Judged]) {
+        let (points, looks): (Vec<ProfilePoint>, Vec<Look>) =
+            judged.iter().map(|judged| (judged.point, judged.look)).unzip();
+        let has_rival = self.rivals.spread(&points, &looks);
+        let mut first = 0;
+        for run in judged.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
+            let has_rival = &has_rival[first..first + run.len()];
+            let n_rivals = has_rival.iter().filter(|has_rival| **has_rival).count();
+            let whole_run = n_rivals as f64 > RUN_DENIED_SHARE * run.len() as f64;
+            run.iter_mut().zip(has_rival).for_each(|(judged, has_rival)| judged.is_out |= whole_run || *has_rival);
+            first += run.len();
+        }
+    }
+
+    /// Leaves out what neither a second look nor the ranks nor its line holds.
+    fn leave_out_unheld(&self, judged: &mut [Judged], of_pieces: &LineColumns, correlation_px: f64) {
+        let columns = self.columns(judged);
+        for run in judged.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
+            let points: Vec<RunPoint> =
+                run.iter().map(|judged| self.run_point(judged, &columns, correlation_px)).collect();
+            for idx in carried_stretches(&points).into_iter().flatten() {
+                run[idx].is_out |= !points[idx].is_held();
+            }
+            let out: Vec<bool> = run.iter().map(|judged| judged.is_out).collect();
+            let cut = [(&run[0], -1), (&run[run.len() - 1], 1)]
+                .map(|(end, direction)| self.is_cut(end, direction, &columns, of_pieces));
+            for idx in loose_stretches(&points, &out, cut).into_iter().flatten() {
+                run[idx].is_out = true;
+            }
+        }
+    }
+
+    /// Whether a run's line goes on beyond its end under another label or none. `direction`: along the line, ±1.
+    fn is_cut(&self, end: &Judged, direction: i64, columns: &FrameColumns, of_pieces: &LineColumns) -> bool {
+        let reach = direction * 2 * COMPARE_STRIDE_PX as i64;
+        let next = of_pieces.next(self.place(&end.point), reach, KINK_STEP_PX);
+        next.is_some_and(|(along, across)| !columns.has(along, across, end.point.order))
+    }
+
+    fn run_point(&self, judged: &Judged, columns: &FrameColumns, correlation_px: f64) -> RunPoint {
+        let (along_px, across_px) = self.place(&judged.point);
+        let seen = &judged.point.seen;
+        RunPoint {
+            along_px,
+            across_px,
+            noise_px: seen.sigma_px * correlation_px.max(1.0).sqrt(),
+            width_px: f64::from(seen.width_px),
+            is_seen: judged.look == Look::Seen,
+            is_open: columns.leave_open(along_px, across_px),
+        }
+    }
+
+    fn columns(&self, judged: &[Judged]) -> FrameColumns {
+        let points = judged.iter().map(|Judged { point, look, .. }| {
+            let (along, across) = self.place(point);
+            ((along, across, point.order), *look == Look::Seen)
+        });
+        FrameColumns::new(points, &self.profiles.triangulator().calibration().orders)
+    }
+
+    /// Where the lines of a frame are, labelled or left out; a labelled line may go on beyond the depths that points may have.
+    fn columns_of_pieces(&self, profile: &Profile, frame: usize, lines: &Centrelines) -> LineColumns {
+        let labels = &self.profiles.labels;
+        let left_out = labels.left_out(frame).flat_map(|piece| piece.points(lines));
+        let points = profile.points.iter().map(|point| &point.seen).chain(left_out);
+        LineColumns::new(points.map(|point| along_across(point, labels.direction)))
+    }
+
+    fn place(&self, point: &ProfilePoint) -> (f64, f64) {
+        along_across(&point.seen, self.profiles.labels.direction)
+    }
+}
+
+/// Leaves out candidates that hang on no point of the profile, unless other orders have seen them and they are long: a column
+/// may leave a chance row of speckles one order, too.
+fn leave_out_chance(judged: &mut [Judged]) {
+    for run in judged.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
+        if run.iter().all(|judged| judged.own.is_none()) {
+            let is_short = run.len() < STUB_POINTS;
+            run.iter_mut().for_each(|judged| judged.is_out |= is_short || judged.look != Look::Seen);
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! What was cut out of a line: given back where both sides have come to the same label, otherwise a candidate.
+
+use vision::Centrelines;
+
+use super::Labels;
+use super::columns::pieces_of;
+use super::pieces::Piece;
+use super::relax::Verdict;
+
+/// Lets a piece reach to the next one of its segment and label: the cut between them was no joint.
+pub fn close(pieces: &mut [Piece], verdicts: &[Verdict]) {
+    for idx in 1..pieces.len() {
+        let (a, b) = (pieces[idx - 1], pieces[idx]);
+        let is_one_line = (a.frame, a.segment) == (b.frame, b.segment);
+        if is_one_line && verdicts[idx - 1] == verdicts[idx] && matches!(verdicts[idx], Verdict::Order(_)) {
+            pieces[idx - 1] = a.part(a.along, b.along);
+        }
+    }
+}
+
+impl Labels {
+    /// The pieces of a frame that have no label for certain.
+    pub fn left_out(&self, frame: usize) -> impl Iterator<Item = &Piece> {
+        let own = pieces_of(&self.pieces, frame);
+        let is_left_out = |idx: &usize| !matches!(self.verdicts[*idx], Verdict::Order(_));
+        own.filter(is_left_out).map(|idx| &self.pieces[idx])
+    }
+
+    /// What is left out of a frame and could have a label all the same: its doubtful pieces, what was cut out between two
+    /// pieces of one label, and the ends of segments.
+    pub fn candidates(&self, frame: usize, lines: &Centrelines) -> Self {
+        let own = pieces_of(&self.pieces, frame);
+        let mut candidates =
+            Self { pieces: Vec::new(), verdicts: Vec::new(), labels: Vec::new(), direction: self.direction };
+        for idx in own.clone() {
+            let (piece, label) = (self.pieces[idx], self.labels[idx]);
+            let follows = |other: usize| own.contains(&other) && self.pieces[other].segment == piece.segment;
+            if !idx.checked_sub(1).is_some_and(follows) {
+                candidates.add(piece.part(piece.along - piece.first as i64, piece.along), label);
+            }
+            if self.verdicts[idx] == Verdict::Doubtful {
+                candidates.add(piece, label);
+            }
+            let n_left = lines.segments[piece.segment].points.len() - piece.end;
+            let (until, label) = match follows(idx + 1) {
+                true => (self.pieces[idx + 1].along, label.filter(|_| self.labels[idx + 1] == label)),
+                false => (piece.end_along() + n_left as i64, label),
+            };
+            candidates.add(piece.part(piece.end_along(), until), label);
+        }
+        candidates
+    }
+
+    fn add(&mut self, piece: Piece, label: Option<usize>) {
+        if let Some(order_idx) = label.filter(|_| piece.n_points() > 0) {
+            self.pieces.push(piece);
+            self.verdicts.push(Verdict::Order(order_idx));
+            self.labels.push(label);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vision::{CentrelinePoint, LineDirection, Segment};
+
+    use super::*;
+
+    /// The piece of points `first` to before `end` of the second segment in frame 1, which begins in column 100.
+    fn piece(first: usize, end: usize) -> Piece {
+        let along = 100 + first as i64;
+        Piece { frame: 1, segment: 1, first, end, along, stride: 1, continues: false }
+            .part(along, 100 + end as i64)
+    }
+
+    #[test]
+    fn a_cut_between_two_pieces_of_one_label_is_closed() {
+        let cut = [piece(0, 30), piece(34, 60), piece(64, 90), piece(94, 120)];
+        let (one, other) = (Verdict::Order(2), Verdict::Order(3));
+        let mut pieces = cut;
+        close(&mut pieces, &[one, one, other, Verdict::Doubtful]);
+        assert_eq!(pieces, [piece(0, 34), cut[1], cut[2], cut[3]]);
+        let mut doubtful = cut;
+        close(&mut doubtful, &[Verdict::Doubtful; 4]);
+        assert_eq!(doubtful, cut);
+    }
+
+    #[test]
+    fn what_is_left_out_keeps_the_label_it_could_have() {
+        let segment = |n_points| Segment { points: vec![CentrelinePoint::UNWRITTEN; n_points] };
+        let lines = Centrelines { segments: vec![segment(9), segment(130)], ..Centrelines::default() };
+        let labels = Labels {
+            pieces: vec![piece(5, 30), piece(34, 60), piece(64, 90), piece(94, 120)],
+            verdicts: vec![Verdict::Order(2), Verdict::Doubtful, Verdict::Order(3), Verdict::Contradicted],
+            labels: vec![Some(2), Some(2), Some(3), None],
+            direction: LineDirection::Rows,
+        };
+        let candidates = labels.candidates(1, &lines);
+        assert_eq!(candidates.pieces, [piece(0, 5), piece(30, 34), piece(34, 60)]);
+        assert_eq!(candidates.labels, [Some(2); 3]);
+        assert!(labels.candidates(0, &lines).pieces.is_empty());
+    }
+}
