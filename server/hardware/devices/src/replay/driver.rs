@@ -2,22 +2,26 @@
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::{Pace, Pictures, ReplayCamera, ReplayConfig, ReplayError, ReplayLaser, ReplayStage, open};
 use crate::driver::{DeviceSet, Driver, MissingSetting, OpenError, Opened, with_causes};
 use crate::{Camera, Laser, Stage};
 
 /// `[station.replay]`: a capture folder that is played.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ReplaySettings {
-    /// The capture folder that is played.
+    /// the capture folder that is played
     pub folder: PathBuf,
-    /// Which of its scans; empty: the first.
+    /// which of its scans; empty: the first
     pub scan: String,
-    /// Frames per second.
+    /// frames per second
+    #[schemars(range(min = 0.1, max = 1000.0))]
     pub frame_rate_hz: f64,
-    /// Play from memory, without a disk in the way.
+    /// play from memory, without a disk in the way
     pub preload: bool,
-    /// Start again at the end.
+    /// start again at the end
     pub repeat: bool,
 }
 
