@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Pace, Pictures, ReplayCamera, ReplayConfig, ReplayError, ReplayLaser, ReplayStage, open};
 use crate::driver::{DeviceSet, Driver, MissingSetting, OpenError, Opened, with_causes};
-use crate::{Camera, Laser, Stage};
+use crate::{Camera, Laser, Stage, ThreadedCamera};
 
 /// `[station.replay]`: a capture folder that is played.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -49,6 +49,11 @@ impl ReplayDriver {
         })
     }
 
+    /// Pictures from a disk come when the disk likes: nobody is kept waiting for them.
+    fn in_time(&self, camera: ReplayCamera) -> Box<dyn Camera> {
+        if self.0.preload { Box::new(camera) } else { Box::new(ThreadedCamera::over(camera)) }
+    }
+
     fn first_scan(&self) -> Result<String, ReplayError> {
         let folder = &self.0.folder;
         let capture = capture::Capture::open(folder)?;
@@ -86,7 +91,7 @@ impl Driver for ReplayDriver {
             OpenError::Absent(format!("{}; {remedy}", with_causes(&error)))
         })?;
         Ok(Opened {
-            camera: wanted.camera.then(|| Box::new(camera) as Box<dyn Camera>),
+            camera: wanted.camera.then(|| self.in_time(camera)),
             stage: wanted.stage.then(|| Box::new(stage) as Box<dyn Stage>),
             laser: wanted.laser.then(|| Box::new(laser) as Box<dyn Laser>),
         })
