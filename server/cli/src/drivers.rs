@@ -5,24 +5,39 @@ use std::sync::Arc;
 use devices::grbl::{GrblDriver, GrblSettings};
 use devices::replay::{ReplayDriver, ReplaySettings};
 use devices::{DeviceSet, Driver, MissingSetting};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use station::StationDevices;
 use twin::{TwinDriver, TwinSettings};
 
 /// `[station]`: which driver makes which device, and the settings of every driver.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 pub struct StationSettings {
-    /// Kind of the camera's driver.
-    pub camera: String,
-    /// Kind of the stage's driver.
-    pub stage: String,
-    /// Kind of the laser's driver.
-    pub laser: String,
+    /// `[station.camera]`.
+    pub camera: DeviceSettings,
+    /// `[station.stage]`.
+    pub stage: DeviceSettings,
+    /// `[station.laser]`.
+    pub laser: DeviceSettings,
     /// `[station.twin]`.
     pub twin: TwinSettings,
     /// `[station.replay]`.
     pub replay: ReplaySettings,
     /// `[station.grbl]`.
     pub grbl: GrblSettings,
+}
+
+/// Who makes a device.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct DeviceSettings {
+    /// kind of the driver that makes it: twin, replay or grbl
+    pub kind: String,
+}
+
+impl Default for DeviceSettings {
+    fn default() -> Self {
+        Self { kind: "twin".to_owned() }
+    }
 }
 
 /// Why devices do not make a station.
@@ -55,6 +70,14 @@ pub enum NoStation {
     },
 }
 
+impl NoStation {
+    /// The setting at fault.
+    pub fn key(&self) -> String {
+        let (Self::NoSuchKind { device, .. } | Self::Missing { device, .. } | Self::Apart { device, .. }) = self;
+        format!("station.{device}.kind")
+    }
+}
+
 /// The table, one row for each kind; the simulated world is needed by itself, too.
 fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>) {
     let twin = Arc::new(TwinDriver::new(settings.twin.clone()));
@@ -73,9 +96,9 @@ fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>
 pub fn station_devices(settings: &StationSettings) -> Result<StationDevices, NoStation> {
     let (twin, rows) = drivers(settings);
     let none = DeviceSet::default();
-    let camera = chosen(&rows, "camera", DeviceSet { camera: true, ..none }, &settings.camera)?;
-    let stage = chosen(&rows, "stage", DeviceSet { stage: true, ..none }, &settings.stage)?;
-    let laser = chosen(&rows, "laser", DeviceSet { laser: true, ..none }, &settings.laser)?;
+    let camera = chosen(&rows, "camera", DeviceSet { camera: true, ..none }, &settings.camera.kind)?;
+    let stage = chosen(&rows, "stage", DeviceSet { stage: true, ..none }, &settings.stage.kind)?;
+    let laser = chosen(&rows, "laser", DeviceSet { laser: true, ..none }, &settings.laser.kind)?;
     if camera.kind() != stage.kind() {
         for (binding, other) in [(&camera, "stage"), (&stage, "camera")] {
             if binding.binds_camera_to_stage() {
@@ -112,10 +135,11 @@ mod tests {
     use super::*;
 
     fn settings(camera: &str, stage: &str, laser: &str) -> StationSettings {
+        let of = |kind: &str| DeviceSettings { kind: kind.to_owned() };
         StationSettings {
-            camera: camera.to_owned(),
-            stage: stage.to_owned(),
-            laser: laser.to_owned(),
+            camera: of(camera),
+            stage: of(stage),
+            laser: of(laser),
             twin: TwinSettings::default(),
             replay: ReplaySettings { folder: "capture".into(), ..ReplaySettings::default() },
             grbl: GrblSettings { port: "/dev/ttyACM0".to_owned(), ..GrblSettings::default() },

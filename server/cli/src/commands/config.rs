@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
+use config::ValueKind;
 use serde_json::{Map, Value, json};
 
 use crate::arguments::SettingsArgs;
 use crate::commands::Answer;
-use crate::config::{Asked, Effective, Origin, effective};
+use crate::config::{Asked, Effective, effective};
 use pipeline::{Failure, FailureKind};
 
 /// Prints it.
@@ -38,21 +39,20 @@ fn table(effective: &Effective) -> String {
     let mut text = String::new();
     let width = effective.values.iter().map(|(setting, ..)| setting.key.len()).max().unwrap_or(0);
     for (setting, value, origin) in &effective.values {
-        let _ = writeln!(text, "{:width$}  {:<24}  {origin}  — {}", setting.key, value.to_string(), setting.about);
+        let value = match value {
+            ValueKind::Array(items) => items.iter().map(ToString::to_string).collect::<Vec<_>>().join(","),
+            one => one.to_string(),
+        };
+        let _ = writeln!(text, "{:width$}  {value:<24}  {origin}  — {}", setting.key, setting.about);
     }
     text
 }
 
 fn to_json(effective: &Effective) -> Value {
-    let rows = effective.values.iter().map(|(setting, value, origin)| {
-        let from = match origin {
-            Origin::Default => json!({ "layer": "default" }),
-            Origin::File { path, line } => json!({ "layer": "file", "path": path, "line": line }),
-            Origin::Environment(name) => json!({ "layer": "environment", "name": name }),
-            Origin::Flag(name) => json!({ "layer": "flag", "name": name }),
-        };
-        let row = json!({ "value": value.to_json(), "from": from, "about": setting.about });
-        (setting.key.to_owned(), row)
+    let rows = effective.values.iter().map(|(setting, value, from)| {
+        // Settings are plain values, which JSON has all of.
+        let value = config::Value::new(None, value.clone()).try_deserialize::<Value>().unwrap_or_default();
+        (setting.key.clone(), json!({ "value": value, "from": from, "about": setting.about }))
     });
     Value::Object(rows.collect::<Map<_, _>>())
 }

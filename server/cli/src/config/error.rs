@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::config::layers::Origin;
+use crate::config::origin::Origin;
 use crate::drivers::NoStation;
 
 /// Why a configuration is refused: what, where it was said, and what to do.
@@ -104,21 +104,36 @@ pub enum ConfigError {
 }
 
 impl ConfigError {
-    /// The words for devices that make no station; `key` chose the one at fault, and `found` is what it says.
-    pub fn no_station(why: NoStation, key: &str, found: &str, origin: Origin) -> Self {
-        let key = key.to_owned();
+    /// The words for devices that make no station; the setting at fault says `found`.
+    pub fn no_station(why: NoStation, found: &str, origin: Origin) -> Self {
+        let key = why.key();
         match why {
             NoStation::NoSuchKind { known, .. } => {
                 let expected = format!("one of {}", known.join(", "));
                 Self::BadValue { key, found: format!("\"{found}\""), origin, expected }
             }
             NoStation::Missing { kind, setting, found, .. } => {
-                let found =
-                    if found.is_empty() { String::new() } else { format!(" (found here: {})", found.join(", ")) };
-                let expected = format!("{}{found}", setting.expected);
+                let here = if found.is_empty() { String::new() } else { format!(" (here: {})", found.join(", ")) };
+                let expected = format!("{}{here}", setting.expected);
                 Self::Missing { key, kind, origin, name: setting.name, expected }
             }
             NoStation::Apart { kind, .. } => Self::Apart { key, found: found.to_owned(), origin, kind },
         }
+    }
+
+    /// Refuses `station.kind`: one kind for the whole station was all there was once.
+    pub fn refuse_old_kind(key: &str, kind: &str, origin: &Origin) -> Result<(), Self> {
+        if key != "station.kind" {
+            return Ok(());
+        }
+        // A GRBL station had a simulated camera.
+        let camera = if kind == "replay" { "replay" } else { "twin" };
+        let other = if kind == "grbl" { "grbl" } else { camera };
+        let lines = [("camera", camera), ("stage", other), ("laser", other)].map(|(device, kind)| match origin {
+            Origin::Flag { .. } => format!("--set station.{device}.kind={kind}"),
+            Origin::Environment { .. } => format!("SHEAF_STATION__{}__KIND={kind}", device.to_ascii_uppercase()),
+            _ => format!("[station.{device}]\nkind = \"{kind}\""),
+        });
+        Err(Self::OldKind { origin: origin.clone(), lines: lines.join("\n") })
     }
 }

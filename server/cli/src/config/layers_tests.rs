@@ -3,6 +3,7 @@
 use app::config::AppConfig;
 
 use super::*;
+use crate::config::layer::FILE_NAME;
 
 fn environment(pairs: &[(&str, &str)]) -> impl Iterator<Item = (String, String)> {
     pairs.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect::<Vec<_>>().into_iter()
@@ -43,9 +44,20 @@ fn refused(result: Result<Effective, ConfigError>, words: &[&str]) {
 
 #[test]
 fn what_is_wrong_is_named_with_its_place_and_its_remedy() {
-    refused(with_file("listen = 3", &[], &[]), &["listen cannot be integer", "line 1", "address and a port"]);
+    refused(with_file("listen = 3", &[], &[]), &["listen cannot be integer", "line 1", "address and port"]);
     refused(with_file("\n\nlisten = ", &[], &[]), &["station.toml, line 3", "TOML"]);
     refused(with_file("[station]\nseed = 3", &[], &[]), &["\"station.seed\"", "line 2", "station.twin.seed"]);
+    refused(
+        with_file("listen = \"here\"", &[], &[]),
+        &["listen cannot be \"here\"", "line 1", "address and port"],
+    );
+    refused(with_file("[station.twin]\nseed = 1.5", &[], &[]), &["station.twin.seed", "line 2", "whole number"]);
+    refused(with_file("[projector]\norders = [1, 2.5]", &[], &[]), &["projector.orders", "from -100 to 100"]);
+    refused(with_file("[projector]\nline_direction = \"up\"", &[], &[]), &["one of rows, columns"]);
+    refused(
+        with_file("[station.grbl]\nport = 3", &[], &[]),
+        &["station.grbl.port cannot be integer", "serial port"],
+    );
     refused(with_file("[target]\nsquare_mm = nan", &[], &[]), &["target.square_mm", "0.01 to 1000"]);
     refused(with_file("station = 3", &[], &[]), &["\"station\"", "sheaf config"]);
     let robot = with_file("", &[("SHEAF_STATION__STAGE__KIND", "robot")], &[]);
@@ -57,7 +69,7 @@ fn what_is_wrong_is_named_with_its_place_and_its_remedy() {
     );
     refused(with_file("", &[], &["station.laser.kind=grbl"]), &["--set", "station.grbl.port", "serial port"]);
     refused(with_file("", &[], &["listen"]), &["--set KEY=VALUE"]);
-    refused(with_file("", &[], &["projector.orders=1,x"]), &["projector.orders", "whole numbers"]);
+    refused(with_file("", &[], &["projector.orders=1,x"]), &["projector.orders", "each a whole number"]);
 }
 
 #[test]
@@ -109,4 +121,13 @@ fn the_defaults_are_those_of_the_simulated_station() {
     assert_eq!(config.app.projector.orders, model.orders);
     assert_eq!(config.app.target.square_mm, twin::poses::square_mm(&model).into());
     assert!(config.listen.ip().is_loopback());
+}
+
+#[test]
+fn every_setting_says_what_it_means_and_admits_its_default() {
+    let effective = effective(&Asked::default(), environment(&[])).unwrap();
+    assert!(effective.values.len() > 25, "{:?}", effective.values);
+    for (setting, value, _) in &effective.values {
+        assert!(!setting.about.is_empty() && setting.admits(value), "{}: {value:?}", setting.key);
+    }
 }

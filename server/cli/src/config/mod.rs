@@ -2,12 +2,14 @@
 //! came from.
 
 pub mod error;
+pub mod layer;
 pub mod layers;
+pub mod origin;
+pub mod setting;
 pub mod settings;
-pub mod value;
 
 pub use error::ConfigError;
-pub use layers::{Asked, Effective, Origin, effective};
+pub use layers::{Asked, Effective, effective};
 
 use std::net::SocketAddr;
 

@@ -74,6 +74,42 @@ pub struct CameraCapabilities {
     pub roi: bool,
 }
 
+impl CameraCapabilities {
+    /// Settings that a camera like this may be expected to have after `wanted`: numbers moved into their range.
+    ///
+    /// # Errors
+    /// [`CameraError::Unsupported`] for a setting it does not have, and for a number that is none.
+    pub fn expected(&self, now: &CameraSettings, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
+        let refused = |setting, value: String| {
+            let expected = "what its capabilities name".to_owned();
+            CameraError::Unsupported { setting, value, expected }
+        };
+        let number = |setting, wanted: Option<f64>, range: Option<ValueRange>, now| match (wanted, range) {
+            (None, _) => Ok(now),
+            (Some(wanted), Some(range)) if wanted.is_finite() => Ok(range.clamp(wanted)),
+            (Some(wanted), _) => Err(refused(setting, wanted.to_string())),
+        };
+        let whole = Roi { left_px: 0, top_px: 0, width_px: self.sensor_px.0, height_px: self.sensor_px.1 };
+        if let Some(trigger) = wanted.trigger.filter(|trigger| !self.triggers.contains(trigger)) {
+            return Err(refused("trigger", format!("{trigger:?}")));
+        }
+        if let Some(format) = wanted.pixel_format.filter(|format| !self.pixel_formats.contains(format)) {
+            return Err(refused("pixel_format", format!("{format:?}")));
+        }
+        if let Some(roi) = wanted.roi.filter(|roi| !self.roi && *roi != whole) {
+            return Err(refused("roi", format!("{roi:?}")));
+        }
+        Ok(CameraSettings {
+            exposure_us: number("exposure_us", wanted.exposure_us, self.exposure_us, now.exposure_us)?,
+            gain_db: number("gain_db", wanted.gain_db, self.gain_db, now.gain_db)?,
+            frame_rate_hz: number("frame_rate_hz", wanted.frame_rate_hz, self.frame_rate_hz, now.frame_rate_hz)?,
+            trigger: wanted.trigger.unwrap_or(now.trigger),
+            pixel_format: wanted.pixel_format.unwrap_or(now.pixel_format),
+            roi: wanted.roi.unwrap_or(now.roi),
+        })
+    }
+}
+
 /// What is wanted of a camera; `None` leaves a setting as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CameraRequest {

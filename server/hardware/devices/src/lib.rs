@@ -19,6 +19,7 @@ pub mod grbl_simulator;
 pub mod params;
 pub mod replay;
 pub mod serial_line;
+pub mod threaded;
 
 mod laser_checks;
 mod stage_checks;
@@ -31,6 +32,7 @@ pub use driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
 pub use identity::DeviceIdentity;
 pub use laser::{Laser, LaserCapabilities, LaserError, LaserState};
 pub use stage::{AcceptedMove, Homing, Stage, StageCapabilities, StageError, StageState};
+pub use threaded::ThreadedCamera;
 
 use std::time::Duration;
 

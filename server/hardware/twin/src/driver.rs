@@ -10,6 +10,8 @@ use std::sync::{Arc, OnceLock};
 
 use devices::driver::with_causes;
 use devices::{Camera, CameraRequest, DeviceSet, Driver, Laser, OpenError, Opened, Stage};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::live::{Timing, TwinControl, TwinOptions, TwinStation};
 use crate::model::shape::StationShape;
@@ -20,19 +22,23 @@ use crate::part::scene::SceneKind;
 use crate::part::stl::read_stl;
 
 /// `[station.twin]`: the simulated world.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TwinSettings {
-    /// What all its randomness comes from.
+    /// seed that all its randomness comes from
+    #[schemars(range(max = i64::MAX))]
     pub seed: u64,
-    /// What is on the stage at the start: `plate`, `gauge`, `sphere`, `freeform`, or an STL file.
+    /// what is on the stage: plate, gauge, sphere, freeform, or an STL file
     pub scene: String,
-    /// Height of the gauge.
+    /// height of the gauge
+    #[schemars(range(min = 0.1, max = 100.0))]
     pub gauge_height_mm: f64,
-    /// Radius of the ball.
+    /// radius of the ball
+    #[schemars(range(min = 0.1, max = 100.0))]
     pub sphere_radius_mm: f64,
-    /// Ramps, settling and homing take their time.
+    /// ramps, settling and homing take their time
     pub realistic_timing: bool,
-    /// Frames per second of the camera when it is opened.
+    /// frames per second of the view
+    #[schemars(range(min = 0.1, max = 1000.0))]
     pub frame_rate_hz: f64,
 }
 

@@ -26,13 +26,20 @@ const REPLAY: [&str; 6] = [
 
 /// A station that plays the gauge of the small capture, each layer of the configuration saying its part.
 fn replaying(capture: &Path) -> (TempDir, Server) {
+    playing(capture, true)
+}
+
+/// The same from memory, or from its files as they are read.
+fn playing(capture: &Path, preload: bool) -> (TempDir, Server) {
     let folder = TempDir::new().unwrap();
     let data = folder.path().join("data");
     std::fs::create_dir(&data).unwrap();
     let kinds = "[station]\ncamera.kind = \"replay\"\nstage.kind = \"replay\"\nlaser.kind = \"replay\"\n";
     let file = format!("{kinds}[station.replay]\nfolder = {capture:?}\n");
     std::fs::write(data.join("sheaf.toml"), file).unwrap();
-    let environment = [("SHEAF_STATION__REPLAY__SCAN", "gauge")];
+    let preload = preload.to_string();
+    let environment =
+        [("SHEAF_STATION__REPLAY__SCAN", "gauge"), ("SHEAF_STATION__REPLAY__PRELOAD", preload.as_str())];
     let server = Server::start_with(&data, &["--set", "station.replay.frame_rate_hz=20"], &environment);
     (folder, server)
 }
@@ -125,10 +132,10 @@ fn a_replayed_capture_is_a_station_and_its_scan_is_that_of_the_capture_bit_by_bi
 }
 
 #[test]
-fn a_sweep_over_a_recording_takes_every_recorded_frame_in_order_there_and_back() {
+fn a_sweep_over_a_recording_read_from_its_files_takes_every_recorded_frame_in_order_there_and_back() {
     let capture = small_capture();
     let positions_mm = recorded_mm(&capture);
-    let (_folder, server) = replaying(&capture);
+    let (_folder, server) = playing(&capture, false);
     calibrate(&server, &capture);
     let (first_mm, last_mm) = (positions_mm[0], positions_mm[positions_mm.len() - 1]);
     let sweep = |from_mm: f64, to_mm: f64| {

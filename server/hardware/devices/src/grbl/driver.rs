@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::{GrblConfig, open};
 use crate::driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
 use crate::{Laser, LaserError, Stage};
@@ -10,21 +13,26 @@ use crate::{Laser, LaserError, Stage};
 const OPEN_LIMIT: Duration = Duration::from_millis(3500);
 
 /// `[station.grbl]`: a controller that moves the stage, switches the laser, or both.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GrblSettings {
-    /// Serial port of the controller.
+    /// serial port of the controller
     pub port: String,
-    /// Speed of the port, baud.
+    /// its speed, baud
+    #[schemars(range(min = 1200, max = 10_000_000))]
     pub baud: u32,
-    /// What its `$100` must say.
+    /// what its $100 must say
+    #[schemars(range(min = 0.001, max = 1e6))]
     pub steps_per_mm: f64,
-    /// Text that its `$I` must contain; empty: any.
+    /// text that its $I must contain; empty: any
     pub identity: String,
-    /// Lowest position of the stage.
+    /// lowest position of the stage
+    #[schemars(range(min = -1e4, max = 1e4))]
     pub travel_from_mm: f64,
-    /// Highest position of the stage.
+    /// highest position of the stage
+    #[schemars(range(min = -1e4, max = 1e4))]
     pub travel_to_mm: f64,
-    /// Machine position of the stage's zero.
+    /// machine position of the stage's zero
+    #[schemars(range(min = -1e4, max = 1e4))]
     pub zero_at_machine_mm: f64,
 }
 

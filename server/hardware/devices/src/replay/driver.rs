@@ -2,22 +2,26 @@
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::{Pace, Pictures, ReplayCamera, ReplayConfig, ReplayError, ReplayLaser, ReplayStage, open};
 use crate::driver::{DeviceSet, Driver, MissingSetting, OpenError, Opened, with_causes};
-use crate::{Camera, Laser, Stage};
+use crate::{Camera, Laser, Stage, ThreadedCamera};
 
 /// `[station.replay]`: a capture folder that is played.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ReplaySettings {
-    /// The capture folder that is played.
+    /// the capture folder that is played
     pub folder: PathBuf,
-    /// Which of its scans; empty: the first.
+    /// which of its scans; empty: the first
     pub scan: String,
-    /// Frames per second.
+    /// frames per second
+    #[schemars(range(min = 0.1, max = 1000.0))]
     pub frame_rate_hz: f64,
-    /// Play from memory, without a disk in the way.
+    /// play from memory, without a disk in the way
     pub preload: bool,
-    /// Start again at the end.
+    /// start again at the end
     pub repeat: bool,
 }
 
@@ -43,6 +47,11 @@ impl ReplayDriver {
             looped: settings.repeat,
             preload: settings.preload,
         })
+    }
+
+    /// Pictures from a disk come when the disk likes: nobody is kept waiting for them.
+    fn in_time(&self, camera: ReplayCamera) -> Box<dyn Camera> {
+        if self.0.preload { Box::new(camera) } else { Box::new(ThreadedCamera::over(camera)) }
     }
 
     fn first_scan(&self) -> Result<String, ReplayError> {
@@ -82,7 +91,7 @@ impl Driver for ReplayDriver {
             OpenError::Absent(format!("{}; {remedy}", with_causes(&error)))
         })?;
         Ok(Opened {
-            camera: wanted.camera.then(|| Box::new(camera) as Box<dyn Camera>),
+            camera: wanted.camera.then(|| self.in_time(camera)),
             stage: wanted.stage.then(|| Box::new(stage) as Box<dyn Stage>),
             laser: wanted.laser.then(|| Box::new(laser) as Box<dyn Laser>),
         })

@@ -10,9 +10,9 @@ use capture::{
 use tempfile::TempDir;
 use vision::{GreyImage, Pixels};
 
-use super::{Pace, Pictures, ReplayConfig, ReplayError, open};
+use super::{Pace, Pictures, ReplayConfig, ReplayDriver, ReplayError, ReplaySettings, open};
 use crate::contract::{self, CameraProfile, LaserProfile, StageProfile};
-use crate::{Camera, CameraError, CameraRequest, Stage, Trigger};
+use crate::{Camera, CameraError, CameraRequest, DeviceSet, Driver, Stage, Trigger};
 
 const WIDTH_PX: usize = 32;
 const HEIGHT_PX: usize = 24;
@@ -28,6 +28,14 @@ fn the_replay_passes_the_suite_of_cameras_from_files_and_from_memory() {
         let profile =
             CameraProfile { frame_rate_hz: Some(200.0), frame_limit: Duration::from_millis(50), cable: None };
         contract::camera(&mut || Box::new(open(&config).unwrap().0), &profile);
+        let settings = ReplaySettings {
+            folder: folder.path().to_owned(),
+            frame_rate_hz: 200.0,
+            preload,
+            ..ReplaySettings::default()
+        };
+        let driver = ReplayDriver(settings);
+        contract::camera(&mut || driver.open(DeviceSet::ALL).unwrap().camera.unwrap(), &profile);
     }
 }
 

@@ -1,12 +1,15 @@
 //! Defects of this program and of drivers: light and motion end all the same.
 
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::bench::{bench_of, nobody, small_devices, wait_until};
-use super::spied::spied;
+use super::spied::{spied, spied_behind_a_thread};
 use crate::station_thread::handle::Watch;
 use crate::{MachineState, Manual, OperationalState, StationHandle, StationRefusal};
+
+/// Promise 4 is 50 ms; the rest is what a machine with other tests may add.
+const HEARD_WITHIN: Duration = Duration::from_millis(150);
 
 #[test]
 fn a_panic_in_the_thread_darkens_stops_and_becomes_a_fault() {
@@ -46,6 +49,32 @@ fn a_driver_that_hangs_cannot_keep_the_light_on() {
         assert!(dark_after <= Duration::from_secs(1), "dark after {dark_after:?}");
         let _ = grabbing.join().unwrap();
     });
+}
+
+#[test]
+fn stop_is_heard_while_a_camera_behind_its_thread_hangs() {
+    let (devices, spy) = spied_behind_a_thread(small_devices());
+    let bench = bench_of(devices);
+    bench.wait_for("ready", |status| status.activity == "ready");
+    let lease = bench.lease();
+    lease.laser_on(1.0).unwrap();
+    let hang = Duration::from_millis(2500);
+    spy.hangs_ms.store(hang.as_millis() as u64, Ordering::SeqCst);
+    let hung_at = Instant::now();
+    std::thread::scope(|scope| {
+        let grabbing = scope.spawn(|| lease.grab(&nobody()).map(|frame| frame.sequence));
+        wait_until("hanging", || spy.hangs_ms.load(Ordering::SeqCst) == 0);
+        let asked = Instant::now();
+        bench.stop();
+        assert!(asked.elapsed() <= HEARD_WITHIN, "told after {:?}", asked.elapsed());
+        assert_eq!(bench.control.laser_power(), 0.0);
+        assert!(matches!(grabbing.join().unwrap(), Err(StationRefusal::Stopped { .. })));
+    });
+    drop(lease);
+    std::thread::sleep((hung_at + hang + HEARD_WITHIN).saturating_duration_since(Instant::now()));
+    bench.manual(Manual::Reset).unwrap();
+    bench.wait_for("ready", |status| status.activity == "ready");
+    bench.lease().grab(&nobody()).unwrap();
 }
 
 #[test]

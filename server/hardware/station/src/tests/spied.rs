@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use devices::{
     Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, DeviceSet, Driver,
-    FrameInfo, OpenError, Opened,
+    FrameInfo, OpenError, Opened, ThreadedCamera,
 };
 use vision::GreyImage;
 
@@ -36,12 +36,23 @@ struct Spied {
 struct SpiedDriver {
     driver: Arc<dyn Driver>,
     spy: Arc<Spy>,
+    /// Whether the camera has a thread of its own.
+    threaded: bool,
 }
 
 /// The same devices with the camera under observation.
 pub fn spied(devices: StationDevices) -> (StationDevices, Arc<Spy>) {
+    observed(devices, false)
+}
+
+/// The same with the camera behind a thread of its own.
+pub fn spied_behind_a_thread(devices: StationDevices) -> (StationDevices, Arc<Spy>) {
+    observed(devices, true)
+}
+
+fn observed(devices: StationDevices, threaded: bool) -> (StationDevices, Arc<Spy>) {
     let spy = Arc::new(Spy::default());
-    let camera = Arc::new(SpiedDriver { driver: devices.camera, spy: spy.clone() });
+    let camera = Arc::new(SpiedDriver { driver: devices.camera, spy: spy.clone(), threaded });
     (StationDevices { camera, ..devices }, spy)
 }
 
@@ -62,7 +73,10 @@ impl Driver for SpiedDriver {
         let open_ms = self.spy.open_hangs_ms.swap(0, Ordering::SeqCst);
         std::thread::sleep(Duration::from_millis(open_ms));
         let opened = self.driver.open(wanted)?;
-        let spied = |camera| Box::new(Spied { camera, spy: self.spy.clone() }) as Box<dyn Camera>;
+        let spied = |camera| -> Box<dyn Camera> {
+            let spied = Spied { camera, spy: self.spy.clone() };
+            if self.threaded { Box::new(ThreadedCamera::over(spied)) } else { Box::new(spied) }
+        };
         Ok(Opened { camera: opened.camera.map(spied), ..opened })
     }
 }

@@ -1,0 +1,56 @@
+//! Where a value came from.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use config::{Value, ValueKind};
+use serde::{Deserialize, Serialize};
+
+/// Where a value came from; as JSON, it is what `sheaf config --json` prints.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "layer", rename_all = "snake_case")]
+pub enum Origin {
+    /// Nobody said anything.
+    Default,
+    /// A file.
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Which line.
+        line: usize,
+    },
+    /// The environment.
+    Environment {
+        /// The variable.
+        name: String,
+    },
+    /// The command line.
+    Flag {
+        /// The flag.
+        name: String,
+    },
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Default => write!(f, "default"),
+            Self::File { path, line } => write!(f, "{}, line {line}", path.display()),
+            Self::Environment { name } => write!(f, "environment {name}"),
+            Self::Flag { name } => write!(f, "flag {name}"),
+        }
+    }
+}
+
+impl Origin {
+    /// `kind` as a value from here; the crate carries the origin as a text.
+    pub fn marks(&self, kind: ValueKind) -> Value {
+        let label = serde_json::to_string(self).expect("an origin is plain values");
+        Value::new(Some(&label), kind)
+    }
+
+    /// Where `value` came from.
+    pub fn of(value: &Value) -> Self {
+        value.origin().and_then(|label| serde_json::from_str(label).ok()).unwrap_or(Self::Default)
+    }
+}
