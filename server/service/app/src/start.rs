@@ -130,9 +130,8 @@ impl App {
 
 /// A data directory that cannot be used: the message says what to do, with the folders that no client may see.
 fn unusable(error: store::StoreError) -> Failure {
-    let text = error.to_string();
-    let (what, remedy) = text.split_once("; ").unwrap_or((&text, "check the data folder"));
-    let failure = Failure::bad_input(what).remedy(remedy);
+    let remedy = error.remedy().unwrap_or("check the data folder");
+    let failure = Failure::bad_input(error.to_string()).remedy(remedy);
     match std::error::Error::source(&error) {
         Some(cause) => failure.because(cause),
         None => failure,

@@ -20,7 +20,7 @@ pub enum StoreError {
         id: String,
     },
     /// Somebody else was faster.
-    #[error("{kind} {id} has changed meanwhile; read it again and repeat")]
+    #[error("{kind} {id} has changed meanwhile")]
     Changed {
         /// Which collection.
         kind: &'static str,
@@ -36,27 +36,26 @@ pub enum StoreError {
         id: String,
         /// Why, in words that continue the sentence.
         why: String,
+        /// What to do instead, if anything helps.
+        remedy: Option<&'static str>,
     },
     /// No room.
-    #[error("the disk is full; delete captures or scans that are no longer needed")]
+    #[error("the disk is full")]
     Full,
     /// A write failed before; nothing is written any more, so that nothing is promised that is not kept.
-    #[error("the store is read-only since a write failed ({reason}); check the disk, then restart")]
+    #[error("the store is read-only since a write failed ({reason})")]
     ReadOnly {
         /// What failed.
         reason: String,
     },
     /// The bytes of an artifact are not those it is named by.
-    #[error("artifact {id} is damaged; restore it from a backup")]
+    #[error("artifact {id} is damaged")]
     Damaged {
         /// Which.
         id: String,
     },
     /// A row of the database is not what was written.
-    #[error(
-        "{kind} {id} is damaged in the database; delete it if it can be made again, or restore the data \
-         directory from a backup"
-    )]
+    #[error("{kind} {id} is damaged in the database")]
     DamagedRecord {
         /// Which collection.
         kind: &'static str,
@@ -64,7 +63,7 @@ pub enum StoreError {
         id: String,
     },
     /// The data directory was written by a newer program.
-    #[error("the data directory has schema {found}, this program knows {known}; use the newer program")]
+    #[error("the data directory has schema {found}, this program knows {known}")]
     TooNew {
         /// Schema found.
         found: i64,
@@ -72,7 +71,7 @@ pub enum StoreError {
         known: i64,
     },
     /// The catalogue is not the one of the artifacts beside it: starting on it would lose what they are.
-    #[error("the catalogue {catalogue} {why}; {remedy}")]
+    #[error("the catalogue {catalogue} {why}")]
     NotItsCatalogue {
         /// Which file.
         catalogue: String,
@@ -82,7 +81,7 @@ pub enum StoreError {
         remedy: String,
     },
     /// Another process has the data directory.
-    #[error("the data directory {folder} is in use by another process; stop it or choose another --data")]
+    #[error("the data directory {folder} is in use by another process")]
     InUse {
         /// Which.
         folder: String,
@@ -93,6 +92,15 @@ pub enum StoreError {
         /// What was attempted.
         what: &'static str,
         /// Why.
+        #[source]
+        cause: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// The database is damaged, or not that of this program.
+    #[error("the catalogue cannot be used: {what}")]
+    Broken {
+        /// What was attempted.
+        what: &'static str,
+        /// What was found.
         #[source]
         cause: Box<dyn std::error::Error + Send + Sync>,
     },
@@ -107,4 +115,33 @@ pub enum StoreError {
         #[source]
         cause: std::io::Error,
     },
+}
+
+impl StoreError {
+    /// What to do about it; `None` where its own words are all there is to say.
+    pub fn remedy(&self) -> Option<&str> {
+        match self {
+            Self::NotFound { .. } | Self::Exists { .. } | Self::Database { .. } | Self::File { .. } => None,
+            Self::Changed { .. } => Some("read it again and repeat"),
+            Self::Refused { remedy, .. } => *remedy,
+            Self::Full => Some("delete captures or scans that are no longer needed"),
+            Self::ReadOnly { .. } => Some("check the disk, then restart"),
+            Self::Damaged { .. } => Some("restore it from a backup"),
+            Self::DamagedRecord { .. } => {
+                Some("delete it if it can be made again, or restore the data directory from a backup")
+            }
+            Self::TooNew { .. } => Some("use the newer program"),
+            Self::NotItsCatalogue { remedy, .. } => Some(remedy),
+            Self::InUse { .. } => Some("stop it or choose another --data"),
+            Self::Broken { .. } => Some("restore the database from a backup"),
+        }
+    }
+
+    /// The same of a check of the whole database: what it finds wrong is not to be tried again.
+    pub(crate) fn broken(self) -> Self {
+        match self {
+            Self::Database { what, cause } => Self::Broken { what, cause },
+            other => other,
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Errors of the service's parts as problems, and problems as ends of jobs.
 //!
-//! Every message of the parts says what is wrong and, after its last semicolon or colon, what to do about it.
+//! The store says what to do about an error as a value; messages of the station say it after a semicolon.
 
 use std::error::Error;
 
@@ -53,9 +53,10 @@ impl From<StoreError> for AppError {
             StoreError::NotItsCatalogue { .. }
             | StoreError::TooNew { .. }
             | StoreError::Database { .. }
+            | StoreError::Broken { .. }
             | StoreError::File { .. } => ErrorKind::Internal,
         };
-        told(kind, &error)
+        told(kind, &error.to_string(), error.remedy(), &error)
     }
 }
 
@@ -86,16 +87,16 @@ impl From<StationRefusal> for AppError {
             | StationRefusal::Laser(_)
             | StationRefusal::NoFrame { .. } => ErrorKind::DeviceFault,
         };
-        told(kind, &refusal)
+        // The station's errors still say what to do after a semicolon.
+        let text = refusal.to_string();
+        let (what, remedy) = text.split_once("; ").map_or((&*text, None), |(what, remedy)| (what, Some(remedy)));
+        told(kind, what, remedy, &refusal)
     }
 }
 
-fn told(kind: ErrorKind, error: &dyn Error) -> AppError {
-    let text = without_folders(&error.to_string());
-    let problem = match text.split_once("; ") {
-        Some((what, remedy)) => AppError::new(kind, what).remedy(remedy),
-        None => AppError::new(kind, text),
-    };
+fn told(kind: ErrorKind, what: &str, remedy: Option<&str>, error: &dyn Error) -> AppError {
+    let mut problem = AppError::new(kind, without_folders(what));
+    problem.remedy = remedy.map(without_folders);
     let mut causes = Vec::new();
     let mut next = error.source();
     while let Some(cause) = next {
@@ -145,11 +146,16 @@ mod tests {
     }
 
     #[test]
-    fn a_remedy_is_split_from_the_message_and_the_cause_is_kept() {
+    fn a_remedy_stands_beside_the_message_and_the_cause_is_kept() {
         let cause = std::io::Error::other("no such device");
         let error = StoreError::File { what: "write", path: "x".into(), cause };
         let problem = AppError::from(error);
         assert_eq!((problem.kind, problem.cause.as_deref()), (ErrorKind::Internal, Some("no such device")));
+        // Words that look like a remedy are none.
+        let reason = "disk 1; disk 2".to_owned();
+        let problem = AppError::from(StoreError::ReadOnly { reason });
+        assert!(problem.detail.ends_with("(disk 1; disk 2)"), "{problem:?}");
+        assert_eq!(problem.remedy.as_deref(), Some("check the disk, then restart"));
         let problem = AppError::from(StationRefusal::Stage(devices::StageError::NotHomed));
         assert_eq!((problem.kind, problem.remedy.as_deref()), (ErrorKind::Conflict, Some("home it first")));
     }

@@ -7,7 +7,7 @@ use crate::catalogue::{Listed, Page};
 use crate::error::StoreError;
 use crate::records::{ActivationRecord, CalibrationRecord};
 use crate::sqlite::changes::{Written, met, next, refuse_dangling};
-use crate::sqlite::error::reading;
+use crate::sqlite::error::{is_dangling, reading};
 use crate::sqlite::listing::{every, listed};
 use crate::sqlite::row::{artifact, get, json, optional_artifact};
 use crate::sqlite::seal;
@@ -114,10 +114,15 @@ pub async fn insert(to: &mut SqliteConnection, calibration: &CalibrationRecord) 
 
 pub async fn delete(to: &mut SqliteConnection, id: &str) -> Written {
     if last_activated(to).await?.as_deref() == Some(id) {
-        return Err(refused(id, "is active; activate another one first").into());
+        return Err(refused(id, "is active", "activate another one first").into());
     }
     let result = sqlx::query("DELETE FROM calibrations WHERE id = $1").bind(id).execute(to).await;
-    let result = refuse_dangling(result, KIND, id, "is needed to compute scans again; delete those first")?;
+    let result = match result {
+        Err(cause) if is_dangling(&cause) => {
+            return Err(refused(id, "is needed to compute scans again", "delete those first").into());
+        }
+        result => result?,
+    };
     met(result, KIND, id)
 }
 
@@ -165,6 +170,6 @@ async fn last_activated(to: &mut SqliteConnection) -> Written<Option<String>> {
     Ok(row.as_ref().map(activation_from_row).transpose()?.and_then(|entry| entry.calibration_id))
 }
 
-fn refused(id: &str, why: &str) -> StoreError {
-    StoreError::Refused { kind: KIND, id: id.to_owned(), why: why.to_owned() }
+fn refused(id: &str, why: &str, remedy: &'static str) -> StoreError {
+    StoreError::Refused { kind: KIND, id: id.to_owned(), why: why.to_owned(), remedy: Some(remedy) }
 }

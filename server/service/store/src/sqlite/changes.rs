@@ -202,7 +202,7 @@ pub fn met(result: SqliteQueryResult, kind: &'static str, id: &str) -> Written {
 /// A row that names another one which is not there is refused, not broken.
 pub fn refuse_dangling<T>(result: Result<T, sqlx::Error>, kind: &'static str, id: &str, why: &str) -> Written<T> {
     result.map_err(|cause| match error::is_dangling(&cause) {
-        true => StoreError::Refused { kind, id: id.to_owned(), why: why.to_owned() }.into(),
+        true => StoreError::Refused { kind, id: id.to_owned(), why: why.to_owned(), remedy: None }.into(),
         false => cause.into(),
     })
 }

@@ -168,7 +168,7 @@ async fn moved(to: &mut SqliteConnection, n_rows: u64, id: &str, rule: &str) -> 
         sqlx::query_scalar("SELECT state FROM jobs WHERE id = $1").bind(&id).fetch_optional(to).await?;
     Err(match state {
         None => StoreError::NotFound { kind: KIND, id },
-        Some(state) => StoreError::Refused { kind: KIND, id, why: format!("is {state}; {rule}") },
+        Some(state) => StoreError::Refused { kind: KIND, id, why: format!("is {state}: {rule}"), remedy: None },
     }
     .into())
 }

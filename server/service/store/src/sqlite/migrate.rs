@@ -27,13 +27,13 @@ pub static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
 
 /// Refuses a database whose structure is damaged, or whose indices do not lead to all rows.
 pub async fn check(connection: &mut SqliteConnection) -> Result<(), StoreError> {
-    const WHAT: &str = "check the database; restore it from a backup";
+    const WHAT: &str = "check the database";
     let row = sqlx::query("PRAGMA integrity_check(1)").fetch_one(connection).await;
-    let verdict: String = row.and_then(|row| row.try_get(0)).map_err(|cause| reading(cause, WHAT))?;
+    let verdict: String = row.and_then(|row| row.try_get(0)).map_err(|cause| reading(cause, WHAT).broken())?;
     if verdict == "ok" {
         return Ok(());
     }
-    Err(StoreError::Database { what: WHAT, cause: verdict.into() })
+    Err(StoreError::Broken { what: WHAT, cause: verdict.into() })
 }
 
 /// Brings the schema to the newest of `migrations`. An existing database is copied to `backups` before.
@@ -60,8 +60,8 @@ pub async fn migrate(
 
 /// Refuses a database whose tables are not those that the migrations make: what they say decides what is found in them.
 pub async fn check_schema(connection: &mut SqliteConnection) -> Result<(), StoreError> {
-    const WHAT: &str = "check the tables; restore the database from a backup";
-    let failed = |cause| reading(cause, WHAT);
+    const WHAT: &str = "check the tables";
+    let failed = |cause| reading(cause, WHAT).broken();
     let mut fresh = SqliteConnection::connect("sqlite::memory:").await.map_err(failed)?;
     MIGRATIONS
         .run_direct(None, &mut fresh, false)
@@ -71,7 +71,7 @@ pub async fn check_schema(connection: &mut SqliteConnection) -> Result<(), Store
     if schema(connection).await.map_err(failed)? == schema(&mut fresh).await.map_err(failed)? {
         return Ok(());
     }
-    Err(StoreError::Database { what: WHAT, cause: "the schema is not that of this program".into() })
+    Err(StoreError::Broken { what: WHAT, cause: "the schema is not that of this program".into() })
 }
 
 /// What SQLite has noted of tables and indices.
@@ -231,6 +231,6 @@ mod tests {
         fs::write(&file, bytes).unwrap();
         let mut connection = connect(&file).await;
         let error = check(&mut connection).await.unwrap_err();
-        assert!(error.to_string().contains("backup"), "{error}");
+        assert!(error.remedy().unwrap().contains("backup"), "{error}");
     }
 }

@@ -162,7 +162,8 @@ async fn the_damaged_record_is_named_with_what_to_do() {
         assert!(!errors.is_empty(), "{text}");
         for error in errors {
             let words = error.to_string();
-            assert!(words.starts_with(&format!("{kind} {id} is damaged")) && words.contains("backup"), "{words}");
+            assert!(words.starts_with(&format!("{kind} {id} is damaged")), "{words}");
+            assert!(error.remedy().unwrap().contains("backup"), "{error:?}");
         }
     }
 }

@@ -49,7 +49,7 @@ fn forget_log(folder: &Path) {
 fn is_refused(opened: Result<Store, StoreError>, words: &[&str]) {
     let error = opened.err().expect("it must not open");
     assert!(matches!(error, StoreError::NotItsCatalogue { .. }), "{error}");
-    let text = error.to_string();
+    let text = format!("{error}; {}", error.remedy().unwrap());
     for word in words {
         assert!(text.contains(word), "`{word}` is not in: {text}");
     }
