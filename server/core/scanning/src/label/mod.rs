@@ -93,7 +93,8 @@ pub fn label_frames(
     let mut pieces = looks::cut_pieces(frames, &travel.order, direction)?;
     if triangulator.calibration().orders.len() == 1 {
         // Nothing can contradict the only line there is; points beyond the depths are left out one by one.
-        return Ok(Labels { verdicts: vec![Verdict::Order(0); pieces.len()], pieces, direction });
+        let (verdicts, labels) = (vec![Verdict::Order(0); pieces.len()], vec![Some(0); pieces.len()]);
+        return Ok(Labels { pieces, verdicts, labels, direction });
     }
     let view = hypotheses::View { triangulator, depth_range_mm, direction };
     if frames.n_frames() > 1 {
