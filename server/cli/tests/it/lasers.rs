@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use capture::{PlanesProjector, Projector, read_grey_image, write_manifest, write_png};
 use crate::common::{path, sheaf, sheaf_json, sheaf_ok};
+use capture::{PlanesProjector, Projector, read_grey_image, write_manifest, write_png};
 use nalgebra::{Rotation3, Vector3};
 use scanning::files::read_cloud;
 use serde_json::json;

@@ -5,7 +5,9 @@
 
 use std::path::Path;
 
-use crate::common::{err, path, sheaf, sheaf_json, sheaf_ok, small_capture};
+use crate::common::{
+    copy_of_small, edit_manifest, err, path, sheaf, sheaf_json, sheaf_ok, small_calibration, small_capture,
+};
 use image::{GrayImage, Luma, RgbImage};
 use serde_json::Value;
 
@@ -109,6 +111,52 @@ fn swapped_pairs_and_backgrounds_of_another_pose_are_suspected_in_words() {
 }
 
 #[test]
+fn a_capture_takes_backgrounds_away_and_notices_those_of_another_pose() {
+    let folder = copy_of_small();
+    let dim = |name: &str| {
+        let image = grey(name);
+        GrayImage::from_fn(image.width(), image.height(), |u, v| Luma([image.get_pixel(u, v).0[0] / 3]))
+    };
+    let put = |name: &str, image: &GrayImage| image.save(folder.path().join(name)).unwrap();
+    // Pose 0 by the light of the room, with and without the laser; frame 0 of the scan with what is not its background.
+    std::fs::remove_file(folder.path().join("laser/000.png")).unwrap();
+    put("laser/000.png", &together(&dim("board/000.png"), &grey("laser/000.png")));
+    put("off.png", &dim("board/000.png"));
+    put("other.png", &dim("board/001.png"));
+    let set = |key: &'static str, name: &'static str| {
+        edit_manifest(folder.path(), |manifest| match key {
+            "pose" => manifest["poses"][0]["background"] = name.into(),
+            _ => manifest["scans"][0]["frames"][0]["background"] = name.into(),
+        });
+    };
+    let (capture, output) = (path(folder.path(), ""), path(folder.path(), "cal.json"));
+    let calibrate = |option: &[&str]| {
+        let mut arguments = vec!["calibrate", &capture, "-o", &output, "-q"];
+        arguments.extend(option);
+        sheaf_json(&arguments)
+    };
+    set("pose", "off.png");
+    let (result, exit) = calibrate(&[]);
+    assert_eq!(exit, 0, "{result:#}");
+    set("pose", "other.png");
+    let (result, exit) = calibrate(&[]);
+    let words = result["problem"].to_string();
+    assert_eq!(exit, 3, "{result:#}");
+    assert!(words.contains("poses[0].laser") && words.contains("another pose"), "{words}");
+    let (result, exit) = calibrate(&["--leave-out-unreadable"]);
+    assert_eq!(exit, 0, "{result:#}");
+    assert!(result["left_out"][0].as_str().unwrap().contains("another pose"), "{result:#}");
+    set("frame", "other.png");
+    let (calibration, cloud) = (small_calibration().display().to_string(), path(folder.path(), "part.ply"));
+    let output = sheaf_ok(&["scan", &capture, "-c", &calibration, "--scan", "gauge", "-o", &cloud, "-q"]);
+    assert!(
+        err(&output).contains("scans[0].frames[0].image") && err(&output).contains("left out"),
+        "{}",
+        err(&output)
+    );
+}
+
+#[test]
 fn strong_light_without_a_point_is_never_passed_over() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("wide.png");
@@ -149,6 +197,7 @@ fn region_length_and_contrast_are_asked_for_by_options() {
     let expected =
         all.iter().filter(|[u, v, ..]| (100.0..=299.0).contains(u) && (50.0..=449.0).contains(v)).count();
     assert_eq!(inside.len(), expected);
+    assert!(points(&["--min-length", "100000"]).is_empty());
     let bright = points(&["--min-contrast", "60"]);
     assert!(!bright.is_empty() && bright.len() < all.len(), "{} of {}", bright.len(), all.len());
     assert_eq!(sheaf(&["centrelines", &image, "-o", &out, "--roi", "1,2,3"]).status.code(), Some(2));

@@ -95,7 +95,7 @@ pub fn scan_centrelines(
                 match laser_light(capture, picture)? {
                     LaserLight::Image(image) => extractor.find(&image, &params, &mut lines),
                     // Its edges would be taken for lines: such a frame shows nothing, and is named.
-                    LaserLight::OtherPose(finding) => {
+                    LaserLight::Unknown(finding) => {
                         reporter.warn(&format!(
                             "{} ({}): {finding}; left out",
                             picture.path.display(),
@@ -180,8 +180,8 @@ fn pictures_of(capture: &Capture, beginning: &str) -> Vec<LaserPicture> {
 enum LaserLight {
     /// The laser's channel, without what the laser is not needed for.
     Image(GreyImage),
-    /// Nothing that could be told: the picture with the laser off is of something else.
-    OtherPose(Finding),
+    /// Nothing that could be told: the picture with the laser off is of something else, or by other light.
+    Unknown(Finding),
 }
 
 fn laser_light(capture: &Capture, picture: &LaserPicture) -> Result<LaserLight, Failure> {
@@ -190,8 +190,8 @@ fn laser_light(capture: &Capture, picture: &LaserPicture) -> Result<LaserLight, 
     };
     let on = capture.photograph(&picture.entry, &picture.path)?.picture;
     let off = capture.photograph(entry, path)?.picture;
-    if let Some(finding @ Finding::BackgroundOfAnotherPose { .. }) = room_finding(&on, &off) {
-        return Ok(LaserLight::OtherPose(finding));
+    if let Some(finding) = room_finding(&on, &off) {
+        return Ok(LaserLight::Unknown(finding));
     }
     Ok(LaserLight::Image(capture.laser_light(&on, &off)))
 }
@@ -236,7 +236,7 @@ fn centrelines_of(capture: &Capture, laser: &LaserPicture) -> Found<Centrelines>
     let picture = &Picture { entry: laser.entry.clone(), path: &laser.path };
     let image = match laser_light(capture, laser)? {
         LaserLight::Image(image) => image,
-        LaserLight::OtherPose(finding) => {
+        LaserLight::Unknown(finding) => {
             let remedy = "name the picture of the same pose with the laser off as its \"background\", or none";
             return Err(unreadable(capture, picture, &finding.to_string(), remedy));
         }

@@ -100,20 +100,12 @@ impl fmt::Display for Finding {
     }
 }
 
-/// What `image`, in which `lines` were found as `search` says, shows besides.
+/// What `image`, in which `lines` are all that were found, shows besides. With lines along both directions light is looked
+/// for along the first.
 pub(crate) fn findings_of(image: &GreyImage, lines: &Centrelines, search: &LineSearch) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    if lines.segments.is_empty() {
-        findings.push(Finding::NoLine);
-    }
-    findings.extend(other_direction(image, lines, search));
-    for &direction in search.directions.each() {
-        let found = strong_light(image, lines, direction, search.region);
-        findings.extend(found.into_iter().map(Finding::LightWithoutLine));
-        if !findings.is_empty() {
-            break;
-        }
-    }
+    let mut findings: Vec<Finding> = other_direction(image, lines, search).into_iter().collect();
+    let found = strong_light(image, lines, search.directions.each()[0], search.region);
+    findings.extend(found.into_iter().map(Finding::LightWithoutLine));
     findings
 }
 
@@ -127,7 +119,7 @@ fn other_direction(image: &GreyImage, lines: &Centrelines, search: &LineSearch) 
         lines.segments.iter().flat_map(|s| &s.points).filter(|point| runs_along(point, direction)).count()
     };
     let own = along(lines, direction);
-    let turned = LineSearch { directions: Directions::One(other), ..search.clone() }.lines(image, false);
+    let turned = LineSearch { directions: Directions::One(other), ..search.clone() }.all_lines(image);
     let n_points = [along(&turned, other), own];
     let suspected = n_points[0] >= SUSPICIOUS_POINTS && n_points[0] > LIKELIER * own;
     suspected.then_some(Finding::OtherDirection { direction: other, n_points })

@@ -32,8 +32,12 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
         Some(background) => background.taken_from(&photograph.picture, path)?.channel(search.channel),
         None => photograph.picture.channel(search.channel),
     };
-    let lines = search.lines(&image, photograph.is_lossy);
+    let mut lines = search.all_lines(&image);
     let mut findings = findings_of(&image, &lines, search);
+    search.keep_wanted(&mut lines, image.full_scale(), photograph.is_lossy);
+    if lines.segments.is_empty() {
+        findings.insert(0, Finding::NoLine);
+    }
     if let Some(background) = background {
         let n_points = lines.segments.iter().map(|segment| segment.points.len()).sum();
         findings.extend(pair_findings(&photograph.picture, background.picture(), n_points, search));

@@ -78,10 +78,8 @@ impl LineSearch {
         CentrelineParams { method: self.method, line_direction }
     }
 
-    /// The lines of an image that are wanted; `is_lossy`: see [`capture::Photograph`].
-    pub(crate) fn lines(&self, image: &GreyImage, is_lossy: bool) -> Centrelines {
-        let lossy = if is_lossy { LOSSY_MIN_CONTRAST * image.full_scale() } else { 0.0 };
-        let min_contrast = self.min_contrast.unwrap_or(lossy);
+    /// Every line of an image.
+    pub(crate) fn all_lines(&self, image: &GreyImage) -> Centrelines {
         let mut all = Centrelines::default();
         for &direction in self.directions.each() {
             let mut found = find_centrelines(image, &self.params(direction));
@@ -91,12 +89,19 @@ impl LineSearch {
             (all.direction, all.correlation_px) = (direction, found.correlation_px);
             all.segments.append(&mut found.segments);
         }
-        if let Some(region) = self.region {
-            keep_points(&mut all, |point| region.holds(point));
-        }
-        all.segments
-            .retain(|segment| segment.points.len() >= self.min_points && median_contrast(segment) >= min_contrast);
         all
+    }
+
+    /// Keeps what is wanted of the lines of an image; `is_lossy`: see [`capture::Photograph`].
+    pub(crate) fn keep_wanted(&self, lines: &mut Centrelines, full_scale: f32, is_lossy: bool) {
+        let lossy = if is_lossy { LOSSY_MIN_CONTRAST * full_scale } else { 0.0 };
+        let min_contrast = self.min_contrast.unwrap_or(lossy);
+        if let Some(region) = self.region {
+            keep_points(lines, |point| region.holds(point));
+        }
+        lines
+            .segments
+            .retain(|segment| segment.points.len() >= self.min_points && median_contrast(segment) >= min_contrast);
     }
 }
 
@@ -147,30 +152,36 @@ mod tests {
         LineSearch::of(Channel::Luma, Directions::Both)
     }
 
+    fn wanted(search: &LineSearch, image: &GreyImage) -> Centrelines {
+        let mut lines = search.all_lines(image);
+        search.keep_wanted(&mut lines, image.full_scale(), false);
+        lines
+    }
+
     fn near(lines: &Centrelines, wanted: fn(&CentrelinePoint) -> f64) -> usize {
         lines.segments.iter().flat_map(|segment| &segment.points).filter(|point| wanted(point).abs() < 0.5).count()
     }
 
     #[test]
     fn both_directions_find_each_line_once() {
-        let lines = search().lines(&crossing(), false);
+        let lines = wanted(&search(), &crossing());
         let (row, column) = (near(&lines, |p| p.v_px - 40.0), near(&lines, |p| p.u_px - 200.0));
         assert!((125..=142).contains(&row) && (140..=160).contains(&column), "{row} {column}");
         let one = LineSearch { directions: Directions::One(LineDirection::Rows), ..search() };
-        assert!(near(&one.lines(&crossing(), false), |p| p.u_px - 200.0) < 10);
+        assert!(near(&wanted(&one, &crossing()), |p| p.u_px - 200.0) < 10);
     }
 
     #[test]
     fn region_length_and_contrast_leave_lines_out() {
         let image = crossing();
         let region = Some(Region { u: 50, v: 0, width: 40, height: 60 });
-        let cut = LineSearch { region, ..search() }.lines(&image, false);
+        let cut = wanted(&LineSearch { region, ..search() }, &image);
         assert_eq!(near(&cut, |p| p.v_px - 40.0), 40);
         assert_eq!(cut.segments.len(), 1);
-        let long = LineSearch { min_points: 145, ..search() }.lines(&image, false);
+        let long = wanted(&LineSearch { min_points: 145, ..search() }, &image);
         assert!(near(&long, |p| p.v_px - 40.0) == 0 && near(&long, |p| p.u_px - 200.0) > 0);
-        assert!(near(&search().lines(&image, false), |p| p.v_px - 100.0) > 100);
-        let bright = LineSearch { min_contrast: Some(50.0), ..search() }.lines(&image, false);
+        assert!(near(&wanted(&search(), &image), |p| p.v_px - 100.0) > 100);
+        let bright = wanted(&LineSearch { min_contrast: Some(50.0), ..search() }, &image);
         assert_eq!(near(&bright, |p| p.v_px - 100.0), 0);
     }
 }

@@ -10,7 +10,7 @@ use crate::search::Region;
 const STRIP_PX: usize = 16;
 /// Strips over which light must reach to be worth a word: shorter pieces are glints and corners.
 const MIN_STRIPS: usize = 4;
-/// Strong light is at least this share of what the lines found are bright.
+/// Strong light is at least this share of how bright the brightest tenth of what was found is.
 const OF_LINES: f32 = 0.5;
 /// Without lines it is strong from this share of full scale above its surroundings.
 const OF_FULL_SCALE: f32 = 0.1;
@@ -102,7 +102,7 @@ pub(crate) fn strong_light(
     }
     heights.sort_unstable_by(f32::total_cmp);
     let full = image.full_scale();
-    let of_lines = heights.get(heights.len() / 2).map_or(0.0, |height| OF_LINES * height);
+    let of_lines = heights.get(heights.len() * 9 / 10).map_or(0.0, |height| OF_LINES * height);
     let threshold = of_lines.max(OF_FULL_SCALE * full);
     let inside = |piece: &Piece| {
         let (along, across) = (piece.strip * STRIP_PX + STRIP_PX / 2, piece.middle);
@@ -119,7 +119,15 @@ pub(crate) fn strong_light(
             }
             let follows = |chain: &&mut Vec<Piece>| {
                 let last = &chain[chain.len() - 1];
-                last.strip + 1 == strip && last.middle.abs_diff(piece.middle) <= STRIP_PX + piece.width_px / 2
+                let is_alike = last.width_px <= 2 * piece.width_px && piece.width_px <= 2 * last.width_px;
+                // A straight piece goes on as it went; what jumps is texture.
+                let expected = match chain.len() {
+                    1 => last.middle as f64,
+                    n => 2.0 * last.middle as f64 - chain[n - 2].middle as f64,
+                };
+                let reach = if chain.len() == 1 { STRIP_PX as f64 } else { NEAR_PX } + piece.width_px as f64 / 4.0;
+                let follows = (piece.middle as f64 - expected).abs() <= reach;
+                last.strip + 1 == strip && is_alike && follows
             };
             match chains.iter_mut().find(follows) {
                 Some(chain) => chain.push(piece),

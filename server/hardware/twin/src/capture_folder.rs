@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use capture::{
-    CameraFormat, CaptureError, ChannelChoice, ChessboardTarget, Frame, GratingProjector, ImageFileError, Manifest,
-    Pose, Scan, StageView, params::FORMAT, write_manifest, write_png,
+    CameraFormat, CaptureError, ChannelChoice, ChessboardTarget, Frame, GratingProjector, ImageFileError,
+    Manifest, Pose, Scan, StageView, params::FORMAT, write_manifest, write_png,
 };
 use rayon::prelude::*;
 

@@ -5,7 +5,9 @@
 use std::path::Path;
 
 use crate::common::{HEIGHT_PX, WIDTH_PX, chain, flat, folder_with, manifest_with, put, refusal, sound_manifest};
-use capture::{Capture, CaptureError, ChessboardTarget, read_grey_image, read_photograph, sha256_of, write_manifest};
+use capture::{
+    Capture, CaptureError, ChessboardTarget, read_grey_image, read_photograph, sha256_of, write_manifest,
+};
 use image::ImageFormat;
 use serde_json::{Value, json};
 use vision::{Channel, GreyImage, LineDirection, Pixels};

@@ -5,8 +5,8 @@
 mod photograph;
 
 use capture::{LaserChannel, read_photograph};
-use photograph::{Agreement, GREEN_LASER, RED_LASER, agreement, photograph, write_jpeg};
 use nalgebra::Vector2;
+use photograph::{Agreement, GREEN_LASER, RED_LASER, agreement, photograph, write_jpeg};
 use twin::{Renderer, Scene, StationModel, StationShape, poses::board_poses};
 use vision::{CentrelineParams, Channel, Picture, find_centrelines};
 
