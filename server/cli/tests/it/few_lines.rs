@@ -42,7 +42,7 @@ fn check(seed: &str) {
         .stdin(Stdio::from(File::open(&truth).unwrap()))
         .output()
         .unwrap();
-    let found = depths_mm(&common::out(&output));
+    let found = depths_mm(&crate::common::out(&output));
     let truth = depths_mm(&std::fs::read_to_string(truth).unwrap());
     assert_eq!(found.len(), truth.len());
     let squares: f64 = found.iter().zip(&truth).map(|(found, truth)| (found - truth).powi(2)).sum();

@@ -205,7 +205,7 @@ fn longest_run(points: &[[f64; 2]]) -> usize {
 
 #[test]
 fn without_a_background_the_laser_is_told_by_its_colour() {
-    let Some(ciclop) = reference("real/ciclop") else { return };
+    let Some(ciclop) = reference::data("real/ciclop") else { return };
     let folder = tempfile::tempdir().unwrap();
     let images =
         ["laser_on_object/laser.png", "laser_on_pattern/laser-0-255-255-8.png"].map(|on| path(&ciclop, on));

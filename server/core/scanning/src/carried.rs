@@ -187,16 +187,19 @@ mod tests {
     fn a_stretch_hangs_on_what_is_held_unless_its_line_was_cut() {
         let (inside, at_the_end) = (run(0.0, 0, 60..90), run(0.0, 0, 170..200));
         let nothing = [false; 200];
-        assert_eq!(loose_stretches(&inside, &nothing, [true; 2]), []);
-        assert_eq!(loose_stretches(&at_the_end, &nothing, [true, false]), []);
-        assert_eq!(loose_stretches(&at_the_end, &nothing, [false, true]), [170..200]);
+        let loose = |run: &[RunPoint], out: &[bool], cut: [bool; 2]| -> Vec<(usize, usize)> {
+            loose_stretches(run, out, cut).iter().map(|stretch| (stretch.start, stretch.end)).collect()
+        };
+        assert_eq!(loose(&inside, &nothing, [true; 2]), []);
+        assert_eq!(loose(&at_the_end, &nothing, [true, false]), []);
+        assert_eq!(loose(&at_the_end, &nothing, [false, true]), [(170, 200)]);
         let mut out = nothing;
         out[55..60].fill(true);
-        assert_eq!(loose_stretches(&inside, &out, [false; 2]), [60..90]);
-        assert_eq!(loose_stretches(&run(0.0, 0, 0..200), &nothing, [false; 2]), [0..200], "nothing is held");
+        assert_eq!(loose(&inside, &out, [false; 2]), [(60, 90)]);
+        assert_eq!(loose(&run(0.0, 0, 0..200), &nothing, [false; 2]), [(0, 200)], "nothing is held");
         let mut ranked = run(0.0, 0, 0..200);
         ranked.iter_mut().for_each(|point| point.is_open = false);
-        assert_eq!(loose_stretches(&ranked, &nothing, [true; 2]), [], "the ranks hold it");
+        assert_eq!(loose(&ranked, &nothing, [true; 2]), [], "the ranks hold it");
     }
 
     #[test]
