@@ -35,7 +35,7 @@ type Found<T> = Result<T, Failure>;
 /// Reads every board and laser picture of the calibration part of `capture`.
 ///
 /// A picture that shows no whole board, or no laser line, is left out and named, as long as at least
-/// [`MIN_READABLE_SHARE`] of its kind can be read: else what is wrong with it is wrong with the others too, and refuses
+/// `MIN_READABLE_SHARE` of its kind can be read: else what is wrong with it is wrong with the others too, and refuses
 /// the calibration. `leave_out_unreadable` goes on with however few there are. A damaged file always refuses.
 pub fn calibration_features(
     capture: &Capture,

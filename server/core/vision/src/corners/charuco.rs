@@ -94,7 +94,7 @@ impl CharucoParams {
 ///
 /// # Errors
 /// [`CornerError::NotFound`] without readable markers, [`CornerError::Incomplete`] with fewer than
-/// [`MIN_SEED_CORNERS`] corners or with all of them in a line.
+/// `MIN_SEED_CORNERS` corners or with all of them in a line.
 pub fn find_charuco(image: &GreyImage, params: &CharucoParams) -> Result<BoardCorners, CornerError> {
     let (inner_columns, inner_rows) = params.inner();
     let missed = CornerError::NotFound { inner_columns, inner_rows };
