@@ -1,7 +1,7 @@
 //! What tests need that is no part of the repository: the reference data and a Python with the checks' packages.
 //!
 //! A test that lacks its part ends at once and counts as passed by the test runner, so it is noted here as *not run*:
-//! on stderr, and in the file that `SHEAF_NOT_RUN` names, from where `cargo xtask test` repeats it in its last lines.
+//! on stderr, and in the file that `SHEAF_TEST_NOT_RUN` names, from where `cargo xtask test` repeats it in its last lines.
 //! Only tests may import this crate.
 
 use std::fs::OpenOptions;
@@ -9,7 +9,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// The file that collects the tests that were not run.
-const NOT_RUN: &str = "SHEAF_NOT_RUN";
+const NOT_RUN: &str = "SHEAF_TEST_NOT_RUN";
 
 /// `part` of the reference data, such as `rig-a` or `real/ciclop`, below `SHEAF_DATA` or, without that, below
 /// `../shared/data` beside the repository.

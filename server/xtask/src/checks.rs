@@ -61,7 +61,7 @@ fn run_tests(nextest: bool, python: Option<&Path>, not_run: &mut BTreeSet<String
         cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast", "--color", "never"])
     };
     let noted = noted_file()?;
-    command.env("SHEAF_NOT_RUN", &noted);
+    command.env("SHEAF_TEST_NOT_RUN", &noted);
     if let Some(python) = python {
         command.env("SHEAF_TEST_PYTHON", python);
     }

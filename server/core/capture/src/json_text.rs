@@ -159,7 +159,7 @@ mod tests {
         let text = "{\"a\": {\"b\": [1, 2,\n {\"c\": x}]}}";
         assert_eq!(entry_at(text, 2, 7), "a.b[2].c");
         assert_eq!(entry_at(text, 1, 1), "the document");
-        assert_eq!(entry_ended_at(text, 2, 10).as_deref(), Some("a.b[2]"));
-        assert_eq!(entry_ended_at(text, 2, 13), None);
+        assert_eq!(entry_ended_at(text, 2, 9).as_deref(), Some("a.b[2]"));
+        assert_eq!(entry_ended_at(text, 2, 12), None);
     }
 }
