@@ -14,11 +14,11 @@ const KNOWN: [(&str, &[&str]); 1] = [(
     "scanning",
     &[
         "compare",
+        "decision",
         "evaluation",
         "files",
         "frames",
         "label",
-        "labeller",
         "mesh",
         "profile",
         "profiles",

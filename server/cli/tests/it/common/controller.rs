@@ -11,8 +11,9 @@ pub fn grbl_station(folder: &Path) -> (GrblSimulator, PathBuf) {
     let steps_per_mm = simulated.steps_per_mm;
     let simulator = GrblSimulator::start(simulated, &port, None).unwrap();
     let config = folder.join("sheaf.toml");
-    let text =
-        format!("[station]\nkind = \"grbl\"\n[station.grbl]\nport = {port:?}\nsteps_per_mm = {steps_per_mm}\n");
+    let text = format!(
+        "[station]\nstage.kind = \"grbl\"\nlaser.kind = \"grbl\"\n[station.grbl]\nport = {port:?}\nsteps_per_mm = {steps_per_mm}\n"
+    );
     std::fs::write(&config, text).unwrap();
     (simulator, config)
 }

@@ -108,7 +108,7 @@ mod tests {
     fn lit(light: [f64; 3], stripe: f64) -> ColourImage {
         let pixel = |idx: usize| {
             let (u, v) = (idx % 200, idx / 200);
-            let shade = 20.0 + ((u / 10 + v / 10) % 7) as f64 * 25.0;
+            let shade = 20.0 + ((u / 10 + v / 10) % 7) as f64 * 20.0;
             let red = if v == 50 { stripe } else { 0.0 };
             [0, 1, 2].map(|c| (shade * light[c] + if c == 0 { red } else { 0.0 }).round().min(255.0) as u8)
         };
