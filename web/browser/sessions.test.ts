@@ -137,8 +137,10 @@ test(
     for (const position_mm of [-15, 0, 15]) {
       const holder = { holder: "Script", take_over: true };
       const { id: lease } = await server.call<{ id: string }>("POST", "/api/v1/station/control", holder);
-      const path = `/api/v1/calibration-sessions/${id}/stage-views`;
-      await server.call("POST", path, { position_mm }, { "Sheaf-Control": lease });
+      const headers = { "Sheaf-Control": lease };
+      await server.call("POST", `/api/v1/calibration-sessions/${id}/stage-views`, { position_mm }, headers);
+      // The page is to find the station free.
+      await server.call("DELETE", "/api/v1/station/control", undefined, headers);
     }
     await server.call("PUT", "/api/v1/simulation/board", { place: "away" });
     await server.job(`/api/v1/calibration-sessions/${id}/solve`, {});
