@@ -3538,10 +3538,53 @@ export interface components {
             /** @description `cloud` or `mesh`. */
             what: string;
         };
-        /** @description Scan a part. */
-        ScanJobDto: components["schemas"]["StartScanDto"] & {
+        /** @description Scan a part: as it was asked for, field by field, since the request itself admits no other. */
+        ScanJobDto: {
+            /** @description With which calibration; missing: the active one. */
+            calibration_id?: string | null;
+            /**
+             * Format: double
+             * @description Exposure of the frames.
+             */
+            exposure_us?: number | null;
+            /**
+             * Format: double
+             * @description First stage position.
+             */
+            from_mm?: number | null;
+            /** @description Keep the frames as a capture. */
+            keep_frames: boolean;
+            /**
+             * Format: double
+             * @description Share of full laser power.
+             */
+            laser_power?: number | null;
+            /** @description What is measured on it in the same job. */
+            measure: components["schemas"]["MeasureDto"][];
+            mode?: components["schemas"]["ScanModeDto"] | null;
+            /** @description What a person calls it. */
+            name?: string | null;
             /** @description What it is made for. */
             purpose: components["schemas"]["ScanPurposeDto"];
+            /** @description The partial scan that is continued. */
+            resume_scan_id?: string | null;
+            /** @description Where frames come from. */
+            source: components["schemas"]["ScanSourceDto"];
+            /**
+             * Format: double
+             * @description Speed of a continuous scan; the step follows from the frame rate.
+             */
+            speed_mm_s?: number | null;
+            /**
+             * Format: double
+             * @description Distance between frames.
+             */
+            step_mm?: number | null;
+            /**
+             * Format: double
+             * @description Last stage position.
+             */
+            to_mm?: number | null;
         };
         /**
          * @description How the stage moves.

@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 use crate::wire::calibrations::{K3Dto, LightModelDto, SourceDto};
 use crate::wire::measurements::MeasureDto;
 use crate::wire::scan_runs::ScanPurposeDto;
-use crate::wire::scans::{ArtefactDto, ExportWhatDto, ScanModeDto, ScanSourceDto, StartScanDto};
+use crate::wire::scans::{ArtefactDto, ExportWhatDto, ScanModeDto, ScanSourceDto};
 use app::jobs::{
     CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanMode, ScanSource, Source, VerifyInput,
 };
@@ -47,12 +47,35 @@ pub struct CalibrationJobDto {
     pub session_id: Option<String>,
 }
 
-/// Scan a part.
+/// Scan a part: as it was asked for, field by field, since the request itself admits no other.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct ScanJobDto {
-    /// As it was asked for.
-    #[serde(flatten)]
-    pub scan: StartScanDto,
+    /// Where frames come from.
+    pub source: ScanSourceDto,
+    /// What a person calls it.
+    pub name: Option<String>,
+    /// First stage position.
+    pub from_mm: Option<f64>,
+    /// Last stage position.
+    pub to_mm: Option<f64>,
+    /// Distance between frames.
+    pub step_mm: Option<f64>,
+    /// Speed of a continuous scan; the step follows from the frame rate.
+    pub speed_mm_s: Option<f64>,
+    /// How the stage moves; continuous if a speed is given, else stop and go.
+    pub mode: Option<ScanModeDto>,
+    /// Exposure of the frames.
+    pub exposure_us: Option<f64>,
+    /// Share of full laser power.
+    pub laser_power: Option<f64>,
+    /// Keep the frames as a capture.
+    pub keep_frames: bool,
+    /// With which calibration; missing: the active one.
+    pub calibration_id: Option<String>,
+    /// The partial scan that is continued.
+    pub resume_scan_id: Option<String>,
+    /// What is measured on it in the same job.
+    pub measure: Vec<MeasureDto>,
     /// What it is made for.
     pub purpose: ScanPurposeDto,
 }
@@ -172,8 +195,8 @@ impl TryFrom<ScanInput> for ScanJobDto {
     type Error = UnknownWord;
 
     fn try_from(input: ScanInput) -> Result<Self, UnknownWord> {
-        let purpose = input.purpose.into();
-        let scan = StartScanDto {
+        Ok(Self {
+            purpose: input.purpose.into(),
             source: input.source.into(),
             name: input.name,
             from_mm: input.from_mm,
@@ -187,8 +210,7 @@ impl TryFrom<ScanInput> for ScanJobDto {
             calibration_id: input.calibration_id,
             resume_scan_id: input.resume_scan_id,
             measure: measure_dtos(input.measure)?,
-        };
-        Ok(Self { scan, purpose })
+        })
     }
 }
 
