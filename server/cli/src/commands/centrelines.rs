@@ -45,7 +45,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
         min_contrast: args.min_contrast,
     };
     let task = reporter.count("finding laser lines", "images", images.len());
-    let found: Vec<Result<Told, Failure>> = (0..images.len())
+    let found: Vec<Result<ImageResult, Failure>> = (0..images.len())
         .into_par_iter()
         .map(|idx| {
             let background = backgrounds.of(idx)?;
@@ -54,7 +54,7 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
             let picture = picture_paths.as_ref().map(|paths| paths[idx].as_path());
             write(&found, csv, picture)?;
             task.step();
-            Ok(Told::of(&found))
+            Ok(ImageResult::of(&found))
         })
         .collect();
     drop(task);
@@ -62,9 +62,9 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
     let mut text = format!("{laser}\n");
     let mut entries: Vec<Value> = Vec::new();
     let (mut failures, mut n_points, mut has_light, mut n_lossy) = (Vec::new(), 0, false, 0);
-    for (idx, (image, told)) in images.iter().zip(found).enumerate() {
-        match told {
-            Ok(told) => {
+    for (idx, (image, result)) in images.iter().zip(found).enumerate() {
+        match result {
+            Ok(result) => {
                 let (csv, picture) = (place(&csv_paths, idx), place(&picture_paths, idx));
                 let to =
                     csv.as_ref().or(picture.as_ref()).map(|path| path.display().to_string()).unwrap_or_default();
@@ -72,19 +72,19 @@ pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Fa
                     text,
                     "{}: {} points in {} segments → {to}",
                     image.display(),
-                    told.n_points,
-                    told.n_segments
+                    result.n_points,
+                    result.n_segments
                 );
-                for finding in &told.findings {
+                for finding in &result.findings {
                     reporter.warn(&format!("{}: {finding}", image.display()));
                     has_light |= matches!(finding, Finding::LightWithoutLine(_));
                 }
-                n_lossy += usize::from(told.is_lossy);
-                if told.is_lossy && n_lossy == 1 {
+                n_lossy += usize::from(result.is_lossy);
+                if result.is_lossy && n_lossy == 1 {
                     reporter.warn(&format!("{} {LOSSY}", image.display()));
                 }
-                n_points += told.n_points;
-                entries.push(told.json(image, csv, picture));
+                n_points += result.n_points;
+                entries.push(result.json(image, csv, picture));
             }
             Err(failure) => {
                 entries.push(failed_entry(image, &failure));
@@ -169,15 +169,15 @@ fn read_pairs(list: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), Failure> {
     Ok(pairs.into_iter().unzip())
 }
 
-/// What is told of an image.
-struct Told {
+/// What was found in an image, without its points.
+struct ImageResult {
     n_points: usize,
     n_segments: usize,
     findings: Vec<Finding>,
     is_lossy: bool,
 }
 
-impl Told {
+impl ImageResult {
     fn of(found: &FoundLines) -> Self {
         let segments = &found.lines.segments;
         Self {
