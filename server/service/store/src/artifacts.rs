@@ -1,13 +1,34 @@
 //! Artifacts: immutable bytes, named by their hash.
 
 use async_trait::async_trait;
+use serde::{Deserialize, Serialize};
 use tokio::io::AsyncRead;
 
 use crate::error::StoreError;
 
 /// The SHA-256 of an artifact's bytes, lower-case hexadecimal.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct ArtifactId(String);
+
+/// A text that names no artifact.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("an artifact is named by 64 lower-case hexadecimal digits, not by \"{0}\"")]
+pub struct NotAnArtifactId(String);
+
+impl TryFrom<String> for ArtifactId {
+    type Error = NotAnArtifactId;
+
+    fn try_from(text: String) -> Result<Self, NotAnArtifactId> {
+        Self::parse(&text).ok_or(NotAnArtifactId(text))
+    }
+}
+
+impl From<ArtifactId> for String {
+    fn from(id: ArtifactId) -> Self {
+        id.0
+    }
+}
 
 impl ArtifactId {
     /// The id of that text; `None` if it is not 64 lower-case hexadecimal digits.

@@ -20,7 +20,7 @@ pub mod records;
 pub mod sqlite;
 
 pub use artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
-pub use catalogue::{Catalogue, Change, DamagedRow, Listed, MeasurementFilter, Page, ScanFilter};
+pub use catalogue::{Catalogue, Change, DamagedRow, ExpectedActive, Listed, MeasurementFilter, Page, ScanFilter};
 pub use disk::{Disk, LocalDisk};
 pub use error::StoreError;
 pub use health::Health;

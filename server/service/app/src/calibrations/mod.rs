@@ -15,7 +15,7 @@ use metrology::PartVerdict;
 use optics::{Calibration, LightSurfaces, Triangulator};
 use station::StationHandle;
 use station::wall_clock::now_ms;
-use store::{ActivationRecord, Artifacts, Change, Page, StoreError};
+use store::{ActivationRecord, Artifacts, Change, ExpectedActive, Page, StoreError};
 use tokio::sync::Mutex;
 
 use crate::calibrations::stored::stored_document;
@@ -150,7 +150,7 @@ impl Calibrations {
         let append_event = event(&subject, activated);
         let change = Change::Activate {
             calibration_id: to,
-            expected_previous: Some(from),
+            expected_previous: ExpectedActive::Is(from),
             act: act.to_owned(),
             actor: actor.to_owned(),
             at_ms: now_ms(),

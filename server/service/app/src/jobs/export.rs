@@ -12,7 +12,7 @@ use scanning::{CloudFormat, Mesh, MeshFormat, MeshParams, mesh_from_cloud};
 use store::{ArtifactId, Artifacts, ResultRef, ScanRecord, StoreError};
 
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::{Done, ExportInput, JobContext, JobEnd};
+use crate::jobs::{ComputeContext, Done, ExportInput, JobEnd};
 use crate::progress::Phase;
 use crate::stored_scan::{disk_problem, stored_cloud_file, without_cloud};
 
@@ -92,7 +92,7 @@ impl ExportFormat {
 }
 
 /// Exports.
-pub fn run(input: ExportInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+pub fn run(input: ExportInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     let format = ExportFormat::parse(&input.what, &input.format)?;
     let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
     let words = format!("writing the {} as {}", format.what(), format.extension());
@@ -108,7 +108,7 @@ pub fn run(input: ExportInput, ctx: &JobContext) -> Result<Done, JobEnd> {
         result: ResultRef { kind: EXPORT.to_owned(), id: format!("{}/{}", scan.id, file_name(format)) },
         message: format!("{} of {} as {}", format.what(), scan.name, format.extension()),
         changes: vec![event(&scan.id, Event::ScanExported(body))],
-        after: None,
+        finished_work: None,
     })
 }
 

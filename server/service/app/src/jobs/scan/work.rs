@@ -166,6 +166,11 @@ impl Work {
     }
 }
 
+/// The scan is stored: nothing else of its making is needed.
+pub fn clear_work(artifacts: &dyn Artifacts, scan_id: &str) {
+    removed(std::fs::remove_dir_all(home(artifacts).join(scan_id)));
+}
+
 fn removed(result: std::io::Result<()>) {
     if let Err(cause) = result
         && cause.kind() != std::io::ErrorKind::NotFound
