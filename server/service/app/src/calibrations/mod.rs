@@ -108,11 +108,7 @@ impl Calibrations {
         let compared = compared.map_err(|cause| {
             AppError::new(ErrorKind::Internal, "the comparison ended by a defect").because(cause.to_string())
         })?;
-        compared.map_err(|error| {
-            let text = error.to_string();
-            let (what, remedy) = text.split_once("; ").unwrap_or((&text, "compare others"));
-            AppError::new(ErrorKind::Impossible, what).remedy(remedy)
-        })
+        Ok(compared?)
     }
 
     async fn document(&self, id: &str) -> Result<Calibration, AppError> {
