@@ -4,7 +4,9 @@ use async_trait::async_trait;
 use serde::{Deserialize, Serialize};
 use tokio::io::AsyncRead;
 
+use crate::bytes::ArtifactBytes;
 use crate::error::StoreError;
+use crate::workbench::{FinishedFile, Workbench};
 
 /// The SHA-256 of an artifact's bytes, lower-case hexadecimal.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -68,9 +70,8 @@ pub trait Artifacts: Send + Sync {
     async fn create(&self) -> Result<Box<dyn ArtifactWriter>, StoreError>;
     /// Opens an artifact for reading.
     async fn open(&self, id: &ArtifactId) -> Result<ArtifactReader, StoreError>;
-    /// The artifact as a file of this machine, to be read at any place. Its hash is not checked: for formats whose parts
-    /// carry their own checksums.
-    async fn file(&self, id: &ArtifactId) -> Result<std::fs::File, StoreError>;
+    /// The bytes of an artifact at any place. Its hash is not checked: for formats whose parts carry their own checksums.
+    async fn bytes(&self, id: &ArtifactId) -> Result<ArtifactBytes, StoreError>;
     /// Reads an artifact once to its end.
     ///
     /// # Errors
@@ -80,10 +81,10 @@ pub trait Artifacts: Send + Sync {
     async fn read(&self, id: &ArtifactId) -> Result<Vec<u8>, StoreError>;
     /// Stores bytes that are in memory.
     async fn put(&self, bytes: &[u8]) -> Result<ArtifactId, StoreError>;
-    /// Moves the file `path` in (written by this process under [`Artifacts::scratch`]), durably.
-    async fn adopt(&self, path: &std::path::Path) -> Result<ArtifactId, StoreError>;
-    /// A folder on the same file system for files in the making; emptied at start.
-    fn scratch(&self) -> &std::path::Path;
+    /// Takes a file of the workbench in, durably; it is gone from there afterwards.
+    async fn adopt(&self, file: FinishedFile) -> Result<ArtifactId, StoreError>;
+    /// Where files in the making are.
+    fn workbench(&self) -> &Workbench;
     /// Keeps an artifact that is there until a record names it anew, as if it had been stored just now.
     ///
     /// # Errors

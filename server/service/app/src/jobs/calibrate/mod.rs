@@ -62,7 +62,7 @@ fn made_from(
     taken: f64,
     take: impl FnOnce(&Path) -> Result<(), JobEnd>,
 ) -> Result<Done, JobEnd> {
-    let folder = tempfile::Builder::new().prefix("calibration-").tempdir_in(ctx.artifacts.scratch());
+    let folder = tempfile::Builder::new().prefix("calibration-").tempdir_in(ctx.artifacts.workbench().scratch());
     let folder = folder.map_err(disk_problem)?;
     take(folder.path())?;
     ctx.go_on()?;

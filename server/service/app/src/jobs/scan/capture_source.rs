@@ -2,7 +2,7 @@
 
 use capture::Capture;
 use scanning::Frames as _;
-use store::ScanState;
+use store::{FinishedFile, ScanState};
 
 use crate::calibrations::stored::stored_document;
 use crate::error::{AppError, ErrorKind};
@@ -27,10 +27,10 @@ pub fn run(input: &ScanInput, frames: &RecordedFrames, ctx: &ComputeContext) -> 
     let reporter = ctx.reporter(Phase::ReadingFrames, 0.0..READING);
     let capture = open_capture(&checked_out.folder, &reporter)?;
     let cloud_name = chosen_scan(&capture, scan.as_deref())?;
-    let place = tempfile::tempdir_in(ctx.artifacts.scratch()).map_err(disk_problem)?;
+    let place = tempfile::tempdir_in(ctx.artifacts.workbench().scratch()).map_err(disk_problem)?;
     let path = place.path().join("peaks");
     write_capture_peaks(&capture, &document, &cloud_name, &path, &reporter)?;
-    let peaks = ctx.wait(ctx.artifacts.adopt(&path))?;
+    let peaks = ctx.wait(ctx.artifacts.adopt(FinishedFile::at(&path)))?;
     let id = new_id();
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &peaks, &id))?;
     let run = ScanRun {

@@ -15,7 +15,7 @@ use scanning::files::peaks::PeaksFile;
 use scanning::{CloudFormat, CloudPoint, Evaluation, Frames as _};
 use serde_json::{Value, json};
 use station::wall_clock::now_ms;
-use store::{ArtifactId, Change, ScanRecord, ScanState};
+use store::{ArtifactId, Change, FinishedFile, ScanRecord, ScanState};
 
 use crate::error::AppError;
 use crate::jobs::plan::TIMING;
@@ -138,7 +138,7 @@ impl KeptCloud {
         evaluation: &Evaluation,
         frames: &PeaksFile,
     ) -> Result<Self, JobEnd> {
-        let place = tempfile::tempdir_in(ctx.artifacts.scratch()).map_err(disk_problem)?;
+        let place = tempfile::tempdir_in(ctx.artifacts.workbench().scratch()).map_err(disk_problem)?;
         let [cloud, blocks] = ["cloud.ply", "blocks"].map(|name| place.path().join(name));
         let mut display = match &story.display {
             Some(_) => None,
@@ -148,12 +148,12 @@ impl KeptCloud {
             Ok(display.as_mut().map_or(Ok(()), |display| display.add(points))?)
         };
         let median_sigma_mm = write_scan_cloud(&cloud, CloudFormat::Ply, evaluation, show)?;
-        let cloud = ctx.wait(ctx.artifacts.adopt(&cloud))?;
+        let cloud = ctx.wait(ctx.artifacts.adopt(FinishedFile::at(&cloud)))?;
         let display = match (display, &story.display) {
             (_, Some(shown)) => shown.clone(),
             (written, None) => {
                 written.map_or(Ok(()), DisplayFile::finish)?;
-                ctx.wait(ctx.artifacts.adopt(&blocks))?
+                ctx.wait(ctx.artifacts.adopt(FinishedFile::at(&blocks)))?
             }
         };
         Ok(Self { cloud, display, median_sigma_mm })

@@ -119,7 +119,7 @@ async fn a_cancelled_calibration_leaves_nothing_and_frees_the_station() {
     assert_eq!(ended(&jobs, &job.id).await.record.state, JobState::Cancelled);
     let page = store::Page { before: None, limit: 10 };
     assert!(bench.parts.ledger.read().calibrations(&page).await.unwrap().records.is_empty());
-    assert_eq!(std::fs::read_dir(bench.parts.artifacts.scratch()).unwrap().count(), 0);
+    assert_eq!(std::fs::read_dir(bench.parts.artifacts.workbench().scratch()).unwrap().count(), 0);
     assert!(!matches!(&*bench.parts.station.simulation().unwrap().scene(), Scene::Board(_)));
     assert_eq!(bench.parts.station.status().job_id, None);
 }
