@@ -2,8 +2,11 @@
 //!
 //! Definition and limits: `server/docs/maths/calibration.md`, section "Difference of two calibrations".
 
+use std::borrow::Cow;
+
 use nalgebra::Vector2;
 use optics::Calibration;
+use remedy::Remedy;
 
 /// Columns and rows of the grid of pixels at which depths are compared: finer than any distortion is smooth.
 pub const GRID: (usize, usize) = (64, 48);
@@ -14,7 +17,7 @@ pub enum DifferenceError {
     /// Pixels do not mean the same.
     #[error(
         "one calibration is for images of {one_width_px}×{one_height_px} pixels, the other for \
-         {other_width_px}×{other_height_px}; compare calibrations of one camera at one resolution"
+         {other_width_px}×{other_height_px}"
     )]
     OtherCamera {
         /// Columns of the first.
@@ -27,8 +30,17 @@ pub enum DifferenceError {
         other_height_px: usize,
     },
     /// No pixel at which both give a depth within the first one's working volume.
-    #[error("the calibrations share no order in their working volumes; compare calibrations of one station")]
+    #[error("the calibrations share no order in their working volumes")]
     NothingShared,
+}
+
+impl Remedy for DifferenceError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(Cow::Borrowed(match self {
+            Self::OtherCamera { .. } => "compare calibrations of one camera at one resolution",
+            Self::NothingShared => "compare calibrations of one station",
+        }))
+    }
 }
 
 /// Where the difference is largest.

@@ -1,7 +1,9 @@
 //! A camera: settings, acquisition, frames into recycled buffers.
 
+use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
+use remedy::Remedy;
 use vision::GreyImage;
 
 use crate::DeviceIdentity;
@@ -165,15 +167,13 @@ pub struct FrameInfo {
 #[derive(Debug, thiserror::Error)]
 pub enum CameraError {
     /// It does not answer any more; it must be opened again.
-    #[error("the camera is gone: {reason}; check cable and power, then reconnect")]
+    #[error("the camera is gone: {reason}")]
     Gone {
         /// What was noticed.
         reason: String,
     },
     /// A frame was not of the size or format agreed.
-    #[error(
-        "the camera sent {got_width_px}×{got_height_px} pixels instead of {width_px}×{height_px}; set the region of interest again"
-    )]
+    #[error("the camera sent {got_width_px}×{got_height_px} pixels instead of {width_px}×{height_px}")]
     WrongFrame {
         /// Columns agreed.
         width_px: usize,
@@ -201,7 +201,7 @@ pub enum CameraError {
         reason: &'static str,
     },
     /// The recording ended.
-    #[error("the recording has no more frames; start it again")]
+    #[error("the recording has no more frames")]
     EndOfRecording,
     /// A picture of a recording cannot be read.
     #[error("frame {frame_id} of the recording cannot be read")]
@@ -212,6 +212,17 @@ pub enum CameraError {
         #[source]
         cause: capture::CaptureError,
     },
+}
+
+impl Remedy for CameraError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(Cow::Borrowed(match self {
+            Self::Gone { .. } => "check cable and power, then reconnect",
+            Self::WrongFrame { .. } => "set the region of interest again",
+            Self::EndOfRecording => "start it again",
+            Self::Unsupported { .. } | Self::NotTriggerable { .. } | Self::Unreadable { .. } => return None,
+        }))
+    }
 }
 
 /// A camera.

@@ -4,8 +4,10 @@
 //! table of the program (`server/cli/src/drivers.rs`), which chooses by `[station.camera]`, `[station.stage]` and
 //! `[station.laser]` who makes which device.
 
-use std::error::Error;
+use std::borrow::Cow;
 use std::fmt::Debug;
+
+use remedy::Remedy;
 
 use crate::{Camera, Laser, LaserError, Stage, StageError};
 
@@ -78,12 +80,32 @@ pub enum OpenError {
     /// The laser's.
     #[error(transparent)]
     Laser(#[from] LaserError),
-    /// The settings make no device; the text ends with a semicolon and what to do.
-    #[error("{0}")]
-    Settings(String),
-    /// What the settings name is not there; it may come. The text ends with a semicolon and what to do.
-    #[error("{0}")]
-    Absent(String),
+    /// The settings make no device.
+    #[error("{what}")]
+    Settings {
+        /// What is wrong with them.
+        what: String,
+        /// What to do about it.
+        remedy: String,
+    },
+    /// What the settings name is not there; it may come.
+    #[error("{what}")]
+    Absent {
+        /// What is missing.
+        what: String,
+        /// What to do about it.
+        remedy: String,
+    },
+}
+
+impl Remedy for OpenError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        match self {
+            Self::Stage(error) => error.remedy(),
+            Self::Laser(error) => error.remedy(),
+            Self::Settings { remedy, .. } | Self::Absent { remedy, .. } => Some(Cow::Borrowed(remedy)),
+        }
+    }
 }
 
 /// A setting without which a driver has nothing to open.
@@ -137,21 +159,5 @@ pub trait Driver: Debug + Send + Sync {
     /// Devices at this computer that may be its own; nothing is opened or sent.
     fn discover(&self) -> Vec<Found> {
         Vec::new()
-    }
-}
-
-/// An error in one line, with its causes before its remedy.
-pub fn with_causes(error: &dyn Error) -> String {
-    let mut causes = Vec::new();
-    let mut next = error.source();
-    while let Some(cause) = next {
-        causes.push(cause.to_string());
-        next = cause.source();
-    }
-    let words = error.to_string();
-    let because = if causes.is_empty() { String::new() } else { format!(": {}", causes.join(": ")) };
-    match words.rsplit_once("; ") {
-        Some((detail, remedy)) => format!("{detail}{because}; {remedy}"),
-        None => format!("{words}{because}"),
     }
 }

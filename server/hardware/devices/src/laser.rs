@@ -1,8 +1,11 @@
 //! A laser: light is leased, and goes out when nobody renews the lease.
 
+use std::borrow::Cow;
 use std::time::Duration;
 
-use crate::{DeviceIdentity, camera::ValueRange};
+use remedy::Remedy;
+
+use crate::{DeviceIdentity, StageError, camera::ValueRange};
 
 /// What the laser can do.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,26 +31,43 @@ pub struct LaserState {
 #[derive(Debug, thiserror::Error)]
 pub enum LaserError {
     /// The interlock is open.
-    #[error("the laser's interlock is open; close doors and covers")]
+    #[error("the laser's interlock is open")]
     InterlockOpen,
     /// The laser or its driver reports a fault.
     #[error("the laser reports a fault: {reason}")]
     Fault {
         /// What it says.
         reason: String,
+        /// What to do about it.
+        remedy: &'static str,
     },
+    /// The controller that it shares with the stage has a fault.
+    #[error("the laser reports a fault: {0}")]
+    Controller(StageError),
     /// A power that is not a share of full power.
-    #[error("a laser cannot shine with power {value}; give a number above 0 and at most 1")]
+    #[error("a laser cannot shine with power {value}")]
     BadPower {
         /// The value wanted.
         value: f64,
     },
     /// The controller refused or does not answer; whether light is on is unknown until it is reached again.
-    #[error("the laser cannot be reached: {reason}; check cable and power, then reconnect")]
+    #[error("the laser cannot be reached: {reason}")]
     Gone {
         /// What was noticed.
         reason: String,
     },
+}
+
+impl Remedy for LaserError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(Cow::Borrowed(match self {
+            Self::InterlockOpen => "close doors and covers",
+            Self::BadPower { .. } => "give a number above 0 and at most 1",
+            Self::Gone { .. } => "check cable and power, then reconnect",
+            Self::Controller(error) => return error.remedy(),
+            Self::Fault { remedy, .. } => remedy,
+        }))
+    }
 }
 
 /// A laser.

@@ -1,6 +1,9 @@
 //! A linear stage: moves are started and polled, `stop` works in every state.
 
+use std::borrow::Cow;
 use std::time::Instant;
+
+use remedy::Remedy;
 
 use crate::DeviceIdentity;
 
@@ -59,7 +62,7 @@ pub struct StageState {
 #[derive(Debug, thiserror::Error)]
 pub enum StageError {
     /// It is not homed, so that no position means anything.
-    #[error("the stage does not know where it is; home it first")]
+    #[error("the stage does not know where it is")]
     NotHomed,
     /// Outside the soft limits.
     #[error("{target_mm} mm is outside the stage's travel of {min_mm} to {max_mm} mm")]
@@ -72,7 +75,7 @@ pub enum StageError {
         max_mm: f64,
     },
     /// A number that makes no move.
-    #[error("a stage cannot move with {name} = {value}; give a finite number{positive}", positive = if *.name == "speed_mm_s" { " above 0" } else { "" })]
+    #[error("a stage cannot move with {name} = {value}")]
     BadNumber {
         /// Which argument.
         name: &'static str,
@@ -80,12 +83,10 @@ pub enum StageError {
         value: f64,
     },
     /// It moves or homes already, and one motion at a time is all it takes.
-    #[error("the stage is moving; wait for its end or stop it first")]
+    #[error("the stage is moving")]
     Moving,
     /// It stopped on the way.
-    #[error(
-        "the stage stopped at {actual_mm} mm on the way to {target_mm} mm; look for an obstacle, then home it"
-    )]
+    #[error("the stage stopped at {actual_mm} mm on the way to {target_mm} mm")]
     Stalled {
         /// Where it was to go.
         target_mm: f64,
@@ -93,7 +94,7 @@ pub enum StageError {
         actual_mm: f64,
     },
     /// The controller raised an alarm and takes no moves.
-    #[error("the stage's controller is in alarm {code} ({meaning}); remove the cause, clear the alarm and home")]
+    #[error("the stage's controller is in alarm {code} ({meaning})")]
     Alarm {
         /// The controller's number.
         code: u32,
@@ -111,12 +112,10 @@ pub enum StageError {
         meaning: String,
     },
     /// The controller restarted by itself; where the stage is, is unknown.
-    #[error("the stage's controller restarted; its position is unknown: home it")]
+    #[error("the stage's controller restarted and has lost its position")]
     Restarted,
     /// The controller does not answer.
-    #[error(
-        "the stage did not answer within {waited_ms} ms to `{command}`; check cable and power, then reconnect"
-    )]
+    #[error("the stage did not answer within {waited_ms} ms to `{command}`")]
     NoReply {
         /// The line sent.
         command: String,
@@ -124,19 +123,19 @@ pub enum StageError {
         waited_ms: u64,
     },
     /// What came is not the protocol.
-    #[error("the stage's controller sent `{received}`, which is not its protocol; check device and baud rate")]
+    #[error("the stage's controller sent `{received}`, which is not its protocol")]
     Garbage {
         /// The line, shortened.
         received: String,
     },
     /// It does not answer any more; it must be opened again.
-    #[error("the stage is gone: {reason}; check cable and power, then reconnect")]
+    #[error("the stage is gone: {reason}")]
     Gone {
         /// What was noticed.
         reason: String,
     },
     /// Another device than the one the station was set up with.
-    #[error("expected {expected} at {place}, found {found}; connect the right device or change the configuration")]
+    #[error("expected {expected} at {place}, found {found}")]
     WrongDevice {
         /// Where it was looked for.
         place: String,
@@ -145,6 +144,24 @@ pub enum StageError {
         /// What answered.
         found: String,
     },
+}
+
+impl Remedy for StageError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(Cow::Borrowed(match self {
+            Self::NotHomed => "home it first",
+            Self::BadNumber { name: "speed_mm_s", .. } => "give a finite number above 0",
+            Self::BadNumber { .. } => "give a finite number",
+            Self::Moving => "wait for its end or stop it first",
+            Self::Stalled { .. } => "look for an obstacle, then home it",
+            Self::Alarm { .. } => "remove the cause, clear the alarm and home",
+            Self::Restarted => "home it",
+            Self::NoReply { .. } | Self::Gone { .. } => "check cable and power, then reconnect",
+            Self::Garbage { .. } => "check device and baud rate",
+            Self::WrongDevice { .. } => "connect the right device or change the configuration",
+            Self::OutOfTravel { .. } | Self::Refused { .. } => return None,
+        }))
+    }
 }
 
 /// A linear stage.

@@ -8,8 +8,8 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-use devices::driver::with_causes;
 use devices::{Camera, CameraRequest, DeviceSet, Driver, Laser, OpenError, Opened, Stage};
+use remedy::{Remedy, with_causes};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +60,7 @@ impl Default for TwinSettings {
 pub struct TwinDriver {
     settings: TwinSettings,
     /// The one world, or why there is none: settings do not get better by trying again.
-    world: OnceLock<Result<TwinStation, String>>,
+    world: OnceLock<Result<TwinStation, NoWorld>>,
 }
 
 impl TwinDriver {
@@ -99,7 +99,8 @@ impl TwinDriver {
 
     fn world(&self) -> Result<&TwinStation, OpenError> {
         let made = self.world.get_or_init(|| world(&self.settings));
-        made.as_ref().map_err(|why| OpenError::Settings(why.clone()))
+        made.as_ref()
+            .map_err(|NoWorld { what, remedy }| OpenError::Settings { what: what.clone(), remedy: remedy.clone() })
     }
 }
 
@@ -147,9 +148,21 @@ enum OnStage {
     Solid(Arc<Solid>),
 }
 
-fn world(settings: &TwinSettings) -> Result<TwinStation, String> {
-    let model =
-        StationModel::seeded(settings.seed, &StationShape::default()).map_err(|error| with_causes(&error))?;
+/// Why settings make no world, and what to do about it.
+struct NoWorld {
+    what: String,
+    remedy: String,
+}
+
+impl NoWorld {
+    fn new(what: String, remedy: &str) -> Self {
+        Self { what, remedy: remedy.to_owned() }
+    }
+}
+
+fn world(settings: &TwinSettings) -> Result<TwinStation, NoWorld> {
+    let model = StationModel::seeded(settings.seed, &StationShape::default())
+        .map_err(|error| NoWorld::new(with_causes(&error), "choose another station.twin.seed"))?;
     let timing = if settings.realistic_timing { Timing::Realistic } else { Timing::Instant };
     let (scene, solid) = match on_stage(settings)? {
         OnStage::Part(kind) => (kind, None),
@@ -162,7 +175,7 @@ fn world(settings: &TwinSettings) -> Result<TwinStation, String> {
     Ok(station)
 }
 
-fn on_stage(settings: &TwinSettings) -> Result<OnStage, String> {
+fn on_stage(settings: &TwinSettings) -> Result<OnStage, NoWorld> {
     Ok(OnStage::Part(match settings.scene.as_str() {
         "plate" => SceneKind::Plate,
         "gauge" => SceneKind::Gauge { height_mm: settings.gauge_height_mm },
@@ -170,16 +183,20 @@ fn on_stage(settings: &TwinSettings) -> Result<OnStage, String> {
         "freeform" => SceneKind::Freeform,
         file if file.to_ascii_lowercase().ends_with(".stl") => return solid(file).map(OnStage::Solid),
         other => {
-            return Err(format!(
-                "there is no scene `{other}`; set station.twin.scene to plate, gauge, sphere, freeform or an STL file"
+            return Err(NoWorld::new(
+                format!("there is no scene `{other}`"),
+                "set station.twin.scene to plate, gauge, sphere, freeform or an STL file",
             ));
         }
     }))
 }
 
-fn solid(file: &str) -> Result<Arc<Solid>, String> {
-    let remedy = "set station.twin.scene to an STL file in mm";
-    let bytes = std::fs::read(file).map_err(|error| format!("cannot read {file}: {error}; {remedy}"))?;
-    let solid = read_stl(&bytes).map_err(|error| format!("{file}: {}", with_causes(&error)))?;
+fn solid(file: &str) -> Result<Arc<Solid>, NoWorld> {
+    let usual = "set station.twin.scene to an STL file in mm";
+    let bytes =
+        std::fs::read(file).map_err(|error| NoWorld::new(format!("cannot read {file}: {error}"), usual))?;
+    let solid = read_stl(&bytes).map_err(|error| {
+        NoWorld::new(format!("{file}: {}", with_causes(&error)), &error.remedy().unwrap_or(usual.into()))
+    })?;
     Ok(Arc::new(solid))
 }

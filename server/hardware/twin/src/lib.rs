@@ -18,7 +18,9 @@ pub mod truth;
 
 pub use capture_folder::{CaptureRequest, Progress, ScanRequest, TwinCaptureError, capture_folder};
 pub use driver::{TwinDriver, TwinSettings};
-pub use live::{Timing, TwinCamera, TwinControl, TwinFault, TwinLaser, TwinOptions, TwinStage, TwinStation};
+pub use live::{
+    FaultNameError, Timing, TwinCamera, TwinControl, TwinFault, TwinLaser, TwinOptions, TwinStage, TwinStation,
+};
 pub use model::shape::StationShape;
 pub use model::station::{StationError, StationModel};
 pub use part::board::Board;

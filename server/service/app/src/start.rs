@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use live::LiveBus;
 use pipeline::Failure;
+use remedy::Remedy as _;
 use station::wall_clock::now_ms;
 use station::{Fault, StationHandle};
 use store::Store;
@@ -130,7 +131,7 @@ impl App {
 
 /// A data directory that cannot be used: the message says what to do, with the folders that no client may see.
 fn unusable(error: store::StoreError) -> Failure {
-    let remedy = error.remedy().unwrap_or("check the data folder");
+    let remedy = error.remedy().unwrap_or("check the data folder".into());
     let failure = Failure::bad_input(error.to_string()).remedy(remedy);
     match std::error::Error::source(&error) {
         Some(cause) => failure.because(cause),

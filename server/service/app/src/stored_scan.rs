@@ -1,13 +1,12 @@
 //! Scans as the store keeps them: reading them back, and the words for a disk that does not take them.
 
 use std::error::Error;
-use std::fs::File;
 use std::io::{self, BufReader};
 
 use scanning::files::peaks::{PeaksFile, read_one_frame, read_positions};
 use scanning::files::read_cloud_from;
 use scanning::{Cloud, CloudFormat, ScanFrame};
-use store::{ArtifactId, Artifacts, ScanRecord};
+use store::{ArtifactBytes, ArtifactId, Artifacts, ScanRecord};
 
 use crate::error::{AppError, ErrorKind};
 use crate::scan_run::ScanRun;
@@ -22,20 +21,20 @@ pub fn new_id() -> String {
 /// # Errors
 /// A problem: the scan has no cloud (it was stopped), or the artifact is damaged.
 pub async fn stored_cloud(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Cloud, AppError> {
-    let file = stored_cloud_file(artifacts, scan).await?;
-    parsed(&scan.id, "cloud", move || read_cloud_from(BufReader::new(file), CloudFormat::Ply)).await
+    let bytes = stored_cloud_bytes(artifacts, scan).await?;
+    parsed(&scan.id, "cloud", move || read_cloud_from(BufReader::new(bytes), CloudFormat::Ply)).await
 }
 
-/// The cloud of a scan as a PLY file, checked.
+/// The bytes of the cloud of a scan, a PLY file, checked.
 ///
 /// # Errors
 /// As [`stored_cloud`].
-pub async fn stored_cloud_file(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<File, AppError> {
+pub async fn stored_cloud_bytes(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<ArtifactBytes, AppError> {
     let Some(id) = &scan.cloud else { return Err(without_cloud(scan)) };
     let what = format!("the cloud of scan {}", scan.id);
     let lost = |error| AppError::from(error).of_stored(&what);
     artifacts.check(id).await.map_err(lost)?;
-    artifacts.file(id).await.map_err(lost)
+    artifacts.bytes(id).await.map_err(lost)
 }
 
 /// The frames of a scan, checked; they stay in their file.
@@ -47,8 +46,8 @@ pub async fn stored_peaks(
     peaks: &ArtifactId,
     scan_id: &str,
 ) -> Result<PeaksFile, AppError> {
-    let file = peaks_file(artifacts, peaks, scan_id).await?;
-    parsed(scan_id, "peaks", move || PeaksFile::new(file)).await
+    let bytes = peaks_bytes(artifacts, peaks, scan_id).await?;
+    parsed(scan_id, "peaks", move || PeaksFile::new(bytes)).await
 }
 
 /// Where the frames of a scan were taken.
@@ -56,8 +55,8 @@ pub async fn stored_peaks(
 /// # Errors
 /// A problem: the artifact is damaged.
 pub async fn stored_positions(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Vec<f64>, AppError> {
-    let file = peaks_file(artifacts, &scan.peaks, &scan.id).await?;
-    parsed(&scan.id, "peaks", move || read_positions(BufReader::new(file))).await
+    let bytes = peaks_bytes(artifacts, &scan.peaks, &scan.id).await?;
+    parsed(&scan.id, "peaks", move || read_positions(BufReader::new(bytes))).await
 }
 
 /// One frame of a scan and when it was taken, or how many frames there are; the others are not read.
@@ -69,13 +68,17 @@ pub async fn stored_frame(
     scan: &ScanRecord,
     frame: usize,
 ) -> Result<Result<(ScanFrame, Option<u64>), usize>, AppError> {
-    let file = peaks_file(artifacts, &scan.peaks, &scan.id).await?;
-    parsed(&scan.id, "peaks", move || read_one_frame(file, frame)).await
+    let bytes = peaks_bytes(artifacts, &scan.peaks, &scan.id).await?;
+    parsed(&scan.id, "peaks", move || read_one_frame(bytes, frame)).await
 }
 
-async fn peaks_file(artifacts: &dyn Artifacts, id: &ArtifactId, scan_id: &str) -> Result<File, AppError> {
-    let file = artifacts.file(id).await;
-    file.map_err(|error| AppError::from(error).of_stored(&format!("the record of lines of scan {scan_id}")))
+async fn peaks_bytes(
+    artifacts: &dyn Artifacts,
+    id: &ArtifactId,
+    scan_id: &str,
+) -> Result<ArtifactBytes, AppError> {
+    let bytes = artifacts.bytes(id).await;
+    bytes.map_err(|error| AppError::from(error).of_stored(&format!("the record of lines of scan {scan_id}")))
 }
 
 /// Reads what takes up to a second on a thread that nobody else waits for.

@@ -1,13 +1,36 @@
 //! Artifacts: immutable bytes, named by their hash.
 
 use async_trait::async_trait;
+use serde::{Deserialize, Serialize};
 use tokio::io::AsyncRead;
 
+use crate::bytes::ArtifactBytes;
 use crate::error::StoreError;
+use crate::workbench::{FinishedFile, Workbench};
 
 /// The SHA-256 of an artifact's bytes, lower-case hexadecimal.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct ArtifactId(String);
+
+/// A text that names no artifact.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("an artifact is named by 64 lower-case hexadecimal digits, not by \"{0}\"")]
+pub struct NotAnArtifactId(String);
+
+impl TryFrom<String> for ArtifactId {
+    type Error = NotAnArtifactId;
+
+    fn try_from(text: String) -> Result<Self, NotAnArtifactId> {
+        Self::parse(&text).ok_or(NotAnArtifactId(text))
+    }
+}
+
+impl From<ArtifactId> for String {
+    fn from(id: ArtifactId) -> Self {
+        id.0
+    }
+}
 
 impl ArtifactId {
     /// The id of that text; `None` if it is not 64 lower-case hexadecimal digits.
@@ -47,9 +70,8 @@ pub trait Artifacts: Send + Sync {
     async fn create(&self) -> Result<Box<dyn ArtifactWriter>, StoreError>;
     /// Opens an artifact for reading.
     async fn open(&self, id: &ArtifactId) -> Result<ArtifactReader, StoreError>;
-    /// The artifact as a file of this machine, to be read at any place. Its hash is not checked: for formats whose parts
-    /// carry their own checksums.
-    async fn file(&self, id: &ArtifactId) -> Result<std::fs::File, StoreError>;
+    /// The bytes of an artifact at any place. Its hash is not checked: for formats whose parts carry their own checksums.
+    async fn bytes(&self, id: &ArtifactId) -> Result<ArtifactBytes, StoreError>;
     /// Reads an artifact once to its end.
     ///
     /// # Errors
@@ -59,10 +81,10 @@ pub trait Artifacts: Send + Sync {
     async fn read(&self, id: &ArtifactId) -> Result<Vec<u8>, StoreError>;
     /// Stores bytes that are in memory.
     async fn put(&self, bytes: &[u8]) -> Result<ArtifactId, StoreError>;
-    /// Moves the file `path` in (written by this process under [`Artifacts::scratch`]), durably.
-    async fn adopt(&self, path: &std::path::Path) -> Result<ArtifactId, StoreError>;
-    /// A folder on the same file system for files in the making; emptied at start.
-    fn scratch(&self) -> &std::path::Path;
+    /// Takes a file of the workbench in, durably; it is gone from there afterwards.
+    async fn adopt(&self, file: FinishedFile) -> Result<ArtifactId, StoreError>;
+    /// Where files in the making are.
+    fn workbench(&self) -> &Workbench;
     /// Keeps an artifact that is there until a record names it anew, as if it had been stored just now.
     ///
     /// # Errors

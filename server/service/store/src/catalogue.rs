@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use async_trait::async_trait;
+use serde::{Deserialize, Serialize};
 
 use crate::artifacts::ArtifactId;
 use crate::error::StoreError;
@@ -11,8 +12,18 @@ use crate::records::{
     JobState, MeasurementRecord, ScanRecord, ScanState, SessionRecord, SettingRecord,
 };
 
-/// One change; a list of them is one transaction.
-#[derive(Debug, Clone, PartialEq)]
+/// Which calibration a change expects to be active.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ExpectedActive {
+    /// Whichever is.
+    Any,
+    /// This one, or none.
+    Is(Option<String>),
+}
+
+/// One change; a list of them is one transaction. Its serialised form hands changes from one process to another of the
+/// same program; it is stored nowhere.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Change {
     /// A job is accepted.
     InsertJob(JobRecord),
@@ -57,8 +68,8 @@ pub enum Change {
     Activate {
         /// `None`: nothing.
         calibration_id: Option<String>,
-        /// Refused with [`StoreError::Changed`] if another one is active by now; `None`: whatever is active.
-        expected_previous: Option<Option<String>>,
+        /// Refused with [`StoreError::Changed`] if another one is active by now.
+        expected_previous: ExpectedActive,
         /// `activate` or `roll_back`.
         act: String,
         /// Who.

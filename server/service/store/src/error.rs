@@ -1,5 +1,9 @@
 //! Why the store did not do what it was asked.
 
+use std::borrow::Cow;
+
+use remedy::Remedy;
+
 /// Why the store did not do what it was asked.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
@@ -117,26 +121,29 @@ pub enum StoreError {
     },
 }
 
-impl StoreError {
-    /// What to do about it; `None` where its own words are all there is to say.
-    pub fn remedy(&self) -> Option<&str> {
-        match self {
-            Self::NotFound { .. } | Self::Exists { .. } | Self::Database { .. } | Self::File { .. } => None,
-            Self::Changed { .. } => Some("read it again and repeat"),
-            Self::Refused { remedy, .. } => *remedy,
-            Self::Full => Some("delete captures or scans that are no longer needed"),
-            Self::ReadOnly { .. } => Some("check the disk, then restart"),
-            Self::Damaged { .. } => Some("restore it from a backup"),
-            Self::DamagedRecord { .. } => {
-                Some("delete it if it can be made again, or restore the data directory from a backup")
+impl Remedy for StoreError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(Cow::Borrowed(match self {
+            Self::NotFound { .. } | Self::Exists { .. } | Self::Database { .. } | Self::File { .. } => {
+                return None;
             }
-            Self::TooNew { .. } => Some("use the newer program"),
-            Self::NotItsCatalogue { remedy, .. } => Some(remedy),
-            Self::InUse { .. } => Some("stop it or choose another --data"),
-            Self::Broken { .. } => Some("restore the database from a backup"),
-        }
+            Self::Changed { .. } => "read it again and repeat",
+            Self::Refused { remedy, .. } => return remedy.map(Cow::Borrowed),
+            Self::Full => "delete captures or scans that are no longer needed",
+            Self::ReadOnly { .. } => "check the disk, then restart",
+            Self::Damaged { .. } => "restore it from a backup",
+            Self::DamagedRecord { .. } => {
+                "delete it if it can be made again, or restore the data directory from a backup"
+            }
+            Self::TooNew { .. } => "use the newer program",
+            Self::NotItsCatalogue { remedy, .. } => remedy,
+            Self::InUse { .. } => "stop it or choose another --data",
+            Self::Broken { .. } => "restore the database from a backup",
+        }))
     }
+}
 
+impl StoreError {
     /// The same of a check of the whole database: what it finds wrong is not to be tried again.
     pub(crate) fn broken(self) -> Self {
         match self {

@@ -2,12 +2,15 @@
 //!
 //! A change that was answered with `Ok` survives a crash at any later moment, a change that was not is either there
 //! as a whole or not at all (`promises.md` 1). Artifacts are named by the SHA-256 of their bytes, which every reader
-//! checks. Two traits, [`Catalogue`] and [`Artifacts`], are the seam for other databases and object stores.
+//! checks. Two traits, [`Catalogue`] and [`Artifacts`], are the seam for other databases and object stores:
+//! neither hands out a file or a path. Files in the making lie on the [`Workbench`] of this machine.
 
+mod bytes;
 mod holds;
 mod identity;
 mod reserve;
 mod store;
+mod workbench;
 
 pub mod artifacts;
 pub mod catalogue;
@@ -20,7 +23,8 @@ pub mod records;
 pub mod sqlite;
 
 pub use artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
-pub use catalogue::{Catalogue, Change, DamagedRow, Listed, MeasurementFilter, Page, ScanFilter};
+pub use bytes::{ArtifactBytes, ByteRanges};
+pub use catalogue::{Catalogue, Change, DamagedRow, ExpectedActive, Listed, MeasurementFilter, Page, ScanFilter};
 pub use disk::{Disk, LocalDisk};
 pub use error::StoreError;
 pub use health::Health;
@@ -31,3 +35,4 @@ pub use records::{
 };
 pub use sqlite::SqliteCatalogue;
 pub use store::Store;
+pub use workbench::{FinishedFile, Workbench};

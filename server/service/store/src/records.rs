@@ -44,7 +44,7 @@ pub struct ResultRef {
 }
 
 /// A job.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JobRecord {
     /// UUID v7.
     pub id: String,
@@ -75,7 +75,7 @@ pub struct JobRecord {
 }
 
 /// How a job ended.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum JobOutcome {
     /// With a result.
     Succeeded(ResultRef),
@@ -88,7 +88,7 @@ pub enum JobOutcome {
 }
 
 /// A capture folder, kept as one archive.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CaptureRecord {
     /// UUID v7.
     pub id: String,
@@ -109,7 +109,7 @@ pub struct CaptureRecord {
 }
 
 /// A calibration; a draft until it is activated.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationRecord {
     /// The document's own id, a hash of its content.
     pub id: String,
@@ -157,7 +157,7 @@ pub enum ScanState {
 }
 
 /// A scan: everything needed to compute it again.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ScanRecord {
     /// UUID v7.
     pub id: String,
@@ -190,7 +190,7 @@ pub struct ScanRecord {
 }
 
 /// A measurement on a scan.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeasurementRecord {
     /// UUID v7.
     pub id: String,
@@ -205,7 +205,7 @@ pub struct MeasurementRecord {
 }
 
 /// A calibration in the making: pictures taken step by step.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SessionRecord {
     /// UUID v7.
     pub id: String,
@@ -220,7 +220,7 @@ pub struct SessionRecord {
 }
 
 /// What the station remembers beside its records: a value under a name.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SettingRecord {
     /// A stable name: `station.halted`, `camera.settings`, …
     pub name: String,
@@ -231,7 +231,7 @@ pub struct SettingRecord {
 }
 
 /// Something that happened; the sequence has no gaps in what a reader sees.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EventRecord {
     /// Position in the log, given by the store.
     pub seq: i64,
@@ -246,7 +246,7 @@ pub struct EventRecord {
 }
 
 /// A request that is done at most once.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IdempotencyRecord {
     /// The client's key, with method and path in front.
     pub key: String,

@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, the folder it lies in, and the crates of this workspace it may import. Every arrow runs down.
-const ARROWS: [(&str, &str, &[&str]); 19] = [
+const ARROWS: [(&str, &str, &[&str]); 20] = [
     (
         "sheaf",
         "server/cli",
@@ -65,6 +65,7 @@ const ARROWS: [(&str, &str, &[&str]); 19] = [
             "sheaf-capture",
             "sheaf-vision",
             "sheaf-optics",
+            "sheaf-remedy",
         ],
     ),
     (
@@ -81,10 +82,14 @@ const ARROWS: [(&str, &str, &[&str]); 19] = [
         ],
     ),
     ("sheaf-live", "server/service/live", &["sheaf-station", "sheaf-scanning", "sheaf-vision", "sheaf-optics"]),
-    ("sheaf-store", "server/service/store", &[]),
-    ("sheaf-station", "server/hardware/station", &["sheaf-twin", "sheaf-devices", "sheaf-vision"]),
-    ("sheaf-twin", "server/hardware/twin", &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics"]),
-    ("sheaf-devices", "server/hardware/devices", &["sheaf-capture", "sheaf-vision"]),
+    ("sheaf-store", "server/service/store", &["sheaf-remedy"]),
+    ("sheaf-station", "server/hardware/station", &["sheaf-twin", "sheaf-devices", "sheaf-vision", "sheaf-remedy"]),
+    (
+        "sheaf-twin",
+        "server/hardware/twin",
+        &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics", "sheaf-remedy"],
+    ),
+    ("sheaf-devices", "server/hardware/devices", &["sheaf-capture", "sheaf-vision", "sheaf-remedy"]),
     (
         "sheaf-pipeline",
         "server/core/pipeline",
@@ -99,11 +104,16 @@ const ARROWS: [(&str, &str, &[&str]); 19] = [
     ),
     ("sheaf-metrology", "server/core/metrology", &["sheaf-scanning", "sheaf-optics", "sheaf-least-squares"]),
     ("sheaf-scanning", "server/core/scanning", &["sheaf-vision", "sheaf-optics"]),
-    ("sheaf-calibration", "server/core/calibration", &["sheaf-vision", "sheaf-optics", "sheaf-least-squares"]),
+    (
+        "sheaf-calibration",
+        "server/core/calibration",
+        &["sheaf-vision", "sheaf-optics", "sheaf-least-squares", "sheaf-remedy"],
+    ),
     ("sheaf-capture", "server/core/capture", &["sheaf-vision"]),
     ("sheaf-vision", "server/core/vision", &[]),
     ("sheaf-optics", "server/core/optics", &[]),
     ("sheaf-least-squares", "server/core/least_squares", &[]),
+    ("sheaf-remedy", "server/core/remedy", &[]),
     ("sheaf-reference", "server/reference", &[]),
     ("xtask", "server/xtask", &[]),
 ];

@@ -9,6 +9,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use remedy::with_causes;
+
 use super::GrblConfig;
 use super::fault::Fault;
 use super::protocol::{HOLD, RESET};
@@ -164,7 +166,7 @@ impl Shared {
         {
             desk.writer = None;
             if !desk.session.is_down() {
-                desk.session.down(Fault::Gone { reason: chain(&error) });
+                desk.session.down(Fault::Gone { reason: with_causes(&error) });
             }
         }
         self.stop_byte.store(desk.session.stop_byte(), Ordering::SeqCst);
@@ -180,7 +182,7 @@ impl Shared {
         if written.is_err() {
             *self.announced() = None;
         }
-        written.map(|()| true).map_err(|error| chain(&error))
+        written.map(|()| true).map_err(|error| with_causes(&error))
     }
 
     fn announced(&self) -> MutexGuard<'_, Option<(u8, Instant)>> {
@@ -233,7 +235,7 @@ fn run(shared: &Shared, mut line: Box<dyn SerialLine>) {
                 shared.tell_of_stops(&mut desk);
                 match read {
                     Ok(n) => desk.session.received(&buffer[..n], Instant::now()),
-                    Err(error) => desk.session.down(Fault::Gone { reason: chain(&error) }),
+                    Err(error) => desk.session.down(Fault::Gone { reason: with_causes(&error) }),
                 }
                 shared.settle(&mut desk);
             }
@@ -272,7 +274,7 @@ fn open(shared: &Shared, line: &mut dyn SerialLine) {
             shared.set_writers(Some(writer), Some(urgent));
             shared.lock().session.line_opened(Instant::now());
         }
-        Err(error) => shared.lock().session.line_unopened(chain(&error)),
+        Err(error) => shared.lock().session.line_unopened(with_causes(&error)),
     }
     shared.settle(&mut shared.lock());
 }
@@ -295,16 +297,4 @@ impl Drop for Farewell<'_> {
         self.0.write_announced(RESET).ok();
         self.0.set_writers(None, None);
     }
-}
-
-/// An error and its causes in one line.
-fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(inner) = cause {
-        text.push_str(": ");
-        text.push_str(&inner.to_string());
-        cause = inner.source();
-    }
-    text
 }

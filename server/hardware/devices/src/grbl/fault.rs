@@ -63,7 +63,11 @@ impl Fault {
 
     /// Over a sound link the laser is known to be dark, so that only its own faults concern it.
     pub fn for_laser(&self) -> LaserError {
-        let reason = self.for_stage().to_string();
-        if self.needs_reconnect() { LaserError::Gone { reason } } else { LaserError::Fault { reason } }
+        let fault = self.for_stage();
+        if self.needs_reconnect() {
+            LaserError::Gone { reason: fault.to_string() }
+        } else {
+            LaserError::Controller(fault)
+        }
     }
 }

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use remedy::with_causes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Pace, Pictures, ReplayCamera, ReplayConfig, ReplayError, ReplayLaser, ReplayStage, open};
-use crate::driver::{DeviceSet, Driver, MissingSetting, OpenError, Opened, with_causes};
+use crate::driver::{DeviceSet, Driver, MissingSetting, OpenError, Opened};
 use crate::{Camera, Laser, Stage, ThreadedCamera};
 
 /// `[station.replay]`: a capture folder that is played.
@@ -88,7 +89,7 @@ impl Driver for ReplayDriver {
         let (camera, stage, laser) = self.devices().map_err(|error| {
             let remedy =
                 "put it in place and reset the station, or correct station.replay.folder and station.replay.scan";
-            OpenError::Absent(format!("{}; {remedy}", with_causes(&error)))
+            OpenError::Absent { what: with_causes(&error), remedy: remedy.to_owned() }
         })?;
         Ok(Opened {
             camera: wanted.camera.then(|| self.in_time(camera)),

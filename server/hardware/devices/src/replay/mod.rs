@@ -74,7 +74,7 @@ pub enum ReplayError {
     #[error("the capture cannot be replayed")]
     Capture(#[from] CaptureError),
     /// There is nothing to deliver.
-    #[error("{} holds no {pictures}; choose other pictures or another capture", folder.display())]
+    #[error("{} holds no {pictures}", folder.display())]
     NoPictures {
         /// The capture.
         folder: PathBuf,
@@ -82,15 +82,13 @@ pub enum ReplayError {
         pictures: &'static str,
     },
     /// A pace that is none.
-    #[error("a replay cannot run at {hz} Hz; give {REPLAY_MIN_RATE_HZ} to {REPLAY_MAX_RATE_HZ}")]
+    #[error("a replay cannot run at {hz} Hz, only at {REPLAY_MIN_RATE_HZ} to {REPLAY_MAX_RATE_HZ}")]
     BadPace {
         /// The rate wanted.
         hz: f64,
     },
     /// More pictures than may be held in memory.
-    #[error(
-        "the pictures take {size_bytes} bytes, more than the {PRELOAD_LIMIT_BYTES} that may be preloaded; replay without preloading"
-    )]
+    #[error("the pictures take {size_bytes} bytes, more than the {PRELOAD_LIMIT_BYTES} that may be preloaded")]
     TooLargeToPreload {
         /// Their size.
         size_bytes: usize,

@@ -89,8 +89,8 @@ impl Share {
         match error {
             OpenError::Stage(error) => fault_of(&error.into()),
             OpenError::Laser(error) => fault_of(&error.into()),
-            OpenError::Settings(message) => Some(fault(device, "wrong_device", &message)),
-            OpenError::Absent(message) => Some(fault(device, "gone", &message)),
+            OpenError::Settings { what, remedy } => Some(fault(device, "wrong_device", what, &remedy)),
+            OpenError::Absent { what, remedy } => Some(fault(device, "gone", what, &remedy)),
         }
     }
 }

@@ -1,10 +1,14 @@
 //! From an error of a device to the fault a person sees, or to a mere refusal.
 
 use devices::{CameraError, LaserError, StageError};
+use remedy::Remedy as _;
 
 use crate::shared::refusal::StationRefusal;
 use crate::shared::status::Fault;
 use crate::shared::wall_clock::now_ms;
+
+/// What to do where a device says no more than that it failed.
+pub const UNKNOWN_REMEDY: &str = "check the device";
 
 /// The fault behind a refusal; `None` if the device is well and only the request was impossible.
 pub fn fault_of(refusal: &StationRefusal) -> Option<Fault> {
@@ -15,13 +19,12 @@ pub fn fault_of(refusal: &StationRefusal) -> Option<Fault> {
         StationRefusal::NoFrame { .. } => ("camera", "silent"),
         _ => return None,
     };
-    Some(fault(device, kind, &refusal.to_string()))
+    Some(fault(device, kind, refusal.to_string(), refusal.remedy().as_deref().unwrap_or(UNKNOWN_REMEDY)))
 }
 
-/// A fault of now; what follows the last semicolon of the message is what to do.
-pub fn fault(device: &'static str, kind: &'static str, message: &str) -> Fault {
-    let (detail, remedy) = message.rsplit_once("; ").unwrap_or((message, "check the device"));
-    Fault { device, kind, detail: detail.to_owned(), remedy: remedy.to_owned(), since_ms: now_ms() }
+/// A fault of now: what happened and what to do.
+pub fn fault(device: &'static str, kind: &'static str, detail: impl Into<String>, remedy: &str) -> Fault {
+    Fault { device, kind, detail: detail.into(), remedy: remedy.to_owned(), since_ms: now_ms() }
 }
 
 fn camera_kind(error: &CameraError) -> Option<&'static str> {
@@ -53,7 +56,7 @@ fn stage_kind(error: &StageError) -> Option<&'static str> {
 fn laser_kind(error: &LaserError) -> Option<&'static str> {
     match error {
         LaserError::InterlockOpen => Some("interlock_open"),
-        LaserError::Fault { .. } => Some("fault"),
+        LaserError::Fault { .. } | LaserError::Controller(_) => Some("fault"),
         LaserError::Gone { .. } => Some("gone"),
         LaserError::BadPower { .. } => None,
     }

@@ -170,9 +170,9 @@ impl Light {
             return Ok(());
         }
         let late = now.saturating_duration_since(lit_at) > LIGHT_UP_LIMIT;
-        let went_out = was_shining.then_some("the light went out by itself; check laser and cable");
-        match went_out.or(late.then_some("no light came; check laser, key switch and cable")) {
-            Some(reason) => Err(LaserError::Fault { reason: reason.to_owned() }),
+        let went_out = was_shining.then_some(("the light went out by itself", "check laser and cable"));
+        match went_out.or(late.then_some(("no light came", "check laser, key switch and cable"))) {
+            Some((reason, remedy)) => Err(LaserError::Fault { reason: reason.to_owned(), remedy }),
             None => Ok(()),
         }
     }

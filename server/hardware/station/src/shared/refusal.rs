@@ -1,18 +1,21 @@
 //! Why the station did not do what it was asked.
 
+use std::borrow::Cow;
+
 use devices::{CameraError, LaserError, StageError};
+use remedy::Remedy;
 
 /// Why the station did not do what it was asked.
 #[derive(Debug, thiserror::Error)]
 pub enum StationRefusal {
     /// A job or the live view has it.
-    #[error("the station is busy: {activity}; wait, or stop it")]
+    #[error("the station is busy: {activity}")]
     Busy {
         /// What it does.
         activity: String,
     },
     /// A fault waits for a person.
-    #[error("the station is in error: {detail}; {remedy}, then reset the station")]
+    #[error("the station is in error: {detail}")]
     InError {
         /// The fault.
         detail: String,
@@ -20,13 +23,13 @@ pub enum StationRefusal {
         remedy: String,
     },
     /// A person stopped it before.
-    #[error("the station was stopped; check that the area is clear, take control and reset it")]
+    #[error("the station was stopped")]
     Halted,
     /// Light by hand belongs to a live view.
-    #[error("the laser shines only while frames arrive; start the live view first")]
+    #[error("the laser shines only while frames arrive")]
     NoLiveView,
     /// A speed that this stage does not have.
-    #[error("the stage moves at {min_mm_s} to {max_mm_s} mm/s, not at {speed_mm_s}; choose a speed within")]
+    #[error("the stage moves at {min_mm_s} to {max_mm_s} mm/s, not at {speed_mm_s}")]
     SpeedOutOfRange {
         /// What was asked for.
         speed_mm_s: f64,
@@ -36,10 +39,10 @@ pub enum StationRefusal {
         max_mm_s: f64,
     },
     /// More commands wait than the station takes.
-    #[error("the station has too many commands to obey; send fewer")]
+    #[error("the station has too many commands to obey")]
     TooManyCommands,
     /// A person stopped it while this ran.
-    #[error("stopped by {actor}; start again when it is safe")]
+    #[error("stopped by {actor}")]
     Stopped {
         /// Who.
         actor: String,
@@ -48,7 +51,7 @@ pub enum StationRefusal {
     #[error("cancelled")]
     Cancelled,
     /// No such device in this station.
-    #[error("this station has no {device}; configure one")]
+    #[error("this station has no {device}")]
     Absent {
         /// Which.
         device: &'static str,
@@ -63,7 +66,7 @@ pub enum StationRefusal {
     #[error(transparent)]
     Laser(#[from] LaserError),
     /// No frame came although one was asked for.
-    #[error("no frame arrived within {waited_ms} ms; check the camera and its trigger")]
+    #[error("no frame arrived within {waited_ms} ms")]
     NoFrame {
         /// How long it was waited for.
         waited_ms: u64,
@@ -71,4 +74,24 @@ pub enum StationRefusal {
     /// The station thread ended.
     #[error("the station is shutting down")]
     ShuttingDown,
+}
+
+impl Remedy for StationRefusal {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(Cow::Borrowed(match self {
+            Self::Busy { .. } => "wait, or stop it",
+            Self::InError { remedy, .. } => return Some(format!("{remedy}, then reset the station").into()),
+            Self::Halted => "check that the area is clear, take control and reset it",
+            Self::NoLiveView => "start the live view first",
+            Self::SpeedOutOfRange { .. } => "choose a speed within",
+            Self::TooManyCommands => "send fewer",
+            Self::Stopped { .. } => "start again when it is safe",
+            Self::Absent { .. } => "configure one",
+            Self::Camera(error) => return error.remedy(),
+            Self::Stage(error) => return error.remedy(),
+            Self::Laser(error) => return error.remedy(),
+            Self::NoFrame { .. } => "check the camera and its trigger",
+            Self::Cancelled | Self::ShuttingDown => return None,
+        }))
+    }
 }

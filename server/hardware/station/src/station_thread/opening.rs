@@ -85,7 +85,7 @@ impl Station {
         for (device, kind) in late {
             let waited_s = OPENING_LIMIT.as_secs();
             let detail = format!("the driver `{kind}` has been opening the {device} for more than {waited_s} s");
-            self.note(fault(device, OPENING, &format!("{detail}; check the device; it may still come")));
+            self.note(fault(device, OPENING, detail, "check the device; it may still come"));
         }
         if self.openings.iter().any(Opening::is_waited_for) {
             return;

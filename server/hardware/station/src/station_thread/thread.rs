@@ -29,7 +29,8 @@ impl Guarded {
             self.0.raise(fault(
                 "station",
                 "panic",
-                "a defect ended what the station did; please report it, with the log of the service",
+                "a defect ended what the station did",
+                "please report it, with the log of the service",
             ));
             self.0.settle_accounts();
         }));

@@ -1,7 +1,10 @@
 //! Faults a simulated station can be given, by name.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
+
+use remedy::Remedy;
 
 /// A fault; one of each kind at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +58,7 @@ pub enum TwinFault {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FaultNameError {
     /// No such fault.
-    #[error("\"{name}\" is no fault; known are {known}")]
+    #[error("\"{name}\" is no fault")]
     Unknown {
         /// The name.
         name: String,
@@ -63,7 +66,7 @@ pub enum FaultNameError {
         known: String,
     },
     /// A value that the fault cannot have.
-    #[error("{name} cannot be {value}; give {expected}")]
+    #[error("{name} cannot be {value}")]
     BadValue {
         /// The fault.
         name: String,
@@ -72,6 +75,15 @@ pub enum FaultNameError {
         /// What is allowed.
         expected: &'static str,
     },
+}
+
+impl Remedy for FaultNameError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::Unknown { known, .. } => format!("known are {known}").into(),
+            Self::BadValue { expected, .. } => format!("give {expected}").into(),
+        })
+    }
 }
 
 impl TwinFault {

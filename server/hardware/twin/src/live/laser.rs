@@ -47,7 +47,10 @@ impl LaserWorld {
 
     fn error(&self) -> Option<LaserError> {
         match self.trouble? {
-            Trouble::Fault => Some(LaserError::Fault { reason: "its driver is too hot".to_owned() }),
+            Trouble::Fault => Some(LaserError::Fault {
+                reason: "its driver is too hot".to_owned(),
+                remedy: "let it cool down, then reset the station",
+            }),
             Trouble::Gone => Some(LaserError::Gone { reason: "its cable was pulled".to_owned() }),
         }
     }

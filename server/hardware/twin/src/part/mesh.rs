@@ -1,9 +1,11 @@
 //! A part made of triangles, and the tree of boxes that finds the one a ray meets first.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use remedy::Remedy;
 
 use crate::model::random::derived_seed;
 use crate::params::PART_REFLECTANCE;
@@ -26,22 +28,32 @@ const MAX_SIZE_MM: f64 = 10_000.0;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SolidError {
     /// Nothing that a ray could meet.
-    #[error("the part has no triangle with an area; export it again")]
+    #[error("the part has no triangle with an area")]
     Empty,
     /// A corner that is no place.
-    #[error("triangle {triangle_idx} has a corner that is not finite; repair the mesh")]
+    #[error("triangle {triangle_idx} has a corner that is not finite")]
     NotFinite {
         /// Which triangle, from 0.
         triangle_idx: usize,
     },
     /// So large or far away that its unit must be wrong.
-    #[error("the part reaches over {size_mm} mm, more than {max_mm} mm; export it in millimetres")]
+    #[error("the part reaches over {size_mm} mm, more than {max_mm} mm")]
     TooLarge {
         /// Largest side of its box.
         size_mm: f64,
         /// What is allowed.
         max_mm: f64,
     },
+}
+
+impl Remedy for SolidError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(Cow::Borrowed(match self {
+            Self::Empty => "export it again",
+            Self::NotFinite { .. } => "repair the mesh",
+            Self::TooLarge { .. } => "export it in millimetres",
+        }))
+    }
 }
 
 /// Triangles in their own frame (mm, z up), centred in x and y and standing on z = 0.

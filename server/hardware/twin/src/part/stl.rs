@@ -1,5 +1,9 @@
 //! STL files, binary and text: triangles in millimetres. Normals are not read: corners tell them.
 
+use std::borrow::Cow;
+
+use remedy::Remedy;
+
 use crate::part::mesh::{Solid, SolidError};
 
 /// Most triangles that are read: some 500 MiB of memory with their tree.
@@ -15,7 +19,7 @@ const BINARY_TRIANGLE: usize = 50;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StlError {
     /// More than is taken.
-    #[error("the file says {count} triangles, more than {max}; reduce the mesh")]
+    #[error("the file says {count} triangles, more than {max}")]
     TooMany {
         /// How many.
         count: usize,
@@ -23,7 +27,7 @@ pub enum StlError {
         max: usize,
     },
     /// The length does not fit the count.
-    #[error("the file says {count} triangles and has {got_bytes} bytes instead of {needed_bytes}; copy it again")]
+    #[error("the file says {count} triangles and has {got_bytes} bytes instead of {needed_bytes}")]
     WrongLength {
         /// Triangles by its header.
         count: usize,
@@ -33,13 +37,13 @@ pub enum StlError {
         got_bytes: usize,
     },
     /// Neither text nor long enough to be binary.
-    #[error("{got_bytes} bytes are no STL file; export the part again")]
+    #[error("{got_bytes} bytes are no STL file")]
     TooShort {
         /// Bytes there are.
         got_bytes: usize,
     },
     /// Text that is not as it should be.
-    #[error("line {line}: expected {expected}, found \"{found}\"; export the part again")]
+    #[error("line {line}: expected {expected}, found \"{found}\"")]
     Syntax {
         /// Line, from 1.
         line: usize,
@@ -55,6 +59,17 @@ pub enum StlError {
         #[source]
         cause: SolidError,
     },
+}
+
+impl Remedy for StlError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(Cow::Borrowed(match self {
+            Self::TooMany { .. } => "reduce the mesh",
+            Self::WrongLength { .. } => "copy it again",
+            Self::TooShort { .. } | Self::Syntax { .. } => "export the part again as STL, in mm",
+            Self::Solid { cause } => return cause.remedy(),
+        }))
+    }
 }
 
 /// Reads a part from the bytes of an STL file.

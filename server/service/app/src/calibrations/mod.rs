@@ -15,7 +15,7 @@ use metrology::PartVerdict;
 use optics::{Calibration, LightSurfaces, Triangulator};
 use station::StationHandle;
 use station::wall_clock::now_ms;
-use store::{ActivationRecord, Artifacts, Change, Page, StoreError};
+use store::{ActivationRecord, Artifacts, Change, ExpectedActive, Page, StoreError};
 use tokio::sync::Mutex;
 
 use crate::calibrations::stored::stored_document;
@@ -108,11 +108,7 @@ impl Calibrations {
         let compared = compared.map_err(|cause| {
             AppError::new(ErrorKind::Internal, "the comparison ended by a defect").because(cause.to_string())
         })?;
-        compared.map_err(|error| {
-            let text = error.to_string();
-            let (what, remedy) = text.split_once("; ").unwrap_or((&text, "compare others"));
-            AppError::new(ErrorKind::Impossible, what).remedy(remedy)
-        })
+        Ok(compared?)
     }
 
     async fn document(&self, id: &str) -> Result<Calibration, AppError> {
@@ -150,7 +146,7 @@ impl Calibrations {
         let append_event = event(&subject, activated);
         let change = Change::Activate {
             calibration_id: to,
-            expected_previous: Some(from),
+            expected_previous: ExpectedActive::Is(from),
             act: act.to_owned(),
             actor: actor.to_owned(),
             at_ms: now_ms(),

@@ -21,7 +21,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use capture::Capture;
 use station::wall_clock::now_ms;
-use store::{ArtifactId, Artifacts, CaptureRecord, Change, StoreError};
+use store::{ArtifactId, Artifacts, CaptureRecord, Change, FinishedFile, StoreError};
 use tokio::runtime::Handle;
 
 use crate::captures::cache::{Cache, InUse};
@@ -136,7 +136,8 @@ impl Captures {
         name: &str,
     ) -> Result<(CaptureRecord, Change), AppError> {
         let capture = Capture::open(folder).map_err(|error| without_folder(error.into(), folder))?;
-        let archive = RemovedAtEnd(self.artifacts.scratch().join(format!("{}.tar", uuid::Uuid::now_v7())));
+        let archive =
+            RemovedAtEnd(self.artifacts.workbench().scratch().join(format!("{}.tar", uuid::Uuid::now_v7())));
         pack::pack(&capture, &archive.0)?;
         let unpacked_bytes = std::fs::metadata(&archive.0).map_or(0, |metadata| metadata.len());
         let summary = check::summary(&capture, unpacked_bytes);
@@ -156,7 +157,8 @@ impl Captures {
         if let Some(found) = self.cache.get(key) {
             return checked_out(found);
         }
-        let archive = RemovedAtEnd(self.artifacts.scratch().join(format!("{}.archive", uuid::Uuid::now_v7())));
+        let archive =
+            RemovedAtEnd(self.artifacts.workbench().scratch().join(format!("{}.archive", uuid::Uuid::now_v7())));
         self.runtime.block_on(copy(&*self.artifacts, &record.archive, &archive.0))?;
         let draft = RemovedAtEnd(self.cache.draft());
         let unpacked_bytes = unpack::unpack(&archive.0, ArchiveFormat::of(&record), &draft.0)?;
@@ -181,7 +183,7 @@ impl Captures {
             id: uuid::Uuid::now_v7().to_string(),
             name: name.to_owned(),
             origin: origin.name().to_owned(),
-            archive: self.runtime.block_on(self.artifacts.adopt(archive))?,
+            archive: self.runtime.block_on(self.artifacts.adopt(FinishedFile::at(archive)))?,
             archive_format: format.name().to_owned(),
             size_bytes,
             summary,

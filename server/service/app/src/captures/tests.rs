@@ -46,7 +46,7 @@ impl Bench {
     }
 
     fn take_in(&self, bytes: &[u8], format: ArchiveFormat) -> Result<CaptureRecord, AppError> {
-        let path = self.captures.artifacts.scratch().join("upload");
+        let path = self.captures.artifacts.workbench().scratch().join("upload");
         std::fs::write(&path, bytes).unwrap();
         let (record, change) = self.captures.take_in(&path, format, CaptureOrigin::Upload, "test")?;
         self.runtime.block_on(self.ledger.commit(vec![change])).unwrap();

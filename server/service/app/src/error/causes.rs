@@ -1,15 +1,14 @@
-//! Errors of the service's parts as problems, and problems as ends of jobs.
-//!
-//! The store says what to do about an error as a value; messages of the station say it after a semicolon.
+//! Errors of the service's parts as problems: their kind is decided here, their remedy comes with them.
 
-use std::error::Error;
-
+use calibration::DifferenceError;
 use capture::CaptureError;
+use remedy::Remedy;
 use station::StationRefusal;
 use store::StoreError;
 
 use crate::error::{AppError, ErrorKind};
 use pipeline::{Failure, FailureKind};
+use twin::{FaultNameError, StlError};
 
 impl From<Failure> for AppError {
     fn from(failure: Failure) -> Self {
@@ -56,7 +55,25 @@ impl From<StoreError> for AppError {
             | StoreError::Broken { .. }
             | StoreError::File { .. } => ErrorKind::Internal,
         };
-        told(kind, &error.to_string(), error.remedy(), &error)
+        told(kind, &error)
+    }
+}
+
+impl From<DifferenceError> for AppError {
+    fn from(error: DifferenceError) -> Self {
+        told(ErrorKind::Impossible, &error)
+    }
+}
+
+impl From<FaultNameError> for AppError {
+    fn from(error: FaultNameError) -> Self {
+        told(ErrorKind::Impossible, &error)
+    }
+}
+
+impl From<StlError> for AppError {
+    fn from(error: StlError) -> Self {
+        told(ErrorKind::Impossible, &error)
     }
 }
 
@@ -87,16 +104,13 @@ impl From<StationRefusal> for AppError {
             | StationRefusal::Laser(_)
             | StationRefusal::NoFrame { .. } => ErrorKind::DeviceFault,
         };
-        // The station's errors still say what to do after a semicolon.
-        let text = refusal.to_string();
-        let (what, remedy) = text.split_once("; ").map_or((&*text, None), |(what, remedy)| (what, Some(remedy)));
-        told(kind, what, remedy, &refusal)
+        told(kind, &refusal)
     }
 }
 
-fn told(kind: ErrorKind, what: &str, remedy: Option<&str>, error: &dyn Error) -> AppError {
-    let mut problem = AppError::new(kind, without_folders(what));
-    problem.remedy = remedy.map(without_folders);
+fn told(kind: ErrorKind, error: &dyn Remedy) -> AppError {
+    let mut problem = AppError::new(kind, without_folders(&error.to_string()));
+    problem.remedy = error.remedy().map(|remedy| without_folders(&remedy));
     let mut causes = Vec::new();
     let mut next = error.source();
     while let Some(cause) = next {
@@ -158,5 +172,10 @@ mod tests {
         assert_eq!(problem.remedy.as_deref(), Some("check the disk, then restart"));
         let problem = AppError::from(StationRefusal::Stage(devices::StageError::NotHomed));
         assert_eq!((problem.kind, problem.remedy.as_deref()), (ErrorKind::Conflict, Some("home it first")));
+        // Nor are those within the words of a device.
+        let meaning = "a limit switch was hit; the position is lost".to_owned();
+        let problem = AppError::from(StationRefusal::Stage(devices::StageError::Alarm { code: 1, meaning }));
+        assert!(problem.detail.ends_with("(a limit switch was hit; the position is lost)"), "{problem:?}");
+        assert_eq!(problem.remedy.as_deref(), Some("remove the cause, clear the alarm and home"));
     }
 }

@@ -17,10 +17,11 @@ const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;
 
 /// Refuses what cannot work; returns the bytes on the disk that the job will need.
 pub(super) async fn check(input: &JobInput, parts: &JobParts) -> Result<u64, AppError> {
+    let takes_pictures = input.needs_station();
     match input {
         JobInput::Calibration(input) => {
             check_calibration(input, parts).await?;
-            Ok(calibration_bytes(input, parts))
+            Ok(if takes_pictures { calibration_bytes(input, parts) } else { 0 })
         }
         JobInput::Scan(input) => check_scan(input, parts).await,
         JobInput::Verification(input) => check_scan(&verify::checked(input)?, parts).await,
@@ -119,16 +120,7 @@ fn word(known: bool, place: &str, found: &str, allowed: &str) -> Result<(), AppE
 
 /// Pictures as files and once more in the archive.
 fn calibration_bytes(input: &CalibrateInput, parts: &JobParts) -> u64 {
-    if !input.needs_pictures() {
-        return 0;
-    }
     let (width_px, height_px) = parts.station.status().camera.capabilities.sensor_px;
     let picture_bytes = (width_px * height_px) as u64;
     4 * picture_bytes * (input.n_poses.unwrap_or(super::calibrate::N_POSES) as u64 + 5)
-}
-
-impl CalibrateInput {
-    fn needs_pictures(&self) -> bool {
-        self.source == Source::Station && self.session_id.is_none()
-    }
 }

@@ -1,12 +1,13 @@
-//! What a job gets to work with, and how it ends.
+//! What a job gets to work with: a computation never sees the station.
 
+use std::ops::Deref;
 use std::sync::Arc;
 use std::time::Duration;
 
 use live::LiveBus;
 use station::cancel::CancelFlag;
 use station::{Purpose, StationHandle, StationLease, StationRefusal};
-use store::{Artifacts, Change, ResultRef};
+use store::Artifacts;
 
 use crate::captures::Captures;
 use crate::config::AppConfig;
@@ -18,43 +19,46 @@ use crate::progress::{JobReporter, Phase, ProgressFn, Step};
 /// Time between two attempts to take a station that is busy for a moment.
 const STATION_RETRY: Duration = Duration::from_millis(20);
 
-/// What a job gets to work with; a job runs on a thread of its own and may block.
-pub struct JobContext {
+/// What a computation gets to work with: records, artifacts, and somebody who hears how far it is. A job runs on a
+/// thread of its own and may block.
+pub struct ComputeContext {
     /// The job's id.
     pub id: String,
     /// Set when it shall end.
     pub cancel: CancelFlag,
-    /// How the station is set up.
+    /// How the station is set up: board, grating, folders.
     pub config: Arc<AppConfig>,
-    /// Reads; a job's own changes go into [`Done::changes`].
+    /// Reads; a job's own changes go into [`Done::changes`](crate::jobs::Done::changes).
     pub ledger: Ledger,
     /// Where it puts what it makes.
     pub artifacts: Arc<dyn Artifacts>,
     /// Captures as folders.
     pub captures: Captures,
+    pub(super) runtime: tokio::runtime::Handle,
+    pub(super) progress: ProgressFn,
+}
+
+/// What a job at the station gets: all that a computation gets, and the station.
+pub struct StationContext {
+    /// For the part of the job that only computes.
+    pub compute: ComputeContext,
     /// The hardware.
     pub station: StationHandle,
     /// On whose word the job uses it.
     pub authority: Authority,
     /// What browsers see while it runs.
     pub live: LiveBus,
-    pub(super) runtime: tokio::runtime::Handle,
-    pub(super) progress: ProgressFn,
 }
 
-/// A job that came to its end.
-pub struct Done {
-    /// What it made.
-    pub result: ResultRef,
-    /// Last words to the operator.
-    pub message: String,
-    /// Stored in the same transaction as its end.
-    pub changes: Vec<Change>,
-    /// Done when that is stored, such as clearing what a crash before would have needed.
-    pub after: Option<Box<dyn FnOnce() + Send + Sync>>,
+impl Deref for StationContext {
+    type Target = ComputeContext;
+
+    fn deref(&self) -> &ComputeContext {
+        &self.compute
+    }
 }
 
-impl JobContext {
+impl ComputeContext {
     /// Says where the job is: 0–1, by name, and in the operator's words.
     pub fn report(&self, fraction: f64, step: impl Into<Step>, message: &str) {
         (self.progress)(fraction, step.into(), message);
@@ -71,6 +75,13 @@ impl JobContext {
         if self.cancel.is_cancelled() { Err(JobEnd::Cancelled) } else { Ok(()) }
     }
 
+    /// Waits for something asynchronous from the job's thread.
+    pub fn wait<F: Future>(&self, future: F) -> F::Output {
+        self.runtime.block_on(future)
+    }
+}
+
+impl StationContext {
     /// Takes the station; waits while a session's photograph or a motion by hand has it.
     ///
     /// # Errors
@@ -85,10 +96,5 @@ impl JobContext {
                 taken => return Ok(taken?),
             }
         }
-    }
-
-    /// Waits for something asynchronous from the job's thread.
-    pub fn wait<F: Future>(&self, future: F) -> F::Output {
-        self.runtime.block_on(future)
     }
 }

@@ -1,19 +1,35 @@
-//! How a job ends that did not come to its end, and which errors end it.
+//! What comes of a job, as values that survive the way from one process to another; and which errors end one.
 
 use capture::CaptureError;
 use pipeline::Failure;
 use scanning::{FileError, ScanError};
+use serde::{Deserialize, Serialize};
 use station::StationRefusal;
-use store::StoreError;
+use store::{Change, ResultRef, StoreError};
 
 use crate::error::AppError;
 use crate::stored_scan::disk_problem;
 
+/// A job that came to its end.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Done {
+    /// What it made.
+    pub result: ResultRef,
+    /// Last words to the operator.
+    pub message: String,
+    /// Stored in the same transaction as its end.
+    pub changes: Vec<Change>,
+    /// The scan whose folder of work is of no use any more once that is stored: only a crash before needs it.
+    pub finished_work: Option<String>,
+}
+
 /// A job that did not.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum JobEnd {
     /// By a person.
     Cancelled,
+    /// By a person, after it had made something that is kept.
+    CancelledAfter(Box<Done>),
     /// With a reason.
     Failed(Box<AppError>),
 }

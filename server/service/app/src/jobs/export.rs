@@ -3,20 +3,20 @@
 use crate::events::{Event, ScanExported, event};
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Seek as _, Write as _};
+use std::io::{BufReader, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use scanning::files::{ContentError, convert_cloud, read_cloud_from, write_mesh_to};
 use scanning::{CloudFormat, Mesh, MeshFormat, MeshParams, mesh_from_cloud};
-use store::{ArtifactId, Artifacts, ResultRef, ScanRecord, StoreError};
+use store::{ArtifactBytes, ArtifactId, Artifacts, FinishedFile, ResultRef, ScanRecord, StoreError};
 
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::{Done, ExportInput, JobContext, JobEnd};
+use crate::jobs::{ComputeContext, Done, ExportInput, JobEnd};
 use crate::progress::Phase;
-use crate::stored_scan::{disk_problem, stored_cloud_file, without_cloud};
+use crate::stored_scan::{disk_problem, stored_cloud_bytes, without_cloud};
 
-/// Folder beside the scratch folder that remembers what was exported; may be deleted at any time. No record names these
+/// Folder of the workbench that remembers what was exported; may be deleted at any time. No record names these
 /// artifacts: each sweep asks [`remembered_of`].
 const CACHE: &str = "cache/exports";
 
@@ -92,7 +92,7 @@ impl ExportFormat {
 }
 
 /// Exports.
-pub fn run(input: ExportInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+pub fn run(input: ExportInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     let format = ExportFormat::parse(&input.what, &input.format)?;
     let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
     let words = format!("writing the {} as {}", format.what(), format.extension());
@@ -108,7 +108,7 @@ pub fn run(input: ExportInput, ctx: &JobContext) -> Result<Done, JobEnd> {
         result: ResultRef { kind: EXPORT.to_owned(), id: format!("{}/{}", scan.id, file_name(format)) },
         message: format!("{} of {} as {}", format.what(), scan.name, format.extension()),
         changes: vec![event(&scan.id, Event::ScanExported(body))],
-        after: None,
+        finished_work: None,
     })
 }
 
@@ -138,15 +138,15 @@ pub async fn bytes_to_artifact(
     if let Some(id) = known(&**artifacts, &note).await? {
         return Ok(id);
     }
-    let cloud = stored_cloud_file(&**artifacts, scan).await?;
-    let place = tempfile::tempdir_in(artifacts.scratch()).map_err(disk_problem)?;
+    let cloud = stored_cloud_bytes(&**artifacts, scan).await?;
+    let place = tempfile::tempdir_in(artifacts.workbench().scratch()).map_err(disk_problem)?;
     let file = place.path().join(file_name(format));
     let target = file.clone();
     let written = tokio::task::spawn_blocking(move || write(&cloud, format, &target)).await;
     written.map_err(|error| {
         AppError::new(ErrorKind::Internal, "the export was not completed").because(error.to_string())
     })??;
-    let id = artifacts.adopt(&file).await?;
+    let id = artifacts.adopt(FinishedFile::at(&file)).await?;
     match remember(&note, &id) {
         Ok(()) => artifacts.release(&id),
         // The next request computes it again; nothing else depends on the note.
@@ -156,11 +156,13 @@ pub async fn bytes_to_artifact(
 }
 
 /// Converts points as they come; for a mesh all must be known, and are forgotten before it is written.
-fn write(cloud: &File, format: ExportFormat, target: &Path) -> Result<(), AppError> {
+fn write(cloud: &ArtifactBytes, format: ExportFormat, target: &Path) -> Result<(), AppError> {
     let options = File::options().read(true).write(true).create_new(true).open(target);
     let mut out = options.map_err(disk_problem)?;
     match format {
-        ExportFormat::Cloud(format) => convert_cloud(|| from_start(cloud), format, &mut out).map_err(disk_problem),
+        ExportFormat::Cloud(format) => {
+            convert_cloud(|| Ok(from_start(cloud)), format, &mut out).map_err(disk_problem)
+        }
         ExportFormat::Mesh(format) => {
             let mesh = mesh_of(cloud).map_err(disk_problem)?;
             let mut out = BufWriter::new(out);
@@ -170,15 +172,13 @@ fn write(cloud: &File, format: ExportFormat, target: &Path) -> Result<(), AppErr
     }
 }
 
-fn mesh_of(cloud: &File) -> Result<Mesh, ContentError> {
-    let cloud = read_cloud_from(from_start(cloud)?, CloudFormat::Ply)?;
+fn mesh_of(cloud: &ArtifactBytes) -> Result<Mesh, ContentError> {
+    let cloud = read_cloud_from(from_start(cloud), CloudFormat::Ply)?;
     Ok(mesh_from_cloud(&cloud, &MeshParams::default()))
 }
 
-fn from_start(file: &File) -> std::io::Result<BufReader<File>> {
-    let mut file = file.try_clone()?;
-    file.rewind()?;
-    Ok(BufReader::new(file))
+fn from_start(cloud: &ArtifactBytes) -> BufReader<ArtifactBytes> {
+    BufReader::new(cloud.from_start())
 }
 
 /// The artifacts that are remembered as exports of the clouds in `named`; exports of others are forgotten.
@@ -203,7 +203,7 @@ fn remembered(artifacts: &dyn Artifacts, cloud: &ArtifactId, format: ExportForma
 }
 
 fn folder(artifacts: &dyn Artifacts) -> PathBuf {
-    artifacts.scratch().parent().unwrap_or(artifacts.scratch()).join(CACHE)
+    artifacts.workbench().kept(CACHE)
 }
 
 fn read_note(note: &Path) -> Option<ArtifactId> {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::jobs::Job;
 use crate::scan_run::{MeasureInput, ScanMode, ScanPurpose, ScanSource};
 
 /// Where pictures come from.
@@ -166,11 +167,6 @@ impl JobInput {
 
     /// Whether it needs the station: such jobs run one at a time, and Stop ends them.
     pub fn needs_station(&self) -> bool {
-        match self {
-            Self::Calibration(input) => input.source == Source::Station && input.session_id.is_none(),
-            Self::Scan(input) => input.source == ScanSource::Station,
-            Self::Verification(input) => input.scan.source == ScanSource::Station,
-            Self::Recomputation(_) | Self::Export(_) => false,
-        }
+        matches!(Job::from(self.clone()), Job::Station(_))
     }
 }

@@ -1,11 +1,12 @@
 //! Jobs: what takes seconds, is asked for once, survives the browser that asked, and ends in a stated way.
 //!
 //! A job is accepted durably, waits in a queue, runs on a thread of its own, and ends together with what it made in
-//! one transaction. Jobs that need the station run one at a time; computations run one at a time beside them.
+//! one transaction. A [`StationJob`] needs the station, and they run one at a time; a [`ComputeJob`] is a function of
+//! records and artifacts, and they run one at a time beside them.
 
 pub mod calibrate;
 mod check;
-pub mod context;
+mod context;
 mod end;
 pub mod export;
 pub mod input;
@@ -13,13 +14,15 @@ pub mod plan;
 mod queue;
 pub mod recompute;
 pub mod scan;
+mod split;
 #[cfg(test)]
 mod tests;
 pub mod verify;
 
-pub use context::{Done, JobContext};
-pub use end::JobEnd;
+pub use context::{ComputeContext, StationContext};
+pub use end::{Done, JobEnd};
 pub use queue::news::JobNews;
+pub use split::{ComputeJob, Job, RecordedFrames, StationJob};
 
 pub use crate::scan_run::{ScanMode, ScanSource};
 pub use input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, Source, VerifyInput};

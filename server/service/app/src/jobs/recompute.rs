@@ -5,7 +5,7 @@ use store::ScanRecord;
 use crate::calibrations::stored::stored_document;
 use crate::jobs::plan::Pace;
 use crate::jobs::scan::{Evaluating, ScanStory, check_camera_of, evaluated_share, made_scan, measured};
-use crate::jobs::{Done, JobContext, JobEnd, RecomputeInput, ScanMode};
+use crate::jobs::{ComputeContext, Done, JobEnd, RecomputeInput, ScanMode};
 use crate::measurements::parts::planned_measurements;
 use crate::progress::Phase;
 use crate::stored_scan::{cloud_name, new_id, stored_peaks};
@@ -14,7 +14,7 @@ use crate::stored_scan::{cloud_name, new_id, stored_peaks};
 const READING: f64 = 0.05;
 
 /// Computes and measures.
-pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+pub fn run(input: RecomputeInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     let scan = ctx.wait(ctx.ledger.read().scan(&input.scan_id))?;
     // Both scans name them: they stay although the first one may be deleted meanwhile.
     ctx.wait(ctx.artifacts.hold(&scan.peaks))?;
@@ -25,7 +25,7 @@ pub fn run(input: RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
     computed
 }
 
-fn computed(scan: &ScanRecord, input: &RecomputeInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+fn computed(scan: &ScanRecord, input: &RecomputeInput, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     ctx.report(0.0, Phase::ReadingPeaks, "reading the scan's peaks");
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &scan.peaks, &scan.id))?;
@@ -49,6 +49,5 @@ fn computed(scan: &ScanRecord, input: &RecomputeInput, ctx: &JobContext) -> Resu
     let pace = ctx.wait(Pace::learned(&ctx.ledger, ScanMode::StopAndGo));
     let part = READING..evaluated_share(planned_measurements(&story.plan).len());
     let made = made_scan(ctx, story, &frames, &document, Evaluating { part, passes: pace.passes })?;
-    let from = made.done_at;
-    Ok(measured(made, ctx, from)?.done())
+    Ok(measured(made, ctx)?.done())
 }

@@ -6,8 +6,10 @@ use twin::{Scene, SceneKind, TwinControl};
 
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
-use crate::jobs::scan::scanned_and_measured;
-use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource, VerifyInput};
+use crate::jobs::scan::{Measured, at_station_measured, of_capture_measured};
+use crate::jobs::{
+    ComputeContext, Done, JobEnd, RecordedFrames, ScanInput, ScanSource, StationContext, VerifyInput,
+};
 use crate::measurements::parts::verdict_in;
 use crate::measurements::{MeasureInput, ScanPurpose};
 use crate::progress::Phase;
@@ -22,21 +24,26 @@ const RANGE_MM: (f64, f64) = (-16.0, 16.0);
 /// Distance of its rows, mm: a radius or a height needs thousands of points, not millions.
 const STEP_MM: f64 = 0.4;
 
-/// Scans and compares.
-pub fn run(input: VerifyInput, ctx: &JobContext) -> Result<Done, JobEnd> {
-    let part = artefact(&input, &ctx.config)?;
-    let operator = match input.scan.source {
-        ScanSource::Station => ctx.station.simulation(),
-        ScanSource::Capture { .. } => None,
-    };
-    let at_work = operator.map(|operator| Exchanged::new(operator, &part, ctx));
-    let measured = scanned_and_measured(&filled(&input), ctx)?;
+/// Scans and compares; at the simulated station the virtual operator brings the part.
+pub fn at_station(input: &VerifyInput, ctx: &StationContext) -> Result<Done, JobEnd> {
+    let part = artefact(input, &ctx.config)?;
+    let at_work = ctx.station.simulation().map(|operator| Exchanged::new(operator, &part, ctx));
+    let measured = at_station_measured(&filled(input), ctx)?;
     drop(at_work);
+    compared(input, measured)
+}
+
+/// Compares what the frames of a capture show.
+pub fn of_capture(input: &VerifyInput, frames: &RecordedFrames, ctx: &ComputeContext) -> Result<Done, JobEnd> {
+    compared(input, of_capture_measured(&filled(input), frames, ctx)?)
+}
+
+fn compared(input: &VerifyInput, measured: Measured) -> Result<Done, JobEnd> {
     let record = measured.measurements.first().ok_or_else(|| {
         AppError::new(ErrorKind::Internal, "the known part was not measured").remedy("verify again")
     })?;
     let result = ResultRef { kind: MEASUREMENT.to_owned(), id: format!("{}/{}", record.scan_id, record.id) };
-    let message = in_words(&input, record);
+    let message = in_words(input, record);
     Ok(measured.done_with(result, Some(message)))
 }
 
@@ -113,7 +120,7 @@ struct Exchanged {
 }
 
 impl Exchanged {
-    fn new(operator: TwinControl, part: &SceneKind, ctx: &JobContext) -> Self {
+    fn new(operator: TwinControl, part: &SceneKind, ctx: &ComputeContext) -> Self {
         let words = format!("the virtual operator puts a {} on the stage", part.name());
         ctx.report(0.0, Phase::PlacingPart, &words);
         let before = (*operator.scene()).clone();

@@ -62,16 +62,23 @@ struct StoredRun {
     #[serde(default)]
     purpose: ScanPurpose,
     #[serde(flatten)]
-    plan: Option<StoredPlan>,
+    plan: Option<Plan>,
 }
 
-/// A plan but for its rows, which stand in [`StoredRun`].
+/// A plan by its stored form.
 #[derive(Debug, Serialize, Deserialize)]
+struct Plan(#[serde(with = "StoredPlan")] ScanPlan);
+
+/// A plan but for its rows, which stand in [`StoredRun`]; `remote` makes the compiler hold it to [`ScanPlan`].
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "ScanPlan")]
 struct StoredPlan {
     mode: ScanMode,
     from_mm: f64,
     to_mm: f64,
     step_mm: f64,
+    #[serde(skip)]
+    n_rows: usize,
     speed_mm_s: Option<f64>,
     frame_rate_hz: Option<f64>,
     exposure_us: f64,
@@ -99,32 +106,7 @@ struct StoredPlan {
 impl From<StoredRun> for ScanRun {
     fn from(stored: StoredRun) -> Self {
         let StoredRun { source, scan, n_rows, measure, purpose, plan } = stored;
-        let plan = plan.map(|plan| ScanPlan {
-            mode: plan.mode,
-            from_mm: plan.from_mm,
-            to_mm: plan.to_mm,
-            step_mm: plan.step_mm,
-            n_rows,
-            speed_mm_s: plan.speed_mm_s,
-            frame_rate_hz: plan.frame_rate_hz,
-            exposure_us: plan.exposure_us,
-            laser_power: plan.laser_power,
-            keep_frames: plan.keep_frames,
-            duration_s: plan.duration_s,
-            acquisition_s: plan.acquisition_s,
-            evaluation_s: plan.evaluation_s,
-            measuring_s: plan.measuring_s,
-            n_orders: plan.n_orders,
-            rows_per_mm: plan.rows_per_mm,
-            points_per_mm_along_line: plan.points_per_mm_along_line,
-            points_per_mm2: plan.points_per_mm2,
-            max_points: plan.max_points,
-            predicted_sigma_mm: plan.predicted_sigma_mm,
-            depth_mm: plan.depth_mm,
-            unambiguous_depth_mm: plan.unambiguous_depth_mm,
-            disk_bytes: plan.disk_bytes,
-            notes: plan.notes,
-        });
+        let plan = plan.map(|Plan(plan)| ScanPlan { n_rows, ..plan });
         Self { source, cloud_name: scan, n_rows, measure, purpose, plan }
     }
 }
@@ -132,32 +114,7 @@ impl From<StoredRun> for ScanRun {
 impl From<ScanRun> for StoredRun {
     fn from(run: ScanRun) -> Self {
         let ScanRun { source, cloud_name, n_rows, measure, purpose, plan } = run;
-        let plan = plan.map(|plan| StoredPlan {
-            mode: plan.mode,
-            from_mm: plan.from_mm,
-            to_mm: plan.to_mm,
-            step_mm: plan.step_mm,
-            speed_mm_s: plan.speed_mm_s,
-            frame_rate_hz: plan.frame_rate_hz,
-            exposure_us: plan.exposure_us,
-            laser_power: plan.laser_power,
-            keep_frames: plan.keep_frames,
-            duration_s: plan.duration_s,
-            acquisition_s: plan.acquisition_s,
-            evaluation_s: plan.evaluation_s,
-            measuring_s: plan.measuring_s,
-            n_orders: plan.n_orders,
-            rows_per_mm: plan.rows_per_mm,
-            points_per_mm_along_line: plan.points_per_mm_along_line,
-            points_per_mm2: plan.points_per_mm2,
-            max_points: plan.max_points,
-            predicted_sigma_mm: plan.predicted_sigma_mm,
-            depth_mm: plan.depth_mm,
-            unambiguous_depth_mm: plan.unambiguous_depth_mm,
-            disk_bytes: plan.disk_bytes,
-            notes: plan.notes,
-        });
-        Self { source, scan: cloud_name, n_rows, measure, purpose, plan }
+        Self { source, scan: cloud_name, n_rows, measure, purpose, plan: plan.map(Plan) }
     }
 }
 

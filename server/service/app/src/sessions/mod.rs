@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use station::cancel::CancelFlag;
 use station::wall_clock::now_ms;
 use station::{Purpose, StampedFrame, StationHandle, StationLease};
-use store::{Artifacts, Change, Listed, Page, SessionRecord, StoreError};
+use store::{Artifacts, Change, FinishedFile, Listed, Page, SessionRecord, StoreError};
 
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
@@ -352,9 +352,10 @@ impl Sessions {
     }
 
     fn keep(&self, frame: &StampedFrame) -> Result<Picture, AppError> {
-        let path = self.artifacts.scratch().join(format!("{}.png", new_id()));
+        let path = self.artifacts.workbench().scratch().join(format!("{}.png", new_id()));
         capture::write_png(&path, &frame.image).map_err(disk_problem)?;
-        let artifact = tokio::runtime::Handle::current().block_on(self.artifacts.adopt(&path))?;
+        let artifact =
+            tokio::runtime::Handle::current().block_on(self.artifacts.adopt(FinishedFile::at(&path)))?;
         Ok(Picture {
             artifact: artifact.as_str().to_owned(),
             exposure_us: frame.exposure_us,

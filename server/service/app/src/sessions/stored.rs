@@ -1,6 +1,8 @@
 //! What a calibration session has gathered, as its record keeps it.
+//!
+//! The forms below name every field of their part once: `remote` makes the compiler hold them to it.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
 use crate::sessions::body::{
@@ -14,30 +16,38 @@ use crate::sessions::photographer::Exposures;
 /// # Errors
 /// If it is another form.
 pub fn from_stored(stored: Value) -> Result<SessionBody, serde_json::Error> {
-    Ok(serde_json::from_value::<StoredSessionBody>(stored)?.into())
+    StoredSessionBody::deserialize(stored)
 }
 
 /// The form that is stored.
 pub fn to_stored(body: &SessionBody) -> Value {
-    serde_json::to_value(StoredSessionBody::from(body.clone())).expect("a session is numbers and texts")
+    StoredSessionBody::serialize(body, serde_json::value::Serializer).expect("a session is numbers and texts")
 }
 
 /// The stored form of [`SessionBody`]; those below are of its parts, field by field.
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "SessionBody")]
 struct StoredSessionBody {
     name: String,
-    target: StoredTarget,
-    projector: StoredProjectorSheet,
-    exposures: StoredExposures,
+    #[serde(with = "StoredTarget")]
+    target: Target,
+    #[serde(with = "StoredProjectorSheet")]
+    projector: ProjectorSheet,
+    #[serde(with = "StoredExposures")]
+    exposures: Exposures,
     width_px: usize,
     height_px: usize,
-    poses: Vec<StoredSessionPose>,
-    stage_views: Vec<StoredSessionStageView>,
-    camera: StoredCameraSoFar,
+    #[serde(serialize_with = "write_poses", deserialize_with = "read_poses")]
+    poses: Vec<SessionPose>,
+    #[serde(serialize_with = "write_views", deserialize_with = "read_views")]
+    stage_views: Vec<SessionStageView>,
+    #[serde(with = "StoredCameraSoFar")]
+    camera: CameraSoFar,
     job_id: Option<String>,
 }
 
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "Target")]
 struct StoredTarget {
     inner_columns: usize,
     inner_rows: usize,
@@ -45,6 +55,7 @@ struct StoredTarget {
 }
 
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "ProjectorSheet")]
 struct StoredProjectorSheet {
     wavelength_nm: f64,
     grating_lines_per_mm: f64,
@@ -53,6 +64,7 @@ struct StoredProjectorSheet {
 }
 
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "Exposures")]
 struct StoredExposures {
     board_exposure_us: f64,
     laser_exposure_us: f64,
@@ -60,6 +72,7 @@ struct StoredExposures {
 }
 
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "Picture")]
 struct StoredPicture {
     artifact: String,
     exposure_us: f64,
@@ -67,8 +80,10 @@ struct StoredPicture {
 }
 
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "BoardPicture")]
 struct StoredBoardPicture {
-    picture: StoredPicture,
+    #[serde(with = "StoredPicture")]
+    picture: Picture,
     corners: Vec<[f64; 5]>,
     coverage_cells: Vec<u32>,
     corner_sigma_px: Option<f64>,
@@ -80,8 +95,10 @@ struct StoredBoardPicture {
 }
 
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "LaserPicture")]
 struct StoredLaserPicture {
-    picture: StoredPicture,
+    #[serde(with = "StoredPicture")]
+    picture: Picture,
     n_segments: usize,
     n_points: usize,
     lines_px: Vec<Vec<[f64; 2]>>,
@@ -90,20 +107,26 @@ struct StoredLaserPicture {
 }
 
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "SessionPose")]
 struct StoredSessionPose {
     id: String,
-    board: StoredBoardPicture,
-    laser: Option<StoredLaserPicture>,
+    #[serde(with = "StoredBoardPicture")]
+    board: BoardPicture,
+    #[serde(default, serialize_with = "write_laser", deserialize_with = "read_laser")]
+    laser: Option<LaserPicture>,
 }
 
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "SessionStageView")]
 struct StoredSessionStageView {
     id: String,
     position_mm: f64,
-    board: StoredBoardPicture,
+    #[serde(with = "StoredBoardPicture")]
+    board: BoardPicture,
 }
 
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "CameraSoFar")]
 struct StoredCameraSoFar {
     focal_px: Option<f64>,
     rms_px: Option<f64>,
@@ -111,228 +134,48 @@ struct StoredCameraSoFar {
     problem: Option<String>,
 }
 
-impl From<SessionBody> for StoredSessionBody {
-    fn from(of: SessionBody) -> Self {
-        let SessionBody {
-            name,
-            target,
-            projector,
-            exposures,
-            width_px,
-            height_px,
-            poses,
-            stage_views,
-            camera,
-            job_id,
-        } = of;
-        Self {
-            name,
-            target: target.into(),
-            projector: projector.into(),
-            exposures: exposures.into(),
-            width_px,
-            height_px,
-            poses: poses.into_iter().map(Into::into).collect(),
-            stage_views: stage_views.into_iter().map(Into::into).collect(),
-            camera: camera.into(),
-            job_id,
-        }
-    }
+// Parts in lists and options go by their stored form within a value of its own.
+
+#[derive(Serialize)]
+struct WrittenPose<'a>(#[serde(with = "StoredSessionPose")] &'a SessionPose);
+
+#[derive(Deserialize)]
+struct ReadPose(#[serde(with = "StoredSessionPose")] SessionPose);
+
+fn write_poses<S: Serializer>(poses: &[SessionPose], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(poses.iter().map(WrittenPose))
 }
 
-impl From<StoredSessionBody> for SessionBody {
-    fn from(of: StoredSessionBody) -> Self {
-        let StoredSessionBody {
-            name,
-            target,
-            projector,
-            exposures,
-            width_px,
-            height_px,
-            poses,
-            stage_views,
-            camera,
-            job_id,
-        } = of;
-        Self {
-            name,
-            target: target.into(),
-            projector: projector.into(),
-            exposures: exposures.into(),
-            width_px,
-            height_px,
-            poses: poses.into_iter().map(Into::into).collect(),
-            stage_views: stage_views.into_iter().map(Into::into).collect(),
-            camera: camera.into(),
-            job_id,
-        }
-    }
+fn read_poses<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<SessionPose>, D::Error> {
+    Ok(Vec::<ReadPose>::deserialize(from)?.into_iter().map(|read| read.0).collect())
 }
 
-impl From<Target> for StoredTarget {
-    fn from(of: Target) -> Self {
-        let Target { inner_columns, inner_rows, square_mm } = of;
-        Self { inner_columns, inner_rows, square_mm }
-    }
+#[derive(Serialize)]
+struct WrittenView<'a>(#[serde(with = "StoredSessionStageView")] &'a SessionStageView);
+
+#[derive(Deserialize)]
+struct ReadView(#[serde(with = "StoredSessionStageView")] SessionStageView);
+
+fn write_views<S: Serializer>(views: &[SessionStageView], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(views.iter().map(WrittenView))
 }
 
-impl From<StoredTarget> for Target {
-    fn from(of: StoredTarget) -> Self {
-        let StoredTarget { inner_columns, inner_rows, square_mm } = of;
-        Self { inner_columns, inner_rows, square_mm }
-    }
+fn read_views<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<SessionStageView>, D::Error> {
+    Ok(Vec::<ReadView>::deserialize(from)?.into_iter().map(|read| read.0).collect())
 }
 
-impl From<ProjectorSheet> for StoredProjectorSheet {
-    fn from(of: ProjectorSheet) -> Self {
-        let ProjectorSheet { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
-        Self { wavelength_nm, grating_lines_per_mm, orders, line_direction }
-    }
+#[derive(Serialize)]
+struct WrittenLaser<'a>(#[serde(with = "StoredLaserPicture")] &'a LaserPicture);
+
+#[derive(Deserialize)]
+struct ReadLaser(#[serde(with = "StoredLaserPicture")] LaserPicture);
+
+fn write_laser<S: Serializer>(laser: &Option<LaserPicture>, to: S) -> Result<S::Ok, S::Error> {
+    laser.as_ref().map(WrittenLaser).serialize(to)
 }
 
-impl From<StoredProjectorSheet> for ProjectorSheet {
-    fn from(of: StoredProjectorSheet) -> Self {
-        let StoredProjectorSheet { wavelength_nm, grating_lines_per_mm, orders, line_direction } = of;
-        Self { wavelength_nm, grating_lines_per_mm, orders, line_direction }
-    }
-}
-
-impl From<Exposures> for StoredExposures {
-    fn from(of: Exposures) -> Self {
-        let Exposures { board_exposure_us, laser_exposure_us, laser_power } = of;
-        Self { board_exposure_us, laser_exposure_us, laser_power }
-    }
-}
-
-impl From<StoredExposures> for Exposures {
-    fn from(of: StoredExposures) -> Self {
-        let StoredExposures { board_exposure_us, laser_exposure_us, laser_power } = of;
-        Self { board_exposure_us, laser_exposure_us, laser_power }
-    }
-}
-
-impl From<Picture> for StoredPicture {
-    fn from(of: Picture) -> Self {
-        let Picture { artifact, exposure_us, taken_at_ms } = of;
-        Self { artifact, exposure_us, taken_at_ms }
-    }
-}
-
-impl From<StoredPicture> for Picture {
-    fn from(of: StoredPicture) -> Self {
-        let StoredPicture { artifact, exposure_us, taken_at_ms } = of;
-        Self { artifact, exposure_us, taken_at_ms }
-    }
-}
-
-impl From<BoardPicture> for StoredBoardPicture {
-    fn from(of: BoardPicture) -> Self {
-        let BoardPicture {
-            picture,
-            corners,
-            coverage_cells,
-            corner_sigma_px,
-            saturated_share,
-            tilt_deg,
-            distance_mm,
-            rms_px,
-            problem,
-        } = of;
-        Self {
-            picture: picture.into(),
-            corners,
-            coverage_cells,
-            corner_sigma_px,
-            saturated_share,
-            tilt_deg,
-            distance_mm,
-            rms_px,
-            problem,
-        }
-    }
-}
-
-impl From<StoredBoardPicture> for BoardPicture {
-    fn from(of: StoredBoardPicture) -> Self {
-        let StoredBoardPicture {
-            picture,
-            corners,
-            coverage_cells,
-            corner_sigma_px,
-            saturated_share,
-            tilt_deg,
-            distance_mm,
-            rms_px,
-            problem,
-        } = of;
-        Self {
-            picture: picture.into(),
-            corners,
-            coverage_cells,
-            corner_sigma_px,
-            saturated_share,
-            tilt_deg,
-            distance_mm,
-            rms_px,
-            problem,
-        }
-    }
-}
-
-impl From<LaserPicture> for StoredLaserPicture {
-    fn from(of: LaserPicture) -> Self {
-        let LaserPicture { picture, n_segments, n_points, lines_px, saturated_share, problem } = of;
-        Self { picture: picture.into(), n_segments, n_points, lines_px, saturated_share, problem }
-    }
-}
-
-impl From<StoredLaserPicture> for LaserPicture {
-    fn from(of: StoredLaserPicture) -> Self {
-        let StoredLaserPicture { picture, n_segments, n_points, lines_px, saturated_share, problem } = of;
-        Self { picture: picture.into(), n_segments, n_points, lines_px, saturated_share, problem }
-    }
-}
-
-impl From<SessionPose> for StoredSessionPose {
-    fn from(of: SessionPose) -> Self {
-        let SessionPose { id, board, laser } = of;
-        Self { id, board: board.into(), laser: laser.map(Into::into) }
-    }
-}
-
-impl From<StoredSessionPose> for SessionPose {
-    fn from(of: StoredSessionPose) -> Self {
-        let StoredSessionPose { id, board, laser } = of;
-        Self { id, board: board.into(), laser: laser.map(Into::into) }
-    }
-}
-
-impl From<SessionStageView> for StoredSessionStageView {
-    fn from(of: SessionStageView) -> Self {
-        let SessionStageView { id, position_mm, board } = of;
-        Self { id, position_mm, board: board.into() }
-    }
-}
-
-impl From<StoredSessionStageView> for SessionStageView {
-    fn from(of: StoredSessionStageView) -> Self {
-        let StoredSessionStageView { id, position_mm, board } = of;
-        Self { id, position_mm, board: board.into() }
-    }
-}
-
-impl From<CameraSoFar> for StoredCameraSoFar {
-    fn from(of: CameraSoFar) -> Self {
-        let CameraSoFar { focal_px, rms_px, uncovered_cells, problem } = of;
-        Self { focal_px, rms_px, uncovered_cells, problem }
-    }
-}
-
-impl From<StoredCameraSoFar> for CameraSoFar {
-    fn from(of: StoredCameraSoFar) -> Self {
-        let StoredCameraSoFar { focal_px, rms_px, uncovered_cells, problem } = of;
-        Self { focal_px, rms_px, uncovered_cells, problem }
-    }
+fn read_laser<'de, D: Deserializer<'de>>(from: D) -> Result<Option<LaserPicture>, D::Error> {
+    Ok(Option::<ReadLaser>::deserialize(from)?.map(|read| read.0))
 }
 
 #[cfg(test)]

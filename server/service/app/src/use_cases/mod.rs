@@ -11,6 +11,7 @@ mod jobs;
 mod measurements;
 mod scans;
 mod sessions;
+mod simulation;
 
 pub use by_hand::{auto_expose, configure_camera, move_stage, set_live_view, switch_laser};
 pub use calibrations::{Activate, activate, roll_back};
@@ -21,4 +22,7 @@ pub use measurements::{change_measurement_plan, measure};
 pub use scans::delete_scan;
 pub use sessions::{
     begin_session, delete_pose, delete_session, delete_stage_view, solve_session, take_pose, take_stage_view,
+};
+pub use simulation::{
+    idle_simulation, place_board, place_part, place_solid, simulation, switch_fault_off, switch_fault_on,
 };

@@ -6,12 +6,13 @@ mod sweep;
 mod writer;
 
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use async_trait::async_trait;
 
 use crate::artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
+use crate::bytes::ArtifactBytes;
 use crate::disk::Disk;
 use crate::error::StoreError;
 use crate::health::Health;
@@ -19,11 +20,13 @@ use crate::holds::Holds;
 use crate::local::place::Place;
 use crate::local::writer::LocalWriter;
 use crate::params::{ARTIFACTS_FOLDER, SCRATCH_FOLDER};
+use crate::workbench::{FinishedFile, Workbench};
 
 /// Artifacts in the folders `artifacts` and `scratch` of a data directory.
 #[derive(Clone)]
 pub struct LocalArtifacts {
     place: Arc<Place>,
+    workbench: Arc<Workbench>,
 }
 
 impl LocalArtifacts {
@@ -42,7 +45,8 @@ impl LocalArtifacts {
         let root = folder.join(ARTIFACTS_FOLDER);
         std::fs::create_dir_all(&root).map_err(|cause| file_error("make", &root, cause))?;
         disk.sync_folder(folder).map_err(|cause| file_error("sync", folder, cause))?;
-        Ok(Self { place: Arc::new(Place::new(root, scratch, disk, health, holds)) })
+        let workbench = Arc::new(Workbench::new(folder.to_owned(), scratch.clone()));
+        Ok(Self { place: Arc::new(Place::new(root, scratch, disk, health, holds)), workbench })
     }
 
     /// Whether the artifact is there; whose bytes it has is not asked.
@@ -105,12 +109,9 @@ impl Artifacts for LocalArtifacts {
         reader::open(&self.place, id).await
     }
 
-    async fn file(&self, id: &ArtifactId) -> Result<std::fs::File, StoreError> {
+    async fn bytes(&self, id: &ArtifactId) -> Result<ArtifactBytes, StoreError> {
         let id = id.clone();
-        self.blocking(move |place| {
-            std::fs::File::open(place.file(&id)).map_err(|cause| place.read_failed(&id, cause))
-        })
-        .await
+        self.blocking(move |place| reader::bytes(place, &id)).await
     }
 
     async fn check(&self, id: &ArtifactId) -> Result<(), StoreError> {
@@ -128,13 +129,12 @@ impl Artifacts for LocalArtifacts {
         self.blocking(move |place| writer::put(place, &bytes)).await
     }
 
-    async fn adopt(&self, path: &Path) -> Result<ArtifactId, StoreError> {
-        let path = PathBuf::from(path);
-        self.blocking(move |place| writer::adopt(place, &path)).await
+    async fn adopt(&self, file: FinishedFile) -> Result<ArtifactId, StoreError> {
+        self.blocking(move |place| writer::adopt(place, file.path())).await
     }
 
-    fn scratch(&self) -> &Path {
-        self.place.scratch()
+    fn workbench(&self) -> &Workbench {
+        &self.workbench
     }
 
     async fn hold(&self, id: &ArtifactId) -> Result<(), StoreError> {

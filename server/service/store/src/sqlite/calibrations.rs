@@ -3,7 +3,7 @@
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use crate::catalogue::{Listed, Page};
+use crate::catalogue::{ExpectedActive, Listed, Page};
 use crate::error::StoreError;
 use crate::records::{ActivationRecord, CalibrationRecord};
 use crate::sqlite::changes::{Written, met, next, refuse_dangling};
@@ -127,10 +127,10 @@ pub async fn delete(to: &mut SqliteConnection, id: &str) -> Written {
 }
 
 /// What is active now; refused if that is not what the caller expected.
-pub async fn previous(to: &mut SqliteConnection, expected: Option<Option<String>>) -> Written<Option<String>> {
+pub async fn previous(to: &mut SqliteConnection, expected: ExpectedActive) -> Written<Option<String>> {
     let previous = last_activated(to).await?;
     match expected {
-        Some(expected) if expected != previous => {
+        ExpectedActive::Is(expected) if expected != previous => {
             let id = previous.or(expected).unwrap_or_default();
             Err(StoreError::Changed { kind: "the active calibration", id }.into())
         }

@@ -128,6 +128,8 @@ mod tests {
     use sqlx::ConnectOptions;
     use sqlx::sqlite::SqliteConnectOptions;
 
+    use remedy::Remedy as _;
+
     use super::*;
 
     const FIRST: &str = include_str!("../../migrations/0001_station.sql");

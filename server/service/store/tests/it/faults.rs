@@ -132,7 +132,7 @@ async fn a_full_disk_is_told_leaves_nothing_and_is_over_when_there_is_room() {
             }
         };
         assert!(matches!(written.unwrap_err(), StoreError::Full), "{step}");
-        assert_eq!(fs::read_dir(store.artifacts.scratch()).unwrap().count(), 0);
+        assert_eq!(fs::read_dir(store.artifacts.workbench().scratch()).unwrap().count(), 0);
         assert!(!store.is_read_only());
 
         disk.fail("nothing", 0);
@@ -184,7 +184,7 @@ async fn a_flipped_bit_and_a_missing_byte_are_found_by_every_way_of_reading() {
 async fn a_data_directory_has_one_process_and_is_tidied_when_it_opens() {
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).await.unwrap();
-    let half = store.artifacts.scratch().join("half");
+    let half = store.artifacts.workbench().scratch().join("half");
     fs::create_dir(&half).unwrap();
     fs::write(half.join("upload.zip"), "half").unwrap();
     let second = Store::open(folder.path()).await.err().unwrap();
@@ -192,7 +192,7 @@ async fn a_data_directory_has_one_process_and_is_tidied_when_it_opens() {
     assert!(half.exists(), "who does not have the lock touches nothing");
     store.close().await;
     let store = Store::open(folder.path()).await.unwrap();
-    assert!(!half.exists() && store.artifacts.scratch().is_dir());
+    assert!(!half.exists() && store.artifacts.workbench().scratch().is_dir());
 }
 
 #[tokio::test]

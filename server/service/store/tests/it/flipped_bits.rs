@@ -6,6 +6,7 @@ use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 
 use crate::common::{activate, calibration, capture, event, first, idempotency, job, measurement, scan, session};
+use remedy::Remedy as _;
 use store::{Change, DamagedRow, Listed, MeasurementFilter, Page, ScanFilter, Store, StoreError};
 
 /// Distance between the bytes that are damaged one after the other: a prime, so that all places in a page have their turn.

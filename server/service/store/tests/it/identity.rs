@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::common::{capture, event};
+use remedy::Remedy as _;
 use store::{ArtifactId, Change, Store, StoreError};
 use tempfile::TempDir;
 

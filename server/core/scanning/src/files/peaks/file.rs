@@ -1,6 +1,7 @@
 //! A file of peaks as the frames of a scan: only where each frame lies is kept in memory.
 
 use std::borrow::Cow;
+use std::fmt::Debug;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -24,9 +25,14 @@ const BUFFER_BYTES: usize = 1 << 18;
 pub struct PeaksFile {
     /// What holds for all frames.
     pub header: PeaksHeader,
-    file: Mutex<File>,
+    file: Mutex<Box<dyn ReadAnywhere>>,
     places: Vec<Place>,
 }
+
+/// Bytes that can be read at any place, by one thread at a time.
+trait ReadAnywhere: Read + Seek + Send + Debug {}
+
+impl<T: Read + Seek + Send + Debug> ReadAnywhere for T {}
 
 /// Where a frame lies in the file, and when and where it was taken.
 #[derive(Debug, Clone, Copy)]
@@ -47,11 +53,11 @@ impl PeaksFile {
         Self::new(file).map_err(|error| FileError::reading(path, error))
     }
 
-    /// Checks a file that is open.
+    /// Checks a file that is open, from its beginning.
     ///
     /// # Errors
     /// [`ContentError::Malformed`] if a byte is missing, wrong or too many; never a shorter scan.
-    pub fn new(mut file: File) -> Result<Self, ContentError> {
+    pub fn new(mut file: impl Read + Seek + Send + Debug + 'static) -> Result<Self, ContentError> {
         let mut input = BufReader::with_capacity(BUFFER_BYTES, &mut file);
         let header = read_header(&mut input)?;
         let mut places: Vec<Place> = Vec::new();
@@ -75,7 +81,7 @@ impl PeaksFile {
                 }
             }
         }
-        Ok(Self { header, file: Mutex::new(file), places })
+        Ok(Self { header, file: Mutex::new(Box::new(file)), places })
     }
 
     /// When a frame was taken, by the station's clock; `None` if a recording does not tell.

@@ -216,13 +216,13 @@ impl Session {
     pub fn switch_on(&mut self, power: f64, lease: Duration, now: Instant) -> Result<u64, LaserError> {
         self.laser_sound()?;
         if self.must_home {
-            let reason = "its controller is locked until the stage is homed; home it".to_owned();
-            return Err(LaserError::Fault { reason });
+            let reason = "its controller is locked until the stage is homed".to_owned();
+            return Err(LaserError::Fault { reason, remedy: "home it" });
         }
         if self.activity != Activity::Rest || self.reset_awaited() || self.dark_by.is_some() {
             let reason =
                 "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
-            return Err(LaserError::Fault { reason });
+            return Err(LaserError::Fault { reason, remedy: "wait for the stage to stand still" });
         }
         let full = self.machine.as_ref().map_or(0.0, |machine| machine.full_power);
         let word = match self.config.laser_mode {

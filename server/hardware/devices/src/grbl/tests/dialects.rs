@@ -151,7 +151,7 @@ fn a_homing_lock_offers_homing_and_nothing_else() {
     let (mut stage, mut laser) = bench.open();
     wait_until(SLACK + GRBL_SILENCE, "the lock is known", || {
         let refusal = laser.switch_on(0.5, Duration::from_millis(100));
-        matches!(&refusal, Err(LaserError::Fault { reason }) if reason.contains("home it"))
+        matches!(&refusal, Err(LaserError::Fault { remedy: "home it", .. }))
     });
     assert!(stage.poll().is_ok(), "a lock that homing opens is no fault");
     home(&mut stage);

@@ -11,7 +11,7 @@ use crate::events::{Event, event};
 use std::path::Path;
 
 use crate::captures::{CaptureOrigin, without_folder};
-use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, Source};
+use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd, StationContext};
 use crate::progress::Phase;
 use crate::stored_scan::disk_problem;
 use pipeline::open_capture;
@@ -33,22 +33,20 @@ const GATHERING: f64 = 0.05;
 /// Share of the job after which the pictures are stored as a capture.
 const STORING: f64 = 0.05;
 
-/// Calibrates.
-pub fn run(input: CalibrateInput, ctx: &JobContext) -> Result<Done, JobEnd> {
-    match (&input.session_id, &input.source) {
-        (Some(session_id), _) => {
-            let name = format!("calibration session {session_id}");
-            made_from(&input, &name, ctx, GATHERING, |folder| session::gather_pictures(session_id, ctx, folder))
-        }
-        (None, Source::Capture { capture_id }) => from_capture(&input, capture_id, ctx),
-        (None, Source::Station) => {
-            let name = format!("calibration job {}", ctx.id);
-            made_from(&input, &name, ctx, TAKING, |folder| station::take_pictures(&input, ctx, folder, TAKING))
-        }
-    }
+/// Takes the pictures at the simulated station, and calibrates from them.
+pub fn at_station(input: &CalibrateInput, ctx: &StationContext) -> Result<Done, JobEnd> {
+    let name = format!("calibration job {}", ctx.id);
+    made_from(input, &name, ctx, TAKING, |folder| station::take_pictures(input, ctx, folder, TAKING))
 }
 
-fn from_capture(input: &CalibrateInput, capture_id: &str, ctx: &JobContext) -> Result<Done, JobEnd> {
+/// Calibrates from the pictures of a session.
+pub fn from_session(input: &CalibrateInput, session_id: &str, ctx: &ComputeContext) -> Result<Done, JobEnd> {
+    let name = format!("calibration session {session_id}");
+    made_from(input, &name, ctx, GATHERING, |folder| session::gather_pictures(session_id, ctx, folder))
+}
+
+/// Calibrates from a stored capture.
+pub fn from_capture(input: &CalibrateInput, capture_id: &str, ctx: &ComputeContext) -> Result<Done, JobEnd> {
     ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
     let name = ctx.wait(ctx.ledger.read().capture(capture_id))?.name;
     let checked_out = ctx.captures.check_out(capture_id)?;
@@ -60,11 +58,11 @@ fn from_capture(input: &CalibrateInput, capture_id: &str, ctx: &JobContext) -> R
 fn made_from(
     input: &CalibrateInput,
     name: &str,
-    ctx: &JobContext,
+    ctx: &ComputeContext,
     taken: f64,
     take: impl FnOnce(&Path) -> Result<(), JobEnd>,
 ) -> Result<Done, JobEnd> {
-    let folder = tempfile::Builder::new().prefix("calibration-").tempdir_in(ctx.artifacts.scratch());
+    let folder = tempfile::Builder::new().prefix("calibration-").tempdir_in(ctx.artifacts.workbench().scratch());
     let folder = folder.map_err(disk_problem)?;
     take(folder.path())?;
     ctx.go_on()?;
@@ -80,10 +78,10 @@ fn compute(
     name: &str,
     capture_id: &str,
     input: &CalibrateInput,
-    ctx: &JobContext,
+    ctx: &ComputeContext,
     begun: f64,
 ) -> Result<Done, JobEnd> {
-    let calibrate = |ctx: &JobContext| {
+    let calibrate = |ctx: &ComputeContext| {
         let capture = open_capture(folder, &ctx.reporter(Phase::ReadingPictures, begun..begun))?;
         calibrated(&capture, name, capture_id, input, ctx, begun..1.0)
     };

@@ -12,7 +12,7 @@ use store::{ArtifactId, CalibrationRecord, Change, ResultRef};
 
 use crate::calibrations::residuals::{RESIDUALS, Residuals};
 use crate::jobs::calibrate::CALIBRATION;
-use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd};
+use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd};
 use crate::progress::Phase;
 use pipeline::Features;
 use pipeline::{Calibrated, calibrate_features, read_features};
@@ -31,7 +31,7 @@ pub(super) fn calibrated(
     name: &str,
     capture_id: &str,
     input: &CalibrateInput,
-    ctx: &JobContext,
+    ctx: &ComputeContext,
     part: Range<f64>,
 ) -> Result<Done, JobEnd> {
     let at = |share: f64| part.start + (part.end - part.start) * share;
@@ -66,12 +66,12 @@ pub(super) fn calibrated(
         result: ResultRef { kind: CALIBRATION.to_owned(), id },
         message: message(&result),
         changes: vec![Change::InsertCalibration(record), told],
-        after: None,
+        finished_work: None,
     })
 }
 
 /// Stores the dots of the residual maps; the document holds their sums alone.
-fn keep_residuals(result: &CalibrationResult, ctx: &JobContext) -> Result<ArtifactId, JobEnd> {
+fn keep_residuals(result: &CalibrationResult, ctx: &ComputeContext) -> Result<ArtifactId, JobEnd> {
     let residuals = Residuals::of(&result.report, &result.calibration.camera);
     Ok(ctx.wait(ctx.artifacts.put(&residuals.to_stored()))?)
 }

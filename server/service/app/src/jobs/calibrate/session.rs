@@ -9,13 +9,13 @@ use store::{ArtifactId, StoreError};
 
 use crate::error::AppError;
 use crate::jobs::calibrate::station::{make_folders, write_capture};
-use crate::jobs::{CalibrateInput, JobContext, JobEnd, JobInput, Source};
+use crate::jobs::{CalibrateInput, ComputeContext, JobEnd, JobInput, Source};
 use crate::progress::Phase;
 use crate::sessions::{Picture, Session, Sessions};
 use crate::stored_scan::disk_problem;
 
 /// Writes the session's readable pictures as the capture folder `folder`.
-pub(super) fn gather_pictures(session_id: &str, ctx: &JobContext, folder: &Path) -> Result<(), JobEnd> {
+pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &Path) -> Result<(), JobEnd> {
     ctx.report(0.0, Phase::GatheringPictures, "gathering the session's pictures");
     let session = Session::try_from(ctx.wait(ctx.ledger.read().session(session_id))?)?;
     make_folders(folder)?;

@@ -9,7 +9,7 @@ use crate::captures::without_folder;
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::calibrate::N_POSES;
-use crate::jobs::{CalibrateInput, JobContext, JobEnd};
+use crate::jobs::{CalibrateInput, JobEnd, StationContext};
 use crate::progress::{Phase, Step};
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::virtual_operator::VirtualOperator;
@@ -21,7 +21,7 @@ pub(super) const FOLDERS: [&str; 3] = ["board", "laser", "stage"];
 /// Takes all pictures of a calibration into the capture folder `folder`; `share` is the part of the job this is.
 pub(super) fn take_pictures(
     input: &CalibrateInput,
-    ctx: &JobContext,
+    ctx: &StationContext,
     folder: &Path,
     share: f64,
 ) -> Result<(), JobEnd> {
@@ -69,7 +69,7 @@ fn nobody_moves_the_board() -> AppError {
 
 /// Pictures on their way into a capture folder.
 struct Album<'a> {
-    ctx: &'a JobContext,
+    ctx: &'a StationContext,
     folder: &'a Path,
     share: f64,
     n_pictures: usize,
@@ -80,7 +80,7 @@ struct Album<'a> {
 }
 
 impl<'a> Album<'a> {
-    fn new(folder: &'a Path, n_pictures: usize, ctx: &'a JobContext, share: f64) -> Result<Self, JobEnd> {
+    fn new(folder: &'a Path, n_pictures: usize, ctx: &'a StationContext, share: f64) -> Result<Self, JobEnd> {
         make_folders(folder)?;
         let (poses, stage_views) = (Vec::new(), Vec::new());
         Ok(Self { ctx, folder, share, n_pictures, n_taken: 0, size_px: None, poses, stage_views })

@@ -6,24 +6,25 @@ use std::sync::Arc;
 
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::input::JobInput;
-use crate::jobs::{Done, JobContext, JobEnd, calibrate, export, recompute, scan, verify};
+use crate::jobs::{Done, Job, JobEnd, StationContext};
 
 /// What does a job, on the thread that calls it.
-pub(in crate::jobs) type Procedure = Arc<dyn Fn(JobInput, &JobContext) -> Result<Done, JobEnd> + Send + Sync>;
+pub(in crate::jobs) type Procedure = Arc<dyn Fn(JobInput, &StationContext) -> Result<Done, JobEnd> + Send + Sync>;
 
 /// Runs the job to its end; a panic is a failure of this job alone.
-pub(in crate::jobs) fn run(procedure: &Procedure, input: JobInput, context: &JobContext) -> Result<Done, JobEnd> {
+pub(in crate::jobs) fn run(
+    procedure: &Procedure,
+    input: JobInput,
+    context: &StationContext,
+) -> Result<Done, JobEnd> {
     catch_unwind(AssertUnwindSafe(|| procedure(input, context))).unwrap_or_else(|panic| Err(defect(&*panic)))
 }
 
-/// The procedure of every kind of job.
-pub(in crate::jobs) fn by_kind(input: JobInput, context: &JobContext) -> Result<Done, JobEnd> {
-    match input {
-        JobInput::Calibration(input) => calibrate::run(input, context),
-        JobInput::Scan(input) => scan::run(input, context),
-        JobInput::Recomputation(input) => recompute::run(input, context),
-        JobInput::Export(input) => export::run(input, context),
-        JobInput::Verification(input) => verify::run(input, context),
+/// The procedure of every kind of job: one that only computes never sees the station.
+pub(in crate::jobs) fn by_kind(input: JobInput, context: &StationContext) -> Result<Done, JobEnd> {
+    match Job::from(input) {
+        Job::Station(job) => job.run(context),
+        Job::Compute(job) => job.run(&context.compute),
     }
 }
 

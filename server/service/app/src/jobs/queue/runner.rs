@@ -12,7 +12,7 @@ use crate::jobs::queue::forecast::Forecast;
 use crate::jobs::queue::lane::Running;
 use crate::jobs::queue::params::{CHECKPOINT_INTERVAL, FORECAST_ALIKE, FORECAST_JOBS, PUBLISH_INTERVAL};
 use crate::jobs::queue::run;
-use crate::jobs::{Done, JobContext, JobEnd, Queue, Waiting};
+use crate::jobs::{ComputeContext, Done, JobEnd, Queue, StationContext, Waiting, scan};
 
 /// Key of a job's checkpoint under which stands when it was where, for the next of its kind.
 const TIMELINE: &str = "timeline";
@@ -22,18 +22,20 @@ pub(in crate::jobs) struct End {
     outcome: JobOutcome,
     message: String,
     changes: Vec<Change>,
-    after: Option<Box<dyn FnOnce() + Send + Sync>>,
+    finished_work: Option<String>,
 }
 
 impl End {
     pub fn of(result: Result<Done, JobEnd>, shutting_down: bool) -> Self {
         match result {
-            Ok(Done { result, message, changes, after }) => {
-                Self { outcome: JobOutcome::Succeeded(result), message, changes, after }
+            Ok(Done { result, message, changes, finished_work }) => {
+                Self { outcome: JobOutcome::Succeeded(result), message, changes, finished_work }
             }
-            Err(JobEnd::Cancelled) if shutting_down => {
-                Self::bare(JobOutcome::Interrupted, "the service was shut down")
+            Err(JobEnd::CancelledAfter(kept)) => {
+                let Done { changes, finished_work, .. } = *kept;
+                Self { changes, finished_work, ..Self::of(Err(JobEnd::Cancelled), shutting_down) }
             }
+            Err(JobEnd::Cancelled) if shutting_down => Self::interrupted("the service was shut down"),
             Err(JobEnd::Cancelled) => Self::cancelled("cancelled"),
             Err(JobEnd::Failed(problem)) => Self::failed(&problem),
         }
@@ -52,7 +54,7 @@ impl End {
     }
 
     fn bare(outcome: JobOutcome, message: &str) -> Self {
-        Self { outcome, message: message.to_owned(), changes: Vec::new(), after: None }
+        Self { outcome, message: message.to_owned(), changes: Vec::new(), finished_work: None }
     }
 
     pub fn state(&self) -> JobState {
@@ -170,22 +172,20 @@ impl Queue {
         Ok(())
     }
 
-    fn context(&self, running: &Running) -> JobContext {
+    fn context(&self, running: &Running) -> StationContext {
         let board = running.board.clone();
         let parts = self.parts.clone();
-        JobContext {
+        let compute = ComputeContext {
             id: running.id.clone(),
             cancel: running.cancel.clone(),
             config: parts.config,
             ledger: parts.ledger,
             artifacts: parts.artifacts,
             captures: parts.captures,
-            station: parts.station,
-            authority: running.authority.clone(),
-            live: parts.live,
             runtime: self.runtime.clone(),
             progress: Arc::new(move |fraction, step, words| board.report(fraction, step, words)),
-        }
+        };
+        StationContext { compute, station: parts.station, authority: running.authority.clone(), live: parts.live }
     }
 
     /// Stores the end with everything the job made; what cannot be stored was not made, and the job failed.
@@ -196,9 +196,8 @@ impl Queue {
         };
         let end = match commit(&end) {
             Ok(_) => {
-                let mut end = end;
-                if let Some(after) = end.after.take() {
-                    after();
+                if let Some(scan_id) = &end.finished_work {
+                    scan::clear_work(&*self.parts.artifacts, scan_id);
                 }
                 end
             }

@@ -9,7 +9,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::ScanPlan;
 use crate::jobs::scan::TAKEN;
 use crate::jobs::scan::recording::Hand;
-use crate::jobs::{JobContext, JobEnd, ScanMode};
+use crate::jobs::{JobEnd, ScanMode, StationContext};
 use crate::progress::Phase;
 
 /// Time between two words about a sweep: people read no faster, and frames come by the hundred in a second.
@@ -17,7 +17,7 @@ const TOLD_EVERY: Duration = Duration::from_millis(50);
 
 /// Takes the frames that are missing and hands them over. What was lost goes to `losses`, in words.
 pub fn take_frames(
-    ctx: &JobContext,
+    ctx: &StationContext,
     plan: &ScanPlan,
     positions_mm: &[f64],
     losses: &mut Vec<String>,
@@ -40,7 +40,7 @@ pub fn take_frames(
 }
 
 struct Run<'a> {
-    ctx: &'a JobContext,
+    ctx: &'a StationContext,
     plan: &'a ScanPlan,
     lease: StationLease,
     hand: &'a Hand,

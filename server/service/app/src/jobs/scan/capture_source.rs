@@ -2,13 +2,13 @@
 
 use capture::Capture;
 use scanning::Frames as _;
-use store::ScanState;
+use store::{FinishedFile, ScanState};
 
 use crate::calibrations::stored::stored_document;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{Pace, ScanRun};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, evaluated_share, made_scan};
-use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
+use crate::jobs::{ComputeContext, JobEnd, RecordedFrames, ScanInput, ScanMode};
 use crate::progress::Phase;
 use crate::stored_scan::{disk_problem, new_id, stored_peaks};
 use pipeline::{open_capture, write_capture_peaks};
@@ -17,7 +17,8 @@ use pipeline::{open_capture, write_capture_peaks};
 const READING: f64 = 0.5;
 
 /// Reads the pictures of one scan and computes its cloud.
-pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
+pub fn run(input: &ScanInput, frames: &RecordedFrames, ctx: &ComputeContext) -> Result<MadeScan, JobEnd> {
+    let RecordedFrames { capture_id, scan } = frames;
     refuse_station_fields(input)?;
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
     ctx.report(0.0, Phase::UnpackingCapture, "unpacking the capture");
@@ -25,11 +26,11 @@ pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobCon
     ctx.go_on()?;
     let reporter = ctx.reporter(Phase::ReadingFrames, 0.0..READING);
     let capture = open_capture(&checked_out.folder, &reporter)?;
-    let cloud_name = chosen_scan(&capture, scan)?;
-    let place = tempfile::tempdir_in(ctx.artifacts.scratch()).map_err(disk_problem)?;
+    let cloud_name = chosen_scan(&capture, scan.as_deref())?;
+    let place = tempfile::tempdir_in(ctx.artifacts.workbench().scratch()).map_err(disk_problem)?;
     let path = place.path().join("peaks");
     write_capture_peaks(&capture, &document, &cloud_name, &path, &reporter)?;
-    let peaks = ctx.wait(ctx.artifacts.adopt(&path))?;
+    let peaks = ctx.wait(ctx.artifacts.adopt(FinishedFile::at(&path)))?;
     let id = new_id();
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &peaks, &id))?;
     let run = ScanRun {
@@ -47,7 +48,7 @@ pub fn run(input: &ScanInput, capture_id: &str, scan: Option<&str>, ctx: &JobCon
         cloud_name,
         state: ScanState::Complete,
         peaks,
-        capture_id: Some(capture_id.to_owned()),
+        capture_id: Some(capture_id.clone()),
         recomputed_from: None,
         display: None,
         replaces: false,

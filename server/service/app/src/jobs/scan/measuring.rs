@@ -8,7 +8,7 @@ use store::{Change, MeasurementRecord, ResultRef};
 use crate::calibrations::stored::stored_document;
 use crate::jobs::plan::TIMING;
 use crate::jobs::scan::{MadeScan, SCAN};
-use crate::jobs::{Done, JobContext, JobEnd};
+use crate::jobs::{ComputeContext, Done, JobEnd};
 use crate::measurements::parts::{planned_measurements, verdict_of};
 use crate::measurements::{changes, planned_measurement};
 use crate::progress::Phase;
@@ -22,10 +22,11 @@ pub struct Measured {
     pub measurements: Vec<MeasurementRecord>,
 }
 
-/// Takes the measurements that the plan asks for, from the job's fraction `from` on.
+/// Takes the measurements that the plan asks for.
 ///
 /// A job that is cancelled meanwhile keeps its scan; what is not measured then makes the part invalid.
-pub fn measured(mut made: MadeScan, ctx: &JobContext, from: f64) -> Result<Measured, JobEnd> {
+pub fn measured(mut made: MadeScan, ctx: &ComputeContext) -> Result<Measured, JobEnd> {
+    let from = made.done_at;
     let planned = planned_measurements(&made.record.plan);
     let mut measurements = Vec::with_capacity(planned.len());
     if planned.is_empty() {
@@ -38,9 +39,8 @@ pub fn measured(mut made: MadeScan, ctx: &JobContext, from: f64) -> Result<Measu
     let cloud = ctx.wait(stored_cloud(&*ctx.artifacts, &made.record))?;
     for (done, input) in planned.iter().enumerate() {
         if ctx.cancel.is_cancelled() {
-            ctx.wait(ctx.ledger.commit(made.changes())).map_err(crate::error::AppError::from)?;
-            made.clear();
-            return Err(JobEnd::Cancelled);
+            let unmeasured = Measured { made, measurements: Vec::new() };
+            return Err(JobEnd::CancelledAfter(Box::new(unmeasured.done())));
         }
         let words = format!("measuring: {} of {}", done + 1, planned.len());
         let fraction = from + (1.0 - from) * done as f64 / planned.len() as f64;
@@ -79,7 +79,6 @@ impl Measured {
     pub fn done_with(self, result: ResultRef, message: Option<String>) -> Done {
         let message = message.unwrap_or_else(|| self.message());
         let changes = self.changes();
-        let made = self.made;
-        Done { result, message, changes, after: Some(Box::new(move || made.clear())) }
+        Done { result, message, changes, finished_work: self.made.work_of }
     }
 }

@@ -16,11 +16,11 @@ mod timing;
 mod work;
 mod writing;
 
-use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource};
+use crate::jobs::{ComputeContext, Done, JobEnd, RecordedFrames, ScanInput, StationContext};
 
 pub use measuring::{Measured, measured};
 pub use result::{Evaluating, MadeScan, ScanStory, check_camera_of, made_scan, scan_changes};
-pub use work::{forget_orphans, recover};
+pub use work::{clear_work, forget_orphans, recover};
 
 /// Share of a job's own fraction after its frames. The shares are fixed, so that jobs can be compared: what they are in
 /// time, the last jobs tell.
@@ -37,23 +37,28 @@ pub fn evaluated_share(n_measurements: usize) -> f64 {
 /// The kind of record that scans make.
 pub const SCAN: &str = "scan";
 
-/// Scans and measures.
-pub fn run(input: ScanInput, ctx: &JobContext) -> Result<Done, JobEnd> {
-    Ok(scanned_and_measured(&input, ctx)?.done())
+/// Scans from the station, and measures.
+pub fn at_station(input: &ScanInput, ctx: &StationContext) -> Result<Done, JobEnd> {
+    Ok(at_station_measured(input, ctx)?.done())
 }
 
 /// The same, and leaves it to the caller to end the job.
-pub fn scanned_and_measured(input: &ScanInput, ctx: &JobContext) -> Result<Measured, JobEnd> {
-    let made = make(input, ctx)?;
-    let from = made.done_at;
-    measured(made, ctx, from)
+pub fn at_station_measured(input: &ScanInput, ctx: &StationContext) -> Result<Measured, JobEnd> {
+    measured(station_source::run(input, ctx)?, ctx)
 }
 
-fn make(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
-    match &input.source {
-        ScanSource::Station => station_source::run(input, ctx),
-        ScanSource::Capture { capture_id, scan } => capture_source::run(input, capture_id, scan.as_deref(), ctx),
-    }
+/// Scans the frames of a capture, and measures.
+pub fn of_capture(input: &ScanInput, frames: &RecordedFrames, ctx: &ComputeContext) -> Result<Done, JobEnd> {
+    Ok(of_capture_measured(input, frames, ctx)?.done())
+}
+
+/// The same, and leaves it to the caller to end the job.
+pub fn of_capture_measured(
+    input: &ScanInput,
+    frames: &RecordedFrames,
+    ctx: &ComputeContext,
+) -> Result<Measured, JobEnd> {
+    measured(capture_source::run(input, frames, ctx)?, ctx)
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use store::Change;
 use crate::captures::CaptureOrigin;
 use crate::config::AppConfig;
 use crate::error::AppError;
-use crate::jobs::JobContext;
+use crate::jobs::ComputeContext;
 
 /// Folder of the pictures within the capture.
 const FOLDER: &str = "scan";
@@ -27,7 +27,7 @@ pub fn folder_in(capture: &Path) -> PathBuf {
 
 /// Takes the pictures under `folder` in as a capture with one scan. Returns its id and what records it.
 pub fn take_in(
-    ctx: &JobContext,
+    ctx: &ComputeContext,
     folder: &Path,
     scan: &str,
     name: &str,

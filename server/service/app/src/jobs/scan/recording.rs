@@ -23,7 +23,7 @@ use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::scan::pictures::picture_path;
 use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
-use crate::jobs::{JobContext, JobEnd};
+use crate::jobs::{JobEnd, StationContext};
 use crate::stored_scan::disk_problem;
 
 /// Frames that wait for a thread, and results that wait to be shown: each holds a buffer of the station, which
@@ -36,7 +36,7 @@ const THREADS_MAX: usize = 4;
 /// What every frame goes through.
 pub struct Recorder<'a> {
     /// The job.
-    pub ctx: &'a JobContext,
+    pub ctx: &'a StationContext,
     /// The scan.
     pub scan_id: &'a str,
     /// Labels what viewers see.

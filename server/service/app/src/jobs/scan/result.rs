@@ -15,13 +15,12 @@ use scanning::files::peaks::PeaksFile;
 use scanning::{CloudFormat, CloudPoint, Evaluation, Frames as _};
 use serde_json::{Value, json};
 use station::wall_clock::now_ms;
-use store::{ArtifactId, Change, ScanRecord, ScanState};
+use store::{ArtifactId, Change, FinishedFile, ScanRecord, ScanState};
 
 use crate::error::AppError;
 use crate::jobs::plan::TIMING;
 use crate::jobs::scan::counted::CountedFrames;
-use crate::jobs::scan::work::Work;
-use crate::jobs::{JobContext, JobEnd};
+use crate::jobs::{ComputeContext, JobEnd};
 use crate::progress::Phase;
 use crate::stored_scan::disk_problem;
 use pipeline::{check_camera, evaluated_scan, write_scan_cloud};
@@ -71,8 +70,8 @@ pub struct MadeScan {
     also: Vec<Change>,
     /// The job's fraction at which it was made.
     pub done_at: f64,
-    /// What is left of its making, for as long as a crash would lose it.
-    work: Option<Work>,
+    /// Its id, if a folder of work is left of its making for as long as a crash would lose it.
+    pub work_of: Option<String>,
 }
 
 /// How the evaluation of a scan is told.
@@ -85,7 +84,7 @@ pub struct Evaluating {
 
 /// Computes the cloud and stores what the record names.
 pub fn made_scan(
-    ctx: &JobContext,
+    ctx: &ComputeContext,
     story: ScanStory,
     frames: &PeaksFile,
     document: &CalibrationDocument,
@@ -121,7 +120,7 @@ pub fn made_scan(
     report[TIMING] = json!({ "n_frames": n_frames, "frames_read": counted.n_read(),
         "evaluation_s": began.elapsed().as_secs_f64() });
     let record = record(ctx, story, document, report, kept);
-    Ok(MadeScan { record, replaces, n_points, n_frames, also, done_at: part.end, work: None })
+    Ok(MadeScan { record, replaces, n_points, n_frames, also, done_at: part.end, work_of: None })
 }
 
 /// What is stored of a cloud.
@@ -134,12 +133,12 @@ struct KeptCloud {
 impl KeptCloud {
     /// Writes the points to the disk as they are computed, and those that are shown, if they were not shown live.
     fn new(
-        ctx: &JobContext,
+        ctx: &ComputeContext,
         story: &ScanStory,
         evaluation: &Evaluation,
         frames: &PeaksFile,
     ) -> Result<Self, JobEnd> {
-        let place = tempfile::tempdir_in(ctx.artifacts.scratch()).map_err(disk_problem)?;
+        let place = tempfile::tempdir_in(ctx.artifacts.workbench().scratch()).map_err(disk_problem)?;
         let [cloud, blocks] = ["cloud.ply", "blocks"].map(|name| place.path().join(name));
         let mut display = match &story.display {
             Some(_) => None,
@@ -149,12 +148,12 @@ impl KeptCloud {
             Ok(display.as_mut().map_or(Ok(()), |display| display.add(points))?)
         };
         let median_sigma_mm = write_scan_cloud(&cloud, CloudFormat::Ply, evaluation, show)?;
-        let cloud = ctx.wait(ctx.artifacts.adopt(&cloud))?;
+        let cloud = ctx.wait(ctx.artifacts.adopt(FinishedFile::at(&cloud)))?;
         let display = match (display, &story.display) {
             (_, Some(shown)) => shown.clone(),
             (written, None) => {
                 written.map_or(Ok(()), DisplayFile::finish)?;
-                ctx.wait(ctx.artifacts.adopt(&blocks))?
+                ctx.wait(ctx.artifacts.adopt(FinishedFile::at(&blocks)))?
             }
         };
         Ok(Self { cloud, display, median_sigma_mm })
@@ -192,7 +191,7 @@ impl<'a> DisplayFile<'a> {
 }
 
 fn record(
-    ctx: &JobContext,
+    ctx: &ComputeContext,
     story: ScanStory,
     document: &CalibrationDocument,
     mut report: Value,
@@ -236,15 +235,8 @@ impl MadeScan {
     }
 
     /// The same, with what a crash would need until the record is stored.
-    pub fn with_work(self, work: Work) -> Self {
-        Self { work: Some(work), ..self }
-    }
-
-    /// The record is stored: nothing else of its making is needed.
-    pub fn clear(&self) {
-        if let Some(work) = &self.work {
-            work.clear();
-        }
+    pub fn with_work(self) -> Self {
+        Self { work_of: Some(self.record.id.clone()), ..self }
     }
 }
 

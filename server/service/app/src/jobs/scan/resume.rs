@@ -5,7 +5,7 @@ use store::{ScanRecord, ScanState};
 
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{ScanPlan, ScanRun};
-use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode};
+use crate::jobs::{JobEnd, ScanInput, ScanMode, StationContext};
 use crate::measurements::{MeasureInput, ScanPurpose};
 use crate::progress::Phase;
 use crate::stored_scan::stored_peaks;
@@ -31,7 +31,7 @@ fn conflict(detail: String, remedy: &str) -> AppError {
 }
 
 /// The scan that is to be continued, if one is named.
-pub fn earlier(input: &ScanInput, ctx: &JobContext) -> Result<Option<Earlier>, JobEnd> {
+pub fn earlier(input: &ScanInput, ctx: &StationContext) -> Result<Option<Earlier>, JobEnd> {
     let Some(id) = &input.resume_scan_id else { return Ok(None) };
     let record = ctx.wait(ctx.ledger.read().scan(id))?;
     if record.state != ScanState::Partial || record.recomputed_from.is_some() {

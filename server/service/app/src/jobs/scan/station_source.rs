@@ -21,7 +21,7 @@ use crate::jobs::scan::timing::Timing;
 use crate::jobs::scan::work::{Work, WorkNote};
 use crate::jobs::scan::writing::{Kept, NewPeaks};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, TAKEN, evaluated_share, made_scan, scan_changes};
-use crate::jobs::{JobContext, JobEnd, ScanInput, ScanMode, ScanSource};
+use crate::jobs::{JobEnd, ScanInput, ScanMode, ScanSource, StationContext};
 use crate::measurements::parts::planned_measurements;
 use crate::progress::Phase;
 use crate::stored_scan::{disk_problem, new_id, stored_peaks};
@@ -30,7 +30,7 @@ use crate::stored_scan::{disk_problem, new_id, stored_peaks};
 const DEFAULT_NAME: &str = "scan";
 
 /// Scans from the station, anew or from where an earlier scan was stopped.
-pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
+pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> {
     let earlier = earlier(input, ctx)?;
     let input = earlier.as_ref().map_or_else(|| input.clone(), |earlier| earlier.filled(input));
     let document = ctx.wait(stored_document(&ctx.ledger, &*ctx.artifacts, input.calibration_id.as_deref()))?;
@@ -80,12 +80,17 @@ pub fn run(input: &ScanInput, ctx: &JobContext) -> Result<MadeScan, JobEnd> {
         Err(end) => return Err(taken.err().unwrap_or(end)),
     };
     match taken.and_then(|()| complete(ctx, &planned, &work, &document, peaks.clone(), &acquired)) {
-        Ok(made) => Ok(made.with_work(work)),
+        Ok(made) => Ok(made.with_work()),
         Err(end) => Err(stopped.as_partial(end, peaks)),
     }
 }
 
-fn new_note(input: &ScanInput, planned: &ScanPlan, document: &CalibrationDocument, ctx: &JobContext) -> WorkNote {
+fn new_note(
+    input: &ScanInput,
+    planned: &ScanPlan,
+    document: &CalibrationDocument,
+    ctx: &StationContext,
+) -> WorkNote {
     let name = input.name.clone().unwrap_or_else(|| DEFAULT_NAME.to_owned());
     WorkNote {
         scan_id: new_id(),
@@ -109,7 +114,7 @@ fn run_of(planned: &ScanPlan, name: &str, input: &ScanInput) -> ScanRun {
     }
 }
 
-fn header(ctx: &JobContext) -> PeaksHeader {
+fn header(ctx: &StationContext) -> PeaksHeader {
     let roi = ctx.station.status().camera_settings.roi;
     PeaksHeader {
         width_px: roi.width_px as u32,
@@ -120,7 +125,7 @@ fn header(ctx: &JobContext) -> PeaksHeader {
 
 /// The points that are there already are shown again: viewers see one scan. Where they were taken.
 fn show_earlier(
-    ctx: &JobContext,
+    ctx: &StationContext,
     scan_id: &str,
     frames: Option<&PeaksFile>,
     triangulator: &Triangulator,
@@ -137,7 +142,7 @@ fn show_earlier(
 }
 
 fn take(
-    ctx: &JobContext,
+    ctx: &StationContext,
     planned: &ScanPlan,
     triangulator: &Triangulator,
     work: &mut Work,
@@ -154,7 +159,7 @@ fn take(
 
 /// Every row is there: pictures, cloud, record.
 fn complete(
-    ctx: &JobContext,
+    ctx: &StationContext,
     planned: &ScanPlan,
     work: &Work,
     document: &CalibrationDocument,
@@ -230,7 +235,7 @@ struct Stored {
 
 /// A scan that may end before its time.
 struct Stopped<'a> {
-    ctx: &'a JobContext,
+    ctx: &'a StationContext,
     work: &'a Work,
     n_frames: usize,
 }
@@ -259,7 +264,7 @@ impl Stopped<'_> {
     /// Stores what there is as a partial scan, and tells how to go on.
     fn as_partial(&self, end: JobEnd, stored: Stored) -> JobEnd {
         let why = match &end {
-            JobEnd::Cancelled => "stopped by a person".to_owned(),
+            JobEnd::Cancelled | JobEnd::CancelledAfter(_) => "stopped by a person".to_owned(),
             JobEnd::Failed(problem) => problem.detail.clone(),
         };
         let record = self.work.partial(self.n_frames, stored.peaks, Some(stored.display), &why);
@@ -270,7 +275,7 @@ impl Stopped<'_> {
         }
         self.work.clear_but_pictures();
         match end {
-            JobEnd::Cancelled => JobEnd::Cancelled,
+            cancelled @ (JobEnd::Cancelled | JobEnd::CancelledAfter(_)) => cancelled,
             JobEnd::Failed(mut problem) => {
                 let go_on = format!("then resume scan {}", record.id);
                 problem.remedy = Some(match problem.remedy.take() {

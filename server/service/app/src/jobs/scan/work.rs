@@ -1,6 +1,6 @@
 //! A scan under way on the disk: what a crash leaves is found at the next start and kept as a partial scan.
 //!
-//! `work/<scan id>/` beside the scratch folder holds `scan.json`, then the peaks as they come, and the pictures if they
+//! `work/<scan id>/` on the workbench holds `scan.json`, then the peaks as they come, and the pictures if they
 //! are kept. The pictures of a partial scan stay there until it is resumed or deleted.
 
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use scanning::files::peaks::{PeaksFile, PeaksHeader, PeaksWriter};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use station::wall_clock::now_ms;
-use store::{ArtifactId, Artifacts, ScanRecord, ScanState, StoreError};
+use store::{ArtifactId, Artifacts, FinishedFile, ScanRecord, ScanState, StoreError};
 
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::scan::writing::NewPeaks;
@@ -50,7 +50,7 @@ pub struct Work {
 }
 
 fn home(artifacts: &dyn Artifacts) -> PathBuf {
-    artifacts.scratch().parent().unwrap_or(artifacts.scratch()).join(FOLDER)
+    artifacts.workbench().kept(FOLDER)
 }
 
 impl Work {
@@ -86,7 +86,7 @@ impl Work {
         if self.folder.is_dir() {
             return std::fs::write(self.folder.join(NOTE), text).map_err(disk_problem);
         }
-        let draft = tempfile::tempdir_in(artifacts.scratch()).map_err(disk_problem)?;
+        let draft = tempfile::tempdir_in(artifacts.workbench().scratch()).map_err(disk_problem)?;
         std::fs::write(draft.path().join(NOTE), text).map_err(disk_problem)?;
         std::fs::create_dir_all(home(artifacts)).map_err(disk_problem)?;
         std::fs::rename(draft.keep(), &self.folder).map_err(disk_problem)
@@ -113,10 +113,10 @@ impl Work {
     /// Stores the peaks as far as they are written. A copy: until the record is stored, the work folder is what a
     /// crash leaves.
     pub async fn keep_peaks(&self, artifacts: &dyn Artifacts) -> Result<ArtifactId, AppError> {
-        let place = tempfile::tempdir_in(artifacts.scratch()).map_err(disk_problem)?;
+        let place = tempfile::tempdir_in(artifacts.workbench().scratch()).map_err(disk_problem)?;
         let copy = place.path().join(PEAKS);
         std::fs::copy(self.peaks(), &copy).map_err(disk_problem)?;
-        Ok(artifacts.adopt(&copy).await?)
+        Ok(artifacts.adopt(FinishedFile::at(&copy)).await?)
     }
 
     /// The capture folder of the pictures.
@@ -164,6 +164,11 @@ impl Work {
             created_at_ms: now_ms(),
         }
     }
+}
+
+/// The scan is stored: nothing else of its making is needed.
+pub fn clear_work(artifacts: &dyn Artifacts, scan_id: &str) {
+    removed(std::fs::remove_dir_all(home(artifacts).join(scan_id)));
 }
 
 fn removed(result: std::io::Result<()>) {

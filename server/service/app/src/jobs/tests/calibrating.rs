@@ -67,7 +67,7 @@ fn systematic_rmse_mm(bench: &Bench, calibration: &Calibration) -> f64 {
 #[tokio::test(flavor = "multi_thread")]
 async fn the_virtual_operator_calibrates_a_station_to_a_few_micrometres_and_puts_the_part_back() {
     let bench = Bench::new(&StationShape::default()).await;
-    let jobs = Jobs::start(bench.parts.clone()).await.unwrap();
+    let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let id = calibrated(&jobs, from_station()).await;
     let (_, document) = document(&bench, &id).await;
     let rmse_mm = systematic_rmse_mm(&bench, &document.calibration());
@@ -82,7 +82,7 @@ async fn the_virtual_operator_calibrates_a_station_to_a_few_micrometres_and_puts
 #[tokio::test(flavor = "multi_thread")]
 async fn a_stored_calibration_is_what_the_command_line_writes_from_the_same_pictures() {
     let bench = Bench::new(&small()).await;
-    let jobs = Jobs::start(bench.parts.clone()).await.unwrap();
+    let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let id = calibrated(&jobs, from_station()).await;
     let record = bench.parts.ledger.read().calibration(&id).await.unwrap();
     let (bytes, _) = document(&bench, &id).await;
@@ -108,7 +108,7 @@ async fn a_stored_calibration_is_what_the_command_line_writes_from_the_same_pict
 #[tokio::test(flavor = "multi_thread")]
 async fn a_cancelled_calibration_leaves_nothing_and_frees_the_station() {
     let bench = Bench::new(&small()).await;
-    let jobs = Jobs::start(bench.parts.clone()).await.unwrap();
+    let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let job = jobs.submit(JobInput::Calibration(from_station()), "test").await.unwrap();
     let begun = Instant::now();
     while !jobs.view(&job.id).await.unwrap().record.message.contains("pose 2 of 12") {
@@ -119,7 +119,7 @@ async fn a_cancelled_calibration_leaves_nothing_and_frees_the_station() {
     assert_eq!(ended(&jobs, &job.id).await.record.state, JobState::Cancelled);
     let page = store::Page { before: None, limit: 10 };
     assert!(bench.parts.ledger.read().calibrations(&page).await.unwrap().records.is_empty());
-    assert_eq!(std::fs::read_dir(bench.parts.artifacts.scratch()).unwrap().count(), 0);
+    assert_eq!(std::fs::read_dir(bench.parts.artifacts.workbench().scratch()).unwrap().count(), 0);
     assert!(!matches!(&*bench.parts.station.simulation().unwrap().scene(), Scene::Board(_)));
     assert_eq!(bench.parts.station.status().job_id, None);
 }
@@ -127,7 +127,7 @@ async fn a_cancelled_calibration_leaves_nothing_and_frees_the_station() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_session_gathers_poses_step_by_step_and_solves_them() {
     let bench = Bench::new(&small()).await;
-    let jobs = Jobs::start(bench.parts.clone()).await.unwrap();
+    let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let parts = bench.parts.clone();
     let open = || {
         Sessions::new(parts.config.clone(), parts.ledger.clone(), parts.artifacts.clone(), parts.station.clone())
@@ -191,7 +191,7 @@ async fn a_session_gathers_poses_step_by_step_and_solves_them() {
 #[tokio::test(flavor = "multi_thread")]
 async fn activations_are_acts_that_can_be_rolled_back_one_by_one() {
     let bench = Bench::new(&small()).await;
-    let jobs = Jobs::start(bench.parts.clone()).await.unwrap();
+    let jobs = Jobs::start_with(bench.parts.clone(), Arc::new(as_if_elsewhere)).await.unwrap();
     let parts = &bench.parts;
     let calibrations = Calibrations::new(
         parts.ledger.clone(),

@@ -10,13 +10,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use live::LiveBus;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use station::StationHandle;
 use store::{JobState, Store};
 use twin::{StationModel, StationShape, TwinOptions, TwinStation};
 
 use crate::captures::Captures;
 use crate::config::AppConfig;
-use crate::jobs::{JobParts, JobView, Jobs};
+use crate::jobs::{Done, Job, JobEnd, JobInput, JobParts, JobView, Jobs, StationContext};
 use crate::lease::ControlDesk;
 use crate::ledger::Ledger;
 
@@ -64,6 +66,19 @@ impl Drop for Bench {
     fn drop(&mut self) {
         self.parts.station.shut_down();
     }
+}
+
+/// Does a job as if its computing were done by another process: what it is asked for and what comes of it go through
+/// their text.
+pub(crate) fn as_if_elsewhere(input: JobInput, ctx: &StationContext) -> Result<Done, JobEnd> {
+    through_text(&match Job::from(input) {
+        Job::Station(job) => job.run(ctx),
+        Job::Compute(job) => through_text(&job).run(&ctx.compute),
+    })
+}
+
+fn through_text<T: Serialize + DeserializeOwned>(value: &T) -> T {
+    serde_json::from_str(&serde_json::to_string(value).unwrap()).unwrap()
 }
 
 /// Waits until the job is in a state from which nothing changes.

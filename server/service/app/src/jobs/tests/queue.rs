@@ -11,7 +11,7 @@ use store::{ArtifactId, CaptureRecord, Change, EventRecord, JobOutcome, JobRecor
 use super::*;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::queue::run::Procedure;
-use crate::jobs::{CalibrateInput, Done, JobContext, JobEnd, JobInput, JobNews, Source, queued_record};
+use crate::jobs::{CalibrateInput, Done, JobEnd, JobInput, JobNews, Source, StationContext, queued_record};
 use crate::lease::Authority;
 use crate::progress::Phase;
 
@@ -28,7 +28,7 @@ impl Script {
         Arc::new(move |input, ctx| script.play(&input, ctx))
     }
 
-    fn play(&self, input: &JobInput, ctx: &JobContext) -> Result<Done, JobEnd> {
+    fn play(&self, input: &JobInput, ctx: &StationContext) -> Result<Done, JobEnd> {
         let name = name_of(input);
         self.began.lock().unwrap().push(name.clone());
         match name.as_str() {
@@ -48,7 +48,8 @@ impl Script {
         let id = if name == "twice" { "a".to_owned() } else { format!("made by {name}") };
         let changes = vec![event(&id, Event::SimulationFaultOff(NoBody {})), Change::InsertCapture(capture(&id))];
         let result = ResultRef { kind: "capture".to_owned(), id };
-        Ok(Done { result, message: "made".to_owned(), changes, after: None })
+        let done = Done { result, message: "made".to_owned(), changes, finished_work: None };
+        if name == "half" { Err(JobEnd::CancelledAfter(Box::new(done))) } else { Ok(done) }
     }
 
     fn release(&self) {
@@ -104,7 +105,8 @@ fn capture(id: &str) -> CaptureRecord {
 
 async fn stage() -> (Bench, Jobs, Arc<Script>) {
     let bench = Bench::new(&small()).await;
-    let captures = ["a", "b", "panic", "fail", "reports", "twice"].map(|id| Change::InsertCapture(capture(id)));
+    let captures =
+        ["a", "b", "half", "panic", "fail", "reports", "twice"].map(|id| Change::InsertCapture(capture(id)));
     bench.parts.ledger.commit(captures.to_vec()).await.unwrap();
     let script = Arc::new(Script::default());
     let jobs = Jobs::start_with(bench.parts.clone(), script.procedure()).await.unwrap();
@@ -308,6 +310,11 @@ async fn a_job_ends_together_with_what_it_made_or_made_nothing() {
     assert_eq!(record.result.unwrap().id, "made by b");
     bench.parts.ledger.read().capture("made by b").await.unwrap();
     assert_eq!(event_kinds(&bench, &good).await, ["job.queued", "job.running", "job.succeeded"]);
+    // Cancelled after it had made something: kept, with the end.
+    let half = submit(&jobs, computation("half")).await;
+    let record = ended(&jobs, &half).await.record;
+    assert_eq!((record.state, record.result), (JobState::Cancelled, None));
+    bench.parts.ledger.read().capture("made by half").await.unwrap();
     // Its capture is there already: the whole end is refused, also the event it would have told.
     let twice = submit(&jobs, computation("twice")).await;
     let record = ended(&jobs, &twice).await.record;

@@ -87,7 +87,7 @@ async fn upload_capture(
     label(&name, "query/name")?;
     let flight = enter(&app, &headers, "POST captures")?;
     refuse_too_large(&headers)?;
-    let folder = app.artifacts.scratch();
+    let folder = app.artifacts.workbench().scratch();
     refuse_without_room(folder, stated_bytes(&headers).unwrap_or(0))?;
     let archive = Scratch(folder.join(format!("upload-{}", Uuid::now_v7())));
     let mut body = body.into_data_stream();

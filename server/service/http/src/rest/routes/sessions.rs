@@ -289,7 +289,11 @@ async fn solve_session(
     put, path = "/simulation/board", tag = "simulation", request_body = VirtualBoardDto,
     responses((status = 204, description = "It is there"))
 )]
-async fn place_board(State(app): State<App>, body: ApiJson<VirtualBoardDto>) -> Result<StatusCode, Problem> {
-    app.sessions.place_virtual_board(body.value.into())?;
+async fn place_board(
+    State(app): State<App>,
+    By(by): By,
+    body: ApiJson<VirtualBoardDto>,
+) -> Result<StatusCode, Problem> {
+    use_cases::place_board(&app, &by, body.value.into())?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -2,8 +2,8 @@
 
 use serde_json::json;
 use store::{
-    ArtifactId, CalibrationRecord, CaptureRecord, Change, EventRecord, IdempotencyRecord, JobRecord, JobState,
-    MeasurementRecord, Page, ScanRecord, ScanState, SessionRecord,
+    ArtifactId, CalibrationRecord, CaptureRecord, Change, EventRecord, ExpectedActive, IdempotencyRecord,
+    JobRecord, JobState, MeasurementRecord, Page, ScanRecord, ScanState, SessionRecord,
 };
 
 pub fn new_id() -> String {
@@ -111,7 +111,7 @@ pub fn idempotency(key: &str, at_ms: i64) -> IdempotencyRecord {
 pub fn activate(id: Option<&str>, expected: Option<Option<&str>>) -> Change {
     Change::Activate {
         calibration_id: id.map(str::to_owned),
-        expected_previous: expected.map(|id| id.map(str::to_owned)),
+        expected_previous: expected.map_or(ExpectedActive::Any, |id| ExpectedActive::Is(id.map(str::to_owned))),
         act: "activate".into(),
         actor: "engineer".into(),
         at_ms: 7,

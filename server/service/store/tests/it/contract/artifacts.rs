@@ -1,7 +1,8 @@
 use std::collections::HashSet;
+use std::io::{Read as _, Seek as _, SeekFrom};
 
 use sha2::{Digest, Sha256};
-use store::{ArtifactId, ArtifactReader, Change, StoreError};
+use store::{ArtifactId, ArtifactReader, Change, FinishedFile, StoreError};
 use tokio::io::AsyncReadExt;
 
 use super::stores;
@@ -54,9 +55,38 @@ async fn a_writer_takes_pieces_of_any_size_and_leaves_nothing_when_dropped() {
         let mut dropped = artifacts.create().await.unwrap();
         dropped.write(&bytes_of(2_000_000)).await.unwrap();
         drop(dropped);
-        assert_eq!(std::fs::read_dir(artifacts.scratch()).unwrap().count(), 0);
+        assert_eq!(std::fs::read_dir(artifacts.workbench().scratch()).unwrap().count(), 0);
         let missing = artifacts.read(&hash_of(&bytes_of(2_000_000))).await.unwrap_err();
         assert!(matches!(missing, StoreError::NotFound { kind: "artifact", .. }));
+    }
+}
+
+#[tokio::test]
+async fn an_artifact_is_read_at_any_place_by_many_at_once() {
+    for fresh in stores().await {
+        let artifacts = &fresh.store.artifacts;
+        let bytes = bytes_of(300_000);
+        let id = artifacts.put(&bytes).await.unwrap();
+        let mut first = artifacts.bytes(&id).await.unwrap();
+        assert_eq!(first.size_bytes(), 300_000);
+        let mut part = [0; 1_000];
+        first.seek(SeekFrom::Start(200_000)).unwrap();
+        // Another place in the same bytes, on another thread.
+        let mut second = first.clone();
+        std::thread::spawn(move || second.seek(SeekFrom::End(-1)).unwrap()).join().unwrap();
+        first.read_exact(&mut part).unwrap();
+        assert_eq!(part, bytes[200_000..201_000]);
+        first.seek(SeekFrom::Current(-2_000)).unwrap();
+        first.read_exact(&mut part).unwrap();
+        assert_eq!(part, bytes[199_000..200_000]);
+        let mut all = Vec::new();
+        first.from_start().read_to_end(&mut all).unwrap();
+        assert_eq!(all, bytes);
+        first.seek(SeekFrom::Start(300_001)).unwrap();
+        assert_eq!(first.read(&mut part).unwrap(), 0, "behind the last byte");
+        assert!(first.seek(SeekFrom::End(-300_001)).is_err(), "before the first byte");
+        let missing = artifacts.bytes(&hash_of(b"nothing")).await.unwrap_err();
+        assert!(matches!(missing, StoreError::NotFound { .. }), "{missing:?}");
     }
 }
 
@@ -65,19 +95,22 @@ async fn a_scratch_file_is_adopted_and_a_file_from_elsewhere_is_not() {
     for fresh in stores().await {
         let artifacts = &fresh.store.artifacts;
         let bytes = bytes_of(2_345_678);
-        let file = artifacts.scratch().join("archive");
+        let file = artifacts.workbench().scratch().join("archive");
         std::fs::write(&file, &bytes).unwrap();
-        let id = artifacts.adopt(&file).await.unwrap();
+        let id = artifacts.adopt(FinishedFile::at(&file)).await.unwrap();
         assert_eq!(artifacts.read(&id).await.unwrap(), bytes);
         assert!(!file.exists());
 
         let elsewhere = tempfile::tempdir().unwrap();
         let foreign = elsewhere.path().join("passwords");
         std::fs::write(&foreign, "secret").unwrap();
-        std::os::unix::fs::symlink(&foreign, artifacts.scratch().join("link")).unwrap();
-        let climbing = artifacts.scratch().join("../catalogue.sqlite3");
-        for path in [foreign.clone(), artifacts.scratch().join("link"), climbing] {
-            assert!(matches!(artifacts.adopt(&path).await.unwrap_err(), StoreError::File { what: "adopt", .. }));
+        std::os::unix::fs::symlink(&foreign, artifacts.workbench().scratch().join("link")).unwrap();
+        let climbing = artifacts.workbench().scratch().join("../catalogue.sqlite3");
+        for path in [foreign.clone(), artifacts.workbench().scratch().join("link"), climbing] {
+            assert!(matches!(
+                artifacts.adopt(FinishedFile::at(&path)).await.unwrap_err(),
+                StoreError::File { what: "adopt", .. }
+            ));
         }
         assert!(foreign.exists());
     }

@@ -1,10 +1,11 @@
 use std::future::poll_fn;
 use std::task::Poll;
 
-use store::{Change, JobOutcome, JobState, SettingRecord};
+use serde_json::json;
+use store::{Change, JobOutcome, JobState, ResultRef, SettingRecord};
 
 use super::stores;
-use crate::common::{event, first, idempotency, job};
+use crate::common::{activate, calibration, capture, event, first, idempotency, job, measurement, scan, session};
 
 #[tokio::test]
 async fn a_refused_change_takes_all_others_of_its_commit_back() {
@@ -135,4 +136,33 @@ async fn a_key_is_noted_before_its_answer_and_free_again_after_a_refusal() {
         catalogue.commit(answered(None)).await.unwrap();
         assert_eq!(catalogue.idempotency("k").await.unwrap(), None);
     }
+}
+
+#[test]
+fn changes_survive_the_way_from_one_process_to_another() {
+    let job = job();
+    let result = ResultRef { kind: "scan".into(), id: "s".into() };
+    let setting = SettingRecord { name: "station.halted".into(), value: json!(true), changed_at_ms: 1 };
+    let end = |outcome| Change::EndJob { id: job.id.clone(), outcome, message: "ended".into(), at_ms: 3 };
+    let changes = vec![
+        Change::InsertJob(job.clone()),
+        end(JobOutcome::Succeeded(result)),
+        end(JobOutcome::Failed(json!({ "kind": "internal" }))),
+        Change::InsertCapture(capture()),
+        Change::InsertCalibration(calibration("c1")),
+        Change::InsertScan(scan("c1")),
+        Change::InsertMeasurement(measurement("s")),
+        Change::InsertSession(session()),
+        Change::PutSetting(setting),
+        Change::AppendEvent(event("s")),
+        // Any calibration and none are not the same.
+        activate(Some("c1"), None),
+        activate(Some("c1"), Some(None)),
+        activate(None, Some(Some("c1"))),
+    ];
+    let text = serde_json::to_string(&changes).unwrap();
+    assert_eq!(serde_json::from_str::<Vec<Change>>(&text).unwrap(), changes);
+    // What names no artifact does not come in this way.
+    let forged = text.replace(capture().archive.as_str(), "../catalogue.sqlite3");
+    assert!(serde_json::from_str::<Vec<Change>>(&forged).is_err());
 }

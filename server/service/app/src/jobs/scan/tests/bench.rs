@@ -16,7 +16,9 @@ use twin::{StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
 
 use crate::captures::Captures;
 use crate::config::AppConfig;
-use crate::jobs::{Done, JobContext, JobEnd, ScanInput, ScanSource};
+use crate::jobs::scan::clear_work;
+use crate::jobs::tests::as_if_elsewhere;
+use crate::jobs::{ComputeContext, Done, JobEnd, JobInput, ScanInput, ScanSource, StationContext, VerifyInput};
 use crate::lease::Authority;
 use crate::ledger::Ledger;
 use crate::measurements::ScanPurpose;
@@ -40,7 +42,7 @@ pub struct Bench {
 
 /// A job's context, and what it said.
 pub struct Job {
-    pub ctx: JobContext,
+    pub ctx: StationContext,
     pub said: Arc<Mutex<Vec<String>>>,
 }
 
@@ -95,7 +97,7 @@ impl Bench {
         if active {
             changes.push(Change::Activate {
                 calibration_id: Some(id),
-                expected_previous: None,
+                expected_previous: store::ExpectedActive::Any,
                 act: "activate".into(),
                 actor: "test".into(),
                 at_ms: 0,
@@ -109,16 +111,13 @@ impl Bench {
         let cancel = CancelFlag::default();
         let said = Arc::new(Mutex::new(Vec::new()));
         let (heard, wish) = (said.clone(), cancel.clone());
-        let ctx = JobContext {
+        let compute = ComputeContext {
             id: crate::stored_scan::new_id(),
             cancel,
             config: self.config.clone(),
             ledger: self.ledger.clone(),
             artifacts: self.store.artifacts.clone(),
             captures: self.captures.clone(),
-            station: self.station.clone(),
-            authority: Authority { holder: None, epoch: self.station.stop_epoch() },
-            live: self.live.clone(),
             runtime: self.runtime.handle().clone(),
             progress: Arc::new(move |_, _, words| {
                 heard.lock().unwrap().push(words.to_owned());
@@ -126,6 +125,12 @@ impl Bench {
                     wish.cancel();
                 }
             }),
+        };
+        let ctx = StationContext {
+            compute,
+            station: self.station.clone(),
+            authority: Authority { holder: None, epoch: self.station.stop_epoch() },
+            live: self.live.clone(),
         };
         Job { ctx, said }
     }
@@ -140,7 +145,7 @@ impl Bench {
     pub fn following(&self, job: &mut Job) -> (Kept<String>, Kept<f64>) {
         let (said, fractions) = (job.said.clone(), Arc::new(Mutex::new(Vec::new())));
         let (heard, seen) = (said.clone(), fractions.clone());
-        job.ctx.progress = Arc::new(move |fraction, _, words| {
+        job.ctx.compute.progress = Arc::new(move |fraction, _, words| {
             heard.lock().unwrap().push(words.to_owned());
             seen.lock().unwrap().push(fraction);
         });
@@ -149,17 +154,28 @@ impl Bench {
 
     /// Runs a job and stores what it made, as the runner does; returns the id of its result.
     pub fn finish(&self, end: Result<Done, JobEnd>) -> String {
-        let done = end.unwrap_or_else(|end| panic!("{end:?}"));
+        self.keep(end.unwrap_or_else(|end| panic!("{end:?}")))
+    }
+
+    /// Stores what a job made that was cancelled afterwards; returns its id.
+    pub fn cut_short(&self, end: Result<Done, JobEnd>) -> String {
+        match end {
+            Err(JobEnd::CancelledAfter(kept)) => self.keep(*kept),
+            other => panic!("not cut short: {other:?}"),
+        }
+    }
+
+    fn keep(&self, done: Done) -> String {
         self.runtime.block_on(self.ledger.commit(done.changes)).unwrap();
-        if let Some(after) = done.after {
-            after();
+        if let Some(scan_id) = &done.finished_work {
+            clear_work(&*self.store.artifacts, scan_id);
         }
         done.result.id
     }
 
     /// Scans, and returns the record.
     pub fn scan(&self, input: ScanInput) -> ScanRecord {
-        let id = self.finish(super::super::run(input, &self.job().ctx));
+        let id = self.finish(run(input, &self.job().ctx));
         self.record(&id)
     }
 
@@ -185,6 +201,16 @@ impl Drop for Bench {
     fn drop(&mut self) {
         self.station.shut_down();
     }
+}
+
+/// Scans as the queue does, as if the computing were done elsewhere.
+pub fn run(input: ScanInput, ctx: &StationContext) -> Result<Done, JobEnd> {
+    as_if_elsewhere(JobInput::Scan(input), ctx)
+}
+
+/// The same for a known part.
+pub fn verify(input: VerifyInput, ctx: &StationContext) -> Result<Done, JobEnd> {
+    as_if_elsewhere(JobInput::Verification(input), ctx)
 }
 
 /// A scan from the station, stop-and-go.

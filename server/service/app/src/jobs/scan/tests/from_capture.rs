@@ -7,7 +7,7 @@ use scanning::files::write_cloud_to;
 use scanning::{CloudFormat, MeshFormat};
 use store::{ScanRecord, ScanState};
 
-use super::bench::{Bench, from_station, true_document};
+use super::bench::{Bench, from_station, run, true_document};
 use crate::jobs::export::{ExportFormat, bytes_to_artifact};
 use crate::jobs::{ExportInput, RecomputeInput, ScanInput, ScanSource, export, recompute};
 use crate::progress::Silent;
@@ -78,7 +78,7 @@ fn the_only_scan_of_a_capture_needs_no_name_and_several_are_listed() {
     let bench = Bench::new();
     let (scan, capture_id) = with_pictures(&bench);
     assert_eq!(bench.scan(from_capture(&capture_id, Some("ball"))).name, "ball");
-    let refused = |input: ScanInput| match super::super::run(input, &bench.job().ctx) {
+    let refused = |input: ScanInput| match run(input, &bench.job().ctx) {
         Err(crate::jobs::JobEnd::Failed(problem)) => problem,
         other => panic!("{:?}", other.map(|done| done.message)),
     };

@@ -6,7 +6,7 @@ use scanning::files::peaks::read_peaks;
 use store::ScanState;
 use twin::TwinFault;
 
-use super::bench::{Bench, from_station};
+use super::bench::{Bench, from_station, run};
 use crate::calibrations::stored::stored_document;
 use crate::jobs::{JobEnd, ScanMode};
 use crate::measurements::MeasureInput;
@@ -17,7 +17,7 @@ use crate::stored_scan::{stored_cloud, stored_frame, stored_peaks, stored_positi
 fn every_row_is_in_the_scan_at_its_place_and_shown_live() {
     let bench = Bench::new();
     let job = bench.job();
-    let id = bench.finish(super::super::run(from_station(-2.0, 2.0, 0.5), &job.ctx));
+    let id = bench.finish(run(from_station(-2.0, 2.0, 0.5), &job.ctx));
     let scan = bench.record(&id);
     assert_eq!((scan.state, scan.calibration_id.as_str()), (ScanState::Complete, "true0000"));
     let peaks = read_peaks(Cursor::new(bench.bytes(&scan.peaks))).unwrap();
@@ -117,7 +117,7 @@ fn a_row_that_had_to_be_taken_twice_makes_a_scan_invalid_too() {
 fn a_scan_in_the_dark_fails_with_the_reason() {
     let bench = Bench::new();
     bench.operator.set_fault(TwinFault::InterlockOpen);
-    let Err(JobEnd::Failed(problem)) = super::super::run(from_station(-2.0, 2.0, 0.5), &bench.job().ctx) else {
+    let Err(JobEnd::Failed(problem)) = run(from_station(-2.0, 2.0, 0.5), &bench.job().ctx) else {
         panic!("scanned without light")
     };
     assert!(format!("{problem:?}").contains("interlock"), "{problem:?}");
@@ -127,7 +127,7 @@ fn a_scan_in_the_dark_fails_with_the_reason() {
 #[test]
 fn what_cannot_work_is_refused_before_anything_moves() {
     let bench = Bench::new();
-    let Err(JobEnd::Failed(problem)) = super::super::run(from_station(-2.0, 200.0, 0.5), &bench.job().ctx) else {
+    let Err(JobEnd::Failed(problem)) = run(from_station(-2.0, 200.0, 0.5), &bench.job().ctx) else {
         panic!("scanned beyond the travel")
     };
     assert_eq!(problem.pointer.as_deref(), Some("/to_mm"));

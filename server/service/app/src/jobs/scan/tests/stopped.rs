@@ -7,9 +7,8 @@ use scanning::files::peaks::{Peaks, read_peaks};
 use store::{ScanRecord, ScanState};
 use twin::TwinFault;
 
-use super::super::run;
 use super::super::work::{Work, WorkNote, recover};
-use super::bench::{Bench, from_station, resumed};
+use super::bench::{Bench, from_station, resumed, run};
 use crate::jobs::{JobEnd, ScanInput};
 
 fn peaks(bench: &Bench, record: &ScanRecord) -> Peaks {

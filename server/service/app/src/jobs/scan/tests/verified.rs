@@ -4,8 +4,8 @@ use crate::error::ErrorKind;
 use store::ScanState;
 use twin::Scene;
 
-use super::bench::{Bench, from_station};
-use crate::jobs::{JobEnd, ScanInput, VerifyInput, verify};
+use super::bench::{Bench, from_station, verify};
+use crate::jobs::{JobEnd, ScanInput, VerifyInput};
 
 /// Largest error of a height with the true calibration: noise of thousands of points, and the lines' thickness at
 /// half the default station's resolution.
@@ -20,7 +20,7 @@ fn gauge(tolerance_mm: f64) -> VerifyInput {
 fn a_gauge_is_verified_and_the_ball_comes_back() {
     let bench = Bench::new();
     let job = bench.job();
-    let done = verify::run(gauge(0.2), &job.ctx).unwrap_or_else(|end| panic!("{end:?}"));
+    let done = verify(gauge(0.2), &job.ctx).unwrap_or_else(|end| panic!("{end:?}"));
     let message = done.message.clone();
     let id = bench.finish(Ok(done));
     let (scan_id, measurement_id) = id.split_once('/').unwrap();
@@ -42,7 +42,7 @@ fn a_gauge_is_verified_and_the_ball_comes_back() {
 fn the_true_size_is_the_parts_own_and_not_what_a_person_types() {
     let bench = Bench::new();
     let typed = VerifyInput { nominal_mm: 9.5, ..gauge(0.2) };
-    let id = bench.finish(verify::run(typed, &bench.job().ctx));
+    let id = bench.finish(verify(typed, &bench.job().ctx));
     let record = bench.runtime.block_on(bench.ledger.read().measurement(id.split_once('/').unwrap().1)).unwrap();
     let value = record.result["value"].as_f64().unwrap();
     assert!((value - 8.9).abs() < WITHIN_MM, "{value}");
@@ -53,7 +53,7 @@ fn the_true_size_is_the_parts_own_and_not_what_a_person_types() {
 fn a_cancelled_verification_puts_the_ball_back_too() {
     let bench = Bench::new();
     let job = bench.job_cancelled_at(|words| words.starts_with("row 2 of"));
-    assert!(matches!(verify::run(gauge(0.2), &job.ctx), Err(JobEnd::Cancelled)));
+    assert!(matches!(verify(gauge(0.2), &job.ctx), Err(JobEnd::Cancelled)));
     assert!(matches!(*bench.operator.scene(), Scene::Sphere(_)), "the ball is back");
 }
 
@@ -62,6 +62,6 @@ fn an_unknown_part_is_refused() {
     let bench = Bench::new();
     let mut input = gauge(0.2);
     input.artefact = "cube".into();
-    let Err(JobEnd::Failed(problem)) = verify::run(input, &bench.job().ctx) else { panic!("verified a cube") };
+    let Err(JobEnd::Failed(problem)) = verify(input, &bench.job().ctx) else { panic!("verified a cube") };
     assert_eq!((problem.kind, problem.pointer.as_deref()), (ErrorKind::Impossible, Some("/artefact")));
 }

@@ -1,0 +1,133 @@
+//! Jobs by what they need: the station, or nothing but records and artifacts.
+
+use serde::{Deserialize, Serialize};
+
+use crate::jobs::{
+    CalibrateInput, ComputeContext, Done, ExportInput, JobEnd, JobInput, RecomputeInput, ScanInput, ScanSource,
+    Source, StationContext, VerifyInput, calibrate, export, recompute, scan, verify,
+};
+
+/// A job, by what it needs.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Job {
+    /// The station.
+    Station(StationJob),
+    /// Only computing.
+    Compute(ComputeJob),
+}
+
+/// Moves, exposes, shines: runs in the process that owns the station, one at a time, and Stop ends it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StationJob {
+    /// The virtual operator of the simulated station moves the board.
+    Calibration(CalibrateInput),
+    /// Row by row or in one sweep.
+    Scan(ScanInput),
+    /// A scan of a known part.
+    Verification(VerifyInput),
+}
+
+/// A function of records and artifacts. As a text it can be handed to another process, and so can what comes of it:
+/// `Result<`[`Done`]`, `[`JobEnd`]`>`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum ComputeJob {
+    /// Calibrate from a person's session.
+    SessionCalibration {
+        /// Which.
+        session_id: String,
+        /// How.
+        input: CalibrateInput,
+    },
+    /// Calibrate from a capture.
+    CaptureCalibration {
+        /// Which.
+        capture_id: String,
+        /// How.
+        input: CalibrateInput,
+    },
+    /// Scan the frames of a capture.
+    CaptureScan {
+        /// Which.
+        frames: RecordedFrames,
+        /// How.
+        input: ScanInput,
+    },
+    /// Compare the frames of a capture with the known part they show.
+    CaptureVerification {
+        /// Which.
+        frames: RecordedFrames,
+        /// How.
+        input: VerifyInput,
+    },
+    /// See [`RecomputeInput`].
+    Recomputation(RecomputeInput),
+    /// See [`ExportInput`].
+    Export(ExportInput),
+}
+
+/// The frames of one scan of a capture.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RecordedFrames {
+    /// The capture.
+    pub capture_id: String,
+    /// Its scan of this name; `None`: the only one.
+    pub scan: Option<String>,
+}
+
+impl From<JobInput> for Job {
+    fn from(input: JobInput) -> Self {
+        match input {
+            JobInput::Calibration(input) => match (input.session_id.clone(), input.source.clone()) {
+                (Some(session_id), _) => Self::Compute(ComputeJob::SessionCalibration { session_id, input }),
+                (None, Source::Capture { capture_id }) => {
+                    Self::Compute(ComputeJob::CaptureCalibration { capture_id, input })
+                }
+                (None, Source::Station) => Self::Station(StationJob::Calibration(input)),
+            },
+            JobInput::Scan(input) => match recorded(&input) {
+                Some(frames) => Self::Compute(ComputeJob::CaptureScan { frames, input }),
+                None => Self::Station(StationJob::Scan(input)),
+            },
+            JobInput::Verification(input) => match recorded(&input.scan) {
+                Some(frames) => Self::Compute(ComputeJob::CaptureVerification { frames, input }),
+                None => Self::Station(StationJob::Verification(input)),
+            },
+            JobInput::Recomputation(input) => Self::Compute(ComputeJob::Recomputation(input)),
+            JobInput::Export(input) => Self::Compute(ComputeJob::Export(input)),
+        }
+    }
+}
+
+fn recorded(input: &ScanInput) -> Option<RecordedFrames> {
+    match &input.source {
+        ScanSource::Station => None,
+        ScanSource::Capture { capture_id, scan } => {
+            Some(RecordedFrames { capture_id: capture_id.clone(), scan: scan.clone() })
+        }
+    }
+}
+
+impl StationJob {
+    /// Does it, on the thread that calls.
+    pub fn run(self, ctx: &StationContext) -> Result<Done, JobEnd> {
+        match self {
+            Self::Calibration(input) => calibrate::at_station(&input, ctx),
+            Self::Scan(input) => scan::at_station(&input, ctx),
+            Self::Verification(input) => verify::at_station(&input, ctx),
+        }
+    }
+}
+
+impl ComputeJob {
+    /// Does it, on the thread that calls.
+    pub fn run(self, ctx: &ComputeContext) -> Result<Done, JobEnd> {
+        match self {
+            Self::SessionCalibration { session_id, input } => calibrate::from_session(&input, &session_id, ctx),
+            Self::CaptureCalibration { capture_id, input } => calibrate::from_capture(&input, &capture_id, ctx),
+            Self::CaptureScan { frames, input } => scan::of_capture(&input, &frames, ctx),
+            Self::CaptureVerification { frames, input } => verify::of_capture(&input, &frames, ctx),
+            Self::Recomputation(input) => recompute::run(input, ctx),
+            Self::Export(input) => export::run(input, ctx),
+        }
+    }
+}
