@@ -64,6 +64,9 @@ pub const OVERLOOKED_SHARE: f64 = 0.4;
 /// Rounds in which overlooked surfaces are looked for: one uncovers the next at most a few times.
 pub const OVERLOOKED_ROUNDS: usize = 4;
 
+/// Rounds in which regions are shifted by one order together: one uncovers the next at most a few times.
+pub const SHIFT_ROUNDS: usize = 4;
+
 /// Cost of one sample per line of its own column that stands on the wrong side. Order lines never cross on solid
 /// parts, so this weighs more than a single agreement.
 pub const RANK_COST: f64 = 1.5;
@@ -140,6 +143,9 @@ pub const SEEN_SHARE: f64 = 0.3;
 /// Sheets asked at most while the others give way to a challenge; chains of lines settle within a few dozen;
 /// fewer steps only leave the challenge less convincing.
 pub const CHALLENGE_STEPS: usize = 100;
+/// What others may cost that are shifted along with a challenged sheet, before they have given way, in limits of the
+/// challenge: giving way saves at most a good part of it.
+pub const CHALLENGE_SHIFT_LIMITS: f64 = 3.0;
 /// Second looks by other sheets that make a rival label plausible: per sample, and at least this many samples' worth.
 pub const SECOND_LOOK_SHARE: f64 = 0.1;
 /// See [`SECOND_LOOK_SHARE`].

@@ -7,10 +7,12 @@
 mod agreement;
 mod challenge;
 mod columns;
+
 mod cuts;
 mod evidence;
 mod hypotheses;
 mod looks;
+mod min_cut;
 mod outlook;
 mod overlooked;
 mod patches;
@@ -18,7 +20,10 @@ mod pieces;
 mod ranks;
 mod relax;
 mod sections;
+mod sheet_graph;
 mod sheets;
+mod shift_together;
+mod shifts;
 mod tracks;
 mod trial;
 mod unions;

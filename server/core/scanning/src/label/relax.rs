@@ -2,6 +2,7 @@
 
 use super::evidence::Evidence;
 use super::overlooked::with_overlooked_surfaces;
+use super::shift_together::shift_together;
 use super::unions::Unions;
 use crate::params::{
     CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, OVERRULED_MARGIN, PIECES_PER_TASK, RELAX_ROUNDS,
@@ -28,7 +29,11 @@ pub fn settle(
     confirmation: Option<f64>,
     challenged: impl Fn(&[usize]) -> Vec<bool>,
 ) -> (Vec<usize>, Vec<Verdict>) {
-    let (labels, doubtful_groups) = best_labels(evidence);
+    let (mut labels, doubtful_groups) = best_labels(evidence);
+    if confirmation.is_some() {
+        // A frame by itself says no more together than its groups did.
+        shift_together(evidence, &mut labels);
+    }
     let challenged = challenged(&labels);
     let mut supports = Vec::new();
     let doubtful: Vec<bool> = (0..evidence.n_pieces())
@@ -70,11 +75,9 @@ pub fn best_labels(evidence: &Evidence) -> (Vec<usize>, Vec<bool>) {
 /// The better of [`best_labels`] and `start` improved, with the surfaces that it overlooks. Relaxation finds what many parts change together, but leaves islands
 /// on slopes, where shifted surfaces agree.
 pub fn best_from(evidence: &Evidence, mut start: Vec<usize>) -> Vec<usize> {
-    let everything = everything(evidence);
-    improve(evidence, &mut start, &everything);
+    improve(evidence, &mut start, &everything(evidence));
     let (fresh, _) = best_labels(evidence);
-    let total = |labels: &[usize]| group_support(evidence, labels, &everything);
-    let better = if total(&fresh) > total(&start) { fresh } else { start };
+    let better = if total_support(evidence, &fresh) > total_support(evidence, &start) { fresh } else { start };
     with_overlooked_surfaces(evidence, better)
 }
 
@@ -118,7 +121,8 @@ fn hardened(evidence: &Evidence) -> Vec<usize> {
     labels
 }
 
-fn everything(evidence: &Evidence) -> Vec<usize> {
+/// All pieces.
+pub fn everything(evidence: &Evidence) -> Vec<usize> {
     (0..evidence.n_pieces()).collect()
 }
 
@@ -198,6 +202,11 @@ fn challenge_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
 fn mostly_same(rival: &[usize], kept: &[usize], group: &[usize]) -> bool {
     let same = group.iter().filter(|&&piece| rival[piece] == kept[piece]).count();
     2 * same > group.len()
+}
+
+/// What speaks for the labels of all pieces together.
+pub fn total_support(evidence: &Evidence, labels: &[usize]) -> f64 {
+    group_support(evidence, labels, &everything(evidence))
 }
 
 fn group_support(evidence: &Evidence, labels: &[usize], group: &[usize]) -> f64 {

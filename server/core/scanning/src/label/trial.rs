@@ -1,9 +1,10 @@
 //! Another answer tried out: one sheet has a rival label, all that feel it give way.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
-use super::challenge::{Beside, SheetGraph};
-use crate::params::CHALLENGE_STEPS;
+use super::sheet_graph::SheetGraph;
+use super::shifts::{Change, Shifts};
+use crate::params::{CHALLENGE_SHIFT_LIMITS, CHALLENGE_STEPS};
 
 /// Tries other answers: one sheet has a rival label, others follow. Afterwards all labels are as before.
 pub struct Trial<'a> {
@@ -20,6 +21,8 @@ pub struct Trial<'a> {
     waiting: VecDeque<usize>,
     queued: Vec<bool>,
     touched: Vec<usize>,
+    /// Per number of orders: what would best be shifted by it.
+    shifts: BTreeMap<isize, Shifts>,
     /// How much worse it is than the answer in question.
     cost: f64,
 }
@@ -42,29 +45,40 @@ impl<'a> Trial<'a> {
             waiting: VecDeque::new(),
             queued: vec![false; n_sheets],
             touched: Vec::new(),
+            shifts: BTreeMap::new(),
             cost: 0.0,
         }
     }
 
-    /// Whether another label of this sheet is nearly as good (by `margin` per sample) once the others have given way.
-    pub fn has_rival(&mut self, sheet: usize, margin: f64, plausible: impl Fn(usize) -> bool) -> bool {
+    /// Whether another label of this sheet is nearly as good (by `margin` per sample) once the others have given way: alone,
+    /// or with what would best be shifted by as much. If so, the smaller sheets whose orders hang on it.
+    pub fn rival(&mut self, sheet: usize, margin: f64, plausible: impl Fn(usize) -> bool) -> Option<Vec<usize>> {
         let graph = self.graph;
         let label = graph.labels[sheet];
         if label == graph.none() {
-            return false;
+            return None;
         }
         let limit = margin * graph.sizes[sheet];
-        (0..graph.none()).filter(|&rival| rival != label && plausible(rival)).any(|rival| {
-            [false, true].into_iter().any(|pushing| {
+        (0..graph.none()).filter(|&rival| rival != label && plausible(rival)).find_map(|rival| {
+            [false, true].into_iter().find_map(|with_others| {
                 self.change(sheet, rival);
-                if pushing {
-                    self.push_all(sheet);
-                }
-                let falls = self.falls_below(sheet, limit);
+                let is_possible = !with_others || self.shift_others(sheet, CHALLENGE_SHIFT_LIMITS * limit);
+                let falls = is_possible && self.falls_below(sheet, limit);
+                let hang_on_it = falls.then(|| self.smaller_ones(sheet));
                 self.take_back();
-                falls
+                hang_on_it
             })
         })
+    }
+
+    /// The sheets smaller than `sheet` that have another order now than before.
+    fn smaller_ones(&self, sheet: usize) -> Vec<usize> {
+        let graph = self.graph;
+        let is_other = |&other: &usize| {
+            let (before, now) = (graph.labels[other], self.labels[other]);
+            before != now && now != graph.none() && graph.sizes[other] < graph.sizes[sheet]
+        };
+        self.changed.iter().copied().filter(is_other).collect()
     }
 
     fn support(&self, sheet: usize, label: usize) -> f64 {
@@ -95,31 +109,20 @@ impl<'a> Trial<'a> {
         self.cost = 0.0;
     }
 
-    /// Shifts by as much whatever stands in the way of what has been shifted: a row of lines gives way only together.
-    fn push_all(&mut self, pushing: usize) {
+    /// Shifts by as much, or leaves without a label, whatever makes that cheapest for all; false if it costs `limit` or more.
+    fn shift_others(&mut self, sheet: usize, limit: f64) -> bool {
         let graph = self.graph;
-        let (from, to) = (graph.labels[pushing], self.labels[pushing]);
-        let mut waiting = VecDeque::from([pushing]);
-        while let Some(sheet) = waiting.pop_front() {
-            let label = self.labels[sheet];
-            let pairs = graph.pairs(sheet, label).iter().filter(|pair| pair.2 < 0.0).map(|pair| pair.0 as usize);
-            let is_wrong =
-                |beside: &&Beside| beside.wrong_labels(label, graph.none()).contains(&self.labels[beside.sheet]);
-            let ranks: Vec<usize> =
-                graph.ranks[sheet].iter().filter(is_wrong).map(|beside| beside.sheet).collect();
-            for other in pairs.chain(ranks) {
-                let in_the_way = self.labels[other];
-                if self.is_changed[other]
-                    || in_the_way == graph.none()
-                    || graph.weight((sheet, label), (other, in_the_way)) >= 0.0
-                {
-                    continue;
-                }
-                let shifted = (in_the_way + to).checked_sub(from);
-                self.change(other, shifted.filter(|&label| label < graph.none()).unwrap_or(graph.none()));
-                waiting.push_back(other);
-            }
+        let by = self.labels[sheet] as isize - graph.labels[sheet] as isize;
+        let shifts = self.shifts.entry(by).or_insert_with(|| graph.shifts(by).clone());
+        let Some(changes) = shifts.with(sheet, limit) else { return false };
+        for (other, change) in changes.into_iter().filter(|(other, _)| *other != sheet) {
+            let label = match change {
+                Change::Shifted => graph.shifted(graph.labels[other], by),
+                Change::Unlabelled => graph.none(),
+            };
+            self.change(other, label);
         }
+        true
     }
 
     /// Lets every sheet that feels the changes take its best label, until nothing improves or the cost is below `limit`.
@@ -232,6 +235,17 @@ mod tests {
         if rng.random_bool(0.7) { 1.0 } else { 10f64.powf(rng.random_range(-9.0..3.0)) }
     }
 
+    /// What two labels of two sheets weigh together, their ranks included.
+    fn weight(graph: &SheetGraph, (sheet, label): (usize, usize), (other, other_label): (usize, usize)) -> f64 {
+        let pairs = graph.pairs(sheet, label);
+        let place = pairs.binary_search_by_key(&(other as u32, other_label as u32), |pair| (pair.0, pair.1));
+        let ranks = &graph.ranks[sheet];
+        let first = ranks.partition_point(|beside| beside.sheet < other);
+        let beside = ranks[first..].iter().take_while(|beside| beside.sheet == other);
+        let wrong = beside.filter(|beside| beside.wrong_labels(label, graph.none()).contains(&other_label));
+        place.map_or(0.0, |place| pairs[place].2) - wrong.map(|beside| beside.cost).sum::<f64>()
+    }
+
     #[test]
     fn a_trial_leaves_nothing_behind_for_the_next() {
         let mut rng = Pcg64Mcg::seed_from_u64(5);
@@ -243,9 +257,9 @@ mod tests {
             let graph = SheetGraph::new(&evidence, &labels, &sheets, true);
             let mut used = Trial::new(&graph);
             for sheet in 0..15 {
-                let fresh = Trial::new(&graph).has_rival(sheet, CHALLENGE_MARGIN, |_| true);
-                assert_eq!(used.has_rival(sheet, CHALLENGE_MARGIN, |_| true), fresh);
-                n_rivals += usize::from(fresh);
+                let fresh = Trial::new(&graph).rival(sheet, CHALLENGE_MARGIN, |_| true);
+                assert_eq!(used.rival(sheet, CHALLENGE_MARGIN, |_| true), fresh);
+                n_rivals += usize::from(fresh.is_some());
             }
             assert_eq!(used.labels, graph.labels);
             assert!(!used.queued.contains(&true) && used.waiting.is_empty());
@@ -266,7 +280,7 @@ mod tests {
         for (slot, kept) in trial.sums.iter().enumerate() {
             let (sheet, label) = (slot / graph.n_labels, slot % graph.n_labels);
             let others = trial.labels.iter().enumerate().filter(|(other, _)| *other != sheet);
-            let sum: f64 = others.map(|(other, &theirs)| graph.weight((sheet, label), (other, theirs))).sum();
+            let sum: f64 = others.map(|(other, &theirs)| weight(&graph, (sheet, label), (other, theirs))).sum();
             assert!(*kept == sum, "slot {slot}: {kept} {sum}");
         }
     }
@@ -282,7 +296,7 @@ mod tests {
             let fresh = bits(&Trial::new(&graph));
             let mut trial = Trial::new(&graph);
             for _ in 0..100 {
-                trial.has_rival(rng.random_range(0..40), CHALLENGE_MARGIN, |_| true);
+                trial.rival(rng.random_range(0..40), CHALLENGE_MARGIN, |_| true);
             }
             assert!(bits(&trial) == fresh);
         }

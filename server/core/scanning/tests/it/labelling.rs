@@ -199,7 +199,8 @@ fn cluttered_scenes_have_no_wrong_order() {
 
 #[test]
 fn random_scenes_have_no_wrong_order() {
-    for seed in [14, 28, 46] {
+    // In 34 a region of nine orders is an order off unless it is shifted as a whole.
+    for seed in [14, 28, 34, 46] {
         let trial = random::trial(seed);
         let result = scan_cloud(&trial.known.frames, &trial.calibration, &ScanParams::default()).unwrap();
         let (recovered, wrong) = trial.known.score(&result);
