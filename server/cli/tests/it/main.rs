@@ -18,3 +18,4 @@ mod schemas;
 mod stop;
 mod stream_load;
 mod target;
+mod turntable;

@@ -4,6 +4,7 @@ use std::error::Error;
 use std::fs::File;
 use std::io::{self, BufReader};
 
+use optics::StagePosition;
 use scanning::files::peaks::{PeaksFile, read_one_frame, read_positions};
 use scanning::files::read_cloud_from;
 use scanning::{Cloud, CloudFormat, ScanFrame};
@@ -55,7 +56,10 @@ pub async fn stored_peaks(
 ///
 /// # Errors
 /// A problem: the artifact is damaged.
-pub async fn stored_positions(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Vec<f64>, AppError> {
+pub async fn stored_positions(
+    artifacts: &dyn Artifacts,
+    scan: &ScanRecord,
+) -> Result<Vec<StagePosition>, AppError> {
     let file = peaks_file(artifacts, &scan.peaks, &scan.id).await?;
     parsed(&scan.id, "peaks", move || read_positions(BufReader::new(file))).await
 }
