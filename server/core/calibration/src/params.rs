@@ -27,8 +27,8 @@ pub const MIN_STAGE_ANGLE_DEG: f64 = 0.5;
 /// tables err by, far less than a mistyped angle or a board seen upside down.
 pub const MAX_TURN_MISMATCH_RAD: f64 = 0.05;
 
-/// An axis whose direction has a larger σ is none: a part of 50 mm would be off by 0.5 mm.
-pub const MAX_AXIS_TILT_SIGMA_RAD: f64 = 0.01;
+/// An axis whose direction has a larger σ is none: a part of 50 mm would be off by 0.25 mm.
+pub const MAX_AXIS_TILT_SIGMA_RAD: f64 = 0.005;
 
 /// An axis whose place has a larger σ, relative to its distance, is none.
 pub const MAX_RELATIVE_AXIS_SHIFT_SIGMA: f64 = 0.002;

@@ -120,7 +120,7 @@ mod tests {
 
     fn turning() -> StagePositions {
         let axis = RotaryAxis::new(Vector3::new(-0.3, 1.0 / 3.0, 411.7), Vector3::new(-0.02, -1.0, 0.3));
-        let positions = (0..97).map(|frame| StagePosition::RotaryDeg(f64::from(frame) * 3.7 - 150.0)).collect();
+        let positions = (0..97).map(|frame| StagePosition::RotaryDeg(f64::from(frame) * 3.7 - 450.0)).collect();
         StagePositions { stage: axis.into(), positions }
     }
 

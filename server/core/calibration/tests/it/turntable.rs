@@ -133,7 +133,7 @@ fn views_that_leave_the_axis_open_are_refused_with_the_remedy() {
     assert_eq!(refused(&[0.0, 30.0, 0.0, 30.1]), few);
     assert_eq!(refused(&[0.0, 30.0, 360.0, 390.0]), few);
     assert!(few.to_string().contains("add stage views at other angles"), "{few}");
-    let narrow = refused(&[-0.6, 0.0, 0.6]);
+    let narrow = refused(&[-0.5, 0.0, 0.5]);
     assert!(matches!(narrow, CalibrationError::AxisUnobservable { .. }), "{narrow}");
     assert!(narrow.to_string().contains("30–90° apart"), "{narrow}");
 }

@@ -88,7 +88,9 @@ pub fn scan_moved(
 }
 
 /// The light of a grating.
-pub fn grating_light(grating: &Grating) -> impl Fn(i8, f64) -> Option<(Vector3<f64>, Vector3<f64>)> + Sync {
+pub fn grating_light(
+    grating: &Grating,
+) -> impl Fn(i8, f64) -> Option<(Vector3<f64>, Vector3<f64>)> + Sync + use<> {
     let grating = *grating;
     move |order, phi_rad| grating.ray(phi_rad, order).map(|ray| (ray.origin_mm, ray.direction))
 }
