@@ -22,7 +22,7 @@ pub struct CalibrationDocumentDto {
     /// The light sheets.
     pub light: LightSheetsDto,
     /// The stage; missing if it was not calibrated.
-    pub stage: Option<StageDto>,
+    pub stage: Option<CalibratedStageDto>,
     /// z between which the board was seen.
     pub depth_range: DepthRangeDto,
     /// Joint covariance of camera, light and stage.
@@ -123,10 +123,10 @@ pub struct LightPlaneDto {
     pub offset_mm: f64,
 }
 
-/// The stage.
+/// The stage as calibrated: what moves the part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(untagged)]
-pub enum StageDto {
+pub enum CalibratedStageDto {
     /// It travels.
     Linear(StageAxisDto),
     /// It turns.
