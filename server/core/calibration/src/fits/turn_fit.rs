@@ -75,9 +75,11 @@ impl Turn {
     }
 
     fn stepped(&self, step: &Parameters) -> Self {
-        let of_board: [f64; BOARD_PARAMETERS] = std::array::from_fn(|i| step[i]);
+        // Not `Rigid::stepped`, whose renormalising may go on for ever near a rotation that is none to its last bit.
+        let turn = Rotation3::new(Vector3::new(step[3], step[4], step[5]));
+        let origin = self.board.translation_mm + Vector3::new(step[0], step[1], step[2]);
         let of_axis: [f64; 4] = std::array::from_fn(|i| step[BOARD_PARAMETERS + i]);
-        Self { board: self.board.stepped(&of_board), axis: self.axis.moved(&of_axis) }
+        Self { board: Rigid::new(turn * self.board.rotation, origin), axis: self.axis.moved(&of_axis) }
     }
 
     fn jacobian(&self, angle_rad: f64) -> Jacobian {
