@@ -18,4 +18,3 @@ mod schemas;
 mod stop;
 mod stream_load;
 mod target;
-mod turntable;
