@@ -171,7 +171,7 @@ async function sectioned(page: Page): Promise<void> {
   const places = await server.call<Schemas["ProfileListDto"]>("GET", `/api/v1/scans/${scan_id}/profiles`);
   const last = places.items[places.items.length - 1];
   const said = (await slider.getAttribute("aria-valuetext"))?.replace("−", "-");
-  expect(said).toBe(`${last?.position_mm.toFixed(2)} mm`);
+  expect(said).toBe(`${last?.position_mm?.toFixed(2)} mm`);
   const profile = await server.call<Schemas["ProfileDto"]>("GET", last?.href ?? "");
   await card.getByText(`${profile.z_mm.length} points of one frame`).waitFor();
   const colours = ORDERS.map(orderColour);
@@ -197,7 +197,7 @@ async function pointAtServer(pixel: string, frame: number) {
   const idx = profile.order.findIndex((_, idx) => near(profile.u_px[idx], u) && near(profile.v_px[idx], v));
   const camera = [profile.x_mm[idx], profile.y_mm[idx], profile.z_mm[idx]];
   const moved = calibration.stage.direction_mm_per_mm;
-  const position_mm = camera.map((value, axis) => (value ?? 0) - profile.position_mm * (moved[axis] ?? 0));
+  const position_mm = camera.map((value, axis) => (value ?? 0) - (profile.position_mm ?? 0) * (moved[axis] ?? 0));
   return { position_mm, order: profile.order[idx] };
 }
 

@@ -151,6 +151,16 @@ test("the server's point is that of the same order and place on the line", () =>
   expect(matchPoint(profile, [0, 1, 0], { ...picked, position_mm: [6, 7, 380] })).toBeUndefined();
 });
 
+test("a point seen on a turntable is turned back about its axis", () => {
+  const of_point = { order: [0], x_mm: [5], y_mm: [9], z_mm: [380], sigma_mm: [0.01], u_px: [640], v_px: [500] };
+  const profile = { sequence: 3, angle_deg: 90, captured_at_ns: null, calibration_id: "c", ...of_point };
+  const axis = { point_mm: [0, 0, 400] as const, direction: [0, -1, 0] as const };
+  const picked = { block: 1, frame: 3, stage_mm: 90, order: 0, sigma_class: 1, intensity: 1, along_px: 640 };
+  const found = matchPoint(profile, axis, { ...picked, position_mm: [-20, 9, 395] });
+  expect(found?.stage_mm).toBe(90);
+  expect(found?.position_mm.map((mm) => Math.round(mm * 1e6) / 1e6)).toEqual([-20, 9, 395]);
+});
+
 test("a mesh is read from GLB without a copy, and what is none is refused", () => {
   const description = {
     accessors: [

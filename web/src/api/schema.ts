@@ -1223,6 +1223,52 @@ export interface components {
          * @enum {string}
          */
         ArtefactDto: "gauge" | "sphere";
+        /** @description The axis of a turntable as calibrated. */
+        AxisFiguresDto: {
+            /**
+             * Format: double
+             * @description σ of the table's angles; missing if nobody knows.
+             */
+            angle_sigma_deg?: number | null;
+            /** @description Whether that was stated in the capture, or else estimated from the views. */
+            angle_sigma_stated: boolean;
+            /** @description Per view: angle, degrees; deviation along the turn, radially and along the axis, µm. */
+            deviations_um: number[][];
+            /** @description Unit vector about which growing angles turn the part by the right-hand rule. */
+            direction: number[];
+            /**
+             * Format: double
+             * @description RMS of the boards' deviations from a pure turn over their noise.
+             */
+            noise_ratio: number;
+            /** @description A point of the axis, camera frame. */
+            point_mm: number[];
+            /** @description σ of the point along two ways across the axis. */
+            shift_sigma_mm: number[];
+            /** @description σ of the direction along the same two. */
+            tilt_sigma_deg: number[];
+        };
+        /** @description The fit of a turntable's axis. */
+        AxisFitDto: {
+            /**
+             * Format: double
+             * @description σ of the table's angles; missing if nobody knows.
+             */
+            angle_sigma_deg?: number | null;
+            /** @description Whether that was stated in the capture, or else estimated from the views. */
+            angle_sigma_stated: boolean;
+            /** @description Per view: angle, degrees; deviation along the turn, radially and along the axis, µm. */
+            deviations: number[][];
+            /**
+             * Format: double
+             * @description RMS of the boards' deviations from a pure turn over their noise.
+             */
+            noise_ratio: number;
+            /** @description σ of the point along the same two. */
+            shift_sigma_mm: number[];
+            /** @description σ of the direction along two ways across it. */
+            tilt_sigma_deg: number[];
+        };
         /** @description A board picture and what was found in it. */
         BoardPictureDto: {
             /**
@@ -1266,6 +1312,8 @@ export interface components {
             /** @description Lowest x, y, z. */
             min: number[];
         };
+        /** @description The stage as calibrated: what moves the part. */
+        CalibratedStageDto: components["schemas"]["StageAxisDto"] | components["schemas"]["RotaryAxisDto"];
         /** @description A calibration that was computed. */
         CalibrationCreated: {
             /**
@@ -1309,7 +1357,7 @@ export interface components {
             report: components["schemas"]["CalibrationReportDto"];
             /** @description What computed it. */
             software: components["schemas"]["SoftwareDto"];
-            stage?: components["schemas"]["StageAxisDto"] | null;
+            stage?: components["schemas"]["CalibratedStageDto"] | null;
         };
         /** @description A calibration with its document. */
         CalibrationDto: components["schemas"]["CalibrationItemDto"] & {
@@ -1351,6 +1399,7 @@ export interface components {
         };
         /** @description What a calibration says about itself. */
         CalibrationReportDto: {
+            axis?: components["schemas"]["AxisFitDto"] | null;
             /** @description The fit of the camera. */
             camera: components["schemas"]["CameraFitDto"];
             cross_validation?: components["schemas"]["CrossValidationDto"] | null;
@@ -1361,6 +1410,7 @@ export interface components {
         };
         /** @description Figures of a calibration. */
         CalibrationSummaryDto: {
+            axis?: components["schemas"]["AxisFiguresDto"] | null;
             /** @description Parameters of the camera by name: `fx`, `fy`, `cx`, `cy`, `k1`, … */
             camera: {
                 [key: string]: components["schemas"]["EstimateDto"];
@@ -1598,7 +1648,12 @@ export interface components {
         CaptureScanDto: {
             /**
              * Format: double
-             * @description Lowest stage position; missing without frames.
+             * @description Lowest angle of a turntable.
+             */
+            from_deg?: number | null;
+            /**
+             * Format: double
+             * @description Lowest position of a stage that travels; missing without frames.
              */
             from_mm?: number | null;
             /** @description Its frames. */
@@ -1607,7 +1662,12 @@ export interface components {
             name: string;
             /**
              * Format: double
-             * @description Highest stage position; missing without frames.
+             * @description Highest angle of a turntable.
+             */
+            to_deg?: number | null;
+            /**
+             * Format: double
+             * @description Highest position of a stage that travels; missing without frames.
              */
             to_mm?: number | null;
         };
@@ -1696,6 +1756,28 @@ export interface components {
              */
             value?: number | null;
             verdict?: components["schemas"]["VerdictDto"] | null;
+        };
+        /** @description The surface seen first against the same seen a turn later. */
+        ClosureDto: {
+            other_lines?: components["schemas"]["ClosureGapDto"] | null;
+            same_line?: components["schemas"]["ClosureGapDto"] | null;
+        };
+        /** @description How far apart a surface is after a turn. */
+        ClosureGapDto: {
+            /**
+             * Format: double
+             * @description Mean of later minus earlier along the surface's normal, positive towards the axis.
+             */
+            bias_mm: number;
+            /** @description Pairs left out as they are farther apart than all others. */
+            n_outliers: number;
+            /** @description Points compared. */
+            n_pairs: number;
+            /**
+             * Format: double
+             * @description Root mean square of these differences, bias included.
+             */
+            rms_mm: number;
         };
         /**
          * @description Format of a cloud.
@@ -3324,6 +3406,11 @@ export interface components {
         };
         /** @description The profile of one frame, in the camera frame; column by column, so that it plots as it comes. */
         ProfileDto: {
+            /**
+             * Format: double
+             * @description Angle of a turntable.
+             */
+            angle_deg?: number | null;
             /** @description The calibration it was computed with. */
             calibration_id: string;
             /**
@@ -3335,9 +3422,9 @@ export interface components {
             order: number[];
             /**
              * Format: double
-             * @description Stage position.
+             * @description Position of a stage that travels.
              */
-            position_mm: number;
+            position_mm?: number | null;
             /**
              * Format: int32
              * @description Frame of the scan, from 0.
@@ -3363,13 +3450,18 @@ export interface components {
         };
         /** @description A frame of a scan. */
         ProfilePlaceDto: {
+            /**
+             * Format: double
+             * @description Angle of a turntable.
+             */
+            angle_deg?: number | null;
             /** @description Address of its profile. */
             href: string;
             /**
              * Format: double
-             * @description Stage position.
+             * @description Position of a stage that travels.
              */
-            position_mm: number;
+            position_mm?: number | null;
             /**
              * Format: int32
              * @description From 0.
@@ -3479,6 +3571,25 @@ export interface components {
              */
             width_px: number;
         };
+        /** @description The axis of a turntable. */
+        RotaryAxisDto: {
+            /**
+             * Format: double
+             * @description One standard deviation of the table's angles; missing where that is unknown, which is not zero.
+             */
+            angle_sigma_deg?: number | null;
+            /** @description Unit vector about which growing angles turn the part by the right-hand rule. */
+            direction: number[];
+            /** @description Always `rotary`. */
+            kind: components["schemas"]["RotaryWordDto"];
+            /** @description A point of the axis, camera frame. */
+            point_mm: number[];
+        };
+        /**
+         * @description The word that tells a turntable from a stage that travels.
+         * @enum {string}
+         */
+        RotaryWordDto: "rotary";
         /** @description A scan that was made. */
         ScanCreated: {
             /**
@@ -3701,6 +3812,8 @@ export interface components {
         ScanPurposeDto: "production" | "verification";
         /** @description Figures of a scan. One that was stopped has rows and losses alone. */
         ScanReportDto: {
+            /** @default null */
+            closure: components["schemas"]["ClosureDto"] | null;
             /** @default null */
             envelope: components["schemas"]["EnvelopeDto"] | null;
             /**

@@ -7,13 +7,13 @@ use crate::error::CalibrationError;
 use crate::findings::report::{CalibrationReport, CrossValidation};
 use crate::first::camera_fit::{CameraFit, fit_camera};
 use crate::fits::cross_validation::cross_validate;
-use crate::fits::joint::{JointFit, fit_joint};
+use crate::fits::joint::{JointFit, fit_joint, turn_of, turn_warnings};
 use crate::fits::laser_points::{LaserPoints, laser_points};
 use crate::fits::light_fit::Scene;
-use crate::fits::stage_fit::{check_positions, stage_line, stage_report};
+use crate::fits::stage_fit::{check_kinds, check_positions, positions_mm, stage_line, stage_report};
 use crate::input::{CalibrationInput, CalibrationOptions, LightModelChoice};
 use crate::params::MIN_LASER_POSES;
-use crate::reporting::{camera_report, light_report, stage_section};
+use crate::reporting::{axis_section, camera_report, light_report, stage_section};
 use crate::solving::normal::Derived;
 use crate::solving::observation::{CornerObservation, CornerView};
 
@@ -53,7 +53,8 @@ pub fn calibrate(
     };
     check_orders(&input.projector.orders)?;
     step("fitting the camera", 0.0)?;
-    let positions: Vec<f64> = input.stage_views.iter().map(|view| view.position_mm).collect();
+    check_kinds(&input.stage_views)?;
+    let positions = positions_mm(&input.stage_views);
     check_positions(&positions)?;
     let camera_fit = fit_camera(input.width_px, input.height_px, views(input), options.estimate_k3)?;
     let n_laser_poses = input.poses.iter().filter(|pose| pose.centrelines.is_some()).count();
@@ -92,7 +93,7 @@ fn check_orders(orders: &[i8]) -> Result<(), CalibrationError> {
 /// One view per picture, poses first; view i is block i.
 fn views(input: &CalibrationInput) -> Vec<CornerView> {
     let at_rest = input.poses.iter().map(|pose| (&pose.corners, 0.0));
-    let carried = input.stage_views.iter().map(|view| (&view.corners, view.position_mm));
+    let carried = input.stage_views.iter().map(|view| (&view.corners, view.position.mm().unwrap_or(0.0)));
     at_rest
         .chain(carried)
         .enumerate()
@@ -133,14 +134,19 @@ fn camera_only(
     let line = stage_line(&fit, positions_mm, &board_centre_mm);
     let poses = &fit.station.poses;
     let direction = line.as_ref().map(|line| line.derived(CAMERA_PARAMETERS, poses, &board_centre_mm));
-    let derived = direction.unwrap_or(Derived::none(CAMERA_PARAMETERS));
+    let turn = turn_of(input, poses, &fit.normal, &board_centre_mm)?;
+    let axis = turn.as_ref().map(|turn| turn.derived(CAMERA_PARAMETERS, poses.len()));
+    let derived = direction.or(axis).unwrap_or(Derived::none(CAMERA_PARAMETERS));
     let covariance = fit.normal.with_derived(&fit.covariance, &derived);
     let calibration = Calibration {
         id: String::new(),
         camera: fit.station.camera,
         orders: input.projector.orders.clone(),
         light: LightSurfaces::Planes(Vec::new()),
-        stage: line.as_ref().map(|line| line.axis(line.direction)),
+        stage: line
+            .as_ref()
+            .map(|line| line.axis(line.direction).into())
+            .or(turn.as_ref().map(|turn| turn.axis.into())),
         depth_range_mm: board_depths(input, &fit),
         covariance: covariance.ok_or(CalibrationError::CameraUnobservable)?,
     };
@@ -148,12 +154,15 @@ fn camera_only(
         let n = CAMERA_PARAMETERS;
         stage_report(line, &line.direction, &calibration.covariance.fixed_view::<3, 3>(n, n).into_owned())
     });
+    let mut warnings = vec!["no laser pictures: camera and stage alone were calibrated".to_owned()];
+    warnings.extend(turn.iter().flat_map(turn_warnings));
     let report = CalibrationReport {
         camera: camera_report(input, &fit, &fit.station, &fit.views, &fit.covariance),
         light: None,
         cross_validation: None,
         stage,
-        warnings: vec!["no laser pictures: camera and stage alone were calibrated".to_owned()],
+        axis: turn.as_ref().map(|turn| axis_section(turn, &calibration.covariance)),
+        warnings,
     };
     Ok(CalibrationResult { calibration, report })
 }
@@ -185,7 +194,9 @@ fn finish(
         camera: joint.station.camera,
         orders: input.projector.orders.clone(),
         light,
-        stage: joint.station.stage.zip(joint.stage_line.as_ref()).map(|(direction, line)| line.axis(direction)),
+        stage: (joint.station.stage.zip(joint.stage_line.as_ref()))
+            .map(|(direction, line)| line.axis(direction).into())
+            .or(joint.turn.as_ref().map(|turn| turn.axis.into())),
         depth_range_mm: points.depth_range_mm,
         covariance: joint.covariance.clone(),
     };
@@ -199,6 +210,7 @@ fn finish(
         light: Some(light_report(input, &calibration, &joint, &points)),
         cross_validation: Some(comparison),
         stage,
+        axis: joint.turn.as_ref().map(|turn| axis_section(turn, &joint.covariance)),
         warnings,
     };
     CalibrationResult { calibration, report }

@@ -3,8 +3,10 @@
 //! It holds no clock: the same inputs give the same bytes, and the id is the hash of the content.
 
 use nalgebra::{DMatrix, Vector3};
-use optics::stage::Straightness;
-use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, Pencil, Plane, StageAxis};
+use optics::stage::{AngleError, Straightness};
+use optics::{
+    Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, Pencil, Plane, RotaryAxis, Stage, StageAxis,
+};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -13,6 +15,9 @@ use crate::findings::document_report::ReportText;
 
 /// The only format this version reads and writes.
 pub const FORMAT: &str = "sheaf-calibration/1";
+
+/// Rounding of a unit vector that went through text.
+const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// Hexadecimal digits of the content's hash that make the id.
 const ID_DIGITS: usize = 16;
@@ -83,9 +88,42 @@ pub struct PlaneText {
     pub offset_mm: f64,
 }
 
-/// Travel of the stage.
+/// The stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct StageText {
+#[serde(untagged)]
+pub enum StageText {
+    /// It travels.
+    Linear(TravelText),
+    /// It turns.
+    Rotary(AxisText),
+}
+
+/// Axis of a turntable, camera frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisText {
+    /// Always `rotary`.
+    pub kind: RotaryWord,
+    /// A point of the axis.
+    pub point_mm: [f64; 3],
+    /// Unit vector about which growing angles turn the part by the right-hand rule.
+    pub direction: [f64; 3],
+    /// One standard deviation of the table's angles; absent where that is unknown.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle_sigma_deg: Option<f64>,
+}
+
+/// The word that tells a turntable from a stage that travels, which has none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RotaryWord {
+    /// It turns.
+    Rotary,
+}
+
+/// Travel of a linear stage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TravelText {
     /// Camera-frame millimetres per millimetre of nominal travel.
     pub direction_mm_per_mm: [f64; 3],
     /// How far the travel may be from straight; absent where that is unknown, as in documents of earlier versions.
@@ -304,11 +342,25 @@ impl CalibrationText {
         if !(depths.near_mm >= 0.0 && depths.far_mm >= depths.near_mm) {
             return wrong("depth_range", "must have 0 ≤ near_mm ≤ far_mm");
         }
-        let straightness = self.stage.as_ref().and_then(|stage| stage.straightness.as_ref());
+        let straightness = match &self.stage {
+            Some(StageText::Linear(travel)) => travel.straightness.as_ref(),
+            _ => None,
+        };
+        if let Some(StageText::Rotary(axis)) = &self.stage {
+            let length = Vector3::from(axis.direction).norm();
+            if !((length - 1.0).abs() < UNIT_TOLERANCE && axis.point_mm.iter().all(|value| value.is_finite())) {
+                return wrong("stage.direction", "must be of length 1, and stage.point_mm finite");
+            }
+            if axis.angle_sigma_deg.is_some_and(|sigma_deg| AngleError::new(sigma_deg).is_none()) {
+                return wrong("stage.angle_sigma_deg", "must be above 0");
+            }
+        }
         if straightness.is_some_and(|straightness| straightness.value().is_none()) {
             return wrong("stage.straightness", "must have sigma_mm > 0, last_mm > first_mm and n_nodes ≥ 2");
         }
-        let n = self.light.parameters() + optics::CAMERA_PARAMETERS + if self.stage.is_some() { 3 } else { 0 };
+        let n = self.light.parameters()
+            + optics::CAMERA_PARAMETERS
+            + self.stage.as_ref().map_or(0, |stage| stage.value().parameters());
         let rows = &self.covariance.matrix;
         if rows.len() != n || rows.iter().any(|row| row.len() != n) {
             return wrong("covariance.matrix", "does not have one row and column per parameter");
@@ -318,6 +370,31 @@ impl CalibrationText {
 }
 
 impl StageText {
+    fn of(stage: &Stage) -> Self {
+        match stage {
+            Stage::Linear(axis) => Self::Linear(TravelText::of(axis)),
+            Stage::Rotary(axis) => Self::Rotary(AxisText {
+                kind: RotaryWord::Rotary,
+                point_mm: axis.point_mm.into(),
+                direction: axis.direction.into(),
+                angle_sigma_deg: axis.angle_error.map(|error| error.sigma_rad().to_degrees()),
+            }),
+        }
+    }
+
+    fn value(&self) -> Stage {
+        match self {
+            Self::Linear(travel) => travel.value().into(),
+            Self::Rotary(axis) => Stage::Rotary(RotaryAxis {
+                point_mm: Vector3::from(axis.point_mm),
+                direction: Vector3::from(axis.direction),
+                angle_error: axis.angle_sigma_deg.and_then(|sigma_deg| AngleError::new(sigma_deg.to_radians())),
+            }),
+        }
+    }
+}
+
+impl TravelText {
     fn of(stage: &StageAxis) -> Self {
         let straightness = stage.straightness.as_ref().map(|straightness| {
             let (first_mm, last_mm) = straightness.ends_mm();

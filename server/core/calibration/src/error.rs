@@ -60,6 +60,55 @@ pub enum CalibrationError {
         /// Positions that differ.
         got: usize,
     },
+    /// Views of a turntable at too few angles.
+    #[error(
+        "the axis of the turntable is unobservable: the board was seen at {got} of its angles, {needed} are needed (whole turns \
+         apart are one angle); add stage views at other angles, or leave them all out and calibrate without a stage"
+    )]
+    TooFewStageAngles {
+        /// Angles needed.
+        needed: usize,
+        /// Angles that differ.
+        got: usize,
+    },
+    /// A board that did not turn by what was stated.
+    #[error(
+        "the board of stage view {view} turned by {seen_deg:.2}° against {reference}, but its angle_deg states \
+         {stated_deg:.2}°; correct angle_deg, take the view out, or check that the board is fixed to the table and turns with it"
+    )]
+    TurnMismatch {
+        /// The view that disagrees most.
+        view: String,
+        /// The view that agrees most.
+        reference: String,
+        /// Stated turn between them.
+        stated_deg: f64,
+        /// Turn of the board.
+        seen_deg: f64,
+    },
+    /// The views leave the axis open.
+    #[error(
+        "the axis of the turntable is unobservable: its place is known to ± {shift_mm:.2} mm and its direction to \
+         ± {tilt_deg:.2}°; add stage views at angles that are 30–90° apart"
+    )]
+    AxisUnobservable {
+        /// σ across the axis.
+        shift_mm: f64,
+        /// σ of the direction.
+        tilt_deg: f64,
+    },
+    /// Stage views of both kinds of stage.
+    #[error(
+        "stage view {view} states the position of a {found} stage, the others those of a {expected} one; state all by one kind"
+    )]
+    MixedStages {
+        /// The first that differs.
+        view: String,
+        /// Kind of its position.
+        found: &'static str,
+        /// Kind of the first view.
+        expected: &'static str,
+    },
     /// A fit ended away from a minimum.
     #[error(
         "the fit got stuck before it reached a minimum: {fit}; look for pictures that do not belong to the others (a board \

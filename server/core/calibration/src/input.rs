@@ -1,7 +1,7 @@
 //! What a calibration is made from: features of every picture, the data sheets, the choices.
 
 use nalgebra::{Vector2, Vector3};
-use optics::LightModelKind;
+use optics::{LightModelKind, StagePosition};
 use vision::{BoardCorners, Centrelines, LineDirection};
 
 /// The calibration board.
@@ -75,8 +75,8 @@ pub struct StageViewInput {
     pub name: String,
     /// Corners.
     pub corners: BoardCorners,
-    /// Nominal stage position.
-    pub position_mm: f64,
+    /// Where the stage stood, by its own count.
+    pub position: StagePosition,
 }
 
 /// Everything a calibration is computed from.
@@ -92,8 +92,10 @@ pub struct CalibrationInput {
     pub projector: ProjectorSheet,
     /// Board poses.
     pub poses: Vec<PoseInput>,
-    /// Stage views.
+    /// Stage views, all of one kind of stage.
     pub stage_views: Vec<StageViewInput>,
+    /// One standard deviation of a turntable's angles, if it is known.
+    pub angle_sigma_deg: Option<f64>,
 }
 
 /// Which light model goes into the result.

@@ -27,8 +27,8 @@ pub use difference::{
 pub use document::{CalibrationDocument, CalibrationText, DocumentError, InputHash};
 pub use error::CalibrationError;
 pub use findings::report::{
-    CalibrationReport, CameraReport, CrossValidation, LaserPoint, LightReport, ModelScore, OrderResidual,
-    PoseResidual, Rejections, StageReport,
+    AxisReport, CalibrationReport, CameraReport, CrossValidation, LaserPoint, LightReport, ModelScore,
+    OrderResidual, PoseResidual, Rejections, StageReport,
 };
 pub use fits::stage_fit::check_positions as check_stage_positions;
 pub use input::{

@@ -20,6 +20,25 @@ pub const MIN_STAGE_POSITIONS: usize = 3;
 /// Stage views closer than this are at one position: as straight as any stage is over so little.
 pub const MIN_STAGE_SPACING_MM: f64 = 0.1;
 
+/// Angles of a turntable nearer than this are one angle.
+pub const MIN_STAGE_ANGLE_DEG: f64 = 0.5;
+
+/// Boards on a turntable whose turn misses the stated one by more than this did not turn as stated: a hundred times what
+/// tables err by, far less than a mistyped angle or a board seen upside down.
+pub const MAX_TURN_MISMATCH_RAD: f64 = 0.05;
+
+/// An axis whose direction has a larger σ is none: a part of 50 mm would be off by 0.25 mm.
+pub const MAX_AXIS_TILT_SIGMA_RAD: f64 = 0.005;
+
+/// An axis whose place has a larger σ, relative to its distance, is none.
+pub const MAX_RELATIVE_AXIS_SHIFT_SIGMA: f64 = 0.002;
+
+/// Views from which the σ of a table's angle is estimated: with fewer its square has no finite mean.
+pub const MIN_VIEWS_FOR_ANGLE_SIGMA: usize = 4;
+
+/// Boards that miss a pure turn by more than this times their noise are worth a warning.
+pub const PURE_TURN_MAX_NOISE_RATIO: f64 = 1.5;
+
 /// Normals of the boards must differ by this much, or focal length and distance cannot be told apart.
 pub const MIN_TILT_SPREAD_RAD: f64 = 0.05;
 

@@ -3,11 +3,14 @@
 use nalgebra::{DMatrix, Matrix3, Vector2};
 use optics::{CAMERA_PARAMETERS, Calibration, LightSurfaces};
 
-use crate::findings::report::{CameraReport, LaserPoint, LightReport, OrderResidual, PoseResidual, StageReport};
+use crate::findings::report::{
+    AxisReport, CameraReport, LaserPoint, LightReport, OrderResidual, PoseResidual, StageReport,
+};
 use crate::first::camera_fit::{CameraFit, residuals};
 use crate::fits::joint::JointFit;
 use crate::fits::laser_points::LaserPoints;
 use crate::fits::stage_fit::stage_report;
+use crate::fits::turn_fit::TurnFit;
 use crate::input::CalibrationInput;
 use crate::params::{MAX_REPORT_POINTS, WAVELENGTH_OVER_PERIOD_RELATIVE_SIGMA};
 use crate::solving::bundle::sheet_residual;
@@ -160,6 +163,12 @@ fn systematic_sigma(calibration: &Calibration) -> f64 {
         }
     }
     (squares / n.max(1) as f64).sqrt()
+}
+
+/// The section of a turntable's axis, whose covariance is the last of `covariance`.
+pub fn axis_section(turn: &TurnFit, covariance: &DMatrix<f64>) -> AxisReport {
+    let start = covariance.nrows() - 4;
+    turn.report(&covariance.fixed_view::<4, 4>(start, start).into_owned())
 }
 
 /// The stage's section.

@@ -9,6 +9,7 @@ use crate::error::CaptureError;
 use crate::manifest::Manifest;
 use crate::params::{CORNERS_MAX, CORNERS_MIN, FORMAT, IMAGE_LIMIT_PX, LINES_MAX, ORDER_LIMIT};
 use crate::projector::{COLUMNS, Projector, ROWS};
+use crate::stage::{StageKind, StageSheet};
 use crate::target::Target;
 
 /// Checks every value of the manifest read from `file`; the first that is wrong is the error.
@@ -106,17 +107,47 @@ fn check_orders(file: &Path, orders: &[i8]) -> Result<(), CaptureError> {
     Ok(())
 }
 
+/// The stage stands somewhere in every stage view and every frame, by the key of its kind.
 fn check_positions(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
+    let StageSheet { kind, angle_sigma_deg } = manifest.stage;
+    if let Some(angle_sigma_deg) = angle_sigma_deg {
+        if kind == StageKind::Linear {
+            let entry = "stage.angle_sigma_deg".to_owned();
+            return Err(CaptureError::OtherStage {
+                file: file.to_owned(),
+                entry,
+                key: "angle_sigma_deg",
+                kind: "linear",
+            });
+        }
+        check_positive(file, "stage.angle_sigma_deg", angle_sigma_deg)?;
+    }
     let views = manifest.stage_views.iter().enumerate();
-    let views = views.map(|(idx, view)| (format!("stage_views[{idx}].position_mm"), view.position_mm));
+    let views = views.map(|(idx, view)| (format!("stage_views[{idx}]"), [view.position_mm, view.angle_deg]));
     let frames = manifest.scans.iter().enumerate().flat_map(|(scan_idx, scan)| {
-        scan.frames
-            .iter()
-            .enumerate()
-            .map(move |(idx, frame)| (format!("scans[{scan_idx}].frames[{idx}].position_mm"), frame.position_mm))
+        scan.frames.iter().enumerate().map(move |(idx, frame)| {
+            (format!("scans[{scan_idx}].frames[{idx}]"), [frame.position_mm, frame.angle_deg])
+        })
     });
-    for (entry, position_mm) in views.chain(frames) {
-        check_range(file, &entry, position_mm, position_mm.is_finite(), "a finite position in millimetres")?;
+    for (of, [position_mm, angle_deg]) in views.chain(frames) {
+        let (own, other, other_key, expected) = match kind {
+            StageKind::Linear => (position_mm, angle_deg, "angle_deg", "a finite position in millimetres"),
+            StageKind::Rotary => (angle_deg, position_mm, "position_mm", "a finite angle in degrees"),
+        };
+        if other.is_some() {
+            let entry = format!("{of}.{other_key}");
+            return Err(CaptureError::OtherStage {
+                file: file.to_owned(),
+                entry,
+                key: other_key,
+                kind: kind.name(),
+            });
+        }
+        let entry = format!("{of}.{}", kind.key());
+        let Some(value) = own else {
+            return Err(CaptureError::NoPosition { file: file.to_owned(), entry, kind: kind.name() });
+        };
+        check_range(file, &entry, value, value.is_finite(), expected)?;
     }
     Ok(())
 }

@@ -75,6 +75,29 @@ pub enum CaptureError {
         /// What to write, in words.
         remedy: &'static str,
     },
+    /// A stage view or frame that does not say where the stage stood.
+    #[error("{}: {entry} is missing, but the stage is {kind}: state where the stage stood, or leave the picture out",
+        file.display())]
+    NoPosition {
+        /// The manifest.
+        file: PathBuf,
+        /// Path of keys.
+        entry: String,
+        /// Kind of the stage.
+        kind: &'static str,
+    },
+    /// A key of the other kind of stage.
+    #[error("{}: {entry} does not belong to a {kind} stage: {}", file.display(), other_stage_remedy(key))]
+    OtherStage {
+        /// The manifest.
+        file: PathBuf,
+        /// Path of keys.
+        entry: String,
+        /// The last of them.
+        key: &'static str,
+        /// Kind of the stage.
+        kind: &'static str,
+    },
     /// Another format or version.
     #[error("{}: format is \"{found}\", this program reads \"{FORMAT}\": convert the capture or update the program",
         file.display())]
@@ -247,4 +270,12 @@ pub enum CaptureError {
         /// What there is.
         available: Vec<String>,
     },
+}
+
+/// What to do about a key of the other kind of stage.
+fn other_stage_remedy(key: &str) -> &'static str {
+    match key {
+        "position_mm" => "state angle_deg instead or, if the stage travels, leave stage.kind \"rotary\" out",
+        _ => "state position_mm instead or, if the part is turned, write stage.kind \"rotary\"",
+    }
 }

@@ -17,16 +17,18 @@ const PROJECTOR: Known = Known {
     keys: &["kind", "wavelength_nm", "grating_lines_per_mm", "orders", "lines", "line_direction"],
     below: &[],
 };
+const STAGE: Known = Known { keys: &["kind", "angle_sigma_deg"], below: &[] };
 const POSE: Known = Known { keys: &["board", "laser", "background"], below: &[] };
-const STAGE_VIEW: Known = Known { keys: &["board", "position_mm"], below: &[] };
-const FRAME: Known = Known { keys: &["image", "position_mm", "background"], below: &[] };
+const STAGE_VIEW: Known = Known { keys: &["board", "position_mm", "angle_deg"], below: &[] };
+const FRAME: Known = Known { keys: &["image", "position_mm", "angle_deg", "background"], below: &[] };
 const SCAN: Known = Known { keys: &["name", "frames"], below: &[("frames", &FRAME)] };
 const MANIFEST: Known = Known {
-    keys: &["format", "camera", "target", "projector", "background", "poses", "stage_views", "scans"],
+    keys: &["format", "camera", "target", "projector", "stage", "background", "poses", "stage_views", "scans"],
     below: &[
         ("camera", &CAMERA),
         ("target", &TARGET),
         ("projector", &PROJECTOR),
+        ("stage", &STAGE),
         ("poses", &POSE),
         ("stage_views", &STAGE_VIEW),
         ("scans", &SCAN),

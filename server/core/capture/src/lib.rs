@@ -10,6 +10,7 @@ pub mod image_file;
 pub mod manifest;
 pub mod params;
 pub mod projector;
+pub mod stage;
 pub mod target;
 
 mod checks;
@@ -25,4 +26,5 @@ pub use image_file::{
 };
 pub use manifest::{CameraFormat, Frame, Manifest, Pose, Scan, StageView};
 pub use projector::{GratingProjector, PlanesProjector, Projector};
+pub use stage::{StageKind, StagePlace, StageSheet};
 pub use target::{CharucoTarget, ChessboardTarget, SquareMm, Target};

@@ -7,6 +7,7 @@ use vision::LineDirection;
 
 use crate::channel::ChannelChoice;
 use crate::projector::Projector;
+use crate::stage::{StagePlace, StageSheet, number};
 use crate::target::Target;
 
 /// The manifest's text form; see `server/docs/schemas/capture.schema.json`.
@@ -20,6 +21,9 @@ pub struct Manifest {
     pub target: Target,
     /// What makes the lines.
     pub projector: Projector,
+    /// What moves the part.
+    #[serde(default, skip_serializing_if = "StageSheet::is_default")]
+    pub stage: StageSheet,
     /// A picture with the laser off for everything that has none of its own; only if nothing in it moves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<PathBuf>,
@@ -64,8 +68,12 @@ pub struct Pose {
 pub struct StageView {
     /// Image at normal exposure.
     pub board: PathBuf,
-    /// Nominal position.
-    pub position_mm: f64,
+    /// Nominal position of a linear stage.
+    #[serde(default, deserialize_with = "number", skip_serializing_if = "Option::is_none")]
+    pub position_mm: Option<f64>,
+    /// Nominal angle of a turntable.
+    #[serde(default, deserialize_with = "number", skip_serializing_if = "Option::is_none")]
+    pub angle_deg: Option<f64>,
 }
 
 /// A scan: frames of laser lines on an object.
@@ -82,11 +90,41 @@ pub struct Scan {
 pub struct Frame {
     /// The image.
     pub image: PathBuf,
-    /// Nominal stage position at exposure.
-    pub position_mm: f64,
+    /// Nominal position of a linear stage.
+    #[serde(default, deserialize_with = "number", skip_serializing_if = "Option::is_none")]
+    pub position_mm: Option<f64>,
+    /// Nominal angle of a turntable.
+    #[serde(default, deserialize_with = "number", skip_serializing_if = "Option::is_none")]
+    pub angle_deg: Option<f64>,
     /// The same as `image` with the laser off, to be taken away from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<PathBuf>,
+}
+
+impl StageView {
+    /// The board seen while the stage stood there.
+    pub fn new(board: impl Into<PathBuf>, place: StagePlace) -> Self {
+        let (position_mm, angle_deg) = place.keys();
+        Self { board: board.into(), position_mm, angle_deg }
+    }
+
+    /// Where the stage stood; a manifest that was read or written has one of the two keys.
+    pub fn place(&self) -> StagePlace {
+        StagePlace::of_keys(self.position_mm, self.angle_deg)
+    }
+}
+
+impl Frame {
+    /// A frame, taken while the stage stood there, without a background of its own.
+    pub fn new(image: impl Into<PathBuf>, place: StagePlace) -> Self {
+        let (position_mm, angle_deg) = place.keys();
+        Self { image: image.into(), position_mm, angle_deg, background: None }
+    }
+
+    /// Where the stage stood; a manifest that was read or written has one of the two keys.
+    pub fn place(&self) -> StagePlace {
+        StagePlace::of_keys(self.position_mm, self.angle_deg)
+    }
 }
 
 impl Manifest {

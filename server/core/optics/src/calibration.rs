@@ -4,10 +4,11 @@ use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
 use crate::camera::{CAMERA_PARAMETER_NAMES, CAMERA_PARAMETERS, Camera};
 use crate::frames::{CameraFrame, PointMm};
-use crate::stage::StageAxis;
+use crate::modes::independent_steps;
+use crate::stage::{ANGLE_NODES, Stage, StageSpread};
 use crate::surface::{LightSurfaces, SurfaceHit};
 
-/// Parameters of the stage axis.
+/// Parameters of a linear stage's travel.
 pub const STAGE_PARAMETERS: usize = 3;
 
 /// z of the camera frame between which the calibration has seen its target.
@@ -39,7 +40,7 @@ pub struct Calibration {
     /// The light sheets.
     pub light: LightSurfaces,
     /// The stage, if it was calibrated.
-    pub stage: Option<StageAxis>,
+    pub stage: Option<Stage>,
     /// Depths covered by the calibration.
     pub depth_range_mm: DepthRangeMm,
     /// Covariance of [`Calibration::parameter_names`], square; rows and columns of fixed parameters are zero.
@@ -71,9 +72,8 @@ impl Calibration {
     pub fn parameter_names(&self) -> Vec<String> {
         let mut names: Vec<String> = CAMERA_PARAMETER_NAMES.map(String::from).to_vec();
         names.extend(self.light.parameter_names());
-        if self.stage.is_some() {
-            names.extend(["stage_x", "stage_y", "stage_z"].map(String::from));
-        }
+        let of_stage = self.stage.iter().flat_map(|stage| stage.parameter_names());
+        names.extend(of_stage.map(|name| (*name).to_owned()));
         names
     }
 
@@ -131,20 +131,22 @@ impl Calibration {
         Some((reach.transpose() * covariance * &reach)[(0, 0)].max(0.0).sqrt())
     }
 
+    /// What is not known of the stage itself, for the σ of single points.
+    pub fn stage_spread(&self) -> StageSpread {
+        let n = self.stage.map_or(0, |stage| stage.parameters()).min(self.covariance.nrows());
+        let first = self.covariance.nrows() - n;
+        StageSpread::new(self.stage.as_ref(), &self.covariance.view((first, first), (n, n)).into_owned())
+    }
+
     /// The calibration moved by a parameter step in the order of [`Calibration::parameter_names`], after which a step may
-    /// go on with the deviations at the nodes of the stage's [`crate::stage::Straightness`].
+    /// go on with the deviations at the nodes of the stage's [`crate::stage::Straightness`] or [`crate::stage::AngleError`].
     pub fn stepped(&self, step: &[f64]) -> Self {
         let mut parameters = self.camera.parameters();
         for (value, change) in parameters.iter_mut().zip(step) {
             *value += change;
         }
         let light_end = CAMERA_PARAMETERS + self.light.parameters();
-        let stage_end = light_end + STAGE_PARAMETERS;
-        let stage = self.stage.map(|stage| {
-            let change = Vector3::from_column_slice(&step[light_end..stage_end]);
-            let straightness = stage.straightness.map(|straightness| straightness.stepped(&step[stage_end..]));
-            StageAxis { direction: stage.direction + change, straightness }
-        });
+        let stage = self.stage.map(|stage| stage.stepped(&step[light_end..]));
         Self {
             camera: self.camera.with_parameters(&parameters),
             light: self.light.stepped(&step[CAMERA_PARAMETERS..light_end]),
@@ -154,13 +156,14 @@ impl Calibration {
     }
 
     /// Independent one-σ steps for [`Calibration::stepped`]: those whose outer products add up to the covariance, largest
-    /// first, then one per node and axis of the stage's straightness, if that is known.
+    /// first, then one per node and axis of the stage's straightness, or per node of a turntable's angle, if that is known.
     ///
-    /// Re-evaluating any result at `stepped(mode)` and adding the squared changes propagates covariance and straightness.
+    /// Re-evaluating any result at `stepped(mode)` and adding the squared changes propagates covariance, straightness and angle.
     /// What deviates at a node has also turned the straight line that was fitted to all of them, so a node's step takes
     /// that turn back; the covariance holds the same turn, and is taken without it.
     pub fn sigma_modes(&self) -> Vec<Vec<f64>> {
-        let straightness = self.stage.and_then(|stage| stage.straightness);
+        let straightness = self.stage.and_then(|stage| stage.linear()?.straightness);
+        let angle_error = self.stage.and_then(|stage| stage.rotary()?.angle_error);
         let n = self.covariance.nrows();
         let mut covariance = self.covariance.clone();
         let mut of_nodes = Vec::new();
@@ -175,27 +178,16 @@ impl Calibration {
                 covariance[(i, i)] = (covariance[(i, i)] - straightness.slope_variance()).max(0.0);
             }
         }
+        if let Some(angle_error) = angle_error {
+            for node in 0..ANGLE_NODES {
+                let mut mode = vec![0.0; n + ANGLE_NODES];
+                mode[n + node] = angle_error.sigma_rad();
+                of_nodes.push(mode);
+            }
+        }
         let mut modes = independent_steps(&covariance);
-        modes.iter_mut().for_each(|mode| mode.resize(n + of_nodes.len(), 0.0));
+        let n_deviations = of_nodes.len();
+        modes.iter_mut().for_each(|mode| mode.resize(n + n_deviations, 0.0));
         modes.into_iter().chain(of_nodes).collect()
     }
-}
-
-/// One-σ steps whose outer products add up to `covariance`, largest first.
-fn independent_steps(covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    let scale: DVector<f64> = covariance.diagonal().map(|v| if v > 0.0 { v.sqrt() } else { 1.0 });
-    let correlation = DMatrix::from_fn(scale.len(), scale.len(), |row, column| {
-        covariance[(row, column)] / (scale[row] * scale[column])
-    });
-    let eigen = correlation.symmetric_eigen();
-    let mut modes: Vec<(f64, Vec<f64>)> = (0..scale.len())
-        .filter(|&idx| eigen.eigenvalues[idx] > 0.0)
-        .map(|idx| {
-            let size = eigen.eigenvalues[idx].sqrt();
-            let mode = eigen.eigenvectors.column(idx).component_mul(&scale) * size;
-            (eigen.eigenvalues[idx], mode.iter().copied().collect())
-        })
-        .collect();
-    modes.sort_by(|a, b| b.0.total_cmp(&a.0));
-    modes.into_iter().map(|(_, mode)| mode).collect()
 }

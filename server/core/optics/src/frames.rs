@@ -13,7 +13,7 @@ pub struct CameraFrame;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardFrame;
 
-/// The part on the stage: the camera frame at stage position 0.
+/// The part on the stage: the camera frame at stage position (angle) 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PartFrame;
 

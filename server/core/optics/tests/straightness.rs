@@ -22,7 +22,7 @@ fn calibration(straightness: Option<Straightness>) -> Calibration {
         camera: Camera::from_opencv(1280, 1024, matrix, &[]),
         orders: vec![0],
         light: LightSurfaces::Planes(vec![(0, plane)]),
-        stage: Some(StageAxis { direction: Vector3::y(), straightness }),
+        stage: Some(StageAxis { direction: Vector3::y(), straightness }.into()),
         depth_range_mm: DepthRangeMm { near_mm: 300.0, far_mm: 500.0 },
         covariance: DMatrix::from_fn(n, n, variance),
     }
@@ -32,7 +32,7 @@ fn calibration(straightness: Option<Straightness>) -> Calibration {
 fn variances(calibration: &Calibration, from_mm: f64, to_mm: f64) -> Vector3<f64> {
     let seen = PointMm::new(Vector3::new(1.0, 2.0, 400.0));
     let apart = |calibration: &Calibration| {
-        let stage = calibration.stage.unwrap();
+        let stage = calibration.stage.unwrap().linear().unwrap();
         stage.part_from_camera(&seen, to_mm).xyz - stage.part_from_camera(&seen, from_mm).xyz
     };
     let as_calibrated = apart(calibration);
@@ -60,7 +60,7 @@ fn straightness_is_the_same_between_the_nodes_and_stays_beyond_them() {
         let of_node = |node: usize| {
             let mut step = vec![0.0; n + 15];
             step[n + 3 * node] = SIGMA_MM;
-            let straightness = calibration.stepped(&step).stage.unwrap().straightness.unwrap();
+            let straightness = calibration.stepped(&step).stage.unwrap().linear().unwrap().straightness.unwrap();
             straightness.deviation_mm(position_mm).x.powi(2)
         };
         let sum: f64 = (0..5).map(of_node).sum();
@@ -71,7 +71,7 @@ fn straightness_is_the_same_between_the_nodes_and_stays_beyond_them() {
 #[test]
 fn a_stage_of_unknown_straightness_has_no_modes_for_it_and_says_so() {
     let unknown = calibration(None);
-    assert_eq!(unknown.stage.unwrap().straightness, None);
+    assert_eq!(unknown.stage.unwrap().linear().unwrap().straightness, None);
     assert!(unknown.sigma_modes().is_empty());
 }
 

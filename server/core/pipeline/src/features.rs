@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use calibration::{BoardGeometry, CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput};
-use capture::{Capture, LaserPicture, Projector, Target};
+use capture::{Capture, LaserPicture, Projector, StagePlace, Target};
+use optics::StagePosition;
 use rayon::prelude::*;
 use vision::{
     BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, CharucoParams, CornerError, CornerParams,
@@ -68,7 +69,7 @@ pub fn calibration_features(
     for view in &manifest.stage_views {
         if let Some(corners) = boards.next().flatten() {
             let name = view.board.display().to_string();
-            stage_views.push(StageViewInput { name, corners, position_mm: view.position_mm });
+            stage_views.push(StageViewInput { name, corners, position: stage_position(view.place()) });
         }
     }
     Ok(Features { input: input(capture, poses, stage_views), left_out })
@@ -284,5 +285,14 @@ fn input(capture: &Capture, poses: Vec<PoseInput>, stage_views: Vec<StageViewInp
         },
         poses,
         stage_views,
+        angle_sigma_deg: manifest.stage.angle_sigma_deg,
+    }
+}
+
+/// Where the manifest says that the stage stood.
+pub fn stage_position(place: StagePlace) -> StagePosition {
+    match place {
+        StagePlace::PositionMm(position_mm) => StagePosition::LinearMm(position_mm),
+        StagePlace::AngleDeg(angle_deg) => StagePosition::RotaryDeg(angle_deg),
     }
 }

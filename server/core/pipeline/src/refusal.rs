@@ -44,6 +44,9 @@ impl From<CalibrationError> for Failure {
         let (what, remedy) = split_remedy(&error.to_string());
         let failure = match error {
             CalibrationError::OrdersUnsorted { .. } => Self::bad_input(what).at_entry("projector.orders"),
+            CalibrationError::TurnMismatch { .. } | CalibrationError::MixedStages { .. } => {
+                Self::bad_input(what).at_entry("stage_views")
+            }
             _ => Self::unobservable(what),
         };
         with_remedy(failure, remedy)

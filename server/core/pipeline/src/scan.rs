@@ -4,7 +4,7 @@ use std::path::Path;
 
 use calibration::CalibrationDocument;
 use capture::Capture;
-use optics::Calibration;
+use optics::{Calibration, StageKind};
 use scanning::files::peaks::{PeaksHeader, PeaksWriter};
 use scanning::files::{FileError, write_cloud_in_pieces};
 use scanning::{
@@ -13,7 +13,7 @@ use scanning::{
 };
 
 use crate::failure::Failure;
-use crate::features::scan_centrelines;
+use crate::features::{scan_centrelines, stage_position};
 use crate::progress::Reporter;
 use crate::provenance::embed;
 
@@ -45,6 +45,10 @@ pub fn write_capture_peaks(
         width_px: camera.width_px as u32,
         height_px: camera.height_px as u32,
         line_direction: capture.manifest.line_direction(),
+        stage: match capture.manifest.stage.kind {
+            capture::StageKind::Linear => StageKind::Linear,
+            capture::StageKind::Rotary => StageKind::Rotary,
+        },
     };
     let mut peaks = PeaksWriter::create(path, &header)?;
     capture_frames(capture, document, name, reporter, |frame| {
@@ -65,9 +69,9 @@ fn capture_frames(
     let images = capture.manifest.camera;
     check_camera(images.width_px, images.height_px, &document.calibration().camera)
         .map_err(|failure| failure.in_file(&capture.manifest_path()).at_entry("camera"))?;
-    let mut positions = capture.scan(name)?.frames.iter().map(|frame| frame.position_mm);
+    let mut positions = capture.scan(name)?.frames.iter().map(|frame| stage_position(frame.place()));
     scan_centrelines(capture, name, reporter, |centrelines| match positions.next() {
-        Some(position_mm) => take(ScanFrame { centrelines, position_mm }),
+        Some(position) => take(ScanFrame { centrelines, position }),
         None => Ok(()),
     })
 }

@@ -1,5 +1,7 @@
 //! The surfaces of different orders held against each other: contradictions and self-consistency.
 
+mod closure;
+
 use std::borrow::Cow;
 
 use nalgebra::{Vector2, Vector3};
@@ -8,6 +10,7 @@ use rayon::prelude::*;
 use vision::LineDirection;
 
 use crate::label::{Outlook, PatchGrid, ViewPoint, along_across};
+use crate::motions::FrameMotion;
 use crate::params::{
     AGREEMENT_SIGMAS, COMPARE_STRIDE_PX, CONTRADICTING_SURFACES, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM,
     PATCH_MAX_GRADIENT, PATCH_RADIUS_SPACINGS, SMOOTH_SIGMAS,
@@ -15,6 +18,8 @@ use crate::params::{
 use crate::profile::{Profile, ProfilePoint};
 use crate::profiles::Profiles;
 use crate::scan::ScanError;
+
+pub use closure::{Closure, ClosureGap, ClosurePairs};
 
 /// How well two orders agree about the surface both have seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,7 +57,7 @@ impl Patch {
 /// The surfaces of all orders, ready to be asked.
 pub struct Surfaces<'a> {
     outlook: Outlook,
-    shifts_mm: &'a [Vector3<f64>],
+    motions: &'a [FrameMotion],
     patches: Vec<Patch>,
     grid: PatchGrid,
 }
@@ -66,11 +71,19 @@ struct Opinion {
     nearest_tolerances: f64,
 }
 
+/// The patch nearest to a point, and from where it is.
+#[derive(Clone, Copy)]
+struct Nearest {
+    distance: f64,
+    idx: usize,
+    view: ViewPoint,
+}
+
 /// Frames whose patches are made together, from their profiles and one more on either side.
 const WINDOW_FRAMES: usize = 32;
 
 impl<'a> Surfaces<'a> {
-    /// Builds the patches of all labelled points; `None` if the stage does not move across the view.
+    /// Builds the patches of all labelled points; `None` if the stage does not move the part across the view.
     ///
     /// `travel_order`: the frames in the sequence of their stage positions.
     ///
@@ -78,7 +91,7 @@ impl<'a> Surfaces<'a> {
     /// [`ScanError::UnreadableFrame`].
     pub fn new(
         profiles: &Profiles,
-        shifts_mm: &'a [Vector3<f64>],
+        motions: &'a [FrameMotion],
         travel_order: &[usize],
         outlook: Outlook,
     ) -> Result<Option<Self>, ScanError> {
@@ -100,14 +113,14 @@ impl<'a> Surfaces<'a> {
             let lookup = Lookup::new(seen?, profiles.labels.direction, profiles.calibration);
             let per_frame: Vec<Vec<Patch>> = (first..end)
                 .into_par_iter()
-                .map(|place| lookup.patches_of(place - from, shifts_mm, &outlook))
+                .map(|place| lookup.patches_of(place - from, motions, &outlook))
                 .collect();
             patches.extend(per_frame.into_iter().flatten());
         }
         let spacing_mm = outlook.column_mm * COMPARE_STRIDE_PX as f64;
         let radii = [spacing_mm * PATCH_RADIUS_SPACINGS, step * PATCH_RADIUS_SPACINGS];
         let grid = PatchGrid::new(patches.iter().map(|patch| patch.view(&outlook).xy_mm), outlook.step_mm, radii);
-        Ok(Some(Self { outlook, shifts_mm, patches, grid }))
+        Ok(Some(Self { outlook, motions, patches, grid }))
     }
 
     /// Whether the surfaces of other orders deny the point.
@@ -123,29 +136,30 @@ impl<'a> Surfaces<'a> {
     }
 
     fn opinion(&self, point: &ProfilePoint, frame: usize) -> Opinion {
-        let in_part = point.hit_in_camera.xyz - self.shifts_mm[frame];
-        let view = self.outlook.view_of(&in_part);
+        let in_part = self.motions[frame].chart_from_camera(&point.hit_in_camera);
         let mut opinion = Opinion { agreeing: 0, contradicting: 0, nearest_tolerances: f64::INFINITY };
-        self.grid.for_each_near(&view.xy_mm, |idx, _| {
-            let patch = &self.patches[idx];
-            if patch.order == point.order || patch.frame as usize == frame {
-                return;
-            }
-            let patch_view = patch.view(&self.outlook);
-            let (apart, tolerance) = self.difference(point, &view, patch, &patch_view);
-            opinion.nearest_tolerances = opinion.nearest_tolerances.min(apart.abs() / tolerance);
-            if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
-                opinion.agreeing += 1;
-            } else if patch.smooth
-                && self.hides(
-                    &in_part,
-                    patch,
-                    if view.depth_mm > patch_view.depth_mm { frame } else { patch.frame as usize },
-                )
-            {
-                opinion.contradicting += 1;
-            }
-        });
+        for view in self.outlook.views_of(&in_part) {
+            self.grid.for_each_near(&view.xy_mm, |idx, _| {
+                let patch = &self.patches[idx];
+                if patch.order == point.order || patch.frame as usize == frame {
+                    return;
+                }
+                let patch_view = patch.view(&self.outlook);
+                let (apart, tolerance) = self.difference(point, &view, patch, &patch_view);
+                opinion.nearest_tolerances = opinion.nearest_tolerances.min(apart.abs() / tolerance);
+                if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
+                    opinion.agreeing += 1;
+                } else if patch.smooth
+                    && self.hides(
+                        &in_part,
+                        patch,
+                        if view.depth_mm > patch_view.depth_mm { frame } else { patch.frame as usize },
+                    )
+                {
+                    opinion.contradicting += 1;
+                }
+            });
+        }
         opinion
     }
 
@@ -165,7 +179,7 @@ impl<'a> Surfaces<'a> {
 
     /// Whether one of the two would have hidden the other when the farther one was seen, in frame `seen_at`.
     fn hides(&self, in_part_mm: &Vector3<f64>, patch: &Patch, seen_at: usize) -> bool {
-        let from = &self.shifts_mm[seen_at];
+        let from = &self.motions[seen_at];
         let offset =
             self.outlook.seen_from(from, in_part_mm).xy_mm - self.outlook.seen_from(from, &patch.in_part_mm).xy_mm;
         self.grid.within(&offset)
@@ -176,23 +190,25 @@ impl<'a> Surfaces<'a> {
         let mut sums = vec![Sums::default(); orders.len() * orders.len()];
         let place = |order: i8| orders.binary_search(&order).ok();
         for point in points.iter().step_by(COMPARE_STRIDE_PX) {
-            let view = self.outlook.view_of(&(point.hit_in_camera.xyz - self.shifts_mm[frame]));
-            let mut nearest: Vec<Option<(f64, usize)>> = vec![None; orders.len()];
-            self.grid.for_each_near(&view.xy_mm, |idx, distance| {
-                let patch = &self.patches[idx];
-                let Some(slot) = place(patch.order) else { return };
-                if patch.order < point.order
-                    && patch.smooth
-                    && nearest[slot].is_none_or(|(best, _)| distance < best)
-                {
-                    nearest[slot] = Some((distance, idx));
-                }
-            });
+            let in_part = self.motions[frame].chart_from_camera(&point.hit_in_camera);
+            let mut nearest: Vec<Option<Nearest>> = vec![None; orders.len()];
+            for view in self.outlook.views_of(&in_part) {
+                self.grid.for_each_near(&view.xy_mm, |idx, distance| {
+                    let patch = &self.patches[idx];
+                    let Some(slot) = place(patch.order) else { return };
+                    if patch.order < point.order
+                        && patch.smooth
+                        && nearest[slot].as_ref().is_none_or(|best| distance < best.distance)
+                    {
+                        nearest[slot] = Some(Nearest { distance, idx, view });
+                    }
+                });
+            }
             let Some(own) = place(point.order) else { continue };
             for (slot, found) in nearest.iter().enumerate() {
-                let Some((_, idx)) = found else { continue };
+                let Some(Nearest { idx, view, .. }) = found else { continue };
                 let patch = &self.patches[*idx];
-                let (apart, tolerance) = self.difference(point, &view, patch, &patch.view(&self.outlook));
+                let (apart, tolerance) = self.difference(point, view, patch, &patch.view(&self.outlook));
                 if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
                     sums[slot * orders.len() + own].add(apart);
                 }
@@ -299,7 +315,7 @@ impl<'a> Lookup<'a> {
     }
 
     /// The patches of one frame, every few columns.
-    fn patches_of(&self, place: usize, shifts_mm: &[Vector3<f64>], outlook: &Outlook) -> Vec<Patch> {
+    fn patches_of(&self, place: usize, motions: &[FrameMotion], outlook: &Outlook) -> Vec<Patch> {
         let (frame, profile) = &self.profiles[place];
         let frame = *frame;
         let stride = COMPARE_STRIDE_PX as i64;
@@ -308,9 +324,9 @@ impl<'a> Lookup<'a> {
             let along = self.along(point);
             let in_part = |place: Option<usize>, along: i64| {
                 let point = self.find(place, point.order, along)?;
-                Some(point.hit_in_camera.xyz - shifts_mm[self.profiles[place?].0])
+                Some(motions[self.profiles[place?].0].chart_from_camera(&point.hit_in_camera))
             };
-            let centre = point.hit_in_camera.xyz - shifts_mm[frame];
+            let centre = motions[frame].chart_from_camera(&point.hit_in_camera);
             let line = [in_part(Some(place), along - stride)?, in_part(Some(place), along + stride)?];
             let travel = [in_part(place.checked_sub(1), along)?, in_part(Some(place + 1), along)?];
             let gradient = gradient(&line.map(|p| outlook.view_of(&p)), &travel.map(|p| outlook.view_of(&p)))?;

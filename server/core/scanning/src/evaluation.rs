@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Vector2, Vector3};
-use optics::{Calibration, StageAxis};
+use optics::stage::{FrameSpread, StageSpread};
+use optics::{Calibration, Motion, Stage, StageAxis};
 use vision::LineDirection;
 
 use crate::cloud::CloudPoint;
-use crate::compare::{Sums, Surfaces, order_pairs};
+use crate::compare::{ClosurePairs, Sums, Surfaces, order_pairs};
 use crate::decision::{Decision, Judge};
 use crate::dropped::{DropReason, Dropped};
 use crate::envelope::depth_envelope;
@@ -31,6 +32,8 @@ pub struct Evaluation<'a> {
     decisions: Vec<Decision>,
     /// Systematic σ of each order, over the pixels where it was seen.
     tables: Vec<(i8, SigmaTable)>,
+    /// What is not known of the stage itself.
+    stage_spread: StageSpread,
 }
 
 impl<'a> Evaluation<'a> {
@@ -54,10 +57,13 @@ impl<'a> Evaluation<'a> {
             dropped: sum.dropped,
             labels: sum.labels,
             self_consistency: order_pairs(&sum.totals, &orders),
+            closure: sum.closure.closure(),
             envelope: depth_envelope(calibration, profiles.depth_range_mm),
         };
         let tables = sigma_tables(calibration, &sum.bounds);
-        let mut made = Self { report, comments: Vec::new(), profiles, decisions: sum.decisions, tables };
+        let stage_spread = calibration.stage_spread();
+        let mut made =
+            Self { report, comments: Vec::new(), profiles, decisions: sum.decisions, tables, stage_spread };
         let line_sigma_mm = made.line_sigma_mm(&sum.n_points)?;
         made.comments = comments(calibration, sum.correlations_px, line_sigma_mm);
         made.comments.extend(made.stage_positions().comments());
@@ -79,18 +85,22 @@ impl<'a> Evaluation<'a> {
 
     fn stage_positions(&self) -> StagePositions {
         let frames = self.profiles.frames;
-        let at_rest = StageAxis::new(Vector3::zeros());
-        StagePositions {
-            axis: self.profiles.calibration.stage.unwrap_or(at_rest),
-            positions_mm: (0..frames.n_frames()).map(|frame| frames.position_mm(frame)).collect(),
+        let positions = (0..frames.n_frames()).map(|frame| frames.position(frame));
+        match self.profiles.calibration.stage {
+            Some(stage) => StagePositions { stage, positions: positions.collect() },
+            None => StagePositions::linear(StageAxis::new(Vector3::zeros()), positions.map(|at| at.value())),
         }
     }
 
     fn points_of(&self, frame: usize) -> Result<Vec<CloudPoint>, ScanError> {
-        let position_mm = self.profiles.frames.position_mm(frame);
+        let position = self.profiles.frames.position(frame);
+        let stage: Option<&Stage> = self.profiles.calibration.stage.as_ref();
+        // What was evaluated has positions of the stage's own kind.
+        let motion = stage.and_then(|stage| stage.motion(position)).unwrap_or_else(Motion::at_rest);
+        let spread = self.stage_spread.in_frame(position);
         let profile = self.profiles.of(frame)?;
         let points = self.kept(&profile, frame);
-        Ok(points.iter().map(|point| self.cloud_point(point, frame, position_mm)).collect())
+        Ok(points.iter().map(|point| self.cloud_point(point, frame, &motion, &spread)).collect())
     }
 
     /// The points of a frame.
@@ -98,12 +108,15 @@ impl<'a> Evaluation<'a> {
         kept(profile, &self.decisions[frame], self.profiles.labels.direction)
     }
 
-    fn cloud_point(&self, point: &ProfilePoint, frame: usize, position_mm: f64) -> CloudPoint {
+    fn cloud_point(
+        &self,
+        point: &ProfilePoint,
+        frame: usize,
+        motion: &Motion,
+        spread: &FrameSpread,
+    ) -> CloudPoint {
         let calibration = self.profiles.calibration;
-        let in_part = match calibration.stage {
-            Some(stage) => stage.part_from_camera(&point.hit_in_camera, position_mm).xyz,
-            None => point.hit_in_camera.xyz,
-        };
+        let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
         let table = self.tables.iter().find(|(order, _)| *order == point.order);
         let systematic =
             table.map_or(0.0, |(_, table)| table.sigma_mm(calibration, point.seen.u_px, point.seen.v_px));
@@ -116,7 +129,7 @@ impl<'a> Evaluation<'a> {
             u_px: point.seen.u_px as f32,
             v_px: point.seen.v_px as f32,
             intensity: point.seen.intensity,
-            sigma_mm: point.noise_sigma_mm.hypot(systematic) as f32,
+            sigma_mm: point.noise_sigma_mm.hypot(systematic).hypot(spread.sigma_mm(&point.hit_in_camera)) as f32,
         }
     }
 
@@ -209,6 +222,7 @@ struct Checked {
     labels: Vec<Option<i8>>,
     bounds: BTreeMap<i8, Bounds>,
     totals: Vec<Sums>,
+    closure: ClosurePairs,
 }
 
 impl Checked {
@@ -238,6 +252,7 @@ impl Checked {
             bounds.insert(point.order, widened(bounds.get(&point.order).copied(), at, at));
         }
         let totals = surfaces.map_or_else(Vec::new, |surfaces| surfaces.differences_of(&points, frame, orders));
+        let closure = surfaces.map_or_else(ClosurePairs::default, |surfaces| surfaces.closure_of(&points, frame));
         Ok(Self {
             decision,
             n_points: points.len(),
@@ -247,6 +262,7 @@ impl Checked {
             labels: profile.labels.clone(),
             bounds,
             totals,
+            closure,
         })
     }
 }
@@ -261,6 +277,7 @@ struct Checks {
     labels: Vec<Vec<Option<i8>>>,
     bounds: BTreeMap<i8, Bounds>,
     totals: Vec<Sums>,
+    closure: ClosurePairs,
 }
 
 impl Checks {
@@ -274,6 +291,7 @@ impl Checks {
             labels: Vec::new(),
             bounds: BTreeMap::new(),
             totals: vec![Sums::default(); n_orders * n_orders],
+            closure: ClosurePairs::default(),
         }
     }
 
@@ -287,6 +305,7 @@ impl Checks {
         for (order, [low, high]) in frame.bounds {
             self.bounds.insert(order, widened(self.bounds.get(&order).copied(), low, high));
         }
+        self.closure.append(frame.closure);
         self.totals.iter_mut().zip(&frame.totals).for_each(|(total, sums)| total.add_all(sums));
     }
 }

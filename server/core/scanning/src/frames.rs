@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use optics::StagePosition;
 use vision::Centrelines;
 
 use crate::files::ContentError;
@@ -16,8 +17,8 @@ const BATCH_FRAMES: usize = 32;
 pub trait Frames: Sync {
     /// How many there are.
     fn n_frames(&self) -> usize;
-    /// Stage position a frame was taken at.
-    fn position_mm(&self, frame: usize) -> f64;
+    /// Where the stage stood when a frame was taken.
+    fn position(&self, frame: usize) -> StagePosition;
     /// The lines found in a frame, the same whenever they are asked for.
     ///
     /// # Errors
@@ -30,8 +31,8 @@ impl Frames for &[ScanFrame] {
         self.len()
     }
 
-    fn position_mm(&self, frame: usize) -> f64 {
-        self[frame].position_mm
+    fn position(&self, frame: usize) -> StagePosition {
+        self[frame].position
     }
 
     fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
@@ -47,8 +48,8 @@ impl Frames for OneFrame<'_> {
         1
     }
 
-    fn position_mm(&self, _: usize) -> f64 {
-        0.0
+    fn position(&self, _: usize) -> StagePosition {
+        StagePosition::LinearMm(0.0)
     }
 
     fn centrelines(&self, _: usize) -> Result<Cow<'_, Centrelines>, ContentError> {

@@ -12,6 +12,7 @@ pub mod files;
 mod frames;
 mod label;
 pub mod mesh;
+mod motions;
 pub mod params;
 pub mod profile;
 mod profiles;
@@ -23,7 +24,7 @@ pub mod synthetic;
 mod threads;
 
 pub use cloud::{Cloud, CloudPoint};
-pub use compare::OrderPair;
+pub use compare::{Closure, ClosureGap, OrderPair};
 pub use dropped::{DropReason, Dropped};
 pub use envelope::{DepthEnvelope, depth_envelope};
 pub use evaluation::Evaluation;

@@ -10,9 +10,11 @@ mod zip;
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
+use optics::{CameraFrame, PointMm};
 
 use crate::cloud::{Cloud, CloudPoint};
 use crate::files::ContentError;
+use crate::stage_positions::StagePositions;
 use coverage::Coverage;
 
 /// Triangles over vertices, in the part frame.
@@ -56,11 +58,19 @@ pub fn mesh_from_cloud(cloud: &Cloud, params: &MeshParams) -> Mesh {
     let Some(limits) = zip::Limits::from_layers(&cloud.points, &layers, params) else {
         return Mesh { comments: cloud.comments.clone(), ..Mesh::default() };
     };
+    let stage = StagePositions::from_comments(&cloud.comments);
+    let camera_in = |frame: u32| {
+        let camera = PointMm::<CameraFrame>::new(Vector3::zeros());
+        stage
+            .as_ref()
+            .and_then(|stage| stage.part_from_camera(&camera, frame))
+            .map_or(Vector3::zeros(), |at| at.xyz)
+    };
     let mut coverage = Coverage::new(limits.cell_mm, limits.edge_mm);
     let mut kept: Vec<[u32; 3]> = Vec::new();
     for layer in &layers {
         let mut triangles = zip::triangles(&cloud.points, layer, &limits);
-        face_the_camera(&cloud.points, &mut triangles);
+        face_the_camera(&cloud.points, &mut triangles, camera_in);
         let corners = |t: &[u32; 3]| t.map(|idx| position(&cloud.points[idx as usize]));
         triangles.retain(|t| !coverage.covers(&corners(t)));
         for triangle in &triangles {
@@ -137,13 +147,14 @@ pub(crate) fn median(values: &mut [f64]) -> f64 {
 
 /// Turns all triangles of a layer the same way: towards the camera, by the majority of their area.
 ///
-/// The camera stands near the origin of the part frame (at it for stage position 0).
-fn face_the_camera(points: &[CloudPoint], triangles: &mut [[u32; 3]]) {
+/// `camera_in`: where the camera stood in a frame, part frame.
+fn face_the_camera(points: &[CloudPoint], triangles: &mut [[u32; 3]], camera_in: impl Fn(u32) -> Vector3<f64>) {
     let away: f64 = triangles
         .iter()
         .map(|triangle| {
             let [a, b, c] = triangle.map(|idx| position(&points[idx as usize]));
-            (b - a).cross(&(c - a)).dot(&((a + b + c) / 3.0).normalize())
+            let ray = (a + b + c) / 3.0 - camera_in(points[triangle[0] as usize].frame);
+            (b - a).cross(&(c - a)).dot(&ray.normalize())
         })
         .sum();
     if away > 0.0 {

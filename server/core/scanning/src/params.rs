@@ -163,6 +163,8 @@ pub const SIGMA_TABLE_STEP_PX: f64 = 48.0;
 
 /// Distance along the line, in columns, between the points that are checked and compared between orders.
 pub const COMPARE_STRIDE_PX: usize = 4;
+/// Differences after a turn farther from their median than this many median deviations are no closure: 4 σ of normal ones.
+pub const CLOSURE_MAD_LIMIT: f64 = 6.0;
 /// Surfaces of other orders that must contradict a point before it is dropped: one, for a wrong order is far worse than
 /// a missing point.
 pub const CONTRADICTING_SURFACES: usize = 1;

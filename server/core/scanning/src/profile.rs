@@ -1,12 +1,12 @@
 //! One frame's labelled, triangulated points.
 
-use nalgebra::Vector3;
 use optics::{CameraFrame, DepthRangeMm, Hits, PointMm, Triangulator};
 use vision::{CentrelinePoint, Centrelines};
 
 use crate::dropped::{DropReason, Dropped};
 use crate::frames::OneFrame;
 use crate::label::{Labels, Piece, Verdict, along_across, label_frames};
+use crate::motions::FrameMotion;
 
 /// A point of a profile, in the camera frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,7 +81,7 @@ impl Sightings {
 impl Profile {
     /// Becomes what [`label_frame`] returns, in the memory it has.
     pub fn fill(&mut self, centrelines: &Centrelines, triangulator: &Triangulator, depth_range_mm: DepthRangeMm) {
-        let labels = label_frames(&OneFrame(centrelines), &[Vector3::zeros()], triangulator, depth_range_mm);
+        let labels = label_frames(&OneFrame(centrelines), &[FrameMotion::at_rest()], triangulator, depth_range_mm);
         let labels = labels.expect("a frame in memory can be read");
         self.fill_from(centrelines, 0, &labels, triangulator, depth_range_mm);
     }

@@ -1,16 +1,16 @@
 //! A scan: labelled, triangulated, registered, checked.
 
-use nalgebra::Vector3;
-use optics::{Calibration, DepthRangeMm, PointMm, Triangulator};
+use optics::{Calibration, DepthRangeMm, StagePosition, Triangulator};
 use vision::Centrelines;
 
 use crate::cloud::Cloud;
-use crate::compare::{OrderPair, Surfaces};
+use crate::compare::{Closure, OrderPair, Surfaces};
 use crate::dropped::Dropped;
 use crate::envelope::DepthEnvelope;
 use crate::evaluation::Evaluation;
 use crate::frames::Frames;
 use crate::label::{Travel, label_frames, outlook};
+use crate::motions::FrameMotion;
 use crate::params::KEPT_POINTS;
 use crate::profiles::Profiles;
 
@@ -19,8 +19,8 @@ use crate::profiles::Profiles;
 pub struct ScanFrame {
     /// The lines found in its image.
     pub centrelines: Centrelines,
-    /// Stage position it was taken at.
-    pub position_mm: f64,
+    /// Where the stage stood.
+    pub position: StagePosition,
 }
 
 /// Settings of a scan; the defaults serve any station.
@@ -38,13 +38,27 @@ pub enum ScanError {
     NoFrames,
     /// The stage moved, but its direction is unknown.
     #[error(
-        "the calibration `{calibration}` knows no stage, but the scan's frames lie {travel_mm} mm apart; calibrate with at least two stage views"
+        "the calibration `{calibration}` knows no stage, but the scan's frames lie {travel} apart; calibrate with at least three stage views"
     )]
     NoStage {
         /// The calibration's id.
         calibration: String,
         /// Distance between the outermost positions.
-        travel_mm: f64,
+        travel: StagePosition,
+    },
+    /// The frames were taken on the other kind of stage.
+    #[error(
+        "the calibration `{calibration}` is for a {calibrated} stage, but frame {frame} was taken on a {found} one; use a calibration of the station that took the scan"
+    )]
+    OtherStage {
+        /// The calibration's id.
+        calibration: String,
+        /// Kind of the calibrated stage.
+        calibrated: &'static str,
+        /// Index of the frame.
+        frame: usize,
+        /// Kind of the stage it was taken on.
+        found: &'static str,
     },
     /// A stage position is not a number.
     #[error("the stage position of frame {frame} is not a finite number")]
@@ -83,6 +97,8 @@ pub struct ScanReport {
     pub labels: Vec<Vec<Option<i8>>>,
     /// How well the orders agree where they have seen the same surface.
     pub self_consistency: Vec<OrderPair>,
+    /// How well the surfaces of a turn close; `None` where no place was seen again after a turn.
+    pub closure: Option<Closure>,
     /// Where geometry alone would have labelled.
     pub envelope: DepthEnvelope,
 }
@@ -98,8 +114,8 @@ pub struct ScanResult {
 
 /// Turns the centrelines of a scan into a cloud in the part frame.
 ///
-/// Labels: `label::label_frames`. Registration: X_part = X_camera − s·t. σ of a point: image noise and calibration
-/// covariance along its ray. Points that the surfaces of other orders deny are dropped and counted.
+/// Labels: `label::label_frames`. Registration: the inverse of what the stage has done to the part (`optics::Motion`).
+/// σ of a point: image noise and calibration covariance along its ray. Points that the surfaces of other orders deny are dropped and counted.
 ///
 /// # Errors
 /// [`ScanError`]; lines that cannot be labelled are not an error, they are counted in the report.
@@ -139,13 +155,13 @@ pub(crate) fn evaluate_keeping<'a>(
     keep_points: usize,
 ) -> Result<Evaluation<'a>, ScanError> {
     let depth_range_mm = checked_depth_range(calibration, params)?;
-    let shifts_mm = shifts(frames, calibration)?;
+    let motions = motions(frames, calibration, depth_range_mm)?;
     let triangulator = Triangulator::new(calibration.clone());
-    let labels = label_frames(frames, &shifts_mm, &triangulator, depth_range_mm)?;
-    let travel = Travel::of(&shifts_mm);
+    let labels = label_frames(frames, &motions, &triangulator, depth_range_mm)?;
+    let travel = Travel::of(&motions);
     let outlook = outlook(&travel, calibration, depth_range_mm, labels.direction);
     let profiles = Profiles::new(frames, labels, (calibration, triangulator), depth_range_mm, keep_points);
-    let surfaces = Surfaces::new(&profiles, &shifts_mm, &travel.order, outlook)?;
+    let surfaces = Surfaces::new(&profiles, &motions, &travel.order, outlook)?;
     Evaluation::new(profiles, surfaces)
 }
 
@@ -157,24 +173,41 @@ fn checked_depth_range(calibration: &Calibration, params: &ScanParams) -> Result
     Err(ScanError::BadDepthRange { near_mm: range.near_mm, far_mm: range.far_mm })
 }
 
-/// What the stage has moved the part by in each frame, in the camera frame.
-fn shifts(frames: &dyn Frames, calibration: &Calibration) -> Result<Vec<Vector3<f64>>, ScanError> {
+/// What the stage has done to the part in every frame.
+fn motions(
+    frames: &dyn Frames,
+    calibration: &Calibration,
+    depth_range_mm: DepthRangeMm,
+) -> Result<Vec<FrameMotion>, ScanError> {
     if frames.n_frames() == 0 {
         return Err(ScanError::NoFrames);
     }
-    let positions = (0..frames.n_frames()).map(|frame| frames.position_mm(frame));
-    if let Some(frame) = positions.clone().position(|position_mm| !position_mm.is_finite()) {
+    let positions: Vec<StagePosition> = (0..frames.n_frames()).map(|frame| frames.position(frame)).collect();
+    if let Some(frame) = positions.iter().position(|position| !position.value().is_finite()) {
         return Err(ScanError::BadPosition { frame });
     }
-    if let Some(stage) = calibration.stage {
-        // X_part = X_camera − s·t: the shift is what is taken off.
-        let origin = PointMm::new(Vector3::zeros());
-        return Ok(positions.map(|position| -stage.part_from_camera(&origin, position).xyz).collect());
-    }
-    let low = positions.clone().fold(f64::INFINITY, f64::min);
-    let high = positions.clone().fold(f64::NEG_INFINITY, f64::max);
+    let Some(stage) = calibration.stage else { return at_one_place(&positions, calibration) };
+    let motion = |(frame, position): (usize, &StagePosition)| {
+        FrameMotion::new(&stage, *position, depth_range_mm).ok_or_else(|| ScanError::OtherStage {
+            calibration: calibration.id.clone(),
+            calibrated: stage.kind().name(),
+            frame,
+            found: position.kind().name(),
+        })
+    };
+    positions.iter().enumerate().map(motion).collect()
+}
+
+/// Without a stage the part must not have moved.
+fn at_one_place(positions: &[StagePosition], calibration: &Calibration) -> Result<Vec<FrameMotion>, ScanError> {
+    let values = positions.iter().map(|position| position.value());
+    let low = values.clone().fold(f64::INFINITY, f64::min);
+    let high = values.fold(f64::NEG_INFINITY, f64::max);
     if high > low {
-        return Err(ScanError::NoStage { calibration: calibration.id.clone(), travel_mm: high - low });
+        return Err(ScanError::NoStage {
+            calibration: calibration.id.clone(),
+            travel: positions[0].kind().position(high - low),
+        });
     }
-    Ok(vec![Vector3::zeros(); frames.n_frames()])
+    Ok(vec![FrameMotion::at_rest(); positions.len()])
 }

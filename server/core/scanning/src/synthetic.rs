@@ -2,7 +2,7 @@
 //! lines serve for all of them, each with its own noise.
 
 use nalgebra::{DMatrix, Vector2, Vector3};
-use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, StageAxis};
+use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, StageAxis, StagePosition};
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
 use crate::scan::ScanFrame;
@@ -53,9 +53,9 @@ impl SyntheticScan {
         for point in segments.iter_mut().flat_map(|segment| &mut segment.points) {
             point.v_px += SIGMA_PX * noise.next();
         }
-        let position_mm = (idx as f64 - 0.5 * self.n_frames as f64) * STEP_MM;
+        let position = StagePosition::LinearMm((idx as f64 - 0.5 * self.n_frames as f64) * STEP_MM);
         let direction = LineDirection::Rows;
-        ScanFrame { centrelines: Centrelines { segments, direction, correlation_px: CORRELATION_PX }, position_mm }
+        ScanFrame { centrelines: Centrelines { segments, direction, correlation_px: CORRELATION_PX }, position }
     }
 }
 
@@ -110,7 +110,7 @@ fn row(calibration: &Calibration, order: i8, u_px: f64) -> Option<f64> {
 
 /// Depth beyond the sheet, which is the same all along the travel.
 fn height_mm(calibration: &Calibration, at_mm: &Vector3<f64>) -> f64 {
-    let travel = calibration.stage.map_or(Vector3::y(), |stage| stage.direction);
+    let travel = calibration.stage.and_then(|stage| stage.linear()).map_or(Vector3::y(), |stage| stage.direction);
     let across = at_mm - travel * (at_mm.y / travel.y);
     let [depth_mm, rib_mm, length_mm] = SHEET_MM;
     across.z - depth_mm - rib_mm * (across.x / length_mm).sin()
@@ -139,7 +139,7 @@ fn calibration() -> Calibration {
         camera: Camera::from_opencv(width_px, height_px, matrix, &[-0.09, 0.11, 0.0, 0.0, 0.0]),
         orders: vec![-2, -1, 0, 1, 2],
         light: LightSurfaces::Grating(grating),
-        stage: Some(StageAxis::new(Vector3::new(-0.005, 0.9998, -0.02).normalize())),
+        stage: Some(StageAxis::new(Vector3::new(-0.005, 0.9998, -0.02).normalize()).into()),
         depth_range_mm: DepthRangeMm { near_mm: 385.0, far_mm: 415.0 },
         covariance: DMatrix::from_diagonal_element(22, 22, 1e-10),
     }

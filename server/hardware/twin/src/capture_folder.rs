@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use capture::{
     CameraFormat, CaptureError, ChannelChoice, ChessboardTarget, Frame, GratingProjector, ImageFileError,
-    Manifest, Pose, Scan, StageView, params::FORMAT, write_manifest, write_png,
+    Manifest, Pose, Scan, StagePlace, StageSheet, StageView, params::FORMAT, write_manifest, write_png,
 };
 use rayon::prelude::*;
 
@@ -211,6 +211,7 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
     let square_mm = crate::part::poses::square_mm(model);
     Manifest {
         format: FORMAT.to_owned(),
+        stage: StageSheet::default(),
         background: None,
         camera: CameraFormat {
             width_px: shape.width_px,
@@ -234,17 +235,16 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
             .collect(),
         stage_views: (0..)
             .zip(&request.stage_positions_mm)
-            .map(|(idx, &position_mm)| StageView { board: format!("stage/{idx:03}.png").into(), position_mm })
+            .map(|(idx, &at_mm)| StageView::new(format!("stage/{idx:03}.png"), StagePlace::PositionMm(at_mm)))
             .collect(),
         scans: request.scans.iter().map(scan_entry).collect(),
     }
 }
 
 fn scan_entry(scan: &ScanRequest) -> Scan {
-    let frame = |idx| Frame {
-        image: format!("scan-{}/{idx:05}.png", scan.name).into(),
-        position_mm: scan.position_mm(idx),
-        background: None,
+    let frame = |idx| {
+        let place = StagePlace::PositionMm(scan.position_mm(idx));
+        Frame::new(format!("scan-{}/{idx:05}.png", scan.name), place)
     };
     Scan { name: scan.name.clone(), frames: (0..scan.n_frames).map(frame).collect() }
 }
@@ -260,7 +260,7 @@ fn shots(request: &CaptureRequest, manifest: &Manifest) -> Vec<Shot> {
     }
     let mut scene_idx = request.n_poses;
     for view in &manifest.stage_views {
-        let (path, position_mm) = (view.board.clone(), view.position_mm);
+        let (path, position_mm) = (view.board.clone(), view.place().value());
         shots.push(Shot { path, scene_idx, position_mm, light: Light::Ordinary });
     }
     scene_idx += usize::from(!manifest.stage_views.is_empty());
@@ -268,7 +268,7 @@ fn shots(request: &CaptureRequest, manifest: &Manifest) -> Vec<Shot> {
         shots.extend(scan.frames.iter().map(|frame| Shot {
             path: frame.image.clone(),
             scene_idx,
-            position_mm: frame.position_mm,
+            position_mm: frame.place().value(),
             light: Light::Laser,
         }));
     }

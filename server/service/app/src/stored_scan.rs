@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::io::{self, BufReader};
 
+use optics::StagePosition;
 use scanning::files::peaks::{PeaksFile, read_one_frame, read_positions};
 use scanning::files::read_cloud_from;
 use scanning::{Cloud, CloudFormat, ScanFrame};
@@ -54,7 +55,10 @@ pub async fn stored_peaks(
 ///
 /// # Errors
 /// A problem: the artifact is damaged.
-pub async fn stored_positions(artifacts: &dyn Artifacts, scan: &ScanRecord) -> Result<Vec<f64>, AppError> {
+pub async fn stored_positions(
+    artifacts: &dyn Artifacts,
+    scan: &ScanRecord,
+) -> Result<Vec<StagePosition>, AppError> {
     let bytes = peaks_bytes(artifacts, &scan.peaks, &scan.id).await?;
     parsed(&scan.id, "peaks", move || read_positions(BufReader::new(bytes))).await
 }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytes::{Bytes, BytesMut};
-use optics::Calibration;
+use optics::{Calibration, Motion, StagePosition};
 use scanning::{CloudPoint, Profile};
 
 use crate::protocol::points::{block_bytes, put_block};
@@ -29,12 +29,11 @@ fn display_points(
     position_mm: f64,
     calibration: &Calibration,
 ) -> impl Iterator<Item = DisplayPoint> {
-    let stage = calibration.stage;
+    // The station's stage travels; what a calibration of another kind shows stays where the camera saw it.
+    let position = StagePosition::LinearMm(position_mm);
+    let motion = calibration.stage.and_then(|stage| stage.motion(position)).unwrap_or_else(Motion::at_rest);
     let display = move |point: &scanning::ProfilePoint| {
-        let in_part = match stage {
-            Some(stage) => stage.part_from_camera(&point.hit_in_camera, position_mm).xyz,
-            None => point.hit_in_camera.xyz,
-        };
+        let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
         let [across_u, across_v] = point.seen.normal.map(f64::abs);
         let along = if across_v >= across_u { point.seen.u_px } else { point.seen.v_px };
         DisplayPoint {

@@ -6,7 +6,7 @@ use capture::Capture;
 use super::html::{Html, html};
 use super::page::{Page, Tile, gallery, legend};
 use super::pictures::{LabelledPixel, labelled_picture};
-use super::{camera, correlation, light, stage};
+use super::{camera, correlation, light, stage, turntable};
 use crate::palette::order_hex;
 use crate::tables::order_name;
 use pipeline::Failure;
@@ -69,6 +69,13 @@ pub fn calibration_sections(
     if let Some(fit) = &report.stage {
         page.section("Stage", "Where the stage moves the part, from the board it carried.", stage::content(fit));
     }
+    if let Some(axis) = &report.axis {
+        page.section(
+            "Turntable",
+            "The axis the stage turns the part about, from the board it turned.",
+            turntable::content(axis),
+        );
+    }
     page.section(
         "Covariance",
         "What the data cannot tell apart. It goes on into every point's and every measurement's uncertainty.",
@@ -105,6 +112,13 @@ fn tiles(report: &CalibrationReport) -> Vec<Tile> {
                 stage.scale_sigma * 100.0,
                 stage.straightness_rms_um
             ),
+        ));
+    }
+    if let Some(axis) = &report.axis {
+        tiles.push(Tile::new(
+            format!("{:.1} µm", axis.shift_sigma_mm[0].max(axis.shift_sigma_mm[1]) * 1e3),
+            "turntable axis σ",
+            format!("direction ± {:.4}°", axis.tilt_sigma_deg[0].max(axis.tilt_sigma_deg[1])),
         ));
     }
     tiles

@@ -19,6 +19,7 @@ pub mod scan;
 mod stage;
 pub mod tables;
 pub mod target_sheet;
+mod turntable;
 
 pub use calibration::calibration_page;
 pub use scan::scan_page;

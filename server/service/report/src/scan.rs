@@ -9,7 +9,7 @@ use super::html::Html;
 use super::page::{Page, Tile, gallery, grid, legend, sentence, table};
 use super::pictures::{LabelledPixel, labelled_picture};
 use crate::palette::order_hex;
-use crate::tables::{losses, median_sigma_mm, order_name};
+use crate::tables::{closure_gaps, losses, median_sigma_mm, order_name};
 use pipeline::Failure;
 
 /// Frames shown: early, middle, late.
@@ -41,6 +41,7 @@ pub fn scan_section(page: &mut Page, capture: &Capture, name: &str, result: &Sca
         + grid(&views)
         + gallery(&frames(capture, name, result)?)
         + agreement(result)
+        + closure(result)
         + left_out(result);
     let introduction = format!(
         "{} points. Heights are distances from the plane most points lie on. {}.",
@@ -86,7 +87,7 @@ fn frames(capture: &Capture, name: &str, result: &ScanResult) -> Result<Vec<Html
                 .filter(|point| point.frame as usize == idx)
                 .map(|point| (f64::from(point.u_px), f64::from(point.v_px), point.order))
                 .collect();
-            let caption = format!("{} at {:+.2} mm", frame.image.display(), frame.position_mm);
+            let caption = format!("{} at {}", frame.image.display(), frame.place());
             labelled_picture(capture, &frame.image, None, &labelled, &caption)
         })
         .collect()
@@ -111,6 +112,25 @@ fn agreement(result: &ScanResult) -> Html {
         .collect();
     Html::of("<h3>The same surface seen by two orders</h3>")
         + table(&["orders", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)
+}
+
+fn closure(result: &ScanResult) -> Html {
+    let rows: Vec<Vec<String>> = closure_gaps(&result.report)
+        .into_iter()
+        .map(|(name, gap)| {
+            vec![
+                name.to_owned(),
+                gap.n_pairs.to_string(),
+                format!("{:+.1}", gap.bias_mm * 1e3),
+                format!("{:.1}", gap.rms_mm * 1e3),
+            ]
+        })
+        .collect();
+    if rows.is_empty() {
+        return Html::default();
+    }
+    Html::of("<h3>The same surface after a whole turn</h3>")
+        + table(&["seen again", "pairs", "bias, µm", "RMS, µm"], &rows, |_| false)
 }
 
 fn left_out(result: &ScanResult) -> Html {

@@ -35,7 +35,7 @@ export function sectionOf(profile: Profile): ProfileMessage {
     number: profile.sequence,
     sequence: profile.sequence,
     captured_ms: (profile.captured_at_ns ?? 0) / 1e6,
-    position_mm: profile.position_mm,
+    position_mm: profile.position_mm ?? profile.angle_deg ?? Number.NaN,
     laser_shone: true,
     calibrated: true,
     along,

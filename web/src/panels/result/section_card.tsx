@@ -36,7 +36,8 @@ export function SectionCard({ scan }: { scan: Scan }) {
 
 interface Place {
   sequence: number;
-  position_mm: number;
+  position_mm?: number | null;
+  angle_deg?: number | null;
 }
 
 function Section({ scan, places }: { scan: Scan; places: readonly Place[] }) {
@@ -53,7 +54,11 @@ function Section({ scan, places }: { scan: Scan; places: readonly Place[] }) {
     [api, scan.id],
     [sequence],
   );
-  const position = `${decimal(place?.position_mm ?? 0, 2, language.value)} mm`;
+  const angle_deg = place?.angle_deg;
+  const position =
+    angle_deg == null
+      ? `${decimal(place?.position_mm ?? 0, 2, language.value)} mm`
+      : `${decimal(angle_deg, 2, language.value)}°`;
   return (
     <>
       <label class="field">

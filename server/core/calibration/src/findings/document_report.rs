@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::findings::report::{CalibrationReport, CameraReport, CrossValidation, LightReport, StageReport};
+use crate::findings::report::{
+    AxisReport, CalibrationReport, CameraReport, CrossValidation, LightReport, StageReport,
+};
 
 /// The report's figures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -12,6 +14,8 @@ pub struct ReportText {
     pub light: Option<LightFigures>,
     pub cross_validation: Option<CrossValidationFigures>,
     pub stage: Option<StageFigures>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<AxisFigures>,
     pub warnings: Vec<String>,
 }
 
@@ -104,6 +108,19 @@ pub struct StageFigures {
     pub straightness: Vec<[f64; 4]>,
 }
 
+/// Axis of a turntable.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct AxisFigures {
+    pub tilt_sigma_deg: [f64; 2],
+    pub shift_sigma_mm: [f64; 2],
+    pub angle_sigma_deg: Option<f64>,
+    pub angle_sigma_stated: bool,
+    pub noise_ratio: f64,
+    /// Angle in degrees; deviation along the turn, radially and along the axis, in µm.
+    pub deviations: Vec<[f64; 4]>,
+}
+
 impl ReportText {
     /// The figures of a report.
     pub fn of(report: &CalibrationReport) -> Self {
@@ -112,6 +129,7 @@ impl ReportText {
             light: report.light.as_ref().map(light_figures),
             cross_validation: report.cross_validation.as_ref().map(cross_validation_figures),
             stage: report.stage.as_ref().map(stage_figures),
+            axis: report.axis.as_ref().map(axis_figures),
             warnings: report.warnings.clone(),
         }
     }
@@ -189,5 +207,16 @@ fn stage_figures(stage: &StageReport) -> StageFigures {
         scale_sigma: stage.scale_sigma,
         straightness_rms_um: stage.straightness_rms_um,
         straightness: stage.straightness_um.clone(),
+    }
+}
+
+fn axis_figures(axis: &AxisReport) -> AxisFigures {
+    AxisFigures {
+        tilt_sigma_deg: axis.tilt_sigma_deg,
+        shift_sigma_mm: axis.shift_sigma_mm,
+        angle_sigma_deg: axis.angle_sigma_deg,
+        angle_sigma_stated: axis.angle_sigma_stated,
+        noise_ratio: axis.noise_ratio,
+        deviations: axis.deviations_um.clone(),
     }
 }

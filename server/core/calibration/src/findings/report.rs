@@ -15,6 +15,8 @@ pub struct CalibrationReport {
     pub cross_validation: Option<CrossValidation>,
     /// Stage fit; `None` without stage views.
     pub stage: Option<StageReport>,
+    /// Axis of a turntable; `None` without views of one.
+    pub axis: Option<AxisReport>,
     /// Oddities a person should know, in words.
     pub warnings: Vec<String>,
 }
@@ -162,4 +164,26 @@ pub struct StageReport {
     pub straightness_rms_um: f64,
     /// One-σ, per axis, of how far the travel may be from straight and even: a part of every uncertainty along it, µm.
     pub straightness_sigma_um: f64,
+}
+
+/// Axis of a turntable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisReport {
+    /// The point of the axis nearest to the boards, camera frame.
+    pub point_mm: [f64; 3],
+    /// Unit vector about which growing angles turn the part by the right-hand rule, camera frame.
+    pub direction: [f64; 3],
+    /// One-σ of the direction, along the two vectors across it.
+    pub tilt_sigma_deg: [f64; 2],
+    /// One-σ of the point, along the same two.
+    pub shift_sigma_mm: [f64; 2],
+    /// One-σ of the table's angles; `None` if nobody knows.
+    pub angle_sigma_deg: Option<f64>,
+    /// Whether that was stated, or else estimated from the views.
+    pub angle_sigma_stated: bool,
+    /// Per view: angle in degrees, and how far the board's middle was from a pure turn (along the turn, radially, along the
+    /// axis), µm.
+    pub deviations_um: Vec<[f64; 4]>,
+    /// RMS of the boards' deviations over what their noise and the angle's σ explain.
+    pub noise_ratio: f64,
 }

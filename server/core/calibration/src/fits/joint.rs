@@ -8,15 +8,18 @@ use crate::error::CalibrationError;
 use crate::first::camera_fit::{CameraFit, residuals};
 use crate::fits::laser_points::LaserPoints;
 use crate::fits::light_fit::{LightFit, Scene, fit_light, light_priors, lit_points, scaled_to_misfit};
-use crate::fits::stage_fit::{StageLine, stage_line, straight_line};
+use crate::fits::stage_fit::{StageLine, positions_mm, stage_line, straight_line};
+use crate::fits::turn_fit::{TurnFit, TurnView, turn_fit};
 use crate::input::CalibrationInput;
-use crate::params::{GAP_PRIOR_MM, STRAIGHT_STAGE_MAX_NOISE_RATIO, UNDETERMINED_PRIOR_SHARE};
+use crate::params::{
+    GAP_PRIOR_MM, PURE_TURN_MAX_NOISE_RATIO, STRAIGHT_STAGE_MAX_NOISE_RATIO, UNDETERMINED_PRIOR_SHARE,
+};
 use crate::solving::bundle::Bundle;
-use crate::solving::normal::Derived;
+use crate::solving::normal::{ArrowNormal, Derived};
 use crate::solving::observation::{CornerView, LaserObservation};
 use crate::solving::prior::Priors;
 use crate::solving::solver::{Minimum, Problem, Termination, minimise};
-use crate::solving::station::Station;
+use crate::solving::station::{BoardPose, Station};
 
 /// The refined station.
 #[derive(Debug, Clone)]
@@ -29,6 +32,8 @@ pub struct JointFit {
     pub covariance: DMatrix<f64>,
     /// The free line through the stage views, if there are any.
     pub stage_line: Option<StageLine>,
+    /// The turn through the stage views of a turntable, if there are any.
+    pub turn: Option<TurnFit>,
     /// Why the last of the fits that made it stopped.
     pub termination: Termination,
     /// Oddities in words.
@@ -49,11 +54,11 @@ pub fn fit_joint(
 ) -> Result<JointFit, CalibrationError> {
     let light = fit_light(scene, &points.observations, model, None)?.light;
     let n_poses = input.poses.len();
-    let positions: Vec<f64> = input.stage_views.iter().map(|view| view.position_mm).collect();
+    let positions = positions_mm(&input.stage_views);
     let board_centre_mm = input.board.centre_mm();
     let line = stage_line(camera_fit, &positions, &board_centre_mm);
     let mut warnings = Vec::new();
-    let start = Refinement { camera_fit, scene, points, n_poses, light, board_centre_mm };
+    let start = Refinement { input, camera_fit, scene, points, n_poses, light, board_centre_mm };
     if line.is_some() {
         let (fit, ratio) = start.solve(true, &positions, model, &line)?;
         if ratio <= STRAIGHT_STAGE_MAX_NOISE_RATIO {
@@ -75,6 +80,7 @@ fn with_warnings(mut fit: JointFit, mut warnings: Vec<String>) -> JointFit {
 }
 
 struct Refinement<'a> {
+    input: &'a CalibrationInput,
     camera_fit: &'a CameraFit,
     scene: &'a Scene<'a>,
     points: &'a LaserPoints,
@@ -130,6 +136,10 @@ impl Refinement<'_> {
             derived = derived.and(&line.derived(covariance.nrows(), &station.poses, &self.board_centre_mm));
             station.stage = Some(line.direction);
         }
+        let turn = turn_of(self.input, &station.poses, &normal, &self.board_centre_mm)?;
+        if let Some(turn) = &turn {
+            derived = derived.and(&turn.derived(covariance.nrows(), station.poses.len()));
+        }
         let mut covariance = normal.with_derived(&covariance, &derived).ok_or_else(undetermined)?;
         if let (true, Some(line)) = (straight, line) {
             let n_light = if joint_light { 0 } else { station.light_parameters() };
@@ -138,8 +148,10 @@ impl Refinement<'_> {
             let mut stage = covariance.fixed_view_mut::<STAGE_PARAMETERS, STAGE_PARAMETERS>(start, start);
             stage += line.straightness_covariance();
         }
-        let warnings = undetermined_parameters(&station, &covariance);
-        Ok((JointFit { station, views, covariance, stage_line: line.clone(), termination, warnings }, ratio))
+        let mut warnings = undetermined_parameters(&station, &covariance);
+        warnings.extend(turn.iter().flat_map(turn_warnings));
+        let stage_line = line.clone();
+        Ok((JointFit { station, views, covariance, stage_line, turn, termination, warnings }, ratio))
     }
 
     /// Poses and views to start from; a straight stage shares one pose block over all its views.
@@ -199,6 +211,47 @@ impl Refinement<'_> {
         }
         (sum / n.max(1) as f64).sqrt()
     }
+}
+
+/// The axis of a turntable from the stage views, which are the last poses; `None` without views of one.
+pub fn turn_of(
+    input: &CalibrationInput,
+    poses: &[BoardPose],
+    normal: &ArrowNormal,
+    board_centre_mm: &Vector3<f64>,
+) -> Result<Option<TurnFit>, CalibrationError> {
+    let first_view = poses.len().saturating_sub(input.stage_views.len());
+    let mut views = Vec::new();
+    for (idx, view) in input.stage_views.iter().enumerate() {
+        let Some(angle_deg) = view.position.deg() else { continue };
+        let block = first_view + idx;
+        let noise = normal.block_covariance(block).ok_or(CalibrationError::CameraUnobservable)?;
+        views.push(TurnView { name: view.name.clone(), angle_deg, pose: poses[block], noise });
+    }
+    if views.is_empty() {
+        return Ok(None);
+    }
+    turn_fit(&views, board_centre_mm, input.angle_sigma_deg).map(Some)
+}
+
+/// What a person should know of a turntable.
+pub fn turn_warnings(turn: &TurnFit) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if turn.noise_ratio() > PURE_TURN_MAX_NOISE_RATIO {
+        warnings.push(format!(
+            "the turntable does not turn about one axis: its boards miss a pure turn by {:.1} times their noise; the axis's \
+             covariance is wider by that",
+            turn.noise_ratio()
+        ));
+    }
+    if turn.axis.angle_error.is_none() {
+        warnings.push(
+            "how exactly the turntable turns is not known: state stage.angle_sigma_deg, or add stage views; no verdict can \
+             rest on it"
+                .to_owned(),
+        );
+    }
+    warnings
 }
 
 /// A covariance of camera, stage and light as one of camera, light and stage: the last `n_light` parameters move up.

@@ -6,3 +6,5 @@ pub mod light_fit;
 pub(crate) mod partial_sets;
 pub(crate) mod section;
 pub(crate) mod stage_fit;
+pub(crate) mod turn_checks;
+pub(crate) mod turn_fit;

@@ -9,6 +9,7 @@ use optics::stage::Straightness;
 use crate::error::CalibrationError;
 use crate::findings::report::StageReport;
 use crate::first::camera_fit::CameraFit;
+use crate::input::StageViewInput;
 use crate::params::{MIN_STAGE_POSITIONS, MIN_STAGE_SPACING_MM};
 use crate::solving::normal::Derived;
 use crate::solving::station::BoardPose;
@@ -44,6 +45,27 @@ pub fn check_positions(positions_mm: &[f64]) -> Result<(), CalibrationError> {
         return Ok(());
     }
     Err(CalibrationError::TooFewStageViews { needed: MIN_STAGE_POSITIONS, got: apart.len() })
+}
+
+/// Where a linear stage stood in its views; nothing for a turntable.
+pub fn positions_mm(views: &[StageViewInput]) -> Vec<f64> {
+    views.iter().filter_map(|view| view.position.mm()).collect()
+}
+
+/// Checks that all stage views are of one kind of stage.
+///
+/// # Errors
+/// [`CalibrationError::MixedStages`].
+pub fn check_kinds(views: &[StageViewInput]) -> Result<(), CalibrationError> {
+    let Some(expected) = views.first().map(|view| view.position.kind()) else { return Ok(()) };
+    match views.iter().find(|view| view.position.kind() != expected) {
+        None => Ok(()),
+        Some(view) => Err(CalibrationError::MixedStages {
+            view: view.name.clone(),
+            found: view.position.kind().name(),
+            expected: expected.name(),
+        }),
+    }
 }
 
 /// Fits the line to the middles of the boards at the given stage positions, which are the last views of the fit; `None`

@@ -9,3 +9,4 @@ mod refinement;
 mod solver;
 mod stage;
 mod station;
+mod turntable;

@@ -39,6 +39,7 @@ fn camera_rms_px(paths: &[PathBuf], board: BoardGeometry, estimate_k3: Option<bo
         projector: ProjectorSheet { grating: None, orders: vec![0], line_direction: LineDirection::Rows },
         poses,
         stage_views: Vec::new(),
+        angle_sigma_deg: None,
     };
     let options = CalibrationOptions { estimate_k3, ..CalibrationOptions::default() };
     let result = calibrate(&input, &options, &mut |_, _| calibration::Stop::Continue).unwrap();

@@ -4,10 +4,11 @@
 //! is how real stages deviate.
 
 use crate::common::{Rig, calibrated};
+use calibration::document::StageText;
 use calibration::{CalibrationDocument, CalibrationError, CalibrationInput, CalibrationOptions, LightModelChoice};
 use nalgebra::Vector3;
 use optics::rotation::completing_frame;
-use optics::{Calibration, LightModelKind, PointMm};
+use optics::{Calibration, LightModelKind, PointMm, StagePosition};
 
 /// Stations whose errors are looked at together.
 const STATIONS: u64 = 100;
@@ -36,7 +37,7 @@ fn rms(values: &[f64]) -> f64 {
 fn length_sigma_mm(calibration: &Calibration, from_mm: f64, to_mm: f64) -> f64 {
     let seen = PointMm::new(Vector3::new(0.0, 0.0, 400.0));
     let length = |calibration: &Calibration| {
-        let stage = calibration.stage.unwrap();
+        let stage = calibration.stage.unwrap().linear().unwrap();
         let apart = stage.part_from_camera(&seen, from_mm).xyz - stage.part_from_camera(&seen, to_mm).xyz;
         apart.dot(&Vector3::new(-0.005, 0.9998, -0.02).normalize())
     };
@@ -56,7 +57,7 @@ fn errors_of_direction_and_scale_are_what_their_sigma_says() {
         let rig = wobbling(seed, WOBBLE_MM);
         let (input, wobble) = rig.wobbling_input(6, VIEWS);
         let calibration = calibrated(&without_laser(input)).unwrap().calibration;
-        let error = calibration.stage.unwrap().direction - rig.stage;
+        let error = calibration.stage.unwrap().linear().unwrap().direction - rig.stage;
         let n = calibration.covariance.nrows();
         let covariance = calibration.covariance.fixed_view::<3, 3>(n - 3, n - 3).into_owned();
         let sigma = |axis: &Vector3<f64>| (axis.transpose() * covariance * axis)[(0, 0)].sqrt();
@@ -86,7 +87,7 @@ fn errors_of_direction_and_scale_are_what_their_sigma_says() {
 fn a_stage_as_straight_as_can_be_seen_is_not_taken_for_perfect() {
     for seed in 0..5 {
         let input = without_laser(wobbling(seed, 0.0).input(6, VIEWS));
-        let stage = calibrated(&input).unwrap().calibration.stage.unwrap();
+        let stage = calibrated(&input).unwrap().calibration.stage.unwrap().linear().unwrap();
         let sigma_mm = stage.straightness.unwrap().sigma_mm();
         // Less than the noise of a board's place along the view (some 3 µm), more than a tenth of that across it (0.3 µm).
         assert!((0.00003..0.003).contains(&sigma_mm), "{sigma_mm} mm");
@@ -100,13 +101,14 @@ fn straightness_is_in_the_document_and_one_without_it_is_of_unknown_straightness
     let text = document.to_json();
     let again = CalibrationDocument::parse(&text).unwrap().calibration();
     assert_eq!(again.stage, result.calibration.stage);
-    assert!(again.stage.unwrap().straightness.unwrap().ends_mm() == (-20.0, 20.0));
+    assert!(again.stage.unwrap().linear().unwrap().straightness.unwrap().ends_mm() == (-20.0, 20.0));
     let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
     older["stage"].as_object_mut().unwrap().remove("straightness");
     let older = CalibrationDocument::parse(&older.to_string()).unwrap().calibration();
-    assert_eq!(older.stage.unwrap().straightness, None);
+    assert_eq!(older.stage.unwrap().linear().unwrap().straightness, None);
     let mut broken = document;
-    broken.calibration.stage.as_mut().unwrap().straightness.as_mut().unwrap().sigma_mm = 0.0;
+    let Some(StageText::Linear(travel)) = &mut broken.calibration.stage else { panic!("it travels") };
+    travel.straightness.as_mut().unwrap().sigma_mm = 0.0;
     let refused = CalibrationDocument::parse(&broken.to_json()).unwrap_err().to_string();
     assert!(refused.contains("stage.straightness"), "{refused}");
 }
@@ -119,7 +121,8 @@ fn stage_views_at_two_positions_are_refused_with_the_remedy() {
         assert!(refused.to_string().contains("; add stage views"), "{refused}");
     }
     let mut twice = wobbling(1, 0.0).input(6, 4);
-    (twice.stage_views[1].position_mm, twice.stage_views[3].position_mm) = (-20.0, 0.01);
+    twice.stage_views[1].position = StagePosition::LinearMm(-20.0);
+    twice.stage_views[3].position = StagePosition::LinearMm(0.01);
     let refused = calibrated(&twice).unwrap_err();
     assert_eq!(refused, CalibrationError::TooFewStageViews { needed: 3, got: 2 });
 }
@@ -138,12 +141,12 @@ fn every_model_and_way_of_refining_leaves_room_for_straightness() {
         let is_bent = result.report.warnings.iter().any(|warning| warning.contains("does not travel straight"));
         assert_eq!(is_bent, wobble_sigma_mm > 0.01, "{kind}, {wobble_sigma_mm} mm: {:?}", result.report.warnings);
         let calibration = result.calibration;
-        let straightness = calibration.stage.unwrap().straightness.unwrap();
+        let straightness = calibration.stage.unwrap().linear().unwrap().straightness.unwrap();
         let n = calibration.covariance.nrows();
         for i in n - 3..n {
             assert!(calibration.covariance[(i, i)] > straightness.slope_variance(), "{kind}");
         }
-        let error = calibration.stage.unwrap().direction - rig.stage;
+        let error = calibration.stage.unwrap().linear().unwrap().direction - rig.stage;
         let sigma = result.report.stage.unwrap().sigma;
         // Three components of one station, at four of their σ.
         assert!((0..3).all(|axis| error[axis].abs() < 4.0 * sigma[axis]), "{kind}: {error} {sigma:?}");

@@ -44,7 +44,7 @@ fn without_noise_the_truth_comes_back() {
     let (rmse, _) = depth_errors(&rig, &result.calibration);
     assert!(rmse < TOLERANCE_MM, "{rmse} mm: {:?}", result.report.cross_validation);
     assert_eq!(result.report.cross_validation.unwrap().recommended, LightModelKind::Grating);
-    let stage = result.calibration.stage.unwrap().direction;
+    let stage = result.calibration.stage.unwrap().linear().unwrap().direction;
     assert!((stage - rig.stage).norm() < 1e-5, "{stage}");
 }
 

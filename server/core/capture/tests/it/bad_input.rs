@@ -391,3 +391,51 @@ fn squares_may_have_two_sides() {
     let square = Capture::open(folder.path()).unwrap().manifest.target.square_mm();
     assert_eq!((square.x_mm, square.y_mm), (12.0, 12.1));
 }
+
+#[test]
+fn a_stage_names_the_entry_that_is_missing_or_of_the_other_kind() {
+    let of_stage = |stage: Value, frame: Value| {
+        let mut manifest = manifest_with("/scans/0/frames/0", frame);
+        manifest["stage"] = stage;
+        manifest["stage_views"] = json!([]);
+        refusal(folder_with(&manifest).path())
+    };
+    let rotary = || json!({"kind": "rotary"});
+    let cases = [
+        (rotary(), json!({"image": "scan/000.png"}), ["frames[0].angle_deg is missing", "rotary", "state where"]),
+        (
+            json!({}),
+            json!({"image": "scan/000.png"}),
+            ["frames[0].position_mm is missing", "linear", "state where"],
+        ),
+        (
+            rotary(),
+            json!({"image": "scan/000.png", "position_mm": 1}),
+            ["frames[0].position_mm", "rotary", "angle_deg instead"],
+        ),
+        (
+            json!({}),
+            json!({"image": "scan/000.png", "angle_deg": 1}),
+            ["frames[0].angle_deg", "linear", "stage.kind \"rotary\""],
+        ),
+        (
+            rotary(),
+            json!({"image": "scan/000.png", "angle_deg": 1, "position_mm": 1}),
+            ["frames[0].position_mm", "rotary", "angle_deg instead"],
+        ),
+        (
+            json!({"kind": "rotary", "angle_sigma_deg": -1}),
+            json!({"image": "scan/000.png", "angle_deg": 1}),
+            ["stage.angle_sigma_deg is -1", "above 0", ""],
+        ),
+        (
+            json!({"angle_sigma_deg": 1}),
+            json!({"image": "scan/000.png", "position_mm": 1}),
+            ["stage.angle_sigma_deg", "linear", "stage.kind \"rotary\""],
+        ),
+    ];
+    for (stage, frame, words) in cases {
+        let message = of_stage(stage, frame);
+        words.iter().for_each(|word| assert!(message.contains(word), "{message}"));
+    }
+}

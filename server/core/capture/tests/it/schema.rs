@@ -43,7 +43,7 @@ fn what_the_reader_writes_fits_the_schema() {
 #[test]
 fn schema_and_reader_refuse_the_same() {
     let schema = schema();
-    let broken: [(&str, Value); 20] = [
+    let broken: [(&str, Value); 26] = [
         ("/format", json!("sheaf-capture/2")),
         ("/camera/width_px", json!(0)),
         ("/camera/width_px", json!(12.5)),
@@ -63,13 +63,42 @@ fn schema_and_reader_refuse_the_same() {
         ("/poses/0/board", json!("../x.png")),
         ("/poses/0/board", json!("/x.png")),
         ("/stage_views/0/position_mm", json!(null)),
+        ("/stage_views/0", json!({"board": "stage/000.png"})),
+        ("/stage_views/0", json!({"board": "stage/000.png", "angle_deg": 1})),
+        ("/stage_views/0", json!({"board": "stage/000.png", "angle_deg": 1, "position_mm": 1})),
+        ("/scans/0/frames/0", json!({"image": "scan/000.png", "angle_deg": 5})),
         ("/scans/0/name", json!("")),
+        ("/stage", json!({"kind": "tilting"})),
+        ("/stage", json!({"angle_sigma_deg": 0.1})),
     ];
     for (pointer, value) in broken {
-        let manifest = manifest_with(pointer, value.clone());
+        let manifest = match pointer {
+            "/stage" => manifest_of_stage(value.clone()),
+            _ => manifest_with(pointer, value.clone()),
+        };
         assert!(!schema.is_valid(&manifest), "{pointer} {value}");
         refusal(folder_with(&manifest).path());
     }
+}
+
+/// The sound manifest on a stage of another kind.
+fn manifest_of_stage(stage: Value) -> Value {
+    let mut manifest = sound_manifest();
+    manifest["stage"] = stage;
+    manifest
+}
+
+#[test]
+fn a_turntable_states_angles_by_schema_and_reader() {
+    let mut manifest = manifest_of_stage(json!({"kind": "rotary", "angle_sigma_deg": 0.05}));
+    assert!(!schema().is_valid(&manifest), "positions on a turntable");
+    refusal(folder_with(&manifest).path());
+    manifest["stage_views"] = json!([{"board": "stage/000.png", "angle_deg": -20}]);
+    manifest["scans"][0]["frames"] = json!([{"image": "scan/000.png", "angle_deg": 370.5}]);
+    assert!(schema().is_valid(&manifest));
+    let capture = Capture::open(folder_with(&manifest).path()).unwrap();
+    assert_eq!(capture.manifest.scans[0].frames[0].place(), capture::StagePlace::AngleDeg(370.5));
+    assert!(schema().is_valid(&serde_json::to_value(&capture.manifest).unwrap()));
 }
 
 #[test]

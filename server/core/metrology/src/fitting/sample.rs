@@ -1,7 +1,7 @@
 //! The points of a cloud as the fits see them.
 
 use nalgebra::Vector3;
-use optics::{CameraFrame, PartFrame, PointMm};
+use optics::{CameraFrame, Motion, PartFrame, PointMm};
 use scanning::{Cloud, CloudPoint, StagePositions};
 
 use crate::fitting::footprint::line_sigma_mm;
@@ -49,6 +49,8 @@ pub(crate) struct Samples<'a> {
     light_in_camera: Option<PointMm<CameraFrame>>,
     /// Where the stage stood; absent if the cloud does not say. Then rays are drawn as if it had stood at 0.
     pub(crate) stage: Option<StagePositions>,
+    /// What it had done to the part in every frame; empty if the cloud does not say.
+    motions: Vec<Motion>,
     /// Thickness of the light sheets (one σ, mm), if the cloud states it.
     pub(crate) line_sigma_mm: Option<f64>,
     /// Whether the points carried a σ of their own.
@@ -67,12 +69,16 @@ impl<'a> Samples<'a> {
         light_in_camera: Option<PointMm<CameraFrame>>,
     ) -> Self {
         let stage = StagePositions::from_comments(&cloud.comments)
-            .filter(|stage| cloud.points.iter().all(|point| stage.position_mm(point.frame).is_some()));
+            .filter(|stage| cloud.points.iter().all(|point| stage.position(point.frame).is_some()));
+        let n_frames = stage.as_ref().map_or(0, |stage| stage.positions.len() as u32);
+        let motions =
+            stage.iter().flat_map(|stage| (0..n_frames).filter_map(|frame| stage.motion(frame))).collect();
         let mut samples = Self {
             cloud,
             cloud_indices: Vec::new(),
             light_in_camera,
             stage,
+            motions,
             line_sigma_mm: line_sigma_mm(cloud),
             sigma_known: false,
             sigma_mm: 0.0,
@@ -113,8 +119,8 @@ impl<'a> Samples<'a> {
 
     /// Where the stage had carried a place that stands still in front of the camera, in the frame of the point.
     fn carried(&self, place: &PointMm<CameraFrame>, point: &CloudPoint) -> PointMm<PartFrame> {
-        let in_part = self.stage.as_ref().and_then(|stage| stage.part_from_camera(place, point.frame));
-        in_part.unwrap_or(PointMm::new(place.xyz))
+        let motion = self.motions.get(point.frame as usize);
+        motion.map_or(PointMm::new(place.xyz), |motion| motion.part_from_camera(place))
     }
 
     /// Where the camera was when it saw a point: the stage carries the part, so the camera moves in the part frame.

@@ -19,6 +19,8 @@ pub enum Missing {
     Wavelength,
     /// How straight the stage runs is not known, and the value is a length along its travel.
     StageStraightness,
+    /// How exactly the turntable turns is not known.
+    StageAngle,
 }
 
 impl Missing {
@@ -32,6 +34,7 @@ impl Missing {
             Self::LineThickness => "line_thickness",
             Self::Wavelength => "wavelength",
             Self::StageStraightness => "stage_straightness",
+            Self::StageAngle => "stage_angle",
         }
     }
 }
@@ -49,6 +52,10 @@ impl fmt::Display for Missing {
             Self::LineThickness => "the thickness of the light sheets (the cloud does not state it: scan again)",
             Self::Wavelength => "the temperature's effect on the light (a single plane of light does not say)",
             Self::StageStraightness => "the straightness of the stage (the calibration does not state it)",
+            Self::StageAngle => {
+                "the error of the turntable's angle (the calibration does not state it: give stage.angle_sigma_deg in \
+                 the capture and calibrate again)"
+            }
         })
     }
 }

@@ -56,8 +56,12 @@ pub(crate) fn budget(
     lacks(samples.stage.is_none(), Missing::StagePositions);
     lacks(samples.line_sigma_mm.is_none(), Missing::LineThickness);
     lacks(calibration.is_some_and(|calibration| wavelength_drift(calibration).is_none()), Missing::Wavelength);
-    let straightness = calibration.and_then(|calibration| calibration.stage).and_then(|stage| stage.straightness);
-    lacks(is_length_along_travel(question, features) && straightness.is_none(), Missing::StageStraightness);
+    let stage = calibration.and_then(|calibration| calibration.stage);
+    let turntable = stage.and_then(|stage| stage.rotary());
+    let straightness = stage.and_then(|stage| stage.linear()?.straightness);
+    let is_along_travel = turntable.is_none() && is_length_along_travel(question, features);
+    lacks(is_along_travel && straightness.is_none(), Missing::StageStraightness);
+    lacks(turntable.is_some_and(|axis| axis.angle_error.is_none()), Missing::StageAngle);
     let modes = retriangulation.and_then(|pixels| pixels.standard_uncertainty(question, features));
     let failed = modes.map_or(retriangulation.is_some(), |(_, failed)| failed > 0);
     lacks(failed, Missing::CalibrationModes);

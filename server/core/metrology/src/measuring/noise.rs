@@ -4,6 +4,7 @@
 //! information is divided by (correlation length) / (spacing) along both. Residuals larger than predicted widen the uncertainty, smaller ones do not
 //! narrow it (Birge's ratio, one-sided); if the cloud carries no σ, the residuals alone set it.
 
+use optics::{RotaryAxis, Stage};
 use scanning::Cloud;
 
 use crate::fitting::features::Found;
@@ -51,7 +52,7 @@ pub(crate) fn redundancy(samples: &Samples, inliers: &[u32]) -> f64 {
         .filter_map(|pair| spacing_px(samples, pair[0], pair[1]).filter(|px| *px > 0.0))
         .collect();
     let spacing_px = if spacings.is_empty() { 1.0 } else { median(&mut spacings) };
-    (correlation_px(samples.cloud) / spacing_px).max(1.0) * along_travel(samples)
+    (correlation_px(samples.cloud) / spacing_px).max(1.0) * along_travel(samples, inliers)
 }
 
 /// Distance of two points of one line in the image, px; `None` if they are on different lines.
@@ -62,15 +63,25 @@ pub(crate) fn spacing_px(samples: &Samples, first: u32, second: u32) -> Option<f
 }
 
 /// How many frames show the same speckle; 1 where the stage's steps or the sheet's thickness are not known.
-fn along_travel(samples: &Samples) -> f64 {
+fn along_travel(samples: &Samples, inliers: &[u32]) -> f64 {
     let (Some(stage), Some(line_sigma_mm)) = (&samples.stage, samples.line_sigma_mm) else { return 1.0 };
-    let positions = stage.positions_mm.iter();
+    let positions = stage.positions.iter().map(|position| position.value());
     let (low, high) =
-        positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
-    let n_frames = stage.positions_mm.len() as f64;
-    let travel_mm = (high - low) * stage.axis.direction.norm();
+        positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let n_frames = stage.positions.len() as f64;
+    let travel_mm = match &stage.stage {
+        Stage::Linear(axis) => (high - low) * axis.direction.norm(),
+        Stage::Rotary(axis) => (high - low).to_radians() * radius_mm(axis, samples, inliers),
+    };
     let of_one = SPECKLE_SUM * line_sigma_mm * (n_frames - 1.0) / travel_mm;
     if n_frames < 2.0 { 1.0 } else { of_one.clamp(1.0, n_frames) }
+}
+
+/// Median distance of the points from the axis that they turn about: it goes through the part where it goes through the camera
+/// frame.
+fn radius_mm(axis: &RotaryAxis, samples: &Samples, inliers: &[u32]) -> f64 {
+    let mut radii: Vec<f64> = inliers.iter().map(|&idx| axis.radius_mm(&samples.position(idx))).collect();
+    median(&mut radii)
 }
 
 /// Propagates the noise of the points to the value of a tool.

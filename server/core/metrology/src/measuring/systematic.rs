@@ -4,7 +4,8 @@
 //! this is (ΔM/2)² with ΔM = M(+) − M(−); for one at an extremum (flatness) it does not vanish.
 
 use nalgebra::{Vector2, Vector3};
-use optics::{Calibration, CameraFrame, PointMm};
+use optics::stage::StageSpread;
+use optics::{Calibration, CameraFrame, PointMm, Stage, StagePosition};
 use rayon::prelude::*;
 
 use crate::fitting::features::Found;
@@ -31,9 +32,11 @@ struct Pixel {
     sheet_normal: Vector3<f64>,
     /// X_camera − X_part.
     carried: Vector3<f64>,
-    /// Stage position of its frame, mm, from the middle of the pixels' positions: what a step of the stage's parameters
-    /// does must not depend on where the stage has its zero.
-    position_mm: f64,
+    /// Stage position of its frame; of a linear stage from the middle of the pixels' positions: what a step of the stage's
+    /// parameters does must not depend on where the stage has its zero.
+    position: StagePosition,
+    /// Distance of the point from where the stage carried it, mm.
+    mismatch_mm: f64,
     weight: f64,
     /// What the calibration contributes to the σ along the ray, mm.
     systematic_sigma_mm: f64,
@@ -61,6 +64,7 @@ impl<'a> Retriangulation<'a> {
         calibration: &'a Calibration,
     ) -> Result<Self, MeasureError> {
         let limit = SYSTEMATIC_POINTS / features.len().max(1);
+        let spread = calibration.stage_spread();
         let mut mismatches = Vec::new();
         let mut lost = 0;
         let mut features: Vec<Vec<Pixel>> = features
@@ -71,10 +75,10 @@ impl<'a> Retriangulation<'a> {
                 let pixels: Vec<Pixel> = few
                     .iter()
                     .enumerate()
-                    .filter_map(|(at, &idx)| pixel(samples, idx, near.at(at).weight, calibration))
+                    .filter_map(|(at, &idx)| pixel(samples, idx, near.at(at).weight, (calibration, &spread)))
                     .collect();
                 lost += few.len() - pixels.len();
-                mismatches.extend(pixels.iter().map(|p| mismatch_mm(calibration, p)));
+                mismatches.extend(pixels.iter().map(|p| p.mismatch_mm));
                 pixels
             })
             .collect();
@@ -82,11 +86,15 @@ impl<'a> Retriangulation<'a> {
         if median_mm > MAX_MISMATCH_MM {
             return Err(MeasureError::CalibrationMismatch { median_mm });
         }
-        let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
-        let middle_mm = middle(features.iter().flatten().map(|pixel| pixel.position_mm));
-        features.iter_mut().flatten().for_each(|pixel| pixel.position_mm -= middle_mm);
-        let nodes =
-            calibration.stage.and_then(|stage| stage.straightness).map(|straightness| straightness.ends_mm());
+        let linear = calibration.stage.and_then(|stage| stage.linear());
+        let direction = linear.map_or(Vector3::zeros(), |stage| stage.direction);
+        let middle_mm = middle(features.iter().flatten().filter_map(|pixel| pixel.position.mm()));
+        for pixel in features.iter_mut().flatten() {
+            if let StagePosition::LinearMm(position_mm) = &mut pixel.position {
+                *position_mm -= middle_mm;
+            }
+        }
+        let nodes = linear.and_then(|stage| stage.straightness).map(|straightness| straightness.ends_mm());
         let nodes_middle_mm = nodes.map_or(0.0, |(first_mm, last_mm)| 0.5 * (first_mm + last_mm));
         Ok(Self { calibration, features, nodes_middle_mm, carried_to_middle: direction * middle_mm })
     }
@@ -193,20 +201,29 @@ impl<'a> Retriangulation<'a> {
     fn part_position(&self, calibration: &Calibration, pixel: &Pixel) -> Option<Vector3<f64>> {
         let hit = calibration.triangulate(pixel.order, &pixel.pixel, Some(pixel.phi_rad))?.hit_in_camera;
         Some(match calibration.stage {
-            Some(stage) => {
-                let deviation = stage.deviation_mm(pixel.position_mm + self.nodes_middle_mm);
-                hit.xyz - stage.direction * pixel.position_mm - deviation - self.carried_to_middle
+            Some(Stage::Linear(stage)) => {
+                let position_mm = pixel.position.mm()?;
+                let deviation = stage.deviation_mm(position_mm + self.nodes_middle_mm);
+                hit.xyz - stage.direction * position_mm - deviation - self.carried_to_middle
             }
+            Some(stage @ Stage::Rotary(_)) => stage.part_from_camera(&hit, pixel.position)?.xyz,
             None => hit.xyz - pixel.carried,
         })
     }
 
     /// Where the camera stood, mean over the pixels, part frame.
     fn mean_camera(&self, calibration: &Calibration, pixels: &[Pixel]) -> Vector3<f64> {
-        let mean_mm = pixels.iter().map(|p| p.position_mm).sum::<f64>() / pixels.len().max(1) as f64;
+        let n_pixels = pixels.len().max(1) as f64;
         let camera = PointMm::<CameraFrame>::new(Vector3::zeros());
         match calibration.stage {
-            Some(stage) => stage.part_from_camera(&camera, mean_mm).xyz - self.carried_to_middle,
+            Some(Stage::Linear(stage)) => {
+                let mean_mm = pixels.iter().filter_map(|p| p.position.mm()).sum::<f64>() / n_pixels;
+                stage.part_from_camera(&camera, mean_mm).xyz - self.carried_to_middle
+            }
+            Some(stage @ Stage::Rotary(_)) => {
+                let places = pixels.iter().filter_map(|p| stage.part_from_camera(&camera, p.position));
+                places.map(|place| place.xyz).sum::<Vector3<f64>>() / n_pixels
+            }
             None => camera.xyz,
         }
     }
@@ -220,16 +237,22 @@ fn middle(values: impl Iterator<Item = f64>) -> f64 {
     ends.map_or(0.0, |(low, high)| 0.5 * (low + high))
 }
 
-fn pixel(samples: &Samples, sample_idx: u32, weight: f64, calibration: &Calibration) -> Option<Pixel> {
+fn pixel(
+    samples: &Samples,
+    sample_idx: u32,
+    weight: f64,
+    (calibration, spread): (&Calibration, &StageSpread),
+) -> Option<Pixel> {
     let sample = samples.at(sample_idx);
     let point = samples.point(sample_idx);
     let pixel = Vector2::new(f64::from(point.u_px), f64::from(point.v_px));
     let hit = calibration.triangulate(point.order, &pixel, None)?;
     let carried = hit.hit_in_camera.xyz - sample.in_part.xyz;
-    let position_mm = match &samples.stage {
-        Some(stage) => stage.position_mm(point.frame)?,
-        None => position_along(calibration, &carried),
+    let position = match &samples.stage {
+        Some(stage) => stage.position(point.frame)?,
+        None => StagePosition::LinearMm(position_along(calibration, &carried)),
     };
+    let of_stage_mm = spread.in_frame(position).sigma_mm(&hit.hit_in_camera);
     Some(Pixel {
         sample_idx,
         order: point.order,
@@ -238,20 +261,28 @@ fn pixel(samples: &Samples, sample_idx: u32, weight: f64, calibration: &Calibrat
         phi_rad: hit.hit.phi_rad,
         sheet_normal: hit.hit.normal,
         carried,
-        position_mm,
+        position,
+        mismatch_mm: mismatch_mm(calibration, &hit.hit_in_camera, &carried, position),
         weight,
-        systematic_sigma_mm: calibration.systematic_sigma_mm(point.order, &hit)?,
+        systematic_sigma_mm: calibration.systematic_sigma_mm(point.order, &hit)?.hypot(of_stage_mm),
     })
 }
 
 /// The stage position that explains best how far a point was carried: for clouds that do not say where the stage stood.
 fn position_along(calibration: &Calibration, carried: &Vector3<f64>) -> f64 {
-    let direction = calibration.stage.map_or(Vector3::zeros(), |stage| stage.direction);
+    let linear = calibration.stage.and_then(|stage| stage.linear());
+    let direction = linear.map_or(Vector3::zeros(), |stage| stage.direction);
     let travel = direction.norm_squared();
     if travel > 0.0 { direction.dot(carried) / travel } else { 0.0 }
 }
 
-/// Distance of the point from where the stage carried it; 0 if no stage is known.
-fn mismatch_mm(calibration: &Calibration, pixel: &Pixel) -> f64 {
-    calibration.stage.map_or(0.0, |stage| (pixel.carried - stage.direction * pixel.position_mm).norm())
+/// Distance of the point from where the stage carried it; 0 if no stage is known, infinite for the other kind of stage.
+fn mismatch_mm(
+    calibration: &Calibration,
+    hit: &PointMm<CameraFrame>,
+    carried: &Vector3<f64>,
+    position: StagePosition,
+) -> f64 {
+    let Some(stage) = calibration.stage else { return 0.0 };
+    stage.part_from_camera(hit, position).map_or(f64::INFINITY, |part| (hit.xyz - part.xyz - carried).norm())
 }

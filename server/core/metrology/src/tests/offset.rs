@@ -27,12 +27,14 @@ const DIRECTION: Vector3<f64> = Vector3::new(-0.005, 0.9998, -0.02);
 pub(super) fn shifted(cloud: &Cloud, offset_mm: f64) -> Cloud {
     let mut cloud = cloud.clone();
     let n_frames = cloud.points.iter().map(|point| point.frame as usize + 1).max().unwrap_or(0);
-    let at_rest = StagePositions { axis: StageAxis::new(DIRECTION), positions_mm: vec![0.0; n_frames] };
-    let mut stage = StagePositions::from_comments(&cloud.comments)
-        .filter(|stage| stage.axis.direction.norm() > 0.0)
-        .unwrap_or(at_rest);
-    stage.positions_mm.iter_mut().for_each(|position_mm| *position_mm += offset_mm);
-    let moved = stage.axis.direction * -offset_mm;
+    let (axis, positions_mm) = StagePositions::from_comments(&cloud.comments)
+        .and_then(|stage| {
+            Some((stage.stage.linear()?, stage.positions.iter().map(|position| position.value()).collect()))
+        })
+        .filter(|(axis, _)| axis.direction.norm() > 0.0)
+        .unwrap_or((StageAxis::new(DIRECTION), vec![0.0; n_frames]));
+    let stage = StagePositions::linear(axis, positions_mm.iter().map(|position_mm: &f64| position_mm + offset_mm));
+    let moved = axis.direction * -offset_mm;
     for point in &mut cloud.points {
         point.x_mm += moved.x;
         point.y_mm += moved.y;

@@ -1,7 +1,7 @@
 //! A simulated station with planes of light: clouds with the errors a drawn calibration makes.
 
 use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
-use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, Plane, StageAxis};
+use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, Plane, StageAxis, StagePosition};
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
@@ -45,7 +45,7 @@ pub(crate) fn station() -> Calibration {
         camera,
         orders: vec![-1, 0, 1],
         light: LightSurfaces::Planes(planes),
-        stage: Some(StageAxis::new(Vector3::new(-0.005, 0.9998, -0.02))),
+        stage: Some(StageAxis::new(Vector3::new(-0.005, 0.9998, -0.02)).into()),
         depth_range_mm: DepthRangeMm { near_mm: 350.0, far_mm: 450.0 },
         covariance: DMatrix::from_diagonal(&nalgebra::DVector::from(sigmas).map(|s| s * s)),
     }
@@ -114,8 +114,8 @@ pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Ca
     points.sort_by_key(|point| (point.frame, point.order));
     // Neighbouring points are 3 px apart and their noise is independent.
     let mut comments = vec!["noise_correlation_px 1".to_owned(), format!("line_sigma_mm {}", plan.sheet_sigma_mm)];
-    let axis = believed.stage.unwrap_or(StageAxis::new(Vector3::zeros()));
-    comments.extend(StagePositions { axis, positions_mm }.comments());
+    let axis = believed.stage.and_then(|stage| stage.linear()).unwrap_or(StageAxis::new(Vector3::zeros()));
+    comments.extend(StagePositions::linear(axis, positions_mm).comments());
     (Cloud { points, comments }, believed)
 }
 
@@ -123,7 +123,7 @@ pub(super) fn planned_scan(height_mm: f64, seed: u64, plan: &Plan) -> (Cloud, Ca
 fn lit_pixel(truth: &Calibration, order: i8, x_mm: f64, position_mm: f64, height_mm: f64) -> Option<Vector2<f64>> {
     let LightSurfaces::Planes(planes) = &truth.light else { return None };
     let sheet = planes.iter().find(|(candidate, _)| *candidate == order)?.1;
-    let carried = truth.stage?.direction * position_mm;
+    let carried = truth.stage?.linear()?.direction * position_mm;
     let normal = table_normal();
     let hit_at = |height: f64| {
         let surface = TABLE_POINT + normal * height + carried;
@@ -146,7 +146,7 @@ fn cloud_point(
 ) -> Option<CloudPoint> {
     let (u_px, v_px) = (pixel.x as f32, pixel.y as f32);
     let hit = believed.triangulate(order, &Vector2::new(u_px.into(), v_px.into()), None)?;
-    let part = believed.stage?.part_from_camera(&hit.hit_in_camera, position_mm).xyz;
+    let part = believed.stage?.part_from_camera(&hit.hit_in_camera, StagePosition::LinearMm(position_mm))?.xyz;
     let noise_mm = hit.noise_sigma_mm(&[0.0, 1.0], NOISE_PX);
     let systematic_mm = if drawn { believed.systematic_sigma_mm(order, &hit)? } else { 0.0 };
     let sigma_mm = noise_mm.hypot(systematic_mm) as f32;

@@ -5,6 +5,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use optics::{StageKind, StagePosition};
 use vision::{LineDirection, Segment};
 
 use crate::Cloud;
@@ -36,6 +37,7 @@ fn written(frames: &[ScanFrame], folder: &Path) -> PeaksFile {
         width_px: SIZE_PX[0] as u32,
         height_px: SIZE_PX[1] as u32,
         line_direction: LineDirection::Rows,
+        stage: StageKind::Linear,
     };
     let mut writer = PeaksWriter::create(&path, &header).unwrap();
     frames.iter().for_each(|frame| writer.add(frame, None).unwrap());
@@ -120,7 +122,7 @@ fn single_frames_are_found_without_reading_the_others() {
     let frames = &frames(&scan)[..4];
     written(frames, folder.path());
     let bytes = std::fs::read(folder.path().join("peaks")).unwrap();
-    let positions: Vec<f64> = frames.iter().map(|frame| frame.position_mm).collect();
+    let positions: Vec<StagePosition> = frames.iter().map(|frame| frame.position).collect();
     assert_eq!(read_positions(Cursor::new(&bytes)).unwrap(), positions);
     let one = |frame| read_one_frame(Cursor::new(&bytes), frame).unwrap();
     assert_eq!(one(2).unwrap().0, frames[2]);

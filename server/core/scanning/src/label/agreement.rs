@@ -9,6 +9,7 @@ use super::outlook::Outlook;
 use super::patches::{PatchGrid, ViewPoint};
 use super::pieces::Piece;
 use super::tracks::Partners;
+use crate::motions::FrameMotion;
 use crate::params::{
     AGREEMENT_SIGMAS, CLOSE_TOLERANCES, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM, PATCH_MAX_GRADIENT,
     PATCH_RADIUS_SPACINGS, SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX, SMOOTH_SIGMAS,
@@ -24,8 +25,8 @@ pub struct Scene<'a> {
     pub partners: &'a Partners,
     /// Per frame: its place along the travel.
     pub travel_rank: &'a [usize],
-    /// Per frame: what the stage has moved the part by.
-    pub shifts_mm: &'a [Vector3<f64>],
+    /// Per frame: what the stage has done to the part.
+    pub motions: &'a [FrameMotion],
     /// The common view.
     pub outlook: &'a Outlook,
 }
@@ -133,14 +134,15 @@ impl Scene<'_> {
         for sample in self.samples.range(piece) {
             for (label, hypothesis) in self.samples.by_order(sample).iter().enumerate() {
                 let Some(hypothesis) = hypothesis else { continue };
-                let view = self.outlook.view_of(&hypothesis.in_part_mm);
-                grid.for_each_near(&view.xy_mm, |idx, _| {
-                    let patch = &patches[idx];
-                    let verdict = self.verdict(piece, label, hypothesis, &view, patch, grid);
-                    if verdict != 0.0 {
-                        heard.push((label as u32, patch.piece, patch.label, verdict * share));
-                    }
-                });
+                for view in self.outlook.views_of(&hypothesis.in_part_mm) {
+                    grid.for_each_near(&view.xy_mm, |idx, _| {
+                        let patch = &patches[idx];
+                        let verdict = self.verdict(piece, label, hypothesis, &view, patch, grid);
+                        if verdict != 0.0 {
+                            heard.push((label as u32, patch.piece, patch.label, verdict * share));
+                        }
+                    });
+                }
             }
         }
         heard.sort_by_key(|testimony| (testimony.0, testimony.1, testimony.2));
@@ -187,8 +189,8 @@ impl Scene<'_> {
         grid: &PatchGrid,
     ) -> bool {
         let farther = if view.depth_mm > patch.view.depth_mm { piece } else { patch.piece as usize };
-        let shift_mm = &self.shifts_mm[self.pieces[farther].frame];
-        let seen = |in_part_mm: &Vector3<f64>| self.outlook.seen_from(shift_mm, in_part_mm).xy_mm;
+        let motion = &self.motions[self.pieces[farther].frame];
+        let seen = |in_part_mm: &Vector3<f64>| self.outlook.seen_from(motion, in_part_mm).xy_mm;
         grid.within(&(seen(&hypothesis.in_part_mm) - seen(&patch.in_part_mm)))
     }
 }

@@ -5,11 +5,12 @@ use optics::{DepthRangeMm, Hits, RayHit, Triangulator};
 use vision::{CentrelinePoint, Centrelines, LineDirection};
 
 use super::pieces::{Piece, along_across};
+use crate::motions::FrameMotion;
 
 /// A sample taken for one order: where it would lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hypothesis {
-    /// Position in the part frame.
+    /// Position in the part frame, of a turntable in its chart.
     pub in_part_mm: Vector3<f64>,
     /// Standard deviation of the depth from image noise.
     pub sigma_mm: f64,
@@ -91,14 +92,14 @@ pub struct View<'a> {
 }
 
 impl View<'_> {
-    /// Triangulates the samples of a frame's pieces, which count from `first_piece` on; `shift_mm` takes camera points to
-    /// the part.
+    /// Triangulates the samples of a frame's pieces, which count from `first_piece` on; `motion` takes camera points to
+    /// the chart.
     pub fn samples(
         &self,
         pieces: &[Piece],
         first_piece: usize,
         lines: &Centrelines,
-        shift_mm: &Vector3<f64>,
+        motion: &FrameMotion,
     ) -> Samples {
         let n_orders = self.triangulator.calibration().orders.len();
         let mut samples = Samples::new(n_orders);
@@ -125,7 +126,10 @@ impl View<'_> {
                 let hit = hits.at(at);
                 let in_range = self.depth_range_mm.contains(hit.in_camera.xyz.z);
                 let sigma_mm = || hit.noise_sigma_mm(&point.normal, point.sigma_px);
-                in_range.then(|| Hypothesis { in_part_mm: hit.in_camera.xyz - shift_mm, sigma_mm: sigma_mm() })
+                in_range.then(|| Hypothesis {
+                    in_part_mm: motion.chart_from_camera(&hit.in_camera),
+                    sigma_mm: sigma_mm(),
+                })
             }));
         }
         samples

@@ -1,6 +1,5 @@
 //! What labelling needs of every frame, gathered in a few passes: a scan's points need not be in memory together.
 
-use nalgebra::Vector3;
 use vision::{Centrelines, LineDirection};
 
 use super::columns::{Columns, pieces_of};
@@ -9,6 +8,7 @@ use super::pieces::{self, Joint, Piece, along_across};
 use super::ranks::{SharedColumns, shared_columns};
 use super::tracks::{End, ends_of, joined};
 use crate::frames::{Frames, in_order, lines_of, of_every_frame};
+use crate::motions::FrameMotion;
 use crate::scan::ScanError;
 
 /// The pieces of all frames and what they show by themselves and in their frame.
@@ -30,7 +30,7 @@ pub struct Looks {
 /// Looks at every frame.
 pub fn look_at(
     frames: &dyn Frames,
-    shifts_mm: &[Vector3<f64>],
+    motions: &[FrameMotion],
     view: &View,
     pieces: Vec<Piece>,
 ) -> Result<Looks, ScanError> {
@@ -42,7 +42,7 @@ pub fn look_at(
         shared_columns: Vec::with_capacity(frames.n_frames()),
         pieces: Vec::new(),
     };
-    let look = |frame| Ok(FrameLook::new(view, &pieces, frame, &*lines_of(frames, frame)?, &shifts_mm[frame]));
+    let look = |frame| Ok(FrameLook::new(view, &pieces, frame, &*lines_of(frames, frame)?, &motions[frame]));
     in_order(frames.n_frames(), look, |look| {
         looks.samples.append(look.samples);
         looks.ends.extend(look.ends);
@@ -85,9 +85,9 @@ struct FrameLook {
 }
 
 impl FrameLook {
-    fn new(view: &View, pieces: &[Piece], frame: usize, lines: &Centrelines, shift_mm: &Vector3<f64>) -> Self {
+    fn new(view: &View, pieces: &[Piece], frame: usize, lines: &Centrelines, motion: &FrameMotion) -> Self {
         let own = pieces_of(pieces, frame);
-        let samples = view.samples(&pieces[own.clone()], own.start, lines, shift_mm);
+        let samples = view.samples(&pieces[own.clone()], own.start, lines, motion);
         let follows =
             |idx: usize| idx > own.start && joined(&pieces[idx - 1], &pieces[idx], lines, view.direction);
         let columns = Columns { pieces, own: own.clone(), lines, direction: view.direction };

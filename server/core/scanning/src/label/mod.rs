@@ -33,6 +33,7 @@ use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
 use vision::LineDirection;
 
 use crate::frames::{Frames, lines_of};
+use crate::motions::{Chart, FrameMotion};
 use crate::params::{
     AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
     SYSTEMATIC_SIGMAS, UNLABELLED_COST,
@@ -81,7 +82,7 @@ pub(crate) fn sample_weight(piece: &Piece) -> f64 {
     piece.stride as f64 / SAMPLE_STRIDE_PX as f64
 }
 
-/// Labels all frames of a scan together. `shifts_mm[frame]` is what the stage has moved the part by.
+/// Labels all frames of a scan together. `motions[frame]` is what the stage has done to the part.
 ///
 /// With one frame, or a stage that does not move, geometry within `depth_range_mm` and ranks decide alone.
 ///
@@ -89,11 +90,11 @@ pub(crate) fn sample_weight(piece: &Piece) -> f64 {
 /// [`ScanError::UnreadableFrame`].
 pub fn label_frames(
     frames: &dyn Frames,
-    shifts_mm: &[Vector3<f64>],
+    motions: &[FrameMotion],
     triangulator: &Triangulator,
     depth_range_mm: DepthRangeMm,
 ) -> Result<Labels, ScanError> {
-    let travel = Travel::of(shifts_mm);
+    let travel = Travel::of(motions);
     let direction = lines_of(frames, 0)?.direction;
     let mut pieces = looks::cut_pieces(frames, &travel.order, direction)?;
     if triangulator.calibration().orders.len() == 1 {
@@ -103,14 +104,14 @@ pub fn label_frames(
     }
     let view = hypotheses::View { triangulator, depth_range_mm, direction };
     if frames.n_frames() > 1 {
-        let (whole, evidence, _) = gathered(frames, shifts_mm, &travel, &view, pieces)?;
+        let (whole, evidence, _) = gathered(frames, motions, &travel, &view, pieces)?;
         let (of_pieces, _) = relax::best_labels(&evidence);
         let sections = sections::sections(&whole.pieces);
         let start = sections::labels_of(&sections, &of_pieces);
-        let (looks, evidence, _) = gathered(frames, shifts_mm, &travel, &view, sections)?;
+        let (looks, evidence, _) = gathered(frames, motions, &travel, &view, sections)?;
         pieces = sections::merged(&looks.pieces, &relax::best_from(&evidence, start));
     }
-    let (looks, evidence, partners) = gathered(frames, shifts_mm, &travel, &view, pieces)?;
+    let (looks, evidence, partners) = gathered(frames, motions, &travel, &view, pieces)?;
     let looks::Looks { mut pieces, samples, joined, widths_px, .. } = looks;
     let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
     let challenged = |labels: &[usize]| {
@@ -135,13 +136,13 @@ type Gathered = (looks::Looks, Evidence, tracks::Partners);
 
 fn gathered(
     frames: &dyn Frames,
-    shifts_mm: &[Vector3<f64>],
+    motions: &[FrameMotion],
     travel: &Travel,
     view: &hypotheses::View,
     pieces: Vec<Piece>,
 ) -> Result<Gathered, ScanError> {
     let (direction, calibration) = (view.direction, view.triangulator.calibration());
-    let looks = looks::look_at(frames, shifts_mm, view, pieces)?;
+    let looks = looks::look_at(frames, motions, view, pieces)?;
     let looks::Looks { pieces, samples, ends, joined, shared_columns, .. } = &looks;
     let mut evidence = depth_evidence(samples, pieces, calibration.orders.len());
     let partners = tracks::add_tracks(&mut evidence, samples, pieces, frames, direction, &travel.order)?;
@@ -154,7 +155,7 @@ fn gathered(
         pieces,
         partners: &partners,
         travel_rank: &travel.rank,
-        shifts_mm,
+        motions,
         outlook: &outlook,
     };
     agreement::add_second_looks(&mut evidence, &scene);
@@ -195,11 +196,14 @@ pub struct Travel {
     step_mm: Vector3<f64>,
     /// Shift in the middle of the scan.
     middle_mm: Vector3<f64>,
+    /// Where the places of all frames are compared.
+    chart: Chart,
 }
 
 impl Travel {
-    /// The sequence along the stage's direction, from what it has moved the part by in each frame.
-    pub fn of(shifts_mm: &[Vector3<f64>]) -> Self {
+    /// The sequence along the stage's direction, from what it has done to the part in each frame.
+    pub fn of(motions: &[FrameMotion]) -> Self {
+        let shifts_mm: Vec<Vector3<f64>> = motions.iter().map(FrameMotion::travel_mm).collect();
         let mut order: Vec<usize> = (0..shifts_mm.len()).collect();
         let whole = shifts_mm.iter().fold(Vector3::zeros(), |longest: Vector3<f64>, shift| {
             let apart = shift - shifts_mm[0];
@@ -216,7 +220,8 @@ impl Travel {
         let direction = whole.try_normalize(0.0).unwrap_or_default();
         let step_mm = direction * steps.get(steps.len() / 2).copied().unwrap_or(0.0);
         let middle_mm = order.get(order.len() / 2).map_or(Vector3::zeros(), |&frame| shifts_mm[frame]);
-        Self { order, rank, step_mm, middle_mm }
+        let chart = motions.first().map_or(Chart::Part, FrameMotion::chart);
+        Self { order, rank, step_mm, middle_mm, chart }
     }
 }
 
@@ -237,6 +242,7 @@ pub fn outlook(
         LightModelKind::Planes | LightModelKind::Pencil => AGREEMENT_FLOOR_PLANES,
     };
     Outlook {
+        chart: travel.chart,
         middle_shift_mm: travel.middle_mm,
         reference_depth_mm,
         step_mm: Vector2::new(travel.step_mm.x, travel.step_mm.y),

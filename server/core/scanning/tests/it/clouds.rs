@@ -3,7 +3,7 @@
 use crate::common::planes::fitted_planes;
 use crate::common::scene::{Noise, scan};
 use crate::common::{KnownScan, SIGMA_PX, assert_labelled, station};
-use optics::{DepthRangeMm, LightSurfaces, Triangulator};
+use optics::{DepthRangeMm, LightSurfaces, StagePosition, Triangulator};
 use scanning::{DropReason, ScanError, ScanParams, label_frame, scan_cloud};
 use vision::{CentrelinePoint, Segment};
 
@@ -127,7 +127,7 @@ fn what_cannot_be_evaluated_is_refused_with_the_remedy() {
     assert!(refusal.to_string().contains("stage views"), "{refusal}");
     assert!(scan_cloud(&known.frames[..1], &without_stage, &params).is_ok());
     let mut lost = known.frames.clone();
-    lost[1].position_mm = f64::NAN;
+    lost[1].position = StagePosition::LinearMm(f64::NAN);
     assert_eq!(scan_cloud(&lost, &station, &params).unwrap_err(), ScanError::BadPosition { frame: 1 });
     let params = ScanParams { depth_range_mm: Some(DepthRangeMm { near_mm: 410.0, far_mm: 390.0 }) };
     assert!(matches!(scan_cloud(&known.frames, &station, &params), Err(ScanError::BadDepthRange { .. })));

@@ -116,7 +116,7 @@ const SPECKLE_SIGMA_PX: f64 = 0.17;
 /// The same lines broken by dark speckles of 3–8 columns, 20–120 columns apart.
 fn broken(mut known: KnownScan) -> KnownScan {
     for (frame, orders) in known.frames.iter_mut().zip(&mut known.orders) {
-        let mut noise = Noise(frame.position_mm.to_bits());
+        let mut noise = Noise(frame.position.value().to_bits());
         let mut between = |low: f64, high: f64| (low + (high - low) * noise.uniform()) as usize;
         frame.centrelines.correlation_px = 8.0;
         let segments = std::mem::take(&mut frame.centrelines.segments);

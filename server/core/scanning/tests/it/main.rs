@@ -8,3 +8,4 @@ mod labelling;
 mod one_frame;
 mod rendered;
 mod rig_a_images;
+mod turntable;

@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::common::rendered::{Rendered, block, clutter, crowded};
 use crate::common::rig_a;
 use crate::common::truth_lines::{Score, TruthLine, score};
-use optics::Calibration;
+use optics::{Calibration, StagePosition};
 use rayon::prelude::*;
 use scanning::{ScanFrame, ScanParams, scan_cloud};
 use vision::{CentrelineParams, GreyImage, Pixels, find_centrelines};
@@ -36,7 +36,10 @@ fn frames_of(folder: &Path, scan: &str) -> Vec<ScanFrame> {
         let grey = image::open(path).unwrap().into_luma8();
         let (width, height) = (grey.width() as usize, grey.height() as usize);
         let image = GreyImage::new(width, height, Pixels::Eight(grey.into_raw())).unwrap();
-        ScanFrame { centrelines: find_centrelines(&image, &CentrelineParams::default()), position_mm }
+        ScanFrame {
+            centrelines: find_centrelines(&image, &CentrelineParams::default()),
+            position: StagePosition::LinearMm(position_mm),
+        }
     });
     found.collect()
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::common::rig_a;
 use nalgebra::Vector3;
+use optics::StagePosition;
 use rayon::prelude::*;
 use scanning::{CloudPoint, ScanFrame, ScanParams, scan_cloud};
 use serde_json::Value;
@@ -29,7 +30,7 @@ fn image(path: &Path) -> GreyImage {
 fn frames(folder: &Path, scan: &str) -> Vec<ScanFrame> {
     let found = rig_a::frames_of(folder, scan).into_par_iter().map(|(path, position_mm)| ScanFrame {
         centrelines: find_centrelines(&image(&path), &CentrelineParams::default()),
-        position_mm,
+        position: StagePosition::LinearMm(position_mm),
     });
     found.collect()
 }

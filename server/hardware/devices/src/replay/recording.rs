@@ -158,7 +158,7 @@ fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<Picture>, Rep
             let scan = capture.scan(name)?;
             let scan_idx = manifest.scans.iter().position(|other| other.name == scan.name).unwrap_or_default();
             let files = lit(&format!("scans[{scan_idx}].")).into_iter().zip(&scan.frames);
-            files.map(|(file, frame)| Picture { file, position_mm: Some(frame.position_mm) }).collect()
+            files.map(|(file, frame)| Picture { file, position_mm: frame.position_mm }).collect()
         }
         Pictures::Boards => {
             let poses = manifest.poses.iter().enumerate();
@@ -169,7 +169,7 @@ fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<Picture>, Rep
             let views = manifest.stage_views.iter().enumerate();
             let picture = |(idx, view): (usize, &capture::StageView)| Picture {
                 file: board(format!("stage_views[{idx}].board"), &view.board),
-                position_mm: Some(view.position_mm),
+                position_mm: view.position_mm,
             };
             views.map(picture).collect()
         }

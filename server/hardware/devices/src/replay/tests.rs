@@ -5,7 +5,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use capture::{
-    CameraFormat, ChannelChoice, ChessboardTarget, Frame, GratingProjector, Manifest, Pose, Scan, StageView,
+    CameraFormat, ChannelChoice, ChessboardTarget, Frame, GratingProjector, Manifest, Pose, Scan, StagePlace,
+    StageSheet, StageView,
 };
 use tempfile::TempDir;
 use vision::{GreyImage, Pixels};
@@ -230,7 +231,7 @@ fn blank() -> GreyImage {
 /// A capture folder of small pictures of one grey level each.
 fn recorded() -> TempDir {
     let folder = TempDir::new().unwrap();
-    let put = |name: &str, grey: u8| {
+    let put = |name: &str, grey: u8| -> std::path::PathBuf {
         let path = folder.path().join(name);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         let image = GreyImage::new(WIDTH_PX, HEIGHT_PX, Pixels::Eight(vec![grey; WIDTH_PX * HEIGHT_PX])).unwrap();
@@ -238,13 +239,12 @@ fn recorded() -> TempDir {
         name.into()
     };
     let frames = POSITIONS_MM.into_iter().enumerate();
-    let frame = |(idx, position_mm)| Frame {
-        image: put(&format!("scan/{idx}.png"), idx as u8),
-        position_mm,
-        background: None,
+    let frame = |(idx, position_mm): (usize, f64)| {
+        Frame::new(put(&format!("scan/{idx}.png"), idx as u8), StagePlace::PositionMm(position_mm))
     };
     let manifest = Manifest {
         format: "sheaf-capture/1".into(),
+        stage: StageSheet::default(),
         background: None,
         camera: CameraFormat { width_px: WIDTH_PX, height_px: HEIGHT_PX, channel: ChannelChoice::Auto },
         target: ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() }.into(),
@@ -259,7 +259,7 @@ fn recorded() -> TempDir {
             Pose { board: put("board/0.png", 100), laser: Some(put("laser/0.png", 200)), background: None },
             Pose { board: put("board/1.png", 101), laser: None, background: None },
         ],
-        stage_views: vec![StageView { board: put("stage/0.png", 150), position_mm: -20.0 }],
+        stage_views: vec![StageView::new(put("stage/0.png", 150), StagePlace::PositionMm(-20.0))],
         scans: vec![Scan { name: "plane".into(), frames: frames.map(frame).collect() }],
     };
     capture::write_manifest(folder.path(), &manifest).unwrap();

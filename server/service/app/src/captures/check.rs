@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use capture::params::MANIFEST_FILE;
-use capture::{Capture, NamedFile};
+use capture::{Capture, NamedFile, StageKind};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -90,9 +90,16 @@ pub(super) fn summary(capture: &Capture, unpacked_bytes: u64) -> Value {
         .scans
         .iter()
         .map(|scan| {
-            let positions = scan.frames.iter().map(|frame| frame.position_mm);
-            json!({ "name": scan.name, "n_frames": scan.frames.len(),
-                "from_mm": positions.clone().reduce(f64::min), "to_mm": positions.reduce(f64::max) })
+            let places = scan.frames.iter().map(|frame| frame.place().value());
+            let (from, to) = (places.clone().reduce(f64::min), places.reduce(f64::max));
+            match manifest.stage.kind {
+                StageKind::Linear => {
+                    json!({ "name": scan.name, "n_frames": scan.frames.len(), "from_mm": from, "to_mm": to })
+                }
+                StageKind::Rotary => {
+                    json!({ "name": scan.name, "n_frames": scan.frames.len(), "from_deg": from, "to_deg": to })
+                }
+            }
         })
         .collect();
     let warnings: Vec<String> =

@@ -22,7 +22,7 @@ pub struct CalibrationDocumentDto {
     /// The light sheets.
     pub light: LightSheetsDto,
     /// The stage; missing if it was not calibrated.
-    pub stage: Option<StageAxisDto>,
+    pub stage: Option<CalibratedStageDto>,
     /// z between which the board was seen.
     pub depth_range: DepthRangeDto,
     /// Joint covariance of camera, light and stage.
@@ -123,6 +123,41 @@ pub struct LightPlaneDto {
     pub offset_mm: f64,
 }
 
+/// The stage as calibrated: what moves the part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(untagged)]
+pub enum CalibratedStageDto {
+    /// It travels.
+    Linear(StageAxisDto),
+    /// It turns.
+    Rotary(RotaryAxisDto),
+}
+
+/// The axis of a turntable.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RotaryAxisDto {
+    /// Always `rotary`.
+    pub kind: RotaryWordDto,
+    /// A point of the axis, camera frame.
+    #[schema(min_items = 3, max_items = 3)]
+    pub point_mm: [f64; 3],
+    /// Unit vector about which growing angles turn the part by the right-hand rule.
+    #[schema(min_items = 3, max_items = 3)]
+    pub direction: [f64; 3],
+    /// One standard deviation of the table's angles; missing where that is unknown, which is not zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle_sigma_deg: Option<f64>,
+}
+
+/// The word that tells a turntable from a stage that travels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RotaryWordDto {
+    /// It turns.
+    Rotary,
+}
+
 /// The travel of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StageAxisDto {
@@ -194,6 +229,9 @@ pub struct CalibrationReportDto {
     pub cross_validation: Option<CrossValidationDto>,
     /// The fit of the stage; missing without pictures on it.
     pub stage: Option<StageFitDto>,
+    /// The fit of a turntable's axis; missing without pictures on one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<AxisFitDto>,
     /// What to know about it, in sentences.
     pub warnings: Vec<String>,
 }
@@ -283,6 +321,25 @@ pub struct CrossValidationDto {
     pub recommended: LightModelNameDto,
     /// Why, in a sentence.
     pub reason: String,
+}
+
+/// The fit of a turntable's axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct AxisFitDto {
+    /// σ of the direction along two ways across it.
+    #[schema(min_items = 2, max_items = 2)]
+    pub tilt_sigma_deg: [f64; 2],
+    /// σ of the point along the same two.
+    #[schema(min_items = 2, max_items = 2)]
+    pub shift_sigma_mm: [f64; 2],
+    /// σ of the table's angles; missing if nobody knows.
+    pub angle_sigma_deg: Option<f64>,
+    /// Whether that was stated in the capture, or else estimated from the views.
+    pub angle_sigma_stated: bool,
+    /// RMS of the boards' deviations from a pure turn over their noise.
+    pub noise_ratio: f64,
+    /// Per view: angle, degrees; deviation along the turn, radially and along the axis, µm.
+    pub deviations: Vec<[f64; 4]>,
 }
 
 /// The fit of the stage.

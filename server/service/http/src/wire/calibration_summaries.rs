@@ -38,6 +38,9 @@ pub struct CalibrationSummaryDto {
     pub depth_far_mm: f64,
     /// The stage; missing if it was not calibrated.
     pub stage: Option<StageFiguresDto>,
+    /// The axis of a turntable; missing without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<AxisFiguresDto>,
     /// What to know about it, in sentences.
     pub warnings: Vec<String>,
     /// Pictures that were left out, in sentences.
@@ -102,6 +105,31 @@ pub struct ModelScoreDto {
     pub fit_rms_px: Option<f64>,
     /// Why it could not be fitted, if so.
     pub failure: Option<String>,
+}
+
+/// The axis of a turntable as calibrated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct AxisFiguresDto {
+    /// A point of the axis, camera frame.
+    #[schema(min_items = 3, max_items = 3)]
+    pub point_mm: [f64; 3],
+    /// Unit vector about which growing angles turn the part by the right-hand rule.
+    #[schema(min_items = 3, max_items = 3)]
+    pub direction: [f64; 3],
+    /// σ of the point along two ways across the axis.
+    #[schema(min_items = 2, max_items = 2)]
+    pub shift_sigma_mm: [f64; 2],
+    /// σ of the direction along the same two.
+    #[schema(min_items = 2, max_items = 2)]
+    pub tilt_sigma_deg: [f64; 2],
+    /// σ of the table's angles; missing if nobody knows.
+    pub angle_sigma_deg: Option<f64>,
+    /// Whether that was stated in the capture, or else estimated from the views.
+    pub angle_sigma_stated: bool,
+    /// RMS of the boards' deviations from a pure turn over their noise.
+    pub noise_ratio: f64,
+    /// Per view: angle, degrees; deviation along the turn, radially and along the axis, µm.
+    pub deviations_um: Vec<[f64; 4]>,
 }
 
 /// The stage as calibrated.

@@ -53,10 +53,16 @@ pub struct CaptureScanDto {
     pub name: String,
     /// Its frames.
     pub n_frames: usize,
-    /// Lowest stage position; missing without frames.
+    /// Lowest position of a stage that travels; missing without frames.
     pub from_mm: Option<f64>,
-    /// Highest stage position; missing without frames.
+    /// Highest position of a stage that travels; missing without frames.
     pub to_mm: Option<f64>,
+    /// Lowest angle of a turntable.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from_deg: Option<f64>,
+    /// Highest angle of a turntable.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to_deg: Option<f64>,
 }
 
 /// Address of a capture.

@@ -1,5 +1,6 @@
 //! Profiles on the wire.
 
+use optics::StagePosition;
 use scanning::{Profile, ProfilePoint};
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -16,8 +17,12 @@ pub struct ProfileListDto {
 pub struct ProfilePlaceDto {
     /// From 0.
     pub sequence: u32,
-    /// Stage position.
-    pub position_mm: f64,
+    /// Position of a stage that travels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_mm: Option<f64>,
+    /// Angle of a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle_deg: Option<f64>,
     /// Address of its profile.
     pub href: String,
 }
@@ -27,8 +32,12 @@ pub struct ProfilePlaceDto {
 pub struct ProfileDto {
     /// Frame of the scan, from 0.
     pub sequence: u32,
-    /// Stage position.
-    pub position_mm: f64,
+    /// Position of a stage that travels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_mm: Option<f64>,
+    /// Angle of a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle_deg: Option<f64>,
     /// When, by the station's monotonic clock.
     pub captured_at_ns: Option<u64>,
     /// The calibration it was computed with.
@@ -53,7 +62,7 @@ impl ProfileDto {
     /// The profile of the frame `sequence`.
     pub fn new(
         sequence: u32,
-        position_mm: f64,
+        position: StagePosition,
         captured_at_ns: Option<u64>,
         calibration_id: &str,
         profile: &Profile,
@@ -61,7 +70,8 @@ impl ProfileDto {
         let column = |value: &dyn Fn(&ProfilePoint) -> f64| profile.points.iter().map(value).collect();
         Self {
             sequence,
-            position_mm,
+            position_mm: position.mm(),
+            angle_deg: position.deg(),
             captured_at_ns,
             calibration_id: calibration_id.to_owned(),
             order: profile.points.iter().map(|point| point.order).collect(),

@@ -24,6 +24,9 @@ pub struct ScanReportDto {
     pub left_out: Vec<LeftOutDto>,
     /// How orders agree that saw the same surface.
     pub self_consistency: Vec<OrderPairDto>,
+    /// How well the surface closes after a whole turn of a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub closure: Option<ClosureDto>,
     /// Depths that can be measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub envelope: Option<EnvelopeDto>,
@@ -61,6 +64,28 @@ pub struct OrderPairDto {
     pub bias_mm: f64,
     /// Root mean square of these differences, bias included.
     pub rms_mm: f64,
+}
+
+/// The surface seen first against the same seen a turn later.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ClosureDto {
+    /// By the same line: slip of the table, drift; blind to the axis. Missing if no place was seen again by its line.
+    pub same_line: Option<ClosureGapDto>,
+    /// By another line: shows an error of the axis, too.
+    pub other_lines: Option<ClosureGapDto>,
+}
+
+/// How far apart a surface is after a turn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ClosureGapDto {
+    /// Points compared.
+    pub n_pairs: usize,
+    /// Mean of later minus earlier along the surface's normal, positive towards the axis.
+    pub bias_mm: f64,
+    /// Root mean square of these differences, bias included.
+    pub rms_mm: f64,
+    /// Pairs left out as they are farther apart than all others.
+    pub n_outliers: usize,
 }
 
 /// Depths, z of the camera frame: nearest and farthest.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use calibration::{CalibrationResult, CrossValidation, LightReport, StageReport};
+use calibration::{AxisReport, CalibrationResult, CrossValidation, LightReport, StageReport};
 use optics::CAMERA_PARAMETER_NAMES;
 use serde_json::{Value, json};
 
@@ -20,6 +20,9 @@ pub fn calibration_text(result: &CalibrationResult, id: &str) -> String {
     }
     if let Some(stage) = &result.report.stage {
         stage_text(&mut text, stage);
+    }
+    if let Some(axis) = &result.report.axis {
+        axis_text(&mut text, axis);
     }
     for warning in &result.report.warnings {
         let _ = writeln!(text, "\nnote: {warning}");
@@ -129,6 +132,25 @@ fn stage_text(text: &mut String, stage: &StageReport) {
     );
 }
 
+fn axis_text(text: &mut String, axis: &AxisReport) {
+    let [[px, py, pz], [dx, dy, dz]] = [axis.point_mm, axis.direction];
+    let ([s1, s2], [t1, t2]) = (axis.shift_sigma_mm, axis.tilt_sigma_deg);
+    let _ =
+        writeln!(text, "\nturntable axis through ({px:+.4}, {py:+.4}, {pz:+.4}) mm ± {s1:.4}, {s2:.4} mm across");
+    let _ = writeln!(text, "  along ({dx:+.6}, {dy:+.6}, {dz:+.6}) ± {t1:.4}°, {t2:.4}°");
+    let angle = match (axis.angle_sigma_deg, axis.angle_sigma_stated) {
+        (None, _) => "angles of unknown accuracy".to_owned(),
+        (Some(sigma), true) => format!("angles ± {sigma:.4}° as stated"),
+        (Some(sigma), false) => format!("angles ± {sigma:.4}° by the views"),
+    };
+    let _ = writeln!(
+        text,
+        "  {angle}; {} views miss a pure turn by {:.2} times their noise",
+        axis.deviations_um.len(),
+        axis.noise_ratio
+    );
+}
+
 /// Residuals of one order over all poses.
 pub struct OrderSum {
     /// The order.
@@ -191,6 +213,7 @@ pub fn calibration_json(result: &CalibrationResult, id: &str) -> Value {
         "light": result.report.light.as_ref().map(light_json),
         "models": result.report.cross_validation.as_ref().map(models_json),
         "stage": result.report.stage.as_ref().map(stage_json),
+        "axis": result.report.axis.as_ref().map(axis_json),
         "warnings": result.report.warnings,
     })
 }
@@ -236,4 +259,11 @@ fn stage_json(stage: &StageReport) -> Value {
     json!({ "direction": stage.direction, "sigma": stage.sigma, "scale_error": stage.scale_error,
         "scale_sigma": stage.scale_sigma, "straightness_rms_um": stage.straightness_rms_um,
         "straightness_sigma_um": stage.straightness_sigma_um, "straightness_um": stage.straightness_um })
+}
+
+fn axis_json(axis: &AxisReport) -> Value {
+    json!({ "point_mm": axis.point_mm, "direction": axis.direction, "shift_sigma_mm": axis.shift_sigma_mm,
+        "tilt_sigma_deg": axis.tilt_sigma_deg, "angle_sigma_deg": axis.angle_sigma_deg,
+        "angle_sigma_stated": axis.angle_sigma_stated, "noise_ratio": axis.noise_ratio,
+        "deviations_um": axis.deviations_um })
 }

@@ -6,7 +6,7 @@ mod scan;
 
 pub use calibration::{calibration_json, calibration_text, order_sums};
 pub use measurement::{measurement_json, measurement_text};
-pub use scan::{losses, median_sigma_mm, scan_json, scan_text};
+pub use scan::{closure_gaps, losses, median_sigma_mm, scan_json, scan_text};
 
 /// An order as a person writes it: 0, +1, −1.
 pub fn order_name(order: i8) -> String {

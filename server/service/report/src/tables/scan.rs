@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use scanning::{DropReason, ScanReport, ScanResult};
+use scanning::{ClosureGap, DropReason, ScanReport, ScanResult};
 use serde_json::{Value, json};
 
 use super::order_name;
@@ -16,6 +16,7 @@ pub fn scan_text(name: &str, report: &ScanReport, median_sigma_mm: f64) -> Strin
     let _ =
         writeln!(text, "  left out: {}", if losses.is_empty() { "none".to_owned() } else { losses.join(", ") });
     let _ = writeln!(text, "  labels: {}", report.envelope);
+    text.push_str(&closure_text(report));
     if report.self_consistency.is_empty() {
         return text;
     }
@@ -59,11 +60,42 @@ pub fn scan_json(name: &str, report: &ScanReport, median_sigma_mm: f64) -> Value
         "median_sigma_mm": median_sigma_mm,
         "left_out": left_out,
         "self_consistency": pairs,
+        "closure": report.closure.map(|closure| json!({
+            "same_line": closure.same_line.as_ref().map(gap_json),
+            "other_lines": closure.other_lines.as_ref().map(gap_json),
+        })),
         "envelope": {
             "stated_mm": [envelope.stated_mm.near_mm, envelope.stated_mm.far_mm],
             "unambiguous_mm": [envelope.unambiguous_mm.near_mm, envelope.unambiguous_mm.far_mm],
         },
     })
+}
+
+/// How well a turn closes; empty where none does.
+fn closure_text(report: &ScanReport) -> String {
+    let mut text = String::new();
+    for (name, gap) in closure_gaps(report) {
+        let _ = writeln!(
+            text,
+            "  closure after a turn, {name}: bias {:+.1} µm, RMS {:.1} µm over {} pairs ({} left out)",
+            gap.bias_mm * 1e3,
+            gap.rms_mm * 1e3,
+            gap.n_pairs,
+            gap.n_outliers
+        );
+    }
+    text
+}
+
+/// What was seen again after a turn, and by which line.
+pub fn closure_gaps(report: &ScanReport) -> Vec<(&'static str, ClosureGap)> {
+    let Some(closure) = report.closure else { return Vec::new() };
+    let gaps = [("by the same line", closure.same_line), ("by another line", closure.other_lines)];
+    gaps.into_iter().filter_map(|(name, gap)| Some((name, gap?))).collect()
+}
+
+fn gap_json(gap: &ClosureGap) -> Value {
+    json!({ "n_pairs": gap.n_pairs, "bias_mm": gap.bias_mm, "rms_mm": gap.rms_mm, "n_outliers": gap.n_outliers })
 }
 
 /// Reason, points and pieces of what was left out.

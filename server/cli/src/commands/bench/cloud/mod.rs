@@ -74,6 +74,7 @@ fn computed(scan: &SyntheticScan, folder: &Path) -> Result<Computed, Failure> {
         width_px: SIZE_PX[0] as u32,
         height_px: SIZE_PX[1] as u32,
         line_direction: LineDirection::Rows,
+        stage: optics::StageKind::Linear,
     };
     let mut peaks = PeaksWriter::create(&path, &header)?;
     let refused = |error: scanning::ContentError| Failure::unwritable(&path, &error);

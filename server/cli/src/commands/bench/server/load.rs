@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use capture::{Capture, Frame, Scan, write_manifest};
+use capture::{Capture, Frame, Scan, StagePlace, write_manifest};
 
 use pipeline::Failure;
 
@@ -27,10 +27,9 @@ pub fn write_load(capture: &Path, n_frames: usize, folder: &Path) -> Result<usiz
         std::fs::create_dir_all(parent).map_err(|cause| Failure::unwritable(parent, &cause))?;
         std::fs::copy(source.folder.join(picture), &to).map_err(|cause| Failure::unwritable(&to, &cause))?;
     }
-    let frame = |idx: usize| Frame {
-        image: pictures[there_and_back(idx, pictures.len())].clone(),
-        position_mm: idx as f64 * STEP_MM,
-        background: None,
+    let frame = |idx: usize| {
+        let picture = pictures[there_and_back(idx, pictures.len())].clone();
+        Frame::new(picture, StagePlace::PositionMm(idx as f64 * STEP_MM))
     };
     let frames = (0..n_frames).map(frame).collect();
     let scan = Scan { name: SCAN.to_owned(), frames };

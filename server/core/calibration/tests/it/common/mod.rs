@@ -7,7 +7,7 @@ pub mod refinement;
 
 use calibration::{BoardGeometry, CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput};
 use nalgebra::{Rotation3, Vector2, Vector3};
-use optics::{BoardFrame, Camera, CameraFrame, Grating, Rigid};
+use optics::{BoardFrame, Camera, CameraFrame, Grating, Rigid, StagePosition};
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -102,7 +102,7 @@ impl Rig {
                 StageViewInput {
                     name: format!("stage/{idx:03}.png"),
                     corners: self.corners(&moved, &mut random),
-                    position_mm,
+                    position: StagePosition::LinearMm(position_mm),
                 }
             })
             .collect();
@@ -122,6 +122,7 @@ impl Rig {
             },
             poses,
             stage_views,
+            angle_sigma_deg: None,
         };
         (input, wobble)
     }

@@ -7,6 +7,7 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
+use optics::StagePosition;
 use vision::Centrelines;
 
 use super::reader::{
@@ -39,7 +40,7 @@ impl<T: Read + Seek + Send + Debug> ReadAnywhere for T {}
 struct Place {
     offset_bytes: u64,
     size_bytes: u32,
-    position_mm: f64,
+    position: StagePosition,
     captured_at_ns: Option<u64>,
 }
 
@@ -66,11 +67,11 @@ impl PeaksFile {
             let name = format!("frame {}", places.len());
             match read_record(&mut input, &name)? {
                 Record::Frame(body) => {
-                    let (frame, captured_at_ns) = read_frame(&body, header.line_direction, &name)?;
+                    let (frame, captured_at_ns) = read_frame(&body, &header, &name)?;
                     places.push(Place {
                         offset_bytes: offset_bytes + Head::BYTES as u64,
                         size_bytes: body.len() as u32,
-                        position_mm: frame.position_mm,
+                        position: frame.position,
                         captured_at_ns,
                     });
                     offset_bytes += (RECORD_FRAME_BYTES + body.len()) as u64;
@@ -101,7 +102,7 @@ impl PeaksFile {
             file.seek(SeekFrom::Start(place.offset_bytes))?;
             file.read_exact(&mut body)?;
         }
-        Ok(read_frame(&body, self.header.line_direction, &format!("frame {frame}"))?.0)
+        Ok(read_frame(&body, &self.header, &format!("frame {frame}"))?.0)
     }
 }
 
@@ -110,8 +111,8 @@ impl Frames for PeaksFile {
         self.places.len()
     }
 
-    fn position_mm(&self, frame: usize) -> f64 {
-        self.places[frame].position_mm
+    fn position(&self, frame: usize) -> StagePosition {
+        self.places[frame].position
     }
 
     fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
@@ -123,18 +124,18 @@ impl Frames for PeaksFile {
 ///
 /// # Errors
 /// [`ContentError`] for a file whose header or records do not follow one another.
-pub fn read_positions(mut input: impl Read + Seek) -> Result<Vec<f64>, ContentError> {
-    read_header(&mut input)?;
-    let mut positions_mm = Vec::new();
+pub fn read_positions(mut input: impl Read + Seek) -> Result<Vec<StagePosition>, ContentError> {
+    let stage = read_header(&mut input)?.stage;
+    let mut positions = Vec::new();
     loop {
-        let name = format!("frame {}", positions_mm.len());
+        let name = format!("frame {}", positions.len());
         let head = read_head(&mut input, &name)?;
         if head.kind != FRAME_RECORD {
-            return Ok(positions_mm);
+            return Ok(positions);
         }
         let mut position = [0; 8];
         input.read_exact(&mut position).map_err(|cause| ContentError::truncated(cause, || name.clone()))?;
-        positions_mm.push(f64::from_le_bytes(position));
+        positions.push(stage.position(f64::from_le_bytes(position)));
         let rest = i64::from(head.size_bytes) + (RECORD_FRAME_BYTES - Head::BYTES) as i64 - position.len() as i64;
         input.seek(SeekFrom::Current(rest))?;
     }
@@ -158,7 +159,7 @@ pub fn read_one_frame(
     }
     let name = format!("frame {frame}");
     match read_record(&mut input, &name)? {
-        Record::Frame(body) => Ok(Ok(read_frame(&body, header.line_direction, &name)?)),
+        Record::Frame(body) => Ok(Ok(read_frame(&body, &header, &name)?)),
         Record::End(n_frames) if n_frames == frame as u64 => Ok(Err(frame)),
         Record::End(_) => Err(damaged(&name)),
     }

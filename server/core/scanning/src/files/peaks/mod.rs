@@ -13,6 +13,7 @@ pub use file::{PeaksFile, read_one_frame, read_positions};
 pub use reader::{PeaksPrefix, read_peaks, read_peaks_prefix};
 pub use writer::{PeaksWriter, pack_frame};
 
+use optics::StageKind;
 use vision::LineDirection;
 
 use crate::scan::ScanFrame;
@@ -44,6 +45,8 @@ pub struct PeaksHeader {
     pub height_px: u32,
     /// Which way lines were looked for.
     pub line_direction: LineDirection,
+    /// What moved the part: the unit of the positions.
+    pub stage: StageKind,
 }
 
 /// The frames of a scan.
@@ -73,6 +76,13 @@ fn word_of(direction: LineDirection) -> u32 {
     match direction {
         LineDirection::Rows => 0,
         LineDirection::Columns => 1,
+    }
+}
+
+fn word_of_stage(stage: StageKind) -> u32 {
+    match stage {
+        StageKind::Linear => 0,
+        StageKind::Rotary => 1,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::io::Read;
 
+use optics::StageKind;
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
 use super::{
@@ -104,7 +105,7 @@ pub(super) fn read_header(input: &mut impl Read) -> Result<PeaksHeader, ContentE
     }
     let mut cursor = Cursor { bytes: &bytes[16..], place: "header" };
     let (width_px, height_px, direction) = (cursor.u32()?, cursor.u32()?, cursor.u32()?);
-    let (_reserved, sum) = (cursor.u32()?, cursor.u64()?);
+    let (stage, sum) = (cursor.u32()?, cursor.u64()?);
     if sum != Checksum::of(&[&bytes[..32]]) {
         return Err(damaged("header"));
     }
@@ -113,7 +114,12 @@ pub(super) fn read_header(input: &mut impl Read) -> Result<PeaksHeader, ContentE
         1 => LineDirection::Columns,
         _ => return Err(damaged("header")),
     };
-    Ok(PeaksHeader { width_px, height_px, line_direction })
+    let stage = match stage {
+        0 => StageKind::Linear,
+        1 => StageKind::Rotary,
+        _ => return Err(damaged("header")),
+    };
+    Ok(PeaksHeader { width_px, height_px, line_direction, stage })
 }
 
 /// What a record begins with.
@@ -157,7 +163,7 @@ pub(super) fn read_record(input: &mut impl Read, place: &str) -> Result<Record, 
 }
 
 fn add_frame(peaks: &mut Peaks, body: &[u8], place: &str) -> Result<(), ContentError> {
-    let (frame, captured_at_ns) = read_frame(body, peaks.header.line_direction, place)?;
+    let (frame, captured_at_ns) = read_frame(body, &peaks.header, place)?;
     peaks.frames.push(frame);
     peaks.captured_at_ns.push(captured_at_ns);
     Ok(())
@@ -166,11 +172,11 @@ fn add_frame(peaks: &mut Peaks, body: &[u8], place: &str) -> Result<(), ContentE
 /// The frame that a record holds, and when it was taken.
 pub(super) fn read_frame(
     body: &[u8],
-    direction: LineDirection,
+    header: &PeaksHeader,
     place: &str,
 ) -> Result<(ScanFrame, Option<u64>), ContentError> {
     let mut cursor = Cursor { bytes: body, place };
-    let (position_mm, time_ns, correlation_px) = (cursor.f64()?, cursor.u64()?, cursor.f64()?);
+    let (position, time_ns, correlation_px) = (cursor.f64()?, cursor.u64()?, cursor.f64()?);
     let n_segments = cursor.u32()?;
     let mut segments = Vec::new();
     for _ in 0..n_segments {
@@ -183,7 +189,8 @@ pub(super) fn read_frame(
         segments.push(Segment { points });
     }
     cursor.end()?;
-    let frame = ScanFrame { centrelines: Centrelines { segments, direction, correlation_px }, position_mm };
+    let centrelines = Centrelines { segments, direction: header.line_direction, correlation_px };
+    let frame = ScanFrame { centrelines, position: header.stage.position(position) };
     Ok((frame, (time_ns != NO_TIME).then_some(time_ns)))
 }
 

@@ -3,12 +3,17 @@
 
 use std::io::Cursor;
 
+use optics::StagePosition;
 use vision::{CentrelinePoint, Centrelines, Segment};
 
 use super::*;
 
-const HEADER: PeaksHeader =
-    PeaksHeader { width_px: 1280, height_px: 1024, line_direction: LineDirection::Columns };
+const HEADER: PeaksHeader = PeaksHeader {
+    width_px: 1280,
+    height_px: 1024,
+    line_direction: LineDirection::Columns,
+    stage: StageKind::Linear,
+};
 
 fn frame(idx: u32, n_points: u32) -> ScanFrame {
     let point = |at: u32| CentrelinePoint {
@@ -24,13 +29,13 @@ fn frame(idx: u32, n_points: u32) -> ScanFrame {
     let segments = vec![piece(n_points), piece(0), piece(1)];
     ScanFrame {
         centrelines: Centrelines { segments, direction: HEADER.line_direction, correlation_px: 3.3 },
-        position_mm: f64::from(idx) * 0.1 - 20.0,
+        position: StagePosition::LinearMm(f64::from(idx) * 0.1 - 20.0),
     }
 }
 
 fn dark() -> ScanFrame {
     let centrelines = Centrelines { direction: HEADER.line_direction, ..Centrelines::default() };
-    ScanFrame { centrelines, position_mm: 0.1 + 0.2 }
+    ScanFrame { centrelines, position: StagePosition::LinearMm(0.1 + 0.2) }
 }
 
 fn written(frames: &[ScanFrame]) -> Vec<u8> {

@@ -8,7 +8,7 @@ use vision::{CentrelinePoint, Centrelines};
 
 use super::{
     Checksum, END_RECORD, FRAME_RECORD, MAGIC, NO_TIME, POINT_BYTES, PeaksHeader, PeaksPrefix, RECORD_LIMIT_BYTES,
-    read_peaks_prefix, word_of,
+    read_peaks_prefix, word_of, word_of_stage,
 };
 use crate::files::{ContentError, FileError};
 use crate::scan::ScanFrame;
@@ -29,7 +29,9 @@ impl<W: Write> PeaksWriter<W> {
     /// [`ContentError::Io`] if `out` refuses.
     pub fn begin(mut out: W, header: &PeaksHeader) -> Result<Self, ContentError> {
         let mut bytes = MAGIC.to_vec();
-        for word in [header.width_px, header.height_px, word_of(header.line_direction), 0] {
+        for word in
+            [header.width_px, header.height_px, word_of(header.line_direction), word_of_stage(header.stage)]
+        {
             bytes.extend(word.to_le_bytes());
         }
         let sum = Checksum::of(&[&bytes]);
@@ -43,26 +45,26 @@ impl<W: Write> PeaksWriter<W> {
         self.n_frames
     }
 
-    /// Adds a frame; with `captured_at_ns` by the station's clock, if it is known.
+    /// Adds a frame, whose position is of the header's kind; with `captured_at_ns` by the station's clock, if it is known.
     ///
     /// # Errors
     /// [`ContentError::Io`] if the disk refuses, [`ContentError::Malformed`] for more points than a record holds.
     pub fn add(&mut self, frame: &ScanFrame, captured_at_ns: Option<u64>) -> Result<(), ContentError> {
-        self.add_lines(&frame.centrelines, frame.position_mm, captured_at_ns)
+        self.add_lines(&frame.centrelines, frame.position.value(), captured_at_ns)
     }
 
-    /// The same for lines that others look at, too.
+    /// The same for lines that others look at, too. `position`: in mm, of a turntable in degrees.
     ///
     /// # Errors
     /// As [`PeaksWriter::add`].
     pub fn add_lines(
         &mut self,
         centrelines: &Centrelines,
-        position_mm: f64,
+        position: f64,
         captured_at_ns: Option<u64>,
     ) -> Result<(), ContentError> {
         let mut record = std::mem::take(&mut self.record);
-        let packed = pack_frame(&mut record, centrelines, position_mm, captured_at_ns);
+        let packed = pack_frame(&mut record, centrelines, position, captured_at_ns);
         let added = packed.and_then(|()| self.add_packed(&record));
         self.record = record;
         added
@@ -127,17 +129,18 @@ impl PeaksWriter<File> {
     }
 }
 
-/// Packs a frame for [`PeaksWriter::add_packed`], in place of what is in `record`: work that needs no disk.
+/// Packs a frame for [`PeaksWriter::add_packed`], in place of what is in `record`: work that needs no disk. `position`: in
+/// mm, of a turntable in degrees.
 ///
 /// # Errors
 /// [`ContentError::Malformed`] for more points than a record holds.
 pub fn pack_frame(
     record: &mut Vec<u8>,
     centrelines: &Centrelines,
-    position_mm: f64,
+    position: f64,
     captured_at_ns: Option<u64>,
 ) -> Result<(), ContentError> {
-    pack_record(record, FRAME_RECORD, |body| write_frame(body, centrelines, position_mm, captured_at_ns))
+    pack_record(record, FRAME_RECORD, |body| write_frame(body, centrelines, position, captured_at_ns))
 }
 
 /// Kind, size, body, checksum.
@@ -165,9 +168,9 @@ fn pack_record(
     Ok(())
 }
 
-fn write_frame(body: &mut Vec<u8>, centrelines: &Centrelines, position_mm: f64, captured_at_ns: Option<u64>) {
+fn write_frame(body: &mut Vec<u8>, centrelines: &Centrelines, position: f64, captured_at_ns: Option<u64>) {
     let Centrelines { segments, correlation_px, .. } = centrelines;
-    body.extend(position_mm.to_le_bytes());
+    body.extend(position.to_le_bytes());
     body.extend(captured_at_ns.unwrap_or(NO_TIME).to_le_bytes());
     body.extend(correlation_px.to_le_bytes());
     // Counts beyond u32 would exceed the limit of a record, which is checked before anything is written.

@@ -156,7 +156,7 @@ pub fn station(n_orders: i8, turned: bool) -> Calibration {
         camera,
         orders: (-half..=n_orders - 1 - half).collect(),
         light: LightSurfaces::Grating(grating),
-        stage: Some(StageAxis::new(swap(Vector3::new(-0.005, 0.9998, -0.02)))),
+        stage: Some(StageAxis::new(swap(Vector3::new(-0.005, 0.9998, -0.02))).into()),
         depth_range_mm: DepthRangeMm { near_mm: 345.0, far_mm: 455.0 },
         covariance: DMatrix::from_diagonal_element(22, 22, 1e-10),
     }

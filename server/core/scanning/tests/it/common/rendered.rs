@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
-use optics::{Calibration, DepthRangeMm, LightSurfaces};
+use optics::{Calibration, DepthRangeMm, LightSurfaces, StagePosition};
 use rayon::prelude::*;
 use scanning::ScanFrame;
 use twin::{Mesh, Plate, Renderer, Scene, Solid, StationModel, StationShape};
@@ -165,7 +165,7 @@ fn rendered(
             let (along, across) = if columns { (point.v_px, point.u_px) } else { (point.u_px, point.v_px) };
             TruthLine { order: point.order, along: along.round() as i64, across_px: across }
         });
-        (ScanFrame { centrelines, position_mm }, truth.collect())
+        (ScanFrame { centrelines, position: StagePosition::LinearMm(position_mm) }, truth.collect())
     };
     let (frames, truth) = (0..n_frames).into_par_iter().map(frame).unzip();
     Rendered { name, calibration, frames, truth }
@@ -181,7 +181,7 @@ fn calibration_of(model: &StationModel) -> Calibration {
         camera: model.camera,
         orders,
         light: LightSurfaces::Grating(model.grating),
-        stage: Some(model.stage),
+        stage: Some(model.stage.into()),
         depth_range_mm: DepthRangeMm {
             near_mm: standoff_mm * (1.0 - DEPTH_SHARE),
             far_mm: standoff_mm * (1.0 + DEPTH_SHARE),

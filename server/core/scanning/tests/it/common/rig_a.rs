@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use nalgebra::{DMatrix, Vector3};
-use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, StageAxis};
+use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, StageAxis, StagePosition};
 use scanning::ScanFrame;
 use serde_json::Value;
 use vision::LineDirection;
@@ -44,7 +44,7 @@ pub fn calibration(folder: &std::path::Path) -> Calibration {
         camera: Camera::from_opencv(1280, 1024, matrix, &numbers(&truth["dist"])),
         orders,
         light: LightSurfaces::Grating(grating),
-        stage: Some(StageAxis::new(vector("stage"))),
+        stage: Some(StageAxis::new(vector("stage")).into()),
         depth_range_mm: DepthRangeMm { near_mm: 345.0, far_mm: 455.0 },
         covariance: DMatrix::from_diagonal_element(22, 22, 1e-10),
     }
@@ -93,7 +93,7 @@ pub fn truth_scan(folder: &std::path::Path, scan: &str) -> KnownScan {
         }
         let (found, orders) = segments(&points, LineDirection::Rows);
         let centrelines = centrelines(found, LineDirection::Rows);
-        known.frames.push(ScanFrame { centrelines, position_mm: positions[frame].1 });
+        known.frames.push(ScanFrame { centrelines, position: StagePosition::LinearMm(positions[frame].1) });
         known.orders.push(orders);
     }
     known

@@ -1,7 +1,7 @@
 //! Small scenes lit order by order: a height field on the stage, shadows and occlusion included.
 
 use nalgebra::Vector3;
-use optics::{Calibration, Grating, LightSurfaces};
+use optics::{Calibration, Grating, LightSurfaces, PointMm, StagePosition};
 use rayon::prelude::*;
 use scanning::ScanFrame;
 use vision::LineDirection;
@@ -32,26 +32,73 @@ pub fn scan_with(
 ) -> KnownScan {
     let LightSurfaces::Grating(grating) = &calibration.light else { panic!("the scene needs a grating") };
     let direction = if turned { LineDirection::Columns } else { LineDirection::Rows };
-    let stage = calibration.stage.unwrap().direction;
+    let stage = calibration.stage.unwrap().linear().unwrap().direction;
+    let light = grating_light(grating);
     let frames = positions_mm.par_iter().enumerate().map(|(frame, &position_mm)| {
         let mut noise = Noise((seed << 20) + frame as u64);
         let shift = stage * position_mm;
         let depth = |p: &Vector3<f64>| p.z - surface(p.x - shift.x, p.y - shift.y) - shift.z;
         let mut points = Vec::new();
         for &order in &calibration.orders {
-            points.extend(line(calibration, grating, order, &depth, turned, &mut || understated * noise.next()));
+            points.extend(line(calibration, &|phi_rad| light(order, phi_rad), order, &depth, turned, &mut || {
+                understated * noise.next()
+            }));
         }
         let (found, orders) = segments(&points, direction);
-        (ScanFrame { centrelines: centrelines(found, direction), position_mm }, orders)
+        (
+            ScanFrame {
+                centrelines: centrelines(found, direction),
+                position: StagePosition::LinearMm(position_mm),
+            },
+            orders,
+        )
     });
     let (frames, orders) = frames.unzip();
     KnownScan { frames, orders }
 }
 
+/// How far inside a part a point of the part frame is: positive inside; nothing else matters.
+pub type Solid<'a> = &'a (dyn Fn(&Vector3<f64>) -> f64 + Sync);
+
+/// A light ray of an order by its fan angle: origin and direction.
+pub type Light<'a> = &'a (dyn Fn(i8, f64) -> Option<(Vector3<f64>, Vector3<f64>)> + Sync);
+
+/// Scans a part that the stage of `calibration` moves in any way, lit by `light`, with lines along columns.
+pub fn scan_moved(
+    calibration: &Calibration,
+    solid: Solid,
+    light: Light,
+    positions: &[StagePosition],
+) -> KnownScan {
+    let stage = calibration.stage.unwrap();
+    let frames = positions.par_iter().enumerate().map(|(frame, &position)| {
+        let mut noise = Noise((11 << 20) + frame as u64);
+        let motion = stage.motion(position).unwrap();
+        let depth = |p: &Vector3<f64>| solid(&motion.part_from_camera(&PointMm::new(*p)).xyz);
+        let mut points = Vec::new();
+        for &order in &calibration.orders {
+            let ray = |phi_rad: f64| light(order, phi_rad);
+            points.extend(line(calibration, &ray, order, &depth, true, &mut || noise.next()));
+        }
+        let (found, orders) = segments(&points, LineDirection::Columns);
+        (ScanFrame { centrelines: centrelines(found, LineDirection::Columns), position }, orders)
+    });
+    let (frames, orders) = frames.unzip();
+    KnownScan { frames, orders }
+}
+
+/// The light of a grating.
+pub fn grating_light(
+    grating: &Grating,
+) -> impl Fn(i8, f64) -> Option<(Vector3<f64>, Vector3<f64>)> + Sync + use<> {
+    let grating = *grating;
+    move |order, phi_rad| grating.ray(phi_rad, order).map(|ray| (ray.origin_mm, ray.direction))
+}
+
 /// The visible points of one order, one per column (row), with noise.
 fn line(
     calibration: &Calibration,
-    grating: &Grating,
+    ray: &dyn Fn(f64) -> Option<(Vector3<f64>, Vector3<f64>)>,
     order: i8,
     depth: &dyn Fn(&Vector3<f64>) -> f64,
     turned: bool,
@@ -60,8 +107,8 @@ fn line(
     let mut points = Vec::new();
     let mut last: Option<(f64, f64, f64)> = None;
     for i in -500..=500 {
-        let here = grating.ray(f64::from(i) * PHI_STEP_RAD, order).and_then(|light| {
-            let hit = first_hit(&light.origin_mm, &light.direction, depth)?;
+        let here = ray(f64::from(i) * PHI_STEP_RAD).and_then(|(origin_mm, direction)| {
+            let hit = first_hit(&origin_mm, &direction, depth)?;
             visible(&hit, depth).then_some(())?;
             let pixel = calibration.camera.project(&hit)?;
             let (along, across) = if turned { (pixel.y, pixel.x) } else { (pixel.x, pixel.y) };

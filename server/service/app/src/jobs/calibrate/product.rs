@@ -109,6 +109,7 @@ fn summary(result: &CalibrationResult, features: &Features, id: &str) -> Value {
         "depth_near_mm": depth.near_mm,
         "depth_far_mm": depth.far_mm,
         "stage": full["stage"],
+        "axis": full["axis"],
         "warnings": report.warnings,
         "left_out": features.left_out,
     })

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, ChannelChoice, ChessboardTarget, GratingProjector, Manifest, Pose, StageView, params::FORMAT,
+    CameraFormat, ChannelChoice, ChessboardTarget, GratingProjector, Manifest, Pose, StagePlace, StageSheet,
+    StageView, params::FORMAT,
 };
 use store::{ArtifactId, StoreError};
 
@@ -37,11 +38,12 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &P
     let mut stage_views = Vec::new();
     for view in session.body.stage_views.iter().filter(|view| view.board.is_readable()) {
         let board = put("stage", stage_views.len(), &view.board.picture)?;
-        stage_views.push(StageView { board, position_mm: view.position_mm });
+        stage_views.push(StageView::new(board, StagePlace::PositionMm(view.position_mm)));
     }
     let body = &session.body;
     let manifest = Manifest {
         format: FORMAT.to_owned(),
+        stage: StageSheet::default(),
         background: None,
         camera: CameraFormat { width_px: body.width_px, height_px: body.height_px, channel: ChannelChoice::Auto },
         target: ChessboardTarget::from(body.target.clone()).into(),

@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, ChannelChoice, Manifest, Pose, StageView, params::FORMAT, write_manifest, write_png};
+use capture::{
+    CameraFormat, ChannelChoice, Manifest, Pose, StagePlace, StageSheet, StageView, params::FORMAT,
+    write_manifest, write_png,
+};
 use station::StampedFrame;
 
 use crate::captures::without_folder;
@@ -57,7 +60,7 @@ pub(super) fn take_pictures(
         album.say(&camera, Phase::ExposingStage.counted(number, of), &words);
         let position_mm = camera.go_to(*position_mm)?;
         let board = album.add("stage", &*camera.board()?)?;
-        album.stage_views.push(StageView { board, position_mm });
+        album.stage_views.push(StageView::new(board, StagePlace::PositionMm(position_mm)));
     }
     album.finish()
 }
@@ -132,6 +135,7 @@ fn manifest(
 ) -> Manifest {
     Manifest {
         format: FORMAT.to_owned(),
+        stage: StageSheet::default(),
         background: None,
         camera: CameraFormat { width_px: size_px.0, height_px: size_px.1, channel: ChannelChoice::Auto },
         target: config.target.clone().into(),

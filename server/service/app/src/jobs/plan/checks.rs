@@ -1,7 +1,7 @@
 //! What a scan that cannot work is refused for, each with its place in the input and its remedy.
 
 use devices::Homing;
-use optics::Calibration;
+use optics::{Calibration, StageKind};
 use station::StationStatus;
 
 use super::motion::run_up_mm;
@@ -159,6 +159,11 @@ pub fn travel(rows: &Rows, calibration: &Calibration, status: &StationStatus) ->
         let detail = format!("calibration {} does not know which way the stage moves", calibration.id);
         let remedy = "calibrate with at least two stage views, or use another calibration";
         return Err(refused("calibration_id", detail, remedy));
+    }
+    if let Some(kind) = calibration.stage.map(|stage| stage.kind()).filter(|kind| *kind != StageKind::Linear) {
+        let detail =
+            format!("calibration {} is for a {} stage, the station's stage travels", calibration.id, kind.name());
+        return Err(refused("calibration_id", detail, "use a calibration that was made with this stage"));
     }
     let (min_mm, max_mm) = status.stage.capabilities.travel_mm;
     let run_up_mm = rows.sweep.map_or(0.0, |sweep| run_up_mm(sweep.speed_mm_s, status));

@@ -35,7 +35,8 @@ pub fn predict(calibration: &Calibration, step_mm: f64) -> Prediction {
         LineDirection::Columns => (camera.fy_px, 1),
     };
     // What the stage moves the part across the lines per mm of travel.
-    let across = calibration.stage.map_or(1.0, |stage| stage.direction[1 - along].abs());
+    let across =
+        calibration.stage.and_then(|stage| stage.linear()).map_or(1.0, |axis| axis.direction[1 - along].abs());
     Prediction {
         rows_per_mm: if step_mm * across > 0.0 { 1.0 / (step_mm * across) } else { 0.0 },
         points_per_mm_along_line: focal_px / middle_mm,

@@ -24,7 +24,7 @@ fn calibration() -> Calibration {
         camera: model.camera,
         orders: model.orders,
         light,
-        stage: Some(model.stage),
+        stage: Some(model.stage.into()),
         depth_range_mm: DepthRangeMm { near_mm: 360.0, far_mm: 424.0 },
         covariance: DMatrix::zeros(n, n),
     }

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use optics::StagePosition;
 use scanning::{ContentError, Frames};
 use vision::Centrelines;
 
@@ -30,8 +31,8 @@ impl Frames for CountedFrames<'_> {
         self.frames.n_frames()
     }
 
-    fn position_mm(&self, frame: usize) -> f64 {
-        self.frames.position_mm(frame)
+    fn position(&self, frame: usize) -> StagePosition {
+        self.frames.position(frame)
     }
 
     fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {

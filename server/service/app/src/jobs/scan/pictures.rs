@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use capture::{CameraFormat, ChannelChoice, Frame, Manifest, Scan, write_manifest};
+use capture::{CameraFormat, ChannelChoice, Frame, Manifest, Scan, StagePlace, StageSheet, write_manifest};
 use scanning::Frames as _;
 use scanning::files::peaks::PeaksFile;
 use store::Change;
@@ -41,6 +41,7 @@ pub fn take_in(
 fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
     Manifest {
         format: capture::params::FORMAT.to_owned(),
+        stage: StageSheet::default(),
         background: None,
         camera: CameraFormat {
             width_px: frames.header.width_px as usize,
@@ -54,11 +55,7 @@ fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
         scans: vec![Scan {
             name: scan.to_owned(),
             frames: (0..frames.n_frames())
-                .map(|idx| Frame {
-                    image: picture_path(idx),
-                    position_mm: frames.position_mm(idx),
-                    background: None,
-                })
+                .map(|idx| Frame::new(picture_path(idx), StagePlace::PositionMm(frames.position(idx).value())))
                 .collect(),
         }],
     }

@@ -179,8 +179,8 @@ impl<'a> DisplayFile<'a> {
         let Some(first) = points.first() else { return Ok(()) };
         let along_u = self.frames.header.line_direction == vision::LineDirection::Rows;
         let shown: Vec<_> = points.iter().map(|point| display_point_of_cloud(point, along_u)).collect();
-        let position_mm = self.frames.position_mm(first.frame as usize);
-        let block = encode_block(self.scan_id, self.n_blocks, first.frame, position_mm, &shown);
+        let position = self.frames.position(first.frame as usize).value();
+        let block = encode_block(self.scan_id, self.n_blocks, first.frame, position, &shown);
         self.n_blocks += 1;
         self.out.write_all(&block).map_err(disk_problem)
     }

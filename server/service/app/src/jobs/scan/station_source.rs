@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use bytes::Bytes;
 use calibration::CalibrationDocument;
-use optics::Triangulator;
+use optics::{StageKind, Triangulator};
 use scanning::files::peaks::{PeaksFile, PeaksHeader};
 use scanning::{Frames as _, label_frame};
 use serde_json::{Value, json};
@@ -120,6 +120,7 @@ fn header(ctx: &StationContext) -> PeaksHeader {
         width_px: roi.width_px as u32,
         height_px: roi.height_px as u32,
         line_direction: ctx.config.projector.direction(),
+        stage: StageKind::Linear,
     }
 }
 
@@ -136,9 +137,9 @@ fn show_earlier(
     for idx in 0..frames.n_frames() {
         let frame = frames.frame(idx).map_err(disk_problem)?;
         let profile = label_frame(&frame.centrelines, triangulator, calibration.depth_range_mm);
-        ctx.live.add_profile_points(scan_id, idx as u32, frame.position_mm, &profile, calibration);
+        ctx.live.add_profile_points(scan_id, idx as u32, frame.position.value(), &profile, calibration);
     }
-    Ok((0..frames.n_frames()).map(|idx| frames.position_mm(idx)).collect())
+    Ok((0..frames.n_frames()).map(|idx| frames.position(idx).value()).collect())
 }
 
 fn take(
@@ -168,7 +169,7 @@ fn complete(
 ) -> Result<MadeScan, JobEnd> {
     let note = &work.note;
     let frames = ctx.wait(stored_peaks(&*ctx.artifacts, &stored.peaks, &note.scan_id))?;
-    let positions_mm: Vec<f64> = (0..frames.n_frames()).map(|idx| frames.position_mm(idx)).collect();
+    let positions_mm: Vec<f64> = (0..frames.n_frames()).map(|idx| frames.position(idx).value()).collect();
     let mut losses = note.losses.clone();
     if planned.mode == ScanMode::Continuous {
         losses.extend(gaps(planned, &positions_mm));

@@ -3,7 +3,7 @@
 use crate::Http;
 use axum::Json;
 use axum::extract::State;
-use optics::Triangulator;
+use optics::{StagePosition, Triangulator};
 use scanning::label_frame;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -31,13 +31,14 @@ async fn list_profiles(
     ApiPath(id): ApiPath<String>,
 ) -> Result<Json<ProfileListDto>, Problem> {
     let scan = app.ledger.read().scan(&id).await?;
-    let positions_mm = stored_positions(&*app.artifacts, &scan).await?;
-    let place = |(sequence, position_mm): (u32, f64)| ProfilePlaceDto {
+    let positions = stored_positions(&*app.artifacts, &scan).await?;
+    let place = |(sequence, position): (u32, StagePosition)| ProfilePlaceDto {
         sequence,
-        position_mm,
+        position_mm: position.mm(),
+        angle_deg: position.deg(),
         href: format!("/api/v1/scans/{id}/profiles/{sequence}"),
     };
-    Ok(Json(ProfileListDto { items: (0..).zip(positions_mm).map(place).collect() }))
+    Ok(Json(ProfileListDto { items: (0..).zip(positions).map(place).collect() }))
 }
 
 /// The profile of one frame: all orders, labelled by this frame alone; the cloud's labels also use its neighbours.
@@ -65,7 +66,7 @@ async fn get_profile(
         let calibration = document.calibration();
         let triangulator = Triangulator::new(calibration.clone());
         let profile = label_frame(&frame.centrelines, &triangulator, calibration.depth_range_mm);
-        ProfileDto::new(sequence, frame.position_mm, captured_at_ns, &calibration.id, &profile)
+        ProfileDto::new(sequence, frame.position, captured_at_ns, &calibration.id, &profile)
     });
     Ok(Json(made.await?))
 }

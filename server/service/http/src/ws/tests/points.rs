@@ -49,7 +49,7 @@ fn calibration() -> Calibration {
         camera: Camera::from_opencv(64, 32, [[100.0, 0.0, 32.0], [0.0, 100.0, 16.0], [0.0, 0.0, 1.0]], &[0.0; 5]),
         orders: vec![1],
         light: LightSurfaces::Planes(Vec::new()),
-        stage: Some(StageAxis::new(Vector3::new(0.0, 1.0, 0.0))),
+        stage: Some(StageAxis::new(Vector3::new(0.0, 1.0, 0.0)).into()),
         depth_range_mm: DepthRangeMm { near_mm: 350.0, far_mm: 450.0 },
         covariance: DMatrix::zeros(0, 0),
     }

@@ -254,7 +254,7 @@ pub fn true_document(model: &StationModel, id: &str) -> CalibrationDocument {
         camera: model.camera,
         orders: model.orders.clone(),
         light,
-        stage: Some(model.stage),
+        stage: Some(model.stage.into()),
         depth_range_mm: DepthRangeMm { near_mm: 0.9 * standoff, far_mm: 1.06 * standoff },
         covariance: DMatrix::zeros(n, n),
     };

@@ -21,7 +21,7 @@ fn every_row_is_in_the_scan_at_its_place_and_shown_live() {
     let scan = bench.record(&id);
     assert_eq!((scan.state, scan.calibration_id.as_str()), (ScanState::Complete, "true0000"));
     let peaks = read_peaks(Cursor::new(bench.bytes(&scan.peaks))).unwrap();
-    let positions: Vec<f64> = peaks.frames.iter().map(|frame| frame.position_mm).collect();
+    let positions: Vec<f64> = peaks.frames.iter().map(|frame| frame.position.value()).collect();
     assert_eq!(positions, [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0]);
     let times: Vec<u64> = peaks.captured_at_ns.iter().map(|time| time.unwrap()).collect();
     assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "{times:?}");
@@ -49,7 +49,7 @@ fn a_sweep_takes_a_frame_at_every_step() {
     let scan = bench.scan(input);
     assert_eq!(scan.state, ScanState::Complete, "{}", scan.report);
     let peaks = read_peaks(Cursor::new(bench.bytes(&scan.peaks))).unwrap();
-    let positions: Vec<f64> = peaks.frames.iter().map(|frame| frame.position_mm).collect();
+    let positions: Vec<f64> = peaks.frames.iter().map(|frame| frame.position.value()).collect();
     assert!((9..=12).contains(&positions.len()), "{positions:?}");
     assert!(positions.iter().all(|position_mm| (-2.0..=2.0).contains(position_mm)), "{positions:?}");
     assert!(positions.windows(2).all(|pair| (0.2..0.6).contains(&(pair[1] - pair[0]))), "{positions:?}");
@@ -89,8 +89,8 @@ fn a_frame_of_a_stored_scan_is_found_without_the_others_and_a_damaged_one_is_nam
     let scan = bench.scan(from_station(-2.0, 2.0, 0.5));
     let artifacts = &*bench.store.artifacts;
     let whole = read_peaks(Cursor::new(bench.bytes(&scan.peaks))).unwrap();
-    let positions_mm = bench.runtime.block_on(stored_positions(artifacts, &scan)).unwrap();
-    assert_eq!(positions_mm, whole.frames.iter().map(|frame| frame.position_mm).collect::<Vec<_>>());
+    let positions = bench.runtime.block_on(stored_positions(artifacts, &scan)).unwrap();
+    assert_eq!(positions, whole.frames.iter().map(|frame| frame.position).collect::<Vec<_>>());
     let frame = |idx| bench.runtime.block_on(stored_frame(artifacts, &scan, idx));
     assert_eq!(frame(5).unwrap().unwrap(), (whole.frames[5].clone(), whole.captured_at_ns[5]));
     assert_eq!(frame(9).unwrap().unwrap_err(), 9);

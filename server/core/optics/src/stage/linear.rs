@@ -1,10 +1,11 @@
-//! The stage: registration of camera points to the part, X_part = X_camera − s·t − w(s).
+//! A stage that travels: X_part = X_camera − s·t − w(s).
 
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector3;
 
 use crate::frames::{CameraFrame, PartFrame, PointMm};
+use crate::stage::Motion;
 
 /// Most nodes of a [`Straightness`]: each adds three modes to every uncertainty.
 pub const MAX_STRAIGHTNESS_NODES: usize = 8;
@@ -44,7 +45,18 @@ impl StageAxis {
 
     /// A point seen by the camera at stage position `position_mm`, fixed to the part.
     pub fn part_from_camera(&self, hit_in_camera: &PointMm<CameraFrame>, position_mm: f64) -> PointMm<PartFrame> {
-        PointMm::new(hit_in_camera.xyz - self.direction * position_mm - self.deviation_mm(position_mm))
+        self.motion(position_mm).part_from_camera(hit_in_camera)
+    }
+
+    /// What the stage has done to the part at `position_mm`.
+    pub fn motion(&self, position_mm: f64) -> Motion {
+        Motion::carried(self.direction * position_mm + self.deviation_mm(position_mm))
+    }
+
+    /// Moved by a step of the direction and of the deviations at the nodes.
+    pub(crate) fn stepped(&self, step: &[f64], of_deviations: &[f64]) -> Self {
+        let straightness = self.straightness.map(|straightness| straightness.stepped(of_deviations));
+        Self { direction: self.direction + Vector3::from_column_slice(step), straightness }
     }
 
     /// Deviation from straight travel at a stage position: zero, but for a step of [`crate::Calibration::stepped`].

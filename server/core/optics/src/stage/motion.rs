@@ -1,0 +1,59 @@
+//! The rigid motion of the part in one frame.
+
+use nalgebra::{Rotation3, Vector3};
+
+use crate::frames::{CameraFrame, PartFrame, PointMm};
+
+/// What a stage has done to the part since its position 0: X_camera = R·X_part + shift, with R = 1 for one that travels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    shift_mm: Vector3<f64>,
+    turn: Option<Rotation3<f64>>,
+}
+
+impl Motion {
+    /// Nothing moved.
+    pub fn at_rest() -> Self {
+        Self::carried(Vector3::zeros())
+    }
+
+    /// The part was carried by `shift_mm`, camera frame.
+    pub fn carried(shift_mm: Vector3<f64>) -> Self {
+        Self { shift_mm, turn: None }
+    }
+
+    /// The part was turned by `turn` about `point_mm`, camera frame.
+    pub fn turned(turn: Rotation3<f64>, point_mm: &Vector3<f64>) -> Self {
+        Self { shift_mm: point_mm - turn * point_mm, turn: Some(turn) }
+    }
+
+    /// Where the part's origin has gone, camera frame.
+    pub fn shift_mm(&self) -> &Vector3<f64> {
+        &self.shift_mm
+    }
+
+    /// A point that the camera sees, fixed to the part.
+    #[inline]
+    pub fn part_from_camera(&self, in_camera: &PointMm<CameraFrame>) -> PointMm<PartFrame> {
+        let back = in_camera.xyz - self.shift_mm;
+        PointMm::new(match &self.turn {
+            None => back,
+            Some(turn) => turn.inverse_transform_vector(&back),
+        })
+    }
+
+    /// Where the camera sees a point of the part.
+    #[inline]
+    pub fn camera_from_part(&self, in_part: &PointMm<PartFrame>) -> PointMm<CameraFrame> {
+        PointMm::new(match &self.turn {
+            None => in_part.xyz + self.shift_mm,
+            Some(turn) => turn * in_part.xyz + self.shift_mm,
+        })
+    }
+
+    /// A direction in the camera frame, in the part's.
+    #[inline]
+    pub fn part_direction(&self, in_camera: &Vector3<f64>) -> Vector3<f64> {
+        self.turn.map_or(*in_camera, |turn| turn.inverse_transform_vector(in_camera))
+    }
+}

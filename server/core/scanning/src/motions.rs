@@ -1,0 +1,217 @@
+//! What the stage has done to the part in every frame, and the chart of the part on which surfaces are compared.
+//!
+//! A stage that travels shows the part from one side: the chart is the part itself, seen by the camera. A turntable shows it
+//! from all round: its chart is unrolled about the axis (`docs/maths/turntable.md`, eq. 10).
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Vector2, Vector3};
+use optics::{CameraFrame, DepthRangeMm, Motion, PointMm, RotaryAxis, Stage, StagePosition};
+
+/// One frame's motion.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameMotion {
+    motion: Motion,
+    chart: Chart,
+    /// Of a turntable.
+    angle_rad: f64,
+}
+
+/// Coordinates (x, y, z) in which surfaces are compared: z is depth, (x, y) across the view.
+#[derive(Debug, Clone, Copy)]
+pub enum Chart {
+    /// The part frame.
+    Part,
+    /// Unrolled about an axis.
+    Unrolled(Unrolled),
+}
+
+/// The part unrolled about the axis of a turntable: x along the axis, y along the turn, z the depth from the camera in the
+/// half-plane that the axis and the point span.
+#[derive(Debug, Clone, Copy)]
+pub struct Unrolled {
+    /// The point of the axis that the camera looks at.
+    origin_mm: Vector3<f64>,
+    /// Unit vectors: from the axis to the camera, along the turn, along the axis.
+    axes: [Vector3<f64>; 3],
+    /// Elevation of the camera above the plane of the turn.
+    elevation: Vector2<f64>,
+    /// Distance of the camera from `origin_mm`.
+    distance_mm: f64,
+    /// Radius at which y measures true lengths.
+    radius_mm: f64,
+}
+
+impl FrameMotion {
+    /// A frame of a part that nothing moves.
+    pub fn at_rest() -> Self {
+        Self { motion: Motion::at_rest(), chart: Chart::Part, angle_rad: 0.0 }
+    }
+
+    /// What `stage` has done to the part at `position`; `None` if that is a position of the other kind of stage.
+    pub fn new(stage: &Stage, position: StagePosition, depth_range_mm: DepthRangeMm) -> Option<Self> {
+        let chart = match stage {
+            Stage::Linear(_) => Chart::Part,
+            Stage::Rotary(axis) => Chart::Unrolled(Unrolled::new(axis, depth_range_mm)),
+        };
+        let angle_rad = position.deg().map_or(0.0, f64::to_radians);
+        Some(Self { motion: stage.motion(position)?, chart, angle_rad })
+    }
+
+    /// The chart's place of a point that the camera sees.
+    #[inline]
+    pub fn chart_from_camera(&self, hit: &PointMm<CameraFrame>) -> Vector3<f64> {
+        match &self.chart {
+            Chart::Part => self.motion.part_from_camera(hit).xyz,
+            Chart::Unrolled(unrolled) => unrolled.place_of(&hit.xyz, self.angle_rad),
+        }
+    }
+
+    /// How the camera sees a place of the chart in this frame: across the view at `reference_depth_mm`, in the axes of the
+    /// chart, and deep.
+    #[inline]
+    pub fn seen_from(&self, in_chart: &Vector3<f64>, reference_depth_mm: f64) -> Vector3<f64> {
+        let at_reference = |seen: &Vector3<f64>| seen.xy() * (reference_depth_mm / seen.z);
+        match &self.chart {
+            Chart::Part => {
+                let seen = in_chart + self.motion.shift_mm();
+                let across = at_reference(&seen);
+                Vector3::new(across.x, across.y, seen.z)
+            }
+            Chart::Unrolled(unrolled) => {
+                let seen = unrolled.camera_place_of(in_chart, self.angle_rad);
+                let across = at_reference(&seen);
+                let [along_turn, along_axis] =
+                    [1, 2].map(|axis| unrolled.axes[axis].xy().dot(&across) / unrolled.axes[axis].xy().norm());
+                Vector3::new(along_axis, along_turn, seen.z)
+            }
+        }
+    }
+
+    /// The chart.
+    pub fn chart(&self) -> Chart {
+        self.chart
+    }
+
+    /// Where the frame stands along the travel, in the chart: what its lines are apart from those of another frame.
+    pub fn travel_mm(&self) -> Vector3<f64> {
+        match &self.chart {
+            Chart::Part => *self.motion.shift_mm(),
+            Chart::Unrolled(unrolled) => Vector3::new(0.0, unrolled.radius_mm * self.angle_rad, 0.0),
+        }
+    }
+}
+
+impl Chart {
+    /// A place as one view shows all places: across at `reference_depth_mm`, and deep. `middle_mm`: what takes the part of a
+    /// stage that travels to the middle of the scan.
+    #[inline]
+    pub fn view_of(
+        &self,
+        in_chart: &Vector3<f64>,
+        middle_mm: &Vector3<f64>,
+        reference_depth_mm: f64,
+    ) -> Vector3<f64> {
+        match self {
+            Self::Part => {
+                let seen = in_chart + middle_mm;
+                let across = seen.xy() * (reference_depth_mm / seen.z);
+                Vector3::new(across.x, across.y, seen.z)
+            }
+            // Along the turn the view is from everywhere.
+            Self::Unrolled(_) => {
+                Vector3::new(in_chart.x * (reference_depth_mm / in_chart.z), in_chart.y, in_chart.z)
+            }
+        }
+    }
+
+    /// Length of a whole turn along y; `None` where places do not come back.
+    pub fn period_mm(&self) -> Option<f64> {
+        match self {
+            Self::Part => None,
+            Self::Unrolled(unrolled) => Some(TAU * unrolled.radius_mm),
+        }
+    }
+}
+
+impl Unrolled {
+    /// About `axis`, for a part in these depths.
+    fn new(axis: &RotaryAxis, depth_range_mm: DepthRangeMm) -> Self {
+        // Where the optical axis passes the axis of the turn; for parallel ones the foot of the camera.
+        let (d, z) = (axis.direction, Vector3::z());
+        let across = z - d * d.z;
+        let looked_at = z * (across.dot(&axis.point_mm) / across.norm_squared().max(f64::MIN_POSITIVE));
+        let origin_mm = axis.described_near(&looked_at).point_mm;
+        let height_mm = -d.dot(&origin_mm);
+        let to_camera = -origin_mm - d * height_mm;
+        let towards = to_camera.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(Vector3::z);
+        let distance_mm = origin_mm.norm();
+        // The largest part between the axis and the nearest depth is twice as large as most.
+        let room_mm = origin_mm.z - depth_range_mm.near_mm;
+        let depths_mm = depth_range_mm.far_mm - depth_range_mm.near_mm;
+        let radius_mm = 0.5 * if room_mm > 0.0 { room_mm } else { depths_mm };
+        Self {
+            origin_mm,
+            axes: [towards, d.cross(&towards), d],
+            elevation: Vector2::new(to_camera.norm(), height_mm) / distance_mm,
+            distance_mm,
+            radius_mm,
+        }
+    }
+
+    /// The place of a point that the camera sees while the table stands at `angle_rad`.
+    fn place_of(&self, in_camera: &Vector3<f64>, angle_rad: f64) -> Vector3<f64> {
+        let from_origin = in_camera - self.origin_mm;
+        let [towards, along, height] = self.axes.map(|axis| axis.dot(&from_origin));
+        // The seam lies behind the axis, where no light falls: over the frames places go on without a jump.
+        let (radius, turn_rad) = (towards.hypot(along), along.atan2(towards));
+        let (cos, sin) = (self.elevation.x, self.elevation.y);
+        Vector3::new(
+            height * cos - radius * sin,
+            self.radius_mm * (turn_rad - angle_rad),
+            self.distance_mm - radius * cos - height * sin,
+        )
+    }
+
+    /// Where the camera sees that place while the table stands at `angle_rad`.
+    fn camera_place_of(&self, in_chart: &Vector3<f64>, angle_rad: f64) -> Vector3<f64> {
+        let (cos, sin) = (self.elevation.x, self.elevation.y);
+        let nearness = self.distance_mm - in_chart.z;
+        let (radius, height) = (nearness * cos - in_chart.x * sin, in_chart.x * cos + nearness * sin);
+        let (along, towards) = (in_chart.y / self.radius_mm + angle_rad).sin_cos();
+        let [e_towards, e_along, e_height] = self.axes;
+        self.origin_mm + e_towards * (radius * towards) + e_along * (radius * along) + e_height * height
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rounding over lengths of 400 mm.
+    const EXACT_MM: f64 = 1e-9;
+
+    #[test]
+    fn a_place_of_the_chart_is_where_the_camera_saw_it_and_the_next_frame_sees_it_turned() {
+        let axis = RotaryAxis::new(Vector3::new(3.0, -20.0, 410.0), Vector3::new(0.05, -0.96, 0.28));
+        let unrolled = Unrolled::new(&axis, DepthRangeMm { near_mm: 350.0, far_mm: 450.0 });
+        let seen = Vector3::new(12.0, -31.0, 388.0);
+        let place = unrolled.place_of(&seen, 1.0);
+        assert!((unrolled.camera_place_of(&place, 1.0) - seen).norm() < EXACT_MM);
+        let part = axis.part_from_camera(&PointMm::new(seen), 1.0);
+        let later = axis.motion(1.3).camera_from_part(&part);
+        assert!((unrolled.camera_place_of(&place, 1.3) - later.xyz).norm() < EXACT_MM);
+        assert!((unrolled.place_of(&later.xyz, 1.3) - place).norm() < EXACT_MM);
+    }
+
+    #[test]
+    fn depth_falls_towards_the_camera_and_a_turn_comes_back() {
+        let axis = RotaryAxis::new(Vector3::new(0.0, 0.0, 400.0), -Vector3::y());
+        let unrolled = Unrolled::new(&axis, DepthRangeMm { near_mm: 350.0, far_mm: 450.0 });
+        let depth = |z: f64| unrolled.place_of(&Vector3::new(0.0, 0.0, z), 0.0).z;
+        assert!((depth(370.0) - 370.0).abs() < EXACT_MM && (depth(390.0) - 390.0).abs() < EXACT_MM);
+        let chart = Chart::Unrolled(unrolled);
+        let back = unrolled.place_of(&Vector3::new(0.0, 0.0, 370.0), TAU);
+        assert!((back.y + chart.period_mm().unwrap()).abs() < EXACT_MM);
+    }
+}
