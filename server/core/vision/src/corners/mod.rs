@@ -23,6 +23,7 @@ mod orientation;
 mod params;
 mod quick;
 mod refine;
+mod sampling;
 mod sums;
 mod warp;
 mod window;
