@@ -15,6 +15,7 @@
 //! 4. `refine`: a blurred-corner model fitted to each corner (`model`, `fit`, `sums`).
 
 mod charuco;
+mod circles;
 mod detect;
 mod fit;
 mod lattice;
@@ -42,6 +43,7 @@ use params::{VERDICT_SHARE, WINDOW_MAX_PX, WINDOW_SQUARES};
 use window::Reach;
 
 pub use charuco::{CharucoError, CharucoParams, find_charuco};
+pub use circles::{CircleParams, find_circles};
 
 /// Settings of the corner search.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,7 +69,8 @@ pub struct Corner {
     pub sigma_px: f64,
 }
 
-/// The corners of one board that were found, row by row: all of a chessboard, those in sight of a ChArUco board.
+/// The corners of one board that were found, row by row: all of a chessboard, those in sight of a ChArUco board, the
+/// centres of a circle grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoardCorners {
     /// Inner corners along a board row.
@@ -102,6 +105,16 @@ pub enum CornerError {
         found_columns: usize,
         /// Detected inner rows.
         found_rows: usize,
+    },
+    /// No whole grid of discs was detected.
+    #[error("no grid of {columns}×{rows} circles was found; {found} stand in a regular group")]
+    NoCircles {
+        /// Configured discs in a row.
+        columns: usize,
+        /// Configured rows.
+        rows: usize,
+        /// Discs in the largest regular group.
+        found: usize,
     },
     /// The configured board was detected, but too many of its corners are hidden or unreadable.
     #[error("found {found} of the {needed} inner corners of the {inner_columns}×{inner_rows} board")]

@@ -166,3 +166,51 @@ pub(super) const CELL_MIN_LOG_LIKELIHOOD: f64 = 5.0;
 /// Share of a cell's variance that the smooth board does not take out, because neighbours whose edges stand in the same
 /// cell err alike: seen on boards rendered with four to sixteen samples a pixel.
 pub(super) const SHARED_CELL_SHARE: f64 = 0.03;
+
+/// Half-sides of the square whose mean a disc's pixels are compared with, as the share 1/n of the picture's longer side.
+pub(super) const BLOB_WINDOW_SHARES: [usize; 4] = [24, 48, 12, 6];
+
+/// A pixel belongs to a spot from this share of its surroundings' spread on.
+pub(super) const BLOB_THRESHOLD_SPREADS: f64 = 0.3;
+
+/// Smallest area of a spot: below, its rim has too few pixels for the ten parameters of a disc.
+pub(super) const BLOB_MIN_AREA_PX: f64 = 20.0;
+
+/// Most by which a spot's area may differ from that of the ellipse with its spread: a square differs by 5 %, a small disc
+/// on its raster by as much.
+pub(super) const BLOB_MAX_FILL_ERROR: f64 = 0.15;
+
+/// Longest spot, length by width: a disc tilted by 75°.
+pub(super) const BLOB_MAX_ASPECT: f64 = 4.0;
+
+/// Fewest spots worth looking at.
+pub(super) const CIRCLES_MIN: usize = 4;
+
+/// Spots that the search for the grid starts from, and neighbours of each that may be a step.
+pub(super) const GRID_SEEDS: usize = 6;
+/// See [`GRID_SEEDS`].
+pub(super) const GRID_NEIGHBOURS: usize = 8;
+
+/// Most by which the next disc misses the place that the last step promises, as a share of the step.
+pub(super) const GRID_MAX_MISS_STEPS: f64 = 0.3;
+
+/// Half-width of the band of pixels along a disc's rim, and most of the gap to the next disc that it takes.
+pub(super) const DISC_BAND_PX: f64 = 5.0;
+/// See [`DISC_BAND_PX`].
+pub(super) const DISC_GAP_SHARE: f64 = 0.45;
+
+/// Iterations of a disc's fit, both stages.
+pub(super) const DISC_MAX_ITERATIONS: usize = 60;
+
+/// A fit that leaves more than this share of half the contrast unexplained is no disc.
+pub(super) const DISC_MAX_MISFIT_RATIO: f64 = 0.25;
+
+/// A fit that leaves its spot's centroid by more found something else.
+pub(super) const DISC_MAX_SHIFT_PX: f64 = 2.0;
+
+/// Rounds in which the correction of the discs' centres and the map through them are taken from each other: the second
+/// changes it by a hundredth of itself.
+pub(super) const ECCENTRICITY_ROUNDS: usize = 3;
+
+/// Points of a rim, an even number.
+pub(super) const RIM_POINTS: usize = 32;
