@@ -214,3 +214,23 @@ pub(super) const ECCENTRICITY_ROUNDS: usize = 3;
 
 /// Points of a rim, an even number.
 pub(super) const RIM_POINTS: usize = 32;
+
+/// Fewest corners, share of the board's and lines both ways of a part of a board: less is found in clutter as well.
+pub(super) const PART_MIN_CORNERS: usize = 12;
+/// See [`PART_MIN_CORNERS`].
+pub(super) const PART_MIN_SHARE: f64 = 0.25;
+/// See [`PART_MIN_CORNERS`].
+pub(super) const PART_MIN_LINES: usize = 3;
+
+/// A corner nearer to the picture's rim than this share of a square need not be seen: its window is cut off.
+pub(super) const PART_MARGIN_SQUARES: f64 = 0.5;
+
+/// Most corners that a part leaves unexplained, as a share of those seen: covered by something.
+pub(super) const PART_MAX_UNEXPLAINED_SHARE: f64 = 0.4;
+
+/// Every other way to lay a part into the board must leave so much more unexplained, as a share of the board's shorter
+/// line: a line beyond the board's rim, seen nearly whole.
+pub(super) const PART_RUNNER_UP_LINES: f64 = 0.6;
+
+/// A corner of a part of a board whose sigma is more medians of all than this is cut off by what covers the board.
+pub(super) const PART_MAX_SIGMA_MEDIANS: f64 = 4.0;

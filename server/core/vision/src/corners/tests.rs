@@ -310,25 +310,69 @@ fn a_board_of_another_size_is_refused_with_its_size() {
     );
 }
 
-#[test]
-fn a_covered_corner_makes_the_board_incomplete() {
-    let image = SCENE.image();
+/// The image with a grey square of `side` px around the corner at (column, row).
+fn covered(scene: &Scene, column: usize, row: usize, side: usize) -> GreyImage {
+    let image = scene.image();
     let Pixels::Eight(p) = image.pixels() else { unreachable!() };
     let mut bytes = p.clone();
-    let covered = SCENE.truth(3, 2).map(|x| x as usize);
-    for v in covered[1] - 14..covered[1] + 14 {
-        bytes[v * image.width() + covered[0] - 14..][..28].fill(120);
+    let centre = scene.truth(column, row).map(|x| x as usize);
+    for v in centre[1].saturating_sub(side / 2)..(centre[1] + side / 2).min(image.height()) {
+        let first = v * image.width() + centre[0].saturating_sub(side / 2);
+        bytes[first..first + side].fill(120);
     }
-    let image = GreyImage::new(image.width(), image.height(), Pixels::Eight(bytes)).unwrap();
-    let refused = find_corners(&image, &SCENE.params());
-    assert_eq!(refused, Err(CornerError::Incomplete { inner_columns: 7, inner_rows: 4, found: 27, needed: 28 }));
+    GreyImage::new(image.width(), image.height(), Pixels::Eight(bytes)).unwrap()
+}
+
+/// Asserts that every corner found has the place that its number says.
+fn assert_numbered(scene: &Scene, board: &BoardCorners) {
+    for c in &board.corners {
+        let t = scene.truth(c.column, c.row);
+        assert!((c.u_px - t[0]).hypot(c.v_px - t[1]) < 0.1, "{c:?} is not at {t:?}");
+    }
 }
 
 #[test]
-fn a_board_reaching_out_of_the_image_is_refused() {
-    let scene = Scene { width: 300, ..SCENE };
-    let refused = find_corners(&scene.image(), &scene.params()).unwrap_err();
-    assert!(matches!(refused, CornerError::WrongSize { .. } | CornerError::Incomplete { .. }), "{refused}");
+fn a_covered_board_gives_the_corners_in_sight() {
+    for (column, row, side, least) in [(3, 2, 28, 27), (1, 1, 80, 18), (0, 3, 40, 25)] {
+        let board = find_corners(&covered(&SCENE, column, row, side), &SCENE.params()).unwrap();
+        assert!((least..28).contains(&board.corners.len()), "{} corners", board.corners.len());
+        assert_numbered(&SCENE, &board);
+    }
+}
+
+#[test]
+fn a_board_reaching_out_of_the_picture_gives_the_corners_in_sight() {
+    // Cut off at the right, below, at the left and above, and at two sides.
+    for (shift, size, least) in [
+        ([0.0, 0.0], (300, 360), 16),
+        ([0.0, 0.0], (480, 240), 14),
+        ([-150.0, 0.0], (480, 360), 16),
+        ([0.0, -130.0], (480, 360), 14),
+        ([-110.0, 0.0], (480, 260), 12),
+    ] {
+        let mut scene = Scene { width: size.0, height: size.1, distortion: 0.0, ..SCENE };
+        for column in 0..3 {
+            for axis in 0..2 {
+                scene.homography[axis][column] += shift[axis] * scene.homography[2][column];
+            }
+        }
+        let board =
+            find_corners(&scene.image(), &scene.params()).unwrap_or_else(|e| panic!("{shift:?} {size:?}: {e}"));
+        assert!((least..28).contains(&board.corners.len()), "{shift:?} {size:?}: {}", board.corners.len());
+        assert_numbered(&scene, &board);
+    }
+}
+
+#[test]
+fn a_part_that_may_be_at_several_places_is_refused() {
+    // Cut off on both sides, and a part of a board that looks the same after half a turn.
+    let both =
+        Scene { width: 200, homography: [[47.0, 4.0, -40.0], SCENE.homography[1], [2e-4, 8e-4, 1.0]], ..SCENE };
+    let refused = find_corners(&both.image(), &both.params()).unwrap_err();
+    assert!(matches!(refused, CornerError::Ambiguous { inner_columns: 7, inner_rows: 4, .. }), "{refused}");
+    let symmetric = Scene { columns: 7, rows: 5, width: 300, ..SCENE };
+    let refused = find_corners(&symmetric.image(), &symmetric.params()).unwrap_err();
+    assert!(matches!(refused, CornerError::Ambiguous { inner_columns: 7, inner_rows: 5, .. }), "{refused}");
 }
 
 #[test]
@@ -458,7 +502,8 @@ fn without_the_quick_look_the_board_is_the_same() {
     let patient = detect::patient_search(&image, |seed| {
         board_from_lattice(&Lattice::from_seed(&image, seed)?, &SCENE.params()).ok()
     });
-    let patient = board_from_fits(&refine_whole(&image, &patient.unwrap(), 7), &SCENE.params());
+    let numbered = patient.unwrap().into_iter().enumerate().map(|(k, fit)| ([k % 7, k / 7], fit)).collect();
+    let patient = refined(&image, numbered, &SCENE.params());
     let quick = find_corners(&image, &SCENE.params()).unwrap();
     for (a, b) in patient.corners.iter().zip(&quick.corners) {
         assert_eq!((a.row, a.column), (b.row, b.column));

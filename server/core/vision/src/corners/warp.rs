@@ -46,6 +46,12 @@ impl BoardWarp {
         Some(warp)
     }
 
+    /// The homography alone, for places well outside the corners; `None` as for [`Self::fit`].
+    pub(super) fn plain(pairs: &[([f64; 2], [f64; 2])]) -> Option<Self> {
+        let homography = fit_homography(pairs)?;
+        Some(Self { homography, centre: [0.0; 2], scale: 1.0, degree: 0, coefficients: [Vec::new(), Vec::new()] })
+    }
+
     fn fit_polynomial(&mut self, pairs: &[([f64; 2], [f64; 2])]) -> Option<()> {
         let ideal: Vec<[f64; 2]> = pairs.iter().map(|p| project(&self.homography, p.0)).collect();
         let n_terms = n_terms(self.degree);
