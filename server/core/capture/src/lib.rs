@@ -25,4 +25,4 @@ pub use image_file::{
 };
 pub use manifest::{CameraFormat, Frame, Manifest, Pose, Scan, StageView};
 pub use projector::{GratingProjector, PlanesProjector, Projector};
-pub use target::{CharucoTarget, ChessboardTarget, SquareMm, Target};
+pub use target::{CharucoTarget, ChessboardTarget, CirclesTarget, SquareMm, Target};
