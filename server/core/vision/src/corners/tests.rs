@@ -352,8 +352,8 @@ fn a_board_reaching_out_of_the_picture_gives_the_corners_in_sight() {
     ] {
         let mut scene = Scene { width: size.0, height: size.1, distortion: 0.0, ..SCENE };
         for column in 0..3 {
-            for axis in 0..2 {
-                scene.homography[axis][column] += shift[axis] * scene.homography[2][column];
+            for (axis, shift_px) in shift.iter().enumerate() {
+                scene.homography[axis][column] += shift_px * scene.homography[2][column];
             }
         }
         let board =
