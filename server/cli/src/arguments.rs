@@ -90,7 +90,7 @@ pub enum Command {
     /// Write a calibration board as a PDF page, true to scale, with a ruler to check the print.
     #[command(after_help = EXIT_CODES)]
     Target(TargetArgs),
-    /// Find the inner corners of a chessboard in images.
+    /// Find the corners of a chessboard or ChArUco board, or the centres of a circle grid, in images.
     #[command(after_help = EXIT_CODES)]
     Corners(CornersArgs),
     /// Measure a point cloud: value, uncertainty and, with a tolerance, the verdict.
@@ -198,6 +198,10 @@ pub enum TargetKind {
     Chessboard,
     /// With markers in the white squares: a part of the board in sight is enough.
     Charuco,
+    /// Discs in rows and columns; all of them must be in every picture.
+    Circles,
+    /// Discs of which every other row is shifted by half their distance, as OpenCV's asymmetric grid.
+    AsymmetricCircles,
 }
 
 /// `sheaf target`.
@@ -206,13 +210,15 @@ pub struct TargetArgs {
     /// Kind of the board.
     #[arg(long, value_enum, default_value_t)]
     pub kind: TargetKind,
-    /// Squares along a row. One even and one odd count make a chessboard that cannot be mistaken for itself turned round.
-    #[arg(long, default_value_t = 12)]
-    pub columns: usize,
-    /// Squares along a column.
-    #[arg(long, default_value_t = 9)]
-    pub rows: usize,
-    /// Side of a square.
+    /// Squares along a row (12), or circles in a row (9; asymmetric 4). One even and one odd count of squares make a
+    /// chessboard that cannot be mistaken for itself turned round.
+    #[arg(long)]
+    pub columns: Option<usize>,
+    /// Squares along a column (9), or rows of circles (7; asymmetric 11, an odd number for a grid that cannot be mistaken
+    /// for itself turned round).
+    #[arg(long)]
+    pub rows: Option<usize>,
+    /// Side of a square, or distance of neighbouring circles; asymmetric: distance of the rows.
     #[arg(long, value_name = "MM", default_value_t = 20.0)]
     pub square_mm: f64,
     /// charuco: OpenCV's name of the markers' dictionary.
@@ -387,12 +393,21 @@ pub struct CornersArgs {
     /// Images: PNG, TIFF, BMP or JPEG, 8 or 16 bit, grey or colour.
     #[arg(required = true, value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
-    /// Inner corners along a board row.
+    /// Kind of the board.
+    #[arg(long, value_enum, default_value_t)]
+    pub kind: TargetKind,
+    /// chessboard: inner corners along a board row; charuco: squares; circles: circles.
     #[arg(long)]
     pub columns: usize,
-    /// Inner corners along a board column.
+    /// The same along a board column.
     #[arg(long)]
     pub rows: usize,
+    /// charuco: side of a marker over the side of a square.
+    #[arg(long, default_value_t = 0.7)]
+    pub marker_share: f64,
+    /// charuco: OpenCV's name of the markers' dictionary.
+    #[arg(long, default_value = "DICT_5X5_100")]
+    pub dictionary: String,
     /// Folder for one CSV per image: row,column,u_px,v_px,sigma_px.
     #[arg(long, value_name = "DIR")]
     pub csv: PathBuf,

@@ -1,36 +1,28 @@
-//! `sheaf corners`: chessboard corners of images, one CSV each.
+//! `sheaf corners`: corners of boards, or centres of circle grids, in images; one CSV each.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use capture::read_grey_image;
+use capture::{CharucoTarget, ChessboardTarget, CirclesTarget, SquareMm, Target, read_grey_image};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use vision::{BoardCorners, CornerParams, find_corners};
+use vision::{BoardCorners, CharucoParams};
 
-use crate::arguments::CornersArgs;
+use crate::arguments::{CornersArgs, TargetKind};
 use crate::commands::{Answer, failed_entry, with_failures};
 use crate::output::{create_folder, file_names_after, write_file};
-use pipeline::Reporter;
-use pipeline::{Failure, FailureKind};
+use pipeline::{Failure, FailureKind, Reporter, find_board};
 
 /// Finds the corners of every image; images without a readable board are named, the others are written and reported.
 pub fn run(args: &CornersArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
-    if args.columns < 2 || args.rows < 2 {
-        return Err(Failure::new(
-            FailureKind::BadParameter,
-            "a board has at least 2 inner columns and 2 inner rows",
-        )
-        .remedy("count the corners where four squares meet, not the squares"));
-    }
+    let target = target(args)?;
     create_folder(&args.csv)?;
-    let params = CornerParams { inner_columns: args.columns, inner_rows: args.rows };
     let task = reporter.count("finding corners", "images", args.images.len());
     let boards: Vec<Result<BoardCorners, Failure>> = args
         .images
         .par_iter()
         .map(|image| {
-            let board = corners_of(image, &params);
+            let board = corners_of(image, &target);
             task.step();
             board
         })
@@ -65,12 +57,53 @@ pub fn run(args: &CornersArgs, reporter: &dyn Reporter) -> Result<Answer, Failur
     Ok(with_failures(text, json!({}), images, &failures))
 }
 
-fn corners_of(path: &Path, params: &CornerParams) -> Result<BoardCorners, Failure> {
+/// The board whose squares, or steps, are 1 mm: only the calibration needs their size.
+fn target(args: &CornersArgs) -> Result<Target, Failure> {
+    let (columns, rows) = (args.columns, args.rows);
+    let wrong = |what: &str, remedy: &str| {
+        Err(Failure::new(FailureKind::BadParameter, what.to_owned()).remedy(remedy.to_owned()))
+    };
+    let square_mm = SquareMm::from(1.0);
+    let circles = CirclesTarget { columns, rows, square_mm, diameter_mm: 0.5 };
+    match args.kind {
+        TargetKind::Charuco if columns < 3 || rows < 3 => {
+            wrong("a ChArUco board has at least 3 columns and 3 rows", "count the squares")
+        }
+        _ if columns < 2 || rows < 2 => wrong(
+            "a board has at least 2 inner columns and 2 inner rows",
+            "count the corners where four squares meet, not the squares",
+        ),
+        TargetKind::Charuco if !(args.marker_share > 0.0 && args.marker_share < 1.0) => {
+            wrong("--marker-share is above 0 and below 1", "measure marker and square")
+        }
+        TargetKind::Chessboard => {
+            Ok(ChessboardTarget { inner_columns: columns, inner_rows: rows, square_mm }.into())
+        }
+        TargetKind::Charuco => {
+            let dictionary = args.dictionary.clone();
+            let params =
+                CharucoParams { columns, rows, marker_share: args.marker_share, dictionary: dictionary.clone() };
+            params.check().map_err(|error| Failure::new(FailureKind::BadParameter, error.to_string()))?;
+            Ok(Target::Charuco(CharucoTarget {
+                columns,
+                rows,
+                square_mm,
+                marker_mm: args.marker_share,
+                dictionary,
+            }))
+        }
+        TargetKind::Circles => Ok(Target::Circles(circles)),
+        TargetKind::AsymmetricCircles => Ok(Target::AsymmetricCircles(circles)),
+    }
+}
+
+fn corners_of(path: &Path, target: &Target) -> Result<BoardCorners, Failure> {
     let image = read_grey_image(path).map_err(|error| Failure::from(error).in_file(path))?;
-    find_corners(&image, params).map_err(|error| {
-        Failure::bad_input(format!("{}: {error}", path.display()))
-            .in_file(path)
-            .remedy("check --columns and --rows, and that the whole board is in the picture, evenly lit and sharp")
+    find_board(&image, target).map_err(|error| {
+        let more = if matches!(target, Target::Charuco(_)) { "more of" } else { "the whole of" };
+        Failure::bad_input(format!("{}: {error}", path.display())).in_file(path).remedy(format!(
+            "check --kind, --columns and --rows, and that {more} the board is in the picture, evenly lit and sharp"
+        ))
     })
 }
 

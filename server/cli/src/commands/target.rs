@@ -1,6 +1,6 @@
 //! `sheaf target`: a calibration board to print, true to scale.
 
-use capture::{CharucoTarget, ChessboardTarget, SquareMm, Target};
+use capture::{CharucoTarget, ChessboardTarget, CirclesTarget, SquareMm, Target};
 use pipeline::{Failure, FailureKind, Reporter};
 use report::target_sheet::target_sheet;
 use serde_json::json;
@@ -11,6 +11,12 @@ use crate::output::write_file;
 
 /// Share of a white square that its marker takes: room for the corners, and still large enough to be read.
 const MARKER_SHARE: f64 = 0.7;
+
+/// Diameter of a disc over the step of its grid: large, for centres are as good as rims are long, and with room for a
+/// blurred rim.
+const CIRCLE_SHARE: f64 = 0.6;
+/// The same of an asymmetric grid, whose discs are 1.4 steps apart.
+const ASYMMETRIC_CIRCLE_SHARE: f64 = 0.85;
 
 /// Writes the page and tells what a capture must say about the board.
 pub fn run(args: &TargetArgs, _: &dyn Reporter) -> Result<Answer, Failure> {
@@ -34,21 +40,38 @@ fn target(args: &TargetArgs) -> Result<Target, Failure> {
     if !(args.square_mm > 0.0 && args.square_mm.is_finite()) {
         return wrong("--square-mm must be a number above 0");
     }
-    if args.columns < 3 || args.rows < 3 {
+    let has_squares = matches!(args.kind, TargetKind::Chessboard | TargetKind::Charuco);
+    let (columns, rows) = match args.kind {
+        TargetKind::Chessboard | TargetKind::Charuco => (args.columns.unwrap_or(12), args.rows.unwrap_or(9)),
+        TargetKind::Circles => (args.columns.unwrap_or(9), args.rows.unwrap_or(7)),
+        TargetKind::AsymmetricCircles => (args.columns.unwrap_or(4), args.rows.unwrap_or(11)),
+    };
+    if has_squares && (columns < 3 || rows < 3) {
         return wrong("--columns and --rows count squares: at least 3 each");
+    }
+    if columns < 2 || rows < 2 {
+        return wrong("--columns and --rows count circles: at least 2 each");
     }
     let square_mm = SquareMm::from(args.square_mm);
     Ok(match args.kind {
         TargetKind::Chessboard => {
-            let (inner_columns, inner_rows) = (args.columns - 1, args.rows - 1);
+            let (inner_columns, inner_rows) = (columns - 1, rows - 1);
             ChessboardTarget { inner_columns, inner_rows, square_mm }.into()
         }
         TargetKind::Charuco => Target::Charuco(CharucoTarget {
-            columns: args.columns,
-            rows: args.rows,
+            columns,
+            rows,
             square_mm,
             marker_mm: MARKER_SHARE * args.square_mm,
             dictionary: args.dictionary.clone(),
         }),
+        TargetKind::Circles => {
+            let diameter_mm = CIRCLE_SHARE * args.square_mm;
+            Target::Circles(CirclesTarget { columns, rows, square_mm, diameter_mm })
+        }
+        TargetKind::AsymmetricCircles => {
+            let diameter_mm = ASYMMETRIC_CIRCLE_SHARE * args.square_mm;
+            Target::AsymmetricCircles(CirclesTarget { columns, rows, square_mm, diameter_mm })
+        }
     })
 }

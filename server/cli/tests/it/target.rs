@@ -40,3 +40,34 @@ fn a_board_without_markers_enough_is_refused() {
     assert_eq!(output.status.code(), Some(2), "{message}");
     assert!(message.contains("90 markers") && message.contains("larger dictionary"), "{message}");
 }
+
+#[test]
+fn a_circle_grid_is_written_and_found_in_its_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, picture) = (path(folder.path(), "grid.pdf"), path(folder.path(), "grid.png"));
+    let (made, exit) = sheaf_json(&["target", "--kind", "asymmetric-circles", "--square-mm", "15", "-o", &file]);
+    assert_eq!(exit, 0, "{made:#}");
+    let target = &made["target"];
+    assert_eq!((target["kind"].as_str(), target["columns"].as_u64()), (Some("asymmetric_circles"), Some(4)));
+    let radius = target["diameter_mm"].as_f64().unwrap() / 2.0;
+    // Three pixels a millimetre, rims two pixels wide.
+    let discs: Vec<[f64; 2]> = (0..44)
+        .map(|k| [60.0 + 45.0 * f64::from(2 * (k % 4) + k / 4 % 2), 50.0 + 45.0 * f64::from(k / 4)])
+        .collect();
+    let image = image::GrayImage::from_fn(480, 560, |u, v| {
+        let distance = |at: &[f64; 2]| (f64::from(u) - at[0]).hypot(f64::from(v) - at[1]);
+        let nearest = discs.iter().map(distance).fold(f64::INFINITY, f64::min);
+        image::Luma([(125.0 + 90.0 * (nearest - 3.0 * radius).clamp(-1.0, 1.0)) as u8])
+    });
+    image.save(&picture).unwrap();
+    let csv = path(folder.path(), "csv");
+    let arguments =
+        ["corners", &picture, "--kind", "asymmetric-circles", "--columns", "4", "--rows", "11", "--csv", &csv];
+    let (found, exit) = sheaf_json(&arguments);
+    assert_eq!((exit, found["images"][0]["n_corners"].as_u64()), (0, Some(44)), "{found:#}");
+    let table = std::fs::read_to_string(std::path::Path::new(&csv).join("grid.csv")).unwrap();
+    for (line, disc) in table.lines().skip(1).zip(&discs) {
+        let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
+        assert!((numbers[2] - disc[0]).hypot(numbers[3] - disc[1]) < 0.02, "{line}, not {disc:?}");
+    }
+}

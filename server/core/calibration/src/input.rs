@@ -13,20 +13,81 @@ pub struct BoardGeometry {
     pub inner_rows: usize,
     /// Sides of a square along a board row and a board column.
     pub square_mm: Vector2<f64>,
-    /// Whether the bright squares carry markers: lines are then read on the dark ones alone.
-    pub has_markers: bool,
+    /// What is on it besides.
+    pub pattern: BoardPattern,
+}
+
+/// What a board shows.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum BoardPattern {
+    /// Dark and bright squares.
+    #[default]
+    Squares,
+    /// Markers in the bright squares: lines are read on the dark ones alone.
+    Markers,
+    /// Discs, whose centres are the corners.
+    Circles {
+        /// Whether every other row is shifted by a step, and the discs of a row are two steps apart.
+        staggered: bool,
+        /// Diameter of a disc.
+        diameter_mm: f64,
+    },
 }
 
 impl BoardGeometry {
     /// Middle of the corners on the board, mm from corner (0, 0).
     pub fn centre_mm(&self) -> Vector3<f64> {
-        self.corner_mm(self.inner_columns.saturating_sub(1), self.inner_rows.saturating_sub(1)) / 2.0
+        let half = (self.extent_squares() - Vector2::repeat(1.0)) / 2.0;
+        Vector3::new(half.x * self.square_mm.x, half.y * self.square_mm.y, 0.0)
     }
 
-    /// Place of an inner corner on the board, mm from corner (0, 0).
+    /// Place of an inner corner or of a disc's centre on the board, mm from corner (0, 0).
     pub fn corner_mm(&self, column: usize, row: usize) -> Vector3<f64> {
-        Vector3::new(column as f64 * self.square_mm.x, row as f64 * self.square_mm.y, 0.0)
+        let steps = if self.is_staggered() { 2 * column + row % 2 } else { column };
+        Vector3::new(steps as f64 * self.square_mm.x, row as f64 * self.square_mm.y, 0.0)
     }
+
+    /// Squares (steps of a circle grid) from corner (0, 0) to the end of the square behind the last corner.
+    pub fn extent_squares(&self) -> Vector2<f64> {
+        let columns = if self.is_staggered() { 2 * self.inner_columns } else { self.inner_columns };
+        Vector2::new(columns as f64, self.inner_rows as f64)
+    }
+
+    fn is_staggered(&self) -> bool {
+        matches!(self.pattern, BoardPattern::Circles { staggered: true, .. })
+    }
+
+    /// What lies at a place of the board (squares from corner (0, 0)): places with the same answer have no edge between
+    /// them but where they are far apart.
+    pub(crate) fn field(&self, at: Vector2<f64>) -> BoardField {
+        let BoardPattern::Circles { staggered, diameter_mm } = self.pattern else {
+            // The square beyond corner (0, 0) is a dark one.
+            let (column, row) = (at.x.floor(), at.y.floor());
+            let is_bright = (column + row).rem_euclid(2.0) != 0.0;
+            return BoardField {
+                cell: [column, row],
+                holds_marker: self.pattern == BoardPattern::Markers && is_bright,
+            };
+        };
+        let disc = |row: f64| {
+            let (first, step) = if staggered { (row.rem_euclid(2.0), 2.0) } else { (0.0, 1.0) };
+            [first + step * ((at.x - first) / step).round(), row]
+        };
+        let is_inside = |[x, y]: &[f64; 2]| {
+            Vector2::new(at.x - x, at.y - y).component_mul(&self.square_mm).norm() < diameter_mm / 2.0
+        };
+        let inside = [disc(at.y.floor()), disc(at.y.ceil())].into_iter().find(is_inside);
+        BoardField { cell: inside.unwrap_or([f64::INFINITY; 2]), holds_marker: false }
+    }
+}
+
+/// A part of the board of one brightness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct BoardField {
+    /// The square, or the disc; infinite between discs.
+    cell: [f64; 2],
+    /// Whether a marker is in it.
+    pub holds_marker: bool,
 }
 
 /// What makes the lines, by its data sheets.
@@ -115,4 +176,34 @@ pub struct CalibrationOptions {
     pub light_model: LightModelChoice,
     /// Whether k3 is estimated (`true`), held at zero (`false`), or decided by its significance (`None`).
     pub estimate_k3: Option<bool>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_staggered_grid_has_its_discs_between_each_other() {
+        let pattern = BoardPattern::Circles { staggered: true, diameter_mm: 12.0 };
+        let grid =
+            BoardGeometry { inner_columns: 4, inner_rows: 11, square_mm: Vector2::new(15.0, 14.0), pattern };
+        assert_eq!(grid.corner_mm(3, 10), Vector3::new(90.0, 140.0, 0.0));
+        assert_eq!(grid.corner_mm(3, 9), Vector3::new(105.0, 126.0, 0.0));
+        assert_eq!(grid.centre_mm(), Vector3::new(52.5, 70.0, 0.0));
+        assert_eq!(grid.extent_squares(), Vector2::new(8.0, 11.0));
+    }
+
+    #[test]
+    fn a_disc_is_a_field_of_its_own() {
+        let pattern = BoardPattern::Circles { staggered: true, diameter_mm: 12.0 };
+        let grid = BoardGeometry { inner_columns: 4, inner_rows: 11, square_mm: Vector2::repeat(15.0), pattern };
+        let field = |x: f64, y: f64| grid.field(Vector2::new(x, y));
+        // The radius is 0.4 steps; odd rows begin a step to the right.
+        assert_eq!(field(2.0, 0.0), field(2.35, 0.0));
+        assert_ne!(field(2.0, 0.0), field(2.45, 0.0));
+        assert_ne!(field(2.0, 0.0), field(4.0, 0.0));
+        assert_eq!(field(1.0, 1.0), field(1.0, 1.3));
+        assert_eq!(field(1.0, 0.0), field(2.0, 1.0));
+        assert!(!field(1.0, 1.0).holds_marker);
+    }
 }

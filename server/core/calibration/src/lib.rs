@@ -32,7 +32,7 @@ pub use findings::report::{
 };
 pub use fits::stage_fit::check_positions as check_stage_positions;
 pub use input::{
-    BoardGeometry, CalibrationInput, CalibrationOptions, GratingSheet, LightModelChoice, PoseInput,
+    BoardGeometry, BoardPattern, CalibrationInput, CalibrationOptions, GratingSheet, LightModelChoice, PoseInput,
     ProjectorSheet, StageViewInput,
 };
 pub use solving::solver::Termination;

@@ -10,7 +10,7 @@ use crate::manifest::Manifest;
 use crate::params::{CORNERS_MAX, CORNERS_MIN, FORMAT, IMAGE_LIMIT_PX, LINES_MAX, ORDER_LIMIT};
 use crate::projector::{COLUMNS, Projector, ROWS};
 use crate::stage::{StageKind, StageSheet};
-use crate::target::Target;
+use crate::target::{CirclesTarget, SquareMm, Target};
 
 /// Checks every value of the manifest read from `file`; the first that is wrong is the error.
 pub(crate) fn check_values(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
@@ -36,11 +36,13 @@ fn check_camera(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
 
 fn check_target(file: &Path, target: &Target) -> Result<(), CaptureError> {
     let square = target.square_mm();
+    if let Some((grid, asymmetric)) = target.circles() {
+        return check_circles(file, grid, asymmetric);
+    }
+    let (inner_columns, inner_rows) = target.inner_corners();
     let counts = match target {
-        Target::Chessboard(board) => {
-            [("target.inner_columns", board.inner_columns + 1), ("target.inner_rows", board.inner_rows + 1)]
-        }
         Target::Charuco(board) => [("target.columns", board.columns), ("target.rows", board.rows)],
+        _ => [("target.inner_columns", inner_columns + 1), ("target.inner_rows", inner_rows + 1)],
     };
     let is_chessboard = matches!(target, Target::Chessboard(_));
     let expected = match is_chessboard {
@@ -65,6 +67,21 @@ fn check_target(file: &Path, target: &Target) -> Result<(), CaptureError> {
         dictionary: board.dictionary.clone(),
     };
     params.check().map_err(|cause| CaptureError::Markers { file: file.to_owned(), cause })
+}
+
+/// Discs that do not touch: their centres are a step apart, of an asymmetric grid one along and one across.
+fn check_circles(file: &Path, grid: &CirclesTarget, asymmetric: bool) -> Result<(), CaptureError> {
+    for (entry, count) in [("target.columns", grid.columns), ("target.rows", grid.rows)] {
+        let expected = "the number of discs along that side, between 2 and 1000";
+        check_range(file, entry, count as f64, (CORNERS_MIN..=CORNERS_MAX).contains(&count), expected)?;
+    }
+    let SquareMm { x_mm, y_mm } = grid.square_mm;
+    check_positive(file, "target.square_mm", x_mm)?;
+    check_positive(file, "target.square_mm", y_mm)?;
+    let nearest_mm = if asymmetric { x_mm.hypot(y_mm).min(2.0 * x_mm).min(2.0 * y_mm) } else { x_mm.min(y_mm) };
+    let fits = grid.diameter_mm > 0.0 && grid.diameter_mm < nearest_mm;
+    let expected = "a length above 0 and below the distance of neighbouring discs";
+    check_range(file, "target.diameter_mm", grid.diameter_mm, fits, expected)
 }
 
 fn check_projector(file: &Path, projector: &Projector) -> Result<(), CaptureError> {

@@ -10,7 +10,17 @@ struct Known {
 
 const CAMERA: Known = Known { keys: &["width_px", "height_px", "channel"], below: &[] };
 const TARGET: Known = Known {
-    keys: &["kind", "inner_columns", "inner_rows", "columns", "rows", "square_mm", "marker_mm", "dictionary"],
+    keys: &[
+        "kind",
+        "inner_columns",
+        "inner_rows",
+        "columns",
+        "rows",
+        "square_mm",
+        "marker_mm",
+        "diameter_mm",
+        "dictionary",
+    ],
     below: &[],
 };
 const PROJECTOR: Known = Known {

@@ -27,4 +27,4 @@ pub use image_file::{
 pub use manifest::{CameraFormat, Frame, Manifest, Pose, Scan, StageView};
 pub use projector::{GratingProjector, PlanesProjector, Projector};
 pub use stage::{StageKind, StagePlace, StageSheet};
-pub use target::{CharucoTarget, ChessboardTarget, SquareMm, Target};
+pub use target::{CharucoTarget, ChessboardTarget, CirclesTarget, SquareMm, Target};

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::projector::needed;
 
 /// The words of `target.kind`.
-const KINDS: &[&str] = &["chessboard", "charuco"];
+const KINDS: &[&str] = &["chessboard", "charuco", "circles", "asymmetric_circles"];
 
 /// The calibration board.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -17,6 +17,10 @@ pub enum Target {
     Chessboard(ChessboardTarget),
     /// A chessboard with markers in its white squares.
     Charuco(CharucoTarget),
+    /// Discs in rows and columns.
+    Circles(CirclesTarget),
+    /// Discs of which every other row is shifted by half the distance of the discs in a row.
+    AsymmetricCircles(CirclesTarget),
 }
 
 /// Black and white squares.
@@ -45,6 +49,20 @@ pub struct CharucoTarget {
     pub dictionary: String,
 }
 
+/// A grid of equal discs, dark on bright or bright on dark.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CirclesTarget {
+    /// Discs in a row.
+    pub columns: usize,
+    /// Rows.
+    pub rows: usize,
+    /// Steps of the grid: the distances between neighbouring centres; of an asymmetric grid the distance between its rows,
+    /// and half of that between the centres of a row.
+    pub square_mm: SquareMm,
+    /// Diameter of a disc.
+    pub diameter_mm: f64,
+}
+
 /// Sides of a square: one number, or [x, y] where a printer has stretched them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SquareMm {
@@ -55,19 +73,30 @@ pub struct SquareMm {
 }
 
 impl Target {
-    /// Inner corners along a board row and a board column.
+    /// Inner corners, or centres of discs, along a board row and a board column.
     pub fn inner_corners(&self) -> (usize, usize) {
         match self {
             Self::Chessboard(board) => (board.inner_columns, board.inner_rows),
             Self::Charuco(board) => (board.columns.saturating_sub(1), board.rows.saturating_sub(1)),
+            Self::Circles(grid) | Self::AsymmetricCircles(grid) => (grid.columns, grid.rows),
         }
     }
 
-    /// Sides of a square.
+    /// The grid of discs, and whether it is an asymmetric one.
+    pub fn circles(&self) -> Option<(&CirclesTarget, bool)> {
+        match self {
+            Self::Circles(grid) => Some((grid, false)),
+            Self::AsymmetricCircles(grid) => Some((grid, true)),
+            Self::Chessboard(_) | Self::Charuco(_) => None,
+        }
+    }
+
+    /// Sides of a square, or steps of a circle grid.
     pub fn square_mm(&self) -> SquareMm {
         match self {
             Self::Chessboard(board) => board.square_mm,
             Self::Charuco(board) => board.square_mm,
+            Self::Circles(grid) | Self::AsymmetricCircles(grid) => grid.square_mm,
         }
     }
 }
@@ -141,13 +170,24 @@ struct Keys {
     rows: Option<usize>,
     square_mm: Option<SquareMm>,
     marker_mm: Option<f64>,
+    diameter_mm: Option<f64>,
     dictionary: Option<String>,
 }
 
 impl<'de> Deserialize<'de> for Target {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let keys = Keys::deserialize(deserializer)?;
-        match needed(keys.kind, "target.kind")?.as_str() {
+        let circles = || -> Result<CirclesTarget, D::Error> {
+            Ok(CirclesTarget {
+                columns: needed(keys.columns, "target.columns")?,
+                rows: needed(keys.rows, "target.rows")?,
+                square_mm: needed(keys.square_mm, "target.square_mm")?,
+                diameter_mm: needed(keys.diameter_mm, "target.diameter_mm")?,
+            })
+        };
+        match needed(keys.kind.clone(), "target.kind")?.as_str() {
+            "circles" => Ok(Self::Circles(circles()?)),
+            "asymmetric_circles" => Ok(Self::AsymmetricCircles(circles()?)),
             "chessboard" => Ok(Self::Chessboard(ChessboardTarget {
                 inner_columns: needed(keys.inner_columns, "target.inner_columns")?,
                 inner_rows: needed(keys.inner_rows, "target.inner_rows")?,

@@ -3,14 +3,12 @@
 use std::path::Path;
 
 use calibration::{BoardGeometry, CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput};
-use capture::{Capture, LaserPicture, Projector, StagePlace, Target};
+use capture::{Capture, LaserPicture, Projector, StagePlace};
 use optics::StagePosition;
 use rayon::prelude::*;
-use vision::{
-    BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, CharucoParams, CornerError, CornerParams,
-    GreyImage, find_centrelines, find_charuco, find_corners,
-};
+use vision::{BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, find_centrelines};
 
+use crate::board::{board_pattern, board_remedy, find_board};
 use crate::failure::Failure;
 use crate::findings::{Finding, room_finding};
 use crate::progress::{Reporter, Task};
@@ -199,38 +197,9 @@ fn laser_light(capture: &Capture, picture: &LaserPicture) -> Result<LaserLight, 
 
 fn corners_of(capture: &Capture, picture: &Picture) -> Found<BoardCorners> {
     let image = capture.image(&picture.entry, picture.path)?;
-    let found = match &capture.manifest.target {
-        Target::Chessboard(board) => find_corners(
-            &image,
-            &CornerParams { inner_columns: board.inner_columns, inner_rows: board.inner_rows },
-        ),
-        Target::Charuco(board) => find_charuco(
-            &image,
-            &CharucoParams {
-                columns: board.columns,
-                rows: board.rows,
-                marker_share: board.marker_mm / board.square_mm.x_mm.min(board.square_mm.y_mm),
-                dictionary: board.dictionary.clone(),
-            },
-        ),
-    };
-    found.map_err(|error| {
-        let remedy = match (&error, &capture.manifest.target) {
-            (CornerError::WrongSize { found_columns, found_rows, .. }, _) => format!(
-                "if the board has {found_columns}×{found_rows} inner corners, set target.inner_columns and \
-                 target.inner_rows in capture.json; if a part of it is out of the picture, take the picture again"
-            ),
-            (_, Target::Chessboard(_)) => {
-                "take the picture again with the whole board in it, evenly lit and sharp".to_owned()
-            }
-            (_, Target::Charuco(_)) => {
-                "check columns, rows and dictionary of target in capture.json, or take the \
-                                        picture again with more of the board in it, evenly lit and sharp"
-                    .to_owned()
-            }
-        };
-        unreadable(capture, picture, &error.to_string(), &remedy)
-    })
+    let target = &capture.manifest.target;
+    find_board(&image, target)
+        .map_err(|error| unreadable(capture, picture, &error.to_string(), &board_remedy(&error, target)))
 }
 
 fn centrelines_of(capture: &Capture, laser: &LaserPicture) -> Found<Centrelines> {
@@ -270,7 +239,7 @@ fn input(capture: &Capture, poses: Vec<PoseInput>, stage_views: Vec<StageViewInp
             inner_columns,
             inner_rows,
             square_mm: [square.x_mm, square.y_mm].into(),
-            has_markers: matches!(manifest.target, Target::Charuco(_)),
+            pattern: board_pattern(&manifest.target),
         },
         projector: ProjectorSheet {
             grating: match &manifest.projector {

@@ -5,6 +5,7 @@
 //! terminal, no exit code and no job.
 
 mod background;
+mod board;
 mod calibrate;
 mod document_file;
 mod failure;
@@ -19,6 +20,7 @@ mod search;
 mod strong_light;
 
 pub use background::Background;
+pub use board::{board_pattern, board_remedy, find_board};
 pub use calibrate::{Calibrated, calibrate_features, open_capture, read_features};
 pub use document_file::read_document;
 pub use failure::{Failure, FailureKind};

@@ -16,7 +16,8 @@ pub use centreline::{
 };
 pub use colour::{Channel, ColourImage, Picture};
 pub use corners::{
-    BoardCorners, CharucoError, CharucoParams, Corner, CornerError, CornerParams, find_charuco, find_corners,
+    BoardCorners, CharucoError, CharucoParams, CircleParams, Corner, CornerError, CornerParams, find_charuco,
+    find_circles, find_corners,
 };
 pub use image::{GreyImage, ImageError, Pixels};
 pub use laser_channel::{ChannelView, laser_channel};

@@ -206,7 +206,7 @@ enum Place {
 fn place_on_board(point: &CentrelinePoint, camera: &Camera, pose: &BoardPose, board: &BoardGeometry) -> Place {
     let pixel = Vector2::new(point.u_px, point.v_px);
     let Some(here) = squares_from_pixel(&pixel, camera, pose, board) else { return Place::OffBoard };
-    let limit = Vector2::new(board.inner_columns as f64, board.inner_rows as f64);
+    let limit = board.extent_squares();
     let outside = |margin: f64| {
         here.x < -1.0 - margin || here.y < -1.0 - margin || here.x > limit.x + margin || here.y > limit.y + margin
     };
@@ -221,15 +221,13 @@ fn place_on_board(point: &CentrelinePoint, camera: &Camera, pose: &BoardPose, bo
         let Some(behind) = squares_from_pixel(&(pixel - axis * reach_px), camera, pose, board) else {
             return Place::OffBoard;
         };
-        if ahead.map(f64::floor) != behind.map(f64::floor) {
+        if board.field(ahead) != board.field(behind) {
             return Place::NearEdge;
         }
     }
-    // The square beyond corner (0, 0) is a dark one.
-    let is_bright = (here.x.floor() + here.y.floor()).rem_euclid(2.0) != 0.0;
     match outside(0.0) {
         true => Place::Margin,
-        false if board.has_markers && is_bright => Place::NearEdge,
+        false if board.field(here).holds_marker => Place::NearEdge,
         false => Place::Square,
     }
 }

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use calibration::{BoardGeometry, CalibrationInput, CalibrationOptions, PoseInput, ProjectorSheet, calibrate};
+use calibration::{
+    BoardGeometry, BoardPattern, CalibrationInput, CalibrationOptions, PoseInput, ProjectorSheet, calibrate,
+};
 use nalgebra::Vector2;
 use rayon::prelude::*;
 use vision::{CornerParams, LineDirection, find_corners};
@@ -51,8 +53,12 @@ fn camera_rms_px(paths: &[PathBuf], board: BoardGeometry, estimate_k3: Option<bo
 fn opencvs_left_camera_is_fitted_as_well_as_opencv_does() {
     let Some(paths) = photographs("opencv-board", "left") else { return };
     assert_eq!(paths.len(), 13);
-    let board =
-        BoardGeometry { inner_columns: 9, inner_rows: 6, square_mm: Vector2::repeat(25.0), has_markers: false };
+    let board = BoardGeometry {
+        inner_columns: 9,
+        inner_rows: 6,
+        square_mm: Vector2::repeat(25.0),
+        pattern: BoardPattern::Squares,
+    };
     // OpenCV with cornerSubPix: 0.178 px with k3 = 0.
     let rms_px = camera_rms_px(&paths, board, Some(false));
     println!("{rms_px}");
@@ -63,8 +69,12 @@ fn opencvs_left_camera_is_fitted_as_well_as_opencv_does() {
 fn the_ciclop_camera_is_fitted_as_well_as_published() {
     let Some(paths) = photographs("ciclop/camera", "frame") else { return };
     assert_eq!(paths.len(), 16);
-    let board =
-        BoardGeometry { inner_columns: 11, inner_rows: 6, square_mm: Vector2::repeat(13.0), has_markers: false };
+    let board = BoardGeometry {
+        inner_columns: 11,
+        inner_rows: 6,
+        square_mm: Vector2::repeat(13.0),
+        pattern: BoardPattern::Squares,
+    };
     // Published, and OpenCV's: 0.2415 px with five distortion parameters.
     let rms_px = camera_rms_px(&paths, board, None);
     println!("{rms_px}");

@@ -386,6 +386,16 @@ fn a_charuco_board_must_be_one_that_can_be() {
 }
 
 #[test]
+fn discs_stand_apart() {
+    let grid = |kind: &str, diameter_mm: f64| json!({"kind": kind, "columns": 4, "rows": 11, "square_mm": 15, "diameter_mm": diameter_mm});
+    // Those of an asymmetric grid are diagonal neighbours.
+    Capture::open(folder_with(&manifest_with("/target", grid("asymmetric_circles", 20.0))).path()).unwrap();
+    check("/target", grid("asymmetric_circles", 22.0), &["target.diameter_mm is 22", "neighbouring discs"]);
+    check("/target", grid("circles", 15.0), &["target.diameter_mm is 15", "neighbouring discs"]);
+    check("/target", json!({"kind": "circles", "columns": 10}), &["target.rows is missing"]);
+}
+
+#[test]
 fn squares_may_have_two_sides() {
     let folder = folder_with(&manifest_with("/target/square_mm", json!([12.0, 12.1])));
     let square = Capture::open(folder.path()).unwrap().manifest.target.square_mm();

@@ -27,6 +27,17 @@ fn a_charuco_board_fits_the_schema() {
 }
 
 #[test]
+fn circle_grids_fit_the_schema() {
+    for kind in ["circles", "asymmetric_circles"] {
+        let grid = json!({"kind": kind, "columns": 4, "rows": 11, "square_mm": 15, "diameter_mm": 12});
+        let manifest = manifest_with("/target", grid);
+        assert!(schema().is_valid(&manifest));
+        let capture = Capture::open(folder_with(&manifest).path()).unwrap();
+        assert!(schema().is_valid(&serde_json::to_value(&capture.manifest).unwrap()));
+    }
+}
+
+#[test]
 fn free_lasers_fit_the_schema() {
     let manifest = manifest_with("/projector", json!({"kind": "planes", "lines": 2}));
     assert!(schema().is_valid(&manifest));
@@ -43,12 +54,13 @@ fn what_the_reader_writes_fits_the_schema() {
 #[test]
 fn schema_and_reader_refuse_the_same() {
     let schema = schema();
-    let broken: [(&str, Value); 26] = [
+    let broken: [(&str, Value); 27] = [
         ("/format", json!("sheaf-capture/2")),
         ("/camera/width_px", json!(0)),
         ("/camera/width_px", json!(12.5)),
         ("/camera", json!({"width_px": 16, "height_px": 12, "channel": "infrared"})),
-        ("/target/kind", json!("circles")),
+        ("/target/kind", json!("hexagons")),
+        ("/target", json!({"kind": "circles", "columns": 9, "rows": 7, "square_mm": 20})),
         ("/target/inner_rows", json!(1)),
         ("/target/square_mm", json!([12])),
         ("/target", json!({"kind": "charuco", "columns": 10, "rows": 7, "square_mm": 20, "marker_mm": 14})),

@@ -121,7 +121,7 @@ pub fn find_charuco(image: &GreyImage, params: &CharucoParams) -> Result<BoardCo
 }
 
 /// Which corners lie where the smooth board has them: a fit that took a marker's edge for the corner's does not.
-fn agreeing(indices: &[[usize; 2]], fits: &[CornerFit]) -> Vec<bool> {
+pub(super) fn agreeing(indices: &[[usize; 2]], fits: &[CornerFit]) -> Vec<bool> {
     let place = |index: &[usize; 2]| index.map(|at| at as f64);
     let pairs: Vec<_> = indices.iter().zip(fits).map(|(index, fit)| (place(index), fit.position_px)).collect();
     let Some(warp) = BoardWarp::fit(&pairs) else { return vec![true; fits.len()] };

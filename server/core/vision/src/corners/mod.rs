@@ -15,14 +15,17 @@
 //! 4. `refine`: a blurred-corner model fitted to each corner (`model`, `fit`, `sums`).
 
 mod charuco;
+mod circles;
 mod detect;
 mod fit;
 mod lattice;
 mod model;
 mod orientation;
 mod params;
+mod part;
 mod quick;
 mod refine;
+mod sampling;
 mod sums;
 mod warp;
 mod window;
@@ -37,10 +40,12 @@ use crate::GreyImage;
 use detect::search_seeds;
 use lattice::Lattice;
 use orientation::{Board, read_board};
-use params::{VERDICT_SHARE, WINDOW_MAX_PX, WINDOW_SQUARES};
+use params::{PART_MAX_SIGMA_MEDIANS, VERDICT_SHARE, WINDOW_MAX_PX, WINDOW_SQUARES};
+use part::{Part, read_part};
 use window::Reach;
 
 pub use charuco::{CharucoError, CharucoParams, find_charuco};
+pub use circles::{CircleParams, find_circles};
 
 /// Settings of the corner search.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,7 +71,8 @@ pub struct Corner {
     pub sigma_px: f64,
 }
 
-/// The corners of one board that were found, row by row: all of a chessboard, those in sight of a ChArUco board.
+/// The corners of one board that were found, row by row: those in sight of a chessboard or ChArUco board, the
+/// centres of a circle grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoardCorners {
     /// Inner corners along a board row.
@@ -102,6 +108,29 @@ pub enum CornerError {
         /// Detected inner rows.
         found_rows: usize,
     },
+    /// A part of the board was detected that may be at several places of it.
+    #[error(
+        "found {found} inner corners of the {inner_columns}×{inner_rows} board, but not which of them: the picture \
+         shows too little of the board's rim"
+    )]
+    Ambiguous {
+        /// Configured inner columns.
+        inner_columns: usize,
+        /// Configured inner rows.
+        inner_rows: usize,
+        /// Corners found.
+        found: usize,
+    },
+    /// No whole grid of discs was detected.
+    #[error("no grid of {columns}×{rows} circles was found; {found} stand in a regular group")]
+    NoCircles {
+        /// Configured discs in a row.
+        columns: usize,
+        /// Configured rows.
+        rows: usize,
+        /// Discs in the largest regular group.
+        found: usize,
+    },
     /// The configured board was detected, but too many of its corners are hidden or unreadable.
     #[error("found {found} of the {needed} inner corners of the {inner_columns}×{inner_rows} board")]
     Incomplete {
@@ -116,25 +145,37 @@ pub enum CornerError {
     },
 }
 
-/// Finds the inner corners of the configured chessboard.
+/// Finds the inner corners of the configured chessboard that can be seen.
 ///
 /// `image`: 8 or 16 bit, raw sensor pixels. Typical error per axis 0.005–0.01 px at squares of 60–90 px, a blur of
 /// 1 px and 2 % noise; each corner states its own `sigma_px` (photon and read noise as seen in the residuals; the
 /// flatness and print of a real board come on top).
 ///
+/// Corners out of the picture or covered are missing from the result, as long as it is clear which ones the others are:
+/// on a board of one even and one odd count, by the rims that are in the picture.
+///
 /// # Errors
 /// [`CornerError::NotFound`] without any chessboard, [`CornerError::WrongSize`] if the largest one seen has another
-/// size (also when the board reaches out of the image), [`CornerError::Incomplete`] if corners are covered.
+/// size, [`CornerError::Ambiguous`] if it shows a part of the board but not which, [`CornerError::Incomplete`] if too
+/// many corners are covered, or some of a board that looks the same after half a turn.
 pub fn find_corners(image: &GreyImage, params: &CornerParams) -> Result<BoardCorners, CornerError> {
     let CornerParams { inner_columns, inner_rows } = *params;
     let mut failure = CornerError::NotFound { inner_columns, inner_rows };
     let mut largest = 0;
+    let mut largest_part = Vec::new();
     let verdict = search_seeds(image, |seed| {
         let lattice = Lattice::from_seed(image, seed)?;
-        let error = match board_from_lattice(&lattice, params) {
+        let mut error = match board_from_lattice(&lattice, params) {
             Ok(first) => return Some(Ok(first)),
             Err(error) => error,
         };
+        match read_part(&lattice, inner_columns, inner_rows, [image.width(), image.height()]) {
+            Part::Numbered(part) if part.len() > largest_part.len() => largest_part = part,
+            Part::Ambiguous { found } if !matches!(error, CornerError::Incomplete { .. }) => {
+                error = CornerError::Ambiguous { inner_columns, inner_rows, found };
+            }
+            Part::Numbered(_) | Part::Ambiguous { .. } | Part::Other => {}
+        }
         let substantial = lattice.corners.len() as f64 >= VERDICT_SHARE * (inner_columns * inner_rows) as f64;
         if substantial && error == failure {
             return Some(Err(error));
@@ -144,14 +185,42 @@ pub fn find_corners(image: &GreyImage, params: &CornerParams) -> Result<BoardCor
         }
         None
     });
-    let first = verdict.unwrap_or(Err(failure))?;
-    Ok(board_from_fits(&refine_whole(image, &first, inner_columns), params))
+    let first = match verdict.unwrap_or(Err(failure)) {
+        Ok(whole) => {
+            whole.into_iter().enumerate().map(|(k, fit)| ([k % inner_columns, k / inner_columns], fit)).collect()
+        }
+        Err(_) if !largest_part.is_empty() => largest_part,
+        Err(failure) => return Err(failure),
+    };
+    Ok(refined(image, first, params))
 }
 
-/// Refits the corners of a whole chessboard, row by row.
-fn refine_whole(image: &GreyImage, first: &[fit::CornerFit], columns: usize) -> Vec<fit::CornerFit> {
-    let indices: Vec<[usize; 2]> = (0..first.len()).map(|k| [k % columns, k / columns]).collect();
-    refine::refine(image, first, &indices, Reach { squares: WINDOW_SQUARES, max_px: WINDOW_MAX_PX })
+/// Refits corners with their (column, row).
+fn refined(image: &GreyImage, first: Vec<([usize; 2], fit::CornerFit)>, params: &CornerParams) -> BoardCorners {
+    let CornerParams { inner_columns, inner_rows } = *params;
+    let (indices, first): (Vec<_>, Vec<_>) = first.into_iter().unzip();
+    let fits = refine::refine(image, &first, &indices, Reach { squares: WINDOW_SQUARES, max_px: WINDOW_MAX_PX });
+    let is_whole = indices.len() == inner_columns * inner_rows;
+    let is_usable = if is_whole { vec![true; fits.len()] } else { usable(&indices, &fits) };
+    let corner = |([column, row], fit): (&[usize; 2], &fit::CornerFit)| Corner {
+        row: *row,
+        column: *column,
+        u_px: fit.position_px[0],
+        v_px: fit.position_px[1],
+        sigma_px: fit.sigma_px,
+    };
+    let corners =
+        indices.iter().zip(&fits).zip(is_usable).filter(|(_, usable)| *usable).map(|(pair, _)| corner(pair));
+    BoardCorners { inner_columns, inner_rows, corners: corners.collect() }
+}
+
+/// Which corners of a part are as good as the others: beside what cuts the board off, windows hold little of it.
+fn usable(indices: &[[usize; 2]], fits: &[fit::CornerFit]) -> Vec<bool> {
+    let mut sigmas: Vec<f64> = fits.iter().map(|fit| fit.sigma_px).collect();
+    sigmas.sort_by(f64::total_cmp);
+    let limit_px = PART_MAX_SIGMA_MEDIANS * sigmas[sigmas.len() / 2];
+    let agreeing = charuco::agreeing(indices, fits);
+    agreeing.into_iter().zip(fits).map(|(agrees, fit)| agrees && fit.sigma_px <= limit_px).collect()
 }
 
 /// The first fits of all corners, row by row, if the lattice is the configured board.
@@ -165,16 +234,4 @@ fn board_from_lattice(lattice: &Lattice, params: &CornerParams) -> Result<Vec<fi
             Err(CornerError::WrongSize { inner_columns, inner_rows, found_columns: columns, found_rows: rows })
         }
     }
-}
-
-fn board_from_fits(fits: &[fit::CornerFit], params: &CornerParams) -> BoardCorners {
-    let CornerParams { inner_columns, inner_rows } = *params;
-    let corner = |(k, fit): (usize, &fit::CornerFit)| Corner {
-        row: k / inner_columns,
-        column: k % inner_columns,
-        u_px: fit.position_px[0],
-        v_px: fit.position_px[1],
-        sigma_px: fit.sigma_px,
-    };
-    BoardCorners { inner_columns, inner_rows, corners: fits.iter().enumerate().map(corner).collect() }
 }

@@ -18,10 +18,24 @@ pub(super) enum Board {
 
 /// A rotation (or mirror) of the lattice: board (column, row) = origin + column·`by_column` + row·`by_row`.
 #[derive(Debug, Clone, Copy)]
-struct Axes {
-    origin: Node,
-    by_column: Node,
-    by_row: Node,
+pub(super) struct Axes {
+    pub origin: Node,
+    pub by_column: Node,
+    pub by_row: Node,
+}
+
+impl Axes {
+    /// The node at (column, row).
+    pub(super) fn node(&self, [column, row]: [i32; 2]) -> Node {
+        let (c, r) = (self.by_column, self.by_row);
+        (self.origin.0 + column * c.0 + row * r.0, self.origin.1 + column * c.1 + row * r.1)
+    }
+
+    /// (Column, row) of a node.
+    pub(super) fn place(&self, node: Node) -> [i32; 2] {
+        let from = (node.0 - self.origin.0, node.1 - self.origin.1);
+        [self.by_column, self.by_row].map(|by| from.0 * by.0 + from.1 * by.1)
+    }
 }
 
 /// Reads the lattice as a board of `columns` × `rows` inner corners.
@@ -45,7 +59,7 @@ pub(super) fn read_board(lattice: &Lattice, columns: usize, rows: usize) -> Boar
 }
 
 /// First and last line of the lattice, by the coordinate `of`, that is populated well enough to be the board's.
-fn full_lines(corners: &BTreeMap<Node, CornerFit>, of: impl Fn(&Node) -> i32) -> (i32, i32) {
+pub(super) fn full_lines(corners: &BTreeMap<Node, CornerFit>, of: impl Fn(&Node) -> i32) -> (i32, i32) {
     let mut count = BTreeMap::<i32, usize>::new();
     for node in corners.keys() {
         *count.entry(of(node)).or_default() += 1;
@@ -86,13 +100,13 @@ fn mean_step(corners: &BTreeMap<Node, CornerFit>, axis: Node) -> [f64; 2] {
 }
 
 /// Columns to rows turn the same way as u to v: the board is seen from its front.
-fn is_right_handed(corners: &BTreeMap<Node, CornerFit>, axes: &Axes) -> bool {
+pub(super) fn is_right_handed(corners: &BTreeMap<Node, CornerFit>, axes: &Axes) -> bool {
     let (c, r) = (mean_step(corners, axes.by_column), mean_step(corners, axes.by_row));
     c[0] * r[1] - c[1] * r[0] > 0.0
 }
 
 /// Whether the square diagonally outside corner (0, 0) is dark, by the vote of all corners.
-fn starts_dark(corners: &BTreeMap<Node, CornerFit>, axes: &Axes) -> bool {
+pub(super) fn starts_dark(corners: &BTreeMap<Node, CornerFit>, axes: &Axes) -> bool {
     let vote: f64 = corners.iter().map(|(node, fit)| step_parity(*node, axes) * turned(fit, axes).contrast).sum();
     vote < 0.0
 }
@@ -109,7 +123,7 @@ fn column_direction(corners: &BTreeMap<Node, CornerFit>, axes: &Axes) -> f64 {
 }
 
 /// The fit with its edges and contrast expressed along the board's axes.
-fn turned(fit: &CornerFit, axes: &Axes) -> CornerFit {
+pub(super) fn turned(fit: &CornerFit, axes: &Axes) -> CornerFit {
     let signs = [axes.by_column.0 + axes.by_column.1, axes.by_row.0 + axes.by_row.1];
     let source = if axes.by_column.0 == 0 { [1, 0] } else { [0, 1] };
     let mut turned = *fit;
@@ -123,12 +137,10 @@ fn turned(fit: &CornerFit, axes: &Axes) -> CornerFit {
 }
 
 fn gather(corners: &BTreeMap<Node, CornerFit>, axes: &Axes, columns: usize, rows: usize) -> Board {
-    let node = |column: i32, row: i32| {
-        let (c, r) = (axes.by_column, axes.by_row);
-        (axes.origin.0 + column * c.0 + row * r.0, axes.origin.1 + column * c.1 + row * r.1)
-    };
     let cells = (0..rows as i32).flat_map(|row| (0..columns as i32).map(move |column| (column, row)));
-    let found: Vec<CornerFit> =
-        cells.filter_map(|(column, row)| corners.get(&node(column, row))).map(|fit| turned(fit, axes)).collect();
+    let found: Vec<CornerFit> = cells
+        .filter_map(|(column, row)| corners.get(&axes.node([column, row])))
+        .map(|fit| turned(fit, axes))
+        .collect();
     if found.len() == columns * rows { Board::Whole(found) } else { Board::Incomplete { found: found.len() } }
 }

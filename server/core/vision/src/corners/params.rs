@@ -146,3 +146,91 @@ pub(super) const GLANCE_MIN_SQUARE_PX: f64 = 12.0;
 /// Least step between the dark and the bright squares seen by the glance, as a share of the board's contrast (half the
 /// step between its squares): half of what a corner needs.
 pub(super) const GLANCE_MIN_CONTRAST_RATIO: f64 = 0.2;
+
+/// Cell of the sampling (px) that the search for it starts from: as large as edges along the grid need to be told apart.
+pub(super) const CELL_START_PX: f64 = 0.3;
+
+/// Cells are tried in steps of so many pixels: a tenth of those that matter.
+pub(super) const CELL_STEP_PX: f64 = 0.02;
+
+/// Most steps: cells up to two samples in three pixels.
+pub(super) const CELL_STEPS: u32 = 35;
+
+/// Times that cell, scatter and smooth board are taken from each other: the third changes the cell by a step at most.
+pub(super) const CELL_ROUNDS: u32 = 4;
+
+/// Gain of the logarithm of the likelihood from which on a picture counts as coarsely sampled: of Gaussian misses one
+/// board in some thousand reaches it.
+pub(super) const CELL_MIN_LOG_LIKELIHOOD: f64 = 5.0;
+
+/// Share of a cell's variance that the smooth board does not take out, because neighbours whose edges stand in the same
+/// cell err alike: seen on boards rendered with four to sixteen samples a pixel.
+pub(super) const SHARED_CELL_SHARE: f64 = 0.03;
+
+/// Half-sides of the square whose mean a disc's pixels are compared with, as the share 1/n of the picture's longer side.
+pub(super) const BLOB_WINDOW_SHARES: [usize; 4] = [24, 48, 12, 6];
+
+/// A pixel belongs to a spot from this share of its surroundings' spread on.
+pub(super) const BLOB_THRESHOLD_SPREADS: f64 = 0.3;
+
+/// Smallest area of a spot: below, its rim has too few pixels for the ten parameters of a disc.
+pub(super) const BLOB_MIN_AREA_PX: f64 = 20.0;
+
+/// Most by which a spot's area may differ from that of the ellipse with its spread: a square differs by 5 %, a small disc
+/// on its raster by as much.
+pub(super) const BLOB_MAX_FILL_ERROR: f64 = 0.15;
+
+/// Longest spot, length by width: a disc tilted by 75°.
+pub(super) const BLOB_MAX_ASPECT: f64 = 4.0;
+
+/// Fewest spots worth looking at.
+pub(super) const CIRCLES_MIN: usize = 4;
+
+/// Spots that the search for the grid starts from, and neighbours of each that may be a step.
+pub(super) const GRID_SEEDS: usize = 6;
+/// See [`GRID_SEEDS`].
+pub(super) const GRID_NEIGHBOURS: usize = 8;
+
+/// Most by which the next disc misses the place that the last step promises, as a share of the step.
+pub(super) const GRID_MAX_MISS_STEPS: f64 = 0.3;
+
+/// Half-width of the band of pixels along a disc's rim, and most of the gap to the next disc that it takes.
+pub(super) const DISC_BAND_PX: f64 = 5.0;
+/// See [`DISC_BAND_PX`].
+pub(super) const DISC_GAP_SHARE: f64 = 0.45;
+
+/// Iterations of a disc's fit, both stages.
+pub(super) const DISC_MAX_ITERATIONS: usize = 60;
+
+/// A fit that leaves more than this share of half the contrast unexplained is no disc.
+pub(super) const DISC_MAX_MISFIT_RATIO: f64 = 0.25;
+
+/// A fit that leaves its spot's centroid by more found something else.
+pub(super) const DISC_MAX_SHIFT_PX: f64 = 2.0;
+
+/// Rounds in which the correction of the discs' centres and the map through them are taken from each other: the second
+/// changes it by a hundredth of itself.
+pub(super) const ECCENTRICITY_ROUNDS: usize = 3;
+
+/// Points of a rim, an even number.
+pub(super) const RIM_POINTS: usize = 32;
+
+/// Fewest corners, share of the board's and lines both ways of a part of a board: less is found in clutter as well.
+pub(super) const PART_MIN_CORNERS: usize = 12;
+/// See [`PART_MIN_CORNERS`].
+pub(super) const PART_MIN_SHARE: f64 = 0.25;
+/// See [`PART_MIN_CORNERS`].
+pub(super) const PART_MIN_LINES: usize = 3;
+
+/// A corner nearer to the picture's rim than this share of a square need not be seen: its window is cut off.
+pub(super) const PART_MARGIN_SQUARES: f64 = 0.5;
+
+/// Most corners that a part leaves unexplained, as a share of those seen: covered by something.
+pub(super) const PART_MAX_UNEXPLAINED_SHARE: f64 = 0.4;
+
+/// Every other way to lay a part into the board must leave so much more unexplained, as a share of the board's shorter
+/// line: a line beyond the board's rim, seen nearly whole.
+pub(super) const PART_RUNNER_UP_LINES: f64 = 0.6;
+
+/// A corner of a part of a board whose sigma is more medians of all than this is cut off by what covers the board.
+pub(super) const PART_MAX_SIGMA_MEDIANS: f64 = 4.0;

@@ -107,6 +107,8 @@ struct Constants {
     inverse_blur: f32,
     correlation: f32,
     inverse_residual: f32,
+    /// The pixel's box in each edge, by [`box_terms`].
+    box_terms: [[f32; 2]; 2],
     per_half_side: f32,
     levels: [f32; LEVELS],
     robust: bool,
@@ -127,6 +129,7 @@ impl Constants {
             inverse_blur: (1.0 / state.shape.blur_px) as f32,
             correlation: correlation as f32,
             inverse_residual: (1.0 / (1.0 - correlation * correlation).max(1e-3).sqrt()) as f32,
+            box_terms: normal.map(|n| box_terms(n, state.shape.blur_px).map(|term| term as f32)),
             per_half_side: (1.0 / window.half_side_px) as f32,
             levels: state.levels.map(|l| l as f32),
             robust: noise.is_some(),
@@ -134,6 +137,15 @@ impl Constants {
             variance_floor: model.floor as f32,
         }
     }
+}
+
+/// What the pixel's box adds to an edge of this normal and of `blur_px` in all, beyond its variance: the factors of the
+/// third and fifth Hermite polynomials in its Edgeworth series, from the box's fourth and sixth cumulants −1/120 and
+/// 1/252.
+pub(super) fn box_terms(normal: [f64; 2], blur_px: f64) -> [f64; 2] {
+    let power = |n: i32| normal[0].powi(n) + normal[1].powi(n);
+    let root = (2.0 * std::f64::consts::PI).sqrt();
+    [power(4) / (12.0 * 120.0 * root * blur_px.powi(4)), power(6) / (360.0 * 252.0 * root * blur_px.powi(6))]
 }
 
 struct Partial {
@@ -297,8 +309,18 @@ impl Constants {
     fn value(&self, x_px: f32, y_px: f32) -> f32 {
         let q = [x_px - self.position[0], y_px - self.position[1]];
         let (x, y) = (self.edge(0, q).0 * self.inverse_blur, self.edge(1, q).0 * self.inverse_blur);
-        let ((e1, gauss1), (e2, gauss2)) = (erf_and_gauss(x), erf_and_gauss(y));
+        let ((e1, gauss1), (e2, gauss2)) = (self.edge_profile(0, x), self.edge_profile(1, y));
         e1 * e2 + 2.0 / PI * gauss1 * gauss2 * self.series(x, y)
+    }
+
+    /// Edge `k` at `x` blurs from it, −1 … 1, the pixel's box included, and exp(−x²/2).
+    #[inline(always)]
+    fn edge_profile(&self, k: usize, x: f32) -> (f32, f32) {
+        let (e, gauss) = erf_and_gauss(x);
+        let [fourth, sixth] = self.box_terms[k];
+        let square = x * x;
+        let odd = fourth * (square - 3.0) - sixth * (square * (square - 10.0) + 15.0);
+        (e + x * gauss * odd, gauss)
     }
 
     #[inline(always)]
@@ -312,7 +334,7 @@ impl Constants {
         let q = [x_px - self.position[0], y_px - self.position[1]];
         let ((d1, along1), (d2, along2)) = (self.edge(0, q), self.edge(1, q));
         let (x, y) = (d1 * self.inverse_blur, d2 * self.inverse_blur);
-        let ((e1, gauss1), (e2, gauss2)) = (erf_and_gauss(x), erf_and_gauss(y));
+        let ((e1, gauss1), (e2, gauss2)) = (self.edge_profile(0, x), self.edge_profile(1, y));
         let value = e1 * e2 + 2.0 / PI * gauss1 * gauss2 * self.series(x, y);
         let slope = FRAC_2_SQRT_PI * FRAC_1_SQRT_2 * self.inverse_blur;
         let rho = self.correlation;

@@ -21,7 +21,18 @@ struct Scene {
     distortion: f64,
     blur_px: f64,
     noise_levels: f64,
+    sampling: Sampling,
     seed: u64,
+}
+
+/// How the light of a pixel is gathered.
+#[derive(Clone, Copy)]
+enum Sampling {
+    /// Nearly its mean over the pixel: five by five samples, shifted by a fraction of their distance from line to line so
+    /// that edges along the pixel grid are not all cut alike.
+    Fine,
+    /// Three by three samples in line with the grid: the light between them is lost.
+    Coarse,
 }
 
 /// 7 × 4 corners, squares of about 45 px, tilted; edges at least 4° off the pixel grid.
@@ -34,7 +45,16 @@ const SCENE: Scene = Scene {
     distortion: -0.01,
     blur_px: 0.8,
     noise_levels: 2.0,
+    sampling: Sampling::Fine,
     seed: 1,
+};
+
+/// A board whose edges run within a degree of the pixel grid.
+const ALONG_GRID: Scene = Scene {
+    columns: 8,
+    rows: 5,
+    homography: [[44.0, -0.25, 62.0], [0.3, 45.0, 68.0], [1e-4, 2e-4, 1.0]],
+    ..SCENE
 };
 
 const DARK: f64 = 40.0;
@@ -76,24 +96,26 @@ impl Scene {
         if inside(c, self.columns, 1) && inside(r, self.rows, 1) { BRIGHT } else { 90.0 }
     }
 
-    /// Samples on a raster of a fifth of a pixel, shifted by a fraction of it from line to line so that edges along
-    /// the pixel grid are not all cut alike; then blur and pixel box by summation.
+    /// Samples on a raster finer than the pixels; then blur and pixel box by summation.
     fn levels(&self) -> Vec<f64> {
-        const FINE: usize = 5;
+        let (fine_per_px, shifted) = match self.sampling {
+            Sampling::Fine => (5, 1.0),
+            Sampling::Coarse => (3, 0.0),
+        };
         let inverse = nalgebra::Matrix3::from_fn(|i, j| self.homography[i][j]).try_inverse().unwrap();
-        let (w, h) = (self.width * FINE, self.height * FINE);
-        let place = |k: usize, shift: f64| (k as f64 + 0.5 + shift) / FINE as f64 - 0.5;
-        let fine: Vec<f64> = (0..w * h)
+        let (w, h) = (self.width * fine_per_px, self.height * fine_per_px);
+        let place = |k: usize, shift: f64| (k as f64 + 0.5 + shift) / fine_per_px as f64 - 0.5;
+        let samples: Vec<f64> = (0..w * h)
             .map(|k| {
                 let (u, v) = (k % w, k / w);
-                let shift = |n: usize| ((n * 7) % 11) as f64 / 11.0 - 5.0 / 11.0;
+                let shift = |n: usize| shifted * (((n * 7) % 11) as f64 / 11.0 - 5.0 / 11.0);
                 self.light(&inverse, [place(u, shift(v)), place(v, shift(u))])
             })
             .collect();
-        let kernel = blurred_box(self.blur_px, FINE);
-        let rows = summed(&fine, w, h, FINE, &kernel);
+        let kernel = blurred_box(self.blur_px, fine_per_px);
+        let rows = summed(&samples, w, h, fine_per_px, &kernel);
         let turned: Vec<f64> = (0..self.width * h).map(|k| rows[(k % h) * self.width + k / h]).collect();
-        let columns = summed(&turned, h, self.width, FINE, &kernel);
+        let columns = summed(&turned, h, self.width, fine_per_px, &kernel);
         (0..self.width * self.height).map(|k| columns[(k % self.width) * self.height + k / self.width]).collect()
     }
 
@@ -201,6 +223,42 @@ fn rendered_corners_are_found_within_their_stated_sigma() {
     }
 }
 
+/// Errors of `n` boards like `scene`, each elsewhere and with noise of its own: RMS per axis and over stated sigma.
+fn errors_of_boards(scene: Scene, n: u32) -> (f64, f64) {
+    let (mut square, mut normalised) = (0.0, 0.0);
+    for k in 0..n {
+        let mut scene = Scene { seed: 7 + u64::from(k), ..scene };
+        scene.homography[0][2] += 0.37 * f64::from(k);
+        scene.homography[1][2] += 0.23 * f64::from(k);
+        scene.homography[1][0] *= 1.0 - 0.2 * f64::from(k);
+        let board = find_corners(&scene.image(), &scene.params()).unwrap();
+        let (rms_px, sigmas) = errors(&board.corners, |c| scene.truth(c.column, c.row));
+        square += rms_px * rms_px / f64::from(n);
+        normalised += sigmas * sigmas / f64::from(n);
+    }
+    (square.sqrt(), normalised.sqrt())
+}
+
+#[test]
+fn edges_along_the_grid_are_as_good_as_others_even_where_they_are_sharper_than_a_pixel() {
+    for blur_px in [0.3, 0.8] {
+        let (along_px, normalised) = errors_of_boards(Scene { blur_px, ..ALONG_GRID }, 4);
+        let (oblique_px, _) = errors_of_boards(Scene { blur_px, ..SCENE }, 4);
+        eprintln!("blur {blur_px}: {along_px:.4} px, {normalised:.2} sigma; oblique {oblique_px:.4} px");
+        assert!(along_px < 1.25 * oblique_px, "blur {blur_px}: {along_px} px, oblique {oblique_px}");
+        assert!((0.8..1.25).contains(&normalised), "blur {blur_px}: error/sigma {normalised}");
+    }
+}
+
+#[test]
+fn coarse_sampling_is_noticed_and_taken_out() {
+    let (rms_px, normalised) = errors_of_boards(Scene { sampling: Sampling::Coarse, ..ALONG_GRID }, 10);
+    eprintln!("coarse: {rms_px:.4} px, {normalised:.2} sigma");
+    // Cells of a third of a pixel: 0.07 px where nothing is done about it.
+    assert!(rms_px < 0.035, "{rms_px} px RMS");
+    assert!((0.7..1.4).contains(&normalised), "error/sigma {normalised}");
+}
+
 #[test]
 fn a_turned_image_gives_the_same_physical_corners() {
     let image = SCENE.image();
@@ -252,25 +310,69 @@ fn a_board_of_another_size_is_refused_with_its_size() {
     );
 }
 
-#[test]
-fn a_covered_corner_makes_the_board_incomplete() {
-    let image = SCENE.image();
+/// The image with a grey square of `side` px around the corner at (column, row).
+fn covered(scene: &Scene, column: usize, row: usize, side: usize) -> GreyImage {
+    let image = scene.image();
     let Pixels::Eight(p) = image.pixels() else { unreachable!() };
     let mut bytes = p.clone();
-    let covered = SCENE.truth(3, 2).map(|x| x as usize);
-    for v in covered[1] - 14..covered[1] + 14 {
-        bytes[v * image.width() + covered[0] - 14..][..28].fill(120);
+    let centre = scene.truth(column, row).map(|x| x as usize);
+    for v in centre[1].saturating_sub(side / 2)..(centre[1] + side / 2).min(image.height()) {
+        let first = v * image.width() + centre[0].saturating_sub(side / 2);
+        bytes[first..first + side].fill(120);
     }
-    let image = GreyImage::new(image.width(), image.height(), Pixels::Eight(bytes)).unwrap();
-    let refused = find_corners(&image, &SCENE.params());
-    assert_eq!(refused, Err(CornerError::Incomplete { inner_columns: 7, inner_rows: 4, found: 27, needed: 28 }));
+    GreyImage::new(image.width(), image.height(), Pixels::Eight(bytes)).unwrap()
+}
+
+/// Asserts that every corner found has the place that its number says.
+fn assert_numbered(scene: &Scene, board: &BoardCorners) {
+    for c in &board.corners {
+        let t = scene.truth(c.column, c.row);
+        assert!((c.u_px - t[0]).hypot(c.v_px - t[1]) < 0.1, "{c:?} is not at {t:?}");
+    }
 }
 
 #[test]
-fn a_board_reaching_out_of_the_image_is_refused() {
-    let scene = Scene { width: 300, ..SCENE };
-    let refused = find_corners(&scene.image(), &scene.params()).unwrap_err();
-    assert!(matches!(refused, CornerError::WrongSize { .. } | CornerError::Incomplete { .. }), "{refused}");
+fn a_covered_board_gives_the_corners_in_sight() {
+    for (column, row, side, least) in [(3, 2, 28, 27), (1, 1, 80, 18), (0, 3, 40, 25)] {
+        let board = find_corners(&covered(&SCENE, column, row, side), &SCENE.params()).unwrap();
+        assert!((least..28).contains(&board.corners.len()), "{} corners", board.corners.len());
+        assert_numbered(&SCENE, &board);
+    }
+}
+
+#[test]
+fn a_board_reaching_out_of_the_picture_gives_the_corners_in_sight() {
+    // Cut off at the right, below, at the left and above, and at two sides.
+    for (shift, size, least) in [
+        ([0.0, 0.0], (300, 360), 16),
+        ([0.0, 0.0], (480, 240), 14),
+        ([-150.0, 0.0], (480, 360), 16),
+        ([0.0, -130.0], (480, 360), 14),
+        ([-110.0, 0.0], (480, 260), 12),
+    ] {
+        let mut scene = Scene { width: size.0, height: size.1, distortion: 0.0, ..SCENE };
+        for column in 0..3 {
+            for (axis, shift_px) in shift.iter().enumerate() {
+                scene.homography[axis][column] += shift_px * scene.homography[2][column];
+            }
+        }
+        let board =
+            find_corners(&scene.image(), &scene.params()).unwrap_or_else(|e| panic!("{shift:?} {size:?}: {e}"));
+        assert!((least..28).contains(&board.corners.len()), "{shift:?} {size:?}: {}", board.corners.len());
+        assert_numbered(&scene, &board);
+    }
+}
+
+#[test]
+fn a_part_that_may_be_at_several_places_is_refused() {
+    // Cut off on both sides, and a part of a board that looks the same after half a turn.
+    let both =
+        Scene { width: 200, homography: [[47.0, 4.0, -40.0], SCENE.homography[1], [2e-4, 8e-4, 1.0]], ..SCENE };
+    let refused = find_corners(&both.image(), &both.params()).unwrap_err();
+    assert!(matches!(refused, CornerError::Ambiguous { inner_columns: 7, inner_rows: 4, .. }), "{refused}");
+    let symmetric = Scene { columns: 7, rows: 5, width: 300, ..SCENE };
+    let refused = find_corners(&symmetric.image(), &symmetric.params()).unwrap_err();
+    assert!(matches!(refused, CornerError::Ambiguous { inner_columns: 7, inner_rows: 5, .. }), "{refused}");
 }
 
 #[test]
@@ -342,8 +444,15 @@ fn projected(truth: &serde_json::Value, view: &str, column: usize, row: usize) -
 }
 
 #[test]
-fn the_rendered_station_is_read_within_a_hundredth_of_a_pixel_or_so() {
-    let Some(rig) = ::reference::data("rig-a") else { return };
+fn the_rendered_stations_are_read_within_a_hundredth_of_a_pixel() {
+    // What the product promises of rendered pictures; a saddle finder reaches 0.022 on the first.
+    for name in ["rig-a", "rig-b"] {
+        rendered_station(name, 0.010);
+    }
+}
+
+fn rendered_station(name: &str, limit_px: f64) {
+    let Some(rig) = ::reference::data(name) else { return };
     let truth: serde_json::Value =
         serde_json::from_slice(&std::fs::read(rig.join("truth.json")).unwrap()).unwrap();
     let params = CornerParams { inner_columns: 11, inner_rows: 8 };
@@ -358,8 +467,8 @@ fn the_rendered_station_is_read_within_a_hundredth_of_a_pixel_or_so() {
     for n in 0..5 {
         find_corners(&load(&rig.join(format!("stage/{n:03}.png"))), &params).unwrap();
     }
-    // What the product promises; a saddle finder reaches 0.022.
-    assert!(square.sqrt() < 0.012, "{} px RMS per axis", square.sqrt());
+    eprintln!("{name}: {:.4} px, {:.2} sigma", square.sqrt(), normalised.sqrt());
+    assert!(square.sqrt() < limit_px, "{name}: {} px RMS per axis", square.sqrt());
     // Honest sigmas, within a quarter.
     assert!((0.8..1.25).contains(&normalised.sqrt()), "error/sigma {}", normalised.sqrt());
 }
@@ -393,7 +502,8 @@ fn without_the_quick_look_the_board_is_the_same() {
     let patient = detect::patient_search(&image, |seed| {
         board_from_lattice(&Lattice::from_seed(&image, seed)?, &SCENE.params()).ok()
     });
-    let patient = board_from_fits(&refine_whole(&image, &patient.unwrap(), 7), &SCENE.params());
+    let numbered = patient.unwrap().into_iter().enumerate().map(|(k, fit)| ([k % 7, k / 7], fit)).collect();
+    let patient = refined(&image, numbered, &SCENE.params());
     let quick = find_corners(&image, &SCENE.params()).unwrap();
     for (a, b) in patient.corners.iter().zip(&quick.corners) {
         assert_eq!((a.row, a.column), (b.row, b.column));
@@ -473,10 +583,10 @@ fn every_architecture_finds_the_corners_written_here() {
     const AGREEMENT_PX: f64 = 1e-6;
     /// The first and last corner of the first and last row. Whoever changes the fit on purpose writes the new ones.
     const EXPECTED: [(usize, [f64; 2]); 4] = [
-        (0, [64.139_242_493, 83.248_745_229]),
-        (6, [318.823_824_084, 117.983_345_289]),
-        (21, [52.554_451_775, 204.810_216_731]),
-        (27, [307.255_125_477, 239.539_328_262]),
+        (0, [64.139_067_289, 83.248_856_555]),
+        (6, [318.823_679_323, 117.983_438_731]),
+        (21, [52.554_561_091, 204.810_249_013]),
+        (27, [307.255_192_736, 239.539_363_641]),
     ];
     let board = find_corners(&whole_number_board(), &CornerParams { inner_columns: 7, inner_rows: 4 }).unwrap();
     let found = EXPECTED.map(|(idx, _)| (idx, [board.corners[idx].u_px, board.corners[idx].v_px]));

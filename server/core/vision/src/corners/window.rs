@@ -42,7 +42,7 @@ fn collected<T: Copy + Into<f32>>(
     edges: Option<&CrossShape>,
 ) -> Window {
     let steps = square_px.map(|s| s[0].hypot(s[1]));
-    let half_sides = steps.map(|s| (reach.squares * s).min(reach.max_px).max(WINDOW_MIN_PX));
+    let half_sides = half_sides(square_px, reach);
     let share = [half_sides[0] / steps[0], half_sides[1] / steps[1]];
     let centre = centre_px.map(f64::round);
     let offset = [0, 1].map(|k| (centre[k] - centre_px[k]) as f32);
@@ -73,6 +73,11 @@ fn collected<T: Copy + Into<f32>>(
         }
     }
     window.filled()
+}
+
+/// Half-sides of a window along the columns and along the rows (px).
+pub(super) fn half_sides(square_px: [[f64; 2]; 2], reach: Reach) -> [f64; 2] {
+    square_px.map(|s| (reach.squares * s[0].hypot(s[1])).min(reach.max_px).max(WINDOW_MIN_PX))
 }
 
 /// Offsets from the centre, along u, at which the parallelogram |α| ≤ `share[0]`, |β| ≤ `share[1]` (α columns and β rows

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use calibration::camera_fit::{CameraFit, fit_camera};
 use calibration::observation::{CornerObservation, CornerView};
-use calibration::{BoardGeometry, CalibrationError};
+use calibration::{BoardGeometry, BoardPattern, CalibrationError};
 use nalgebra::{Vector2, Vector3};
 use optics::{BoardFrame, PointMm};
 
@@ -53,7 +53,7 @@ fn describe(board: &mut BoardPicture, fit: Option<&CameraFit>, idx: usize, targe
         inner_columns: target.inner_columns,
         inner_rows: target.inner_rows,
         square_mm: Vector2::repeat(target.square_mm),
-        has_markers: false,
+        pattern: BoardPattern::Squares,
     };
     let normal = pose.rotation * Vector3::z();
     board.tilt_deg = Some(normal.z.abs().min(1.0).acos().to_degrees());

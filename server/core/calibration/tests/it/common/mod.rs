@@ -5,7 +5,9 @@
 
 pub mod refinement;
 
-use calibration::{BoardGeometry, CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput};
+use calibration::{
+    BoardGeometry, BoardPattern, CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput,
+};
 use nalgebra::{Rotation3, Vector2, Vector3};
 use optics::{BoardFrame, Camera, CameraFrame, Grating, Rigid, StagePosition};
 use rand::{Rng, SeedableRng};
@@ -113,7 +115,7 @@ impl Rig {
                 inner_columns: COLUMNS,
                 inner_rows: ROWS,
                 square_mm: Vector2::repeat(SQUARE_MM),
-                has_markers: false,
+                pattern: BoardPattern::Squares,
             },
             projector: ProjectorSheet {
                 grating: Some(GratingSheet { wavelength_nm: 660.0, lines_per_mm: 50.0 }),

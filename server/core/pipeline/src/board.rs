@@ -1,0 +1,67 @@
+//! A calibration board of any kind, found in a picture.
+
+use calibration::BoardPattern;
+use capture::{CirclesTarget, Target};
+use vision::{
+    BoardCorners, CharucoParams, CircleParams, CornerError, CornerParams, GreyImage, find_charuco, find_circles,
+    find_corners,
+};
+
+/// Finds the corners, or the centres of the discs, of the board that `target` describes.
+///
+/// # Errors
+/// [`CornerError`]: no such board is in the picture.
+pub fn find_board(image: &GreyImage, target: &Target) -> Result<BoardCorners, CornerError> {
+    let circles = |grid: &CirclesTarget, staggered: bool| {
+        find_circles(image, &CircleParams { columns: grid.columns, rows: grid.rows, staggered })
+    };
+    match target {
+        Target::Chessboard(board) => {
+            find_corners(image, &CornerParams { inner_columns: board.inner_columns, inner_rows: board.inner_rows })
+        }
+        Target::Charuco(board) => find_charuco(
+            image,
+            &CharucoParams {
+                columns: board.columns,
+                rows: board.rows,
+                marker_share: board.marker_mm / board.square_mm.x_mm.min(board.square_mm.y_mm),
+                dictionary: board.dictionary.clone(),
+            },
+        ),
+        Target::Circles(grid) => circles(grid, false),
+        Target::AsymmetricCircles(grid) => circles(grid, true),
+    }
+}
+
+/// What to do about a board that was not found; its size is told by `target` of `capture.json`.
+pub fn board_remedy(error: &CornerError, target: &Target) -> String {
+    match (error, target) {
+        (CornerError::WrongSize { found_columns, found_rows, .. }, _) => format!(
+            "if the board has {found_columns}×{found_rows} inner corners, set target.inner_columns and \
+             target.inner_rows in capture.json; if a part of it is out of the picture, take the picture again"
+        ),
+        (_, Target::Chessboard(_)) => {
+            "take the picture again with the whole board in it, evenly lit and sharp".to_owned()
+        }
+        (_, Target::Charuco(_)) => "check columns, rows and dictionary of target in capture.json, or take the \
+                                    picture again with more of the board in it, evenly lit and sharp"
+            .to_owned(),
+        (_, Target::Circles(_) | Target::AsymmetricCircles(_)) => {
+            "check kind, columns and rows of target in capture.json, or take the picture again with the whole \
+             grid in it, evenly lit and sharp"
+                .to_owned()
+        }
+    }
+}
+
+/// What the calibration needs to know of the board's look.
+pub fn board_pattern(target: &Target) -> BoardPattern {
+    let circles =
+        |grid: &CirclesTarget, staggered| BoardPattern::Circles { staggered, diameter_mm: grid.diameter_mm };
+    match target {
+        Target::Chessboard(_) => BoardPattern::Squares,
+        Target::Charuco(_) => BoardPattern::Markers,
+        Target::Circles(grid) => circles(grid, false),
+        Target::AsymmetricCircles(grid) => circles(grid, true),
+    }
+}
