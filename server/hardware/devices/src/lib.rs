@@ -19,9 +19,14 @@ pub mod grbl_simulator;
 pub mod params;
 pub mod replay;
 pub mod serial_line;
+pub mod simulator;
 pub mod threaded;
+pub mod zaber;
+pub mod zaber_simulator;
 
 mod laser_checks;
+mod line_reader;
+mod serial_controller;
 mod stage_checks;
 
 pub use camera::{
@@ -31,7 +36,7 @@ pub use camera::{
 pub use driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
 pub use identity::DeviceIdentity;
 pub use laser::{Laser, LaserCapabilities, LaserError, LaserState};
-pub use stage::{AcceptedMove, Homing, Stage, StageCapabilities, StageError, StageState};
+pub use stage::{AcceptedMove, Homing, Stage, StageCapabilities, StageError, StageKind, StageState};
 pub use threaded::ThreadedCamera;
 
 use std::time::Duration;

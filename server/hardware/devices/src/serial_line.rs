@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use serialport::TTYPort;
 
+use crate::Found;
+
 /// Why a serial line does not work.
 #[derive(Debug, thiserror::Error)]
 pub enum SerialLineError {
@@ -80,6 +82,13 @@ pub trait SerialWriter: Send {
 /// Longest wait for room in the operating system's buffer, a part of [`crate::CALL_LIMIT`]. The buffer holds
 /// seconds of what a driver writes: a line that takes no byte in this time takes none at all.
 pub const WRITE_LIMIT: Duration = Duration::from_millis(10);
+
+/// Serial ports with a device on USB, as values of a driver's setting `port`.
+pub fn ports_on_usb() -> Vec<Found> {
+    let ports = serialport::available_ports().unwrap_or_default().into_iter();
+    let on_usb = ports.filter(|port| matches!(port.port_type, serialport::SerialPortType::UsbPort(_)));
+    on_usb.map(|port| Found { setting: "port", value: port.port_name }).collect()
+}
 
 /// A serial port of the operating system.
 pub struct PortLine {

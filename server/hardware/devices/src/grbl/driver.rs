@@ -101,8 +101,6 @@ impl Driver for GrblDriver {
 
     /// Serial ports with a device on USB.
     fn discover(&self) -> Vec<Found> {
-        let ports = serialport::available_ports().unwrap_or_default().into_iter();
-        let on_usb = ports.filter(|port| matches!(port.port_type, serialport::SerialPortType::UsbPort(_)));
-        on_usb.map(|port| Found { setting: "port", value: port.port_name }).collect()
+        crate::serial_line::ports_on_usb()
     }
 }

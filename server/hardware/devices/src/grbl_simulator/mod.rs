@@ -9,23 +9,20 @@ mod cells;
 mod dialect;
 mod firmware;
 mod motion;
-mod witness;
 
+pub use crate::simulator::{Entry, Happening, Witness};
 pub use dialect::Dialect;
-pub use witness::{Entry, Happening, Witness};
 
-use std::fs::File;
 use std::io::{Read, Write};
-use std::os::fd::{AsFd, OwnedFd};
+use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
-use nix::pty::openpty;
-use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 
+use crate::simulator::Terminal;
 use firmware::{BUSY_PERIOD, Firmware};
 
 /// The simulated machine. Positions are the machine's own: 0 at the switch, negative elsewhere.
@@ -249,27 +246,6 @@ impl Drop for GrblSimulator {
         if let Some(thread) = self.thread.take() {
             thread.join().ok();
         }
-    }
-}
-
-/// Both ends of a pseudo-terminal; the computer's end is kept open so that it may come and go.
-struct Terminal {
-    controller: File,
-    _computer: OwnedFd,
-}
-
-impl Terminal {
-    fn open(place: &Path) -> std::io::Result<Self> {
-        let ends = openpty(None, None)?;
-        let mut raw = tcgetattr(&ends.slave)?;
-        cfmakeraw(&mut raw);
-        tcsetattr(&ends.slave, SetArg::TCSANOW, &raw)?;
-        let device = nix::unistd::ttyname(&ends.slave)?;
-        if place.symlink_metadata().is_ok() {
-            std::fs::remove_file(place)?;
-        }
-        std::os::unix::fs::symlink(device, place)?;
-        Ok(Self { controller: File::from(ends.master), _computer: ends.slave })
     }
 }
 

@@ -262,6 +262,7 @@ fn no_settings() -> CameraSettings {
 
 fn no_stage() -> StageCapabilities {
     StageCapabilities {
+        kind: devices::StageKind::Linear,
         travel_mm: (0.0, 0.0),
         max_speed_mm_s: 0.0,
         acceleration_mm_s2: None,

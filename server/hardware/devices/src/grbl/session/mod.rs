@@ -5,6 +5,7 @@
 //! comes when it is up), `timers`, `commands`.
 
 mod commands;
+mod dialogue;
 mod messages;
 mod opening;
 mod timers;

@@ -14,8 +14,8 @@ use std::time::{Duration, Instant};
 
 use super::dialect::Dialect;
 use super::motion::Motion;
-use super::witness::{Happening, Witness};
 use super::{Fault, SimulatorConfig};
+use crate::simulator::{Happening, Witness};
 use alarms::Pause;
 
 /// Longest sleep of the simulation while something goes on.

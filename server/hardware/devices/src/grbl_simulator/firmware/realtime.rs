@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::{DOOR_RESTORE, Firmware, State};
 use crate::grbl_simulator::dialect::Dialect;
-use crate::grbl_simulator::witness::Happening;
+use crate::simulator::Happening;
 
 impl Firmware {
     /// Bytes from the computer.

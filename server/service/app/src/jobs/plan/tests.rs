@@ -48,6 +48,7 @@ fn status() -> StationStatus {
         roi: false,
     };
     let stage = StageCapabilities {
+        kind: devices::StageKind::Linear,
         travel_mm: (-100.0, 100.0),
         max_speed_mm_s: 100.0,
         acceleration_mm_s2: Some(500.0),

@@ -19,6 +19,7 @@ pub fn first_status() -> StationStatus {
         roi: false,
     };
     let stage = StageCapabilities {
+        kind: devices::StageKind::Linear,
         travel_mm: (0.0, 1.0),
         max_speed_mm_s: 1.0,
         acceleration_mm_s2: None,
