@@ -16,6 +16,8 @@ pub mod stage;
 pub mod contract;
 pub mod grbl;
 pub mod grbl_simulator;
+pub mod marlin;
+pub mod marlin_simulator;
 pub mod params;
 pub mod replay;
 pub mod serial_line;

@@ -39,7 +39,7 @@ impl Laser for GrblLaser {
     }
 
     fn capabilities(&self) -> LaserCapabilities {
-        LaserCapabilities { power: Some(ValueRange { min: MIN_POWER, max: 1.0 }), interlock: false }
+        LaserCapabilities { power: Some(ValueRange { min: MIN_POWER, max: 1.0 }), ..LaserCapabilities::default() }
     }
 
     fn lost_host(&self) -> &'static str {

@@ -273,5 +273,5 @@ fn no_stage() -> StageCapabilities {
 }
 
 fn no_laser() -> LaserCapabilities {
-    LaserCapabilities { power: None, interlock: false }
+    LaserCapabilities { switched: true, power: None, interlock: false }
 }

@@ -74,7 +74,7 @@ fn status() -> StationStatus {
         position_mm: Some(0.0),
         moving: false,
         homed: true,
-        laser: device(LaserCapabilities { power: range(0.01, 1.0), interlock: true }),
+        laser: device(LaserCapabilities { switched: true, power: range(0.01, 1.0), interlock: true }),
         laser_lost_host: None,
         laser_light: LaserLight::Off,
         laser_power: 0.0,

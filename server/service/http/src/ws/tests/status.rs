@@ -46,7 +46,7 @@ pub fn first_status() -> StationStatus {
         position_mm: None,
         moving: false,
         homed: false,
-        laser: absent(LaserCapabilities { power: None, interlock: false }),
+        laser: absent(LaserCapabilities { switched: true, power: None, interlock: false }),
         laser_lost_host: None,
         laser_light: LaserLight::Off,
         laser_power: 0.0,
