@@ -13,6 +13,7 @@ pub mod identity;
 pub mod laser;
 pub mod stage;
 
+pub mod always_on;
 pub mod contract;
 pub mod grbl;
 pub mod grbl_simulator;
@@ -26,10 +27,14 @@ pub mod threaded;
 pub mod zaber;
 pub mod zaber_simulator;
 
+#[cfg(test)]
+mod campaign;
 mod laser_checks;
 mod line_reader;
+mod ports;
 mod serial_controller;
 mod stage_checks;
+mod tcp_line;
 
 pub use camera::{
     Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, FrameInfo, PixelFormat, Roi, Trigger,

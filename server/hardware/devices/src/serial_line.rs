@@ -5,8 +5,6 @@ use std::time::Duration;
 
 use serialport::TTYPort;
 
-use crate::Found;
-
 /// Why a serial line does not work.
 #[derive(Debug, thiserror::Error)]
 pub enum SerialLineError {
@@ -18,6 +16,15 @@ pub enum SerialLineError {
         /// Why.
         #[source]
         cause: serialport::Error,
+    },
+    /// It cannot be connected to.
+    #[error("{place} cannot be connected to")]
+    Unconnected {
+        /// Where it was looked for.
+        place: String,
+        /// Why.
+        #[source]
+        cause: std::io::Error,
     },
     /// The other end is gone: unplugged, or its computer closed it.
     #[error("{place} was cut off")]
@@ -82,13 +89,6 @@ pub trait SerialWriter: Send {
 /// Longest wait for room in the operating system's buffer, a part of [`crate::CALL_LIMIT`]. The buffer holds
 /// seconds of what a driver writes: a line that takes no byte in this time takes none at all.
 pub const WRITE_LIMIT: Duration = Duration::from_millis(10);
-
-/// Serial ports with a device on USB, as values of a driver's setting `port`.
-pub fn ports_on_usb() -> Vec<Found> {
-    let ports = serialport::available_ports().unwrap_or_default().into_iter();
-    let on_usb = ports.filter(|port| matches!(port.port_type, serialport::SerialPortType::UsbPort(_)));
-    on_usb.map(|port| Found { setting: "port", value: port.port_name }).collect()
-}
 
 /// A serial port of the operating system.
 pub struct PortLine {

@@ -25,8 +25,9 @@ pub use stage::GrblStage;
 use std::time::Duration;
 
 use crate::params::GRBL_MOVING_QUERY_HZ;
+use crate::ports::line_to;
 use crate::serial_controller::Controller;
-use crate::serial_line::{PortLine, SerialLine};
+use crate::serial_line::SerialLine;
 use crate::{StageError, StageKind};
 use session::Session;
 
@@ -129,7 +130,7 @@ impl GrblConfig {
 /// [`StageError::Gone`] without a port, [`StageError::NoReply`] from a silent one, [`StageError::WrongDevice`] if
 /// identity, units, steps, travel or laser mode are not as configured.
 pub fn open(config: &GrblConfig) -> Result<(GrblStage, GrblLaser), StageError> {
-    open_line(config, Box::new(PortLine::new(&config.port, config.baud_rate)))
+    open_line(config, line_to(&config.port, config.baud_rate))
 }
 
 /// As [`open`], over any line.

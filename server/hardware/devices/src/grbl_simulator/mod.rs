@@ -141,6 +141,7 @@ enum Request {
     Alarm(u32),
     Restart,
     Stray,
+    Override(u8),
     Door(bool),
     Unplug,
     Replug(Option<Box<SimulatorConfig>>),
@@ -204,6 +205,11 @@ impl GrblSimulator {
     /// Switches it off and on: the reset banner comes, also in the middle of a move.
     pub fn restart(&self) {
         self.request(Request::Restart);
+    }
+
+    /// Somebody turns an override at the machine: a real-time byte that did not come over this line.
+    pub fn turn_override(&self, byte: u8) {
+        self.request(Request::Override(byte));
     }
 
     /// Lets the laser shine though nobody asked for it.
@@ -290,6 +296,7 @@ impl Machine {
             }
             Request::Alarm(code) => self.firmware.raise(code, now),
             Request::Restart => self.firmware.power_cycle(now),
+            Request::Override(byte) => self.firmware.change_override(byte, now),
             Request::Stray => self.firmware.shine_unasked(now),
             Request::Door(open) => self.firmware.set_door_open(open),
             Request::Unplug => {

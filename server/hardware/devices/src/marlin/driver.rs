@@ -15,7 +15,7 @@ const OPEN_LIMIT: Duration = Duration::from_millis(3500);
 /// `[station.marlin]`: a controller that moves the stage, switches the laser, or both.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MarlinSettings {
-    /// serial port of the controller
+    /// serial port of the controller, or tcp://host:port
     pub port: String,
     /// its speed, baud
     #[schemars(range(min = 1200, max = 10_000_000))]
@@ -114,6 +114,6 @@ impl Driver for MarlinDriver {
 
     /// Serial ports with a device on USB.
     fn discover(&self) -> Vec<Found> {
-        crate::serial_line::ports_on_usb()
+        crate::ports::ports_on_usb()
     }
 }

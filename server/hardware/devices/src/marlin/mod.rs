@@ -20,8 +20,9 @@ use std::time::Duration;
 
 use crate::grbl::Axis;
 use crate::params::MARLIN_MOVING_QUERY_HZ;
+use crate::ports::line_to;
 use crate::serial_controller::Controller;
-use crate::serial_line::{PortLine, SerialLine};
+use crate::serial_line::SerialLine;
 use crate::{StageError, StageKind};
 use session::Session;
 
@@ -86,7 +87,7 @@ impl MarlinConfig {
 /// [`StageError::Gone`] without a port, [`StageError::NoReply`] from a silent one, [`StageError::WrongDevice`] if
 /// identity, steps, travel or emergency parser are not as they must be.
 pub fn open(config: &MarlinConfig) -> Result<(MarlinStage, MarlinLaser), StageError> {
-    open_line(config, Box::new(PortLine::new(&config.port, config.baud_rate)))
+    open_line(config, line_to(&config.port, config.baud_rate))
 }
 
 /// As [`open`], over any line.

@@ -423,5 +423,5 @@ fn command_of(line: &str) -> &str {
     let line = line
         .strip_prefix('N')
         .map_or(line, |rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start());
-    line.split(|c: char| c == ' ' || c == '*').next().unwrap_or_default()
+    line.split([' ', '*']).next().unwrap_or_default()
 }

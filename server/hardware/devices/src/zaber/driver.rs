@@ -15,7 +15,7 @@ const OPEN_LIMIT: Duration = Duration::from_millis(3500);
 /// `[station.zaber]`: one axis of a device with Zaber's ASCII protocol.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ZaberSettings {
-    /// serial port of the device
+    /// serial port of the device, or tcp://host:port
     pub port: String,
     /// its speed, baud
     #[schemars(range(min = 9600, max = 115_200))]
@@ -113,6 +113,6 @@ impl Driver for ZaberDriver {
 
     /// Serial ports with a device on USB.
     fn discover(&self) -> Vec<Found> {
-        crate::serial_line::ports_on_usb()
+        crate::ports::ports_on_usb()
     }
 }

@@ -17,8 +17,9 @@ pub use stage::ZaberStage;
 use std::time::Duration;
 
 use crate::params::ZABER_MOVING_QUERY_HZ;
+use crate::ports::line_to;
 use crate::serial_controller::Controller;
-use crate::serial_line::{PortLine, SerialLine};
+use crate::serial_line::SerialLine;
 use crate::{StageError, StageKind};
 use session::Session;
 
@@ -86,7 +87,7 @@ impl ZaberConfig {
 /// [`StageError::Gone`] without a port, [`StageError::NoReply`] from a silent one, [`StageError::WrongDevice`] if
 /// serial number, axis or travel are not as configured.
 pub fn open(config: &ZaberConfig) -> Result<ZaberStage, StageError> {
-    open_line(config, Box::new(PortLine::new(&config.port, config.baud_rate)))
+    open_line(config, line_to(&config.port, config.baud_rate))
 }
 
 /// As [`open`], over any line.

@@ -167,7 +167,7 @@ impl Session {
     pub fn switch_off(&mut self, now: Instant) -> Option<u64> {
         self.go_dark(now);
         let off = self.wanted.iter().chain(self.pending.as_ref().map(|pending| &pending.wanted));
-        off.filter(|wanted| wanted.kind == LineKind::LaserOff).map(|wanted| wanted.ticket).last()
+        off.filter(|wanted| wanted.kind == LineKind::LaserOff).map(|wanted| wanted.ticket).max()
     }
 
     /// `M5`, before anything else that waits; it comes after the motion, so that a move is stopped.
