@@ -136,6 +136,9 @@ impl Station {
 
     fn laser_light(&self) -> LaserLight {
         let Some(laser) = &self.laser else { return LaserLight::Unknown };
+        if !laser.is_switched() {
+            return LaserLight::NotControlled;
+        }
         if self.is_faulted("laser") || laser.state().is_none() {
             return LaserLight::Unknown;
         }

@@ -1,6 +1,6 @@
 //! What a scan that cannot work is refused for, each with its place in the input and its remedy.
 
-use devices::Homing;
+use devices::{Homing, StageKind};
 use optics::Calibration;
 use station::StationStatus;
 
@@ -45,6 +45,10 @@ pub fn devices(status: &StationStatus) -> Result<(), AppError> {
         ("laser", status.laser.connected),
     ];
     match there.iter().find(|(_, connected)| !connected) {
+        None if status.stage.capabilities.kind == StageKind::Rotary => {
+            Err(AppError::new(ErrorKind::Impossible, "the stage is rotary, and scans need a linear one")
+                .remedy("scan with a linear stage; this version has no rotary scan"))
+        }
         None => Ok(()),
         Some((device, _)) => {
             Err(AppError::new(ErrorKind::DeviceFault, format!("the station's {device} is not connected"))
@@ -237,6 +241,12 @@ pub fn notes(rows: &Rows, exposure_us: f64, status: &StationStatus, prediction: 
     let mut notes = Vec::new();
     if !status.homed && status.stage.capabilities.homing == Homing::Required {
         notes.push("the stage is not homed; home it before the scan".to_owned());
+    }
+    if !status.laser.capabilities.switched {
+        notes.push(
+            "the laser is not controlled here: it stays on before, during and after the scan, and after Stop"
+                .to_owned(),
+        );
     }
     if let Some(sweep) = rows.sweep {
         let smear_mm = sweep.speed_mm_s * exposure_us * 1e-6;

@@ -290,3 +290,21 @@ fn a_sweep_over_a_recording_takes_its_own_frames_without_run_up() {
     assert_eq!(fine.pointer.as_deref(), Some("/step_mm"));
     assert!(fine.detail.contains("2.08 mm apart"), "{fine:?}");
 }
+
+#[test]
+fn a_rotary_stage_is_refused_by_name() {
+    let mut status = status();
+    status.stage.capabilities.kind = devices::StageKind::Rotary;
+    let input = input(-20.0, 20.0);
+    let refusal = plan(&input, &calibration(), &status, &pace(&input)).unwrap_err();
+    assert!(refusal.detail.contains("rotary"), "{refusal:?}");
+}
+
+#[test]
+fn a_laser_that_is_always_on_is_said_in_the_plan() {
+    let mut status = status();
+    status.laser.capabilities.switched = false;
+    let input = input(-20.0, 20.0);
+    let planned = plan(&input, &calibration(), &status, &pace(&input)).unwrap();
+    assert!(planned.notes.iter().any(|note| note.contains("not controlled here")), "{:?}", planned.notes);
+}
