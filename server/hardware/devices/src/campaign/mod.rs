@@ -70,6 +70,7 @@ enum Act {
     Alarm,
     OtherDevice,
     Unplug,
+    ResetButton,
     Repair,
 }
 
@@ -82,8 +83,8 @@ const DARK_LIMIT: Duration = Duration::from_millis(500 + 700);
 /// How often a station is tried to be made ready, as a person would.
 const N_ATTEMPTS: usize = 4;
 
-/// A call may take 20 ms; this is a hang on any machine.
-const CALL_HANG: Duration = Duration::from_secs(1);
+/// A call may take 20 ms, which the contract suite holds; this is a hang also on a machine that stands still at times.
+const CALL_HANG: Duration = Duration::from_secs(5);
 
 #[derive(Debug, Default)]
 struct Tally {
@@ -164,6 +165,16 @@ impl Rig {
         true
     }
 
+    /// The end of what the firmware has heard.
+    fn heard(&self) -> String {
+        let entries = self.witness.entries();
+        let bytes = entries.iter().rev().filter_map(|entry| match entry.what {
+            crate::simulator::Happening::Byte(byte) => Some(char::from(byte)),
+            _ => None,
+        });
+        bytes.take(80).collect::<Vec<_>>().into_iter().rev().collect()
+    }
+
     /// Waits for the end of a motion; whether it ended without a fault. Neither is a hang.
     fn rests(&mut self, what: &str, tally: &mut Tally) -> bool {
         let mut ended_well = false;
@@ -193,13 +204,16 @@ impl Rig {
         (self.act)(Act::Repair);
         let mut asked_at: Option<Instant> = None;
         self.wait("it does not come back", tally, |rig, tally| {
-            if rig.poll(tally).is_ok() {
-                return true;
-            }
+            let Err(fault) = rig.poll(tally) else { return true };
             if asked_at.is_none_or(|at| at.elapsed() > Duration::from_millis(1500)) {
                 asked_at = Some(Instant::now());
                 if rig.stage.clear_fault().is_err() {
-                    (rig.act)(Act::Repair);
+                    // As a person who reads what is told.
+                    if fault.to_string().contains("reset button")
+                        || matches!(fault, crate::StageError::NoReply { .. })
+                    {
+                        (rig.act)(Act::ResetButton);
+                    }
                     rig.stage.reconnect().ok();
                 }
                 if let Some(laser) = &mut rig.laser
@@ -216,8 +230,12 @@ impl Rig {
         if matches!(when, When::Shining | When::ShiningAndMoving)
             && let Some(laser) = &mut self.laser
         {
-            laser.switch_on(0.5, Duration::from_secs(1)).ok();
-            self.wait("it does not shine", tally, |rig, _| rig.witness.light());
+            let shines = laser.switch_on(0.5, Duration::from_secs(1)).is_ok();
+            // A lease that ends before the light was seen is no hang.
+            self.wait("it does not shine", tally, |rig, _| {
+                let ended = rig.laser.as_mut().is_none_or(|laser| !laser.poll().is_ok_and(|state| state.emitting));
+                !shines || rig.witness.light() || ended
+            });
         }
         match when {
             When::Moving | When::ShiningAndMoving => drop(self.stage.start_move(3.5, 3.0)),
@@ -268,7 +286,8 @@ impl Rig {
         let watch = Stopwatch::start();
         while self.witness.light() {
             if watch.own_time() > DARK_LIMIT {
-                tally.failures.push(format!("light left on after {what:?} while {when:?}, told as {named:?}"));
+                let heard = self.heard();
+                tally.failures.push(format!("light left on, told as {named:?}, heard last: {heard:?}"));
                 break;
             }
             std::thread::sleep(Duration::from_millis(2));

@@ -42,6 +42,7 @@ pub fn grbl() -> Rig {
                 is_away.set(true);
                 acting.unplug();
             }
+            Act::ResetButton => {}
             Act::Repair => {
                 acting.repair();
                 if is_away.replace(false) {
@@ -86,6 +87,7 @@ pub fn zaber() -> Rig {
                 is_away.set(true);
                 acting.unplug();
             }
+            Act::ResetButton => {}
             Act::Repair => {
                 acting.happen(zaber_simulator::Event::Repair);
                 if is_away.replace(false) {
@@ -114,7 +116,6 @@ pub fn marlin() -> Rig {
     let (stage, laser) = marlin::open_line(&config, Box::new(NoisyLine::new(&config.port, &line))).unwrap();
     let (witness, acting) = (simulator.witness().clone(), simulator);
     let is_away = std::cell::Cell::new(false);
-    let may_be_halted = std::cell::Cell::new(false);
     Rig {
         stage: Box::new(stage),
         laser: Some(Box::new(laser)),
@@ -132,13 +133,10 @@ pub fn marlin() -> Rig {
                 is_away.set(true);
                 acting.unplug();
             }
-            // A person presses the reset button where the driver says so: here once the line is quiet again.
+            Act::ResetButton => acting.happen(marlin_simulator::Event::ResetButton),
             Act::Repair => {
                 if is_away.replace(false) {
                     acting.replug_as(kind.clone());
-                } else if may_be_halted.replace(true) {
-                    acting.happen(marlin_simulator::Event::ResetButton);
-                    may_be_halted.set(false);
                 }
             }
         }),

@@ -282,8 +282,9 @@ impl Session {
     }
 }
 
-/// `M112` by itself: half a line that may precede it is ended first.
-const HALT: &[u8] = b"\nM112\n";
+/// `M112` by itself: half a line that may precede it is ended first. It is said three times in one breath: it is the
+/// last word where a line loses bytes, and nothing answers for it.
+const HALT: &[u8] = b"\nM112\nM112\nM112\n";
 
 fn being_opened() -> StageError {
     StageError::Gone { reason: "it is being opened".to_owned() }
