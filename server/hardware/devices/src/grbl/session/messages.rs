@@ -195,6 +195,9 @@ impl Session {
             return self.down(Fault::Gone { reason });
         }
         let Some(machine_mm) = self.machine_mm(&report) else { return };
+        if self.is_doubtful(machine_mm) {
+            return self.query(now);
+        }
         // The report was made between question and answer.
         let at = asked_at + (began_at - asked_at) / 2;
         self.seen = Some(Seen { state: report.state, machine_mm, at });
@@ -276,6 +279,15 @@ impl Session {
             self.homed = false;
             self.raise(Fault::Stalled { target_mm: travel.target_mm, actual_mm }, now);
         }
+    }
+
+    /// Reports have no checksum: a position at rest that changed is believed when it is told twice.
+    fn is_doubtful(&mut self, machine_mm: f64) -> bool {
+        let changed = self.seen.is_some_and(|seen| seen.machine_mm != machine_mm);
+        let doubtful =
+            self.activity == Activity::Rest && self.homed && changed && self.doubted_mm != Some(machine_mm);
+        self.doubted_mm = doubtful.then_some(machine_mm);
+        doubtful
     }
 
     /// Somebody turned an override at the machine: it would change speeds that were accepted, and the laser's power.
