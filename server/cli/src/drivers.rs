@@ -2,8 +2,11 @@
 
 use std::sync::Arc;
 
+use devices::always_on::AlwaysOnDriver;
 use devices::grbl::{GrblDriver, GrblSettings};
+use devices::marlin::{MarlinDriver, MarlinSettings};
 use devices::replay::{ReplayDriver, ReplaySettings};
+use devices::zaber::{ZaberDriver, ZaberSettings};
 use devices::{DeviceSet, Driver, MissingSetting};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -25,12 +28,16 @@ pub struct StationSettings {
     pub replay: ReplaySettings,
     /// `[station.grbl]`.
     pub grbl: GrblSettings,
+    /// `[station.zaber]`.
+    pub zaber: ZaberSettings,
+    /// `[station.marlin]`.
+    pub marlin: MarlinSettings,
 }
 
 /// Who makes a device.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DeviceSettings {
-    /// kind of the driver that makes it: twin, replay or grbl
+    /// kind of the driver that makes it: twin, replay, grbl, marlin, zaber (stage) or none (laser that is always on)
     pub kind: String,
 }
 
@@ -85,6 +92,9 @@ fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>
         twin.clone(),
         Arc::new(ReplayDriver(settings.replay.clone())),
         Arc::new(GrblDriver(settings.grbl.clone())),
+        Arc::new(ZaberDriver(settings.zaber.clone())),
+        Arc::new(MarlinDriver(settings.marlin.clone())),
+        Arc::new(AlwaysOnDriver),
     ];
     (twin, rows)
 }
@@ -143,14 +153,16 @@ mod tests {
             twin: TwinSettings::default(),
             replay: ReplaySettings { folder: "capture".into(), ..ReplaySettings::default() },
             grbl: GrblSettings { port: "/dev/ttyACM0".to_owned(), ..GrblSettings::default() },
+            zaber: ZaberSettings { port: "/dev/ttyUSB0".to_owned(), ..ZaberSettings::default() },
+            marlin: MarlinSettings { port: "/dev/ttyUSB1".to_owned(), ..MarlinSettings::default() },
         }
     }
 
     #[test]
     fn every_combination_is_taken_but_a_recording_without_its_other_half() {
         for camera in ["twin", "replay"] {
-            for stage in ["twin", "replay", "grbl"] {
-                for laser in ["twin", "replay", "grbl"] {
+            for stage in ["twin", "replay", "grbl", "zaber", "marlin"] {
+                for laser in ["twin", "replay", "grbl", "marlin", "none"] {
                     let made = station_devices(&settings(camera, stage, laser));
                     let apart = (camera == "replay") != (stage == "replay");
                     assert_eq!(made.is_err(), apart, "{camera}, {stage}, {laser}: {made:?}");

@@ -33,9 +33,11 @@ pub fn test_in_browser() -> Outcome {
     crate::page::test_in_browser()
 }
 
-/// The tests of labelling on scores of random scenes, each against the rate of wrong labels stated beside it.
+/// The tests of labelling on scores of random scenes, each against the rate of wrong labels stated beside it, and a
+/// thousand serial faults for each controller.
 pub fn campaign() -> Outcome {
     let filter = ["--", "campaign", "--ignored", "--nocapture", "--test-threads", "1"];
+    run("serial faults", cargo(&["test", "--package", "sheaf-devices", "--lib"]).args(filter))?;
     run("campaign", cargo(&["test", "--package", "sheaf-scanning", "--test", "it"]).args(filter))
 }
 

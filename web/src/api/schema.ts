@@ -2503,7 +2503,7 @@ export interface components {
          * @description Whether there is laser light.
          * @enum {string}
          */
-        LightDto: "off" | "armed" | "on" | "unknown";
+        LightDto: "off" | "armed" | "on" | "unknown" | "not_controlled";
         /** @description The fit of the light sheets. */
         LightFitDto: {
             /** @description Residuals of each order on each board. */
@@ -4268,14 +4268,20 @@ export interface components {
             /** @description Whether it answers. */
             connected: boolean;
             /**
-             * @description Whether it is where the frame last delivered was taken, as that of a recording: continuous scans then take the
-             *     recorded frames, `resolution_mm` apart.
+             * @description Whether nobody commands it and it is where the frame last delivered was taken, as that of a recording or a
+             *     conveyor whose encoder triggers the camera: continuous scans then take the frames that come, `resolution_mm`
+             *     apart.
              */
             follows_frames: boolean;
             /** @description Whether its zero is established. */
             homed: boolean;
             /** @description Which one. */
             identity: components["schemas"]["IdentityDto"];
+            /**
+             * @description How it moves the part. Positions and speeds of a rotary stage are degrees and °/s; this version does not scan
+             *     with one.
+             */
+            kind: components["schemas"]["StageKindDto"];
             /**
              * Format: double
              * @description Fastest move.
@@ -4349,6 +4355,11 @@ export interface components {
              */
             straightness_rms_um: number;
         };
+        /**
+         * @description How a stage moves the part.
+         * @enum {string}
+         */
+        StageKindDto: "linear" | "rotary";
         /**
          * @description Calibrate camera, light and stage.
          * @example {

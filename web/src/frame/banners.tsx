@@ -38,7 +38,9 @@ export function Banners() {
       {status && (status.faults.length > 0 || status.state === "Error") && <Faults status={status} />}
       {status?.state === "Halted" && (
         <div class="note banner row">
-          <span class="grow">{words.reset_after_stop}</span>
+          <span class="grow">
+            {status.laser.light === "not_controlled" ? words.reset_after_stop_lit : words.reset_after_stop}
+          </span>
           <ResetButton label={words.reset_stop} />
         </div>
       )}

@@ -27,7 +27,9 @@ export function Bar() {
       <span class="lights">
         <span class="item laser">
           <small>{words.laser}</small>
-          <strong class={status?.laser.light === "on" ? "lit" : undefined}>
+          <strong
+            class={status?.laser.light === "on" || status?.laser.light === "not_controlled" ? "lit" : undefined}
+          >
             {words.light[status?.laser.light ?? "unknown"]}
           </strong>
         </span>

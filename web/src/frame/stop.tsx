@@ -17,7 +17,7 @@ function isBehindDialog(event: PointerEvent, button: Element | null): boolean {
 }
 
 export function StopButton() {
-  const { stop } = useApp();
+  const { stop, station } = useApp();
   const button = useRef<HTMLButtonElement>(null);
   useEffect(() => {
     const onPointer = (event: PointerEvent) => {
@@ -36,13 +36,14 @@ export function StopButton() {
     };
   }, [stop]);
   const words = text.value.frame;
+  const lit = station.status.value?.laser.light === "not_controlled";
   // Down, not click: a finger that slides off has still asked for a stop.
   return (
     <button
       ref={button}
       type="button"
       class="stop"
-      title={words.stop_hint}
+      title={lit ? words.stop_hint_lit : words.stop_hint}
       onPointerDown={() => stop.press()}
       // A click without a pointer comes from the keyboard or an assistive device.
       onClick={(event) => {

@@ -10,10 +10,20 @@ use crate::{DeviceIdentity, StageError, camera::ValueRange};
 /// What the laser can do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaserCapabilities {
+    /// Whether this program switches it. If not, it is on as long as it has power, and nothing that is said here of
+    /// darkness holds for it.
+    pub switched: bool,
     /// Powers it can be set to, as a share of full power; `None`: on and off only.
     pub power: Option<ValueRange>,
     /// Whether an interlock is read back.
     pub interlock: bool,
+}
+
+impl Default for LaserCapabilities {
+    /// Switched on and off, and no more.
+    fn default() -> Self {
+        Self { switched: true, power: None, interlock: false }
+    }
 }
 
 /// What a laser reports.

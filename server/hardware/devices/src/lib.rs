@@ -13,16 +13,28 @@ pub mod identity;
 pub mod laser;
 pub mod stage;
 
+pub mod always_on;
 pub mod contract;
 pub mod grbl;
 pub mod grbl_simulator;
+pub mod marlin;
+pub mod marlin_simulator;
 pub mod params;
 pub mod replay;
 pub mod serial_line;
+pub mod simulator;
 pub mod threaded;
+pub mod zaber;
+pub mod zaber_simulator;
 
+#[cfg(test)]
+mod campaign;
 mod laser_checks;
+mod line_reader;
+mod ports;
+mod serial_controller;
 mod stage_checks;
+mod tcp_line;
 
 pub use camera::{
     Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, FrameInfo, PixelFormat, Roi, Trigger,
@@ -31,7 +43,7 @@ pub use camera::{
 pub use driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
 pub use identity::DeviceIdentity;
 pub use laser::{Laser, LaserCapabilities, LaserError, LaserState};
-pub use stage::{AcceptedMove, Homing, Stage, StageCapabilities, StageError, StageState};
+pub use stage::{AcceptedMove, Homing, Stage, StageCapabilities, StageError, StageKind, StageState};
 pub use threaded::ThreadedCamera;
 
 use std::time::Duration;

@@ -34,7 +34,7 @@ pub const GRBL_BRAKING_QUERY: Duration = Duration::from_millis(10);
 pub const GRBL_SILENCE: Duration = Duration::from_millis(650);
 
 /// Longest wait for the answer to a line within a caller's own call; later answers come through `poll`.
-pub const GRBL_ANSWER_WAIT: Duration = Duration::from_millis(15);
+pub const ANSWER_WAIT: Duration = Duration::from_millis(15);
 
 /// `M5` not acknowledged so long is followed by a soft reset, which darkens for sure.
 pub const GRBL_DARK_LIMIT: Duration = Duration::from_millis(200);
@@ -83,3 +83,79 @@ pub const GRBL_LINE_BYTES: usize = 512;
 
 /// Reports that show power while it should be dark, before it is taken for real: the first may have been under way.
 pub const GRBL_STRAY_REPORTS: usize = 2;
+
+/// Longest line of the other serial protocols: 80 bytes of Zaber's, a few hundred of Marlin's capabilities.
+pub const SERIAL_LINE_BYTES: usize = 512;
+
+/// Position queries of a Zaber device during a motion, Hz, unless configured. It answers at once; query and answer are
+/// fifty bytes, 5 ms at 115200 baud.
+pub const ZABER_MOVING_QUERY_HZ: f64 = 25.0;
+
+/// Position queries of a Zaber device at rest, Hz.
+pub const ZABER_IDLE_QUERY_HZ: f64 = 5.0;
+
+/// Pace of queries while a stop brakes.
+pub const ZABER_BRAKING_QUERY: Duration = Duration::from_millis(15);
+
+/// A command unanswered so long is silence, and so is a line on which no query was answered for so long. A Zaber device
+/// answers every command at once, whatever it does.
+pub const ZABER_SILENCE: Duration = Duration::from_millis(650);
+
+/// A query that was not answered is followed by another after this time: its answer may have come damaged.
+pub const ZABER_QUERY_AGAIN: Duration = Duration::from_millis(150);
+
+/// Damaged or foreign lines, within a second, before the link is given up.
+pub const ZABER_GARBAGE_LINES: usize = 3;
+
+/// A moving axis whose position does not change so long stalls.
+pub const ZABER_STALL: Duration = Duration::from_millis(500);
+
+/// How often the serial number is asked for: another device on the line is found within this time.
+pub const ZABER_IDENTITY_PERIOD: Duration = Duration::from_millis(500);
+
+/// Settling at the end of a move may leave so many microsteps.
+pub const ZABER_SETTLED_STEPS: f64 = 2.0;
+
+/// Position queries of a Marlin controller during a motion, Hz, unless configured: question and answer take 10 ms at
+/// 115200 baud, and moves are sent between them.
+pub const MARLIN_MOVING_QUERY_HZ: f64 = 20.0;
+
+/// Position queries of a Marlin controller at rest, Hz.
+pub const MARLIN_IDLE_QUERY_HZ: f64 = 5.0;
+
+/// Time that one piece of a move takes.
+pub const MARLIN_PIECE: Duration = Duration::from_millis(40);
+
+/// Pieces are sent ahead of the motor for this time, beyond the way it needs to brake: so long a stop runs out.
+pub const MARLIN_AHEAD: Duration = Duration::from_millis(110);
+
+/// A line unanswered so long is silence, where the firmware has no reason to take its time.
+pub const MARLIN_SILENCE: Duration = Duration::from_millis(650);
+
+/// While a line takes its time, `echo:busy` comes in this period (`M113`); it is missed after this and
+/// [`MARLIN_SILENCE`].
+pub const MARLIN_KEEPALIVE_S: u64 = 1;
+
+/// What a run-out may take beyond pieces and ramp: the first block waits 0.1 s for more, and the report of rest.
+pub const MARLIN_STOP_SLACK: Duration = Duration::from_millis(400);
+
+/// After a quick stop (`M410`) the firmware drops moves and waits for a second.
+pub const MARLIN_QUICK_STOP: Duration = Duration::from_millis(1500);
+
+/// `M5` not acknowledged so long at rest is followed by `M112`, which darkens for good.
+pub const MARLIN_DARK_LIMIT: Duration = Duration::from_millis(250);
+
+/// A lit laser at rest is kept from the firmware's safety timeout (1 s as delivered) at this pace.
+pub const MARLIN_LIGHT_KEEPALIVE: Duration = Duration::from_millis(400);
+
+/// Behind `Resend` an `ok` may follow, which answers nothing: it is waited for so long.
+pub const MARLIN_RESEND_PAUSE: Duration = Duration::from_millis(40);
+
+/// How often a line is sent again on request before the link is given up.
+pub const MARLIN_RESENDS: u32 = 5;
+
+/// While it is opened, the questions come again at this pace: a board that restarts swallows them.
+pub const MARLIN_OPENING_PERIOD: Duration = Duration::from_millis(1300);
+
+/// So long nothing must come before the numbered dialogue begins.
+pub const MARLIN_QUIET: Duration = Duration::from_millis(80);

@@ -17,6 +17,15 @@ pub enum SerialLineError {
         #[source]
         cause: serialport::Error,
     },
+    /// It cannot be connected to.
+    #[error("{place} cannot be connected to")]
+    Unconnected {
+        /// Where it was looked for.
+        place: String,
+        /// Why.
+        #[source]
+        cause: std::io::Error,
+    },
     /// The other end is gone: unplugged, or its computer closed it.
     #[error("{place} was cut off")]
     CutOff {

@@ -1,4 +1,4 @@
-//! A linear stage: moves are started and polled, `stop` works in every state.
+//! A stage: moves are started and polled, `stop` works in every state.
 
 use std::borrow::Cow;
 use std::time::Instant;
@@ -16,9 +16,31 @@ pub enum Homing {
     Absent,
 }
 
+/// How the stage moves the part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum StageKind {
+    /// Along a line; positions are millimetres.
+    #[default]
+    Linear,
+    /// About an axis; where a number is called millimetres or mm/s it is degrees or °/s.
+    Rotary,
+}
+
+impl StageKind {
+    /// Its name in settings, API and page.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Rotary => "rotary",
+        }
+    }
+}
+
 /// What the stage can do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageCapabilities {
+    /// How it moves the part. Scans and calibrations of this version need a linear stage.
+    pub kind: StageKind,
     /// Positions it can go to, mm.
     pub travel_mm: (f64, f64),
     /// Fastest move, mm/s.
@@ -29,8 +51,8 @@ pub struct StageCapabilities {
     pub homing: Homing,
     /// The smallest step it can make, mm; 0 if unknown.
     pub resolution_mm: f64,
-    /// Whether it is where the frame last delivered was taken, as that of a recording: a sweep needs no run-up, and
-    /// its frames are the recorded ones.
+    /// Whether nobody commands it, and it is where the frame last delivered was taken: the stage of a recording, or a
+    /// conveyor whose encoder triggers the camera. A sweep needs no run-up, and its frames are those that come.
     pub follows_frames: bool,
 }
 
@@ -59,7 +81,7 @@ pub struct StageState {
 }
 
 /// Why a stage did not do what it was asked.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StageError {
     /// It is not homed, so that no position means anything.
     #[error("the stage does not know where it is")]
@@ -98,6 +120,24 @@ pub enum StageError {
     Alarm {
         /// The controller's number.
         code: u32,
+        /// What it means.
+        meaning: String,
+    },
+    /// The controller says by a flag or in words that it cannot be used.
+    #[error("the stage's controller reports {flag} ({meaning})")]
+    Warned {
+        /// The controller's flag or text.
+        flag: String,
+        /// What it means.
+        meaning: String,
+    },
+    /// The controller refused a command, and says why in words.
+    #[error("the stage's controller refused `{command}`: {reason} ({meaning})")]
+    Rejected {
+        /// The line sent.
+        command: String,
+        /// The controller's own word for it.
+        reason: String,
         /// What it means.
         meaning: String,
     },
@@ -155,16 +195,17 @@ impl Remedy for StageError {
             Self::Moving => "wait for its end or stop it first",
             Self::Stalled { .. } => "look for an obstacle, then home it",
             Self::Alarm { .. } => "remove the cause, clear the alarm and home",
+            Self::Warned { .. } => "remove the cause, clear the fault and home",
             Self::Restarted => "home it",
             Self::NoReply { .. } | Self::Gone { .. } => "check cable and power, then reconnect",
             Self::Garbage { .. } => "check device and baud rate",
             Self::WrongDevice { .. } => "connect the right device or change the configuration",
-            Self::OutOfTravel { .. } | Self::Refused { .. } => return None,
+            Self::OutOfTravel { .. } | Self::Refused { .. } | Self::Rejected { .. } => return None,
         }))
     }
 }
 
-/// A linear stage.
+/// A stage.
 pub trait Stage: Send {
     /// Which stage this is.
     fn identity(&self) -> DeviceIdentity;

@@ -3,6 +3,8 @@ export const frame = {
   skip: "Zum Inhalt",
   stop: "Stopp",
   stop_hint: "Stoppt die Bewegung und schaltet den Laser sofort aus, von jeder Seite (Strg + . oder Pause)",
+  stop_hint_lit:
+    "Stoppt die Bewegung sofort, von jeder Seite (Strg + . oder Pause). Der Laser ist hier nicht gesteuert und bleibt an",
   stopping: "Stoppt…",
   stop_unanswered: "Noch keine Antwort auf Stopp; er wird wiederholt. Den Not-Halt der Maschine benutzen.",
   stop_unacknowledged:
@@ -11,7 +13,13 @@ export const frame = {
   simulated_hint: "Simulierte Daten",
   station: "Station",
   laser: "Laser",
-  light: { off: "aus", armed: "bereit", on: "AN", unknown: "unbekannt" } as Record<string, string>,
+  light: {
+    off: "aus",
+    armed: "bereit",
+    on: "AN",
+    unknown: "unbekannt",
+    not_controlled: "AN, hier nicht gesteuert",
+  } as Record<string, string>,
   interlock: "Verriegelung",
   interlock_closed: "geschlossen",
   interlock_open: "offen",
@@ -73,6 +81,8 @@ export const frame = {
   } as Record<string, readonly [detail: string, remedy: string]>,
   reset: "Quittieren und zurücksetzen",
   reset_after_stop: "Die Station wurde gestoppt. Bewegung und Laser bleiben bis zum Zurücksetzen aus.",
+  reset_after_stop_lit:
+    "Die Station wurde gestoppt. Keine Bewegung bis zum Zurücksetzen. Der Laser ist hier nicht gesteuert: Er ist an, solange er Strom hat.",
   reset_stop: "Zurücksetzen",
   control: "Bedienhoheit",
   you_control: "Sie bedienen",

@@ -49,6 +49,7 @@ export const help = {
     "Stopp hält den Tisch an und schaltet den Laser aus; beide bleiben bis zum Zurücksetzen aus. Ein laufender Scan behält die bisher aufgenommenen Zeilen und lässt sich fortsetzen.",
     "Nach Stopp läuft nichts automatisch wieder an: Eine Person muss die Station zurücksetzen.",
     "Der Laser ist nur während eines Auftrags oder des Live-Bilds an. Er geht aus, wenn Bilder ausbleiben, wenn der Dienst endet und bei jeder Störung.",
+    "Wo beim Laser „hier nicht gesteuert“ steht, ist er an, solange er Strom hat; nichts davon schaltet ihn aus.",
     "Stopp ist kein Not-Halt: Er hängt von dieser Seite, dem Netzwerk und dem Server ab. Bei Gefahr den Not-Halt der Maschine benutzen.",
     "Nur eine Seite hat die Bedienhoheit. Aufträge brauchen sie nicht; Handbefehle übernehmen sie, und jeder kann sie von anderen übernehmen.",
   ],

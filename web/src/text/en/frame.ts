@@ -3,6 +3,8 @@ export const frame = {
   skip: "Skip to content",
   stop: "Stop",
   stop_hint: "Stops motion and turns the laser off at once, from any page (Ctrl + . or Pause)",
+  stop_hint_lit:
+    "Stops motion at once, from any page (Ctrl + . or Pause). The laser is not controlled here and stays on",
   stopping: "Stopping…",
   stop_unanswered: "No answer to Stop yet; retrying. Use the emergency stop of the machine.",
   stop_unacknowledged:
@@ -11,7 +13,13 @@ export const frame = {
   simulated_hint: "Simulated data",
   station: "Station",
   laser: "Laser",
-  light: { off: "off", armed: "armed", on: "ON", unknown: "unknown" } as Record<string, string>,
+  light: {
+    off: "off",
+    armed: "armed",
+    on: "ON",
+    unknown: "unknown",
+    not_controlled: "ON, not controlled here",
+  } as Record<string, string>,
   interlock: "Interlock",
   interlock_closed: "closed",
   interlock_open: "open",
@@ -40,6 +48,8 @@ export const frame = {
   faults: {} as Record<string, readonly [detail: string, remedy: string]>,
   reset: "Acknowledge and reset",
   reset_after_stop: "The station was stopped. Motion and laser stay off until reset.",
+  reset_after_stop_lit:
+    "The station was stopped. Motion stays off until reset. The laser is not controlled here: it is on as long as it has power.",
   reset_stop: "Reset",
   control: "Control",
   you_control: "You are in control",

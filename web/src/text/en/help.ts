@@ -47,6 +47,7 @@ export const help = {
     "Stop halts the stage and turns the laser off; both stay off until reset. A running scan keeps the rows captured so far and can be resumed.",
     "Nothing restarts automatically after Stop: a person has to reset the station.",
     "The laser is on only during a job or the live view. It turns off when frames stop arriving, when the service ends, and on every fault.",
+    "Where the laser shows “not controlled here”, it is on as long as it has power; none of this turns it off.",
     "Stop is not an emergency stop: it depends on this page, the network and the server. Use the emergency stop of the machine when someone is in danger.",
     "One page is in control at a time. Jobs need no control; manual commands take it, and anyone can take it over.",
   ],

@@ -19,6 +19,8 @@ pub struct StageProfile {
     pub motion_limit: Duration,
     /// From a stop or hold to rest: braking, and a report of it.
     pub rest_limit: Duration,
+    /// For a controller that a stop during homing halts for good: presses its reset button.
+    pub reset_button: Option<Box<dyn Fn()>>,
     /// Its cable, if the test can pull it.
     pub cable: Option<Cable>,
 }
@@ -252,12 +254,20 @@ fn stop_ends_homing(mut stage: Box<dyn Stage>, profile: &StageProfile) {
     short("start_home", || stage.start_home()).expect("sound");
     assert!(look(&mut *stage).moving, "homing was started, and it says it rests");
     short("stop", || stage.stop()).expect("stop while homing");
-    let state = wait_for(profile.rest_limit + SCHEDULING_SLACK, "homing ends after a stop", || {
+    let mut button = profile.reset_button.as_ref();
+    let limit = if button.is_some() { RECONNECT_LIMIT } else { profile.rest_limit + SCHEDULING_SLACK };
+    let state = wait_for(limit, "homing ends after a stop", || {
         match stage.poll() {
             Ok(state) => (!state.moving).then_some(state),
             // A controller that calls a stopped homing an alarm tells it until it is cleared.
             Err(_) => {
-                stage.clear_fault().ok();
+                if stage.clear_fault().is_err()
+                    && let Some(press) = &mut button
+                {
+                    press();
+                    stage.reconnect().ok();
+                    button = None;
+                }
                 None
             }
         }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{GrblConfig, open};
 use crate::driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
-use crate::{Laser, LaserError, Stage};
+use crate::{Laser, LaserError, Stage, StageKind};
 
 /// Longest opening of a controller, within the wait of the service's start.
 const OPEN_LIMIT: Duration = Duration::from_millis(3500);
@@ -15,7 +15,7 @@ const OPEN_LIMIT: Duration = Duration::from_millis(3500);
 /// `[station.grbl]`: a controller that moves the stage, switches the laser, or both.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GrblSettings {
-    /// serial port of the controller
+    /// serial port of the controller, or tcp://host:port (telnet port of FluidNC)
     pub port: String,
     /// its speed, baud
     #[schemars(range(min = 1200, max = 10_000_000))]
@@ -34,6 +34,8 @@ pub struct GrblSettings {
     /// machine position of the stage's zero
     #[schemars(range(min = -1e4, max = 1e4))]
     pub zero_at_machine_mm: f64,
+    /// whether it turns the part: positions and speeds are then degrees and °/s
+    pub rotary: bool,
 }
 
 impl Default for GrblSettings {
@@ -47,6 +49,7 @@ impl Default for GrblSettings {
             travel_from_mm: -40.0,
             travel_to_mm: 40.0,
             zero_at_machine_mm: -50.0,
+            rotary: false,
         }
     }
 }
@@ -62,6 +65,7 @@ impl GrblDriver {
             baud_rate: settings.baud,
             expected_name: Some(settings.identity.clone()).filter(|name| !name.is_empty()),
             zero_at_machine_mm: settings.zero_at_machine_mm,
+            kind: if settings.rotary { StageKind::Rotary } else { StageKind::Linear },
             open_limit: OPEN_LIMIT,
             ..GrblConfig::new(
                 &settings.port,
@@ -82,7 +86,7 @@ impl Driver for GrblDriver {
     }
 
     fn missing(&self) -> Option<MissingSetting> {
-        let expected = "the serial port of the controller";
+        let expected = "the serial port of the controller, or tcp://host:port";
         self.0.port.is_empty().then_some(MissingSetting { name: "port", expected })
     }
 
@@ -101,8 +105,6 @@ impl Driver for GrblDriver {
 
     /// Serial ports with a device on USB.
     fn discover(&self) -> Vec<Found> {
-        let ports = serialport::available_ports().unwrap_or_default().into_iter();
-        let on_usb = ports.filter(|port| matches!(port.port_type, serialport::SerialPortType::UsbPort(_)));
-        on_usb.map(|port| Found { setting: "port", value: port.port_name }).collect()
+        crate::ports::ports_on_usb()
     }
 }

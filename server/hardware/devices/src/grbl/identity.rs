@@ -102,6 +102,7 @@ impl Description {
             homing_pause: self.homing_pause(),
             lost_host: self.lost_host(config.laser_mode),
             capabilities: StageCapabilities {
+                kind: config.kind,
                 travel_mm: config.travel_mm,
                 max_speed_mm_s: rate_mm_s.min(config.max_speed_mm_s),
                 acceleration_mm_s2: Some(self.of_axis(120, config.axis, place)?),

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::controller::Controller;
 use super::fault::Fault;
 use super::session::Session;
 use crate::laser_checks::check_power;
+use crate::serial_controller::Controller;
 use crate::{DeviceIdentity, Laser, LaserCapabilities, LaserError, LaserState, ValueRange};
 
 /// Smallest power that can be set; most drivers of diodes are dark below.
@@ -20,11 +20,11 @@ const UNKNOWN_END: &str = "the laser may stay on: its controller was not reached
 /// The controller switches the laser only at rest: while the stage moves it is not switched on, and going dark
 /// (switched off, or its lease ended) stops the move.
 pub struct GrblLaser {
-    controller: Arc<Controller>,
+    controller: Arc<Controller<Session>>,
 }
 
 impl GrblLaser {
-    pub(super) fn new(controller: &Arc<Controller>) -> Self {
+    pub(super) fn new(controller: &Arc<Controller<Session>>) -> Self {
         Self { controller: Arc::clone(controller) }
     }
 
@@ -39,7 +39,7 @@ impl Laser for GrblLaser {
     }
 
     fn capabilities(&self) -> LaserCapabilities {
-        LaserCapabilities { power: Some(ValueRange { min: MIN_POWER, max: 1.0 }), interlock: false }
+        LaserCapabilities { power: Some(ValueRange { min: MIN_POWER, max: 1.0 }), ..LaserCapabilities::default() }
     }
 
     fn lost_host(&self) -> &'static str {

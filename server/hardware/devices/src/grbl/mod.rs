@@ -4,7 +4,6 @@
 //! One `controller` with one thread is shared by [`GrblStage`] and [`GrblLaser`]. The dialogue, its sources and the
 //! table of faults are in `server/docs/devices-grbl.md`.
 
-mod controller;
 mod dialect;
 mod driver;
 mod fault;
@@ -25,9 +24,12 @@ pub use stage::GrblStage;
 
 use std::time::Duration;
 
-use crate::StageError;
 use crate::params::GRBL_MOVING_QUERY_HZ;
-use crate::serial_line::{PortLine, SerialLine};
+use crate::ports::line_to;
+use crate::serial_controller::Controller;
+use crate::serial_line::SerialLine;
+use crate::{StageError, StageKind};
+use session::Session;
 
 /// An axis of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -72,6 +74,8 @@ pub struct GrblConfig {
     pub baud_rate: u32,
     /// Which axis is the stage.
     pub axis: Axis,
+    /// Linear or rotary; millimetres are degrees then.
+    pub kind: StageKind,
     /// What `$100`–`$102` must say.
     pub steps_per_mm: f64,
     /// Positions the stage may go to, mm, by the stage's own scale.
@@ -103,6 +107,7 @@ impl GrblConfig {
             port: port.to_owned(),
             baud_rate: 115_200,
             axis: Axis::X,
+            kind: StageKind::Linear,
             steps_per_mm,
             travel_mm,
             zero_at_machine_mm: 0.0,
@@ -125,7 +130,7 @@ impl GrblConfig {
 /// [`StageError::Gone`] without a port, [`StageError::NoReply`] from a silent one, [`StageError::WrongDevice`] if
 /// identity, units, steps, travel or laser mode are not as configured.
 pub fn open(config: &GrblConfig) -> Result<(GrblStage, GrblLaser), StageError> {
-    open_line(config, Box::new(PortLine::new(&config.port, config.baud_rate)))
+    open_line(config, line_to(&config.port, config.baud_rate))
 }
 
 /// As [`open`], over any line.
@@ -133,6 +138,7 @@ pub fn open(config: &GrblConfig) -> Result<(GrblStage, GrblLaser), StageError> {
 /// # Errors
 /// As [`open`].
 pub fn open_line(config: &GrblConfig, line: Box<dyn SerialLine>) -> Result<(GrblStage, GrblLaser), StageError> {
-    let controller = controller::Controller::open(config, line)?;
+    let session = Session::new(config.clone(), line.place());
+    let controller = Controller::open("grbl", session, line, config.open_limit)?;
     Ok((GrblStage::new(&controller), GrblLaser::new(&controller)))
 }

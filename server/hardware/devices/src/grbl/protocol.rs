@@ -14,6 +14,9 @@ pub const RESUME: u8 = b'~';
 /// Ends a jog.
 pub const JOG_CANCEL: u8 = 0x85;
 
+/// Feed, rapid and spindle as programmed: 100 %.
+pub const OVERRIDES_OFF: [u8; 3] = [0x90, 0x95, 0x99];
+
 /// A line from the controller.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Message {
@@ -58,6 +61,8 @@ pub struct Report {
     pub offset_mm: Option<[f64; 3]>,
     /// Programmed spindle speed now effective, which is the laser's power.
     pub spindle: Option<f64>,
+    /// Feed, rapid and spindle override, percent, if they were sent.
+    pub overrides: Option<[u32; 3]>,
 }
 
 /// A position as sent.
@@ -145,7 +150,7 @@ fn read(line: &str) -> Option<Message> {
 fn report_from(inner: &str) -> Option<Report> {
     let mut fields = inner.split('|');
     let state = state_from(fields.next()?)?;
-    let (mut position, mut offset_mm, mut spindle) = (None, None, None);
+    let (mut position, mut offset_mm, mut spindle, mut overrides) = (None, None, None, None);
     for field in fields {
         let (key, values) = field.split_once(':')?;
         match key {
@@ -153,10 +158,16 @@ fn report_from(inner: &str) -> Option<Report> {
             "WPos" => position = Some(Position::Work(axes_from(values)?)),
             "WCO" => offset_mm = Some(axes_from(values)?),
             "FS" => spindle = values.split(',').nth(1)?.parse().ok(),
+            "Ov" => overrides = Some(overrides_from(values)?),
             _ => {}
         }
     }
-    Some(Report { state, position: position?, offset_mm, spindle })
+    Some(Report { state, position: position?, offset_mm, spindle, overrides })
+}
+
+fn overrides_from(values: &str) -> Option<[u32; 3]> {
+    let mut percents = values.split(',').map(|value| value.parse().ok());
+    Some([percents.next()??, percents.next()??, percents.next()??])
 }
 
 fn state_from(field: &str) -> Option<MachineState> {
@@ -233,6 +244,7 @@ mod tests {
                 position: Position::Work([-2.5, 0.0, 11.0]),
                 offset_mm: Some([0.0, 1.551, 5.664]),
                 spindle: Some(8000.0),
+                overrides: None,
             }),
         );
     }

@@ -2,17 +2,18 @@
 
 use std::sync::Arc;
 
-use super::controller::Controller;
 use super::fault::Fault;
+use super::session::Session;
+use crate::serial_controller::Controller;
 use crate::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageState};
 
 /// One axis of a GRBL controller. Dropping it stops what moves.
 pub struct GrblStage {
-    controller: Arc<Controller>,
+    controller: Arc<Controller<Session>>,
 }
 
 impl GrblStage {
-    pub(super) fn new(controller: &Arc<Controller>) -> Self {
+    pub(super) fn new(controller: &Arc<Controller<Session>>) -> Self {
         Self { controller: Arc::clone(controller) }
     }
 }
@@ -24,6 +25,7 @@ impl Stage for GrblStage {
 
     fn capabilities(&self) -> StageCapabilities {
         let unknown = StageCapabilities {
+            kind: crate::StageKind::Linear,
             travel_mm: (0.0, 0.0),
             max_speed_mm_s: 0.0,
             acceleration_mm_s2: None,
@@ -41,14 +43,14 @@ impl Stage for GrblStage {
     }
 
     fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
-        let start = |session: &mut super::session::Session, now| {
+        let start = |session: &mut Session, now| {
             session.start_move(target_mm, speed_mm_s, now).map(|(accepted, ticket)| (accepted, Some(ticket)))
         };
         self.controller.ask(start, Fault::for_stage)
     }
 
     fn start_jog(&mut self, distance_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
-        let start = |session: &mut super::session::Session, now| {
+        let start = |session: &mut Session, now| {
             session.start_jog(distance_mm, speed_mm_s, now).map(|(accepted, ticket)| (accepted, Some(ticket)))
         };
         self.controller.ask(start, Fault::for_stage)

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use super::dialect::Dialect::{self, FluidNc, Grbl, GrblHal};
 use super::firmware::Firmware;
-use super::witness::Witness;
 use super::{Fault, SimulatorConfig};
+use crate::simulator::Witness;
 
 /// A controller and its clock.
 struct Bench {

@@ -9,23 +9,20 @@ mod cells;
 mod dialect;
 mod firmware;
 mod motion;
-mod witness;
 
+pub use crate::simulator::{Entry, Happening, Witness};
 pub use dialect::Dialect;
-pub use witness::{Entry, Happening, Witness};
 
-use std::fs::File;
 use std::io::{Read, Write};
-use std::os::fd::{AsFd, OwnedFd};
+use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
-use nix::pty::openpty;
-use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 
+use crate::simulator::Terminal;
 use firmware::{BUSY_PERIOD, Firmware};
 
 /// The simulated machine. Positions are the machine's own: 0 at the switch, negative elsewhere.
@@ -144,6 +141,7 @@ enum Request {
     Alarm(u32),
     Restart,
     Stray,
+    Override(u8),
     Door(bool),
     Unplug,
     Replug(Option<Box<SimulatorConfig>>),
@@ -209,6 +207,11 @@ impl GrblSimulator {
         self.request(Request::Restart);
     }
 
+    /// Somebody turns an override at the machine: a real-time byte that did not come over this line.
+    pub fn turn_override(&self, byte: u8) {
+        self.request(Request::Override(byte));
+    }
+
     /// Lets the laser shine though nobody asked for it.
     pub fn shine_unasked(&self) {
         self.request(Request::Stray);
@@ -249,27 +252,6 @@ impl Drop for GrblSimulator {
         if let Some(thread) = self.thread.take() {
             thread.join().ok();
         }
-    }
-}
-
-/// Both ends of a pseudo-terminal; the computer's end is kept open so that it may come and go.
-struct Terminal {
-    controller: File,
-    _computer: OwnedFd,
-}
-
-impl Terminal {
-    fn open(place: &Path) -> std::io::Result<Self> {
-        let ends = openpty(None, None)?;
-        let mut raw = tcgetattr(&ends.slave)?;
-        cfmakeraw(&mut raw);
-        tcsetattr(&ends.slave, SetArg::TCSANOW, &raw)?;
-        let device = nix::unistd::ttyname(&ends.slave)?;
-        if place.symlink_metadata().is_ok() {
-            std::fs::remove_file(place)?;
-        }
-        std::os::unix::fs::symlink(device, place)?;
-        Ok(Self { controller: File::from(ends.master), _computer: ends.slave })
     }
 }
 
@@ -314,6 +296,7 @@ impl Machine {
             }
             Request::Alarm(code) => self.firmware.raise(code, now),
             Request::Restart => self.firmware.power_cycle(now),
+            Request::Override(byte) => self.firmware.change_override(byte, now),
             Request::Stray => self.firmware.shine_unasked(now),
             Request::Door(open) => self.firmware.set_door_open(open),
             Request::Unplug => {

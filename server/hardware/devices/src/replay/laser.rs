@@ -47,7 +47,11 @@ impl Laser for ReplayLaser {
     }
 
     fn capabilities(&self) -> LaserCapabilities {
-        LaserCapabilities { power: Some(ValueRange { min: MIN_POWER, max: 1.0 }), interlock: false }
+        LaserCapabilities {
+            switched: true,
+            power: Some(ValueRange { min: MIN_POWER, max: 1.0 }),
+            interlock: false,
+        }
     }
 
     fn lost_host(&self) -> &'static str {

@@ -69,6 +69,7 @@ impl Stage for ReplayStage {
 
     fn capabilities(&self) -> StageCapabilities {
         StageCapabilities {
+            kind: crate::StageKind::Linear,
             travel_mm: self.travel_mm(),
             max_speed_mm_s: REPLAY_MAX_SPEED_MM_S,
             acceleration_mm_s2: None,

@@ -49,6 +49,7 @@ fn the_replay_passes_the_suite_of_stages() {
         instant: true,
         motion_limit: Duration::from_millis(100),
         rest_limit: Duration::from_millis(100),
+        reset_button: None,
         cable: None,
     };
     contract::stage(&mut || Box::new(open(&looped(folder.path())).unwrap().1), &profile);

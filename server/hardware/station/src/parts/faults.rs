@@ -42,9 +42,9 @@ fn stage_kind(error: &StageError) -> Option<&'static str> {
         | StageError::OutOfTravel { .. }
         | StageError::BadNumber { .. }
         | StageError::Moving => None,
-        StageError::Refused { .. } => Some("refused"),
+        StageError::Refused { .. } | StageError::Rejected { .. } => Some("refused"),
         StageError::Stalled { .. } => Some("stalled"),
-        StageError::Alarm { .. } => Some("alarm"),
+        StageError::Alarm { .. } | StageError::Warned { .. } => Some("alarm"),
         StageError::Restarted => Some("restarted"),
         StageError::NoReply { .. } => Some("no_reply"),
         StageError::Garbage { .. } => Some("garbage"),

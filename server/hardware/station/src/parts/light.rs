@@ -12,6 +12,7 @@ use crate::params::{
 /// The laser and what is wanted of it.
 pub struct Light {
     device: Box<dyn Laser>,
+    is_switched: bool,
     state: Option<LaserState>,
     /// Share of full power that its user wants; 0 is dark.
     wanted: f64,
@@ -29,6 +30,7 @@ impl Light {
     pub fn new(device: Box<dyn Laser>) -> Self {
         let now = Instant::now();
         Self {
+            is_switched: device.capabilities().switched,
             device,
             state: None,
             wanted: 0.0,
@@ -43,6 +45,11 @@ impl Light {
     /// The laser itself, for what makes no light.
     pub fn device(&mut self) -> &mut dyn Laser {
         &mut *self.device
+    }
+
+    /// Whether it goes on and off at all.
+    pub fn is_switched(&self) -> bool {
+        self.is_switched
     }
 
     /// What it reported last.

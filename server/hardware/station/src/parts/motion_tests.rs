@@ -29,6 +29,7 @@ impl Stage for Fake {
 
     fn capabilities(&self) -> StageCapabilities {
         StageCapabilities {
+            kind: devices::StageKind::Linear,
             travel_mm: (-50.0, 50.0),
             max_speed_mm_s: 40.0,
             acceleration_mm_s2: self.acceleration_mm_s2,

@@ -49,6 +49,8 @@ impl MachineState {
 /// Whether there is laser light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LaserLight {
+    /// This program does not switch it: it shines as long as it has power, and no promise of darkness holds.
+    NotControlled,
     /// Dark.
     Off,
     /// A job or a person may switch it on at any moment.

@@ -136,6 +136,9 @@ impl Station {
 
     fn laser_light(&self) -> LaserLight {
         let Some(laser) = &self.laser else { return LaserLight::Unknown };
+        if !laser.is_switched() {
+            return LaserLight::NotControlled;
+        }
         if self.is_faulted("laser") || laser.state().is_none() {
             return LaserLight::Unknown;
         }
@@ -262,6 +265,7 @@ fn no_settings() -> CameraSettings {
 
 fn no_stage() -> StageCapabilities {
     StageCapabilities {
+        kind: devices::StageKind::Linear,
         travel_mm: (0.0, 0.0),
         max_speed_mm_s: 0.0,
         acceleration_mm_s2: None,
@@ -272,5 +276,5 @@ fn no_stage() -> StageCapabilities {
 }
 
 fn no_laser() -> LaserCapabilities {
-    LaserCapabilities { power: None, interlock: false }
+    LaserCapabilities { switched: true, power: None, interlock: false }
 }

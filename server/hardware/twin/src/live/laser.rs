@@ -115,7 +115,7 @@ impl Laser for TwinLaser {
     }
 
     fn capabilities(&self) -> LaserCapabilities {
-        LaserCapabilities { power: Some(LASER_POWER), interlock: true }
+        LaserCapabilities { switched: true, power: Some(LASER_POWER), interlock: true }
     }
 
     fn lost_host(&self) -> &'static str {

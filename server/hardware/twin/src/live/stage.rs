@@ -276,6 +276,7 @@ impl Stage for TwinStage {
     fn capabilities(&self) -> StageCapabilities {
         let stage = &self.world.lock().stage;
         StageCapabilities {
+            kind: devices::StageKind::Linear,
             travel_mm: stage.travel_mm,
             max_speed_mm_s: stage.max_speed_mm_s(),
             acceleration_mm_s2: stage.acceleration_mm_s2(),

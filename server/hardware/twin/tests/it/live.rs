@@ -118,6 +118,7 @@ fn check_stage(timing: Timing, speed_mm_s: f64) {
         instant: false,
         motion_limit: Duration::from_secs(5),
         rest_limit: Duration::from_millis(500),
+        reset_button: None,
         cable: cable(&station.control(), TwinFault::StageUnplugged),
     };
     contract::stage(&mut || Box::new(station.stage()), &profile);

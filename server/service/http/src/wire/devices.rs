@@ -1,6 +1,8 @@
 //! Camera, stage and laser on the wire.
 
-use devices::{CameraRequest, CameraSettings, DeviceIdentity, Homing, PixelFormat, Roi, Trigger, ValueRange};
+use devices::{
+    CameraRequest, CameraSettings, DeviceIdentity, Homing, PixelFormat, Roi, StageKind, Trigger, ValueRange,
+};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -154,8 +156,12 @@ pub struct StageDto {
     pub max_speed_mm_s: f64,
     /// The smallest step; 0 if unknown.
     pub resolution_mm: f64,
-    /// Whether it is where the frame last delivered was taken, as that of a recording: continuous scans then take the
-    /// recorded frames, `resolution_mm` apart.
+    /// How it moves the part. Positions and speeds of a rotary stage are degrees and °/s; this version does not scan
+    /// with one.
+    pub kind: StageKindDto,
+    /// Whether nobody commands it and it is where the frame last delivered was taken, as that of a recording or a
+    /// conveyor whose encoder triggers the camera: continuous scans then take the frames that come, `resolution_mm`
+    /// apart.
     pub follows_frames: bool,
     /// Whether it must be homed before it moves.
     pub needs_homing: bool,
@@ -165,6 +171,16 @@ pub struct StageDto {
     pub position_mm: Option<f64>,
     /// Whether it moves.
     pub moving: bool,
+}
+
+/// How a stage moves the part.
+#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StageKindDto {
+    /// Along a line.
+    Linear,
+    /// About an axis.
+    Rotary,
 }
 
 /// Whether there is laser light.
@@ -179,6 +195,8 @@ pub enum LightDto {
     On,
     /// It cannot be reached: treat it as shining.
     Unknown,
+    /// This program does not switch it: it shines as long as it has power, also after Stop and after a fault.
+    NotControlled,
 }
 
 /// The laser.
@@ -361,6 +379,10 @@ impl From<&StationStatus> for StageDto {
             travel_mm: [can.travel_mm.0, can.travel_mm.1],
             max_speed_mm_s: can.max_speed_mm_s,
             resolution_mm: can.resolution_mm,
+            kind: match can.kind {
+                StageKind::Linear => StageKindDto::Linear,
+                StageKind::Rotary => StageKindDto::Rotary,
+            },
             follows_frames: can.follows_frames,
             needs_homing: can.homing == Homing::Required,
             homed: status.homed,
@@ -381,6 +403,7 @@ impl From<&StationStatus> for LaserDto {
                 LaserLight::Armed => LightDto::Armed,
                 LaserLight::On => LightDto::On,
                 LaserLight::Unknown => LightDto::Unknown,
+                LaserLight::NotControlled => LightDto::NotControlled,
             },
             power: status.laser_power,
             interlock_closed: status.interlock_closed,

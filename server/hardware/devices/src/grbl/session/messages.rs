@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::{Activity, LineKind, Link, OwnReset, Pending, Seen, Session, Stopping, Travel};
 use crate::grbl::Dialect;
 use crate::grbl::fault::{Device, Fault};
-use crate::grbl::protocol::{MachineState, Message, Position, Report};
+use crate::grbl::protocol::{MachineState, Message, OVERRIDES_OFF, Position, Report};
 use crate::params::{
     GRBL_BRAKING_SLACK, GRBL_GARBAGE_LINES, GRBL_GARBAGE_WINDOW, GRBL_RESET_AGAIN, GRBL_SILENCE, GRBL_STALL,
     GRBL_START, GRBL_STRAY_REPORTS,
@@ -195,9 +195,13 @@ impl Session {
             return self.down(Fault::Gone { reason });
         }
         let Some(machine_mm) = self.machine_mm(&report) else { return };
+        if self.is_doubtful(machine_mm) {
+            return self.query(now);
+        }
         // The report was made between question and answer.
         let at = asked_at + (began_at - asked_at) / 2;
         self.seen = Some(Seen { state: report.state, machine_mm, at });
+        self.undo_overrides(&report);
         self.watch_stray_light(report.spindle, now);
         self.unlock_where_sound(report.state, now);
         self.follow(report.state, machine_mm, asked_at, now);
@@ -274,6 +278,26 @@ impl Session {
             let actual_mm = self.position_mm().unwrap_or(machine_mm);
             self.homed = false;
             self.raise(Fault::Stalled { target_mm: travel.target_mm, actual_mm }, now);
+        }
+    }
+
+    /// Reports have no checksum: a position at rest that changed is believed when it is told twice.
+    fn is_doubtful(&mut self, machine_mm: f64) -> bool {
+        let changed = self.seen.is_some_and(|seen| seen.machine_mm != machine_mm);
+        let doubtful =
+            self.activity == Activity::Rest && self.homed && changed && self.doubted_mm != Some(machine_mm);
+        self.doubted_mm = doubtful.then_some(machine_mm);
+        doubtful
+    }
+
+    /// Somebody turned an override at the machine: it would change speeds that were accepted, and the laser's power.
+    fn undo_overrides(&mut self, report: &Report) {
+        if report.overrides.is_some_and(|percents| percents != [100; 3]) {
+            tracing::warn!(
+                place = self.place,
+                "feed or power was overridden at the controller; set back to 100 %"
+            );
+            self.outgoing.extend_from_slice(&OVERRIDES_OFF);
         }
     }
 

@@ -5,6 +5,7 @@
 //! comes when it is up), `timers`, `commands`.
 
 mod commands;
+mod dialogue;
 mod messages;
 mod opening;
 mod timers;
@@ -149,6 +150,8 @@ pub struct Session {
     offset_mm: [f64; 3],
     offset_known: bool,
     seen: Option<Seen>,
+    /// A position at rest that differs from the last one, and was told once.
+    doubted_mm: Option<f64>,
     queries: Queries,
     reset: Option<OwnReset>,
     /// After an alarm: until then the firmware does nothing else, and may lose a reset.
@@ -190,6 +193,7 @@ impl Session {
             offset_mm: [0.0; 3],
             offset_known: false,
             seen: None,
+            doubted_mm: None,
             queries: Queries::default(),
             reset: None,
             quiet_until: None,
@@ -290,7 +294,8 @@ impl Session {
     pub fn down(&mut self, fault: Fault) {
         tracing::warn!(place = self.place, "{}", fault.for_stage());
         self.outgoing.clear();
-        self.outgoing.push(RESET);
+        // Three times: it is the last word where a line loses bytes, and nothing answers for it.
+        self.outgoing.extend_from_slice(&[RESET; 3]);
         self.link = Link::Down;
         self.forget_dialogue();
         self.homed = false;

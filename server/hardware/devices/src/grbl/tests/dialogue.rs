@@ -7,6 +7,27 @@ use crate::grbl_simulator::{Dialect, Fault, GrblSimulator, Happening, SimulatorC
 use crate::{Laser, LaserError, Stage, StageError};
 
 #[test]
+fn an_override_turned_at_the_machine_is_set_back_and_the_power_with_it() {
+    for dialect in Dialect::ALL {
+        let bench = bench(SimulatorConfig::of(dialect));
+        let (mut stage, mut laser) = bench.open();
+        home(&mut stage);
+        laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
+        let mark = bench.simulator.witness().mark();
+        bench.simulator.turn_override(0x9b);
+        wait_until(Duration::from_secs(1), "it is set back", || {
+            laser.renew(Duration::from_secs(1)).unwrap();
+            let since = bench.simulator.witness().since(mark);
+            let powers = since.iter().filter_map(|entry| match entry.what {
+                Happening::LightOn(power) => Some(power),
+                _ => None,
+            });
+            powers.collect::<Vec<_>>() == [0.45, 0.5]
+        });
+    }
+}
+
+#[test]
 fn a_controller_tells_who_it_is_and_what_it_can_do() {
     let bench = sound_bench();
     let (stage, _laser) = bench.open();

@@ -9,6 +9,7 @@ mod faults;
 mod firmware;
 mod stops;
 mod suite;
+mod tcp;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -83,6 +83,7 @@ fn stage_profile(bench: &Bench, dialect: Dialect) -> StageProfile {
         instant: false,
         motion_limit: Duration::from_secs(2),
         rest_limit: Duration::from_millis(300) + alarm_pause,
+        reset_button: None,
         cable: Some(cable(bench)),
     }
 }

@@ -88,6 +88,7 @@ impl Firmware {
     fn restart(&mut self, now: Instant) {
         self.halt(now);
         self.dark(now);
+        self.overrides = [100; 3];
         self.was_reset = true;
         self.banner();
         self.insist_on_homing(now);

@@ -14,8 +14,8 @@ use std::time::{Duration, Instant};
 
 use super::dialect::Dialect;
 use super::motion::Motion;
-use super::witness::{Happening, Witness};
 use super::{Fault, SimulatorConfig};
+use crate::simulator::{Happening, Witness};
 use alarms::Pause;
 
 /// Longest sleep of the simulation while something goes on.
@@ -88,6 +88,10 @@ pub struct Firmware {
     pause: Option<Pause>,
     query: bool,
     lit: Option<f64>,
+    /// Feed, rapid and spindle override, percent.
+    overrides: [u32; 3],
+    /// Whether the next report tells them.
+    tells_overrides: bool,
     reports: usize,
     report_mask: u32,
     /// The firmware's own opinion: whether its axis is homed, and whether it insists.
@@ -121,6 +125,8 @@ impl Firmware {
             pause: None,
             query: false,
             lit: None,
+            overrides: [100; 3],
+            tells_overrides: false,
             reports: 0,
             homed: false,
             must_home: false,
@@ -300,7 +306,10 @@ impl Firmware {
             Spindle::Constant => self.modal.feeds && !held,
             Spindle::Dynamic => self.modal.feeds && moving,
         };
-        let lit = (gives_out && self.modal.speed > 0.0).then(|| self.modal.speed / self.config.max_spindle);
+        let lit = (gives_out && self.modal.speed > 0.0).then(|| {
+            // Percent of the programmed speed, up to full power.
+            (self.modal.speed / self.config.max_spindle * f64::from(self.overrides[2]) / 100.0).min(1.0)
+        });
         if lit == self.lit {
             return;
         }

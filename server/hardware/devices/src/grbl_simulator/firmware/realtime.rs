@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::{DOOR_RESTORE, Firmware, State};
 use crate::grbl_simulator::dialect::Dialect;
-use crate::grbl_simulator::witness::Happening;
+use crate::simulator::Happening;
 
 impl Firmware {
     /// Bytes from the computer.
@@ -18,11 +18,36 @@ impl Firmware {
                 b'~' => self.resume(now),
                 0x84 => self.stop_for_door(now),
                 0x85 => self.cancel_jog(now),
+                0x90..=0x9d => self.change_override(byte, now),
                 0x80.. => {}
                 _ if self.rx.len() < self.config.dialect.rx_bytes() => self.rx.push(byte),
                 _ => {}
             }
         }
+    }
+
+    /// Whoever sends it: a pendant does, too. Feed and spindle go by tens and ones, the rapid by quarters.
+    pub fn change_override(&mut self, byte: u8, now: Instant) {
+        let by = |percent: u32, step: i64| (i64::from(percent) + step).clamp(10, 200) as u32;
+        let [feed, rapid, spindle] = &mut self.overrides;
+        match byte {
+            0x90 => *feed = 100,
+            0x91 => *feed = by(*feed, 10),
+            0x92 => *feed = by(*feed, -10),
+            0x93 => *feed = by(*feed, 1),
+            0x94 => *feed = by(*feed, -1),
+            0x95 => *rapid = 100,
+            0x96 => *rapid = 50,
+            0x97 => *rapid = 25,
+            0x99 => *spindle = 100,
+            0x9a => *spindle = by(*spindle, 10),
+            0x9b => *spindle = by(*spindle, -10),
+            0x9c => *spindle = by(*spindle, 1),
+            0x9d => *spindle = by(*spindle, -1),
+            _ => return,
+        }
+        self.tells_overrides = true;
+        self.update_light(now);
     }
 
     fn hold(&mut self, now: Instant) {

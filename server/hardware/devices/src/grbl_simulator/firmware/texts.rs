@@ -42,9 +42,15 @@ impl Firmware {
         };
         let space = if self.report_mask & 1 != 0 { 'M' } else { 'W' };
         let buffers = if hal { "|Bf:100,1023" } else { "" };
+        let [feed, rapid, spindle_share] = self.overrides;
+        let overrides = if std::mem::take(&mut self.tells_overrides) || self.reports % 20 == 3 {
+            format!("|Ov:{feed},{rapid},{spindle_share}")
+        } else {
+            String::new()
+        };
         self.reports += 1;
         self.say(&format!(
-            "<{state}|{space}Pos:{x:.3},{y:.3},{z:.3}{buffers}|FS:{feed_mm_min:.0},{speed:.0}{offset}>"
+            "<{state}|{space}Pos:{x:.3},{y:.3},{z:.3}{buffers}|FS:{feed_mm_min:.0},{speed:.0}{offset}{overrides}>"
         ));
     }
 

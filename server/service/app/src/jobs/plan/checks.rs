@@ -1,7 +1,7 @@
 //! What a scan that cannot work is refused for, each with its place in the input and its remedy.
 
-use devices::Homing;
-use optics::{Calibration, StageKind};
+use devices::{Homing, StageKind};
+use optics::Calibration;
 use station::StationStatus;
 
 use super::motion::run_up_mm;
@@ -45,6 +45,10 @@ pub fn devices(status: &StationStatus) -> Result<(), AppError> {
         ("laser", status.laser.connected),
     ];
     match there.iter().find(|(_, connected)| !connected) {
+        None if status.stage.capabilities.kind == StageKind::Rotary => {
+            Err(AppError::new(ErrorKind::Impossible, "the stage is rotary, and scans need a linear one")
+                .remedy("scan with a linear stage; this version has no rotary scan"))
+        }
         None => Ok(()),
         Some((device, _)) => {
             Err(AppError::new(ErrorKind::DeviceFault, format!("the station's {device} is not connected"))
@@ -160,7 +164,7 @@ pub fn travel(rows: &Rows, calibration: &Calibration, status: &StationStatus) ->
         let remedy = "calibrate with at least two stage views, or use another calibration";
         return Err(refused("calibration_id", detail, remedy));
     }
-    if let Some(kind) = calibration.stage.map(|stage| stage.kind()).filter(|kind| *kind != StageKind::Linear) {
+    if let Some(kind) = calibration.stage.map(|stage| stage.kind()).filter(|kind| *kind != optics::StageKind::Linear) {
         let detail =
             format!("calibration {} is for a {} stage, the station's stage travels", calibration.id, kind.name());
         return Err(refused("calibration_id", detail, "use a calibration that was made with this stage"));
@@ -242,6 +246,12 @@ pub fn notes(rows: &Rows, exposure_us: f64, status: &StationStatus, prediction: 
     let mut notes = Vec::new();
     if !status.homed && status.stage.capabilities.homing == Homing::Required {
         notes.push("the stage is not homed; home it before the scan".to_owned());
+    }
+    if !status.laser.capabilities.switched {
+        notes.push(
+            "the laser is not controlled here: it stays on before, during and after the scan, and after Stop"
+                .to_owned(),
+        );
     }
     if let Some(sweep) = rows.sweep {
         let smear_mm = sweep.speed_mm_s * exposure_us * 1e-6;

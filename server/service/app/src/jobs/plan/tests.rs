@@ -48,6 +48,7 @@ fn status() -> StationStatus {
         roi: false,
     };
     let stage = StageCapabilities {
+        kind: devices::StageKind::Linear,
         travel_mm: (-100.0, 100.0),
         max_speed_mm_s: 100.0,
         acceleration_mm_s2: Some(500.0),
@@ -73,7 +74,7 @@ fn status() -> StationStatus {
         position_mm: Some(0.0),
         moving: false,
         homed: true,
-        laser: device(LaserCapabilities { power: range(0.01, 1.0), interlock: true }),
+        laser: device(LaserCapabilities { switched: true, power: range(0.01, 1.0), interlock: true }),
         laser_lost_host: None,
         laser_light: LaserLight::Off,
         laser_power: 0.0,
@@ -288,4 +289,22 @@ fn a_sweep_over_a_recording_takes_its_own_frames_without_run_up() {
         planned(&|input| (input.mode, input.step_mm) = (Some(ScanMode::Continuous), Some(0.2))).unwrap_err();
     assert_eq!(fine.pointer.as_deref(), Some("/step_mm"));
     assert!(fine.detail.contains("2.08 mm apart"), "{fine:?}");
+}
+
+#[test]
+fn a_rotary_stage_is_refused_by_name() {
+    let mut status = status();
+    status.stage.capabilities.kind = devices::StageKind::Rotary;
+    let input = input(-20.0, 20.0);
+    let refusal = plan(&input, &calibration(), &status, &pace(&input)).unwrap_err();
+    assert!(refusal.detail.contains("rotary"), "{refusal:?}");
+}
+
+#[test]
+fn a_laser_that_is_always_on_is_said_in_the_plan() {
+    let mut status = status();
+    status.laser.capabilities.switched = false;
+    let input = input(-20.0, 20.0);
+    let planned = plan(&input, &calibration(), &status, &pace(&input)).unwrap();
+    assert!(planned.notes.iter().any(|note| note.contains("not controlled here")), "{:?}", planned.notes);
 }

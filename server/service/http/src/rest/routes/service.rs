@@ -69,7 +69,7 @@ fn tell_station(app: &App) {
     for (reason, count) in &status.frames_dropped {
         metrics::counter!("sheaf_frames_dropped_total", "reason" => *reason).absolute(*count);
     }
-    let shines = matches!(status.laser_light, LaserLight::On | LaserLight::Unknown);
+    let shines = matches!(status.laser_light, LaserLight::On | LaserLight::Unknown | LaserLight::NotControlled);
     metrics::gauge!("sheaf_laser_on").set(f64::from(u8::from(shines)));
     metrics::gauge!("sheaf_camera_frame_rate_hz").set(status.frame_rate_hz);
     metrics::gauge!("sheaf_station_faults").set(status.faults.len() as f64);

@@ -19,6 +19,7 @@ pub fn first_status() -> StationStatus {
         roi: false,
     };
     let stage = StageCapabilities {
+        kind: devices::StageKind::Linear,
         travel_mm: (0.0, 1.0),
         max_speed_mm_s: 1.0,
         acceleration_mm_s2: None,
@@ -45,7 +46,7 @@ pub fn first_status() -> StationStatus {
         position_mm: None,
         moving: false,
         homed: false,
-        laser: absent(LaserCapabilities { power: None, interlock: false }),
+        laser: absent(LaserCapabilities { switched: true, power: None, interlock: false }),
         laser_lost_host: None,
         laser_light: LaserLight::Off,
         laser_power: 0.0,

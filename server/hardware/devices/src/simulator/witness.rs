@@ -97,7 +97,7 @@ impl Witness {
         self.since(mark).into_iter().filter(began).count()
     }
 
-    pub(super) fn saw(&self, at: Instant, what: Happening) {
+    pub(crate) fn saw(&self, at: Instant, what: Happening) {
         let mut record = self.lock();
         match what {
             Happening::LightOn(_) => record.light = true,

@@ -1,23 +1,19 @@
-//! One controller: its thread, its line, and the state that stage and laser share.
+//! The thread that drives a controller on a line, and what its devices share: written once for every protocol.
 //!
-//! Callers write their lines themselves, under the lock of the session, so that nothing queues; the thread reads,
-//! keeps the time (queries, lease, silence) and opens the line. A stop's first byte goes out past that lock, by a
-//! writer of its own. When the thread ends, for whatever reason, its last act is a soft reset.
+//! A protocol is a [`Dialogue`]: a state without thread, line and clock. Callers write their lines themselves, under the
+//! lock of the dialogue, so that nothing queues; the thread reads, keeps the time (queries, leases, silence) and opens
+//! the line. A stop's bytes go out past that lock, by a writer of their own. When the thread ends, for whatever reason,
+//! its last act are the dialogue's farewell bytes.
 
-use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use remedy::with_causes;
 
-use super::GrblConfig;
-use super::fault::Fault;
-use super::protocol::{HOLD, RESET};
-use super::session::{Session, stop_bytes};
 use crate::StageError;
-use crate::params::GRBL_ANSWER_WAIT;
-use crate::serial_line::{SerialLine, SerialWriter};
+use crate::params::ANSWER_WAIT;
+use crate::serial_line::{SerialLine, SerialLineError, SerialWriter};
 
 /// How often a thread without a line looks whether it is to open one.
 const DOWN_WAIT: Duration = Duration::from_millis(50);
@@ -25,38 +21,110 @@ const DOWN_WAIT: Duration = Duration::from_millis(50);
 /// What [`Controller::open`] waits beyond the opening's own limit.
 const OPEN_SLACK: Duration = Duration::from_secs(2);
 
-/// Longest text of one read; GRBL's reports have a hundred bytes.
+/// Longest text of one read; reports have a hundred bytes.
 const READ_BYTES: usize = 512;
 
-struct Desk {
-    session: Session,
+/// The bytes that stop what moves, written past everything else.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct StopBytes {
+    /// Which of the protocol's stops it is; the dialogue is told it again by [`Dialogue::stop_sent`].
+    pub code: u8,
+    /// What is written; nothing where the protocol stops by sending no more.
+    pub bytes: Vec<u8>,
+}
+
+/// A protocol's state: bytes and time come in, bytes to be written collect.
+pub trait Dialogue: Send + 'static {
+    /// What goes wrong.
+    type Fault;
+
+    /// Whether the line is to be opened.
+    fn wants_open(&self) -> bool;
+    /// Whether the line may be closed: nothing is expected of it any more.
+    fn is_down(&self) -> bool;
+    /// Whether the opening ended: well, or with a fault.
+    fn opened_or_failed(&self) -> bool;
+    /// The fault of the stage, if there is one.
+    ///
+    /// # Errors
+    /// That fault.
+    fn sound(&self) -> Result<(), StageError>;
+    /// The line was opened.
+    fn line_opened(&mut self, now: Instant);
+    /// The line could not be opened.
+    fn line_unopened(&mut self, reason: String);
+    /// The line was lost.
+    fn line_lost(&mut self, reason: String);
+    /// Takes what came.
+    fn received(&mut self, bytes: &[u8], now: Instant);
+    /// Does what is due.
+    fn tick(&mut self, now: Instant);
+    /// How long the thread may sleep before the next tick.
+    fn wait(&self) -> Duration;
+    /// What is to be written, handed out once.
+    fn take_outgoing(&mut self) -> Vec<u8>;
+    /// What stops at this moment.
+    fn stop(&self) -> StopBytes;
+    /// The stop's bytes were written already; what follows them.
+    fn stop_sent(&mut self, code: u8, now: Instant);
+    /// Whether a stop that the thread told of before its byte was out is told again.
+    fn retells(&self, code: u8) -> bool {
+        let _ = code;
+        true
+    }
+    /// The last bytes of a line, after which nothing moves and nothing shines.
+    fn farewell(&self) -> Vec<u8>;
+    /// Waits are for the answer to this line; a refusal goes to the waiting caller.
+    fn wait_for(&mut self, ticket: u64);
+    /// Whether the line was answered or forgotten.
+    fn answered_or_gone(&self, ticket: u64) -> bool;
+    /// Ends the wait; the refusal, if there was one.
+    fn end_wait(&mut self) -> Option<Self::Fault>;
+
+    /// How many of `bytes`, of which there is at least one, are written in one piece.
+    fn piece(bytes: &[u8]) -> usize {
+        bytes.len()
+    }
+}
+
+struct Desk<D> {
+    session: D,
     writer: Option<Box<dyn SerialWriter>>,
     ended: bool,
 }
 
-struct Shared {
-    desk: Mutex<Desk>,
+struct Shared<D> {
+    desk: Mutex<Desk<D>>,
     changed: Condvar,
     urgent: Mutex<Option<Box<dyn SerialWriter>>>,
-    stop_byte: AtomicU8,
+    stop: Mutex<StopBytes>,
+    farewell: Mutex<Vec<u8>>,
     /// A stop whose byte goes out past the session, until the session knows of it. It is there before the byte is, so
     /// that the controller's answer never comes before the question.
     announced: Mutex<Option<(u8, Instant)>>,
 }
 
 /// See the module.
-pub struct Controller {
-    shared: Arc<Shared>,
+pub struct Controller<D: Dialogue> {
+    shared: Arc<Shared<D>>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Controller {
-    /// Starts the thread and waits for the controller to be reached and checked.
-    pub fn open(config: &GrblConfig, line: Box<dyn SerialLine>) -> Result<Arc<Self>, StageError> {
+impl<D: Dialogue> Controller<D> {
+    /// Starts a thread called `name` and waits, at most `open_limit`, for the controller to be reached and checked.
+    ///
+    /// # Errors
+    /// Why it was not.
+    pub fn open(
+        name: &str,
+        session: D,
+        line: Box<dyn SerialLine>,
+        open_limit: Duration,
+    ) -> Result<Arc<Self>, StageError> {
         let place = line.place();
-        let session = Session::new(config.clone(), place.clone());
         let shared = Arc::new(Shared {
-            stop_byte: AtomicU8::new(session.stop_byte()),
+            stop: Mutex::new(session.stop()),
+            farewell: Mutex::new(session.farewell()),
             desk: Mutex::new(Desk { session, writer: None, ended: false }),
             changed: Condvar::new(),
             urgent: Mutex::new(None),
@@ -64,11 +132,11 @@ impl Controller {
         });
         let for_thread = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
-            .name("grbl".to_owned())
+            .name(name.to_owned())
             .spawn(move || run(&for_thread, line))
             .map_err(|cause| StageError::Gone { reason: format!("no thread for {place}: {cause}") })?;
         let controller = Self { shared, thread: Some(thread) };
-        controller.wait_opened(config.open_limit + OPEN_SLACK)?;
+        controller.wait_opened(open_limit + OPEN_SLACK)?;
         Ok(Arc::new(controller))
     }
 
@@ -82,7 +150,7 @@ impl Controller {
     }
 
     /// Lets `act` change the session, and writes what it wants written.
-    pub fn act<T>(&self, act: impl FnOnce(&mut Session, Instant) -> T) -> T {
+    pub fn act<T>(&self, act: impl FnOnce(&mut D, Instant) -> T) -> T {
         let mut desk = self.shared.lock();
         let result = act(&mut desk.session, Instant::now());
         self.shared.settle(&mut desk);
@@ -93,8 +161,8 @@ impl Controller {
     /// later refusal becomes a fault.
     pub fn ask<T, E>(
         &self,
-        act: impl FnOnce(&mut Session, Instant) -> Result<(T, Option<u64>), E>,
-        refused: impl FnOnce(&Fault) -> E,
+        act: impl FnOnce(&mut D, Instant) -> Result<(T, Option<u64>), E>,
+        refused: impl FnOnce(&D::Fault) -> E,
     ) -> Result<T, E> {
         let mut desk = self.shared.lock();
         let now = Instant::now();
@@ -105,7 +173,7 @@ impl Controller {
         };
         desk.session.wait_for(ticket);
         self.shared.settle(&mut desk);
-        let deadline = now + GRBL_ANSWER_WAIT;
+        let deadline = now + ANSWER_WAIT;
         while !desk.session.answered_or_gone(ticket) && Instant::now() < deadline {
             desk = self.shared.wait(desk, deadline);
         }
@@ -115,29 +183,29 @@ impl Controller {
         }
     }
 
-    /// Stops: the first byte goes out before anything else is looked at.
+    /// Stops: the stop's bytes go out before anything else is looked at.
     pub fn stop(&self) {
-        let byte = self.shared.stop_byte.load(Ordering::SeqCst);
-        let written = self.shared.write_announced(byte);
+        let stop = self.shared.stop().clone();
+        let written = self.shared.write_announced(&stop);
         let mut desk = self.shared.lock();
         match written {
             Ok(true) => {
                 let told_before = !self.shared.tell_of_stops(&mut desk);
-                if told_before && byte == HOLD {
-                    // The reader told of it before the byte was out, and may have seen the end of a stop since: the
-                    // hold that came after it is verified anew.
-                    desk.session.stop_sent(byte, Instant::now());
+                if told_before && desk.session.retells(stop.code) {
+                    // The reader told of it before the bytes were out, and may have seen the end of a stop since: the
+                    // stop that came after it is verified anew.
+                    desk.session.stop_sent(stop.code, Instant::now());
                 }
             }
             // No line: nothing moves by our doing, and the fault is told already.
             Ok(false) => {}
-            Err(reason) => desk.session.down(Fault::Gone { reason }),
+            Err(reason) => desk.session.line_lost(reason),
         }
         self.shared.settle(&mut desk);
     }
 }
 
-impl Drop for Controller {
+impl<D: Dialogue> Drop for Controller<D> {
     fn drop(&mut self) {
         self.shared.lock().ended = true;
         self.shared.changed.notify_all();
@@ -147,38 +215,43 @@ impl Drop for Controller {
     }
 }
 
-impl Shared {
+impl<D: Dialogue> Shared<D> {
     /// A panic elsewhere must not keep anyone from darkening the laser.
-    fn lock(&self) -> MutexGuard<'_, Desk> {
+    fn lock(&self) -> MutexGuard<'_, Desk<D>> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn wait<'a>(&self, desk: MutexGuard<'a, Desk>, deadline: Instant) -> MutexGuard<'a, Desk> {
+    fn wait<'a>(&self, desk: MutexGuard<'a, Desk<D>>, deadline: Instant) -> MutexGuard<'a, Desk<D>> {
         let left = deadline.saturating_duration_since(Instant::now());
         self.changed.wait_timeout(desk, left).unwrap_or_else(PoisonError::into_inner).0
     }
 
     /// Writes what is to be written, and tells who waits.
-    fn settle(&self, desk: &mut Desk) {
+    fn settle(&self, desk: &mut Desk<D>) {
         let bytes = desk.session.take_outgoing();
         if let (false, Some(writer)) = (bytes.is_empty(), &mut desk.writer)
-            && let Err(error) = write_apart(&mut **writer, &bytes)
+            && let Err(error) = write_apart::<D>(&mut **writer, &bytes)
         {
             desk.writer = None;
             if !desk.session.is_down() {
-                desk.session.down(Fault::Gone { reason: with_causes(&error) });
+                desk.session.line_lost(with_causes(&error));
             }
         }
-        self.stop_byte.store(desk.session.stop_byte(), Ordering::SeqCst);
+        *self.stop() = desk.session.stop();
+        *self.farewell.lock().unwrap_or_else(PoisonError::into_inner) = desk.session.farewell();
         self.changed.notify_all();
     }
 
-    /// Writes a stop's byte past the session and leaves word of it; false without a line.
-    fn write_announced(&self, byte: u8) -> Result<bool, String> {
+    fn stop(&self) -> MutexGuard<'_, StopBytes> {
+        self.stop.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes a stop past the session and leaves word of it; false without a line.
+    fn write_announced(&self, stop: &StopBytes) -> Result<bool, String> {
         let mut urgent = self.urgent.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(writer) = urgent.as_mut() else { return Ok(false) };
-        *self.announced() = Some((byte, Instant::now()));
-        let written = writer.write_now(stop_bytes(byte));
+        *self.announced() = Some((stop.code, Instant::now()));
+        let written = if stop.bytes.is_empty() { Ok(()) } else { writer.write_now(&stop.bytes) };
         if written.is_err() {
             *self.announced() = None;
         }
@@ -191,7 +264,7 @@ impl Shared {
 
     /// Tells the session of a stop that went out past it: whoever comes first, the one that sent it or the one that read
     /// the answer. Whether there was one to tell of.
-    fn tell_of_stops(&self, desk: &mut Desk) -> bool {
+    fn tell_of_stops(&self, desk: &mut Desk<D>) -> bool {
         let announced = self.announced().take();
         if let Some((byte, sent_at)) = announced {
             desk.session.stop_sent(byte, sent_at);
@@ -205,16 +278,11 @@ impl Shared {
     }
 }
 
-/// Real-time bytes go out singly, lines as a whole: USB adapters pass a lone byte on at once.
-fn write_apart(writer: &mut dyn SerialWriter, bytes: &[u8]) -> Result<(), crate::serial_line::SerialLineError> {
-    let is_line_byte = |byte: u8| (b'$'..=b'Z').contains(&byte) && byte != b'?';
+/// Writes `bytes` in the protocol's pieces.
+fn write_apart<D: Dialogue>(writer: &mut dyn SerialWriter, bytes: &[u8]) -> Result<(), SerialLineError> {
     let mut rest = bytes;
-    while let Some(&first) = rest.first() {
-        let n = if is_line_byte(first) {
-            rest.iter().position(|&byte| byte == b'\n').map_or(rest.len(), |at| at + 1)
-        } else {
-            1
-        };
+    while !rest.is_empty() {
+        let n = D::piece(rest);
         writer.write_now(&rest[..n])?;
         rest = &rest[n..];
     }
@@ -222,7 +290,7 @@ fn write_apart(writer: &mut dyn SerialWriter, bytes: &[u8]) -> Result<(), crate:
 }
 
 /// The thread: opens, reads, keeps the time.
-fn run(shared: &Shared, mut line: Box<dyn SerialLine>) {
+fn run<D: Dialogue>(shared: &Shared<D>, mut line: Box<dyn SerialLine>) {
     let _farewell = Farewell(shared);
     let mut buffer = [0; READ_BYTES];
     while let Some(next) = due(shared) {
@@ -235,7 +303,7 @@ fn run(shared: &Shared, mut line: Box<dyn SerialLine>) {
                 shared.tell_of_stops(&mut desk);
                 match read {
                     Ok(n) => desk.session.received(&buffer[..n], Instant::now()),
-                    Err(error) => desk.session.down(Fault::Gone { reason: with_causes(&error) }),
+                    Err(error) => desk.session.line_lost(with_causes(&error)),
                 }
                 shared.settle(&mut desk);
             }
@@ -250,7 +318,7 @@ enum Next {
 }
 
 /// Does what time demands; what to do next, or nothing more.
-fn due(shared: &Shared) -> Option<Next> {
+fn due<D: Dialogue>(shared: &Shared<D>) -> Option<Next> {
     let mut desk = shared.lock();
     if desk.ended {
         return None;
@@ -266,7 +334,7 @@ fn due(shared: &Shared) -> Option<Next> {
     })
 }
 
-fn open(shared: &Shared, line: &mut dyn SerialLine) {
+fn open<D: Dialogue>(shared: &Shared<D>, line: &mut dyn SerialLine) {
     shared.set_writers(None, None);
     let opened = line.reopen().and_then(|()| Ok((line.writer()?, line.writer()?)));
     match opened {
@@ -280,7 +348,7 @@ fn open(shared: &Shared, line: &mut dyn SerialLine) {
 }
 
 /// Closes the line and sleeps until something is wanted.
-fn rest(shared: &Shared, line: &mut dyn SerialLine) {
+fn rest<D: Dialogue>(shared: &Shared<D>, line: &mut dyn SerialLine) {
     shared.set_writers(None, None);
     line.close();
     let desk = shared.lock();
@@ -290,11 +358,12 @@ fn rest(shared: &Shared, line: &mut dyn SerialLine) {
 }
 
 /// The thread's last act, also if it panics: everything stops and the laser goes dark.
-struct Farewell<'a>(&'a Shared);
+struct Farewell<'a, D: Dialogue>(&'a Shared<D>);
 
-impl Drop for Farewell<'_> {
+impl<D: Dialogue> Drop for Farewell<'_, D> {
     fn drop(&mut self) {
-        self.0.write_announced(RESET).ok();
+        let bytes = self.0.farewell.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        self.0.write_announced(&StopBytes { code: 0, bytes }).ok();
         self.0.set_writers(None, None);
     }
 }

@@ -1,0 +1,374 @@
+//! Serial faults by the hundred: at a random moment of a random state, over the simulated firmwares.
+//!
+//! Counted are hangs (a call that keeps its caller, a stage that neither comes to rest nor tells a fault, one that does
+//! not come back), wrong positions accepted, and light left on; each must be 0. The long version is ignored and run by
+//! `cargo xtask campaign`. Not shown: faults of a line whose two ends both believe it is sound, and real firmware.
+
+mod line;
+mod rigs;
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use crate::contract::Stopwatch;
+use line::{LineControl, Noise};
+
+/// What happens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum What {
+    Garbage,
+    FlippedBit,
+    Silence,
+    HalfLines,
+    LostCommand,
+    Restart,
+    Alarm,
+    OtherDevice,
+    EndOfFile,
+}
+
+const ALL: [What; 9] = [
+    What::Garbage,
+    What::FlippedBit,
+    What::Silence,
+    What::HalfLines,
+    What::LostCommand,
+    What::Restart,
+    What::Alarm,
+    What::OtherDevice,
+    What::EndOfFile,
+];
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum When {
+    Ready,
+    Moving,
+    Homing,
+    Shining,
+    ShiningAndMoving,
+}
+
+/// A station's half, over a line that can be disturbed.
+#[allow(clippy::type_complexity)]
+struct Rig {
+    stage: Box<dyn crate::Stage>,
+    laser: Option<Box<dyn crate::Laser>>,
+    witness: crate::simulator::Witness,
+    line: LineControl,
+    /// What the firmware is asked for: restart, alarm, another device, end of file, repair.
+    act: Box<dyn Fn(Act)>,
+    /// Stage position of a machine position, mm.
+    stage_from_machine: fn(f64) -> f64,
+    /// What positions may be off: steps, decimals.
+    tolerance_mm: f64,
+    _folder: tempfile::TempDir,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Act {
+    Restart,
+    Alarm,
+    OtherDevice,
+    Unplug,
+    ResetButton,
+    Repair,
+}
+
+/// Longest that anything may take before it is a hang.
+const HANG: Duration = Duration::from_secs(12);
+
+/// Dark after a fault was named, or after `switch_off` (`promises.md` 3), and what a loaded machine adds.
+const DARK_LIMIT: Duration = Duration::from_millis(500 + 700);
+
+/// How often a station is tried to be made ready, as a person would.
+const N_ATTEMPTS: usize = 4;
+
+/// A call may take 20 ms, which the contract suite holds; this is a hang also on a machine that stands still at times.
+const CALL_HANG: Duration = Duration::from_secs(5);
+
+#[derive(Debug, Default)]
+struct Tally {
+    n_faults: usize,
+    n_named: BTreeMap<What, usize>,
+    longest: BTreeMap<What, Duration>,
+    failures: Vec<String>,
+}
+
+/// Numbers that look random and are the same every time (xorshift).
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % n as u64) as usize
+    }
+}
+
+impl Rig {
+    fn poll(&mut self, tally: &mut Tally) -> Result<crate::StageState, crate::StageError> {
+        let watch = Stopwatch::start();
+        let state = self.stage.poll();
+        if watch.own_time() > CALL_HANG {
+            tally.failures.push(format!("hang: a poll took {:?}", watch.own_time()));
+        }
+        if let Ok(state) = &state {
+            self.check_position(state, tally);
+        }
+        state
+    }
+
+    /// A position at rest must be where the witness saw the motion end; one under way must be on the way.
+    fn check_position(&self, state: &crate::StageState, tally: &mut Tally) {
+        use crate::simulator::Happening::{MotionBegan, MotionEnded};
+        let Some(position_mm) = state.position_mm else { return };
+        // The switch is 6 mm from the stage's zero, and where homing pulls off from it 5 mm.
+        if position_mm.abs() > 6.0 + self.tolerance_mm {
+            tally.failures.push(format!("wrong position: {position_mm} mm is beyond everything it was sent to"));
+        }
+        if state.moving || self.witness.moving() {
+            return;
+        }
+        let last = self
+            .witness
+            .entries()
+            .into_iter()
+            .rev()
+            .find(|entry| matches!(entry.what, MotionEnded(_) | MotionBegan(_)));
+        // A reading from before the end of the motion is not judged: it is not at rest there.
+        if let Some(entry) = last.filter(|entry| entry.at < state.measured_at)
+            && let MotionEnded(machine_mm) = entry.what
+        {
+            let true_mm = (self.stage_from_machine)(machine_mm);
+            if (position_mm - true_mm).abs() > self.tolerance_mm {
+                tally.failures.push(format!("wrong position: told {position_mm} mm, it is at {true_mm} mm"));
+            }
+        }
+    }
+
+    /// Waits until `seen`; a hang otherwise.
+    fn wait(
+        &mut self,
+        what: &str,
+        tally: &mut Tally,
+        mut seen: impl FnMut(&mut Self, &mut Tally) -> bool,
+    ) -> bool {
+        let watch = Stopwatch::start();
+        while !seen(self, tally) {
+            if watch.own_time() > HANG {
+                tally.failures.push(format!("hang: {what}"));
+                return false;
+            }
+            std::thread::sleep(Duration::from_millis(3));
+        }
+        true
+    }
+
+    /// The end of what the firmware has heard.
+    fn heard(&self) -> String {
+        let entries = self.witness.entries();
+        let bytes = entries.iter().rev().filter_map(|entry| match entry.what {
+            crate::simulator::Happening::Byte(byte) => Some(char::from(byte)),
+            _ => None,
+        });
+        bytes.take(80).collect::<Vec<_>>().into_iter().rev().collect()
+    }
+
+    /// Waits for the end of a motion; whether it ended without a fault. Neither is a hang.
+    fn rests(&mut self, what: &str, tally: &mut Tally) -> bool {
+        let mut ended_well = false;
+        self.wait(what, tally, |rig, tally| {
+            let state = rig.poll(tally);
+            ended_well = state.as_ref().is_ok_and(|state| !state.moving);
+            ended_well || state.is_err()
+        });
+        ended_well
+    }
+
+    /// Sound, homed and at -3 mm. What a fault left in the line may be a fault of its own at first.
+    fn make_ready(&mut self, tally: &mut Tally) -> bool {
+        let is_ready = |rig: &mut Self, tally: &mut Tally| {
+            rig.comes_back(tally)
+                && rig.rests("it does not rest after it came back", tally)
+                && rig.stage.start_home().is_ok()
+                && rig.rests("homing does not end", tally)
+                && rig.stage.start_move(-3.0, 100.0).is_ok()
+                && rig.rests("a move does not end", tally)
+        };
+        (0..N_ATTEMPTS).any(|_| is_ready(self, tally))
+    }
+
+    fn comes_back(&mut self, tally: &mut Tally) -> bool {
+        self.line.set(Noise::None);
+        (self.act)(Act::Repair);
+        let mut asked_at: Option<Instant> = None;
+        self.wait("it does not come back", tally, |rig, tally| {
+            let Err(fault) = rig.poll(tally) else { return true };
+            if asked_at.is_none_or(|at| at.elapsed() > Duration::from_millis(1500)) {
+                asked_at = Some(Instant::now());
+                if rig.stage.clear_fault().is_err() {
+                    // As a person who reads what is told.
+                    if fault.to_string().contains("reset button")
+                        || matches!(fault, crate::StageError::NoReply { .. })
+                    {
+                        (rig.act)(Act::ResetButton);
+                    }
+                    rig.stage.reconnect().ok();
+                }
+                if let Some(laser) = &mut rig.laser
+                    && laser.poll().is_err()
+                {
+                    laser.reconnect().ok();
+                }
+            }
+            false
+        })
+    }
+
+    fn bring_to(&mut self, when: When, tally: &mut Tally) {
+        if matches!(when, When::Shining | When::ShiningAndMoving)
+            && let Some(laser) = &mut self.laser
+        {
+            let shines = laser.switch_on(0.5, Duration::from_secs(1)).is_ok();
+            // A lease that ends before the light was seen is no hang.
+            self.wait("it does not shine", tally, |rig, _| {
+                let ended = rig.laser.as_mut().is_none_or(|laser| !laser.poll().is_ok_and(|state| state.emitting));
+                !shines || rig.witness.light() || ended
+            });
+        }
+        match when {
+            When::Moving | When::ShiningAndMoving => drop(self.stage.start_move(3.5, 3.0)),
+            When::Homing => drop(self.stage.start_home()),
+            When::Ready | When::Shining => {}
+        }
+    }
+
+    fn strike(&mut self, what: What, dice: &mut Dice) {
+        let some = 1 + dice.roll(6);
+        match what {
+            What::Garbage => self.line.set(Noise::Garbage),
+            What::FlippedBit => self.line.set(Noise::Flips(some)),
+            What::Silence => self.line.set(Noise::Silence),
+            What::HalfLines => self.line.set(Noise::Halves),
+            What::LostCommand => self.line.set(Noise::LostWrites(some)),
+            What::Restart => (self.act)(Act::Restart),
+            What::Alarm => (self.act)(Act::Alarm),
+            What::OtherDevice => (self.act)(Act::OtherDevice),
+            What::EndOfFile => (self.act)(Act::Unplug),
+        }
+    }
+
+    /// One fault, from a sound stage to what became of it.
+    fn suffer(&mut self, what: What, when: When, dice: &mut Dice, tally: &mut Tally) {
+        let shone = matches!(when, When::Shining | When::ShiningAndMoving) && self.laser.is_some();
+        self.bring_to(when, tally);
+        std::thread::sleep(Duration::from_millis(dice.roll(150) as u64));
+        let struck = Stopwatch::start();
+        self.strike(what, dice);
+        tally.n_faults += 1;
+        // Until it is named, or, being survived, for the time in which it would have to be.
+        let mut named = None;
+        while named.is_none() && struck.own_time() < Duration::from_millis(1800) {
+            if shone && let Some(laser) = &mut self.laser {
+                laser.renew(Duration::from_secs(1)).ok();
+            }
+            named = self.poll(tally).err();
+            std::thread::sleep(Duration::from_millis(3));
+        }
+        if named.is_some() {
+            *tally.n_named.entry(what).or_default() += 1;
+            let longest = tally.longest.entry(what).or_default();
+            *longest = (*longest).max(struck.own_time());
+        } else if let Some(laser) = &mut self.laser {
+            laser.switch_off().ok();
+        }
+        let watch = Stopwatch::start();
+        while self.witness.light() {
+            if watch.own_time() > DARK_LIMIT {
+                let heard = self.heard();
+                tally.failures.push(format!("light left on, told as {named:?}, heard last: {heard:?}"));
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
+
+/// `n` faults on one rig; what came of them.
+fn run(open: fn() -> Rig, n: usize, seed: u64) -> Tally {
+    let (mut tally, mut dice) = (Tally::default(), Dice(seed));
+    let mut rig = open();
+    for _ in 0..n {
+        let what = ALL[dice.roll(ALL.len())];
+        let states = [When::Ready, When::Moving, When::Homing, When::Shining, When::ShiningAndMoving];
+        let when = states[dice.roll(if rig.laser.is_some() { 5 } else { 3 })];
+        let before = tally.failures.len();
+        if !rig.make_ready(&mut tally) {
+            tally.failures.push("hang: it does not become ready again".to_owned());
+            rig = open();
+            continue;
+        }
+        rig.suffer(what, when, &mut dice, &mut tally);
+        for failure in &mut tally.failures[before..] {
+            failure.push_str(&format!(" ({what:?} while {when:?})"));
+        }
+    }
+    rig.make_ready(&mut tally);
+    tally
+}
+
+/// Rigs that suffer at the same time: most of it is waiting.
+const N_RIGS: usize = 10;
+
+fn campaign(name: &str, open: fn() -> Rig, n_faults: usize, n_rigs: usize) {
+    let each = n_faults.div_ceil(n_rigs);
+    let rigs = (0..n_rigs).map(|idx| {
+        std::thread::spawn(move || run(open, each, 0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(idx as u64 + 1)))
+    });
+    let rigs: Vec<_> = rigs.collect();
+    let mut all = Tally::default();
+    for rig in rigs {
+        let one = rig.join().expect("a rig panics for a fault of the campaign only");
+        all.n_faults += one.n_faults;
+        all.failures.extend(one.failures);
+        one.n_named.into_iter().for_each(|(what, n)| *all.n_named.entry(what).or_default() += n);
+        for (what, longest) in one.longest {
+            let before = all.longest.entry(what).or_default();
+            *before = (*before).max(longest);
+        }
+    }
+    let count = |word: &str| all.failures.iter().filter(|failure| failure.starts_with(word)).count();
+    println!(
+        "{name}: {} faults; {} hangs, {} wrong positions accepted, {} lights left on",
+        all.n_faults,
+        count("hang"),
+        count("wrong position"),
+        count("light")
+    );
+    for (what, n) in &all.n_named {
+        println!("  {what:?}: {n} named, the last after {:?}", all.longest[what]);
+    }
+    assert!(all.failures.is_empty(), "{name}: {:#?}", all.failures);
+}
+
+macro_rules! campaigns {
+    ($($name:ident, $short:ident, $long:ident;)*) => {$(
+        #[test]
+        fn $short() {
+            campaign(stringify!($name), rigs::$name, 12, 2);
+        }
+
+        #[test]
+        #[ignore = "a thousand faults take minutes: `cargo xtask campaign`"]
+        fn $long() {
+            campaign(stringify!($name), rigs::$name, 1000, N_RIGS);
+        }
+    )*};
+}
+
+campaigns! {
+    grbl, a_dozen_faults_of_grbl, a_thousand_faults_of_grbl;
+    zaber, a_dozen_faults_of_zaber, a_thousand_faults_of_zaber;
+    marlin, a_dozen_faults_of_marlin, a_thousand_faults_of_marlin;
+}

@@ -1,0 +1,147 @@
+//! The three controllers, each over its simulated firmware.
+
+use std::sync::Arc;
+
+use tempfile::TempDir;
+
+use super::line::{LineControl, NoisyLine};
+use super::{Act, Rig};
+use crate::grbl_simulator::{self, GrblSimulator};
+use crate::marlin_simulator::{self, MarlinSimulator};
+use crate::zaber_simulator::{self, ZaberSimulator};
+use crate::{grbl, marlin, zaber};
+
+/// GRBL 1.1h; the stage's zero is 6 mm before the switch.
+pub fn grbl() -> Rig {
+    let folder = TempDir::new().unwrap();
+    let place = folder.path().join("controller");
+    let kind = grbl_simulator::SimulatorConfig { homing_mm_s: 60.0, ..Default::default() };
+    let simulator = Arc::new(GrblSimulator::start(kind.clone(), &place, None).unwrap());
+    let config = grbl::GrblConfig {
+        zero_at_machine_mm: -6.0,
+        expected_name: Some("simulated stage".to_owned()),
+        ..grbl::GrblConfig::new(place.to_str().unwrap(), 400.0, (-4.0, 4.0))
+    };
+    let line = LineControl::new();
+    let (stage, laser) = grbl::open_line(&config, Box::new(NoisyLine::new(&config.port, &line))).unwrap();
+    let (witness, acting) = (simulator.witness().clone(), simulator);
+    let is_away = std::cell::Cell::new(false);
+    Rig {
+        stage: Box::new(stage),
+        laser: Some(Box::new(laser)),
+        witness,
+        line,
+        act: Box::new(move |act| match act {
+            Act::Restart => acting.restart(),
+            Act::Alarm => acting.alarm(1),
+            Act::OtherDevice => {
+                is_away.set(true);
+                acting.replug_as(grbl_simulator::SimulatorConfig { name: "another".to_owned(), ..kind.clone() });
+            }
+            Act::Unplug => {
+                is_away.set(true);
+                acting.unplug();
+            }
+            Act::ResetButton => {}
+            Act::Repair => {
+                acting.repair();
+                if is_away.replace(false) {
+                    acting.replug_as(kind.clone());
+                }
+            }
+        }),
+        stage_from_machine: |machine_mm| machine_mm + 6.0,
+        tolerance_mm: 0.01,
+        _folder: folder,
+    }
+}
+
+/// A Zaber device; the stage's zero is 6 mm from its home.
+pub fn zaber() -> Rig {
+    let folder = TempDir::new().unwrap();
+    let place = folder.path().join("device");
+    let kind = zaber_simulator::SimulatorConfig { homing_mm_s: 60.0, ..Default::default() };
+    let simulator = Arc::new(ZaberSimulator::start(kind.clone(), &place, None).unwrap());
+    let config = zaber::ZaberConfig {
+        zero_at_device_mm: 6.0,
+        expected_serial: Some(kind.serial),
+        ..zaber::ZaberConfig::new(place.to_str().unwrap(), kind.travel_per_turn_mm, (-4.0, 4.0))
+    };
+    let line = LineControl::new();
+    let stage = zaber::open_line(&config, Box::new(NoisyLine::new(&config.port, &line))).unwrap();
+    let (witness, acting) = (simulator.witness().clone(), simulator);
+    let is_away = std::cell::Cell::new(false);
+    Rig {
+        stage: Box::new(stage),
+        laser: None,
+        witness,
+        line,
+        act: Box::new(move |act| match act {
+            Act::Restart => acting.restart(),
+            Act::Alarm => acting.happen(zaber_simulator::Event::EmergencyStop),
+            Act::OtherDevice => {
+                is_away.set(true);
+                acting.replug_as(zaber_simulator::SimulatorConfig { serial: 666, ..kind.clone() });
+            }
+            Act::Unplug => {
+                is_away.set(true);
+                acting.unplug();
+            }
+            Act::ResetButton => {}
+            Act::Repair => {
+                acting.happen(zaber_simulator::Event::Repair);
+                if is_away.replace(false) {
+                    acting.replug_as(kind.clone());
+                }
+            }
+        }),
+        stage_from_machine: |machine_mm| machine_mm - 6.0,
+        tolerance_mm: 0.002,
+        _folder: folder,
+    }
+}
+
+/// A Marlin controller built without the laser's safety timeout; the stage's zero is 6 mm from its switch.
+pub fn marlin() -> Rig {
+    let folder = TempDir::new().unwrap();
+    let place = folder.path().join("controller");
+    let kind = marlin_simulator::SimulatorConfig { homing_mm_s: 60.0, laser_timeout_ms: 0, ..Default::default() };
+    let simulator = Arc::new(MarlinSimulator::start(kind.clone(), &place, None).unwrap());
+    let config = marlin::MarlinConfig {
+        zero_at_machine_mm: 6.0,
+        expected_name: Some("Simulated stage".to_owned()),
+        ..marlin::MarlinConfig::new(place.to_str().unwrap(), kind.steps_per_mm, (-4.0, 4.0))
+    };
+    let line = LineControl::new();
+    let (stage, laser) = marlin::open_line(&config, Box::new(NoisyLine::new(&config.port, &line))).unwrap();
+    let (witness, acting) = (simulator.witness().clone(), simulator);
+    let is_away = std::cell::Cell::new(false);
+    Rig {
+        stage: Box::new(stage),
+        laser: Some(Box::new(laser)),
+        witness,
+        line,
+        act: Box::new(move |act| match act {
+            Act::Restart => acting.happen(marlin_simulator::Event::ResetButton),
+            Act::Alarm => acting.happen(marlin_simulator::Event::Kill),
+            Act::OtherDevice => {
+                is_away.set(true);
+                let name = "another".to_owned();
+                acting.replug_as(marlin_simulator::SimulatorConfig { name, ..kind.clone() });
+            }
+            Act::Unplug => {
+                is_away.set(true);
+                acting.unplug();
+            }
+            Act::ResetButton => acting.happen(marlin_simulator::Event::ResetButton),
+            Act::Repair => {
+                if is_away.replace(false) {
+                    acting.replug_as(kind.clone());
+                }
+            }
+        }),
+        stage_from_machine: |machine_mm| machine_mm - 6.0,
+        tolerance_mm: 0.03,
+        _folder: folder,
+    }
+}

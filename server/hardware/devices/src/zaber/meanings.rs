@@ -1,0 +1,68 @@
+//! What the firmware's flags and reasons mean, in our words.
+//!
+//! Source: Zaber's "ASCII Protocol Manual", warning flags and reasons for rejected commands.
+
+/// What a warning flag costs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Severity {
+    /// Nothing.
+    Note,
+    /// The position: it must be homed.
+    Unreferenced,
+    /// The motion: it stopped on its way.
+    Interrupted,
+    /// Everything, until the cause is gone and the flag cleared.
+    Fault,
+}
+
+/// What a flag costs, and what it means.
+pub fn flag_meaning(flag: &str) -> (Severity, &'static str) {
+    match flag {
+        "--" => (Severity::Note, "no warning"),
+        "WR" => (Severity::Unreferenced, "it has no reference position"),
+        "WH" => (Severity::Unreferenced, "it was not homed since power came on"),
+        "FF" => (Severity::Fault, "its system failed; it needs service"),
+        "FN" => (Severity::Fault, "it does not know the stage that is plugged in"),
+        "FZ" => (Severity::Fault, "the axis is not active: its stage was changed"),
+        "FH" => (Severity::Fault, "its emergency stop is pressed"),
+        "FV" => (Severity::Fault, "its supply voltage is too low or too high"),
+        "FO" => (Severity::Fault, "its motor driver is switched off"),
+        "FC" => (Severity::Fault, "its motor driver was switched off: too much current"),
+        "FM" => (Severity::Fault, "its motor driver was switched off: too hot"),
+        "FD" => (Severity::Fault, "its motor driver switched itself off"),
+        "FQ" => (Severity::Fault, "its encoder failed; the position may be wrong"),
+        "FS" => (Severity::Fault, "it stalled"),
+        "FT" => (Severity::Fault, "its motion was excessively twisted"),
+        "FB" => (Severity::Fault, "a motion was broken off by a fault"),
+        "FP" => (Severity::Fault, "a motion was broken off outside its limits"),
+        "FE" => (Severity::Fault, "it hit a limit of its travel"),
+        "WL" => (Severity::Fault, "it hit a limit switch it did not expect; the position may be wrong"),
+        "WM" => (Severity::Fault, "it was moved while it stood still; the position may be wrong"),
+        "WP" => (Severity::Fault, "its invalid calibration type makes its position wrong"),
+        "NC" => (Severity::Interrupted, "it is moved by its knob"),
+        "NI" => (Severity::Interrupted, "another command or the knob interrupted the motion"),
+        _ if flag.starts_with('F') => (Severity::Fault, "a fault this program does not know"),
+        _ => (Severity::Note, "a note this program does not know"),
+    }
+}
+
+/// What a reason after `RJ` means.
+pub fn reason_meaning(reason: &str) -> &'static str {
+    match reason {
+        "AGAIN" => "it cannot do this now; try again later",
+        "BADAXIS" => "it has no such axis",
+        "BADCOMMAND" => "a command or setting it does not know",
+        "BADDATA" => "a number it does not take, or a target outside its travel",
+        "BADMESSAGE" => "the line came damaged",
+        "BADSPACE" => "a group or space it does not have",
+        "DEVICEONLY" => "a command for the device, not for an axis",
+        "DRIVERDISABLED" => "its motor driver is switched off",
+        "FULL" => "it has no room for more",
+        "INACTIVE" => "the axis is not active",
+        "LOCKSTEPAXES" => "the axis moves in lockstep with another",
+        "NOACCESS" => "it is locked for this access level",
+        "PARKED" => "it is parked; send `tools parking unpark`",
+        "STATUSBUSY" => "only possible while it is idle",
+        _ => "a reason this program does not know",
+    }
+}

@@ -1,0 +1,75 @@
+//! What happens because time passes: queries, silence, the limit of homing.
+
+use std::time::{Duration, Instant};
+
+use super::{Activity, Asked, Link, Session};
+use crate::StageError;
+use crate::params::{
+    ZABER_BRAKING_QUERY, ZABER_IDENTITY_PERIOD, ZABER_IDLE_QUERY_HZ, ZABER_QUERY_AGAIN, ZABER_SILENCE,
+};
+
+impl Session {
+    /// Does what is due at `now`.
+    pub(super) fn pass(&mut self, now: Instant) {
+        match self.link {
+            Link::Down => return,
+            Link::Opening(_) => return self.opening_tick(now),
+            Link::Up => {}
+        }
+        if let Some(fault) = self.silence(now) {
+            return self.down(fault);
+        }
+        if let Activity::Homing { begun_at, .. } = self.activity
+            && now - begun_at > self.config.homing_limit
+        {
+            let waited_ms = (now - begun_at).as_millis() as u64;
+            self.raise(StageError::NoReply { command: "home".to_owned(), waited_ms }, now);
+        }
+        self.pending.retain(|pending| {
+            let lost = now - pending.sent_at > ZABER_QUERY_AGAIN;
+            !(lost && matches!(pending.what, Asked::Position | Asked::Serial))
+        });
+        self.ask(now);
+    }
+
+    fn ask(&mut self, now: Instant) {
+        let period = match self.activity {
+            Activity::Stopping { .. } => ZABER_BRAKING_QUERY,
+            Activity::Rest | Activity::Held(_) if self.seen.as_ref().is_some_and(|seen| !seen.busy) => {
+                Duration::from_secs_f64(1.0 / ZABER_IDLE_QUERY_HZ)
+            }
+            _ => Duration::from_secs_f64(1.0 / self.config.moving_query_hz),
+        };
+        let asked = |what: Asked| self.pending.iter().any(|pending| pending.what == what);
+        let is_due = |at: Option<Instant>, period| at.is_none_or(|at| now - at >= period);
+        if !asked(Asked::Position) && is_due(self.asked_position_at, period) {
+            self.query_position(now);
+        }
+        let asked = |what: Asked| self.pending.iter().any(|pending| pending.what == what);
+        if !asked(Asked::Serial) && is_due(self.asked_serial_at, ZABER_IDENTITY_PERIOD) {
+            self.asked_serial_at = Some(now);
+            self.send(0, "get system.serial", Asked::Serial, now);
+        }
+    }
+
+    pub(super) fn query_position(&mut self, now: Instant) {
+        self.asked_position_at = Some(now);
+        self.send(self.config.axis, "get pos", Asked::Position, now);
+    }
+
+    /// A command that was not answered, or nothing heard at all.
+    fn silence(&self, now: Instant) -> Option<StageError> {
+        let matters = |what: Asked| !matches!(what, Asked::Position | Asked::Serial);
+        let unanswered = self.pending.iter().find(|pending| {
+            matters(pending.what) && now.saturating_duration_since(pending.sent_at) > ZABER_SILENCE
+        });
+        let (command, since) = match (unanswered, self.heard_at) {
+            (Some(pending), _) => (pending.words.clone(), pending.sent_at),
+            (None, Some(heard_at)) if now.saturating_duration_since(heard_at) > ZABER_SILENCE => {
+                ("get pos".to_owned(), heard_at)
+            }
+            _ => return None,
+        };
+        Some(StageError::NoReply { command, waited_ms: (now - since).as_millis() as u64 })
+    }
+}
