@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 
 use vision::{GreyImage, Pixels};
 
+use crate::features::CameraDetails;
 use crate::{Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo};
 
 /// How long a caller waits for an answer, a part of [`crate::CALL_LIMIT`]; a frame is waited for so much beyond its
@@ -99,12 +100,14 @@ pub struct ThreadedCamera {
     shared: Arc<Shared>,
     identity: DeviceIdentity,
     capabilities: CameraCapabilities,
+    details: Option<Arc<dyn CameraDetails>>,
 }
 
 impl ThreadedCamera {
     /// Gives a camera that was just opened a thread of its own.
     pub fn over(camera: impl Camera + 'static) -> Self {
         let (identity, capabilities) = (camera.identity(), camera.capabilities());
+        let details = camera.details();
         let desk = Desk {
             orders: VecDeque::with_capacity(ORDERS),
             n_orders: 0,
@@ -125,7 +128,7 @@ impl ThreadedCamera {
         let ending = Ending(shared.clone());
         // Without a thread the closure is dropped, and its guard says that the driver ended.
         let _ = std::thread::Builder::new().name("camera".to_owned()).spawn(move || ending.0.run(camera));
-        Self { shared, identity, capabilities }
+        Self { shared, identity, capabilities, details }
     }
 
     /// Hands `order` to the thread and waits for its answer as long as a call may take.
@@ -271,6 +274,10 @@ impl Camera for ThreadedCamera {
 
     fn settings(&self) -> CameraSettings {
         self.shared.lock().settings
+    }
+
+    fn details(&self) -> Option<Arc<dyn CameraDetails>> {
+        self.details.clone()
     }
 
     /// What the camera accepted; of one that is slow to answer, what its capabilities let expect, until it has. What they

@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, the folder it lies in, and the crates of this workspace it may import. Every arrow runs down.
-const ARROWS: [(&str, &str, &[&str]); 19] = [
+const ARROWS: [(&str, &str, &[&str]); 20] = [
     (
         "sheaf",
         "server/cli",
@@ -18,6 +18,7 @@ const ARROWS: [(&str, &str, &[&str]); 19] = [
             "sheaf-live",
             "sheaf-station",
             "sheaf-store",
+            "sheaf-genicam",
             "sheaf-twin",
             "sheaf-devices",
             "sheaf-pipeline",
@@ -83,6 +84,7 @@ const ARROWS: [(&str, &str, &[&str]); 19] = [
     ("sheaf-live", "server/service/live", &["sheaf-station", "sheaf-scanning", "sheaf-vision", "sheaf-optics"]),
     ("sheaf-store", "server/service/store", &[]),
     ("sheaf-station", "server/hardware/station", &["sheaf-twin", "sheaf-devices", "sheaf-vision"]),
+    ("sheaf-genicam", "server/hardware/genicam", &["sheaf-devices", "sheaf-vision"]),
     ("sheaf-twin", "server/hardware/twin", &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics"]),
     ("sheaf-devices", "server/hardware/devices", &["sheaf-capture", "sheaf-vision"]),
     (
