@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use devices::grbl::{GrblDriver, GrblSettings};
 use devices::replay::{ReplayDriver, ReplaySettings};
-use devices::{DeviceSet, Driver, MissingSetting};
+use devices::{DeviceSet, Driver, Found, MissingSetting};
+use genicam::{GenicamDriver, GenicamSettings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use station::StationDevices;
@@ -25,12 +26,14 @@ pub struct StationSettings {
     pub replay: ReplaySettings,
     /// `[station.grbl]`.
     pub grbl: GrblSettings,
+    /// `[station.genicam]`.
+    pub genicam: GenicamSettings,
 }
 
 /// Who makes a device.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DeviceSettings {
-    /// kind of the driver that makes it: twin, replay or grbl
+    /// kind of the driver that makes it: twin, replay, grbl or genicam
     pub kind: String,
 }
 
@@ -85,8 +88,15 @@ fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>
         twin.clone(),
         Arc::new(ReplayDriver(settings.replay.clone())),
         Arc::new(GrblDriver(settings.grbl.clone())),
+        Arc::new(GenicamDriver(settings.genicam.clone())),
     ];
     (twin, rows)
+}
+
+/// The devices at this computer that each kind of driver finds; nothing is opened.
+pub fn found() -> Vec<(&'static str, DeviceSet, Vec<Found>)> {
+    let (_, rows) = drivers(&StationSettings::default());
+    rows.iter().map(|row| (row.kind(), row.makes(), row.discover())).collect()
 }
 
 /// The devices that the settings choose; nothing is opened.
@@ -143,12 +153,13 @@ mod tests {
             twin: TwinSettings::default(),
             replay: ReplaySettings { folder: "capture".into(), ..ReplaySettings::default() },
             grbl: GrblSettings { port: "/dev/ttyACM0".to_owned(), ..GrblSettings::default() },
+            genicam: GenicamSettings { serial: "1".to_owned(), ..GenicamSettings::default() },
         }
     }
 
     #[test]
     fn every_combination_is_taken_but_a_recording_without_its_other_half() {
-        for camera in ["twin", "replay"] {
+        for camera in ["twin", "replay", "genicam"] {
             for stage in ["twin", "replay", "grbl"] {
                 for laser in ["twin", "replay", "grbl"] {
                     let made = station_devices(&settings(camera, stage, laser));
@@ -171,6 +182,6 @@ mod tests {
     #[test]
     fn a_kind_that_makes_no_such_device_is_refused_with_those_that_do() {
         let refused = station_devices(&settings("grbl", "grbl", "grbl")).unwrap_err();
-        assert_eq!(refused, NoStation::NoSuchKind { device: "camera", known: vec!["twin", "replay"] });
+        assert_eq!(refused, NoStation::NoSuchKind { device: "camera", known: vec!["twin", "replay", "genicam"] });
     }
 }

@@ -380,7 +380,11 @@ impl Camera for GenicamCamera {
 }
 
 impl Drop for GenicamCamera {
+    /// Closes it before the program may end, so that nobody finds it in use; one that does not answer is left to itself.
     fn drop(&mut self) {
-        self.close();
+        if self.probe().is_ok() {
+            drop(self.running.take());
+            drop(lock(&self.shared.opened).take());
+        }
     }
 }

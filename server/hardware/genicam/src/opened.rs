@@ -1,5 +1,8 @@
 //! A camera that was opened: how it is found, prepared, described and set.
 
+use std::thread;
+use std::time::{Duration, Instant};
+
 use devices::{
     CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, OpenError, PixelFormat, Roi,
     Trigger, ValueRange,
@@ -10,6 +13,13 @@ use crate::gvcp::{self, Control};
 use crate::names;
 use crate::pixels::SourceFormat;
 use crate::settings::GenicamSettings;
+
+/// A camera gives up a program from which it heard nothing for so long: the heartbeat that the standard starts with, and
+/// a little.
+const LOST_AFTER: Duration = Duration::from_millis(3200);
+
+/// Pause between two questions who has it.
+const HOLDER_PERIOD: Duration = Duration::from_millis(200);
 
 /// A camera that this program controls.
 pub struct OpenedCamera {
@@ -38,8 +48,7 @@ impl OpenedCamera {
                 let Some(listed) = found.iter().find(|camera| camera.serial == *serial) else {
                     return Err(absent(&not_among(&found)));
                 };
-                let has_holder = listed.protocol == gvcp::PROTOCOL;
-                if let Some(Control::Held(holder)) = has_holder.then(|| gvcp::control(&listed.address)).flatten() {
+                if let Some(Control::Held(holder)) = held_for_long(listed) {
                     return Err(absent(&in_use(holder.map(|holder| holder.to_string()))));
                 }
                 let opened = Device::open(&listed.id).map_err(|error| {
@@ -227,6 +236,18 @@ impl OpenedCamera {
         let mut sources = self.device.entries("TriggerSource");
         sources.retain(|source| source.starts_with("Line"));
         sources
+    }
+}
+
+/// Who has a camera, once a program that ended without a word would have lost it.
+fn held_for_long(listed: &Listed) -> Option<Control> {
+    let until = Instant::now() + LOST_AFTER;
+    loop {
+        let control = (listed.protocol == gvcp::PROTOCOL).then(|| gvcp::control(&listed.address)).flatten();
+        if !matches!(control, Some(Control::Held(_))) || Instant::now() > until {
+            return control;
+        }
+        thread::sleep(HOLDER_PERIOD);
     }
 }
 

@@ -18,11 +18,13 @@ pub struct GenicamSettings {
     /// input of the hardware trigger, by its GenICam name; empty: the first
     pub trigger_line: String,
     /// edge of the hardware trigger
+    #[schemars(with = "String", extend("enum" = ["rising", "falling", "any"]))]
     pub trigger_edge: TriggerEdge,
     /// time from the hardware trigger to the exposure, µs
     #[schemars(range(min = 0.0, max = 1e6))]
     pub trigger_delay_us: f64,
     /// what the camera's time stamps mark
+    #[schemars(with = "String", extend("enum" = ["exposure_start", "exposure_end"]))]
     pub timestamp: Timestamp,
     /// size of GigE packets, bytes; 0: the largest that arrives
     #[schemars(range(min = 0, max = 16_000))]
@@ -35,7 +37,7 @@ pub struct GenicamSettings {
 }
 
 /// Which edge triggers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TriggerEdge {
     /// The voltage rises.
@@ -59,7 +61,7 @@ impl TriggerEdge {
 }
 
 /// What a camera's time stamp marks; its manual says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Timestamp {
     /// The exposure begins.

@@ -10,6 +10,8 @@ mod faults;
 #[cfg(feature = "aravis")]
 mod frames;
 #[cfg(feature = "aravis")]
+mod measured;
+#[cfg(feature = "aravis")]
 mod rig;
 
 #[cfg(not(feature = "aravis"))]
