@@ -111,12 +111,13 @@ const ARROWS: [(&str, &str, &[&str]); 20] = [
 ];
 
 /// Library, and the only crates that may know it.
-const KEEPERS: [(&str, &[&str]); 7] = [
+const KEEPERS: [(&str, &[&str]); 8] = [
     ("axum", &["sheaf-http"]),
     ("hyper", &["sheaf-http"]),
     ("utoipa-axum", &["sheaf-http"]),
     ("sqlx", &["sheaf-store"]),
     ("serialport", &["sheaf-devices"]),
+    ("aravis-sys", &["sheaf-genicam"]),
     ("tokio", &["sheaf", "sheaf-http", "sheaf-app", "sheaf-live", "sheaf-store", "sheaf-station"]),
     ("clap", &["sheaf"]),
 ];
