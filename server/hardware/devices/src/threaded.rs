@@ -18,7 +18,9 @@ use std::time::{Duration, Instant};
 use vision::{GreyImage, Pixels};
 
 use crate::features::CameraDetails;
-use crate::{Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo};
+use crate::{
+    Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo, Trigger,
+};
 
 /// How long a caller waits for an answer, a part of [`crate::CALL_LIMIT`]; a frame is waited for so much beyond its
 /// timeout, which the driver itself keeps unless it is late.
@@ -101,6 +103,8 @@ pub struct ThreadedCamera {
     identity: DeviceIdentity,
     capabilities: CameraCapabilities,
     details: Option<Arc<dyn CameraDetails>>,
+    /// Whether acquisition was started last, and not ended.
+    started: bool,
 }
 
 impl ThreadedCamera {
@@ -128,7 +132,7 @@ impl ThreadedCamera {
         let ending = Ending(shared.clone());
         // Without a thread the closure is dropped, and its guard says that the driver ended.
         let _ = std::thread::Builder::new().name("camera".to_owned()).spawn(move || ending.0.run(camera));
-        Self { shared, identity, capabilities, details }
+        Self { shared, identity, capabilities, details, started: false }
     }
 
     /// Hands `order` to the thread and waits for its answer as long as a call may take.
@@ -295,10 +299,21 @@ impl Camera for ThreadedCamera {
     }
 
     fn start(&mut self) -> Result<(), CameraError> {
-        self.order(Order::Start)
+        self.started = false;
+        self.order(Order::Start)?;
+        self.started = true;
+        Ok(())
     }
 
+    /// Refused unasked where it cannot be: a camera that is slow to answer could not say so in time.
     fn trigger(&mut self) -> Result<(), CameraError> {
+        self.shared.lock().check()?;
+        if self.settings().trigger != Trigger::Software {
+            return Err(CameraError::NotTriggerable { reason: "it is not set to software triggers" });
+        }
+        if !self.started {
+            return Err(CameraError::NotTriggerable { reason: "acquisition is not started" });
+        }
         self.order(Order::Trigger)
     }
 
@@ -329,10 +344,12 @@ impl Camera for ThreadedCamera {
     }
 
     fn stop(&mut self) -> Result<(), CameraError> {
+        self.started = false;
         self.order(Order::Stop)
     }
 
     fn reconnect(&mut self) -> Result<(), CameraError> {
+        self.started = false;
         self.order(Order::Reconnect)
     }
 }

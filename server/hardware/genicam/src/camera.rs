@@ -267,8 +267,15 @@ impl Camera for GenicamCamera {
         }
         let (sensor_px, config) = (self.capabilities.sensor_px, self.config.clone());
         let trigger = wanted.trigger.unwrap_or(now.trigger);
+        // What is so already is not set: each setting is a way to the camera and back, or several.
+        let changed = CameraRequest {
+            trigger: wanted.trigger.filter(|trigger| *trigger != now.trigger),
+            roi: wanted.roi.filter(|roi| *roi != now.roi),
+            pixel_format: wanted.pixel_format.filter(|format| *format != now.pixel_format),
+            ..*wanted
+        };
         let outcome = self.with_opened("setting", |opened| {
-            opened.set(wanted, sensor_px, &config)?;
+            opened.set(&changed, sensor_px, &config)?;
             let words = opened.source_format()?.words();
             Ok((opened.settings(trigger)?, words))
         });

@@ -121,10 +121,10 @@ impl OpenedCamera {
     pub fn settings(&self, trigger: Trigger) -> Result<CameraSettings, AravisError> {
         let device = &self.device;
         let value = |feature: &[&'static str]| match device.first(feature) {
-            Some(name) => device.number(name).map(|number| number.value),
+            Some(name) => device.value(name),
             None => Ok(0.0),
         };
-        let pixels = |feature: &str| device.number(feature).map(|number| number.value as usize);
+        let pixels = |feature: &str| device.value(feature).map(|value| value as usize);
         let offset = |feature: &str| if device.has(feature) { pixels(feature) } else { Ok(0) };
         Ok(CameraSettings {
             exposure_us: value(&names::EXPOSURE)?,
@@ -168,7 +168,7 @@ impl OpenedCamera {
             choose_format(device, format == PixelFormat::Mono16, settings)?;
         }
         let set = |feature: &[&'static str], value: Option<f64>| match (device.first(feature), value) {
-            (Some(name), Some(value)) => device.set_number(name, value).map(drop),
+            (Some(name), Some(value)) => device.set_number(name, value),
             _ => Ok(()),
         };
         set(&names::EXPOSURE, wanted.exposure_us)?;
@@ -183,7 +183,7 @@ impl OpenedCamera {
 
     fn set_region(&self, roi: &Roi) -> Result<(), AravisError> {
         let pixels = |feature: &str, px: usize| match self.device.has(feature) {
-            true => self.device.set_number(feature, px as f64).map(drop),
+            true => self.device.set_number(feature, px as f64),
             false => Ok(()),
         };
         // Offsets limit sizes, and sizes offsets.

@@ -24,6 +24,9 @@ const TRIGGER_ANSWER: Duration = Duration::from_millis(600);
 /// Longest way of a packet through this computer that is believed; a wall clock that was set shows as more.
 const LONGEST_WAY: Duration = Duration::from_secs(1);
 
+/// Longest wait for one frame, whatever the caller would wait: a driver that is away for longer counts as one that hangs.
+const LONGEST_WAIT: Duration = Duration::from_millis(500);
+
 /// First ids beyond this belong to a camera that goes on counting from the acquisition before.
 const SMALL_ID: u64 = 256;
 
@@ -122,7 +125,7 @@ impl Running {
         timeout: Duration,
         link: &mut CameraLink,
     ) -> Result<Option<FrameInfo>, CameraError> {
-        let deadline = Instant::now() + timeout;
+        let deadline = Instant::now() + timeout.min(LONGEST_WAIT);
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             let Some(buffer) = self.stream.pop(left) else { return Ok(None) };

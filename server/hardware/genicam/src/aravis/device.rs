@@ -110,13 +110,26 @@ impl Device {
         })
     }
 
+    /// The value of a number alone: one way to the camera and back.
+    pub fn value(&self, feature: &str) -> Result<f64, AravisError> {
+        let name = terminated(feature);
+        // SAFETY: the device is valid, the name terminated.
+        unsafe {
+            if self.is_whole(feature) {
+                let get = arv::arv_device_get_integer_feature_value;
+                return checked(|error| get(self.device(), name.as_ptr(), error)).map(|value| value as f64);
+            }
+            checked(|error| arv::arv_device_get_float_feature_value(self.device(), name.as_ptr(), error))
+        }
+    }
+
     /// A number, whole or not.
     pub fn number(&self, feature: &str) -> Result<Number, AravisError> {
         if self.is_whole(feature) { self.whole_number(feature) } else { self.broken_number(feature) }
     }
 
-    /// Sets a number, moved into its range and to its next step; returns what the camera says then.
-    pub fn set_number(&self, feature: &str, value: f64) -> Result<Number, AravisError> {
+    /// Sets a number, moved into its range and to its next step.
+    pub fn set_number(&self, feature: &str, value: f64) -> Result<(), AravisError> {
         let now = self.number(feature)?;
         let within = if now.min <= now.max { value.clamp(now.min, now.max) } else { value };
         let name = terminated(feature);
@@ -133,7 +146,7 @@ impl Device {
                 arv::arv_device_set_float_feature_value(self.device(), name.as_ptr(), within, error);
             })?;
         }
-        self.number(feature)
+        Ok(())
     }
 
     /// A yes or no.

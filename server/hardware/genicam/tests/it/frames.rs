@@ -19,11 +19,11 @@ fn every_pixel_arrives_as_the_camera_made_it() {
         }
         let mut camera = open_small(&wanted, 30.0);
         camera.configure(&CameraRequest { pixel_format: Some(format), ..CameraRequest::default() }).unwrap();
-        let from = camera.details().unwrap().link().pixels_from;
-        assert_eq!(from, if green { format!("{name}: green, interpolated") } else { name.to_owned() });
         camera.start().unwrap();
         let mut image = blank();
         frame(&mut *camera, &mut image);
+        let from = camera.details().unwrap().link().pixels_from;
+        assert_eq!(from, if green { format!("{name}: green, interpolated") } else { name.to_owned() });
         // The camera paints a ramp that goes on by one level per column, row and frame, and wraps.
         let levels: Vec<i32> = match image.pixels() {
             Pixels::Eight(pixels) => pixels.iter().map(|&pixel| i32::from(pixel)).collect(),

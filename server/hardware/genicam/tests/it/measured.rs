@@ -3,7 +3,8 @@
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use devices::{CameraRequest, Roi};
+use devices::{CameraRequest, Driver, Roi};
+use genicam::GenicamDriver;
 
 use crate::rig::{SERIAL, blank, fake, open, settings};
 
@@ -45,6 +46,9 @@ fn processor_time_of_a_frame_beside_the_librarys_own_loop() {
     let ours_us = (processor_s(false) - before_s) * 1e6 / f64::from(n_frames);
     camera.stop().unwrap();
     drop(camera);
+    // It is let go on a thread of its own.
+    let is_held = || GenicamDriver(settings(SERIAL)).discover().iter().any(|found| found.in_use_by.is_some());
+    while is_held() {}
     let before_s = processor_s(true);
     let mut library = Command::new("arv-camera-test-0.8");
     library.args(["--auto", "--no-packet-socket", "--frequency", &RATE_HZ.to_string()]);

@@ -10,6 +10,9 @@ use vision::{GreyImage, Pixels};
 /// Serial number of the camera process.
 pub const SERIAL: &str = "SHEAF01";
 
+/// Packets as on a network with jumbo frames: a busy machine that is late for a burst of small ones loses them.
+const PACKET_SIZE_BYTES: u32 = 8000;
+
 /// Longest wait for what must come.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -24,7 +27,8 @@ pub fn fake(lost_per_thousand: u32) -> Option<FakeCamera> {
 
 /// The driver's settings for the camera of that serial number.
 pub fn settings(serial: &str) -> GenicamSettings {
-    GenicamSettings { serial: serial.to_owned(), ..GenicamSettings::default() }
+    let serial = serial.to_owned();
+    GenicamSettings { serial, packet_size_bytes: PACKET_SIZE_BYTES, ..GenicamSettings::default() }
 }
 
 /// Opens the camera as a station does.
