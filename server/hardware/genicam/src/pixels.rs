@@ -285,7 +285,7 @@ mod tests {
         for (name, first_is_green) in
             [("BayerGR8", true), ("BayerGB8", true), ("BayerRG8", false), ("BayerBG8", false)]
         {
-            let green = |x: usize, y: usize| ((x + y) % 2 == 0) == first_is_green;
+            let green = |x: usize, y: usize| (x + y).is_multiple_of(2) == first_is_green;
             let level = |x: usize, y: usize| (10 * x + 20 * y) as u8;
             let bytes: Vec<u8> =
                 (0..20).map(|n| if green(n % 5, n / 5) { level(n % 5, n / 5) } else { 255 }).collect();

@@ -1,6 +1,8 @@
 //! The driver over cameras that others wrote: aravis' simulated camera within this process, and its GigE Vision camera as a
 //! process of its own, reached over the network stack of this machine. Not shown here: cameras of glass and silicon.
 
+#![allow(clippy::unwrap_used)]
+
 #[cfg(feature = "aravis")]
 mod by_name;
 #[cfg(feature = "aravis")]
