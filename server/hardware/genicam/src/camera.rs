@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -20,6 +20,7 @@ use crate::names;
 use crate::opened::{OpenedCamera, refused};
 use crate::running::Running;
 use crate::settings::GenicamSettings;
+use crate::shared::{Shared, lock};
 
 /// Pause between questions to a camera that is silent or idle: with three lost answers it is named gone within a second.
 const PROBE_PERIOD: Duration = Duration::from_millis(300);
@@ -32,21 +33,6 @@ const RECONNECT_PAUSE: Duration = Duration::from_millis(100);
 
 /// Pause between readings of the temperature.
 const TEMPERATURE_PERIOD: Duration = Duration::from_secs(5);
-
-/// What the camera shares with those who read its features.
-#[derive(Default)]
-pub struct Shared {
-    /// `None` while it is gone.
-    pub opened: Mutex<Option<OpenedCamera>>,
-    pub link: Mutex<CameraLink>,
-    /// Features set by name, in their order; set again when it was away.
-    pub set_by_name: Mutex<Vec<(String, String)>>,
-}
-
-/// Takes a lock whatever happened to who held it.
-pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// A GigE Vision or USB3 Vision camera. Its calls take as long as the camera: a station holds it as
 /// [`devices::ThreadedCamera`].

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use devices::features::{CameraDetails, CameraLink, Feature, FeatureError};
 
-use crate::camera::{Shared, lock};
 use crate::opened::OpenedCamera;
+use crate::shared::{Shared, lock};
 
 /// Features and link of a camera, whoever holds it.
 pub struct Details(pub Arc<Shared>);

@@ -15,6 +15,8 @@ mod details;
 mod opened;
 #[cfg(feature = "aravis")]
 mod running;
+#[cfg(feature = "aravis")]
+mod shared;
 
 #[cfg(feature = "aravis")]
 pub mod aravis;
