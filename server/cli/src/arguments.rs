@@ -115,6 +115,9 @@ pub enum Command {
     /// The configuration in force, and where each value came from.
     #[command(after_help = EXIT_CODES)]
     Config(SettingsArgs),
+    /// What is attached to this computer, and the setting that chooses it. Opens nothing.
+    #[command(after_help = EXIT_CODES)]
+    Devices,
     /// The document of the service's API (OpenAPI).
     Openapi(OpenapiArgs),
 }

@@ -7,7 +7,8 @@ use devices::grbl::{GrblDriver, GrblSettings};
 use devices::marlin::{MarlinDriver, MarlinSettings};
 use devices::replay::{ReplayDriver, ReplaySettings};
 use devices::zaber::{ZaberDriver, ZaberSettings};
-use devices::{DeviceSet, Driver, MissingSetting};
+use devices::{DeviceSet, Driver, Found, MissingSetting};
+use genicam::{GenicamDriver, GenicamSettings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use station::StationDevices;
@@ -32,12 +33,14 @@ pub struct StationSettings {
     pub zaber: ZaberSettings,
     /// `[station.marlin]`.
     pub marlin: MarlinSettings,
+    /// `[station.genicam]`.
+    pub genicam: GenicamSettings,
 }
 
 /// Who makes a device.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DeviceSettings {
-    /// kind of the driver that makes it: twin, replay, grbl, marlin, zaber (stage) or none (laser that is always on)
+    /// kind of the driver that makes it: twin, replay, genicam (camera), grbl, marlin, zaber (stage) or none (laser that is always on)
     pub kind: String,
 }
 
@@ -95,8 +98,15 @@ fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>
         Arc::new(ZaberDriver(settings.zaber.clone())),
         Arc::new(MarlinDriver(settings.marlin.clone())),
         Arc::new(AlwaysOnDriver),
+        Arc::new(GenicamDriver(settings.genicam.clone())),
     ];
     (twin, rows)
+}
+
+/// The devices at this computer that each kind of driver finds; nothing is opened.
+pub fn found() -> Vec<(&'static str, DeviceSet, Vec<Found>)> {
+    let (_, rows) = drivers(&StationSettings::default());
+    rows.iter().map(|row| (row.kind(), row.makes(), row.discover())).collect()
 }
 
 /// The devices that the settings choose; nothing is opened.
@@ -155,12 +165,13 @@ mod tests {
             grbl: GrblSettings { port: "/dev/ttyACM0".to_owned(), ..GrblSettings::default() },
             zaber: ZaberSettings { port: "/dev/ttyUSB0".to_owned(), ..ZaberSettings::default() },
             marlin: MarlinSettings { port: "/dev/ttyUSB1".to_owned(), ..MarlinSettings::default() },
+            genicam: GenicamSettings { serial: "1".to_owned(), ..GenicamSettings::default() },
         }
     }
 
     #[test]
     fn every_combination_is_taken_but_a_recording_without_its_other_half() {
-        for camera in ["twin", "replay"] {
+        for camera in ["twin", "replay", "genicam"] {
             for stage in ["twin", "replay", "grbl", "zaber", "marlin"] {
                 for laser in ["twin", "replay", "grbl", "marlin", "none"] {
                     let made = station_devices(&settings(camera, stage, laser));
@@ -183,6 +194,6 @@ mod tests {
     #[test]
     fn a_kind_that_makes_no_such_device_is_refused_with_those_that_do() {
         let refused = station_devices(&settings("grbl", "grbl", "grbl")).unwrap_err();
-        assert_eq!(refused, NoStation::NoSuchKind { device: "camera", known: vec!["twin", "replay"] });
+        assert_eq!(refused, NoStation::NoSuchKind { device: "camera", known: vec!["twin", "replay", "genicam"] });
     }
 }

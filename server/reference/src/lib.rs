@@ -36,6 +36,24 @@ pub fn python() -> Option<PathBuf> {
     python
 }
 
+/// Whether `program` is on the path.
+///
+/// Returns `false` where it is not: the calling test is then noted as not run, with the Debian package that holds it, and
+/// must end.
+pub fn has_program(program: &str, package: &str) -> bool {
+    let on_path = std::env::var_os("PATH")
+        .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(program).is_file()));
+    if !on_path {
+        not_run(&format!("{program} is not installed; it is in the Debian package {package}"));
+    }
+    on_path
+}
+
+/// Notes that the calling test is not run because the program was built without `feature`, which needs `library`.
+pub fn without_feature(feature: &str, library: &str) {
+    not_run(&format!("built without the feature {feature}, which needs {library}"));
+}
+
 /// Notes the calling test as not run. The test is known by the name of its thread, so this must be called on it.
 fn not_run(reason: &str) {
     let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();

@@ -10,7 +10,7 @@ use crate::command::{Outcome, cargo, run, say, side_by_side, succeeds, target_fo
 use crate::docker_check::docker_check;
 use crate::page::{check_page, ensure_page, test_in_browser};
 use crate::steps::is_root;
-use crate::tools::ensure_python;
+use crate::tools::{ensure_genicam, ensure_python};
 
 /// Lines of the test runner repeated at the very end, where a person looks first.
 const CLOSING_LINES: usize = 3;
@@ -25,19 +25,22 @@ pub fn test() -> Outcome {
     ensure_page()?;
     let nextest = succeeds(Command::new("cargo").args(["nextest", "--version"]));
     let (mut not_run, mut python) = (BTreeSet::new(), None);
+    let features = features(&mut not_run);
     let compile = || {
-        run("clippy", &mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
-        run("build", &mut cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-run", "--quiet"]))?;
-        run("doc tests", &mut cargo(&["test", "--workspace", "--doc", "--quiet"]))?;
+        let lints = ["clippy", "--workspace", "--all-targets"];
+        run("clippy", cargo(&lints).args(features).args(["--", "-D", "warnings"]))?;
+        let build = ["test", "--workspace", "--lib", "--bins", "--tests", "--no-run", "--quiet"];
+        run("build", cargo(&build).args(features))?;
+        run("doc tests", cargo(&["test", "--workspace", "--doc", "--quiet"]).args(features))?;
         let mut doc = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
-        run("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"))
+        run("documentation", doc.args(features).env("RUSTDOCFLAGS", "-D warnings"))
     };
     let beside = || {
         python = ensure_python().inspect_err(|error| say(&format!("── no Python for the tests: {error}"))).ok();
         check_page()
     };
     side_by_side(compile, beside)?;
-    let closing = run_tests(nextest, python.as_deref(), &mut not_run)?;
+    let closing = run_tests(nextest, features, python.as_deref(), &mut not_run)?;
     test_in_browser()?;
     if is_root() {
         docker_check(Some(&target_folder().join("debug/sheaf")))?;
@@ -51,15 +54,32 @@ pub fn test() -> Outcome {
     Ok(())
 }
 
+/// Features of the program that need what Debian packages hold: all of them, unless those cannot be had.
+fn features(not_run: &mut BTreeSet<String>) -> &'static [&'static str] {
+    match ensure_genicam() {
+        Ok(()) => &["--features", "sheaf/genicam"],
+        Err(error) => {
+            not_run.insert(format!("everything of GenICam cameras: {error}"));
+            &[]
+        }
+    }
+}
+
 /// Runs the tests (with nextest where it is installed), adds those that lacked something to `not_run`, and returns the
 /// runner's closing lines.
-fn run_tests(nextest: bool, python: Option<&Path>, not_run: &mut BTreeSet<String>) -> Outcome<Vec<String>> {
+fn run_tests(
+    nextest: bool,
+    features: &[&str],
+    python: Option<&Path>,
+    not_run: &mut BTreeSet<String>,
+) -> Outcome<Vec<String>> {
     let mut command = if nextest {
         cargo(&["nextest", "run", "--workspace", "--no-fail-fast", "--color", "never"])
     } else {
         println!("── cargo-nextest is not installed: using cargo test");
         cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast", "--color", "never"])
     };
+    command.args(features);
     let noted = noted_file()?;
     command.env("SHEAF_TEST_NOT_RUN", &noted);
     if let Some(python) = python {

@@ -39,6 +39,17 @@ pub fn ensure_file(file: &str, package: &str) -> Outcome {
     if Path::new(file).is_file() { Ok(()) } else { ensure_apt(package) }
 }
 
+/// The C library of GenICam cameras with what it is linked by, and the camera process that its driver is tested with.
+pub fn ensure_genicam() -> Outcome {
+    ensure_program("pkg-config", "pkg-config")?;
+    for (library, package) in [("aravis-0.8", "libaravis-dev"), ("libusb-1.0", "libusb-1.0-0-dev")] {
+        if !succeeds(Command::new("pkg-config").args(["--exists", library])) {
+            ensure_apt(package)?;
+        }
+    }
+    ensure_program("arv-fake-gv-camera-0.8", "aravis-tools")
+}
+
 /// Installs a Debian package.
 pub fn ensure_apt(package: &str) -> Outcome {
     say(&format!("── installing the Debian package {package}"));

@@ -407,6 +407,24 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/devices/camera/features": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The camera's own features by name, and how its link does. 404 if the camera has none beyond its settings. */
+        get: operations["get_camera_features"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /** Sets features of the camera by name; answers with what it says then. Kept until the service ends. */
+        patch: operations["change_camera_features"];
+        trace?: never;
+    };
     "/api/v1/devices/camera/settings": {
         parameters: {
             query?: never;
@@ -1138,6 +1156,11 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /**
+         * @description What may be done with a feature now.
+         * @enum {string}
+         */
+        AccessDto: "read_only" | "write_only" | "read_write" | "not_available";
         /** @description Who did it, and from where. */
         Act: {
             /** @description Who: the holder of the control lease, else the name that came along. */
@@ -1500,6 +1523,18 @@ export interface components {
             /** @description How it is set. */
             settings: components["schemas"]["CameraSettingsDto"];
         };
+        /** @description What a camera says about itself beyond its settings. */
+        CameraFeaturesDto: {
+            /** @description All its features, in its own order. */
+            features: components["schemas"]["FeatureDto"][];
+            /** @description How its link does. */
+            link: components["schemas"]["CameraLinkDto"];
+        };
+        /** @description Features of the camera, set by their names. */
+        CameraFeaturesSet: components["schemas"]["Act"] & {
+            /** @description In their order. */
+            features: components["schemas"]["FeatureSet"][];
+        };
         /** @description The fit of the camera. */
         CameraFitDto: {
             /**
@@ -1520,6 +1555,64 @@ export interface components {
             termination?: string | null;
             /** @description The board pictures. */
             views: components["schemas"]["ViewFitDto"][];
+        };
+        /** @description How the link to the camera does; counts are since it was connected, those of packets since acquisition started. */
+        CameraLinkDto: {
+            /** @description Where the camera is: an IP address, a place on USB. */
+            address: string;
+            /**
+             * Format: double
+             * @description How well the camera's clock is known in this computer's time, the shortest way of a frame left out; missing before
+             *     that is known.
+             */
+            clock_uncertainty_us?: number | null;
+            /**
+             * Format: int64
+             * @description Frames that arrived whole.
+             */
+            frames_complete: number;
+            /**
+             * Format: int64
+             * @description Frames of which packets never came; they are not processed.
+             */
+            frames_incomplete: number;
+            /**
+             * Format: int64
+             * @description Frames of which nothing came, by gaps in the camera's count.
+             */
+            frames_missing: number;
+            /**
+             * Format: int32
+             * @description Size of the packets agreed on; missing where it has none.
+             */
+            packet_size_bytes?: number | null;
+            /**
+             * Format: int64
+             * @description Packets that never came.
+             */
+            packets_missing: number;
+            /**
+             * Format: int64
+             * @description Packets that came when they were asked for again.
+             */
+            packets_resent: number;
+            /** @description The camera's own pixel format, and what is made of it. */
+            pixels_from: string;
+            /**
+             * Format: int64
+             * @description Packets asked for again.
+             */
+            resend_requests: number;
+            /**
+             * Format: double
+             * @description Temperature of the camera; missing if it does not say.
+             */
+            temperature_c?: number | null;
+            /**
+             * Format: int64
+             * @description Times that no buffer was free for a frame.
+             */
+            underruns: number;
         };
         /** @description A pinhole with Brown–Conrady distortion in OpenCV's convention. */
         CameraModelDto: {
@@ -1714,6 +1807,11 @@ export interface components {
             pixel_format?: components["schemas"]["PixelFormatDto"] | null;
             roi?: components["schemas"]["RoiDto"] | null;
             trigger?: components["schemas"]["TriggerDto"] | null;
+        };
+        /** @description Features that shall be set, one after the other. */
+        ChangeFeaturesDto: {
+            /** @description In this order; the first that is refused ends it. */
+            features: components["schemas"]["SetFeatureDto"][];
         };
         /** @description The measurement that stands for a characteristic of a part: the newest with a verdict, else the newest. */
         CharacteristicDto: {
@@ -2121,6 +2219,11 @@ export interface components {
             /** @enum {string} */
             kind: "camera.configured";
         } | {
+            /** @description Features of the camera were set by their names. */
+            body: components["schemas"]["CameraFeaturesSet"];
+            /** @enum {string} */
+            kind: "camera.features_set";
+        } | {
             /** @description A fault of the simulated station was switched on. */
             body: components["schemas"]["SimulatedFault"];
             /** @enum {string} */
@@ -2227,24 +2330,42 @@ export interface components {
              */
             value?: number | null;
         };
-        /** @description A fitted feature. */
+        /** @description A feature as the camera describes it. */
         FeatureDto: {
-            /** @description Points left out because they are near its border. */
-            n_border: number;
-            /** @description Points left out because they are off the surface. */
-            n_outliers: number;
-            /** @description Points it was fitted to. */
-            n_points: number;
-            region?: components["schemas"]["SurfaceRegionDto"] | null;
+            /** @description What may be done with it now. */
+            access: components["schemas"]["AccessDto"];
+            /** @description The camera's own explanation; may be empty. */
+            description: string;
+            /** @description What an enumeration may be set to. */
+            entries: string[];
+            /** @description What its value is. */
+            kind: components["schemas"]["FeatureKindDto"];
             /**
              * Format: double
-             * @description Root mean square of the points' distances from it.
+             * @description Largest value of a number.
              */
-            rms_mm: number;
-            /** @description What it is to the measurement: `plane`, `top`, `base`, … */
-            role: string;
-            /** @description Its shape. */
-            shape: components["schemas"]["ShapeDto"];
+            max?: number | null;
+            /**
+             * Format: double
+             * @description Smallest value of a number.
+             */
+            min?: number | null;
+            /** @description Its name: of GenICam's standard, or of the camera's maker. */
+            name: string;
+            /** @description Its value as text, as the camera says; missing if it cannot be read. */
+            value?: string | null;
+        };
+        /**
+         * @description What a feature's value is.
+         * @enum {string}
+         */
+        FeatureKindDto: "integer" | "float" | "boolean" | "enumeration" | "text" | "command";
+        /** @description A feature as the camera says it is. */
+        FeatureSet: {
+            /** @description Its name. */
+            name: string;
+            /** @description Its value as text; missing for what it does, and what cannot be read. */
+            value?: string | null;
         };
         /** @description What speaks against the fitted model. */
         FindingDto: {
@@ -4170,6 +4291,19 @@ export interface components {
              */
             version: number;
         };
+        /** @description A feature that shall be set. */
+        SetFeatureDto: {
+            /**
+             * @description Its name.
+             * @example GammaEnable
+             */
+            name: string;
+            /**
+             * @description Its value as text: a number, `true` or `false`, an entry.
+             * @example false
+             */
+            value: string;
+        };
         /** @description How brightly the laser shall shine. */
         SetLaserDto: {
             /**
@@ -5647,6 +5781,71 @@ export interface operations {
             408: components["responses"]["Problem"];
             409: components["responses"]["Problem"];
             412: components["responses"]["Problem"];
+            422: components["responses"]["Problem"];
+            428: components["responses"]["Problem"];
+            429: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+            507: components["responses"]["Problem"];
+        };
+    };
+    get_camera_features: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CameraFeaturesDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
+        };
+    };
+    change_camera_features: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description Id of the control lease */
+                "Sheaf-Control": string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ChangeFeaturesDto"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FeatureDto"][];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            412: components["responses"]["Problem"];
+            413: components["responses"]["Problem"];
+            415: components["responses"]["Problem"];
             422: components["responses"]["Problem"];
             428: components["responses"]["Problem"];
             429: components["responses"]["Problem"];

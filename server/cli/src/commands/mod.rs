@@ -6,6 +6,7 @@ pub mod centrelines;
 pub mod config;
 mod corners;
 pub mod demo;
+mod devices;
 mod measure;
 mod openapi;
 mod scan;
@@ -101,6 +102,7 @@ pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answ
         Command::Demo(args) => demo::run(&args, reporter),
         Command::Serve(args) => serve::run(&args, json),
         Command::Config(args) => config::run(&args),
+        Command::Devices => Ok(devices::run()),
         Command::Openapi(args) => openapi::run(&args),
     }
 }

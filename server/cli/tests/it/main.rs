@@ -8,6 +8,7 @@ mod common;
 mod contract;
 mod crash;
 mod few_lines;
+mod genicam;
 mod http;
 mod lasers;
 mod lines_of_photographs;

@@ -1,12 +1,14 @@
 //! A camera: settings, acquisition, frames into recycled buffers.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use remedy::Remedy;
 use vision::GreyImage;
 
 use crate::DeviceIdentity;
+use crate::features::CameraDetails;
 
 /// How pixels leave the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -157,6 +159,8 @@ pub struct FrameInfo {
     pub exposed_at: Instant,
     /// Exposures since the frame before that never arrived: lost on the cable, or overrun in the driver.
     pub lost_before: u64,
+    /// Those of them that arrived in part: packets were missing.
+    pub lost_incomplete: u64,
     /// How long the sensor collected light; 0 if a recording does not tell.
     pub exposure_us: f64,
     /// Stage position of the recording, mm, if the frames come from one ([`crate::replay`]).
@@ -257,6 +261,12 @@ pub trait Camera: Send {
     /// # Errors
     /// [`CameraError::Gone`] if the camera went away: noticed within two seconds, and again at every later call.
     fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError>;
+
+    /// Its own features and how its link does, for engineers; `None` if it has nothing beyond its settings. Whoever holds
+    /// the camera sets nothing by it.
+    fn details(&self) -> Option<Arc<dyn CameraDetails>> {
+        None
+    }
 
     /// Whether a frame that was exposed is still being computed, so that it is late without being lost. Only a
     /// simulated camera computes its frames; one that hangs computes nothing.

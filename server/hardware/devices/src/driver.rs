@@ -124,6 +124,22 @@ pub struct Found {
     pub setting: &'static str,
     /// The setting's value for it.
     pub value: String,
+    /// Who made it; empty if it does not say.
+    pub vendor: String,
+    /// Which model it is; empty if it does not say.
+    pub model: String,
+    /// Where it is, if that is not what chooses it: a network address.
+    pub address: String,
+    /// The program or computer that has it, as far as it tells; `None` if it is free, or does not tell.
+    pub in_use_by: Option<String>,
+}
+
+impl Found {
+    /// A device of which only what chooses it is known.
+    pub fn by(setting: &'static str, value: String) -> Self {
+        let unknown = String::new;
+        Self { setting, value, vendor: unknown(), model: unknown(), address: unknown(), in_use_by: None }
+    }
 }
 
 /// One kind of device, with its settings.

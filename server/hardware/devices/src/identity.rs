@@ -3,7 +3,7 @@
 /// What a device says about itself; checked against what the station expects when it is opened.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct DeviceIdentity {
-    /// The driver that talks to it: `twin`, `replay`, `grbl`.
+    /// The driver that talks to it: `twin`, `replay`, `grbl`, `genicam`.
     pub driver: &'static str,
     /// Who made it, or an empty text if it does not say.
     pub vendor: String,

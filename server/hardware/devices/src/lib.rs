@@ -9,6 +9,7 @@
 
 pub mod camera;
 pub mod driver;
+pub mod features;
 pub mod identity;
 pub mod laser;
 pub mod stage;

@@ -16,5 +16,5 @@ pub fn line_to(port: &str, baud_rate: u32) -> Box<dyn SerialLine> {
 pub fn ports_on_usb() -> Vec<Found> {
     let ports = serialport::available_ports().unwrap_or_default().into_iter();
     let on_usb = ports.filter(|port| matches!(port.port_type, serialport::SerialPortType::UsbPort(_)));
-    on_usb.map(|port| Found { setting: "port", value: port.port_name }).collect()
+    on_usb.map(|port| Found::by("port", port.port_name)).collect()
 }

@@ -17,7 +17,10 @@ use std::time::{Duration, Instant};
 
 use vision::{GreyImage, Pixels};
 
-use crate::{Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo};
+use crate::features::CameraDetails;
+use crate::{
+    Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo, Trigger,
+};
 
 /// How long a caller waits for an answer, a part of [`crate::CALL_LIMIT`]; a frame is waited for so much beyond its
 /// timeout, which the driver itself keeps unless it is late.
@@ -99,12 +102,16 @@ pub struct ThreadedCamera {
     shared: Arc<Shared>,
     identity: DeviceIdentity,
     capabilities: CameraCapabilities,
+    details: Option<Arc<dyn CameraDetails>>,
+    /// Whether acquisition was started last, and not ended.
+    started: bool,
 }
 
 impl ThreadedCamera {
     /// Gives a camera that was just opened a thread of its own.
     pub fn over(camera: impl Camera + 'static) -> Self {
         let (identity, capabilities) = (camera.identity(), camera.capabilities());
+        let details = camera.details();
         let desk = Desk {
             orders: VecDeque::with_capacity(ORDERS),
             n_orders: 0,
@@ -125,7 +132,7 @@ impl ThreadedCamera {
         let ending = Ending(shared.clone());
         // Without a thread the closure is dropped, and its guard says that the driver ended.
         let _ = std::thread::Builder::new().name("camera".to_owned()).spawn(move || ending.0.run(camera));
-        Self { shared, identity, capabilities }
+        Self { shared, identity, capabilities, details, started: false }
     }
 
     /// Hands `order` to the thread and waits for its answer as long as a call may take.
@@ -273,6 +280,10 @@ impl Camera for ThreadedCamera {
         self.shared.lock().settings
     }
 
+    fn details(&self) -> Option<Arc<dyn CameraDetails>> {
+        self.details.clone()
+    }
+
     /// What the camera accepted; of one that is slow to answer, what its capabilities let expect, until it has. What they
     /// do not admit is refused unasked.
     fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
@@ -288,10 +299,21 @@ impl Camera for ThreadedCamera {
     }
 
     fn start(&mut self) -> Result<(), CameraError> {
-        self.order(Order::Start)
+        self.started = false;
+        self.order(Order::Start)?;
+        self.started = true;
+        Ok(())
     }
 
+    /// Refused unasked where it cannot be: a camera that is slow to answer could not say so in time.
     fn trigger(&mut self) -> Result<(), CameraError> {
+        self.shared.lock().check()?;
+        if self.settings().trigger != Trigger::Software {
+            return Err(CameraError::NotTriggerable { reason: "it is not set to software triggers" });
+        }
+        if !self.started {
+            return Err(CameraError::NotTriggerable { reason: "acquisition is not started" });
+        }
         self.order(Order::Trigger)
     }
 
@@ -322,10 +344,12 @@ impl Camera for ThreadedCamera {
     }
 
     fn stop(&mut self) -> Result<(), CameraError> {
+        self.started = false;
         self.order(Order::Stop)
     }
 
     fn reconnect(&mut self) -> Result<(), CameraError> {
+        self.started = false;
         self.order(Order::Reconnect)
     }
 }

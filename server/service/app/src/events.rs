@@ -111,6 +111,9 @@ pub enum Event {
     /// The camera was set by a person.
     #[serde(rename = "camera.configured")]
     CameraConfigured(CameraConfigured),
+    /// Features of the camera were set by their names.
+    #[serde(rename = "camera.features_set")]
+    CameraFeaturesSet(CameraFeaturesSet),
     /// A fault of the simulated station was switched on.
     #[serde(rename = "simulation.fault_on")]
     SimulationFaultOn(SimulatedFault),
@@ -324,6 +327,25 @@ pub struct CameraConfigured {
     pub act: Act,
     /// What it accepted.
     pub settings: KeptSettings,
+}
+
+/// Features of the camera, set by their names.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CameraFeaturesSet {
+    /// Who and from where.
+    #[serde(flatten)]
+    pub act: Act,
+    /// In their order.
+    pub features: Vec<FeatureSet>,
+}
+
+/// A feature as the camera says it is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FeatureSet {
+    /// Its name.
+    pub name: String,
+    /// Its value as text; missing for what it does, and what cannot be read.
+    pub value: Option<String>,
 }
 
 /// A fault of the simulated station.

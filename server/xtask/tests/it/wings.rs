@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, the folder it lies in, and the crates of this workspace it may import. Every arrow runs down.
-const ARROWS: [(&str, &str, &[&str]); 20] = [
+const ARROWS: [(&str, &str, &[&str]); 21] = [
     (
         "sheaf",
         "server/cli",
@@ -18,6 +18,7 @@ const ARROWS: [(&str, &str, &[&str]); 20] = [
             "sheaf-live",
             "sheaf-station",
             "sheaf-store",
+            "sheaf-genicam",
             "sheaf-twin",
             "sheaf-devices",
             "sheaf-pipeline",
@@ -90,6 +91,7 @@ const ARROWS: [(&str, &str, &[&str]); 20] = [
         &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics", "sheaf-remedy"],
     ),
     ("sheaf-devices", "server/hardware/devices", &["sheaf-capture", "sheaf-vision", "sheaf-remedy"]),
+    ("sheaf-genicam", "server/hardware/genicam", &["sheaf-devices", "sheaf-vision", "sheaf-remedy"]),
     (
         "sheaf-pipeline",
         "server/core/pipeline",
@@ -119,12 +121,13 @@ const ARROWS: [(&str, &str, &[&str]); 20] = [
 ];
 
 /// Library, and the only crates that may know it.
-const KEEPERS: [(&str, &[&str]); 7] = [
+const KEEPERS: [(&str, &[&str]); 8] = [
     ("axum", &["sheaf-http"]),
     ("hyper", &["sheaf-http"]),
     ("utoipa-axum", &["sheaf-http"]),
     ("sqlx", &["sheaf-store"]),
     ("serialport", &["sheaf-devices"]),
+    ("aravis-sys", &["sheaf-genicam"]),
     ("tokio", &["sheaf", "sheaf-http", "sheaf-app", "sheaf-live", "sheaf-store", "sheaf-station"]),
     ("clap", &["sheaf"]),
 ];

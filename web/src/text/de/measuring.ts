@@ -49,6 +49,7 @@ export const scene_on_stage = "Teil auf dem simulierten Tisch";
 /** Why a frame was lost. */
 export const drop_reasons: Record<string, string> = {
   camera: "an der Kamera verloren",
+  incomplete: "Pakete fehlen",
   malformed: "bei der Übertragung beschädigt",
   no_buffer: "kein Puffer frei",
   recorder: "Aufzeichnung zu langsam",

@@ -52,6 +52,7 @@ export const scene_on_stage = "Part on the simulated stage";
 /** Why a frame was lost. */
 export const drop_reasons: Record<string, string> = {
   camera: "lost at the camera",
+  incomplete: "packets missing",
   malformed: "damaged in transfer",
   no_buffer: "no free buffer",
   recorder: "recorder too slow",

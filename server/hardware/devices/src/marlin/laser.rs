@@ -84,7 +84,7 @@ impl Drop for MarlinLaser {
 }
 
 fn refused(fault: &StageError) -> LaserError {
-    LaserError::Fault { reason: fault.to_string() }
+    LaserError::Controller(fault.clone())
 }
 
 /// What the controller said about itself.

@@ -211,6 +211,7 @@ impl Camera for ReplayCamera {
             device_timestamp_ns: None,
             exposed_at,
             lost_before,
+            lost_incomplete: 0,
             exposure_us: 0.0,
             recorded_position_mm,
         }))

@@ -103,6 +103,7 @@ impl Camera for Blocking {
             device_timestamp_ns: None,
             exposed_at: started + PERIOD * newest as u32,
             lost_before: newest - self.next_id,
+            lost_incomplete: 0,
             exposure_us: self.settings.exposure_us,
             recorded_position_mm: None,
         };

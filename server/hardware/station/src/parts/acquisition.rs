@@ -18,6 +18,8 @@ use crate::shared::status::DropCounts;
 pub struct Lost {
     /// Between sensor and driver.
     pub camera: u64,
+    /// Packets of them were missing.
+    pub incomplete: u64,
     /// For want of a buffer.
     pub no_buffer: u64,
     /// Of another size or format than agreed.
@@ -27,12 +29,13 @@ pub struct Lost {
 impl Lost {
     /// All together.
     pub fn total(&self) -> u64 {
-        self.camera + self.no_buffer + self.malformed
+        self.camera + self.incomplete + self.no_buffer + self.malformed
     }
 
     /// Adds them to shared counts.
     pub fn count_into(&self, counts: &DropCounts) {
         counts.camera.fetch_add(self.camera, Ordering::Relaxed);
+        counts.incomplete.fetch_add(self.incomplete, Ordering::Relaxed);
         counts.no_buffer.fetch_add(self.no_buffer, Ordering::Relaxed);
         counts.malformed.fetch_add(self.malformed, Ordering::Relaxed);
     }
@@ -191,7 +194,8 @@ impl Acquisition {
         };
         self.heard_at = now;
         let Delivered::InTime { newly_lost } = self.exposures.deliver(info.lost_before) else { return Ok(None) };
-        self.lose(Lost { camera: newly_lost, ..Lost::default() });
+        let incomplete = info.lost_incomplete.min(newly_lost);
+        self.lose(Lost { camera: newly_lost - incomplete, incomplete, ..Lost::default() });
         self.check_format()?;
         let Some(mut frame) = self.pool.take() else {
             self.lose(Lost { no_buffer: 1, ..Lost::default() });
@@ -234,6 +238,7 @@ impl Acquisition {
 
     fn lose(&mut self, lost: Lost) {
         self.lost.camera += lost.camera;
+        self.lost.incomplete += lost.incomplete;
         self.lost.no_buffer += lost.no_buffer;
         self.lost.malformed += lost.malformed;
         lost.count_into(&self.totals);

@@ -173,6 +173,8 @@ pub struct StationStatus {
 pub struct DropCounts {
     /// Lost between sensor and driver.
     pub camera: AtomicU64,
+    /// Packets of the frame were missing: it is not processed.
+    pub incomplete: AtomicU64,
     /// No free buffer: everyone still held the earlier frames.
     pub no_buffer: AtomicU64,
     /// The recorder of a job was too slow.
@@ -186,6 +188,7 @@ impl DropCounts {
     pub fn by_reason(&self) -> Vec<(&'static str, u64)> {
         [
             ("camera", &self.camera),
+            ("incomplete", &self.incomplete),
             ("no_buffer", &self.no_buffer),
             ("recorder", &self.recorder),
             ("malformed", &self.malformed),

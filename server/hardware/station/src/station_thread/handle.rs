@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use devices::features::CameraDetails;
 use devices::{AcceptedMove, CameraRequest};
 use tokio::sync::{oneshot, watch};
 use twin::{TwinControl, TwinDriver};
@@ -36,6 +37,7 @@ struct Shared {
     newest: watch::Sender<Option<SharedFrame>>,
     thread: Mutex<Option<JoinHandle<()>>>,
     simulation: Option<TwinControl>,
+    camera_details: Arc<Mutex<Option<Arc<dyn CameraDetails>>>>,
 }
 
 /// How long a live view goes on without anyone watching.
@@ -148,6 +150,7 @@ impl StationHandle {
         let first_state = if halted { MachineState::Halted } else { MachineState::Preoperational };
         let status = watch::Sender::new(Arc::new(first_status(devices.simulated(), first_state)));
         let newest = watch::Sender::new(None);
+        let camera_details = Arc::default();
         let outlook = Outlook {
             status: status.clone(),
             newest: newest.clone(),
@@ -157,6 +160,7 @@ impl StationHandle {
             live_unwatched: watch.view,
             live_light_unwatched: watch.light,
             opened: Some(opened),
+            camera_details: Arc::clone(&camera_details),
             published_at: None,
             published: None,
         };
@@ -168,12 +172,19 @@ impl StationHandle {
         // Late devices are missing devices; they may still come with a reset.
         let _ = first_opening.recv_timeout(START_WAIT);
         let thread = Mutex::new(thread.ok());
-        Self { shared: Arc::new(Shared { commands, stop_line, viewers, status, newest, thread, simulation }) }
+        let shared = Shared { commands, stop_line, viewers, status, newest, thread, simulation, camera_details };
+        Self { shared: Arc::new(shared) }
     }
 
     /// The virtual operator's hands, where the station is simulated.
     pub fn simulation(&self) -> Option<TwinControl> {
         self.shared.simulation.clone()
+    }
+
+    /// The camera's own features and how its link does, beside what the station does with it; `None` if there is no
+    /// camera, or it has nothing beyond its settings. Calls to it take as long as the camera does.
+    pub fn camera_details(&self) -> Option<Arc<dyn CameraDetails>> {
+        self.shared.camera_details.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// The station as last seen.

@@ -117,6 +117,7 @@ impl Station {
 
     fn install(&mut self, opened: Opened) {
         if let Some(camera) = opened.camera {
+            self.outlook.show_camera_details(camera.details());
             self.camera = Some(Acquisition::new(camera, self.drops.clone()));
         }
         if let Some(stage) = opened.stage {

@@ -1,10 +1,11 @@
 //! What the station thread shows to the rest of the service.
 
 use std::borrow::Cow;
-use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use devices::features::CameraDetails;
 use devices::{
     CameraCapabilities, CameraSettings, DeviceIdentity, Homing, LaserCapabilities, PixelFormat, Roi,
     StageCapabilities, Trigger,
@@ -36,6 +37,8 @@ pub struct Outlook {
     pub(crate) live_light_unwatched: Duration,
     /// Told once the first attempt to open the devices has ended.
     pub(crate) opened: Option<SyncSender<()>>,
+    /// The camera's own features and how its link does.
+    pub(crate) camera_details: Arc<Mutex<Option<Arc<dyn CameraDetails>>>>,
     pub(crate) published_at: Option<Instant>,
     pub(crate) published: Option<Essence<'static>>,
 }
@@ -65,6 +68,11 @@ impl Outlook {
     /// Shows a frame; the newest wins.
     pub fn show(&self, frame: SharedFrame) {
         self.newest.send_replace(Some(frame));
+    }
+
+    /// Shows what a camera says about itself beyond its settings.
+    pub fn show_camera_details(&self, details: Option<Arc<dyn CameraDetails>>) {
+        *self.camera_details.lock().unwrap_or_else(PoisonError::into_inner) = details;
     }
 
     /// Tells whoever waits for the start.

@@ -307,6 +307,7 @@ impl Sensor {
             device_timestamp_ns: Some((exposure.at - self.switched_on).as_nanos() as u64),
             exposed_at: exposure.at,
             lost_before: std::mem::take(&mut run.lost),
+            lost_incomplete: 0,
             exposure_us: settings.exposure_us,
             recorded_position_mm: None,
         };

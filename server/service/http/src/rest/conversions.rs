@@ -45,6 +45,17 @@ pub async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'stat
     })
 }
 
+/// How many there are of something; `place` is its JSON pointer.
+pub fn check_count(count: usize, allowed: std::ops::RangeInclusive<usize>, place: &str) -> Result<(), Problem> {
+    if allowed.contains(&count) {
+        return Ok(());
+    }
+    let (least, most) = (allowed.start(), allowed.end());
+    Err(Problem::new(ProblemKind::Impossible, format!("{count} entries are too few or too many"))
+        .at(place)
+        .remedy(format!("give {least} to {most}")))
+}
+
 /// A share of full laser power, 0 to 1; `place` is its JSON pointer.
 pub fn check_laser_power(power: f64, place: &str) -> Result<(), Problem> {
     if (0.0..=1.0).contains(&power) {

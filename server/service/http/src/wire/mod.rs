@@ -8,6 +8,7 @@ pub mod control;
 pub mod devices;
 pub mod differences;
 pub mod events;
+pub mod features;
 pub mod job_inputs;
 pub mod jobs;
 pub mod measurement_plan;

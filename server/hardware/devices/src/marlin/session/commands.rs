@@ -148,7 +148,7 @@ impl Session {
         if self.activity != Activity::Rest || self.dark_by.is_some() {
             let reason =
                 "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
-            return Err(LaserError::Fault { reason });
+            return Err(LaserError::Fault { reason, remedy: "wait until the stage rests" });
         }
         self.lit = Some(Lit { power, until: now + lease.min(LASER_LEASE_LIMIT) });
         self.light_kept_at = Some(now);

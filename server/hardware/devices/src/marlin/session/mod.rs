@@ -296,11 +296,10 @@ fn halted(why: &str) -> StageError {
 
 /// What the laser is told of a fault of the line.
 fn for_laser(fault: &StageError) -> LaserError {
-    let reason = fault.to_string();
     match fault {
         StageError::Rejected { .. } | StageError::Stalled { .. } | StageError::Warned { .. } => {
-            LaserError::Fault { reason }
+            LaserError::Controller(fault.clone())
         }
-        _ => LaserError::Gone { reason },
+        _ => LaserError::Gone { reason: fault.to_string() },
     }
 }

@@ -164,7 +164,9 @@ pub fn travel(rows: &Rows, calibration: &Calibration, status: &StationStatus) ->
         let remedy = "calibrate with at least two stage views, or use another calibration";
         return Err(refused("calibration_id", detail, remedy));
     }
-    if let Some(kind) = calibration.stage.map(|stage| stage.kind()).filter(|kind| *kind != optics::StageKind::Linear) {
+    if let Some(kind) =
+        calibration.stage.map(|stage| stage.kind()).filter(|kind| *kind != optics::StageKind::Linear)
+    {
         let detail =
             format!("calibration {} is for a {} stage, the station's stage travels", calibration.id, kind.name());
         return Err(refused("calibration_id", detail, "use a calibration that was made with this stage"));

@@ -5,6 +5,7 @@ pub mod captures;
 pub mod control;
 pub mod devices;
 pub mod events;
+pub mod features;
 pub mod jobs;
 pub mod measurement_plan;
 pub mod measurements;
@@ -24,6 +25,7 @@ pub fn api() -> OpenApiRouter<Http> {
         .merge(station::routes())
         .merge(control::routes())
         .merge(devices::routes())
+        .merge(features::routes())
         .merge(simulation::routes())
         .merge(captures::routes())
         .merge(calibrations::routes())

@@ -1,0 +1,48 @@
+//! `sheaf devices`: what is attached to this computer, by every driver.
+
+use std::fmt::Write as _;
+
+use devices::Found;
+use serde_json::{Value, json};
+
+use crate::commands::Answer;
+use crate::drivers::found;
+
+/// Lists it; nothing is opened, nothing moves or shines.
+pub fn run() -> Answer {
+    let found = found();
+    let (mut text, mut rows) = (String::new(), Vec::new());
+    for (kind, makes, devices) in &found {
+        let makes: Vec<&str> = makes.names().collect();
+        for device in devices {
+            let _ = writeln!(text, "{}", line(kind, &makes, device));
+            rows.push(to_json(kind, &makes, device));
+        }
+    }
+    if rows.is_empty() {
+        text.push_str("no devices found; check cables and power, and that this user may open them\n");
+    }
+    Answer::done(text, json!({ "devices": rows }))
+}
+
+fn line(kind: &str, makes: &[&str], device: &Found) -> String {
+    let who = format!("{} {}", device.vendor, device.model);
+    let at = if device.address.is_empty() { String::new() } else { format!("  at {}", device.address) };
+    let held = device.in_use_by.as_ref().map_or_else(String::new, |holder| format!("  in use by {holder}"));
+    let what =
+        format!("{kind:<8}  {:<14}  station.{kind}.{} = {:?}", makes.join(", "), device.setting, device.value);
+    format!("{what}  {}{at}{held}", who.trim()).trim_end().to_owned()
+}
+
+fn to_json(kind: &str, makes: &[&str], device: &Found) -> Value {
+    json!({
+        "kind": kind,
+        "makes": makes,
+        "setting": format!("station.{kind}.{}", device.setting),
+        "value": device.value,
+        "vendor": device.vendor,
+        "model": device.model,
+        "address": device.address,
+        "in_use_by": device.in_use_by,
+    })
+}

@@ -1,0 +1,58 @@
+//! Which cameras there are.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use aravis_sys as arv;
+
+use super::error::text;
+
+/// The library's list of devices is one for the process, and its texts live until it is renewed.
+static LIST: Mutex<()> = Mutex::new(());
+
+/// A camera that answered.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Listed {
+    /// What the library opens it by.
+    pub id: String,
+    /// `GigEVision`, `USB3Vision` or `Fake`.
+    pub protocol: String,
+    /// Who made it.
+    pub vendor: String,
+    /// Which model it is.
+    pub model: String,
+    /// Its serial number.
+    pub serial: String,
+    /// Its address: IPv4, or where it is on USB.
+    pub address: String,
+}
+
+/// Asks every network and the USB for cameras; takes about a second.
+pub fn list() -> Vec<Listed> {
+    let _one_at_a_time = lock();
+    // SAFETY: no contract but initialised memory; the lock keeps the list unchanged while its texts are copied, and
+    // `index` is below the number of devices.
+    unsafe {
+        arv::arv_update_device_list();
+        let listed = |index| Listed {
+            id: text(arv::arv_get_device_id(index)),
+            protocol: text(arv::arv_get_device_protocol(index)),
+            vendor: text(arv::arv_get_device_vendor(index)),
+            model: text(arv::arv_get_device_model(index)),
+            serial: text(arv::arv_get_device_serial_nbr(index)),
+            address: text(arv::arv_get_device_address(index)),
+        };
+        (0..arv::arv_get_n_devices()).map(listed).collect()
+    }
+}
+
+/// Adds the library's simulated camera to the list, `Fake_1`; for tests.
+pub fn enable_fake() {
+    let _one_at_a_time = lock();
+    // SAFETY: takes a terminated text and keeps nothing of it.
+    unsafe { arv::arv_enable_interface(c"Fake".as_ptr()) };
+}
+
+/// The lock that opening takes as well: it may renew the list.
+pub(super) fn lock() -> MutexGuard<'static, ()> {
+    LIST.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,75 @@
+//! The camera's own numbers of frames, made into a count from 0 that never turns over.
+//!
+//! GigE Vision counts in 16 bits from 1 and leaves 0 out; its extended ids and USB3 Vision count in 64 bits, the latter
+//! from 0. Cameras begin again when an acquisition starts, most of them.
+
+/// Largest id of 16 bits; 1 comes after it.
+const LAST_SHORT_ID: u64 = 0xFFFF;
+
+/// Ids this near to the end of 16 bits turn over at the next small one.
+const NEAR_THE_END: u64 = LAST_SHORT_ID - 4096;
+
+/// Follows the ids of one acquisition.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct BlockIds {
+    /// The id seen last, and its place in the count.
+    last: Option<(u64, u64)>,
+}
+
+impl BlockIds {
+    /// The place of a frame in the count; `first` is that of the first frame that is seen.
+    ///
+    /// Returns `None` for a frame that is not newer than the one before it: it came twice, or out of order.
+    pub fn count(&mut self, id: u64, first: u64) -> Option<u64> {
+        let count = match self.last {
+            None => first,
+            Some((last, count)) => count + steps(last, id)?,
+        };
+        self.last = Some((id, count));
+        Some(count)
+    }
+
+    /// The place of the frame after the last one that was seen.
+    pub fn next(&self) -> Option<u64> {
+        self.last.map(|(_, count)| count + 1)
+    }
+}
+
+/// How many frames `id` is after `last`.
+fn steps(last: u64, id: u64) -> Option<u64> {
+    if id > last {
+        Some(id - last)
+    } else if (NEAR_THE_END..=LAST_SHORT_ID).contains(&last) && id < 4096 {
+        // 65535 is followed by 1, or by 0 where a camera does not keep to the standard.
+        Some((LAST_SHORT_ID - last + id).max(1))
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn counts(ids: &[u64]) -> Vec<Option<u64>> {
+        let mut counting = BlockIds::default();
+        ids.iter().map(|&id| counting.count(id, 0)).collect()
+    }
+
+    #[test]
+    fn gaps_are_steps_and_the_first_frame_begins_the_count() {
+        assert_eq!(counts(&[7, 8, 11]), [Some(0), Some(1), Some(4)]);
+    }
+
+    #[test]
+    fn sixteen_bits_turn_over_without_zero() {
+        assert_eq!(counts(&[65534, 65535, 1, 2]), [Some(0), Some(1), Some(2), Some(3)]);
+        assert_eq!(counts(&[65534, 2]), [Some(0), Some(3)], "lost across the turn");
+        assert_eq!(counts(&[65535, 65536, 65537]), [Some(0), Some(1), Some(2)], "64 bits go on");
+    }
+
+    #[test]
+    fn a_frame_that_comes_again_does_not_count() {
+        assert_eq!(counts(&[3, 3, 2, 4]), [Some(0), None, None, Some(1)]);
+    }
+}

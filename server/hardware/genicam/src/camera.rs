@@ -1,0 +1,384 @@
+//! The camera as a station holds it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use devices::features::{CameraDetails, CameraLink};
+use devices::{
+    Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo, OpenError,
+    Trigger,
+};
+use vision::GreyImage;
+
+use crate::aravis::AravisError;
+use crate::details::Details;
+use crate::gvcp::{self, Control};
+use crate::names;
+use crate::opened::{OpenedCamera, refused};
+use crate::running::Running;
+use crate::settings::GenicamSettings;
+use crate::shared::{Shared, lock};
+
+/// Pause between questions to a camera that is silent or idle: with three lost answers it is named gone within a second.
+const PROBE_PERIOD: Duration = Duration::from_millis(300);
+
+/// How long a camera that went away is looked for after a reconnection was asked for.
+const RECONNECT_LIMIT: Duration = Duration::from_secs(30);
+
+/// Pause between two tries to open it again.
+const RECONNECT_PAUSE: Duration = Duration::from_millis(100);
+
+/// Pause between readings of the temperature.
+const TEMPERATURE_PERIOD: Duration = Duration::from_secs(5);
+
+/// A GigE Vision or USB3 Vision camera. Its calls take as long as the camera: a station holds it as
+/// [`devices::ThreadedCamera`].
+pub struct GenicamCamera {
+    config: GenicamSettings,
+    shared: Arc<Shared>,
+    identity: DeviceIdentity,
+    capabilities: CameraCapabilities,
+    settings: CameraSettings,
+    running: Option<Running>,
+    last_id: Option<u64>,
+    gone: Option<String>,
+    /// Tells that the camera which went away is closed.
+    closed: Arc<AtomicBool>,
+    reconnecting: Option<Receiver<OpenedCamera>>,
+    probed_at: Instant,
+    temperature_at: Option<Instant>,
+}
+
+impl GenicamCamera {
+    /// Opens the camera that the settings name.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub fn open(config: &GenicamSettings) -> Result<Self, OpenError> {
+        let opened = OpenedCamera::open(config, None)?;
+        let (identity, capabilities) = (opened.identity(), opened.capabilities());
+        let settings = opened.settings(Trigger::Free).map_err(|error| {
+            let serial = &config.serial;
+            OpenError::Settings {
+                what: format!("the camera with serial number `{serial}` does not say how it is set: {error}"),
+                remedy: "restart the camera".to_owned(),
+            }
+        })?;
+        let link = link_of(&opened);
+        let shared = Shared { opened: Mutex::new(Some(opened)), link: Mutex::new(link), ..Shared::default() };
+        Ok(Self {
+            config: config.clone(),
+            shared: Arc::new(shared),
+            identity,
+            capabilities,
+            settings,
+            running: None,
+            last_id: None,
+            gone: None,
+            closed: Arc::new(AtomicBool::new(true)),
+            reconnecting: None,
+            probed_at: Instant::now(),
+            temperature_at: None,
+        })
+    }
+
+    fn check(&mut self) -> Result<(), CameraError> {
+        if let Some(returned) = &self.reconnecting {
+            match returned.try_recv() {
+                Ok(opened) => self.install(opened),
+                Err(TryRecvError::Empty) => {}
+                Err(TryRecvError::Disconnected) => self.reconnecting = None,
+            }
+        }
+        self.gone.clone().map_or(Ok(()), |reason| Err(CameraError::Gone { reason }))
+    }
+
+    fn install(&mut self, opened: OpenedCamera) {
+        let mut link = link_of(&opened);
+        {
+            let before = lock(&self.shared.link);
+            link.frames_complete = before.frames_complete;
+            link.frames_incomplete = before.frames_incomplete;
+            link.frames_missing = before.frames_missing;
+        }
+        if let Ok(settings) = opened.settings(self.settings.trigger) {
+            self.settings = settings;
+        }
+        *lock(&self.shared.link) = link;
+        *lock(&self.shared.opened) = Some(opened);
+        (self.gone, self.reconnecting, self.last_id) = (None, None, None);
+        self.probed_at = Instant::now();
+    }
+
+    /// Does something with the opened camera; an error of one that does not answer any more is that it is gone.
+    fn with_opened<T>(
+        &mut self,
+        setting: &'static str,
+        act: impl FnOnce(&OpenedCamera) -> Result<T, AravisError>,
+    ) -> Result<T, CameraError> {
+        self.check()?;
+        let outcome = lock(&self.shared.opened).as_ref().map(act);
+        match outcome {
+            Some(Ok(value)) => Ok(value),
+            Some(Err(error)) => {
+                self.probe()?;
+                Err(refused(setting)(error))
+            }
+            None => Err(CameraError::Gone { reason: "it is closed".to_owned() }),
+        }
+    }
+
+    /// Asks whether it is still there and ours.
+    fn probe(&mut self) -> Result<(), CameraError> {
+        let (is_gige, address) = {
+            let opened = lock(&self.shared.opened);
+            let Some(opened) = opened.as_ref() else { return Ok(()) };
+            (opened.device.is_gige(), opened.listed.address.clone())
+        };
+        let trouble = if is_gige {
+            match gvcp::control(&address) {
+                Some(Control::Held(_)) => None,
+                Some(Control::Free) => Some("it has forgotten this program: it restarted, or its link was cut"),
+                None => Some("it does not answer any more"),
+            }
+        } else {
+            let answers = lock(&self.shared.opened).as_ref().is_some_and(|opened| opened.device.answers());
+            (!answers).then_some("it does not answer any more")
+        };
+        self.probed_at = Instant::now();
+        trouble.map_or(Ok(()), |trouble| Err(self.lose(format!("{trouble} ({address})"))))
+    }
+
+    /// Lets go of a camera that is gone; closing it takes seconds, which nobody waits for.
+    fn lose(&mut self, reason: String) -> CameraError {
+        self.close();
+        self.gone = Some(reason.clone());
+        CameraError::Gone { reason }
+    }
+
+    fn close(&mut self) {
+        let (running, opened) = (self.running.take(), lock(&self.shared.opened).take());
+        self.closed = Arc::new(AtomicBool::new(false));
+        let closed = self.closed.clone();
+        let close = move || {
+            drop(running);
+            drop(opened);
+            closed.store(true, Ordering::Release);
+        };
+        // Without a thread the closure is dropped here, and with it the camera; nobody reconnects before it says so.
+        if thread::Builder::new().name("genicam-close".to_owned()).spawn(close).is_err() {
+            self.closed.store(true, Ordering::Release);
+        }
+    }
+
+    /// Asks a camera from which nothing came for longer than is normal.
+    fn watch(&mut self) -> Result<(), CameraError> {
+        let normal = self.running.as_ref().map_or(Duration::ZERO, Running::normal_silence);
+        let heard_at = self.running.as_ref().map_or(self.probed_at, |running| running.heard_at);
+        let silent = heard_at.elapsed() > normal.max(PROBE_PERIOD);
+        if silent && self.probed_at.elapsed() > PROBE_PERIOD { self.probe() } else { Ok(()) }
+    }
+
+    fn read_temperature(&mut self) {
+        if self.temperature_at.is_some_and(|at| at.elapsed() < TEMPERATURE_PERIOD) {
+            return;
+        }
+        self.temperature_at = Some(Instant::now());
+        // Who reads features has the camera now: the next time is soon enough.
+        let Ok(opened) = self.shared.opened.try_lock() else { return };
+        let device = opened.as_ref().map(|opened| &opened.device);
+        let read = |device: &crate::aravis::Device| device.number(device.first(&names::TEMPERATURE)?).ok();
+        lock(&self.shared.link).temperature_c = device.and_then(read).map(|number| number.value);
+    }
+
+    fn stop_running(&mut self) -> Result<(), CameraError> {
+        let Some(running) = self.running.take() else { return Ok(()) };
+        self.last_id = running.last_id();
+        let stopped = self.with_opened("acquisition", |opened| opened.device.stop());
+        drop(running);
+        stopped
+    }
+}
+
+/// How the link begins.
+fn link_of(opened: &OpenedCamera) -> CameraLink {
+    CameraLink {
+        address: opened.listed.address.clone(),
+        packet_size_bytes: Some(opened.packet_size_bytes).filter(|&bytes| bytes > 0),
+        pixels_from: opened.source_format().map_or_else(|error| error.to_string(), |format| format.words()),
+        ..CameraLink::default()
+    }
+}
+
+/// A request for everything.
+fn everything(settings: &CameraSettings, able: &CameraCapabilities) -> CameraRequest {
+    CameraRequest {
+        exposure_us: able.exposure_us.map(|_| settings.exposure_us),
+        gain_db: able.gain_db.map(|_| settings.gain_db),
+        frame_rate_hz: able.frame_rate_hz.map(|_| settings.frame_rate_hz),
+        trigger: Some(settings.trigger),
+        pixel_format: Some(settings.pixel_format),
+        roi: Some(settings.roi),
+    }
+}
+
+impl Camera for GenicamCamera {
+    fn identity(&self) -> DeviceIdentity {
+        self.identity.clone()
+    }
+
+    fn capabilities(&self) -> CameraCapabilities {
+        self.capabilities.clone()
+    }
+
+    fn settings(&self) -> CameraSettings {
+        self.settings
+    }
+
+    fn details(&self) -> Option<Arc<dyn CameraDetails>> {
+        Some(Arc::new(Details(self.shared.clone())))
+    }
+
+    fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
+        self.capabilities.expected(&self.settings, wanted)?;
+        let now = self.settings;
+        let rebuilt = wanted.trigger.is_some_and(|trigger| trigger != now.trigger)
+            || wanted.roi.is_some_and(|roi| roi != now.roi)
+            || wanted.pixel_format.is_some_and(|format| format != now.pixel_format);
+        let restarted = rebuilt && self.running.is_some();
+        if restarted {
+            self.stop_running()?;
+        }
+        let (sensor_px, config) = (self.capabilities.sensor_px, self.config.clone());
+        let trigger = wanted.trigger.unwrap_or(now.trigger);
+        // What is so already is not set: each setting is a way to the camera and back, or several.
+        let changed = CameraRequest {
+            trigger: wanted.trigger.filter(|trigger| *trigger != now.trigger),
+            roi: wanted.roi.filter(|roi| *roi != now.roi),
+            pixel_format: wanted.pixel_format.filter(|format| *format != now.pixel_format),
+            ..*wanted
+        };
+        let outcome = self.with_opened("setting", |opened| {
+            opened.set(&changed, sensor_px, &config)?;
+            let words = opened.source_format()?.words();
+            Ok((opened.settings(trigger)?, words))
+        });
+        if let Ok((settings, words)) = &outcome {
+            self.settings = *settings;
+            lock(&self.shared.link).pixels_from = words.clone();
+            if let Some(running) = &mut self.running {
+                running.set(*settings);
+            }
+        }
+        if restarted {
+            self.start()?;
+        }
+        outcome.map(|(settings, _)| settings)
+    }
+
+    fn start(&mut self) -> Result<(), CameraError> {
+        self.check()?;
+        if self.running.is_some() {
+            return Ok(());
+        }
+        let (config, settings, last_id) = (self.config.clone(), self.settings, self.last_id);
+        let started =
+            self.with_opened("acquisition", |opened| Running::start(opened, &config, settings, last_id))?;
+        self.running = Some(started);
+        Ok(())
+    }
+
+    fn trigger(&mut self) -> Result<(), CameraError> {
+        if self.settings.trigger != Trigger::Software {
+            return Err(CameraError::NotTriggerable { reason: "it is not set to software triggers" });
+        }
+        if self.running.is_none() {
+            self.check()?;
+            return Err(CameraError::NotTriggerable { reason: "acquisition is not started" });
+        }
+        let sent_at = Instant::now();
+        self.with_opened("trigger", |opened| opened.device.execute("TriggerSoftware"))?;
+        if let Some(running) = &mut self.running {
+            running.triggered(sent_at);
+        }
+        Ok(())
+    }
+
+    fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError> {
+        self.check()?;
+        self.read_temperature();
+        let Some(running) = &mut self.running else {
+            self.watch()?;
+            thread::sleep(timeout);
+            return Ok(None);
+        };
+        // What is counted is shown after the wait, during which nobody is to wait for the counts.
+        let mut link = lock(&self.shared.link).clone();
+        let taken = running.next_frame(image, timeout, &mut link);
+        {
+            let mut shown = lock(&self.shared.link);
+            link.temperature_c = shown.temperature_c;
+            *shown = link;
+        }
+        if let Ok(None) = taken {
+            self.watch()?;
+        }
+        taken
+    }
+
+    fn stop(&mut self) -> Result<(), CameraError> {
+        if self.gone.is_some() {
+            return Ok(());
+        }
+        self.stop_running()
+    }
+
+    /// Closes the camera and looks for it until it answers; set as it was, and with every feature set by name.
+    fn reconnect(&mut self) -> Result<(), CameraError> {
+        if self.reconnecting.is_some() {
+            return Ok(());
+        }
+        let known = lock(&self.shared.opened).as_ref().map(|opened| opened.listed.clone());
+        self.close();
+        self.gone = Some("it is being reached again".to_owned());
+        let (sender, receiver) = sync_channel(1);
+        let (config, closed, shared) = (self.config.clone(), self.closed.clone(), self.shared.clone());
+        let wanted = everything(&self.settings, &self.capabilities);
+        let sensor_px = self.capabilities.sensor_px;
+        let reach = move || {
+            let until = Instant::now() + RECONNECT_LIMIT;
+            while Instant::now() < until {
+                if closed.load(Ordering::Acquire)
+                    && let Ok(opened) = OpenedCamera::open(&config, known.as_ref())
+                {
+                    for (name, value) in lock(&shared.set_by_name).iter() {
+                        // One that is refused now is shown as it is.
+                        let _ = opened.device.set_feature(name, value);
+                    }
+                    if opened.set(&wanted, sensor_px, &config).is_ok() {
+                        let _ = sender.try_send(opened);
+                        return;
+                    }
+                }
+                thread::sleep(RECONNECT_PAUSE);
+            }
+        };
+        let thread = thread::Builder::new().name("genicam-open".to_owned()).spawn(reach);
+        thread.map_err(|error| CameraError::Gone { reason: format!("no thread to reach it: {error}") })?;
+        self.reconnecting = Some(receiver);
+        Ok(())
+    }
+}
+
+impl Drop for GenicamCamera {
+    /// Closes it before the program may end, so that nobody finds it in use; one that does not answer is left to itself.
+    fn drop(&mut self) {
+        if self.probe().is_ok() {
+            drop(self.running.take());
+            drop(lock(&self.shared.opened).take());
+        }
+    }
+}

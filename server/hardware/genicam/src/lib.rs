@@ -1,0 +1,40 @@
+//! GigE Vision and USB3 Vision cameras.
+//!
+//! [`GenicamDriver`] is the row of the driver table; it finds cameras and opens one by its serial number. Everything that
+//! talks to a camera stands on the C library aravis and is compiled with the feature `aravis`; what is calculated (pixels,
+//! clocks, counts) is plain Rust and always there. Only `aravis/` holds unsafe code.
+
+pub mod driver;
+pub mod settings;
+
+#[cfg(feature = "aravis")]
+mod camera;
+#[cfg(feature = "aravis")]
+mod details;
+#[cfg(feature = "aravis")]
+mod opened;
+#[cfg(feature = "aravis")]
+mod running;
+#[cfg(feature = "aravis")]
+mod shared;
+
+#[cfg(feature = "aravis")]
+pub mod aravis;
+#[cfg(feature = "aravis")]
+mod names;
+
+#[cfg_attr(not(feature = "aravis"), allow(dead_code))]
+mod block_ids;
+#[cfg_attr(not(feature = "aravis"), allow(dead_code))]
+mod clock;
+#[cfg_attr(not(feature = "aravis"), allow(dead_code))]
+mod gvcp;
+#[cfg_attr(not(feature = "aravis"), allow(dead_code))]
+mod pixels;
+
+pub mod witness;
+
+#[cfg(feature = "aravis")]
+pub use camera::GenicamCamera;
+pub use driver::GenicamDriver;
+pub use settings::GenicamSettings;

@@ -1,0 +1,91 @@
+//! `[station.genicam]`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// `[station.genicam]`: a GigE Vision or USB3 Vision camera.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GenicamSettings {
+    /// serial number of the camera, as `sheaf devices` lists it
+    pub serial: String,
+    /// pixel format for 8 bits, by its GenICam name; empty: the best it has
+    pub format_8: String,
+    /// pixel format for more bits, by its GenICam name; empty: the best it has
+    pub format_16: String,
+    /// pixels of the sensor that are read as one, in both directions; 1: none
+    #[schemars(range(min = 1, max = 16))]
+    pub binning: u32,
+    /// input of the hardware trigger, by its GenICam name; empty: the first
+    pub trigger_line: String,
+    /// edge of the hardware trigger
+    #[schemars(with = "String", extend("enum" = ["rising", "falling", "any"]))]
+    pub trigger_edge: TriggerEdge,
+    /// time from the hardware trigger to the exposure, µs
+    #[schemars(range(min = 0.0, max = 1e6))]
+    pub trigger_delay_us: f64,
+    /// what the camera's time stamps mark
+    #[schemars(with = "String", extend("enum" = ["exposure_start", "exposure_end"]))]
+    pub timestamp: Timestamp,
+    /// size of GigE packets, bytes; 0: the largest that arrives
+    #[schemars(range(min = 0, max = 16_000))]
+    pub packet_size_bytes: u32,
+    /// ask for packets that did not arrive
+    pub packet_resend: bool,
+    /// buffers that the camera's frames go through
+    #[schemars(range(min = 4, max = 256))]
+    pub buffers: usize,
+}
+
+/// Which edge triggers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TriggerEdge {
+    /// The voltage rises.
+    #[default]
+    Rising,
+    /// The voltage falls.
+    Falling,
+    /// Either.
+    Any,
+}
+
+impl TriggerEdge {
+    /// Its name as a GenICam camera knows it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rising => "RisingEdge",
+            Self::Falling => "FallingEdge",
+            Self::Any => "AnyEdge",
+        }
+    }
+}
+
+/// What a camera's time stamp marks; its manual says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Timestamp {
+    /// The exposure begins.
+    #[default]
+    ExposureStart,
+    /// The exposure ends, or the picture is read out.
+    ExposureEnd,
+}
+
+impl Default for GenicamSettings {
+    /// Everything negotiated; the camera has to be named.
+    fn default() -> Self {
+        Self {
+            serial: String::new(),
+            format_8: String::new(),
+            format_16: String::new(),
+            binning: 1,
+            trigger_line: String::new(),
+            trigger_edge: TriggerEdge::default(),
+            trigger_delay_us: 0.0,
+            timestamp: Timestamp::default(),
+            packet_size_bytes: 0,
+            packet_resend: true,
+            buffers: 16,
+        }
+    }
+}

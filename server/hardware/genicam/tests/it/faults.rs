@@ -1,0 +1,104 @@
+//! A camera that goes away, comes back, starves or belongs to somebody else. Pulled and put in again: the suite.
+
+use std::time::{Duration, Instant};
+
+use devices::{CameraError, CameraRequest, DeviceSet, Driver, OpenError};
+use genicam::GenicamDriver;
+
+use crate::rig::{SERIAL, blank, fake, frame, open, open_small, settings, until};
+
+/// A camera that is gone is named within this time (`promises.md`).
+const NAMED_WITHIN: Duration = Duration::from_secs(2);
+
+/// What this machine may add beside other tests.
+const SLACK: Duration = Duration::from_secs(1);
+
+#[test]
+fn a_camera_that_hangs_is_gone_and_comes_back_with_its_settings() {
+    let Some(fake) = fake(0) else { return };
+    let mut camera = open_small(&settings(SERIAL), 50.0);
+    let wanted = CameraRequest { exposure_us: Some(1234.0), gain_db: Some(3.0), ..CameraRequest::default() };
+    camera.configure(&wanted).unwrap();
+    camera.start().unwrap();
+    let (mut image, set) = (blank(), camera.settings());
+    frame(&mut *camera, &mut image);
+    fake.hold();
+    let held_at = Instant::now();
+    let reason = until(&mut *camera, &mut image, "it is named", |_, got| match got {
+        Err(CameraError::Gone { reason }) => Some(reason),
+        _ => None,
+    });
+    assert!(held_at.elapsed() < NAMED_WITHIN + SLACK, "named after {:?}", held_at.elapsed());
+    assert!(reason.contains("does not answer"), "{reason}");
+    fake.go_on();
+    camera.reconnect().unwrap();
+    until(&mut *camera, &mut image, "it is back", |_, got| got.ok());
+    assert_eq!(camera.settings(), set);
+    camera.start().unwrap();
+    frame(&mut *camera, &mut image);
+}
+
+#[test]
+fn a_camera_that_restarted_behind_our_back_is_noticed_while_idle() {
+    let Some(mut fake) = fake(0) else { return };
+    let mut camera = open_small(&settings(SERIAL), 50.0);
+    let (mut image, set) = (blank(), camera.settings());
+    fake.restart().unwrap();
+    let reason = until(&mut *camera, &mut image, "it is named", |_, got| match got {
+        Err(CameraError::Gone { reason }) => Some(reason),
+        _ => None,
+    });
+    assert!(reason.contains("forgotten"), "{reason}");
+    camera.reconnect().unwrap();
+    until(&mut *camera, &mut image, "it is back", |_, got| got.ok());
+    assert_eq!(camera.settings(), set, "what it forgot was not set again");
+}
+
+#[test]
+fn a_driver_that_is_starved_loses_frames_and_counts_them() {
+    let Some(_fake) = fake(0) else { return };
+    let mut wanted = settings(SERIAL);
+    wanted.buffers = 4;
+    let mut camera = open_small(&wanted, 100.0);
+    camera.start().unwrap();
+    let (mut image, mut shown, mut lost) = (blank(), 0, 0);
+    for n in 0..60 {
+        if n == 20 {
+            // Nobody takes frames: four wait, the others find no buffer.
+            std::thread::sleep(Duration::from_millis(500));
+        }
+        let info = frame(&mut *camera, &mut image);
+        (shown, lost) = (shown + 1, lost + info.lost_before);
+        assert_eq!(shown + lost, info.frame_id + 1);
+    }
+    let link = camera.details().unwrap().link();
+    assert!(lost >= 20 && link.underruns > 0 && link.frames_missing >= 20, "{lost} lost, {link:?}");
+}
+
+#[test]
+fn a_camera_in_other_hands_is_named_with_them() {
+    let Some(_fake) = fake(0) else { return };
+    let _held = open(&settings(SERIAL));
+    let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
+    match GenicamDriver(settings(SERIAL)).open(wanted) {
+        Err(OpenError::Absent(message)) => assert!(message.contains("in use by another program"), "{message}"),
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("two programs have it"),
+    }
+    let found = GenicamDriver(settings("")).discover();
+    let ours = found.iter().find(|found| found.value == SERIAL).unwrap_or_else(|| panic!("{found:?}"));
+    assert_eq!((ours.setting, ours.vendor.as_str(), ours.model.as_str()), ("serial", "Aravis", "Fake"));
+    assert_eq!(ours.address, "127.0.0.1");
+    assert!(ours.in_use_by.is_some(), "{ours:?}");
+}
+
+#[test]
+fn a_camera_that_is_not_there_is_absent_and_those_that_are_are_named() {
+    let Some(_fake) = fake(0) else { return };
+    let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
+    match GenicamDriver(settings("ANOTHER")).open(wanted) {
+        Err(OpenError::Absent(message)) => assert!(message.contains(SERIAL), "{message}"),
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("opened another camera"),
+    }
+}

@@ -1,0 +1,23 @@
+//! The driver over cameras that others wrote: aravis' simulated camera within this process, and its GigE Vision camera as a
+//! process of its own, reached over the network stack of this machine. Not shown here: cameras of glass and silicon.
+
+#![allow(clippy::unwrap_used)]
+
+#[cfg(feature = "aravis")]
+mod by_name;
+#[cfg(feature = "aravis")]
+mod contract;
+#[cfg(feature = "aravis")]
+mod faults;
+#[cfg(feature = "aravis")]
+mod frames;
+#[cfg(feature = "aravis")]
+mod measured;
+#[cfg(feature = "aravis")]
+mod rig;
+
+#[cfg(not(feature = "aravis"))]
+#[test]
+fn cameras_over_aravis() {
+    reference::without_feature("aravis", "the Debian packages libaravis-dev and libusb-1.0-0-dev");
+}

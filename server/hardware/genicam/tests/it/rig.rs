@@ -1,0 +1,75 @@
+//! What the tests share: a camera process, and the driver opened on it.
+
+use std::time::{Duration, Instant};
+
+use devices::{Camera, CameraError, CameraRequest, DeviceSet, Driver, FrameInfo, Roi};
+use genicam::witness::{FakeCamera, FakeOptions, PROGRAM};
+use genicam::{GenicamDriver, GenicamSettings};
+use vision::{GreyImage, Pixels};
+
+/// Serial number of the camera process.
+pub const SERIAL: &str = "SHEAF01";
+
+/// Packets as on a network with jumbo frames: a busy machine that is late for a burst of small ones loses them.
+const PACKET_SIZE_BYTES: u32 = 8000;
+
+/// Longest wait for what must come.
+pub const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A camera process with so many packets lost of a thousand; `None`: it is not installed, which is noted.
+pub fn fake(lost_per_thousand: u32) -> Option<FakeCamera> {
+    if !reference::has_program(PROGRAM, "aravis-tools") {
+        return None;
+    }
+    let options = FakeOptions { serial: SERIAL.to_owned(), lost_per_thousand, ..FakeOptions::default() };
+    Some(FakeCamera::start(options).expect("the camera process starts"))
+}
+
+/// The driver's settings for the camera of that serial number.
+pub fn settings(serial: &str) -> GenicamSettings {
+    let serial = serial.to_owned();
+    GenicamSettings { serial, packet_size_bytes: PACKET_SIZE_BYTES, ..GenicamSettings::default() }
+}
+
+/// Opens the camera as a station does.
+pub fn open(settings: &GenicamSettings) -> Box<dyn Camera> {
+    let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
+    let opened = GenicamDriver(settings.clone()).open(wanted);
+    opened.unwrap_or_else(|error| panic!("{error}")).camera.expect("a camera was wanted")
+}
+
+/// Opens it with a small picture, which a busy machine carries without loss.
+pub fn open_small(settings: &GenicamSettings, frame_rate_hz: f64) -> Box<dyn Camera> {
+    let mut camera = open(settings);
+    let roi = Roi { left_px: 16, top_px: 8, width_px: 128, height_px: 96 };
+    let wanted = CameraRequest { roi: Some(roi), frame_rate_hz: Some(frame_rate_hz), ..CameraRequest::default() };
+    camera.configure(&wanted).expect("a region and a rate");
+    assert_eq!(camera.settings().roi, roi);
+    camera
+}
+
+pub fn blank() -> GreyImage {
+    GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel for one pixel")
+}
+
+/// Looks until `seen` says that it is enough.
+pub fn until<T>(
+    camera: &mut dyn Camera,
+    image: &mut GreyImage,
+    what: &str,
+    mut seen: impl FnMut(&GreyImage, Result<Option<FrameInfo>, CameraError>) -> Option<T>,
+) -> T {
+    let began = Instant::now();
+    loop {
+        let got = camera.next_frame(image, Duration::from_millis(20));
+        if let Some(value) = seen(image, got) {
+            return value;
+        }
+        assert!(began.elapsed() < PATIENCE, "{what}: not within {PATIENCE:?}");
+    }
+}
+
+/// The next frame.
+pub fn frame(camera: &mut dyn Camera, image: &mut GreyImage) -> FrameInfo {
+    until(camera, image, "a frame", |_, got| got.expect("it is there"))
+}
