@@ -207,7 +207,7 @@ fn pdf(page_mm: [f64; 2], black: &[Black], discs: &[Disc], text: &[String; 2]) -
 
 /// A circle of four cubic curves: off by 0.03 % of its radius at most, alike on all sides.
 fn draw_disc(drawn: &mut Content, [x, y]: [f32; 2], radius: f32) {
-    const HANDLE: f32 = 0.552_284_75;
+    const HANDLE: f32 = 0.552_284_8;
     let at = |[a, b]: [f32; 2]| [x + radius * a, y + radius * b];
     drawn.move_to(x + radius, y);
     for [c, s] in [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]] {

@@ -81,7 +81,7 @@ fn a_camera_in_other_hands_is_named_with_them() {
     let _held = open(&settings(SERIAL));
     let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
     match GenicamDriver(settings(SERIAL)).open(wanted) {
-        Err(OpenError::Absent(message)) => assert!(message.contains("in use by another program"), "{message}"),
+        Err(OpenError::Absent { what, .. }) => assert!(what.contains("in use by another program"), "{what}"),
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("two programs have it"),
     }
@@ -97,7 +97,7 @@ fn a_camera_that_is_not_there_is_absent_and_those_that_are_are_named() {
     let Some(_fake) = fake(0) else { return };
     let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
     match GenicamDriver(settings("ANOTHER")).open(wanted) {
-        Err(OpenError::Absent(message)) => assert!(message.contains(SERIAL), "{message}"),
+        Err(OpenError::Absent { what, .. }) => assert!(what.contains(SERIAL), "{what}"),
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("opened another camera"),
     }
