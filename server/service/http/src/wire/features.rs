@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 /// What a feature's value is.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum FeatureKindDto {
+pub enum CameraFeatureKindDto {
     /// A whole number.
     Integer,
     /// A number.
@@ -38,11 +38,11 @@ pub enum AccessDto {
 
 /// A feature as the camera describes it.
 #[derive(Debug, Serialize, ToSchema)]
-pub struct FeatureDto {
+pub struct CameraFeatureDto {
     /// Its name: of GenICam's standard, or of the camera's maker.
     pub name: String,
     /// What its value is.
-    pub kind: FeatureKindDto,
+    pub kind: CameraFeatureKindDto,
     /// What may be done with it now.
     pub access: AccessDto,
     /// Its value as text, as the camera says; missing if it cannot be read.
@@ -93,7 +93,7 @@ pub struct CameraFeaturesDto {
     /// How its link does.
     pub link: CameraLinkDto,
     /// All its features, in its own order.
-    pub features: Vec<FeatureDto>,
+    pub features: Vec<CameraFeatureDto>,
 }
 
 /// A feature that shall be set.
@@ -117,7 +117,7 @@ pub struct ChangeFeaturesDto {
     pub features: Vec<SetFeatureDto>,
 }
 
-impl From<FeatureKind> for FeatureKindDto {
+impl From<FeatureKind> for CameraFeatureKindDto {
     fn from(kind: FeatureKind) -> Self {
         match kind {
             FeatureKind::Integer => Self::Integer,
@@ -141,7 +141,7 @@ impl From<Access> for AccessDto {
     }
 }
 
-impl From<Feature> for FeatureDto {
+impl From<Feature> for CameraFeatureDto {
     fn from(feature: Feature) -> Self {
         // JSON has no infinities: a number without a limit has none.
         let finite = |limit: f64| limit.is_finite().then_some(limit);

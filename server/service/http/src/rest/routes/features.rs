@@ -12,7 +12,7 @@ use crate::problem::Problem;
 use crate::rest::control::By;
 use crate::rest::conversions::check_count;
 use crate::rest::extract::ApiJson;
-use crate::wire::features::{CameraFeaturesDto, ChangeFeaturesDto, FeatureDto};
+use crate::wire::features::{CameraFeatureDto, CameraFeaturesDto, ChangeFeaturesDto};
 
 /// Most features of one request.
 const MOST_FEATURES: usize = 64;
@@ -28,7 +28,7 @@ pub fn routes() -> OpenApiRouter<Http> {
 )]
 async fn get_camera_features(State(app): State<App>) -> Result<Json<CameraFeaturesDto>, Problem> {
     let (link, features) = use_cases::camera_features(&app).await?;
-    let features = features.into_iter().map(FeatureDto::from).collect();
+    let features = features.into_iter().map(CameraFeatureDto::from).collect();
     Ok(Json(CameraFeaturesDto { link: link.into(), features }))
 }
 
@@ -36,16 +36,16 @@ async fn get_camera_features(State(app): State<App>) -> Result<Json<CameraFeatur
 #[utoipa::path(
     patch, path = "/devices/camera/features", tag = "devices", request_body = ChangeFeaturesDto,
     params(("Sheaf-Control" = String, Header, description = "Id of the control lease")),
-    responses((status = 200, body = Vec<FeatureDto>))
+    responses((status = 200, body = Vec<CameraFeatureDto>))
 )]
 async fn change_camera_features(
     State(app): State<App>,
     By(by): By,
     body: ApiJson<ChangeFeaturesDto>,
-) -> Result<Json<Vec<FeatureDto>>, Problem> {
+) -> Result<Json<Vec<CameraFeatureDto>>, Problem> {
     let wanted = body.value.features;
     check_count(wanted.len(), 1..=MOST_FEATURES, "/features")?;
     let wanted = wanted.into_iter().map(|feature| (feature.name, feature.value)).collect();
     let set = use_cases::set_camera_features(&app, &by, wanted).await?;
-    Ok(Json(set.into_iter().map(FeatureDto::from).collect()))
+    Ok(Json(set.into_iter().map(CameraFeatureDto::from).collect()))
 }
