@@ -19,3 +19,4 @@ mod schemas;
 mod stop;
 mod stream_load;
 mod target;
+mod turntable;

@@ -24,6 +24,12 @@ fn holds(validator: &Validator, document: &Value) {
     assert!(errors.is_empty(), "{errors:#?}");
 }
 
+/// Whether the document in `file` follows the schema of that name.
+#[track_caller]
+pub fn follows(name: &str, file: &Path) {
+    holds(&schema(&format!("{name}.schema.json")), &read(file));
+}
+
 #[test]
 fn calibration_documents_of_every_model_follow_their_schema() {
     let validator = schema("calibration.schema.json");
