@@ -1523,10 +1523,40 @@ export interface components {
             /** @description How it is set. */
             settings: components["schemas"]["CameraSettingsDto"];
         };
+        /** @description A feature as the camera describes it. */
+        CameraFeatureDto: {
+            /** @description What may be done with it now. */
+            access: components["schemas"]["AccessDto"];
+            /** @description The camera's own explanation; may be empty. */
+            description: string;
+            /** @description What an enumeration may be set to. */
+            entries: string[];
+            /** @description What its value is. */
+            kind: components["schemas"]["CameraFeatureKindDto"];
+            /**
+             * Format: double
+             * @description Largest value of a number.
+             */
+            max?: number | null;
+            /**
+             * Format: double
+             * @description Smallest value of a number.
+             */
+            min?: number | null;
+            /** @description Its name: of GenICam's standard, or of the camera's maker. */
+            name: string;
+            /** @description Its value as text, as the camera says; missing if it cannot be read. */
+            value?: string | null;
+        };
+        /**
+         * @description What a feature's value is.
+         * @enum {string}
+         */
+        CameraFeatureKindDto: "integer" | "float" | "boolean" | "enumeration" | "text" | "command";
         /** @description What a camera says about itself beyond its settings. */
         CameraFeaturesDto: {
             /** @description All its features, in its own order. */
-            features: components["schemas"]["FeatureDto"][];
+            features: components["schemas"]["CameraFeatureDto"][];
             /** @description How its link does. */
             link: components["schemas"]["CameraLinkDto"];
         };
@@ -2330,36 +2360,25 @@ export interface components {
              */
             value?: number | null;
         };
-        /** @description A feature as the camera describes it. */
+        /** @description A fitted feature. */
         FeatureDto: {
-            /** @description What may be done with it now. */
-            access: components["schemas"]["AccessDto"];
-            /** @description The camera's own explanation; may be empty. */
-            description: string;
-            /** @description What an enumeration may be set to. */
-            entries: string[];
-            /** @description What its value is. */
-            kind: components["schemas"]["FeatureKindDto"];
+            /** @description Points left out because they are near its border. */
+            n_border: number;
+            /** @description Points left out because they are off the surface. */
+            n_outliers: number;
+            /** @description Points it was fitted to. */
+            n_points: number;
+            region?: components["schemas"]["SurfaceRegionDto"] | null;
             /**
              * Format: double
-             * @description Largest value of a number.
+             * @description Root mean square of the points' distances from it.
              */
-            max?: number | null;
-            /**
-             * Format: double
-             * @description Smallest value of a number.
-             */
-            min?: number | null;
-            /** @description Its name: of GenICam's standard, or of the camera's maker. */
-            name: string;
-            /** @description Its value as text, as the camera says; missing if it cannot be read. */
-            value?: string | null;
+            rms_mm: number;
+            /** @description What it is to the measurement: `plane`, `top`, `base`, … */
+            role: string;
+            /** @description Its shape. */
+            shape: components["schemas"]["ShapeDto"];
         };
-        /**
-         * @description What a feature's value is.
-         * @enum {string}
-         */
-        FeatureKindDto: "integer" | "float" | "boolean" | "enumeration" | "text" | "command";
         /** @description A feature as the camera says it is. */
         FeatureSet: {
             /** @description Its name. */
@@ -5835,7 +5854,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["FeatureDto"][];
+                    "application/json": components["schemas"]["CameraFeatureDto"][];
                 };
             };
             400: components["responses"]["Problem"];
