@@ -90,8 +90,8 @@ const ARROWS: [(&str, &str, &[&str]); 21] = [
         "server/hardware/twin",
         &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics", "sheaf-remedy"],
     ),
+    ("sheaf-genicam", "server/hardware/genicam", &["sheaf-devices", "sheaf-vision"]),
     ("sheaf-devices", "server/hardware/devices", &["sheaf-capture", "sheaf-vision", "sheaf-remedy"]),
-    ("sheaf-genicam", "server/hardware/genicam", &["sheaf-devices", "sheaf-vision", "sheaf-remedy"]),
     (
         "sheaf-pipeline",
         "server/core/pipeline",

@@ -78,7 +78,11 @@ fn wrong_values_are_refused_by_entry() {
     check("/camera/width_px", json!(0), &["camera.width_px", "above 0"]);
     check("/camera", json!({"width_px": 1_000_000, "height_px": 51}), &["1000000×51", "50000000"]);
     check("/camera/height_px", json!(u64::MAX), &["camera.height_px"]);
-    check("/target/kind", json!("circles"), &["target", "unknown variant `circles`", "chessboard", "charuco"]);
+    check(
+        "/target/kind",
+        json!("hexagons"),
+        &["target", "unknown variant `hexagons`", "chessboard", "charuco", "circles"],
+    );
     check("/target/inner_rows", json!(1), &["target.inner_rows", "between 2 and 1000"]);
     check("/target/square_mm", json!(-12), &["target.square_mm is -12", "above 0"]);
     check("/target/square_mm", json!([12, 0]), &["target.square_mm is 0", "above 0"]);

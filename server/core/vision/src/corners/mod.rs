@@ -25,7 +25,6 @@ mod params;
 mod part;
 mod quick;
 mod refine;
-mod sampling;
 mod sums;
 mod warp;
 mod window;

@@ -147,26 +147,6 @@ pub(super) const GLANCE_MIN_SQUARE_PX: f64 = 12.0;
 /// step between its squares): half of what a corner needs.
 pub(super) const GLANCE_MIN_CONTRAST_RATIO: f64 = 0.2;
 
-/// Cell of the sampling (px) that the search for it starts from: as large as edges along the grid need to be told apart.
-pub(super) const CELL_START_PX: f64 = 0.3;
-
-/// Cells are tried in steps of so many pixels: a tenth of those that matter.
-pub(super) const CELL_STEP_PX: f64 = 0.02;
-
-/// Most steps: cells up to two samples in three pixels.
-pub(super) const CELL_STEPS: u32 = 35;
-
-/// Times that cell, scatter and smooth board are taken from each other: the third changes the cell by a step at most.
-pub(super) const CELL_ROUNDS: u32 = 4;
-
-/// Gain of the logarithm of the likelihood from which on a picture counts as coarsely sampled: of Gaussian misses one
-/// board in some thousand reaches it.
-pub(super) const CELL_MIN_LOG_LIKELIHOOD: f64 = 5.0;
-
-/// Share of a cell's variance that the smooth board does not take out, because neighbours whose edges stand in the same
-/// cell err alike: seen on boards rendered with four to sixteen samples a pixel.
-pub(super) const SHARED_CELL_SHARE: f64 = 0.03;
-
 /// Half-sides of the square whose mean a disc's pixels are compared with, as the share 1/n of the picture's longer side.
 pub(super) const BLOB_WINDOW_SHARES: [usize; 4] = [24, 48, 12, 6];
 

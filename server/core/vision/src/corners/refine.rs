@@ -12,7 +12,6 @@ use crate::GreyImage;
 use super::fit::{CornerFit, NoiseModel, Window, fit_corner, residuals, start_at};
 use super::model::CrossShape;
 use super::params::{DISAGREEMENT_MIN_SAMPLES, DISAGREEMENT_REACH, NOISE_SAMPLE_STEP, QUANTISATION_VARIANCE};
-use super::sampling::allow_for_sampling;
 use super::sums::CornerState;
 use super::warp::{BoardWarp, LocalShape};
 use super::window::{Reach, window_around};
@@ -42,9 +41,6 @@ pub(super) fn refine(
         start.and_then(|start| fit_corner(window, start, Some(&noise))).unwrap_or(first[k])
     };
     let mut fits: Vec<CornerFit> = all.map(refit).collect();
-    if let Some(warp) = BoardWarp::fit(&indexed(&fits, indices)) {
-        allow_for_sampling(&mut fits, indices, &warp, reach);
-    }
     add_disagreement(&mut fits, indices);
     fits
 }

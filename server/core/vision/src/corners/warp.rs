@@ -1,7 +1,7 @@
 //! The smooth map from board to image: a homography and a low polynomial for the lens.
 //!
-//! It serves directions and curvatures. Positions are not taken from it, so that the errors of the corners stay
-//! independent of each other; coordinates that coarse sampling has spoilt are the exception (`sampling`).
+//! It serves directions and curvatures only. Positions are never taken from it, so the errors of the
+//! corners stay independent of each other.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -118,64 +118,6 @@ impl BoardWarp {
                 curvature(normals[1], by_column, bend_column),
             ],
         }
-    }
-}
-
-/// How every corner misses the smooth board of all others.
-#[derive(Debug, Clone)]
-pub(super) struct SmoothBoard {
-    /// Corner less the others' prediction for it, u and v (px).
-    pub miss_px: Vec<[f64; 2]>,
-    /// Variance of the prediction (px²).
-    pub variance: Vec<[f64; 2]>,
-    /// The map whose terms were used.
-    pub warp: BoardWarp,
-    /// Logarithm of the likelihood of the misses.
-    log_likelihood: f64,
-}
-
-impl SmoothBoard {
-    /// Weighs every coordinate by its `variance` (px²); of all degrees of the lens polynomial up to the warp's the one
-    /// that predicts best. `None` for corners too few for any.
-    pub(super) fn of_best_degree(
-        warp: &BoardWarp,
-        pairs: &[([f64; 2], [f64; 2])],
-        variance: &[[f64; 2]],
-    ) -> Option<Self> {
-        (2..=warp.degree)
-            .filter_map(|degree| Self::fit(&BoardWarp { degree, ..warp.clone() }, pairs, variance))
-            .max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))
-    }
-
-    /// The same with the warp's degree.
-    pub(super) fn fit(warp: &BoardWarp, pairs: &[([f64; 2], [f64; 2])], variance: &[[f64; 2]]) -> Option<Self> {
-        let (n, n_terms) = (pairs.len(), n_terms(warp.degree));
-        let ideal: Vec<[f64; 2]> = pairs.iter().map(|p| project(&warp.homography, p.0)).collect();
-        let terms: Vec<f64> = ideal.iter().flat_map(|&p| warp.terms(p).into_iter().take(n_terms)).collect();
-        let rows = DMatrix::from_row_slice(n, n_terms, &terms);
-        let mut smooth = Self {
-            miss_px: vec![[0.0; 2]; n],
-            variance: vec![[0.0; 2]; n],
-            warp: warp.clone(),
-            log_likelihood: 0.0,
-        };
-        for axis in 0..2 {
-            let weighted = DMatrix::from_fn(n, n_terms, |i, j| rows[(i, j)] / variance[i][axis]);
-            let covariance = (rows.transpose() * &weighted).cholesky()?.inverse();
-            let bend = DVector::from_fn(n, |i, _| pairs[i].1[axis] - ideal[i][axis]);
-            let solution = &covariance * (weighted.transpose() * &bend);
-            let spread = &rows * &covariance;
-            for k in 0..n {
-                let leverage = spread.row(k).dot(&rows.row(k)) / variance[k][axis];
-                let kept = (1.0 - leverage).max(1e-6);
-                let miss_px = (bend[k] - (rows.row(k) * &solution)[0]) / kept;
-                let total = variance[k][axis] / kept;
-                smooth.miss_px[k][axis] = miss_px;
-                smooth.variance[k][axis] = total * leverage;
-                smooth.log_likelihood -= 0.5 * (total.ln() + miss_px * miss_px / total);
-            }
-        }
-        Some(smooth)
     }
 }
 
