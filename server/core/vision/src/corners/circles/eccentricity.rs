@@ -1,4 +1,4 @@
-//! From the centre of a disc's picture to the picture of the disc's centre (`docs/maths/corners.md`, eq. 5–6).
+//! From the centre of a disc's picture to the picture of the disc's centre (`docs/maths/corners.md`, eq. 4–5).
 
 use nalgebra::{Matrix2, Vector2};
 
