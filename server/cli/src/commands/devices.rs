@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::commands::Answer;
 use crate::drivers::found;
 
-/// Lists it; nothing is opened, nothing moves or shines.
+/// Lists what is attached. No device is opened, and nothing moves or lights up.
 pub fn run() -> Answer {
     let found = found();
     let (mut text, mut rows) = (String::new(), Vec::new());

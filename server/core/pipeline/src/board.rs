@@ -33,7 +33,7 @@ pub fn find_board(image: &GreyImage, target: &Target) -> Result<BoardCorners, Co
     }
 }
 
-/// What to do about a board that was not found; its size is told by `target` of `capture.json`.
+/// What to do about a board that was not found; `target` in `capture.json` states its size.
 pub fn board_remedy(error: &CornerError, target: &Target) -> String {
     match (error, target) {
         (CornerError::WrongSize { found_columns, found_rows, .. }, _) => format!(

@@ -38,7 +38,7 @@ pub fn challenged(
     let rivals = map_with(graph.labels.len(), PIECES_PER_TASK, trials, in_doubt);
     let mut doubtful: Vec<bool> = rivals.iter().map(Option::is_some).collect();
     if moving {
-        // What hangs on a doubtful sheet has another order if that has. In a frame by itself nearly everything would.
+        // These change their order whenever the doubtful sheet does. In a single frame they would be nearly everything.
         rivals.iter().flatten().flatten().for_each(|&sheet| doubtful[sheet] = true);
     }
     sheets.iter().map(|&sheet| doubtful[sheet]).collect()
