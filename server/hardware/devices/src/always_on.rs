@@ -37,7 +37,7 @@ pub struct AlwaysOnLaser {
 
 impl AlwaysOnLaser {
     fn state(&mut self) -> LaserState {
-        self.wanted_until = self.wanted_until.filter(|until| Instant::now() < *until);
+        self.wanted_until = self.wanted_until.filter(|until| crate::time::now() < *until);
         let emitting = self.wanted_until.is_some();
         LaserState { emitting, power: if emitting { 1.0 } else { 0.0 }, interlock_closed: None }
     }
@@ -64,13 +64,13 @@ impl Laser for AlwaysOnLaser {
 
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
         check_power(power)?;
-        self.wanted_until = Some(Instant::now() + lease.min(LASER_LEASE_LIMIT));
+        self.wanted_until = Some(crate::time::now() + lease.min(LASER_LEASE_LIMIT));
         Ok(self.state())
     }
 
     fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError> {
         if self.state().emitting {
-            self.wanted_until = Some(Instant::now() + lease.min(LASER_LEASE_LIMIT));
+            self.wanted_until = Some(crate::time::now() + lease.min(LASER_LEASE_LIMIT));
         }
         Ok(self.state())
     }

@@ -25,6 +25,7 @@ pub mod replay;
 pub mod serial_line;
 pub mod simulator;
 pub mod threaded;
+pub mod time;
 pub mod zaber;
 pub mod zaber_simulator;
 
@@ -32,6 +33,7 @@ pub mod zaber_simulator;
 mod campaign;
 mod laser_checks;
 mod line_reader;
+mod memory_line;
 mod ports;
 mod serial_controller;
 mod stage_checks;

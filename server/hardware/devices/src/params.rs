@@ -47,6 +47,13 @@ pub const GRBL_LIT_BRAKING: Duration = Duration::from_millis(300);
 /// may take its time to spin up. Silence is found by queries, not by this.
 pub const GRBL_ANSWER_LIMIT: Duration = Duration::from_secs(30);
 
+/// A move, a homing or an unlocking that is not acknowledged while reports show rest for so long was lost, or its answer
+/// was: at rest the firmware takes lines within milliseconds.
+pub const GRBL_LINE_LOST: Duration = Duration::from_millis(400);
+
+/// How old the position in a report may be beyond the time from question to answer.
+pub const GRBL_REPORT_AGE: Duration = Duration::from_millis(5);
+
 /// After the pause of a limit alarm it is waited so long for its message before the reset is sent without it.
 pub const GRBL_RESET_AGAIN: Duration = Duration::from_millis(100);
 

@@ -1,13 +1,16 @@
 //! What a driver's setting `port` means, and what may be written there.
 
 use crate::Found;
+use crate::memory_line::MemoryLine;
 use crate::serial_line::{PortLine, SerialLine};
 use crate::tcp_line::{SCHEME, TcpLine};
+use crate::time;
 
 /// The line that a driver's setting `port` names: a device file, or `tcp://host:port`.
 pub fn line_to(port: &str, baud_rate: u32) -> Box<dyn SerialLine> {
     match port.strip_prefix(SCHEME) {
         Some(address) => Box::new(TcpLine::new(address)),
+        None if time::is_simulated() => Box::new(MemoryLine::new(port)),
         None => Box::new(PortLine::new(port, baud_rate)),
     }
 }

@@ -6,7 +6,6 @@
 //! its last act are the dialogue's farewell bytes.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use remedy::with_causes;
@@ -14,12 +13,16 @@ use remedy::with_causes;
 use crate::StageError;
 use crate::params::ANSWER_WAIT;
 use crate::serial_line::{SerialLine, SerialLineError, SerialWriter};
+use crate::time::{self, Thread};
 
 /// How often a thread without a line looks whether it is to open one.
 const DOWN_WAIT: Duration = Duration::from_millis(50);
 
 /// What [`Controller::open`] waits beyond the opening's own limit.
 const OPEN_SLACK: Duration = Duration::from_secs(2);
+
+/// Under a simulated clock, how soon a change is seen.
+const LOOK: Duration = Duration::from_millis(1);
 
 /// Longest text of one read; reports have a hundred bytes.
 const READ_BYTES: usize = 512;
@@ -107,7 +110,7 @@ struct Shared<D> {
 /// See the module.
 pub struct Controller<D: Dialogue> {
     shared: Arc<Shared<D>>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<Thread<()>>,
 }
 
 impl<D: Dialogue> Controller<D> {
@@ -131,9 +134,7 @@ impl<D: Dialogue> Controller<D> {
             announced: Mutex::new(None),
         });
         let for_thread = Arc::clone(&shared);
-        let thread = std::thread::Builder::new()
-            .name(name.to_owned())
-            .spawn(move || run(&for_thread, line))
+        let thread = time::spawn(name, move || run(&for_thread, line))
             .map_err(|cause| StageError::Gone { reason: format!("no thread for {place}: {cause}") })?;
         let controller = Self { shared, thread: Some(thread) };
         controller.wait_opened(open_limit + OPEN_SLACK)?;
@@ -141,9 +142,9 @@ impl<D: Dialogue> Controller<D> {
     }
 
     fn wait_opened(&self, limit: Duration) -> Result<(), StageError> {
-        let deadline = Instant::now() + limit;
+        let deadline = time::now() + limit;
         let mut desk = self.shared.lock();
-        while !desk.session.opened_or_failed() && Instant::now() < deadline {
+        while !desk.session.opened_or_failed() && time::now() < deadline {
             desk = self.shared.wait(desk, deadline);
         }
         desk.session.sound()
@@ -152,7 +153,7 @@ impl<D: Dialogue> Controller<D> {
     /// Lets `act` change the session, and writes what it wants written.
     pub fn act<T>(&self, act: impl FnOnce(&mut D, Instant) -> T) -> T {
         let mut desk = self.shared.lock();
-        let result = act(&mut desk.session, Instant::now());
+        let result = act(&mut desk.session, time::now());
         self.shared.settle(&mut desk);
         result
     }
@@ -165,7 +166,7 @@ impl<D: Dialogue> Controller<D> {
         refused: impl FnOnce(&D::Fault) -> E,
     ) -> Result<T, E> {
         let mut desk = self.shared.lock();
-        let now = Instant::now();
+        let now = time::now();
         let (result, ticket) = act(&mut desk.session, now)?;
         let Some(ticket) = ticket else {
             self.shared.settle(&mut desk);
@@ -174,7 +175,7 @@ impl<D: Dialogue> Controller<D> {
         desk.session.wait_for(ticket);
         self.shared.settle(&mut desk);
         let deadline = now + ANSWER_WAIT;
-        while !desk.session.answered_or_gone(ticket) && Instant::now() < deadline {
+        while !desk.session.answered_or_gone(ticket) && time::now() < deadline {
             desk = self.shared.wait(desk, deadline);
         }
         match desk.session.end_wait() {
@@ -194,7 +195,7 @@ impl<D: Dialogue> Controller<D> {
                 if told_before && desk.session.retells(stop.code) {
                     // The reader told of it before the bytes were out, and may have seen the end of a stop since: the
                     // stop that came after it is verified anew.
-                    desk.session.stop_sent(stop.code, Instant::now());
+                    desk.session.stop_sent(stop.code, time::now());
                 }
             }
             // No line: nothing moves by our doing, and the fault is told already.
@@ -221,8 +222,13 @@ impl<D: Dialogue> Shared<D> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn wait<'a>(&self, desk: MutexGuard<'a, Desk<D>>, deadline: Instant) -> MutexGuard<'a, Desk<D>> {
-        let left = deadline.saturating_duration_since(Instant::now());
+    fn wait<'a>(&'a self, desk: MutexGuard<'a, Desk<D>>, deadline: Instant) -> MutexGuard<'a, Desk<D>> {
+        let left = deadline.saturating_duration_since(time::now());
+        if time::is_simulated() {
+            drop(desk);
+            time::sleep(left.min(LOOK));
+            return self.lock();
+        }
         self.changed.wait_timeout(desk, left).unwrap_or_else(PoisonError::into_inner).0
     }
 
@@ -250,7 +256,7 @@ impl<D: Dialogue> Shared<D> {
     fn write_announced(&self, stop: &StopBytes) -> Result<bool, String> {
         let mut urgent = self.urgent.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(writer) = urgent.as_mut() else { return Ok(false) };
-        *self.announced() = Some((stop.code, Instant::now()));
+        *self.announced() = Some((stop.code, time::now()));
         let written = if stop.bytes.is_empty() { Ok(()) } else { writer.write_now(&stop.bytes) };
         if written.is_err() {
             *self.announced() = None;
@@ -302,7 +308,7 @@ fn run<D: Dialogue>(shared: &Shared<D>, mut line: Box<dyn SerialLine>) {
                 let mut desk = shared.lock();
                 shared.tell_of_stops(&mut desk);
                 match read {
-                    Ok(n) => desk.session.received(&buffer[..n], Instant::now()),
+                    Ok(n) => desk.session.received(&buffer[..n], time::now()),
                     Err(error) => desk.session.line_lost(with_causes(&error)),
                 }
                 shared.settle(&mut desk);
@@ -323,7 +329,7 @@ fn due<D: Dialogue>(shared: &Shared<D>) -> Option<Next> {
     if desk.ended {
         return None;
     }
-    desk.session.tick(Instant::now());
+    desk.session.tick(time::now());
     shared.settle(&mut desk);
     Some(if desk.session.wants_open() {
         Next::Open
@@ -340,7 +346,7 @@ fn open<D: Dialogue>(shared: &Shared<D>, line: &mut dyn SerialLine) {
     match opened {
         Ok((writer, urgent)) => {
             shared.set_writers(Some(writer), Some(urgent));
-            shared.lock().session.line_opened(Instant::now());
+            shared.lock().session.line_opened(time::now());
         }
         Err(error) => shared.lock().session.line_unopened(with_causes(&error)),
     }
@@ -353,7 +359,7 @@ fn rest<D: Dialogue>(shared: &Shared<D>, line: &mut dyn SerialLine) {
     line.close();
     let desk = shared.lock();
     if !desk.ended && !desk.session.wants_open() {
-        drop(shared.wait(desk, Instant::now() + DOWN_WAIT));
+        drop(shared.wait(desk, time::now() + DOWN_WAIT));
     }
 }
 

@@ -4,7 +4,8 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use super::Dice;
-use crate::serial_line::{PortLine, SerialLine, SerialLineError, SerialWriter};
+use crate::ports::line_to;
+use crate::serial_line::{SerialLine, SerialLineError, SerialWriter};
 
 /// What becomes of bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,13 +43,13 @@ impl LineControl {
 
 /// A port whose bytes pass through the noise.
 pub struct NoisyLine {
-    port: PortLine,
+    port: Box<dyn SerialLine>,
     control: LineControl,
 }
 
 impl NoisyLine {
     pub fn new(port: &str, control: &LineControl) -> Self {
-        Self { port: PortLine::new(port, 115_200), control: control.clone() }
+        Self { port: line_to(port, 115_200), control: control.clone() }
     }
 }
 

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use crate::contract::Stopwatch;
+use crate::time;
 use line::{LineControl, Noise};
 
 /// What happens.
@@ -61,6 +62,8 @@ struct Rig {
     stage_from_machine: fn(f64) -> f64,
     /// What positions may be off: steps, decimals.
     tolerance_mm: f64,
+    /// How far the moment of a reading in motion may be off.
+    reading_slack: Duration,
     _folder: tempfile::TempDir,
 }
 
@@ -128,7 +131,7 @@ impl Rig {
             tally.failures.push(format!("wrong position: {position_mm} mm is beyond everything it was sent to"));
         }
         if state.moving || self.witness.moving() {
-            return;
+            return self.check_on_the_way(position_mm, state.measured_at, tally);
         }
         let last = self
             .witness
@@ -147,6 +150,19 @@ impl Rig {
         }
     }
 
+    /// A position in motion must be one that the axis had about then.
+    fn check_on_the_way(&self, position_mm: f64, at: Instant, tally: &mut Tally) {
+        let (from, to) = (at - self.reading_slack, at + self.reading_slack);
+        let Some((low_mm, high_mm)) = self.witness.positions_between(from, to) else { return };
+        let (one_mm, other_mm) = ((self.stage_from_machine)(low_mm), (self.stage_from_machine)(high_mm));
+        let (low_mm, high_mm) = (one_mm.min(other_mm), one_mm.max(other_mm));
+        if position_mm < low_mm - self.tolerance_mm || position_mm > high_mm + self.tolerance_mm {
+            tally.failures.push(format!(
+                "wrong position: told {position_mm} mm on the way, it was at {low_mm} to {high_mm} mm"
+            ));
+        }
+    }
+
     /// Waits until `seen`; a hang otherwise.
     fn wait(
         &mut self,
@@ -160,7 +176,7 @@ impl Rig {
                 tally.failures.push(format!("hang: {what}"));
                 return false;
             }
-            std::thread::sleep(Duration::from_millis(3));
+            time::sleep(Duration::from_millis(3));
         }
         true
     }
@@ -205,8 +221,8 @@ impl Rig {
         let mut asked_at: Option<Instant> = None;
         self.wait("it does not come back", tally, |rig, tally| {
             let Err(fault) = rig.poll(tally) else { return true };
-            if asked_at.is_none_or(|at| at.elapsed() > Duration::from_millis(1500)) {
-                asked_at = Some(Instant::now());
+            if asked_at.is_none_or(|at| time::since(at) > Duration::from_millis(1500)) {
+                asked_at = Some(time::now());
                 if rig.stage.clear_fault().is_err() {
                     // As a person who reads what is told.
                     if fault.to_string().contains("reset button")
@@ -263,7 +279,7 @@ impl Rig {
     fn suffer(&mut self, what: What, when: When, dice: &mut Dice, tally: &mut Tally) {
         let shone = matches!(when, When::Shining | When::ShiningAndMoving) && self.laser.is_some();
         self.bring_to(when, tally);
-        std::thread::sleep(Duration::from_millis(dice.roll(150) as u64));
+        time::sleep(Duration::from_millis(dice.roll(150) as u64));
         let struck = Stopwatch::start();
         self.strike(what, dice);
         tally.n_faults += 1;
@@ -274,7 +290,7 @@ impl Rig {
                 laser.renew(Duration::from_secs(1)).ok();
             }
             named = self.poll(tally).err();
-            std::thread::sleep(Duration::from_millis(3));
+            time::sleep(Duration::from_millis(3));
         }
         if named.is_some() {
             *tally.n_named.entry(what).or_default() += 1;
@@ -290,7 +306,7 @@ impl Rig {
                 tally.failures.push(format!("light left on, told as {named:?}, heard last: {heard:?}"));
                 break;
             }
-            std::thread::sleep(Duration::from_millis(2));
+            time::sleep(Duration::from_millis(2));
         }
     }
 }
@@ -318,13 +334,14 @@ fn run(open: fn() -> Rig, n: usize, seed: u64) -> Tally {
     tally
 }
 
-/// Rigs that suffer at the same time: most of it is waiting.
+/// Rigs that suffer at the same time, each under a clock of its own.
 const N_RIGS: usize = 10;
 
 fn campaign(name: &str, open: fn() -> Rig, n_faults: usize, n_rigs: usize) {
     let each = n_faults.div_ceil(n_rigs);
     let rigs = (0..n_rigs).map(|idx| {
-        std::thread::spawn(move || run(open, each, 0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(idx as u64 + 1)))
+        let seed = 0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(idx as u64 + 1);
+        std::thread::spawn(move || time::simulated(|| run(open, each, seed)))
     });
     let rigs: Vec<_> = rigs.collect();
     let mut all = Tally::default();

@@ -1,6 +1,7 @@
 //! The three controllers, each over its simulated firmware.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use tempfile::TempDir;
 
@@ -33,7 +34,7 @@ pub fn grbl() -> Rig {
         line,
         act: Box::new(move |act| match act {
             Act::Restart => acting.restart(),
-            Act::Alarm => acting.alarm(1),
+            Act::Alarm => acting.happen(grbl_simulator::Event::Alarm(1)),
             Act::OtherDevice => {
                 is_away.set(true);
                 acting.replug_as(grbl_simulator::SimulatorConfig { name: "another".to_owned(), ..kind.clone() });
@@ -52,6 +53,7 @@ pub fn grbl() -> Rig {
         }),
         stage_from_machine: |machine_mm| machine_mm + 6.0,
         tolerance_mm: 0.01,
+        reading_slack: Duration::from_millis(20),
         _folder: folder,
     }
 }
@@ -97,6 +99,7 @@ pub fn zaber() -> Rig {
         }),
         stage_from_machine: |machine_mm| machine_mm - 6.0,
         tolerance_mm: 0.002,
+        reading_slack: Duration::from_millis(40),
         _folder: folder,
     }
 }
@@ -142,6 +145,8 @@ pub fn marlin() -> Rig {
         }),
         stage_from_machine: |machine_mm| machine_mm - 6.0,
         tolerance_mm: 0.03,
+        // It tells what was commanded last, which is ahead of the motor.
+        reading_slack: Duration::from_millis(500),
         _folder: folder,
     }
 }

@@ -33,6 +33,6 @@ pub fn wait_for<T>(limit: Duration, what: &str, mut seen: impl FnMut() -> Option
             return value;
         }
         assert!(watch.own_time() < limit, "{what}: not within {limit:?}");
-        std::thread::sleep(LOOK_PERIOD);
+        crate::time::sleep(LOOK_PERIOD);
     }
 }

@@ -165,7 +165,7 @@ fn frames_come_in_order(mut camera: Box<dyn Camera>, profile: &CameraProfile) {
             info.lost_before
         );
         expected_id = info.frame_id + 1;
-        assert!(info.exposed_at <= Instant::now(), "frame {} was exposed in the future", info.frame_id);
+        assert!(info.exposed_at <= crate::time::now(), "frame {} was exposed in the future", info.frame_id);
         if let Some(last) = last_exposed_at {
             assert!(info.exposed_at >= last, "frame {} was exposed before the one before it", info.frame_id);
         }

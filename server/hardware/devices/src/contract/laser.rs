@@ -1,6 +1,6 @@
 //! The rules of a laser.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::Cable;
 use super::calls::{SCHEDULING_SLACK, short, wait_for};
@@ -83,7 +83,7 @@ fn it_goes_dark_when_the_lease_ends(mut laser: Box<dyn Laser>, profile: &LaserPr
     laser.switch_on(power, SHORT_LEASE).expect("sound");
     witness_sees(profile, true, "switched on, and no light comes");
     // The caller hangs: nobody calls the driver until the witness has seen the end.
-    std::thread::sleep(SHORT_LEASE);
+    crate::time::sleep(SHORT_LEASE);
     witness_sees(profile, false, "the lease ended while its owner hung, and it still shines");
     wait_for(profile.reaction_limit + SCHEDULING_SLACK, "the lease's end shows in `poll`", || {
         (!laser.poll().expect("the end of a lease is no fault").emitting).then_some(())
@@ -94,11 +94,11 @@ fn renewing_keeps_it_shining(mut laser: Box<dyn Laser>, profile: &LaserProfile) 
     let power = some_power(&*laser);
     let lease = 4 * SHORT_LEASE;
     laser.switch_on(power, lease).expect("sound");
-    let begin = Instant::now();
-    while begin.elapsed() < 2 * lease {
+    let begin = crate::time::now();
+    while crate::time::since(begin) < 2 * lease {
         let state = short("renew", || laser.renew(lease)).expect("shining");
         assert!(state.emitting, "it went dark though its lease was renewed");
-        std::thread::sleep(lease / 8);
+        crate::time::sleep(lease / 8);
     }
     witness_sees(profile, true, "it went dark though its lease was renewed");
     laser.switch_off().expect("switch off");
@@ -120,7 +120,7 @@ fn renewing_does_not_switch_on(mut laser: Box<dyn Laser>, profile: &LaserProfile
 fn no_lease_is_longer_than_the_limit(mut laser: Box<dyn Laser>, profile: &LaserProfile) {
     let power = some_power(&*laser);
     laser.switch_on(power, 60 * LASER_LEASE_LIMIT).expect("sound");
-    std::thread::sleep(LASER_LEASE_LIMIT);
+    crate::time::sleep(LASER_LEASE_LIMIT);
     witness_sees(profile, false, "a lease of a minute was granted");
     wait_for(profile.reaction_limit + SCHEDULING_SLACK, "a lease of a minute ends after a second", || {
         (!laser.poll().expect("sound").emitting).then_some(())

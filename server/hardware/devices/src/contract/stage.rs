@@ -387,7 +387,7 @@ fn stays_short_of(stage: &mut dyn Stage, far_mm: f64, profile: &StageProfile) {
 
 fn stands(stage: &mut dyn Stage, at_mm: Option<f64>, profile: &StageProfile, otherwise: &str) {
     for _ in 0..N_LOOKS {
-        std::thread::sleep(Duration::from_millis(5));
+        crate::time::sleep(Duration::from_millis(5));
         let now = look(stage);
         let same = match (now.position_mm, at_mm) {
             (Some(now_mm), Some(at_mm)) => (now_mm - at_mm).abs() <= profile.tolerance_mm,

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use super::dialect::Dialect::{self, FluidNc, Grbl, GrblHal};
 use super::firmware::Firmware;
-use super::{Fault, SimulatorConfig};
-use crate::simulator::Witness;
+use super::{Event, SimulatorConfig};
+use crate::simulator::{Firmware as _, Witness};
 
 /// A controller and its clock.
 struct Bench {
@@ -26,7 +26,8 @@ const SETTLED_MS: u64 = 900;
 impl Bench {
     fn of(config: SimulatorConfig) -> Self {
         let (witness, now) = (Witness::new(None).unwrap(), Instant::now());
-        let mut bench = Self { firmware: Firmware::new(config, witness.clone(), now), witness, now };
+        let mut bench = Self { firmware: Firmware::new(config, witness.clone()), witness, now };
+        bench.firmware.power_on(now);
         bench.pass(SETTLED_MS);
         bench
     }
@@ -334,10 +335,10 @@ fn a_door_that_opens_on_the_way_brakes_first_and_stays_while_it_is_open() {
         let mut bench = Bench::configured(slow, "Idle");
         bench.send(MOVE, 1000).bytes(&[0x84], 20);
         assert_eq!(bench.outcome(), "ok Door:2", "{dialect:?}");
-        bench.firmware.set_door_open(true);
+        bench.firmware.happen(Event::DoorOpen(true), bench.now);
         bench.pass(500).send("~", 200);
         assert_eq!(bench.outcome(), "Door:1", "{dialect:?}");
-        bench.firmware.set_door_open(false);
+        bench.firmware.happen(Event::DoorOpen(false), bench.now);
         bench.send("~", 10);
         assert_eq!(bench.outcome(), "Door:3", "{dialect:?}");
     }
@@ -347,7 +348,7 @@ fn a_door_that_opens_on_the_way_brakes_first_and_stays_while_it_is_open() {
 fn an_open_door_keeps_it_locked() {
     for dialect in Dialect::ALL {
         let mut bench = Bench::in_state(dialect, "Alarm");
-        bench.firmware.set_door_open(true);
+        bench.firmware.happen(Event::DoorOpen(true), bench.now);
         bench.send("$X\n$H\n", SETTLED_MS);
         assert_eq!(bench.outcome(), "e13 e13 Alarm", "{dialect:?}");
     }
@@ -394,7 +395,7 @@ fn a_homing_lock_is_opened_by_homing_only() {
 #[test]
 fn grbl_hal_hears_no_reset_while_its_emergency_stop_is_pressed() {
     let mut bench = Bench::in_state(GrblHal, "Idle");
-    bench.firmware.fault = Some(Fault::EmergencyStop);
+    bench.firmware.happen(Event::EmergencyStop, bench.now);
     bench.raise(10).bytes(&[0x18], SETTLED_MS);
     assert_eq!(bench.outcome(), "A10 Alarm");
 }

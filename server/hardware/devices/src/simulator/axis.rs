@@ -83,6 +83,7 @@ impl SimulatedAxis {
         if self.goal.is_none() {
             self.passed_at = None;
         }
+        self.witness.saw_axis_at(now, self.at_mm);
         self.tell(now);
     }
 

@@ -8,17 +8,14 @@ mod terminal;
 mod witness;
 
 pub use axis::SimulatedAxis;
-pub(crate) use terminal::Terminal;
+use terminal::Terminal;
 pub use witness::{Entry, Happening, Witness};
 
-use std::io::{Read, Write};
-use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
+use crate::time::{self, Thread};
 
 /// A simulated firmware, its motor and its light.
 pub trait Firmware: Send + 'static {
@@ -41,6 +38,8 @@ pub trait Firmware: Send + 'static {
     fn take_outgoing(&mut self) -> Vec<u8>;
     /// Something happens to it.
     fn happen(&mut self, event: Self::Event, now: Instant);
+    /// What happened to it and lasts is over.
+    fn repair(&mut self) {}
 }
 
 /// A fault of the line's other end; it lasts until another or [`Simulator::repair`].
@@ -66,7 +65,7 @@ pub struct Simulator<F: Firmware> {
     place: PathBuf,
     witness: Witness,
     requests: Sender<(Request<F>, Sender<()>)>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<Thread<()>>,
 }
 
 impl<F: Firmware> Simulator<F> {
@@ -86,9 +85,8 @@ impl<F: Firmware> Simulator<F> {
             terminal: Some(terminal),
             fault: None,
         };
-        machine.firmware.power_on(Instant::now());
-        let thread =
-            std::thread::Builder::new().name("simulator".to_owned()).spawn(move || machine.run(&received))?;
+        machine.firmware.power_on(time::now());
+        let thread = time::spawn("simulator", move || machine.run(&received))?;
         Ok(Self { place: place.to_owned(), witness, requests, thread: Some(thread) })
     }
 
@@ -142,6 +140,9 @@ impl<F: Firmware> Simulator<F> {
         let (done, is_done) = channel();
         // The thread ends only when this is dropped.
         self.requests.send((request, done)).ok();
+        while time::is_simulated() && is_done.try_recv() == Err(TryRecvError::Empty) {
+            time::sleep(PERIOD);
+        }
         is_done.recv().ok();
     }
 }
@@ -181,15 +182,20 @@ impl<F: Firmware> Machine<F> {
                 Err(TryRecvError::Empty) => {}
             }
             self.hear();
-            self.firmware.pass(Instant::now());
+            self.firmware.pass(time::now());
             self.speak();
         }
     }
 
     fn request(&mut self, request: Request<F>) {
-        let now = Instant::now();
+        let now = time::now();
         match request {
-            Request::Fault(fault) => self.fault = fault,
+            Request::Fault(fault) => {
+                if fault.is_none() {
+                    self.firmware.repair();
+                }
+                self.fault = fault;
+            }
             Request::Happen(event) => self.firmware.happen(event, now),
             Request::Restart => {
                 self.firmware.power_off(now);
@@ -214,15 +220,11 @@ impl<F: Firmware> Machine<F> {
 
     /// Waits for bytes, a little; what came is heard at once.
     fn hear(&mut self) {
-        let Some(terminal) = &mut self.terminal else { return std::thread::sleep(PERIOD) };
-        let mut waits = [PollFd::new(terminal.controller.as_fd(), PollFlags::POLLIN)];
-        let timeout = PollTimeout::try_from(PERIOD).unwrap_or(PollTimeout::ZERO);
-        if poll(&mut waits, timeout).unwrap_or(0) == 0 {
-            return;
-        }
+        let Some(terminal) = &mut self.terminal else { return time::sleep(PERIOD) };
         let mut buffer = [0; 256];
-        if let Ok(n) = terminal.controller.read(&mut buffer) {
-            let now = Instant::now();
+        let n = terminal.read(&mut buffer, PERIOD);
+        if n > 0 {
+            let now = time::now();
             for &byte in &buffer[..n] {
                 self.witness.saw(now, Happening::Byte(byte));
             }
@@ -239,8 +241,7 @@ impl<F: Firmware> Machine<F> {
             _ => said,
         };
         if !sent.is_empty() {
-            // Nobody may be listening.
-            terminal.controller.write_all(&sent).ok();
+            terminal.write(&sent);
         }
     }
 }

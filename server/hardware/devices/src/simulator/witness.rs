@@ -1,10 +1,11 @@
 //! What really happened at the simulated controller: light, motion and every byte, each with its time.
 
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Something the witness saw.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,8 +45,13 @@ struct Record {
     entries: Vec<Entry>,
     light: bool,
     moving: bool,
+    /// Where the axis was lately, while it moved.
+    path: VecDeque<(Instant, f64)>,
     file: Option<File>,
 }
+
+/// How long it remembers where the axis was.
+const PATH: Duration = Duration::from_secs(3);
 
 impl Witness {
     /// An empty record; every entry is also written to `file` as a line `µs-since-start what value`, at once, so
@@ -55,7 +61,14 @@ impl Witness {
     /// If the file cannot be created.
     pub fn new(file: Option<&Path>) -> std::io::Result<Self> {
         let file = file.map(File::create).transpose()?;
-        let record = Record { begun_at: Instant::now(), entries: Vec::new(), light: false, moving: false, file };
+        let record = Record {
+            begun_at: crate::time::now(),
+            entries: Vec::new(),
+            light: false,
+            moving: false,
+            path: VecDeque::new(),
+            file,
+        };
         Ok(Self { inner: Arc::new(Mutex::new(record)) })
     }
 
@@ -97,7 +110,31 @@ impl Witness {
         self.since(mark).into_iter().filter(began).count()
     }
 
+    /// Lowest and highest machine position, mm, that the axis had from `from` to `to`; none if it is not remembered.
+    pub fn positions_between(&self, from: Instant, to: Instant) -> Option<(f64, f64)> {
+        let record = self.lock();
+        let after = record.path.iter().position(|(at, _)| *at > to).unwrap_or(record.path.len());
+        let first = record.path.iter().rposition(|(at, _)| *at <= from)?;
+        let there = record.path.range(first..(after + 1).min(record.path.len())).map(|(_, at_mm)| *at_mm);
+        let within =
+            there.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at_mm| (low.min(at_mm), high.max(at_mm)));
+        Some(within)
+    }
+
+    pub(crate) fn saw_axis_at(&self, at: Instant, at_mm: f64) {
+        let path = &mut self.lock().path;
+        while path.front().is_some_and(|(before, _)| at.saturating_duration_since(*before) > PATH)
+            && path.len() > 1
+        {
+            path.pop_front();
+        }
+        path.push_back((at, at_mm));
+    }
+
     pub(crate) fn saw(&self, at: Instant, what: Happening) {
+        if let Happening::MotionBegan(at_mm) | Happening::MotionEnded(at_mm) = what {
+            self.saw_axis_at(at, at_mm);
+        }
         let mut record = self.lock();
         match what {
             Happening::LightOn(_) => record.light = true,

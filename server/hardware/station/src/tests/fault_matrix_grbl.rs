@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use devices::contract::Stopwatch;
 use devices::grbl::{GrblDriver, GrblSettings};
-use devices::grbl_simulator::{Fault, GrblSimulator, SimulatorConfig};
+use devices::grbl_simulator::{Event, GrblSimulator, SimulatorConfig};
+use devices::simulator::LineFault;
 use tempfile::TempDir;
 
 use super::bench::{Bench, bench_of, nobody, small_devices};
@@ -35,12 +36,12 @@ enum Trouble {
 impl Trouble {
     fn come(self, controller: &GrblSimulator) {
         match self {
-            Self::Silence => controller.fail(Fault::Silence),
-            Self::Garbage => controller.fail(Fault::Garbage),
-            Self::Alarm => controller.alarm(1),
+            Self::Silence => controller.fail(LineFault::Silence),
+            Self::Garbage => controller.fail(LineFault::Garbage),
+            Self::Alarm => controller.happen(Event::Alarm(1)),
             Self::Unplugged => controller.unplug(),
             Self::Restarted => controller.restart(),
-            Self::Stall => controller.fail(Fault::Stall),
+            Self::Stall => controller.happen(Event::Stall),
         }
     }
 

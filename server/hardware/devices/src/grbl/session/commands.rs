@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, LineKind, Link, Lit, Session, Stopping, Travel, being_opened, stop_bytes};
+use super::{Activity, LineKind, Link, Lit, Session, Stopping, Travel, Way, being_opened, stop_bytes};
 use crate::grbl::LaserMode;
 use crate::grbl::fault::{Device, Fault};
 use crate::grbl::identity::{machine_from_stage, stage_from_machine};
@@ -70,14 +70,10 @@ impl Session {
         let target_mm = stage_from_machine(machine_mm, self.zero_at_machine_mm, self.config.reversed);
         let ticket = self.send_line(line, LineKind::Travel, now, now + GRBL_ANSWER_LIMIT);
         let last_mm = self.seen.map_or(machine_mm, |seen| seen.machine_mm);
-        self.activity = Activity::Travel(Travel {
-            target_mm,
-            target_machine_mm: machine_mm,
-            jog,
-            taken_at: None,
-            last_mm,
-            last_progress_at: now,
-        });
+        let way = Way { from_mm: last_mm, to_mm: machine_mm, speed_mm_s, since: now };
+        self.way = Some(way);
+        self.activity =
+            Activity::Travel(Travel { target_mm, way, jog, taken_at: None, last_mm, last_progress_at: now });
         (AcceptedMove { target_mm, speed_mm_s }, ticket)
     }
 
@@ -99,7 +95,7 @@ impl Session {
     fn ready_to_move(&self) -> Result<(), StageError> {
         self.sound()?;
         let idle = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Idle | MachineState::Alarm));
-        if self.activity != Activity::Rest || self.reset_awaited() || !idle {
+        if self.activity != Activity::Rest || self.reset_awaited() || !idle || !self.is_confirmed {
             return Err(StageError::Moving);
         }
         Ok(())

@@ -36,6 +36,7 @@ impl Session {
             Message::Ok => match self.pending.pop_front() {
                 Some(pending) => {
                     self.is_alive(now);
+                    self.resting_since = None;
                     self.answered(&pending, now);
                 }
                 None => self.garbage("ok".to_owned(), now),
@@ -43,6 +44,7 @@ impl Session {
             Message::Error(code) => match self.pending.pop_front() {
                 Some(pending) => {
                     self.is_alive(now);
+                    self.resting_since = None;
                     self.refused(pending, code, now);
                 }
                 None => self.garbage(format!("error:{code}"), now),
@@ -195,22 +197,34 @@ impl Session {
             return self.down(Fault::Gone { reason });
         }
         let Some(machine_mm) = self.machine_mm(&report) else { return };
-        if self.is_doubtful(machine_mm) {
-            return self.query(now);
-        }
         // The report was made between question and answer.
         let at = asked_at + (began_at - asked_at) / 2;
-        self.seen = Some(Seen { state: report.state, machine_mm, at });
+        let told = Seen { state: report.state, machine_mm, asked_at, at, heard_at: now };
+        if !self.believes(told, now) {
+            return;
+        }
+        if matches!(report.state, MachineState::Idle | MachineState::Alarm) {
+            self.resting_since.get_or_insert(asked_at);
+        } else {
+            self.resting_since = None;
+        }
         self.undo_overrides(&report);
         self.watch_stray_light(report.spindle, now);
         self.unlock_where_sound(report.state, now);
         self.follow(report.state, machine_mm, asked_at, now);
+        if self.activity == Activity::Rest && !self.is_confirmed && !report.state.in_motion() {
+            self.query(now);
+        }
     }
 
     /// Machine position of the axis; `None` as long as the work offset is not known, which comes with some reports.
     pub(super) fn machine_mm(&mut self, report: &Report) -> Option<f64> {
         if let Some(offset_mm) = report.offset_mm {
-            (self.offset_mm, self.offset_known) = (offset_mm, true);
+            // It stays for many reports: one that is new is believed when it is told twice.
+            if self.doubted_offset_mm == Some(offset_mm) {
+                (self.offset_mm, self.offset_known) = (offset_mm, true);
+            }
+            self.doubted_offset_mm = Some(offset_mm);
         }
         let idx = self.config.axis.idx();
         match report.position {
@@ -263,12 +277,10 @@ impl Session {
             (travel.last_mm, travel.last_progress_at) = (machine_mm, now);
         }
         self.activity = Activity::Travel(travel);
-        let resolution_mm = self.machine.as_ref().map_or(0.0, |machine| machine.capabilities.resolution_mm);
-        // A step and a half, and half of the last decimal printed.
-        let at_target = (machine_mm - travel.target_machine_mm).abs() <= 1.5 * resolution_mm + 0.0005;
+        let at_target = (machine_mm - travel.way.to_mm).abs() <= self.rounding_mm();
         let short = match state {
             MachineState::Idle if at_target => {
-                self.activity = Activity::Rest;
+                (self.activity, self.is_confirmed) = (Activity::Rest, true);
                 return;
             }
             MachineState::Idle => asked_at - taken_at > GRBL_START,
@@ -279,15 +291,6 @@ impl Session {
             self.homed = false;
             self.raise(Fault::Stalled { target_mm: travel.target_mm, actual_mm }, now);
         }
-    }
-
-    /// Reports have no checksum: a position at rest that changed is believed when it is told twice.
-    fn is_doubtful(&mut self, machine_mm: f64) -> bool {
-        let changed = self.seen.is_some_and(|seen| seen.machine_mm != machine_mm);
-        let doubtful =
-            self.activity == Activity::Rest && self.homed && changed && self.doubted_mm != Some(machine_mm);
-        self.doubted_mm = doubtful.then_some(machine_mm);
-        doubtful
     }
 
     /// Somebody turned an override at the machine: it would change speeds that were accepted, and the laser's power.

@@ -2,8 +2,9 @@
 //!
 //! Bytes come in by [`Session::received`], time by [`Session::tick`], wishes by the methods of `commands`; what is
 //! to be written collects in `outgoing`. Parts: `opening` (from the reset to the first report), `messages` (what
-//! comes when it is up), `timers`, `commands`.
+//! comes when it is up), `belief` (which positions are believed), `timers`, `commands`.
 
+mod belief;
 mod commands;
 mod dialogue;
 mod messages;
@@ -58,11 +59,21 @@ struct Stopping {
     idle_once: bool,
 }
 
+/// Where a move or jog goes by the machine's scale, mm, and how fast.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Way {
+    from_mm: f64,
+    to_mm: f64,
+    speed_mm_s: f64,
+    /// When its command was sent.
+    since: Instant,
+}
+
 /// A move or jog.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Travel {
     target_mm: f64,
-    target_machine_mm: f64,
+    way: Way,
     jog: bool,
     /// When the controller took it.
     taken_at: Option<Instant>,
@@ -98,7 +109,11 @@ enum LineKind {
 struct Seen {
     state: MachineState,
     machine_mm: f64,
+    /// When it was asked for: no part of it is older.
+    asked_at: Instant,
     at: Instant,
+    /// When it came: no part of it is newer.
+    heard_at: Instant,
 }
 
 /// Light as it was leased.
@@ -149,9 +164,17 @@ pub struct Session {
     machine: Option<Machine>,
     offset_mm: [f64; 3],
     offset_known: bool,
+    /// An offset that was told once.
+    doubted_offset_mm: Option<[f64; 3]>,
     seen: Option<Seen>,
-    /// A position at rest that differs from the last one, and was told once.
-    doubted_mm: Option<f64>,
+    /// Whether the position at rest was told twice, or is where a move was to end.
+    is_confirmed: bool,
+    /// A position that was told once and is not where it was to be.
+    doubted: Option<Seen>,
+    /// The way of the last move or jog.
+    way: Option<Way>,
+    /// Since when every report was of rest, with the same line waiting for its answer.
+    resting_since: Option<Instant>,
     queries: Queries,
     reset: Option<OwnReset>,
     /// After an alarm: until then the firmware does nothing else, and may lose a reset.
@@ -192,8 +215,12 @@ impl Session {
             machine: None,
             offset_mm: [0.0; 3],
             offset_known: false,
+            doubted_offset_mm: None,
             seen: None,
-            doubted_mm: None,
+            is_confirmed: false,
+            doubted: None,
+            way: None,
+            resting_since: None,
             queries: Queries::default(),
             reset: None,
             quiet_until: None,
@@ -248,13 +275,14 @@ impl Session {
         let held = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Held | MachineState::Door));
         let alone = self.seen.is_some_and(|seen| seen.state.in_motion());
         let moving = match self.activity {
-            Activity::Rest => alone || self.reset_awaited(),
+            Activity::Rest => alone || self.reset_awaited() || !self.is_confirmed,
             Activity::Travel(_) => !held,
             Activity::Homing { .. } | Activity::Stopping(_) => true,
         };
         let stopping = matches!(self.activity, Activity::Stopping(_));
+        let is_told = self.is_confirmed || self.activity != Activity::Rest;
         StageState {
-            position_mm: if self.homed { self.position_mm() } else { None },
+            position_mm: self.position_mm().filter(|_| self.homed && is_told),
             measured_at: self.seen.map_or(now, |seen| seen.at),
             moving,
             held: held && !stopping,
@@ -361,6 +389,9 @@ impl Session {
         self.outgoing.extend_from_slice(text.as_bytes());
         self.outgoing.push(b'\n');
         self.next_ticket += 1;
+        if self.pending.is_empty() {
+            self.resting_since = None;
+        }
         self.pending.push_back(Pending { ticket: self.next_ticket, text, kind, sent_at: now, answer_by });
         self.next_ticket
     }

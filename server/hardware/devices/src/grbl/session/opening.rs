@@ -16,6 +16,8 @@ pub struct Opening {
     since: Instant,
     reset_at: Instant,
     step: Step,
+    /// The first position that was told: it is believed when it is told twice.
+    first_mm: Option<f64>,
     /// The first line that is not GRBL's.
     foreign: Option<(Instant, String)>,
 }
@@ -37,10 +39,17 @@ impl Session {
     pub fn line_opened(&mut self, now: Instant) {
         self.wants_open = false;
         self.forget_dialogue();
-        (self.homed, self.must_home, self.offset_known) = (false, false, false);
+        (self.homed, self.must_home) = (false, false);
+        (self.offset_known, self.doubted_offset_mm) = (false, None);
         self.fault = Some(being_opened());
         self.outgoing = vec![RESET];
-        self.link = Link::Opening(Opening { since: now, reset_at: now, step: Step::Banner, foreign: None });
+        self.link = Link::Opening(Opening {
+            since: now,
+            reset_at: now,
+            step: Step::Banner,
+            first_mm: None,
+            foreign: None,
+        });
     }
 
     /// The line could not be opened.
@@ -64,8 +73,11 @@ impl Session {
             Message::Error(code) => self.opening_refused(code),
             // While it starts it is not there yet: it is asked again.
             Message::Report(report) if opening.step == Step::Report && report.state != MachineState::Starting => {
-                if self.machine_mm(&report).is_none() {
-                    // grblHAL tells the work offset in every tenth report or so: it is not up before that.
+                // grblHAL tells the work offset in every tenth report or so: it is not up before that.
+                let machine_mm = self.machine_mm(&report);
+                let Link::Opening(opening) = &mut self.link else { return };
+                if machine_mm.is_none() || opening.first_mm != machine_mm {
+                    opening.first_mm = machine_mm;
                     return self.query(now);
                 }
                 self.reached(now);
@@ -119,7 +131,7 @@ impl Session {
         self.link = Link::Up;
         self.fault = None;
         self.must_home &= self.dialect() == Dialect::GrblHal;
-        self.activity = Activity::Rest;
+        (self.activity, self.seen, self.is_confirmed) = (Activity::Rest, None, true);
         self.zero_at_machine_mm = self.config.zero_at_machine_mm;
         self.queries = Queries { last_sent_at: self.queries.last_sent_at.or(Some(now)), unanswered_since: None };
     }

@@ -2,11 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Activity, LineKind, Link, Session, Stopping};
+use super::{Activity, LineKind, Link, Pending, Session, Stopping};
 use crate::grbl::fault::Fault;
 use crate::grbl::protocol::{HOLD, MachineState, QUERY};
 use crate::params::{
-    GRBL_ANSWER_LIMIT, GRBL_BRAKING_QUERY, GRBL_DARK_LIMIT, GRBL_IDLE_QUERY_HZ, GRBL_LIT_BRAKING, GRBL_SILENCE,
+    GRBL_ANSWER_LIMIT, GRBL_BRAKING_QUERY, GRBL_DARK_LIMIT, GRBL_IDLE_QUERY_HZ, GRBL_LINE_LOST, GRBL_LIT_BRAKING,
+    GRBL_SILENCE,
 };
 
 /// Longest sleep of the thread at rest and in the dark; its queries are slower.
@@ -163,8 +164,19 @@ impl Session {
     }
 
     fn line_unanswered(&self, now: Instant) -> Option<(String, Instant)> {
-        let pending = self.pending.front().filter(|pending| now > pending.answer_by && !self.reset_awaited())?;
+        let pending = self.pending.front().filter(|_| !self.reset_awaited())?;
+        if now <= pending.answer_by && !self.is_lost(pending) {
+            return None;
+        }
         Some((pending.text.clone(), pending.sent_at))
+    }
+
+    /// Whether the line or its answer was lost: the firmware rests and does not take what it would take at once. `M3` and
+    /// `M5` may wait for a spindle.
+    fn is_lost(&self, pending: &Pending) -> bool {
+        let at_once = matches!(pending.kind, LineKind::Travel | LineKind::Home | LineKind::Unlock);
+        let rested = self.resting_since.zip(self.seen).map(|(since, seen)| seen.asked_at - since);
+        at_once && rested.is_some_and(|rested| rested > GRBL_LINE_LOST)
     }
 
     fn silent(&self, now: Instant) -> Option<(String, Instant)> {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::{Bench, SLACK, bench, home, rest, wait_until};
 use crate::grbl::protocol::{HOLD, JOG_CANCEL, RESET};
 use crate::grbl::{GrblConfig, GrblStage};
-use crate::grbl_simulator::{Dialect, Fault, Happening, SimulatorConfig};
+use crate::grbl_simulator::{Dialect, Event, Happening, SimulatorConfig};
 use crate::params::GRBL_SILENCE;
 use crate::{Laser, LaserError, Stage, StageError};
 
@@ -42,7 +42,7 @@ fn a_jog_let_go_stops_at_once_and_keeps_the_position_without_a_reset() {
             // The jog is acknowledged.
             wait_until(SLACK, "it is on its way", || stage.poll().unwrap().position_mm.unwrap() > -3.95);
             let mark = bench.simulator.witness().mark();
-            let let_go_at = Instant::now();
+            let let_go_at = crate::time::now();
             if by_hold {
                 stage.hold().unwrap()
             } else {
@@ -87,7 +87,7 @@ fn a_stop_is_a_hold_and_a_jog_cancel_and_one_reset_at_rest() {
 fn a_limit_alarm_is_reset_when_it_hears_resets_and_can_be_cleared() {
     for dialect in Dialect::ALL {
         let (bench, mut stage) = at_the_low_end(dialect);
-        bench.simulator.alarm(1);
+        bench.simulator.happen(Event::Alarm(1));
         wait_until(SLACK, "it is told", || matches!(stage.poll(), Err(StageError::Alarm { code: 1, .. })));
         // At once: whoever clears it does not know of the pause.
         stage.clear_fault().unwrap();
@@ -105,7 +105,7 @@ fn a_failed_probe_darkens_and_is_a_fault() {
         home(&mut stage);
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
         wait_until(SLACK, "it shines", || bench.light());
-        bench.simulator.alarm(4);
+        bench.simulator.happen(Event::Alarm(4));
         wait_until(SLACK, "it is told", || matches!(stage.poll(), Err(StageError::Alarm { code: 4, .. })));
         // The pause after the alarm is the firmware's.
         wait_until(Duration::from_millis(500) + SLACK, "it is dark", || !bench.light());
@@ -117,9 +117,9 @@ fn the_silence_of_grbl_hal_while_homing_is_borne_and_no_setting_is_written() {
     let slow = SimulatorConfig { homing_mm_s: 4.0, start_at_mm: -8.0, ..SimulatorConfig::of(Dialect::GrblHal) };
     let bench = bench(slow);
     let (mut stage, _laser) = bench.open();
-    let begun_at = Instant::now();
+    let begun_at = crate::time::now();
     home(&mut stage);
-    assert!(begun_at.elapsed() > GRBL_SILENCE);
+    assert!(crate::time::since(begun_at) > GRBL_SILENCE);
     let heard = String::from_utf8_lossy(&bytes_heard(&bench)).into_owned();
     assert!(!heard.contains('='), "a setting was written: {heard:?}");
 }
@@ -165,13 +165,13 @@ fn an_acknowledgement_that_comes_late_is_no_fault_while_reports_come() {
         let delay = 2 * GRBL_SILENCE;
         let bench = bench(SimulatorConfig { spindle_delay: delay, ..SimulatorConfig::of(dialect) });
         let (mut stage, mut laser) = bench.open();
-        let begun_at = Instant::now();
+        let begun_at = crate::time::now();
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-        while begun_at.elapsed() < delay + SLACK {
+        while crate::time::since(begun_at) < delay + SLACK {
             laser.renew(Duration::from_secs(1)).unwrap();
             laser.poll().unwrap();
             stage.poll().unwrap();
-            std::thread::sleep(Duration::from_millis(20));
+            crate::time::sleep(Duration::from_millis(20));
         }
         assert!(bench.light() && laser.poll().unwrap().emitting, "{dialect:?}: dark");
     }
@@ -238,13 +238,13 @@ fn an_emergency_stop_stays_an_alarm_until_it_is_released() {
     let bench = bench(SimulatorConfig::of(Dialect::GrblHal));
     let (mut stage, _laser) = bench.open();
     home(&mut stage);
-    bench.simulator.fail(Fault::EmergencyStop);
-    bench.simulator.alarm(10);
+    bench.simulator.happen(Event::EmergencyStop);
+    bench.simulator.happen(Event::Alarm(10));
     wait_until(SLACK, "it is told", || stage.poll().is_err());
-    let told_at = Instant::now();
-    while told_at.elapsed() < 2 * GRBL_SILENCE {
+    let told_at = crate::time::now();
+    while crate::time::since(told_at) < 2 * GRBL_SILENCE {
         assert!(matches!(stage.poll(), Err(StageError::Alarm { code: 10, .. })), "{:?}", stage.poll());
-        std::thread::sleep(Duration::from_millis(20));
+        crate::time::sleep(Duration::from_millis(20));
     }
     bench.simulator.repair();
     stage.clear_fault().unwrap();

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use super::{bench, home, rest, sound_bench, wait_until};
-use crate::grbl_simulator::{Dialect, Fault, GrblSimulator, Happening, SimulatorConfig};
+use crate::grbl_simulator::{Dialect, Event, GrblSimulator, Happening, SimulatorConfig};
+use crate::simulator::LineFault;
 use crate::{Laser, LaserError, Stage, StageError};
 
 #[test]
@@ -14,7 +15,7 @@ fn an_override_turned_at_the_machine_is_set_back_and_the_power_with_it() {
         home(&mut stage);
         laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
         let mark = bench.simulator.witness().mark();
-        bench.simulator.turn_override(0x9b);
+        bench.simulator.happen(Event::Override(0x9b));
         wait_until(Duration::from_secs(1), "it is set back", || {
             laser.renew(Duration::from_secs(1)).unwrap();
             let since = bench.simulator.witness().since(mark);
@@ -96,7 +97,7 @@ fn another_device_is_refused_within_a_second_with_what_it_said() {
 fn a_silent_controller_and_a_missing_port_are_told_apart() {
     let mut bench = sound_bench();
     bench.config.open_limit = Duration::from_millis(300);
-    bench.simulator.fail(Fault::Silence);
+    bench.simulator.fail(LineFault::Silence);
     assert!(matches!(bench.refusal(), StageError::NoReply { .. }));
     bench.config.port.push_str("-elsewhere");
     assert!(matches!(bench.refusal(), StageError::Gone { .. }));
@@ -154,7 +155,7 @@ fn positions_on_the_way_are_timed_to_a_fraction_of_the_answer_s_way() {
             break;
         }
         seen.push((state.measured_at, state.position_mm.unwrap()));
-        std::thread::sleep(Duration::from_millis(5));
+        crate::time::sleep(Duration::from_millis(5));
     }
     let began = bench.simulator.witness().since(mark);
     let began = began.iter().find(|entry| matches!(entry.what, Happening::MotionBegan(_))).unwrap().at;
@@ -178,7 +179,7 @@ fn a_soft_limit_alarm_keeps_the_position_and_every_other_costs_it() {
         let (mut stage, _laser) = bench.open();
         home(&mut stage);
         let before = stage.poll().unwrap().position_mm;
-        bench.simulator.alarm(code);
+        bench.simulator.happen(Event::Alarm(code));
         wait_until(Duration::from_secs(1), "the alarm is told", || stage.poll().is_err());
         let fault = stage.poll().unwrap_err();
         assert!(matches!(fault, StageError::Alarm { code: told, .. } if told == code), "{fault}");

@@ -1,11 +1,12 @@
 //! Fault × state: what is told within a second, that it goes dark and rests, and how it comes back: ready, never
 //! active. The table in `server/docs/devices-grbl.md` names these tests cell by cell.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::{Bench, SLACK, bench, home, rest, wait_until};
 use crate::grbl::{GrblLaser, GrblStage};
-use crate::grbl_simulator::{Dialect, Fault, SimulatorConfig};
+use crate::grbl_simulator::{Dialect, Event, SimulatorConfig};
+use crate::simulator::LineFault;
 use crate::{Laser, Stage, StageError};
 
 /// `promises.md`: serial faults are named within a second.
@@ -99,7 +100,7 @@ fn cell(dialect: Dialect, what: What, when: When, told: impl Fn(&StageError) -> 
     let bench = bench(config);
     let (mut stage, mut laser) = bench.open();
     bring_to(&bench, &mut stage, &mut laser, when);
-    let begin = Instant::now();
+    let begin = crate::time::now();
     happen(&bench, dialect, what);
     wait_until(NAMED_LIMIT + SLACK, "the fault is named", || {
         if matches!(when, When::Shining | When::ShiningAndMoving) {
@@ -107,7 +108,7 @@ fn cell(dialect: Dialect, what: What, when: When, told: impl Fn(&StageError) -> 
         }
         stage.poll().is_err()
     });
-    println!("{dialect:?} {what:?} {when:?}: named after {:?}", begin.elapsed());
+    println!("{dialect:?} {what:?} {when:?}: named after {:?}", crate::time::since(begin));
     let fault = stage.poll().unwrap_err();
     assert!(told(&fault), "told as: {fault}");
     assert!(stage.poll().is_err(), "told once, then not any more");
@@ -138,12 +139,12 @@ fn bring_to(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, when: W
 
 fn happen(bench: &Bench, dialect: Dialect, what: What) {
     match what {
-        What::Silence => bench.simulator.fail(Fault::Silence),
-        What::Garbage => bench.simulator.fail(Fault::Garbage),
-        What::HardLimit => bench.simulator.alarm(1),
+        What::Silence => bench.simulator.fail(LineFault::Silence),
+        What::Garbage => bench.simulator.fail(LineFault::Garbage),
+        What::HardLimit => bench.simulator.happen(Event::Alarm(1)),
         What::Unplugged => bench.simulator.unplug(),
         What::Restart => bench.simulator.restart(),
-        What::Stall => bench.simulator.fail(Fault::Stall),
+        What::Stall => bench.simulator.happen(Event::Stall),
         What::AnotherDevice => {
             bench.simulator.replug_as(SimulatorConfig { name: "another".into(), ..SimulatorConfig::of(dialect) })
         }
@@ -177,7 +178,7 @@ fn a_grbl_that_never_ends_homing_is_missed_at_the_homing_limit() {
     let mut bench = super::sound_bench();
     bench.config.homing_limit = Duration::from_millis(400);
     let (mut stage, _laser) = bench.open();
-    bench.simulator.fail(Fault::NoAcknowledgement);
+    bench.simulator.happen(Event::NoAcknowledgement);
     stage.start_home().unwrap();
     wait_until(Duration::from_millis(400) + SLACK, "the limit is noticed", || stage.poll().is_err());
     let fault = stage.poll().unwrap_err();
@@ -189,7 +190,7 @@ fn an_m5_that_is_not_acknowledged_is_followed_by_a_reset() {
     let bench = super::sound_bench();
     let (_stage, mut laser) = bench.open();
     laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
-    bench.simulator.fail(Fault::NoAcknowledgement);
+    bench.simulator.happen(Event::NoAcknowledgement);
     let mark = bench.simulator.witness().mark();
     laser.switch_off().unwrap();
     wait_until(DARK_LIMIT + SLACK, "a reset follows", || {
@@ -202,7 +203,7 @@ fn an_m5_that_is_not_acknowledged_is_followed_by_a_reset() {
 fn light_that_nobody_asked_for_is_reset_and_told() {
     let bench = super::sound_bench();
     let (stage, mut laser) = bench.open();
-    bench.simulator.shine_unasked();
+    bench.simulator.happen(Event::StrayLight);
     wait_until(SLACK, "it shines", || bench.light());
     wait_until(NAMED_LIMIT + SLACK, "it is named", || laser.poll().is_err());
     wait_until(DARK_LIMIT + SLACK, "it is dark", || !bench.light());

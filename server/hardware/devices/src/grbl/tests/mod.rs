@@ -74,7 +74,7 @@ fn wait_until(limit: Duration, what: &str, mut seen: impl FnMut() -> bool) {
     let watch = Stopwatch::start();
     while !seen() {
         assert!(watch.own_time() < limit, "{what}: not within {limit:?}");
-        std::thread::sleep(Duration::from_millis(1));
+        crate::time::sleep(Duration::from_millis(1));
     }
 }
 

@@ -1,7 +1,7 @@
 //! A stop's way from the call to the controller, while everything else goes on.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::{SLACK, home, rest, sound_bench, wait_until};
 use crate::grbl::open_line;
@@ -46,7 +46,7 @@ impl SerialLine for Interrupted {
             fn write_now(&mut self, bytes: &[u8]) -> Result<(), SerialLineError> {
                 self.0.write_now(bytes)?;
                 if matches!(bytes, [HOLD, ..] | [RESET]) {
-                    std::thread::sleep(TAKEN_AWAY);
+                    crate::time::sleep(TAKEN_AWAY);
                 }
                 Ok(())
             }
@@ -66,11 +66,11 @@ fn an_answer_that_overtakes_its_stop_is_still_its_answer() {
     for _ in 0..3 {
         stage.stop().unwrap();
     }
-    let stopped_at = Instant::now();
+    let stopped_at = crate::time::now();
     // Longer than an answer is waited for: a reset that is still waited for would be missed by then.
     wait_until(Duration::from_secs(5), "time for an answer to be missed", || {
         stage.poll().unwrap();
-        stopped_at.elapsed() > GRBL_SILENCE + SLACK
+        crate::time::since(stopped_at) > GRBL_SILENCE + SLACK
     });
     let state = rest(&mut stage);
     assert!(
@@ -107,7 +107,7 @@ fn stop_latencies() -> Vec<Duration> {
             while !ended.load(Ordering::Relaxed) {
                 laser.poll().ok();
                 laser.switch_off().ok();
-                std::thread::sleep(Duration::from_micros(200));
+                crate::time::sleep(Duration::from_micros(200));
             }
         });
         let _end = EndOnDrop(&ended);
@@ -132,11 +132,11 @@ fn stop_latency(bench: &super::Bench, stage: &mut crate::grbl::GrblStage, idx: u
     // At different times of the move, by no clock: 0 to 9 polls later.
     for _ in 0..idx % 10 {
         stage.poll().unwrap();
-        std::thread::sleep(Duration::from_millis(1));
+        crate::time::sleep(Duration::from_millis(1));
     }
     let witness = bench.simulator.witness();
     let mark = witness.mark();
-    let called_at = Instant::now();
+    let called_at = crate::time::now();
     stage.stop().unwrap();
     let byte = || witness.byte_since(mark, HOLD).or_else(|| witness.byte_since(mark, RESET));
     super::wait_until(Duration::from_secs(1), "the stop's byte", || byte().is_some());
@@ -180,7 +180,7 @@ fn a_hold_that_goes_out_behind_a_reset_does_not_stay() {
     // Some of so many meet the moment between a reset and its banner.
     for idx in 0..60 {
         stage.stop().unwrap();
-        std::thread::sleep(Duration::from_micros(500 * (idx % 20)));
+        crate::time::sleep(Duration::from_micros(500 * (idx % 20)));
         stage.stop().unwrap();
         rest(&mut stage);
         let state = stage.poll().unwrap();

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::{Firmware, State};
-use crate::grbl_simulator::Dialect;
+use crate::grbl_simulator::{Dialect, Event};
 
 /// The silence after `ALARM:n`.
 #[derive(Debug, Clone, Copy)]
@@ -33,7 +33,7 @@ impl Firmware {
     pub(super) fn reset_heard(&mut self, now: Instant) {
         self.advance(now);
         // grblHAL does not hear it while its emergency stop is pressed.
-        if self.fault == Some(crate::grbl_simulator::Fault::EmergencyStop) {
+        if self.lasting == Some(Event::EmergencyStop) {
             return;
         }
         match &mut self.pause {

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::{Firmware, Planned, Spindle, State};
-use crate::grbl_simulator::{Dialect, Fault};
+use crate::grbl_simulator::Dialect;
 
 impl Firmware {
     pub(super) fn read_lines(&mut self, now: Instant) {
@@ -109,7 +109,7 @@ impl Firmware {
         match line.strip_prefix("$10=").and_then(|value| value.parse().ok()) {
             Some(_) if !idle => self.say("error:8"),
             Some(_) if self.config.dialect == Dialect::GrblHal && self.was_reset => {
-                self.fault = Some(Fault::Silence);
+                self.dead = true;
             }
             Some(mask) => {
                 self.report_mask = mask;

@@ -14,12 +14,9 @@ use std::time::{Duration, Instant};
 
 use super::dialect::Dialect;
 use super::motion::Motion;
-use super::{Fault, SimulatorConfig};
-use crate::simulator::{Happening, Witness};
+use super::{Event, SimulatorConfig};
+use crate::simulator::{Firmware as SimulatedFirmware, Happening, Witness};
 use alarms::Pause;
-
-/// Longest sleep of the simulation while something goes on.
-pub const BUSY_PERIOD: Duration = Duration::from_millis(1);
 
 /// How long it restores what the door had stopped.
 const DOOR_RESTORE: Duration = Duration::from_millis(50);
@@ -101,15 +98,19 @@ pub struct Firmware {
     restored_at: Option<Instant>,
     /// Since power came on.
     was_reset: bool,
-    /// What a fault asked for takes effect.
-    pub fault: Option<Fault>,
+    /// What happened to it and lasts.
+    lasting: Option<Event>,
+    /// It does not come back from something: it says no more.
+    dead: bool,
     outgoing: Vec<u8>,
 }
 
-impl Firmware {
-    /// A controller just powered on.
-    pub fn new(config: SimulatorConfig, witness: Witness, now: Instant) -> Self {
-        let mut firmware = Self {
+impl SimulatedFirmware for Firmware {
+    type Config = SimulatorConfig;
+    type Event = Event;
+
+    fn new(config: SimulatorConfig, witness: Witness) -> Self {
+        Self {
             at_mm: config.start_at_mm,
             report_mask: config.report_mask,
             config,
@@ -133,63 +134,30 @@ impl Firmware {
             door_open: false,
             restored_at: None,
             was_reset: false,
-            fault: None,
+            lasting: None,
+            dead: false,
             outgoing: Vec::new(),
-        };
-        firmware.witness.saw(now, Happening::PoweredOn);
-        firmware.boot(now);
-        firmware
-    }
-
-    /// What is to be sent to the computer, handed out once.
-    pub fn take_outgoing(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.outgoing)
-    }
-
-    /// Whether anything goes on that time changes.
-    pub fn busy(&self) -> bool {
-        self.motion.is_some()
-            || !self.rx.is_empty()
-            || self.query
-            || self.pause.is_some()
-            || self.reply_at.is_some()
-    }
-
-    /// Switched off and on again, wherever it was: the machine stands, the laser is dark, the banner comes.
-    pub fn power_cycle(&mut self, now: Instant) {
-        self.halt(now);
-        self.witness.saw(now, Happening::PoweredOn);
-        self.boot(now);
-    }
-
-    /// The power goes: nothing moves or shines.
-    pub fn power_off(&mut self, now: Instant) {
-        self.halt(now);
-        self.modal = START_MODAL;
-        self.update_light(now);
-    }
-
-    /// Light that nobody asked for, as from a shorted output.
-    pub fn shine_unasked(&mut self, now: Instant) {
-        self.modal =
-            Modal { spindle: Spindle::Constant, speed: self.config.max_spindle, feeds: true, ..self.modal };
-        self.update_light(now);
-    }
-
-    /// The axis stops on its way while the firmware goes on counting on it.
-    pub fn stall(&mut self, now: Instant) {
-        if let Some(motion) = self.motion {
-            self.at_mm = motion.at(now).0;
         }
     }
 
-    /// The door's switch.
-    pub fn set_door_open(&mut self, open: bool) {
-        self.door_open = open;
+    fn power_on(&mut self, now: Instant) {
+        self.witness.saw(now, Happening::PoweredOn);
+        self.dead = false;
+        self.boot(now);
     }
 
-    /// Lets time pass up to `now`.
-    pub fn pass(&mut self, now: Instant) {
+    /// Nothing moves or shines, wherever it was.
+    fn power_off(&mut self, now: Instant) {
+        self.halt(now);
+        self.dark(now);
+        self.outgoing.clear();
+    }
+
+    fn hear(&mut self, bytes: &[u8], now: Instant) {
+        self.hear_bytes(bytes, now);
+    }
+
+    fn pass(&mut self, now: Instant) {
         self.advance(now);
         if let Some(pause) = self.pause {
             if now < pause.until {
@@ -206,6 +174,44 @@ impl Firmware {
         self.update_light(now);
     }
 
+    fn take_outgoing(&mut self) -> Vec<u8> {
+        let said = std::mem::take(&mut self.outgoing);
+        if self.dead { Vec::new() } else { said }
+    }
+
+    fn happen(&mut self, event: Event, now: Instant) {
+        match event {
+            Event::Alarm(code) => self.raise(code, now),
+            Event::StrayLight => self.shine_unasked(now),
+            Event::Override(byte) => self.change_override(byte, now),
+            Event::DoorOpen(open) => self.door_open = open,
+            Event::Stall => {
+                self.stall(now);
+                self.lasting = Some(event);
+            }
+            Event::NoAcknowledgement | Event::EmergencyStop => self.lasting = Some(event),
+        }
+    }
+
+    fn repair(&mut self) {
+        self.lasting = None;
+    }
+}
+
+impl Firmware {
+    fn shine_unasked(&mut self, now: Instant) {
+        self.modal =
+            Modal { spindle: Spindle::Constant, speed: self.config.max_spindle, feeds: true, ..self.modal };
+        self.update_light(now);
+    }
+
+    /// The axis stops on its way while the firmware goes on counting on it.
+    fn stall(&mut self, now: Instant) {
+        if let Some(motion) = self.motion {
+            self.at_mm = motion.at(now).0;
+        }
+    }
+
     /// Whether queries are not answered: GRBL's homing and limit alarms have no time for them, and grblHAL's homing
     /// only with bit 12 of `$10`.
     fn deaf(&self) -> bool {
@@ -219,12 +225,12 @@ impl Firmware {
     fn advance(&mut self, now: Instant) {
         loop {
             let Some(motion) = self.motion else { return };
-            if self.fault == Some(Fault::Stall) {
+            if self.lasting == Some(Event::Stall) {
                 return;
             }
             if now < motion.ends_at() {
                 self.at_mm = motion.at(now).0;
-                return;
+                return self.witness.saw_axis_at(now, self.at_mm);
             }
             let ended_at = motion.ends_at();
             self.at_mm = self.snapped(motion.at(ended_at).0);
@@ -285,7 +291,7 @@ impl Firmware {
     /// Stops dead, and forgets what was planned and received.
     fn halt(&mut self, now: Instant) {
         if let Some(motion) = self.motion.take() {
-            if self.fault != Some(Fault::Stall) {
+            if self.lasting != Some(Event::Stall) {
                 self.at_mm = self.snapped(motion.at(now).0);
             }
             self.witness.saw(now, Happening::MotionEnded(self.at_mm));
@@ -323,6 +329,9 @@ impl Firmware {
     }
 
     fn say(&mut self, line: &str) {
+        if line == "ok" && self.lasting == Some(Event::NoAcknowledgement) {
+            return;
+        }
         self.outgoing.extend_from_slice(line.as_bytes());
         self.outgoing.extend_from_slice(b"\r\n");
     }

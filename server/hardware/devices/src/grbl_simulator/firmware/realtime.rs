@@ -4,13 +4,10 @@ use std::time::Instant;
 
 use super::{DOOR_RESTORE, Firmware, State};
 use crate::grbl_simulator::dialect::Dialect;
-use crate::simulator::Happening;
 
 impl Firmware {
-    /// Bytes from the computer.
-    pub fn hear(&mut self, bytes: &[u8], now: Instant) {
+    pub(super) fn hear_bytes(&mut self, bytes: &[u8], now: Instant) {
         for &byte in bytes {
-            self.witness.saw(now, Happening::Byte(byte));
             match byte {
                 0x18 => self.reset_heard(now),
                 b'?' => self.query = true,

@@ -112,7 +112,7 @@ impl Dialogue for Session {
 
     fn wait_for(&mut self, ticket: u64) {
         (self.waited_for, self.refusal) = (Some(ticket), None);
-        self.send_next(Instant::now());
+        self.send_next(crate::time::now());
     }
 
     fn answered_or_gone(&self, ticket: u64) -> bool {

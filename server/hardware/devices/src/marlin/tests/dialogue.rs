@@ -1,6 +1,6 @@
 //! What is said on the line, what is believed of it, and what a stop is worth.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::{Bench, RUN_OUT, SLACK, bench, home, rest, sound_bench, wait_until};
 use crate::marlin_simulator::{Event, SimulatorConfig};
@@ -72,7 +72,7 @@ fn other_steps_a_travel_too_long_another_name_and_another_firmware_are_refused()
 fn opening_stops_and_darkens_what_a_dead_owner_left_behind() {
     let bench = bench(SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() });
     let mut line = std::fs::OpenOptions::new().write(true).open(bench.simulator.place()).unwrap();
-    std::thread::sleep(Duration::from_millis(60));
+    crate::time::sleep(Duration::from_millis(60));
     std::io::Write::write_all(&mut line, b"M3 S255\nG1 X90 F300\n").unwrap();
     drop(line);
     wait_until(SECOND, "it moves and shines", || bench.moving() && bench.light());
@@ -114,15 +114,15 @@ fn a_stop_runs_out_keeps_the_position_and_nothing_moves_after_it() {
         rest(&mut stage);
         stage.start_move(4.0, 8.0).unwrap();
         wait_until(SLACK, "it moves", || bench.moving());
-        std::thread::sleep(Duration::from_millis(120));
-        let begun_at = Instant::now();
+        crate::time::sleep(Duration::from_millis(120));
+        let begun_at = crate::time::now();
         stage.stop().unwrap();
         wait_until(RUN_OUT, "it rests", || !bench.moving());
-        longest = longest.max(begun_at.elapsed());
+        longest = longest.max(crate::time::since(begun_at));
         let state = rest(&mut stage);
         let mark = bench.simulator.witness().mark();
         assert!(state.homed && state.position_mm.unwrap() < 3.0, "{state:?}");
-        std::thread::sleep(Duration::from_millis(150));
+        crate::time::sleep(Duration::from_millis(150));
         let heard = heard_since(&bench, mark);
         assert!(!heard.contains("G1"), "a piece was sent after the stop: {heard}");
         assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "it moved after the stop");
@@ -140,7 +140,7 @@ fn never_more_is_sent_than_is_over_soon() {
     let mark = bench.simulator.witness().mark();
     stage.start_move(4.0, 10.0).unwrap();
     wait_until(SECOND, "it moves", || bench.moving());
-    std::thread::sleep(Duration::from_millis(200));
+    crate::time::sleep(Duration::from_millis(200));
     // Whoever pulls the plug of the computer sees it run out.
     let sent = heard_since(&bench, mark);
     let last_mm: f64 = sent
@@ -194,11 +194,11 @@ fn a_lit_laser_at_rest_outlasts_the_firmware_s_timeout() {
     let (_stage, mut laser) = bench.open();
     laser.switch_on(0.5, SECOND).unwrap();
     wait_until(SLACK, "it shines", || bench.light());
-    let begun_at = Instant::now();
-    while begun_at.elapsed() < Duration::from_millis(1800) {
+    let begun_at = crate::time::now();
+    while crate::time::since(begun_at) < Duration::from_millis(1800) {
         laser.renew(SECOND).unwrap();
         assert!(bench.light(), "the firmware's timeout ended a light that was renewed");
-        std::thread::sleep(Duration::from_millis(20));
+        crate::time::sleep(Duration::from_millis(20));
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is said on the line, and what is believed of it.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::{SLACK, bench, home, rest, sound_bench, wait_until};
 use crate::contract::Stopwatch;
@@ -126,7 +126,7 @@ fn stops_reach_the_device_in_time_while_others_poll_and_the_last_word_is_stop() 
         rest(&mut stage);
         stage.start_move(4.0, 8.0).unwrap();
         wait_until(SLACK, "it moves", || bench.moving());
-        let (mark, begun_at, watch) = (bench.simulator.witness().mark(), Instant::now(), Stopwatch::start());
+        let (mark, begun_at, watch) = (bench.simulator.witness().mark(), crate::time::now(), Stopwatch::start());
         stage.stop().unwrap();
         wait_until(SLACK, "it rests", || !bench.moving());
         waits.push(watch.own_time());
@@ -135,7 +135,7 @@ fn stops_reach_the_device_in_time_while_others_poll_and_the_last_word_is_stop() 
         let heard = heard_since(&bench, mark);
         assert!(heard.contains(" stop:"), "{heard}");
         assert!(!heard.rsplit_once(" stop:").unwrap().1.contains("move"), "a move came after the stop: {heard}");
-        assert!(begun_at.elapsed() < Duration::from_secs(2));
+        assert!(crate::time::since(begun_at) < Duration::from_secs(2));
     }
     waits.sort();
     // `promises.md`: 200 ms at most; the ramp from 8 mm/s takes 2 ms.

@@ -160,6 +160,6 @@ fn an_emergency_stop_that_stays_pressed_stays_a_fault() {
     stage.clear_fault().unwrap();
     for _ in 0..200 {
         assert!(matches!(stage.poll(), Err(StageError::Warned { .. })), "cleared while it is pressed");
-        std::thread::sleep(Duration::from_millis(2));
+        crate::time::sleep(Duration::from_millis(2));
     }
 }

@@ -1,0 +1,96 @@
+//! Which reported positions are believed: reports have no checksum, and a bit that is turned in a digit makes another.
+//!
+//! At rest a position is believed when it is told twice. Under way it is believed if it is where the move is by then, and
+//! else if the next report, which is asked for at once, agrees with it. What can be wrong all the same is less than the
+//! way between question and answer.
+
+use std::time::{Duration, Instant};
+
+use super::{Activity, Link, Seen, Session, Way};
+use crate::params::GRBL_REPORT_AGE;
+
+impl Way {
+    /// The way from one position to the next, mm, forwards; and what goes by at full speed in `time`.
+    fn step_mm(&self, from_mm: f64, to_mm: f64) -> f64 {
+        (to_mm - from_mm) * (self.to_mm - self.from_mm).signum()
+    }
+
+    fn at_full_speed_mm(&self, time: Duration) -> f64 {
+        self.speed_mm_s * time.as_secs_f64()
+    }
+
+    /// Whether it is there by then, having moved at full speed since it was seen, up to the end of the way.
+    fn leads_to(&self, told: &Seen, seen: &Seen, rounding_mm: f64) -> bool {
+        let step_mm = self.step_mm(seen.machine_mm, told.machine_mm);
+        let left_mm = self.step_mm(seen.machine_mm, self.to_mm).max(0.0);
+        let (heard_at, asked_at) = (seen.heard_at.max(self.since), seen.asked_at.max(self.since));
+        let shortest = told.asked_at.saturating_duration_since(heard_at + GRBL_REPORT_AGE);
+        let longest = told.heard_at.saturating_duration_since(asked_at) + GRBL_REPORT_AGE;
+        let least_mm = self.at_full_speed_mm(shortest).min(left_mm);
+        let most_mm = self.at_full_speed_mm(longest).min(left_mm);
+        (least_mm - rounding_mm..=most_mm + rounding_mm).contains(&step_mm)
+    }
+
+    /// Whether both can be told of one motion along the way, at whatever speed.
+    fn agrees(&self, told: &Seen, before: &Seen, rounding_mm: f64) -> bool {
+        let step_mm = self.step_mm(before.machine_mm, told.machine_mm);
+        let longest = told.heard_at.saturating_duration_since(before.asked_at) + GRBL_REPORT_AGE;
+        (-rounding_mm..=self.at_full_speed_mm(longest) + rounding_mm).contains(&step_mm)
+    }
+}
+
+impl Session {
+    /// Takes a report, or doubts it: then it is asked again at once. A doubt that is not borne out counts as garbage.
+    pub(super) fn believes(&mut self, told: Seen, now: Instant) -> bool {
+        let doubted = self.doubted.take();
+        let is_borne_out = doubted.is_some_and(|doubted| self.agree(&told, &doubted));
+        if let Some(doubted) = doubted.filter(|_| !is_borne_out) {
+            self.garbage(format!("a position of {} mm", doubted.machine_mm), now);
+            if !matches!(self.link, Link::Up) {
+                return false;
+            }
+        }
+        let is_believed = is_borne_out || self.is_expected(&told);
+        if is_believed {
+            self.take(told);
+        } else {
+            self.doubted = Some(told);
+            self.query(now);
+        }
+        is_believed
+    }
+
+    fn is_expected(&self, told: &Seen) -> bool {
+        let Some(seen) = &self.seen else { return true };
+        match (self.activity, &self.way) {
+            (Activity::Rest, _) => !self.is_confirmed || seen.machine_mm == told.machine_mm,
+            (Activity::Travel(_) | Activity::Stopping(_), Some(way)) => {
+                way.leads_to(told, seen, self.rounding_mm())
+            }
+            // No position is told before its end; and none stops that never moved.
+            (Activity::Homing { .. } | Activity::Travel(_) | Activity::Stopping(_), _) => true,
+        }
+    }
+
+    /// Whether two reports can be of the same rest or motion.
+    fn agree(&self, told: &Seen, before: &Seen) -> bool {
+        match (self.activity, &self.way) {
+            (Activity::Rest, _) | (_, None) => told.machine_mm == before.machine_mm,
+            (_, Some(way)) => way.agrees(told, before, self.rounding_mm()),
+        }
+    }
+
+    fn take(&mut self, told: Seen) {
+        let rests = self.activity == Activity::Rest && !told.state.in_motion();
+        let is_repeated =
+            self.seen.is_some_and(|seen| seen.machine_mm == told.machine_mm && !seen.state.in_motion());
+        self.is_confirmed = rests && (self.is_confirmed || is_repeated);
+        self.seen = Some(told);
+    }
+
+    /// What a reported position may be off: a step and a half, and half of the last decimal.
+    pub(super) fn rounding_mm(&self) -> f64 {
+        let resolution_mm = self.machine.as_ref().map_or(0.0, |machine| machine.capabilities.resolution_mm);
+        1.5 * resolution_mm + 0.0005
+    }
+}
