@@ -1,5 +1,6 @@
 //! A capture folder as the simulated station would deliver it, with the truth beside it.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -9,6 +10,7 @@ use capture::{
     Manifest, Pose, Scan, StagePlace, StageSheet, StageView, params::FORMAT, write_manifest, write_png,
 };
 use rayon::prelude::*;
+use remedy::Remedy;
 
 use crate::model::station::StationModel;
 use crate::part::poses::{BOARD_CORNERS, board_poses, stage_board};
@@ -59,19 +61,19 @@ pub struct Progress {
 #[derive(Debug, thiserror::Error)]
 pub enum TwinCaptureError {
     /// The folder holds something already.
-    #[error("{} is not empty: name a new folder", folder.display())]
+    #[error("{} is not empty", folder.display())]
     FolderNotEmpty {
         /// The folder.
         folder: PathBuf,
     },
     /// A name that cannot be a folder's.
-    #[error("scan name \"{name}\" cannot name a folder: use letters, digits, - and _, each name once")]
+    #[error("scan name \"{name}\" cannot name a folder")]
     ScanName {
         /// The name.
         name: String,
     },
     /// A folder or file cannot be written.
-    #[error("cannot write {}: check that the disk has room and that its permissions allow it", path.display())]
+    #[error("cannot write {}", path.display())]
     Unwritable {
         /// The folder or file.
         path: PathBuf,
@@ -101,6 +103,19 @@ pub enum TwinCaptureError {
         /// Images in all.
         total: usize,
     },
+}
+
+impl Remedy for TwinCaptureError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::FolderNotEmpty { .. } => "name a new folder".into(),
+            Self::ScanName { .. } => "use letters, digits, - and _, each name once".into(),
+            Self::Unwritable { .. } => "check that the disk has room and that its permissions allow it".into(),
+            Self::Image { cause } => return cause.remedy(),
+            Self::Manifest { cause } => return cause.remedy(),
+            Self::Cancelled { .. } => return None,
+        })
+    }
 }
 
 impl CaptureRequest {

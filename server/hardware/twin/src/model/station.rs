@@ -1,9 +1,12 @@
 //! A simulated station: the true camera, grating, stage and light that nobody but the truth files knows.
 
+use std::borrow::Cow;
+
 use nalgebra::{Rotation3, Vector3};
 use optics::{Camera, Grating, StageAxis};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
+use remedy::Remedy;
 use vision::LineDirection;
 
 use crate::model::random::derived_seed;
@@ -17,7 +20,7 @@ const STATION_STREAM: u64 = 1;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StationError {
     /// A number that makes no station.
-    #[error("a station with {name} = {value} cannot be built: {expected}")]
+    #[error("a station with {name} = {value} cannot be built")]
     OutOfRange {
         /// Which property of the shape.
         name: &'static str,
@@ -27,22 +30,29 @@ pub enum StationError {
         expected: &'static str,
     },
     /// Fewer than one order, or the same order twice.
-    #[error("orders {orders:?} make no station: list each order once")]
+    #[error("orders {orders:?} make no station")]
     Orders {
         /// As wanted.
         orders: Vec<i8>,
     },
     /// Lines that the camera would never see on a plate at the standoff.
-    #[error(
-        "orders {orders:?} fall outside the picture at {standoff_mm} mm: widen the field, take fewer orders or \
-        a coarser grating"
-    )]
+    #[error("orders {orders:?} fall outside the picture at {standoff_mm} mm")]
     OutOfView {
         /// The orders in question.
         orders: Vec<i8>,
         /// The standoff.
         standoff_mm: f64,
     },
+}
+
+impl Remedy for StationError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::OutOfRange { expected, .. } => (*expected).into(),
+            Self::Orders { .. } => "list each order once".into(),
+            Self::OutOfView { .. } => "widen the field, take fewer orders or a coarser grating".into(),
+        })
+    }
 }
 
 /// The truth about a simulated station.

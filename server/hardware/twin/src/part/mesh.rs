@@ -1,5 +1,7 @@
 //! A part made of triangles, and the tree of boxes that finds the one a ray meets first.
 
+mod shadows;
+
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -9,7 +11,6 @@ use remedy::Remedy;
 
 use crate::model::random::derived_seed;
 use crate::params::PART_REFLECTANCE;
-use crate::part::cover::Cover;
 use crate::part::scene::{Ball, Plate, SceneHit};
 
 /// Triangles per leaf of the tree: testing a few costs less than another level.
@@ -66,7 +67,6 @@ pub struct Solid {
     corners: Vec<Vector3<f64>>,
     corner_idx: Vec<[u32; 3]>,
     nodes: Vec<Node>,
-    cover: Cover,
     fingerprint: u64,
 }
 
@@ -126,7 +126,6 @@ impl Solid {
         if standing.is_empty() {
             return Err(SolidError::Empty);
         }
-        let cover = Cover::new(&standing, &(low - foot), &(high - foot));
         let (corners_once, mut corner_idx) = numbered(&standing);
         let mut triangles: Vec<Triangle> =
             standing.iter().map(|[a, b, c]| Triangle { corner: *a, sides: [b - a, c - a] }).collect();
@@ -137,7 +136,7 @@ impl Solid {
         triangles = order.iter().map(|&idx| triangles[idx as usize]).collect();
         corner_idx = order.iter().map(|&idx| corner_idx[idx as usize]).collect();
         let normals = triangles.iter().map(Triangle::normal).collect();
-        Ok(Self { triangles, normals, corners: corners_once, corner_idx, nodes, cover, fingerprint })
+        Ok(Self { triangles, normals, corners: corners_once, corner_idx, nodes, fingerprint })
     }
 
     /// How many triangles it has.
@@ -169,21 +168,8 @@ impl Solid {
         self.normals[idx as usize]
     }
 
-    /// Whether a triangle meets a ray before `limit`.
-    #[inline(always)]
-    pub(crate) fn stands_before(
-        &self,
-        idx: u32,
-        origin: &Vector3<f64>,
-        direction: &Vector3<f64>,
-        limit: f64,
-    ) -> bool {
-        self.triangles[idx as usize].reach(origin, direction).is_some_and(|reach| reach < limit)
-    }
-
-    /// Adds to `found` the triangles of all leaves whose boxes, seen as balls (centre and radius), `may` hold what is
-    /// sought.
-    pub(crate) fn gather(&self, found: &mut Vec<u32>, may: impl Fn(&Vector3<f64>, f64) -> bool) {
+    /// Every triangle of all leaves whose boxes, seen as balls (centre and radius), `may` hold what is sought.
+    pub(crate) fn for_each_in(&self, may: impl Fn(&Vector3<f64>, f64) -> bool, mut each: impl FnMut(u32)) {
         let mut waiting = vec![0];
         while let Some(idx) = waiting.pop() {
             let node: &Node = &self.nodes[idx];
@@ -191,7 +177,7 @@ impl Solid {
                 continue;
             }
             if node.count > 0 {
-                found.extend(node.first..node.first + node.count);
+                (node.first..node.first + node.count).for_each(&mut each);
             } else {
                 waiting.extend([node.first as usize, idx + 1]);
             }
@@ -253,22 +239,6 @@ impl Mesh {
         let from = self.plate.local(&(origin - self.plate.point_mm));
         let (reach, normal) = self.solid.hit(&from, &self.plate.local(direction))?;
         Some(SceneHit { reach, normal: self.plate.axes * normal, reflectance: PART_REFLECTANCE })
-    }
-
-    /// [`Cover`], in the part's frame.
-    pub(crate) fn cover(&self) -> &Cover {
-        &self.solid.cover
-    }
-
-    /// Whether no light that is about as far as `margin_mm` from this ray reaches the plate, because the part stands there.
-    pub(crate) fn hides_plate_from(
-        &self,
-        origin: &Vector3<f64>,
-        direction: &Vector3<f64>,
-        margin_mm: f64,
-    ) -> bool {
-        let from = self.plate.local(&(origin - self.plate.point_mm));
-        self.solid.cover.hides_plate_from(&from, &self.plate.local(direction), margin_mm)
     }
 
     /// A ball around the part.

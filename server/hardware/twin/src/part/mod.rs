@@ -1,7 +1,6 @@
 //! What lies on the stage, and where a ray meets it.
 
 pub(crate) mod board;
-pub(crate) mod cover;
 pub(crate) mod freeform;
 pub(crate) mod mesh;
 pub(crate) mod mesh_corners;

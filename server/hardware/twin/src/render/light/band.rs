@@ -39,8 +39,6 @@ pub(crate) struct Corners {
 pub(crate) struct Patch {
     pub low: [f64; 2],
     pub high: [f64; 2],
-    /// Least and greatest depth from the viewpoint, mm.
-    pub depth_mm: [f64; 2],
 }
 
 impl Band {
@@ -169,10 +167,9 @@ impl Band {
     pub(crate) fn corners(&self, corners: &[Vector3<f64>; 3]) -> Option<Corners> {
         let [a, b, c] = corners;
         let (a, b, c) = (self.seen(a)?, self.seen(b)?, self.seen(c)?);
-        let low = [0, 1, 2].map(|axis: usize| a[axis].min(b[axis]).min(c[axis]));
-        let high = [0, 1, 2].map(|axis: usize| a[axis].max(b[axis]).max(c[axis]));
-        let patch = Patch { low: [low[0], low[1]], high: [high[0], high[1]], depth_mm: [low[2], high[2]] };
-        Some(Corners { at: [a, b, c], patch })
+        let low = [0, 1].map(|axis: usize| a[axis].min(b[axis]).min(c[axis]));
+        let high = [0, 1].map(|axis: usize| a[axis].max(b[axis]).max(c[axis]));
+        Some(Corners { at: [a, b, c], patch: Patch { low, high } })
     }
 
     /// Whether a ball may touch the band.
@@ -186,7 +183,7 @@ impl Band {
         // By d from the centre, x/z changes by (d_x − (x/z)·d_z)/z.
         let half = middle.map(|tangent| radius_mm * (1.0 + tangent * tangent).sqrt() / nearest);
         let (low, high) = (from_fn(|axis| middle[axis] - half[axis]), from_fn(|axis| middle[axis] + half[axis]));
-        self.touches(&Patch { low, high, depth_mm: [nearest, at.z + radius_mm] })
+        self.touches(&Patch { low, high })
     }
 }
 
@@ -198,10 +195,4 @@ fn not_negative(a: f64, b: f64) -> Option<(f64, f64)> {
         (false, true) => Some((a / (a - b), 1.0)),
         (false, false) => None,
     }
-}
-
-impl Patch {
-    /// All directions.
-    pub(crate) const EVERYWHERE: Self =
-        Self { low: [f64::NEG_INFINITY; 2], high: [f64::INFINITY; 2], depth_mm: [0.0, f64::INFINITY] };
 }

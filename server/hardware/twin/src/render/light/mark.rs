@@ -21,13 +21,11 @@ const PIECE_PX: f64 = 16.0;
 /// Largest number of halvings of a triangle: 2¹² pieces along a side cover any picture.
 const MAX_PIECES_DEPTH: usize = 12;
 
-/// Where a ray ends: the pixel, whether the surface is smooth from this ray's end to the next one's, and whether something
-/// surely stands in the light that ends around it.
+/// Where a ray ends: the pixel, and whether the surface is smooth from this ray's end to the next one's.
 #[derive(Clone, Copy)]
 pub(crate) struct Landed {
     pub pixel: [f64; 2],
     pub smooth: bool,
-    pub hidden: bool,
 }
 
 /// Ends of the rays across the sheet at one fan angle.

@@ -2,7 +2,5 @@
 
 pub(crate) mod band;
 pub(crate) mod mark;
-pub(crate) mod mesh_light;
 pub(crate) mod sheet_map;
 pub(crate) mod trace;
-pub(crate) mod ways;

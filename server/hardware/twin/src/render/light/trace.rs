@@ -11,7 +11,6 @@ use crate::part::mesh_corners::PlacedCorners;
 use crate::part::scene::{Ball, NearHit, Plate, Scene};
 use crate::render::light::band::Band;
 use crate::render::light::mark::{ACROSS, COARSE, Landed, Section, enclose, mark_triangle};
-use crate::render::light::mesh_light::MeshLight;
 use crate::render::renderer::Renderer;
 use crate::render::view::laser_image::Placed;
 use crate::render::view::lit_pixels::LitPixels;
@@ -29,18 +28,8 @@ const FINE_MARGIN_PX: f64 = 4.0;
 /// the rays' spacing and the sheet's reach together: at 50° of tilt these appear 1.6 times as long.
 const RIM: f64 = 4.0;
 
-/// Around each ray that is followed to the plate, how far a part must hide that, in units of the rays' spacing and the
-/// sheet's reach together, so that it hides all between: at half of it they touch on a plate across the camera's axis.
-const BETWEEN_RAYS: f64 = 1.0;
-
-/// Side of the cells in which triangles that may cast shadows are kept, pixels at the standoff: about a fine triangle's.
+/// Columns of a band along which it is as wide, pixels at the standoff: about a fine triangle.
 const CELL_PX: f64 = 4.0;
-
-/// The light of one order on a part of triangles, and a ball around that.
-pub(crate) struct BandOnMesh {
-    pub band: Band,
-    pub ball: Ball,
-}
 
 /// One order's sheet, to be followed into a scene.
 struct Tracer<'r> {
@@ -48,33 +37,32 @@ struct Tracer<'r> {
     fan: &'r Fan,
 }
 
-/// Marks the pixels of `lit` that light of an order may fall on; for a part of triangles, it gathers what may cast shadows.
+/// Marks the pixels of `lit` that light of an order may fall on.
 pub(crate) fn trace(
     renderer: &Renderer,
     scene: Placed<'_>,
     order_idx: usize,
     lit: &mut LitPixels,
-    (triangles, placed): (&mut MeshLight, &mut PlacedCorners),
-) -> Option<BandOnMesh> {
+    placed: &mut PlacedCorners,
+) {
     let tracer = Tracer { renderer, fan: &renderer.fans[order_idx] };
     match scene.scene {
-        Scene::Plate(plate) => tracer.follow_to_plate(plate, scene, None, lit),
+        Scene::Plate(plate) => tracer.follow_to_plate(plate, scene, lit),
         Scene::Gauge(gauge) => {
-            tracer.follow_to_plate(&gauge.plate, scene, None, lit);
+            tracer.follow_to_plate(&gauge.plate, scene, lit);
             tracer.follow_to_part(scene, lit);
         }
         Scene::Sphere(ball) => {
-            tracer.follow_to_plate(&ball.plate, scene, None, lit);
+            tracer.follow_to_plate(&ball.plate, scene, lit);
             tracer.follow_to_part(scene, lit);
         }
         Scene::Mesh(mesh) => {
-            tracer.follow_to_plate(&mesh.plate, scene, Some(mesh), lit);
-            return tracer.follow_to_triangles(mesh, scene, lit, (triangles, placed));
+            tracer.follow_to_plate(&mesh.plate, scene, lit);
+            tracer.follow_to_triangles(mesh, scene, lit, placed);
         }
         Scene::Board(_) => tracer.follow_to_board(scene, lit),
         Scene::Freeform(_) => tracer.follow_to_hills(scene, lit),
     }
-    None
 }
 
 impl Tracer<'_> {
@@ -83,16 +71,12 @@ impl Tracer<'_> {
         self.fan.angles.spacing_mm * f64::from(COARSE) + self.fan.reach_mm
     }
 
-    /// The plate, without what a part of triangles on it surely hides.
-    fn follow_to_plate(&self, plate: &Plate, scene: Placed<'_>, part: Option<&Mesh>, lit: &mut LitPixels) {
+    /// The plate, as if nothing stood on it.
+    fn follow_to_plate(&self, plate: &Plate, scene: Placed<'_>, lit: &mut LitPixels) {
         let plate = Plate { point_mm: plate.point_mm + scene.moved_mm, ..*plate };
-        let between_mm = BETWEEN_RAYS * self.around_ray_mm();
         self.follow(lit, scene, |origin, direction| {
             let hit = plate.hit(origin, direction)?;
-            let landed = self.landed(&(origin + direction * hit.reach), true)?;
-            let hidden =
-                part.is_some_and(|p| p.hides_plate_from(&(origin - scene.moved_mm), direction, between_mm));
-            Some(Landed { hidden, ..landed })
+            self.landed(&(origin + direction * hit.reach), true)
         });
     }
 
@@ -158,20 +142,26 @@ impl Tracer<'_> {
         mesh: &Mesh,
         scene: Placed<'_>,
         lit: &mut LitPixels,
-        (triangles, placed): (&mut MeshLight, &mut PlacedCorners),
-    ) -> Option<BandOnMesh> {
-        let camera = &self.renderer.model.camera;
+        placed: &mut PlacedCorners,
+    ) {
+        let Renderer { model, .. } = self.renderer;
         let Fan { order, angles, reach_mm, .. } = *self.fan;
         let steps = (-angles.last..=angles.last).step_by(COARSE as usize).chain([angles.last]);
         let cell = CELL_PX * angles.step_rad / FINE_STEP_PX;
-        let ball = scene.part_ball()?;
+        let Some(ball) = scene.part_ball() else { return };
         let steps = steps.map(|idx| angles.phi_rad(idx));
-        let band = Band::new(&self.renderer.model.grating, order, steps, reach_mm, &ball, cell)?;
-        placed.turn_to(camera, mesh, &scene.moved_mm);
-        triangles.gather(&band, mesh, &scene.moved_mm, placed, |triangle, seen| {
-            mark_triangle(camera, &band, (triangle, seen), 0, lit);
+        let Some(band) = Band::new(&model.grating, order, steps, reach_mm, &ball, cell) else { return };
+        placed.turn_to(&model.camera, mesh, &scene.moved_mm);
+        let origin = mesh.plate.point_mm + scene.moved_mm;
+        let may_touch =
+            |centre: &_, radius_mm: f64| band.touches_ball(&(origin + mesh.plate.axes * centre), radius_mm);
+        mesh.solid.for_each_in(may_touch, |idx| {
+            let triangle = placed.triangle(mesh, idx);
+            let seen = band.corners(&triangle.corners);
+            if seen.as_ref().is_none_or(|seen| band.touches(&seen.patch)) {
+                mark_triangle(&model.camera, &band, (&triangle, seen.as_ref()), 0, lit);
+            }
         });
-        Some(BandOnMesh { band, ball })
     }
 
     /// Follows one of [`COARSE`] rays to a surface, and all of them in `scene` where that is not smooth.
@@ -188,11 +178,8 @@ impl Tracer<'_> {
             let section = self.section(idx, ACROSS, &mut end);
             if let Some((from, before)) = previous {
                 let smooth = before.iter().chain(&section).flatten().all(|landed| landed.smooth);
-                let hidden = |end: &Option<Landed>| end.is_some_and(|landed| landed.hidden);
                 if smooth {
-                    if !before.iter().chain(&section).all(hidden) {
-                        enclose(&before, &section, lit);
-                    }
+                    enclose(&before, &section, lit);
                 } else {
                     self.follow_closely(from..=idx, lit, |origin, direction| {
                         let hit = scene.hit(origin, direction)?;
@@ -240,6 +227,6 @@ impl Tracer<'_> {
 
     fn landed(&self, point_mm: &Vector3<f64>, smooth: bool) -> Option<Landed> {
         let pixel = self.renderer.model.camera.project(point_mm)?;
-        Some(Landed { pixel: [pixel.x, pixel.y], smooth, hidden: false })
+        Some(Landed { pixel: [pixel.x, pixel.y], smooth })
     }
 }

@@ -11,7 +11,7 @@ use crate::part::mesh_corners::PlacedCorners;
 use crate::render::renderer::Renderer;
 use crate::render::view::block::{Block, NOTHING, ceil, floor};
 use crate::render::view::lit_pixels::{FilledCells, LitPixels, WORD_PX, bits_between, lanes};
-use crate::render::view::seen::{NO_TRIANGLE, Seen};
+use crate::render::view::seen::Seen;
 
 /// Most that a step in the ideal picture grows by lens distortion, with room to spare.
 const LENS_STRETCH: f64 = 1.3;
@@ -33,6 +33,9 @@ const STEP_PX: usize = 4;
 /// No word of pixels.
 const NONE: u32 = u32::MAX;
 
+/// No triangle.
+const NO_TRIANGLE: u32 = u32::MAX;
+
 /// What a word of pixels sees of the part.
 #[derive(Debug, Clone)]
 struct Word {
@@ -48,7 +51,6 @@ struct Word {
 pub(crate) struct MeshView {
     word_idx: Vec<u32>,
     words: Vec<Word>,
-    triangles: Vec<u32>,
     filled: FilledCells,
 }
 
@@ -76,16 +78,15 @@ impl MeshView {
         let camera = &renderer.model.camera;
         placed.turn_to(camera, mesh, moved);
         let origin = mesh.plate.point_mm + moved;
-        let Self { word_idx, words, triangles, filled } = self;
+        let Self { word_idx, words, filled } = self;
         filled.count(lit);
-        triangles.clear();
-        mesh.solid.gather(triangles, |centre, radius| {
-            rectangle_around(camera, &(origin + mesh.plate.axes * centre), radius)
+        let may_be_seen = |centre: &Vector3<f64>, radius_mm: f64| {
+            rectangle_around(camera, &(origin + mesh.plate.axes * centre), radius_mm)
                 .is_none_or(|(low, high)| filled.any_within(lit, low, high))
-        });
-        for &idx in triangles.iter() {
+        };
+        mesh.solid.for_each_in(may_be_seen, |idx| {
             let triangle = placed.triangle(mesh, idx);
-            let Some((left, right, top, bottom)) = pixels_around(camera, &triangle.pixels) else { continue };
+            let Some((left, right, top, bottom)) = pixels_around(camera, &triangle.pixels) else { return };
             let large = bottom - top > LARGE_PX as usize;
             if (!large || filled.any_within(lit, [left as f64, top as f64], [right as f64, bottom as f64]))
                 && lit.any_between((left, right), (top, bottom))
@@ -93,7 +94,7 @@ impl MeshView {
                 let rows = &word_idx[top * lit.words_per_row()..(bottom + 1) * lit.words_per_row()];
                 draw_facet(&Facet::new(&triangle.corners, idx), (left, right), rows, lit.words_per_row(), words);
             }
-        }
+        });
     }
 
     /// Empty words with their rays.
@@ -141,7 +142,6 @@ impl MeshView {
     ) {
         let (word, first) = self.word(words_per_row, (u, v));
         let on_part = put_before(&word.reach[first..first + n], word.lit >> first, seen);
-        seen.triangle[..n].fill(NO_TRIANGLE);
         let mut last = (NO_TRIANGLE, Vector3::zeros());
         for lane in lanes(on_part) {
             let idx = word.triangle[first + lane];
@@ -151,7 +151,6 @@ impl MeshView {
                 last = (idx, if normal.dot(&seen.ray(lane)) > 0.0 { -normal } else { normal });
             }
             seen.turn(lane, &last.1);
-            seen.triangle[lane] = idx;
         }
     }
 }

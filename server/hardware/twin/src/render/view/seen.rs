@@ -7,15 +7,13 @@ use crate::params::{BACKDROP_REFLECTANCE, BLACK_REFLECTANCE, PART_REFLECTANCE, W
 use crate::part::board::Board;
 use crate::part::mesh_corners::PlacedCorners;
 use crate::part::scene::{Ball, Plate, Scene};
-use crate::render::light::mesh_light::{MeshLight, blocked_ways};
-use crate::render::light::trace::{BandOnMesh, trace};
-use crate::render::light::ways::Ways;
+use crate::render::light::trace::trace;
 use crate::render::renderer::Renderer;
 use crate::render::view::ball_block::{rays_near, see_ball, ways_beside_ball, ways_near};
 use crate::render::view::block::{Block, NOTHING, floor};
 use crate::render::view::freeform_block::Above;
 use crate::render::view::laser_image::Placed;
-use crate::render::view::lit_pixels::{LitPixels, WORD_PX, lanes};
+use crate::render::view::lit_pixels::{LitPixels, lanes};
 use crate::render::view::mesh_view::MeshView;
 
 /// Surfaces that the camera's rays (x, y, 1) meet first, from the camera, which is the origin.
@@ -29,22 +27,11 @@ pub(crate) struct Seen {
     pub normal: [Block; 3],
     /// Shares of the light that a white, matt surface would send back.
     pub reflectance: Block,
-    /// Which triangles of a part they are, if [`NO_TRIANGLE`] does not say that they are none.
-    pub triangle: [u32; WORD_PX],
 }
-
-/// No triangle.
-pub(crate) const NO_TRIANGLE: u32 = u32::MAX;
 
 impl Seen {
     pub(crate) fn nothing() -> Self {
-        Self {
-            rays: [NOTHING; 2],
-            reach: NOTHING,
-            normal: [NOTHING; 3],
-            reflectance: NOTHING,
-            triangle: [NO_TRIANGLE; WORD_PX],
-        }
+        Self { rays: [NOTHING; 2], reach: NOTHING, normal: [NOTHING; 3], reflectance: NOTHING }
     }
 
     pub(crate) fn rays_mut(&mut self, n: usize) -> [&mut [f64]; 2] {
@@ -65,11 +52,6 @@ impl Seen {
         self.ray(lane) * self.reach[lane]
     }
 
-    /// Which of the pixels `bits` see a triangle of a part.
-    fn on_part(&self, bits: u64) -> u64 {
-        lanes(bits).fold(0, |on_part, lane| on_part | u64::from(self.triangle[lane] != NO_TRIANGLE) << lane)
-    }
-
     /// Turns the surface that a pixel sees.
     #[inline]
     pub(crate) fn turn(&mut self, lane: usize, normal: &Vector3<f64>) {
@@ -88,9 +70,7 @@ impl Seen {
 #[derive(Debug, Default)]
 pub(crate) struct MeshMemory {
     view: MeshView,
-    light: MeshLight,
     placed: PlacedCorners,
-    ways: Ways,
 }
 
 /// A scene prepared for many stretches of one picture.
@@ -99,26 +79,24 @@ pub(crate) struct View<'s> {
     part: Option<Ball>,
     above: Above,
     memory: &'s mut MeshMemory,
-    band: Option<BandOnMesh>,
     words_per_row: usize,
 }
 
 impl<'s> View<'s> {
     pub(crate) fn new(scene: Placed<'s>, memory: &'s mut MeshMemory) -> Self {
-        Self { scene, part: scene.part_ball(), above: Above::default(), memory, band: None, words_per_row: 0 }
+        Self { scene, part: scene.part_ball(), above: Above::default(), memory, words_per_row: 0 }
     }
 
-    /// Marks the pixels of `lit` that light of an order may fall on, and finds the triangles that may stand in it.
+    /// Marks the pixels of `lit` that light of an order may fall on.
     pub(crate) fn shine_on(&mut self, renderer: &Renderer, order_idx: usize, lit: &mut LitPixels) {
-        let MeshMemory { light, placed, .. } = &mut *self.memory;
-        self.band = trace(renderer, self.scene, order_idx, lit, (light, placed));
+        trace(renderer, self.scene, order_idx, lit, &mut self.memory.placed);
     }
 
     /// Makes ready to see the words that hold the set `lit`; wanted before any is seen.
     pub(crate) fn look_at(&mut self, renderer: &Renderer, lit: &LitPixels) {
         self.words_per_row = lit.words_per_row();
         if let Scene::Mesh(mesh) = self.scene.scene {
-            let MeshMemory { view, placed, .. } = &mut *self.memory;
+            let MeshMemory { view, placed } = &mut *self.memory;
             view.draw(renderer, mesh, &self.scene.moved_mm, lit, placed);
         }
     }
@@ -158,44 +136,23 @@ impl<'s> View<'s> {
     }
 
     /// Which of the pixels `bits` (from 0) of a stretch of `n` light from `source` reaches: points on the lit side of their
-    /// surfaces.
-    pub(crate) fn lights(&mut self, source: &[Block; 3], seen: &Seen, n: usize, bits: u64) -> u64 {
-        let (mut lit, mut unknown) = (0, bits);
-        if let (Scene::Mesh(mesh), Some(BandOnMesh { band, ball })) = (self.scene.scene, &self.band) {
-            let MeshMemory { light, ways, .. } = &mut *self.memory;
-            ways.turn(mesh, &self.scene.moved_mm, source, seen, n);
-            let on_part = seen.on_part(bits);
-            for (bits, is_part) in [(on_part, true), (bits & !on_part, false)] {
-                if bits != 0 && ways.surely_free(mesh.cover(), seen, is_part, n) {
-                    lit |= bits;
-                }
-            }
-            let to_follow = bits & !lit;
-            if to_follow == 0 {
-                return lit;
-            }
-            ways.follow(band, ball, source, seen, n);
-            let near = lanes(to_follow).fold(0, |near, lane| near | u64::from(ways.is_near(lane)) << lane);
-            let blocked;
-            (blocked, unknown) = blocked_ways(light, band, &mesh.solid, ways, &seen.triangle, near);
-            lit |= to_follow & !blocked & !unknown;
+    /// surfaces. A plate has nothing in its light but the part.
+    pub(crate) fn lights(&self, source: &[Block; 3], seen: &Seen, n: usize, bits: u64) -> u64 {
+        if matches!(self.scene.scene, Scene::Plate(_)) {
+            return bits;
         }
-        lit | self.lights_of_unknown(source, seen, n, unknown)
-    }
-
-    /// The same, with nothing known: a plate has nothing in its light but the part.
-    fn lights_of_unknown(&self, source: &[Block; 3], seen: &Seen, n: usize, unknown: u64) -> u64 {
-        if unknown == 0 || matches!(self.scene.scene, Scene::Plate(_)) {
-            return unknown;
-        }
-        let near = self.part.map_or(u64::MAX, |part| ways_near(&part, source, seen, n)) & unknown;
+        let near = self.part.map_or(u64::MAX, |part| ways_near(&part, source, seen, n)) & bits;
         let beside = match self.scene.scene {
             Scene::Sphere(ball) if near != 0 => {
                 near & ways_beside_ball(ball, &self.scene.moved_mm, source, seen, n)
             }
+            Scene::Mesh(mesh) => {
+                let from = |lane: usize| Vector3::new(source[0][lane], source[1][lane], source[2][lane]);
+                mesh.lit(near, |lane| [from(lane), seen.point(lane)].map(|at| at - self.scene.moved_mm))
+            }
             _ => lanes(near).fold(0, |lit, lane| lit | u64::from(self.lights_one(source, seen, lane)) << lane),
         };
-        unknown & !near | beside
+        bits & !near | beside
     }
 
     /// The same for one pixel.
