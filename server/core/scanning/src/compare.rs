@@ -9,6 +9,7 @@ use optics::Calibration;
 use rayon::prelude::*;
 use vision::LineDirection;
 
+use crate::error::ScanError;
 use crate::label::{Outlook, PatchGrid, ViewPoint, along_across};
 use crate::motions::FrameMotion;
 use crate::params::{
@@ -17,7 +18,6 @@ use crate::params::{
 };
 use crate::profile::{Profile, ProfilePoint};
 use crate::profiles::Profiles;
-use crate::scan::ScanError;
 
 pub use closure::{Closure, ClosureGap, ClosurePairs};
 

@@ -12,12 +12,13 @@ use crate::compare::{ClosurePairs, Sums, Surfaces, order_pairs};
 use crate::decision::{Decision, Judge};
 use crate::dropped::{DropReason, Dropped};
 use crate::envelope::depth_envelope;
+use crate::error::ScanError;
 use crate::frames::{in_order, lines_of};
 use crate::label::along_across;
 use crate::params::{FWHM_PER_SIGMA, THICKNESS_SAMPLES};
 use crate::profile::{Profile, ProfilePoint};
 use crate::profiles::Profiles;
-use crate::scan::{ScanError, ScanReport};
+use crate::report::ScanReport;
 use crate::sigma_table::SigmaTable;
 use crate::stage_positions::StagePositions;
 

@@ -3,17 +3,26 @@
 use std::borrow::Cow;
 
 use optics::StagePosition;
+use remedy::{Remedy, with_causes};
 use vision::Centrelines;
 
-use crate::files::ContentError;
-use crate::scan::{ScanError, ScanFrame};
+use crate::error::{ContentError, ScanError};
 use crate::threads::map_with;
 
 /// Frames worked on before their results are taken over in order: enough for many threads, little memory.
 const BATCH_FRAMES: usize = 32;
 
+/// One frame of a scan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScanFrame {
+    /// The lines found in its image.
+    pub centrelines: Centrelines,
+    /// Where the stage stood.
+    pub position: StagePosition,
+}
+
 /// The frames of a scan, in order of capture. In memory, or in a file of peaks
-/// ([`PeaksFile`](crate::files::peaks::PeaksFile)): a large scan need not fit into memory.
+/// (`files::peaks::PeaksFile`): a large scan need not fit into memory.
 pub trait Frames: Sync {
     /// How many there are.
     fn n_frames(&self) -> usize;
@@ -59,7 +68,11 @@ impl Frames for OneFrame<'_> {
 
 /// The lines of a frame, or why the scan cannot go on.
 pub(crate) fn lines_of(frames: &dyn Frames, frame: usize) -> Result<Cow<'_, Centrelines>, ScanError> {
-    frames.centrelines(frame).map_err(|error| ScanError::UnreadableFrame { frame, problem: error.to_string() })
+    frames.centrelines(frame).map_err(|error| ScanError::UnreadableFrame {
+        frame,
+        problem: with_causes(&error),
+        remedy: error.remedy().map(Cow::into_owned),
+    })
 }
 
 /// `work` on the lines of every frame, on all threads; the results in order.

@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 use optics::{CameraFrame, PointMm};
 
 use crate::cloud::{Cloud, CloudPoint};
-use crate::files::ContentError;
+use crate::error::ContentError;
 use crate::stage_positions::StagePositions;
 use coverage::Coverage;
 

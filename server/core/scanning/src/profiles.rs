@@ -6,10 +6,10 @@ use std::sync::OnceLock;
 use optics::{Calibration, DepthRangeMm, Triangulator};
 use vision::Centrelines;
 
+use crate::error::ScanError;
 use crate::frames::{Frames, lines_of};
 use crate::label::Labels;
 use crate::profile::{Profile, profile_of_frame};
-use crate::scan::ScanError;
 
 /// The profiles of all frames.
 pub struct Profiles<'a> {

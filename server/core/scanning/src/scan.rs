@@ -1,106 +1,23 @@
 //! A scan: labelled, triangulated, registered, checked.
 
 use optics::{Calibration, DepthRangeMm, StagePosition, Triangulator};
-use vision::Centrelines;
 
 use crate::cloud::Cloud;
-use crate::compare::{Closure, OrderPair, Surfaces};
-use crate::dropped::Dropped;
-use crate::envelope::DepthEnvelope;
+use crate::compare::Surfaces;
+use crate::error::ScanError;
 use crate::evaluation::Evaluation;
-use crate::frames::Frames;
+use crate::frames::{Frames, ScanFrame};
 use crate::label::{Travel, label_frames, outlook};
 use crate::motions::FrameMotion;
 use crate::params::KEPT_POINTS;
 use crate::profiles::Profiles;
-
-/// One frame of a scan.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ScanFrame {
-    /// The lines found in its image.
-    pub centrelines: Centrelines,
-    /// Where the stage stood.
-    pub position: StagePosition,
-}
+use crate::report::ScanReport;
 
 /// Settings of a scan; the defaults serve any station.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ScanParams {
     /// Depths (z of the camera frame) in which the part lies; by default those the calibration covers.
     pub depth_range_mm: Option<DepthRangeMm>,
-}
-
-/// Why a scan cannot be evaluated.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ScanError {
-    /// Nothing to evaluate.
-    #[error("the scan has no frames")]
-    NoFrames,
-    /// The stage moved, but its direction is unknown.
-    #[error(
-        "the calibration `{calibration}` knows no stage, but the scan's frames lie {travel} apart; calibrate with at least three stage views"
-    )]
-    NoStage {
-        /// The calibration's id.
-        calibration: String,
-        /// Distance between the outermost positions.
-        travel: StagePosition,
-    },
-    /// The frames were taken on the other kind of stage.
-    #[error(
-        "the calibration `{calibration}` is for a {calibrated} stage, but frame {frame} was taken on a {found} one; use a calibration of the station that took the scan"
-    )]
-    OtherStage {
-        /// The calibration's id.
-        calibration: String,
-        /// Kind of the calibrated stage.
-        calibrated: &'static str,
-        /// Index of the frame.
-        frame: usize,
-        /// Kind of the stage it was taken on.
-        found: &'static str,
-    },
-    /// A stage position is not a number.
-    #[error("the stage position of frame {frame} is not a finite number")]
-    BadPosition {
-        /// Index of the frame.
-        frame: usize,
-    },
-    /// The depth range is empty or not a number.
-    #[error("the depth range {near_mm}–{far_mm} mm is empty or not positive; give near < far")]
-    BadDepthRange {
-        /// Nearest depth.
-        near_mm: f64,
-        /// Farthest depth.
-        far_mm: f64,
-    },
-    /// A frame that was there can no longer be read.
-    #[error("frame {frame} cannot be read: {problem}")]
-    UnreadableFrame {
-        /// Index of the frame.
-        frame: usize,
-        /// Why, with a remedy.
-        problem: String,
-    },
-}
-
-/// What a scan gave, besides its points.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ScanReport {
-    /// Points in the cloud.
-    pub n_points: usize,
-    /// Segments of lines that went in.
-    pub n_segments: usize,
-    /// What was left out, and why.
-    pub dropped: Dropped,
-    /// Per frame and segment: the order most of its points were given.
-    pub labels: Vec<Vec<Option<i8>>>,
-    /// How well the orders agree where they have seen the same surface.
-    pub self_consistency: Vec<OrderPair>,
-    /// How well the surfaces of a turn close; `None` where no place was seen again after a turn.
-    pub closure: Option<Closure>,
-    /// Where geometry alone would have labelled.
-    pub envelope: DepthEnvelope,
 }
 
 /// Points and report of a scan.

@@ -10,10 +10,13 @@ use vision::{LineDirection, Segment};
 
 use crate::Cloud;
 use crate::dropped::DropReason;
+use crate::error::ScanError;
 use crate::files::peaks::{PeaksFile, PeaksHeader, PeaksWriter, read_one_frame, read_positions};
 use crate::files::{CloudFormat, CloudWriter, FileError, write_cloud_in_pieces, write_cloud_to};
 use crate::frames::Frames;
-use crate::scan::{ScanError, ScanFrame, ScanParams, ScanReport, evaluate_keeping, scan_cloud};
+use crate::frames::ScanFrame;
+use crate::report::ScanReport;
+use crate::scan::{ScanParams, evaluate_keeping, scan_cloud};
 use crate::synthetic::{SIZE_PX, SyntheticScan};
 
 /// Frames enough for several windows and batches that are worked on together.

@@ -30,10 +30,11 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Read, Seek, Write};
 use std::path::Path;
 
-pub use error::{ContentError, FileError};
+pub use error::FileError;
 pub use writer::{AddPoints, CloudWriter, write_cloud_in_pieces};
 
 use crate::cloud::{Cloud, CloudPoint};
+pub use crate::error::ContentError;
 use crate::mesh::Mesh;
 use ply::CloudReader;
 

@@ -38,7 +38,7 @@ fn bytes_of(format: CloudFormat, cloud: &Cloud) -> Vec<u8> {
 }
 
 fn problem_of(format: CloudFormat, bytes: &[u8]) -> String {
-    read_cloud_from(Cursor::new(bytes), format).unwrap_err().to_string()
+    remedy::with_remedy(&read_cloud_from(Cursor::new(bytes), format).unwrap_err())
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn errors_of_files_name_the_file() {
     std::fs::write(&path, "ply\n").unwrap();
     assert!(read_cloud(&path).unwrap_err().to_string().contains("cut.ply: line 2: the header has no end"));
     assert!(matches!(read_cloud(&folder.path().join("none.ply")), Err(FileError::Read { .. })));
-    let unknown = CloudFormat::from_path(Path::new("part.xyz")).unwrap_err().to_string();
+    let unknown = remedy::with_remedy(&CloudFormat::from_path(Path::new("part.xyz")).unwrap_err());
     assert_eq!(unknown, "part.xyz: the extension names no known format; use one of .ply, .csv, .pcd, .e57");
     assert!(matches!(
         write_cloud(&folder.path().join("no/such/folder.ply"), CloudFormat::Ply, &cloud()),

@@ -32,13 +32,13 @@ use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
 use vision::LineDirection;
 
+use crate::error::ScanError;
 use crate::frames::{Frames, lines_of};
 use crate::motions::{Chart, FrameMotion};
 use crate::params::{
     AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
     SYSTEMATIC_SIGMAS, UNLABELLED_COST,
 };
-use crate::scan::ScanError;
 use evidence::Evidence;
 use hypotheses::Samples;
 

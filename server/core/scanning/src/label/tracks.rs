@@ -8,12 +8,12 @@ use super::columns::{Columns, pieces_of};
 use super::evidence::Evidence;
 use super::hypotheses::{Sample, Samples};
 use super::pieces::{Piece, along_across};
+use crate::error::ScanError;
 use crate::frames::{Frames, lines_of};
 use crate::params::{
     CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT,
     CUT_TRIM_POINTS, JOINT_WEIGHT, KINK_STEP_PX, SECTION_WEIGHT, TRACK_GATE_PITCHES, TRACK_WEIGHT,
 };
-use crate::scan::ScanError;
 
 /// Per sample: the sample of the same line in the neighbouring frames.
 #[derive(Debug, Clone, PartialEq, Default)]

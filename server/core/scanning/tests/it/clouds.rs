@@ -4,6 +4,7 @@ use crate::common::planes::fitted_planes;
 use crate::common::scene::{Noise, scan};
 use crate::common::{KnownScan, SIGMA_PX, assert_labelled, station};
 use optics::{DepthRangeMm, LightSurfaces, StagePosition, Triangulator};
+use remedy::Remedy;
 use scanning::{DropReason, ScanError, ScanParams, label_frame, scan_cloud};
 use vision::{CentrelinePoint, Segment};
 
@@ -124,7 +125,7 @@ fn what_cannot_be_evaluated_is_refused_with_the_remedy() {
     assert_eq!(scan_cloud(&[], &station, &params).unwrap_err(), ScanError::NoFrames);
     let without_stage = optics::Calibration { stage: None, ..station.clone() };
     let refusal = scan_cloud(&known.frames, &without_stage, &params).unwrap_err();
-    assert!(refusal.to_string().contains("stage views"), "{refusal}");
+    assert!(refusal.remedy().unwrap().contains("stage views"), "{refusal}");
     assert!(scan_cloud(&known.frames[..1], &without_stage, &params).is_ok());
     let mut lost = known.frames.clone();
     lost[1].position = StagePosition::LinearMm(f64::NAN);

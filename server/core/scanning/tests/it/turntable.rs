@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, Vector2, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, LightSurfaces, Plane, RotaryAxis, StageAxis, StagePosition};
+use remedy::Remedy as _;
 use scanning::{
     CloudPoint, MeshParams, ScanError, ScanParams, ScanResult, StagePositions, mesh_from_cloud, scan_cloud,
 };
@@ -252,6 +253,7 @@ fn frames_of_the_other_kind_of_stage_are_refused() {
     let linear = StageAxis::new(Vector3::x());
     let wrong =
         Calibration { stage: Some(linear.into()), covariance: DMatrix::identity(18, 18) * 1e-12, ..turning };
-    let refused = scan_cloud(&turned.frames, &wrong, &ScanParams::default()).unwrap_err().to_string();
-    assert!(refused.contains("rotary") && refused.contains("use a calibration of the station"), "{refused}");
+    let refused = scan_cloud(&turned.frames, &wrong, &ScanParams::default()).unwrap_err();
+    assert!(refused.to_string().contains("rotary"), "{refused}");
+    assert_eq!(refused.remedy().as_deref(), Some("use a calibration of the station that took the scan"));
 }

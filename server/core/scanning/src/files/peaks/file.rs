@@ -14,9 +14,9 @@ use super::reader::{
     HEADER_BYTES, Head, RECORD_FRAME_BYTES, Record, damaged, read_frame, read_head, read_header, read_record,
 };
 use super::{FRAME_RECORD, PeaksHeader};
-use crate::files::{ContentError, FileError};
-use crate::frames::Frames;
-use crate::scan::ScanFrame;
+use crate::error::ContentError;
+use crate::files::FileError;
+use crate::frames::{Frames, ScanFrame};
 
 /// Bytes read at once when the whole file is checked.
 const BUFFER_BYTES: usize = 1 << 18;

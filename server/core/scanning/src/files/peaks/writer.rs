@@ -10,8 +10,9 @@ use super::{
     Checksum, END_RECORD, FRAME_RECORD, MAGIC, NO_TIME, POINT_BYTES, PeaksHeader, PeaksPrefix, RECORD_LIMIT_BYTES,
     read_peaks_prefix, word_of, word_of_stage,
 };
-use crate::files::{ContentError, FileError};
-use crate::scan::ScanFrame;
+use crate::error::ContentError;
+use crate::files::FileError;
+use crate::frames::ScanFrame;
 
 /// Writes frames as they come; [`PeaksWriter::finish`] makes the file complete.
 #[derive(Debug)]

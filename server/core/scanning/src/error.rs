@@ -1,0 +1,118 @@
+//! Why bytes cannot be read, and why a scan cannot be evaluated.
+
+use std::borrow::Cow;
+use std::io;
+
+use optics::StagePosition;
+use remedy::Remedy;
+
+/// Why a scan cannot be evaluated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ScanError {
+    /// Nothing to evaluate.
+    #[error("the scan has no frames")]
+    NoFrames,
+    /// The stage moved, but its direction is unknown.
+    #[error("the calibration `{calibration}` knows no stage, but the scan's frames lie {travel} apart")]
+    NoStage {
+        /// The calibration's id.
+        calibration: String,
+        /// Distance between the outermost positions.
+        travel: StagePosition,
+    },
+    /// The frames were taken on the other kind of stage.
+    #[error(
+        "the calibration `{calibration}` is for a {calibrated} stage, but frame {frame} was taken on a {found} one"
+    )]
+    OtherStage {
+        /// The calibration's id.
+        calibration: String,
+        /// Kind of the calibrated stage.
+        calibrated: &'static str,
+        /// Index of the frame.
+        frame: usize,
+        /// Kind of the stage it was taken on.
+        found: &'static str,
+    },
+    /// A stage position is not a number.
+    #[error("the stage position of frame {frame} is not a finite number")]
+    BadPosition {
+        /// Index of the frame.
+        frame: usize,
+    },
+    /// The depth range is empty or not a number.
+    #[error("the depth range {near_mm}–{far_mm} mm is empty or not positive")]
+    BadDepthRange {
+        /// Nearest depth.
+        near_mm: f64,
+        /// Farthest depth.
+        far_mm: f64,
+    },
+    /// A frame that was there can no longer be read.
+    #[error("frame {frame} cannot be read: {problem}")]
+    UnreadableFrame {
+        /// Index of the frame.
+        frame: usize,
+        /// Why.
+        problem: String,
+        /// What to do about it.
+        remedy: Option<String>,
+    },
+}
+
+impl Remedy for ScanError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::NoStage { .. } => "calibrate with at least three stage views".into(),
+            Self::OtherStage { .. } => "use a calibration of the station that took the scan".into(),
+            Self::BadDepthRange { .. } => "give near < far".into(),
+            Self::UnreadableFrame { remedy, .. } => return remedy.as_deref().map(Cow::Borrowed),
+            Self::NoFrames | Self::BadPosition { .. } => return None,
+        })
+    }
+}
+
+/// Bytes could not be read or written as what they should be; which file they are in is not known here.
+#[derive(Debug, thiserror::Error)]
+pub enum ContentError {
+    /// Reading or writing failed.
+    #[error("input or output failed")]
+    Io(#[from] io::Error),
+    /// The content is not what the format demands.
+    #[error("{place}: {problem}")]
+    Malformed {
+        /// Line, vertex or part of the file.
+        place: String,
+        /// What is wrong there.
+        problem: String,
+        /// What to do about it.
+        remedy: &'static str,
+    },
+}
+
+impl Remedy for ContentError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::Malformed { remedy, .. } => (*remedy).into(),
+            Self::Io(_) => return None,
+        })
+    }
+}
+
+impl ContentError {
+    pub(crate) fn malformed(place: impl Into<String>, problem: impl Into<String>, remedy: &'static str) -> Self {
+        Self::Malformed { place: place.into(), problem: problem.into(), remedy }
+    }
+
+    /// An end of file where more was promised becomes a finding with its place; other errors pass.
+    pub(crate) fn truncated(cause: io::Error, place: impl FnOnce() -> String) -> Self {
+        if cause.kind() != io::ErrorKind::UnexpectedEof {
+            return Self::Io(cause);
+        }
+        Self::malformed(
+            place(),
+            "the file ends before the records its header promises",
+            "copy or export the file again; it is cut off or its header lies",
+        )
+    }
+}
