@@ -55,7 +55,7 @@ pub fn calibrate(
     step("fitting the camera", 0.0)?;
     check_kinds(&input.stage_views)?;
     let positions = positions_mm(&input.stage_views);
-    check_positions(&positions)?;
+    check_positions(&positions, input.board.square_mm.min())?;
     let camera_fit = fit_camera(input.width_px, input.height_px, views(input), options.estimate_k3)?;
     let n_laser_poses = input.poses.iter().filter(|pose| pose.centrelines.is_some()).count();
     if n_laser_poses == 0 {
@@ -121,7 +121,7 @@ fn chosen(choice: LightModelChoice, comparison: &CrossValidation) -> Result<Ligh
     let refused = |reason| Err(CalibrationError::LightModel { model: kind.name(), reason });
     match comparison.scores.iter().find(|score| score.model == kind) {
         Some(score) => score.failure.clone().map_or(Ok(kind), refused),
-        None => refused("nothing ties lines together that come from no grating; choose `planes`".to_owned()),
+        None => refused("nothing ties lines together that come from no grating".to_owned()),
     }
 }
 

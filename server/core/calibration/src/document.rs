@@ -2,11 +2,14 @@
 //!
 //! It holds no clock: the same inputs give the same bytes, and the id is the hash of the content.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, Vector3};
 use optics::stage::{AngleError, Straightness};
 use optics::{
     Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, Pencil, Plane, RotaryAxis, Stage, StageAxis,
 };
+use remedy::Remedy;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -203,24 +206,28 @@ pub struct CalibrationDocument {
 #[derive(Debug, thiserror::Error)]
 pub enum DocumentError {
     /// Not JSON, or not of this shape.
-    #[error("the calibration document cannot be read; make it again with `sheaf calibrate`")]
+    #[error("the calibration document cannot be read")]
     Malformed(#[source] serde_json::Error),
     /// Another format.
-    #[error(
-        "the calibration document has format `{found}`, this program reads `{FORMAT}`; make it again with `sheaf calibrate`"
-    )]
+    #[error("the calibration document has format `{found}`, this program reads `{FORMAT}`")]
     Format {
         /// As found.
         found: String,
     },
     /// A number is missing or makes no sense.
-    #[error("the calibration document's `{entry}` {problem}; make it again with `sheaf calibrate`")]
+    #[error("the calibration document's `{entry}` {problem}")]
     Entry {
         /// The entry.
         entry: &'static str,
         /// What is wrong.
         problem: &'static str,
     },
+}
+
+impl Remedy for DocumentError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some("make it again with `sheaf calibrate`".into())
+    }
 }
 
 impl CalibrationDocument {

@@ -1,5 +1,9 @@
 //! Why a calibration is refused, each with what to do about it.
 
+use std::borrow::Cow;
+
+use remedy::Remedy;
+
 /// Why a calibration was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
@@ -7,9 +11,7 @@ pub enum CalibrationError {
     #[error("the calibration was cancelled")]
     Cancelled,
     /// Fewer pictures of the board than the camera needs.
-    #[error(
-        "the camera needs {needed} pictures of the board, got {got}: add poses of the board with different tilts"
-    )]
+    #[error("the camera needs {needed} pictures of the board, got {got}")]
     TooFewViews {
         /// Pictures needed.
         needed: usize,
@@ -17,9 +19,7 @@ pub enum CalibrationError {
         got: usize,
     },
     /// Fewer poses with laser light than the light sheets need.
-    #[error(
-        "the light sheets need {needed} board poses with laser light, got {got}: add poses at other depths and tilts"
-    )]
+    #[error("the light sheets need {needed} board poses with laser light, got {got}")]
     TooFewLaserPoses {
         /// Poses needed.
         needed: usize,
@@ -28,8 +28,7 @@ pub enum CalibrationError {
     },
     /// The boards are all parallel: focal length and distance cannot be told apart.
     #[error(
-        "the focal length is unobservable: all boards are parallel within {spread_deg:.1}°, {needed_deg:.1}° are needed; \
-         tilt the board by 15–30° about both of its axes between poses"
+        "the focal length is unobservable: all boards are parallel within {spread_deg:.1}°, {needed_deg:.1}° are needed"
     )]
     BoardsParallel {
         /// Largest angle between two boards.
@@ -38,10 +37,7 @@ pub enum CalibrationError {
         needed_deg: f64,
     },
     /// The focal length has too large a σ.
-    #[error(
-        "the focal length is unobservable: {focal_px:.0} ± {sigma_px:.0} px; \
-         add poses with the board tilted by 15–30° about both of its axes and filling the image"
-    )]
+    #[error("the focal length is unobservable: {focal_px:.0} ± {sigma_px:.0} px")]
     FocalUnobservable {
         /// Estimate.
         focal_px: f64,
@@ -50,9 +46,7 @@ pub enum CalibrationError {
     },
     /// Stage views at too few positions.
     #[error(
-        "the straightness of the stage is unobservable: the board was seen at {got} of its positions, {needed} are needed \
-         (any two lie on a straight line); add stage views at other positions, or leave them all out and calibrate without \
-         a stage"
+        "the straightness of the stage is unobservable: the board was seen at {got} of its positions, {needed} are needed (any two lie on a straight line)"
     )]
     TooFewStageViews {
         /// Positions needed.
@@ -62,8 +56,7 @@ pub enum CalibrationError {
     },
     /// Views of a turntable at too few angles.
     #[error(
-        "the axis of the turntable is unobservable: the board was seen at {got} of its angles, {needed} are needed (whole turns \
-         apart are one angle); add stage views at other angles, or leave them all out and calibrate without a stage"
+        "the axis of the turntable is unobservable: the board was seen at {got} of its angles, {needed} are needed (whole turns apart are one angle)"
     )]
     TooFewStageAngles {
         /// Angles needed.
@@ -73,8 +66,7 @@ pub enum CalibrationError {
     },
     /// A board that did not turn by what was stated.
     #[error(
-        "the board of stage view {view} turned by {seen_deg:.2}° against {reference}, but its angle_deg states \
-         {stated_deg:.2}°; correct angle_deg, take the view out, or check that the board is fixed to the table and turns with it"
+        "the board of stage view {view} turned by {seen_deg:.2}° against {reference}, but its angle_deg states {stated_deg:.2}°"
     )]
     TurnMismatch {
         /// The view that disagrees most.
@@ -88,8 +80,7 @@ pub enum CalibrationError {
     },
     /// The views leave the axis open.
     #[error(
-        "the axis of the turntable is unobservable: its place is known to ± {shift_mm:.2} mm and its direction to \
-         ± {tilt_deg:.2}°; add stage views at angles that are 30–90° apart"
+        "the axis of the turntable is unobservable: its place is known to ± {shift_mm:.2} mm and its direction to ± {tilt_deg:.2}°"
     )]
     AxisUnobservable {
         /// σ across the axis.
@@ -98,9 +89,7 @@ pub enum CalibrationError {
         tilt_deg: f64,
     },
     /// Stage views of both kinds of stage.
-    #[error(
-        "stage view {view} states the position of a {found} stage, the others those of a {expected} one; state all by one kind"
-    )]
+    #[error("stage view {view} states the position of a {found} stage, the others those of a {expected} one")]
     MixedStages {
         /// The first that differs.
         view: String,
@@ -110,23 +99,17 @@ pub enum CalibrationError {
         expected: &'static str,
     },
     /// A fit ended away from a minimum.
-    #[error(
-        "the fit got stuck before it reached a minimum: {fit}; look for pictures that do not belong to the others (a board \
-         or camera that was moved, another focus), take them out or again"
-    )]
+    #[error("the fit got stuck before it reached a minimum: {fit}")]
     Stuck {
         /// Which fit.
         fit: &'static str,
     },
     /// The corner positions do not fit any camera.
-    #[error(
-        "the camera is unobservable: the board's corners fit no pinhole camera; check the board's size in the capture"
-    )]
+    #[error("the camera is unobservable: the board's corners fit no pinhole camera")]
     CameraUnobservable,
     /// Too few laser pictures with a line on the board.
     #[error(
-        "the light sheets need {needed} board poses with laser light, but a line lies on the board in {got} only (on none \
-         in {dark}); check exposure and laser, and that the light falls on the board"
+        "the light sheets need {needed} board poses with laser light, but a line lies on the board in {got} only (on none in {dark})"
     )]
     LinesOffBoard {
         /// Poses needed.
@@ -137,18 +120,14 @@ pub enum CalibrationError {
         dark: String,
     },
     /// The orders of the data sheet are not in order.
-    #[error(
-        "the orders {orders:?} are not strictly rising or falling; list them from the top (left) of the image"
-    )]
+    #[error("the orders {orders:?} are not strictly rising or falling")]
     OrdersUnsorted {
         /// As given.
         orders: Vec<i8>,
     },
     /// Too few pictures show all lines side by side, so the lines cannot be told their orders.
     #[error(
-        "the orders are unobservable: {pictures} laser pictures show all {needed} lines side by side, \
-         {needed_pictures} are needed (most lines seen at once: {seen}); check the listed orders, or take poses \
-         that show them all"
+        "the orders are unobservable: {pictures} laser pictures show all {needed} lines side by side, {needed_pictures} are needed (most lines seen at once: {seen})"
     )]
     OrdersUnobservable {
         /// Lines listed.
@@ -161,9 +140,7 @@ pub enum CalibrationError {
         needed_pictures: usize,
     },
     /// An order was never seen with certainty.
-    #[error(
-        "order {order} is unobservable: it was seen on {got} boards, {needed} are needed; add poses in which it falls on the board"
-    )]
+    #[error("order {order} is unobservable: it was seen on {got} boards, {needed} are needed")]
     OrderUnseen {
         /// The order.
         order: i8,
@@ -174,8 +151,7 @@ pub enum CalibrationError {
     },
     /// All boards at the same depth.
     #[error(
-        "the direction of the light sheets is unobservable: along the lines the boards' depths span {span_mm:.1} mm, \
-         {needed_mm:.1} mm are needed; move the board nearer and farther between poses"
+        "the direction of the light sheets is unobservable: along the lines the boards' depths span {span_mm:.1} mm, {needed_mm:.1} mm are needed"
     )]
     NoDepthRange {
         /// Range seen.
@@ -191,4 +167,29 @@ pub enum CalibrationError {
         /// Why, in words.
         reason: String,
     },
+}
+
+impl Remedy for CalibrationError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::TooFewViews { .. } => "add poses of the board with different tilts".into(),
+            Self::TooFewLaserPoses { .. } => "add poses at other depths and tilts".into(),
+            Self::BoardsParallel { .. } => "tilt the board by 15–30° about both of its axes between poses".into(),
+            Self::FocalUnobservable { .. } => "add poses with the board tilted by 15–30° about both of its axes and filling the image".into(),
+            Self::TooFewStageViews { .. } => "add stage views at other positions, or leave them all out and calibrate without a stage".into(),
+            Self::TooFewStageAngles { .. } => "add stage views at other angles, or leave them all out and calibrate without a stage".into(),
+            Self::TurnMismatch { .. } => "correct angle_deg, take the view out, or check that the board is fixed to the table and turns with it".into(),
+            Self::AxisUnobservable { .. } => "add stage views at angles that are 30–90° apart".into(),
+            Self::MixedStages { .. } => "state all positions of one kind".into(),
+            Self::Stuck { .. } => "look for pictures that do not belong to the others (a board or camera that was moved, another focus), take them out or take them again".into(),
+            Self::CameraUnobservable => "check the board's size in the capture".into(),
+            Self::LinesOffBoard { .. } => "check exposure and laser, and that the light falls on the board".into(),
+            Self::OrdersUnsorted { .. } => "list them from the top (left) of the image".into(),
+            Self::OrdersUnobservable { .. } => "check the listed orders, or take poses that show them all".into(),
+            Self::OrderUnseen { .. } => "add poses in which it falls on the board".into(),
+            Self::NoDepthRange { .. } => "move the board nearer and farther between poses".into(),
+            Self::LightModel { .. } => "choose another light model, or add poses at other depths and tilts".into(),
+            Self::Cancelled => return None,
+        })
+    }
 }

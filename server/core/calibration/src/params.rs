@@ -10,15 +10,16 @@ pub const MIN_LASER_POSES: usize = 3;
 /// Boards with ranked lines needed to predict the lines of the others: two lines span a sheet.
 pub const MIN_RANKED_BOARDS: usize = 2;
 
-/// Orders that a pencil or a grating ties together: two planes always share a line, the third tells.
-pub const MIN_TIED_ORDERS: usize = 3;
+/// Orders that a pencil or a grating ties together: two planes share a line, and λ/d_g is the angle between them.
+pub const MIN_TIED_ORDERS: usize = 2;
 
 /// Positions of the stage at which the board must be seen, if it is seen on the stage at all: a line through two says nothing
 /// about straightness, and a variance from fewer than three degrees of freedom has no finite mean.
 pub const MIN_STAGE_POSITIONS: usize = 3;
 
-/// Stage views closer than this are at one position: as straight as any stage is over so little.
-pub const MIN_STAGE_SPACING_MM: f64 = 0.1;
+/// Stage views closer than this share of a square of the board they show are at one position: as straight as any stage is
+/// over so little.
+pub const MIN_STAGE_SPACING_SQUARES: f64 = 0.01;
 
 /// Angles of a turntable nearer than this are one angle.
 pub const MIN_STAGE_ANGLE_DEG: f64 = 0.5;
@@ -89,6 +90,10 @@ pub const EDGE_MARGIN_WIDTHS: f64 = 1.1;
 /// … plus this many pixels for the board image's own blur and the smoothing of the centreline.
 pub const EDGE_MARGIN_PX: f64 = 2.0;
 
+/// Lines that scatter about the light model by more than this times what their extraction says of them are worth a
+/// warning: real surfaces scatter up to three times as much as smooth ones.
+pub const MAX_LINE_NOISE_RATIO: f64 = 3.0;
+
 /// Width of the blank margin around the squares that may carry laser points, in squares: boards leave about this much
 /// blank so that they can be detected.
 pub const BOARD_MARGIN_SQUARES: f64 = 1.0;
@@ -103,8 +108,8 @@ pub const JOIN_END_POINTS: usize = 40;
 /// Pieces are joined across gaps up to this many times their own lengths: one dark square between two bright ones.
 pub const JOIN_MAX_GAP_LENGTHS: f64 = 1.5;
 
-/// … if their continuations miss each other by no more than this, px; lines are tens of pixels apart.
-pub const JOIN_TOLERANCE_PX: f64 = 5.0;
+/// … if their continuations miss each other by no more than this share of the distance between neighbouring lines.
+pub const JOIN_TOLERANCE_PITCHES: f64 = 0.06;
 
 /// A line on the board needs this many columns to be used.
 pub const MIN_LINE_COLUMNS: usize = 24;

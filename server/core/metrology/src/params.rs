@@ -49,9 +49,9 @@ pub const TRIM_ROUNDS: usize = 15;
 /// that is cut or lit from two surfaces has its centre elsewhere, by 3 µm at most from there on (eq. 6).
 pub const BORDER_SIGMAS: f64 = 3.0;
 
-/// Thickness of the light sheets that a border is drawn for where the cloud does not state it (one σ, mm): a stripe of
-/// 5 px at 400 mm. The uncertainty is then incomplete.
-pub const USUAL_LINE_SIGMA_MM: f64 = 0.35;
+/// Thickness of the light sheets that a border is drawn for where the cloud does not state it (one σ), as a share of the
+/// distance to the camera: a stripe of 5 px of a station at 400 mm, 0.35 mm. The uncertainty is then incomplete.
+pub const USUAL_LINE_SIGMA_RELATIVE: f64 = 8.75e-4;
 
 /// Points near the border (or seen too steeply) are kept if leaving them out would spare less than this share.
 pub const MIN_INTERIOR_SHARE: f64 = 0.35;
@@ -74,7 +74,8 @@ pub const MIN_CURVED_COSINE: f64 = 0.4;
 /// The same for points lit at more than this incidence (cosine, 57°): across the thickness of the sheet the light
 /// then grows so fast towards the side facing the projector that the stripe's centre moves there, by
 /// s²·tan(incidence)/R for a thickness of s on a radius R. Stricter than the limit for the view: this error has one
-/// sign on the whole shaded side (rendered balls of 18.9 mm: radius +17 µm without, +2 µm with this limit).
+/// sign on the whole shaded side (rendered balls of 18.9 mm: radius +17 µm without, +2 µm with this limit). The same
+/// for every station and part: what it leaves grows with s²/R as the uncertainty of the footprint does, which is in U.
 pub const MIN_CURVED_LIGHT_COSINE: f64 = 0.55;
 
 /// [`MIN_CURVED_COSINE`] where the calibration does not say where the light comes from (53°): the shaded side can
@@ -99,8 +100,9 @@ pub const NOISE_CORRELATION_KEY: &str = "noise_correlation_px";
 /// Points triangulated anew per calibration mode, over all features of a measurement.
 pub const SYSTEMATIC_POINTS: usize = 3000;
 
-/// Largest median distance (mm) between the cloud and its pixels triangulated anew; more means another calibration.
-pub const MAX_MISMATCH_MM: f64 = 0.02;
+/// Largest median distance between the cloud and its pixels triangulated anew, as a share of the distance to the camera;
+/// more means another calibration. 20 µm at 400 mm.
+pub const MAX_MISMATCH_RELATIVE: f64 = 5e-5;
 
 /// Share of the residuals between the two quantiles whose difference is the robust peak-to-peak flatness.
 pub const FLATNESS_SHARE: f64 = 0.999;
@@ -133,8 +135,9 @@ pub const WAVELENGTH_DRIFT_PER_K: f64 = 2e-4;
 /// Relative expansion of a part, 1/K: steel.
 pub const EXPANSION_PER_K: f64 = 11.5e-6;
 
-/// RMS of the residuals that a part's own form explains, mm: worse surfaces are not the shape they are measured as.
-pub const FORM_RMS_MM: f64 = 0.05;
+/// RMS of the residuals that a part's own form explains, as a share of the distance to the camera: worse surfaces are not
+/// the shape they are measured as. 50 µm at 400 mm; parts are as large as a station sees.
+pub const FORM_RMS_RELATIVE: f64 = 1.25e-4;
 
 /// RMS of the residuals that noise explains, in predicted σ: real surfaces scatter up to three times as much.
 pub const MAX_RESIDUAL_RATIO: f64 = 3.0;

@@ -36,6 +36,8 @@ pub struct PictureLines {
     pub rejections: Rejections,
     /// Most lines seen side by side in a column.
     pub most_side_by_side: usize,
+    /// Distance between neighbouring lines, px; of a line that is alone, the picture's side across it.
+    pub pitch_px: f64,
     /// Noise correlation along the lines, px.
     pub correlation_px: f64,
 }
@@ -53,18 +55,26 @@ pub fn picture_lines(
 ) -> PictureLines {
     let mut lines =
         PictureLines { correlation_px: centrelines.correlation_px.max(1.0), ..PictureLines::default() };
-    let columns = Columns::of(centrelines, line_direction);
+    let places: Vec<Vec<Place>> = centrelines
+        .segments
+        .iter()
+        .map(|segment| segment.points.iter().map(|point| place_on_board(point, camera, pose, board)).collect())
+        .collect();
+    let columns = Columns::of(centrelines, &places, line_direction);
     lines.most_side_by_side = columns.most_side_by_side();
-    for segment in &centrelines.segments {
+    lines.pitch_px = columns.pitch_px().unwrap_or(match line_direction {
+        LineDirection::Rows => camera.height_px as f64,
+        LineDirection::Columns => camera.width_px as f64,
+    });
+    for (segment, places) in centrelines.segments.iter().zip(&places) {
         let mut run = Run::new(block, orders);
-        for point in &segment.points {
-            let place = place_on_board(point, camera, pose, board);
+        for (point, place) in segment.points.iter().zip(places) {
             match place {
                 Place::OffBoard => lines.rejections.off_board += 1,
                 Place::NearEdge => lines.rejections.square_edge += 1,
                 Place::Square | Place::Margin => {}
             }
-            if let Some(closed) = run.advance(point, &place, columns.rank(point, orders.len())) {
+            if let Some(closed) = run.advance(point, place, columns.rank(point, orders.len())) {
                 lines.pieces.push(closed);
             }
         }
@@ -256,16 +266,19 @@ fn voted(votes: &[usize]) -> Option<usize> {
     (total >= MIN_LINE_COLUMNS && most as f64 >= MIN_RANK_AGREEMENT * total as f64).then_some(rank)
 }
 
-/// Crossings of every scan column, sorted across the lines.
+/// Crossings of every scan column with lines on the board, sorted across the lines. What lies behind the board shows the
+/// lines elsewhere: by several pitches, in between those of the board.
 struct Columns {
     line_direction: LineDirection,
     across_px: Vec<Vec<f64>>,
 }
 
 impl Columns {
-    fn of(centrelines: &Centrelines, line_direction: LineDirection) -> Self {
+    fn of(centrelines: &Centrelines, places: &[Vec<Place>], line_direction: LineDirection) -> Self {
         let mut across_px: Vec<Vec<f64>> = Vec::new();
-        for point in centrelines.segments.iter().flat_map(|segment| &segment.points) {
+        let points = centrelines.segments.iter().flat_map(|segment| &segment.points);
+        let on_board = points.zip(places.iter().flatten()).filter(|(_, place)| !matches!(place, Place::OffBoard));
+        for (point, _) in on_board {
             let (along, across) = along_across(point, line_direction);
             let column = along.round().max(0.0) as usize;
             if column >= across_px.len() {
@@ -284,6 +297,14 @@ impl Columns {
         let (along, across) = along_across(point, self.line_direction);
         let column = self.across_px.get(along.round().max(0.0) as usize)?;
         (column.len() == full).then(|| column.iter().filter(|other| **other < across).count())
+    }
+
+    /// Median distance between neighbouring lines; `None` where no column is crossed by two.
+    fn pitch_px(&self) -> Option<f64> {
+        let mut gaps: Vec<f64> =
+            self.across_px.iter().flat_map(|column| column.windows(2).map(|pair| pair[1] - pair[0])).collect();
+        gaps.sort_by(f64::total_cmp);
+        gaps.get(gaps.len() / 2).copied()
     }
 
     /// The largest number of crossings that at least [`MIN_LINE_COLUMNS`] columns have.

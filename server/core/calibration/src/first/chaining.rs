@@ -7,22 +7,24 @@ use nalgebra::Vector2;
 use vision::LineDirection;
 
 use crate::first::board_lines::{BoardPiece, along_across};
-use crate::params::{JOIN_END_POINTS, JOIN_MAX_GAP_LENGTHS, JOIN_TOLERANCE_PX, MIN_LINE_COLUMNS};
+use crate::params::{JOIN_END_POINTS, JOIN_MAX_GAP_LENGTHS, JOIN_TOLERANCE_PITCHES, MIN_LINE_COLUMNS};
 
 /// Joins the pieces of one picture to whole lines and lets the lines' labels speak for all their pieces; where no
 /// piece has a label and there are as many lines as orders, their ranks are the labels. Returns the lines from the top
-/// (left), each as indices of its pieces.
+/// (left), each as indices of its pieces. `pitch_px`: distance between neighbouring lines of the picture.
 pub fn label_whole_lines(
     pieces: &mut [BoardPiece],
     orders: &[i8],
     line_direction: LineDirection,
+    pitch_px: f64,
 ) -> Vec<Vec<usize>> {
     let ends: Vec<Ends> = pieces.iter().map(|piece| Ends::of(piece, line_direction)).collect();
-    let mut lines = joined(&ends);
+    let mut lines = joined(&ends, JOIN_TOLERANCE_PITCHES * pitch_px);
     lines.retain(|line| line.iter().map(|&idx| pieces[idx].points.len()).sum::<usize>() >= MIN_LINE_COLUMNS);
     lines.sort_by(|a, b| height(a, &ends).total_cmp(&height(b, &ends)));
     let voted: Vec<Option<i8>> = lines.iter().map(|line| common_label(line, pieces)).collect();
-    let ranked = if voted.iter().all(Option::is_none) && lines.len() == orders.len() {
+    let whole = lines.len() == orders.len() && run_side_by_side(&lines, &ends);
+    let ranked = if voted.iter().all(Option::is_none) && whole {
         orders.iter().map(|order| Some(*order)).collect()
     } else {
         voted
@@ -33,6 +35,14 @@ pub fn label_whole_lines(
         }
     }
     lines
+}
+
+/// Whether all lines pass some column: else two of them may be parts of one that could not be joined.
+fn run_side_by_side(lines: &[Vec<usize>], ends: &[Ends]) -> bool {
+    let start = |line: &Vec<usize>| line.iter().map(|&idx| ends[idx].start).fold(f64::INFINITY, f64::min);
+    let end = |line: &Vec<usize>| line.iter().map(|&idx| ends[idx].end).fold(f64::NEG_INFINITY, f64::max);
+    lines.iter().map(start).fold(f64::NEG_INFINITY, f64::max)
+        <= lines.iter().map(end).fold(f64::INFINITY, f64::min)
 }
 
 /// Where a piece starts and ends, and the slope it has there.
@@ -97,15 +107,15 @@ fn slope(points: &[Vector2<f64>]) -> f64 {
     points.iter().map(|p| (p.x - middle.x) * (p.y - middle.y)).sum::<f64>() / spread
 }
 
-/// Groups of pieces, each piece joined to the follower it points at best.
-fn joined(ends: &[Ends]) -> Vec<Vec<usize>> {
+/// Groups of pieces, each piece joined to the nearest follower that it points at to within `tolerance_px`.
+fn joined(ends: &[Ends], tolerance_px: f64) -> Vec<Vec<usize>> {
     let mut line_of: Vec<usize> = (0..ends.len()).collect();
     for (idx, piece) in ends.iter().enumerate() {
         let follower = ends
             .iter()
             .enumerate()
             .filter_map(|(other, next)| Some((other, next.first.x, piece.mismatch(next)?)))
-            .filter(|(_, _, mismatch)| *mismatch <= JOIN_TOLERANCE_PX)
+            .filter(|(_, _, mismatch)| *mismatch <= tolerance_px)
             .min_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((other, _, _)) = follower {
             let (kept, merged) = (line_of[idx].min(line_of[other]), line_of[idx].max(line_of[other]));

@@ -36,7 +36,7 @@ pub fn planes_from_points(orders: &[i8], points: &[LitPoint]) -> Option<Vec<(i8,
     Some(planes)
 }
 
-/// The pencil nearest to free planes, for λ/d_g = `wavelength_over_period`; `None` with fewer than three orders.
+/// The pencil nearest to free planes, for λ/d_g = `wavelength_over_period`; `None` with fewer than two orders.
 pub fn pencil_from_planes(
     planes: &[(i8, Plane)],
     points: &[LitPoint],

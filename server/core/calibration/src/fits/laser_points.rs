@@ -12,8 +12,8 @@ use crate::fits::light_fit::{Scene, fit_light, lit_points};
 use crate::fits::partial_sets::label_partial_sets;
 use crate::input::CalibrationInput;
 use crate::params::{
-    DEPTH_RANGE_MARGIN, LASER_HUBER_SIGMAS, LASER_REJECT_SIGMAS, MIN_LASER_POSES, MIN_LINE_COLUMNS,
-    MIN_RANKED_BOARDS, MIN_RELATIVE_DEPTH_SPAN, MIN_TIED_ORDERS, POINTS_PER_CORRELATION,
+    DEPTH_RANGE_MARGIN, LASER_HUBER_SIGMAS, LASER_REJECT_SIGMAS, MAX_LINE_NOISE_RATIO, MIN_LASER_POSES,
+    MIN_LINE_COLUMNS, MIN_RANKED_BOARDS, MIN_RELATIVE_DEPTH_SPAN, MIN_TIED_ORDERS, POINTS_PER_CORRELATION,
 };
 use crate::solving::bundle::sheet_residual;
 use crate::solving::observation::{LaserObservation, huber};
@@ -61,7 +61,8 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
             continue;
         }
         n_lit += 1;
-        let whole = label_whole_lines(&mut lines.pieces, scene.orders, input.projector.line_direction);
+        let direction = input.projector.line_direction;
+        let whole = label_whole_lines(&mut lines.pieces, scene.orders, direction, lines.pitch_px);
         rejections.off_board += lines.rejections.off_board;
         rejections.square_edge += lines.rejections.square_edge;
         most_side_by_side = most_side_by_side.max(lines.most_side_by_side).max(whole.len());
@@ -98,7 +99,13 @@ pub fn laser_points(input: &CalibrationInput, scene: &Scene) -> Result<LaserPoin
         warnings.push(format!("left out of the light: {n} laser pictures without a line on the board ({names})"));
     }
     let light = fit_light(scene, &labelled, kind, Some(&light))?.light;
-    let (observations, outliers) = without_outliers(scene, &light, labelled);
+    let (observations, outliers, noise_ratio) = without_outliers(scene, &light, labelled);
+    if noise_ratio > MAX_LINE_NOISE_RATIO {
+        warnings.push(format!(
+            "the lines scatter about the light model `{kind}` by {noise_ratio:.1} times their noise: boards that bend or \
+             moved between their two pictures, sheets that are curved and taken for planes, or a surface that scatters light"
+        ));
+    }
     rejections.outlier = outliers.len();
     let depth_range_mm = depth_range(scene, &observations)?;
     Ok(LaserPoints { observations, rejections, outliers, depth_range_mm, warnings })
@@ -147,12 +154,12 @@ fn boards<'a>(points: impl Iterator<Item = &'a LaserObservation>) -> std::collec
     points.map(|point| point.block).collect()
 }
 
-/// Scales σ to the residuals' scatter, then drops what is too far off.
+/// Scales σ to the residuals' scatter, then drops what is too far off. Also gives (block, order) of what it dropped, and the scale.
 fn without_outliers(
     scene: &Scene,
     light: &LightSurfaces,
     mut laser: Vec<LaserObservation>,
-) -> (Vec<LaserObservation>, Vec<(usize, i8)>) {
+) -> (Vec<LaserObservation>, Vec<(usize, i8)>, f64) {
     let z_of = |p: &LaserObservation| {
         sheet_residual(scene.camera, light, &scene.poses[p.block], p, None)
             .map_or(f64::INFINITY, |sheet| sheet.residual_px.abs() / p.sigma_px)
@@ -171,7 +178,7 @@ fn without_outliers(
             outliers.push((point.block, point.order));
         }
     }
-    (kept, outliers)
+    (kept, outliers, scale)
 }
 
 /// RMS of |z| with Huber weights around the current scale.

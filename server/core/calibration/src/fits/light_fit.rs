@@ -1,7 +1,7 @@
 //! The light sheets of any model with camera and board poses held: distances in the image, robust.
 
 use nalgebra::Vector3;
-use optics::{CAMERA_PARAMETERS, Camera, LightModelKind, LightSurfaces, Pencil};
+use optics::{CAMERA_PARAMETERS, Camera, LightModelKind, LightSurfaces};
 
 use crate::error::CalibrationError;
 use crate::first::first_sheets::{
@@ -81,6 +81,19 @@ pub fn fit_light(
     Ok(LightFit { light: state.light.ok_or_else(undetermined)?, termination })
 }
 
+/// A first guess after a fit with σ widened to what the guess misses the points by. The finer the pixels, the more of
+/// their σ is the bow that a flat guess lacks; taken for outliers, all points together hold the fit where it begins.
+fn approached(
+    scene: &Scene,
+    laser: &[LaserObservation],
+    points: &[LitPoint],
+    guess: LightSurfaces,
+) -> LightSurfaces {
+    let priors = light_priors(scene, &guess, points);
+    let minimum = minimise_light(scene, &widened(scene, &guess, laser), guess.clone(), priors);
+    minimum.and_then(|minimum| minimum.state.light).unwrap_or(guess)
+}
+
 /// The points with σ widened to what the plane models miss them by: their misfit is no outlier. The exact model
 /// must stand by the points' own σ.
 pub fn scaled_to_misfit(
@@ -88,15 +101,16 @@ pub fn scaled_to_misfit(
     light: &LightSurfaces,
     laser: &[LaserObservation],
 ) -> Vec<LaserObservation> {
-    let mut scaled = laser.to_vec();
-    if light.kind() == LightModelKind::Grating {
-        return scaled;
+    match light.kind() {
+        LightModelKind::Grating => laser.to_vec(),
+        LightModelKind::Planes | LightModelKind::Pencil => widened(scene, light, laser),
     }
-    let widened = misfit(scene, light, laser).sqrt();
-    for point in &mut scaled {
-        point.sigma_px *= widened;
-    }
-    scaled
+}
+
+/// The points with σ widened to what the sheets miss them by.
+fn widened(scene: &Scene, light: &LightSurfaces, laser: &[LaserObservation]) -> Vec<LaserObservation> {
+    let by = misfit(scene, light, laser).sqrt();
+    laser.iter().map(|point| LaserObservation { sigma_px: point.sigma_px * by, ..*point }).collect()
 }
 
 /// Mean square of residual over σ, at least 1: how much more a model misses its points by than their noise.
@@ -178,21 +192,13 @@ fn first_light(
     let pencil = scene
         .sheet_wavelength_over_period
         .and_then(|sheet| pencil_from_planes(&planes, points, sheet))
-        .ok_or_else(|| refused("it ties at least three orders together"))?;
+        .ok_or_else(|| refused("it ties at least two orders together"))?;
     if kind == LightModelKind::Pencil {
         return Ok(LightSurfaces::Pencil(pencil));
     }
-    let pencil = refined_pencil(scene, laser, pencil);
-    Ok(LightSurfaces::Grating(grating_from_pencil(&pencil, &lit_centre(points))))
-}
-
-/// The pencil after its own fit, or as it was where that fails.
-fn refined_pencil(scene: &Scene, laser: &[LaserObservation], pencil: Pencil) -> Pencil {
-    let start = LightSurfaces::Pencil(pencil);
-    let priors = light_priors(scene, &start, &[]);
-    let minimum = minimise_light(scene, &scaled_to_misfit(scene, &start, laser), start, priors);
-    match minimum.and_then(|minimum| minimum.state.light) {
-        Some(LightSurfaces::Pencil(refined)) => refined,
-        _ => pencil,
-    }
+    let LightSurfaces::Pencil(pencil) = approached(scene, laser, points, LightSurfaces::Pencil(pencil)) else {
+        return Err(refused("its first guess is no pencil"));
+    };
+    let grating = grating_from_pencil(&pencil, &lit_centre(points));
+    Ok(approached(scene, laser, points, LightSurfaces::Grating(grating)))
 }

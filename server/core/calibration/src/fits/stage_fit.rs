@@ -10,7 +10,7 @@ use crate::error::CalibrationError;
 use crate::findings::report::StageReport;
 use crate::first::camera_fit::CameraFit;
 use crate::input::StageViewInput;
-use crate::params::{MIN_STAGE_POSITIONS, MIN_STAGE_SPACING_MM};
+use crate::params::{MIN_STAGE_POSITIONS, MIN_STAGE_SPACING_SQUARES};
 use crate::solving::normal::Derived;
 use crate::solving::station::BoardPose;
 
@@ -33,14 +33,14 @@ pub struct StageLine {
 }
 
 /// Checks that stage views, if there are any, say something about the travel: two lie on a straight line whatever the stage
-/// does.
+/// does. `square_mm`: side of a square of the board.
 ///
 /// # Errors
 /// [`CalibrationError::TooFewStageViews`].
-pub fn check_positions(positions_mm: &[f64]) -> Result<(), CalibrationError> {
+pub fn check_positions(positions_mm: &[f64], square_mm: f64) -> Result<(), CalibrationError> {
     let mut apart = positions_mm.to_vec();
     apart.sort_by(f64::total_cmp);
-    apart.dedup_by(|next, kept| *next - *kept < MIN_STAGE_SPACING_MM);
+    apart.dedup_by(|next, kept| *next - *kept < MIN_STAGE_SPACING_SQUARES * square_mm);
     if apart.is_empty() || apart.len() >= MIN_STAGE_POSITIONS {
         return Ok(());
     }

@@ -75,11 +75,9 @@ impl Turn {
     }
 
     fn stepped(&self, step: &Parameters) -> Self {
-        // Not `Rigid::stepped`, whose renormalising may go on for ever near a rotation that is none to its last bit.
-        let turn = Rotation3::new(Vector3::new(step[3], step[4], step[5]));
-        let origin = self.board.translation_mm + Vector3::new(step[0], step[1], step[2]);
+        let of_board: [f64; BOARD_PARAMETERS] = std::array::from_fn(|i| step[i]);
         let of_axis: [f64; 4] = std::array::from_fn(|i| step[BOARD_PARAMETERS + i]);
-        Self { board: Rigid::new(turn * self.board.rotation, origin), axis: self.axis.moved(&of_axis) }
+        Self { board: self.board.stepped(&of_board), axis: self.axis.moved(&of_axis) }
     }
 
     fn jacobian(&self, angle_rad: f64) -> Jacobian {
@@ -106,8 +104,18 @@ impl Turn {
 /// How far `seen` is from `expected`: translation, mm, and rotation vector, rad.
 fn apart(seen: &BoardPose, expected: &BoardPose) -> Vector6<f64> {
     let shift = seen.translation_mm - expected.translation_mm;
-    let turn = (seen.rotation * expected.rotation.inverse()).scaled_axis();
+    let turn = small_rotation_vector(&(seen.rotation * expected.rotation.inverse()));
     Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
+}
+
+/// Rotation vector of a turn of less than 180°, rad. From sine and cosine: by the cosine alone, as nalgebra has it, a turn
+/// that rounding has made a little more than none has no angle.
+fn small_rotation_vector(turn: &Rotation3<f64>) -> Vector3<f64> {
+    let matrix = turn.matrix();
+    let skew = (matrix - matrix.transpose()) / 2.0;
+    let along = Vector3::new(skew[(2, 1)], skew[(0, 2)], skew[(1, 0)]);
+    let sine = along.norm();
+    if sine > 0.0 { along * (sine.atan2((matrix.trace() - 1.0) / 2.0) / sine) } else { along }
 }
 
 /// Fits the axis to the boards. `angle_sigma_deg`: of the stated angles, if it is known; else it is what the boards show.

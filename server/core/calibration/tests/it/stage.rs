@@ -9,6 +9,7 @@ use calibration::{CalibrationDocument, CalibrationError, CalibrationInput, Calib
 use nalgebra::Vector3;
 use optics::rotation::completing_frame;
 use optics::{Calibration, LightModelKind, PointMm, StagePosition};
+use remedy::Remedy;
 
 /// Stations whose errors are looked at together.
 const STATIONS: u64 = 100;
@@ -118,7 +119,7 @@ fn stage_views_at_two_positions_are_refused_with_the_remedy() {
     for n_views in [1, 2] {
         let refused = calibrated(&wobbling(1, 0.0).input(6, n_views)).unwrap_err();
         assert_eq!(refused, CalibrationError::TooFewStageViews { needed: 3, got: n_views });
-        assert!(refused.to_string().contains("; add stage views"), "{refused}");
+        assert!(refused.remedy().unwrap().starts_with("add stage views"), "{refused}");
     }
     let mut twice = wobbling(1, 0.0).input(6, 4);
     twice.stage_views[1].position = StagePosition::LinearMm(-20.0);

@@ -13,6 +13,7 @@ use optics::{BoardFrame, Calibration, CameraFrame, PartFrame, PointMm, Rigid, Ro
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
+use remedy::{Remedy, with_remedy};
 
 /// Stations whose errors are looked at together.
 const STATIONS: u64 = 100;
@@ -132,10 +133,10 @@ fn views_that_leave_the_axis_open_are_refused_with_the_remedy() {
     // The same angle again, and a whole turn later.
     assert_eq!(refused(&[0.0, 30.0, 0.0, 30.1]), few);
     assert_eq!(refused(&[0.0, 30.0, 360.0, 390.0]), few);
-    assert!(few.to_string().contains("add stage views at other angles"), "{few}");
+    assert!(few.remedy().unwrap().contains("add stage views at other angles"), "{few}");
     let narrow = refused(&[-0.5, 0.0, 0.5]);
     assert!(matches!(narrow, CalibrationError::AxisUnobservable { .. }), "{narrow}");
-    assert!(narrow.to_string().contains("30–90° apart"), "{narrow}");
+    assert!(narrow.remedy().unwrap().contains("30–90° apart"), "{narrow}");
 }
 
 #[test]
@@ -151,7 +152,7 @@ fn a_board_that_does_not_turn_as_stated_is_named() {
     for (idx, view) in still.stage_views.iter_mut().enumerate() {
         view.position = StagePosition::RotaryDeg(20.0 * idx as f64);
     }
-    let refused = calibrated(&still).unwrap_err().to_string();
+    let refused = with_remedy(&calibrated(&still).unwrap_err());
     assert!(refused.contains("turned by 0.0") && refused.contains("fixed to the table"), "{refused}");
     let mut mixed = turning(3, &ANGLES_DEG, 0.0);
     mixed.stage_views[4].position = StagePosition::LinearMm(1.0);

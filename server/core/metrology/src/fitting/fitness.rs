@@ -7,7 +7,7 @@ use crate::fitting::sample::Samples;
 use crate::interface::doubts::Finding;
 use crate::interface::measurement::FittedFeature;
 use crate::interface::shape::Shape;
-use crate::params::{ARC_TAIL_SHARE, FORM_RMS_MM, MAX_OFF_SURFACE_SHARE, MAX_RESIDUAL_RATIO, MIN_ARC_DEG};
+use crate::params::{ARC_TAIL_SHARE, FORM_RMS_RELATIVE, MAX_OFF_SURFACE_SHARE, MAX_RESIDUAL_RATIO, MIN_ARC_DEG};
 
 /// What speaks against the fitted features. `expected_mm`: RMS of each along its normal that the noise predicts.
 pub(crate) fn findings(
@@ -19,7 +19,8 @@ pub(crate) fn findings(
     let mut findings = Vec::new();
     for ((found, fitted), expected_mm) in found.iter().zip(fitted).zip(expected_mm) {
         let role = fitted.role;
-        let allowed_mm = (MAX_RESIDUAL_RATIO * expected_mm).hypot(FORM_RMS_MM);
+        let form_mm = FORM_RMS_RELATIVE * samples.mean_distance_mm(&found.inliers);
+        let allowed_mm = (MAX_RESIDUAL_RATIO * expected_mm).hypot(form_mm);
         if samples.sigma_known && fitted.rms_mm > allowed_mm {
             findings.push(Finding::ModelMisfit { role, rms_mm: fitted.rms_mm, allowed_mm });
         }

@@ -7,7 +7,9 @@ use scanning::{Cloud, CloudPoint, StagePositions};
 use crate::fitting::footprint::line_sigma_mm;
 use crate::interface::request::Region;
 use crate::interface::shape::Shape;
-use crate::params::{BORDER_SIGMAS, MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT, USUAL_LINE_SIGMA_MM};
+use crate::params::{
+    BORDER_SIGMAS, MIN_COSINE, MIN_SIGMA_SHARE, UNKNOWN_SIGMA_PER_EXTENT, USUAL_LINE_SIGMA_RELATIVE,
+};
 
 /// One point.
 #[derive(Debug, Clone, Copy)]
@@ -142,7 +144,14 @@ impl<'a> Samples<'a> {
 
     /// How far from a feature's border points are left out, mm.
     pub(crate) fn border_margin_mm(&self) -> f64 {
-        BORDER_SIGMAS * self.line_sigma_mm.unwrap_or(USUAL_LINE_SIGMA_MM)
+        let usual = || USUAL_LINE_SIGMA_RELATIVE * self.mean_distance_mm(&self.indices());
+        BORDER_SIGMAS * self.line_sigma_mm.unwrap_or_else(usual)
+    }
+
+    /// Mean distance of some samples from the camera that saw them, mm.
+    pub(crate) fn mean_distance_mm(&self, indices: &[u32]) -> f64 {
+        let distance = |&idx: &u32| (self.position(idx) - self.camera(self.point(idx))).norm();
+        indices.iter().map(distance).sum::<f64>() / indices.len().max(1) as f64
     }
 
     /// Where the camera stood, mean over the points of `indices`, part frame.

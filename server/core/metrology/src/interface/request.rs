@@ -1,6 +1,9 @@
 //! What is to be measured, and why it may be impossible.
 
+use std::borrow::Cow;
+
 use nalgebra::Vector3;
+use remedy::Remedy;
 
 /// What to measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -97,7 +100,7 @@ impl MeasureRequest {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeasureError {
     /// Too few points to look at.
-    #[error("{got} points to measure on where at least {needed} are needed; check the region and the cloud")]
+    #[error("{got} points to measure on where at least {needed} are needed")]
     TooFewPoints {
         /// How many would do.
         needed: usize,
@@ -105,7 +108,7 @@ pub enum MeasureError {
         got: usize,
     },
     /// The cloud shows no such feature.
-    #[error("no {feature} found among {n_points} points; check the tool, or give a region around the feature")]
+    #[error("no {feature} found among {n_points} points")]
     FeatureNotFound {
         /// What was looked for.
         feature: &'static str,
@@ -113,9 +116,7 @@ pub enum MeasureError {
         n_points: usize,
     },
     /// The points do not hold the radius.
-    #[error(
-        "the radius is not determined: {radius_mm:.3} mm with a standard uncertainty of {u_mm:.3} mm; scan more of the curve"
-    )]
+    #[error("the radius is not determined: {radius_mm:.3} mm with a standard uncertainty of {u_mm:.3} mm")]
     RadiusUndetermined {
         /// The fitted radius.
         radius_mm: f64,
@@ -124,15 +125,14 @@ pub enum MeasureError {
     },
     /// The calibration does not reproduce the cloud.
     #[error(
-        "the calibration does not belong to this cloud: its pixels triangulate {median_mm:.3} mm (median) away from \
-         its points; give the calibration the scan was made with"
+        "the calibration does not belong to this cloud: its pixels triangulate {median_mm:.3} mm (median) away from its points"
     )]
     CalibrationMismatch {
         /// Median distance between the points and their pixels triangulated anew.
         median_mm: f64,
     },
     /// A number of the request makes no sense.
-    #[error("{name} is {value}; it must be a finite number{condition}")]
+    #[error("{name} cannot be {value}")]
     BadNumber {
         /// Which one.
         name: &'static str,
@@ -141,4 +141,16 @@ pub enum MeasureError {
         /// What else it must be.
         condition: &'static str,
     },
+}
+
+impl Remedy for MeasureError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::TooFewPoints { .. } => "check the region and the cloud".into(),
+            Self::FeatureNotFound { .. } => "check the tool, or give a region around the feature".into(),
+            Self::RadiusUndetermined { .. } => "scan more of the curve".into(),
+            Self::CalibrationMismatch { .. } => "give the calibration the scan was made with".into(),
+            Self::BadNumber { condition, .. } => format!("give a finite number{condition}").into(),
+        })
+    }
 }

@@ -19,7 +19,7 @@ use crate::measuring::measure::Question;
 use crate::measuring::noise::FeatureNoise;
 use crate::measuring::temperature::wavelength_drift;
 use crate::measuring::value::{FirstPoints, value};
-use crate::params::{MAX_MISMATCH_MM, MIN_NOISE_SHARE, SYSTEMATIC_POINTS};
+use crate::params::{MAX_MISMATCH_RELATIVE, MIN_NOISE_SHARE, SYSTEMATIC_POINTS};
 
 /// A point with what is needed to triangulate it anew.
 struct Pixel {
@@ -37,6 +37,8 @@ struct Pixel {
     position: StagePosition,
     /// Distance of the point from where the stage carried it, mm.
     mismatch_mm: f64,
+    /// Distance of the point from the camera, mm.
+    distance_mm: f64,
     weight: f64,
     /// What the calibration contributes to the σ along the ray, mm.
     systematic_sigma_mm: f64,
@@ -83,7 +85,8 @@ impl<'a> Retriangulation<'a> {
             })
             .collect();
         let median_mm = if lost > mismatches.len() { f64::INFINITY } else { median(&mut mismatches) };
-        if median_mm > MAX_MISMATCH_MM {
+        let farthest_mm = features.iter().flatten().map(|pixel| pixel.distance_mm).fold(0.0, f64::max);
+        if median_mm > MAX_MISMATCH_RELATIVE * farthest_mm {
             return Err(MeasureError::CalibrationMismatch { median_mm });
         }
         let linear = calibration.stage.and_then(|stage| stage.linear());
@@ -263,6 +266,7 @@ fn pixel(
         carried,
         position,
         mismatch_mm: mismatch_mm(calibration, &hit.hit_in_camera, &carried, position),
+        distance_mm: hit.hit_in_camera.xyz.norm(),
         weight,
         systematic_sigma_mm: calibration.systematic_sigma_mm(point.order, &hit)?.hypot(of_stage_mm),
     })
