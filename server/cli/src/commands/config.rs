@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use crate::arguments::SettingsArgs;
 use crate::commands::Answer;
 use crate::config::{Asked, Effective, effective};
-use pipeline::{Failure, FailureKind};
+use pipeline::{Failure, FailureKind, failure_of};
 
 /// Prints it.
 pub fn run(args: &SettingsArgs) -> Result<Answer, Failure> {
@@ -24,15 +24,7 @@ pub fn effective_of(args: &SettingsArgs) -> Result<Effective, Failure> {
         config: args.config.clone(),
         set: args.set.clone(),
     };
-    effective(&asked, std::env::vars()).map_err(|error| {
-        let text = error.to_string();
-        let (what, remedy) = text.rsplit_once("; ").unwrap_or((&text, "`sheaf config` prints all settings"));
-        let failure = Failure::new(FailureKind::BadInput, what).remedy(remedy);
-        match std::error::Error::source(&error) {
-            Some(cause) => failure.because(cause),
-            None => failure,
-        }
-    })
+    effective(&asked, std::env::vars()).map_err(|error| failure_of(FailureKind::BadInput, &error))
 }
 
 fn table(effective: &Effective) -> String {

@@ -1,6 +1,9 @@
 //! Why a configuration is refused.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
+
+use remedy::Remedy;
 
 use crate::config::origin::Origin;
 use crate::drivers::NoStation;
@@ -9,7 +12,7 @@ use crate::drivers::NoStation;
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file cannot be read.
-    #[error("cannot read the configuration file {}; name a readable file with --config", path.display())]
+    #[error("cannot read the configuration file {}", path.display())]
     Unreadable {
         /// Which file.
         path: PathBuf,
@@ -18,7 +21,7 @@ pub enum ConfigError {
         cause: std::io::Error,
     },
     /// The file is not TOML.
-    #[error("{}, line {line}: {what}; correct the file (TOML)", path.display())]
+    #[error("{}, line {line}: {what}", path.display())]
     NotToml {
         /// Which file.
         path: PathBuf,
@@ -28,7 +31,7 @@ pub enum ConfigError {
         what: String,
     },
     /// No setting of that name.
-    #[error("there is no setting \"{key}\" ({origin}); {hint}")]
+    #[error("there is no setting \"{key}\" ({origin})")]
     UnknownKey {
         /// The key.
         key: String,
@@ -38,7 +41,7 @@ pub enum ConfigError {
         hint: String,
     },
     /// A value that the setting cannot take.
-    #[error("{key} cannot be {found} ({origin}); give {expected}")]
+    #[error("{key} cannot be {found} ({origin})")]
     BadValue {
         /// The key.
         key: String,
@@ -50,15 +53,13 @@ pub enum ConfigError {
         expected: String,
     },
     /// `--set` without `=`.
-    #[error("--set {text} has no \"=\"; write --set KEY=VALUE")]
+    #[error("--set {text} has no \"=\"")]
     NoEqualSign {
         /// What was said.
         text: String,
     },
     /// A driver without what it needs.
-    #[error(
-        "{key} is {kind} ({origin}), and station.{kind}.{name} is empty; set station.{kind}.{name} to {expected}"
-    )]
+    #[error("{key} is {kind} ({origin}), and station.{kind}.{name} is empty")]
     Missing {
         /// The key that chose it.
         key: String,
@@ -72,9 +73,7 @@ pub enum ConfigError {
         expected: String,
     },
     /// A device that another driver must make.
-    #[error(
-        "{key} is {found} ({origin}), but the {kind} camera and the {kind} stage belong together; set {key} to {kind}, or the other one to {found}"
-    )]
+    #[error("{key} is {found} ({origin}), but the {kind} camera and the {kind} stage belong together")]
     Apart {
         /// The device's key.
         key: String,
@@ -86,9 +85,7 @@ pub enum ConfigError {
         kind: &'static str,
     },
     /// The key that was split in three.
-    #[error(
-        "there is no setting \"station.kind\" any more ({origin}), each device has a kind of its own; write\n{lines}"
-    )]
+    #[error("there is no setting \"station.kind\" any more ({origin}), each device has a kind of its own")]
     OldKind {
         /// Where it was said.
         origin: Origin,
@@ -96,11 +93,31 @@ pub enum ConfigError {
         lines: String,
     },
     /// The data folder inside its own file.
-    #[error("\"data\" cannot be set in the data folder's own file ({origin}); use --data or SHEAF_DATA")]
+    #[error("\"data\" cannot be set in the data folder's own file ({origin})")]
     DataInside {
         /// Where it was said.
         origin: Origin,
     },
+}
+
+impl Remedy for ConfigError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::Unreadable { .. } => "name a readable file with --config".into(),
+            Self::NotToml { .. } => "correct the file (TOML)".into(),
+            Self::UnknownKey { hint, .. } => hint.into(),
+            Self::BadValue { expected, .. } => format!("give {expected}").into(),
+            Self::NoEqualSign { .. } => "write --set KEY=VALUE".into(),
+            Self::Missing { kind, name, expected, .. } => {
+                format!("set station.{kind}.{name} to {expected}").into()
+            }
+            Self::Apart { key, kind, found, .. } => {
+                format!("set {key} to {kind}, or the other one to {found}").into()
+            }
+            Self::OldKind { lines, .. } => format!("write\n{lines}").into(),
+            Self::DataInside { .. } => "use --data or SHEAF_DATA".into(),
+        })
+    }
 }
 
 impl ConfigError {

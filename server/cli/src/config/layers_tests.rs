@@ -36,7 +36,7 @@ fn flags_win_over_the_environment_and_that_over_the_file() {
 
 #[track_caller]
 fn refused(result: Result<Effective, ConfigError>, words: &[&str]) {
-    let text = result.map(|effective| effective.config).unwrap_err().to_string();
+    let text = remedy::with_remedy(&result.map(|effective| effective.config).unwrap_err());
     for word in words {
         assert!(text.contains(word), "no {word:?} in {text:?}");
     }

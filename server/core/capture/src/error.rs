@@ -1,6 +1,9 @@
-//! What can be wrong with a capture folder: each error names the file, the entry and the remedy.
+//! What can be wrong with a capture folder: each error names the file and the entry, and has a remedy.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
+
+use remedy::Remedy;
 
 use crate::image_file::ImageFileError;
 use crate::params::{FORMAT, IMAGE_LIMIT_PX, ORDER_LIMIT};
@@ -9,13 +12,13 @@ use crate::params::{FORMAT, IMAGE_LIMIT_PX, ORDER_LIMIT};
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
     /// There is no manifest.
-    #[error("no capture manifest {}: name a folder that holds capture.json", file.display())]
+    #[error("no capture manifest {}", file.display())]
     ManifestMissing {
         /// Where it was looked for.
         file: PathBuf,
     },
     /// The manifest or its folder cannot be read or written.
-    #[error("cannot access {}: check that it exists and that its permissions allow it", file.display())]
+    #[error("cannot access {}", file.display())]
     Inaccessible {
         /// The file or folder.
         file: PathBuf,
@@ -24,7 +27,7 @@ pub enum CaptureError {
         cause: std::io::Error,
     },
     /// The manifest is absurdly large.
-    #[error("{} has {size_bytes} bytes, more than the {limit_bytes} a manifest may have: name a capture folder",
+    #[error("{} has {size_bytes} bytes, more than the {limit_bytes} a manifest may have",
         file.display())]
     ManifestTooLarge {
         /// The manifest.
@@ -35,7 +38,7 @@ pub enum CaptureError {
         limit_bytes: u64,
     },
     /// A bare NaN or Infinity, as Python's `json` writes them.
-    #[error("{}, line {line}: {entry} is {found}, which is not a number: write the true value or remove the entry",
+    #[error("{}, line {line}: {entry} is {found}, which is not a number",
         file.display())]
     NotFinite {
         /// The manifest.
@@ -48,7 +51,7 @@ pub enum CaptureError {
         found: String,
     },
     /// The manifest is not JSON, misses a key or has a value of the wrong type.
-    #[error("{}, line {line}, column {column}, {entry}: correct the entry as described in capture.schema.json",
+    #[error("{}, line {line}, column {column}, {entry}",
         file.display())]
     Malformed {
         /// The manifest.
@@ -64,7 +67,7 @@ pub enum CaptureError {
         cause: serde_json::Error,
     },
     /// A key that must be there is not.
-    #[error("{}, line {line}: {entry} is missing: {remedy}", file.display())]
+    #[error("{}, line {line}: {entry} is missing", file.display())]
     EntryMissing {
         /// The manifest.
         file: PathBuf,
@@ -76,7 +79,7 @@ pub enum CaptureError {
         remedy: &'static str,
     },
     /// A stage view or frame that does not say where the stage stood.
-    #[error("{}: {entry} is missing, but the stage is {kind}: state where the stage stood, or leave the picture out",
+    #[error("{}: {entry} is missing, but the stage is {kind}",
         file.display())]
     NoPosition {
         /// The manifest.
@@ -87,7 +90,7 @@ pub enum CaptureError {
         kind: &'static str,
     },
     /// A key of the other kind of stage.
-    #[error("{}: {entry} does not belong to a {kind} stage: {}", file.display(), other_stage_remedy(key))]
+    #[error("{}: {entry} does not belong to a {kind} stage", file.display())]
     OtherStage {
         /// The manifest.
         file: PathBuf,
@@ -99,7 +102,7 @@ pub enum CaptureError {
         kind: &'static str,
     },
     /// Another format or version.
-    #[error("{}: format is \"{found}\", this program reads \"{FORMAT}\": convert the capture or update the program",
+    #[error("{}: format is \"{found}\", this program reads \"{FORMAT}\"",
         file.display())]
     UnknownFormat {
         /// The manifest.
@@ -108,7 +111,7 @@ pub enum CaptureError {
         found: String,
     },
     /// A size, count or length outside its range.
-    #[error("{}: {entry} is {value}: give {expected}", file.display())]
+    #[error("{}: {entry} is {value}", file.display())]
     OutOfRange {
         /// The manifest.
         file: PathBuf,
@@ -120,8 +123,7 @@ pub enum CaptureError {
         expected: &'static str,
     },
     /// More pixels than an image may have.
-    #[error("{}: camera.width_px × camera.height_px is {width_px}×{height_px}, more than {IMAGE_LIMIT_PX} pixels: \
-        give the true size of the images", file.display())]
+    #[error("{}: camera.width_px × camera.height_px is {width_px}×{height_px}, more than {IMAGE_LIMIT_PX} pixels", file.display())]
     ImagesTooLarge {
         /// The manifest.
         file: PathBuf,
@@ -131,7 +133,7 @@ pub enum CaptureError {
         height_px: usize,
     },
     /// A word that is not one of the allowed ones.
-    #[error("{}: {entry} is \"{found}\": write {allowed}", file.display())]
+    #[error("{}: {entry} is \"{found}\"", file.display())]
     UnknownWord {
         /// The manifest.
         file: PathBuf,
@@ -152,13 +154,13 @@ pub enum CaptureError {
         cause: vision::CharucoError,
     },
     /// No diffraction order is listed.
-    #[error("{}: projector.orders is empty: list the orders from the top of the image downwards", file.display())]
+    #[error("{}: projector.orders is empty", file.display())]
     NoOrders {
         /// The manifest.
         file: PathBuf,
     },
     /// An impossible order.
-    #[error("{}: {entry} is {order}: list orders between −{ORDER_LIMIT} and {ORDER_LIMIT}", file.display())]
+    #[error("{}: {entry} is {order}", file.display())]
     OrderTooHigh {
         /// The manifest.
         file: PathBuf,
@@ -168,8 +170,7 @@ pub enum CaptureError {
         order: i8,
     },
     /// The orders neither rise nor fall throughout.
-    #[error("{}: {entry} is {order} after {previous}: list each order once, from the top of the image downwards, \
-        so that they rise or fall throughout", file.display())]
+    #[error("{}: {entry} is {order} after {previous}", file.display())]
     OrdersNotMonotonic {
         /// The manifest.
         file: PathBuf,
@@ -181,7 +182,7 @@ pub enum CaptureError {
         previous: i8,
     },
     /// Two scans of the same name, or a scan without one.
-    #[error("{}: {entry} is \"{name}\": give every scan a name of its own", file.display())]
+    #[error("{}: {entry} is \"{name}\"", file.display())]
     ScanName {
         /// The manifest.
         file: PathBuf,
@@ -191,8 +192,7 @@ pub enum CaptureError {
         name: String,
     },
     /// A path that leaves the folder.
-    #[error("{}: {entry} names \"{}\", which {reason}: copy the image into the capture folder and name it relative \
-        to that", file.display(), path.display())]
+    #[error("{}: {entry} names \"{}\", which {reason}", file.display(), path.display())]
     PathOutside {
         /// The manifest.
         file: PathBuf,
@@ -204,7 +204,7 @@ pub enum CaptureError {
         reason: &'static str,
     },
     /// An image that is not there.
-    #[error("missing image \"{}\" named by {entry} of {}: restore the file or remove the {removable}",
+    #[error("missing image \"{}\" named by {entry} of {}",
         path.display(), file.display())]
     ImageMissing {
         /// The manifest.
@@ -228,9 +228,7 @@ pub enum CaptureError {
         cause: Box<ImageFileError>,
     },
     /// An image of another size than the camera's.
-    #[error("image \"{}\" named by {entry} has {width_px}×{height_px} pixels, but camera says \
-        {camera_width_px}×{camera_height_px}: restore the original image or correct camera.width_px and \
-        camera.height_px", path.display())]
+    #[error("image \"{}\" named by {entry} has {width_px}×{height_px} pixels, but camera says {camera_width_px}×{camera_height_px}", path.display())]
     ImageSize {
         /// Path of keys.
         entry: String,
@@ -246,8 +244,7 @@ pub enum CaptureError {
         camera_height_px: usize,
     },
     /// 8-bit and 16-bit images in one capture.
-    #[error("image \"{}\" named by {entry} has {bits} bits per pixel, but {first_entry} has {first_bits}: record the \
-        whole capture with one bit depth", path.display())]
+    #[error("image \"{}\" named by {entry} has {bits} bits per pixel, but {first_entry} has {first_bits}", path.display())]
     MixedBitDepth {
         /// Path of keys.
         entry: String,
@@ -261,7 +258,7 @@ pub enum CaptureError {
         first_bits: u32,
     },
     /// A scan that the capture does not hold.
-    #[error("{} holds no scan \"{name}\": choose one of {available:?}", file.display())]
+    #[error("{} holds no scan \"{name}\"", file.display())]
     UnknownScan {
         /// The manifest.
         file: PathBuf,
@@ -270,6 +267,43 @@ pub enum CaptureError {
         /// What there is.
         available: Vec<String>,
     },
+}
+
+impl Remedy for CaptureError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::ManifestMissing { .. } => "name a folder that holds capture.json".into(),
+            Self::Inaccessible { .. } => "check that it exists and that its permissions allow it".into(),
+            Self::ManifestTooLarge { .. } => "name a capture folder".into(),
+            Self::NotFinite { .. } => "write the true value or remove the entry".into(),
+            Self::Malformed { .. } => "correct the entry as described in capture.schema.json".into(),
+            Self::EntryMissing { remedy, .. } => (*remedy).into(),
+            Self::NoPosition { .. } => "state where the stage stood, or leave the picture out".into(),
+            Self::OtherStage { key, .. } => other_stage_remedy(key).into(),
+            Self::UnknownFormat { .. } => "convert the capture or update the program".into(),
+            Self::OutOfRange { expected, .. } => format!("give {expected}").into(),
+            Self::ImagesTooLarge { .. } => "give the true size of the images".into(),
+            Self::UnknownWord { allowed, .. } => format!("write {allowed}").into(),
+            Self::Markers { cause, .. } => return cause.remedy(),
+            Self::NoOrders { .. } => "list the orders from the top of the image downwards".into(),
+            Self::OrderTooHigh { .. } => format!("list orders between −{ORDER_LIMIT} and {ORDER_LIMIT}").into(),
+            Self::OrdersNotMonotonic { .. } => {
+                "list each order once, from the top of the image downwards, so that they rise or fall throughout"
+                    .into()
+            }
+            Self::ScanName { .. } => "give every scan a name of its own".into(),
+            Self::PathOutside { .. } => {
+                "copy the image into the capture folder and name it relative to that".into()
+            }
+            Self::ImageMissing { removable, .. } => format!("restore the file or remove the {removable}").into(),
+            Self::ImageSize { .. } => {
+                "restore the original image or correct camera.width_px and camera.height_px".into()
+            }
+            Self::MixedBitDepth { .. } => "record the whole capture with one bit depth".into(),
+            Self::UnknownScan { available, .. } => format!("choose one of {available:?}").into(),
+            Self::ImageUnusable { cause, .. } => return cause.remedy(),
+        })
+    }
 }
 
 /// What to do about a key of the other kind of stage.

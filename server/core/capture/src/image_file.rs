@@ -1,5 +1,6 @@
 //! Image files: grey or colour in, grey out, with limits on what a file may ask for.
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read};
 use std::path::{Path, PathBuf};
@@ -9,6 +10,7 @@ use image::{
     ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError as DecodeError,
     ImageFormat, ImageReader, Limits,
 };
+use remedy::Remedy;
 use sha2::{Digest, Sha256};
 use vision::{Channel, ColourImage, GreyImage, ImageError, Picture, Pixels};
 
@@ -24,7 +26,7 @@ const HASH_CHUNK_BYTES: usize = 1 << 16;
 #[derive(Debug, thiserror::Error)]
 pub enum ImageFileError {
     /// The file cannot be opened or created.
-    #[error("cannot access {}: check that it exists and that its permissions allow it", path.display())]
+    #[error("cannot access {}", path.display())]
     Inaccessible {
         /// The file.
         path: PathBuf,
@@ -33,13 +35,13 @@ pub enum ImageFileError {
         cause: std::io::Error,
     },
     /// Not an image of an allowed format, whatever its name says.
-    #[error("{} is not a PNG, TIFF, BMP or JPEG image: convert it", path.display())]
+    #[error("{} is not a PNG, TIFF, BMP or JPEG image", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
     /// Truncated, corrupt or of a kind the decoder does not know.
-    #[error("{} is truncated or corrupt: copy or record it again", path.display())]
+    #[error("{} is truncated or corrupt", path.display())]
     Undecodable {
         /// The file.
         path: PathBuf,
@@ -48,7 +50,7 @@ pub enum ImageFileError {
         cause: DecodeError,
     },
     /// More pixels than an image may have.
-    #[error("{} has {width_px}×{height_px} pixels, more than {IMAGE_LIMIT_PX}: crop it", path.display())]
+    #[error("{} has {width_px}×{height_px} pixels, more than {IMAGE_LIMIT_PX}", path.display())]
     TooLarge {
         /// The file.
         path: PathBuf,
@@ -58,7 +60,7 @@ pub enum ImageFileError {
         height_px: u32,
     },
     /// A bit depth other than 8 or 16.
-    #[error("{} has pixels of kind {kind}: record it with 8 or 16 bits per pixel", path.display())]
+    #[error("{} has pixels of kind {kind}", path.display())]
     BitDepth {
         /// The file.
         path: PathBuf,
@@ -66,7 +68,7 @@ pub enum ImageFileError {
         kind: String,
     },
     /// An image without pixels.
-    #[error("{} has no pixels: record it again", path.display())]
+    #[error("{} has no pixels", path.display())]
     Empty {
         /// The file.
         path: PathBuf,
@@ -75,7 +77,7 @@ pub enum ImageFileError {
         cause: ImageError,
     },
     /// The encoder failed.
-    #[error("cannot write {}: check that the disk has room", path.display())]
+    #[error("cannot write {}", path.display())]
     Unwritable {
         /// The file.
         path: PathBuf,
@@ -83,6 +85,20 @@ pub enum ImageFileError {
         #[source]
         cause: DecodeError,
     },
+}
+
+impl Remedy for ImageFileError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::Inaccessible { .. } => "check that it exists and that its permissions allow it".into(),
+            Self::UnknownFormat { .. } => "convert it".into(),
+            Self::Undecodable { .. } => "copy or record it again".into(),
+            Self::TooLarge { .. } => "crop it".into(),
+            Self::BitDepth { .. } => "record it with 8 or 16 bits per pixel".into(),
+            Self::Empty { .. } => "record it again".into(),
+            Self::Unwritable { .. } => "check that the disk has room".into(),
+        })
+    }
 }
 
 /// What an image file says about itself before it is decoded.

@@ -5,115 +5,86 @@ use std::path::Path;
 use calibration::{CalibrationError, DocumentError};
 use capture::{CaptureError, ImageFileError};
 use metrology::MeasureError;
+use remedy::Remedy;
 use scanning::{FileError, ScanError};
 
 use crate::failure::{Failure, FailureKind};
 
 impl From<CaptureError> for Failure {
     fn from(error: CaptureError) -> Self {
+        let failure = failure_of(FailureKind::BadInput, &error);
         match error {
-            CaptureError::ImageUnusable { entry, path, cause } => {
-                let (_, remedy) = split_remedy(&cause.to_string());
-                let failure =
-                    Self::bad_input(format!("image \"{}\" named by {entry} cannot be used", path.display()))
-                        .in_file(&path)
-                        .at_entry(entry)
-                        .because(&cause);
-                with_remedy(failure, remedy)
-            }
-            other => {
-                let (what, remedy) = split_remedy(&other.to_string());
-                with_remedy(behind(Self::bad_input(what), &other), remedy)
-            }
+            CaptureError::ImageUnusable { entry, path, .. } => failure.in_file(&path).at_entry(entry),
+            _ => failure,
         }
     }
 }
 
 impl From<ImageFileError> for Failure {
     fn from(error: ImageFileError) -> Self {
-        let (what, remedy) = split_remedy(&error.to_string());
-        with_remedy(behind(Self::bad_input(what), &error), remedy)
+        failure_of(FailureKind::BadInput, &error)
     }
 }
 
 impl From<CalibrationError> for Failure {
     fn from(error: CalibrationError) -> Self {
-        if error == CalibrationError::Cancelled {
-            return Self::cancelled();
-        }
-        let (what, remedy) = split_remedy(&error.to_string());
-        let failure = match error {
-            CalibrationError::OrdersUnsorted { .. } => Self::bad_input(what).at_entry("projector.orders"),
-            CalibrationError::TurnMismatch { .. } | CalibrationError::MixedStages { .. } => {
-                Self::bad_input(what).at_entry("stage_views")
+        match error {
+            CalibrationError::Cancelled => Self::cancelled(),
+            CalibrationError::OrdersUnsorted { .. } => {
+                failure_of(FailureKind::BadInput, &error).at_entry("projector.orders")
             }
-            _ => Self::unobservable(what),
-        };
-        with_remedy(failure, remedy)
+            CalibrationError::TurnMismatch { .. } | CalibrationError::MixedStages { .. } => {
+                failure_of(FailureKind::BadInput, &error).at_entry("stage_views")
+            }
+            _ => failure_of(FailureKind::Unobservable, &error),
+        }
     }
 }
 
 impl From<ScanError> for Failure {
     fn from(error: ScanError) -> Self {
-        let (what, remedy) = split_remedy(&error.to_string());
-        let failure = match error {
-            ScanError::NoStage { .. } => Self::unobservable(what),
-            _ => Self::bad_input(what),
+        let kind = match error {
+            ScanError::NoStage { .. } => FailureKind::Unobservable,
+            _ => FailureKind::BadInput,
         };
-        with_remedy(failure, remedy)
+        failure_of(kind, &error)
     }
 }
 
 impl From<MeasureError> for Failure {
     fn from(error: MeasureError) -> Self {
-        let (what, remedy) = split_remedy(&error.to_string());
-        let failure = match error {
-            MeasureError::CalibrationMismatch { .. } => Self::bad_input(what),
-            MeasureError::BadNumber { .. } => Self::new(FailureKind::BadParameter, what),
-            _ => Self::unobservable(what),
+        let kind = match error {
+            MeasureError::CalibrationMismatch { .. } => FailureKind::BadInput,
+            MeasureError::BadNumber { .. } => FailureKind::BadParameter,
+            _ => FailureKind::Unobservable,
         };
-        with_remedy(failure, remedy)
+        failure_of(kind, &error)
     }
 }
 
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
-        let (what, remedy) = split_remedy(&error.to_string());
-        with_remedy(behind(Self::bad_input(what), &error), remedy)
+        failure_of(FailureKind::BadInput, &error)
     }
 }
 
 /// A calibration document that cannot be used.
 pub fn unusable_document(path: &Path, error: &DocumentError) -> Failure {
-    let (what, remedy) = split_remedy(&error.to_string());
-    let failure = Failure::bad_input(format!("{}: {what}", path.display())).in_file(path);
-    with_remedy(behind(failure, error), remedy)
+    let what = format!("{}: {error}", path.display());
+    explained(Failure::bad_input(what), error).in_file(path)
 }
 
 /// A failure of that kind: what the error says, its remedy and the chain behind it.
-pub fn failure_of(kind: FailureKind, error: &dyn std::error::Error) -> Failure {
-    let (what, remedy) = split_remedy(&error.to_string());
-    with_remedy(behind(Failure::new(kind, what), error), remedy)
+pub fn failure_of(kind: FailureKind, error: &dyn Remedy) -> Failure {
+    explained(Failure::new(kind, error.to_string()), error)
 }
 
-/// The chain behind an error, without the error itself.
-fn behind(failure: Failure, error: &dyn std::error::Error) -> Failure {
-    match error.source() {
-        Some(cause) => failure.because(cause),
-        None => failure,
+/// With the chain behind an error, and what to do about it.
+fn explained(mut failure: Failure, error: &dyn Remedy) -> Failure {
+    if let Some(cause) = error.source() {
+        failure = failure.because(cause);
     }
-}
-
-/// The core's errors say what is wrong and, after the last semicolon or colon, what to do about it.
-fn split_remedy(text: &str) -> (String, Option<String>) {
-    match text.rsplit_once("; ").or_else(|| text.rsplit_once(": ")) {
-        Some((what, remedy)) => (what.to_owned(), Some(remedy.to_owned())),
-        None => (text.to_owned(), None),
-    }
-}
-
-fn with_remedy(failure: Failure, remedy: Option<String>) -> Failure {
-    match remedy {
+    match error.remedy() {
         Some(remedy) => failure.remedy(remedy),
         None => failure,
     }

@@ -25,6 +25,14 @@ pub fn with_causes(error: &dyn Error) -> String {
     text
 }
 
+/// What happened and what to do about it in one line, for places that have room for no more.
+pub fn with_remedy(error: &dyn Remedy) -> String {
+    match error.remedy() {
+        Some(remedy) => format!("{error}; {remedy}"),
+        None => error.to_string(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -42,6 +50,17 @@ mod tests {
         fn source(&self) -> Option<&(dyn Error + 'static)> {
             Some(&self.0)
         }
+    }
+
+    impl Remedy for Outer {
+        fn remedy(&self) -> Option<Cow<'_, str>> {
+            Some("write elsewhere".into())
+        }
+    }
+
+    #[test]
+    fn a_remedy_follows_in_one_line() {
+        assert_eq!(with_remedy(&Outer(std::fmt::Error)), "outer; write elsewhere");
     }
 
     #[test]

@@ -1,7 +1,10 @@
 //! A calibration board as a page to print, true to scale, with a ruler to check that it was.
 
+use std::borrow::Cow;
+
 use capture::{CharucoTarget, Target};
 use pdf_writer::{Content, Finish, Name, Pdf, Rect, Ref, Str};
+use remedy::Remedy;
 use vision::{CharucoError, CharucoParams};
 
 /// Points of PDF per millimetre.
@@ -29,7 +32,7 @@ const PAGES: [(&str, f64, f64); 5] = [
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SheetError {
     /// Larger than any page.
-    #[error("a board of {width_mm:.0}×{height_mm:.0} mm fits on no page up to A0: take smaller squares or fewer")]
+    #[error("a board of {width_mm:.0}×{height_mm:.0} mm fits on no page up to A0")]
     TooLarge {
         /// Width with its margins.
         width_mm: f64,
@@ -39,6 +42,15 @@ pub enum SheetError {
     /// No such markers.
     #[error(transparent)]
     Markers(#[from] CharucoError),
+}
+
+impl Remedy for SheetError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::TooLarge { .. } => "take smaller squares or fewer".into(),
+            Self::Markers(cause) => return cause.remedy(),
+        })
+    }
 }
 
 /// A page to print.

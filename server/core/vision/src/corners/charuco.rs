@@ -3,9 +3,12 @@
 //! Markers and the corners between them are found by `calib-targets`; each corner is then fitted as those of a
 //! chessboard are, in a window that ends before the markers.
 
+use std::borrow::Cow;
+
 use calib_targets::aruco::resolve_dictionary;
 use calib_targets::charuco::{CharucoBoardSpec, CharucoDetector, CharucoParams as DetectorParams};
 use calib_targets::core::GrayImageView;
+use remedy::Remedy;
 
 use crate::GreyImage;
 
@@ -39,13 +42,13 @@ pub struct CharucoParams {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CharucoError {
     /// A name that no dictionary has.
-    #[error("no marker dictionary is called \"{name}\": use one of OpenCV's, such as DICT_4X4_50 or DICT_5X5_100")]
+    #[error("no marker dictionary is called \"{name}\"")]
     UnknownDictionary {
         /// As given.
         name: String,
     },
     /// Fewer markers than squares for them.
-    #[error("the board needs {needed} markers, {name} has {available}: take a larger dictionary")]
+    #[error("the board needs {needed} markers, {name} has {available}")]
     TooFewMarkers {
         /// The dictionary.
         name: String,
@@ -54,6 +57,15 @@ pub enum CharucoError {
         /// Markers of the dictionary.
         available: usize,
     },
+}
+
+impl Remedy for CharucoError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some(match self {
+            Self::UnknownDictionary { .. } => "use one of OpenCV's, such as DICT_4X4_50 or DICT_5X5_100".into(),
+            Self::TooFewMarkers { .. } => "take a larger dictionary".into(),
+        })
+    }
 }
 
 impl CharucoParams {

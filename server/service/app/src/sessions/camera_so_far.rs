@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use calibration::camera_fit::{CameraFit, fit_camera};
 use calibration::observation::{CornerObservation, CornerView};
-use calibration::{BoardGeometry, BoardPattern, CalibrationError};
+use calibration::{BoardGeometry, BoardPattern};
 use nalgebra::{Vector2, Vector3};
 use optics::{BoardFrame, PointMm};
+use remedy::with_remedy;
 
 use crate::sessions::body::{BoardPicture, CameraSoFar, SessionBody, Target};
 use crate::sessions::found::COVERAGE;
@@ -30,7 +31,7 @@ pub fn learn_camera(body: &mut SessionBody) {
         focal_px: fit.as_ref().ok().map(|fit| fit.station.camera.fx_px),
         rms_px: fit.as_ref().ok().map(|fit| fit.rms_px),
         uncovered_cells: std::mem::take(&mut body.camera.uncovered_cells),
-        problem: fit.as_ref().err().map(CalibrationError::to_string),
+        problem: fit.as_ref().err().map(|error| with_remedy(error)),
     };
 }
 

@@ -288,7 +288,8 @@ impl Sessions {
         }
         let views = session.body.stage_views.iter().filter(|view| view.board.is_readable());
         let positions_mm: Vec<f64> = views.map(|view| view.position_mm).collect();
-        calibration::check_stage_positions(&positions_mm).map_err(pipeline::Failure::from)?;
+        calibration::check_stage_positions(&positions_mm, session.body.target.square_mm)
+            .map_err(pipeline::Failure::from)?;
         Ok(())
     }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use capture::{Capture, CaptureError, write_png};
+use remedy::Remedy;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use vision::{GreyImage, Pixels};
@@ -62,14 +63,7 @@ pub fn refusal(folder: &Path) -> String {
     chain(&Capture::open(folder).unwrap_err())
 }
 
-/// An error and its causes, in one line.
+/// An error, its causes and its remedy, in one line.
 pub fn chain(error: &CaptureError) -> String {
-    let mut text = error.to_string();
-    let mut cause = std::error::Error::source(error);
-    while let Some(inner) = cause {
-        text.push_str(": ");
-        text.push_str(&inner.to_string());
-        cause = inner.source();
-    }
-    text
+    format!("{}; {}", remedy::with_causes(error), error.remedy().unwrap_or_default())
 }
