@@ -7,22 +7,21 @@ use std::process::Command;
 use std::time::Instant;
 
 use crate::command::{Outcome, cargo, run, say, side_by_side, succeeds, target_folder, title};
-use crate::docker_check::docker_check;
-use crate::page::{check_page, ensure_page, test_in_browser};
-use crate::steps::is_root;
-use crate::tools::{ensure_genicam, ensure_python};
+use crate::docker_check::{docker_check, ensure_station_base};
+use crate::page::{check_page, ensure_browser, ensure_page, test_in_browser};
+use crate::steps::{debug_program, is_root};
+use crate::tools::{GENICAM, ensure_genicam, ensure_python};
 
 /// Lines of the test runner repeated at the very end, where a person looks first.
 const CLOSING_LINES: usize = 3;
 
-/// Every check. What needs cargo's build folder is one row, the page's checks and Python run beside it; tests have the
-/// machine to themselves, since some of them hold promised times.
+/// Every check. What needs cargo's build folder is one row; the page, its checks, and what is downloaded run beside it.
+/// Tests have the machine to themselves, since some of them hold promised times.
 pub fn test() -> Outcome {
     let started = Instant::now();
     ensure_component("fmt", "rustfmt")?;
     ensure_component("clippy", "clippy")?;
     run("format", &mut cargo(&["fmt", "--all", "--", "--check"]))?;
-    ensure_page()?;
     let nextest = succeeds(Command::new("cargo").args(["nextest", "--version"]));
     let (mut not_run, mut python) = (BTreeSet::new(), None);
     let features = features(&mut not_run);
@@ -32,18 +31,25 @@ pub fn test() -> Outcome {
         let build = ["test", "--workspace", "--lib", "--bins", "--tests", "--no-run", "--quiet"];
         run("build", cargo(&build).args(features))?;
         run("doc tests", cargo(&["test", "--workspace", "--doc", "--quiet"]).args(features))?;
-        let mut doc = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
+        // There are no examples; asking for them makes cargo choose the libraries' features as for clippy.
+        let mut doc = cargo(&["doc", "--workspace", "--lib", "--bins", "--examples", "--no-deps", "--quiet"]);
         run("documentation", doc.args(features).env("RUSTDOCFLAGS", "-D warnings"))
     };
+    let with_root = is_root();
     let beside = || {
+        ensure_page()?;
+        ensure_browser()?;
+        if with_root {
+            ensure_station_base()?;
+        }
         python = ensure_python().inspect_err(|error| say(&format!("── no Python for the tests: {error}"))).ok();
         check_page()
     };
     side_by_side(compile, beside)?;
     let closing = run_tests(nextest, features, python.as_deref(), &mut not_run)?;
-    test_in_browser()?;
-    if is_root() {
-        docker_check(Some(&target_folder().join("debug/sheaf")))?;
+    test_in_browser(&debug_program())?;
+    if with_root {
+        docker_check(Some(&debug_program()))?;
     } else {
         not_run.insert("docker/Dockerfile: its folders are entered by chroot, which needs root".to_owned());
     }
@@ -57,7 +63,7 @@ pub fn test() -> Outcome {
 /// Features of the program that need what Debian packages hold: all of them, unless those cannot be had.
 fn features(not_run: &mut BTreeSet<String>) -> &'static [&'static str] {
     match ensure_genicam() {
-        Ok(()) => &["--features", "sheaf/genicam"],
+        Ok(()) => GENICAM,
         Err(error) => {
             not_run.insert(format!("everything of GenICam cameras: {error}"));
             &[]

@@ -18,6 +18,9 @@ const MIRROR: &str = "http://deb.debian.org/debian";
 /// What the base image of the build stage brings beside the toolchain.
 const BUILD_PACKAGES: &str = "ca-certificates,gcc,libc6-dev,pkg-config";
 
+/// What the station's folder begins with.
+const STATION_PACKAGES: &str = "ca-certificates";
+
 /// The port the image listens on.
 const PORT: u16 = 8080;
 
@@ -35,15 +38,21 @@ pub fn docker_check(binary: Option<&Path>) -> Outcome {
         Some(binary) => binary.to_owned(),
         None => replay_build(build, &replay_page(page)?)?,
     };
-    let root = debian_folder("docker-station", "ca-certificates")?;
+    let root = debian_folder("docker-station", STATION_PACKAGES)?;
     let program = replay_station(station, &root, &built)?;
     let server = Started(start(&program, &root)?);
     wait_until_ready(server)?;
     check_unit()
 }
 
-/// A fresh copy of a Debian 12 folder; debootstrap itself runs once.
-fn debian_folder(name: &str, packages: &str) -> Outcome<PathBuf> {
+/// Downloads what the station's folder is made of.
+pub fn ensure_station_base() -> Outcome {
+    ensure_program("debootstrap", "debootstrap")?;
+    debian_base(STATION_PACKAGES).map(drop)
+}
+
+/// A Debian 12 folder; debootstrap runs once for each list of packages.
+fn debian_base(packages: &str) -> Outcome<PathBuf> {
     let base = target_folder().join("debian").join(packages.replace(',', "-"));
     if !base.join("usr/bin/env").is_file() || !base.join(".complete").is_file() {
         let _ = std::fs::remove_dir_all(&base);
@@ -56,6 +65,12 @@ fn debian_folder(name: &str, packages: &str) -> Outcome<PathBuf> {
         )?;
         std::fs::write(base.join(".complete"), "")?;
     }
+    Ok(base)
+}
+
+/// A fresh copy of a Debian 12 folder.
+fn debian_folder(name: &str, packages: &str) -> Outcome<PathBuf> {
+    let base = debian_base(packages)?;
     let root = target_folder().join(name);
     if root.exists() {
         std::fs::remove_dir_all(&root)?;

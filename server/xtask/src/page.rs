@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::SystemTime;
 
-use crate::command::{Outcome, run, target_folder, workspace};
+use crate::command::{Outcome, run, workspace};
 use crate::tools::{ensure_file, ensure_program};
 
 /// What the built page follows from.
@@ -31,12 +31,15 @@ pub fn check_page() -> Outcome {
     Ok(())
 }
 
-/// The page in Debian's Chromium against the real program, which was built before.
-pub fn test_in_browser() -> Outcome {
+/// Debian's Chromium, and a font: text without fonts is boxes, and a minimal Debian has none.
+pub fn ensure_browser() -> Outcome {
     ensure_program("chromium", "chromium")?;
-    ensure_fonts()?;
+    ensure_file("/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf", "fonts-dejavu-core")
+}
+
+/// The page in Chromium against the real program, which was built before.
+pub fn test_in_browser(program: &Path) -> Outcome {
     let web = workspace().join("web");
-    let program = target_folder().join("debug/sheaf");
     run("browser", npm(&web).args(["run", "--silent", "browser"]).env("SHEAF_BIN", program))
 }
 
@@ -58,11 +61,6 @@ fn ensure_packages(web: &Path) -> Outcome {
     })?;
     std::fs::write(stamp, wanted)?;
     Ok(())
-}
-
-/// Text without fonts is boxes; a minimal Debian has none.
-fn ensure_fonts() -> Outcome {
-    ensure_file("/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf", "fonts-dejavu-core")
 }
 
 fn npm(web: &Path) -> Command {

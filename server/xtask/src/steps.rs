@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::command::{Outcome, cargo, run, workspace};
-use crate::page::{ensure_page, write_schema};
+use crate::command::{Outcome, cargo, run, target_folder, workspace};
+use crate::page::{ensure_browser, ensure_page, write_schema};
+use crate::tools::{GENICAM, has_aravis};
 
 /// Builds with optimisation and runs a command of the product.
 pub fn run_sheaf(command: &str, arguments: &[String]) -> Outcome {
@@ -16,28 +17,45 @@ pub fn run_sheaf(command: &str, arguments: &[String]) -> Outcome {
 
 /// Writes the API document of this version to `openapi/openapi.json`, and the page's types from it.
 pub fn write_openapi() -> Outcome {
-    let output = cargo(&["run", "--quiet", "--package", "sheaf", "--", "openapi"]).output()?;
-    if !output.status.success() {
-        return Err(format!("sheaf openapi failed: {}", String::from_utf8_lossy(&output.stderr)).into());
+    let program = build_program()?;
+    for (arguments, file) in [(&["openapi"][..], "openapi.json"), (&["openapi", "--events"][..], "events.md")] {
+        let output = Command::new(&program).args(arguments).output()?;
+        if !output.status.success() {
+            return Err(format!("sheaf openapi failed: {}", String::from_utf8_lossy(&output.stderr)).into());
+        }
+        std::fs::write(workspace().join("openapi").join(file), output.stdout)?;
     }
-    std::fs::write(workspace().join("openapi/openapi.json"), output.stdout)?;
-    let events = cargo(&["run", "--quiet", "--package", "sheaf", "--", "openapi", "--events"]).output()?;
-    std::fs::write(workspace().join("openapi/events.md"), events.stdout)?;
     write_schema()
 }
 
 /// Builds the page and the debug program, and tries both in a browser.
 pub fn test_in_browser() -> Outcome {
     ensure_page()?;
-    run("program", &mut cargo(&["build", "--package", "sheaf"]))?;
-    crate::page::test_in_browser()
+    ensure_browser()?;
+    crate::page::test_in_browser(&build_program()?)
 }
 
-/// The tests of labelling on scores of random scenes, each against the rate of wrong labels stated beside it, and a
-/// thousand serial faults for each controller.
+/// Builds the debug program with the libraries that the tests are linked with, and says where it is.
+///
+/// Cargo chooses the features of all libraries by the packages and kinds of targets asked for. With `--workspace` and
+/// `--examples`, of which there are none, they are those of `cargo test --workspace`, so nothing is compiled twice.
+fn build_program() -> Outcome<PathBuf> {
+    let mut build = cargo(&["build", "--quiet", "--workspace", "--bin", "sheaf", "--examples"]);
+    run("program", build.args(if has_aravis() { GENICAM } else { &[] }))?;
+    Ok(debug_program())
+}
+
+/// The program that tests and build leave behind.
+pub fn debug_program() -> PathBuf {
+    target_folder().join("debug/sheaf")
+}
+
+/// The tests of labelling on scores of random scenes, each against the rate of wrong labels stated beside it, stations of
+/// all sizes from pictures to a measured ball, and a thousand serial faults for each controller.
 pub fn campaign() -> Outcome {
     let filter = ["--", "campaign", "--ignored", "--nocapture", "--test-threads", "1"];
     run("serial faults", cargo(&["test", "--package", "sheaf-devices", "--lib"]).args(filter))?;
+    run("stations of all sizes", cargo(&["test", "--package", "sheaf-pipeline", "--test", "it"]).args(filter))?;
     run("campaign", cargo(&["test", "--package", "sheaf-scanning", "--test", "it"]).args(filter))
 }
 

@@ -39,6 +39,14 @@ pub fn ensure_file(file: &str, package: &str) -> Outcome {
     if Path::new(file).is_file() { Ok(()) } else { ensure_apt(package) }
 }
 
+/// Cargo's arguments for everything that needs the C library of GenICam cameras.
+pub const GENICAM: &[&str] = &["--features", "sheaf/genicam"];
+
+/// Whether that library is installed.
+pub fn has_aravis() -> bool {
+    succeeds(Command::new("pkg-config").args(["--exists", "aravis-0.8", "libusb-1.0"]))
+}
+
 /// The C library of GenICam cameras with what it is linked by, and the camera process that its driver is tested with.
 pub fn ensure_genicam() -> Outcome {
     ensure_program("pkg-config", "pkg-config")?;
