@@ -1,6 +1,6 @@
 //! The clock of a thread: the computer's, or a simulated one in which waiting takes no time.
 //!
-//! A simulated clock belongs to a test ([`simulated`]) and to the threads that are started under it by [`spawn`]. One of
+//! A simulated clock belongs to a test ([`simulate`]) and to the threads that are started under it by [`spawn`]. One of
 //! them runs at a time; when it waits, the clock goes on to the moment that any of them waits for next. A test of
 //! seconds is over when it is computed, its order does not depend on the load of the computer, and what it runs is the
 //! product with its own time-outs. It does not show how late a computer makes threads: a few tests stay in real time.
@@ -74,7 +74,8 @@ impl State {
 }
 
 /// A thread under a simulated clock; it leaves it when this is dropped, also in a panic.
-struct Membership {
+#[derive(Debug)]
+pub struct Membership {
     has_left: Arc<AtomicBool>,
 }
 
@@ -116,11 +117,16 @@ fn clock() -> Option<Arc<Simulation>> {
     CLOCK.with_borrow(Clone::clone)
 }
 
-/// Lets `act` and all threads it starts live by a simulated clock.
-pub fn simulated<T>(act: impl FnOnce() -> T) -> T {
+/// Lets this thread, and all that it starts, live by a simulated clock for as long as the answer is kept.
+pub fn simulate() -> Membership {
     let state = State { now: Instant::now(), waiting: BTreeMap::new(), n_waits: 0, n_running: 1 };
     CLOCK.set(Some(Arc::new(Simulation { state: Mutex::new(state) })));
-    let _membership = Membership { has_left: Arc::default() };
+    Membership { has_left: Arc::default() }
+}
+
+/// Lets `act` and all threads it starts live by a simulated clock.
+pub fn simulated<T>(act: impl FnOnce() -> T) -> T {
+    let _membership = simulate();
     act()
 }
 

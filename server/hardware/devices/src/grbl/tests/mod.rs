@@ -20,6 +20,7 @@ use tempfile::TempDir;
 use super::{GrblConfig, GrblLaser, GrblStage};
 use crate::contract::Stopwatch;
 use crate::grbl_simulator::{GrblSimulator, SimulatorConfig};
+use crate::time::{Membership, simulate};
 use crate::{Stage, StageError, StageState};
 
 /// What the operating system may add where processors are free.
@@ -33,10 +34,22 @@ struct Bench {
     simulator: Arc<GrblSimulator>,
     config: GrblConfig,
     _folder: TempDir,
+    /// The last to go: everything above lives by it.
+    _clock: Option<Membership>,
 }
 
 /// A controller of this kind; the stage's zero is 6 mm before the switch, its travel 8 mm.
+/// Test and bench live by a simulated clock.
 fn bench(kind: SimulatorConfig) -> Bench {
+    bench_under(Some(simulate()), kind)
+}
+
+/// As [`bench`], over a pseudo-terminal and by the computer's clock.
+fn bench_in_real_time(kind: SimulatorConfig) -> Bench {
+    bench_under(None, kind)
+}
+
+fn bench_under(clock: Option<Membership>, kind: SimulatorConfig) -> Bench {
     let folder = TempDir::new().unwrap();
     let place: PathBuf = folder.path().join("controller");
     let simulator = Arc::new(GrblSimulator::start(kind, &place, None).unwrap());
@@ -45,7 +58,7 @@ fn bench(kind: SimulatorConfig) -> Bench {
         moving_query_hz: 50.0,
         ..GrblConfig::new(place.to_str().unwrap(), STEPS_PER_MM, (-4.0, 4.0))
     };
-    Bench { simulator, config, _folder: folder }
+    Bench { simulator, config, _folder: folder, _clock: clock }
 }
 
 fn sound_bench() -> Bench {

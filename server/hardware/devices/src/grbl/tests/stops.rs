@@ -3,9 +3,10 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use super::{SLACK, home, rest, sound_bench, wait_until};
+use super::{SLACK, bench_in_real_time, home, rest, sound_bench, wait_until};
 use crate::grbl::open_line;
 use crate::grbl::protocol::{HOLD, RESET};
+use crate::grbl_simulator::SimulatorConfig;
 use crate::params::GRBL_SILENCE;
 use crate::serial_line::{PortLine, SerialLine, SerialLineError, SerialWriter};
 use crate::{Laser, Stage};
@@ -57,7 +58,7 @@ impl SerialLine for Interrupted {
 
 #[test]
 fn an_answer_that_overtakes_its_stop_is_still_its_answer() {
-    let bench = sound_bench();
+    let bench = bench_in_real_time(SimulatorConfig::default());
     let line = Interrupted(PortLine::new(&bench.config.port, bench.config.baud_rate));
     let (mut stage, _laser) = open_line(&bench.config, Box::new(line)).unwrap();
     home(&mut stage);
@@ -97,7 +98,7 @@ fn of_two_hundred_stops_under_load_ninety_nine_in_a_hundred_are_out_in_time() {
 
 /// From the call of each stop to its byte at the witness, with commands and polls in flight all the time.
 fn stop_latencies() -> Vec<Duration> {
-    let bench = sound_bench();
+    let bench = bench_in_real_time(SimulatorConfig::default());
     let (mut stage, mut laser) = bench.open();
     home(&mut stage);
     let ended = AtomicBool::new(false);

@@ -3,23 +3,29 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Bench, bench};
+use super::{Bench, bench, bench_in_real_time};
 use crate::contract::{self, Cable, LaserProfile, StageProfile};
 use crate::grbl_simulator::{Dialect, SimulatorConfig};
 
 fn stage_of(dialect: Dialect) {
-    let bench = bench(SimulatorConfig::of(dialect));
-    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(&bench, dialect));
+    passes_as_stage(&bench(SimulatorConfig::of(dialect)), dialect);
+}
+
+fn passes_as_stage(bench: &Bench, dialect: Dialect) {
+    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(bench, dialect));
 }
 
 fn laser_of(dialect: Dialect) {
-    let bench = bench(SimulatorConfig::of(dialect));
+    passes_as_laser(&bench(SimulatorConfig::of(dialect)));
+}
+
+fn passes_as_laser(bench: &Bench) {
     let witness = bench.simulator.witness().clone();
     let profile = LaserProfile {
         light: Some(Box::new(move || witness.light())),
         // `promises.md` 3: dark within 0.5 s.
         reaction_limit: Duration::from_millis(500),
-        cable: Some(cable(&bench)),
+        cable: Some(cable(bench)),
     };
     contract::laser(&mut || Box::new(bench.open().1), &profile);
 }
@@ -27,6 +33,13 @@ fn laser_of(dialect: Dialect) {
 #[test]
 fn the_stage_of_grbl_passes_the_suite() {
     stage_of(Dialect::Grbl);
+}
+
+#[test]
+fn stage_and_laser_pass_the_suite_in_real_time() {
+    let bench = bench_in_real_time(SimulatorConfig::default());
+    passes_as_stage(&bench, Dialect::Grbl);
+    passes_as_laser(&bench);
 }
 
 #[test]
@@ -57,20 +70,20 @@ fn the_laser_of_fluid_nc_passes_the_suite() {
 #[test]
 fn a_stage_without_switches_passes_the_suite() {
     let bench = bench(SimulatorConfig { homing: false, soft_limits: false, ..SimulatorConfig::default() });
-    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(&bench, Dialect::Grbl));
+    passes_as_stage(&bench, Dialect::Grbl);
 }
 
 #[test]
 fn a_stage_against_the_machine_s_direction_passes_the_suite() {
     let mut bench = bench(SimulatorConfig { axis: 'Y', ..SimulatorConfig::of(Dialect::GrblHal) });
     (bench.config.axis, bench.config.reversed) = (crate::grbl::Axis::Y, true);
-    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(&bench, Dialect::GrblHal));
+    passes_as_stage(&bench, Dialect::GrblHal);
 }
 
 #[test]
 fn a_stage_that_is_locked_until_it_is_homed_passes_the_suite() {
     let bench = bench(SimulatorConfig { homing_lock: true, ..SimulatorConfig::of(Dialect::GrblHal) });
-    contract::stage(&mut || Box::new(bench.open().0), &stage_profile(&bench, Dialect::GrblHal));
+    passes_as_stage(&bench, Dialect::GrblHal);
 }
 
 fn stage_profile(bench: &Bench, dialect: Dialect) -> StageProfile {

@@ -6,7 +6,7 @@ use std::net::{Shutdown, TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use super::{Bench, bench, home, rest, wait_until};
+use super::{Bench, bench_in_real_time, home, rest, wait_until};
 use crate::contract::{self, LaserProfile, StageProfile};
 use crate::grbl_simulator::{Dialect, SimulatorConfig};
 use crate::{Stage, StageError};
@@ -57,7 +57,7 @@ impl Bridge {
 }
 
 fn bench_over_tcp() -> (Bench, Bridge) {
-    let mut bench = bench(SimulatorConfig::of(Dialect::FluidNc));
+    let mut bench = bench_in_real_time(SimulatorConfig::of(Dialect::FluidNc));
     let bridge = Bridge::to(&bench);
     bench.config.port = format!("tcp://127.0.0.1:{}", bridge.port);
     (bench, bridge)

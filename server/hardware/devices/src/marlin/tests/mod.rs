@@ -14,6 +14,7 @@ use tempfile::TempDir;
 use super::{MarlinConfig, MarlinLaser, MarlinStage, open};
 use crate::contract::Stopwatch;
 use crate::marlin_simulator::{MarlinSimulator, SimulatorConfig};
+use crate::time::{Membership, simulate};
 use crate::{Stage, StageError, StageState};
 
 /// What the operating system may add where processors are free.
@@ -26,10 +27,22 @@ struct Bench {
     simulator: Arc<MarlinSimulator>,
     config: MarlinConfig,
     _folder: TempDir,
+    /// The last to go: everything above lives by it.
+    _clock: Option<Membership>,
 }
 
 /// A controller of this kind; the stage's zero is 6 mm from its switch, its travel 8 mm.
+/// Test and bench live by a simulated clock.
 fn bench(kind: SimulatorConfig) -> Bench {
+    bench_under(Some(simulate()), kind)
+}
+
+/// As [`bench`], over a pseudo-terminal and by the computer's clock.
+fn bench_in_real_time(kind: SimulatorConfig) -> Bench {
+    bench_under(None, kind)
+}
+
+fn bench_under(clock: Option<Membership>, kind: SimulatorConfig) -> Bench {
     let folder = TempDir::new().unwrap();
     let place = folder.path().join("controller");
     let steps_per_mm = kind.steps_per_mm;
@@ -39,7 +52,7 @@ fn bench(kind: SimulatorConfig) -> Bench {
         moving_query_hz: 50.0,
         ..MarlinConfig::new(place.to_str().unwrap(), steps_per_mm, (-4.0, 4.0))
     };
-    Bench { simulator, config, _folder: folder }
+    Bench { simulator, config, _folder: folder, _clock: clock }
 }
 
 fn sound_bench() -> Bench {

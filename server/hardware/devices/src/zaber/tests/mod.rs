@@ -13,6 +13,7 @@ use tempfile::TempDir;
 
 use super::{ZaberConfig, ZaberStage, open};
 use crate::contract::Stopwatch;
+use crate::time::{Membership, simulate};
 use crate::zaber_simulator::{SimulatorConfig, ZaberSimulator};
 use crate::{Stage, StageError, StageState};
 
@@ -23,10 +24,22 @@ struct Bench {
     simulator: Arc<ZaberSimulator>,
     config: ZaberConfig,
     _folder: TempDir,
+    /// The last to go: everything above lives by it.
+    _clock: Option<Membership>,
 }
 
 /// A device of this kind; the stage's zero is 50 mm from its home, its travel 8 mm.
+/// Test and bench live by a simulated clock.
 fn bench(kind: SimulatorConfig) -> Bench {
+    bench_under(Some(simulate()), kind)
+}
+
+/// As [`bench`], over a pseudo-terminal and by the computer's clock.
+fn bench_in_real_time(kind: SimulatorConfig) -> Bench {
+    bench_under(None, kind)
+}
+
+fn bench_under(clock: Option<Membership>, kind: SimulatorConfig) -> Bench {
     let folder = TempDir::new().unwrap();
     let place = folder.path().join("device");
     let travel_per_turn_mm = kind.travel_per_turn_mm;
@@ -38,7 +51,7 @@ fn bench(kind: SimulatorConfig) -> Bench {
         moving_query_hz: 50.0,
         ..ZaberConfig::new(place.to_str().unwrap(), travel_per_turn_mm, (-4.0, 4.0))
     };
-    Bench { simulator, config, _folder: folder }
+    Bench { simulator, config, _folder: folder, _clock: clock }
 }
 
 fn sound_bench() -> Bench {
