@@ -7,6 +7,7 @@ use crate::carried::{RunPoint, carried_stretches, loose_stretches};
 use crate::columns::{FrameColumns, LineColumns};
 use crate::compare::Surfaces;
 use crate::label::along_across;
+use crate::line_widths::LineWidths;
 use crate::params::{COMPARE_STRIDE_PX, KINK_STEP_PX, RUN_DENIED_SHARE, STUB_POINTS};
 use crate::profile::{Profile, ProfilePoint};
 use crate::profiles::Profiles;
@@ -44,8 +45,8 @@ pub struct Judge<'a> {
 
 impl<'a> Judge<'a> {
     /// Asks the surfaces that the labelled points of `profiles` make.
-    pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>) -> Self {
-        Self { profiles, surfaces, rivals: Rivals::new(profiles, surfaces) }
+    pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>, widths: &'a LineWidths) -> Self {
+        Self { profiles, surfaces, rivals: Rivals::new(profiles, surfaces, widths) }
     }
 
     /// Decides about frame `frame`. `candidates`: its points that are in doubt, in the order of a profile.
@@ -124,7 +125,7 @@ impl<'a> Judge<'a> {
                     sure.have_room(along, across, point.order) && !self.rivals.have_seen(point, frame)
                 }
                 Look::Seen | Look::Nobody => sure.leave_only(along, across, point.order),
-                Look::RivalSeen => false,
+                Look::RivalSeen | Look::WidthDenied => false,
             };
             fits && !self.surfaces.contradict(point, frame)
         });
@@ -153,6 +154,10 @@ impl<'a> Judge<'a> {
         for run in judged.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
             let points: Vec<RunPoint> =
                 run.iter().map(|judged| self.run_point(judged, &columns, correlation_px)).collect();
+            let shut = std::env::var("SHUT").is_ok();
+            for (judged, point) in run.iter_mut().zip(&points) {
+                judged.is_out |= judged.look == Look::WidthDenied && (shut || !point.is_held());
+            }
             for idx in carried_stretches(&points).into_iter().flatten() {
                 run[idx].is_out |= !points[idx].is_held();
             }

@@ -15,6 +15,7 @@ use crate::envelope::depth_envelope;
 use crate::error::ScanError;
 use crate::frames::{in_order, lines_of};
 use crate::label::along_across;
+use crate::line_widths::LineWidths;
 use crate::params::{FWHM_PER_SIGMA, THICKNESS_SAMPLES};
 use crate::profile::{Profile, ProfilePoint};
 use crate::profiles::Profiles;
@@ -46,7 +47,9 @@ impl<'a> Evaluation<'a> {
         orders.sort_unstable();
         let mut sum = Checks::new(orders.len());
         let n_frames = profiles.frames.n_frames();
-        let judge = surfaces.as_ref().map(|surfaces| Judge::new(&profiles, surfaces));
+        let widths = surfaces.as_ref().map(|surfaces| LineWidths::learned(&profiles, surfaces)).transpose()?;
+        let judge = surfaces.as_ref().zip(widths.as_ref());
+        let judge = judge.map(|(surfaces, widths)| Judge::new(&profiles, surfaces, widths));
         let check = |frame| Checked::new(&profiles, frame, (surfaces.as_ref(), judge), &orders);
         in_order(n_frames, check, |checked| {
             sum.add(checked);

@@ -12,6 +12,7 @@ mod evaluation;
 pub mod files;
 mod frames;
 mod label;
+mod line_widths;
 pub mod mesh;
 mod motions;
 pub mod params;

@@ -201,3 +201,20 @@ pub const THICKNESS_SAMPLES: usize = 4000;
 
 /// Pieces or sheets that one task of the labelling looks at: fewer are not worth handing to another core.
 pub const PIECES_PER_TASK: usize = 64;
+
+/// Every so many points of a profile one is asked for its width.
+pub const WIDTH_STRIDE_POINTS: usize = 16;
+/// Bins of the depth range in which widths are learned: an eighth of a wrap each at 400 mm.
+pub const WIDTH_BINS: usize = 32;
+/// Fewest samples of a bin.
+pub const WIDTH_BIN_SAMPLES: usize = 24;
+/// Medians over depths and over orders in turn.
+pub const WIDTH_FIT_ROUNDS: usize = 4;
+/// Least scatter of a line's width, as a share: slopes and speckle.
+pub const WIDTH_SIGMA_FLOOR: f64 = 0.04;
+/// Beyond so many σ a width does not belong to a depth.
+pub const WIDTH_DENIED_SIGMAS: f64 = 5.0;
+/// Within so many σ it does.
+pub const WIDTH_FITS_SIGMAS: f64 = 2.5;
+/// A point's width is the median over so many widths of its line to either side.
+pub const WIDTH_WINDOW_WIDTHS: f64 = 1.5;

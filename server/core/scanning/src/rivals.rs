@@ -3,7 +3,8 @@
 
 use crate::compare::Surfaces;
 use crate::label::along_across;
-use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS, KINK_STEP_PX};
+use crate::line_widths::{LineWidths, WidthVerdict};
+use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS, KINK_STEP_PX, WIDTH_WINDOW_WIDTHS};
 use crate::profile::ProfilePoint;
 use crate::profiles::Profiles;
 
@@ -12,23 +13,24 @@ use crate::profiles::Profiles;
 pub struct Rivals<'a> {
     profiles: &'a Profiles<'a>,
     surfaces: &'a Surfaces<'a>,
+    widths: &'a LineWidths,
 }
 
 impl<'a> Rivals<'a> {
     /// Asks the surfaces that the labelled points of `profiles` make.
-    pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>) -> Self {
-        Self { profiles, surfaces }
+    pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>, widths: &'a LineWidths) -> Self {
+        Self { profiles, surfaces, widths }
     }
 
     /// What other orders have seen of every point; every few columns one point answers for its neighbours.
     pub fn looks(&self, points: &[ProfilePoint], frame: usize) -> Vec<Look> {
         let mut looks = Vec::with_capacity(points.len());
         let mut last: Option<(i8, i64, Look)> = None;
-        for point in points {
+        for (idx, point) in points.iter().enumerate() {
             let slot = (self.along(point) as i64).div_euclid(COMPARE_STRIDE_PX as i64);
             let look = match last {
                 Some((order, at, look)) if (order, at) == (point.order, slot) => look,
-                _ => self.look(point, frame),
+                _ => self.look(point, self.width_px(points, idx), frame),
             };
             last = Some((point.order, slot, look));
             looks.push(look);
@@ -36,12 +38,47 @@ impl<'a> Rivals<'a> {
         looks
     }
 
-    fn look(&self, point: &ProfilePoint, frame: usize) -> Look {
+    /// The line's width about a point: the median of its neighbours'.
+    fn width_px(&self, points: &[ProfilePoint], idx: usize) -> f64 {
+        let point = &points[idx];
+        let reach_px = WIDTH_WINDOW_WIDTHS * f64::from(point.seen.width_px);
+        let is_near =
+            |other: &&ProfilePoint| other.order == point.order && (self.along(other) - self.along(point)).abs() <= reach_px;
+        let before = points[..idx].iter().rev().take_while(is_near);
+        let mut widths: Vec<f32> = before.chain(points[idx..].iter().take_while(is_near)).map(|other| other.seen.width_px).collect();
+        let middle = widths.len() / 2;
+        f64::from(*widths.select_nth_unstable_by(middle, f32::total_cmp).1)
+    }
+
+    fn width_verdict(&self, point: &ProfilePoint, width_px: f64) -> WidthVerdict {
+        let triangulator = self.profiles.triangulator();
+        let depth = |(order_idx, &order): (usize, &i8)| {
+            let depth_mm = triangulator.hit(order_idx, point.seen.u_px, point.seen.v_px).in_camera.xyz.z;
+            (order, depth_mm)
+        };
+        let orders = triangulator.calibration().orders.iter().enumerate();
+        let rivals = orders
+            .filter(|(_, order)| **order != point.order)
+            .map(depth)
+            .filter(|(_, depth_mm)| self.profiles.depth_range_mm.contains(*depth_mm));
+        self.widths.verdict(width_px, (point.order, point.hit_in_camera.xyz.z), rivals)
+    }
+
+    fn look(&self, point: &ProfilePoint, width_px: f64, frame: usize) -> Look {
         let is_seen = |tolerances| self.surfaces.is_seen_again(point, frame, tolerances);
         if is_seen(CLOSE_TOLERANCES) {
-            Look::Seen
-        } else if !is_seen(CONTRADICTION_TOLERANCES) && self.have_seen(point, frame) {
+            return Look::Seen;
+        }
+        let mut is_denied = false;
+        match self.width_verdict(point, width_px) {
+            WidthVerdict::Fits => return Look::Seen,
+            WidthVerdict::Denies => is_denied = true,
+            WidthVerdict::Silent => {}
+        }
+        if !is_seen(CONTRADICTION_TOLERANCES) && self.have_seen(point, frame) {
             Look::RivalSeen
+        } else if is_denied {
+            Look::WidthDenied
         } else {
             Look::Nobody
         }
@@ -93,6 +130,8 @@ pub enum Look {
     Seen,
     /// The one another label would put it on.
     RivalSeen,
+    /// Neither, and its line is not as wide as at that depth, but as at another label's.
+    WidthDenied,
     /// Neither.
     Nobody,
 }
