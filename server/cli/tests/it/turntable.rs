@@ -5,6 +5,7 @@
 
 use std::f64::consts::TAU;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use crate::common::{edit_manifest, err, path, sheaf, sheaf_json, sheaf_ok};
 use capture::write_png;
@@ -32,13 +33,16 @@ const N_FRAMES: usize = 55;
 /// The axis is as near to the truth as its σ says.
 const SIGMAS: f64 = 4.0;
 
-fn axis() -> RotaryAxis {
-    RotaryAxis::new(Vector3::new(0.5, 0.0, 300.0), Vector3::new(0.01, -1.0, 0.03))
-}
+static AXIS: LazyLock<RotaryAxis> =
+    LazyLock::new(|| RotaryAxis::new(Vector3::new(0.5, 0.0, 300.0), Vector3::new(0.01, -1.0, 0.03)));
 
-fn sheet_normal(laser: &[f64; 3]) -> Vector3<f64> {
-    axis().direction.cross(&(axis().point_mm - Vector3::from(*laser))).normalize()
-}
+/// Where a laser stands, and the unit normal of its sheet.
+static SHEETS: LazyLock<[(Vector3<f64>, Vector3<f64>); 2]> = LazyLock::new(|| {
+    LASERS_MM.map(|laser| {
+        let laser = Vector3::from(laser);
+        (laser, AXIS.direction.cross(&(AXIS.point_mm - laser)).normalize())
+    })
+});
 
 /// A point that a ray meets: where, its unit normal, what it reflects.
 type Seen = Option<(Vector3<f64>, Vector3<f64>, f64)>;
@@ -69,12 +73,12 @@ fn camera() -> Camera {
 
 fn lit(seen: Seen) -> f64 {
     let Some((at, normal, reflects)) = seen else { return 4.0 };
-    let of_laser = |laser: &[f64; 3]| {
-        let is_lit = normal.dot(&(Vector3::from(*laser) - at)) > 0.0;
-        let off_mm = sheet_normal(laser).dot(&(at - axis().point_mm));
+    let of_laser = |(laser, sheet): &(Vector3<f64>, Vector3<f64>)| {
+        let is_lit = normal.dot(&(laser - at)) > 0.0;
+        let off_mm = sheet.dot(&(at - AXIS.point_mm));
         if is_lit { 200.0 * (-0.5 * (off_mm / SHEET_SIGMA_MM).powi(2)).exp() } else { 0.0 }
     };
-    4.0 + reflects * LASERS_MM.iter().map(of_laser).sum::<f64>()
+    4.0 + reflects * SHEETS.iter().map(of_laser).sum::<f64>()
 }
 
 /// A board, its corner (0, 0) at `origin_mm`, its axes the columns of `turn`.
@@ -99,8 +103,8 @@ fn board_middle_mm() -> Vector3<f64> {
 fn on_cylinder(motion: &Motion, ray: &Vector3<f64>) -> Seen {
     let eye = motion.part_from_camera(&PointMm::<CameraFrame>::new(Vector3::zeros())).xyz;
     let way = motion.part_direction(ray);
-    let (along, out) = (axis().direction, optics::rotation::completing_frame(&axis().direction).0);
-    let middle = axis().point_mm + out * CYLINDER_MM[1];
+    let (along, out) = (AXIS.direction, optics::rotation::completing_frame(&AXIS.direction).0);
+    let middle = AXIS.point_mm + out * CYLINDER_MM[1];
     let flat = |v: Vector3<f64>| v - along * along.dot(&v);
     let (o, d) = (flat(eye - middle), flat(way));
     let (a, b, c) = (d.dot(&d), o.dot(&d), o.dot(&o) - CYLINDER_MM[0].powi(2));
@@ -141,7 +145,7 @@ fn capture() -> TempDir {
     let views: Vec<Value> = (0..)
         .zip(VIEWS_DEG)
         .map(|(idx, angle_deg): (usize, f64)| {
-            let motion = axis().motion(angle_deg.to_radians());
+            let motion = AXIS.motion(angle_deg.to_radians());
             let place = |at: Vector3<f64>| motion.camera_from_part(&PointMm::new(at)).xyz;
             let origin = centre - turn * board_middle_mm();
             let axes =
@@ -154,7 +158,7 @@ fn capture() -> TempDir {
     let frames: Vec<Value> = (0..N_FRAMES)
         .map(|idx| {
             let angle_deg = idx as f64 * STEP_DEG;
-            let motion = axis().motion(angle_deg.to_radians());
+            let motion = AXIS.motion(angle_deg.to_radians());
             let picture = drawn(1, |ray| lit(on_cylinder(&motion, ray)));
             json!({ "image": put(format!("scan/{idx:03}.png"), picture), "angle_deg": angle_deg })
         })
@@ -208,10 +212,10 @@ fn axis_is_true(found: &Value) {
     let (point, direction) = (numbers(&found["point_mm"]), numbers(&found["direction"]));
     let (point, direction) = (Vector3::from_column_slice(&point), Vector3::from_column_slice(&direction));
     let (first, second) = optics::rotation::completing_frame(&direction);
-    let off = axis().described_near(&point).point_mm - point;
+    let off = AXIS.described_near(&point).point_mm - point;
     let (shifts, tilts) = (numbers(&found["shift_sigma_mm"]), numbers(&found["tilt_sigma_deg"]));
     for (way, (shift_mm, tilt_deg)) in [first, second].iter().zip(shifts.iter().zip(&tilts)) {
-        let (shift, tilt) = (way.dot(&off) / shift_mm, way.dot(&axis().direction).to_degrees() / tilt_deg);
+        let (shift, tilt) = (way.dot(&off) / shift_mm, way.dot(&AXIS.direction).to_degrees() / tilt_deg);
         println!("shift {:.4} mm = {shift:.2} σ, tilt {tilt:.2} σ of {tilt_deg:.4}°", way.dot(&off));
         assert!(shift.abs() < SIGMAS && tilt.abs() < SIGMAS, "{found:#}");
     }
