@@ -1,8 +1,8 @@
 //! What a scan came to, besides its points.
 
-use crate::compare::{Closure, OrderPair};
-use crate::dropped::Dropped;
-use crate::envelope::DepthEnvelope;
+use crate::checks::compare::{Closure, OrderPair};
+use crate::points::dropped::Dropped;
+use crate::points::envelope::DepthEnvelope;
 
 /// What a scan gave, besides its points.
 #[derive(Debug, Clone, PartialEq)]

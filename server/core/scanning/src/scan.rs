@@ -2,15 +2,16 @@
 
 use optics::{Calibration, DepthRangeMm, StagePosition, Triangulator};
 
-use crate::cloud::Cloud;
-use crate::compare::Surfaces;
+use crate::checks::compare::Surfaces;
 use crate::error::ScanError;
 use crate::evaluation::Evaluation;
-use crate::frames::{Frames, ScanFrame};
-use crate::label::{Travel, label_frames, outlook};
-use crate::motions::FrameMotion;
+use crate::input::frames::{Frames, ScanFrame};
+use crate::input::motions::FrameMotion;
+use crate::label::outlook;
+use crate::label::{Travel, label_frames};
 use crate::params::KEPT_POINTS;
-use crate::profiles::Profiles;
+use crate::points::cloud::Cloud;
+use crate::points::profiles::Profiles;
 use crate::report::ScanReport;
 
 /// Settings of a scan; the defaults serve any station.

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::{CloudFormat, ContentError, FileError, atomically, buffered, csv, pcd, ply};
-use crate::cloud::CloudPoint;
+use crate::points::cloud::CloudPoint;
 
 /// The formats that are written from front to back; E57 is not, its header holds offsets known last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use vision::Centrelines;
 use super::Labels;
 use super::columns::pieces_of;
 use super::pieces::Piece;
-use super::relax::Verdict;
+use super::solve::relax::Verdict;
 
 /// Lets a piece reach to the next one of its segment and label: the cut between them was no joint.
 pub fn close(pieces: &mut [Piece], verdicts: &[Verdict]) {

@@ -4,28 +4,12 @@
 //! depths, the order of the lines across the image, the same line in the next frame or beyond a gap, and, above
 //! all, whether another order sees the same surface at the same place of the part from another stage position.
 
-mod agreement;
-mod challenge;
 mod columns;
-
 mod cuts;
-mod evidence;
-mod hypotheses;
-mod looks;
-mod min_cut;
-mod outlook;
-mod overlooked;
-mod patches;
+mod gather;
 mod pieces;
-mod ranks;
-mod relax;
 mod sections;
-mod sheet_graph;
-mod sheets;
-mod shift_together;
-mod shifts;
-mod tracks;
-mod trial;
+mod solve;
 mod unions;
 
 use nalgebra::{Vector2, Vector3};
@@ -33,20 +17,20 @@ use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
 use vision::LineDirection;
 
 use crate::error::ScanError;
-use crate::frames::{Frames, lines_of};
-use crate::motions::{Chart, FrameMotion};
+use crate::input::frames::{Frames, lines_of};
+use crate::input::motions::{Chart, FrameMotion};
 use crate::params::{
     AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
     SYSTEMATIC_SIGMAS, UNLABELLED_COST,
 };
-use evidence::Evidence;
-use hypotheses::Samples;
+use gather::evidence::Evidence;
+use gather::hypotheses::Samples;
 
-pub use agreement::gradient;
-pub use outlook::Outlook;
-pub use patches::{PatchGrid, ViewPoint};
+pub use gather::agreement::gradient;
+pub use gather::outlook::Outlook;
+pub use gather::patches::{PatchGrid, ViewPoint};
 pub use pieces::{Piece, along_across};
-pub use relax::Verdict;
+pub use solve::relax::Verdict;
 
 /// Pieces of all frames with what was decided about each.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,30 +80,30 @@ pub fn label_frames(
 ) -> Result<Labels, ScanError> {
     let travel = Travel::of(motions);
     let direction = lines_of(frames, 0)?.direction;
-    let mut pieces = looks::cut_pieces(frames, &travel.order, direction)?;
+    let mut pieces = gather::looks::cut_pieces(frames, &travel.order, direction)?;
     if triangulator.calibration().orders.len() == 1 {
         // Nothing can contradict the only line there is; points beyond the depths are left out one by one.
         let (verdicts, labels) = (vec![Verdict::Order(0); pieces.len()], vec![Some(0); pieces.len()]);
         return Ok(Labels { pieces, verdicts, labels, direction });
     }
-    let view = hypotheses::View { triangulator, depth_range_mm, direction };
+    let view = gather::hypotheses::View { triangulator, depth_range_mm, direction };
     if frames.n_frames() > 1 {
         let (whole, evidence, _) = gathered(frames, motions, &travel, &view, pieces)?;
-        let (of_pieces, _) = relax::best_labels(&evidence);
+        let (of_pieces, _) = solve::relax::best_labels(&evidence);
         let sections = sections::sections(&whole.pieces);
         let start = sections::labels_of(&sections, &of_pieces);
         let (looks, evidence, _) = gathered(frames, motions, &travel, &view, sections)?;
-        pieces = sections::merged(&looks.pieces, &relax::best_from(&evidence, start));
+        pieces = sections::merged(&looks.pieces, &solve::relax::best_from(&evidence, start));
     }
     let (looks, evidence, partners) = gathered(frames, motions, &travel, &view, pieces)?;
-    let looks::Looks { mut pieces, samples, joined, widths_px, .. } = looks;
+    let gather::looks::Looks { mut pieces, samples, joined, widths_px, .. } = looks;
     let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
     let challenged = |labels: &[usize]| {
-        let sheets = sheets::sheets(labels, &samples, &pieces, &partners);
+        let sheets = gather::sheets::sheets(labels, &samples, &pieces, &partners);
         let lengths = lengths_pitches(&samples, &pieces, &sheets);
-        challenge::challenged(&evidence, labels, &sheets, &lengths, frames.n_frames() > 1)
+        solve::challenge::challenged(&evidence, labels, &sheets, &lengths, frames.n_frames() > 1)
     };
-    let (labels, settled) = relax::settle(&evidence, confirmation, challenged);
+    let (labels, settled) = solve::relax::settle(&evidence, confirmation, challenged);
     let mut labels: Vec<Option<usize>> =
         labels.into_iter().map(|label| (label != evidence.none()).then_some(label)).collect();
     let mut verdicts = settled.clone();
@@ -132,25 +116,25 @@ pub fn label_frames(
 }
 
 /// What is seen of pieces, what that says about their labels, and the same line in the frames around.
-type Gathered = (looks::Looks, Evidence, tracks::Partners);
+type Gathered = (gather::looks::Looks, Evidence, gather::tracks::Partners);
 
 fn gathered(
     frames: &dyn Frames,
     motions: &[FrameMotion],
     travel: &Travel,
-    view: &hypotheses::View,
+    view: &gather::hypotheses::View,
     pieces: Vec<Piece>,
 ) -> Result<Gathered, ScanError> {
     let (direction, calibration) = (view.direction, view.triangulator.calibration());
-    let looks = looks::look_at(frames, motions, view, pieces)?;
-    let looks::Looks { pieces, samples, ends, joined, shared_columns, .. } = &looks;
+    let looks = gather::looks::look_at(frames, motions, view, pieces)?;
+    let gather::looks::Looks { pieces, samples, ends, joined, shared_columns, .. } = &looks;
     let mut evidence = depth_evidence(samples, pieces, calibration.orders.len());
-    let partners = tracks::add_tracks(&mut evidence, samples, pieces, frames, direction, &travel.order)?;
-    tracks::add_continuations(&mut evidence, samples, pieces, ends);
-    tracks::add_joints(&mut evidence, joined);
-    shared_columns.iter().for_each(|shared| ranks::add_ranks(&mut evidence, shared));
+    let partners = gather::tracks::add_tracks(&mut evidence, samples, pieces, frames, direction, &travel.order)?;
+    gather::tracks::add_continuations(&mut evidence, samples, pieces, ends);
+    gather::tracks::add_joints(&mut evidence, joined);
+    shared_columns.iter().for_each(|shared| gather::ranks::add_ranks(&mut evidence, shared));
     let outlook = outlook(travel, calibration, view.depth_range_mm, direction);
-    let scene = agreement::Scene {
+    let scene = gather::agreement::Scene {
         samples,
         pieces,
         partners: &partners,
@@ -158,7 +142,7 @@ fn gathered(
         motions,
         outlook: &outlook,
     };
-    agreement::add_second_looks(&mut evidence, &scene);
+    gather::agreement::add_second_looks(&mut evidence, &scene);
     Ok((looks, evidence, partners))
 }
 

@@ -4,7 +4,7 @@
 //! a row of sections, one for each full sample, that only weakly hold together; where their labels differ is a seam.
 
 use super::pieces::Piece;
-use super::relax::Verdict;
+use super::solve::relax::Verdict;
 use crate::params::{END_WIDTHS, SAMPLE_STRIDE_PX};
 
 /// Every piece in sections around the places of full samples, which all frames share.

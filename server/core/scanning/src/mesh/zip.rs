@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Layer, MeshParams, median, position};
-use crate::cloud::CloudPoint;
+use crate::points::cloud::CloudPoint;
 
 /// Pairs of neighbours looked at for the median spacings.
 const MAX_SPACING_SAMPLES: usize = 20_000;

@@ -16,7 +16,7 @@ pub use writer::{PeaksWriter, pack_frame};
 use optics::StageKind;
 use vision::LineDirection;
 
-use crate::frames::ScanFrame;
+use crate::input::frames::ScanFrame;
 
 /// First bytes of every such file.
 const MAGIC: &[u8; 16] = b"sheaf-peaks/2\n\0\0";

@@ -3,9 +3,9 @@
 //! Lines hold each other by their ranks and by continuity, so that none of a row of lines gains by changing alone, and a
 //! whole region of a scan may be an order off.
 
-use super::evidence::{Evidence, Kind, wrong_labels};
 use super::relax::{everything, improve, total_support};
 use super::shifts::{Change, Costs};
+use crate::label::gather::evidence::{Evidence, Kind, wrong_labels};
 use crate::params::SHIFT_ROUNDS;
 
 /// Shifts by one order whatever gains by it together, until nothing does.

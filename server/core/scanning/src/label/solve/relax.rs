@@ -1,9 +1,9 @@
 //! From evidence to labels: beliefs relaxed together, hardened, then asked whether another answer is as good.
 
-use super::evidence::Evidence;
 use super::overlooked::with_overlooked_surfaces;
 use super::shift_together::shift_together;
-use super::unions::Unions;
+use crate::label::gather::evidence::Evidence;
+use crate::label::unions::Unions;
 use crate::params::{
     CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, OVERRULED_MARGIN, PIECES_PER_TASK, RELAX_ROUNDS,
     RELAX_SHARPNESS, SETTLE_SWEEPS, UNLABELLED_FROM,

@@ -7,20 +7,20 @@ use optics::stage::{FrameSpread, StageSpread};
 use optics::{Calibration, Motion, Stage, StageAxis};
 use vision::LineDirection;
 
-use crate::cloud::CloudPoint;
-use crate::compare::{ClosurePairs, Sums, Surfaces, order_pairs};
-use crate::decision::{Decision, Judge};
-use crate::dropped::{DropReason, Dropped};
-use crate::envelope::depth_envelope;
+use crate::checks::compare::{ClosurePairs, Sums, Surfaces, order_pairs};
+use crate::checks::decision::{Decision, Judge};
 use crate::error::ScanError;
-use crate::frames::{in_order, lines_of};
+use crate::input::frames::{in_order, lines_of};
+use crate::input::stage_positions::StagePositions;
 use crate::label::along_across;
 use crate::params::{FWHM_PER_SIGMA, THICKNESS_SAMPLES};
-use crate::profile::{Profile, ProfilePoint};
-use crate::profiles::Profiles;
+use crate::points::cloud::CloudPoint;
+use crate::points::dropped::{DropReason, Dropped};
+use crate::points::envelope::depth_envelope;
+use crate::points::profile::{Profile, ProfilePoint};
+use crate::points::profiles::Profiles;
+use crate::points::sigma_table::SigmaTable;
 use crate::report::ScanReport;
-use crate::sigma_table::SigmaTable;
-use crate::stage_positions::StagePositions;
 
 /// What a scan came to; its points are computed when they are asked for.
 pub struct Evaluation<'a> {

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-use super::evidence::{Evidence, Kind, wrong_labels};
 use super::shifts::{Costs, Shifts};
+use crate::label::gather::evidence::{Evidence, Kind, wrong_labels};
 use crate::params::{PIECES_PER_TASK, SECOND_LOOK_SAMPLES, SECOND_LOOK_SHARE};
 use crate::threads::for_each_chunk;
 

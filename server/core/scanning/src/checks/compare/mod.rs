@@ -10,14 +10,14 @@ use rayon::prelude::*;
 use vision::LineDirection;
 
 use crate::error::ScanError;
+use crate::input::motions::FrameMotion;
 use crate::label::{Outlook, PatchGrid, ViewPoint, along_across};
-use crate::motions::FrameMotion;
 use crate::params::{
     AGREEMENT_SIGMAS, COMPARE_STRIDE_PX, CONTRADICTING_SURFACES, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM,
     PATCH_MAX_GRADIENT, PATCH_RADIUS_SPACINGS, SMOOTH_SIGMAS,
 };
-use crate::profile::{Profile, ProfilePoint};
-use crate::profiles::Profiles;
+use crate::points::profile::{Profile, ProfilePoint};
+use crate::points::profiles::Profiles;
 
 pub use closure::{Closure, ClosureGap, ClosurePairs};
 

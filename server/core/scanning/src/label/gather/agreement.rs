@@ -7,9 +7,9 @@ use super::evidence::Evidence;
 use super::hypotheses::{Hypothesis, Samples};
 use super::outlook::Outlook;
 use super::patches::{PatchGrid, ViewPoint};
-use super::pieces::Piece;
 use super::tracks::Partners;
-use crate::motions::FrameMotion;
+use crate::input::motions::FrameMotion;
+use crate::label::pieces::Piece;
 use crate::params::{
     AGREEMENT_SIGMAS, CLOSE_TOLERANCES, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM, PATCH_MAX_GRADIENT,
     PATCH_RADIUS_SPACINGS, SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX, SMOOTH_SIGMAS,
@@ -129,7 +129,7 @@ impl Scene<'_> {
 
     /// Everything other patches say about one piece, merged and sorted.
     fn testimonies(&self, piece: usize, patches: &[Patch], grid: &PatchGrid) -> Vec<Testimony> {
-        let share = super::sample_weight(&self.pieces[piece]);
+        let share = crate::label::sample_weight(&self.pieces[piece]);
         let mut heard: Vec<Testimony> = Vec::new();
         for sample in self.samples.range(piece) {
             for (label, hypothesis) in self.samples.by_order(sample).iter().enumerate() {

@@ -2,14 +2,14 @@
 
 use vision::{Centrelines, LineDirection};
 
-use super::columns::{Columns, pieces_of};
 use super::hypotheses::{Samples, View};
-use super::pieces::{self, Joint, Piece, along_across};
 use super::ranks::{SharedColumns, shared_columns};
 use super::tracks::{End, ends_of, joined};
 use crate::error::ScanError;
-use crate::frames::{Frames, in_order, lines_of, of_every_frame};
-use crate::motions::FrameMotion;
+use crate::input::frames::{Frames, in_order, lines_of, of_every_frame};
+use crate::input::motions::FrameMotion;
+use crate::label::columns::{Columns, pieces_of};
+use crate::label::pieces::{self, Joint, Piece, along_across};
 
 /// The pieces of all frames and what they show by themselves and in their frame.
 pub struct Looks {

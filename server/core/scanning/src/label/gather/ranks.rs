@@ -1,8 +1,8 @@
 //! Order of the lines across the image: within a scan column (row) orders increase across.
 
-use super::columns::Columns;
 use super::evidence::Evidence;
 use super::hypotheses::Sample;
+use crate::label::columns::Columns;
 use crate::params::RANK_COST;
 
 /// How many samples two pieces of one frame share: upper piece, lower piece, their number; ordered by piece.
@@ -20,7 +20,7 @@ pub fn shared_columns(samples: &[Sample], columns: &Columns) -> SharedColumns {
                 (sample.piece - first, other.piece - first, other.across_px < sample.across_px);
             let pair = if is_above { other * n + this } else { this * n + other };
             // Each of the two brings half of what they share.
-            shared[pair] += 0.5 * super::sample_weight(piece);
+            shared[pair] += 0.5 * crate::label::sample_weight(piece);
         }
     }
     let pairs = shared.into_iter().enumerate().filter(|(_, share)| *share > 0.0);

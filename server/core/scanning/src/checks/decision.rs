@@ -3,14 +3,14 @@
 
 use vision::Centrelines;
 
-use crate::carried::{RunPoint, carried_stretches, loose_stretches};
-use crate::columns::{FrameColumns, LineColumns};
-use crate::compare::Surfaces;
+use crate::checks::carried::{RunPoint, carried_stretches, loose_stretches};
+use crate::checks::columns::{FrameColumns, LineColumns};
+use crate::checks::compare::Surfaces;
+use crate::checks::rivals::{Look, Rivals, neighbours};
 use crate::label::along_across;
 use crate::params::{COMPARE_STRIDE_PX, KINK_STEP_PX, RUN_DENIED_SHARE, STUB_POINTS};
-use crate::profile::{Profile, ProfilePoint};
-use crate::profiles::Profiles;
-use crate::rivals::{Look, Rivals, neighbours};
+use crate::points::profile::{Profile, ProfilePoint};
+use crate::points::profiles::Profiles;
 
 /// What was decided about a frame.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -12,9 +12,9 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use optics::{CameraFrame, PointMm};
 
-use crate::cloud::{Cloud, CloudPoint};
 use crate::error::ContentError;
-use crate::stage_positions::StagePositions;
+use crate::input::stage_positions::StagePositions;
+use crate::points::cloud::{Cloud, CloudPoint};
 use coverage::Coverage;
 
 /// Triangles over vertices, in the part frame.

@@ -3,10 +3,10 @@
 use optics::{CameraFrame, DepthRangeMm, Hits, PointMm, Triangulator};
 use vision::{CentrelinePoint, Centrelines};
 
-use crate::dropped::{DropReason, Dropped};
-use crate::frames::OneFrame;
+use crate::input::frames::OneFrame;
+use crate::input::motions::FrameMotion;
 use crate::label::{Labels, Piece, Verdict, along_across, label_frames};
-use crate::motions::FrameMotion;
+use crate::points::dropped::{DropReason, Dropped};
 
 /// A point of a profile, in the camera frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +35,7 @@ pub struct Profile {
 /// Labels and triangulates one frame by geometry alone: depths within `depth_range_mm`, and the lines in their
 /// order across the image. What stays ambiguous is left out and counted as [`DropReason::Doubtful`].
 ///
-/// Within [`crate::envelope::depth_envelope`] every line finds its label; beyond it only where ranks decide. Who labels
+/// Within [`crate::points::envelope::depth_envelope`] every line finds its label; beyond it only where ranks decide. Who labels
 /// many frames writes each [over](Profile::fill) the one before.
 pub fn label_frame(
     centrelines: &Centrelines,

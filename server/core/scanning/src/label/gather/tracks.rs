@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use vision::{Centrelines, LineDirection};
 
-use super::columns::{Columns, pieces_of};
 use super::evidence::Evidence;
 use super::hypotheses::{Sample, Samples};
-use super::pieces::{Piece, along_across};
 use crate::error::ScanError;
-use crate::frames::{Frames, lines_of};
+use crate::input::frames::{Frames, lines_of};
+use crate::label::columns::{Columns, pieces_of};
+use crate::label::pieces::{Piece, along_across};
 use crate::params::{
     CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT,
     CUT_TRIM_POINTS, JOINT_WEIGHT, KINK_STEP_PX, SECTION_WEIGHT, TRACK_GATE_PITCHES, TRACK_WEIGHT,
@@ -47,7 +47,7 @@ pub fn add_tracks(
                     let Some((other, closeness)) = followed(&samples.all[idx], here, there) else { continue };
                     side[idx] = samples.at(other, &pieces[other], samples.all[idx].along);
                     // Either side of the bond brings half of it.
-                    let weight = 0.5 * TRACK_WEIGHT * closeness * super::sample_weight(&pieces[piece]);
+                    let weight = 0.5 * TRACK_WEIGHT * closeness * crate::label::sample_weight(&pieces[piece]);
                     *bonds.entry((piece.min(other), piece.max(other))).or_default() += weight;
                 }
             }

@@ -7,9 +7,9 @@ use optics::{Calibration, DepthRangeMm, Triangulator};
 use vision::Centrelines;
 
 use crate::error::ScanError;
-use crate::frames::{Frames, lines_of};
+use crate::input::frames::{Frames, lines_of};
 use crate::label::Labels;
-use crate::profile::{Profile, profile_of_frame};
+use crate::points::profile::{Profile, profile_of_frame};
 
 /// The profiles of all frames.
 pub struct Profiles<'a> {

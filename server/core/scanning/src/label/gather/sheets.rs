@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::hypotheses::Samples;
-use super::pieces::Piece;
 use super::tracks::Partners;
-use super::unions::Unions;
+use crate::label::pieces::Piece;
+use crate::label::unions::Unions;
 use crate::params::{
     PATCH_CURVATURE_PER_MM, SHEET_LINK_FLOOR_MM, SHEET_LINK_OVERLAP_PX, SHEET_LINK_PITCHES, SHEET_LINK_SHARE,
     SHEET_LINK_SHARE_OF_LONGER, SMOOTH_SIGMAS,

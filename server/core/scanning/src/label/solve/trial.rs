@@ -12,7 +12,7 @@ pub struct Trial<'a> {
     pub graph: &'a SheetGraph,
     labels: Vec<usize>,
     /// Per sheet and label: the sum of its pairs and ranks with the sheets' labels. Weights are multiples of one number
-    /// ([`super::evidence::kept`]), so that their sums are exact and taking off gives back what was before: which trials a
+    /// ([`crate::label::gather::evidence::kept`]), so that their sums are exact and taking off gives back what was before: which trials a
     /// thread has made already decides nothing.
     sums: Vec<f64>,
     /// Sheets whose label was changed, each once.
@@ -211,8 +211,8 @@ mod tests {
     use rand::{Rng as _, SeedableRng as _};
     use rand_pcg::Pcg64Mcg;
 
-    use super::super::evidence::Evidence;
     use super::*;
+    use crate::label::gather::evidence::Evidence;
     use crate::params::CHALLENGE_MARGIN;
 
     /// Evidence at random: lines in order, second looks that agree and deny.

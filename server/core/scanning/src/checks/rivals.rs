@@ -1,11 +1,11 @@
 //! Labels held against their rivals: on a part one wrap high a line lies where its neighbour lay on the ground
 //! (`docs/maths/labelling.md`, "Rivals").
 
-use crate::compare::Surfaces;
+use crate::checks::compare::Surfaces;
 use crate::label::along_across;
 use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS, KINK_STEP_PX};
-use crate::profile::ProfilePoint;
-use crate::profiles::Profiles;
+use crate::points::profile::ProfilePoint;
+use crate::points::profiles::Profiles;
 
 /// What else the points of a scan could be.
 #[derive(Clone, Copy)]

@@ -1,8 +1,8 @@
 //! Every sheet on its own: what would it cost if its label were another and all others gave way?
 
-use super::evidence::Evidence;
 use super::sheet_graph::SheetGraph;
 use super::trial::Trial;
+use crate::label::gather::evidence::Evidence;
 use crate::params::{
     CHALLENGE_MARGIN, CHALLENGE_MARGIN_UNSEEN, CHALLENGE_MARGIN_WITHOUT_RANKS, PIECES_PER_TASK,
     RANK_ONLY_LENGTH_PITCHES, SEEN_SHARE,

@@ -5,9 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use super::evidence::{Evidence, Kind};
 use super::relax::improve;
-use super::unions::Unions;
+use crate::label::gather::evidence::{Evidence, Kind};
+use crate::label::unions::Unions;
 use crate::params::{OVERLOOKED_ROUNDS, OVERLOOKED_SHARE};
 
 /// `labels` with every overlooked surface taken that makes the whole better.

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Vector2, Vector3};
 use optics::{Calibration, Camera, DepthRangeMm, Grating, LightSurfaces, StageAxis, StagePosition};
 use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
 
-use crate::frames::ScanFrame;
+use crate::input::frames::ScanFrame;
 
 /// Image columns and rows: the usual camera.
 pub const SIZE_PX: [usize; 2] = [1280, 1024];

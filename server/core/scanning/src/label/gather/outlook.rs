@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use nalgebra::{Vector2, Vector3};
 
 use super::patches::ViewPoint;
-use crate::motions::{Chart, FrameMotion};
+use crate::input::motions::{Chart, FrameMotion};
 use crate::params::SAMPLE_STRIDE_PX;
 
 /// The view from the middle of the scan.

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use optics::{DepthRangeMm, Hits, RayHit, Triangulator};
 use vision::{CentrelinePoint, Centrelines, LineDirection};
 
-use super::pieces::{Piece, along_across};
-use crate::motions::FrameMotion;
+use crate::input::motions::FrameMotion;
+use crate::label::pieces::{Piece, along_across};
 
 /// A sample taken for one order: where it would lie.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,7 +3,7 @@
 
 use super::Surfaces;
 use crate::params::{CLOSURE_MAD_LIMIT, COMPARE_STRIDE_PX};
-use crate::profile::ProfilePoint;
+use crate::points::profile::ProfilePoint;
 
 /// How far apart a part's surface is after a whole turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
