@@ -13,7 +13,7 @@ use scanning::{
 };
 
 use crate::failure::Failure;
-use crate::features::{scan_centrelines, stage_position};
+use crate::pictures::features::{scan_centrelines, stage_position};
 use crate::progress::Reporter;
 use crate::provenance::embed;
 

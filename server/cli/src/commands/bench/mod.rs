@@ -19,7 +19,7 @@ use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixe
 
 use crate::arguments::{BenchArgs, BenchCentrelinesArgs, BenchSubject};
 use crate::commands::Answer;
-use crate::output::{create_folder, file_names_after, write_file};
+use crate::answer::output::{create_folder, file_names_after, write_file};
 use pipeline::Reporter;
 use pipeline::{Failure, FailureKind};
 

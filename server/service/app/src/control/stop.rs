@@ -12,7 +12,7 @@ use crate::App;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::Waiting;
 use crate::ledger::Ledger;
-use crate::principal::Principal;
+use crate::access::principal::Principal;
 
 /// The setting that outlives the process.
 const HALTED: &str = "station.halted";

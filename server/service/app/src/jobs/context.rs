@@ -9,10 +9,10 @@ use station::cancel::CancelFlag;
 use station::{Purpose, StationHandle, StationLease, StationRefusal};
 use store::Artifacts;
 
-use crate::captures::Captures;
+use crate::resources::captures::Captures;
 use crate::config::AppConfig;
 use crate::jobs::JobEnd;
-use crate::lease::Authority;
+use crate::access::lease::Authority;
 use crate::ledger::Ledger;
 use crate::progress::{JobReporter, Phase, ProgressFn, Step};
 

@@ -11,7 +11,7 @@ use crate::camera::memory;
 use crate::control::{Ask, admit};
 use crate::error::AppError;
 use crate::events::{CameraConfigured, Event, LaserSwitched, LiveView, Motion, event};
-use crate::principal::Principal;
+use crate::access::principal::Principal;
 
 /// What only turns something off is refused to nobody in control, whatever the station does.
 fn in_control(app: &App, by: &Principal) -> Result<(), AppError> {

@@ -5,8 +5,8 @@ use store::ActivationRecord;
 
 use crate::App;
 use crate::error::{AppError, ErrorKind};
-use crate::measurements::parts::newest_verification;
-use crate::principal::Principal;
+use crate::resources::measurements::parts::newest_verification;
+use crate::access::principal::Principal;
 
 /// Which calibration shall be active.
 #[derive(Debug, Clone, PartialEq, Eq)]

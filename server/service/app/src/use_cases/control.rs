@@ -6,9 +6,9 @@ use crate::App;
 use crate::control::{self, Ask, StopOutcome, admit};
 use crate::error::AppError;
 use crate::events::{Act, Event, TakenOver, event};
-use crate::labels::label;
-use crate::lease::Lease;
-use crate::principal::Principal;
+use crate::resources::labels::label;
+use crate::access::lease::Lease;
+use crate::access::principal::Principal;
 
 /// Who shall be in control.
 #[derive(Debug, Clone, PartialEq, Eq)]

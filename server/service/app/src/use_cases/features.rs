@@ -10,7 +10,7 @@ use crate::App;
 use crate::control::{Ask, admit};
 use crate::error::{AppError, ErrorKind};
 use crate::events::{CameraFeaturesSet, Event, FeatureSet, event};
-use crate::principal::Principal;
+use crate::access::principal::Principal;
 
 /// How the camera's link does, and all its features. Takes as long as the camera does, seconds at most.
 ///

@@ -6,8 +6,8 @@ use crate::App;
 use crate::control::{Ask, admit};
 use crate::error::AppError;
 use crate::jobs::{JobInput, JobView};
-use crate::lease::Authority;
-use crate::principal::Principal;
+use crate::access::lease::Authority;
+use crate::access::principal::Principal;
 
 /// Accepts a job durably, together with what `and` returns or not at all.
 ///

@@ -5,7 +5,7 @@ use store::Change;
 use crate::App;
 use crate::error::AppError;
 use crate::events::{Event, event};
-use crate::principal::Principal;
+use crate::access::principal::Principal;
 
 /// Forgets a scan and its measurements.
 ///

@@ -6,7 +6,7 @@ use crate::App;
 use crate::control::{Ask, admit};
 use crate::error::AppError;
 use crate::jobs::calibrate::{SolveSession, solve_input};
-use crate::principal::Principal;
+use crate::access::principal::Principal;
 use crate::sessions::{NewSession, Session};
 use crate::use_cases::jobs::start_job;
 

@@ -12,9 +12,9 @@ use station::StationStatus;
 use tokio::sync::watch;
 use tokio::time::{Duration, Instant};
 
-use crate::wire::control::ControlDto;
-use crate::wire::jobs::JobDto;
-use crate::wire::station::StationDto;
+use crate::wire::hardware::control::ControlDto;
+use crate::wire::job::jobs::JobDto;
+use crate::wire::hardware::station::StationDto;
 use crate::ws::encoder::Published;
 use crate::ws::meter::Meter;
 use crate::ws::streams::Streams;

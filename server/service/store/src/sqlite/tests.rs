@@ -9,7 +9,7 @@ use crate::error::StoreError;
 use crate::health::Health;
 use crate::params::WAL_LIMIT_BYTES;
 use crate::records::EventRecord;
-use crate::reserve::Reserve;
+use crate::files::reserve::Reserve;
 use crate::sqlite::SqliteCatalogue;
 
 const BODY_BYTES: usize = 60_000;

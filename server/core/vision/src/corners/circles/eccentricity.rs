@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix2, Vector2};
 
+use super::super::fitting::warp::BoardWarp;
 use super::super::params::{ECCENTRICITY_ROUNDS, RIM_POINTS};
-use super::super::warp::BoardWarp;
 use super::disc::Disc;
 
 /// Corrects every ellipse's centre by the map that all centres show; `places` are the discs' in steps of the grid. `None`

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use station::wall_clock::now_ms;
 use store::{ArtifactId, CalibrationRecord, Change, ResultRef};
 
-use crate::calibrations::residuals::{RESIDUALS, Residuals};
+use crate::resources::calibrations::residuals::{RESIDUALS, Residuals};
 use crate::jobs::calibrate::CALIBRATION;
 use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd};
 use crate::progress::Phase;

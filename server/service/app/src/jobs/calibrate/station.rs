@@ -8,7 +8,7 @@ use capture::{
 };
 use station::StampedFrame;
 
-use crate::captures::without_folder;
+use crate::resources::captures::without_folder;
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::calibrate::N_POSES;
@@ -16,7 +16,7 @@ use crate::jobs::{CalibrateInput, JobEnd, StationContext};
 use crate::progress::{Phase, Step};
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::virtual_operator::VirtualOperator;
-use crate::stored_scan::disk_problem;
+use crate::resources::stored_scan::disk_problem;
 
 /// Folders of a calibration's pictures.
 pub(super) const FOLDERS: [&str; 3] = ["board", "laser", "stage"];

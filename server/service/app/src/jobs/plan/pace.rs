@@ -84,7 +84,7 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::scan_run::stored_by_the_station;
+    use crate::resources::scan_run::stored_by_the_station;
 
     fn scan(mode: &str, timing: Value) -> ScanRecord {
         ScanRecord {

@@ -8,7 +8,7 @@ use store::JobRecord;
 
 use crate::jobs::input::JobInput;
 use crate::jobs::queue::board::Board;
-use crate::lease::Authority;
+use crate::access::lease::Authority;
 
 /// A job that waits.
 #[derive(Clone)]

@@ -7,7 +7,7 @@ use scanning::Frames as _;
 use scanning::files::peaks::PeaksFile;
 use store::Change;
 
-use crate::captures::CaptureOrigin;
+use crate::resources::captures::CaptureOrigin;
 use crate::config::AppConfig;
 use crate::error::AppError;
 use crate::jobs::ComputeContext;

@@ -9,10 +9,10 @@ use store::ArtifactId;
 use twin::Scene;
 
 use super::*;
-use crate::calibrations::Calibrations;
+use crate::resources::calibrations::Calibrations;
 use crate::jobs::calibrate::{SolveSession, solve_input};
 use crate::jobs::{CalibrateInput, JobInput, Source};
-use crate::principal::Principal;
+use crate::access::principal::Principal;
 use crate::progress::Silent;
 use crate::sessions::{NewSession, Sessions, VirtualBoard};
 use pipeline::{calibrate_features, open_capture, read_features};

@@ -12,7 +12,7 @@ use super::*;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::queue::run::Procedure;
 use crate::jobs::{CalibrateInput, Done, JobEnd, JobInput, JobNews, Source, StationContext, queued_record};
-use crate::lease::Authority;
+use crate::access::lease::Authority;
 use crate::progress::Phase;
 
 /// What the jobs of a test did, and whether they may end.

@@ -29,7 +29,7 @@ use crate::rest::control::By;
 use crate::rest::conversions::label;
 use crate::rest::extract::{ApiPath, ApiQuery, media_type};
 use crate::rest::idempotency::{Begun, enter, fingerprint, look_up};
-use crate::wire::captures::{CaptureDto, capture_href};
+use crate::wire::scan::captures::{CaptureDto, capture_href};
 use crate::wire::paging::{ListDto, PageQuery};
 use app::App;
 use app::captures::{ArchiveFormat, free_bytes};
