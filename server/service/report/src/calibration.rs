@@ -3,10 +3,10 @@
 use calibration::{CalibrationDocument, CalibrationReport, CalibrationResult, LightReport};
 use capture::Capture;
 
+use super::chapters::{camera, correlation, light, stage, turntable};
 use super::drawing::html::{Html, html};
 use super::drawing::page::{Page, Tile, gallery, legend};
 use super::drawing::pictures::{LabelledPixel, labelled_picture};
-use super::chapters::{camera, correlation, light, stage, turntable};
 use crate::drawing::palette::order_hex;
 use crate::tables::order_name;
 use pipeline::Failure;

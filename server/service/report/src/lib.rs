@@ -10,8 +10,8 @@ pub mod scan;
 pub mod tables;
 pub mod target_sheet;
 
-pub use drawing::{html, page, palette, picture, pictures, plot};
 pub use chapters::measurement;
+pub use drawing::{html, page, palette, picture, pictures, plot};
 
 pub use calibration::calibration_page;
 pub use scan::scan_page;

@@ -4,8 +4,8 @@ use async_trait::async_trait;
 use serde::{Deserialize, Serialize};
 use tokio::io::AsyncRead;
 
-use crate::files::bytes::ArtifactBytes;
 use crate::error::StoreError;
+use crate::files::bytes::ArtifactBytes;
 use crate::files::workbench::{FinishedFile, Workbench};
 
 /// The SHA-256 of an artifact's bytes, lower-case hexadecimal.

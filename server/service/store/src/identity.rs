@@ -13,8 +13,8 @@ use serde_json::Value;
 
 use crate::artifacts::ArtifactId;
 use crate::catalogue::{Catalogue, Change};
-use crate::files::disk::{Disk, LocalDisk};
 use crate::error::StoreError;
+use crate::files::disk::{Disk, LocalDisk};
 use crate::local::LocalArtifacts;
 use crate::params::{ARTIFACTS_FOLDER, BACKUPS_FOLDER, CATALOGUE_FILE, SET_ASIDE_FOLDER, STATION_FILE};
 use crate::records::SettingRecord;

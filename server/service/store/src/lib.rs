@@ -18,12 +18,13 @@ pub mod records;
 pub mod sqlite;
 mod store;
 
-pub use files::disk;
 pub use artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
-pub use files::bytes::{ArtifactBytes, ByteRanges};
 pub use catalogue::{Catalogue, Change, DamagedRow, ExpectedActive, Listed, MeasurementFilter, Page, ScanFilter};
-pub use files::disk::{Disk, LocalDisk};
 pub use error::StoreError;
+pub use files::bytes::{ArtifactBytes, ByteRanges};
+pub use files::disk;
+pub use files::disk::{Disk, LocalDisk};
+pub use files::workbench::{FinishedFile, Workbench};
 pub use health::Health;
 pub use local::LocalArtifacts;
 pub use records::{
@@ -32,4 +33,3 @@ pub use records::{
 };
 pub use sqlite::SqliteCatalogue;
 pub use store::Store;
-pub use files::workbench::{FinishedFile, Workbench};

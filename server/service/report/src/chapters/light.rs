@@ -5,8 +5,8 @@ use vision::LineDirection;
 
 use crate::drawing::html::{Html, html};
 use crate::drawing::page::{figure, grid, legend, sentence, table, verdict};
-use crate::drawing::plot::{Axis, Plot, bars};
 use crate::drawing::palette::order_hex;
+use crate::drawing::plot::{Axis, Plot, bars};
 use crate::tables::{order_name, order_sums};
 
 /// Most dots per order in a residual plot.

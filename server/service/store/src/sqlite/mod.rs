@@ -23,6 +23,7 @@ use tokio::sync::Mutex;
 use crate::artifacts::ArtifactId;
 use crate::catalogue::{Catalogue, Change, Listed, MeasurementFilter, Page, ScanFilter};
 use crate::error::StoreError;
+use crate::files::reserve::Reserve;
 use crate::health::Health;
 use crate::holds::Holds;
 use crate::params::{BACKUPS_FOLDER, BUSY_TIMEOUT, CATALOGUE_FILE, N_READERS, WAL_LIMIT_BYTES};
@@ -30,7 +31,6 @@ use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobRecord, JobState,
     MeasurementRecord, ScanRecord, SessionRecord, SettingRecord,
 };
-use crate::files::reserve::Reserve;
 use crate::sqlite::changes::Committed;
 
 /// The catalogue in an SQLite file.
@@ -245,4 +245,3 @@ impl Catalogue for SqliteCatalogue {
         named::artifacts(&self.readers).await
     }
 }
-
