@@ -8,8 +8,8 @@ use optics::StagePosition;
 use rayon::prelude::*;
 use vision::{BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, find_centrelines};
 
-use crate::pictures::board::{board_pattern, board_remedy, find_board};
 use crate::failure::Failure;
+use crate::pictures::board::{board_pattern, board_remedy, find_board};
 use crate::pictures::findings::{Finding, room_finding};
 use crate::progress::{Reporter, Task};
 

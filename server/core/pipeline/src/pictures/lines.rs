@@ -6,8 +6,8 @@ use std::sync::Arc;
 use capture::{ChannelBasis, ChannelChoice, LaserChannel, read_photograph};
 use vision::{CentrelineParams, Centrelines, Channel, GreyImage};
 
-use crate::pictures::background::Background;
 use crate::failure::Failure;
+use crate::pictures::background::Background;
 use crate::pictures::findings::{Finding, findings_of, pair_findings};
 use crate::pictures::search::{Directions, LineSearch};
 
