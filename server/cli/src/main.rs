@@ -17,10 +17,10 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 
-use arguments::{Cli, JsonTo};
 use answer::exit::{Exit, failure_json};
-use pipeline::{Failure, FailureKind};
 use answer::progress::Stderr;
+use arguments::{Cli, JsonTo};
+use pipeline::{Failure, FailureKind};
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {

@@ -3,15 +3,12 @@
 mod bench;
 mod calibrate;
 pub mod demo;
-mod images;
+pub mod images;
 mod measure;
 mod scan;
-mod service;
+pub mod service;
 mod study;
 mod twin;
-
-pub use service::config;
-pub use images::centrelines;
 
 use crate::answer::exit::{Exit, failure_json};
 use std::io::Write as _;
@@ -19,8 +16,8 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::arguments::Command;
 use crate::answer::output::write_file;
+use crate::arguments::Command;
 use pipeline::Failure;
 use pipeline::Reporter;
 

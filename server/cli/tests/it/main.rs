@@ -8,4 +8,3 @@ mod http;
 mod readme;
 mod rigs;
 mod service;
-

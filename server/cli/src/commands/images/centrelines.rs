@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use vision::{Centrelines, ChannelView};
 
-use crate::arguments::CentrelinesArgs;
-use crate::commands::{Answer, failed_entry, with_failures};
 use crate::answer::exit::Exit;
 use crate::answer::output::{create_folder, file_names_after, write_file};
+use crate::arguments::CentrelinesArgs;
+use crate::commands::{Answer, failed_entry, with_failures};
 use pipeline::{Background, Failure, Finding, FoundLines, LineSearch, Reporter, channel_of, lines_of};
 use report::picture::{encode_png, overlay_by_segment};
 

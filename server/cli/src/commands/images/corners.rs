@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use vision::{BoardCorners, CharucoParams};
 
+use crate::answer::output::{create_folder, file_names_after, write_file};
 use crate::arguments::{CornersArgs, TargetKind};
 use crate::commands::{Answer, failed_entry, with_failures};
-use crate::answer::output::{create_folder, file_names_after, write_file};
 use pipeline::{Failure, FailureKind, Reporter, find_board};
 
 /// Finds the corners of every image; images without a readable board are named, the others are written and reported.

@@ -5,9 +5,9 @@ use pipeline::{Failure, FailureKind, Reporter};
 use report::target_sheet::target_sheet;
 use serde_json::json;
 
+use crate::answer::output::write_file;
 use crate::arguments::{TargetArgs, TargetKind};
 use crate::commands::Answer;
-use crate::answer::output::write_file;
 
 /// Share of a white square that its marker takes: room for the corners, and still large enough to be read.
 const MARKER_SHARE: f64 = 0.7;
