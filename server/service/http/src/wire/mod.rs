@@ -1,21 +1,13 @@
 //! Wire types: what clients send and get. Their doc comments are the API's documentation.
 
-mod calibration;
+pub mod calibration;
 pub mod events;
-mod hardware;
-mod job;
-mod measurement;
+pub mod hardware;
+pub mod job;
+pub mod measurement;
 pub mod paging;
-mod scan;
+pub mod scan;
 pub mod service;
-
-pub use hardware::{control, devices, features, simulation, station};
-pub use job::{job_inputs, jobs};
-
-pub use measurement::{measurement_plan, measurement_results, measurements};
-pub use scan::{captures, profiles, scan_reports, scan_runs, scans};
-
-pub use calibration::{calibration_documents, calibration_summaries, calibrations, differences, residuals, session_bodies, sessions};
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -37,8 +29,8 @@ mod tests {
 
     use super::*;
     use crate::wire::calibration::calibration_summaries::CalibrationSummaryDto;
-    use crate::wire::scan::captures::CaptureSummaryDto;
     use crate::wire::measurement::measurement_results::{MeasurementRequestDto, MeasurementResultDto};
+    use crate::wire::scan::captures::CaptureSummaryDto;
     use crate::wire::scan::scan_reports::ScanReportDto;
 
     /// Figures as version 0.1 stored them are told with every one of them.

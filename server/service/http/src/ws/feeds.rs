@@ -13,8 +13,8 @@ use tokio::sync::watch;
 use tokio::time::{Duration, Instant};
 
 use crate::wire::hardware::control::ControlDto;
-use crate::wire::job::jobs::JobDto;
 use crate::wire::hardware::station::StationDto;
+use crate::wire::job::jobs::JobDto;
 use crate::ws::encoder::Published;
 use crate::ws::meter::Meter;
 use crate::ws::streams::Streams;

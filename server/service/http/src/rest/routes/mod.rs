@@ -1,18 +1,15 @@
 //! The routes: one file per resource. A handler parses, calls, answers.
 
-mod calibration;
+pub mod calibration;
 pub mod captures;
 pub mod events;
-mod hardware;
+pub mod hardware;
 pub mod jobs;
 pub mod measurement_plan;
 pub mod measurements;
 pub mod profiles;
 pub mod scans;
 pub mod service;
-
-pub use calibration::{calibrations, sessions};
-pub use hardware::{control, devices, features, simulation, station};
 
 use crate::Http;
 use utoipa_axum::router::OpenApiRouter;

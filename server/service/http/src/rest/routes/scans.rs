@@ -19,7 +19,10 @@ use crate::wire::job::jobs::JobDto;
 use crate::wire::measurement::measurements::VerdictDto;
 use crate::wire::paging::{ListDto, page, path_with};
 use crate::wire::scan::scan_runs::{ScanPlanDto, ScanPurposeDto};
-use crate::wire::scan::scans::{CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, ScanStateDto, ScansQuery, StartExportDto, StartScanDto, StartVerificationDto};
+use crate::wire::scan::scans::{
+    CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, ScanStateDto, ScansQuery, StartExportDto,
+    StartScanDto, StartVerificationDto,
+};
 use app::App;
 use app::calibrations::stored::stored_document;
 use app::jobs::export::{ExportFormat, bytes_to_artifact};

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::wire::calibration::session_bodies::{ExposuresDto, ProjectorSheetDto, SessionBodyDto, SessionNeedsDto, TargetDto};
+use crate::wire::calibration::session_bodies::{
+    ExposuresDto, ProjectorSheetDto, SessionBodyDto, SessionNeedsDto, TargetDto,
+};
 use app::jobs::calibrate::SolveSession;
 use app::sessions::{NewSession, Session, SessionDefaults, SessionNeeds, VirtualBoard};
 

@@ -17,11 +17,13 @@ use crate::rest::conversions::accept_job;
 use crate::rest::etag::{Versioned, check_if_given};
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::at_most_once;
-use crate::wire::calibration::calibrations::{ActivateDto, ActivationDto, ActiveDto, CalibrationDto, CalibrationItemDto, StartCalibrationDto};
+use crate::wire::calibration::calibrations::{
+    ActivateDto, ActivationDto, ActiveDto, CalibrationDto, CalibrationItemDto, StartCalibrationDto,
+};
 use crate::wire::calibration::differences::{DiffQuery, DifferenceDto};
+use crate::wire::calibration::residuals::ResidualsDto;
 use crate::wire::job::jobs::JobDto;
 use crate::wire::paging::{ListDto, PageQuery};
-use crate::wire::calibration::residuals::ResidualsDto;
 use app::App;
 use app::calibrations::residuals::stored_residuals;
 use app::hash_hex;

@@ -15,10 +15,12 @@ use crate::rest::conversions::{accepted, label};
 use crate::rest::etag::Versioned;
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
 use crate::rest::idempotency::{Begun, at_most_once, begin};
+use crate::wire::calibration::session_bodies::LookDto;
+use crate::wire::calibration::sessions::{
+    NewSessionDto, SessionDefaultsDto, SessionDto, SolveSessionDto, TakeStageViewDto, VirtualBoardDto,
+};
 use crate::wire::job::jobs::JobDto;
 use crate::wire::paging::{ListDto, PageQuery};
-use crate::wire::calibration::session_bodies::LookDto;
-use crate::wire::calibration::sessions::{NewSessionDto, SessionDefaultsDto, SessionDto, SolveSessionDto, TakeStageViewDto, VirtualBoardDto};
 use app::App;
 use app::hash_hex;
 use app::sessions::Session;

@@ -18,7 +18,9 @@ use crate::rest::conversions::{blocking, check_laser_power};
 use crate::rest::etag::{Versioned, check};
 use crate::rest::extract::ApiJson;
 use crate::rest::idempotency::at_most_once;
-use crate::wire::hardware::devices::{CameraDto, CameraSettingsDto, ChangeCameraDto, JogDto, LaserDto, MotionDto, MoveDto, SetLaserDto, StageDto};
+use crate::wire::hardware::devices::{
+    CameraDto, CameraSettingsDto, ChangeCameraDto, JogDto, LaserDto, MotionDto, MoveDto, SetLaserDto, StageDto,
+};
 use app::App;
 use app::hash_hex;
 use app::principal::Principal;
