@@ -19,10 +19,9 @@ mod resources;
 pub mod sessions;
 pub mod use_cases;
 
+pub use access::{idempotency, lease, principal};
 pub use lifetime::housekeeping;
 pub use resources::{calibrations, captures, labels, measurements, points_page, scan_run, stored_scan};
-
-pub use access::{idempotency, lease, principal};
 
 use std::sync::Arc;
 
@@ -32,13 +31,13 @@ use station::StationHandle;
 use store::{Artifacts, Store};
 use tokio_util::task::TaskTracker;
 
+use crate::access::idempotency::KeysInFlight;
+use crate::access::lease::ControlDesk;
+use crate::config::AppConfig;
+use crate::jobs::Jobs;
+use crate::ledger::Ledger;
 use crate::resources::calibrations::Calibrations;
 use crate::resources::captures::Captures;
-use crate::config::AppConfig;
-use crate::access::idempotency::KeysInFlight;
-use crate::jobs::Jobs;
-use crate::access::lease::ControlDesk;
-use crate::ledger::Ledger;
 use crate::resources::measurements::plan::MeasurementPlans;
 use crate::sessions::Sessions;
 use tokio_util::sync::CancellationToken;

@@ -2,13 +2,13 @@
 
 use optics::LightModelKind;
 
-use crate::resources::calibrations::stored::stored_document;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::JobParts;
 use crate::jobs::input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, Source};
 use crate::jobs::plan::{Pace, ScanRun, mode_of, plan};
 use crate::jobs::queue::params::SCAN_BYTES;
 use crate::jobs::verify;
+use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::check_measurements;
 use crate::resources::scan_run::ScanSource;
 

@@ -35,15 +35,15 @@ use std::sync::Arc;
 use store::{Artifacts, Change, JobRecord, JobState, Listed, StoreError};
 use tokio::sync::watch;
 
-use crate::resources::captures::Captures;
+use crate::access::lease::{Authority, ControlDesk};
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::queue::params::{QUEUE_LIMIT, RETRY_AFTER_S};
 use crate::jobs::queue::run::Procedure;
 use crate::jobs::queue::runner::{End, job_event};
-use crate::access::lease::{Authority, ControlDesk};
 use crate::ledger::Ledger;
 use crate::progress::Step;
+use crate::resources::captures::Captures;
 use live::LiveBus;
 use queue::{Queue, run};
 use station::wall_clock::now_ms;

@@ -1,7 +1,7 @@
 //! The service from start to end: what must be there before a port opens, and what must be dark before it closes.
 
-use crate::events::{Event, event};
 use crate::access::principal::Principal;
+use crate::events::{Event, event};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -15,16 +15,16 @@ use tokio::task::JoinHandle;
 use tokio_util::task::TaskTracker;
 
 use crate::App;
-use crate::resources::calibrations::Calibrations;
-use crate::resources::captures::Captures;
+use crate::access::idempotency::KeysInFlight;
+use crate::access::lease::ControlDesk;
 use crate::config::AppConfig;
 use crate::control::was_halted;
-use crate::lifetime::housekeeping::keep_house;
-use crate::access::idempotency::KeysInFlight;
 use crate::jobs::{JobParts, Jobs};
-use crate::access::lease::ControlDesk;
 use crate::ledger::Ledger;
+use crate::lifetime::housekeeping::keep_house;
 use crate::limits::{CONTROL_WATCH, DRAIN_TIMEOUT};
+use crate::resources::calibrations::Calibrations;
+use crate::resources::captures::Captures;
 use crate::resources::measurements::plan::MeasurementPlans;
 use crate::sessions::Sessions;
 use tokio_util::sync::CancellationToken;

@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use crate::App;
+use crate::access::lease::Lease;
+use crate::access::principal::Principal;
 use crate::control::{self, Ask, StopOutcome, admit};
 use crate::error::AppError;
 use crate::events::{Act, Event, TakenOver, event};
 use crate::resources::labels::label;
-use crate::access::lease::Lease;
-use crate::access::principal::Principal;
 
 /// Who shall be in control.
 #[derive(Debug, Clone, PartialEq, Eq)]

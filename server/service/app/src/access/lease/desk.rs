@@ -8,8 +8,8 @@ use station::StopEpoch;
 use tokio::sync::watch;
 use uuid::Uuid;
 
-use crate::error::{AppError, ErrorKind};
 use crate::access::lease::Authority;
+use crate::error::{AppError, ErrorKind};
 use crate::limits::{CONTROL_IDLE, CONTROL_LEASE};
 
 /// Who asks.

@@ -10,9 +10,9 @@ mod station;
 use crate::events::{Event, event};
 use std::path::Path;
 
-use crate::resources::captures::{CaptureOrigin, without_folder};
 use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd, StationContext};
 use crate::progress::Phase;
+use crate::resources::captures::{CaptureOrigin, without_folder};
 use crate::resources::stored_scan::disk_problem;
 use pipeline::open_capture;
 

@@ -6,8 +6,8 @@ use store::{ScanRecord, ScanState};
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{ScanPlan, ScanRun};
 use crate::jobs::{JobEnd, ScanInput, ScanMode, StationContext};
-use crate::resources::measurements::{MeasureInput, ScanPurpose};
 use crate::progress::Phase;
+use crate::resources::measurements::{MeasureInput, ScanPurpose};
 use crate::resources::stored_scan::stored_peaks;
 
 /// The part of a scan that is there.

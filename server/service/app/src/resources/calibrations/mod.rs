@@ -18,9 +18,9 @@ use station::wall_clock::now_ms;
 use store::{ActivationRecord, Artifacts, Change, ExpectedActive, Page, StoreError};
 use tokio::sync::Mutex;
 
-use crate::resources::calibrations::stored::stored_document;
 use crate::error::{AppError, ErrorKind};
 use crate::ledger::Ledger;
+use crate::resources::calibrations::stored::stored_document;
 
 /// Acts read at a time while looking for what to roll back to.
 const ACTS_AT_A_TIME: u32 = 100;

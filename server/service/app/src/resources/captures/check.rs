@@ -8,8 +8,8 @@ use capture::{Capture, NamedFile, StageKind};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use crate::resources::captures::limits::{DECODE_LIMIT_BYTES, MANIFEST_LIMIT_BYTES};
 use crate::error::{AppError, ErrorKind};
+use crate::resources::captures::limits::{DECODE_LIMIT_BYTES, MANIFEST_LIMIT_BYTES};
 use crate::resources::labels::label;
 
 /// Copies of a picture that decoding may hold at once: the decoder's, and the image made of it.

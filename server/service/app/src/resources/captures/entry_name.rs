@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use crate::resources::captures::limits::{DEPTH_LIMIT, NAME_LIMIT_BYTES};
 use crate::error::{AppError, ErrorKind};
+use crate::resources::captures::limits::{DEPTH_LIMIT, NAME_LIMIT_BYTES};
 
 /// What a place of the unpacked folder is taken by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -24,10 +24,10 @@ use station::wall_clock::now_ms;
 use store::{ArtifactId, Artifacts, CaptureRecord, Change, FinishedFile, StoreError};
 use tokio::runtime::Handle;
 
-use crate::resources::captures::cache::{Cache, InUse};
-use crate::resources::captures::limits::CACHE_LIMIT_BYTES;
 use crate::error::AppError;
 use crate::ledger::Ledger;
+use crate::resources::captures::cache::{Cache, InUse};
+use crate::resources::captures::limits::CACHE_LIMIT_BYTES;
 
 pub use check::without_folder;
 

@@ -8,8 +8,8 @@ use capture::Capture;
 use capture::params::MANIFEST_FILE;
 use tar::{Builder, Header};
 
-use crate::resources::captures::unpack::unwritable;
 use crate::error::AppError;
+use crate::resources::captures::unpack::unwritable;
 
 /// Permissions of packed files.
 const MODE: u32 = 0o644;

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use tar::{Archive, Entry, EntryType};
 
+use crate::error::AppError;
 use crate::resources::captures::limits::TAR_HEADER_LIMIT_BYTES;
 use crate::resources::captures::unpack::{Sink, damaged, not_a_file};
-use crate::error::AppError;
 
 pub(super) fn unpack(archive: &Path, sink: &mut Sink) -> Result<(), AppError> {
     let file = File::open(archive).map_err(|cause| damaged(&cause))?;

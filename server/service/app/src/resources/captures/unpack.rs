@@ -6,11 +6,14 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
+use crate::error::{AppError, ErrorKind};
 use crate::resources::captures::ArchiveFormat;
 use crate::resources::captures::entry_name::Places;
-use crate::resources::captures::limits::{ARCHIVE_LIMIT_BYTES, ENTRY_LIMIT, FILE_LIMIT_BYTES, RATIO_FREE_BYTES, RATIO_LIMIT, ROOM_LEFT_BYTES, UNPACKED_LIMIT_BYTES};
+use crate::resources::captures::limits::{
+    ARCHIVE_LIMIT_BYTES, ENTRY_LIMIT, FILE_LIMIT_BYTES, RATIO_FREE_BYTES, RATIO_LIMIT, ROOM_LEFT_BYTES,
+    UNPACKED_LIMIT_BYTES,
+};
 use crate::resources::captures::{tar_archive, zip_archive};
-use crate::error::{AppError, ErrorKind};
 
 /// Bytes copied at a time.
 const CHUNK_BYTES: usize = 64 << 10;

@@ -9,9 +9,9 @@ use zip::read::Config;
 use zip::result::ZipError;
 use zip::unstable::read::ZipIterable;
 
+use crate::error::{AppError, ErrorKind};
 use crate::resources::captures::limits::ENTRY_LIMIT;
 use crate::resources::captures::unpack::{Sink, damaged, not_a_file, too_many_entries};
-use crate::error::{AppError, ErrorKind};
 
 /// The bits of a Unix mode that say what an entry is, and the two that are taken.
 const TYPE_BITS: u32 = 0o170_000;

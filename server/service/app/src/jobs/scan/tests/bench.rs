@@ -14,13 +14,13 @@ use tempfile::TempDir;
 use tokio::runtime::Runtime;
 use twin::{StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
 
-use crate::resources::captures::Captures;
+use crate::access::lease::Authority;
 use crate::config::AppConfig;
 use crate::jobs::scan::clear_work;
 use crate::jobs::tests::as_if_elsewhere;
 use crate::jobs::{ComputeContext, Done, JobEnd, JobInput, ScanInput, ScanSource, StationContext, VerifyInput};
-use crate::access::lease::Authority;
 use crate::ledger::Ledger;
+use crate::resources::captures::Captures;
 use crate::resources::measurements::ScanPurpose;
 
 /// What a job has told so far.

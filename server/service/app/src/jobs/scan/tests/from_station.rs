@@ -7,8 +7,8 @@ use store::ScanState;
 use twin::TwinFault;
 
 use super::bench::{Bench, from_station, run};
-use crate::resources::calibrations::stored::stored_document;
 use crate::jobs::{JobEnd, ScanMode};
+use crate::resources::calibrations::stored::stored_document;
 use crate::resources::measurements::MeasureInput;
 use crate::resources::measurements::measurement;
 use crate::resources::stored_scan::{stored_cloud, stored_frame, stored_peaks, stored_positions};
