@@ -163,7 +163,7 @@ pub struct FrameInfo {
     pub lost_incomplete: u64,
     /// How long the sensor collected light; 0 if a recording does not tell.
     pub exposure_us: f64,
-    /// Stage position of the recording, mm, if the frames come from one ([`crate::drivers::replay`]).
+    /// Stage position of the recording, mm, if the frames come from one ([`crate::replay`]).
     pub recorded_position_mm: Option<f64>,
 }
 

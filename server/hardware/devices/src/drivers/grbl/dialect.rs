@@ -1,5 +1,5 @@
 //! What the driver does differently for GRBL 1.1h, grblHAL and FluidNC; the facts are in
-//! `server/docs/devices-grbl.md`.
+//! `server/docs/devices/grbl.md`.
 
 use std::time::Duration;
 

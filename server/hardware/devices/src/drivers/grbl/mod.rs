@@ -2,7 +2,7 @@
 //! laser.
 //!
 //! One `controller` with one thread is shared by [`GrblStage`] and [`GrblLaser`]. The dialogue, its sources and the
-//! table of faults are in `server/docs/devices-grbl.md`.
+//! table of faults are in `server/docs/devices/grbl.md`.
 
 mod dialect;
 mod driver;

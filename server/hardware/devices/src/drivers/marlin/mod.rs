@@ -2,7 +2,7 @@
 //!
 //! Marlin has no feed hold and no real-time stop that keeps the position. Moves are therefore sent as short pieces, and
 //! never more of them than are over soon: a stop sends no more. The dialogue, its sources, what a stop is worth and the
-//! table of faults are in `server/docs/devices-marlin.md`.
+//! table of faults are in `server/docs/devices/marlin.md`.
 
 mod driver;
 mod laser;

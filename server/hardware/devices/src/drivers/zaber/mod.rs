@@ -1,6 +1,6 @@
 //! Driver of linear and rotary stages with Zaber's ASCII protocol: one axis of one device on a serial line.
 //!
-//! The dialogue, its sources and the table of faults are in `server/docs/devices-zaber.md`.
+//! The dialogue, its sources and the table of faults are in `server/docs/devices/zaber.md`.
 
 mod driver;
 mod meanings;

@@ -1,4 +1,4 @@
-//! The table of states and commands in `server/docs/devices-grbl.md`, cell by cell, on a clock of the test's own.
+//! The table of states and commands in `server/docs/devices/grbl.md`, cell by cell, on a clock of the test's own.
 //!
 //! Not shown here: that the firmwares behave like this. The table was read in their sources.
 

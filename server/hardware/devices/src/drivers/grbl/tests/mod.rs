@@ -1,7 +1,7 @@
 //! The driver over the simulated firmware, whose witness is asked what really happened.
 //!
 //! Not shown here: that a real board behaves like the simulation. The simulation follows the firmware's source and
-//! documents as far as `server/docs/devices-grbl.md` says.
+//! documents as far as `server/docs/devices/grbl.md` says.
 
 mod dialects;
 mod dialogue;

@@ -1,5 +1,5 @@
 //! Fault × state: what is told in time, that it goes dark and rests, and how it comes back: ready, never active. The
-//! table in `server/docs/devices-marlin.md` names these tests cell by cell.
+//! table in `server/docs/devices/marlin.md` names these tests cell by cell.
 
 use std::time::Duration;
 

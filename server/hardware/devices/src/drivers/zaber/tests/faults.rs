@@ -1,5 +1,5 @@
 //! Fault × state: what is told within a second, that it rests, and how it comes back: ready, never active. The table in
-//! `server/docs/devices-zaber.md` names these tests cell by cell.
+//! `server/docs/devices/zaber.md` names these tests cell by cell.
 
 use std::time::Duration;
 
