@@ -13,13 +13,13 @@ pub mod events;
 pub mod jobs;
 pub mod ledger;
 mod lifetime;
-pub mod limits;
 pub mod progress;
 mod resources;
 pub mod sessions;
 pub mod use_cases;
 
 pub use access::{idempotency, lease, principal};
+pub use config::limits;
 pub use lifetime::housekeeping;
 pub use resources::{calibrations, captures, labels, measurements, points_page, scan_run, stored_scan};
 

@@ -7,8 +7,10 @@ use station::wall_clock::now_ms;
 use store::{ArtifactId, Change, StoreError};
 
 use crate::App;
+use crate::config::limits::{
+    EVENTS_KEPT, HOUSEKEEPING_PERIOD, IDEMPOTENCY_KEPT_MS, JOBS_KEPT, JOBS_KEPT_MS, SWEEP_PAUSE,
+};
 use crate::jobs::{export, scan};
-use crate::limits::{EVENTS_KEPT, HOUSEKEEPING_PERIOD, IDEMPOTENCY_KEPT_MS, JOBS_KEPT, JOBS_KEPT_MS, SWEEP_PAUSE};
 
 /// Keeps house until it is aborted. The first round, at the start, deletes what a dead process left.
 pub async fn keep_house(app: App) {

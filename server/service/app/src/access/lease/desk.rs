@@ -9,8 +9,8 @@ use tokio::sync::watch;
 use uuid::Uuid;
 
 use crate::access::lease::Authority;
+use crate::config::limits::{CONTROL_IDLE, CONTROL_LEASE};
 use crate::error::{AppError, ErrorKind};
-use crate::limits::{CONTROL_IDLE, CONTROL_LEASE};
 
 /// Who asks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

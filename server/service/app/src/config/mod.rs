@@ -1,5 +1,7 @@
 //! How the service is set up, as far as its use cases care; where the values come from is the program's business.
 
+pub mod limits;
+
 use std::path::PathBuf;
 
 use capture::{ChessboardTarget, GratingProjector};
