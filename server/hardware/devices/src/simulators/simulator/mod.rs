@@ -54,6 +54,7 @@ pub enum LineFault {
 enum Request<F: Firmware> {
     Fault(Option<LineFault>),
     Happen(F::Event),
+    Hear(Vec<u8>),
     Restart,
     Unplug,
     Replug(Option<F::Config>),
@@ -113,6 +114,11 @@ impl<F: Firmware> Simulator<F> {
     /// Lets something happen to the firmware.
     pub fn happen(&self, event: F::Event) {
         self.request(Request::Happen(event));
+    }
+
+    /// Lets it hear what the driver did not say, as from a panel or from an owner that died since.
+    pub fn hear(&self, bytes: &[u8]) {
+        self.request(Request::Hear(bytes.to_vec()));
     }
 
     /// Switches it off and on.
@@ -197,6 +203,7 @@ impl<F: Firmware> Machine<F> {
                 self.fault = fault;
             }
             Request::Happen(event) => self.firmware.happen(event, now),
+            Request::Hear(bytes) => self.firmware.hear(&bytes, now),
             Request::Restart => {
                 self.firmware.power_off(now);
                 self.firmware.power_on(now);

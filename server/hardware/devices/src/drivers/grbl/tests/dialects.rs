@@ -202,7 +202,7 @@ fn a_door_that_brakes_moves_and_one_at_rest_holds() {
         home(&mut stage);
         stage.start_move(-40.0, 20.0).unwrap();
         wait_until(Duration::from_secs(2), "it is fast", || stage.poll().unwrap().position_mm.unwrap() < -6.0);
-        press(&bench, 0x84);
+        bench.simulator.hear(&[0x84]);
         wait_until(SLACK, "the door is told", || !matches!(stage.poll().unwrap(), state if !state.moving));
         let witness = bench.simulator.witness();
         wait_until(Duration::from_secs(2), "it is held", || stage.poll().unwrap().held);
@@ -210,12 +210,6 @@ fn a_door_that_brakes_moves_and_one_at_rest_holds() {
         stage.stop().unwrap();
         assert!(rest(&mut stage).homed, "{dialect:?}: a stop at an open door cost the position");
     }
-}
-
-/// A byte past the driver, as from a panel.
-fn press(bench: &Bench, byte: u8) {
-    use std::io::Write;
-    std::fs::OpenOptions::new().write(true).open(&bench.config.port).unwrap().write_all(&[byte]).unwrap();
 }
 
 #[test]

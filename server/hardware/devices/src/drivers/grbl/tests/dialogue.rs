@@ -106,15 +106,10 @@ fn a_silent_controller_and_a_missing_port_are_told_apart() {
 #[test]
 fn opening_darkens_and_stops_what_a_dead_owner_left_behind() {
     let bench = sound_bench();
-    let place = bench.config.port.clone();
-    {
-        use std::io::Write;
-        let mut left = std::fs::OpenOptions::new().write(true).open(&place).unwrap();
-        left.write_all(b"$X\nG1F600M3S1000\nG90G53G1X-90F60\n").unwrap();
-        wait_until(Duration::from_secs(1), "it shines and moves", || {
-            bench.light() && bench.simulator.witness().moving()
-        });
-    }
+    bench.simulator.hear(b"$X\nG1F600M3S1000\nG90G53G1X-90F60\n");
+    wait_until(Duration::from_secs(1), "it shines and moves", || {
+        bench.light() && bench.simulator.witness().moving()
+    });
     let (mut stage, mut laser) = bench.open();
     assert!(!bench.light() && !bench.simulator.witness().moving(), "opened, and it still shines or moves");
     let state = stage.poll().unwrap();

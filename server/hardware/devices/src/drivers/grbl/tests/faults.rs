@@ -161,7 +161,9 @@ fn comes_back_ready(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser,
     if stage.clear_fault().is_err() {
         stage.reconnect().unwrap();
     }
-    wait_until(Duration::from_secs(5), "it comes back", || stage.poll().is_ok());
+    wait_until(Duration::from_secs(5), "it comes back and rests", || {
+        stage.poll().is_ok_and(|state| !state.moving)
+    });
     let state = stage.poll().unwrap();
     assert!(!state.moving && !state.homed && state.position_mm.is_none(), "came back {state:?}");
     assert!(!laser.poll().unwrap().emitting, "came back shining");

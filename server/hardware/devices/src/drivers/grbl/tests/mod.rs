@@ -41,7 +41,7 @@ struct Bench {
 /// A controller of this kind; the stage's zero is 6 mm before the switch, its travel 8 mm.
 /// Test and bench live by a simulated clock.
 fn bench(kind: SimulatorConfig) -> Bench {
-    bench_under(Some(simulate()), kind)
+    bench_under(simulate(), kind)
 }
 
 /// As [`bench`], over a pseudo-terminal and by the computer's clock.

@@ -71,10 +71,9 @@ fn other_steps_a_travel_too_long_another_name_and_another_firmware_are_refused()
 #[test]
 fn opening_stops_and_darkens_what_a_dead_owner_left_behind() {
     let bench = bench(SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() });
-    let mut line = std::fs::OpenOptions::new().write(true).open(bench.simulator.place()).unwrap();
+    // It starts first.
     crate::time::sleep(Duration::from_millis(60));
-    std::io::Write::write_all(&mut line, b"M3 S255\nG1 X90 F300\n").unwrap();
-    drop(line);
+    bench.simulator.hear(b"M3 S255\nG1 X90 F300\n");
     wait_until(SECOND, "it moves and shines", || bench.moving() && bench.light());
     let (mut stage, mut laser) = bench.open();
     assert!(!bench.moving() && !bench.light(), "opened, and it moves or shines");

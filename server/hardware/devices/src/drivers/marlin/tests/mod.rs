@@ -34,7 +34,7 @@ struct Bench {
 /// A controller of this kind; the stage's zero is 6 mm from its switch, its travel 8 mm.
 /// Test and bench live by a simulated clock.
 fn bench(kind: SimulatorConfig) -> Bench {
-    bench_under(Some(simulate()), kind)
+    bench_under(simulate(), kind)
 }
 
 /// As [`bench`], over a pseudo-terminal and by the computer's clock.

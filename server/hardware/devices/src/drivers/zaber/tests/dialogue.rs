@@ -107,9 +107,7 @@ fn a_silent_device_and_a_missing_port_are_told_apart() {
 #[test]
 fn what_a_dead_owner_left_moving_is_stopped_when_it_is_opened() {
     let bench = bench(SimulatorConfig { homing_mm_s: 2.0, start_at_mm: 90.0, ..SimulatorConfig::default() });
-    let mut line = std::fs::OpenOptions::new().write(true).open(bench.simulator.place()).unwrap();
-    std::io::Write::write_all(&mut line, b"/1 1 home\n").unwrap();
-    drop(line);
+    bench.simulator.hear(b"/1 1 home\n");
     wait_until(SLACK, "it moves", || bench.moving());
     let mut again = bench.open();
     assert!(!bench.moving() && !again.poll().unwrap().moving, "opened, and it moves");

@@ -126,7 +126,9 @@ fn comes_back_ready(bench: &Bench, stage: &mut ZaberStage, what: What) {
     if stage.clear_fault().is_err() {
         stage.reconnect().unwrap();
     }
-    wait_until(Duration::from_secs(5), "it comes back", || stage.poll().is_ok());
+    wait_until(Duration::from_secs(5), "it comes back and rests", || {
+        stage.poll().is_ok_and(|state| !state.moving)
+    });
     let state = stage.poll().unwrap();
     assert!(!state.moving && !state.homed && state.position_mm.is_none(), "came back {state:?}");
     assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "a motion was repeated");
