@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 use optics::{Camera, LightSurfaces};
+use statistics::median;
 use vision::{CentrelinePoint, Centrelines, LineDirection};
 
 use crate::findings::report::Rejections;
@@ -201,8 +202,7 @@ fn median_distance(
             Some(sheet_residual(camera, light, pose, &seen, None)?.residual_px.abs())
         })
         .collect();
-    distances.sort_by(f64::total_cmp);
-    distances.get(distances.len() / 2).copied()
+    median(&mut distances)
 }
 
 enum Place {
@@ -303,8 +303,7 @@ impl Columns {
     fn pitch_px(&self) -> Option<f64> {
         let mut gaps: Vec<f64> =
             self.across_px.iter().flat_map(|column| column.windows(2).map(|pair| pair[1] - pair[0])).collect();
-        gaps.sort_by(f64::total_cmp);
-        gaps.get(gaps.len() / 2).copied()
+        median(&mut gaps)
     }
 
     /// The largest number of crossings that at least [`MIN_LINE_COLUMNS`] columns have.

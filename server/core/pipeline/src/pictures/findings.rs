@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use statistics::median;
 use vision::{Centrelines, Channel, GreyImage, LineDirection, Picture, find_centrelines};
 
 use crate::pictures::search::{Directions, LineSearch, runs_along};
@@ -149,8 +150,7 @@ pub fn room_finding(on: &Picture, off: &Picture) -> Option<Finding> {
     let full = on.full_scale();
     let bright = on_blocks.iter().zip(&off_blocks).filter(|(_, off)| **off > BRIGHT * full);
     let mut ratios: Vec<f32> = bright.map(|(on, off)| on / off).collect();
-    ratios.sort_unstable_by(f32::total_cmp);
-    let share = ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).min(1.0);
+    let share = median(&mut ratios).unwrap_or(1.0).min(1.0);
     let darker =
         on_blocks.iter().zip(&off_blocks).filter(|(on, off)| share * **off - **on > DARKER * full).count();
     let darker_share = darker as f64 / on_blocks.len().max(1) as f64;

@@ -1,5 +1,6 @@
 //! How lines are looked for in a picture, and which of them are kept.
 
+use statistics::median;
 use vision::{
     CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, Channel, GreyImage, LineDirection, Segment,
     find_centrelines,
@@ -125,8 +126,7 @@ fn keep_points(lines: &mut Centrelines, keep: impl Fn(&CentrelinePoint) -> bool)
 
 fn median_contrast(segment: &Segment) -> f32 {
     let mut heights: Vec<f32> = segment.points.iter().map(|point| point.intensity).collect();
-    heights.sort_unstable_by(f32::total_cmp);
-    heights.get(heights.len() / 2).copied().unwrap_or(0.0)
+    median(&mut heights).unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Vector2, Vector3};
 use optics::stage::{FrameSpread, StageSpread};
 use optics::{Calibration, Motion, Stage, StageAxis};
+use statistics::median;
 use vision::LineDirection;
 
 use crate::checks::compare::{ClosurePairs, Sums, Surfaces, order_pairs};
@@ -161,8 +162,7 @@ impl<'a> Evaluation<'a> {
             sigmas_mm.extend(of_frame);
             Ok::<(), ScanError>(())
         })?;
-        sigmas_mm.sort_by(f64::total_cmp);
-        Ok(sigmas_mm.get(sigmas_mm.len() / 2).copied().unwrap_or(0.0))
+        Ok(median(&mut sigmas_mm).unwrap_or(0.0))
     }
 }
 

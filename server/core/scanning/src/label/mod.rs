@@ -31,6 +31,7 @@ pub use gather::outlook::Outlook;
 pub use gather::patches::{PatchGrid, ViewPoint};
 pub use pieces::{Piece, along_across};
 pub use solve::relax::Verdict;
+use statistics::median;
 
 /// Pieces of all frames with what was decided about each.
 #[derive(Debug, Clone, PartialEq)]
@@ -200,9 +201,8 @@ impl Travel {
         }
         let mut steps: Vec<f64> =
             order.windows(2).map(|pair| (shifts_mm[pair[1]] - shifts_mm[pair[0]]).norm()).collect();
-        steps.sort_by(f64::total_cmp);
         let direction = whole.try_normalize(0.0).unwrap_or_default();
-        let step_mm = direction * steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        let step_mm = direction * median(&mut steps).unwrap_or(0.0);
         let middle_mm = order.get(order.len() / 2).map_or(Vector3::zeros(), |&frame| shifts_mm[frame]);
         let chart = motions.first().map_or(Chart::Part, FrameMotion::chart);
         Self { order, rank, step_mm, middle_mm, chart }

@@ -16,6 +16,7 @@ use crate::error::ContentError;
 use crate::input::stage_positions::StagePositions;
 use crate::points::cloud::{Cloud, CloudPoint};
 use coverage::Coverage;
+use statistics::median;
 
 /// Triangles over vertices, in the part frame.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -112,7 +113,7 @@ fn layer(cloud: &Cloud, indices: &[u32]) -> Layer {
     for profile in &mut profiles {
         profile.sort_by(|&a, &b| along(at(a)).total_cmp(&along(at(b))).then(a.cmp(&b)));
     }
-    Layer { order: at(indices[0]).order, sigma_mm: median(&mut sigmas), along, profiles }
+    Layer { order: at(indices[0]).order, sigma_mm: median(&mut sigmas).unwrap_or(0.0), along, profiles }
 }
 
 /// u or v, whichever varies more within the profiles.
@@ -134,15 +135,6 @@ fn line_coordinate<'a>(
 
 pub(crate) fn position(point: &CloudPoint) -> Vector3<f64> {
     Vector3::new(point.x_mm, point.y_mm, point.z_mm)
-}
-
-/// The median; 0 of nothing.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Turns all triangles of a layer the same way: towards the camera, by the majority of their area.

@@ -1,6 +1,8 @@
 //! How well the surfaces of a turn close: what was seen first against what was seen a turn later
 //! (`docs/maths/turntable.md`, eq. 11).
 
+use statistics::median;
+
 use super::Surfaces;
 use crate::params::{CLOSURE_MAD_LIMIT, COMPARE_STRIDE_PX};
 use crate::points::profile::ProfilePoint;
@@ -78,17 +80,11 @@ impl Surfaces<'_> {
     }
 }
 
-/// The median, the upper one of two; `None` of nothing.
-fn median_of(values: &mut [f64]) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
-}
-
 /// Without what a wrong label or an edge has put somewhere else altogether.
 fn gap(differences_mm: &mut [f64]) -> Option<ClosureGap> {
-    let middle_mm = median_of(differences_mm)?;
+    let middle_mm = median(differences_mm)?;
     let mut apart_mm: Vec<f64> = differences_mm.iter().map(|difference| (difference - middle_mm).abs()).collect();
-    let limit_mm = CLOSURE_MAD_LIMIT * median_of(&mut apart_mm)?;
+    let limit_mm = CLOSURE_MAD_LIMIT * median(&mut apart_mm)?;
     let kept = || differences_mm.iter().filter(|difference| (*difference - middle_mm).abs() <= limit_mm);
     let (n_pairs, n) = (kept().count(), kept().count().max(1) as f64);
     Some(ClosureGap {

@@ -37,6 +37,7 @@ use search::width::Peaks;
 use smoothing::along::Averager;
 
 pub use search::cells::Strip;
+use statistics::median;
 
 /// Smallest side, in pixels, that the tiles and strips of a search fit into.
 pub const MIN_SIDE_PX: usize = 64;
@@ -229,10 +230,4 @@ impl<T: Level> Memory<T> {
         let gain = median(gains).map_or(1.0, f64::from);
         found.correlation_px = (gain * scatter.correlation_px()).max(1.0);
     }
-}
-
-/// Median; `None` of nothing.
-fn median(values: &mut [f32]) -> Option<f32> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }

@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
+use statistics::median;
 
 use crate::GreyImage;
 
@@ -64,8 +65,8 @@ impl Lattice {
     fn learn(&mut self, fits: &BTreeMap<Node, CornerFit>) -> Option<()> {
         let vote: f64 = fits.iter().map(|(node, fit)| parity(*node) * fit.contrast).sum();
         self.parity_sign = vote.signum();
-        self.contrast = median(fits.values().map(|fit| fit.contrast.abs()))?;
-        self.blur_px = median(fits.values().map(|fit| fit.shape.blur_px))?;
+        self.contrast = median(&mut fits.values().map(|fit| fit.contrast.abs()).collect::<Vec<f64>>())?;
+        self.blur_px = median(&mut fits.values().map(|fit| fit.shape.blur_px).collect::<Vec<f64>>())?;
         Some(())
     }
 
@@ -241,10 +242,4 @@ fn predict((i, j): Node, position: impl Fn(Node) -> Option<[f64; 2]>) -> Option<
 fn angle_between(a: f64, b: f64) -> f64 {
     let d = a - b;
     d.sin().atan2(d.cos())
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied()
 }

@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 
 use rayon::prelude::*;
+use statistics::median;
 
 use crate::GreyImage;
 
@@ -81,11 +82,9 @@ fn noise_from(starts: &[(Window, Option<CornerState>)]) -> NoiseModel {
     NoiseModel { offset: y0 - per_level * x0, per_level, floor: (0.5 * y0.min(y1)).max(QUANTISATION_VARIANCE) }
 }
 
-/// Median of at least one number.
+/// Median; 0 of nothing.
 fn median_of(values: impl Iterator<Item = f32>) -> f64 {
-    let mut values: Vec<f32> = values.collect();
-    let middle = values.len() / 2;
-    f64::from(*values.select_nth_unstable_by(middle, f32::total_cmp).1)
+    median(&mut values.collect::<Vec<f32>>()).map_or(0.0, f64::from)
 }
 
 /// Raises each sigma to what the neighbours show: along rows and columns the corners scatter about the smooth board

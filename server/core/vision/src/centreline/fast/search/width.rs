@@ -1,5 +1,7 @@
 //! How wide the lines of an image are: the median over prominent peaks of some columns, where there is light.
 
+use statistics::median;
+
 use super::cells::Strip;
 use crate::centreline::lines::noise::NoiseMap;
 use crate::centreline::lines::width::collect_widths;
@@ -35,11 +37,7 @@ pub fn typical_width_px<T: Level>(view: &View<T>, noise: &NoiseMap, strips: &[St
             collect_widths(column, |k| WIDTH_MIN_SNR * noise.at(u, from + k), widths);
         }
     }
-    if widths.is_empty() {
-        return WIDTH_DEFAULT_PX;
-    }
-    let middle = widths.len() / 2;
-    widths.select_nth_unstable_by(middle, f32::total_cmp).1.clamp(WIDTH_MIN_PX, WIDTH_MAX_PX)
+    median(widths).map_or(WIDTH_DEFAULT_PX, |width_px| width_px.clamp(WIDTH_MIN_PX, WIDTH_MAX_PX))
 }
 
 /// Part of a column, averaged over three rows.
