@@ -7,7 +7,6 @@ use crate::checks::carried::{RunPoint, carried_stretches, loose_stretches};
 use crate::checks::columns::{FrameColumns, LineColumns};
 use crate::checks::compare::Surfaces;
 use crate::checks::rivals::{Look, Rivals, neighbours};
-use crate::label::along_across;
 use crate::params::{COMPARE_STRIDE_PX, KINK_STEP_PX, RUN_DENIED_SHARE, STUB_POINTS};
 use crate::points::profile::{Profile, ProfilePoint};
 use crate::points::profiles::Profiles;
@@ -198,11 +197,11 @@ impl<'a> Judge<'a> {
         let labels = &self.profiles.labels;
         let left_out = labels.left_out(frame).flat_map(|piece| piece.points(lines));
         let points = profile.points.iter().map(|point| &point.seen).chain(left_out);
-        LineColumns::new(points.map(|point| along_across(point, labels.direction)))
+        LineColumns::new(points.map(|point| point.along_across(labels.direction)))
     }
 
     fn place(&self, point: &ProfilePoint) -> (f64, f64) {
-        along_across(&point.seen, self.profiles.labels.direction)
+        point.seen.along_across(self.profiles.labels.direction)
     }
 }
 

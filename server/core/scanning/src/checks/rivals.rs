@@ -2,7 +2,6 @@
 //! (`docs/maths/labelling.md`, "Rivals").
 
 use crate::checks::compare::Surfaces;
-use crate::label::along_across;
 use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS, KINK_STEP_PX};
 use crate::points::profile::ProfilePoint;
 use crate::points::profiles::Profiles;
@@ -82,7 +81,7 @@ impl<'a> Rivals<'a> {
     }
 
     fn along(&self, point: &ProfilePoint) -> f64 {
-        along_across(&point.seen, self.profiles.labels.direction).0.round()
+        point.seen.along_across(self.profiles.labels.direction).0.round()
     }
 }
 

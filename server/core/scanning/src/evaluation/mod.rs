@@ -13,7 +13,6 @@ use crate::checks::decision::{Decision, Judge};
 use crate::error::ScanError;
 use crate::input::frames::{in_order, lines_of};
 use crate::input::stage_positions::StagePositions;
-use crate::label::along_across;
 use crate::params::{FWHM_PER_SIGMA, THICKNESS_SAMPLES};
 use crate::points::cloud::CloudPoint;
 use crate::points::dropped::{DropReason, Dropped};
@@ -172,7 +171,7 @@ fn kept(profile: &Profile, decision: &Decision, direction: LineDirection) -> Vec
     let stays = |(idx, _): &(u32, &ProfilePoint)| left_out.next_if_eq(idx).is_none();
     let own = (0..).zip(&profile.points).filter(stays).map(|(_, point)| point);
     let mut points: Vec<ProfilePoint> = own.chain(&decision.taken).copied().collect();
-    let along = |point: &ProfilePoint| along_across(&point.seen, direction).0;
+    let along = |point: &ProfilePoint| point.seen.along_across(direction).0;
     points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
     points
 }

@@ -29,7 +29,7 @@ use gather::hypotheses::Samples;
 pub use gather::agreement::gradient;
 pub use gather::outlook::Outlook;
 pub use gather::patches::{PatchGrid, ViewPoint};
-pub use pieces::{Piece, along_across};
+pub use pieces::Piece;
 pub use solve::relax::Verdict;
 use statistics::median;
 

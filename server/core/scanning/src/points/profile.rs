@@ -5,7 +5,7 @@ use vision::{CentrelinePoint, Centrelines};
 
 use crate::input::frames::OneFrame;
 use crate::input::motions::FrameMotion;
-use crate::label::{Labels, Piece, Verdict, along_across, label_frames};
+use crate::label::{Labels, Piece, Verdict, label_frames};
 use crate::points::dropped::{DropReason, Dropped};
 
 /// A point of a profile, in the camera frame.
@@ -127,7 +127,7 @@ impl Profile {
         let labelled: usize = labels.pieces[first..end].iter().map(|piece| piece.n_points()).sum();
         let all: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
         self.dropped.add_points(DropReason::TooShort, all - labelled);
-        let along = |point: &ProfilePoint| along_across(&point.seen, labels.direction).0;
+        let along = |point: &ProfilePoint| point.seen.along_across(labels.direction).0;
         self.points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
     }
 

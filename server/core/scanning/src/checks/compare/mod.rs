@@ -11,7 +11,7 @@ use vision::LineDirection;
 
 use crate::error::ScanError;
 use crate::input::motions::FrameMotion;
-use crate::label::{Outlook, PatchGrid, ViewPoint, along_across};
+use crate::label::{Outlook, PatchGrid, ViewPoint};
 use crate::params::{
     AGREEMENT_SIGMAS, COMPARE_STRIDE_PX, CONTRADICTING_SURFACES, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM,
     PATCH_MAX_GRADIENT, PATCH_RADIUS_SPACINGS, SMOOTH_SIGMAS,
@@ -299,7 +299,7 @@ impl<'a> Lookup<'a> {
     }
 
     fn along(&self, point: &ProfilePoint) -> i64 {
-        along_across(&point.seen, self.direction).0.round() as i64
+        point.seen.along_across(self.direction).0.round() as i64
     }
 
     fn slot(&self, place: usize, order: i8, along: i64) -> Option<usize> {

@@ -5,7 +5,7 @@ use optics::{DepthRangeMm, Hits, RayHit, Triangulator};
 use vision::{CentrelinePoint, Centrelines, LineDirection};
 
 use crate::input::motions::FrameMotion;
-use crate::label::pieces::{Piece, along_across};
+use crate::label::pieces::Piece;
 
 /// A sample taken for one order: where it would lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,7 +107,7 @@ impl View<'_> {
         for (idx, piece) in pieces.iter().enumerate() {
             for (along, point) in piece.samples().filter_map(|along| Some((along, piece.point_at(lines, along)?)))
             {
-                let across_px = along_across(point, self.direction).1;
+                let across_px = point.along_across(self.direction).1;
                 samples.all.push(Sample { piece: first_piece + idx, along, across_px, pitch_px: f64::INFINITY });
                 points.push(point);
             }

@@ -9,7 +9,7 @@ use crate::error::ScanError;
 use crate::input::frames::{Frames, in_order, lines_of, of_every_frame};
 use crate::input::motions::FrameMotion;
 use crate::label::columns::{Columns, pieces_of};
-use crate::label::pieces::{self, Joint, Piece, along_across};
+use crate::label::pieces::{self, Joint, Piece};
 
 /// The pieces of all frames and what they show by themselves and in their frame.
 pub struct Looks {
@@ -108,7 +108,7 @@ fn width_px(piece: &Piece, lines: &Centrelines) -> f64 {
 }
 
 fn both_ends(piece: &Piece, lines: &Centrelines, direction: LineDirection) -> (End, End) {
-    let points = piece.points(lines).iter().map(|point| along_across(point, direction));
+    let points = piece.points(lines).iter().map(|point| point.along_across(direction));
     let (along, across): (Vec<f64>, Vec<f64>) = points.unzip();
     ends_of(&along, &across)
 }

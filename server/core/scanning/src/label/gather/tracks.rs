@@ -9,7 +9,7 @@ use super::hypotheses::{Sample, Samples};
 use crate::error::ScanError;
 use crate::input::frames::{Frames, lines_of};
 use crate::label::columns::{Columns, pieces_of};
-use crate::label::pieces::{Piece, along_across};
+use crate::label::pieces::Piece;
 use crate::params::{
     CONTINUATION_GAP_PITCHES, CONTINUATION_GATE_PITCHES, CONTINUATION_POINTS, CONTINUATION_WEIGHT,
     CUT_TRIM_POINTS, JOINT_WEIGHT, KINK_STEP_PX, SECTION_WEIGHT, TRACK_GATE_PITCHES, TRACK_WEIGHT,
@@ -115,7 +115,7 @@ pub fn joined(a: &Piece, b: &Piece, lines: &Centrelines, direction: LineDirectio
         return false;
     }
     let points = &lines.segments[a.segment].points;
-    let across = |idx: usize| along_across(&points[idx], direction).1;
+    let across = |idx: usize| points[idx].along_across(direction).1;
     let cut = a.end + CUT_TRIM_POINTS;
     (across(cut) - across(cut - 1)).abs() <= KINK_STEP_PX
 }
