@@ -1,4 +1,4 @@
-//! What a scan came to, besides its points.
+//! The report of a scan: what it gave besides its points.
 
 use crate::checks::compare::{Closure, OrderPair};
 use crate::points::dropped::Dropped;
@@ -9,7 +9,7 @@ use crate::points::envelope::DepthEnvelope;
 pub struct ScanReport {
     /// Points in the cloud.
     pub n_points: usize,
-    /// Segments of lines that went in.
+    /// Segments of lines in the input.
     pub n_segments: usize,
     /// What was left out, and why.
     pub dropped: Dropped,

@@ -1,4 +1,4 @@
-//! What of a frame's lines is left out once all surfaces are known, and what was in doubt and is taken after all
+//! Which points of a frame are dropped once all surfaces are known, and which doubtful ones are accepted after all
 //! (`docs/maths/labelling.md`, "Carried labels" and "Taken after all").
 
 use vision::Centrelines;
@@ -11,21 +11,21 @@ use crate::params::{COMPARE_STRIDE_PX, KINK_STEP_PX, RUN_DENIED_SHARE, STUB_POIN
 use crate::points::profile::{Profile, ProfilePoint};
 use crate::points::profiles::Profiles;
 
-/// What was decided about a frame.
+/// Which points of a frame are dropped, and which are added.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Decision {
     /// Places in the profile of the points that are left out, ascending.
     pub left_out: Vec<u32>,
-    /// How many of them the surfaces of other orders deny.
-    pub n_denied: usize,
+    /// How many of them the surfaces of other orders contradict.
+    pub n_contradicted: usize,
     /// Points that were in doubt and are taken all the same.
     pub taken: Vec<ProfilePoint>,
     /// How many of them no piece of a line holds: they were cut away.
     pub n_cut_away: usize,
 }
 
-/// A point that may stay, and what was seen of its surface.
-struct Judged {
+/// A point that may stay, with what other orders have seen of its surface.
+struct CheckedPoint {
     point: ProfilePoint,
     look: Look,
     /// Place in the profile; `None` for a point that was in doubt.
@@ -33,77 +33,82 @@ struct Judged {
     is_out: bool,
 }
 
-/// Everything that decides about frames.
+/// Drops points that other surfaces contradict, and accepts doubtful ones that they confirm.
 #[derive(Clone, Copy)]
-pub struct Judge<'a> {
+pub struct PointFilter<'a> {
     profiles: &'a Profiles<'a>,
     surfaces: &'a Surfaces<'a>,
     rivals: Rivals<'a>,
 }
 
-impl<'a> Judge<'a> {
-    /// Asks the surfaces that the labelled points of `profiles` make.
+impl<'a> PointFilter<'a> {
+    /// Checks against the surfaces that the labelled points of `profiles` make.
     pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>) -> Self {
         Self { profiles, surfaces, rivals: Rivals::new(profiles, surfaces) }
     }
 
-    /// Decides about frame `frame`. `candidates`: its points that are in doubt, in the order of a profile.
+    /// Which points of frame `frame` stay. `candidates`: its points that are in doubt, in the order of a profile.
     pub fn decide(&self, profile: &Profile, candidates: &Profile, frame: usize, lines: &Centrelines) -> Decision {
-        let denied = self.denied_points(profile, frame);
-        let mut judged = self.judged(&profile.points, frame);
-        let sure = self.columns(&judged);
+        let contradicted = self.contradicted_points(profile, frame);
+        let mut checked = self.checked(&profile.points, frame);
+        let sure = self.columns(&checked);
         let of_pieces = self.columns_of_pieces(profile, frame, lines);
-        judged.extend(self.candidates(&candidates.points, &sure, &of_pieces, frame));
-        for &place in &denied {
-            judged[place as usize].is_out = true;
+        checked.extend(self.candidates(&candidates.points, &sure, &of_pieces, frame));
+        for &place in &contradicted {
+            checked[place as usize].is_out = true;
         }
-        let along = |judged: &Judged| self.place(&judged.point).0;
-        judged.sort_by(|a, b| a.point.order.cmp(&b.point.order).then(along(a).total_cmp(&along(b))));
-        leave_out_chance(&mut judged);
-        self.leave_out_rivals(&mut judged);
+        let along = |checked: &CheckedPoint| self.place(&checked.point).0;
+        checked.sort_by(|a, b| a.point.order.cmp(&b.point.order).then(along(a).total_cmp(&along(b))));
+        leave_out_chance(&mut checked);
+        self.leave_out_rivals(&mut checked);
         // Where nobody can look twice a missing second look says nothing.
-        if judged.iter().any(|judged| judged.look == Look::Seen) {
-            self.leave_out_unheld(&mut judged, &of_pieces, lines.correlation_px);
+        if checked.iter().any(|checked| checked.look == Look::Seen) {
+            self.leave_out_unheld(&mut checked, &of_pieces, lines.correlation_px);
         }
         let mut left_out: Vec<u32> =
-            judged.iter().filter(|judged| judged.is_out).filter_map(|judged| judged.own).collect();
+            checked.iter().filter(|checked| checked.is_out).filter_map(|checked| checked.own).collect();
         left_out.sort_unstable();
-        let taken: Vec<ProfilePoint> = judged
+        let taken: Vec<ProfilePoint> = checked
             .iter()
-            .filter(|judged| judged.own.is_none() && !judged.is_out)
-            .map(|judged| judged.point)
+            .filter(|checked| checked.own.is_none() && !checked.is_out)
+            .map(|checked| checked.point)
             .collect();
         let is_cut_away = |point: &&ProfilePoint| {
             let (along, across) = self.place(point);
             !of_pieces.have(along, across)
         };
-        Decision { left_out, n_denied: denied.len(), n_cut_away: taken.iter().filter(is_cut_away).count(), taken }
+        Decision {
+            left_out,
+            n_contradicted: contradicted.len(),
+            n_cut_away: taken.iter().filter(is_cut_away).count(),
+            taken,
+        }
     }
 
-    /// The points that the surfaces of other orders deny, and what little is left of a run of denied ones.
-    fn denied_points(&self, profile: &Profile, frame: usize) -> Vec<u32> {
-        let mut denied_points = Vec::new();
+    /// The points that the surfaces of other orders contradict, and what little is left of a run of such points.
+    fn contradicted_points(&self, profile: &Profile, frame: usize) -> Vec<u32> {
+        let mut contradicted_points = Vec::new();
         let mut first = 0;
         for run in profile.points.chunk_by(neighbours) {
-            let denied: Vec<bool> = run.iter().map(|point| self.surfaces.contradict(point, frame)).collect();
-            let n_denied = denied.iter().filter(|denied| **denied).count();
-            let whole_run = n_denied as f64 > RUN_DENIED_SHARE * run.len() as f64;
-            let places = (first..).zip(denied).filter(|(_, denied)| whole_run || *denied);
-            denied_points.extend(places.map(|(place, _)| place));
+            let contradicted: Vec<bool> = run.iter().map(|point| self.surfaces.contradict(point, frame)).collect();
+            let n_contradicted = contradicted.iter().filter(|contradicted| **contradicted).count();
+            let whole_run = n_contradicted as f64 > RUN_DENIED_SHARE * run.len() as f64;
+            let places = (first..).zip(contradicted).filter(|(_, contradicted)| whole_run || *contradicted);
+            contradicted_points.extend(places.map(|(place, _)| place));
             first += run.len() as u32;
         }
-        denied_points
+        contradicted_points
     }
 
-    fn judged(&self, points: &[ProfilePoint], frame: usize) -> Vec<Judged> {
+    fn checked(&self, points: &[ProfilePoint], frame: usize) -> Vec<CheckedPoint> {
         let looks = self.rivals.looks(points, frame);
-        let judged = |((own, point), look): ((u32, &ProfilePoint), Look)| Judged {
+        let checked = |((own, point), look): ((u32, &ProfilePoint), Look)| CheckedPoint {
             point: *point,
             look,
             own: Some(own),
             is_out: false,
         };
-        (0..).zip(points).zip(looks).map(judged).collect()
+        (0..).zip(points).zip(looks).map(checked).collect()
     }
 
     /// The candidates that other orders have seen again and no rival, or whose column leaves them their label alone. What was
@@ -114,9 +119,9 @@ impl<'a> Judge<'a> {
         sure: &FrameColumns,
         of_pieces: &LineColumns,
         frame: usize,
-    ) -> Vec<Judged> {
-        let mut candidates = self.judged(points, frame);
-        candidates.retain(|Judged { point, look, .. }| {
+    ) -> Vec<CheckedPoint> {
+        let mut candidates = self.checked(points, frame);
+        candidates.retain(|CheckedPoint { point, look, .. }| {
             let (along, across) = self.place(point);
             let fits = match look {
                 Look::Seen if of_pieces.have(along, across) => {
@@ -132,30 +137,32 @@ impl<'a> Judge<'a> {
     }
 
     /// Leaves out what could have another label that was seen again, and what of its run cannot be told from it.
-    fn leave_out_rivals(&self, judged: &mut [Judged]) {
+    fn leave_out_rivals(&self, checked: &mut [CheckedPoint]) {
         let (points, looks): (Vec<ProfilePoint>, Vec<Look>) =
-            judged.iter().map(|judged| (judged.point, judged.look)).unzip();
+            checked.iter().map(|checked| (checked.point, checked.look)).unzip();
         let has_rival = self.rivals.spread(&points, &looks);
         let mut first = 0;
-        for run in judged.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
+        for run in checked.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
             let has_rival = &has_rival[first..first + run.len()];
             let n_rivals = has_rival.iter().filter(|has_rival| **has_rival).count();
             let whole_run = n_rivals as f64 > RUN_DENIED_SHARE * run.len() as f64;
-            run.iter_mut().zip(has_rival).for_each(|(judged, has_rival)| judged.is_out |= whole_run || *has_rival);
+            run.iter_mut()
+                .zip(has_rival)
+                .for_each(|(checked, has_rival)| checked.is_out |= whole_run || *has_rival);
             first += run.len();
         }
     }
 
     /// Leaves out what neither a second look nor the ranks nor its line holds.
-    fn leave_out_unheld(&self, judged: &mut [Judged], of_pieces: &LineColumns, correlation_px: f64) {
-        let columns = self.columns(judged);
-        for run in judged.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
+    fn leave_out_unheld(&self, checked: &mut [CheckedPoint], of_pieces: &LineColumns, correlation_px: f64) {
+        let columns = self.columns(checked);
+        for run in checked.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
             let points: Vec<RunPoint> =
-                run.iter().map(|judged| self.run_point(judged, &columns, correlation_px)).collect();
+                run.iter().map(|checked| self.run_point(checked, &columns, correlation_px)).collect();
             for idx in carried_stretches(&points).into_iter().flatten() {
                 run[idx].is_out |= !points[idx].is_held();
             }
-            let out: Vec<bool> = run.iter().map(|judged| judged.is_out).collect();
+            let out: Vec<bool> = run.iter().map(|checked| checked.is_out).collect();
             let cut = [(&run[0], -1), (&run[run.len() - 1], 1)]
                 .map(|(end, direction)| self.is_cut(end, direction, &columns, of_pieces));
             for idx in loose_stretches(&points, &out, cut).into_iter().flatten() {
@@ -165,27 +172,27 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether a run's line goes on beyond its end under another label or none. `direction`: along the line, ±1.
-    fn is_cut(&self, end: &Judged, direction: i64, columns: &FrameColumns, of_pieces: &LineColumns) -> bool {
+    fn is_cut(&self, end: &CheckedPoint, direction: i64, columns: &FrameColumns, of_pieces: &LineColumns) -> bool {
         let reach = direction * 2 * COMPARE_STRIDE_PX as i64;
         let next = of_pieces.next(self.place(&end.point), reach, KINK_STEP_PX);
         next.is_some_and(|(along, across)| !columns.has(along, across, end.point.order))
     }
 
-    fn run_point(&self, judged: &Judged, columns: &FrameColumns, correlation_px: f64) -> RunPoint {
-        let (along_px, across_px) = self.place(&judged.point);
-        let seen = &judged.point.seen;
+    fn run_point(&self, checked: &CheckedPoint, columns: &FrameColumns, correlation_px: f64) -> RunPoint {
+        let (along_px, across_px) = self.place(&checked.point);
+        let seen = &checked.point.seen;
         RunPoint {
             along_px,
             across_px,
             noise_px: seen.sigma_px * correlation_px.max(1.0).sqrt(),
             width_px: f64::from(seen.width_px),
-            is_seen: judged.look == Look::Seen,
+            is_seen: checked.look == Look::Seen,
             is_open: columns.leave_open(along_px, across_px),
         }
     }
 
-    fn columns(&self, judged: &[Judged]) -> FrameColumns {
-        let points = judged.iter().map(|Judged { point, look, .. }| {
+    fn columns(&self, checked: &[CheckedPoint]) -> FrameColumns {
+        let points = checked.iter().map(|CheckedPoint { point, look, .. }| {
             let (along, across) = self.place(point);
             ((along, across, point.order), *look == Look::Seen)
         });
@@ -207,11 +214,11 @@ impl<'a> Judge<'a> {
 
 /// Leaves out candidates that hang on no point of the profile, unless other orders have seen them and they are long: a column
 /// may leave a chance row of speckles one order, too.
-fn leave_out_chance(judged: &mut [Judged]) {
-    for run in judged.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
-        if run.iter().all(|judged| judged.own.is_none()) {
+fn leave_out_chance(checked: &mut [CheckedPoint]) {
+    for run in checked.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
+        if run.iter().all(|checked| checked.own.is_none()) {
             let is_short = run.len() < STUB_POINTS;
-            run.iter_mut().for_each(|judged| judged.is_out |= is_short || judged.look != Look::Seen);
+            run.iter_mut().for_each(|checked| checked.is_out |= is_short || checked.look != Look::Seen);
         }
     }
 }

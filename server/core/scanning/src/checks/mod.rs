@@ -1,4 +1,4 @@
-//! Labels held against the surfaces that they make: what is left out, and what is taken after all.
+//! Labels checked against the surfaces that they make: which points are dropped, which doubtful ones are accepted.
 
 pub mod carried;
 pub mod columns;

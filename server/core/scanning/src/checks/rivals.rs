@@ -6,7 +6,7 @@ use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCE
 use crate::points::profile::ProfilePoint;
 use crate::points::profiles::Profiles;
 
-/// What else the points of a scan could be.
+/// The other labels that the points of a scan could have.
 #[derive(Clone, Copy)]
 pub struct Rivals<'a> {
     profiles: &'a Profiles<'a>,
@@ -14,7 +14,7 @@ pub struct Rivals<'a> {
 }
 
 impl<'a> Rivals<'a> {
-    /// Asks the surfaces that the labelled points of `profiles` make.
+    /// Checks against the surfaces that the labelled points of `profiles` make.
     pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>) -> Self {
         Self { profiles, surfaces }
     }

@@ -9,7 +9,7 @@ use statistics::median;
 use vision::LineDirection;
 
 use crate::checks::compare::{ClosurePairs, Sums, Surfaces, order_pairs};
-use crate::checks::decision::{Decision, Judge};
+use crate::checks::decision::{Decision, PointFilter};
 use crate::error::ScanError;
 use crate::input::frames::{in_order, lines_of};
 use crate::input::stage_positions::StagePositions;
@@ -22,7 +22,7 @@ use crate::points::profiles::Profiles;
 use crate::points::sigma_table::SigmaTable;
 use crate::report::ScanReport;
 
-/// What a scan came to; its points are computed when they are asked for.
+/// The evaluation of a scan; its points are computed on demand.
 pub struct Evaluation<'a> {
     /// What was done.
     pub report: ScanReport,
@@ -38,7 +38,7 @@ pub struct Evaluation<'a> {
 }
 
 impl<'a> Evaluation<'a> {
-    /// Leaves out what the surfaces of other orders deny, what rivals challenge and what nothing holds, takes what was in doubt
+    /// Leaves out what the surfaces of other orders contradict, what rivals challenge and what nothing holds, accepts what was in doubt
     /// without need, and draws up the report.
     pub(crate) fn new(profiles: Profiles<'a>, surfaces: Option<Surfaces>) -> Result<Self, ScanError> {
         let calibration = profiles.calibration;
@@ -46,8 +46,8 @@ impl<'a> Evaluation<'a> {
         orders.sort_unstable();
         let mut sum = Checks::new(orders.len());
         let n_frames = profiles.frames.n_frames();
-        let judge = surfaces.as_ref().map(|surfaces| Judge::new(&profiles, surfaces));
-        let check = |frame| Checked::new(&profiles, frame, (surfaces.as_ref(), judge), &orders);
+        let filter = surfaces.as_ref().map(|surfaces| PointFilter::new(&profiles, surfaces));
+        let check = |frame| Checked::new(&profiles, frame, (surfaces.as_ref(), filter), &orders);
         in_order(n_frames, check, |checked| {
             sum.add(checked);
             Ok(())
@@ -229,21 +229,21 @@ impl Checked {
     fn new(
         profiles: &Profiles,
         frame: usize,
-        (surfaces, judge): (Option<&Surfaces>, Option<Judge>),
+        (surfaces, filter): (Option<&Surfaces>, Option<PointFilter>),
         orders: &[i8],
     ) -> Result<Self, ScanError> {
         let lines = lines_of(profiles.frames, frame)?;
         let (n_segments, correlation_px) = (lines.segments.len(), lines.correlation_px);
         let profile = profiles.of(frame)?;
-        let decision = match judge {
-            Some(judge) => judge.decide(&profile, &profiles.candidates_of(frame, &lines), frame, &lines),
+        let decision = match filter {
+            Some(filter) => filter.decide(&profile, &profiles.candidates_of(frame, &lines), frame, &lines),
             None => Decision::default(),
         };
         drop(lines);
         let points = kept(&profile, &decision, profiles.labels.direction);
         let mut dropped = profile.dropped;
-        dropped.add_points(DropReason::Contradicted, decision.n_denied);
-        dropped.add_points(DropReason::Doubtful, decision.left_out.len() - decision.n_denied);
+        dropped.add_points(DropReason::Contradicted, decision.n_contradicted);
+        dropped.add_points(DropReason::Doubtful, decision.left_out.len() - decision.n_contradicted);
         dropped.take_back(DropReason::TooShort, decision.n_cut_away);
         dropped.take_back(DropReason::Doubtful, decision.taken.len() - decision.n_cut_away);
         let mut bounds = BTreeMap::new();

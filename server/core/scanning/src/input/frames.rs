@@ -1,4 +1,4 @@
-//! The frames of a scan, wherever they are: asked for one at a time and as often as a step needs them.
+//! The frames of a scan, wherever they are kept: read one at a time, as often as a step needs them.
 
 use std::borrow::Cow;
 

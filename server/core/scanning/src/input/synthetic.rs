@@ -1,4 +1,4 @@
-//! A scan of any size without a picture, to try large ones: a ribbed sheet that is the same all along the travel, so that one frame's
+//! A scan of any size without a picture, to try large ones: a ribbed plate that is the same all along the travel, so that one frame's
 //! lines serve for all of them, each with its own noise.
 
 use nalgebra::{DMatrix, Vector2, Vector3};
@@ -15,8 +15,8 @@ const STEP_MM: f64 = 0.05;
 const SIGMA_PX: f64 = 0.05;
 /// Columns over which neighbours of one line share their noise, as the points of real lines state it.
 const CORRELATION_PX: f64 = 2.0;
-/// Mean depth of the sheet, height of its ribs and their length over 2π, mm.
-const SHEET_MM: [f64; 3] = [400.0, 2.0, 9.0];
+/// Mean depth of the plate, height of its ribs and their length over 2π, mm.
+const PLATE_MM: [f64; 3] = [400.0, 2.0, 9.0];
 /// Halvings of the image's height: the row is then known to a millionth of a pixel.
 const HALVINGS: usize = 31;
 
@@ -73,7 +73,7 @@ impl Noise {
     }
 }
 
-/// One order's line on the sheet: one point per column that it crosses.
+/// One order's line on the plate: one point per column that it crosses.
 fn line(calibration: &Calibration, order: i8, columns: std::ops::Range<usize>) -> Segment {
     let point = |column: usize| {
         let v_px = row(calibration, order, column as f64)?;
@@ -108,11 +108,11 @@ fn row(calibration: &Calibration, order: i8, u_px: f64) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// Depth beyond the sheet, which is the same all along the travel.
+/// Depth beyond the plate, which is the same all along the travel.
 fn height_mm(calibration: &Calibration, at_mm: &Vector3<f64>) -> f64 {
     let travel = calibration.stage.and_then(|stage| stage.linear()).map_or(Vector3::y(), |stage| stage.direction);
     let across = at_mm - travel * (at_mm.y / travel.y);
-    let [depth_mm, rib_mm, length_mm] = SHEET_MM;
+    let [depth_mm, rib_mm, length_mm] = PLATE_MM;
     across.z - depth_mm - rib_mm * (across.x / length_mm).sin()
 }
 

@@ -4,7 +4,7 @@ use vision::{Centrelines, LineDirection};
 
 use super::pieces::Piece;
 
-/// The pieces of a frame, ready to be asked column by column.
+/// The pieces of a frame by scan column (row).
 pub struct Columns<'a> {
     /// The pieces of all frames, ordered by frame.
     pub pieces: &'a [Piece],

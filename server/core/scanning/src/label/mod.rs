@@ -1,5 +1,6 @@
 //! Which order is this line? (`docs/maths/labelling.md`)
 //!
+//! A pairwise Markov random field over pieces of lines, solved by mean field and iterated conditional modes.
 //! Every piece of a line is tried with every order. Four kinds of evidence speak for and against: the stated
 //! depths, the order of the lines across the image, the same line in the next frame or beyond a gap, and, above
 //! all, whether another order sees the same surface at the same place of the part from another stage position.
@@ -10,7 +11,7 @@ mod gather;
 mod pieces;
 mod sections;
 mod solve;
-mod unions;
+mod union_find;
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
@@ -27,10 +28,10 @@ use gather::evidence::Evidence;
 use gather::hypotheses::Samples;
 
 pub use gather::agreement::gradient;
-pub use gather::outlook::Outlook;
 pub use gather::patches::{PatchGrid, ViewPoint};
+pub use gather::reference_view::ReferenceView;
 pub use pieces::Piece;
-pub use solve::relax::Verdict;
+pub use solve::relax::LabelOutcome;
 use statistics::median;
 
 /// Pieces of all frames with what was decided about each.
@@ -39,7 +40,7 @@ pub struct Labels {
     /// Ordered by frame, segment, then along the line.
     pub pieces: Vec<Piece>,
     /// One per piece.
-    pub verdicts: Vec<Verdict>,
+    pub outcomes: Vec<LabelOutcome>,
     /// Per piece: its best label, a doubtful one's too; an index into the calibration's orders.
     pub labels: Vec<Option<usize>>,
     /// Which way the lines run.
@@ -47,16 +48,16 @@ pub struct Labels {
 }
 
 /// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
-/// `before`: the same verdicts; `joined`: per piece, whether it follows the one before it without a jump.
-fn doubt_stubs(pieces: &[Piece], verdicts: &mut [Verdict], before: &[Verdict], joined: &[bool]) {
+/// `before`: the same outcomes; `joined`: per piece, whether it follows the one before it without a jump.
+fn doubt_stubs(pieces: &[Piece], outcomes: &mut [LabelOutcome], before: &[LabelOutcome], joined: &[bool]) {
     for idx in 1..pieces.len() {
         if before[idx - 1] == before[idx] || !joined[idx] {
             continue;
         }
         for stub in [idx - 1, idx] {
-            let doubted = matches!(before[stub], Verdict::Order(_));
+            let doubted = matches!(before[stub], LabelOutcome::Order(_));
             if doubted && pieces[stub].n_points() < STUB_POINTS {
-                verdicts[stub] = Verdict::Doubtful;
+                outcomes[stub] = LabelOutcome::Doubtful;
             }
         }
     }
@@ -81,11 +82,11 @@ pub fn label_frames(
 ) -> Result<Labels, ScanError> {
     let travel = Travel::of(motions);
     let direction = lines_of(frames, 0)?.direction;
-    let mut pieces = gather::looks::cut_pieces(frames, &travel.order, direction)?;
+    let mut pieces = gather::features::cut_pieces(frames, &travel.order, direction)?;
     if triangulator.calibration().orders.len() == 1 {
         // Nothing can contradict the only line there is; points beyond the depths are left out one by one.
-        let (verdicts, labels) = (vec![Verdict::Order(0); pieces.len()], vec![Some(0); pieces.len()]);
-        return Ok(Labels { pieces, verdicts, labels, direction });
+        let (outcomes, labels) = (vec![LabelOutcome::Order(0); pieces.len()], vec![Some(0); pieces.len()]);
+        return Ok(Labels { pieces, outcomes, labels, direction });
     }
     let view = gather::hypotheses::View { triangulator, depth_range_mm, direction };
     if frames.n_frames() > 1 {
@@ -93,31 +94,31 @@ pub fn label_frames(
         let (of_pieces, _) = solve::relax::best_labels(&evidence);
         let sections = sections::sections(&whole.pieces);
         let start = sections::labels_of(&sections, &of_pieces);
-        let (looks, evidence, _) = gathered(frames, motions, &travel, &view, sections)?;
-        pieces = sections::merged(&looks.pieces, &solve::relax::best_from(&evidence, start));
+        let (features, evidence, _) = gathered(frames, motions, &travel, &view, sections)?;
+        pieces = sections::merged(&features.pieces, &solve::relax::best_from(&evidence, start));
     }
-    let (looks, evidence, partners) = gathered(frames, motions, &travel, &view, pieces)?;
-    let gather::looks::Looks { mut pieces, samples, joined, widths_px, .. } = looks;
+    let (features, evidence, partners) = gathered(frames, motions, &travel, &view, pieces)?;
+    let gather::features::FrameFeatures { mut pieces, samples, joined, widths_px, .. } = features;
     let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
     let challenged = |labels: &[usize]| {
-        let sheets = gather::sheets::sheets(labels, &samples, &pieces, &partners);
-        let lengths = lengths_pitches(&samples, &pieces, &sheets);
-        solve::challenge::challenged(&evidence, labels, &sheets, &lengths, frames.n_frames() > 1)
+        let strips = gather::strips::strips(labels, &samples, &pieces, &partners);
+        let lengths = lengths_pitches(&samples, &pieces, &strips);
+        solve::challenge::challenged(&evidence, labels, &strips, &lengths, frames.n_frames() > 1)
     };
-    let (labels, settled) = solve::relax::settle(&evidence, confirmation, challenged);
+    let (labels, settled) = solve::relax::label_outcomes(&evidence, confirmation, challenged);
     let mut labels: Vec<Option<usize>> =
         labels.into_iter().map(|label| (label != evidence.none()).then_some(label)).collect();
-    let mut verdicts = settled.clone();
-    doubt_stubs(&pieces, &mut verdicts, &settled, &joined);
+    let mut outcomes = settled.clone();
+    doubt_stubs(&pieces, &mut outcomes, &settled, &joined);
     if frames.n_frames() > 1 {
-        cuts::close(&mut pieces, &verdicts);
-        (pieces, verdicts, labels) = sections::doubt_seams(&pieces, &verdicts, &labels, &widths_px);
+        cuts::close(&mut pieces, &outcomes);
+        (pieces, outcomes, labels) = sections::doubt_seams(&pieces, &outcomes, &labels, &widths_px);
     }
-    Ok(Labels { pieces, verdicts, labels, direction })
+    Ok(Labels { pieces, outcomes, labels, direction })
 }
 
 /// What is seen of pieces, what that says about their labels, and the same line in the frames around.
-type Gathered = (gather::looks::Looks, Evidence, gather::tracks::Partners);
+type Gathered = (gather::features::FrameFeatures, Evidence, gather::tracks::Partners);
 
 fn gathered(
     frames: &dyn Frames,
@@ -127,32 +128,32 @@ fn gathered(
     pieces: Vec<Piece>,
 ) -> Result<Gathered, ScanError> {
     let (direction, calibration) = (view.direction, view.triangulator.calibration());
-    let looks = gather::looks::look_at(frames, motions, view, pieces)?;
-    let gather::looks::Looks { pieces, samples, ends, joined, shared_columns, .. } = &looks;
+    let features = gather::features::extract_features(frames, motions, view, pieces)?;
+    let gather::features::FrameFeatures { pieces, samples, ends, joined, shared_columns, .. } = &features;
     let mut evidence = depth_evidence(samples, pieces, calibration.orders.len());
     let partners = gather::tracks::add_tracks(&mut evidence, samples, pieces, frames, direction, &travel.order)?;
     gather::tracks::add_continuations(&mut evidence, samples, pieces, ends);
     gather::tracks::add_joints(&mut evidence, joined);
     shared_columns.iter().for_each(|shared| gather::ranks::add_ranks(&mut evidence, shared));
-    let outlook = outlook(travel, calibration, view.depth_range_mm, direction);
+    let reference_view = reference_view(travel, calibration, view.depth_range_mm, direction);
     let scene = gather::agreement::Scene {
         samples,
         pieces,
         partners: &partners,
         travel_rank: &travel.rank,
         motions,
-        outlook: &outlook,
+        reference_view: &reference_view,
     };
     gather::agreement::add_second_looks(&mut evidence, &scene);
-    Ok((looks, evidence, partners))
+    Ok((features, evidence, partners))
 }
 
-/// Per sheet: the longest of its pieces in line pitches.
-fn lengths_pitches(samples: &Samples, pieces: &[Piece], sheets: &[usize]) -> Vec<f64> {
-    let mut lengths = vec![0.0f64; sheets.iter().max().map_or(0, |last| last + 1)];
+/// Per strip: the longest of its pieces in line pitches.
+fn lengths_pitches(samples: &Samples, pieces: &[Piece], strips: &[usize]) -> Vec<f64> {
+    let mut lengths = vec![0.0f64; strips.iter().max().map_or(0, |last| last + 1)];
     for (idx, piece) in pieces.iter().enumerate() {
         let pitch = samples.of_piece(idx).first().map_or(f64::INFINITY, |sample| sample.pitch_px);
-        lengths[sheets[idx]] = lengths[sheets[idx]].max(piece.n_points() as f64 / pitch);
+        lengths[strips[idx]] = lengths[strips[idx]].max(piece.n_points() as f64 / pitch);
     }
     lengths
 }
@@ -165,7 +166,7 @@ fn depth_evidence(samples: &Samples, pieces: &[Piece], n_orders: usize) -> Evide
     for (idx, piece) in pieces.iter().enumerate() {
         for label in 0..n_orders {
             let n_outside = samples.range(idx).filter(|&sample| samples.by_order(sample)[label].is_none()).count();
-            evidence.add_single(idx, label, -OUTSIDE_COST * n_outside as f64 * sample_weight(piece));
+            evidence.add_unary(idx, label, -OUTSIDE_COST * n_outside as f64 * sample_weight(piece));
         }
     }
     evidence
@@ -210,12 +211,12 @@ impl Travel {
 }
 
 /// How the scan looks at the part, at the middle of the depth range and of the travel.
-pub fn outlook(
+pub fn reference_view(
     travel: &Travel,
     calibration: &Calibration,
     depth_range_mm: DepthRangeMm,
     direction: LineDirection,
-) -> Outlook {
+) -> ReferenceView {
     let reference_depth_mm = 0.5 * (depth_range_mm.near_mm + depth_range_mm.far_mm);
     let focal_px = match direction {
         LineDirection::Rows => calibration.camera.fx_px,
@@ -225,7 +226,7 @@ pub fn outlook(
         LightModelKind::Grating => AGREEMENT_FLOOR_GRATING,
         LightModelKind::Planes | LightModelKind::Pencil => AGREEMENT_FLOOR_PLANES,
     };
-    Outlook {
+    ReferenceView {
         chart: travel.chart,
         middle_shift_mm: travel.middle_mm,
         reference_depth_mm,

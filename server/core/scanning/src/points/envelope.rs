@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use optics::{Calibration, DepthRangeMm};
 
-/// Pixels between the places of the image that are asked; depths change smoothly over it.
+/// Pixels between the places of the image that are sampled; depths change smoothly over it.
 const ENVELOPE_STEP_PX: f64 = 64.0;
 
 /// Where geometry alone labels.
@@ -59,7 +59,7 @@ pub fn depth_envelope(calibration: &Calibration, stated_mm: DepthRangeMm) -> Dep
     DepthEnvelope { stated_mm, unambiguous_mm: DepthRangeMm { near_mm: middle - half, far_mm: middle + half } }
 }
 
-/// The range reaches until a second order gets in.
+/// The range ends where a second order becomes possible.
 fn second_smallest(values: &[f64]) -> f64 {
     let (mut first, mut second) = (f64::INFINITY, f64::INFINITY);
     for &value in values {

@@ -1,4 +1,4 @@
-//! Labelled lines as points: frame by frame, as a cloud, and what was left out of them.
+//! Labelled lines as points: frame by frame, as a cloud, and what was dropped.
 
 pub mod cloud;
 pub mod dropped;

@@ -5,7 +5,7 @@ use vision::{CentrelinePoint, Centrelines};
 
 use crate::input::frames::OneFrame;
 use crate::input::motions::FrameMotion;
-use crate::label::{Labels, Piece, Verdict, label_frames};
+use crate::label::{LabelOutcome, Labels, Piece, label_frames};
 use crate::points::dropped::{DropReason, Dropped};
 
 /// A point of a profile, in the camera frame.
@@ -104,11 +104,11 @@ impl Profile {
         self.dropped = Dropped::default();
         let mut most = vec![0; lines.segments.len()];
         let mut kept: Vec<(&Piece, usize)> = Vec::new();
-        for (piece, verdict) in labels.pieces[first..end].iter().zip(&labels.verdicts[first..end]) {
-            match verdict {
-                Verdict::Order(idx) => kept.push((piece, *idx)),
-                Verdict::Doubtful => self.dropped.add_piece(DropReason::Doubtful, piece.n_points()),
-                Verdict::Contradicted => self.dropped.add_piece(DropReason::Contradicted, piece.n_points()),
+        for (piece, outcome) in labels.pieces[first..end].iter().zip(&labels.outcomes[first..end]) {
+            match outcome {
+                LabelOutcome::Order(idx) => kept.push((piece, *idx)),
+                LabelOutcome::Doubtful => self.dropped.add_piece(DropReason::Doubtful, piece.n_points()),
+                LabelOutcome::Contradicted => self.dropped.add_piece(DropReason::Contradicted, piece.n_points()),
             }
         }
         for &(piece, idx) in &kept {

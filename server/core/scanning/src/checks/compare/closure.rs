@@ -55,19 +55,20 @@ impl Surfaces<'_> {
     /// The points of one frame against the surfaces that were seen a turn earlier.
     pub fn closure_of(&self, points: &[ProfilePoint], frame: usize) -> ClosurePairs {
         let mut pairs = ClosurePairs::default();
-        if self.outlook.chart.period_mm().is_none() {
+        if self.reference_view.chart.period_mm().is_none() {
             return pairs;
         }
         for point in points.iter().step_by(COMPARE_STRIDE_PX) {
             let in_chart = self.motions[frame].chart_from_camera(&point.hit_in_camera);
             // Nearest patch of its own line, and of another.
             let mut nearest: [Option<(f64, f64)>; 2] = [None; 2];
-            for view in self.outlook.views_a_turn_before(&in_chart) {
+            for view in self.reference_view.views_a_turn_before(&in_chart) {
                 self.grid.for_each_near(&view.xy_mm, |idx, distance| {
                     let patch = &self.patches[idx];
                     let slot = &mut nearest[usize::from(patch.order != point.order)];
                     if patch.smooth && slot.is_none_or(|(best, _)| distance < best) {
-                        let (apart_mm, _) = self.difference(point, &view, patch, &patch.view(&self.outlook));
+                        let (apart_mm, _) =
+                            self.difference(point, &view, patch, &patch.view(&self.reference_view));
                         *slot = Some((distance, apart_mm / (1.0 + patch.gradient.norm_squared()).sqrt()));
                     }
                 });

@@ -11,7 +11,7 @@ use vision::LineDirection;
 
 use crate::error::ScanError;
 use crate::input::motions::FrameMotion;
-use crate::label::{Outlook, PatchGrid, ViewPoint};
+use crate::label::{PatchGrid, ReferenceView, ViewPoint};
 use crate::params::{
     AGREEMENT_SIGMAS, COMPARE_STRIDE_PX, CONTRADICTING_SURFACES, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM,
     PATCH_MAX_GRADIENT, PATCH_RADIUS_SPACINGS, SMOOTH_SIGMAS,
@@ -49,20 +49,20 @@ struct Patch {
 
 impl Patch {
     /// Where it lies in the common view; computed, as there are millions of patches.
-    fn view(&self, outlook: &Outlook) -> ViewPoint {
-        outlook.view_of(&self.in_part_mm)
+    fn view(&self, reference_view: &ReferenceView) -> ViewPoint {
+        reference_view.view_of(&self.in_part_mm)
     }
 }
 
-/// The surfaces of all orders, ready to be asked.
+/// The surfaces of all orders, indexed by place.
 pub struct Surfaces<'a> {
-    outlook: Outlook,
+    reference_view: ReferenceView,
     motions: &'a [FrameMotion],
     patches: Vec<Patch>,
     grid: PatchGrid,
 }
 
-/// What the other orders' surfaces say about a point.
+/// How the other orders' surfaces lie about a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Opinion {
     agreeing: usize,
@@ -93,9 +93,9 @@ impl<'a> Surfaces<'a> {
         profiles: &Profiles,
         motions: &'a [FrameMotion],
         travel_order: &[usize],
-        outlook: Outlook,
+        reference_view: ReferenceView,
     ) -> Result<Option<Self>, ScanError> {
-        let step = outlook.step_mm.norm();
+        let step = reference_view.step_mm.norm();
         if !(step > 0.0 && step.is_finite()) {
             return Ok(None);
         }
@@ -113,17 +113,21 @@ impl<'a> Surfaces<'a> {
             let lookup = Lookup::new(seen?, profiles.labels.direction, profiles.calibration);
             let per_frame: Vec<Vec<Patch>> = (first..end)
                 .into_par_iter()
-                .map(|place| lookup.patches_of(place - from, motions, &outlook))
+                .map(|place| lookup.patches_of(place - from, motions, &reference_view))
                 .collect();
             patches.extend(per_frame.into_iter().flatten());
         }
-        let spacing_mm = outlook.column_mm * COMPARE_STRIDE_PX as f64;
+        let spacing_mm = reference_view.column_mm * COMPARE_STRIDE_PX as f64;
         let radii = [spacing_mm * PATCH_RADIUS_SPACINGS, step * PATCH_RADIUS_SPACINGS];
-        let grid = PatchGrid::new(patches.iter().map(|patch| patch.view(&outlook).xy_mm), outlook.step_mm, radii);
-        Ok(Some(Self { outlook, motions, patches, grid }))
+        let grid = PatchGrid::new(
+            patches.iter().map(|patch| patch.view(&reference_view).xy_mm),
+            reference_view.step_mm,
+            radii,
+        );
+        Ok(Some(Self { reference_view, motions, patches, grid }))
     }
 
-    /// Whether the surfaces of other orders deny the point.
+    /// Whether the surfaces of other orders contradict the point.
     pub fn contradict(&self, point: &ProfilePoint, frame: usize) -> bool {
         let opinion = self.opinion(point, frame);
         opinion.contradicting >= CONTRADICTING_SURFACES && opinion.contradicting > opinion.agreeing
@@ -138,13 +142,13 @@ impl<'a> Surfaces<'a> {
     fn opinion(&self, point: &ProfilePoint, frame: usize) -> Opinion {
         let in_part = self.motions[frame].chart_from_camera(&point.hit_in_camera);
         let mut opinion = Opinion { agreeing: 0, contradicting: 0, nearest_tolerances: f64::INFINITY };
-        for view in self.outlook.views_of(&in_part) {
+        for view in self.reference_view.views_of(&in_part) {
             self.grid.for_each_near(&view.xy_mm, |idx, _| {
                 let patch = &self.patches[idx];
                 if patch.order == point.order || patch.frame as usize == frame {
                     return;
                 }
-                let patch_view = patch.view(&self.outlook);
+                let patch_view = patch.view(&self.reference_view);
                 let (apart, tolerance) = self.difference(point, &view, patch, &patch_view);
                 opinion.nearest_tolerances = opinion.nearest_tolerances.min(apart.abs() / tolerance);
                 if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
@@ -174,14 +178,14 @@ impl<'a> Surfaces<'a> {
         let offset = view.xy_mm - patch_view.xy_mm;
         let apart = view.depth_mm - patch_view.depth_mm - patch.gradient.dot(&offset);
         let noise = AGREEMENT_SIGMAS * point.noise_sigma_mm.hypot(patch.sigma_mm);
-        (apart, noise + self.outlook.floor_mm + 0.5 * PATCH_CURVATURE_PER_MM * offset.norm_squared())
+        (apart, noise + self.reference_view.floor_mm + 0.5 * PATCH_CURVATURE_PER_MM * offset.norm_squared())
     }
 
     /// Whether one of the two would have hidden the other when the farther one was seen, in frame `seen_at`.
     fn hides(&self, in_part_mm: &Vector3<f64>, patch: &Patch, seen_at: usize) -> bool {
         let from = &self.motions[seen_at];
-        let offset =
-            self.outlook.seen_from(from, in_part_mm).xy_mm - self.outlook.seen_from(from, &patch.in_part_mm).xy_mm;
+        let offset = self.reference_view.seen_from(from, in_part_mm).xy_mm
+            - self.reference_view.seen_from(from, &patch.in_part_mm).xy_mm;
         self.grid.within(&offset)
     }
 
@@ -192,7 +196,7 @@ impl<'a> Surfaces<'a> {
         for point in points.iter().step_by(COMPARE_STRIDE_PX) {
             let in_part = self.motions[frame].chart_from_camera(&point.hit_in_camera);
             let mut nearest: Vec<Option<Nearest>> = vec![None; orders.len()];
-            for view in self.outlook.views_of(&in_part) {
+            for view in self.reference_view.views_of(&in_part) {
                 self.grid.for_each_near(&view.xy_mm, |idx, distance| {
                     let patch = &self.patches[idx];
                     let Some(slot) = place(patch.order) else { return };
@@ -208,7 +212,7 @@ impl<'a> Surfaces<'a> {
             for (slot, found) in nearest.iter().enumerate() {
                 let Some(Nearest { idx, view, .. }) = found else { continue };
                 let patch = &self.patches[*idx];
-                let (apart, tolerance) = self.difference(point, view, patch, &patch.view(&self.outlook));
+                let (apart, tolerance) = self.difference(point, view, patch, &patch.view(&self.reference_view));
                 if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
                     sums[slot * orders.len() + own].add(apart);
                 }
@@ -315,7 +319,7 @@ impl<'a> Lookup<'a> {
     }
 
     /// The patches of one frame, every few columns.
-    fn patches_of(&self, place: usize, motions: &[FrameMotion], outlook: &Outlook) -> Vec<Patch> {
+    fn patches_of(&self, place: usize, motions: &[FrameMotion], reference_view: &ReferenceView) -> Vec<Patch> {
         let (frame, profile) = &self.profiles[place];
         let frame = *frame;
         let stride = COMPARE_STRIDE_PX as i64;
@@ -329,7 +333,8 @@ impl<'a> Lookup<'a> {
             let centre = motions[frame].chart_from_camera(&point.hit_in_camera);
             let line = [in_part(Some(place), along - stride)?, in_part(Some(place), along + stride)?];
             let travel = [in_part(place.checked_sub(1), along)?, in_part(Some(place + 1), along)?];
-            let gradient = gradient(&line.map(|p| outlook.view_of(&p)), &travel.map(|p| outlook.view_of(&p)))?;
+            let gradient =
+                gradient(&line.map(|p| reference_view.view_of(&p)), &travel.map(|p| reference_view.view_of(&p)))?;
             let bend = |ends: &[Vector3<f64>; 2]| (ends[0].z + ends[1].z - 2.0 * centre.z).abs();
             // A second difference has √6 times the noise of one point.
             let limit = SMOOTH_SIGMAS * 6f64.sqrt() * point.noise_sigma_mm;

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::evidence::Evidence;
 use super::hypotheses::{Hypothesis, Samples};
-use super::outlook::Outlook;
 use super::patches::{PatchGrid, ViewPoint};
+use super::reference_view::ReferenceView;
 use super::tracks::Partners;
 use crate::input::motions::FrameMotion;
 use crate::label::pieces::Piece;
@@ -15,7 +15,7 @@ use crate::params::{
     PATCH_RADIUS_SPACINGS, SAME_ORDER_MIN_FRAMES, SAMPLE_STRIDE_PX, SMOOTH_SIGMAS,
 };
 
-/// Everything the second look needs to know.
+/// What the second look needs.
 pub struct Scene<'a> {
     /// Samples of all pieces.
     pub samples: &'a Samples,
@@ -28,7 +28,7 @@ pub struct Scene<'a> {
     /// Per frame: what the stage has done to the part.
     pub motions: &'a [FrameMotion],
     /// The common view.
-    pub outlook: &'a Outlook,
+    pub reference_view: &'a ReferenceView,
 }
 
 /// A surface patch under one hypothesis.
@@ -45,27 +45,29 @@ struct Patch {
     interior: bool,
 }
 
-/// What other patches say about a label: (label, other piece, its label, weight).
-type Testimony = (u32, u32, u32, f64);
+/// A term of a label with another piece: (label, other piece, its label, weight).
+type PairwiseTerm = (u32, u32, u32, f64);
 
 /// Adds agreements and contradictions between all hypotheses of different orders.
 pub fn add_second_looks(evidence: &mut Evidence, scene: &Scene) {
-    let outlook = scene.outlook;
-    let step = outlook.step_mm.norm() * outlook.frame_stride() as f64;
+    let reference_view = scene.reference_view;
+    let step = reference_view.step_mm.norm() * reference_view.frame_stride() as f64;
     if !(step > 0.0 && step.is_finite()) {
         return;
     }
     let patches = scene.patches();
-    let stride_mm = outlook.column_mm * SAMPLE_STRIDE_PX as f64;
+    let stride_mm = reference_view.column_mm * SAMPLE_STRIDE_PX as f64;
     // Samples share their columns, so that patches along the line need not reach as far as along the travel.
     let radii = [stride_mm * PATCH_RADIUS_SPACINGS * 0.75, step * PATCH_RADIUS_SPACINGS];
-    let grid = PatchGrid::new(patches.iter().map(|patch| patch.view.xy_mm), outlook.step_mm, radii);
+    let grid = PatchGrid::new(patches.iter().map(|patch| patch.view.xy_mm), reference_view.step_mm, radii);
     let density = std::f64::consts::PI * radii[0] * radii[1] / (stride_mm * step);
-    let heard: Vec<Vec<Testimony>> =
-        (0..scene.pieces.len()).into_par_iter().map(|piece| scene.testimonies(piece, &patches, &grid)).collect();
-    for (piece, heard) in heard.into_iter().enumerate() {
-        for (label, other, other_label, weight) in heard {
-            evidence.add_testimony(
+    let terms: Vec<Vec<PairwiseTerm>> = (0..scene.pieces.len())
+        .into_par_iter()
+        .map(|piece| scene.pairwise_terms(piece, &patches, &grid))
+        .collect();
+    for (piece, terms) in terms.into_iter().enumerate() {
+        for (label, other, other_label, weight) in terms {
+            evidence.add_pairwise(
                 (piece, label as usize),
                 (other as usize, other_label as usize),
                 weight / density,
@@ -81,7 +83,7 @@ impl Scene<'_> {
 
     /// Patches of all hypotheses whose surroundings are known along the line and along the travel.
     fn patches(&self) -> Vec<Patch> {
-        let stride = self.outlook.frame_stride();
+        let stride = self.reference_view.frame_stride();
         let of_piece = |piece: usize| -> Vec<Patch> {
             let line = self.line(piece);
             self.samples.range(piece).flat_map(|idx| self.patches_of_sample(idx, &line)).collect()
@@ -107,9 +109,9 @@ impl Scene<'_> {
         let patch = |label: usize| {
             let hypothesis = self.samples.by_order(idx)[label].as_ref()?;
             let at = |other: Option<usize>| {
-                Some(self.outlook.view_of(&self.samples.by_order(other?)[label].as_ref()?.in_part_mm))
+                Some(self.reference_view.view_of(&self.samples.by_order(other?)[label].as_ref()?.in_part_mm))
             };
-            let view = self.outlook.view_of(&hypothesis.in_part_mm);
+            let view = self.reference_view.view_of(&hypothesis.in_part_mm);
             let (line, travel) = (line.map(at), travel.map(at));
             let gradient = gradient(&difference(&view, &line)?, &difference(&view, &travel)?)?;
             let interior = [line, travel].iter().all(|ends| goes_on(&view, ends, hypothesis.sigma_mm));
@@ -127,37 +129,37 @@ impl Scene<'_> {
         (0..self.samples.by_order(idx).len()).filter_map(patch).collect()
     }
 
-    /// Everything other patches say about one piece, merged and sorted.
-    fn testimonies(&self, piece: usize, patches: &[Patch], grid: &PatchGrid) -> Vec<Testimony> {
+    /// The pairwise terms of one piece with all patches, merged and sorted.
+    fn pairwise_terms(&self, piece: usize, patches: &[Patch], grid: &PatchGrid) -> Vec<PairwiseTerm> {
         let share = crate::label::sample_weight(&self.pieces[piece]);
-        let mut heard: Vec<Testimony> = Vec::new();
+        let mut terms: Vec<PairwiseTerm> = Vec::new();
         for sample in self.samples.range(piece) {
             for (label, hypothesis) in self.samples.by_order(sample).iter().enumerate() {
                 let Some(hypothesis) = hypothesis else { continue };
-                for view in self.outlook.views_of(&hypothesis.in_part_mm) {
+                for view in self.reference_view.views_of(&hypothesis.in_part_mm) {
                     grid.for_each_near(&view.xy_mm, |idx, _| {
                         let patch = &patches[idx];
-                        let verdict = self.verdict(piece, label, hypothesis, &view, patch, grid);
-                        if verdict != 0.0 {
-                            heard.push((label as u32, patch.piece, patch.label, verdict * share));
+                        let agreement_score = self.agreement_score(piece, label, hypothesis, &view, patch, grid);
+                        if agreement_score != 0.0 {
+                            terms.push((label as u32, patch.piece, patch.label, agreement_score * share));
                         }
                     });
                 }
             }
         }
-        heard.sort_by_key(|testimony| (testimony.0, testimony.1, testimony.2));
-        heard.dedup_by(|next, kept| {
+        terms.sort_by_key(|term| (term.0, term.1, term.2));
+        terms.dedup_by(|next, kept| {
             let same = (next.0, next.1, next.2) == (kept.0, kept.1, kept.2);
             if same {
                 kept.3 += next.3;
             }
             same
         });
-        heard
+        terms
     }
 
-    /// +1 … 0: the patch agrees; 0: it says nothing; −1: it contradicts.
-    fn verdict(
+    /// Above 0, to +1: the patch agrees; 0: it tells nothing; −1: it contradicts.
+    fn agreement_score(
         &self,
         piece: usize,
         label: usize,
@@ -168,15 +170,17 @@ impl Scene<'_> {
     ) -> f64 {
         let frames_apart = self.place(piece).abs_diff(patch.place as usize);
         let same_order = patch.label as usize == label;
-        if frames_apart == 0 || same_order && frames_apart < SAME_ORDER_MIN_FRAMES * self.outlook.frame_stride() {
+        if frames_apart == 0
+            || same_order && frames_apart < SAME_ORDER_MIN_FRAMES * self.reference_view.frame_stride()
+        {
             return 0.0;
         }
-        let ratio = apart_in_tolerances(hypothesis, view, patch, self.outlook.floor_mm);
+        let ratio = apart_in_tolerances(hypothesis, view, patch, self.reference_view.floor_mm);
         if ratio < CLOSE_TOLERANCES && !same_order {
             return 1.0 - (ratio / CLOSE_TOLERANCES).powi(2);
         }
-        let denied = ratio > CONTRADICTION_TOLERANCES && patch.interior;
-        if denied && self.hides(piece, hypothesis, view, patch, grid) { -1.0 } else { 0.0 }
+        let contradicted = ratio > CONTRADICTION_TOLERANCES && patch.interior;
+        if contradicted && self.hides(piece, hypothesis, view, patch, grid) { -1.0 } else { 0.0 }
     }
 
     /// Whether the nearer of the two would have hidden the other when that was seen.
@@ -190,7 +194,7 @@ impl Scene<'_> {
     ) -> bool {
         let farther = if view.depth_mm > patch.view.depth_mm { piece } else { patch.piece as usize };
         let motion = &self.motions[self.pieces[farther].frame];
-        let seen = |in_part_mm: &Vector3<f64>| self.outlook.seen_from(motion, in_part_mm).xy_mm;
+        let seen = |in_part_mm: &Vector3<f64>| self.reference_view.seen_from(motion, in_part_mm).xy_mm;
         grid.within(&(seen(&hypothesis.in_part_mm) - seen(&patch.in_part_mm)))
     }
 }

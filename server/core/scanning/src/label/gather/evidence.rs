@@ -1,4 +1,4 @@
-//! What speaks for and against labels: sums over pairs of (piece, label).
+//! Evidence for labels: unary and pairwise terms over (piece, label).
 
 /// Weights of single labels and of pairs of labels; positive speaks for them. In units of one full sample.
 #[derive(Debug, Clone, Default)]
@@ -7,9 +7,9 @@ pub struct Evidence {
     pub n_labels: usize,
     /// Size of each piece, in full samples.
     pub sizes: Vec<f64>,
-    /// Per piece and label: weight of the label by itself.
-    pub single: Vec<f64>,
-    /// Per piece and label: what other pieces' labels add to it.
+    /// Per piece and label: the unary term.
+    pub unary: Vec<f64>,
+    /// Per piece and label: the pairwise terms with other pieces' labels.
     pub pairs: Vec<Vec<Pair>>,
     /// Per piece: the other lines of its frame and on which side they lie.
     pub ranks: Vec<Vec<Rank>>,
@@ -50,12 +50,12 @@ pub struct Pair {
     pub kind: Kind,
 }
 
-/// Where a weight comes from.
+/// Where a pairwise weight comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Another order, or the same much later, at the same place of the part.
     SecondLook,
-    /// Mere continuity: the same line elsewhere.
+    /// Continuity: the same line elsewhere.
     Bond,
 }
 
@@ -72,13 +72,13 @@ impl Evidence {
     /// No evidence yet, for pieces of the given sizes; leaving a piece unlabelled costs a little.
     pub fn new(n_orders: usize, sizes: Vec<f64>, unlabelled_cost: f64) -> Self {
         let n_labels = n_orders + 1;
-        let mut single = vec![0.0; sizes.len() * n_labels];
+        let mut unary = vec![0.0; sizes.len() * n_labels];
         for (piece, size) in sizes.iter().enumerate() {
-            single[piece * n_labels + n_orders] = -unlabelled_cost * size;
+            unary[piece * n_labels + n_orders] = -unlabelled_cost * size;
         }
         let pairs = vec![Vec::new(); sizes.len() * n_labels];
         let ranks = vec![Vec::new(); sizes.len()];
-        Self { n_labels, sizes, single, pairs, ranks }
+        Self { n_labels, sizes, unary, pairs, ranks }
     }
 
     /// The label "none".
@@ -91,9 +91,9 @@ impl Evidence {
         self.sizes.len()
     }
 
-    /// Adds to the weight of one label.
-    pub fn add_single(&mut self, piece: usize, label: usize, weight: f64) {
-        self.single[piece * self.n_labels + label] += weight;
+    /// Adds to the unary term of one label.
+    pub fn add_unary(&mut self, piece: usize, label: usize, weight: f64) {
+        self.unary[piece * self.n_labels + label] += weight;
     }
 
     /// Charges two pieces of one frame for labels in the wrong order.
@@ -103,8 +103,8 @@ impl Evidence {
         self.ranks[lower].push(Rank { piece: upper as u32, is_above: true, cost });
     }
 
-    /// Adds a weight to the label of one piece if another piece has a label; the other finds its own testimony.
-    pub fn add_testimony(&mut self, to: (usize, usize), from: (usize, usize), weight: f64) {
+    /// Adds a weight to the label of one piece if another piece has a label; the other piece adds its own term.
+    pub fn add_pairwise(&mut self, to: (usize, usize), from: (usize, usize), weight: f64) {
         self.add_half(to, from, weight, Kind::SecondLook);
     }
 
@@ -127,76 +127,76 @@ impl Evidence {
         self.pairs[piece * self.n_labels + label].push(pair);
     }
 
-    /// What speaks for every label of `piece` per sample, given how much each label of each piece is believed.
-    pub fn supports(&self, piece: usize, beliefs: &[f64], supports: &mut [f64]) {
+    /// Score of every label of `piece` per sample, given the marginals of all labels.
+    pub fn scores(&self, piece: usize, marginals: &[f64], scores: &mut [f64]) {
         let n = self.n_labels;
-        for (label, support) in supports.iter_mut().enumerate() {
+        for (label, score) in scores.iter_mut().enumerate() {
             let pairs = self.pairs[piece * n + label].iter();
-            *support = pairs.map(|p| f64::from(p.weight) * beliefs[p.piece as usize * n + p.label as usize]).sum();
+            *score = pairs.map(|p| f64::from(p.weight) * marginals[p.piece as usize * n + p.label as usize]).sum();
         }
         for rank in &self.ranks[piece] {
-            let theirs = &beliefs[rank.piece as usize * n..][..n - 1];
+            let theirs = &marginals[rank.piece as usize * n..][..n - 1];
             let cost = f64::from(rank.cost);
             let mut wrong = 0.0;
             if rank.is_above {
-                for (support, belief) in supports[..n - 1].iter_mut().zip(theirs).rev() {
-                    wrong += belief;
-                    *support -= cost * wrong;
+                for (score, marginal) in scores[..n - 1].iter_mut().zip(theirs).rev() {
+                    wrong += marginal;
+                    *score -= cost * wrong;
                 }
             } else {
-                for (support, belief) in supports[..n - 1].iter_mut().zip(theirs) {
-                    wrong += belief;
-                    *support -= cost * wrong;
+                for (score, marginal) in scores[..n - 1].iter_mut().zip(theirs) {
+                    wrong += marginal;
+                    *score -= cost * wrong;
                 }
             }
         }
-        for (label, support) in supports.iter_mut().enumerate() {
-            *support = (self.single[piece * n + label] + *support) / self.sizes[piece];
+        for (label, score) in scores.iter_mut().enumerate() {
+            *score = (self.unary[piece * n + label] + *score) / self.sizes[piece];
         }
     }
 
-    /// What speaks for every label of `piece` per sample, given the labels of all: as [`Evidence::support`], for all at once.
-    pub fn supports_beside(&self, piece: usize, labels: &[usize], supports: &mut Vec<f64>) {
+    /// Score of every label of `piece` per sample, given the labels of all: as [`Evidence::score`], for all at once.
+    pub fn scores_given(&self, piece: usize, labels: &[usize], scores: &mut Vec<f64>) {
         let n = self.n_labels;
-        supports.clear();
-        supports.resize(n, 0.0);
+        scores.clear();
+        scores.resize(n, 0.0);
         // How much more stands in the wrong order under a label than under the one before it.
         for rank in &self.ranks[piece] {
             let theirs = labels[rank.piece as usize];
             // Beside a line above, labels up to its own are wrong; beside one below, its own and those from there on.
             let wrong = wrong_labels(!rank.is_above, theirs, self.none());
             if !wrong.is_empty() {
-                supports[wrong.start] += f64::from(rank.cost);
-                supports[wrong.end] -= f64::from(rank.cost);
+                scores[wrong.start] += f64::from(rank.cost);
+                scores[wrong.end] -= f64::from(rank.cost);
             }
         }
         let mut wrong = 0.0;
-        for (label, support) in supports.iter_mut().enumerate() {
-            wrong += *support;
+        for (label, score) in scores.iter_mut().enumerate() {
+            wrong += *score;
             let slot = piece * n + label;
             let agrees = |pair: &&Pair| labels[pair.piece as usize] == pair.label as usize;
             let sum: f64 = self.pairs[slot].iter().filter(agrees).map(|pair| f64::from(pair.weight)).sum();
-            *support = (self.single[slot] + sum - wrong) / self.sizes[piece];
+            *score = (self.unary[slot] + sum - wrong) / self.sizes[piece];
         }
     }
 
-    /// What speaks for `label` of `piece` per sample, given the labels of all.
-    pub fn support(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
-        self.support_of(piece, label, labels, |_| true)
+    /// Score of `label` of `piece` per sample, given the labels of all.
+    pub fn score(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
+        self.score_of(piece, label, labels, |_| true)
     }
 
-    /// [`Evidence::support`] without continuity.
-    pub fn support_beside_bonds(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
-        self.support_of(piece, label, labels, |kind| kind != Kind::Bond)
+    /// [`Evidence::score`] without continuity.
+    pub fn score_without_bonds(&self, piece: usize, label: usize, labels: &[usize]) -> f64 {
+        self.score_of(piece, label, labels, |kind| kind != Kind::Bond)
     }
 
-    fn support_of(&self, piece: usize, label: usize, labels: &[usize], counts: impl Fn(Kind) -> bool) -> f64 {
+    fn score_of(&self, piece: usize, label: usize, labels: &[usize], counts: impl Fn(Kind) -> bool) -> f64 {
         let slot = piece * self.n_labels + label;
         let agrees = |pair: &&Pair| counts(pair.kind) && labels[pair.piece as usize] == pair.label as usize;
         let sum: f64 = self.pairs[slot].iter().filter(agrees).map(|pair| f64::from(pair.weight)).sum();
         let is_wrong =
             |rank: &&Rank| wrong_labels(rank.is_above, label, self.none()).contains(&labels[rank.piece as usize]);
         let wrong: f64 = self.ranks[piece].iter().filter(is_wrong).map(|rank| f64::from(rank.cost)).sum();
-        (self.single[slot] + sum - wrong) / self.sizes[piece]
+        (self.unary[slot] + sum - wrong) / self.sizes[piece]
     }
 }

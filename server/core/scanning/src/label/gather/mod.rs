@@ -2,10 +2,10 @@
 
 pub mod agreement;
 pub mod evidence;
+pub mod features;
 pub mod hypotheses;
-pub mod looks;
-pub mod outlook;
 pub mod patches;
 pub mod ranks;
-pub mod sheets;
+pub mod reference_view;
+pub mod strips;
 pub mod tracks;

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use super::relax::improve;
 use crate::label::gather::evidence::{Evidence, Kind};
-use crate::label::unions::Unions;
+use crate::label::union_find::UnionFind;
 use crate::params::{OVERLOOKED_ROUNDS, OVERLOOKED_SHARE};
 
 /// `labels` with every overlooked surface taken that makes the whole better.
@@ -32,15 +32,16 @@ fn overlooked_surfaces(evidence: &Evidence, labels: &[usize]) -> Vec<Surface> {
     let n = evidence.n_labels;
     let is_other = |piece: usize, label: usize| label != labels[piece] && label != evidence.none();
     let agreement = |slot: usize| -> f64 {
-        let looks = evidence.pairs[slot].iter().filter(|pair| pair.kind == Kind::SecondLook && pair.weight > 0.0);
-        looks.map(|pair| f64::from(pair.weight)).sum()
+        let features =
+            evidence.pairs[slot].iter().filter(|pair| pair.kind == Kind::SecondLook && pair.weight > 0.0);
+        features.map(|pair| f64::from(pair.weight)).sum()
     };
     let is_seen = |slot: usize| {
         let (piece, label) = (slot / n, slot % n);
         is_other(piece, label) && agreement(slot) >= OVERLOOKED_SHARE * evidence.sizes[piece]
     };
     let seen: Vec<bool> = (0..labels.len() * n).map(is_seen).collect();
-    let mut unions = Unions::new(seen.len());
+    let mut unions = UnionFind::new(seen.len());
     for slot in (0..seen.len()).filter(|&slot| seen[slot]) {
         for pair in evidence.pairs[slot].iter().filter(|pair| pair.weight > 0.0) {
             let other = pair.piece as usize * n + pair.label as usize;
@@ -76,7 +77,7 @@ fn take(evidence: &Evidence, labels: &mut Vec<usize>, surface: &[(usize, usize)]
     touched.sort_unstable();
     touched.dedup();
     let total = |labels: &[usize]| -> f64 {
-        touched.iter().map(|&piece| evidence.support(piece, labels[piece], labels) * evidence.sizes[piece]).sum()
+        touched.iter().map(|&piece| evidence.score(piece, labels[piece], labels) * evidence.sizes[piece]).sum()
     };
     let is_better = total(&tried) > total(labels) + 1e-9;
     if is_better {

@@ -3,7 +3,7 @@
 //! Lines hold each other by their ranks and by continuity, so that none of a row of lines gains by changing alone, and a
 //! whole region of a scan may be an order off.
 
-use super::relax::{everything, improve, total_support};
+use super::relax::{everything, improve, total_score};
 use super::shifts::{Change, Costs};
 use crate::label::gather::evidence::{Evidence, Kind, wrong_labels};
 use crate::params::SHIFT_ROUNDS;
@@ -11,9 +11,9 @@ use crate::params::SHIFT_ROUNDS;
 /// Shifts by one order whatever gains by it together, until nothing does.
 pub fn shift_together(evidence: &Evidence, labels: &mut Vec<usize>) {
     let everything = everything(evidence);
-    let mut support = total_support(evidence, labels);
+    let mut score = total_score(evidence, labels);
     for _ in 0..SHIFT_ROUNDS {
-        let before = support;
+        let before = score;
         for by in [-1, 1] {
             let mut tried = labels.clone();
             for (piece, change) in costs(evidence, labels, by).cut().best() {
@@ -26,12 +26,12 @@ pub fn shift_together(evidence: &Evidence, labels: &mut Vec<usize>) {
                 continue;
             }
             improve(evidence, &mut tried, &everything);
-            let gained = total_support(evidence, &tried);
-            if gained > support {
-                (*labels, support) = (tried, gained);
+            let gained = total_score(evidence, &tried);
+            if gained > score {
+                (*labels, score) = (tried, gained);
             }
         }
-        if support == before {
+        if score == before {
             break;
         }
     }
@@ -51,7 +51,7 @@ fn costs(evidence: &Evidence, labels: &[usize], by: isize) -> Costs {
     let states = |piece: usize| [labels[piece], shifted(evidence, labels[piece], by)];
     for piece in (0..labels.len()).filter(|&piece| labels[piece] != none) {
         let [label, shifted] = states(piece);
-        costs.add_own(piece, [label, none, shifted].map(|label| -evidence.single[piece * n + label]));
+        costs.add_own(piece, [label, none, shifted].map(|label| -evidence.unary[piece * n + label]));
         for pair in evidence.pairs[piece * n + none].iter().filter(|pair| labels[pair.piece as usize] == none) {
             // Both halves of it: the other has no say.
             costs.add_own(piece, [0.0, -2.0 * f64::from(pair.weight), 0.0]);

@@ -1,4 +1,5 @@
-//! What labelling needs of every frame, gathered in a few passes: a scan's points need not be in memory together.
+//! The features of every frame that labelling needs, extracted in a few passes: a scan's points need not be in memory
+//! together.
 
 use vision::{Centrelines, LineDirection};
 
@@ -11,8 +12,8 @@ use crate::input::motions::FrameMotion;
 use crate::label::columns::{Columns, pieces_of};
 use crate::label::pieces::{self, Joint, Piece};
 
-/// The pieces of all frames and what they show by themselves and in their frame.
-pub struct Looks {
+/// The pieces of all frames with their features.
+pub struct FrameFeatures {
     /// Ordered by frame, segment, then along the line.
     pub pieces: Vec<Piece>,
     /// Their samples.
@@ -27,14 +28,14 @@ pub struct Looks {
     pub shared_columns: Vec<SharedColumns>,
 }
 
-/// Looks at every frame.
-pub fn look_at(
+/// Extracts the features of every frame.
+pub fn extract_features(
     frames: &dyn Frames,
     motions: &[FrameMotion],
     view: &View,
     pieces: Vec<Piece>,
-) -> Result<Looks, ScanError> {
-    let mut looks = Looks {
+) -> Result<FrameFeatures, ScanError> {
+    let mut features = FrameFeatures {
         samples: Samples::new(view.triangulator.calibration().orders.len()),
         ends: Vec::with_capacity(pieces.len()),
         joined: Vec::with_capacity(pieces.len()),
@@ -42,17 +43,18 @@ pub fn look_at(
         shared_columns: Vec::with_capacity(frames.n_frames()),
         pieces: Vec::new(),
     };
-    let look = |frame| Ok(FrameLook::new(view, &pieces, frame, &*lines_of(frames, frame)?, &motions[frame]));
+    let look =
+        |frame| Ok(OneFrameFeatures::new(view, &pieces, frame, &*lines_of(frames, frame)?, &motions[frame]));
     in_order(frames.n_frames(), look, |look| {
-        looks.samples.append(look.samples);
-        looks.ends.extend(look.ends);
-        looks.joined.extend(look.joined);
-        looks.widths_px.extend(look.widths_px);
-        looks.shared_columns.push(look.shared_columns);
+        features.samples.append(look.samples);
+        features.ends.extend(look.ends);
+        features.joined.extend(look.joined);
+        features.widths_px.extend(look.widths_px);
+        features.shared_columns.push(look.shared_columns);
         Ok(())
     })?;
-    looks.pieces = pieces;
-    Ok(looks)
+    features.pieces = pieces;
+    Ok(features)
 }
 
 /// The pieces of all frames, cut at their own kinks and at the joints of their neighbours. `travel_order`: the frames in
@@ -76,7 +78,7 @@ pub fn cut_pieces(
 }
 
 /// What one frame shows.
-struct FrameLook {
+struct OneFrameFeatures {
     samples: Samples,
     ends: Vec<(End, End)>,
     joined: Vec<bool>,
@@ -84,7 +86,7 @@ struct FrameLook {
     shared_columns: SharedColumns,
 }
 
-impl FrameLook {
+impl OneFrameFeatures {
     fn new(view: &View, pieces: &[Piece], frame: usize, lines: &Centrelines, motion: &FrameMotion) -> Self {
         let own = pieces_of(pieces, frame);
         let samples = view.samples(&pieces[own.clone()], own.start, lines, motion);

@@ -1,12 +1,12 @@
-//! What hangs together: numbers joined into groups.
+//! Union-find: numbers joined into groups.
 
 /// Groups of the numbers 0 … n − 1; at first each is its own.
 #[derive(Debug, Clone)]
-pub struct Unions {
+pub struct UnionFind {
     root: Vec<usize>,
 }
 
-impl Unions {
+impl UnionFind {
     /// Of `n` numbers.
     pub fn new(n: usize) -> Self {
         Self { root: (0..n).collect() }
@@ -34,13 +34,13 @@ mod tests {
 
     #[test]
     fn a_group_is_named_by_its_smallest_number() {
-        let mut unions = Unions::new(6);
-        unions.join(5, 3);
-        unions.join(4, 5);
-        unions.join(0, 1);
-        let firsts: Vec<usize> = (0..6).map(|number| unions.first_of(number)).collect();
+        let mut groups = UnionFind::new(6);
+        groups.join(5, 3);
+        groups.join(4, 5);
+        groups.join(0, 1);
+        let firsts: Vec<usize> = (0..6).map(|number| groups.first_of(number)).collect();
         assert_eq!(firsts, [0, 0, 2, 3, 3, 3]);
-        unions.join(1, 4);
-        assert_eq!(unions.first_of(3), 0);
+        groups.join(1, 4);
+        assert_eq!(groups.first_of(3), 0);
     }
 }

@@ -1,4 +1,4 @@
-//! How a scan looks at the part: one view in which places and depths of all frames can be compared.
+//! The reference view of a scan, in which places and depths of all frames can be compared.
 
 use std::ops::RangeInclusive;
 
@@ -10,7 +10,7 @@ use crate::params::SAMPLE_STRIDE_PX;
 
 /// The view from the middle of the scan.
 #[derive(Debug, Clone, Copy)]
-pub struct Outlook {
+pub struct ReferenceView {
     /// Where places of all frames are compared.
     pub chart: Chart,
     /// From the part frame to the camera in the middle of the scan: add this.
@@ -25,7 +25,7 @@ pub struct Outlook {
     pub floor_mm: f64,
 }
 
-impl Outlook {
+impl ReferenceView {
     /// A point of the part as seen from the middle of the scan.
     pub fn view_of(&self, in_part_mm: &Vector3<f64>) -> ViewPoint {
         view_point(&self.chart.view_of(in_part_mm, &self.middle_shift_mm, self.reference_depth_mm))
@@ -64,7 +64,7 @@ impl Outlook {
         view_point(&frame.seen_from(in_part_mm, self.reference_depth_mm))
     }
 
-    /// Every how many frames a line is asked: steps much finer than the samples along the line add nothing.
+    /// Every how many frames a line is sampled: steps much finer than the samples along the line add nothing.
     pub fn frame_stride(&self) -> usize {
         let sample_mm = self.column_mm * SAMPLE_STRIDE_PX as f64;
         ((sample_mm / 4.0 / self.step_mm.norm()) as usize).max(1)

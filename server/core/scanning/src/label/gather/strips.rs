@@ -5,18 +5,18 @@ use std::collections::BTreeMap;
 use super::hypotheses::Samples;
 use super::tracks::Partners;
 use crate::label::pieces::Piece;
-use crate::label::unions::Unions;
+use crate::label::union_find::UnionFind;
 use crate::params::{
-    PATCH_CURVATURE_PER_MM, SHEET_LINK_FLOOR_MM, SHEET_LINK_OVERLAP_PX, SHEET_LINK_PITCHES, SHEET_LINK_SHARE,
-    SHEET_LINK_SHARE_OF_LONGER, SMOOTH_SIGMAS,
+    PATCH_CURVATURE_PER_MM, SMOOTH_SIGMAS, STRIP_LINK_FLOOR_MM, STRIP_LINK_OVERLAP_PX, STRIP_LINK_PITCHES,
+    STRIP_LINK_SHARE, STRIP_LINK_SHARE_OF_LONGER,
 };
 
-/// Per piece: its sheet, numbered by first piece.
+/// Per piece: its strip, numbered by first piece.
 ///
 /// Pieces of one label hang together if the samples they share pass from one frame to the next as a smooth surface
 /// would: on the mean no bend beyond noise and curvature. Joints at kinks and continuations beyond gaps do not count: a
 /// part that rises by just a wrap looks like that.
-pub fn sheets(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &Partners) -> Vec<usize> {
+pub fn strips(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &Partners) -> Vec<usize> {
     let mut links: BTreeMap<(usize, usize), Link> = BTreeMap::new();
     for (idx, sample) in samples.all.iter().enumerate() {
         let Some(next) = partners.next[idx] else { continue };
@@ -30,14 +30,14 @@ pub fn sheets(labels: &[usize], samples: &Samples, pieces: &[Piece], partners: &
                 link.moved_pitches.max((sample.across_px - other.across_px).abs() / sample.pitch_px);
         }
     }
-    let mut unions = Unions::new(pieces.len());
+    let mut unions = UnionFind::new(pieces.len());
     let overlaps = |&(a, b): &(usize, usize)| {
         let (a, b) = (&pieces[a], &pieces[b]);
         let end = |piece: &Piece| piece.along + piece.n_points() as i64;
         let shared = (end(a).min(end(b)) - a.along.max(b.along)) as f64;
-        shared >= SHEET_LINK_OVERLAP_PX
-            && shared >= SHEET_LINK_SHARE * a.n_points().min(b.n_points()) as f64
-            && shared >= SHEET_LINK_SHARE_OF_LONGER * a.n_points().max(b.n_points()) as f64
+        shared >= STRIP_LINK_OVERLAP_PX
+            && shared >= STRIP_LINK_SHARE * a.n_points().min(b.n_points()) as f64
+            && shared >= STRIP_LINK_SHARE_OF_LONGER * a.n_points().max(b.n_points()) as f64
     };
     for ((a, b), _) in links.iter().filter(|(pair, link)| overlaps(pair) && link.is_smooth()) {
         unions.join(*a, *b);
@@ -82,12 +82,12 @@ impl Link {
     fn is_smooth(&self) -> bool {
         let known = self.bends.iter().filter(|bend| bend.n > 0.0);
         if known.clone().count() == 0 {
-            return self.moved_pitches <= SHEET_LINK_PITCHES;
+            return self.moved_pitches <= STRIP_LINK_PITCHES;
         }
         known.into_iter().all(|bend| {
             // Samples are independent of each other.
             let noise = SMOOTH_SIGMAS * bend.sigma_mm / bend.n / bend.n.sqrt();
-            bend.sum_mm.abs() / bend.n <= noise + bend.allowed_mm / bend.n + SHEET_LINK_FLOOR_MM
+            bend.sum_mm.abs() / bend.n <= noise + bend.allowed_mm / bend.n + STRIP_LINK_FLOOR_MM
         })
     }
 }
