@@ -1,4 +1,4 @@
-//! What the camera sees of a scene along a stretch of a picture's row, many pixels at a time.
+//! Ray casting of a scene along a stretch of a picture's row, many pixels at a time.
 
 use multiversion::multiversion;
 use nalgebra::Vector3;
@@ -9,16 +9,16 @@ use crate::part::mesh_corners::PlacedCorners;
 use crate::part::scene::{Ball, Plate, Scene};
 use crate::render::light::trace::trace;
 use crate::render::renderer::Renderer;
-use crate::render::view::ball_block::{rays_near, see_ball, ways_beside_ball, ways_near};
+use crate::render::view::ball_block::{rays_near, see_ball, shadow_rays_near, shadow_rays_past_ball};
 use crate::render::view::block::{Block, NOTHING, floor};
 use crate::render::view::freeform_block::Above;
 use crate::render::view::laser_image::Placed;
 use crate::render::view::lit_pixels::{LitPixels, lanes};
 use crate::render::view::mesh_view::MeshView;
 
-/// Surfaces that the camera's rays (x, y, 1) meet first, from the camera, which is the origin.
+/// First hits of the camera's rays (x, y, 1); the camera is the origin.
 #[derive(Debug, Clone)]
-pub(crate) struct Seen {
+pub(crate) struct PixelHits {
     /// x and y of the rays.
     pub rays: [Block; 2],
     /// The hit is reach · ray; not a number where a pixel sees nothing.
@@ -29,7 +29,7 @@ pub(crate) struct Seen {
     pub reflectance: Block,
 }
 
-impl Seen {
+impl PixelHits {
     pub(crate) fn nothing() -> Self {
         Self { rays: [NOTHING; 2], reach: NOTHING, normal: [NOTHING; 3], reflectance: NOTHING }
     }
@@ -66,7 +66,7 @@ impl Seen {
     }
 }
 
-/// Memory in which parts of triangles are seen again and again.
+/// Reusable buffers for parts made of triangles.
 #[derive(Debug, Default)]
 pub(crate) struct MeshMemory {
     view: MeshView,
@@ -102,101 +102,101 @@ impl<'s> View<'s> {
     }
 
     /// Fills in the first `n` rays of a stretch that begins at column `u` of row `v`.
-    pub(crate) fn aim(&self, renderer: &Renderer, u: usize, v: usize, n: usize, seen: &mut Seen) {
+    pub(crate) fn aim(&self, renderer: &Renderer, u: usize, v: usize, n: usize, hits: &mut PixelHits) {
         match self.scene.scene {
-            Scene::Mesh(_) => self.memory.view.aim(self.words_per_row, (u, v), n, seen),
-            _ => renderer.rays.read(u, v, seen.rays_mut(n)),
+            Scene::Mesh(_) => self.memory.view.aim(self.words_per_row, (u, v), n, hits),
+            _ => renderer.rays.read(u, v, hits.rays_mut(n)),
         }
     }
 
     /// Fills in what the first `n` rays of a stretch meet, which begins at column `u` of row `v`.
-    pub(crate) fn see(&mut self, u: usize, v: usize, n: usize, seen: &mut Seen) {
+    pub(crate) fn see(&mut self, u: usize, v: usize, n: usize, hits: &mut PixelHits) {
         let moved = &self.scene.moved_mm;
         match self.scene.scene {
-            Scene::Board(board) => see_board(&board.moved(moved), board.backdrop_z_mm + moved.z, n, seen),
-            Scene::Plate(plate) => see_plate(plate, moved, n, seen),
+            Scene::Board(board) => see_board(&board.moved(moved), board.backdrop_z_mm + moved.z, n, hits),
+            Scene::Plate(plate) => see_plate(plate, moved, n, hits),
             Scene::Gauge(gauge) => {
-                see_plate(&gauge.plate, moved, n, seen);
-                let near = self.part.map_or(0, |part| rays_near(&part, &seen.rays, n));
-                lanes(near).for_each(|lane| self.see_one(lane, seen));
+                see_plate(&gauge.plate, moved, n, hits);
+                let near = self.part.map_or(0, |part| rays_near(&part, &hits.rays, n));
+                lanes(near).for_each(|lane| self.see_one(lane, hits));
             }
             Scene::Sphere(ball) => {
-                see_plate(&ball.plate, moved, n, seen);
-                let near = self.part.map_or(0, |part| rays_near(&part, &seen.rays, n));
+                see_plate(&ball.plate, moved, n, hits);
+                let near = self.part.map_or(0, |part| rays_near(&part, &hits.rays, n));
                 if near != 0 {
-                    see_ball(ball, moved, n, near, seen);
+                    see_ball(ball, moved, n, near, hits);
                 }
             }
-            Scene::Freeform(part) => self.above.see(part, moved, (u, v), n, seen),
+            Scene::Freeform(part) => self.above.see(part, moved, (u, v), n, hits),
             Scene::Mesh(mesh) => {
-                see_plate(&mesh.plate, moved, n, seen);
-                self.memory.view.see(mesh, self.words_per_row, (u, v), n, seen);
+                see_plate(&mesh.plate, moved, n, hits);
+                self.memory.view.see(mesh, self.words_per_row, (u, v), n, hits);
             }
         }
     }
 
     /// Which of the pixels `bits` (from 0) of a stretch of `n` light from `source` reaches: points on the lit side of their
     /// surfaces. A plate has nothing in its light but the part.
-    pub(crate) fn lights(&self, source: &[Block; 3], seen: &Seen, n: usize, bits: u64) -> u64 {
+    pub(crate) fn lights(&self, source: &[Block; 3], hits: &PixelHits, n: usize, bits: u64) -> u64 {
         if matches!(self.scene.scene, Scene::Plate(_)) {
             return bits;
         }
-        let near = self.part.map_or(u64::MAX, |part| ways_near(&part, source, seen, n)) & bits;
+        let near = self.part.map_or(u64::MAX, |part| shadow_rays_near(&part, source, hits, n)) & bits;
         let beside = match self.scene.scene {
             Scene::Sphere(ball) if near != 0 => {
-                near & ways_beside_ball(ball, &self.scene.moved_mm, source, seen, n)
+                near & shadow_rays_past_ball(ball, &self.scene.moved_mm, source, hits, n)
             }
             Scene::Mesh(mesh) => {
                 let from = |lane: usize| Vector3::new(source[0][lane], source[1][lane], source[2][lane]);
-                mesh.lit(near, |lane| [from(lane), seen.point(lane)].map(|at| at - self.scene.moved_mm))
+                mesh.lit(near, |lane| [from(lane), hits.point(lane)].map(|at| at - self.scene.moved_mm))
             }
-            _ => lanes(near).fold(0, |lit, lane| lit | u64::from(self.lights_one(source, seen, lane)) << lane),
+            _ => lanes(near).fold(0, |lit, lane| lit | u64::from(self.lights_one(source, hits, lane)) << lane),
         };
         bits & !near | beside
     }
 
     /// The same for one pixel.
     #[inline]
-    fn lights_one(&self, source: &[Block; 3], seen: &Seen, lane: usize) -> bool {
+    fn lights_one(&self, source: &[Block; 3], hits: &PixelHits, lane: usize) -> bool {
         let from = Vector3::new(source[0][lane], source[1][lane], source[2][lane]);
-        self.scene.lights(&from, &seen.point(lane), &seen.normal(lane))
+        self.scene.lights(&from, &hits.point(lane), &hits.normal(lane))
     }
 
-    fn see_one(&self, lane: usize, seen: &mut Seen) {
-        match self.scene.hit(&Vector3::zeros(), &seen.ray(lane)) {
-            Some(hit) => seen.put(lane, hit.reach, &hit.normal, hit.reflectance),
-            None => seen.reach[lane] = f64::NAN,
+    fn see_one(&self, lane: usize, hits: &mut PixelHits) {
+        match self.scene.hit(&Vector3::zeros(), &hits.ray(lane)) {
+            Some(hit) => hits.put(lane, hit.reach, &hit.normal, hit.reflectance),
+            None => hits.reach[lane] = f64::NAN,
         }
     }
 }
 
-fn see_plate(plate: &Plate, moved: &Vector3<f64>, n: usize, seen: &mut Seen) {
+fn see_plate(plate: &Plate, moved: &Vector3<f64>, n: usize, hits: &mut PixelHits) {
     let normal = plate.normal();
-    see_plane(&normal, normal.dot(&(plate.point_mm + moved)), n, seen);
+    see_plane(&normal, normal.dot(&(plate.point_mm + moved)), n, hits);
 }
 
 /// The plane of all points X with normal · X = `offset_mm`.
 #[multiversion(targets("x86_64+avx2"))]
-fn see_plane(normal: &Vector3<f64>, offset_mm: f64, n: usize, seen: &mut Seen) {
-    let [x, y] = &seen.rays;
-    for ((reach, x), y) in seen.reach[..n].iter_mut().zip(x).zip(y) {
+fn see_plane(normal: &Vector3<f64>, offset_mm: f64, n: usize, hits: &mut PixelHits) {
+    let [x, y] = &hits.rays;
+    for ((reach, x), y) in hits.reach[..n].iter_mut().zip(x).zip(y) {
         let met = offset_mm / (normal.x * x + normal.y * y + normal.z);
         *reach = if met > 0.0 && met < f64::INFINITY { met } else { f64::NAN };
     }
-    for (axis, block) in seen.normal.iter_mut().enumerate() {
+    for (axis, block) in hits.normal.iter_mut().enumerate() {
         block[..n].fill(normal[axis]);
     }
-    seen.reflectance[..n].fill(PART_REFLECTANCE);
+    hits.reflectance[..n].fill(PART_REFLECTANCE);
 }
 
 /// The board, or the backdrop behind it.
 #[multiversion(targets("x86_64+avx2"))]
-fn see_board(board: &Board, backdrop_z_mm: f64, n: usize, seen: &mut Seen) {
+fn see_board(board: &Board, backdrop_z_mm: f64, n: usize, hits: &mut PixelHits) {
     let [across, down, normal] = [0, 1, 2].map(|axis| board.axes.column(axis).into_owned());
     let (half, inner) = (board.half_mm(), [board.inner_columns as f64, board.inner_rows as f64]);
     let (square, centre) = (board.square_mm, board.centre_mm);
     let offset = normal.dot(&centre);
-    let Seen { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = seen;
+    let PixelHits { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = hits;
     for lane in 0..n.min(x.len()) {
         let met = offset / (normal.x * x[lane] + normal.y * y[lane] + normal.z);
         let at = [x[lane] * met - centre.x, y[lane] * met - centre.y, met - centre.z];
