@@ -1,4 +1,4 @@
-//! What the station thread shows to the rest of the service.
+//! What the station thread publishes to the rest of the service: status, frames, the start.
 
 use std::borrow::Cow;
 use std::sync::mpsc::SyncSender;
@@ -23,8 +23,8 @@ use crate::shared::stop_line::StopLine;
 use crate::shared::viewers::Viewers;
 use crate::station_thread::owner::Station;
 
-/// The senders of everything the thread shows.
-pub struct Outlook {
+/// The senders of everything the thread publishes.
+pub struct StatusPublisher {
     pub(crate) status: watch::Sender<Arc<StationStatus>>,
     pub(crate) newest: watch::Sender<Option<SharedFrame>>,
     pub(crate) stop_line: Arc<StopLine>,
@@ -35,17 +35,17 @@ pub struct Outlook {
     pub(crate) live_unwatched: Duration,
     /// How long its light does.
     pub(crate) live_light_unwatched: Duration,
-    /// Told once the first attempt to open the devices has ended.
+    /// Notified once the first attempt to open the devices has ended.
     pub(crate) opened: Option<SyncSender<()>>,
     /// The camera's own features and how its link does.
     pub(crate) camera_details: Arc<Mutex<Option<Arc<dyn CameraDetails>>>>,
     pub(crate) published_at: Option<Instant>,
-    pub(crate) published: Option<Essence<'static>>,
+    pub(crate) published: Option<Highlights<'static>>,
 }
 
-/// What is shown at once when it changes; the rest are numbers that wait for their turn.
+/// The part of the status that is published as soon as it changes; the rest are numbers, published at intervals.
 #[derive(PartialEq)]
-pub(crate) struct Essence<'a> {
+pub(crate) struct Highlights<'a> {
     changes: u64,
     activity: Cow<'a, str>,
     faults: usize,
@@ -56,26 +56,26 @@ pub(crate) struct Essence<'a> {
     settings: Option<CameraSettings>,
 }
 
-impl Essence<'_> {
-    fn kept(self) -> Essence<'static> {
+impl Highlights<'_> {
+    fn kept(self) -> Highlights<'static> {
         let Self { changes, activity, faults, moving, homed, light, interlock_closed, settings } = self;
         let activity = Cow::Owned(activity.into_owned());
-        Essence { changes, activity, faults, moving, homed, light, interlock_closed, settings }
+        Highlights { changes, activity, faults, moving, homed, light, interlock_closed, settings }
     }
 }
 
-impl Outlook {
-    /// Shows a frame; the newest wins.
+impl StatusPublisher {
+    /// Publishes a frame; the newest wins.
     pub fn show(&self, frame: SharedFrame) {
         self.newest.send_replace(Some(frame));
     }
 
-    /// Shows what a camera says about itself beyond its settings.
+    /// Publishes a camera's own features.
     pub fn show_camera_details(&self, details: Option<Arc<dyn CameraDetails>>) {
         *self.camera_details.lock().unwrap_or_else(PoisonError::into_inner) = details;
     }
 
-    /// Tells whoever waits for the start.
+    /// Notifies whoever waits for the start.
     pub fn tell_opened(&mut self) {
         if let Some(opened) = self.opened.take() {
             // Who does not wait any more need not be told.
@@ -88,14 +88,14 @@ impl Station {
     /// Publishes the status: at once if more than numbers changed, numbers every 100 ms.
     pub(crate) fn publish(&mut self) {
         let now = Instant::now();
-        let essence = self.essence();
-        let due = self.outlook.published_at.is_none_or(|at| now - at >= STATUS_PERIOD);
-        if !due && self.outlook.published.as_ref() == Some(&essence) {
+        let highlights = self.highlights();
+        let due = self.publisher.published_at.is_none_or(|at| now - at >= STATUS_PERIOD);
+        if !due && self.publisher.published.as_ref() == Some(&highlights) {
             return;
         }
-        (self.outlook.published_at, self.outlook.published) = (Some(now), Some(essence.kept()));
+        (self.publisher.published_at, self.publisher.published) = (Some(now), Some(highlights.kept()));
         let status = self.status(now);
-        self.outlook.status.send_if_modified(|shown| {
+        self.publisher.status.send_if_modified(|shown| {
             let changed = **shown != status;
             if changed {
                 *shown = Arc::new(status);
@@ -104,8 +104,8 @@ impl Station {
         });
     }
 
-    fn essence(&self) -> Essence<'_> {
-        Essence {
+    fn highlights(&self) -> Highlights<'_> {
+        Highlights {
             changes: self.history.newest(),
             activity: Cow::Borrowed(self.activity()),
             faults: self.faults.len(),
@@ -122,7 +122,7 @@ impl Station {
             state: self.machine,
             state_history: self.history.clone(),
             activity: self.activity().to_owned(),
-            simulated: self.outlook.simulated,
+            simulated: self.publisher.simulated,
             camera: self.camera_status(),
             camera_settings: self.camera.as_ref().map_or(no_settings(), |camera| camera.settings()),
             frame_rate_hz: self.stamping.rate_hz(now),
@@ -135,7 +135,7 @@ impl Station {
             laser_light: self.laser_light(),
             laser_power: self.laser.as_ref().and_then(Light::state).map_or(0.0, |state| state.power),
             interlock_closed: self.interlock_closed(),
-            job_id: self.tenant.as_ref().map(|tenant| tenant.purpose.job_id.clone()),
+            job_id: self.holder.as_ref().map(|holder| holder.purpose.job_id.clone()),
             faults: self.faults.clone(),
             frames_arrived: self.stamping.arrived(),
             frames_dropped: self.drops.by_reason(),
@@ -150,7 +150,7 @@ impl Station {
         if self.is_faulted("laser") || laser.state().is_none() {
             return LaserLight::Unknown;
         }
-        let may_shine = self.tenant.is_some() || laser.is_wanted();
+        let may_shine = self.holder.is_some() || laser.is_wanted();
         match (laser.shines(), may_shine) {
             (true, _) => LaserLight::On,
             (false, true) => LaserLight::Armed,
@@ -164,8 +164,8 @@ impl Station {
 
     /// What it does now, in the operator's words.
     pub(crate) fn activity(&self) -> &str {
-        if let Some(tenant) = &self.tenant {
-            return &tenant.purpose.activity;
+        if let Some(holder) = &self.holder {
+            return &holder.purpose.activity;
         }
         let moving = self.stage.as_ref().is_some_and(Motion::is_moving);
         match self.machine {
