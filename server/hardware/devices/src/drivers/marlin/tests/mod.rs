@@ -37,11 +37,6 @@ fn bench(kind: SimulatorConfig) -> Bench {
     bench_under(simulate(), kind)
 }
 
-/// As [`bench`], over a pseudo-terminal and by the computer's clock.
-fn bench_in_real_time(kind: SimulatorConfig) -> Bench {
-    bench_under(None, kind)
-}
-
 fn bench_under(clock: Option<Membership>, kind: SimulatorConfig) -> Bench {
     let folder = TempDir::new().unwrap();
     let place = folder.path().join("controller");
