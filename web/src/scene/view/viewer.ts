@@ -6,9 +6,6 @@
  */
 
 import type { PointsBlock } from "../../stream/protocol";
-import { CloudLayer } from "../card/cloud_layer";
-import { MeshLayer } from "../card/mesh_layer";
-import { colourUniforms, featureUniforms, initialUniforms } from "../card/uniforms";
 import { Cloud, type CloudChunk, LANES } from "../cloud/cloud";
 import type { Mesh } from "../cloud/glb";
 import { isHidden, valueAt } from "../cloud/histogram";
@@ -16,6 +13,9 @@ import { type Picked, pick } from "../cloud/picking";
 import type { Feature } from "../cloud/region";
 import type { Vec3 } from "../cloud/shapes";
 import { type Colouring, rgb } from "../colours";
+import { CloudLayer } from "../gpu/cloud_layer";
+import { MeshLayer } from "../gpu/mesh_layer";
+import { colourUniforms, featureUniforms, initialUniforms } from "../gpu/uniforms";
 import { Controls } from "./controls";
 import { Orbit, type ViewName } from "./orbit";
 import { Overlay } from "./overlay";
