@@ -104,8 +104,7 @@ pub fn crowded(seed: u64) -> Rendered {
         line_sigma_px: fwhm_px / FWHM_SIGMAS,
         speckle_contrast: dice.between(0.15, 0.4),
         speckle_grain_px: dice.between(1.2, 2.5),
-        // 50 mm / √(3² − 1)
-        focus_depth_mm: std::env::var("FOCUS").ok().map_or(17.68, |t| t.parse().unwrap()),
+        focus_depth_mm: 50.0 / f64::sqrt(3.0 * 3.0 - 1.0),
         ..StationShape::default()
     };
     let model = StationModel::seeded(seed, &shape).unwrap();

@@ -1,0 +1,220 @@
+//! Labels that a line carries across a step, where nothing else holds them (`docs/maths/labelling.md`, "Carried labels").
+
+use std::ops::Range;
+
+use crate::params::{
+    OPEN_SHARE, STEP_BLUR_WIDTHS, STEP_LEAST_POINTS, STEP_LEAST_WIDTHS, STEP_SEEN_SHARE, STEP_SIGMAS,
+    STEP_WINDOW_WIDTHS,
+};
+
+/// A point of a run: a line's neighbouring points of one label.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunPoint {
+    /// Place along the line, px.
+    pub along_px: f64,
+    /// Place across the lines, px.
+    pub across_px: f64,
+    /// Standard deviation of one point, times the root of how many share their noise, px.
+    pub noise_px: f64,
+    /// Full width of the line at half its height, px.
+    pub width_px: f64,
+    /// Whether another order has seen the surface it lies on.
+    pub is_seen: bool,
+    /// Whether the lines above and below would allow another order.
+    pub is_open: bool,
+}
+
+impl RunPoint {
+    /// Whether a second look or the ranks hold its label.
+    pub fn is_held(&self) -> bool {
+        self.is_seen || !self.is_open
+    }
+
+    /// How many columns so many line widths are.
+    pub fn columns(&self, widths: f64) -> usize {
+        (widths * self.width_px).ceil() as usize
+    }
+}
+
+/// The stretches of a run, by index, whose label hangs on the rest alone: they lie beyond a step, no other order has seen
+/// them, and the ranks leave them open. With them goes what is smoothed on either side. Without any second look the longest
+/// stretch stands for the run.
+pub fn carried_stretches(run: &[RunPoint]) -> Vec<Range<usize>> {
+    let steps = steps(run);
+    if steps.is_empty() {
+        return Vec::new();
+    }
+    let starts = std::iter::once(0).chain(steps.iter().map(|step| step.end));
+    let ends = steps.iter().map(|step| step.start).chain(std::iter::once(run.len()));
+    let stretches: Vec<Range<usize>> = starts.zip(ends).map(|(start, end)| start..end.max(start)).collect();
+    let share = |stretch: &Range<usize>, holds: fn(&RunPoint) -> bool| {
+        run[stretch.clone()].iter().filter(|point| holds(point)).count() as f64 / stretch.len().max(1) as f64
+    };
+    let is_seen = |stretch: &Range<usize>| share(stretch, |point| point.is_seen) >= STEP_SEEN_SHARE;
+    let longest = stretches.iter().map(Range::len).max().unwrap_or(0);
+    let nobody = !stretches.iter().any(is_seen);
+    let carried = |stretch: &Range<usize>| {
+        let stands = is_seen(stretch) || nobody && stretch.len() == longest;
+        !stands && !stretch.is_empty() && share(stretch, |point| point.is_open) > OPEN_SHARE
+    };
+    let with_what_is_smoothed = |idx: usize| {
+        let before = idx.checked_sub(1).map_or(0, |before| stretches[before].end);
+        before..stretches.get(idx + 1).map_or(run.len(), |next| next.start)
+    };
+    (0..stretches.len()).filter(|&idx| carried(&stretches[idx])).map(with_what_is_smoothed).collect()
+}
+
+/// The stretches of a run, by index, that are neither left out nor held, and that do not hang on what is held: their line was
+/// cut at one of their ends, or they are all of the run. `out`: per point, whether it is left out. `cut`: whether the line goes on
+/// before and beyond the run under another label or none.
+pub fn loose_stretches(run: &[RunPoint], out: &[bool], cut: [bool; 2]) -> Vec<Range<usize>> {
+    let is_in_question = |idx: usize| !out[idx] && !run[idx].is_held();
+    let mut loose = Vec::new();
+    let mut first = 0;
+    while first < run.len() {
+        let end = first + (first..run.len()).take_while(|&idx| is_in_question(idx)).count();
+        if first < end {
+            let is_cut_before = if first == 0 { cut[0] } else { out[first - 1] };
+            let is_cut_after = if end == run.len() { cut[1] } else { out[end] };
+            let is_alone = first == 0 && end == run.len();
+            if is_cut_before || is_cut_after || is_alone {
+                loose.push(first..end);
+            }
+        }
+        first = end.max(first + 1);
+    }
+    loose
+}
+
+/// Where the run steps: the points over which the extraction smooths a step, ascending and apart.
+fn steps(run: &[RunPoint]) -> Vec<Range<usize>> {
+    let mut heights: Vec<f64> = (0..run.len()).map(|at| step_in_limits(run, at)).collect();
+    let mut middles = Vec::new();
+    while let Some(middle) = (0..run.len()).max_by(|&a, &b| heights[a].total_cmp(&heights[b])) {
+        if heights[middle] <= 1.0 {
+            break;
+        }
+        middles.push(middle);
+        // The same step shows as long as one of the two lines lies across it.
+        let shadow = run[middle].columns(STEP_WINDOW_WIDTHS + STEP_BLUR_WIDTHS);
+        heights[middle.saturating_sub(shadow)..(middle + shadow + 1).min(run.len())].fill(0.0);
+    }
+    middles.sort_unstable();
+    let mut end = 0;
+    let smoothed = |middle: usize| {
+        let blur = run[middle].columns(STEP_BLUR_WIDTHS);
+        let start = middle.saturating_sub(blur).max(end);
+        end = (middle + blur).clamp(start, run.len());
+        start..end
+    };
+    middles.into_iter().map(smoothed).collect()
+}
+
+/// How far the lines before and after a point miss each other there, in limits; 0 where one of them has too few points.
+fn step_in_limits(run: &[RunPoint], at: usize) -> f64 {
+    let (window, blur) = (run[at].columns(STEP_WINDOW_WIDTHS), run[at].columns(STEP_BLUR_WIDTHS));
+    let (Some(end), start) = (at.checked_sub(blur / 2), (at + blur.div_ceil(2)).min(run.len())) else {
+        return 0.0;
+    };
+    // Lines of one length: what a bend adds to both cancels.
+    let n_points = window.min(end).min(run.len() - start);
+    if n_points < STEP_LEAST_POINTS {
+        return 0.0;
+    }
+    let value = |line: &Line| line.across_px + line.slope * (run[at].along_px - line.along_px);
+    let variance = |line: &Line| 1.0 / n_points as f64 + (run[at].along_px - line.along_px).powi(2) / line.spread;
+    let (before, after) = (Line::through(&run[end - n_points..end]), Line::through(&run[start..start + n_points]));
+    let noise_px = run[at].noise_px * (variance(&before) + variance(&after)).sqrt();
+    (value(&before) - value(&after)).abs() / (STEP_LEAST_WIDTHS * run[at].width_px).max(STEP_SIGMAS * noise_px)
+}
+
+/// The least-squares line through some points.
+struct Line {
+    along_px: f64,
+    across_px: f64,
+    slope: f64,
+    spread: f64,
+}
+
+impl Line {
+    fn through(points: &[RunPoint]) -> Self {
+        let n = points.len() as f64;
+        let along_px = points.iter().map(|point| point.along_px).sum::<f64>() / n;
+        let across_px = points.iter().map(|point| point.across_px).sum::<f64>() / n;
+        let (spread, lean) = points.iter().fold((0.0, 0.0), |(spread, lean), point| {
+            let along = point.along_px - along_px;
+            (spread + along * along, lean + along * (point.across_px - across_px))
+        });
+        // One point alone leans nowhere.
+        let spread = f64::max(spread, 1.0);
+        Self { along_px, across_px, slope: lean / spread, spread }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A run of 200 points, speckled by 0.1 px, seen but in `unseen`, with `height_px` more from `from` on.
+    fn run(height_px: f64, from: usize, unseen: Range<usize>) -> Vec<RunPoint> {
+        let point = |idx: usize| RunPoint {
+            along_px: idx as f64,
+            across_px: 300.0 + 0.02 * idx as f64 + if idx >= from { height_px } else { 0.0 },
+            noise_px: 0.1,
+            width_px: 5.0,
+            is_seen: !unseen.contains(&idx),
+            is_open: true,
+        };
+        (0..200).map(point).collect()
+    }
+
+    #[test]
+    fn what_lies_beyond_a_step_needs_a_second_look() {
+        let carried = &carried_stretches(&run(1.5, 170, 160..200));
+        let [carried] = &carried[..] else { panic!("{carried:?}") };
+        assert!((160..=170).contains(&carried.start) && carried.end == 200, "{carried:?}");
+        assert_eq!(carried_stretches(&run(1.5, 170, 0..0)), []);
+        assert_eq!(carried_stretches(&run(0.2, 170, 160..200)), [], "a step within the noise");
+    }
+
+    #[test]
+    fn ranks_that_leave_one_order_hold_a_label() {
+        let mut held = run(1.5, 170, 160..200);
+        held.iter_mut().for_each(|point| point.is_open = false);
+        assert_eq!(carried_stretches(&held), []);
+    }
+
+    #[test]
+    fn a_stretch_hangs_on_what_is_held_unless_its_line_was_cut() {
+        let (inside, at_the_end) = (run(0.0, 0, 60..90), run(0.0, 0, 170..200));
+        let nothing = [false; 200];
+        let loose = |run: &[RunPoint], out: &[bool], cut: [bool; 2]| -> Vec<(usize, usize)> {
+            loose_stretches(run, out, cut).iter().map(|stretch| (stretch.start, stretch.end)).collect()
+        };
+        assert_eq!(loose(&inside, &nothing, [true; 2]), []);
+        assert_eq!(loose(&at_the_end, &nothing, [true, false]), []);
+        assert_eq!(loose(&at_the_end, &nothing, [false, true]), [(170, 200)]);
+        let mut out = nothing;
+        out[55..60].fill(true);
+        assert_eq!(loose(&inside, &out, [false; 2]), [(60, 90)]);
+        assert_eq!(loose(&run(0.0, 0, 0..200), &nothing, [false; 2]), [(0, 200)], "nothing is held");
+        let mut ranked = run(0.0, 0, 0..200);
+        ranked.iter_mut().for_each(|point| point.is_open = false);
+        assert_eq!(loose(&ranked, &nothing, [true; 2]), [], "the ranks hold it");
+    }
+
+    #[test]
+    fn a_bend_is_no_step() {
+        let mut bent = run(0.0, 0, 100..200);
+        // A radius of 500 px.
+        bent.iter_mut().for_each(|point| point.across_px += 0.001 * (point.along_px - 100.0).powi(2));
+        assert_eq!(carried_stretches(&bent), []);
+    }
+
+    #[test]
+    fn without_any_second_look_the_longest_stretch_stays() {
+        let carried = &carried_stretches(&run(3.0, 60, 0..200));
+        let [carried] = &carried[..] else { panic!("{carried:?}") };
+        assert!(carried.start == 0 && (60..=72).contains(&carried.end), "{carried:?}");
+    }
+}
