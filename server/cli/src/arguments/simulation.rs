@@ -137,6 +137,9 @@ pub struct StationArgs {
     /// Standard deviation of a line's profile at the standoff, before lens blur.
     #[arg(long, value_name = "PX")]
     pub line_sigma_px: Option<f64>,
+    /// How far from the standoff the lines are √2 times as wide as there; without it they are equally wide everywhere.
+    #[arg(long, value_name = "MM")]
+    pub focus_depth_mm: Option<f64>,
     /// Standard deviation of the speckle over its mean, 0–1.
     #[arg(long)]
     pub speckle_contrast: Option<f64>,

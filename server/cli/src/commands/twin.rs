@@ -89,6 +89,7 @@ fn shape_from(args: &StationArgs) -> StationShape {
             .unwrap_or(usual.wavelength_over_period_error),
         line_sigma_px: args.line_sigma_px.unwrap_or(usual.line_sigma_px),
         line_peak: args.line_peak.unwrap_or(usual.line_peak),
+        focus_depth_mm: args.focus_depth_mm.unwrap_or(usual.focus_depth_mm),
         speckle_contrast: args.speckle_contrast.unwrap_or(usual.speckle_contrast),
         speckle_grain_px: args.speckle_grain_px.unwrap_or(usual.speckle_grain_px),
         ambient_levels: args.ambient_levels.unwrap_or(usual.ambient_levels),

@@ -201,3 +201,20 @@ pub const THICKNESS_SAMPLES: usize = 4000;
 
 /// Pieces or strips that one task of the labelling looks at: fewer are not worth handing to another core.
 pub const PIECES_PER_TASK: usize = 64;
+
+/// Every so many points of a profile one is asked for its width: what a line's noise leaves independent.
+pub const WIDTH_STRIDE_POINTS: usize = 16;
+/// Bins of the depth range in which widths are learned: an eighth of a wrap each where the range is four wraps.
+pub const WIDTH_BINS: usize = 32;
+/// Fewest samples of such a bin: a median's noise is a quarter of theirs.
+pub const WIDTH_BIN_SAMPLES: usize = 24;
+/// Medians over depths and over orders in turn.
+pub const WIDTH_FIT_ROUNDS: usize = 4;
+/// Least scatter of widths, as a share: what slopes do to them.
+pub const WIDTH_SIGMA_FLOOR: f64 = 0.04;
+/// From so many σ on a line is not as wide as lines are at that depth.
+pub const WIDTH_DENIED_SIGMAS: f64 = 3.5;
+/// Up to so many σ it is.
+pub const WIDTH_FITS_SIGMAS: f64 = 2.5;
+/// The width at a point is the median over so many line widths to either side.
+pub const WIDTH_WINDOW_WIDTHS: f64 = 1.5;

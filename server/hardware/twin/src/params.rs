@@ -18,6 +18,10 @@ pub const PSF_RADIUS_PX: usize = 4;
 /// Light sheets are followed to this many standard deviations; beyond, less than 0.1 grey levels remain.
 pub const SHEET_REACH_SIGMAS: f64 = 4.0;
 
+/// Share of the standoff up to which light that is out of focus is followed as wide as it is: parts and boards lie within a
+/// fifth of it.
+pub const FOLLOWED_DEPTH_SHARE: f64 = 0.2;
+
 /// Spacing of the nodes of the precomputed ray and sheet maps, pixels; cubic interpolation between them is
 /// exact to 1e-4 px for fields up to ±170 mm at 400 mm (test `interpolated_sheets_match_exact_ones`).
 pub const MAP_STEP_PX: usize = 8;

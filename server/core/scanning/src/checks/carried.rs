@@ -30,7 +30,8 @@ impl RunPoint {
         self.is_seen || !self.is_open
     }
 
-    fn columns(&self, widths: f64) -> usize {
+    /// How many columns so many line widths are.
+    pub fn columns(&self, widths: f64) -> usize {
         (widths * self.width_px).ceil() as usize
     }
 }

@@ -1,13 +1,15 @@
 //! Which points of a frame are dropped once all surfaces are known, and which doubtful ones are accepted after all
 //! (`docs/maths/labelling.md`, "Carried labels" and "Taken after all").
 
+use statistics::median;
 use vision::Centrelines;
 
 use crate::checks::carried::{RunPoint, carried_stretches, loose_stretches};
 use crate::checks::columns::{FrameColumns, LineColumns};
 use crate::checks::compare::Surfaces;
+use crate::checks::line_widths::{Label, LineWidths};
 use crate::checks::rivals::{Look, Rivals, neighbours};
-use crate::params::{COMPARE_STRIDE_PX, KINK_STEP_PX, RUN_DENIED_SHARE, STUB_POINTS};
+use crate::params::{COMPARE_STRIDE_PX, KINK_STEP_PX, RUN_DENIED_SHARE, STUB_POINTS, WIDTH_WINDOW_WIDTHS};
 use crate::points::profile::{Profile, ProfilePoint};
 use crate::points::profiles::Profiles;
 
@@ -38,13 +40,14 @@ struct CheckedPoint {
 pub struct PointFilter<'a> {
     profiles: &'a Profiles<'a>,
     surfaces: &'a Surfaces<'a>,
+    widths: &'a LineWidths,
     rivals: Rivals<'a>,
 }
 
 impl<'a> PointFilter<'a> {
     /// Checks against the surfaces that the labelled points of `profiles` make.
-    pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>) -> Self {
-        Self { profiles, surfaces, rivals: Rivals::new(profiles, surfaces) }
+    pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>, widths: &'a LineWidths) -> Self {
+        Self { profiles, surfaces, widths, rivals: Rivals::new(profiles, surfaces) }
     }
 
     /// Which points of frame `frame` stay. `candidates`: its points that are in doubt, in the order of a profile.
@@ -159,6 +162,9 @@ impl<'a> PointFilter<'a> {
         for run in checked.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
             let points: Vec<RunPoint> =
                 run.iter().map(|checked| self.run_point(checked, &columns, correlation_px)).collect();
+            for idx in self.denied_by_width(run, &points) {
+                run[idx].is_out = true;
+            }
             for idx in carried_stretches(&points).into_iter().flatten() {
                 run[idx].is_out |= !points[idx].is_held();
             }
@@ -169,6 +175,19 @@ impl<'a> PointFilter<'a> {
                 run[idx].is_out = true;
             }
         }
+    }
+
+    /// The points of a run, by index, that no other order has seen again and whose line is as wide as under a rival's label.
+    fn denied_by_width(&self, run: &[CheckedPoint], points: &[RunPoint]) -> Vec<usize> {
+        let is_denied = |&idx: &usize| {
+            let reach = points[idx].columns(WIDTH_WINDOW_WIDTHS);
+            let near = &points[idx.saturating_sub(reach)..(idx + reach + 1).min(points.len())];
+            let width_px = median(&mut near.iter().map(|point| point.width_px).collect::<Vec<f64>>());
+            let point = &run[idx].point;
+            let own = Label { order: point.order, depth_mm: point.hit_in_camera.xyz.z };
+            width_px.is_some_and(|width_px| self.widths.deny(width_px, own, self.rivals.labels(point)))
+        };
+        (0..run.len()).filter(|&idx| !run[idx].is_out && !points[idx].is_seen).filter(is_denied).collect()
     }
 
     /// Whether a run's line goes on beyond its end under another label or none. `direction`: along the line, ±1.

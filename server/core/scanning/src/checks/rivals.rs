@@ -2,6 +2,7 @@
 //! (`docs/maths/labelling.md`, "Rivals").
 
 use crate::checks::compare::Surfaces;
+use crate::checks::line_widths::Label;
 use crate::params::{CLOSE_TOLERANCES, COMPARE_STRIDE_PX, CONTRADICTION_TOLERANCES, END_WIDTHS, KINK_STEP_PX};
 use crate::points::profile::ProfilePoint;
 use crate::points::profiles::Profiles;
@@ -44,6 +45,20 @@ impl<'a> Rivals<'a> {
         } else {
             Look::Nobody
         }
+    }
+
+    /// The other labels that a point could have.
+    pub fn labels(&self, point: &ProfilePoint) -> impl Iterator<Item = Label> {
+        let triangulator = self.profiles.triangulator();
+        let (u_px, v_px, own) = (point.seen.u_px, point.seen.v_px, point.order);
+        let orders = triangulator.calibration().orders.iter().enumerate();
+        orders
+            .filter(move |(_, order)| **order != own)
+            .map(move |(order_idx, &order)| Label {
+                order,
+                depth_mm: triangulator.hit(order_idx, u_px, v_px).in_camera.xyz.z,
+            })
+            .filter(|label| self.profiles.depth_range_mm.contains(label.depth_mm))
     }
 
     /// Whether another label would put the point on a surface that was seen.

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use optics::LightRay;
 
 use crate::model::station::StationModel;
-use crate::params::SHEET_REACH_SIGMAS;
+use crate::params::{FOLLOWED_DEPTH_SHARE, SHEET_REACH_SIGMAS};
 
 /// Distance between two neighbouring rays, in pixels at the standoff.
 pub(crate) const FINE_STEP_PX: f64 = 0.9;
@@ -50,7 +50,8 @@ impl FanAngles {
 
 impl Fan {
     pub(crate) fn new(model: &StationModel, angles: FanAngles, order: i8) -> Self {
-        let reach_mm = SHEET_REACH_SIGMAS * model.sheet_sigma_mm;
+        let widest = model.defocus(model.shape.standoff_mm * (1.0 - FOLLOWED_DEPTH_SHARE));
+        let reach_mm = SHEET_REACH_SIGMAS * model.sheet_sigma_mm * widest;
         let ray = |idx: i32| {
             let LightRay { origin_mm, direction } = model.grating.ray(angles.phi_rad(idx), order)?;
             let across_mm = direction.cross(&model.grating.fan).normalize() * reach_mm;

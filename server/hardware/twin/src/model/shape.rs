@@ -29,6 +29,9 @@ pub struct StationShape {
     pub grating_tilt_rad: f64,
     /// Standard deviation of a line's profile at the standoff, before lens blur.
     pub line_sigma_px: f64,
+    /// How far from the standoff the lines are √2 times as wide as there; infinite where the focus is as deep as the
+    /// scene.
+    pub focus_depth_mm: f64,
     /// Mean grey level of the brightest line's ridge on white, as a fraction of full scale.
     pub line_peak: f64,
     /// Standard deviation of the speckle over its mean, 0–1.
@@ -54,6 +57,7 @@ impl Default for StationShape {
             field_half_width_mm: 101.7,
             grating_tilt_rad: 0.025,
             line_sigma_px: 2.0,
+            focus_depth_mm: f64::INFINITY,
             line_peak: 0.8,
             speckle_contrast: 0.3,
             speckle_grain_px: 1.5,

@@ -74,7 +74,7 @@ pub struct StationModel {
     pub order_powers: Vec<f64>,
     /// Half of the angle over which the laser spreads.
     pub fan_half_angle_rad: f64,
-    /// Standard deviation of the light sheets' thickness.
+    /// Standard deviation of the light sheets' thickness at the standoff.
     pub sheet_sigma_mm: f64,
 }
 
@@ -113,6 +113,20 @@ impl StationModel {
             sheet_sigma_mm: shape.line_sigma_px * mm_per_px * grating.axis.z,
         })
     }
+}
+
+impl StationModel {
+    /// How many times as thick as at the standoff the light sheets are at this depth: a Gaussian beam's √(1 + (Δz/z_R)²).
+    pub fn defocus(&self, depth_mm: f64) -> f64 {
+        defocus(depth_mm - self.shape.standoff_mm, 1.0 / self.shape.focus_depth_mm)
+    }
+}
+
+/// See [`StationModel::defocus`].
+#[inline]
+pub(crate) fn defocus(from_focus_mm: f64, per_focus_depth_mm: f64) -> f64 {
+    let ratio = from_focus_mm * per_focus_depth_mm;
+    (1.0 + ratio * ratio).sqrt()
 }
 
 /// Uniform draws around a value.
@@ -232,6 +246,8 @@ fn check(shape: &StationShape) -> Result<(), StationError> {
         ("standoff_mm", shape.standoff_mm),
         ("field_half_width_mm", shape.field_half_width_mm),
         ("line_sigma_px", shape.line_sigma_px),
+        // Infinite is allowed.
+        ("focus_depth_mm", shape.focus_depth_mm.min(f64::MAX)),
         ("line_peak", shape.line_peak),
         ("speckle_grain_px", shape.speckle_grain_px),
     ] {

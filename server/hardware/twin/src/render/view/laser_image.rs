@@ -9,6 +9,7 @@ use multiversion::multiversion;
 use nalgebra::Vector3;
 use optics::Grating;
 
+use crate::model::station::defocus;
 use crate::params::{MAP_STEP_PX, SHEET_REACH_SIGMAS, WHITE_REFLECTANCE};
 use crate::part::scene::{Ball, Scene, SceneHit};
 use crate::render::light::sheet_map::SheetBlock;
@@ -29,6 +30,8 @@ pub(crate) struct Placed<'s> {
 struct OrderLight {
     grating: Grating,
     sheet_sigma_mm: f64,
+    standoff_mm: f64,
+    per_focus_depth_mm: f64,
     fan_half_angle_rad: f64,
     /// Level of the ridge on a white, matt surface across the axis at the reference distance, times that distance.
     peak_mm: f64,
@@ -121,6 +124,8 @@ impl OrderLight {
         Self {
             grating: model.grating,
             sheet_sigma_mm: model.sheet_sigma_mm,
+            standoff_mm: model.shape.standoff_mm,
+            per_focus_depth_mm: 1.0 / model.shape.focus_depth_mm,
             fan_half_angle_rad: model.fan_half_angle_rad,
             peak_mm: peak * model.order_powers[order_idx] * renderer.reference_distance_mm
                 / incidence_on_plate(&model.grating),
@@ -156,10 +161,12 @@ fn fall(light: &OrderLight, hits: &PixelHits, sheet: &SheetBlock, n: usize, shin
     let [axis_incidence, fan_incidence] = [axis.dot(normal), fan.dot(normal)];
     let Shine { level, source: [qx, qy, qz] } = shine;
     let PixelHits { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = hits;
-    let (mut across, mut reached) = (NOTHING, false);
+    let (mut across, mut widths, mut reached) = (NOTHING, NOTHING, false);
     for lane in 0..n.min(level.len()) {
-        let sigmas =
-            (reach[lane] - 1.0 / sheet.inverse_depth[lane]) * sheet.steepness[lane] / light.sheet_sigma_mm;
+        let width = defocus(reach[lane] - light.standoff_mm, light.per_focus_depth_mm);
+        let sigmas = (reach[lane] - 1.0 / sheet.inverse_depth[lane]) * sheet.steepness[lane]
+            / (light.sheet_sigma_mm * width);
+        widths[lane] = width;
         reached |= sigmas.abs() <= SHEET_REACH_SIGMAS;
         across[lane] = sigmas;
     }
@@ -179,7 +186,7 @@ fn fall(light: &OrderLight, hits: &PixelHits, sheet: &SheetBlock, n: usize, shin
         let (phi_2, phi_4) = (phi * phi, phi * phi * phi * phi);
         let power = 1.0 - phi_4 * phi_4 * phi_4 * phi_4;
         let there = (sigmas.abs() <= SHEET_REACH_SIGMAS) & (incidence > 0.0) & (phi_2 < 1.0);
-        let profile = light.peak_mm * reflectance[lane] * exp(-0.5 * sigmas * sigmas);
+        let profile = light.peak_mm * reflectance[lane] * exp(-0.5 * sigmas * sigmas) / widths[lane];
         level[lane] = if there { profile * power * incidence / square } else { 0.0 };
         (qx[lane], qy[lane], qz[lane]) = (source[0], source[1], source[2]);
     }
