@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, the folder it lies in, and the crates of this workspace it may import. Every arrow runs down.
-const ARROWS: [(&str, &str, &[&str]); 21] = [
+const ARROWS: [(&str, &str, &[&str]); 22] = [
     (
         "sheaf",
         "server/cli",
@@ -19,6 +19,7 @@ const ARROWS: [(&str, &str, &[&str]); 21] = [
             "sheaf-station",
             "sheaf-store",
             "sheaf-genicam",
+            "sheaf-v4l2",
             "sheaf-twin",
             "sheaf-devices",
             "sheaf-pipeline",
@@ -93,6 +94,7 @@ const ARROWS: [(&str, &str, &[&str]); 21] = [
         &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics", "sheaf-remedy"],
     ),
     ("sheaf-genicam", "server/hardware/genicam", &["sheaf-devices", "sheaf-vision"]),
+    ("sheaf-v4l2", "server/hardware/v4l2", &["sheaf-devices", "sheaf-vision"]),
     ("sheaf-devices", "server/hardware/devices", &["sheaf-capture", "sheaf-vision", "sheaf-remedy"]),
     (
         "sheaf-pipeline",
