@@ -7,6 +7,7 @@ pub mod config;
 mod corners;
 pub mod demo;
 mod devices;
+mod doctor;
 mod measure;
 mod openapi;
 mod scan;
@@ -103,6 +104,7 @@ pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answ
         Command::Serve(args) => serve::run(&args, json),
         Command::Config(args) => config::run(&args),
         Command::Devices => Ok(devices::run()),
+        Command::Doctor(args) => doctor::run(&args, reporter),
         Command::Openapi(args) => openapi::run(&args),
     }
 }

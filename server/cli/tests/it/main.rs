@@ -7,6 +7,7 @@ mod bad_input;
 mod common;
 mod contract;
 mod crash;
+mod doctor;
 mod few_lines;
 mod genicam;
 mod http;
