@@ -41,7 +41,7 @@ fn a_script_gets_every_check_as_json_and_an_exit_code() {
     for check in checks {
         let outcome = check["outcome"].as_str().unwrap();
         assert!(["ok", "not_ok", "not_run"].contains(&outcome), "{check}");
-        assert_eq!(outcome == "not_ok" && check["remedy"] == "", false, "a fault without remedy: {check}");
+        assert!(outcome != "not_ok" || check["remedy"] != "", "a fault without remedy: {check}");
     }
     // A busy machine may render too slowly; the exit code says what the table says.
     let is_ok = checks.iter().all(|check| check["outcome"] != "not_ok");

@@ -139,23 +139,23 @@ impl Handle {
 
 impl VideoDevice for Handle {
     fn card(&self) -> io::Result<Card> {
-        self.camera()?;
+        drop(self.camera()?);
         let text = str::to_owned;
         Ok(Card { driver: text("uvcvideo"), name: text("Scripted"), bus: text("usb-1"), streams: true })
     }
 
     fn formats(&self) -> io::Result<Vec<FourCc>> {
-        self.camera()?;
+        drop(self.camera()?);
         Ok([*b"MJPG", *b"YUYV", *b"Y10 "].map(FourCc).to_vec())
     }
 
     fn sizes(&self, _pixels: FourCc) -> io::Result<Vec<(usize, usize)>> {
-        self.camera()?;
+        drop(self.camera()?);
         Ok(vec![(640, 480), (64, 48), (1280, 720)])
     }
 
     fn intervals(&self, _format: &Format) -> io::Result<Intervals> {
-        self.camera()?;
+        drop(self.camera()?);
         let interval = |denominator| Interval { numerator: 1, denominator };
         Ok(Intervals::Discrete(RATES_HZ.map(interval).to_vec()))
     }
