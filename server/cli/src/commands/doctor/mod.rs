@@ -22,7 +22,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use crate::arguments::DoctorArgs;
 use crate::commands::Answer;
 use crate::commands::config::effective_of;
-use crate::exit::Exit;
+use crate::answer::exit::Exit;
 use check::{Check, Outcome};
 use examination::{Cancelled, Examination, Wanted};
 use limits::MOVE_MM;
