@@ -19,10 +19,10 @@ use station::cancel::CancelFlag;
 use tokio::runtime::Handle;
 use tokio::signal::unix::{SignalKind, signal};
 
+use crate::answer::exit::Exit;
 use crate::arguments::DoctorArgs;
 use crate::commands::Answer;
-use crate::commands::config::effective_of;
-use crate::answer::exit::Exit;
+use crate::commands::service::config::effective_of;
 use check::{Check, Outcome};
 use examination::{Cancelled, Examination, Wanted};
 use limits::MOVE_MM;
