@@ -13,6 +13,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use station::StationDevices;
 use twin::{TwinDriver, TwinSettings};
+use v4l2::{V4l2Driver, V4l2Settings};
 
 /// `[station]`: which driver makes which device, and the settings of every driver.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
@@ -35,12 +36,14 @@ pub struct StationSettings {
     pub marlin: MarlinSettings,
     /// `[station.genicam]`.
     pub genicam: GenicamSettings,
+    /// `[station.v4l2]`.
+    pub v4l2: V4l2Settings,
 }
 
 /// Who makes a device.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DeviceSettings {
-    /// kind of the driver that makes it: twin, replay, genicam (camera), grbl, marlin, zaber (stage) or none (laser that is always on)
+    /// kind of the driver that makes it: twin, replay, genicam, v4l2 (camera), grbl, marlin, zaber (stage) or none (laser that is always on)
     pub kind: String,
 }
 
@@ -99,6 +102,7 @@ fn drivers(settings: &StationSettings) -> (Arc<TwinDriver>, Vec<Arc<dyn Driver>>
         Arc::new(MarlinDriver(settings.marlin.clone())),
         Arc::new(AlwaysOnDriver),
         Arc::new(GenicamDriver(settings.genicam.clone())),
+        Arc::new(V4l2Driver(settings.v4l2.clone())),
     ];
     (twin, rows)
 }
@@ -166,12 +170,13 @@ mod tests {
             zaber: ZaberSettings { port: "/dev/ttyUSB0".to_owned(), ..ZaberSettings::default() },
             marlin: MarlinSettings { port: "/dev/ttyUSB1".to_owned(), ..MarlinSettings::default() },
             genicam: GenicamSettings { serial: "1".to_owned(), ..GenicamSettings::default() },
+            v4l2: V4l2Settings { device: "/dev/video0".to_owned(), ..V4l2Settings::default() },
         }
     }
 
     #[test]
     fn every_combination_is_taken_but_a_recording_without_its_other_half() {
-        for camera in ["twin", "replay", "genicam"] {
+        for camera in ["twin", "replay", "genicam", "v4l2"] {
             for stage in ["twin", "replay", "grbl", "zaber", "marlin"] {
                 for laser in ["twin", "replay", "grbl", "marlin", "none"] {
                     let made = station_devices(&settings(camera, stage, laser));
@@ -194,6 +199,7 @@ mod tests {
     #[test]
     fn a_kind_that_makes_no_such_device_is_refused_with_those_that_do() {
         let refused = station_devices(&settings("grbl", "grbl", "grbl")).unwrap_err();
-        assert_eq!(refused, NoStation::NoSuchKind { device: "camera", known: vec!["twin", "replay", "genicam"] });
+        let known = vec!["twin", "replay", "genicam", "v4l2"];
+        assert_eq!(refused, NoStation::NoSuchKind { device: "camera", known });
     }
 }

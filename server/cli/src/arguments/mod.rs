@@ -20,7 +20,7 @@ pub use bench::{
 pub use calibrate::CalibrateArgs;
 pub use images::{CentrelinesArgs, CornersArgs, LineDirectionArg, TargetArgs, TargetKind, TriangulateArgs};
 pub use scan::{MeasureArgs, ScanArgs};
-pub use service::{OpenapiArgs, ServeArgs, SettingsArgs};
+pub use service::{DoctorArgs, OpenapiArgs, ServeArgs, SettingsArgs};
 pub use simulation::{
     DemoArgs, StationArgs, Study, StudyArgs, StudyPaperArgs, TwinAction, TwinArgs, TwinCaptureArgs,
 };
@@ -127,6 +127,10 @@ pub enum Command {
     /// What is attached to this computer, and the setting that chooses it. Opens nothing.
     #[command(after_help = EXIT_CODES)]
     Devices,
+    /// Try the configured station, first without moving or shining, then, if you agree, with; ends with a table of check,
+    /// figure, limit and remedy. The service must not run on the same devices.
+    #[command(after_help = EXIT_CODES)]
+    Doctor(DoctorArgs),
     /// The document of the service's API (OpenAPI).
     Openapi(OpenapiArgs),
 }

@@ -3,6 +3,7 @@
 mod bench;
 mod calibrate;
 pub mod demo;
+mod doctor;
 pub mod images;
 mod measure;
 mod scan;
@@ -97,6 +98,7 @@ pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answ
         Command::Serve(args) => service::serve::run(&args, json),
         Command::Config(args) => service::config::run(&args),
         Command::Devices => Ok(service::devices::run()),
+        Command::Doctor(args) => doctor::run(&args, reporter),
         Command::Openapi(args) => service::openapi::run(&args),
     }
 }

@@ -12,6 +12,7 @@ mod reporting;
 mod solving;
 pub use findings::report;
 pub use first::camera_fit;
+pub use first::homography::homography_from_points;
 pub use fits::light_fit;
 pub use solving::{bundle, normal, observation, prior, solver, station};
 pub mod calibrate;

@@ -17,6 +17,7 @@ pub use input::synthetic;
 pub use points::{dropped, envelope, profile};
 
 pub use checks::compare::{Closure, ClosureGap, OrderPair};
+pub use checks::lost_steps::{LostSteps, LostStepsWatch};
 pub use error::{ContentError, ScanError};
 pub use evaluation::Evaluation;
 pub use files::{CloudFormat, FileError, MeshFormat};

@@ -218,3 +218,29 @@ pub const WIDTH_DENIED_SIGMAS: f64 = 3.5;
 pub const WIDTH_FITS_SIGMAS: f64 = 2.5;
 /// The width at a point is the median over so many line widths to either side.
 pub const WIDTH_WINDOW_WIDTHS: f64 = 1.5;
+
+/// Of the watch over lost steps.
+pub mod lost_steps {
+    /// Columns of which one place and depth is made: a mean over sixteen has a fifth of a point's noise, since neighbours
+    /// share theirs over two to three.
+    pub const BIN_COLUMNS: usize = 16;
+    /// Fewest bins that give a line of differences over slopes.
+    pub const FEWEST_DIFFERENCES: usize = 12;
+    /// Steepest slope that is used, and largest change of slope from frame to frame: beyond lie edges.
+    pub const MAX_SLOPE: f64 = 1.0;
+    /// Differences so far off their line, in its own scatter, are left out.
+    pub const OUTLIER_SIGMAS: f64 = 3.0;
+    /// Frames within which a jump is noticed or never.
+    pub const REACH_FRAMES: usize = 20;
+    /// Frames before a possible jump that say what was normal.
+    pub const BASELINE_FRAMES: usize = 40;
+    /// Fewest frames on either side of a jump.
+    pub const FEWEST_FRAMES: usize = 3;
+    /// By how much the stated standard deviation is larger than that of independent frames: neighbouring frames and pairs of
+    /// orders share speckle and surface.
+    pub const NOISE_INFLATION: f64 = 1.4;
+    /// Smallest step that is told, mm: half of what must be noticed.
+    pub const ALARM_MM: f64 = 0.025;
+    /// Smallest step that is told, in its standard deviations; rendered scans without losses stay below 3.
+    pub const ALARM_SIGMAS: f64 = 4.5;
+}

@@ -19,6 +19,7 @@ const ARROWS: [(&str, &str, &[&str]); 22] = [
             "sheaf-station",
             "sheaf-store",
             "sheaf-genicam",
+            "sheaf-v4l2",
             "sheaf-twin",
             "sheaf-devices",
             "sheaf-pipeline",
@@ -94,6 +95,7 @@ const ARROWS: [(&str, &str, &[&str]); 22] = [
         &["sheaf-devices", "sheaf-capture", "sheaf-vision", "sheaf-optics", "sheaf-remedy"],
     ),
     ("sheaf-genicam", "server/hardware/genicam", &["sheaf-devices", "sheaf-vision"]),
+    ("sheaf-v4l2", "server/hardware/v4l2", &["sheaf-devices", "sheaf-vision"]),
     ("sheaf-devices", "server/hardware/devices", &["sheaf-capture", "sheaf-vision", "sheaf-remedy"]),
     (
         "sheaf-pipeline",

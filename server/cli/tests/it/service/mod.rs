@@ -1,6 +1,7 @@
 //! The service under load, killed, stopped, and with a camera that others wrote.
 
 pub mod crash;
+mod doctor;
 pub mod genicam;
 pub mod stop;
 pub mod stream_load;

@@ -5,6 +5,7 @@
 mod clouds;
 mod common;
 mod labelling;
+mod lost_steps;
 mod one_frame;
 mod rendered;
 mod rig_a_images;

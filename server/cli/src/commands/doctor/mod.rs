@@ -1,0 +1,139 @@
+//! `sheaf doctor`: tries a configuration, first without moving or shining, then with.
+
+mod camera_checks;
+mod check;
+mod examination;
+mod figures;
+mod light_checks;
+mod limits;
+mod stage_checks;
+
+#[cfg(test)]
+mod tests;
+
+use std::io::{BufRead as _, Write as _};
+
+use pipeline::{Failure, FailureKind, Reporter};
+use station::StationHandle;
+use station::cancel::CancelFlag;
+use tokio::runtime::Handle;
+use tokio::signal::unix::{SignalKind, signal};
+
+use crate::answer::exit::Exit;
+use crate::arguments::DoctorArgs;
+use crate::commands::Answer;
+use crate::commands::service::config::effective_of;
+use check::{Check, Outcome};
+use examination::{Cancelled, Examination, Wanted};
+use limits::MOVE_MM;
+
+/// Longest time that threads may take to end after the station is dark and at rest: one may wait at the prompt.
+const END_LIMIT: std::time::Duration = std::time::Duration::from_millis(200);
+
+/// Examines the configured station; ends with the table.
+pub fn run(args: &DoctorArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
+    let config = effective_of(&args.settings)?.config.app;
+    let wanted = Wanted {
+        exposure_us: args.exposure_us,
+        gain_db: args.gain_db,
+        frame_rate_hz: args.frame_rate_hz,
+        power: args.power,
+        lines_along_rows: config.projector.line_direction.as_deref() != Some("columns"),
+        board: config.target,
+    };
+    let threads = |cause| Failure::new(FailureKind::Internal, "no threads can be started").because(&cause);
+    let runtime =
+        tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().map_err(threads)?;
+    let (station, cancel) = (StationHandle::start(&config.station, false), CancelFlag::default());
+    watch_signals(&runtime, station.clone(), cancel.clone())?;
+    let examination = Examination {
+        station: &station,
+        wanted: &wanted,
+        cancel: &cancel,
+        reporter,
+        runtime: runtime.handle().clone(),
+    };
+    let yes = args.yes;
+    let checks = examine(&examination, || yes || is_agreed(&wanted));
+    station.shut_down();
+    runtime.shutdown_timeout(END_LIMIT);
+    match checks {
+        Ok(checks) => Ok(answer(&checks)),
+        Err(Cancelled) => {
+            Err(Failure::cancelled().remedy("the laser is off and the stage is at rest; start it again"))
+        }
+    }
+}
+
+/// The whole examination; `may_move_and_shine` is asked in its middle.
+fn examine(examination: &Examination, may_move_and_shine: impl FnOnce() -> bool) -> Result<Vec<Check>, Cancelled> {
+    let mut checks = examination.at_rest()?;
+    if checks
+        .iter()
+        .any(|check| check.outcome == Outcome::NotOk && ["camera", "stage", "laser"].contains(&check.name))
+    {
+        checks.push(not_run("a device does not answer", "put that right first"));
+    } else if may_move_and_shine() {
+        checks.extend(examination.shining_and_moving()?);
+    } else {
+        checks.push(not_run("not agreed to", "answer y, or give --yes"));
+    }
+    if examination.cancel.is_cancelled() { Err(Cancelled) } else { Ok(checks) }
+}
+
+fn not_run(why: &str, remedy: &str) -> Check {
+    Check::said("light and motion", Outcome::NotRun, why).remedy(remedy)
+}
+
+fn answer(checks: &[Check]) -> Answer {
+    let is_ok = checks.iter().all(|check| check.outcome != Outcome::NotOk);
+    let exit = if is_ok { Exit::Done } else { Exit::VerdictFail };
+    Answer { text: check::table(checks), json: check::to_json(checks), exit }
+}
+
+/// Asks the person; anything but a yes is a no.
+fn is_agreed(wanted: &Wanted) -> bool {
+    eprint!(
+        "\nThe laser will shine with {:.0} % of its power, and the stage will home and move by {MOVE_MM} mm.\n\
+         Check that the area is clear and that eyes are safe. Go on? [y/N] ",
+        100.0 * wanted.power
+    );
+    let _ = std::io::stderr().flush();
+    let mut line = String::new();
+    let is_read = std::io::stdin().lock().read_line(&mut line).is_ok();
+    is_read && matches!(line.trim().to_ascii_lowercase().as_str(), "y" | "yes")
+}
+
+/// Stops the station at the first signal: at once, whatever it does. One that comes at the prompt ends the process, since
+/// nobody reads the answer any more.
+fn watch_signals(
+    runtime: &tokio::runtime::Runtime,
+    station: StationHandle,
+    cancel: CancelFlag,
+) -> Result<(), Failure> {
+    let failed = |cause| Failure::new(FailureKind::Internal, "signals cannot be received").because(&cause);
+    let _guard = runtime.enter();
+    let mut interrupt = signal(SignalKind::interrupt()).map_err(failed)?;
+    let mut terminate = signal(SignalKind::terminate()).map_err(failed)?;
+    let handle: &Handle = runtime.handle();
+    handle.spawn(async move {
+        tokio::select! {
+            _ = interrupt.recv() => {}
+            _ = terminate.recv() => {}
+        }
+        stop(&station, &cancel).await;
+        // The examination ends by itself within this time, unless it waits for an answer.
+        tokio::time::sleep(END_LIMIT * 10).await;
+        station.shut_down();
+        eprintln!("\ncancelled: the laser is off and the stage is at rest");
+        std::process::exit(Exit::Internal as i32);
+    });
+    Ok(())
+}
+
+/// Turns the laser off, stops the stage and lets the examination end.
+async fn stop(station: &StationHandle, cancel: &CancelFlag) {
+    cancel.cancel();
+    // One that has ended is dark and at rest.
+    let _ = station.stop("Ctrl-C").await;
+}

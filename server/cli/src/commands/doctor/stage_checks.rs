@@ -1,0 +1,99 @@
+//! The stage: whether it goes where it says, and how far that is by a board.
+
+use devices::{CameraRequest, StageKind};
+use station::{StationLease, StationRefusal};
+use vision::{BoardCorners, CornerParams, find_corners};
+
+use super::check::{Check, Outcome};
+use super::examination::Examination;
+use super::figures;
+use super::limits::{BOARD_EXPOSURES, MOVE_MM, POSITION_MM, SCALE_PERCENT, WAY_SCATTER};
+
+impl Examination<'_> {
+    /// Moves there and back.
+    pub fn motion(&self) -> Result<Vec<Check>, StationRefusal> {
+        const NAME: &str = "stage position";
+        let able = self.station.status().stage.capabilities.clone();
+        if able.follows_frames {
+            return Ok(vec![Check::said(NAME, Outcome::NotRun, "nobody commands this stage")]);
+        }
+        if able.kind != StageKind::Linear {
+            return Ok(vec![Check::said(NAME, Outcome::NotRun, "a turntable is not examined")]);
+        }
+        let lease = self.lease()?;
+        lease.configure(&self.camera_request())?;
+        if !self.station.status().homed {
+            lease.home(self.cancel)?;
+        }
+        let (low, high) = able.travel_mm;
+        let start_mm = self.station.status().position_mm.unwrap_or(low).clamp(low, high);
+        // Towards the middle of the travel.
+        let way_mm = MOVE_MM.min(0.5 * (high - low)).copysign(0.5 * (low + high) - start_mm);
+        let board_before = self.board(&lease)?;
+        let there_mm = lease.move_to(start_mm + way_mm, None, self.cancel)?;
+        let board_after = if board_before.is_some() { self.board(&lease)? } else { None };
+        let back_mm = lease.move_to(start_mm, None, self.cancel)?;
+        let error_mm = (there_mm - start_mm - way_mm).abs().max((back_mm - start_mm).abs());
+        let limit_mm = POSITION_MM + able.resolution_mm;
+        let position = Check::held(
+            NAME,
+            error_mm <= limit_mm,
+            (error_mm, "mm"),
+            format!("{way_mm:+.1} mm and back, {error_mm:.3} mm off by its own account"),
+        )
+        .limit(format!("≤ {limit_mm:.3} mm"))
+        .remedy("check that nothing is in the way, the speed, and the motor's current");
+        Ok(vec![position, self.scale(board_before.zip(board_after), there_mm - start_mm)])
+    }
+
+    /// The board in a picture with the laser off, if it is there.
+    fn board(&self, lease: &StationLease) -> Result<Option<BoardCorners>, StationRefusal> {
+        let board = &self.wanted.board;
+        let params = CornerParams { inner_columns: board.inner_columns, inner_rows: board.inner_rows };
+        let set_us = lease.configure(&CameraRequest::default())?.exposure_us;
+        let range = self.station.status().camera.capabilities.exposure_us;
+        let mut found = None;
+        for factor in BOARD_EXPOSURES {
+            if let Some(range) = range {
+                let exposure_us = Some(range.clamp(set_us * factor));
+                lease.configure(&CameraRequest { exposure_us, ..CameraRequest::default() })?;
+            }
+            let frame = lease.grab(self.cancel)?;
+            found = find_corners(&frame.image, &params).ok();
+            if found.is_some() || range.is_none() {
+                break;
+            }
+        }
+        if range.is_some() {
+            lease.configure(&CameraRequest { exposure_us: Some(set_us), ..CameraRequest::default() })?;
+        }
+        Ok(found)
+    }
+
+    fn scale(&self, boards: Option<(BoardCorners, BoardCorners)>, moved_mm: f64) -> Check {
+        const NAME: &str = "stage scale";
+        let square = self.wanted.board.square_mm;
+        let Some((before, after)) = boards else {
+            return Check::said(NAME, Outcome::NotRun, "no board in sight before and after the move").remedy(
+                format!(
+                    "lay the board of {}×{} inner corners and {} mm squares flat on the stage",
+                    self.wanted.board.inner_columns, self.wanted.board.inner_rows, square.x_mm
+                ),
+            );
+        };
+        let way = figures::way_of_board(&before, &after, square);
+        let Some((way_mm, scatter_mm)) = way.filter(|(way_mm, scatter)| *scatter <= WAY_SCATTER * way_mm.max(1.0))
+        else {
+            return Check::said(NAME, Outcome::NotRun, "the board does not lie along the stage's way")
+                .remedy("lay it flat on the stage, and see that it does not slip");
+        };
+        let percent = 100.0 * (way_mm / moved_mm.abs() - 1.0);
+        let figure = format!(
+            "{way_mm:.3} mm by the board, {:.3} mm by the stage: {percent:+.2} % (corners scatter by {scatter_mm:.3} mm)",
+            moved_mm.abs()
+        );
+        Check::held(NAME, percent.abs() <= SCALE_PERCENT, (percent, "%"), figure)
+            .limit(format!("±{SCALE_PERCENT} %"))
+            .remedy("set the stage's steps per millimetre, and check the square size that is configured")
+    }
+}

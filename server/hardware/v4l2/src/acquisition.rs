@@ -1,0 +1,111 @@
+//! The account of one acquisition: which frames came, when they were exposed, and what was lost.
+
+use std::time::{Duration, Instant};
+
+use devices::{CameraError, CameraSettings, FrameInfo};
+use vision::GreyImage;
+
+use crate::device::{Filled, Format, Stamped};
+use crate::pixels::{NoPicture, SourceFormat};
+
+/// Frames counted since the acquisition started, and what is needed to understand the next one.
+pub struct Acquisition {
+    format: Format,
+    source: SourceFormat,
+    settings: CameraSettings,
+    /// The driver's number of the frame seen last, damaged ones included, and its place in the count.
+    last: Option<(u32, u64)>,
+    /// The place after the last frame that was handed on.
+    next: u64,
+    /// Frames since then that arrived damaged.
+    damaged: u64,
+    last_exposed_at: Option<Instant>,
+}
+
+impl Acquisition {
+    /// An acquisition that begins.
+    pub fn new(format: Format, source: SourceFormat, settings: CameraSettings) -> Self {
+        Self { format, source, settings, last: None, next: 0, damaged: 0, last_exposed_at: None }
+    }
+
+    /// What may change while it runs: the exposure.
+    pub fn set(&mut self, settings: CameraSettings) {
+        self.settings = settings;
+    }
+
+    /// Writes the frame into `image` and accounts for it; `None` for one that is damaged, or not newer than the last.
+    ///
+    /// # Errors
+    /// [`CameraError::WrongFrame`] for a picture of another size than agreed.
+    pub fn take(
+        &mut self,
+        filled: &Filled,
+        received_at: Instant,
+        image: &mut GreyImage,
+    ) -> Result<Option<FrameInfo>, CameraError> {
+        let Some(place) = self.count(filled.sequence) else { return Ok(None) };
+        let unpacked = match filled.is_damaged {
+            true => Err(NoPicture::Incomplete),
+            false => self.source.unpack(filled.bytes, &self.format, image),
+        };
+        match unpacked {
+            Ok(()) => {}
+            Err(NoPicture::Incomplete) => {
+                self.damaged += 1;
+                return Ok(None);
+            }
+            Err(NoPicture::WrongSize(got_width_px, got_height_px)) => {
+                return Err(CameraError::WrongFrame {
+                    width_px: self.format.width_px,
+                    height_px: self.format.height_px,
+                    got_width_px,
+                    got_height_px,
+                });
+            }
+        }
+        let lost_before = place - self.next;
+        self.next = place + 1;
+        Ok(Some(FrameInfo {
+            frame_id: place,
+            // Its time stamps are this computer's: the kernel has mapped the camera's clock already.
+            device_timestamp_ns: None,
+            exposed_at: self.exposed_at(filled, received_at),
+            lost_before,
+            lost_incomplete: std::mem::take(&mut self.damaged).min(lost_before),
+            exposure_us: self.settings.exposure_us,
+            recorded_position_mm: None,
+        }))
+    }
+
+    /// The frame's place in a count that begins with the first frame that is seen; drivers do not agree on its number.
+    fn count(&mut self, sequence: u32) -> Option<u64> {
+        let place = match self.last {
+            None => 0,
+            Some((last, place)) => {
+                let steps = sequence.wrapping_sub(last);
+                // More than half the way round is a step back: the frame came twice, or out of order.
+                if steps == 0 || steps > u32::MAX / 2 {
+                    return None;
+                }
+                place + u64::from(steps)
+            }
+        };
+        self.last = Some((sequence, place));
+        Some(place)
+    }
+
+    /// The middle of the exposure.
+    fn exposed_at(&mut self, filled: &Filled, received_at: Instant) -> Instant {
+        let half = Duration::from_secs_f64((self.settings.exposure_us * 0.5e-6).clamp(0.0, 30.0));
+        let before = |moment: Instant| moment.checked_sub(half).unwrap_or(moment);
+        let middle = match (filled.stamped_at, filled.stamped) {
+            (Some(at), Stamped::ExposureStart) => at + half,
+            (Some(at), Stamped::FrameEnd) => before(at),
+            (None, _) => before(received_at),
+        };
+        // No frame is exposed after it came, nor before the one before it.
+        let middle = middle.min(received_at).max(self.last_exposed_at.unwrap_or(middle));
+        self.last_exposed_at = Some(middle);
+        middle
+    }
+}

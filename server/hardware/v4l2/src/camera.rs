@@ -1,0 +1,255 @@
+//! The camera as a station holds it.
+
+use std::io;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use devices::{
+    Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo, OpenError,
+};
+use vision::GreyImage;
+
+use crate::acquisition::Acquisition;
+use crate::controls::{self, NotManual};
+use crate::device::VideoDevice;
+use crate::opened::{OpenedCamera, not_opened, refused};
+use crate::settings::V4l2Settings;
+
+/// Pause between questions to a camera that is idle or silent whether it is still there.
+const PROBE_PERIOD: Duration = Duration::from_millis(300);
+
+/// How long a camera that went away is looked for after a reconnection was asked for.
+const RECONNECT_LIMIT: Duration = Duration::from_secs(30);
+
+/// Pause between two tries to open it again.
+const RECONNECT_PAUSE: Duration = Duration::from_millis(100);
+
+/// Longest wait for one frame, whatever the caller would wait: a driver that is away for longer counts as one that hangs.
+const LONGEST_WAIT: Duration = Duration::from_millis(500);
+
+/// Opens the device file, each time anew.
+pub type Open = Box<dyn FnMut() -> io::Result<Box<dyn VideoDevice>> + Send>;
+
+/// A Video4Linux2 camera. Its calls take as long as the camera: a station holds it as [`devices::ThreadedCamera`].
+pub struct V4l2Camera {
+    config: V4l2Settings,
+    open: Open,
+    identity: DeviceIdentity,
+    capabilities: CameraCapabilities,
+    settings: CameraSettings,
+    link: Link,
+    acquisition: Option<Acquisition>,
+    probed_at: Instant,
+}
+
+/// Whether the camera is there.
+enum Link {
+    Open(OpenedCamera),
+    Gone {
+        reason: String,
+    },
+    /// Looked for until then; tried last at.
+    Sought {
+        until: Instant,
+        tried_at: Option<Instant>,
+    },
+}
+
+impl V4l2Camera {
+    /// Opens and prepares the camera: stopped, nothing automatic.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub fn open(config: &V4l2Settings, mut open: Open) -> Result<Self, OpenError> {
+        let device = open().map_err(|error| not_opened(&config.device, &error))?;
+        let opened = OpenedCamera::prepare(device, config)?;
+        let settings = opened.settings().map_err(|error| OpenError::Settings {
+            what: format!("the camera {} does not say how it is set: {error}", config.device),
+            remedy: "plug it in again".to_owned(),
+        })?;
+        Ok(Self {
+            config: config.clone(),
+            open,
+            identity: opened.identity(),
+            capabilities: opened.capabilities(),
+            settings,
+            link: Link::Open(opened),
+            acquisition: None,
+            probed_at: Instant::now(),
+        })
+    }
+
+    /// The camera, if it is there; one that is sought is tried to be opened.
+    fn opened(&mut self) -> Result<&mut OpenedCamera, CameraError> {
+        self.seek();
+        match &mut self.link {
+            Link::Open(opened) => Ok(opened),
+            Link::Gone { reason } => Err(CameraError::Gone { reason: reason.clone() }),
+            Link::Sought { .. } => Err(CameraError::Gone { reason: "it is being reached again".to_owned() }),
+        }
+    }
+
+    fn seek(&mut self) {
+        let Link::Sought { until, tried_at } = &mut self.link else { return };
+        if tried_at.is_some_and(|at| at.elapsed() < RECONNECT_PAUSE) {
+            return;
+        }
+        *tried_at = Some(Instant::now());
+        if Instant::now() > *until {
+            self.link = Link::Gone { reason: "it did not come back".to_owned() };
+            return;
+        }
+        if let Some(opened) = self.reopened() {
+            (self.link, self.probed_at) = (Link::Open(opened), Instant::now());
+        }
+    }
+
+    /// The camera opened anew and set as it was; `None` if it is not there, or another one is.
+    fn reopened(&mut self) -> Option<OpenedCamera> {
+        let mut opened = OpenedCamera::prepare((self.open)().ok()?, &self.config).ok()?;
+        if opened.capabilities() != self.capabilities {
+            return None;
+        }
+        let able = &self.capabilities;
+        let wanted = CameraRequest {
+            exposure_us: able.exposure_us.map(|_| self.settings.exposure_us),
+            frame_rate_hz: able.frame_rate_hz.map(|_| self.settings.frame_rate_hz),
+            pixel_format: Some(self.settings.pixel_format),
+            ..CameraRequest::default()
+        };
+        opened.set(&wanted, &self.config).ok()?;
+        self.settings = opened.settings().ok()?;
+        Some(opened)
+    }
+
+    /// Lets go of a camera if the error says that it is gone.
+    fn fail(&mut self, setting: &'static str, error: io::Error) -> CameraError {
+        let failure = refused(setting, error);
+        if let CameraError::Gone { reason } = &failure {
+            self.acquisition = None;
+            self.link = Link::Gone { reason: reason.clone() };
+        }
+        failure
+    }
+
+    /// Asks now and then whether it is still there.
+    fn probe(&mut self) -> Result<(), CameraError> {
+        if self.probed_at.elapsed() < PROBE_PERIOD {
+            return Ok(());
+        }
+        self.probed_at = Instant::now();
+        let answer = self.opened()?.device.card();
+        answer.map(drop).map_err(|error| self.fail("device", error))
+    }
+
+    fn stop_streaming(&mut self) -> Result<(), CameraError> {
+        self.acquisition = None;
+        let Link::Open(opened) = &mut self.link else { return Ok(()) };
+        opened.device.stop().map_err(|error| self.fail("acquisition", error))
+    }
+}
+
+impl Camera for V4l2Camera {
+    fn identity(&self) -> DeviceIdentity {
+        self.identity.clone()
+    }
+
+    fn capabilities(&self) -> CameraCapabilities {
+        self.capabilities.clone()
+    }
+
+    fn settings(&self) -> CameraSettings {
+        self.settings
+    }
+
+    fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
+        self.capabilities.expected(&self.settings, wanted)?;
+        self.opened()?;
+        let restarted = self.acquisition.is_some() && OpenedCamera::needs_stop(&self.settings, wanted);
+        if restarted {
+            self.stop_streaming()?;
+        }
+        let config = self.config.clone();
+        let opened = self.opened()?;
+        let set = opened.set(wanted, &config).and_then(|()| opened.settings());
+        match set {
+            Ok(settings) => {
+                self.settings = settings;
+                if let Some(acquisition) = &mut self.acquisition {
+                    acquisition.set(settings);
+                }
+            }
+            Err(error) => return Err(self.fail("setting", error)),
+        }
+        if restarted {
+            self.start()?;
+        }
+        Ok(self.settings)
+    }
+
+    /// Automatics are turned off again before: any other program may have turned one on.
+    fn start(&mut self) -> Result<(), CameraError> {
+        let (n_buffers, settings) = (self.config.buffers, self.settings);
+        let is_running = self.acquisition.is_some();
+        let opened = self.opened()?;
+        if is_running {
+            return Ok(());
+        }
+        let manual = controls::turn_automatics_off(&mut *opened.device);
+        let acquisition = Acquisition::new(opened.format, opened.source, settings);
+        let started = match manual {
+            Ok(()) => opened.device.start(n_buffers).map_err(|error| ("acquisition", error)),
+            Err(NotManual::Stays(what)) => Err((what, io::Error::other("it stays on"))),
+            Err(NotManual::Refused(what, error)) => Err((what, error)),
+        };
+        started.map_err(|(setting, error)| self.fail(setting, error))?;
+        self.acquisition = Some(acquisition);
+        Ok(())
+    }
+
+    fn trigger(&mut self) -> Result<(), CameraError> {
+        Err(CameraError::NotTriggerable { reason: "it has no trigger" })
+    }
+
+    fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError> {
+        self.opened()?;
+        let deadline = Instant::now() + timeout.min(LONGEST_WAIT);
+        let (Link::Open(opened), Some(acquisition)) = (&mut self.link, &mut self.acquisition) else {
+            self.probe()?;
+            thread::sleep(timeout);
+            return Ok(None);
+        };
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let mut outcome = Ok(None);
+            let came = opened.device.take(left, &mut |filled| {
+                outcome = acquisition.take(filled, Instant::now(), image);
+            });
+            match (came, outcome) {
+                (Err(error), _) => return Err(self.fail("acquisition", error)),
+                (Ok(false), _) => return self.probe().map(|()| None),
+                (Ok(true), Ok(None)) => {}
+                (Ok(true), outcome) => return outcome,
+            }
+        }
+    }
+
+    fn stop(&mut self) -> Result<(), CameraError> {
+        self.stop_streaming()
+    }
+
+    /// Closes the camera and looks for it, whenever it is used, until it is there again.
+    fn reconnect(&mut self) -> Result<(), CameraError> {
+        if !matches!(self.link, Link::Sought { .. }) {
+            self.stop_streaming().ok();
+            self.link = Link::Sought { until: Instant::now() + RECONNECT_LIMIT, tried_at: None };
+        }
+        Ok(())
+    }
+}
+
+impl Drop for V4l2Camera {
+    fn drop(&mut self) {
+        self.stop_streaming().ok();
+    }
+}

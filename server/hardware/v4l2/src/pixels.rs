@@ -1,0 +1,161 @@
+//! Pixels as video devices send them, made into grey images in the one copy from the kernel's buffer.
+//!
+//! Deeper pixels are shifted to the top of 16 bits. Of YUYV and MJPG the luma is taken as it was sent: of a camera that
+//! sends studio range (16 to 235) white is 235, which no one recognises as saturated.
+
+mod huffman;
+
+use std::borrow::Cow;
+
+use vision::GreyImage;
+use zune_core::bytestream::ZCursor;
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::DecoderOptions;
+use zune_jpeg::JpegDecoder;
+
+use crate::device::{Format, FourCc};
+
+/// How pixels lie in bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Packing {
+    /// A byte each.
+    Eight,
+    /// Two bytes each, little end first, of which so many bits are used.
+    Sixteen(u32),
+    /// Two bytes each, luma first.
+    LumaFirst,
+    /// A JPEG picture.
+    Jpeg,
+}
+
+/// A format that is understood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SourceFormat {
+    /// Its four letters.
+    pub code: FourCc,
+    packing: Packing,
+}
+
+/// Every format that is understood; of several that serve, the one that stands first is taken.
+const FORMATS: [SourceFormat; 6] = [
+    SourceFormat { code: FourCc(*b"GREY"), packing: Packing::Eight },
+    SourceFormat { code: FourCc(*b"YUYV"), packing: Packing::LumaFirst },
+    SourceFormat { code: FourCc(*b"MJPG"), packing: Packing::Jpeg },
+    SourceFormat { code: FourCc(*b"Y16 "), packing: Packing::Sixteen(16) },
+    SourceFormat { code: FourCc(*b"Y12 "), packing: Packing::Sixteen(12) },
+    SourceFormat { code: FourCc(*b"Y10 "), packing: Packing::Sixteen(10) },
+];
+
+/// Why bytes are no picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoPicture {
+    /// Bytes are missing or damaged.
+    Incomplete,
+    /// It is a picture of another size: columns and rows.
+    WrongSize(usize, usize),
+}
+
+impl SourceFormat {
+    /// Of the formats a camera offers, the best with 8 bits, or with more; `preferred` is taken if it is offered and of
+    /// the depth.
+    pub fn choose(offered: &[FourCc], deep: bool, preferred: &str) -> Option<Self> {
+        let serves = |format: &SourceFormat| format.is_deep() == deep && offered.contains(&format.code);
+        let mut known = FORMATS.into_iter().filter(serves);
+        let wished = known.clone().find(|format| format.code.to_string() == preferred);
+        wished.or_else(|| known.next())
+    }
+
+    /// Whether its pixels have more than 8 bits.
+    pub fn is_deep(&self) -> bool {
+        matches!(self.packing, Packing::Sixteen(_))
+    }
+
+    /// Writes the picture into `image`, whose memory is used again.
+    ///
+    /// # Errors
+    /// [`NoPicture`]; what is in `image` then is undefined.
+    pub fn unpack(&self, bytes: &[u8], format: &Format, image: &mut GreyImage) -> Result<(), NoPicture> {
+        let (width, height) = (format.width_px, format.height_px);
+        match self.packing {
+            Packing::Eight => {
+                let rows = Rows::of(bytes, format, width)?;
+                let pixels = image.eight_mut(width, height).map_err(|_| NoPicture::Incomplete)?;
+                pixels.chunks_exact_mut(width).zip(rows).for_each(|(out, row)| out.copy_from_slice(row));
+            }
+            Packing::LumaFirst => {
+                let rows = Rows::of(bytes, format, 2 * width)?;
+                let pixels = image.eight_mut(width, height).map_err(|_| NoPicture::Incomplete)?;
+                for (out, row) in pixels.chunks_exact_mut(width).zip(rows) {
+                    out.iter_mut().zip(row.chunks_exact(2)).for_each(|(out, pair)| *out = pair[0]);
+                }
+            }
+            Packing::Sixteen(bits) => {
+                let rows = Rows::of(bytes, format, 2 * width)?;
+                let pixels = image.sixteen_mut(width, height).map_err(|_| NoPicture::Incomplete)?;
+                for (out, row) in pixels.chunks_exact_mut(width).zip(rows) {
+                    let sent = row.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
+                    out.iter_mut().zip(sent).for_each(|(out, pixel)| *out = pixel << (16 - bits));
+                }
+            }
+            Packing::Jpeg => decode_jpeg(bytes, (width, height), image)?,
+        }
+        Ok(())
+    }
+}
+
+/// Rows of a picture, without the bytes after each that are no pixels.
+struct Rows;
+
+impl Rows {
+    fn of<'b>(bytes: &'b [u8], format: &Format, used: usize) -> Result<impl Iterator<Item = &'b [u8]>, NoPicture> {
+        let step = format.row_bytes.max(used);
+        // The last row may end with its pixels.
+        let needed = step * format.height_px.saturating_sub(1) + used;
+        if used == 0 || format.height_px == 0 || bytes.len() < needed {
+            return Err(NoPicture::Incomplete);
+        }
+        Ok(bytes.chunks(step).map(move |row| &row[..used]))
+    }
+}
+
+/// Decodes the luma alone. A picture that is cut off is none: what a tolerant decoder puts in its place is made up.
+///
+/// Bytes lost in its middle cannot be told from others: the kernel marks such frames, where it knows of them.
+fn decode_jpeg(bytes: &[u8], size: (usize, usize), image: &mut GreyImage) -> Result<(), NoPicture> {
+    let bytes = with_tables(trimmed(bytes)?)?;
+    let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(ColorSpace::Luma);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&bytes[..]), options);
+    decoder.decode_headers().map_err(|_| NoPicture::Incomplete)?;
+    let got = decoder.dimensions().ok_or(NoPicture::Incomplete)?;
+    if got != size {
+        return Err(NoPicture::WrongSize(got.0, got.1));
+    }
+    let pixels = image.eight_mut(size.0, size.1).map_err(|_| NoPicture::Incomplete)?;
+    decoder.decode_into(pixels).map_err(|_| NoPicture::Incomplete)
+}
+
+/// The picture up to its end marker; cameras fill up with zeros behind it.
+fn trimmed(bytes: &[u8]) -> Result<&[u8], NoPicture> {
+    const END: [u8; 2] = [0xFF, 0xD9];
+    let last = bytes.iter().rposition(|&byte| byte != 0).ok_or(NoPicture::Incomplete)?;
+    let used = &bytes[..=last];
+    if used.ends_with(&END) { Ok(used) } else { Err(NoPicture::Incomplete) }
+}
+
+/// The picture with the standard's Huffman tables before its scan, if it has none.
+fn with_tables(jpeg: &[u8]) -> Result<Cow<'_, [u8]>, NoPicture> {
+    const SCAN: u8 = 0xDA;
+    const TABLES: u8 = 0xC4;
+    let mut at = 2;
+    loop {
+        let Some(&[0xFF, marker, high, low]) = jpeg.get(at..at + 4) else { return Err(NoPicture::Incomplete) };
+        match marker {
+            TABLES => return Ok(Cow::Borrowed(jpeg)),
+            SCAN => return Ok(Cow::Owned([&jpeg[..at], &huffman::STANDARD_TABLES, &jpeg[at..]].concat())),
+            _ => at += 2 + usize::from(u16::from_be_bytes([high, low])),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,104 @@
+use vision::Pixels;
+
+use super::*;
+
+fn format(code: &[u8; 4], (width_px, height_px): (usize, usize), row_bytes: usize) -> Format {
+    Format { pixels: FourCc(*code), width_px, height_px, row_bytes }
+}
+
+fn unpack(bytes: &[u8], format: &Format) -> Result<Vec<u16>, NoPicture> {
+    let deep = FORMATS.iter().find(|known| known.code == format.pixels).unwrap().is_deep();
+    let source = SourceFormat::choose(&[format.pixels], deep, "").unwrap();
+    let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
+    source.unpack(bytes, format, &mut image)?;
+    assert_eq!((image.width(), image.height()), (format.width_px, format.height_px));
+    Ok(match image.pixels() {
+        Pixels::Eight(pixels) => pixels.iter().map(|&pixel| u16::from(pixel)).collect(),
+        Pixels::Sixteen(pixels) => pixels.clone(),
+    })
+}
+
+#[test]
+fn every_format_gives_the_grey_levels_that_were_sent() {
+    for (code, bytes, expected) in [
+        (b"GREY", vec![1, 2, 3, 4], [1, 2, 3, 4]),
+        (b"YUYV", vec![1, 128, 2, 128, 3, 99, 4, 99], [1, 2, 3, 4]),
+        (b"Y16 ", vec![0x34, 0x12, 0xFF, 0xFF, 0, 0, 1, 0], [0x1234, 0xFFFF, 0, 1]),
+        (b"Y12 ", vec![0xBC, 0x0A, 0xFF, 0x0F, 0, 0, 1, 0], [0xABC0, 0xFFF0, 0, 16]),
+        (b"Y10 ", vec![0xA5, 0x03, 0xFF, 0x03, 0, 0, 1, 0], [0x3A5 << 6, 0xFFC0, 0, 64]),
+    ] {
+        let row_bytes = bytes.len() / 2;
+        assert_eq!(unpack(&bytes, &format(code, (2, 2), row_bytes)).unwrap(), expected, "{code:?}");
+        let short = unpack(&bytes[..bytes.len() - 1], &format(code, (2, 2), row_bytes));
+        assert_eq!(short, Err(NoPicture::Incomplete), "{code:?}: a byte is missing");
+    }
+}
+
+#[test]
+fn bytes_after_rows_are_no_pixels() {
+    assert_eq!(unpack(&[1, 2, 99, 99, 3, 4], &format(b"GREY", (2, 2), 4)).unwrap(), [1, 2, 3, 4]);
+    assert_eq!(unpack(&[1, 0, 9, 9, 2, 0, 9, 9], &format(b"Y16 ", (1, 2), 4)).unwrap(), [1, 2]);
+}
+
+/// A ramp of 64 × 32 pixels as a JPEG picture in colour.
+fn jpeg() -> Vec<u8> {
+    let rgb: Vec<u8> = (0..64 * 32_usize).flat_map(|at| [(at % 64 * 4) as u8; 3]).collect();
+    let mut bytes = Vec::new();
+    let encoder = jpeg_encoder::Encoder::new(&mut bytes, 95);
+    encoder.encode(&rgb, 64, 32, jpeg_encoder::ColorType::Rgb).unwrap();
+    bytes
+}
+
+fn is_the_ramp(pixels: &[u16]) {
+    for (at, &pixel) in pixels.iter().enumerate() {
+        // Quality 95 moves a smooth ramp by a level or two.
+        assert!(pixel.abs_diff((at % 64 * 4) as u16) <= 3, "pixel {at} is {pixel}");
+    }
+}
+
+#[test]
+fn a_jpeg_picture_is_decoded_with_what_cameras_add_and_leave_out() {
+    let format = format(b"MJPG", (64, 32), 0);
+    is_the_ramp(&unpack(&jpeg(), &format).unwrap());
+    let filled_up = [jpeg(), vec![0; 300]].concat();
+    is_the_ramp(&unpack(&filled_up, &format).unwrap());
+    // Many cameras leave out the Huffman tables, since those of the standard are meant (AVI's MJPG).
+    is_the_ramp(&unpack(&without_huffman_tables(&jpeg()), &format).unwrap());
+}
+
+#[test]
+fn a_jpeg_picture_that_is_cut_off_or_of_another_size_is_none() {
+    let whole = jpeg();
+    let agreed = format(b"MJPG", (64, 32), 0);
+    for keep in [0, 2, 100, whole.len() / 2, whole.len() - 2] {
+        assert_eq!(unpack(&whole[..keep], &agreed), Err(NoPicture::Incomplete), "{keep} bytes");
+    }
+    assert_eq!(unpack(&whole, &format(b"MJPG", (32, 64), 0)), Err(NoPicture::WrongSize(64, 32)));
+}
+
+fn without_huffman_tables(jpeg: &[u8]) -> Vec<u8> {
+    let (mut kept, mut at) = (jpeg[..2].to_vec(), 2);
+    while jpeg[at + 1] != 0xDA {
+        let length = 2 + usize::from(u16::from_be_bytes([jpeg[at + 2], jpeg[at + 3]]));
+        if jpeg[at + 1] != 0xC4 {
+            kept.extend(&jpeg[at..at + length]);
+        }
+        at += length;
+    }
+    assert!(kept.len() + 100 < jpeg.len(), "there were no tables to leave out");
+    kept.extend(&jpeg[at..]);
+    kept
+}
+
+#[test]
+fn the_best_format_offered_is_chosen_unless_another_is_preferred() {
+    let offered = [*b"MJPG", *b"YUYV", *b"H264", *b"Y10 ", *b"Y16 "].map(FourCc);
+    let chosen =
+        |deep, preferred| SourceFormat::choose(&offered, deep, preferred).map(|format| format.code.to_string());
+    assert_eq!(chosen(false, "").as_deref(), Some("YUYV"));
+    assert_eq!(chosen(false, "MJPG").as_deref(), Some("MJPG"));
+    assert_eq!(chosen(false, "GREY").as_deref(), Some("YUYV"), "one that is not offered");
+    assert_eq!(chosen(true, "").as_deref(), Some("Y16"));
+    assert_eq!(chosen(true, "Y10").as_deref(), Some("Y10"));
+    assert_eq!(SourceFormat::choose(&[FourCc(*b"H264")], false, ""), None);
+}

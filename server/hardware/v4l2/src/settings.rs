@@ -1,0 +1,39 @@
+//! `[station.v4l2]`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// `[station.v4l2]`: a USB (UVC) or other Video4Linux2 camera.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct V4l2Settings {
+    /// device file of the camera, as `sheaf devices` lists it
+    pub device: String,
+    /// pixel format for 8 bits: GREY, YUYV or MJPG; empty: the first of these it has
+    pub format_8: String,
+    /// pixel format for more bits: Y16, Y12 or Y10; empty: the first of these it has
+    pub format_16: String,
+    /// columns of the picture; 0: the largest picture
+    pub width_px: usize,
+    /// rows of the picture; 0: the largest picture
+    pub height_px: usize,
+    /// gain in the camera's own unit, moved into its range
+    pub gain: i32,
+    /// buffers that the camera's frames go through
+    #[schemars(range(min = 2, max = 32))]
+    pub buffers: u32,
+}
+
+impl Default for V4l2Settings {
+    /// Best format, largest picture, lowest gain; the camera has to be named.
+    fn default() -> Self {
+        Self {
+            device: String::new(),
+            format_8: String::new(),
+            format_16: String::new(),
+            width_px: 0,
+            height_px: 0,
+            gain: 0,
+            buffers: 8,
+        }
+    }
+}
