@@ -20,7 +20,7 @@ mod search;
 mod strong_light;
 
 pub use background::Background;
-pub use board::{board_pattern, board_remedy, find_board};
+pub use board::{board_geometry, board_remedy, find_board};
 pub use calibrate::{Calibrated, calibrate_features, open_capture, read_features};
 pub use document_file::read_document;
 pub use failure::{Failure, FailureKind};
