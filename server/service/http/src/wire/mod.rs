@@ -25,6 +25,7 @@ pub mod session_bodies;
 pub mod sessions;
 pub mod simulation;
 pub mod station;
+pub mod target;
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;

@@ -6,8 +6,10 @@ use utoipa::ToSchema;
 use app::sessions::photographer::Exposures;
 use app::sessions::{
     BoardPicture, CameraSoFar, LaserPicture, Look, Need, Picture, ProjectorSheet, SessionBody, SessionNeeds,
-    SessionPose, SessionStageView, Target,
+    SessionPose, SessionStageView,
 };
+
+use crate::wire::target::TargetDto;
 
 /// What a session has gathered.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -32,17 +34,6 @@ pub struct SessionBodyDto {
     pub camera: CameraSoFarDto,
     /// The job that was started to solve it.
     pub job_id: Option<String>,
-}
-
-/// A chessboard.
-#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
-pub struct TargetDto {
-    /// Inner corners along a row.
-    pub inner_columns: usize,
-    /// Inner corners along a column.
-    pub inner_rows: usize,
-    /// Side of a square.
-    pub square_mm: f64,
 }
 
 /// Laser and grating by their data sheets.
@@ -242,20 +233,6 @@ impl From<SessionBody> for SessionBodyDto {
             camera: camera.into(),
             job_id,
         }
-    }
-}
-
-impl From<Target> for TargetDto {
-    fn from(of: Target) -> Self {
-        let Target { inner_columns, inner_rows, square_mm } = of;
-        Self { inner_columns, inner_rows, square_mm }
-    }
-}
-
-impl From<TargetDto> for Target {
-    fn from(of: TargetDto) -> Self {
-        let TargetDto { inner_columns, inner_rows, square_mm } = of;
-        Self { inner_columns, inner_rows, square_mm }
     }
 }
 

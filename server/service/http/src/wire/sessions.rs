@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::wire::session_bodies::{ExposuresDto, ProjectorSheetDto, SessionBodyDto, SessionNeedsDto, TargetDto};
+use crate::wire::session_bodies::{ExposuresDto, ProjectorSheetDto, SessionBodyDto, SessionNeedsDto};
+use crate::wire::target::TargetDto;
 use app::jobs::calibrate::SolveSession;
 use app::sessions::{NewSession, Session, SessionDefaults, SessionNeeds, VirtualBoard};
 
