@@ -2,14 +2,17 @@
 
 use capture::{CharucoTarget, CirclesTarget, SquareMm, Target};
 use twin::poses::{target_poses, usual_target};
-use twin::{Board, Renderer, Scene, StationModel, StationShape};
+use twin::{Board, Print, Renderer, Scene, StationModel, StationShape};
 use vision::{BoardCorners, CharucoParams, CircleParams, find_charuco, find_circles};
 
-/// RMS per axis: what the corner finders state for 2 % noise, of ChArUco corners in windows of a sixth of a square.
-const RMS_PX: f64 = 0.02;
+/// RMS per axis of disc centres: 0.004 px is what `find_circles` states, with half as much again for tilted views.
+const DISC_RMS_PX: f64 = 0.006;
 
-/// Mean over a board: what its shift may be by any flaw of the drawing; noise of 63 points is below a third of it.
-const MEAN_PX: f64 = 0.006;
+/// RMS per axis of ChArUco corners, whose windows end before the markers: that of `vision`'s own drawings.
+const CORNER_RMS_PX: f64 = 0.012;
+
+/// Mean over a board: 3 σ of corners with the RMS above (88 of them) is 0.004 px.
+const MEAN_PX: f64 = 0.004;
 
 fn grid(columns: usize, rows: usize, square_mm: SquareMm) -> CirclesTarget {
     CirclesTarget { columns, rows, square_mm, diameter_mm: 9.0 }
@@ -33,7 +36,8 @@ fn check(renderer: &Renderer, board: &Board, found: &BoardCorners) {
     let rms_px = (square(&errors) / (2 * errors.len()) as f64).sqrt();
     let mean_px = [0, 1].map(|axis| errors.iter().map(|error| error[axis]).sum::<f64>() / errors.len() as f64);
     println!("{} points: RMS {rms_px:.4} px, mean {mean_px:.4?} px", errors.len());
-    assert!(rms_px < RMS_PX && mean_px.iter().all(|mean| mean.abs() < MEAN_PX), "{rms_px} {mean_px:?}");
+    let limit_px = if matches!(board.print, Print::Discs { .. }) { DISC_RMS_PX } else { CORNER_RMS_PX };
+    assert!(rms_px < limit_px && mean_px.iter().all(|mean| mean.abs() < MEAN_PX), "{rms_px} {mean_px:?}");
 }
 
 #[test]
