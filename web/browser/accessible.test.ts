@@ -2,7 +2,7 @@
 
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
-import { PAGES } from "../src/state/route";
+import { PAGES } from "../src/state/browser/route";
 import { expectAccessibleInBoth, launch, Server, type Visit, visit } from "./harness";
 
 let server: Server;

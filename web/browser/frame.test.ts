@@ -3,7 +3,7 @@
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
 import type { Schemas, Station } from "../src/api/client";
-import { PAGES } from "../src/state/route";
+import { PAGES } from "../src/state/browser/route";
 import { de } from "../src/text/de";
 import { en } from "../src/text/en";
 import { AT_WORK, ENDED, englishIn } from "./german";

@@ -3,11 +3,11 @@
 import { createContext } from "preact";
 import { useContext } from "preact/hooks";
 import type { Api } from "./api/client";
-import type { Control } from "./state/control";
-import type { EventLog } from "./state/events";
-import type { JobsState } from "./state/jobs";
-import type { StationState } from "./state/station";
-import type { Stop } from "./state/stop";
+import type { EventLog } from "./state/records/events";
+import type { JobsState } from "./state/records/jobs";
+import type { Control } from "./state/station/control";
+import type { StationState } from "./state/station/station";
+import type { Stop } from "./state/station/stop";
 import type { StreamConnection } from "./stream/connection";
 
 export interface App {

@@ -1,7 +1,7 @@
 /** Every block of a scan once and in order, whatever the connection does. */
 
 import { expect, test } from "vitest";
-import { BlockFeed, type PointsPage } from "../src/scene/block_feed";
+import { BlockFeed, type PointsPage } from "../src/scene/cloud/block_feed";
 import { block, blockBytes } from "./blocks";
 
 const SCAN = "01890a5d-ac96-774b-bcce-b302099a8057";

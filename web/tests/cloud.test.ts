@@ -1,10 +1,10 @@
 /** The book-keeping of points on the graphics card: where they are, which lanes are drawn, whose block they were. */
 
 import { describe, expect, test } from "vitest";
-import { CHUNK_POINTS, Cloud, LANES } from "../src/scene/cloud";
-import { countShown, proposedRange, sampleValues } from "../src/scene/histogram";
-import { RegionGrid } from "../src/scene/region";
-import { deviation } from "../src/scene/shapes";
+import { CHUNK_POINTS, Cloud, LANES } from "../src/scene/cloud/cloud";
+import { countShown, proposedRange, sampleValues } from "../src/scene/cloud/histogram";
+import { RegionGrid } from "../src/scene/cloud/region";
+import { deviation } from "../src/scene/cloud/shapes";
 import { block, type Spec } from "./blocks";
 
 /** Display positions are rounded twice: to the steps of the stream and to those of a chunk, some µm each. */

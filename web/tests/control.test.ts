@@ -3,8 +3,8 @@
 import { signal } from "@preact/signals";
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { type Api, makeApi } from "../src/api/client";
-import { Control } from "../src/state/control";
-import type { StationState } from "../src/state/station";
+import { Control } from "../src/state/station/control";
+import type { StationState } from "../src/state/station/station";
 
 interface Asked {
   method: string;

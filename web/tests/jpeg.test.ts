@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { eighthsFor, WHOLE } from "../src/scene/jpeg";
+import { eighthsFor, WHOLE } from "../src/scene/picture/jpeg";
 
 test("a picture is decoded no coarser than it is shown, and never finer than it is", () => {
   const cases = [

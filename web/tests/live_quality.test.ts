@@ -1,11 +1,11 @@
 /** What Live says about a frame, held by frames whose figures are known. */
 
 import { expect, test } from "vitest";
-import { adviceOf } from "../src/panels/live/advice";
-import { FrameRate } from "../src/panels/live/frame_rate";
-import { PIECE_POINTS, qualityOf, scatter } from "../src/panels/live/quality";
-import { acrossOrders, nearestLinePoint, neighbour, profilePointAt } from "../src/scene/nearest";
-import { SteadyRange } from "../src/scene/steady_range";
+import { FrameRate } from "../src/panels/live/picture/frame_rate";
+import { adviceOf } from "../src/panels/live/quality/advice";
+import { PIECE_POINTS, qualityOf, scatter } from "../src/panels/live/quality/quality";
+import { acrossOrders, nearestLinePoint, neighbour, profilePointAt } from "../src/scene/plot/nearest";
+import { SteadyRange } from "../src/scene/plot/steady_range";
 import type { ImageMessage, ProfileMessage } from "../src/stream/protocol";
 
 const UNITS = 32;

@@ -6,8 +6,8 @@ import { lastOf } from "../src/panels/operate/last_part";
 import { type Obstacle, obstacleOf } from "../src/panels/operate/readiness";
 import { changed, freeName, scanOf } from "../src/panels/operate/recipe";
 import { barPlaces } from "../src/panels/operate/tolerance_bar";
-import type { Plan } from "../src/state/measurement_plan";
-import type { ScannedPart } from "../src/state/scanned";
+import type { Plan } from "../src/state/records/measurement_plan";
+import type { ScannedPart } from "../src/state/records/scanned";
 
 function station(change: object = {}): Station {
   return {

@@ -8,7 +8,7 @@ import {
   uOfPlace,
   vOfPlace,
   zoomedAt,
-} from "../src/scene/picture_view";
+} from "../src/scene/picture/picture_view";
 
 const PLACE = { width: 800, height: 400 };
 const PICTURE = { width: 1280, height: 1024 };

@@ -5,9 +5,9 @@ import type { Api } from "../src/api/client";
 import { filtered, NO_FILTER } from "../src/panels/results/filter";
 import { ResultsState } from "../src/panels/results/results_state";
 import { characteristicsOf, trendOf } from "../src/panels/results/trend_data";
-import type { EventLog, StationEvent } from "../src/state/events";
-import { outcomeOf, standing } from "../src/state/outcome";
-import { type Measured, partOf, type Scan, type ScannedPart } from "../src/state/scanned";
+import type { EventLog, StationEvent } from "../src/state/records/events";
+import { outcomeOf, standing } from "../src/state/records/outcome";
+import { type Measured, partOf, type Scan, type ScannedPart } from "../src/state/records/scanned";
 
 function measured(change: Partial<Measured> = {}): Measured {
   return {

@@ -2,15 +2,15 @@
 
 import { describe, expect, test } from "vitest";
 import type { Schemas } from "../src/api/client";
-import { Cloud } from "../src/scene/cloud";
+import { Cloud } from "../src/scene/cloud/cloud";
+import { matchPoint } from "../src/scene/cloud/exact_point";
+import { meshFromGlb } from "../src/scene/cloud/glb";
+import { binned, proposedRange } from "../src/scene/cloud/histogram";
+import { pick, project } from "../src/scene/cloud/picking";
 import { orderTable, palette, rgb } from "../src/scene/colours";
-import { matchPoint } from "../src/scene/exact_point";
-import { meshFromGlb } from "../src/scene/glb";
-import { binned, proposedRange } from "../src/scene/histogram";
-import { Orbit } from "../src/scene/orbit";
-import { roundLength } from "../src/scene/overlay";
-import { pick, project } from "../src/scene/picking";
-import { Thinning } from "../src/scene/thinning";
+import { Orbit } from "../src/scene/view/orbit";
+import { roundLength } from "../src/scene/view/overlay";
+import { Thinning } from "../src/scene/view/thinning";
 import { NO_ORDER_COLOUR, orderColour } from "../src/theme";
 import { block } from "./blocks";
 

@@ -2,9 +2,9 @@
 
 import { expect, test } from "vitest";
 import { titleOf } from "../src/frame/title";
-import { joined, type StationEvent } from "../src/state/events";
-import { PAGES } from "../src/state/route";
-import { PAGE_LETTERS, Shortcuts } from "../src/state/shortcuts";
+import { PAGES } from "../src/state/browser/route";
+import { PAGE_LETTERS, Shortcuts } from "../src/state/browser/shortcuts";
+import { joined, type StationEvent } from "../src/state/records/events";
 import { de } from "../src/text/de";
 import { en } from "../src/text/en";
 

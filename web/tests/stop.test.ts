@@ -5,7 +5,7 @@ import { join } from "node:path";
 import { signal } from "@preact/signals";
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import type { Station } from "../src/api/client";
-import { Stop } from "../src/state/stop";
+import { Stop } from "../src/state/station/stop";
 import type { StopAnswer } from "../src/stream/connection";
 
 /** A server that answers only when it is told to. */

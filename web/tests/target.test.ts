@@ -1,5 +1,12 @@
 import { expect, test } from "vitest";
-import { ofKind, pointsOf, sidesOf, TARGET_KINDS, type Target, withSides } from "../src/panels/calibration/target";
+import {
+  ofKind,
+  pointsOf,
+  sidesOf,
+  TARGET_KINDS,
+  type Target,
+  withSides,
+} from "../src/panels/calibration/session/target";
 
 const board: Target = { kind: "chessboard", inner_columns: 11, inner_rows: 8, square_mm: 12 };
 

@@ -1,8 +1,8 @@
 /** What number fields make of what people type: a number that was meant, or words. */
 
 import { beforeEach, expect, test } from "vitest";
-import { Form } from "../src/parts/form";
-import { type Limits, readTyped, written } from "../src/parts/typed_number";
+import { Form } from "../src/parts/fields/form";
+import { type Limits, readTyped, written } from "../src/parts/fields/typed_number";
 import { language } from "../src/text";
 import { en } from "../src/text/en";
 

@@ -3,29 +3,24 @@
 //! Here live the commands, the layers of the configuration, the benches and studies, and the one place that puts the
 //! service together: its use cases and the doors before them. Nothing imports this crate.
 
-mod allocations;
+mod answer;
 mod arguments;
 mod commands;
 mod config;
 mod drivers;
-mod exit;
-mod memory;
-mod output;
-mod photographs;
-mod pixel_row;
-mod progress;
+mod heap;
+mod inputs;
 mod service;
 mod study;
-mod truth;
 
 use std::process::ExitCode;
 
 use clap::Parser as _;
 
+use answer::exit::{Exit, failure_json};
+use answer::progress::Stderr;
 use arguments::{Cli, JsonTo};
-use exit::{Exit, failure_json};
 use pipeline::{Failure, FailureKind};
-use progress::Stderr;
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {

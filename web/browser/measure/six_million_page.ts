@@ -1,6 +1,6 @@
 /** Runs in the page of `six_million.ts`. */
 
-import { CloudViewer } from "../../src/scene/viewer";
+import { CloudViewer } from "../../src/scene/view/viewer";
 import { decode } from "../../src/stream/protocol";
 import { blockBytes } from "../../tests/blocks";
 

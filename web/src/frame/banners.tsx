@@ -4,7 +4,7 @@ import type { Station } from "../api/client";
 import { useApp } from "../app";
 import { ReloadButton } from "../parts/reload";
 import { ResetButton } from "../parts/reset";
-import type { Loss } from "../state/control";
+import type { Loss } from "../state/station/control";
 import { text } from "../text";
 
 export function Banners() {

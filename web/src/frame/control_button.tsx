@@ -4,9 +4,9 @@ import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import { useApp } from "../app";
 import { CommandButton } from "../parts/command_button";
-import { Dialog } from "../parts/dialog";
-import { NameField } from "../parts/name_field";
-import { Command } from "../state/command";
+import { Dialog } from "../parts/dialogs/dialog";
+import { NameField } from "../parts/fields/name_field";
+import { Command } from "../state/station/command";
 import { text } from "../text";
 
 export function ControlButton() {

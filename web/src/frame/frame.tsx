@@ -2,7 +2,7 @@
 
 import { useEffect } from "preact/hooks";
 import { useApp } from "../app";
-import { route } from "../state/route";
+import { route } from "../state/browser/route";
 import { text } from "../text";
 import { Banners } from "./banners";
 import { Bar } from "./bar";

@@ -2,7 +2,7 @@
 
 import { type Signal, signal } from "@preact/signals";
 import type { ComponentType } from "preact";
-import { type PageName, route } from "../state/route";
+import { type PageName, route } from "../state/browser/route";
 import { text } from "../text";
 import { Boundary, Failure } from "./boundary";
 

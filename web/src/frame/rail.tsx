@@ -1,6 +1,6 @@
 import { useEffect, useRef } from "preact/hooks";
-import { href, PAGES, route } from "../state/route";
-import { digitOf, letter_shortcuts, PAGE_LETTERS } from "../state/shortcuts";
+import { href, PAGES, route } from "../state/browser/route";
+import { digitOf, letter_shortcuts, PAGE_LETTERS } from "../state/browser/shortcuts";
 import { text } from "../text";
 import { preload } from "./page";
 

@@ -1,6 +1,6 @@
 /** The title of the window: what a person sees of the station while another tab is open. */
 
-import type { PageName } from "../state/route";
+import type { PageName } from "../state/browser/route";
 import type { Catalogue } from "../text/en";
 
 export function titleOf(words: Catalogue, page: PageName, state: string | undefined, stale: boolean): string {

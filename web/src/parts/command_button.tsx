@@ -2,7 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
-import type { Command } from "../state/command";
+import type { Command } from "../state/station/command";
 import { text } from "../text";
 import { ProblemCard } from "./problem";
 

@@ -4,7 +4,7 @@ import type { ReadonlySignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { useApp } from "../app";
 import { coalesced } from "../state/coalesced";
-import type { StationEvent } from "../state/events";
+import type { StationEvent } from "../state/records/events";
 import type { Loaded } from "../state/resource";
 import { useLoaded } from "./loading";
 

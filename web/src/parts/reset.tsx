@@ -3,7 +3,7 @@
 import { useMemo } from "preact/hooks";
 import { data } from "../api/client";
 import { useApp } from "../app";
-import { Command } from "../state/command";
+import { Command } from "../state/station/command";
 import { CommandButton } from "./command_button";
 
 interface Properties {

@@ -5,7 +5,7 @@ import { useMemo } from "preact/hooks";
 import { data } from "../api/client";
 import { useApp } from "../app";
 import { SCENES, type SceneName } from "../state/choices";
-import { Command } from "../state/command";
+import { Command } from "../state/station/command";
 import { text } from "../text";
 import { useFollowed } from "./followed";
 import { ProblemCard } from "./problem";

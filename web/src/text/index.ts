@@ -1,7 +1,7 @@
 /** The language of the page. */
 
 import { computed } from "@preact/signals";
-import { remembered } from "../state/remembered";
+import { remembered } from "../state/browser/remembered";
 import { de } from "./de";
 import { type Catalogue, en } from "./en";
 

@@ -3,10 +3,10 @@
 use calibration::{CalibrationOptions, LightModelChoice};
 use serde_json::json;
 
+use crate::answer::output::write_file;
 use crate::arguments::CalibrateArgs;
 use crate::commands::Answer;
-use crate::commands::centrelines::{channel_json, channel_text};
-use crate::output::write_file;
+use crate::commands::images::centrelines::{channel_json, channel_text};
 use pipeline::Failure;
 use pipeline::Reporter;
 use pipeline::{Calibrated, calibrate_features, open_capture, read_features};

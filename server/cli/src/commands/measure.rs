@@ -1,6 +1,6 @@
 //! `sheaf measure`: one measurement on a cloud, with its uncertainty and, with a tolerance, the verdict.
 
-use crate::exit::Exit;
+use crate::answer::exit::Exit;
 use std::path::Path;
 
 use metrology::{MeasureRequest, Measurement, Region, Verdict, measure};

@@ -2,28 +2,22 @@
 
 mod bench;
 mod calibrate;
-pub mod centrelines;
-pub mod config;
-mod corners;
 pub mod demo;
-mod devices;
+pub mod images;
 mod measure;
-mod openapi;
 mod scan;
-mod serve;
+pub mod service;
 mod study;
-mod target;
-mod triangulate;
 mod twin;
 
-use crate::exit::{Exit, failure_json};
+use crate::answer::exit::{Exit, failure_json};
 use std::io::Write as _;
 use std::path::Path;
 
 use serde_json::Value;
 
+use crate::answer::output::write_file;
 use crate::arguments::Command;
-use crate::output::write_file;
 use pipeline::Failure;
 use pipeline::Reporter;
 
@@ -91,18 +85,18 @@ pub fn run(command: Command, json: bool, reporter: &dyn Reporter) -> Result<Answ
     match command {
         Command::Calibrate(args) => calibrate::run(&args, reporter),
         Command::Scan(args) => scan::run(&args, reporter),
-        Command::Triangulate(args) => triangulate::run(&args, json, reporter),
-        Command::Centrelines(args) => centrelines::run(&args, reporter),
-        Command::Corners(args) => corners::run(&args, reporter),
+        Command::Triangulate(args) => images::triangulate::run(&args, json, reporter),
+        Command::Centrelines(args) => images::centrelines::run(&args, reporter),
+        Command::Corners(args) => images::corners::run(&args, reporter),
         Command::Measure(args) => measure::run(&args, reporter),
         Command::Bench(args) => bench::run(&args, reporter),
         Command::Study(args) => study::run(&args, reporter),
-        Command::Target(args) => target::run(&args, reporter),
+        Command::Target(args) => images::target::run(&args, reporter),
         Command::Twin(args) => twin::run(&args, reporter),
         Command::Demo(args) => demo::run(&args, reporter),
-        Command::Serve(args) => serve::run(&args, json),
-        Command::Config(args) => config::run(&args),
-        Command::Devices => Ok(devices::run()),
-        Command::Openapi(args) => openapi::run(&args),
+        Command::Serve(args) => service::serve::run(&args, json),
+        Command::Config(args) => service::config::run(&args),
+        Command::Devices => Ok(service::devices::run()),
+        Command::Openapi(args) => service::openapi::run(&args),
     }
 }

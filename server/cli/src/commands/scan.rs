@@ -10,10 +10,10 @@ use scanning::files::{write_cloud, write_mesh};
 use scanning::{Cloud, CloudFormat, Mesh, MeshFormat, MeshParams, ScanReport, mesh_from_cloud};
 use serde_json::json;
 
+use crate::answer::output::write_file;
 use crate::arguments::ScanArgs;
 use crate::commands::Answer;
-use crate::commands::centrelines::{channel_json, channel_text};
-use crate::output::write_file;
+use crate::commands::images::centrelines::{channel_json, channel_text};
 use pipeline::Failure;
 use pipeline::Reporter;
 use pipeline::read_document;

@@ -2,21 +2,9 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod accuracy;
-mod bad_input;
+mod commands;
 mod common;
-mod contract;
-mod crash;
-mod few_lines;
-mod genicam;
 mod http;
-mod lasers;
-mod lines_of_photographs;
-mod photographs;
 mod readme;
-mod rig_a;
-mod schemas;
-mod stop;
-mod stream_load;
-mod target;
-mod turntable;
+mod rigs;
+mod service;

@@ -8,7 +8,7 @@ use capture::{Capture, ChannelBasis, sha256_of};
 use rayon::prelude::*;
 
 use crate::failure::Failure;
-use crate::features::{Features, calibration_features};
+use crate::pictures::features::{Features, calibration_features};
 use crate::progress::Reporter;
 
 /// A calibrated capture.

@@ -11,9 +11,10 @@ use scanning::{
     Cloud, CloudFormat, CloudPoint, Evaluation, Frames, ScanError, ScanFrame, ScanParams, ScanReport, ScanResult,
     evaluate_scan,
 };
+use statistics::median;
 
 use crate::failure::Failure;
-use crate::features::{scan_centrelines, stage_position};
+use crate::pictures::features::{scan_centrelines, stage_position};
 use crate::progress::Reporter;
 use crate::provenance::embed;
 
@@ -166,6 +167,5 @@ fn nothing_seen(name: &str, report: &ScanReport) -> Failure {
 
 /// The median of σ in mm, the upper one of two; 0 of nothing.
 pub fn median_mm(mut sigmas: Vec<f32>) -> f64 {
-    sigmas.sort_unstable_by(f32::total_cmp);
-    sigmas.get(sigmas.len() / 2).copied().map_or(0.0, f64::from)
+    median(&mut sigmas).map_or(0.0, f64::from)
 }

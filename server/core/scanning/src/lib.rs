@@ -1,40 +1,31 @@
 //! From centrelines to a measured surface: order labels, triangulation, registration, clouds, meshes, files.
 
-mod carried;
-mod cloud;
-mod columns;
-mod compare;
-mod decision;
-pub mod dropped;
-pub mod envelope;
+mod checks;
 mod error;
 mod evaluation;
 pub mod files;
-mod frames;
+mod input;
 mod label;
 pub mod mesh;
-mod motions;
 pub mod params;
-pub mod profile;
-mod profiles;
+mod points;
 mod report;
-mod rivals;
 pub mod scan;
-mod sigma_table;
-mod stage_positions;
-pub mod synthetic;
 mod threads;
 
-pub use cloud::{Cloud, CloudPoint};
-pub use compare::{Closure, ClosureGap, OrderPair};
-pub use dropped::{DropReason, Dropped};
-pub use envelope::{DepthEnvelope, depth_envelope};
+pub use input::synthetic;
+pub use points::{dropped, envelope, profile};
+
+pub use checks::compare::{Closure, ClosureGap, OrderPair};
 pub use error::{ContentError, ScanError};
 pub use evaluation::Evaluation;
 pub use files::{CloudFormat, FileError, MeshFormat};
-pub use frames::{Frames, ScanFrame};
+pub use input::frames::{Frames, ScanFrame};
+pub use input::stage_positions::StagePositions;
 pub use mesh::{Mesh, MeshParams, mesh_from_cloud};
-pub use profile::{Profile, ProfilePoint, label_frame};
+pub use points::cloud::{Cloud, CloudPoint};
+pub use points::dropped::{DropReason, Dropped};
+pub use points::envelope::{DepthEnvelope, depth_envelope};
+pub use points::profile::{Profile, ProfilePoint, label_frame};
 pub use report::ScanReport;
 pub use scan::{ScanParams, ScanResult, evaluate_scan, scan_cloud};
-pub use stage_positions::StagePositions;

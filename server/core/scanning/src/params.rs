@@ -71,7 +71,7 @@ pub const SHIFT_ROUNDS: usize = 4;
 /// parts, so this weighs more than a single agreement.
 pub const RANK_COST: f64 = 1.5;
 
-/// Cost of a sample that misses the sheet or lies outside the depth range. No more than a rank: parts may reach
+/// Cost of a sample that misses the light sheet or lies outside the depth range. No more than a rank: parts may reach
 /// beyond the stated depths, and what hangs on such a line shall not be pressed into another order.
 pub const OUTSIDE_COST: f64 = 1.5;
 /// Cost of leaving a piece unlabelled, per sample. A label must be contradicted by this much on balance
@@ -100,9 +100,9 @@ pub const PATCH_RADIUS_SPACINGS: f64 = 0.8;
 /// Lines of one order this many frames apart see different places; nearer ones are neighbours on a slope.
 pub const SAME_ORDER_MIN_FRAMES: usize = 3;
 
-/// Rounds of relaxation; beliefs settle within twenty.
+/// Rounds of relaxation; marginals settle within twenty.
 pub const RELAX_ROUNDS: usize = 40;
-/// Sharpness of beliefs in the first and in the last round (inverse temperature, per sample).
+/// Sharpness of marginals in the first and in the last round (inverse temperature, per sample).
 pub const RELAX_SHARPNESS: [f64; 2] = [0.7, 12.0];
 /// Share of the rounds after which "none" takes part: by then lines know their places, and charge no rank in vain.
 pub const UNLABELLED_FROM: f64 = 0.5;
@@ -122,35 +122,35 @@ pub const GROUP_MARGIN: f64 = 0.1;
 
 /// Columns two pieces must share to hang together, and the share of the shorter one's length: where a step runs askew
 /// to the lines, the pieces on either side overlap a little from frame to frame.
-pub const SHEET_LINK_OVERLAP_PX: f64 = 10.0;
-/// See [`SHEET_LINK_OVERLAP_PX`].
-pub const SHEET_LINK_SHARE: f64 = 0.5;
+pub const STRIP_LINK_OVERLAP_PX: f64 = 10.0;
+/// See [`STRIP_LINK_OVERLAP_PX`].
+pub const STRIP_LINK_SHARE: f64 = 0.5;
 /// The same share of the longer one's: the last of a block's top shall not hang on the long line beyond it.
-pub const SHEET_LINK_SHARE_OF_LONGER: f64 = 0.3;
-/// Bend of a sheet from frame to frame that the stage's own errors explain, mm.
-pub const SHEET_LINK_FLOOR_MM: f64 = 0.02;
+pub const STRIP_LINK_SHARE_OF_LONGER: f64 = 0.3;
+/// Bend of a strip from frame to frame that the stage's own errors explain, mm.
+pub const STRIP_LINK_FLOOR_MM: f64 = 0.02;
 /// Largest movement between two frames that passes for smooth where no third frame tells, line pitches.
-pub const SHEET_LINK_PITCHES: f64 = 0.03;
-/// Advantage per sample that the label of a sheet needs over every other one once all other sheets have given way.
+pub const STRIP_LINK_PITCHES: f64 = 0.03;
+/// Advantage per sample that the label of a strip needs over every other one once all other strips have adapted.
 /// As for single pieces: a fifth of a rank, a quarter of a second look.
 pub const CHALLENGE_MARGIN: f64 = 0.3;
-/// The same for short sheets without the ranks, which tall narrow parts can exchange.
+/// The same for short strips without the ranks, which tall narrow parts can exchange.
 pub const CHALLENGE_MARGIN_WITHOUT_RANKS: f64 = 0.05;
-/// The same for short sheets whose label hardly any other sheet has seen: twice that.
+/// The same for short strips whose label hardly any other strip has seen: twice that.
 pub const CHALLENGE_MARGIN_UNSEEN: f64 = 2.0 * CHALLENGE_MARGIN;
-/// Second looks per sample without which a sheet counts as unseen: a fifth of what a good one has.
+/// Second looks per sample without which a strip counts as unseen: a fifth of what a good one has.
 pub const SEEN_SHARE: f64 = 0.3;
-/// Sheets asked at most while the others give way to a challenge; chains of lines settle within a few dozen;
+/// Strips updated at most while the others adapt to a challenge; chains of lines settle within a few dozen;
 /// fewer steps only leave the challenge less convincing.
 pub const CHALLENGE_STEPS: usize = 100;
-/// What others may cost that are shifted along with a challenged sheet, before they have given way, in limits of the
+/// What others may cost that are shifted along with a challenged strip, before they have given way, in limits of the
 /// challenge: giving way saves at most a good part of it.
 pub const CHALLENGE_SHIFT_LIMITS: f64 = 3.0;
-/// Second looks by other sheets that make a rival label plausible: per sample, and at least this many samples' worth.
+/// Second looks by other strips that make a rival label plausible: per sample, and at least this many samples' worth.
 pub const SECOND_LOOK_SHARE: f64 = 0.1;
 /// See [`SECOND_LOOK_SHARE`].
 pub const SECOND_LOOK_SAMPLES: f64 = 2.0;
-/// Sheets shorter than this many line pitches are also tried without their ranks, and need second looks: tall narrow
+/// Strips shorter than this many line pitches are also tried without their ranks, and need second looks: tall narrow
 /// parts, which may change places with their ground, tops of blocks, and most reflections are shorter.
 pub const RANK_ONLY_LENGTH_PITCHES: f64 = 4.0;
 
@@ -171,7 +171,7 @@ pub const CONTRADICTING_SURFACES: usize = 1;
 /// How far along its line a doubt reaches, in line widths: the half-length over which the extraction smooths wide lines,
 /// which carries a line on beyond a depth step.
 pub const END_WIDTHS: f64 = 2.2;
-/// Where more than this share of a run of neighbouring points is denied, the rest goes with it.
+/// Where more than this share of a run of neighbouring points is contradicted, the rest goes with it.
 pub const RUN_DENIED_SHARE: f64 = 0.5;
 /// Largest bend of a line over a comparison patch, in standard deviations, that counts as smooth.
 pub const SMOOTH_SIGMAS: f64 = 4.0;
@@ -199,5 +199,5 @@ pub const FWHM_PER_SIGMA: f64 = 2.354_82;
 /// Points whose widths state the thickness of the light sheets: a median of thousands is good to a percent.
 pub const THICKNESS_SAMPLES: usize = 4000;
 
-/// Pieces or sheets that one task of the labelling looks at: fewer are not worth handing to another core.
+/// Pieces or strips that one task of the labelling looks at: fewer are not worth handing to another core.
 pub const PIECES_PER_TASK: usize = 64;

@@ -1,15 +1,15 @@
-//! What a scan came to, besides its points.
+//! The report of a scan: what it gave besides its points.
 
-use crate::compare::{Closure, OrderPair};
-use crate::dropped::Dropped;
-use crate::envelope::DepthEnvelope;
+use crate::checks::compare::{Closure, OrderPair};
+use crate::points::dropped::Dropped;
+use crate::points::envelope::DepthEnvelope;
 
 /// What a scan gave, besides its points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanReport {
     /// Points in the cloud.
     pub n_points: usize,
-    /// Segments of lines that went in.
+    /// Segments of lines in the input.
     pub n_segments: usize,
     /// What was left out, and why.
     pub dropped: Dropped,

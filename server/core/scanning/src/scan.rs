@@ -2,15 +2,16 @@
 
 use optics::{Calibration, DepthRangeMm, StagePosition, Triangulator};
 
-use crate::cloud::Cloud;
-use crate::compare::Surfaces;
+use crate::checks::compare::Surfaces;
 use crate::error::ScanError;
 use crate::evaluation::Evaluation;
-use crate::frames::{Frames, ScanFrame};
-use crate::label::{Travel, label_frames, outlook};
-use crate::motions::FrameMotion;
+use crate::input::frames::{Frames, ScanFrame};
+use crate::input::motions::FrameMotion;
+use crate::label::reference_view;
+use crate::label::{Travel, label_frames};
 use crate::params::KEPT_POINTS;
-use crate::profiles::Profiles;
+use crate::points::cloud::Cloud;
+use crate::points::profiles::Profiles;
 use crate::report::ScanReport;
 
 /// Settings of a scan; the defaults serve any station.
@@ -32,7 +33,7 @@ pub struct ScanResult {
 /// Turns the centrelines of a scan into a cloud in the part frame.
 ///
 /// Labels: `label::label_frames`. Registration: the inverse of what the stage has done to the part (`optics::Motion`).
-/// σ of a point: image noise and calibration covariance along its ray. Points that the surfaces of other orders deny are dropped and counted.
+/// σ of a point: image noise and calibration covariance along its ray. Points that the surfaces of other orders contradict are dropped and counted.
 ///
 /// # Errors
 /// [`ScanError`]; lines that cannot be labelled are not an error, they are counted in the report.
@@ -51,7 +52,7 @@ pub fn scan_cloud(
     Ok(ScanResult { cloud, report: evaluation.report })
 }
 
-/// [`scan_cloud`] for scans that need not fit into memory: labels and checks, and leaves the points to be asked for
+/// [`scan_cloud`] for scans that need not fit into memory: labels and checks, and leaves the points to be computed
 /// frame by frame. The points and the report are the same to the last bit.
 ///
 /// # Errors
@@ -76,9 +77,9 @@ pub(crate) fn evaluate_keeping<'a>(
     let triangulator = Triangulator::new(calibration.clone());
     let labels = label_frames(frames, &motions, &triangulator, depth_range_mm)?;
     let travel = Travel::of(&motions);
-    let outlook = outlook(&travel, calibration, depth_range_mm, labels.direction);
+    let reference_view = reference_view(&travel, calibration, depth_range_mm, labels.direction);
     let profiles = Profiles::new(frames, labels, (calibration, triangulator), depth_range_mm, keep_points);
-    let surfaces = Surfaces::new(&profiles, &motions, &travel.order, outlook)?;
+    let surfaces = Surfaces::new(&profiles, &motions, &travel.order, reference_view)?;
     Evaluation::new(profiles, surfaces)
 }
 

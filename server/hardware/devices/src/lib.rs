@@ -7,47 +7,30 @@
 //! - A position or a stream that cannot be trusted is said to be unknown; the device comes back ready, never active.
 //! - A laser is a lease: it goes dark by itself when nobody renews it.
 
-pub mod camera;
-pub mod driver;
-pub mod features;
-pub mod identity;
-pub mod laser;
-pub mod stage;
-
-pub mod always_on;
-pub mod contract;
-pub mod grbl;
-pub mod grbl_simulator;
-pub mod marlin;
-pub mod marlin_simulator;
-pub mod params;
-pub mod replay;
-pub mod serial_line;
-pub mod simulator;
-pub mod threaded;
-pub mod time;
-pub mod zaber;
-pub mod zaber_simulator;
-
 #[cfg(test)]
 mod campaign;
-mod laser_checks;
-mod line_reader;
-mod memory_line;
-mod ports;
-mod serial_controller;
-mod stage_checks;
-mod tcp_line;
+pub mod contract;
+mod drivers;
+mod lines;
+pub mod params;
+mod simulators;
+pub mod time;
+mod traits;
 
-pub use camera::{
+pub use drivers::{always_on, grbl, marlin, replay, threaded, zaber};
+pub use lines::serial_line;
+pub use simulators::{grbl_simulator, marlin_simulator, simulator, zaber_simulator};
+pub use traits::{camera, driver, features, identity, laser, stage};
+
+pub use drivers::threaded::ThreadedCamera;
+pub use traits::camera::{
     Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, FrameInfo, PixelFormat, Roi, Trigger,
     ValueRange,
 };
-pub use driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
-pub use identity::DeviceIdentity;
-pub use laser::{Laser, LaserCapabilities, LaserError, LaserState};
-pub use stage::{AcceptedMove, Homing, Stage, StageCapabilities, StageError, StageKind, StageState};
-pub use threaded::ThreadedCamera;
+pub use traits::driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Opened};
+pub use traits::identity::DeviceIdentity;
+pub use traits::laser::{Laser, LaserCapabilities, LaserError, LaserState};
+pub use traits::stage::{AcceptedMove, Homing, Stage, StageCapabilities, StageError, StageKind, StageState};
 
 use std::time::Duration;
 

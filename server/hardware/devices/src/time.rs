@@ -117,11 +117,15 @@ fn clock() -> Option<Arc<Simulation>> {
     CLOCK.with_borrow(Clone::clone)
 }
 
-/// Lets this thread, and all that it starts, live by a simulated clock for as long as the answer is kept.
-pub fn simulate() -> Membership {
+/// Lets this thread, and all that it starts, live by a simulated clock for as long as the answer is kept; none if it does
+/// so already.
+pub fn simulate() -> Option<Membership> {
+    if is_simulated() {
+        return None;
+    }
     let state = State { now: Instant::now(), waiting: BTreeMap::new(), n_waits: 0, n_running: 1 };
     CLOCK.set(Some(Arc::new(Simulation { state: Mutex::new(state) })));
-    Membership { has_left: Arc::default() }
+    Some(Membership { has_left: Arc::default() })
 }
 
 /// Lets `act` and all threads it starts live by a simulated clock.

@@ -23,7 +23,7 @@ pub use shared::status::{
 pub use shared::stop_line::StopEpoch;
 pub use station_thread::handle::{LiveRequest, Manual, Purpose, StationHandle, Sweep};
 pub use station_thread::lease::StationLease;
-pub use station_thread::outlook::first_status;
+pub use station_thread::status_publisher::first_status;
 
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use twin::poses::board_poses;
-use twin::{Darkroom, Exposure, Renderer, Scene, SceneKind, Solid, StationModel, StationShape};
+use twin::{Exposure, ExposureBuffers, Renderer, Scene, SceneKind, Solid, StationModel, StationShape};
 use vision::{GreyImage, Pixels};
 
 /// Pictures per row of the table.
@@ -49,7 +49,7 @@ fn main() {
 }
 
 fn measured(renderer: &Renderer, scene: &Scene, laser: bool, step_mm: f64) -> String {
-    let mut darkroom = Darkroom::default();
+    let mut buffers = ExposureBuffers::default();
     let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image");
     let mut take = |picture: u32| {
         let exposure = Exposure {
@@ -62,7 +62,7 @@ fn measured(renderer: &Renderer, scene: &Scene, laser: bool, step_mm: f64) -> St
             bits: 8,
             picture: u64::from(picture),
         };
-        renderer.expose(&exposure, &mut darkroom, &mut image);
+        renderer.expose(&exposure, &mut buffers, &mut image);
     };
     take(0);
     let n_frames = if laser || step_mm == 0.0 { N_FRAMES } else { N_FRAMES / 8 };

@@ -1,4 +1,4 @@
-//! The driver's row: camera, stage and laser of one simulated world.
+//! The driver: camera, stage and laser of one simulated world.
 //!
 //! However many of the three devices a station takes from here, and however often they are opened: one [`TwinDriver`]
 //! has one [`TwinStation`], made when it is first needed, and that is the one world in which its stage moves the part,
@@ -64,12 +64,12 @@ pub struct TwinDriver {
 }
 
 impl TwinDriver {
-    /// Of a world that these settings make.
+    /// The driver of a world with these settings.
     pub fn new(settings: TwinSettings) -> Self {
         Self { settings, world: OnceLock::new() }
     }
 
-    /// Of a world of any shape.
+    /// The driver of a given world, of any shape.
     pub fn over(world: TwinStation) -> Self {
         Self { settings: TwinSettings::default(), world: Ok(world).into() }
     }
@@ -79,7 +79,7 @@ impl TwinDriver {
         &self.settings
     }
 
-    /// The virtual operator's hands; `None` if the settings make no world.
+    /// The control of the simulation; `None` if the settings make no world.
     pub fn control(&self) -> Option<TwinControl> {
         self.world().ok().map(TwinStation::control)
     }

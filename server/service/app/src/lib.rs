@@ -4,29 +4,24 @@
 //! decided what may happen, in which order, and what is stored with it. There is no HTTP here, no status code, no exit
 //! code and no SQL: doors call these functions, the store keeps what they say.
 
-pub mod calibrations;
+mod access;
 pub mod camera;
-pub mod captures;
 pub mod config;
 pub mod control;
 pub mod error;
 pub mod events;
-pub mod housekeeping;
-pub mod idempotency;
 pub mod jobs;
-pub mod labels;
-pub mod lease;
 pub mod ledger;
-pub mod limits;
-pub mod measurements;
-pub mod points_page;
-pub mod principal;
+mod lifetime;
 pub mod progress;
-pub mod scan_run;
+mod resources;
 pub mod sessions;
-mod start;
-pub mod stored_scan;
 pub mod use_cases;
+
+pub use access::{idempotency, lease, principal};
+pub use config::limits;
+pub use lifetime::housekeeping;
+pub use resources::{calibrations, captures, labels, measurements, points_page, scan_run, stored_scan};
 
 use std::sync::Arc;
 
@@ -36,14 +31,14 @@ use station::StationHandle;
 use store::{Artifacts, Store};
 use tokio_util::task::TaskTracker;
 
-use crate::calibrations::Calibrations;
-use crate::captures::Captures;
+use crate::access::idempotency::KeysInFlight;
+use crate::access::lease::ControlDesk;
 use crate::config::AppConfig;
-use crate::idempotency::KeysInFlight;
 use crate::jobs::Jobs;
-use crate::lease::ControlDesk;
 use crate::ledger::Ledger;
-use crate::measurements::plan::MeasurementPlans;
+use crate::resources::calibrations::Calibrations;
+use crate::resources::captures::Captures;
+use crate::resources::measurements::plan::MeasurementPlans;
 use crate::sessions::Sessions;
 use tokio_util::sync::CancellationToken;
 

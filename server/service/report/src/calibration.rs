@@ -3,11 +3,11 @@
 use calibration::{CalibrationDocument, CalibrationReport, CalibrationResult, LightReport};
 use capture::Capture;
 
-use super::html::{Html, html};
-use super::page::{Page, Tile, gallery, legend};
-use super::pictures::{LabelledPixel, labelled_picture};
-use super::{camera, correlation, light, stage, turntable};
-use crate::palette::order_hex;
+use super::chapters::{camera, correlation, light, stage, turntable};
+use super::drawing::html::{Html, html};
+use super::drawing::page::{Page, Tile, gallery, legend};
+use super::drawing::pictures::{LabelledPixel, labelled_picture};
+use crate::drawing::palette::order_hex;
 use crate::tables::order_name;
 use pipeline::Failure;
 use pipeline::Features;

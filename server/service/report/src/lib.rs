@@ -4,22 +4,14 @@
 //! JSON; pictures of lines and clouds. Where they are shown, sent or printed is not known here.
 
 pub mod calibration;
-mod camera;
-mod cloud_view;
-mod correlation;
-pub mod html;
-mod light;
-pub mod measurement;
-pub mod page;
-pub mod palette;
-pub mod picture;
-pub mod pictures;
-pub mod plot;
+mod chapters;
+mod drawing;
 pub mod scan;
-mod stage;
 pub mod tables;
 pub mod target_sheet;
-mod turntable;
+
+pub use chapters::measurement;
+pub use drawing::{html, page, palette, picture, pictures, plot};
 
 pub use calibration::calibration_page;
 pub use scan::scan_page;

@@ -4,11 +4,11 @@ use calibration::CalibrationDocument;
 use capture::Capture;
 use scanning::ScanResult;
 
-use super::cloud_view::CloudView;
-use super::html::Html;
-use super::page::{Page, Tile, gallery, grid, legend, sentence, table};
-use super::pictures::{LabelledPixel, labelled_picture};
-use crate::palette::order_hex;
+use super::drawing::cloud_view::CloudView;
+use super::drawing::html::Html;
+use super::drawing::page::{Page, Tile, gallery, grid, legend, sentence, table};
+use super::drawing::pictures::{LabelledPixel, labelled_picture};
+use crate::drawing::palette::order_hex;
 use crate::tables::{closure_gaps, losses, median_sigma_mm, order_name};
 use pipeline::Failure;
 

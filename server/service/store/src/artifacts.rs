@@ -4,9 +4,9 @@ use async_trait::async_trait;
 use serde::{Deserialize, Serialize};
 use tokio::io::AsyncRead;
 
-use crate::bytes::ArtifactBytes;
 use crate::error::StoreError;
-use crate::workbench::{FinishedFile, Workbench};
+use crate::files::bytes::ArtifactBytes;
+use crate::files::workbench::{FinishedFile, Workbench};
 
 /// The SHA-256 of an artifact's bytes, lower-case hexadecimal.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]

@@ -13,8 +13,8 @@ use serde_json::Value;
 
 use crate::artifacts::ArtifactId;
 use crate::catalogue::{Catalogue, Change};
-use crate::disk::{Disk, LocalDisk};
 use crate::error::StoreError;
+use crate::files::disk::{Disk, LocalDisk};
 use crate::local::LocalArtifacts;
 use crate::params::{ARTIFACTS_FOLDER, BACKUPS_FOLDER, CATALOGUE_FILE, SET_ASIDE_FOLDER, STATION_FILE};
 use crate::records::SettingRecord;
@@ -170,7 +170,7 @@ fn mark_artifacts(folder: &Path, id: &str, progress: Progress) -> Result<(), Sto
         LocalDisk.rename(&draft, &file)?;
         LocalDisk.sync_folder(&folder.join(ARTIFACTS_FOLDER))
     };
-    write().map_err(|cause| match crate::disk::is_full(&cause) {
+    write().map_err(|cause| match crate::files::disk::is_full(&cause) {
         true => StoreError::Full,
         false => StoreError::File { what: "write", path: file.display().to_string(), cause },
     })

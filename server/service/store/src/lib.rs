@@ -5,28 +5,26 @@
 //! checks. Two traits, [`Catalogue`] and [`Artifacts`], are the seam for other databases and object stores:
 //! neither hands out a file or a path. Files in the making lie on the [`Workbench`] of this machine.
 
-mod bytes;
-mod holds;
-mod identity;
-mod reserve;
-mod store;
-mod workbench;
-
 pub mod artifacts;
 pub mod catalogue;
-pub mod disk;
 mod error;
+mod files;
 pub mod health;
+mod holds;
+mod identity;
 pub mod local;
 pub mod params;
 pub mod records;
 pub mod sqlite;
+mod store;
 
 pub use artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
-pub use bytes::{ArtifactBytes, ByteRanges};
 pub use catalogue::{Catalogue, Change, DamagedRow, ExpectedActive, Listed, MeasurementFilter, Page, ScanFilter};
-pub use disk::{Disk, LocalDisk};
 pub use error::StoreError;
+pub use files::bytes::{ArtifactBytes, ByteRanges};
+pub use files::disk;
+pub use files::disk::{Disk, LocalDisk};
+pub use files::workbench::{FinishedFile, Workbench};
 pub use health::Health;
 pub use local::LocalArtifacts;
 pub use records::{
@@ -35,4 +33,3 @@ pub use records::{
 };
 pub use sqlite::SqliteCatalogue;
 pub use store::Store;
-pub use workbench::{FinishedFile, Workbench};

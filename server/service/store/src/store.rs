@@ -11,15 +11,15 @@ use tokio::sync::{Mutex, watch};
 
 use crate::artifacts::{ArtifactId, Artifacts};
 use crate::catalogue::{Catalogue, Change, Page};
-use crate::disk::{Disk, LocalDisk};
 use crate::error::StoreError;
+use crate::files::disk::{Disk, LocalDisk};
+use crate::files::reserve::Reserve;
 use crate::health::Health;
 use crate::holds::Holds;
 use crate::identity;
 use crate::local::LocalArtifacts;
 use crate::params::{BACKUP_FLOOR_BYTES, BACKUP_PERIOD, BACKUPS_FOLDER, BACKUPS_KEPT, LOCK_FILE};
 use crate::records::{EventRecord, JobOutcome, JobRecord, JobState};
-use crate::reserve::Reserve;
 use crate::sqlite::SqliteCatalogue;
 
 /// An open data directory.

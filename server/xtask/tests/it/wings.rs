@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crate, the folder it lies in, and the crates of this workspace it may import. Every arrow runs down.
-const ARROWS: [(&str, &str, &[&str]); 21] = [
+const ARROWS: [(&str, &str, &[&str]); 22] = [
     (
         "sheaf",
         "server/cli",
@@ -67,6 +67,7 @@ const ARROWS: [(&str, &str, &[&str]); 21] = [
             "sheaf-capture",
             "sheaf-vision",
             "sheaf-optics",
+            "sheaf-statistics",
             "sheaf-remedy",
         ],
     ),
@@ -104,24 +105,30 @@ const ARROWS: [(&str, &str, &[&str]); 21] = [
             "sheaf-capture",
             "sheaf-vision",
             "sheaf-optics",
+            "sheaf-statistics",
             "sheaf-remedy",
         ],
     ),
     (
         "sheaf-metrology",
         "server/core/metrology",
-        &["sheaf-scanning", "sheaf-optics", "sheaf-least-squares", "sheaf-remedy"],
+        &["sheaf-scanning", "sheaf-optics", "sheaf-least-squares", "sheaf-statistics", "sheaf-remedy"],
     ),
-    ("sheaf-scanning", "server/core/scanning", &["sheaf-vision", "sheaf-optics", "sheaf-remedy"]),
+    (
+        "sheaf-scanning",
+        "server/core/scanning",
+        &["sheaf-vision", "sheaf-optics", "sheaf-statistics", "sheaf-remedy"],
+    ),
     (
         "sheaf-calibration",
         "server/core/calibration",
-        &["sheaf-vision", "sheaf-optics", "sheaf-least-squares", "sheaf-remedy"],
+        &["sheaf-vision", "sheaf-optics", "sheaf-least-squares", "sheaf-statistics", "sheaf-remedy"],
     ),
     ("sheaf-capture", "server/core/capture", &["sheaf-vision", "sheaf-remedy"]),
-    ("sheaf-vision", "server/core/vision", &["sheaf-remedy"]),
+    ("sheaf-vision", "server/core/vision", &["sheaf-statistics", "sheaf-remedy"]),
     ("sheaf-optics", "server/core/optics", &[]),
     ("sheaf-least-squares", "server/core/least_squares", &[]),
+    ("sheaf-statistics", "server/core/statistics", &[]),
     ("sheaf-remedy", "server/core/remedy", &[]),
     ("sheaf-reference", "server/reference", &[]),
     ("xtask", "server/xtask", &[]),

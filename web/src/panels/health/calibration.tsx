@@ -3,7 +3,7 @@
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { useFollowed } from "../../parts/followed";
-import { href } from "../../state/route";
+import { href } from "../../state/browser/route";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";
 import { count, length, moment } from "../../units";

@@ -3,9 +3,9 @@
 import { useMemo } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
-import { DamagedRecords } from "../../parts/damaged";
-import { Command } from "../../state/command";
-import type { StationEvent } from "../../state/events";
+import { DamagedRecords } from "../../parts/dialogs/damaged";
+import type { StationEvent } from "../../state/records/events";
+import { Command } from "../../state/station/command";
 import { language, text } from "../../text";
 import { moment } from "../../units";
 import { eventActor, eventDetail } from "./event_text";

@@ -5,7 +5,7 @@ import { useEffect, useMemo } from "preact/hooks";
 import { bytes, data } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
-import { Command } from "../../state/command";
+import { Command } from "../../state/station/command";
 import { text } from "../../text";
 import { download, supportBundle } from "./bundle";
 import { CalibrationCard, OrdersCard } from "./calibration";

@@ -3,7 +3,7 @@
 import type { Station } from "../../api/client";
 import type { components } from "../../api/schema";
 import { useApp } from "../../app";
-import { href } from "../../state/route";
+import { href } from "../../state/browser/route";
 import { language, text } from "../../text";
 import { bytes, count, decimal, moment } from "../../units";
 import { Facts, HealthCard } from "./card";

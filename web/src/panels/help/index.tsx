@@ -2,8 +2,8 @@
 
 import { useEffect } from "preact/hooks";
 import { useApp } from "../../app";
-import { href, PAGES, route } from "../../state/route";
-import { digitOf, PAGE_LETTERS } from "../../state/shortcuts";
+import { href, PAGES, route } from "../../state/browser/route";
+import { digitOf, PAGE_LETTERS } from "../../state/browser/shortcuts";
 import { text } from "../../text";
 import { LIBRARIES, MIT } from "./licences";
 import "./help.css";

@@ -2,10 +2,10 @@
 
 import type { Job } from "../../api/client";
 import { actorName } from "../../parts/actor";
-import { problemOfJob } from "../../parts/job_problem";
-import { JobText } from "../../parts/job_text";
+import { problemOfJob } from "../../parts/job/job_problem";
+import { JobText } from "../../parts/job/job_text";
 import { ProblemCard } from "../../parts/problem";
-import { nameOf } from "../../state/jobs";
+import { nameOf } from "../../state/records/jobs";
 import { language, text } from "../../text";
 import { duration, moment } from "../../units";
 import { kindOf, madeAt, ranFor_s } from "./job_facts";

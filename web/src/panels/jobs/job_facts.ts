@@ -1,7 +1,7 @@
 /** Jobs in words. */
 
 import type { Job } from "../../api/client";
-import { href } from "../../state/route";
+import { href } from "../../state/browser/route";
 import { text } from "../../text";
 
 export function kindOf(job: Job): string {

@@ -2,8 +2,8 @@
 
 import type { Job } from "../../api/client";
 import { actorName } from "../../parts/actor";
-import { JobProgress } from "../../parts/job_progress";
-import { nameOf } from "../../state/jobs";
+import { JobProgress } from "../../parts/job/job_progress";
+import { nameOf } from "../../state/records/jobs";
 import { language, text } from "../../text";
 import { moment } from "../../units";
 import { kindOf } from "./job_facts";

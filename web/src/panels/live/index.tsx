@@ -3,21 +3,21 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { useApp } from "../../app";
-import { activityOf } from "../../parts/job_text";
-import type { PlotWords } from "../../scene/profile_plot";
-import { href } from "../../state/route";
-import { letter_shortcuts } from "../../state/shortcuts";
+import { activityOf } from "../../parts/job/job_text";
+import type { PlotWords } from "../../scene/plot/profile_plot";
+import { href } from "../../state/browser/route";
+import { letter_shortcuts } from "../../state/browser/shortcuts";
 import { language, text } from "../../text";
-import { CameraCard } from "./camera_card";
-import { FrameFacts } from "./frame_facts";
-import { LightCard } from "./light_card";
+import { CameraCard } from "./controls/camera_card";
+import { LightCard } from "./controls/light_card";
+import { StageCard } from "./controls/stage_card";
 import { LiveView } from "./live_view";
-import { QualityTable } from "./quality_table";
-import { ReadoutLine } from "./readout_line";
-import { Snapshot } from "./snapshot";
-import { StageCard } from "./stage_card";
-import { NoProfile, StartHere } from "./start_here";
-import { Toolbar, ZoomButtons } from "./toolbar";
+import { FrameFacts } from "./picture/frame_facts";
+import { ReadoutLine } from "./picture/readout_line";
+import { Snapshot } from "./picture/snapshot";
+import { NoProfile, StartHere } from "./picture/start_here";
+import { Toolbar, ZoomButtons } from "./picture/toolbar";
+import { QualityTable } from "./quality/quality_table";
 import "./live.css";
 
 export default function Live() {

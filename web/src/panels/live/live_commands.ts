@@ -3,8 +3,8 @@
 import { useMemo } from "preact/hooks";
 import { data } from "../../api/client";
 import { type App, useApp } from "../../app";
-import { Command } from "../../state/command";
-import { remembered } from "../../state/remembered";
+import { remembered } from "../../state/browser/remembered";
+import { Command } from "../../state/station/command";
 
 /** The share of full laser power with which the live view starts. */
 export const laser_power = remembered("live.laser_power", 1);

@@ -4,17 +4,17 @@
  */
 
 import { signal } from "@preact/signals";
-import { CameraPicture } from "../../scene/camera_picture";
-import { nearestLinePoint, orderOfPoint, profilePointAt } from "../../scene/nearest";
-import { type PlotWords, ProfilePlot } from "../../scene/profile_plot";
+import { CameraPicture } from "../../scene/picture/camera_picture";
+import { nearestLinePoint, orderOfPoint, profilePointAt } from "../../scene/plot/nearest";
+import { type PlotWords, ProfilePlot } from "../../scene/plot/profile_plot";
 import type { StreamConnection } from "../../stream/connection";
 import type { ImageMessage, ProfileMessage } from "../../stream/protocol";
 import type { DropCount } from "../../stream/text_messages";
 import { LIVE_RATE_HZ, NO_ORDER } from "../../theme";
-import { type Advice, adviceOf } from "./advice";
-import { FrameRate } from "./frame_rate";
-import { HistogramView } from "./histogram";
-import { greyAt, type OrderQuality, qualityOf } from "./quality";
+import { FrameRate } from "./picture/frame_rate";
+import { type Advice, adviceOf } from "./quality/advice";
+import { HistogramView } from "./quality/histogram";
+import { greyAt, type OrderQuality, qualityOf } from "./quality/quality";
 
 /** Figures for people change so often. */
 const FIGURES_EVERY_MS = 250;

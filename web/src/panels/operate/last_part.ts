@@ -1,8 +1,8 @@
 /** Which part the last result is about: never an earlier one than the newest scan that was started. */
 
 import type { Job } from "../../api/client";
-import { hasEnded, nameOf } from "../../state/jobs";
-import type { ScannedPart } from "../../state/scanned";
+import { hasEnded, nameOf } from "../../state/records/jobs";
+import type { ScannedPart } from "../../state/records/scanned";
 
 export type Last =
   | { kind: "none" }

@@ -1,8 +1,8 @@
 /** The last parts as ticks, newest at the right; every browser draws them from the server's records. */
 
-import { type Outcome, outcomeOf, SIGN, standing } from "../../state/outcome";
-import { href } from "../../state/route";
-import type { ScannedPart } from "../../state/scanned";
+import { href } from "../../state/browser/route";
+import { type Outcome, outcomeOf, SIGN, standing } from "../../state/records/outcome";
+import type { ScannedPart } from "../../state/records/scanned";
 import { language, text } from "../../text";
 import { decimal, moment } from "../../units";
 

@@ -1,8 +1,8 @@
 /** The newest part, huge: its verdict, what decided it with its uncertainty, and where that lies in the tolerance. */
 
-import { outcomeOf, SIGN, standing } from "../../state/outcome";
-import { href } from "../../state/route";
-import type { Measured, ScannedPart } from "../../state/scanned";
+import { href } from "../../state/browser/route";
+import { outcomeOf, SIGN, standing } from "../../state/records/outcome";
+import type { Measured, ScannedPart } from "../../state/records/scanned";
 import { language, text } from "../../text";
 import { decimal, length, moment } from "../../units";
 import type { Last } from "./last_part";

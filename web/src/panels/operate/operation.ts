@@ -3,9 +3,9 @@
 import { computed, type ReadonlySignal, type Signal } from "@preact/signals";
 import { data, idempotencyKey, type Job } from "../../api/client";
 import type { App } from "../../app";
-import { Command, type Steps } from "../../state/command";
-import { hasEnded } from "../../state/jobs";
-import type { MeasurementPlan } from "../../state/measurement_plan";
+import { hasEnded } from "../../state/records/jobs";
+import type { MeasurementPlan } from "../../state/records/measurement_plan";
+import { Command, type Steps } from "../../state/station/command";
 import { scanOf } from "./recipe";
 
 export class Operation {

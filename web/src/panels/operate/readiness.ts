@@ -1,7 +1,7 @@
 /** Why a scan cannot start now, the first reason first. */
 
 import type { Station } from "../../api/client";
-import type { PageName } from "../../state/route";
+import type { PageName } from "../../state/browser/route";
 
 export type Obstacle =
   | "no_link"

@@ -2,7 +2,7 @@
 
 import type { Schemas } from "../../api/client";
 import type { Tool } from "../../state/choices";
-import type { Plan } from "../../state/measurement_plan";
+import type { Plan } from "../../state/records/measurement_plan";
 
 export type Characteristic = Schemas["MeasureDto"];
 

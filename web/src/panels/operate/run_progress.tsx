@@ -3,9 +3,9 @@
 import type { Job } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
-import { remaining, useCancel } from "../../parts/job_progress";
-import { jobText } from "../../parts/job_text";
-import { nameOf } from "../../state/jobs";
+import { remaining, useCancel } from "../../parts/job/job_progress";
+import { jobText } from "../../parts/job/job_text";
+import { nameOf } from "../../state/records/jobs";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 

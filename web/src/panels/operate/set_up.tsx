@@ -1,11 +1,11 @@
 /** The fold-out: what is scanned and measured on every part, kept by the server. */
 
 import { useId } from "preact/hooks";
-import type { Form } from "../../parts/form";
-import { NumberField } from "../../parts/number_field";
+import type { Form } from "../../parts/fields/form";
+import { NumberField } from "../../parts/fields/number_field";
 import { ProblemCard } from "../../parts/problem";
 import { TOOLS, type Tool } from "../../state/choices";
-import type { MeasurementPlan, Plan } from "../../state/measurement_plan";
+import type { MeasurementPlan, Plan } from "../../state/records/measurement_plan";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 import { type Characteristic, changed, freeName } from "./recipe";

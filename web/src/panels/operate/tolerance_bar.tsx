@@ -1,6 +1,6 @@
 /** A value in the brackets of its tolerance, with its uncertainty: read from two metres away. */
 
-import type { Measured } from "../../state/scanned";
+import type { Measured } from "../../state/records/scanned";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 

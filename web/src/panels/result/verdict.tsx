@@ -1,7 +1,7 @@
 /** A verdict as words, never as a colour alone: OK is grey, what is not is red with a sign. */
 
-import { SIGN } from "../../state/outcome";
-import type { Verdict } from "../../state/scanned";
+import { SIGN } from "../../state/records/outcome";
+import type { Verdict } from "../../state/records/scanned";
 import { text } from "../../text";
 
 export function VerdictWord({ verdict, big }: { verdict: Verdict | undefined; big?: boolean }) {

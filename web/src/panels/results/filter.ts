@@ -1,7 +1,7 @@
 /** Which results are shown. */
 
-import { type Outcome, outcomeOf, VERDICTS } from "../../state/outcome";
-import type { PartsQuery, ScannedPart } from "../../state/scanned";
+import { type Outcome, outcomeOf, VERDICTS } from "../../state/records/outcome";
+import type { PartsQuery, ScannedPart } from "../../state/records/scanned";
 
 export interface ResultFilter {
   /** Part of the name, whatever the case. */

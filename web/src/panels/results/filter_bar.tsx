@@ -1,6 +1,6 @@
 import type { Signal } from "@preact/signals";
 import { useId } from "preact/hooks";
-import { type Outcome, SIGN } from "../../state/outcome";
+import { type Outcome, SIGN } from "../../state/records/outcome";
 import { text } from "../../text";
 import { NO_FILTER, type ResultFilter } from "./filter";
 

@@ -2,11 +2,11 @@
 
 import { computed } from "@preact/signals";
 import type { Api } from "../../api/client";
-import { Command } from "../../state/command";
-import { joinDamaged } from "../../state/damaged";
-import type { EventLog, StationEvent } from "../../state/events";
+import { joinDamaged } from "../../state/records/damaged";
+import type { EventLog, StationEvent } from "../../state/records/events";
+import { type PartsPage, type PartsQuery, readParts } from "../../state/records/scanned";
 import { Resource } from "../../state/resource";
-import { type PartsPage, type PartsQuery, readParts } from "../../state/scanned";
+import { Command } from "../../state/station/command";
 
 /** Results read at once. */
 const AT_ONCE = 50;

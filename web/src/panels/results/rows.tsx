@@ -4,12 +4,12 @@ import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import { data } from "../../api/client";
 import { useApp } from "../../app";
-import { DeleteDialog } from "../../parts/delete_dialog";
+import { DeleteDialog } from "../../parts/dialogs/delete_dialog";
+import { href } from "../../state/browser/route";
 import { CLOUD_FORMATS } from "../../state/choices";
-import { Command } from "../../state/command";
-import { outcomeOf, SIGN, standing } from "../../state/outcome";
-import { href } from "../../state/route";
-import type { Scan, ScannedPart } from "../../state/scanned";
+import { outcomeOf, SIGN, standing } from "../../state/records/outcome";
+import type { Scan, ScannedPart } from "../../state/records/scanned";
+import { Command } from "../../state/station/command";
 import { language, text } from "../../text";
 import { decimal, length, moment } from "../../units";
 

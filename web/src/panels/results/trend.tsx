@@ -2,9 +2,9 @@
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useId, useMemo, useRef } from "preact/hooks";
-import { goTo } from "../../state/route";
-import type { ScannedPart } from "../../state/scanned";
-import { theme } from "../../state/theme";
+import { goTo } from "../../state/browser/route";
+import { theme } from "../../state/browser/theme";
+import type { ScannedPart } from "../../state/records/scanned";
 import { language, text } from "../../text";
 import { decimal } from "../../units";
 import type { TrendChart } from "./trend_chart";

@@ -1,6 +1,6 @@
 /** Values of one characteristic over parts. */
 
-import type { Measured, ScannedPart } from "../../state/scanned";
+import type { Measured, ScannedPart } from "../../state/records/scanned";
 
 export interface TrendPoint {
   scan_id: string;

@@ -1,8 +1,8 @@
 /** The set-up of a scan. */
 
 import type { Signal } from "@preact/signals";
-import type { Form } from "../../parts/form";
-import { NumberField } from "../../parts/number_field";
+import type { Form } from "../../parts/fields/form";
+import { NumberField } from "../../parts/fields/number_field";
 import { text } from "../../text";
 import type { Mode, SetUp } from "./set_up";
 

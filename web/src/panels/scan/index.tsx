@@ -3,11 +3,11 @@
 import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
-import { useForm } from "../../parts/form";
+import { useForm } from "../../parts/fields/form";
 import { useHalted } from "../../parts/halted";
 import { SceneChoice } from "../../parts/scene_choice";
-import { exactPoint } from "../../scene/exact_point";
-import type { CloudViewer } from "../../scene/viewer";
+import { exactPoint } from "../../scene/cloud/exact_point";
+import type { CloudViewer } from "../../scene/view/viewer";
 import { text } from "../../text";
 import { CloudView } from "../viewer/cloud_view";
 import { ViewState } from "../viewer/view_state";

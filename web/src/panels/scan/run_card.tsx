@@ -3,12 +3,12 @@
 import type { Job } from "../../api/client";
 import { CommandButton } from "../../parts/command_button";
 import { useHalted } from "../../parts/halted";
-import { problemOfJob } from "../../parts/job_problem";
-import { JobProgress } from "../../parts/job_progress";
-import { JobText } from "../../parts/job_text";
+import { problemOfJob } from "../../parts/job/job_problem";
+import { JobProgress } from "../../parts/job/job_progress";
+import { JobText } from "../../parts/job/job_text";
 import { ProblemCard } from "../../parts/problem";
-import { hasEnded } from "../../state/jobs";
-import { href } from "../../state/route";
+import { href } from "../../state/browser/route";
+import { hasEnded } from "../../state/records/jobs";
 import { language, text } from "../../text";
 import { count, moment } from "../../units";
 import type { ScanRun } from "./scan_run";

@@ -3,11 +3,11 @@
 import { computed, effect, type Signal, signal } from "@preact/signals";
 import { type Api, data, idempotencyKey, type Job, type Problem, problemOf, type Schemas } from "../../api/client";
 import type { App } from "../../app";
-import { BlockFeed } from "../../scene/block_feed";
-import { fetchPoints } from "../../scene/points_source";
-import type { CloudViewer } from "../../scene/viewer";
-import { Command } from "../../state/command";
-import { hasEnded } from "../../state/jobs";
+import { BlockFeed } from "../../scene/cloud/block_feed";
+import { fetchPoints } from "../../scene/cloud/points_source";
+import type { CloudViewer } from "../../scene/view/viewer";
+import { hasEnded } from "../../state/records/jobs";
+import { Command } from "../../state/station/command";
 import type { SetUp, StartScan } from "./set_up";
 
 /** Newest scans looked through for the one that the newest job made. */

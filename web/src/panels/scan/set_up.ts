@@ -2,7 +2,7 @@
 
 import { computed, signal } from "@preact/signals";
 import type { Schemas } from "../../api/client";
-import { remembered } from "../../state/remembered";
+import { remembered } from "../../state/browser/remembered";
 
 export type StartScan = Schemas["StartScanDto"];
 export type Mode = "stop_and_go" | "continuous";

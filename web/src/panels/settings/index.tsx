@@ -3,10 +3,10 @@
 import { useId } from "preact/hooks";
 import { useApp } from "../../app";
 import { CopyLine } from "../../parts/copy_line";
-import { NameField } from "../../parts/name_field";
-import { href } from "../../state/route";
-import { letter_shortcuts } from "../../state/shortcuts";
-import { type ThemeChoice, theme_choice } from "../../state/theme";
+import { NameField } from "../../parts/fields/name_field";
+import { href } from "../../state/browser/route";
+import { letter_shortcuts } from "../../state/browser/shortcuts";
+import { type ThemeChoice, theme_choice } from "../../state/browser/theme";
 import { LANGUAGES, type Language, language, text } from "../../text";
 import { decimal, length, moment } from "../../units";
 import { Simulation } from "./simulation";

@@ -5,12 +5,12 @@ import { useMemo } from "preact/hooks";
 import { data, type Schemas } from "../../api/client";
 import { useApp } from "../../app";
 import { CommandButton } from "../../parts/command_button";
+import { useForm } from "../../parts/fields/form";
+import { NumberField } from "../../parts/fields/number_field";
 import { useFollowed } from "../../parts/followed";
-import { useForm } from "../../parts/form";
-import { NumberField } from "../../parts/number_field";
 import { ProblemCard } from "../../parts/problem";
 import { SceneChoice } from "../../parts/scene_choice";
-import { Command } from "../../state/command";
+import { Command } from "../../state/station/command";
 import { language, text } from "../../text";
 import { FAULTS, type SimulatedFault } from "./faults";
 

@@ -3,8 +3,8 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { COLOUR_MODES, type ColourMode } from "../../scene/colours";
-import type { ViewName } from "../../scene/orbit";
-import { CloudViewer } from "../../scene/viewer";
+import type { ViewName } from "../../scene/view/orbit";
+import { CloudViewer } from "../../scene/view/viewer";
 import { language, text } from "../../text";
 import { count } from "../../units";
 import { Legend } from "./legend";

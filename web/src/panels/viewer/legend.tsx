@@ -1,9 +1,9 @@
 /** What the colours mean: orders with their names, or a scale with histogram whose ends can be set. */
 
-import { useForm } from "../../parts/form";
-import { NumberField } from "../../parts/number_field";
+import { useForm } from "../../parts/fields/form";
+import { NumberField } from "../../parts/fields/number_field";
+import { binned } from "../../scene/cloud/histogram";
 import { gradient, type ValueMode } from "../../scene/colours";
-import { binned } from "../../scene/histogram";
 import { language, text } from "../../text";
 import { orderColour, orderName } from "../../theme";
 import { decimal } from "../../units";

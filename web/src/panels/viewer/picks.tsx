@@ -1,6 +1,6 @@
 /** Picked points as the server computed them, and the distance between two. */
 
-import { subtract } from "../../scene/shapes";
+import { subtract } from "../../scene/cloud/shapes";
 import { sigmaOfClass } from "../../stream/protocol";
 import { language, text } from "../../text";
 import { orderName } from "../../theme";

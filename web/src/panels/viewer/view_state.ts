@@ -1,15 +1,15 @@
 /** What a person chose and sees of a cloud, as signals; the viewer itself draws without them. */
 
 import { computed, effect, type Signal, signal } from "@preact/signals";
+import type { ExactPoint } from "../../scene/cloud/exact_point";
+import type { Mesh } from "../../scene/cloud/glb";
+import { countShown, proposedRange, sampleValues } from "../../scene/cloud/histogram";
+import type { Picked } from "../../scene/cloud/picking";
+import type { Feature } from "../../scene/cloud/region";
+import type { Vec3 } from "../../scene/cloud/shapes";
 import type { ColourMode, ValueMode, ValueRange } from "../../scene/colours";
-import type { ExactPoint } from "../../scene/exact_point";
-import type { Mesh } from "../../scene/glb";
-import { countShown, proposedRange, sampleValues } from "../../scene/histogram";
-import type { Picked } from "../../scene/picking";
-import type { Feature } from "../../scene/region";
-import type { Vec3 } from "../../scene/shapes";
-import type { CloudViewer } from "../../scene/viewer";
-import { remembered } from "../../state/remembered";
+import type { CloudViewer } from "../../scene/view/viewer";
+import { remembered } from "../../state/browser/remembered";
 
 /** A growing cloud's histogram is made anew so often. */
 const SAMPLE_EVERY_MS = 1000;

@@ -1,5 +1,5 @@
 import type { ColourMode, ValueMode } from "../../scene/colours";
-import type { ViewName } from "../../scene/orbit";
+import type { ViewName } from "../../scene/view/orbit";
 
 export const viewer = {
   title: "Punktwolke",

@@ -17,9 +17,9 @@ use rayon::prelude::*;
 use serde_json::json;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
 
+use crate::answer::output::{create_folder, file_names_after, write_file};
 use crate::arguments::{BenchArgs, BenchCentrelinesArgs, BenchSubject};
 use crate::commands::Answer;
-use crate::output::{create_folder, file_names_after, write_file};
 use pipeline::Reporter;
 use pipeline::{Failure, FailureKind};
 

@@ -14,13 +14,13 @@ use scanning::{CloudFormat, MeshFormat, ScanResult};
 use serde_json::json;
 use twin::{CaptureRequest, StationShape};
 
+use crate::answer::output::{create_folder, write_file};
 use crate::arguments::DemoArgs;
 use crate::commands::Answer;
 use crate::commands::scan::write_part_mesh;
 use crate::commands::twin::{record, seeded};
-use crate::output::{create_folder, write_file};
-use crate::photographs::{self, Photograph};
-use crate::truth::{TruePoint, read_truth, systematic_depth_rmse_mm};
+use crate::inputs::photographs::{self, Photograph};
+use crate::inputs::truth::{TruePoint, read_truth, systematic_depth_rmse_mm};
 use app::config::{GAUGE_HEIGHT_MM, SPHERE_RADIUS_MM};
 use pipeline::Failure;
 use pipeline::Features;

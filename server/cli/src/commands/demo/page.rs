@@ -3,7 +3,7 @@
 use capture::Capture;
 
 use crate::commands::demo::Trial;
-use crate::photographs::{Photograph, SOURCE};
+use crate::inputs::photographs::{Photograph, SOURCE};
 use pipeline::Failure;
 use pipeline::Features;
 use report::calibration::calibration_sections;

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 use optics::{Camera, LightSurfaces};
+use statistics::median;
 use vision::{CentrelinePoint, Centrelines, LineDirection};
 
 use crate::findings::report::Rejections;
@@ -201,8 +202,7 @@ fn median_distance(
             Some(sheet_residual(camera, light, pose, &seen, None)?.residual_px.abs())
         })
         .collect();
-    distances.sort_by(f64::total_cmp);
-    distances.get(distances.len() / 2).copied()
+    median(&mut distances)
 }
 
 enum Place {
@@ -279,7 +279,7 @@ impl Columns {
         let points = centrelines.segments.iter().flat_map(|segment| &segment.points);
         let on_board = points.zip(places.iter().flatten()).filter(|(_, place)| !matches!(place, Place::OffBoard));
         for (point, _) in on_board {
-            let (along, across) = along_across(point, line_direction);
+            let (along, across) = point.along_across(line_direction);
             let column = along.round().max(0.0) as usize;
             if column >= across_px.len() {
                 across_px.resize(column + 1, Vec::new());
@@ -294,7 +294,7 @@ impl Columns {
 
     /// Rank of a point in its column, if exactly `full` lines cross it.
     fn rank(&self, point: &CentrelinePoint, full: usize) -> Option<usize> {
-        let (along, across) = along_across(point, self.line_direction);
+        let (along, across) = point.along_across(self.line_direction);
         let column = self.across_px.get(along.round().max(0.0) as usize)?;
         (column.len() == full).then(|| column.iter().filter(|other| **other < across).count())
     }
@@ -303,8 +303,7 @@ impl Columns {
     fn pitch_px(&self) -> Option<f64> {
         let mut gaps: Vec<f64> =
             self.across_px.iter().flat_map(|column| column.windows(2).map(|pair| pair[1] - pair[0])).collect();
-        gaps.sort_by(f64::total_cmp);
-        gaps.get(gaps.len() / 2).copied()
+        median(&mut gaps)
     }
 
     /// The largest number of crossings that at least [`MIN_LINE_COLUMNS`] columns have.
@@ -312,13 +311,5 @@ impl Columns {
         let mut counts: Vec<usize> = self.across_px.iter().map(Vec::len).collect();
         counts.sort_unstable_by(|a, b| b.cmp(a));
         counts.get(MIN_LINE_COLUMNS - 1).copied().unwrap_or(0)
-    }
-}
-
-/// (Along, across) coordinates of a point for lines that run this way.
-pub fn along_across(point: &CentrelinePoint, line_direction: LineDirection) -> (f64, f64) {
-    match line_direction {
-        LineDirection::Rows => (point.u_px, point.v_px),
-        LineDirection::Columns => (point.v_px, point.u_px),
     }
 }

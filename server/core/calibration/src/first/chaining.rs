@@ -6,7 +6,7 @@
 use nalgebra::Vector2;
 use vision::LineDirection;
 
-use crate::first::board_lines::{BoardPiece, along_across};
+use crate::first::board_lines::BoardPiece;
 use crate::params::{JOIN_END_POINTS, JOIN_MAX_GAP_LENGTHS, JOIN_TOLERANCE_PITCHES, MIN_LINE_COLUMNS};
 
 /// Joins the pieces of one picture to whole lines and lets the lines' labels speak for all their pieces; where no
@@ -62,7 +62,7 @@ impl Ends {
             .points
             .iter()
             .map(|point| {
-                let (along, across) = along_across(point, line_direction);
+                let (along, across) = point.along_across(line_direction);
                 Vector2::new(along, across)
             })
             .collect();

@@ -6,6 +6,7 @@
 
 use nalgebra::{Vector2, Vector3};
 use optics::{LightModelKind, LightSurfaces};
+use statistics::median;
 
 use crate::first::board_lines::BoardPiece;
 use crate::fits::laser_points::on_pattern;
@@ -320,8 +321,7 @@ impl Section {
         let along = lines.clone().filter_map(chord).sum::<Vector3<f64>>().try_normalize(0.0)?;
         let away = (Vector3::z() - along * along.z).try_normalize(0.0)?;
         let mut places: Vec<f64> = lines.flatten().map(|hit| hit.dot(&along)).collect();
-        places.sort_by(f64::total_cmp);
-        let middle_mm = *places.get(places.len() / 2)?;
+        let middle_mm = median(&mut places)?;
         Some(Self { along, across: away.cross(&along), away, middle_mm })
     }
 

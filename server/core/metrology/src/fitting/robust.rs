@@ -1,9 +1,10 @@
 //! Fits that settle on the points that belong together, and count the others.
 
 use rayon::prelude::*;
+use statistics::median;
 
 use crate::fitting::fit::{Points, Weighted, fit};
-use crate::fitting::sample::{Sample, Samples, median, thinned};
+use crate::fitting::sample::{Sample, Samples, thinned};
 use crate::interface::shape::Shape;
 use crate::params::{MAX_TRIM_SIGMAS, MIN_FEATURE_POINTS, MIN_TRIM_SIGMAS, TRIM_POINTS, TRIM_ROUNDS, TRIM_SIGMAS};
 
@@ -89,6 +90,6 @@ fn round(samples: &Samples, candidates: &[u32], shape: &Shape, trim: f64) -> Opt
     let next = fit(shape, &Near { samples, indices: &inliers, shape })?;
     let mut residuals: Vec<f64> =
         inliers.par_iter().map(|&idx| normalised_distance(&next, &samples.at(idx)).abs()).collect();
-    let scale = SIGMA_PER_MAD * median(&mut residuals);
+    let scale = SIGMA_PER_MAD * median(&mut residuals).unwrap_or(0.0);
     Some((next, (TRIM_SIGMAS * scale).clamp(MIN_TRIM_SIGMAS, MAX_TRIM_SIGMAS)))
 }

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use optics::{CameraFrame, Motion, PartFrame, PointMm};
 use scanning::{Cloud, CloudPoint, StagePositions};
+use statistics::median;
 
 use crate::fitting::footprint::line_sigma_mm;
 use crate::interface::request::Region;
@@ -96,8 +97,11 @@ impl<'a> Samples<'a> {
         samples.extent_mm = samples.extent();
         let mut known: Vec<f64> = samples.points().filter_map(known_sigma_mm).collect();
         samples.sigma_known = !known.is_empty();
-        samples.sigma_mm =
-            if samples.sigma_known { median(&mut known) } else { samples.extent_mm * UNKNOWN_SIGMA_PER_EXTENT };
+        samples.sigma_mm = if samples.sigma_known {
+            median(&mut known).unwrap_or(0.0)
+        } else {
+            samples.extent_mm * UNKNOWN_SIGMA_PER_EXTENT
+        };
         samples
     }
 
@@ -193,15 +197,6 @@ fn position(point: &CloudPoint) -> Vector3<f64> {
 /// The σ that a point carries, mm.
 fn known_sigma_mm(point: &CloudPoint) -> Option<f64> {
     Some(f64::from(point.sigma_mm)).filter(|sigma_mm| sigma_mm.is_finite() && *sigma_mm > 0.0)
-}
-
-/// The median; 0 of nothing.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// At most `limit` of the indices, evenly spread.

@@ -4,10 +4,12 @@
 //! (a form much larger than the noise). The value is the middle between the two corrections; half their distance is the
 //! limit of what the correction may be wrong by (eq. 6).
 
+use statistics::median;
+
 use crate::fitting::features::Found;
 use crate::fitting::fit::{Points, Weighted, fit};
 use crate::fitting::robust::{SIGMA_PER_MAD, normalised_distance, within};
-use crate::fitting::sample::{Samples, median};
+use crate::fitting::sample::Samples;
 use crate::measuring::noise::{correlation_px, redundancy, spacing_px};
 use crate::measuring::value::band_width;
 use crate::params::{FLATNESS_SHARE, FLATNESS_TRIM_SIGMAS, TRIM_SIGMAS};
@@ -58,7 +60,7 @@ impl Points for Alike<'_> {
 pub(crate) fn keep_form(samples: &Samples, plane: &mut Found) -> Option<()> {
     let mut normalised: Vec<f64> =
         plane.inliers.iter().map(|&idx| normalised_distance(&plane.shape, &samples.at(idx)).abs()).collect();
-    let scale = SIGMA_PER_MAD * median(&mut normalised);
+    let scale = SIGMA_PER_MAD * median(&mut normalised).unwrap_or(0.0);
     let kept = within(samples, &plane.inside, &plane.shape, scale * FLATNESS_TRIM_SIGMAS.max(TRIM_SIGMAS));
     plane.shape = fit(&plane.shape, &Alike { samples, indices: &kept })?;
     plane.n_outliers = plane.inside.len() - kept.len();

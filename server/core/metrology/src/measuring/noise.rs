@@ -6,11 +6,12 @@
 
 use optics::{RotaryAxis, Stage};
 use scanning::Cloud;
+use statistics::median;
 
 use crate::fitting::features::Found;
 use crate::fitting::fit::covariance;
 use crate::fitting::robust::Near;
-use crate::fitting::sample::{Samples, median};
+use crate::fitting::sample::Samples;
 use crate::interface::shape::{MAX_PARAMETERS, Shape};
 use crate::measuring::measure::Question;
 use crate::measuring::value::{FirstPoints, value};
@@ -51,7 +52,7 @@ pub(crate) fn redundancy(samples: &Samples, inliers: &[u32]) -> f64 {
         .windows(2)
         .filter_map(|pair| spacing_px(samples, pair[0], pair[1]).filter(|px| *px > 0.0))
         .collect();
-    let spacing_px = if spacings.is_empty() { 1.0 } else { median(&mut spacings) };
+    let spacing_px = median(&mut spacings).unwrap_or(1.0);
     (correlation_px(samples.cloud) / spacing_px).max(1.0) * along_travel(samples, inliers)
 }
 
@@ -81,7 +82,7 @@ fn along_travel(samples: &Samples, inliers: &[u32]) -> f64 {
 /// frame.
 fn radius_mm(axis: &RotaryAxis, samples: &Samples, inliers: &[u32]) -> f64 {
     let mut radii: Vec<f64> = inliers.iter().map(|&idx| axis.radius_mm(&samples.position(idx))).collect();
-    median(&mut radii)
+    median(&mut radii).unwrap_or(0.0)
 }
 
 /// Propagates the noise of the points to the value of a tool.

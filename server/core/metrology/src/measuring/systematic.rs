@@ -7,12 +7,13 @@ use nalgebra::{Vector2, Vector3};
 use optics::stage::StageSpread;
 use optics::{Calibration, CameraFrame, PointMm, Stage, StagePosition};
 use rayon::prelude::*;
+use statistics::median;
 
 use crate::fitting::features::Found;
 use crate::fitting::fit::{Points as _, Weighted, fit};
 use crate::fitting::footprint::footprint_mm;
 use crate::fitting::robust::Near;
-use crate::fitting::sample::{Samples, median, thinned};
+use crate::fitting::sample::{Samples, thinned};
 use crate::interface::request::{MeasureError, Tool};
 use crate::interface::shape::Shape;
 use crate::measuring::measure::Question;
@@ -84,7 +85,8 @@ impl<'a> Retriangulation<'a> {
                 pixels
             })
             .collect();
-        let median_mm = if lost > mismatches.len() { f64::INFINITY } else { median(&mut mismatches) };
+        let median_mm =
+            if lost > mismatches.len() { f64::INFINITY } else { median(&mut mismatches).unwrap_or(0.0) };
         let farthest_mm = features.iter().flatten().map(|pixel| pixel.distance_mm).fold(0.0, f64::max);
         if median_mm > MAX_MISMATCH_RELATIVE * farthest_mm {
             return Err(MeasureError::CalibrationMismatch { median_mm });

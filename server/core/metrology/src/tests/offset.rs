@@ -1,5 +1,5 @@
 //! Nothing depends on where the stage has its zero: every tool, with and without a calibration, under shifted stages.
-//! What this does not show: that a scan of shifted positions gives the shifted cloud; `server/cli/tests/it/rig_a.rs` does.
+//! What this does not show: that a scan of shifted positions gives the shifted cloud; `server/cli/tests/it/rigs/rig_a.rs` does.
 
 use nalgebra::Vector3;
 use optics::{CameraFrame, PointMm, StageAxis};

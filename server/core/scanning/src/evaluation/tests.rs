@@ -9,15 +9,15 @@ use optics::{StageKind, StagePosition};
 use vision::{LineDirection, Segment};
 
 use crate::Cloud;
-use crate::dropped::DropReason;
 use crate::error::ScanError;
 use crate::files::peaks::{PeaksFile, PeaksHeader, PeaksWriter, read_one_frame, read_positions};
 use crate::files::{CloudFormat, CloudWriter, FileError, write_cloud_in_pieces, write_cloud_to};
-use crate::frames::Frames;
-use crate::frames::ScanFrame;
+use crate::input::frames::Frames;
+use crate::input::frames::ScanFrame;
+use crate::input::synthetic::{SIZE_PX, SyntheticScan};
+use crate::points::dropped::DropReason;
 use crate::report::ScanReport;
 use crate::scan::{ScanParams, evaluate_keeping, scan_cloud};
-use crate::synthetic::{SIZE_PX, SyntheticScan};
 
 /// Frames enough for several windows and batches that are worked on together.
 const N_FRAMES: usize = 90;

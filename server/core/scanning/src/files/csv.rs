@@ -3,7 +3,7 @@
 use std::io::{BufRead, Write};
 
 use super::{ContentError, FIELDS, header_line, one_line, point_from_fields};
-use crate::cloud::{Cloud, CloudPoint};
+use crate::points::cloud::{Cloud, CloudPoint};
 
 /// Column names, in the order of [`FIELDS`] and with their units.
 const COLUMNS: [&str; 9] = ["x_mm", "y_mm", "z_mm", "order", "frame", "u_px", "v_px", "intensity", "sigma_mm"];

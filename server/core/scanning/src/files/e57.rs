@@ -9,7 +9,7 @@ use std::io::{BufRead, Read, Seek, Write};
 use e57::{E57Reader, E57Writer, Extension, Record, RecordDataType, RecordName, RecordValue};
 
 use super::{ContentError, FIELDS, one_line, point_from_fields, push, trusted_capacity};
-use crate::cloud::{Cloud, CloudPoint};
+use crate::points::cloud::{Cloud, CloudPoint};
 
 const NAMESPACE: &str = "sheaf";
 const NAMESPACE_URL: &str = "https://sheaf.invalid/e57/1";

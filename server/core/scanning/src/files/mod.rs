@@ -33,9 +33,9 @@ use std::path::Path;
 pub use error::FileError;
 pub use writer::{AddPoints, CloudWriter, write_cloud_in_pieces};
 
-use crate::cloud::{Cloud, CloudPoint};
 pub use crate::error::ContentError;
 use crate::mesh::Mesh;
+use crate::points::cloud::{Cloud, CloudPoint};
 use ply::CloudReader;
 
 /// Room made in advance for at most this many records, whatever a header claims.

@@ -3,7 +3,7 @@
 use std::io::{BufRead, Write};
 
 use super::{ContentError, FIELDS, header_line, one_line, point_from_fields, push, trusted_capacity};
-use crate::cloud::Cloud;
+use crate::points::cloud::Cloud;
 
 /// The line every PCD file begins with by custom; the only comment that is not the cloud's.
 const BANNER: &str = ".PCD v0.7 - Point Cloud Data file format";

@@ -4,8 +4,8 @@ use std::io::{BufRead, Write};
 
 use super::ply_reader::{Element, PlyReader};
 use super::{ContentError, FIELDS, one_line, point_from_fields, push, trusted_capacity};
-use crate::cloud::{Cloud, CloudPoint};
 use crate::mesh::Mesh;
+use crate::points::cloud::{Cloud, CloudPoint};
 
 /// Vertex properties of a cloud, in file order.
 const CLOUD_PROPERTIES: [(&str, &str); 9] = [

@@ -1,10 +1,10 @@
-//! Clouds written as their points come: no more of them in memory than one call hands over.
+//! Clouds written in pieces: no more points in memory than one call hands over.
 
 use std::io::Write;
 use std::path::Path;
 
 use super::{CloudFormat, ContentError, FileError, atomically, buffered, csv, pcd, ply};
-use crate::cloud::CloudPoint;
+use crate::points::cloud::CloudPoint;
 
 /// The formats that are written from front to back; E57 is not, its header holds offsets known last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub struct CloudWriter<W: Write> {
 }
 
 impl<W: Write> CloudWriter<W> {
-    /// Begins with the header. `n_points` will come.
+    /// Writes the header. `n_points` points must follow.
     ///
     /// # Errors
     /// [`ContentError::Io`] if `out` refuses; [`ContentError::Malformed`] for E57, which is no stream.
@@ -47,7 +47,7 @@ impl<W: Write> CloudWriter<W> {
         Ok(Self { out, format, n_missing: n_points as u64, chunk: Vec::new() })
     }
 
-    /// Adds the points that come next.
+    /// Adds the next points.
     ///
     /// # Errors
     /// [`ContentError::Io`] if `out` refuses, [`ContentError::Malformed`] for more points than were promised.
@@ -72,7 +72,7 @@ fn wrong_count() -> ContentError {
     ContentError::malformed("points", "there are not as many as the header says", "write the file again")
 }
 
-/// Takes the points that come next.
+/// Adds the next points.
 pub type AddPoints<'a, E> = &'a mut dyn FnMut(&[CloudPoint]) -> Result<(), E>;
 
 /// Writes a file of any format but E57 whole or not at all; `add_points` hands over its `n_points` points, some at a

@@ -2,9 +2,9 @@
 
 use vision::{Centrelines, LineDirection};
 
-use super::pieces::{Piece, along_across};
+use super::pieces::Piece;
 
-/// The pieces of a frame, ready to be asked column by column.
+/// The pieces of a frame by scan column (row).
 pub struct Columns<'a> {
     /// The pieces of all frames, ordered by frame.
     pub pieces: &'a [Piece],
@@ -35,7 +35,7 @@ impl Columns<'_> {
     pub fn crossings(&self, along: i64) -> impl Iterator<Item = Crossing> {
         self.own.clone().filter_map(move |piece| {
             let point = self.pieces[piece].point_at(self.lines, along)?;
-            Some(Crossing { piece, across_px: along_across(point, self.direction).1 })
+            Some(Crossing { piece, across_px: point.along_across(self.direction).1 })
         })
     }
 

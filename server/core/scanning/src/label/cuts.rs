@@ -5,14 +5,14 @@ use vision::Centrelines;
 use super::Labels;
 use super::columns::pieces_of;
 use super::pieces::Piece;
-use super::relax::Verdict;
+use super::solve::relax::LabelOutcome;
 
 /// Lets a piece reach to the next one of its segment and label: the cut between them was no joint.
-pub fn close(pieces: &mut [Piece], verdicts: &[Verdict]) {
+pub fn close(pieces: &mut [Piece], outcomes: &[LabelOutcome]) {
     for idx in 1..pieces.len() {
         let (a, b) = (pieces[idx - 1], pieces[idx]);
         let is_one_line = (a.frame, a.segment) == (b.frame, b.segment);
-        if is_one_line && verdicts[idx - 1] == verdicts[idx] && matches!(verdicts[idx], Verdict::Order(_)) {
+        if is_one_line && outcomes[idx - 1] == outcomes[idx] && matches!(outcomes[idx], LabelOutcome::Order(_)) {
             pieces[idx - 1] = a.part(a.along, b.along);
         }
     }
@@ -22,7 +22,7 @@ impl Labels {
     /// The pieces of a frame that have no label for certain.
     pub fn left_out(&self, frame: usize) -> impl Iterator<Item = &Piece> {
         let own = pieces_of(&self.pieces, frame);
-        let is_left_out = |idx: &usize| !matches!(self.verdicts[*idx], Verdict::Order(_));
+        let is_left_out = |idx: &usize| !matches!(self.outcomes[*idx], LabelOutcome::Order(_));
         own.filter(is_left_out).map(|idx| &self.pieces[idx])
     }
 
@@ -31,14 +31,14 @@ impl Labels {
     pub fn candidates(&self, frame: usize, lines: &Centrelines) -> Self {
         let own = pieces_of(&self.pieces, frame);
         let mut candidates =
-            Self { pieces: Vec::new(), verdicts: Vec::new(), labels: Vec::new(), direction: self.direction };
+            Self { pieces: Vec::new(), outcomes: Vec::new(), labels: Vec::new(), direction: self.direction };
         for idx in own.clone() {
             let (piece, label) = (self.pieces[idx], self.labels[idx]);
             let follows = |other: usize| own.contains(&other) && self.pieces[other].segment == piece.segment;
             if !idx.checked_sub(1).is_some_and(follows) {
                 candidates.add(piece.part(piece.along - piece.first as i64, piece.along), label);
             }
-            if self.verdicts[idx] == Verdict::Doubtful {
+            if self.outcomes[idx] == LabelOutcome::Doubtful {
                 candidates.add(piece, label);
             }
             let n_left = lines.segments[piece.segment].points.len() - piece.end;
@@ -54,7 +54,7 @@ impl Labels {
     fn add(&mut self, piece: Piece, label: Option<usize>) {
         if let Some(order_idx) = label.filter(|_| piece.n_points() > 0) {
             self.pieces.push(piece);
-            self.verdicts.push(Verdict::Order(order_idx));
+            self.outcomes.push(LabelOutcome::Order(order_idx));
             self.labels.push(label);
         }
     }
@@ -76,12 +76,12 @@ mod tests {
     #[test]
     fn a_cut_between_two_pieces_of_one_label_is_closed() {
         let cut = [piece(0, 30), piece(34, 60), piece(64, 90), piece(94, 120)];
-        let (one, other) = (Verdict::Order(2), Verdict::Order(3));
+        let (one, other) = (LabelOutcome::Order(2), LabelOutcome::Order(3));
         let mut pieces = cut;
-        close(&mut pieces, &[one, one, other, Verdict::Doubtful]);
+        close(&mut pieces, &[one, one, other, LabelOutcome::Doubtful]);
         assert_eq!(pieces, [piece(0, 34), cut[1], cut[2], cut[3]]);
         let mut doubtful = cut;
-        close(&mut doubtful, &[Verdict::Doubtful; 4]);
+        close(&mut doubtful, &[LabelOutcome::Doubtful; 4]);
         assert_eq!(doubtful, cut);
     }
 
@@ -91,7 +91,12 @@ mod tests {
         let lines = Centrelines { segments: vec![segment(9), segment(130)], ..Centrelines::default() };
         let labels = Labels {
             pieces: vec![piece(5, 30), piece(34, 60), piece(64, 90), piece(94, 120)],
-            verdicts: vec![Verdict::Order(2), Verdict::Doubtful, Verdict::Order(3), Verdict::Contradicted],
+            outcomes: vec![
+                LabelOutcome::Order(2),
+                LabelOutcome::Doubtful,
+                LabelOutcome::Order(3),
+                LabelOutcome::Contradicted,
+            ],
             labels: vec![Some(2), Some(2), Some(3), None],
             direction: LineDirection::Rows,
         };

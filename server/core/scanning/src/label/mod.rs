@@ -1,52 +1,38 @@
 //! Which order is this line? (`docs/maths/labelling.md`)
 //!
+//! A pairwise Markov random field over pieces of lines, solved by mean field and iterated conditional modes.
 //! Every piece of a line is tried with every order. Four kinds of evidence speak for and against: the stated
 //! depths, the order of the lines across the image, the same line in the next frame or beyond a gap, and, above
 //! all, whether another order sees the same surface at the same place of the part from another stage position.
 
-mod agreement;
-mod challenge;
 mod columns;
-
 mod cuts;
-mod evidence;
-mod hypotheses;
-mod looks;
-mod min_cut;
-mod outlook;
-mod overlooked;
-mod patches;
+mod gather;
 mod pieces;
-mod ranks;
-mod relax;
 mod sections;
-mod sheet_graph;
-mod sheets;
-mod shift_together;
-mod shifts;
-mod tracks;
-mod trial;
-mod unions;
+mod solve;
+mod union_find;
 
 use nalgebra::{Vector2, Vector3};
 use optics::{Calibration, DepthRangeMm, LightModelKind, Triangulator};
 use vision::LineDirection;
 
 use crate::error::ScanError;
-use crate::frames::{Frames, lines_of};
-use crate::motions::{Chart, FrameMotion};
+use crate::input::frames::{Frames, lines_of};
+use crate::input::motions::{Chart, FrameMotion};
 use crate::params::{
     AGREEMENT_FLOOR_GRATING, AGREEMENT_FLOOR_PLANES, CONFIRMATION, OUTSIDE_COST, SAMPLE_STRIDE_PX, STUB_POINTS,
     SYSTEMATIC_SIGMAS, UNLABELLED_COST,
 };
-use evidence::Evidence;
-use hypotheses::Samples;
+use gather::evidence::Evidence;
+use gather::hypotheses::Samples;
 
-pub use agreement::gradient;
-pub use outlook::Outlook;
-pub use patches::{PatchGrid, ViewPoint};
-pub use pieces::{Piece, along_across};
-pub use relax::Verdict;
+pub use gather::agreement::gradient;
+pub use gather::patches::{PatchGrid, ViewPoint};
+pub use gather::reference_view::ReferenceView;
+pub use pieces::Piece;
+pub use solve::relax::LabelOutcome;
+use statistics::median;
 
 /// Pieces of all frames with what was decided about each.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +40,7 @@ pub struct Labels {
     /// Ordered by frame, segment, then along the line.
     pub pieces: Vec<Piece>,
     /// One per piece.
-    pub verdicts: Vec<Verdict>,
+    pub outcomes: Vec<LabelOutcome>,
     /// Per piece: its best label, a doubtful one's too; an index into the calibration's orders.
     pub labels: Vec<Option<usize>>,
     /// Which way the lines run.
@@ -62,16 +48,16 @@ pub struct Labels {
 }
 
 /// Short ends of a line whose label differs from the line they hang on are left out: too little speaks for them.
-/// `before`: the same verdicts; `joined`: per piece, whether it follows the one before it without a jump.
-fn doubt_stubs(pieces: &[Piece], verdicts: &mut [Verdict], before: &[Verdict], joined: &[bool]) {
+/// `before`: the same outcomes; `joined`: per piece, whether it follows the one before it without a jump.
+fn doubt_stubs(pieces: &[Piece], outcomes: &mut [LabelOutcome], before: &[LabelOutcome], joined: &[bool]) {
     for idx in 1..pieces.len() {
         if before[idx - 1] == before[idx] || !joined[idx] {
             continue;
         }
         for stub in [idx - 1, idx] {
-            let doubted = matches!(before[stub], Verdict::Order(_));
+            let doubted = matches!(before[stub], LabelOutcome::Order(_));
             if doubted && pieces[stub].n_points() < STUB_POINTS {
-                verdicts[stub] = Verdict::Doubtful;
+                outcomes[stub] = LabelOutcome::Doubtful;
             }
         }
     }
@@ -96,78 +82,78 @@ pub fn label_frames(
 ) -> Result<Labels, ScanError> {
     let travel = Travel::of(motions);
     let direction = lines_of(frames, 0)?.direction;
-    let mut pieces = looks::cut_pieces(frames, &travel.order, direction)?;
+    let mut pieces = gather::features::cut_pieces(frames, &travel.order, direction)?;
     if triangulator.calibration().orders.len() == 1 {
         // Nothing can contradict the only line there is; points beyond the depths are left out one by one.
-        let (verdicts, labels) = (vec![Verdict::Order(0); pieces.len()], vec![Some(0); pieces.len()]);
-        return Ok(Labels { pieces, verdicts, labels, direction });
+        let (outcomes, labels) = (vec![LabelOutcome::Order(0); pieces.len()], vec![Some(0); pieces.len()]);
+        return Ok(Labels { pieces, outcomes, labels, direction });
     }
-    let view = hypotheses::View { triangulator, depth_range_mm, direction };
+    let view = gather::hypotheses::View { triangulator, depth_range_mm, direction };
     if frames.n_frames() > 1 {
         let (whole, evidence, _) = gathered(frames, motions, &travel, &view, pieces)?;
-        let (of_pieces, _) = relax::best_labels(&evidence);
+        let (of_pieces, _) = solve::relax::best_labels(&evidence);
         let sections = sections::sections(&whole.pieces);
         let start = sections::labels_of(&sections, &of_pieces);
-        let (looks, evidence, _) = gathered(frames, motions, &travel, &view, sections)?;
-        pieces = sections::merged(&looks.pieces, &relax::best_from(&evidence, start));
+        let (features, evidence, _) = gathered(frames, motions, &travel, &view, sections)?;
+        pieces = sections::merged(&features.pieces, &solve::relax::best_from(&evidence, start));
     }
-    let (looks, evidence, partners) = gathered(frames, motions, &travel, &view, pieces)?;
-    let looks::Looks { mut pieces, samples, joined, widths_px, .. } = looks;
+    let (features, evidence, partners) = gathered(frames, motions, &travel, &view, pieces)?;
+    let gather::features::FrameFeatures { mut pieces, samples, joined, widths_px, .. } = features;
     let confirmation = (frames.n_frames() > 1).then_some(CONFIRMATION);
     let challenged = |labels: &[usize]| {
-        let sheets = sheets::sheets(labels, &samples, &pieces, &partners);
-        let lengths = lengths_pitches(&samples, &pieces, &sheets);
-        challenge::challenged(&evidence, labels, &sheets, &lengths, frames.n_frames() > 1)
+        let strips = gather::strips::strips(labels, &samples, &pieces, &partners);
+        let lengths = lengths_pitches(&samples, &pieces, &strips);
+        solve::challenge::challenged(&evidence, labels, &strips, &lengths, frames.n_frames() > 1)
     };
-    let (labels, settled) = relax::settle(&evidence, confirmation, challenged);
+    let (labels, settled) = solve::relax::label_outcomes(&evidence, confirmation, challenged);
     let mut labels: Vec<Option<usize>> =
         labels.into_iter().map(|label| (label != evidence.none()).then_some(label)).collect();
-    let mut verdicts = settled.clone();
-    doubt_stubs(&pieces, &mut verdicts, &settled, &joined);
+    let mut outcomes = settled.clone();
+    doubt_stubs(&pieces, &mut outcomes, &settled, &joined);
     if frames.n_frames() > 1 {
-        cuts::close(&mut pieces, &verdicts);
-        (pieces, verdicts, labels) = sections::doubt_seams(&pieces, &verdicts, &labels, &widths_px);
+        cuts::close(&mut pieces, &outcomes);
+        (pieces, outcomes, labels) = sections::doubt_seams(&pieces, &outcomes, &labels, &widths_px);
     }
-    Ok(Labels { pieces, verdicts, labels, direction })
+    Ok(Labels { pieces, outcomes, labels, direction })
 }
 
 /// What is seen of pieces, what that says about their labels, and the same line in the frames around.
-type Gathered = (looks::Looks, Evidence, tracks::Partners);
+type Gathered = (gather::features::FrameFeatures, Evidence, gather::tracks::Partners);
 
 fn gathered(
     frames: &dyn Frames,
     motions: &[FrameMotion],
     travel: &Travel,
-    view: &hypotheses::View,
+    view: &gather::hypotheses::View,
     pieces: Vec<Piece>,
 ) -> Result<Gathered, ScanError> {
     let (direction, calibration) = (view.direction, view.triangulator.calibration());
-    let looks = looks::look_at(frames, motions, view, pieces)?;
-    let looks::Looks { pieces, samples, ends, joined, shared_columns, .. } = &looks;
+    let features = gather::features::extract_features(frames, motions, view, pieces)?;
+    let gather::features::FrameFeatures { pieces, samples, ends, joined, shared_columns, .. } = &features;
     let mut evidence = depth_evidence(samples, pieces, calibration.orders.len());
-    let partners = tracks::add_tracks(&mut evidence, samples, pieces, frames, direction, &travel.order)?;
-    tracks::add_continuations(&mut evidence, samples, pieces, ends);
-    tracks::add_joints(&mut evidence, joined);
-    shared_columns.iter().for_each(|shared| ranks::add_ranks(&mut evidence, shared));
-    let outlook = outlook(travel, calibration, view.depth_range_mm, direction);
-    let scene = agreement::Scene {
+    let partners = gather::tracks::add_tracks(&mut evidence, samples, pieces, frames, direction, &travel.order)?;
+    gather::tracks::add_continuations(&mut evidence, samples, pieces, ends);
+    gather::tracks::add_joints(&mut evidence, joined);
+    shared_columns.iter().for_each(|shared| gather::ranks::add_ranks(&mut evidence, shared));
+    let reference_view = reference_view(travel, calibration, view.depth_range_mm, direction);
+    let scene = gather::agreement::Scene {
         samples,
         pieces,
         partners: &partners,
         travel_rank: &travel.rank,
         motions,
-        outlook: &outlook,
+        reference_view: &reference_view,
     };
-    agreement::add_second_looks(&mut evidence, &scene);
-    Ok((looks, evidence, partners))
+    gather::agreement::add_second_looks(&mut evidence, &scene);
+    Ok((features, evidence, partners))
 }
 
-/// Per sheet: the longest of its pieces in line pitches.
-fn lengths_pitches(samples: &Samples, pieces: &[Piece], sheets: &[usize]) -> Vec<f64> {
-    let mut lengths = vec![0.0f64; sheets.iter().max().map_or(0, |last| last + 1)];
+/// Per strip: the longest of its pieces in line pitches.
+fn lengths_pitches(samples: &Samples, pieces: &[Piece], strips: &[usize]) -> Vec<f64> {
+    let mut lengths = vec![0.0f64; strips.iter().max().map_or(0, |last| last + 1)];
     for (idx, piece) in pieces.iter().enumerate() {
         let pitch = samples.of_piece(idx).first().map_or(f64::INFINITY, |sample| sample.pitch_px);
-        lengths[sheets[idx]] = lengths[sheets[idx]].max(piece.n_points() as f64 / pitch);
+        lengths[strips[idx]] = lengths[strips[idx]].max(piece.n_points() as f64 / pitch);
     }
     lengths
 }
@@ -180,7 +166,7 @@ fn depth_evidence(samples: &Samples, pieces: &[Piece], n_orders: usize) -> Evide
     for (idx, piece) in pieces.iter().enumerate() {
         for label in 0..n_orders {
             let n_outside = samples.range(idx).filter(|&sample| samples.by_order(sample)[label].is_none()).count();
-            evidence.add_single(idx, label, -OUTSIDE_COST * n_outside as f64 * sample_weight(piece));
+            evidence.add_unary(idx, label, -OUTSIDE_COST * n_outside as f64 * sample_weight(piece));
         }
     }
     evidence
@@ -216,9 +202,8 @@ impl Travel {
         }
         let mut steps: Vec<f64> =
             order.windows(2).map(|pair| (shifts_mm[pair[1]] - shifts_mm[pair[0]]).norm()).collect();
-        steps.sort_by(f64::total_cmp);
         let direction = whole.try_normalize(0.0).unwrap_or_default();
-        let step_mm = direction * steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        let step_mm = direction * median(&mut steps).unwrap_or(0.0);
         let middle_mm = order.get(order.len() / 2).map_or(Vector3::zeros(), |&frame| shifts_mm[frame]);
         let chart = motions.first().map_or(Chart::Part, FrameMotion::chart);
         Self { order, rank, step_mm, middle_mm, chart }
@@ -226,12 +211,12 @@ impl Travel {
 }
 
 /// How the scan looks at the part, at the middle of the depth range and of the travel.
-pub fn outlook(
+pub fn reference_view(
     travel: &Travel,
     calibration: &Calibration,
     depth_range_mm: DepthRangeMm,
     direction: LineDirection,
-) -> Outlook {
+) -> ReferenceView {
     let reference_depth_mm = 0.5 * (depth_range_mm.near_mm + depth_range_mm.far_mm);
     let focal_px = match direction {
         LineDirection::Rows => calibration.camera.fx_px,
@@ -241,7 +226,7 @@ pub fn outlook(
         LightModelKind::Grating => AGREEMENT_FLOOR_GRATING,
         LightModelKind::Planes | LightModelKind::Pencil => AGREEMENT_FLOOR_PLANES,
     };
-    Outlook {
+    ReferenceView {
         chart: travel.chart,
         middle_shift_mm: travel.middle_mm,
         reference_depth_mm,

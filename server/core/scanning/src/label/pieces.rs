@@ -64,14 +64,6 @@ impl Piece {
     }
 }
 
-/// Position of a point along and across the lines, px.
-pub fn along_across(point: &CentrelinePoint, direction: LineDirection) -> (f64, f64) {
-    match direction {
-        LineDirection::Rows => (point.u_px, point.v_px),
-        LineDirection::Columns => (point.v_px, point.u_px),
-    }
-}
-
 /// The pieces of one frame, ordered by segment, then along the line.
 pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirection) -> Vec<Piece> {
     let mut pieces = Vec::new();
@@ -80,7 +72,7 @@ pub fn pieces_of_frame(lines: &Centrelines, frame: usize, direction: LineDirecti
             if end - first < MIN_PIECE_POINTS {
                 continue;
             }
-            let along = along_across(&segment.points[first], direction).0.round() as i64;
+            let along = segment.points[first].along_across(direction).0.round() as i64;
             let stride = stride_for(end - first);
             pieces.push(Piece { frame, segment: segment_idx, first, end, along, stride, continues: false });
         }
@@ -96,7 +88,7 @@ pub fn joints_of_frame(pieces: &[Piece], lines: &Centrelines, direction: LineDir
         let (start, end) = (piece.along, piece.along + points.len() as i64);
         let joint = |along: i64, point: &CentrelinePoint, starts: bool| Joint {
             along,
-            across_px: along_across(point, direction).1,
+            across_px: point.along_across(direction).1,
             sigma_px: point.sigma_px,
             starts,
             segment: piece.segment,
@@ -175,7 +167,7 @@ fn cut_piece(piece: Piece, lines: &Centrelines, direction: LineDirection, joints
         }
         let near = piece
             .point_at(lines, *along)
-            .is_some_and(|point| (along_across(point, direction).1 - across_px).abs() < JOINT_REACH_PX);
+            .is_some_and(|point| (point.along_across(direction).1 - across_px).abs() < JOINT_REACH_PX);
         if near && places[places.len() - 1] + JOINT_SPACING_PX <= *along && along + JOINT_SPACING_PX <= end {
             places.push(*along);
         }
@@ -197,7 +189,7 @@ pub fn stride_for(n_points: usize) -> usize {
 
 /// Index ranges between jumps, kinks and small steps; what lies right at a cut belongs to neither side.
 fn cut_at_kinks(segment: &Segment, direction: LineDirection, correlation_px: f64) -> Vec<(usize, usize)> {
-    let across: Vec<f64> = segment.points.iter().map(|point| along_across(point, direction).1).collect();
+    let across: Vec<f64> = segment.points.iter().map(|point| point.along_across(direction).1).collect();
     let bends = bends(&across);
     // A mean over n correlated points is as good as one over n / correlation length.
     let correlation = correlation_px.max(1.0).sqrt();

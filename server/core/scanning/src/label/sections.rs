@@ -4,7 +4,7 @@
 //! a row of sections, one for each full sample, that only weakly hold together; where their labels differ is a seam.
 
 use super::pieces::Piece;
-use super::relax::Verdict;
+use super::solve::relax::LabelOutcome;
 use crate::params::{END_WIDTHS, SAMPLE_STRIDE_PX};
 
 /// Every piece in sections around the places of full samples, which all frames share.
@@ -57,13 +57,13 @@ pub fn merged(sections: &[Piece], labels: &[usize]) -> Vec<Piece> {
 /// better than the extraction smooths.
 pub fn doubt_seams(
     pieces: &[Piece],
-    verdicts: &[Verdict],
+    outcomes: &[LabelOutcome],
     labels: &[Option<usize>],
     widths_px: &[f64],
-) -> (Vec<Piece>, Vec<Verdict>, Vec<Option<usize>>) {
+) -> (Vec<Piece>, Vec<LabelOutcome>, Vec<Option<usize>>) {
     let margin = |before: usize, after: usize| {
         let (a, b) = (&pieces[before], &pieces[after]);
-        if (a.frame, a.segment, a.end) != (b.frame, b.segment, b.first) || verdicts[before] == verdicts[after] {
+        if (a.frame, a.segment, a.end) != (b.frame, b.segment, b.first) || outcomes[before] == outcomes[after] {
             return 0;
         }
         let blur_px = END_WIDTHS * widths_px[before].max(widths_px[after]);
@@ -74,8 +74,12 @@ pub fn doubt_seams(
         let (from, end) = (piece.along, piece.end_along());
         let start = if idx > 0 { (from + margin(idx - 1, idx)).min(end) } else { from };
         let stop = if idx + 1 < pieces.len() { (end - margin(idx, idx + 1)).max(start) } else { end };
-        let near = if verdicts[idx] == Verdict::Contradicted { Verdict::Contradicted } else { Verdict::Doubtful };
-        for (from, to, fate) in [(from, start, near), (start, stop, verdicts[idx]), (stop, end, near)] {
+        let near = if outcomes[idx] == LabelOutcome::Contradicted {
+            LabelOutcome::Contradicted
+        } else {
+            LabelOutcome::Doubtful
+        };
+        for (from, to, fate) in [(from, start, near), (start, stop, outcomes[idx]), (stop, end, near)] {
             if from < to {
                 parts.push(piece.part(from, to));
                 fates.push(fate);
@@ -117,13 +121,13 @@ mod tests {
         assert_eq!(pieces.iter().map(|piece| piece.along).collect::<Vec<_>>(), [5, 328]);
         let widths_px = [8.0, 10.0];
         let labels = [Some(0), Some(1)];
-        let (parts, verdicts, labels) =
-            doubt_seams(&pieces, &[Verdict::Order(0), Verdict::Order(1)], &labels, &widths_px);
+        let (parts, outcomes, labels) =
+            doubt_seams(&pieces, &[LabelOutcome::Order(0), LabelOutcome::Order(1)], &labels, &widths_px);
         assert_eq!(parts.iter().map(|part| part.along).collect::<Vec<_>>(), [5, 306, 328, 350]);
-        let doubtful = Verdict::Doubtful;
-        assert_eq!(verdicts, [Verdict::Order(0), doubtful, doubtful, Verdict::Order(1)]);
+        let doubtful = LabelOutcome::Doubtful;
+        assert_eq!(outcomes, [LabelOutcome::Order(0), doubtful, doubtful, LabelOutcome::Order(1)]);
         assert_eq!(labels, [Some(0), Some(0), Some(1), Some(1)]);
-        let (same, label) = ([Verdict::Order(1); 2], [Some(1); 2]);
+        let (same, label) = ([LabelOutcome::Order(1); 2], [Some(1); 2]);
         let whole = (pieces.clone(), same.to_vec(), label.to_vec());
         assert_eq!(doubt_seams(&pieces, &same, &label, &widths_px), whole);
     }

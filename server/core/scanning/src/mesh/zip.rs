@@ -1,9 +1,10 @@
 //! Zips neighbouring profiles of one order into triangles.
 
 use nalgebra::Vector3;
+use statistics::median;
 
-use super::{Layer, MeshParams, median, position};
-use crate::cloud::CloudPoint;
+use super::{Layer, MeshParams, position};
+use crate::points::cloud::CloudPoint;
 
 /// Pairs of neighbours looked at for the median spacings.
 const MAX_SPACING_SAMPLES: usize = 20_000;
@@ -36,7 +37,7 @@ impl Limits {
         if along.is_empty() || across.is_empty() {
             return None;
         }
-        let (line_mm, travel_mm) = (median(&mut along), median(&mut across));
+        let (line_mm, travel_mm) = (median(&mut along).unwrap_or(0.0), median(&mut across).unwrap_or(0.0));
         let edge_mm = params.max_edge_spacings * line_mm.hypot(travel_mm);
         (edge_mm > 0.0).then_some(Self {
             edge_mm,

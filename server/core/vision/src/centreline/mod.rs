@@ -75,6 +75,14 @@ impl CentrelinePoint {
         width_px: 0.0,
         saturated: false,
     };
+
+    /// Position along and across lines that run in this direction, px.
+    pub fn along_across(&self, direction: LineDirection) -> (f64, f64) {
+        match direction {
+            LineDirection::Rows => (self.u_px, self.v_px),
+            LineDirection::Columns => (self.v_px, self.u_px),
+        }
+    }
 }
 
 /// A connected piece of one line: points ordered along the line (by column for [`LineDirection::Rows`],

@@ -5,6 +5,8 @@
 //! of a camera and the warmth of a lamp leave nothing behind: the brighter of the other colours alone leaves a tenth of a
 //! board's squares, whose edges break the lines.
 
+use statistics::median;
+
 use super::{ColourImage, Level};
 
 /// Samples along each side of the picture that the weights are fitted to: known to a thousandth, and soon done.
@@ -50,9 +52,9 @@ impl OrdinaryLight {
             weights = Some(fitted);
             let departure = |[own, a, b]: &[f32; 3]| (own - fitted[0] * a - fitted[1] * b).abs();
             let mut departures: Vec<f32> = samples.iter().map(departure).collect();
-            let (_, median, _) = departures.select_nth_unstable_by(samples.len() / 2, f32::total_cmp);
+            let typical = median(&mut departures).unwrap_or(0.0);
             // Rounding to grey levels alone makes departures of half a level.
-            let limit = TRIM_SIGMAS * (SIGMA_PER_MEDIAN * *median).max(image.full_scale() / 255.0);
+            let limit = TRIM_SIGMAS * (SIGMA_PER_MEDIAN * typical).max(image.full_scale() / 255.0);
             samples.retain(|sample| departure(sample) <= limit);
         }
         Self { colour, others, weights }

@@ -12,16 +12,16 @@ use remedy::Remedy;
 
 use crate::GreyImage;
 
-use super::detect::bytes_of;
-use super::fit::{CornerFit, fit_corner, start_at};
-use super::model::CrossShape;
+use super::finding::detect::bytes_of;
+use super::fitting::fit::{CornerFit, fit_corner, start_at};
+use super::fitting::model::CrossShape;
+use super::fitting::refine::refine;
+use super::fitting::warp::BoardWarp;
+use super::fitting::window::{Reach, window_around};
 use super::params::{
     BLUR_START_PX, CHARUCO_MAX_MISS_MEDIANS, CHARUCO_WINDOW_SHARE, FIRST_WINDOW_MAX_PX, MAX_MISFIT_RATIO,
     MIN_SEED_CORNERS, RECENTRE_PX, WINDOW_MAX_PX,
 };
-use super::refine::refine;
-use super::warp::BoardWarp;
-use super::window::{Reach, window_around};
 use super::{BoardCorners, Corner, CornerError};
 
 /// A ChArUco board as OpenCV prints it: the square at the top left is black, markers stand in the white ones, numbered

@@ -16,32 +16,20 @@
 
 mod charuco;
 mod circles;
-mod detect;
-mod fit;
-mod lattice;
-mod model;
-mod orientation;
+mod finding;
+mod fitting;
 mod params;
-mod part;
-mod quick;
-mod refine;
-mod sums;
-mod warp;
-mod window;
-
-#[cfg(test)]
-mod reference;
 #[cfg(test)]
 mod tests;
 
 use crate::GreyImage;
 
-use detect::search_seeds;
-use lattice::Lattice;
-use orientation::{Board, read_board};
+use finding::detect::search_seeds;
+use finding::lattice::Lattice;
+use finding::orientation::{Board, read_board};
+use finding::part::{Part, read_part};
+use fitting::window::Reach;
 use params::{PART_MAX_SIGMA_MEDIANS, VERDICT_SHARE, WINDOW_MAX_PX, WINDOW_SQUARES};
-use part::{Part, read_part};
-use window::Reach;
 
 pub use charuco::{CharucoError, CharucoParams, find_charuco};
 pub use circles::{CircleParams, find_circles};
@@ -195,13 +183,18 @@ pub fn find_corners(image: &GreyImage, params: &CornerParams) -> Result<BoardCor
 }
 
 /// Refits corners with their (column, row).
-fn refined(image: &GreyImage, first: Vec<([usize; 2], fit::CornerFit)>, params: &CornerParams) -> BoardCorners {
+fn refined(
+    image: &GreyImage,
+    first: Vec<([usize; 2], fitting::fit::CornerFit)>,
+    params: &CornerParams,
+) -> BoardCorners {
     let CornerParams { inner_columns, inner_rows } = *params;
     let (indices, first): (Vec<_>, Vec<_>) = first.into_iter().unzip();
-    let fits = refine::refine(image, &first, &indices, Reach { squares: WINDOW_SQUARES, max_px: WINDOW_MAX_PX });
+    let fits =
+        fitting::refine::refine(image, &first, &indices, Reach { squares: WINDOW_SQUARES, max_px: WINDOW_MAX_PX });
     let is_whole = indices.len() == inner_columns * inner_rows;
     let is_usable = if is_whole { vec![true; fits.len()] } else { usable(&indices, &fits) };
-    let corner = |([column, row], fit): (&[usize; 2], &fit::CornerFit)| Corner {
+    let corner = |([column, row], fit): (&[usize; 2], &fitting::fit::CornerFit)| Corner {
         row: *row,
         column: *column,
         u_px: fit.position_px[0],
@@ -214,7 +207,7 @@ fn refined(image: &GreyImage, first: Vec<([usize; 2], fit::CornerFit)>, params: 
 }
 
 /// Which corners of a part are as good as the others: beside what cuts the board off, windows hold little of it.
-fn usable(indices: &[[usize; 2]], fits: &[fit::CornerFit]) -> Vec<bool> {
+fn usable(indices: &[[usize; 2]], fits: &[fitting::fit::CornerFit]) -> Vec<bool> {
     let mut sigmas: Vec<f64> = fits.iter().map(|fit| fit.sigma_px).collect();
     sigmas.sort_by(f64::total_cmp);
     let limit_px = PART_MAX_SIGMA_MEDIANS * sigmas[sigmas.len() / 2];
@@ -223,7 +216,10 @@ fn usable(indices: &[[usize; 2]], fits: &[fit::CornerFit]) -> Vec<bool> {
 }
 
 /// The first fits of all corners, row by row, if the lattice is the configured board.
-fn board_from_lattice(lattice: &Lattice, params: &CornerParams) -> Result<Vec<fit::CornerFit>, CornerError> {
+fn board_from_lattice(
+    lattice: &Lattice,
+    params: &CornerParams,
+) -> Result<Vec<fitting::fit::CornerFit>, CornerError> {
     let CornerParams { inner_columns, inner_rows } = *params;
     let needed = inner_columns * inner_rows;
     match read_board(lattice, inner_columns, inner_rows) {

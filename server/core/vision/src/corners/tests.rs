@@ -457,7 +457,7 @@ fn strongly_bent_edges_do_not_move_the_corners() {
 
 #[test]
 fn the_quick_look_sees_every_corner_of_a_plain_board() {
-    let seed = quick::quick_seed(&SCENE.image());
+    let seed = finding::quick::quick_seed(&SCENE.image());
     assert_eq!(seed.len(), 28);
     for place in seed.values() {
         let corners = (0..28).map(|k| SCENE.truth(k % 7, k / 7));
@@ -470,7 +470,7 @@ fn the_quick_look_sees_every_corner_of_a_plain_board() {
 #[test]
 fn without_the_quick_look_the_board_is_the_same() {
     let image = SCENE.image();
-    let patient = detect::patient_search(&image, |seed| {
+    let patient = finding::detect::patient_search(&image, |seed| {
         board_from_lattice(&Lattice::from_seed(&image, seed)?, &SCENE.params()).ok()
     });
     let numbered = patient.unwrap().into_iter().enumerate().map(|(k, fit)| ([k % 7, k / 7], fit)).collect();
@@ -487,10 +487,10 @@ fn without_the_quick_look_the_board_is_the_same() {
 #[test]
 fn a_window_holds_the_pixels_of_its_parallelogram_once() {
     let image = SCENE.image();
-    let reach = window::Reach { squares: 0.4, max_px: 9.0 };
+    let reach = fitting::window::Reach { squares: 0.4, max_px: 9.0 };
     for square_px in [[[30.0, 0.0], [0.0, 25.0]], [[20.0, 9.0], [-7.0, 31.0]], [[3.0, -28.0], [24.0, 4.0]]] {
         let centre = [200.3, 150.8];
-        let window = window::window_around(&image, centre, square_px, reach, None);
+        let window = fitting::window::window_around(&image, centre, square_px, reach, None);
         let [c, r]: [[f64; 2]; 2] = square_px;
         let share = [c, r].map(|s| 9.0f64.min(0.4 * s[0].hypot(s[1])) / s[0].hypot(s[1]));
         let mut expected = Vec::new();

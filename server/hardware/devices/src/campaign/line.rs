@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use super::Dice;
-use crate::ports::line_to;
-use crate::serial_line::{SerialLine, SerialLineError, SerialWriter};
+use crate::lines::ports::line_to;
+use crate::lines::serial_line::{SerialLine, SerialLineError, SerialWriter};
 
 /// What becomes of bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -54,7 +54,7 @@ enum When {
 struct Rig {
     stage: Box<dyn crate::Stage>,
     laser: Option<Box<dyn crate::Laser>>,
-    witness: crate::simulator::Witness,
+    witness: crate::simulators::simulator::Witness,
     line: LineControl,
     /// What the firmware is asked for: restart, alarm, another device, end of file, repair.
     act: Box<dyn Fn(Act)>,
@@ -124,7 +124,7 @@ impl Rig {
 
     /// A position at rest must be where the witness saw the motion end; one under way must be on the way.
     fn check_position(&self, state: &crate::StageState, tally: &mut Tally) {
-        use crate::simulator::Happening::{MotionBegan, MotionEnded};
+        use crate::simulators::simulator::Happening::{MotionBegan, MotionEnded};
         let Some(position_mm) = state.position_mm else { return };
         // The switch is 6 mm from the stage's zero, and where homing pulls off from it 5 mm.
         if position_mm.abs() > 6.0 + self.tolerance_mm {
@@ -185,7 +185,7 @@ impl Rig {
     fn heard(&self) -> String {
         let entries = self.witness.entries();
         let bytes = entries.iter().rev().filter_map(|entry| match entry.what {
-            crate::simulator::Happening::Byte(byte) => Some(char::from(byte)),
+            crate::simulators::simulator::Happening::Byte(byte) => Some(char::from(byte)),
             _ => None,
         });
         bytes.take(80).collect::<Vec<_>>().into_iter().rev().collect()

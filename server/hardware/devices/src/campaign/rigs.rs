@@ -7,10 +7,10 @@ use tempfile::TempDir;
 
 use super::line::{LineControl, NoisyLine};
 use super::{Act, Rig};
-use crate::grbl_simulator::{self, GrblSimulator};
-use crate::marlin_simulator::{self, MarlinSimulator};
-use crate::zaber_simulator::{self, ZaberSimulator};
-use crate::{grbl, marlin, zaber};
+use crate::drivers::{grbl, marlin, zaber};
+use crate::simulators::grbl_simulator::{self, GrblSimulator};
+use crate::simulators::marlin_simulator::{self, MarlinSimulator};
+use crate::simulators::zaber_simulator::{self, ZaberSimulator};
 
 /// GRBL 1.1h; the stage's zero is 6 mm before the switch.
 pub fn grbl() -> Rig {

@@ -1,4 +1,4 @@
-//! The camera in the hands of the station thread: recycled buffers, and an account of every exposure.
+//! The camera under the station thread: recycled buffers, and an account of every exposure.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -210,16 +210,16 @@ impl Acquisition {
         if now - self.probed_at < PROBE_CAMERA {
             return Ok(());
         }
-        self.ask_whether_there(now)
+        self.probe_now(now)
     }
 
-    /// The same at once.
-    pub fn ask_whether_there(&mut self, now: Instant) -> Result<(), CameraError> {
+    /// The same, without waiting for the next interval.
+    pub fn probe_now(&mut self, now: Instant) -> Result<(), CameraError> {
         self.probed_at = now;
         self.device.next_frame(&mut self.spare, Duration::ZERO).map(drop)
     }
 
-    /// For how long nothing was heard of it.
+    /// Time since its last sign of life.
     pub fn silent_for(&self) -> Duration {
         self.heard_at.elapsed()
     }

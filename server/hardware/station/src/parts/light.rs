@@ -1,5 +1,5 @@
-//! The laser in the hands of the station thread: light follows frames. It goes out when no frame is due any more,
-//! whoever wanted it and whatever call is under way, and comes back only with the next exposure of whoever wanted it.
+//! The laser under the station thread: light follows frames. It turns off when no frame is due any more, whoever
+//! requested it and whatever call is under way, and comes back only with the next exposure of whoever requested it.
 
 use std::time::Instant;
 
@@ -9,7 +9,7 @@ use crate::params::{
     LIGHT_IDLE, LIGHT_LEASE, LIGHT_RENEWAL, LIGHT_UP_LIMIT, POLL_CHANGING, POLL_IDLE, POLL_SHINING,
 };
 
-/// The laser and what is wanted of it.
+/// The laser and its requested state.
 pub struct Light {
     device: Box<dyn Laser>,
     is_switched: bool,
@@ -67,7 +67,7 @@ impl Light {
         self.state.is_some_and(|state| state.emitting)
     }
 
-    /// Whether what it reports is what is wanted.
+    /// Whether it reports the requested state.
     pub fn has_obeyed(&self) -> bool {
         self.shines() == self.is_wanted()
     }

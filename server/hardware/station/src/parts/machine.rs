@@ -1,4 +1,4 @@
-//! The states of OPC 40100-1 and what leads from one to another. A pure table; the thread obeys it.
+//! The states of OPC 40100-1 and what leads from one to another. A pure table, which the thread follows.
 
 use crate::shared::status::MachineState::{self, Error, Halted, Operational, Preoperational};
 use crate::shared::status::OperationalState::{ContinuousExecution, Initialized, Ready, SingleExecution};

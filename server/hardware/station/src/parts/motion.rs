@@ -1,4 +1,4 @@
-//! The stage in the hands of the station thread: one errand at a time, watched until it ends.
+//! The stage under the station thread: one motion at a time, watched until it ends.
 
 use std::time::{Duration, Instant};
 
@@ -121,8 +121,8 @@ impl Motion {
         self.polled_at.is_none_or(|at| now.saturating_duration_since(at) >= period)
     }
 
-    /// After a fault of the stage no position is believed until it was homed again.
-    pub fn distrust(&mut self) {
+    /// After a fault of the stage no position is valid until it is homed again.
+    pub fn invalidate_position(&mut self) {
         self.trusted = false;
         self.errand = None;
         self.track.clear();

@@ -9,7 +9,7 @@ use vision::GreyImage;
 use crate::shared::pool::empty_image;
 use crate::shared::status::DropCounts;
 
-/// A frame with everything the station knows about its moment.
+/// A frame with the state of the station at its exposure.
 pub struct StampedFrame {
     /// The station's own count of frames that arrived, from 1, without gaps.
     pub sequence: u64,
@@ -27,7 +27,7 @@ pub struct StampedFrame {
     pub exposure_us: f64,
     /// Whether the laser shone.
     pub laser_on: bool,
-    /// The pixels; the station uses their memory again when nobody looks at the frame any more.
+    /// The pixels; the station reuses their memory when nobody holds the frame any more.
     pub image: GreyImage,
 }
 
@@ -66,7 +66,7 @@ impl StampedFrame {
     }
 }
 
-/// A frame that several look at.
+/// A frame with several holders.
 pub type SharedFrame = Arc<StampedFrame>;
 
 /// Every frame of a run, in order; what could not be delivered is counted, never skipped silently.

@@ -1,4 +1,4 @@
-//! The memory of frames: a fixed number of buffers, used again when the last one who looked dropped the frame.
+//! The memory of frames: a fixed number of buffers, reused when the last holder has dropped the frame.
 
 use vision::{GreyImage, Pixels};
 

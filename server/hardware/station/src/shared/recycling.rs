@@ -1,8 +1,8 @@
-//! Memory that several look at, and that is used again once nobody does.
+//! Shared memory that is reused once nobody holds it.
 
 use std::sync::Arc;
 
-/// Values lent to any number of lookers; one that nobody else holds any more can be taken and filled anew.
+/// Values shared by any number of readers; one that nobody else holds any more can be taken and refilled.
 pub struct Recycling<T> {
     free: Vec<Arc<T>>,
     lent: Vec<Arc<T>>,
@@ -34,7 +34,7 @@ impl<T> Recycling<T> {
         self.free.pop()
     }
 
-    /// Takes note of a value that others look at from now on.
+    /// Registers a value that others hold from now on.
     pub fn lend(&mut self, value: &Arc<T>) {
         self.lent.push(value.clone());
     }

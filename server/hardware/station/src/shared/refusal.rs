@@ -65,7 +65,7 @@ pub enum StationRefusal {
     /// The laser refused or failed.
     #[error(transparent)]
     Laser(#[from] LaserError),
-    /// No frame came although one was asked for.
+    /// A requested frame did not arrive.
     #[error("no frame arrived within {waited_ms} ms")]
     NoFrame {
         /// How long it was waited for.

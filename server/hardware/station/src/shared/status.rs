@@ -1,4 +1,4 @@
-//! What everyone may know about the station at any time.
+//! The status of the station, as everyone may read it at any time.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,7 +14,7 @@ pub enum MachineState {
     Halted,
     /// A fault must be acknowledged.
     Error,
-    /// Able to work.
+    /// Operational.
     Operational(OperationalState),
 }
 

@@ -11,11 +11,11 @@ use crate::shared::refusal::StationRefusal;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct StopEpoch(u64);
 
-/// Someone who asked for a stop and waits until the devices were told.
+/// A request to stop, waiting for the devices' acknowledgement.
 pub struct StopRequest {
     /// Who.
     pub actor: String,
-    /// Told once motion and light were ended.
+    /// Answered once motion and light have ended.
     pub done: oneshot::Sender<Result<(), StationRefusal>>,
 }
 
@@ -29,12 +29,12 @@ pub struct StopLine {
 }
 
 impl StopLine {
-    /// A line that was pulled in an earlier life of the station and not reset since.
+    /// A line that an earlier process left latched, or not.
     pub fn latched(latched: bool) -> Self {
         Self { latched: AtomicBool::new(latched), ..Self::default() }
     }
 
-    /// Asks for a stop: from here on nothing that was authorised before takes the station.
+    /// Requests a stop: from here on nothing that was authorised before takes the station.
     pub fn pull(&self, request: StopRequest) {
         let mut requests = self.requests();
         requests.push(request);

@@ -1,4 +1,4 @@
-//! Whether somebody sees what the camera sees: live light needs a viewer who was there a moment ago.
+//! When somebody last watched the camera: live light needs a recent viewer.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;

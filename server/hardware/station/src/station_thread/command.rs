@@ -1,4 +1,4 @@
-//! What the rest of the service asks of the station thread.
+//! The commands of the station thread.
 
 use std::sync::mpsc::sync_channel;
 
@@ -37,7 +37,7 @@ impl<T: Send + 'static> Reply<T> {
     }
 }
 
-/// What the station thread can be asked.
+/// A command for the station thread.
 pub enum Command {
     /// See [`crate::StationHandle::manual`].
     Manual(Manual, Reply<Option<AcceptedMove>>),
@@ -57,7 +57,7 @@ pub enum Command {
     Alarm(Fault),
     /// Look at the stop line.
     Wake,
-    /// Darken, stop, end.
+    /// Turn the laser off, stop the stage, end.
     ShutDown,
 }
 

@@ -19,8 +19,8 @@ use crate::shared::stop_line::{StopEpoch, StopLine, StopRequest};
 use crate::shared::viewers::Viewers;
 use crate::station_thread::command::{Command, Reply};
 use crate::station_thread::lease::StationLease;
-use crate::station_thread::outlook::{Outlook, first_status};
 use crate::station_thread::owner::Station;
+use crate::station_thread::status_publisher::{StatusPublisher, first_status};
 use crate::station_thread::thread;
 
 /// Everyone's access to the station.
@@ -66,14 +66,14 @@ pub struct Purpose {
     pub epoch: StopEpoch,
 }
 
-/// Stop was asked for; resolves once the devices were told.
-pub struct ToldToStop(oneshot::Receiver<Result<(), StationRefusal>>);
+/// A Stop that was requested; resolves once the devices have acknowledged it.
+pub struct StopAcknowledgement(oneshot::Receiver<Result<(), StationRefusal>>);
 
-impl ToldToStop {
-    /// Returns once the devices were told.
+impl StopAcknowledgement {
+    /// Returns once the devices have acknowledged the stop.
     ///
     /// # Errors
-    /// Which device could not be told, or that the station is shutting down.
+    /// Which device did not take the command, or that the station is shutting down.
     pub async fn done(self) -> Result<(), StationRefusal> {
         self.0.await.unwrap_or(Err(StationRefusal::ShuttingDown))
     }
@@ -151,7 +151,7 @@ impl StationHandle {
         let status = watch::Sender::new(Arc::new(first_status(devices.simulated(), first_state)));
         let newest = watch::Sender::new(None);
         let camera_details = Arc::default();
-        let outlook = Outlook {
+        let publisher = StatusPublisher {
             status: status.clone(),
             newest: newest.clone(),
             stop_line: stop_line.clone(),
@@ -164,7 +164,7 @@ impl StationHandle {
             published_at: None,
             published: None,
         };
-        let begin = move || thread::run(Station::new(receiver, outlook, devices));
+        let begin = move || thread::run(Station::new(receiver, publisher, devices));
         let thread = std::thread::Builder::new().name("station".to_owned()).spawn(begin);
         if let Err(error) = &thread {
             tracing::error!(%error, "the station thread could not be started");
@@ -176,7 +176,7 @@ impl StationHandle {
         Self { shared: Arc::new(shared) }
     }
 
-    /// The virtual operator's hands, where the station is simulated.
+    /// The virtual operator, where the station is simulated.
     pub fn simulation(&self) -> Option<TwinControl> {
         self.shared.simulation.clone()
     }
@@ -210,7 +210,7 @@ impl StationHandle {
 
     /// Stops motion, turns the laser off, ends what runs. Always taken, and latched from here on: nothing that was
     /// authorised before takes the station again, nothing new does before a reset.
-    pub fn pull_stop(&self, actor: &str) -> ToldToStop {
+    pub fn pull_stop(&self, actor: &str) -> StopAcknowledgement {
         let (done, told) = oneshot::channel();
         self.shared.stop_line.pull(StopRequest { actor: actor.to_owned(), done });
         // A full channel needs no waking: the thread looks at the line before each command. One that has ended told
@@ -218,10 +218,10 @@ impl StationHandle {
         if let Err(TrySendError::Disconnected(_)) = self.shared.commands.try_send(Command::Wake) {
             drop(self.shared.stop_line.take());
         }
-        ToldToStop(told)
+        StopAcknowledgement(told)
     }
 
-    /// [`StationHandle::pull_stop`], and waits until the devices were told.
+    /// [`StationHandle::pull_stop`], and waits until the devices have acknowledged it.
     pub async fn stop(&self, actor: &str) -> Result<(), StationRefusal> {
         self.pull_stop(actor).done().await
     }

@@ -1,4 +1,4 @@
-//! The station in the hands of a job.
+//! The lease by which a job drives the station.
 
 use devices::{CameraRequest, CameraSettings};
 

@@ -45,7 +45,7 @@ impl Station {
         camera.configure(&CameraRequest { trigger: Some(Trigger::Free), ..CameraRequest::default() })?;
         camera.start()?;
         self.live = Some(LiveView { used_at: Instant::now(), camera_before });
-        self.happen(Event::LiveBegins);
+        self.transition(Event::LiveBegins);
         Ok(())
     }
 
@@ -60,7 +60,7 @@ impl Station {
         Ok(laser.want(power, Instant::now())?)
     }
 
-    /// Somebody looks at a picture.
+    /// A picture was requested: somebody is watching.
     pub(crate) fn watched(&mut self) {
         if let Some(live) = &mut self.live {
             live.used_at = Instant::now();
@@ -71,11 +71,11 @@ impl Station {
     /// lights it again.
     pub(crate) fn tend_live(&mut self) {
         let Some(live) = &self.live else { return };
-        let unwatched = live.used_at.max(self.outlook.viewers.last_at()).elapsed();
-        if unwatched > self.outlook.live_unwatched {
+        let unwatched = live.used_at.max(self.publisher.viewers.last_at()).elapsed();
+        if unwatched > self.publisher.live_unwatched {
             return self.end_live();
         }
-        if unwatched > self.outlook.live_light_unwatched && self.laser.as_ref().is_some_and(Light::is_wanted) {
+        if unwatched > self.publisher.live_light_unwatched && self.laser.as_ref().is_some_and(Light::is_wanted) {
             self.go_dark();
         }
     }
@@ -90,6 +90,6 @@ impl Station {
             let before = CameraSettings { trigger: live.camera_before.trigger, ..now };
             self.restore_camera(Some(before));
         }
-        self.happen(Event::LiveEnds);
+        self.transition(Event::LiveEnds);
     }
 }

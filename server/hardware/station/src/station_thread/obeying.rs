@@ -1,4 +1,4 @@
-//! What the station thread does about each command.
+//! How the station thread carries out each command.
 
 use devices::{AcceptedMove, StageCapabilities, Trigger};
 
@@ -11,11 +11,11 @@ use crate::shared::status::MachineState::{Error, Halted, Operational, Preoperati
 use crate::shared::status::OperationalState::SingleExecution;
 use crate::station_thread::command::{Command, JobCall, Reply};
 use crate::station_thread::handle::{Manual, Purpose};
-use crate::station_thread::owner::{Revoked, Station, Tenant};
+use crate::station_thread::owner::{LeaseHolder, Revoked, Station};
 use crate::station_thread::task::Task;
 
 impl Station {
-    /// Does what is asked, or says why not.
+    /// Carries out a command, or refuses it with a reason.
     pub(crate) fn obey(&mut self, command: Command) {
         match command {
             Command::Manual(manual, reply) => self.obey_person(manual, reply),
@@ -62,7 +62,7 @@ impl Station {
     /// Whether a person may move or shine now.
     pub(crate) fn person_may_act(&self) -> Result<(), StationRefusal> {
         match self.machine {
-            _ if self.outlook.stop_line.is_latched() => Err(StationRefusal::Halted),
+            _ if self.publisher.stop_line.is_latched() => Err(StationRefusal::Halted),
             Preoperational | Error => Err(self.in_error()),
             Halted => Err(StationRefusal::Halted),
             Operational(SingleExecution) => Err(StationRefusal::Busy { activity: self.activity().to_owned() }),
@@ -118,7 +118,7 @@ impl Station {
 
     fn give_lease(&mut self, purpose: Purpose, reply: Reply<u64>) {
         let by_hand = self.task.is_some() || self.stage.as_ref().is_some_and(Motion::is_under_way);
-        let stopped_since = purpose.epoch != self.outlook.stop_line.epoch();
+        let stopped_since = purpose.epoch != self.publisher.stop_line.epoch();
         let refusal = match self.machine {
             _ if stopped_since => Some(StationRefusal::Stopped { actor: self.stopped_by.clone() }),
             Halted => Some(StationRefusal::Halted),
@@ -131,39 +131,39 @@ impl Station {
             return self.answer(reply, Err(refusal));
         }
         self.end_live();
-        self.happen(Event::JobBegins);
+        self.transition(Event::JobBegins);
         self.leases += 1;
         let camera_before = self.camera.as_ref().map(|camera| camera.settings());
-        self.tenant = Some(Tenant { lease: self.leases, purpose, camera_before });
+        self.holder = Some(LeaseHolder { lease: self.leases, purpose, camera_before });
         self.answer(reply, Ok(self.leases));
     }
 
     /// The job gives the station back: dark, at rest, the camera as it was.
     fn take_back(&mut self, lease: u64) {
-        if self.tenant.as_ref().is_none_or(|tenant| tenant.lease != lease) {
+        if self.holder.as_ref().is_none_or(|holder| holder.lease != lease) {
             return;
         }
         self.end_work(|_| StationRefusal::Cancelled);
         self.go_dark();
         self.come_to_rest();
         self.evict(None);
-        self.happen(Event::JobEnds);
+        self.transition(Event::JobEnds);
     }
 
-    /// Ends the lease that is out and restores the camera; `why` is told to later calls of that job.
+    /// Ends the lease that is out and restores the camera; `why` is the answer to later calls of that job.
     pub(crate) fn evict(&mut self, why: Option<Revoked>) {
-        let Some(tenant) = self.tenant.take() else { return };
-        self.revoked = why.map(|why| (tenant.lease, why));
-        self.restore_camera(tenant.camera_before);
+        let Some(holder) = self.holder.take() else { return };
+        self.revoked = why.map(|why| (holder.lease, why));
+        self.restore_camera(holder.camera_before);
     }
 
     fn obey_job(&mut self, lease: u64, call: JobCall) {
-        if self.tenant.as_ref().is_none_or(|tenant| tenant.lease != lease) {
+        if self.holder.as_ref().is_none_or(|holder| holder.lease != lease) {
             return call.refuse(self.why_revoked(lease));
         }
         if let JobCall::Activity(words) = call {
-            if let Some(tenant) = &mut self.tenant {
-                tenant.purpose.activity = words;
+            if let Some(holder) = &mut self.holder {
+                holder.purpose.activity = words;
             }
             return;
         }

@@ -1,4 +1,4 @@
-//! Opening devices: every driver on a thread of its own, so that one that hangs keeps nobody from being heard.
+//! Opening devices: every driver on a thread of its own, so that one that hangs blocks nobody else.
 
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::Instant;
@@ -108,16 +108,16 @@ impl Station {
         }
         if self.resetting.is_none() {
             let all = self.camera.is_some() && self.stage.is_some() && self.laser.is_some();
-            self.happen(if all { Event::Reached } else { Event::Missing });
+            self.transition(if all { Event::Reached } else { Event::Missing });
         }
         // Who waits for the start reads the status next.
         self.publish();
-        self.outlook.tell_opened();
+        self.publisher.tell_opened();
     }
 
     fn install(&mut self, opened: Opened) {
         if let Some(camera) = opened.camera {
-            self.outlook.show_camera_details(camera.details());
+            self.publisher.show_camera_details(camera.details());
             self.camera = Some(Acquisition::new(camera, self.drops.clone()));
         }
         if let Some(stage) = opened.stage {

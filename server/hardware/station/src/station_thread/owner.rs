@@ -16,14 +16,14 @@ use crate::station_thread::command::{Answer, Command, Reply};
 use crate::station_thread::handle::Purpose;
 use crate::station_thread::live_view::LiveView;
 use crate::station_thread::opening::Opening;
-use crate::station_thread::outlook::Outlook;
 use crate::station_thread::reset::Resetting;
 use crate::station_thread::run::Run;
 use crate::station_thread::stamping::Stamping;
+use crate::station_thread::status_publisher::StatusPublisher;
 use crate::station_thread::task::Task;
 
-/// The job that has the station.
-pub struct Tenant {
+/// The job that holds the station's lease.
+pub struct LeaseHolder {
     /// The number of its lease.
     pub lease: u64,
     /// Who it is and what it does.
@@ -43,10 +43,10 @@ pub enum Revoked {
     Fault,
 }
 
-/// Everything the station thread knows and owns.
+/// The state and the devices of the station thread.
 pub struct Station {
     pub(crate) commands: Receiver<Command>,
-    pub(crate) outlook: Outlook,
+    pub(crate) publisher: StatusPublisher,
     pub(crate) devices: StationDevices,
     pub(crate) openings: Vec<Opening>,
     pub(crate) camera: Option<Acquisition>,
@@ -55,7 +55,7 @@ pub struct Station {
     pub(crate) machine: MachineState,
     pub(crate) history: StateHistory,
     pub(crate) faults: Vec<Fault>,
-    pub(crate) tenant: Option<Tenant>,
+    pub(crate) holder: Option<LeaseHolder>,
     pub(crate) revoked: Option<(u64, Revoked)>,
     pub(crate) leases: u64,
     pub(crate) task: Option<Task>,
@@ -74,7 +74,7 @@ pub struct Station {
 
 impl Station {
     /// A station that begins to open its devices; Halted where the stop line is latched.
-    pub fn new(commands: Receiver<Command>, outlook: Outlook, devices: StationDevices) -> Self {
+    pub fn new(commands: Receiver<Command>, publisher: StatusPublisher, devices: StationDevices) -> Self {
         let mut station = Self {
             commands,
             devices,
@@ -82,14 +82,14 @@ impl Station {
             camera: None,
             stage: None,
             laser: None,
-            machine: if outlook.stop_line.is_latched() {
+            machine: if publisher.stop_line.is_latched() {
                 MachineState::Halted
             } else {
                 MachineState::Preoperational
             },
             history: StateHistory::default(),
             faults: Vec::new(),
-            tenant: None,
+            holder: None,
             revoked: None,
             leases: 0,
             task: None,
@@ -103,7 +103,7 @@ impl Station {
             answers: Vec::new(),
             stopped_by: String::new(),
             ending: false,
-            outlook,
+            publisher,
         };
         station.history.enter(station.machine);
         station.begin_opening();
@@ -122,13 +122,13 @@ impl Station {
         self.tend_run();
         self.tend_live();
         self.tend_reset();
-        self.judge_readiness();
-        self.settle_accounts();
+        self.update_readiness();
+        self.publish_and_reply();
         !self.ending
     }
 
-    /// Publishes the status, then gives the answers that wait: whoever was answered sees the state that follows.
-    pub fn settle_accounts(&mut self) {
+    /// Publishes the status, then sends the pending replies: whoever gets one sees the state that follows.
+    pub fn publish_and_reply(&mut self) {
         self.publish();
         for answer in self.answers.drain(..) {
             answer();
@@ -140,8 +140,8 @@ impl Station {
         self.answers.push(Box::new(move || reply.send(answer)));
     }
 
-    /// Lets the machine take an event; `false` if the state refuses it.
-    pub(crate) fn happen(&mut self, event: Event) -> bool {
+    /// Takes the state machine through an event; `false` if the state refuses it.
+    pub(crate) fn transition(&mut self, event: Event) -> bool {
         match machine::next(self.machine, event) {
             Some(state) => {
                 self.machine = state;
@@ -167,7 +167,7 @@ impl Station {
     }
 
     fn obey_stop(&mut self) {
-        if self.outlook.stop_line.is_pulled() {
+        if self.publisher.stop_line.is_pulled() {
             self.stop_everything();
         }
     }
@@ -206,8 +206,8 @@ impl Station {
         self.calibrated && self.stage.as_ref().is_some_and(Motion::homed)
     }
 
-    fn judge_readiness(&mut self) {
-        self.happen(if self.is_equipped() { Event::Equipped } else { Event::Lacking });
+    fn update_readiness(&mut self) {
+        self.transition(if self.is_equipped() { Event::Equipped } else { Event::Lacking });
     }
 
     fn tend_stage(&mut self) {
@@ -248,14 +248,14 @@ impl Station {
         }
     }
 
-    /// At the end: everyone who waits is told.
+    /// At the end: refuses every pending request.
     pub(crate) fn refuse_all(&mut self) {
         self.end_work(|_| StationRefusal::ShuttingDown);
         self.end_reset(|| StationRefusal::ShuttingDown);
-        for request in self.outlook.stop_line.take() {
+        for request in self.publisher.stop_line.take() {
             // Motion and light have ended: that is what was asked for.
             self.answers.push(Box::new(move || drop(request.done.send(Ok(())))));
         }
-        self.settle_accounts();
+        self.publish_and_reply();
     }
 }

@@ -32,14 +32,14 @@ impl Station {
             return;
         }
         self.end_live();
-        if self.tenant.is_some() || self.task.is_some() {
+        if self.holder.is_some() || self.task.is_some() {
             let by_reset = || StationRefusal::Stopped { actor: RESET.to_owned() };
             self.end_work(|_| by_reset());
             self.go_dark();
             self.come_to_rest();
             self.evict(Some(Revoked::Stopped { actor: RESET.to_owned() }));
         }
-        self.happen(Event::Reset);
+        self.transition(Event::Reset);
         let open = std::mem::take(&mut self.faults);
         for fault in &open {
             self.reach_again(fault);
@@ -77,8 +77,8 @@ impl Station {
         if open.is_empty() && !missing && rests {
             self.faults.clear();
             self.come_back();
-            self.outlook.stop_line.release();
-            self.happen(Event::Reached);
+            self.publisher.stop_line.release();
+            self.transition(Event::Reached);
             return resetting.replies.into_iter().for_each(|reply| self.answer(reply, Ok(None)));
         }
         if !open.is_empty() {
@@ -91,7 +91,7 @@ impl Station {
         for fault in resetting.open {
             self.note(fault);
         }
-        self.happen(if missing { Event::Missing } else { Event::Fault });
+        self.transition(if missing { Event::Missing } else { Event::Fault });
         for reply in resetting.replies {
             let refusal = self.in_error();
             self.answer(reply, Err(refusal));
@@ -107,10 +107,8 @@ impl Station {
 
     fn faults_found(&mut self) -> Vec<Fault> {
         let now = Instant::now();
-        let camera = self
-            .camera
-            .as_mut()
-            .map_or(Ok(()), |camera| camera.ask_whether_there(now).map_err(StationRefusal::from));
+        let camera =
+            self.camera.as_mut().map_or(Ok(()), |camera| camera.probe_now(now).map_err(StationRefusal::from));
         let stage = self.stage.as_mut().map_or(Ok(()), |stage| stage.check().map_err(StationRefusal::from));
         let laser = self.laser.as_mut().map_or(Ok(()), |laser| laser.check_dark().map_err(StationRefusal::from));
         [camera, stage, laser].iter().filter_map(|found| fault_of(found.as_ref().err()?)).collect()

@@ -127,7 +127,7 @@ impl Station {
 
     fn deliver(&mut self, frame: SharedFrame, lost: Lost) {
         self.light_for_next_frame();
-        self.outlook.show(frame.clone());
+        self.publisher.show(frame.clone());
         self.record(&frame, lost);
         self.grabbed(&frame);
     }

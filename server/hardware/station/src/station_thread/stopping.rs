@@ -1,4 +1,4 @@
-//! Stop and faults: motion and light end, whoever waits is told why, nothing begins again by itself.
+//! Stop and faults: motion and light end, pending calls are refused with the reason, nothing restarts automatically.
 
 use crate::params::FAULTS_SHOWN;
 use crate::parts::faults::fault_of;
@@ -11,15 +11,15 @@ use crate::station_thread::run::Run;
 impl Station {
     /// Obeys everyone who pulled the stop line.
     pub(crate) fn stop_everything(&mut self) {
-        let requests = self.outlook.stop_line.take();
+        let requests = self.publisher.stop_line.take();
         let actor = requests.first().map_or_else(String::new, |request| request.actor.clone());
         self.stopped_by.clone_from(&actor);
-        let told = self.still_everything();
+        let told = self.stop_all_devices();
         self.end_reset(|| StationRefusal::Stopped { actor: actor.clone() });
         self.end_work(|_| StationRefusal::Stopped { actor: actor.clone() });
         self.live = None;
         self.evict(Some(Revoked::Stopped { actor }));
-        self.happen(Event::Stop);
+        self.transition(Event::Stop);
         if let Err(error) = &told
             && let Some(fault) = fault_of(error)
         {
@@ -31,11 +31,11 @@ impl Station {
             // Who does not wait any more need not be told.
             self.answers.push(Box::new(move || drop(request.done.send(answer))));
         }
-        self.settle_accounts();
+        self.publish_and_reply();
     }
 
-    /// Tells all devices to end what they do, the moving mass first; says which could not be told.
-    pub(crate) fn still_everything(&mut self) -> Result<(), StationRefusal> {
+    /// Stops all devices, the stage first; the error names a device that did not take the command.
+    pub(crate) fn stop_all_devices(&mut self) -> Result<(), StationRefusal> {
         let is_faulted = self.is_faulted("stage");
         let stage = match &mut self.stage {
             Some(stage) if is_faulted => stage.device().stop(),
@@ -52,7 +52,7 @@ impl Station {
         Ok(())
     }
 
-    /// A device failed, or a request was impossible: whoever waits is told, in the device's own words.
+    /// A device failed, or a request was impossible: pending calls get the device's own message.
     pub(crate) fn fail(&mut self, refusal: StationRefusal) {
         let fault = fault_of(&refusal);
         let mut words = Some(refusal);
@@ -76,17 +76,17 @@ impl Station {
         {
             // It may still move: whatever can be told is told; its own watchdog is the last resort.
             let _ = stage.device().stop();
-            stage.distrust();
+            stage.invalidate_position();
         }
         self.end_work(|station| station.in_error());
         self.live = None;
         self.evict(Some(Revoked::Fault));
         if !self.is_opening() {
-            self.happen(Event::Fault);
+            self.transition(Event::Fault);
         }
     }
 
-    /// Goes dark; a laser that cannot be told is a fault of its own.
+    /// Turns the laser off; a laser that does not take the command is a fault of its own.
     pub(crate) fn go_dark(&mut self) {
         if let Some(laser) = &mut self.laser
             && let Err(error) = laser.off()
@@ -106,13 +106,13 @@ impl Station {
             && let Some(fault) = fault_of(&error.into())
         {
             self.note(fault);
-            self.distrust_stage();
+            self.invalidate_stage_position();
         }
     }
 
-    fn distrust_stage(&mut self) {
+    fn invalidate_stage_position(&mut self) {
         if let Some(stage) = &mut self.stage {
-            stage.distrust();
+            stage.invalidate_position();
         }
     }
 

@@ -192,7 +192,7 @@ impl Station {
     /// Begins to take one frame for a person, without light and motion.
     pub(crate) fn begin_snapshot(&mut self, reply: Reply<SharedFrame>) {
         if self.machine == Operational(SingleExecution) || self.task.is_some() {
-            let newest = self.outlook.newest.borrow().clone();
+            let newest = self.publisher.newest.borrow().clone();
             return match newest.filter(|frame| frame.captured_at.elapsed() < SNAPSHOT_AGE) {
                 Some(frame) => self.answer(reply, Ok(frame)),
                 None => self.answer(reply, Err(StationRefusal::Busy { activity: self.activity().to_owned() })),
@@ -284,7 +284,7 @@ impl Station {
         }
     }
 
-    /// Names the camera that delivers no frame; whoever waits for one is told.
+    /// Raises the fault of a camera that delivers no frame; refuses whoever waits for one.
     pub(crate) fn no_frame_came(&mut self) {
         let silent = self.camera.as_ref().map_or(Duration::ZERO, Acquisition::silent_for);
         let waited_ms = match &self.task {

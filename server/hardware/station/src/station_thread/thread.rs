@@ -32,7 +32,7 @@ impl Guarded {
                 "a defect ended what the station did",
                 "please report it, with the log of the service",
             ));
-            self.0.settle_accounts();
+            self.0.publish_and_reply();
         }));
         if settled.is_err() {
             tracing::error!("the station thread could not note its own fault");

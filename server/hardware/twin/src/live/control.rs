@@ -1,4 +1,4 @@
-//! The virtual operator's hands, and eyes that see the truth.
+//! Control of the simulation: what an operator does at a real station, and access to the truth.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -10,7 +10,7 @@ use crate::part::mesh::Solid;
 use crate::part::scene::{Scene, SceneKind};
 use crate::render::renderer::Renderer;
 
-/// The virtual operator: puts things on the stage, pulls cables, knows the truth. Cheap to clone.
+/// The virtual operator: puts parts on the stage, sets faults, reads the truth. Cheap to clone.
 #[derive(Clone)]
 pub struct TwinControl {
     world: SharedWorld,

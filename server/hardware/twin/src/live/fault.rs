@@ -27,7 +27,7 @@ pub enum TwinFault {
         /// The position.
         at_mm: f64,
     },
-    /// The motor has lost steps: the carriage is not where the controller believes, until it is homed.
+    /// The motor has lost steps: the controller's position is wrong until it is homed.
     LostSteps {
         /// How far the true position lags behind the reported one.
         lost_mm: f64,

@@ -1,5 +1,5 @@
-//! A simulated world that follows the devices of other drivers: the pictures show where their controller says the stage
-//! is, lit when it says the laser shines.
+//! A simulated world that follows the devices of other drivers: the pictures show the position that their controller
+//! reports, lit while it reports the laser on.
 //!
 //! Between two readings of a moving stage the world goes on at the speed between the last two; pictures taken then
 //! are off by what the speed changes in one reading. That is good enough to try a controller, not to measure with.
@@ -14,17 +14,17 @@ use devices::{
 
 use crate::live::control::TwinControl;
 
-/// What the devices said last.
+/// The last readings of the devices.
 #[derive(Default)]
-struct Seen {
+struct LastReadings {
     /// The last two readings of the stage, the newer one first.
     stage: Option<(StageState, Option<StageState>)>,
     power: f64,
 }
 
-/// What the devices said last, shared with the world that follows.
+/// The last readings of the devices, shared with the world that follows.
 #[derive(Clone, Default)]
-pub(super) struct Mirror(Arc<Mutex<Seen>>);
+pub(super) struct Mirror(Arc<Mutex<LastReadings>>);
 
 impl Mirror {
     /// Lets the world of `control` follow a stage that is not its own.
@@ -41,7 +41,7 @@ impl Mirror {
         Box::new(MirroredLaser { laser, mirror: self.clone() })
     }
 
-    fn look<T>(&self, look: impl FnOnce(&mut Seen) -> T) -> T {
+    fn look<T>(&self, look: impl FnOnce(&mut LastReadings) -> T) -> T {
         look(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 

@@ -1,4 +1,4 @@
-//! The simulated laser: light under a lease, an interlock, a fault line.
+//! The simulated laser: on only under a lease, with an interlock and a fault line.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use crate::live::fault::TwinFault;
 use crate::live::params::LASER_POWER;
 use crate::live::world::{SharedWorld, World};
 
-/// What something outside the twin says the laser does: share of full power.
+/// Power of a laser outside the twin, as a share of full power.
 pub(super) type PowerSource = Arc<dyn Fn(Instant) -> f64 + Send + Sync>;
 
 /// What the driver has noticed.
@@ -32,7 +32,7 @@ impl LaserWorld {
         Self { power: 0.0, until: now, trouble: None, follows: None }
     }
 
-    /// Share of full power that it shines with at a moment.
+    /// Emitted power at a moment, as a share of full power.
     pub(super) fn light(&self, at: Instant) -> f64 {
         match &self.follows {
             Some(source) => source(at),
@@ -57,7 +57,7 @@ impl LaserWorld {
 }
 
 impl World {
-    /// A fault of the laser begins: it goes dark, whichever it is.
+    /// A fault of the laser begins: any of them turns it off.
     pub(super) fn laser_fault_begins(&mut self, fault: TwinFault, now: Instant) {
         match fault {
             TwinFault::LaserFault => self.laser.trouble = Some(Trouble::Fault),

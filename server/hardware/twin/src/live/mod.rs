@@ -1,8 +1,8 @@
-//! The simulated station alive: camera, stage and laser behind the traits of `devices`, and one world they share.
+//! The simulated station in operation: camera, stage and laser behind the traits of `devices`, and one world they share.
 //!
 //! [`TwinStation`] is made from a [`StationModel`]; its devices go to whoever drives the station, its
-//! [`TwinControl`] is the hands of a virtual operator: parts and boards are put on the stage, faults switched on and
-//! off, the truth read. The camera renders in a thread of its own, as a sensor exposes by itself.
+//! [`TwinControl`] is its virtual operator: parts and boards are put on the stage, faults switched on and off, the truth
+//! read. The camera renders in a thread of its own, as a sensor exposes by itself.
 //! Light, noise and timing: `server/docs/maths/twin.md`.
 
 mod camera;
@@ -44,7 +44,7 @@ impl TwinStation {
         Self { world: SharedWorld::new(&model, &options), options, mirror: Mirror::default() }
     }
 
-    /// The virtual operator's hands.
+    /// The virtual operator.
     pub fn control(&self) -> TwinControl {
         TwinControl::new(self.world.clone())
     }

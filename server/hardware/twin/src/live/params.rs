@@ -26,7 +26,7 @@ pub(super) const FRAME_RATE_AT_OPEN_HZ: f64 = 30.0;
 /// Frames the driver keeps until they are collected; a real driver's ring is of this size.
 pub(super) const RING_FRAMES: usize = 4;
 
-/// Software triggers that may wait for their frame; beyond, the camera says that it is not ready.
+/// Software triggers that may wait for their frame; beyond, the camera reports that it is not ready.
 pub(super) const PENDING_TRIGGERS: usize = 16;
 
 /// Read-out of a frame with realistic timing: 1024 rows at 10 µs.
@@ -62,7 +62,7 @@ pub(super) const RING_DECAY_S: f64 = 0.04;
 /// Frequency of the ringing, Hz.
 pub(super) const RING_FREQUENCY_HZ: f64 = 25.0;
 
-/// What a caller waited for a stage that keeps silent, ms; the driver's own limit for a reply.
+/// Time-out of a stage that does not reply, ms; the driver's own limit for a reply.
 pub(super) const SILENCE_MS: u64 = 500;
 
 /// Powers the laser can be set to.

@@ -1,4 +1,4 @@
-//! The sensor: exposes when it is time, renders in its own thread, keeps a few frames until they are collected.
+//! The sensor: exposes on schedule, renders in its own thread, keeps a few frames until they are collected.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -13,12 +13,12 @@ use crate::live::params::{BOARD_EXPOSURE_US, LASER_EXPOSURE_US, READ_OUT, RING_F
 use crate::live::world::{SharedWorld, View};
 use crate::model::random::derived_seed;
 use crate::params::BOARD_WHITE_LEVEL;
-use crate::render::exposure::{Darkroom, Exposure};
+use crate::render::exposure::{Exposure, ExposureBuffers};
 
 /// Stream of live pictures among those derived from a station's seed.
 const LIVE_STREAM: u64 = 6;
 
-/// Longest sleep of the sensor's thread, so that nothing it was not told of is missed for long.
+/// Longest sleep of the sensor's thread, so that a missed wake-up costs little.
 const LONGEST_SLEEP: Duration = Duration::from_millis(100);
 
 /// An exposure on its way to a picture.
@@ -212,7 +212,7 @@ impl Sensor {
 
     /// The thread: exposes, renders, delivers, until the camera is closed.
     pub(super) fn run(&self) {
-        let mut darkroom = Darkroom::default();
+        let mut buffers = ExposureBuffers::default();
         let mut state = self.lock();
         while !state.closed {
             let now = Instant::now();
@@ -220,7 +220,7 @@ impl Sensor {
                 Ok((number, exposure, mut image)) => {
                     state.rendering = true;
                     drop(state);
-                    self.render(&exposure, &mut darkroom, &mut image);
+                    self.render(&exposure, &mut buffers, &mut image);
                     self.read_out(&exposure);
                     state = self.lock();
                     state.rendering = false;
@@ -273,9 +273,9 @@ impl Sensor {
         Ok((run.number, exposure, state.spare.pop().unwrap_or_else(blank)))
     }
 
-    fn render(&self, exposure: &Pending, darkroom: &mut Darkroom, image: &mut GreyImage) {
+    fn render(&self, exposure: &Pending, buffers: &mut ExposureBuffers, image: &mut GreyImage) {
         if let Some((view, picture)) = &exposure.seen {
-            view.renderer.expose(&light_of(view, &exposure.settings, *picture), darkroom, image);
+            view.renderer.expose(&light_of(view, &exposure.settings, *picture), buffers, image);
         }
     }
 

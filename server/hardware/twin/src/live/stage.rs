@@ -1,4 +1,4 @@
-//! The simulated stage: a carriage, the controller that believes to know where it is, and its driver.
+//! The simulated stage: a carriage, the controller with its own idea of the position, and the driver.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ pub(super) struct StageWorld {
     activity: Activity,
     homed: bool,
     trouble: Option<Trouble>,
-    /// How far the carriage lags behind what the controller believes.
+    /// How far the true position lags behind the controller's.
     pub lost_mm: f64,
     pub follows: Option<PositionSource>,
 }
@@ -104,7 +104,7 @@ impl StageWorld {
         if self.timing == Timing::Realistic { REALISTIC_SPEED_MM_S } else { INSTANT_SPEED_MM_S }
     }
 
-    /// Does what time has brought: motions end, obstacles are met.
+    /// Advances to a moment: motions end, obstacles are met.
     fn advance(&mut self, stall_mm: Option<f64>, now: Instant) {
         let place_mm = self.blocked_mm(stall_mm, now);
         let blocked = place_mm != self.motion.place(now).position_mm;

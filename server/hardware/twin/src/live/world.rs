@@ -19,7 +19,7 @@ pub(super) const FIRST_PART_STREAM: u64 = 0x200;
 /// Stream of the dirt on the grating.
 const DIRT_STREAM: u64 = 0x201;
 
-/// What there is, at this moment.
+/// The state of the world at this moment.
 pub(super) struct World {
     /// The station as it was made; faults change what the renderer shows, not this.
     pub model: Arc<StationModel>,
@@ -40,7 +40,7 @@ pub(super) struct View {
     pub stray_levels: f64,
 }
 
-/// Everyone's access to the world.
+/// Shared access to the world.
 #[derive(Clone)]
 pub(super) struct SharedWorld(Arc<Mutex<World>>);
 

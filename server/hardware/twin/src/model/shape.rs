@@ -2,7 +2,7 @@
 
 use vision::LineDirection;
 
-/// The wanted properties of a station. The default is a 1280 × 1024 station at 400 mm with five red lines.
+/// The requested properties of a station. The default is a 1280 × 1024 station at 400 mm with five red lines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StationShape {
     /// Image columns.

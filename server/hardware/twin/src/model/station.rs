@@ -60,7 +60,7 @@ impl Remedy for StationError {
 pub struct StationModel {
     /// What all randomness of this station and its images derives from.
     pub seed: u64,
-    /// What the station was asked to be like.
+    /// The requested properties of the station.
     pub shape: StationShape,
     /// The true camera.
     pub camera: Camera,

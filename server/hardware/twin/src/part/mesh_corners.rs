@@ -1,4 +1,4 @@
-//! Corners of a part's triangles as the camera sees them, each computed when it is first asked for: six triangles share one,
+//! Corners of a part's triangles as the camera sees them, each computed on first use: six triangles share one,
 //! and several orders' light falls on it.
 
 use nalgebra::Vector3;

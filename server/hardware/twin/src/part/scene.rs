@@ -1,4 +1,4 @@
-//! What stands before the station: surfaces that rays meet, carried by the stage.
+//! The scene before the station: surfaces that rays meet, carried by the stage.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! STL files, binary and text: triangles in millimetres. Normals are not read: corners tell them.
+//! STL files, binary and text: triangles in millimetres. Normals are not read: they follow from the corners.
 
 use std::borrow::Cow;
 
@@ -15,7 +15,7 @@ const BINARY_HEADER: usize = 84;
 /// Bytes of a triangle of a binary file: normal, three corners, attribute.
 const BINARY_TRIANGLE: usize = 50;
 
-/// Why a file is no part.
+/// Why a file cannot be read as a part.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StlError {
     /// More than is taken.

@@ -4,7 +4,7 @@ use crate::model::station::StationModel;
 use crate::part::scene::Scene;
 use crate::render::view::laser_image::Placed;
 use crate::render::view::lit_pixels::LitPixels;
-use crate::render::view::seen::MeshMemory;
+use crate::render::view::pixel_hits::MeshMemory;
 
 /// What the sensor is exposed to.
 #[derive(Debug, Clone, Copy)]
@@ -27,9 +27,9 @@ pub struct Exposure<'s> {
     pub picture: u64,
 }
 
-/// Memory that frames are made in again and again, and the last pictures by laser and by ordinary light.
+/// Reusable buffers of the renderer, and the last pictures by laser and by ordinary light.
 #[derive(Debug, Default)]
-pub struct Darkroom {
+pub struct ExposureBuffers {
     pub(crate) row: Vec<f32>,
     pub(crate) laser: LaserPicture,
     pub(crate) ordinary: OrdinaryPicture,
@@ -138,7 +138,7 @@ mod tests {
         let (drifted, larger) =
             (station.with_light_of(&drifted), Renderer::new(&StationModel::seeded(3, &larger).unwrap()));
         let scenes = [SceneKind::Sphere { radius_mm: 18.9 }, SceneKind::Plate].map(|kind| kind.placed(&model, 1));
-        let mut darkroom = Darkroom::default();
+        let mut buffers = ExposureBuffers::default();
         let blank = || GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
         for (picture, (renderer, scene_idx, position_mm, laser_share)) in [
             (&station, 0, 0.0, 1.0),
@@ -165,8 +165,8 @@ mod tests {
                 picture: picture as u64,
             };
             let (mut again, mut fresh) = (blank(), blank());
-            renderer.expose(&exposure, &mut darkroom, &mut again);
-            renderer.expose(&exposure, &mut Darkroom::default(), &mut fresh);
+            renderer.expose(&exposure, &mut buffers, &mut again);
+            renderer.expose(&exposure, &mut ExposureBuffers::default(), &mut fresh);
             assert!(again == fresh, "picture {picture}");
         }
     }

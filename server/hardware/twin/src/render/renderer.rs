@@ -11,12 +11,12 @@ use crate::model::speckle::Speckle;
 use crate::model::station::StationModel;
 use crate::params::BOARD_WHITE_LEVEL;
 use crate::part::scene::Scene;
-use crate::render::exposure::{Darkroom, Exposure, LaserPicture, OrdinaryPicture};
+use crate::render::exposure::{Exposure, ExposureBuffers, LaserPicture, OrdinaryPicture};
 use crate::render::light::sheet_map::{PixelMap, SheetMap, ray_map};
 use crate::render::sensor::{Level, Noise, Sensor};
 use crate::render::view::board_image::ordinary_light;
 use crate::render::view::laser_image::{Placed, laser_light};
-use crate::render::view::seen::MeshMemory;
+use crate::render::view::pixel_hits::MeshMemory;
 
 /// Stream of the speckle pattern among those derived from a station's seed.
 const SPECKLE_STREAM: u64 = 2;
@@ -122,24 +122,24 @@ impl Renderer {
 
     fn image(&self, exposure: &Exposure<'_>) -> GreyImage {
         let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel is an image");
-        self.expose(exposure, &mut Darkroom::default(), &mut image);
+        self.expose(exposure, &mut ExposureBuffers::default(), &mut image);
         image
     }
 
-    /// Takes a picture into `image`, whose memory is used again, as `darkroom`'s is. Runs in the calling thread alone.
-    pub fn expose(&self, exposure: &Exposure<'_>, darkroom: &mut Darkroom, image: &mut GreyImage) {
+    /// Takes a picture into `image`, whose memory is reused, as `buffers`' is. Runs in the calling thread alone.
+    pub fn expose(&self, exposure: &Exposure<'_>, buffers: &mut ExposureBuffers, image: &mut GreyImage) {
         const SIDES: &str = "a station's pictures have at least one row and one column";
         let (width, height) = (self.model.camera.width_px, self.model.camera.height_px);
         if exposure.laser() {
-            self.project_laser(exposure, &mut darkroom.laser, &mut darkroom.mesh);
+            self.project_laser(exposure, &mut buffers.laser, &mut buffers.mesh);
         }
         if exposure.ordinary() {
-            self.light_up(exposure, &mut darkroom.ordinary, &mut darkroom.mesh);
+            self.light_up(exposure, &mut buffers.ordinary, &mut buffers.mesh);
         }
         if exposure.bits == 16 {
-            self.collect(exposure, darkroom, image.sixteen_mut(width, height).expect(SIDES));
+            self.collect(exposure, buffers, image.sixteen_mut(width, height).expect(SIDES));
         } else {
-            self.collect(exposure, darkroom, image.eight_mut(width, height).expect(SIDES));
+            self.collect(exposure, buffers, image.eight_mut(width, height).expect(SIDES));
         }
     }
 
@@ -193,7 +193,7 @@ impl Renderer {
     }
 
     /// The sensor: row by row, from light to grey levels.
-    fn collect<L: Level>(&self, exposure: &Exposure<'_>, darkroom: &mut Darkroom, pixels: &mut [L]) {
+    fn collect<L: Level>(&self, exposure: &Exposure<'_>, buffers: &mut ExposureBuffers, pixels: &mut [L]) {
         const DARK: &Vec<(usize, usize)> = &Vec::new();
         let width = self.model.camera.width_px;
         let seed = self.picture_seed(exposure.picture);
@@ -201,7 +201,7 @@ impl Renderer {
         let travel_mm = self.model.stage.direction.norm() * exposure.position_mm;
         let speckle = self.speckle.view(surface, travel_mm, self.model.sheet_sigma_mm);
         let whole_rows = exposure.ordinary() || exposure.gain != 1.0;
-        let Darkroom { row: light, laser, ordinary, .. } = darkroom;
+        let ExposureBuffers { row: light, laser, ordinary, .. } = buffers;
         light.resize(width, 0.0);
         for (v, row) in pixels.chunks_exact_mut(width).enumerate() {
             let pixels = v * width..(v + 1) * width;

@@ -5,10 +5,10 @@ use std::time::Instant;
 use station::{StationRefusal, StationStatus};
 
 use crate::App;
+use crate::access::lease::{Asker, Authority};
+use crate::access::principal::Principal;
 use crate::control::{Ask, Refusal, Ruling, StationUse, rule};
 use crate::error::{AppError, ErrorKind};
-use crate::lease::{Asker, Authority};
-use crate::principal::Principal;
 
 /// Asks the table whether somebody may use the station; a command of whoever is in control renews the lease.
 ///

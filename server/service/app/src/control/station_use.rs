@@ -1,7 +1,7 @@
 //! The one table of who may use the station, who waits and who is refused. It is printed in `docs/station.md`. Stop is
 //! not in it: it is refused to nobody.
 
-use crate::lease::Asker;
+use crate::access::lease::Asker;
 use station::{MachineState, OperationalState, StationStatus};
 
 /// What the station is used for at this moment.

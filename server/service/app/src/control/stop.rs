@@ -9,10 +9,10 @@ use station::{Manual, StationRefusal};
 use store::{Change, SettingRecord, StoreError};
 
 use crate::App;
+use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::Waiting;
 use crate::ledger::Ledger;
-use crate::principal::Principal;
 
 /// The setting that outlives the process.
 const HALTED: &str = "station.halted";

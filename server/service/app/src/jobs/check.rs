@@ -2,15 +2,15 @@
 
 use optics::LightModelKind;
 
-use crate::calibrations::stored::stored_document;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::JobParts;
 use crate::jobs::input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, Source};
 use crate::jobs::plan::{Pace, ScanRun, mode_of, plan};
 use crate::jobs::queue::params::SCAN_BYTES;
 use crate::jobs::verify;
-use crate::measurements::check_measurements;
-use crate::scan_run::ScanSource;
+use crate::resources::calibrations::stored::stored_document;
+use crate::resources::measurements::check_measurements;
+use crate::resources::scan_run::ScanSource;
 
 /// Board poses a calibration may ask the virtual operator for: three determine a camera, more than sixty only cost time.
 const N_POSES: std::ops::RangeInclusive<usize> = 3..=60;

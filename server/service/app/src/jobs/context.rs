@@ -9,12 +9,12 @@ use station::cancel::CancelFlag;
 use station::{Purpose, StationHandle, StationLease, StationRefusal};
 use store::Artifacts;
 
-use crate::captures::Captures;
+use crate::access::lease::Authority;
 use crate::config::AppConfig;
 use crate::jobs::JobEnd;
-use crate::lease::Authority;
 use crate::ledger::Ledger;
 use crate::progress::{JobReporter, Phase, ProgressFn, Step};
+use crate::resources::captures::Captures;
 
 /// Time between two attempts to take a station that is busy for a moment.
 const STATION_RETRY: Duration = Duration::from_millis(20);

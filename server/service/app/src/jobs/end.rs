@@ -8,7 +8,7 @@ use station::StationRefusal;
 use store::{Change, ResultRef, StoreError};
 
 use crate::error::AppError;
-use crate::stored_scan::disk_problem;
+use crate::resources::stored_scan::disk_problem;
 
 /// A job that came to its end.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -14,7 +14,7 @@ use store::{ArtifactBytes, ArtifactId, Artifacts, FinishedFile, ResultRef, ScanR
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::{ComputeContext, Done, ExportInput, JobEnd};
 use crate::progress::Phase;
-use crate::stored_scan::{disk_problem, stored_cloud_bytes, without_cloud};
+use crate::resources::stored_scan::{disk_problem, stored_cloud_bytes, without_cloud};
 
 /// Folder of the workbench that remembers what was exported; may be deleted at any time. No record names these
 /// artifacts: each sweep asks [`remembered_of`].
@@ -223,7 +223,7 @@ fn remember(note: &Path, id: &ArtifactId) -> std::io::Result<()> {
     if let Some(folder) = note.parent() {
         std::fs::create_dir_all(folder)?;
     }
-    let draft = note.with_extension(format!("{}.part", crate::stored_scan::new_id()));
+    let draft = note.with_extension(format!("{}.part", crate::resources::stored_scan::new_id()));
     std::fs::write(&draft, id.as_str())?;
     std::fs::rename(&draft, note)
 }

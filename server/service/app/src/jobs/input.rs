@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::jobs::Job;
-use crate::scan_run::{MeasureInput, ScanMode, ScanPurpose, ScanSource};
+use crate::resources::scan_run::{MeasureInput, ScanMode, ScanPurpose, ScanSource};
 
 /// Where pictures come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -24,7 +24,7 @@ pub use end::{Done, JobEnd};
 pub use queue::news::JobNews;
 pub use split::{ComputeJob, Job, RecordedFrames, StationJob};
 
-pub use crate::scan_run::{ScanMode, ScanSource};
+pub use crate::resources::scan_run::{ScanMode, ScanSource};
 pub use input::{CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, Source, VerifyInput};
 pub use queue::lane::Waiting;
 pub use queue::params::FREE_FLOOR_BYTES;
@@ -35,15 +35,15 @@ use std::sync::Arc;
 use store::{Artifacts, Change, JobRecord, JobState, Listed, StoreError};
 use tokio::sync::watch;
 
-use crate::captures::Captures;
+use crate::access::lease::{Authority, ControlDesk};
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::queue::params::{QUEUE_LIMIT, RETRY_AFTER_S};
 use crate::jobs::queue::run::Procedure;
 use crate::jobs::queue::runner::{End, job_event};
-use crate::lease::{Authority, ControlDesk};
 use crate::ledger::Ledger;
 use crate::progress::Step;
+use crate::resources::captures::Captures;
 use live::LiveBus;
 use queue::{Queue, run};
 use station::wall_clock::now_ms;

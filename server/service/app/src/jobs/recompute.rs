@@ -2,13 +2,13 @@
 
 use store::ScanRecord;
 
-use crate::calibrations::stored::stored_document;
 use crate::jobs::plan::Pace;
 use crate::jobs::scan::{Evaluating, ScanStory, check_camera_of, evaluated_share, made_scan, measured};
 use crate::jobs::{ComputeContext, Done, JobEnd, RecomputeInput, ScanMode};
-use crate::measurements::parts::planned_measurements;
 use crate::progress::Phase;
-use crate::stored_scan::{cloud_name, new_id, stored_peaks};
+use crate::resources::calibrations::stored::stored_document;
+use crate::resources::measurements::parts::planned_measurements;
+use crate::resources::stored_scan::{cloud_name, new_id, stored_peaks};
 
 /// Share of the job that reading the peaks takes.
 const READING: f64 = 0.05;

@@ -10,9 +10,9 @@ use crate::jobs::scan::{Measured, at_station_measured, of_capture_measured};
 use crate::jobs::{
     ComputeContext, Done, JobEnd, RecordedFrames, ScanInput, ScanSource, StationContext, VerifyInput,
 };
-use crate::measurements::parts::verdict_in;
-use crate::measurements::{MeasureInput, ScanPurpose};
 use crate::progress::Phase;
+use crate::resources::measurements::parts::verdict_in;
+use crate::resources::measurements::{MeasureInput, ScanPurpose};
 
 /// The kind of record that a verification ends with.
 const MEASUREMENT: &str = "measurement";

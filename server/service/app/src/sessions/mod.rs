@@ -21,14 +21,14 @@ use station::wall_clock::now_ms;
 use station::{Purpose, StampedFrame, StationHandle, StationLease};
 use store::{Artifacts, Change, FinishedFile, Listed, Page, SessionRecord, StoreError};
 
+use crate::access::principal::Principal;
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::ledger::Ledger;
-use crate::principal::Principal;
+use crate::resources::stored_scan::{disk_problem, new_id};
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::stored::to_stored;
 use crate::sessions::virtual_operator::VirtualOperator;
-use crate::stored_scan::{disk_problem, new_id};
 
 pub use body::{
     BoardPicture, CameraSoFar, LaserPicture, Picture, ProjectorSheet, Session, SessionBody, SessionPose,

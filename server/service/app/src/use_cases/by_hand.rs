@@ -6,12 +6,12 @@ use devices::{AcceptedMove, CameraRequest};
 use station::{LiveRequest, Manual};
 
 use crate::App;
+use crate::access::principal::Principal;
 use crate::camera::auto_exposure::auto_exposure;
 use crate::camera::memory;
 use crate::control::{Ask, admit};
 use crate::error::AppError;
 use crate::events::{CameraConfigured, Event, LaserSwitched, LiveView, Motion, event};
-use crate::principal::Principal;
 
 /// What only turns something off is refused to nobody in control, whatever the station does.
 fn in_control(app: &App, by: &Principal) -> Result<(), AppError> {

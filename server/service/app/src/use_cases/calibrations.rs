@@ -4,9 +4,9 @@ use metrology::PartVerdict;
 use store::ActivationRecord;
 
 use crate::App;
+use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
-use crate::measurements::parts::newest_verification;
-use crate::principal::Principal;
+use crate::resources::measurements::parts::newest_verification;
 
 /// Which calibration shall be active.
 #[derive(Debug, Clone, PartialEq, Eq)]

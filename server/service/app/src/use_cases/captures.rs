@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use store::{CaptureRecord, Change};
 
 use crate::App;
-use crate::captures::{ArchiveFormat, CaptureOrigin};
+use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
 use crate::events::{Event, event};
-use crate::principal::Principal;
+use crate::resources::captures::{ArchiveFormat, CaptureOrigin};
 
 /// An archive that was received.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use crate::App;
+use crate::access::lease::Lease;
+use crate::access::principal::Principal;
 use crate::control::{self, Ask, StopOutcome, admit};
 use crate::error::AppError;
 use crate::events::{Act, Event, TakenOver, event};
-use crate::labels::label;
-use crate::lease::Lease;
-use crate::principal::Principal;
+use crate::resources::labels::label;
 
 /// Who shall be in control.
 #[derive(Debug, Clone, PartialEq, Eq)]

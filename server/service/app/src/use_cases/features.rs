@@ -7,10 +7,10 @@ use devices::features::{CameraDetails, CameraLink, Feature, FeatureError};
 use station::Manual;
 
 use crate::App;
+use crate::access::principal::Principal;
 use crate::control::{Ask, admit};
 use crate::error::{AppError, ErrorKind};
 use crate::events::{CameraFeaturesSet, Event, FeatureSet, event};
-use crate::principal::Principal;
 
 /// How the camera's link does, and all its features. Takes as long as the camera does, seconds at most.
 ///

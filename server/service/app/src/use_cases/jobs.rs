@@ -3,11 +3,11 @@
 use store::{Change, JobRecord};
 
 use crate::App;
+use crate::access::lease::Authority;
+use crate::access::principal::Principal;
 use crate::control::{Ask, admit};
 use crate::error::AppError;
 use crate::jobs::{JobInput, JobView};
-use crate::lease::Authority;
-use crate::principal::Principal;
 
 /// Accepts a job durably, together with what `and` returns or not at all.
 ///

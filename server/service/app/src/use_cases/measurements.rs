@@ -3,13 +3,13 @@
 use store::{Change, MeasurementRecord};
 
 use crate::App;
-use crate::calibrations::stored::stored_document;
+use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
 use crate::events::{Event, PlanChanged, event};
-use crate::measurements::plan::{KeptPlan, MeasurementPlan};
-use crate::measurements::{MeasureInput, changes_by, measurement};
-use crate::principal::Principal;
-use crate::stored_scan::stored_cloud;
+use crate::resources::calibrations::stored::stored_document;
+use crate::resources::measurements::plan::{KeptPlan, MeasurementPlan};
+use crate::resources::measurements::{MeasureInput, changes_by, measurement};
+use crate::resources::stored_scan::stored_cloud;
 
 /// Measures on a scan and keeps it, together with what `and` returns; takes up to some seconds.
 ///

@@ -3,9 +3,9 @@
 use store::Change;
 
 use crate::App;
+use crate::access::principal::Principal;
 use crate::error::AppError;
 use crate::events::{Event, event};
-use crate::principal::Principal;
 
 /// Forgets a scan and its measurements.
 ///

@@ -3,10 +3,10 @@
 use store::{Change, JobRecord};
 
 use crate::App;
+use crate::access::principal::Principal;
 use crate::control::{Ask, admit};
 use crate::error::AppError;
 use crate::jobs::calibrate::{SolveSession, solve_input};
-use crate::principal::Principal;
 use crate::sessions::{NewSession, Session};
 use crate::use_cases::jobs::start_job;
 

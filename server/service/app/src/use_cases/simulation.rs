@@ -7,9 +7,9 @@ use std::sync::Arc;
 use twin::{SceneKind, TwinControl, TwinFault, read_stl};
 
 use crate::App;
+use crate::access::principal::Principal;
 use crate::error::{AppError, ErrorKind};
 use crate::events::{Event, NoBody, SimulatedFault, event};
-use crate::principal::Principal;
 use crate::sessions::VirtualBoard;
 
 /// The hands at the simulated station.

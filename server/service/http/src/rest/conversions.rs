@@ -5,7 +5,7 @@ use axum::http::HeaderMap;
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::Reply;
 use crate::rest::idempotency::{Begun, begin};
-use crate::wire::jobs::{JobDto, job_href};
+use crate::wire::job::jobs::{JobDto, job_href};
 use app::App;
 use app::jobs::{JobInput, JobView};
 use app::principal::Principal;

@@ -12,9 +12,9 @@ use crate::problem::PROBLEM_TYPE;
 use crate::problem::Problem;
 use crate::rest::events_document::events_markdown;
 use crate::rest::routes;
-use crate::wire::jobs::JobStateDto;
-use crate::wire::measurements::VerdictDto;
-use crate::wire::scans::{CloudFormatDto, MeshFormatDto, ScanStateDto};
+use crate::wire::job::jobs::JobStateDto;
+use crate::wire::measurement::measurements::VerdictDto;
+use crate::wire::scan::scans::{CloudFormatDto, MeshFormatDto, ScanStateDto};
 
 /// Title, tags and the types that only the completion below refers to.
 #[derive(OpenApi)]

@@ -1,31 +1,13 @@
 //! Wire types: what clients send and get. Their doc comments are the API's documentation.
 
-pub mod calibration_documents;
-pub mod calibration_summaries;
-pub mod calibrations;
-pub mod captures;
-pub mod control;
-pub mod devices;
-pub mod differences;
+pub mod calibration;
 pub mod events;
-pub mod features;
-pub mod job_inputs;
-pub mod jobs;
-pub mod measurement_plan;
-pub mod measurement_results;
-pub mod measurements;
+pub mod hardware;
+pub mod job;
+pub mod measurement;
 pub mod paging;
-pub mod profiles;
-pub mod residuals;
-pub mod scan_reports;
-pub mod scan_runs;
-pub mod scans;
+pub mod scan;
 pub mod service;
-pub mod session_bodies;
-pub mod sessions;
-pub mod simulation;
-pub mod station;
-pub mod target;
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -46,10 +28,10 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::wire::calibration_summaries::CalibrationSummaryDto;
-    use crate::wire::captures::CaptureSummaryDto;
-    use crate::wire::measurement_results::{MeasurementRequestDto, MeasurementResultDto};
-    use crate::wire::scan_reports::ScanReportDto;
+    use crate::wire::calibration::calibration_summaries::CalibrationSummaryDto;
+    use crate::wire::measurement::measurement_results::{MeasurementRequestDto, MeasurementResultDto};
+    use crate::wire::scan::captures::CaptureSummaryDto;
+    use crate::wire::scan::scan_reports::ScanReportDto;
 
     /// Figures as version 0.1 stored them are told with every one of them.
     fn told_whole<T: DeserializeOwned + Serialize>(stored: Value) {

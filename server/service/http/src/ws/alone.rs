@@ -17,7 +17,7 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use vision::LineDirection;
 
-use crate::wire::station::StoppedDto;
+use crate::wire::hardware::station::StoppedDto;
 use crate::ws::station::Station;
 use crate::ws::{Sources, Streams};
 

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use futures_util::future::BoxFuture;
 
-use crate::wire::station::StoppedDto;
+use crate::wire::hardware::station::StoppedDto;
 use app::App;
 use app::labels::label;
 use app::principal::Principal;

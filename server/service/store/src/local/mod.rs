@@ -12,15 +12,15 @@ use std::sync::Arc;
 use async_trait::async_trait;
 
 use crate::artifacts::{ArtifactId, ArtifactReader, ArtifactWriter, Artifacts};
-use crate::bytes::ArtifactBytes;
-use crate::disk::Disk;
 use crate::error::StoreError;
+use crate::files::bytes::ArtifactBytes;
+use crate::files::disk::Disk;
+use crate::files::workbench::{FinishedFile, Workbench};
 use crate::health::Health;
 use crate::holds::Holds;
 use crate::local::place::Place;
 use crate::local::writer::LocalWriter;
 use crate::params::{ARTIFACTS_FOLDER, SCRATCH_FOLDER};
-use crate::workbench::{FinishedFile, Workbench};
 
 /// Artifacts in the folders `artifacts` and `scratch` of a data directory.
 #[derive(Clone)]

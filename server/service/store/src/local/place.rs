@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::artifacts::ArtifactId;
-use crate::disk::{Disk, is_full};
 use crate::error::StoreError;
+use crate::files::disk::{Disk, is_full};
 use crate::health::Health;
 use crate::holds::Holds;
 use crate::local::file_error;

@@ -11,8 +11,8 @@ use sha2::{Digest, Sha256};
 use tokio::io::{AsyncRead, ReadBuf};
 
 use crate::artifacts::{ArtifactId, ArtifactReader};
-use crate::bytes::{ArtifactBytes, ByteRanges};
 use crate::error::StoreError;
+use crate::files::bytes::{ArtifactBytes, ByteRanges};
 use crate::local::blocking;
 use crate::local::place::Place;
 use crate::local::writer::id_from;

@@ -11,7 +11,8 @@ use crate::error::StoreError;
 use crate::health::Health;
 use crate::records::{ActivationRecord, EventRecord};
 use crate::sqlite::seal::{self, Table};
-use crate::sqlite::{calibrations, captures, error, events, jobs, measurements, named, scans, sessions, settings};
+use crate::sqlite::tables::{calibrations, captures, events, jobs, measurements, scans, sessions, settings};
+use crate::sqlite::{error, named};
 
 /// What a statement that writes answers; errors are interpreted in one place, at the end.
 pub type Written<T = ()> = Result<T, WriteError>;

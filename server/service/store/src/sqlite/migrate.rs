@@ -7,8 +7,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::{Connection, Row, SqlStr, SqliteConnection};
 
-use crate::disk::{Disk, LocalDisk};
 use crate::error::StoreError;
+use crate::files::disk::{Disk, LocalDisk};
 use crate::sqlite::error::{self, reading};
 use crate::sqlite::seal;
 

@@ -1,20 +1,15 @@
 //! The catalogue in one SQLite file: one writer, a few readers, a write-ahead log that is synced at every commit.
 
-mod calibrations;
-mod captures;
 mod changes;
 mod error;
-mod events;
-mod jobs;
 mod listing;
-mod measurements;
 mod migrate;
 mod named;
 mod row;
-mod scans;
 mod seal;
-mod sessions;
-mod settings;
+mod tables;
+#[cfg(test)]
+mod tests;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -28,6 +23,7 @@ use tokio::sync::Mutex;
 use crate::artifacts::ArtifactId;
 use crate::catalogue::{Catalogue, Change, Listed, MeasurementFilter, Page, ScanFilter};
 use crate::error::StoreError;
+use crate::files::reserve::Reserve;
 use crate::health::Health;
 use crate::holds::Holds;
 use crate::params::{BACKUPS_FOLDER, BUSY_TIMEOUT, CATALOGUE_FILE, N_READERS, WAL_LIMIT_BYTES};
@@ -35,7 +31,6 @@ use crate::records::{
     ActivationRecord, CalibrationRecord, CaptureRecord, EventRecord, IdempotencyRecord, JobRecord, JobState,
     MeasurementRecord, ScanRecord, SessionRecord, SettingRecord,
 };
-use crate::reserve::Reserve;
 use crate::sqlite::changes::Committed;
 
 /// The catalogue in an SQLite file.
@@ -167,47 +162,47 @@ impl Catalogue for SqliteCatalogue {
     }
 
     async fn job(&self, id: &str) -> Result<JobRecord, StoreError> {
-        jobs::one(&self.readers, id).await
+        tables::jobs::one(&self.readers, id).await
     }
 
     async fn jobs(&self, state: Option<JobState>, page: &Page) -> Result<Listed<JobRecord>, StoreError> {
-        jobs::page(&self.readers, state, page).await
+        tables::jobs::page(&self.readers, state, page).await
     }
 
     async fn queue(&self) -> Result<Listed<JobRecord>, StoreError> {
-        jobs::queue(&self.readers).await
+        tables::jobs::queue(&self.readers).await
     }
 
     async fn capture(&self, id: &str) -> Result<CaptureRecord, StoreError> {
-        captures::one(&self.readers, id).await
+        tables::captures::one(&self.readers, id).await
     }
 
     async fn captures(&self, page: &Page) -> Result<Listed<CaptureRecord>, StoreError> {
-        captures::page(&self.readers, page).await
+        tables::captures::page(&self.readers, page).await
     }
 
     async fn calibration(&self, id: &str) -> Result<CalibrationRecord, StoreError> {
-        calibrations::one(&self.readers, id).await
+        tables::calibrations::one(&self.readers, id).await
     }
 
     async fn calibrations(&self, page: &Page) -> Result<Listed<CalibrationRecord>, StoreError> {
-        calibrations::page(&self.readers, page).await
+        tables::calibrations::page(&self.readers, page).await
     }
 
     async fn active(&self) -> Result<Option<ActivationRecord>, StoreError> {
-        calibrations::active(&self.readers).await
+        tables::calibrations::active(&self.readers).await
     }
 
     async fn activations(&self, page: &Page) -> Result<Listed<ActivationRecord>, StoreError> {
-        calibrations::activations(&self.readers, page).await
+        tables::calibrations::activations(&self.readers, page).await
     }
 
     async fn scan(&self, id: &str) -> Result<ScanRecord, StoreError> {
-        scans::one(&self.readers, id).await
+        tables::scans::one(&self.readers, id).await
     }
 
     async fn scans(&self, filter: &ScanFilter, page: &Page) -> Result<Listed<ScanRecord>, StoreError> {
-        scans::page(&self.readers, filter, page).await
+        tables::scans::page(&self.readers, filter, page).await
     }
 
     async fn measurements(
@@ -215,41 +210,38 @@ impl Catalogue for SqliteCatalogue {
         filter: &MeasurementFilter,
         page: &Page,
     ) -> Result<Listed<MeasurementRecord>, StoreError> {
-        measurements::page(&self.readers, filter, page).await
+        tables::measurements::page(&self.readers, filter, page).await
     }
 
     async fn measurement(&self, id: &str) -> Result<MeasurementRecord, StoreError> {
-        measurements::one(&self.readers, id).await
+        tables::measurements::one(&self.readers, id).await
     }
 
     async fn session(&self, id: &str) -> Result<SessionRecord, StoreError> {
-        sessions::one(&self.readers, id).await
+        tables::sessions::one(&self.readers, id).await
     }
 
     async fn sessions(&self, page: &Page) -> Result<Listed<SessionRecord>, StoreError> {
-        sessions::page(&self.readers, page).await
+        tables::sessions::page(&self.readers, page).await
     }
 
     async fn setting(&self, name: &str) -> Result<Option<SettingRecord>, StoreError> {
-        settings::one(&self.readers, name).await
+        tables::settings::one(&self.readers, name).await
     }
 
     async fn events_after(&self, seq: i64, limit: u32) -> Result<Listed<EventRecord>, StoreError> {
-        events::after(&self.readers, seq, limit).await
+        tables::events::after(&self.readers, seq, limit).await
     }
 
     async fn last_event_seq(&self) -> Result<i64, StoreError> {
-        events::last_seq(&self.readers).await
+        tables::events::last_seq(&self.readers).await
     }
 
     async fn idempotency(&self, key: &str) -> Result<Option<IdempotencyRecord>, StoreError> {
-        events::idempotency(&self.readers, key).await
+        tables::events::idempotency(&self.readers, key).await
     }
 
     async fn artifacts_named(&self) -> Result<HashSet<ArtifactId>, StoreError> {
         named::artifacts(&self.readers).await
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -6,10 +6,10 @@ use sqlx::AssertSqlSafe;
 
 use crate::catalogue::{Catalogue, Change};
 use crate::error::StoreError;
+use crate::files::reserve::Reserve;
 use crate::health::Health;
 use crate::params::WAL_LIMIT_BYTES;
 use crate::records::EventRecord;
-use crate::reserve::Reserve;
 use crate::sqlite::SqliteCatalogue;
 
 const BODY_BYTES: usize = 60_000;

@@ -20,7 +20,7 @@ use tokio::sync::oneshot;
 
 use crate::arguments::{BenchServerArgs, SettingsArgs};
 use crate::commands::Answer;
-use crate::commands::config::effective_of;
+use crate::commands::service::config::effective_of;
 use crate::service;
 use app::App;
 use app::error::{AppError, ErrorKind};
@@ -169,7 +169,7 @@ fn answer(args: &BenchServerArgs, n_pictures: usize, swept: &[Swept]) -> Answer 
         args.rate_hz, args.viewers, args.frames
     );
     swept.iter().for_each(|swept| swept.tell(&mut text));
-    if !crate::allocations::COUNTED {
+    if !crate::heap::allocations::COUNTED {
         text.push_str("requests for memory are counted by a program built with --features count-allocations\n");
     }
     let sweeps: Vec<_> = swept.iter().map(Swept::to_json).collect();

@@ -202,7 +202,7 @@ impl Swept {
         json!({
             "state": self.state, "n_frames": self.n_frames, "n_points": self.n_points, "timing": self.timing,
             "losses": self.losses, "dropped": self.dropped, "threads": threads,
-            "allocations_counted": crate::allocations::COUNTED,
+            "allocations_counted": crate::heap::allocations::COUNTED,
             "profiles_per_s": self.looked.n_messages as f64 / self.looked.took_s,
         })
     }

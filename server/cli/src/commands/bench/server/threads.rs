@@ -16,7 +16,7 @@ pub struct Work {
 /// does not tell.
 pub fn by_name() -> BTreeMap<String, Work> {
     let mut work: BTreeMap<String, Work> = BTreeMap::new();
-    let allocations = crate::allocations::by_thread();
+    let allocations = crate::heap::allocations::by_thread();
     for task in fs::read_dir("/proc/self/task").into_iter().flatten().flatten() {
         let read = |file: &str| fs::read_to_string(task.path().join(file)).unwrap_or_default();
         let name = read("comm").trim_end().trim_end_matches(|c: char| c.is_ascii_digit() || c == '-').to_owned();

@@ -16,7 +16,7 @@ use super::reader::{
 use super::{FRAME_RECORD, PeaksHeader};
 use crate::error::ContentError;
 use crate::files::FileError;
-use crate::frames::{Frames, ScanFrame};
+use crate::input::frames::{Frames, ScanFrame};
 
 /// Bytes read at once when the whole file is checked.
 const BUFFER_BYTES: usize = 1 << 18;

@@ -3,7 +3,7 @@
 //! From them a scan is computed again with another calibration, and an interrupted one goes on. Little endian.
 //! A header of 40 bytes, then records, one per frame, then an end record; without it the file is unfinished.
 //! Every record carries a checksum, so that a file cut or damaged anywhere shows how far it can be trusted.
-//! The byte table: `server/docs/scans.md`.
+//! The byte table: `server/docs/service/scans.md`.
 
 mod file;
 mod reader;
@@ -16,7 +16,7 @@ pub use writer::{PeaksWriter, pack_frame};
 use optics::StageKind;
 use vision::LineDirection;
 
-use crate::frames::ScanFrame;
+use crate::input::frames::ScanFrame;
 
 /// First bytes of every such file.
 const MAGIC: &[u8; 16] = b"sheaf-peaks/2\n\0\0";

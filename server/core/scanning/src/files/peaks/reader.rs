@@ -9,7 +9,7 @@ use super::{
     Checksum, END_RECORD, FRAME_RECORD, MAGIC, NO_TIME, POINT_BYTES, Peaks, PeaksHeader, RECORD_LIMIT_BYTES,
 };
 use crate::error::ContentError;
-use crate::frames::ScanFrame;
+use crate::input::frames::ScanFrame;
 
 /// What to do about bytes that are not as they were written.
 const RESTORE: &str = "restore the file from a backup, or scan again";

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::error::ContentError;
 use crate::files::FileError;
-use crate::frames::ScanFrame;
+use crate::input::frames::ScanFrame;
 
 /// Writes frames as they come; [`PeaksWriter::finish`] makes the file complete.
 #[derive(Debug)]

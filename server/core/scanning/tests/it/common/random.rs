@@ -198,10 +198,7 @@ fn cut_gaps(dice: &mut Dice, known: &mut KnownScan) {
 
 /// Joins lines whose ends touch, as an extractor does that knows no orders.
 fn join_touching(known: &mut KnownScan, direction: LineDirection) {
-    let place = |p: &CentrelinePoint| match direction {
-        LineDirection::Rows => (p.u_px, p.v_px),
-        LineDirection::Columns => (p.v_px, p.u_px),
-    };
+    let place = |p: &CentrelinePoint| p.along_across(direction);
     for (frame, scanned) in known.frames.iter_mut().enumerate() {
         let segments = &mut scanned.centrelines.segments;
         let orders = &mut known.orders[frame];

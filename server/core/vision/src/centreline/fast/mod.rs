@@ -10,27 +10,12 @@
     reason = "several arrays side by side, lane by lane, is what compilers turn into vectors"
 )]
 
-mod along;
-mod block;
-mod candidates;
-mod cells;
-mod clearance;
-mod crossings;
-mod cut;
-mod kernels;
+mod across;
 mod lanes;
-mod latest;
-mod means;
-mod noise;
-mod pieces;
-mod points;
-mod responses;
-mod ridge;
-mod surroundings;
-mod taps;
-mod width;
-mod window;
-mod windows;
+mod search;
+mod smoothing;
+#[cfg(test)]
+mod tests;
 
 use multiversion::{inherit_target, multiversion};
 
@@ -42,16 +27,17 @@ use super::lines::segments::Linker;
 use super::view::{Level, View};
 use super::{Centrelines, Segment};
 use crate::params::NOISE_TILE_PX;
-use along::Averager;
-use block::Image;
-use candidates::Search;
-use cells::Cells;
-use crossings::Measurer;
-use noise::{BoxNoise, PixelNoise};
-use pieces::{Crossings, Piece, PieceOf};
-use width::Peaks;
+use across::block::Image;
+use across::crossings::Measurer;
+use across::pieces::{Crossings, Piece, PieceOf};
+use search::candidates::Search;
+use search::cells::Cells;
+use search::noise::{BoxNoise, PixelNoise};
+use search::width::Peaks;
+use smoothing::along::Averager;
 
-pub use cells::Strip;
+pub use search::cells::Strip;
+use statistics::median;
 
 /// Smallest side, in pixels, that the tiles and strips of a search fit into.
 pub const MIN_SIDE_PX: usize = 64;
@@ -188,7 +174,7 @@ impl<T: Level> Memory<T> {
     #[inline(always)]
     fn learn_width(&mut self, view: &View<T>) {
         self.width_px = self.given_width_px.unwrap_or_else(|| {
-            width::typical_width_px(view, self.pixel_noise.map(), &self.strips, &mut self.peaks)
+            search::width::typical_width_px(view, self.pixel_noise.map(), &self.strips, &mut self.peaks)
         });
     }
 
@@ -207,7 +193,7 @@ impl<T: Level> Memory<T> {
         linker.begin(*width_px);
         search.candidates(view, noise, boxes, *width_px, strips, linker);
         linker.finish();
-        clearance::mark_clearances(linker.traces_mut(), search.crowded(), &mut self.near);
+        across::clearance::mark_clearances(linker.traces_mut(), search.crowded(), &mut self.near);
     }
 
     /// The crossings of all traces and the pieces of lines they make.
@@ -245,12 +231,3 @@ impl<T: Level> Memory<T> {
         found.correlation_px = (gain * scatter.correlation_px()).max(1.0);
     }
 }
-
-/// Median; `None` of nothing.
-fn median(values: &mut [f32]) -> Option<f32> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
-}
-
-#[cfg(test)]
-mod tests;

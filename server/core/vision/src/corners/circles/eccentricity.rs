@@ -1,9 +1,10 @@
 //! From the centre of a disc's picture to the picture of the disc's centre (`docs/maths/corners.md`, eq. 4–5).
 
 use nalgebra::{Matrix2, Vector2};
+use statistics::median;
 
+use super::super::fitting::warp::BoardWarp;
 use super::super::params::{ECCENTRICITY_ROUNDS, RIM_POINTS};
-use super::super::warp::BoardWarp;
 use super::disc::Disc;
 
 /// Corrects every ellipse's centre by the map that all centres show; `places` are the discs' in steps of the grid. `None`
@@ -29,8 +30,7 @@ fn radius(discs: &[Disc], places: &[[f64; 2]], warp: &BoardWarp) -> f64 {
         (disc.area_px2 / std::f64::consts::PI / (c[0] * r[1] - c[1] * r[0]).abs()).sqrt()
     };
     let mut radii: Vec<f64> = discs.iter().zip(places).map(of).collect();
-    radii.sort_by(f64::total_cmp);
-    radii[radii.len() / 2]
+    median(&mut radii).unwrap_or(0.0)
 }
 
 /// By how much the centre of the ellipse that fits the disc's rim best lies beside the picture of its centre (px).

@@ -1,4 +1,4 @@
-//! A ball before many rays at once: the same arithmetic as for one ray, so the same bits.
+//! Many rays against a ball at once: the same arithmetic as for one ray, so the same bits.
 
 use multiversion::multiversion;
 use nalgebra::Vector3;
@@ -7,7 +7,7 @@ use crate::params::{PART_REFLECTANCE, SAME_HIT_MM};
 use crate::part::scene::{Ball, Sphere};
 use crate::render::view::block::Block;
 use crate::render::view::lit_pixels::WORD_PX;
-use crate::render::view::seen::Seen;
+use crate::render::view::pixel_hits::PixelHits;
 
 /// Which of the first `n` rays from the camera come near the ball ([`Ball::is_near`]), from bit 0.
 #[multiversion(targets("x86_64+avx2"))]
@@ -21,9 +21,9 @@ pub(crate) fn rays_near(ball: &Ball, rays: &[Block; 2], n: usize) -> u64 {
     bits
 }
 
-/// Which of the first `n` ways of light to what is seen come near the ball ([`Ball::is_near`]), from bit 0.
+/// Which of the first `n` shadow rays to the pixel hits come near the ball ([`Ball::is_near`]), from bit 0.
 #[multiversion(targets("x86_64+avx2"))]
-pub(crate) fn ways_near(ball: &Ball, from: &[Block; 3], to: &Seen, n: usize) -> u64 {
+pub(crate) fn shadow_rays_near(ball: &Ball, from: &[Block; 3], to: &PixelHits, n: usize) -> u64 {
     let centre = array(&ball.centre_mm);
     let mut bits = 0;
     for lane in 0..n.min(WORD_PX) {
@@ -36,9 +36,9 @@ pub(crate) fn ways_near(ball: &Ball, from: &[Block; 3], to: &Seen, n: usize) -> 
 
 /// Puts the ball, carried by the stage, before the pixels `near` of the first `n`, where it stands before what they see.
 #[multiversion(targets("x86_64+avx2"))]
-pub(crate) fn see_ball(ball: &Sphere, moved: &Vector3<f64>, n: usize, near: u64, seen: &mut Seen) {
+pub(crate) fn see_ball(ball: &Sphere, moved: &Vector3<f64>, n: usize, near: u64, hits: &mut PixelHits) {
     let to_centre = array(&(ball.centre_mm + moved));
-    let Seen { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = seen;
+    let PixelHits { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = hits;
     for lane in 0..n.min(WORD_PX) {
         let ray = [x[lane], y[lane], 1.0];
         let (meets, at) = ball_hit(ball.radius_mm, to_centre, ray);
@@ -54,14 +54,14 @@ pub(crate) fn see_ball(ball: &Sphere, moved: &Vector3<f64>, n: usize, near: u64,
     }
 }
 
-/// Which of the first `n` ways of light to what is seen nothing of ball and plate, carried by the stage, stands in
+/// Which of the first `n` shadow rays to the pixel hits are not blocked by ball or plate, carried by the stage
 /// ([`crate::part::scene::Scene::reaches`]), from bit 0.
 #[multiversion(targets("x86_64+avx2"))]
-pub(crate) fn ways_beside_ball(
+pub(crate) fn shadow_rays_past_ball(
     ball: &Sphere,
     moved: &Vector3<f64>,
     from: &[Block; 3],
-    to: &Seen,
+    to: &PixelHits,
     n: usize,
 ) -> u64 {
     let (moved, normal) = (array(moved), array(&ball.plate.normal()));
@@ -105,9 +105,9 @@ fn is_near(radius_mm: f64, to_centre: [f64; 3], ray: [f64; 3]) -> bool {
 
 /// The point that a pixel sees.
 #[inline(always)]
-fn point(seen: &Seen, lane: usize) -> [f64; 3] {
-    let reach = seen.reach[lane];
-    [seen.rays[0][lane] * reach, seen.rays[1][lane] * reach, reach]
+fn point(hits: &PixelHits, lane: usize) -> [f64; 3] {
+    let reach = hits.reach[lane];
+    [hits.rays[0][lane] * reach, hits.rays[1][lane] * reach, reach]
 }
 
 #[inline(always)]
@@ -134,15 +134,15 @@ mod tests {
     use crate::render::view::laser_image::Placed;
 
     /// A plate seen by 64 rays of a row through the ball, two thousandths apart.
-    fn row_of_plate(ball: &Sphere, moved: &Vector3<f64>, row: i32) -> Seen {
-        let mut seen = Seen::nothing();
+    fn row_of_plate(ball: &Sphere, moved: &Vector3<f64>, row: i32) -> PixelHits {
+        let mut hits = PixelHits::nothing();
         for lane in 0..WORD_PX {
             let ray = Vector3::new((lane as f64 - 31.5) * 0.002, f64::from(row) * 0.002, 1.0);
-            (seen.rays[0][lane], seen.rays[1][lane]) = (ray.x, ray.y);
+            (hits.rays[0][lane], hits.rays[1][lane]) = (ray.x, ray.y);
             let plate = ball.plate.hit(&-moved, &ray).unwrap();
-            seen.put(lane, plate.reach, &plate.normal, plate.reflectance);
+            hits.put(lane, plate.reach, &plate.normal, plate.reflectance);
         }
-        seen
+        hits
     }
 
     #[test]
@@ -156,16 +156,16 @@ mod tests {
         let source = [0, 1, 2].map(|axis: usize| [from[axis]; WORD_PX]);
         let (mut n_ball, mut n_dark) = (0, 0);
         for row in -45..45 {
-            let mut seen = row_of_plate(ball, &placed.moved_mm, row);
-            let near = rays_near(&part, &seen.rays, WORD_PX);
-            see_ball(ball, &placed.moved_mm, WORD_PX, near, &mut seen);
-            let ways = ways_near(&part, &source, &seen, WORD_PX);
-            let beside = ways_beside_ball(ball, &placed.moved_mm, &source, &seen, WORD_PX);
+            let mut hits = row_of_plate(ball, &placed.moved_mm, row);
+            let near = rays_near(&part, &hits.rays, WORD_PX);
+            see_ball(ball, &placed.moved_mm, WORD_PX, near, &mut hits);
+            let shadow_rays = shadow_rays_near(&part, &source, &hits, WORD_PX);
+            let beside = shadow_rays_past_ball(ball, &placed.moved_mm, &source, &hits, WORD_PX);
             for lane in 0..WORD_PX {
-                let hit = placed.hit(&Vector3::zeros(), &seen.ray(lane)).unwrap();
-                assert_eq!((hit.reach, hit.normal), (seen.reach[lane], seen.normal(lane)), "{row} {lane}");
-                let to = seen.ray(lane) * seen.reach[lane];
-                assert_eq!(part.is_near(&from, &(to - from)), ways >> lane & 1 == 1, "{row} {lane}");
+                let hit = placed.hit(&Vector3::zeros(), &hits.ray(lane)).unwrap();
+                assert_eq!((hit.reach, hit.normal), (hits.reach[lane], hits.normal(lane)), "{row} {lane}");
+                let to = hits.ray(lane) * hits.reach[lane];
+                assert_eq!(part.is_near(&from, &(to - from)), shadow_rays >> lane & 1 == 1, "{row} {lane}");
                 assert_eq!(placed.reaches(&from, &to), beside >> lane & 1 == 1, "{row} {lane}");
                 n_ball += usize::from(hit.normal != ball.plate.normal());
                 n_dark += usize::from(beside >> lane & 1 == 0);

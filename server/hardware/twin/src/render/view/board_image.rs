@@ -10,7 +10,7 @@ use crate::part::scene::Scene;
 use crate::render::renderer::Renderer;
 use crate::render::view::laser_image::Placed;
 use crate::render::view::lit_pixels::{LitPixels, WORD_PX};
-use crate::render::view::seen::{MeshMemory, Seen, View};
+use crate::render::view::pixel_hits::{MeshMemory, PixelHits, View};
 
 /// Rows that are prepared together: few enough to stay in a processor's cache.
 const BAND_PX: usize = 32;
@@ -26,7 +26,7 @@ pub(crate) fn ordinary_light(
     memory: &mut MeshMemory,
 ) -> Vec<f32> {
     let (width, height) = (renderer.model.camera.width_px, renderer.model.camera.height_px);
-    let (mut view, mut seen) = (View::new(scene, memory), Seen::nothing());
+    let (mut view, mut hits) = (View::new(scene, memory), PixelHits::nothing());
     let mut levels = vec![0.0; width * height];
     let mut band = LitPixels::none(width, height);
     let board = match scene.scene {
@@ -42,12 +42,12 @@ pub(crate) fn ordinary_light(
         }
         for (word, stretch) in row.chunks_mut(WORD_PX).enumerate() {
             let (u, n) = (word * WORD_PX, stretch.len().next_multiple_of(MAP_STEP_PX));
-            renderer.rays.read(u, v, seen.rays_mut(n));
+            renderer.rays.read(u, v, hits.rays_mut(n));
             if board.is_none() {
-                view.see(u, v, n, &mut seen);
+                view.see(u, v, n, &mut hits);
             }
             for (lane, slot) in stretch.iter_mut().enumerate() {
-                let reflectance = seen_reflectance(renderer, board.as_ref(), &seen, lane);
+                let reflectance = seen_reflectance(renderer, board.as_ref(), &hits, lane);
                 *slot =
                     (white_level / WHITE_REFLECTANCE * reflectance * illumination(renderer, u + lane, v)) as f32;
             }
@@ -64,12 +64,12 @@ fn illumination(renderer: &Renderer, u: usize, v: usize) -> f64 {
 }
 
 /// Mean reflectance of what a pixel sees: of the board if that is what stands there.
-fn seen_reflectance(renderer: &Renderer, board: Option<&Board>, seen: &Seen, lane: usize) -> f64 {
-    let ray = seen.ray(lane);
+fn seen_reflectance(renderer: &Renderer, board: Option<&Board>, hits: &PixelHits, lane: usize) -> f64 {
+    let ray = hits.ray(lane);
     if let Some(board) = board {
         return board_reflectance(renderer, board, &ray);
     }
-    if seen.reach[lane].is_nan() { 0.0 } else { seen.reflectance[lane] * -seen.normal(lane).dot(&ray.normalize()) }
+    if hits.reach[lane].is_nan() { 0.0 } else { hits.reflectance[lane] * -hits.normal(lane).dot(&ray.normalize()) }
 }
 
 /// One sample where the target is plain around the pixel, a square of samples with soft edges elsewhere.

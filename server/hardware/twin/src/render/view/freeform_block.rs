@@ -7,7 +7,7 @@ use crate::params::PART_REFLECTANCE;
 use crate::part::freeform::{Freeform, Hill};
 use crate::render::view::block::{Block, NOTHING, exp};
 use crate::render::view::lit_pixels::WORD_PX;
-use crate::render::view::seen::Seen;
+use crate::render::view::pixel_hits::PixelHits;
 
 /// Newton steps from a guess; from the tangent plane of the row above two suffice, from the bare plate five.
 const MAX_STEPS: usize = 8;
@@ -39,14 +39,14 @@ struct Search {
 }
 
 impl Above {
-    /// [`crate::render::view::seen::View::see`] of hills.
+    /// [`crate::render::view::pixel_hits::View::see`] of hills.
     pub(crate) fn see(
         &mut self,
         part: &Freeform,
         moved: &Vector3<f64>,
         (u, v): (usize, usize),
         n: usize,
-        seen: &mut Seen,
+        hits: &mut PixelHits,
     ) {
         let (word, first) = (u / WORD_PX, u % WORD_PX);
         if self.words.len() <= word {
@@ -59,30 +59,30 @@ impl Above {
         }
         above.row = v;
         let plate_offset = part.plate.normal().dot(&(part.plate.point_mm + moved));
-        guess(above, first, &part.plate.normal(), plate_offset, n, seen);
+        guess(above, first, &part.plate.normal(), plate_offset, n, hits);
         let from = part.plate.local(&(-moved - part.plate.point_mm));
         let mut search =
             Search { from, way: [NOTHING; 3], at: [NOTHING; 2], height: NOTHING, slope: [NOTHING; 2] };
-        descend(part, n, &mut search, seen);
+        descend(part, n, &mut search, hits);
         for lane in 0..n {
-            if seen.reach[lane].is_nan() {
-                match part.hit(&-moved, &seen.ray(lane)) {
-                    Some(hit) => seen.put(lane, hit.reach, &hit.normal, hit.reflectance),
+            if hits.reach[lane].is_nan() {
+                match part.hit(&-moved, &hits.ray(lane)) {
+                    Some(hit) => hits.put(lane, hit.reach, &hit.normal, hit.reflectance),
                     None => continue,
                 }
             }
         }
-        above.keep(first, n, seen);
+        above.keep(first, n, hits);
     }
 }
 
 impl AboveWord {
-    fn keep(&mut self, first: usize, n: usize, seen: &Seen) {
+    fn keep(&mut self, first: usize, n: usize, hits: &PixelHits) {
         self.offset[..first].fill(f64::NAN);
         self.offset[first + n..].fill(f64::NAN);
         for lane in 0..n {
-            let normal = seen.normal(lane);
-            self.offset[first + lane] = normal.dot(&seen.ray(lane)) * seen.reach[lane];
+            let normal = hits.normal(lane);
+            self.offset[first + lane] = normal.dot(&hits.ray(lane)) * hits.reach[lane];
             (0..3).for_each(|axis| self.normal[axis][first + lane] = normal[axis]);
         }
     }
@@ -96,11 +96,11 @@ fn guess(
     plate_normal: &Vector3<f64>,
     plate_offset_mm: f64,
     n: usize,
-    seen: &mut Seen,
+    hits: &mut PixelHits,
 ) {
     let [nx, ny, nz] = above.normal.each_ref().map(|axis| &axis[first..first + n]);
     let offset = &above.offset[first..first + n];
-    let Seen { rays: [x, y], reach, .. } = seen;
+    let PixelHits { rays: [x, y], reach, .. } = hits;
     let (x, y, reach) = (&x[..n], &y[..n], &mut reach[..n]);
     for lane in 0..n {
         let tangent = offset[lane] / (nx[lane] * x[lane] + ny[lane] * y[lane] + nz[lane]);
@@ -112,13 +112,13 @@ fn guess(
 /// Newton steps for all rays at once; reaches become not a number where they do not converge or where the bound on the
 /// curvature does not prove that the ray meets nothing before ([`Freeform::hit_from`] is the same for one ray).
 #[multiversion(targets("x86_64+avx2"))]
-fn descend(part: &Freeform, n: usize, search: &mut Search, seen: &mut Seen) {
+fn descend(part: &Freeform, n: usize, search: &mut Search, hits: &mut PixelHits) {
     let Search { from, way, at, height, slope } = search;
     let [wx, wy, wz] = way.each_mut().map(|axis| &mut axis[..n]);
     let [ax, ay] = at.each_mut().map(|axis| &mut axis[..n]);
     let [sx, sy] = slope.each_mut().map(|axis| &mut axis[..n]);
-    let (height, reach) = (&mut height[..n], &mut seen.reach[..n]);
-    let [x, y] = seen.rays.each_ref().map(|axis| &axis[..n]);
+    let (height, reach) = (&mut height[..n], &mut hits.reach[..n]);
+    let [x, y] = hits.rays.each_ref().map(|axis| &axis[..n]);
     let axes = &part.plate.axes;
     for (axis, way) in [&mut *wx, &mut *wy, &mut *wz].into_iter().enumerate() {
         turn([axes[(0, axis)], axes[(1, axis)], axes[(2, axis)]], x, y, way);
@@ -136,7 +136,7 @@ fn descend(part: &Freeform, n: usize, search: &mut Search, seen: &mut Seen) {
             break;
         }
     }
-    let ([nx, ny, nz], reflectance) = (&mut seen.normal, &mut seen.reflectance[..n]);
+    let ([nx, ny, nz], reflectance) = (&mut hits.normal, &mut hits.reflectance[..n]);
     keep_proven(part, from.z, [wx, wy, wz], [sx, sy], height, reach);
     for (axis, normal) in [nx, ny, nz].into_iter().enumerate() {
         lean([axes[(axis, 0)], axes[(axis, 1)], axes[(axis, 2)]], sx, sy, &mut normal[..n]);

@@ -16,7 +16,7 @@ use crate::render::renderer::Renderer;
 use crate::render::sensor::FULL_SCALE;
 use crate::render::view::block::{Block, NOTHING, exp};
 use crate::render::view::lit_pixels::LitPixels;
-use crate::render::view::seen::{MeshMemory, Seen, View};
+use crate::render::view::pixel_hits::{MeshMemory, PixelHits, View};
 
 /// A scene where the stage has carried it.
 #[derive(Clone, Copy)]
@@ -94,13 +94,13 @@ fn light_of_order(
 ) {
     let width = renderer.model.camera.width_px;
     let light = OrderLight::new(renderer, order_idx);
-    let (mut seen, mut sheet) = (Seen::nothing(), SheetBlock::nothing());
+    let (mut hits, mut sheet) = (PixelHits::nothing(), SheetBlock::nothing());
     let mut shine = Shine { level: NOTHING, source: [NOTHING; 3] };
     for (u, v, n) in may_be_lit.stretches(MAP_STEP_PX) {
-        view.aim(renderer, u, v, n, &mut seen);
-        view.see(u, v, n, &mut seen);
+        view.aim(renderer, u, v, n, &mut hits);
+        view.see(u, v, n, &mut hits);
         renderer.sheets[order_idx].read(u, v, n, &mut sheet);
-        if !fall(&light, &seen, &sheet, n, &mut shine) {
+        if !fall(&light, &hits, &sheet, n, &mut shine) {
             continue;
         }
         let inside = n.min(width - u);
@@ -108,7 +108,7 @@ fn light_of_order(
         if bits == 0 {
             continue;
         }
-        let bits = view.lights(&shine.source, &seen, n, bits);
+        let bits = view.lights(&shine.source, &hits, n, bits);
         add_light(&shine.level, bits, &mut levels[v * width + u..][..inside]);
         lit.add_bits(u, v, bits);
     }
@@ -151,11 +151,11 @@ fn add_light(level: &Block, bits: u64, row: &mut [f32]) {
 ///
 /// The laser's power drops at the ends of its fan as 1 − (φ/φ_max)¹⁶.
 #[multiversion(targets("x86_64+avx2"))]
-fn fall(light: &OrderLight, seen: &Seen, sheet: &SheetBlock, n: usize, shine: &mut Shine) -> bool {
+fn fall(light: &OrderLight, hits: &PixelHits, sheet: &SheetBlock, n: usize, shine: &mut Shine) -> bool {
     let Grating { source_mm, axis, fan, normal, gap_mm, .. } = &light.grating;
     let [axis_incidence, fan_incidence] = [axis.dot(normal), fan.dot(normal)];
     let Shine { level, source: [qx, qy, qz] } = shine;
-    let Seen { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = seen;
+    let PixelHits { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = hits;
     let (mut across, mut reached) = (NOTHING, false);
     for lane in 0..n.min(level.len()) {
         let sigmas =

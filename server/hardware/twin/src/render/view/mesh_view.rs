@@ -11,7 +11,7 @@ use crate::part::mesh_corners::PlacedCorners;
 use crate::render::renderer::Renderer;
 use crate::render::view::block::{Block, NOTHING, ceil, floor};
 use crate::render::view::lit_pixels::{FilledCells, LitPixels, WORD_PX, bits_between, lanes};
-use crate::render::view::seen::Seen;
+use crate::render::view::pixel_hits::PixelHits;
 
 /// Most that a step in the ideal picture grows by lens distortion, with room to spare.
 const LENS_STRETCH: f64 = 1.3;
@@ -123,9 +123,9 @@ impl MeshView {
     }
 
     /// The rays of a stretch.
-    pub(crate) fn aim(&self, words_per_row: usize, (u, v): (usize, usize), n: usize, seen: &mut Seen) {
+    pub(crate) fn aim(&self, words_per_row: usize, (u, v): (usize, usize), n: usize, hits: &mut PixelHits) {
         let (word, first) = self.word(words_per_row, (u, v));
-        for (axis, rays) in seen.rays_mut(n).into_iter().zip(&word.rays) {
+        for (axis, rays) in hits.rays_mut(n).into_iter().zip(&word.rays) {
             axis.copy_from_slice(&rays[first..first + n]);
         }
     }
@@ -138,19 +138,19 @@ impl MeshView {
         words_per_row: usize,
         (u, v): (usize, usize),
         n: usize,
-        seen: &mut Seen,
+        hits: &mut PixelHits,
     ) {
         let (word, first) = self.word(words_per_row, (u, v));
-        let on_part = put_before(&word.reach[first..first + n], word.lit >> first, seen);
+        let on_part = put_before(&word.reach[first..first + n], word.lit >> first, hits);
         let mut last = (NO_TRIANGLE, Vector3::zeros());
         for lane in lanes(on_part) {
             let idx = word.triangle[first + lane];
             if last.0 != idx {
                 // All of a triangle shows the camera the same side.
                 let normal = mesh.plate.axes * mesh.solid.normal(idx);
-                last = (idx, if normal.dot(&seen.ray(lane)) > 0.0 { -normal } else { normal });
+                last = (idx, if normal.dot(&hits.ray(lane)) > 0.0 { -normal } else { normal });
             }
-            seen.turn(lane, &last.1);
+            hits.turn(lane, &last.1);
         }
     }
 }
@@ -226,9 +226,9 @@ fn draw_facet(
 /// Puts the part before what pixels see already where it is nearer, and returns where; those that are not `asked_for` see
 /// nothing.
 #[multiversion(targets("x86_64+avx2"))]
-fn put_before(part: &[f64], asked_for: u64, seen: &mut Seen) -> u64 {
+fn put_before(part: &[f64], asked_for: u64, hits: &mut PixelHits) -> u64 {
     let mut on_part = 0;
-    for (lane, (reach, part)) in seen.reach.iter_mut().zip(part).enumerate() {
+    for (lane, (reach, part)) in hits.reach.iter_mut().zip(part).enumerate() {
         // Where the plate is not seen, its reach is not a number.
         let behind = *reach < *part;
         let nearer = (*part < f64::INFINITY) & !behind;

@@ -7,4 +7,4 @@ pub(crate) mod freeform_block;
 pub(crate) mod laser_image;
 pub(crate) mod lit_pixels;
 pub(crate) mod mesh_view;
-pub(crate) mod seen;
+pub(crate) mod pixel_hits;

@@ -6,7 +6,7 @@ use std::path::Path;
 use image::RgbImage;
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use nalgebra::Vector2;
-use twin::{Darkroom, Exposure, Renderer, Scene, TruthPoint};
+use twin::{Exposure, ExposureBuffers, Renderer, Scene, TruthPoint};
 use vision::{CentrelinePoint, GreyImage, Pixels};
 
 /// Shares of a red diode's light in the red, green and blue pixels of a phone's camera.
@@ -25,7 +25,7 @@ pub fn photograph(
     laser: [f32; 3],
     picture: u64,
 ) -> RgbImage {
-    let mut darkroom = Darkroom::default();
+    let mut buffers = ExposureBuffers::default();
     let colours = [0, 1, 2].map(|c| {
         let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
         let exposure = Exposure {
@@ -38,7 +38,7 @@ pub fn photograph(
             bits: 8,
             picture: 3 * picture + c as u64,
         };
-        renderer.expose(&exposure, &mut darkroom, &mut image);
+        renderer.expose(&exposure, &mut buffers, &mut image);
         image
     });
     let (width, height) = (colours[0].width() as u32, colours[0].height() as u32);

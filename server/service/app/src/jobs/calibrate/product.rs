@@ -10,10 +10,10 @@ use serde_json::{Value, json};
 use station::wall_clock::now_ms;
 use store::{ArtifactId, CalibrationRecord, Change, ResultRef};
 
-use crate::calibrations::residuals::{RESIDUALS, Residuals};
 use crate::jobs::calibrate::CALIBRATION;
 use crate::jobs::{CalibrateInput, ComputeContext, Done, JobEnd};
 use crate::progress::Phase;
+use crate::resources::calibrations::residuals::{RESIDUALS, Residuals};
 use pipeline::Features;
 use pipeline::{Calibrated, calibrate_features, read_features};
 use report::calibration_page;

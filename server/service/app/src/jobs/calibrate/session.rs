@@ -12,8 +12,8 @@ use crate::error::AppError;
 use crate::jobs::calibrate::station::{make_folders, write_capture};
 use crate::jobs::{CalibrateInput, ComputeContext, JobEnd, JobInput, Source};
 use crate::progress::Phase;
+use crate::resources::stored_scan::disk_problem;
 use crate::sessions::{Picture, Session, Sessions};
-use crate::stored_scan::disk_problem;
 
 /// Writes the session's readable pictures as the capture folder `folder`.
 pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &Path) -> Result<(), JobEnd> {

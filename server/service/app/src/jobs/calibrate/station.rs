@@ -8,15 +8,15 @@ use capture::{
 };
 use station::StampedFrame;
 
-use crate::captures::without_folder;
 use crate::config::AppConfig;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::calibrate::N_POSES;
 use crate::jobs::{CalibrateInput, JobEnd, StationContext};
 use crate::progress::{Phase, Step};
+use crate::resources::captures::without_folder;
+use crate::resources::stored_scan::disk_problem;
 use crate::sessions::photographer::{Exposures, Photographer};
 use crate::sessions::virtual_operator::VirtualOperator;
-use crate::stored_scan::disk_problem;
 
 /// Folders of a calibration's pictures.
 pub(super) const FOLDERS: [&str; 3] = ["board", "laser", "stage"];

@@ -9,7 +9,7 @@ mod prediction;
 use optics::Calibration;
 use station::StationStatus;
 
-pub use crate::scan_run::{ScanPlan, ScanRun};
+pub use crate::resources::scan_run::{ScanPlan, ScanRun};
 pub use pace::{Pace, TIMING};
 
 use crate::error::AppError;

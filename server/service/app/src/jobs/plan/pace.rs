@@ -1,5 +1,6 @@
 //! How fast this machine works, as its last scans tell.
 
+use statistics::median;
 use store::{Page, ScanFilter, ScanRecord, ScanState};
 
 use super::params::{EVALUATION_S_PER_FRAME, MEASURING_S, PACE_SCANS, PASSES, ROW_OVERHEAD_S};
@@ -57,7 +58,7 @@ impl Pace {
                 let timing = &scan.report[TIMING];
                 Some(timing[key].as_f64()? / timing[per].as_f64().filter(|n| *n > 0.0)?)
             });
-            median(values.filter(|value| value.is_finite()).collect())
+            median(&mut values.filter(|value| value.is_finite()).collect::<Vec<f64>>())
         };
         Self {
             row_overhead_s: told("waiting_s", "rows_taken", true).map_or(unknown.row_overhead_s, |s| s.max(0.0)),
@@ -74,17 +75,12 @@ fn mode_of(scan: &ScanRecord) -> Option<ScanMode> {
     ScanRun::of(scan).ok()?.plan.map(|plan| plan.mode)
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
-}
-
 #[cfg(test)]
 mod tests {
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::scan_run::stored_by_the_station;
+    use crate::resources::scan_run::stored_by_the_station;
 
     fn scan(mode: &str, timing: Value) -> ScanRecord {
         ScanRecord {

@@ -4,6 +4,7 @@ use nalgebra::{Vector2, Vector3};
 use optics::Calibration;
 use scanning::depth_envelope;
 use station::StationStatus;
+use statistics::median;
 use vision::LineDirection;
 
 use super::params::{CLOUD_POINT_BYTES, DISPLAY_POINT_BYTES, EXPECTED_SIGMA_PX, PEAK_BYTES, PREDICTION_STEP_PX};
@@ -79,8 +80,7 @@ fn median_sigma_mm(calibration: &Calibration, direction: LineDirection) -> Optio
             sigmas_mm.push(noise_mm.hypot(systematic_mm));
         }
     }
-    sigmas_mm.sort_by(f64::total_cmp);
-    sigmas_mm.get(sigmas_mm.len() / 2).copied()
+    median(&mut sigmas_mm)
 }
 
 /// Room that a scan needs: peaks twice (in the making and stored), cloud, display points, and the pictures twice.

@@ -13,7 +13,7 @@ use twin::{StationModel, StationShape};
 
 use super::*;
 use crate::jobs::ScanSource;
-use crate::measurements::{MeasureInput, ScanPurpose};
+use crate::resources::measurements::{MeasureInput, ScanPurpose};
 
 fn calibration() -> Calibration {
     let model = StationModel::seeded(7, &StationShape::default()).unwrap();

@@ -5,6 +5,7 @@
 //! as that one was in time, and while it reports nothing, the clock goes on until the earlier one had gone on.
 
 use serde_json::{Value, json};
+use statistics::median;
 
 /// Knots of a timeline: enough for every phase of every job, few enough to be kept with its record.
 const KNOTS_LIMIT: usize = 128;
@@ -68,8 +69,7 @@ impl Forecast {
         let number = |value: &Value| value.as_f64().filter(|number| number.is_finite() && *number > 0.0);
         let mut per_size: Vec<f64> =
             kept.iter().filter_map(|one| Some(number(&one["took_s"])? / number(&one["size"])?)).collect();
-        per_size.sort_by(f64::total_cmp);
-        let expected_s = per_size.get(per_size.len() / 2)? * size;
+        let expected_s = median(&mut per_size)? * size;
         let newest = kept.iter().find(|one| number(&one["took_s"]).is_some())?;
         let took_s = number(&newest["took_s"])?;
         let told: Vec<(f64, f64)> = serde_json::from_value(newest["knots"].clone()).ok()?;

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use station::cancel::CancelFlag;
 use store::JobRecord;
 
+use crate::access::lease::Authority;
 use crate::jobs::input::JobInput;
 use crate::jobs::queue::board::Board;
-use crate::lease::Authority;
 
 /// A job that waits.
 #[derive(Clone)]

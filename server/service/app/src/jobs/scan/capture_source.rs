@@ -4,13 +4,13 @@ use capture::Capture;
 use scanning::Frames as _;
 use store::{FinishedFile, ScanState};
 
-use crate::calibrations::stored::stored_document;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{Pace, ScanRun};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, evaluated_share, made_scan};
 use crate::jobs::{ComputeContext, JobEnd, RecordedFrames, ScanInput, ScanMode};
 use crate::progress::Phase;
-use crate::stored_scan::{disk_problem, new_id, stored_peaks};
+use crate::resources::calibrations::stored::stored_document;
+use crate::resources::stored_scan::{disk_problem, new_id, stored_peaks};
 use pipeline::{open_capture, write_capture_peaks};
 
 /// Share of the job that reading the pictures takes.

@@ -5,14 +5,14 @@ use std::time::Instant;
 use serde_json::json;
 use store::{Change, MeasurementRecord, ResultRef};
 
-use crate::calibrations::stored::stored_document;
 use crate::jobs::plan::TIMING;
 use crate::jobs::scan::{MadeScan, SCAN};
 use crate::jobs::{ComputeContext, Done, JobEnd};
-use crate::measurements::parts::{planned_measurements, verdict_of};
-use crate::measurements::{changes, planned_measurement};
 use crate::progress::Phase;
-use crate::stored_scan::stored_cloud;
+use crate::resources::calibrations::stored::stored_document;
+use crate::resources::measurements::parts::{planned_measurements, verdict_of};
+use crate::resources::measurements::{changes, planned_measurement};
+use crate::resources::stored_scan::stored_cloud;
 
 /// A scan and the measurements its plan asks for.
 pub struct Measured {

@@ -7,10 +7,10 @@ use scanning::Frames as _;
 use scanning::files::peaks::PeaksFile;
 use store::Change;
 
-use crate::captures::CaptureOrigin;
 use crate::config::AppConfig;
 use crate::error::AppError;
 use crate::jobs::ComputeContext;
+use crate::resources::captures::CaptureOrigin;
 
 /// Folder of the pictures within the capture.
 const FOLDER: &str = "scan";

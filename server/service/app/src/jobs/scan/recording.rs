@@ -24,7 +24,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::scan::pictures::picture_path;
 use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::{JobEnd, StationContext};
-use crate::stored_scan::disk_problem;
+use crate::resources::stored_scan::disk_problem;
 
 /// Frames that wait for a thread, and results that wait to be shown: each holds a buffer of the station, which
 /// keeps sixteen beside those of its own recorder.

@@ -22,7 +22,7 @@ use crate::jobs::plan::TIMING;
 use crate::jobs::scan::counted::CountedFrames;
 use crate::jobs::{ComputeContext, JobEnd};
 use crate::progress::Phase;
-use crate::stored_scan::disk_problem;
+use crate::resources::stored_scan::disk_problem;
 use pipeline::{check_camera, evaluated_scan, write_scan_cloud};
 use report::tables::scan_json;
 

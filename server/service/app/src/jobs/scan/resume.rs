@@ -6,9 +6,9 @@ use store::{ScanRecord, ScanState};
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{ScanPlan, ScanRun};
 use crate::jobs::{JobEnd, ScanInput, ScanMode, StationContext};
-use crate::measurements::{MeasureInput, ScanPurpose};
 use crate::progress::Phase;
-use crate::stored_scan::stored_peaks;
+use crate::resources::measurements::{MeasureInput, ScanPurpose};
+use crate::resources::stored_scan::stored_peaks;
 
 /// The part of a scan that is there.
 pub struct Earlier {

@@ -10,7 +10,6 @@ use scanning::{Frames as _, label_frame};
 use serde_json::{Value, json};
 use store::{ArtifactId, ScanState};
 
-use crate::calibrations::stored::stored_document;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::plan::{Pace, ScanPlan, ScanRun, TIMING, mode_of, plan};
 use crate::jobs::scan::acquisition::{gaps, take_frames};
@@ -22,9 +21,10 @@ use crate::jobs::scan::work::{Work, WorkNote};
 use crate::jobs::scan::writing::{Kept, NewPeaks};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, TAKEN, evaluated_share, made_scan, scan_changes};
 use crate::jobs::{JobEnd, ScanInput, ScanMode, ScanSource, StationContext};
-use crate::measurements::parts::planned_measurements;
 use crate::progress::Phase;
-use crate::stored_scan::{disk_problem, new_id, stored_peaks};
+use crate::resources::calibrations::stored::stored_document;
+use crate::resources::measurements::parts::planned_measurements;
+use crate::resources::stored_scan::{disk_problem, new_id, stored_peaks};
 
 /// What a scan is called if nobody gives it a name.
 const DEFAULT_NAME: &str = "scan";

@@ -16,7 +16,7 @@ use crate::error::{AppError, ErrorKind};
 use crate::jobs::scan::writing::NewPeaks;
 use crate::jobs::scan::{pictures, scan_changes};
 use crate::ledger::Ledger;
-use crate::stored_scan::disk_problem;
+use crate::resources::stored_scan::disk_problem;
 
 const FOLDER: &str = "work";
 const NOTE: &str = "scan.json";

@@ -11,7 +11,7 @@ use scanning::files::peaks::PeaksWriter;
 
 use crate::error::AppError;
 use crate::jobs::scan::timing::Timing;
-use crate::stored_scan::disk_problem;
+use crate::resources::stored_scan::disk_problem;
 
 /// Records that wait for the disk: a system that writes back lets a writer wait up to a fifth of a second, a tenth is
 /// common; at 500 frames/s this is an eighth. A full queue holds back those before it.

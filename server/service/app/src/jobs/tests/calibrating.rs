@@ -9,16 +9,16 @@ use store::ArtifactId;
 use twin::Scene;
 
 use super::*;
-use crate::calibrations::Calibrations;
+use crate::access::principal::Principal;
 use crate::jobs::calibrate::{SolveSession, solve_input};
 use crate::jobs::{CalibrateInput, JobInput, Source};
-use crate::principal::Principal;
 use crate::progress::Silent;
+use crate::resources::calibrations::Calibrations;
 use crate::sessions::{NewSession, Sessions, VirtualBoard};
 use pipeline::{calibrate_features, open_capture, read_features};
 
 /// What the joint fit of camera, boards and light leaves at best with corners known to 0.02 px: the processing core's
-/// own bound for calibrations (`server/cli/tests/it/rig_a.rs`).
+/// own bound for calibrations (`server/cli/tests/it/rigs/rig_a.rs`).
 const SYSTEMATIC_MM: f64 = 0.020;
 
 fn from_station() -> CalibrateInput {

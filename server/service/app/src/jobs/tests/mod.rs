@@ -16,11 +16,11 @@ use station::StationHandle;
 use store::{JobState, Store};
 use twin::{StationModel, StationShape, TwinOptions, TwinStation};
 
-use crate::captures::Captures;
+use crate::access::lease::ControlDesk;
 use crate::config::AppConfig;
 use crate::jobs::{Done, Job, JobEnd, JobInput, JobParts, JobView, Jobs, StationContext};
-use crate::lease::ControlDesk;
 use crate::ledger::Ledger;
+use crate::resources::captures::Captures;
 
 /// Longer than anything here takes on a busy machine; only a defect makes a test wait that long.
 const PATIENCE: Duration = Duration::from_secs(300);

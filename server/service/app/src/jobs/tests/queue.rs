@@ -9,10 +9,10 @@ use station::Manual;
 use store::{ArtifactId, CaptureRecord, Change, EventRecord, JobOutcome, JobRecord, Page, ResultRef};
 
 use super::*;
+use crate::access::lease::Authority;
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::queue::run::Procedure;
 use crate::jobs::{CalibrateInput, Done, JobEnd, JobInput, JobNews, Source, StationContext, queued_record};
-use crate::lease::Authority;
 use crate::progress::Phase;
 
 /// What the jobs of a test did, and whether they may end.

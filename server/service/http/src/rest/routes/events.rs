@@ -23,7 +23,7 @@ use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::header_text;
 use crate::rest::extract::ApiQuery;
 use crate::wire::events::{EventDto, EventListDto};
-use crate::wire::jobs::JobDto;
+use crate::wire::job::jobs::JobDto;
 use crate::wire::paging::{DamagedDto, page};
 use app::App;
 use app::jobs::JobNews;

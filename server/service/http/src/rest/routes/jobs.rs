@@ -11,7 +11,7 @@ use utoipa_axum::routes;
 use crate::problem::Problem;
 use crate::rest::control::By;
 use crate::rest::extract::{ApiPath, ApiQuery};
-use crate::wire::jobs::{JobDto, JobStateDto};
+use crate::wire::job::jobs::{JobDto, JobStateDto};
 use crate::wire::paging::{ListDto, page};
 use app::App;
 use app::use_cases;

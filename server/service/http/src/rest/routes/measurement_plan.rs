@@ -11,7 +11,7 @@ use crate::problem::Problem;
 use crate::rest::control::By;
 use crate::rest::etag::{Versioned, check};
 use crate::rest::extract::ApiJson;
-use crate::wire::measurement_plan::MeasurementPlanDto;
+use crate::wire::measurement::measurement_plan::MeasurementPlanDto;
 use app::App;
 use app::labels::label;
 use app::measurements::plan::KeptPlan;

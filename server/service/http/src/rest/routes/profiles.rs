@@ -11,7 +11,7 @@ use utoipa_axum::routes;
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::conversions::blocking;
 use crate::rest::extract::ApiPath;
-use crate::wire::profiles::{ProfileDto, ProfileListDto, ProfilePlaceDto};
+use crate::wire::scan::profiles::{ProfileDto, ProfileListDto, ProfilePlaceDto};
 use app::App;
 use app::calibrations::stored::stored_document;
 use app::stored_scan::{stored_frame, stored_positions};

@@ -15,11 +15,11 @@ use crate::rest::answers::{Reply, artifact, bytes};
 use crate::rest::control::By;
 use crate::rest::conversions::{accept_job, blocking, label};
 use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
-use crate::wire::jobs::JobDto;
-use crate::wire::measurements::VerdictDto;
+use crate::wire::job::jobs::JobDto;
+use crate::wire::measurement::measurements::VerdictDto;
 use crate::wire::paging::{ListDto, page, path_with};
-use crate::wire::scan_runs::{ScanPlanDto, ScanPurposeDto};
-use crate::wire::scans::{
+use crate::wire::scan::scan_runs::{ScanPlanDto, ScanPurposeDto};
+use crate::wire::scan::scans::{
     CloudQuery, MeshQuery, PointsQuery, RecomputeDto, ScanDto, ScanStateDto, ScansQuery, StartExportDto,
     StartScanDto, StartVerificationDto,
 };

@@ -12,8 +12,8 @@ use utoipa_axum::routes;
 use crate::problem::{Problem, ProblemKind};
 use crate::rest::answers::bytes;
 use crate::rest::openapi::document_json;
+use crate::wire::hardware::station::state_names;
 use crate::wire::service::{HealthDto, ReadyDto};
-use crate::wire::station::state_names;
 use app::App;
 
 /// The routes outside `/api/v1`.

@@ -14,14 +14,14 @@ use tempfile::TempDir;
 use tokio::runtime::Runtime;
 use twin::{StationModel, StationShape, TwinControl, TwinOptions, TwinStation};
 
-use crate::captures::Captures;
+use crate::access::lease::Authority;
 use crate::config::AppConfig;
 use crate::jobs::scan::clear_work;
 use crate::jobs::tests::as_if_elsewhere;
 use crate::jobs::{ComputeContext, Done, JobEnd, JobInput, ScanInput, ScanSource, StationContext, VerifyInput};
-use crate::lease::Authority;
 use crate::ledger::Ledger;
-use crate::measurements::ScanPurpose;
+use crate::resources::captures::Captures;
+use crate::resources::measurements::ScanPurpose;
 
 /// What a job has told so far.
 pub type Kept<T> = Arc<Mutex<Vec<T>>>;
@@ -112,7 +112,7 @@ impl Bench {
         let said = Arc::new(Mutex::new(Vec::new()));
         let (heard, wish) = (said.clone(), cancel.clone());
         let compute = ComputeContext {
-            id: crate::stored_scan::new_id(),
+            id: crate::resources::stored_scan::new_id(),
             cancel,
             config: self.config.clone(),
             ledger: self.ledger.clone(),

@@ -7,11 +7,11 @@ use store::ScanState;
 use twin::TwinFault;
 
 use super::bench::{Bench, from_station, run};
-use crate::calibrations::stored::stored_document;
 use crate::jobs::{JobEnd, ScanMode};
-use crate::measurements::MeasureInput;
-use crate::measurements::measurement;
-use crate::stored_scan::{stored_cloud, stored_frame, stored_peaks, stored_positions};
+use crate::resources::calibrations::stored::stored_document;
+use crate::resources::measurements::MeasureInput;
+use crate::resources::measurements::measurement;
+use crate::resources::stored_scan::{stored_cloud, stored_frame, stored_peaks, stored_positions};
 
 #[test]
 fn every_row_is_in_the_scan_at_its_place_and_shown_live() {

@@ -7,8 +7,8 @@ use super::bench::{Bench, from_station, resumed, run};
 use crate::jobs::plan::{Pace, TIMING};
 use crate::jobs::scan::recover;
 use crate::jobs::{JobEnd, ScanInput, ScanMode};
-use crate::measurements::MeasureInput;
-use crate::measurements::parts::{Part, part};
+use crate::resources::measurements::MeasureInput;
+use crate::resources::measurements::parts::{Part, part};
 
 fn sphere(nominal_mm: f64) -> MeasureInput {
     MeasureInput {

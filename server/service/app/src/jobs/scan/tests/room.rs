@@ -17,7 +17,7 @@ fn queue(bench: &Bench, free_bytes: Arc<AtomicU64>) -> Jobs {
         artifacts: bench.store.artifacts.clone(),
         captures: bench.captures.clone(),
         station: bench.station.clone(),
-        control: crate::lease::ControlDesk::default(),
+        control: crate::access::lease::ControlDesk::default(),
         live: bench.live.clone(),
         free_bytes: Arc::new(move || free_bytes.load(Ordering::SeqCst)),
     };

@@ -107,7 +107,7 @@ fn what_a_crash_leaves_is_a_partial_scan_that_goes_on_to_the_same_end() {
     let all = peaks(&bench, &expected);
     // The folder of a process that died while it wrote the third row.
     let note = WorkNote {
-        scan_id: crate::stored_scan::new_id(),
+        scan_id: crate::resources::stored_scan::new_id(),
         name: expected.name.clone(),
         plan: expected.plan.clone(),
         calibration_id: expected.calibration_id.clone(),

@@ -1,0 +1,208 @@
+//! Commands on single images and pixels, and the board to print.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use capture::ChannelChoice;
+use clap::{Args, ValueEnum};
+
+/// Kind of a board on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum TargetKind {
+    /// Black and white squares; the whole board must be in every picture.
+    #[default]
+    Chessboard,
+    /// With markers in the white squares: a part of the board in sight is enough.
+    Charuco,
+    /// Discs in rows and columns; all of them must be in every picture.
+    Circles,
+    /// Discs of which every other row is shifted by half their distance, as OpenCV's asymmetric grid.
+    AsymmetricCircles,
+}
+
+/// `sheaf target`.
+#[derive(Debug, Args)]
+pub struct TargetArgs {
+    /// Kind of the board.
+    #[arg(long, value_enum, default_value_t)]
+    pub kind: TargetKind,
+    /// Squares along a row (12), or circles in a row (9; asymmetric 4). One even and one odd count of squares make a
+    /// chessboard that cannot be mistaken for itself turned round.
+    #[arg(long)]
+    pub columns: Option<usize>,
+    /// Squares along a column (9), or rows of circles (7; asymmetric 11, an odd number for a grid that cannot be mistaken
+    /// for itself turned round).
+    #[arg(long)]
+    pub rows: Option<usize>,
+    /// Side of a square, or distance of neighbouring circles; asymmetric: distance of the rows.
+    #[arg(long, value_name = "MM", default_value_t = 20.0)]
+    pub square_mm: f64,
+    /// charuco: OpenCV's name of the markers' dictionary.
+    #[arg(long, default_value = "DICT_5X5_100")]
+    pub dictionary: String,
+    /// The page; the smallest of A4 to A0 that holds the board.
+    #[arg(short, long, value_name = "TARGET.pdf")]
+    pub output: PathBuf,
+}
+
+/// `sheaf triangulate`.
+#[derive(Debug, Args)]
+pub struct TriangulateArgs {
+    /// Calibration document.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: PathBuf,
+    /// Standard deviation of the pixels across their line; adds image noise to sigma_mm, which otherwise states
+    /// the calibration's own uncertainty.
+    #[arg(long, value_name = "PX", default_value_t = 0.0)]
+    pub pixel_sigma: f64,
+}
+
+/// Line direction on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum LineDirectionArg {
+    /// Lines run along rows: one crossing per column and line.
+    #[default]
+    Rows,
+    /// Lines run along columns: one crossing per row and line.
+    Columns,
+}
+
+impl From<LineDirectionArg> for vision::LineDirection {
+    fn from(arg: LineDirectionArg) -> Self {
+        match arg {
+            LineDirectionArg::Rows => Self::Rows,
+            LineDirectionArg::Columns => Self::Columns,
+        }
+    }
+}
+
+/// Line direction on the command line, where it may be either.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum DirectionArg {
+    /// Lines run along rows: one crossing per column and line.
+    #[default]
+    Rows,
+    /// Lines run along columns: one crossing per row and line.
+    Columns,
+    /// Lines run either way: each piece as it runs.
+    Both,
+}
+
+impl From<DirectionArg> for pipeline::Directions {
+    fn from(arg: DirectionArg) -> Self {
+        match arg {
+            DirectionArg::Rows => Self::One(vision::LineDirection::Rows),
+            DirectionArg::Columns => Self::One(vision::LineDirection::Columns),
+            DirectionArg::Both => Self::Both,
+        }
+    }
+}
+
+/// A rectangle on the command line: first column, first row, columns, rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RoiArg([usize; 4]);
+
+impl FromStr for RoiArg {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        const WANTED: &str = "write U,V,WIDTH,HEIGHT in whole pixels, such as 100,0,640,480";
+        let numbers: Option<Vec<usize>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+        let numbers: [usize; 4] = numbers.and_then(|numbers| numbers.try_into().ok()).ok_or(WANTED)?;
+        if numbers[2] == 0 || numbers[3] == 0 { Err(WANTED) } else { Ok(Self(numbers)) }
+    }
+}
+
+impl From<RoiArg> for pipeline::Region {
+    fn from(RoiArg([u, v, width, height]): RoiArg) -> Self {
+        Self { u, v, width, height }
+    }
+}
+
+/// Centreline method on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum CentrelineMethodArg {
+    /// Gaussian derivatives, Hessian, offset along the normal.
+    #[default]
+    Steger,
+    /// Grey-level centroid per scan column.
+    CentreOfGravity,
+}
+
+impl From<CentrelineMethodArg> for vision::CentrelineMethod {
+    fn from(arg: CentrelineMethodArg) -> Self {
+        match arg {
+            CentrelineMethodArg::Steger => Self::Steger,
+            CentrelineMethodArg::CentreOfGravity => Self::CentreOfGravity,
+        }
+    }
+}
+
+/// `sheaf centrelines`.
+#[derive(Debug, Args)]
+pub struct CentrelinesArgs {
+    /// Images: PNG, TIFF, BMP or JPEG, 8 or 16 bit, grey or colour.
+    #[arg(required_unless_present = "pairs", value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Folder for both: a CSV and a picture with the lines drawn over it (NAME-lines.png) per image.
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["csv", "picture"])]
+    pub output: Option<PathBuf>,
+    /// Folder for one CSV per image: u_px,v_px,sigma_px,intensity,width_px.
+    #[arg(long, value_name = "DIR")]
+    pub csv: Option<PathBuf>,
+    /// Folder for one picture per image with the lines drawn over it.
+    #[arg(long, value_name = "DIR")]
+    pub picture: Option<PathBuf>,
+    /// Which way the lines run.
+    #[arg(long, alias = "line-direction", value_enum, default_value_t)]
+    pub direction: DirectionArg,
+    /// How the centre is found.
+    #[arg(long, value_enum, default_value_t)]
+    pub method: CentrelineMethodArg,
+    /// What is looked at of colour pictures: red, green, blue, luma, red-minus-others (or green-, blue-), or auto, decided
+    /// from the pictures and said in the output.
+    #[arg(long, value_name = "CHANNEL", default_value_t)]
+    pub channel: ChannelChoice,
+    /// Pictures with the laser off, taken away before lines are looked for: one for all images, or one for each in their
+    /// order.
+    #[arg(long, value_name = "IMAGE", num_args = 1..)]
+    pub background: Vec<PathBuf>,
+    /// A list of images with their backgrounds instead: one pair a line, LASER_ON,LASER_OFF, relative to the list's folder.
+    #[arg(long, value_name = "LIST.csv", conflicts_with_all = ["images", "background"])]
+    pub pairs: Option<PathBuf>,
+    /// Keeps points inside a rectangle only: first column, first row, columns, rows.
+    #[arg(long, value_name = "U,V,WIDTH,HEIGHT")]
+    pub roi: Option<RoiArg>,
+    /// Fewest points of a piece of line.
+    #[arg(long, value_name = "POINTS", default_value_t = 1)]
+    pub min_length: usize,
+    /// Least median height of a piece over its surroundings, in grey levels; 4 of 255 of JPEG if not given, else 0.
+    #[arg(long, value_name = "LEVELS")]
+    pub min_contrast: Option<f32>,
+}
+
+/// `sheaf corners`.
+#[derive(Debug, Args)]
+pub struct CornersArgs {
+    /// Images: PNG, TIFF, BMP or JPEG, 8 or 16 bit, grey or colour.
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Kind of the board.
+    #[arg(long, value_enum, default_value_t)]
+    pub kind: TargetKind,
+    /// chessboard: inner corners along a board row; charuco: squares; circles: circles.
+    #[arg(long)]
+    pub columns: usize,
+    /// The same along a board column.
+    #[arg(long)]
+    pub rows: usize,
+    /// charuco: side of a marker over the side of a square.
+    #[arg(long, default_value_t = 0.7)]
+    pub marker_share: f64,
+    /// charuco: OpenCV's name of the markers' dictionary.
+    #[arg(long, default_value = "DICT_5X5_100")]
+    pub dictionary: String,
+    /// Folder for one CSV per image: row,column,u_px,v_px,sigma_px.
+    #[arg(long, value_name = "DIR")]
+    pub csv: PathBuf,
+}

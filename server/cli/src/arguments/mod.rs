@@ -1,0 +1,132 @@
+//! The command line: what can be asked of `sheaf`, as types.
+
+mod bench;
+mod calibrate;
+mod images;
+mod scan;
+mod service;
+mod simulation;
+
+use std::convert::Infallible;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, Parser, Subcommand};
+
+pub use bench::{
+    BenchArgs, BenchBoardsArgs, BenchCentrelinesArgs, BenchCloudArgs, BenchProfilesArgs, BenchServerArgs,
+    BenchStreamArgs, BenchSubject,
+};
+pub use calibrate::CalibrateArgs;
+pub use images::{CentrelinesArgs, CornersArgs, LineDirectionArg, TargetArgs, TargetKind, TriangulateArgs};
+pub use scan::{MeasureArgs, ScanArgs};
+pub use service::{OpenapiArgs, ServeArgs, SettingsArgs};
+pub use simulation::{
+    DemoArgs, StationArgs, Study, StudyArgs, StudyPaperArgs, TwinAction, TwinArgs, TwinCaptureArgs,
+};
+
+/// Printed below every `--help`.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done (with a tolerance: OK)
+  1  internal error
+  2  wrong usage of the command line
+  3  bad input: a file is missing, damaged, malformed or of the wrong size
+  4  the data cannot carry the result: the quantity that stays undetermined is named
+  5  measured: NOT OK
+  6  measured: UNDECIDED (the tolerance lies inside the uncertainty, the uncertainty
+     is incomplete, or the model does not fit)
+
+Results go to stdout, progress and messages to stderr. With --json stdout holds exactly one JSON value:
+the result, or {\"problem\": …} naming what, file, entry, cause and remedy.";
+
+/// Multi-line laser scanning: a folder of pictures in, a calibrated scanner and measured parts out.
+#[derive(Debug, Parser)]
+#[command(name = "sheaf", version, about, after_help = EXIT_CODES, propagate_version = true)]
+pub struct Cli {
+    /// How to talk.
+    #[command(flatten)]
+    pub voice: Voice,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// How to talk.
+#[derive(Debug, Clone, Args)]
+pub struct Voice {
+    /// Print the result as one JSON value on stdout, or write it to FILE.
+    #[arg(long, global = true, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
+    pub json: Option<JsonTo>,
+    /// No progress and no notes on stderr; warnings and errors remain.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+/// Where the result goes as JSON.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum JsonTo {
+    /// Onto stdout, instead of the text.
+    Stdout,
+    /// Into a file, beside the text on stdout.
+    File(PathBuf),
+}
+
+impl FromStr for JsonTo {
+    type Err = Infallible;
+
+    fn from_str(argument: &str) -> Result<Self, Infallible> {
+        Ok(if argument == "-" { Self::Stdout } else { Self::File(argument.into()) })
+    }
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Calibrate camera, light sheets and stage from a capture folder.
+    #[command(after_help = EXIT_CODES)]
+    Calibrate(CalibrateArgs),
+    /// Turn a scan of a capture folder into a point cloud, and into a mesh if asked.
+    #[command(after_help = EXIT_CODES)]
+    Scan(ScanArgs),
+    /// Triangulate labelled pixels: CSV with order,u_px,v_px on stdin, the same rows with x_mm,y_mm,z_mm,sigma_mm
+    /// (camera frame) on stdout.
+    #[command(after_help = EXIT_CODES)]
+    Triangulate(TriangulateArgs),
+    /// Find the laser lines of images with sub-pixel accuracy.
+    #[command(after_help = EXIT_CODES)]
+    Centrelines(CentrelinesArgs),
+    /// Write a calibration board as a PDF page, true to scale, with a ruler to check the print.
+    #[command(after_help = EXIT_CODES)]
+    Target(TargetArgs),
+    /// Find the corners of a chessboard or ChArUco board, or the centres of a circle grid, in images.
+    #[command(after_help = EXIT_CODES)]
+    Corners(CornersArgs),
+    /// Measure a point cloud: value, uncertainty and, with a tolerance, the verdict.
+    #[command(after_help = EXIT_CODES)]
+    Measure(MeasureArgs),
+    /// Numerical studies of the method.
+    #[command(after_help = EXIT_CODES)]
+    Study(StudyArgs),
+    /// How fast this machine does what a scan does for every frame.
+    #[command(after_help = EXIT_CODES)]
+    Bench(BenchArgs),
+    /// The simulated station.
+    #[command(after_help = EXIT_CODES)]
+    Twin(TwinArgs),
+    /// Render a small station, calibrate it by all three models, scan two parts, compare with the truth.
+    #[command(after_help = EXIT_CODES)]
+    Demo(DemoArgs),
+    /// The service: REST under /api/v1, live stream, API page at /docs; prints its URL once it listens. SHEAF_LOG sets
+    /// what is logged.
+    #[command(after_help = EXIT_CODES)]
+    Serve(ServeArgs),
+    /// The configuration in force, and where each value came from.
+    #[command(after_help = EXIT_CODES)]
+    Config(SettingsArgs),
+    /// What is attached to this computer, and the setting that chooses it. Opens nothing.
+    #[command(after_help = EXIT_CODES)]
+    Devices,
+    /// The document of the service's API (OpenAPI).
+    Openapi(OpenapiArgs),
+}

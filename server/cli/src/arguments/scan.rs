@@ -1,0 +1,85 @@
+//! `sheaf scan` and `sheaf measure`: from a capture to a cloud, from a cloud to a verdict.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+/// `sheaf scan`.
+#[derive(Debug, Args)]
+pub struct ScanArgs {
+    /// Capture folder, with `capture.json`.
+    pub capture: PathBuf,
+    /// Calibration document.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: PathBuf,
+    /// Name of the scan in the capture.
+    #[arg(long, value_name = "NAME")]
+    pub scan: String,
+    /// Where the cloud goes: .ply, .csv, .pcd or .e57.
+    #[arg(short, long, value_name = "CLOUD.ply")]
+    pub output: PathBuf,
+    /// Also write a mesh: .stl, .glb or .ply.
+    #[arg(long, value_name = "PART.stl")]
+    pub mesh: Option<PathBuf>,
+    /// Also write a self-contained HTML report.
+    #[arg(long, value_name = "REPORT.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// What to measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ToolArg {
+    /// Distance of the dominant plane from the camera.
+    Plane,
+    /// Radius of a sphere.
+    Sphere,
+    /// Radius of a cylinder.
+    Cylinder,
+    /// Height of a face over the one that surrounds it; below zero for a pocket.
+    Step,
+    /// Distance between two parallel faces or two spheres.
+    Distance,
+    /// Angle between the two largest planes, degrees.
+    Angle,
+    /// Flatness of the dominant plane.
+    Flatness,
+}
+
+impl From<ToolArg> for metrology::Tool {
+    fn from(arg: ToolArg) -> Self {
+        match arg {
+            ToolArg::Plane => Self::Plane,
+            ToolArg::Sphere => Self::Sphere,
+            ToolArg::Cylinder => Self::Cylinder,
+            ToolArg::Step => Self::Step,
+            ToolArg::Distance => Self::Distance,
+            ToolArg::Angle => Self::Angle,
+            ToolArg::Flatness => Self::Flatness,
+        }
+    }
+}
+
+/// `sheaf measure`.
+#[derive(Debug, Args)]
+pub struct MeasureArgs {
+    /// Point cloud written by `sheaf scan`.
+    pub cloud: PathBuf,
+    /// What to measure.
+    #[arg(long, value_enum)]
+    pub tool: ToolArg,
+    /// Nominal value (mm; degrees for an angle; below zero for a pocket's depth).
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub nominal_mm: Option<f64>,
+    /// Symmetric tolerance around the nominal; asks for a verdict by ISO 14253-1.
+    #[arg(long, value_name = "MM", requires = "nominal_mm")]
+    pub tolerance_mm: Option<f64>,
+    /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_delimiter = ',', num_args = 6, allow_negative_numbers = true)]
+    pub region_mm: Option<Vec<f64>>,
+    /// Calibration document; by default the one that the cloud carries.
+    #[arg(short, long, value_name = "CAL.json")]
+    pub calibration: Option<PathBuf>,
+    /// Seed of the search; the same seed gives the same result.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}

@@ -1,0 +1,250 @@
+//! `sheaf centrelines`: laser lines of images, one CSV each, and pictures of what was found.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use capture::{Capture, ChannelBasis, LaserChannel};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use vision::{Centrelines, ChannelView};
+
+use crate::answer::exit::Exit;
+use crate::answer::output::{create_folder, file_names_after, write_file};
+use crate::arguments::CentrelinesArgs;
+use crate::commands::{Answer, failed_entry, with_failures};
+use pipeline::{Background, Failure, Finding, FoundLines, LineSearch, Reporter, channel_of, lines_of};
+use report::picture::{encode_png, overlay_by_segment};
+
+/// What is added to an image's name for the picture of its lines beside its table, so that no photograph is written over.
+const BESIDE_TABLE: &str = "-lines.png";
+
+/// What a picture is warned of whose compression lost something.
+const LOSSY: &str = "is a JPEG: its compression moves lines by 0.05 to 0.4 px, which sigma_px states only in part; \
+    faint ripples are left out (--min-contrast); record PNG, TIFF or BMP to measure";
+
+/// Finds the lines of every image. What an image shows besides, or does not show, is said in words.
+pub fn run(args: &CentrelinesArgs, reporter: &dyn Reporter) -> Result<Answer, Failure> {
+    let Job { images, backgrounds } = Job::new(args)?;
+    let csv_folder = args.csv.as_ref().or(args.output.as_ref());
+    let picture_folder = args.picture.as_ref().or(args.output.as_ref());
+    for folder in [csv_folder, picture_folder].into_iter().flatten() {
+        create_folder(folder)?;
+    }
+    let csv_paths = csv_folder.map(|folder| paths_in(folder, &images, ".csv"));
+    let ending = if args.picture.is_some() { ".png" } else { BESIDE_TABLE };
+    let picture_paths = picture_folder.map(|folder| paths_in(folder, &images, ending));
+    let directions = args.direction.into();
+    let laser = channel_of(args.channel, &images, |idx| backgrounds.of(idx), directions);
+    let search = LineSearch {
+        channel: laser.channel,
+        method: args.method.into(),
+        directions,
+        region: args.roi.map(Into::into),
+        min_points: args.min_length,
+        min_contrast: args.min_contrast,
+    };
+    let task = reporter.count("finding laser lines", "images", images.len());
+    let found: Vec<Result<ImageResult, Failure>> = (0..images.len())
+        .into_par_iter()
+        .map(|idx| {
+            let background = backgrounds.of(idx)?;
+            let found = lines_of(&images[idx], background.as_deref(), &search)?;
+            let csv = csv_paths.as_ref().map(|paths| paths[idx].as_path());
+            let picture = picture_paths.as_ref().map(|paths| paths[idx].as_path());
+            write(&found, csv, picture)?;
+            task.step();
+            Ok(ImageResult::of(&found))
+        })
+        .collect();
+    drop(task);
+    let place = |paths: &Option<Vec<PathBuf>>, idx: usize| paths.as_ref().map(|paths| paths[idx].clone());
+    let mut text = format!("{laser}\n");
+    let mut entries: Vec<Value> = Vec::new();
+    let (mut failures, mut n_points, mut has_light, mut n_lossy) = (Vec::new(), 0, false, 0);
+    for (idx, (image, result)) in images.iter().zip(found).enumerate() {
+        match result {
+            Ok(result) => {
+                let (csv, picture) = (place(&csv_paths, idx), place(&picture_paths, idx));
+                let to =
+                    csv.as_ref().or(picture.as_ref()).map(|path| path.display().to_string()).unwrap_or_default();
+                let _ = writeln!(
+                    text,
+                    "{}: {} points in {} segments → {to}",
+                    image.display(),
+                    result.n_points,
+                    result.n_segments
+                );
+                for finding in &result.findings {
+                    reporter.warn(&format!("{}: {finding}", image.display()));
+                    has_light |= matches!(finding, Finding::LightWithoutLine(_));
+                }
+                n_lossy += usize::from(result.is_lossy);
+                if result.is_lossy && n_lossy == 1 {
+                    reporter.warn(&format!("{} {LOSSY}", image.display()));
+                }
+                n_points += result.n_points;
+                entries.push(result.json(image, csv, picture));
+            }
+            Err(failure) => {
+                entries.push(failed_entry(image, &failure));
+                failures.push(failure);
+            }
+        }
+    }
+    let mut answer = with_failures(text, json!({ "channel": channel_json(&laser) }), entries, &failures);
+    if answer.exit == Exit::Done && n_points == 0 && has_light {
+        answer.exit = Exit::Unobservable;
+    }
+    Ok(answer)
+}
+
+/// The images, and where the laser is off.
+struct Job {
+    images: Vec<PathBuf>,
+    backgrounds: Backgrounds,
+}
+
+enum Backgrounds {
+    None,
+    /// One for all.
+    One(Arc<Background>),
+    /// One for each, read when it is needed.
+    Each(Vec<PathBuf>),
+}
+
+impl Backgrounds {
+    fn of(&self, idx: usize) -> Result<Option<Arc<Background>>, Failure> {
+        match self {
+            Self::None => Ok(None),
+            Self::One(background) => Ok(Some(background.clone())),
+            Self::Each(paths) => Background::read(&paths[idx]).map(|background| Some(Arc::new(background))),
+        }
+    }
+}
+
+impl Job {
+    fn new(args: &CentrelinesArgs) -> Result<Self, Failure> {
+        if let Some(list) = &args.pairs {
+            let (images, off) = read_pairs(list)?;
+            return Ok(Self { images, backgrounds: Backgrounds::Each(off) });
+        }
+        let images = args.images.clone();
+        let backgrounds = match &args.background[..] {
+            [] => Backgrounds::None,
+            [one] => Backgrounds::One(Arc::new(Background::read(one)?)),
+            each if each.len() == images.len() => Backgrounds::Each(each.to_vec()),
+            each => {
+                let what = format!("{} images and {} backgrounds", images.len(), each.len());
+                return Err(Failure::new(pipeline::FailureKind::BadParameter, what)
+                    .remedy("name one background for all images, or one for each in their order"));
+            }
+        };
+        Ok(Self { images, backgrounds })
+    }
+}
+
+/// A list of pairs: laser on, laser off, one pair a line, relative to the list's folder.
+fn read_pairs(list: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), Failure> {
+    let text = std::fs::read_to_string(list).map_err(|error| {
+        Failure::bad_input(format!("cannot read {}", list.display())).in_file(list).because(&error)
+    })?;
+    let folder = list.parent().unwrap_or(Path::new(""));
+    let rows = text.lines().enumerate().filter(|(_, row)| !row.trim().is_empty() && !row.starts_with('#'));
+    let pairs: Result<Vec<(PathBuf, PathBuf)>, Failure> = rows
+        .map(|(idx, row)| match row.split(',').map(str::trim).collect::<Vec<_>>()[..] {
+            [on, off] if !on.is_empty() && !off.is_empty() => Ok((folder.join(on), folder.join(off))),
+            _ => Err(Failure::bad_input(format!("{}, line {}: \"{row}\" is no pair", list.display(), idx + 1))
+                .in_file(list)
+                .at_entry(format!("line {}", idx + 1))
+                .remedy("write two file names with a comma between them: laser on, laser off")),
+        })
+        .collect();
+    let pairs = pairs?;
+    if pairs.is_empty() {
+        return Err(Failure::bad_input(format!("{} names no pair", list.display()))
+            .in_file(list)
+            .remedy("write one pair a line: laser on, laser off"));
+    }
+    Ok(pairs.into_iter().unzip())
+}
+
+/// What was found in an image, without its points.
+struct ImageResult {
+    n_points: usize,
+    n_segments: usize,
+    findings: Vec<Finding>,
+    is_lossy: bool,
+}
+
+impl ImageResult {
+    fn of(found: &FoundLines) -> Self {
+        let segments = &found.lines.segments;
+        Self {
+            n_points: segments.iter().map(|segment| segment.points.len()).sum(),
+            n_segments: segments.len(),
+            findings: found.findings.clone(),
+            is_lossy: found.is_lossy,
+        }
+    }
+
+    fn json(&self, image: &Path, csv: Option<PathBuf>, picture: Option<PathBuf>) -> Value {
+        let findings: Vec<Value> = self
+            .findings
+            .iter()
+            .map(|finding| json!({ "kind": finding.kind(), "text": finding.to_string() }))
+            .collect();
+        json!({ "image": image, "csv": csv, "picture": picture, "n_points": self.n_points,
+            "n_segments": self.n_segments, "findings": findings, "lossy": self.is_lossy })
+    }
+}
+
+/// The channel of a capture in colour, in one line.
+pub fn channel_text(capture: &Capture) -> String {
+    let laser = capture.laser_channel();
+    if laser.basis == ChannelBasis::GreyPictures { String::new() } else { format!("{laser}\n") }
+}
+
+/// The channel and why it is this one.
+pub fn channel_json(laser: &LaserChannel) -> Value {
+    let (basis, views) = match &laser.basis {
+        ChannelBasis::Given => ("given", None),
+        ChannelBasis::GreyPictures => ("grey_pictures", None),
+        ChannelBasis::Decided { views, .. } => ("auto", Some(views)),
+    };
+    let views: Option<Vec<Value>> = views.map(|views| {
+        let view = |view: &ChannelView| {
+            json!({ "channel": view.channel.word(), "n_laser_points": view.n_laser_points,
+                "n_other_points": view.n_other_points })
+        };
+        views.iter().map(view).collect()
+    });
+    json!({ "name": laser.channel.word(), "basis": basis, "views": views })
+}
+
+fn paths_in(folder: &Path, images: &[PathBuf], ending: &str) -> Vec<PathBuf> {
+    let names = file_names_after(images, "");
+    names.into_iter().map(|name| folder.join(format!("{}{ending}", name.trim_end_matches('.')))).collect()
+}
+
+fn write(found: &FoundLines, csv_path: Option<&Path>, picture_path: Option<&Path>) -> Result<(), Failure> {
+    if let Some(csv_path) = csv_path {
+        write_file(csv_path, csv(&found.lines).as_bytes())?;
+    }
+    if let Some(picture_path) = picture_path {
+        write_file(picture_path, &encode_png(&overlay_by_segment(&found.image, &found.lines))?)?;
+    }
+    Ok(())
+}
+
+fn csv(lines: &Centrelines) -> String {
+    let mut csv = "u_px,v_px,sigma_px,intensity,width_px\n".to_owned();
+    for point in lines.segments.iter().flat_map(|segment| &segment.points) {
+        let _ = writeln!(
+            csv,
+            "{:.5},{:.5},{:.5},{:.2},{:.3}",
+            point.u_px, point.v_px, point.sigma_px, point.intensity, point.width_px
+        );
+    }
+    csv
+}

@@ -1,0 +1,8 @@
+//! Single commands: what they write, say and refuse.
+
+pub mod bad_input;
+pub mod contract;
+pub mod lines_of_photographs;
+pub mod photographs;
+pub mod schemas;
+pub mod target;

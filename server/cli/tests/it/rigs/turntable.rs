@@ -1,0 +1,234 @@
+//! A hobby rig from pictures on disk to a measured part: two lasers, a camera, a turntable, from the command line.
+//!
+//! The pictures are drawn here: a board and a cylinder that stands off the axis, seen by a pinhole, lit by two sheets. What this
+//! does not show: speckle, blur, reflections.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use crate::common::{edit_manifest, err, path, sheaf, sheaf_json, sheaf_ok};
+use capture::write_png;
+use nalgebra::{Rotation3, Vector3};
+use optics::{Camera, CameraFrame, Motion, PointMm, RotaryAxis};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use vision::{GreyImage, Pixels};
+
+const SIZE_PX: [usize; 2] = [400, 320];
+const FOCAL_PX: f64 = 950.0;
+/// Inner corners of the board and side of a square.
+const BOARD: ([usize; 2], f64) = ([9, 6], 7.0);
+/// Where the lasers stand; their sheets hold the axis.
+const LASERS_MM: [[f64; 3]; 2] = [[-120.0, 0.0, 20.0], [110.0, 5.0, 30.0]];
+/// σ of the sheets' thickness, mm: lines 3 px wide.
+const SHEET_SIGMA_MM: f64 = 0.4;
+/// Radius of the cylinder, and how far it stands off the axis, mm.
+const CYLINDER_MM: [f64; 2] = [16.0, 3.0];
+/// Angles of the board on the table.
+const VIEWS_DEG: [f64; 7] = [-45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0];
+/// Angle between frames; 378° in all.
+const STEP_DEG: f64 = 7.0;
+const N_FRAMES: usize = 55;
+/// The axis is as near to the truth as its σ says.
+const SIGMAS: f64 = 4.0;
+
+static AXIS: LazyLock<RotaryAxis> =
+    LazyLock::new(|| RotaryAxis::new(Vector3::new(0.5, 0.0, 300.0), Vector3::new(0.01, -1.0, 0.03)));
+
+/// Where a laser stands, and the unit normal of its sheet.
+static SHEETS: LazyLock<[(Vector3<f64>, Vector3<f64>); 2]> = LazyLock::new(|| {
+    LASERS_MM.map(|laser| {
+        let laser = Vector3::from(laser);
+        (laser, AXIS.direction.cross(&(AXIS.point_mm - laser)).normalize())
+    })
+});
+
+/// A point that a ray meets: where, its unit normal, what it reflects.
+type Seen = Option<(Vector3<f64>, Vector3<f64>, f64)>;
+
+/// One picture: the mean over `grid` × `grid` rays per pixel.
+fn drawn(grid: usize, level: impl Fn(&Vector3<f64>) -> f64) -> GreyImage {
+    let camera = camera();
+    let pixel = |idx: usize| {
+        let (u, v) = ((idx % SIZE_PX[0]) as f64, (idx / SIZE_PX[0]) as f64);
+        let offset = |k: usize| (k as f64 + 0.5) / grid as f64 - 0.5;
+        let rays = (0..grid * grid).map(|k| {
+            let (x, y) = (u + offset(k % grid) - camera.cx_px, v + offset(k / grid) - camera.cy_px);
+            level(&Vector3::new(x / camera.fx_px, y / camera.fy_px, 1.0))
+        });
+        let mean = rays.sum::<f64>() / (grid * grid) as f64;
+        // A fixed unrest of one grey level, as any sensor has.
+        let unrest = (idx.wrapping_mul(2_654_435_761) >> 7) % 5;
+        (mean + unrest as f64 * 0.5).round().clamp(0.0, 255.0) as u8
+    };
+    let pixels = (0..SIZE_PX[0] * SIZE_PX[1]).map(pixel).collect();
+    GreyImage::new(SIZE_PX[0], SIZE_PX[1], Pixels::Eight(pixels)).unwrap()
+}
+
+fn camera() -> Camera {
+    let matrix = [[FOCAL_PX, 0.0, 199.5], [0.0, FOCAL_PX, 159.5], [0.0, 0.0, 1.0]];
+    Camera::from_opencv(SIZE_PX[0], SIZE_PX[1], matrix, &[])
+}
+
+fn lit(seen: Seen) -> f64 {
+    let Some((at, normal, reflects)) = seen else { return 4.0 };
+    let of_laser = |(laser, sheet): &(Vector3<f64>, Vector3<f64>)| {
+        let is_lit = normal.dot(&(laser - at)) > 0.0;
+        let off_mm = sheet.dot(&(at - AXIS.point_mm));
+        if is_lit { 200.0 * (-0.5 * (off_mm / SHEET_SIGMA_MM).powi(2)).exp() } else { 0.0 }
+    };
+    4.0 + reflects * SHEETS.iter().map(of_laser).sum::<f64>()
+}
+
+/// A board, its corner (0, 0) at `origin_mm`, its axes the columns of `turn`.
+fn on_board(turn: &Rotation3<f64>, origin_mm: &Vector3<f64>, ray: &Vector3<f64>) -> Seen {
+    let normal = turn * Vector3::z();
+    let at = ray * (normal.dot(origin_mm) / normal.dot(ray));
+    let on_board = turn.inverse() * (at - origin_mm) / BOARD.1;
+    let [columns, rows] = BOARD.0.map(|n| n as f64);
+    let inside = |value: f64, n: f64, margin: f64| value > -1.0 - margin && value < n + margin;
+    if !(inside(on_board.x, columns, 0.8) && inside(on_board.y, rows, 0.8)) {
+        return None;
+    }
+    let is_square = inside(on_board.x, columns, 0.0) && inside(on_board.y, rows, 0.0);
+    let is_dark = is_square && (on_board.x.floor() + on_board.y.floor()).rem_euclid(2.0) < 0.5;
+    Some((at, -normal, if is_dark { 0.15 } else { 0.9 }))
+}
+
+fn board_middle_mm() -> Vector3<f64> {
+    Vector3::new((BOARD.0[0] - 1) as f64, (BOARD.0[1] - 1) as f64, 0.0) * (BOARD.1 / 2.0)
+}
+
+fn on_cylinder(motion: &Motion, ray: &Vector3<f64>) -> Seen {
+    let eye = motion.part_from_camera(&PointMm::<CameraFrame>::new(Vector3::zeros())).xyz;
+    let way = motion.part_direction(ray);
+    let (along, out) = (AXIS.direction, optics::rotation::completing_frame(&AXIS.direction).0);
+    let middle = AXIS.point_mm + out * CYLINDER_MM[1];
+    let flat = |v: Vector3<f64>| v - along * along.dot(&v);
+    let (o, d) = (flat(eye - middle), flat(way));
+    let (a, b, c) = (d.dot(&d), o.dot(&d), o.dot(&o) - CYLINDER_MM[0].powi(2));
+    let root = (b * b - a * c).max(0.0).sqrt();
+    let at = eye + way * ((-b - root) / a);
+    let hits = b * b > a * c && along.dot(&(at - middle)).abs() < 24.0;
+    let normal = flat(at - middle).normalize();
+    hits.then(|| {
+        let seen = motion.camera_from_part(&PointMm::new(at)).xyz;
+        let outwards = motion.camera_from_part(&PointMm::new(at + normal)).xyz - seen;
+        (seen, outwards, 0.8)
+    })
+}
+
+/// Poses, stage views and a scan of a bit more than a turn.
+fn capture() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for of in ["board", "laser", "stage", "scan"] {
+        std::fs::create_dir(folder.path().join(of)).unwrap();
+    }
+    let put = |name: String, image: GreyImage| -> String {
+        write_png(&folder.path().join(&name), &image).unwrap();
+        name
+    };
+    let by_day = |seen: Seen| seen.map_or(70.0, |(_, _, reflects)| 230.0 * reflects);
+    let poses: Vec<Value> = (0..9)
+        .map(|idx| {
+            let angle = TAU * f64::from(idx) / 9.0;
+            let turn = Rotation3::from_euler_angles(0.42 * angle.cos(), 0.42 * angle.sin(), 0.05 * angle);
+            let centre = Vector3::new(-4.0 + 3.0 * angle.sin(), 4.0 * angle.cos(), 268.0 + 2.4 * f64::from(idx));
+            let origin = centre - turn * board_middle_mm();
+            let board = drawn(3, |ray| by_day(on_board(&turn, &origin, ray)));
+            let laser = drawn(1, |ray| lit(on_board(&turn, &origin, ray)));
+            json!({ "board": put(format!("board/{idx:03}.png"), board), "laser": put(format!("laser/{idx:03}.png"), laser) })
+        })
+        .collect();
+    let (turn, centre) = (Rotation3::from_euler_angles(0.15, 0.05, 0.0), Vector3::new(1.0, 0.0, 290.0));
+    let views: Vec<Value> = (0..)
+        .zip(VIEWS_DEG)
+        .map(|(idx, angle_deg): (usize, f64)| {
+            let motion = AXIS.motion(angle_deg.to_radians());
+            let place = |at: Vector3<f64>| motion.camera_from_part(&PointMm::new(at)).xyz;
+            let origin = centre - turn * board_middle_mm();
+            let axes =
+                [Vector3::x(), Vector3::y(), Vector3::z()].map(|way| place(origin + turn * way) - place(origin));
+            let (turned, origin) = (Rotation3::from_basis_unchecked(&axes), place(origin));
+            let board = drawn(3, |ray| by_day(on_board(&turned, &origin, ray)));
+            json!({ "board": put(format!("stage/{idx:03}.png"), board), "angle_deg": angle_deg })
+        })
+        .collect();
+    let frames: Vec<Value> = (0..N_FRAMES)
+        .map(|idx| {
+            let angle_deg = idx as f64 * STEP_DEG;
+            let motion = AXIS.motion(angle_deg.to_radians());
+            let picture = drawn(1, |ray| lit(on_cylinder(&motion, ray)));
+            json!({ "image": put(format!("scan/{idx:03}.png"), picture), "angle_deg": angle_deg })
+        })
+        .collect();
+    let manifest = json!({
+        "format": "sheaf-capture/1",
+        "camera": { "width_px": SIZE_PX[0], "height_px": SIZE_PX[1] },
+        "target": { "kind": "chessboard", "inner_columns": BOARD.0[0], "inner_rows": BOARD.0[1], "square_mm": BOARD.1 },
+        "projector": { "kind": "planes", "lines": 2, "line_direction": "columns" },
+        "stage": { "kind": "rotary", "angle_sigma_deg": 0.01 },
+        "poses": poses,
+        "stage_views": views,
+        "scans": [{ "name": "part", "frames": frames }],
+    });
+    std::fs::write(folder.path().join("capture.json"), manifest.to_string()).unwrap();
+    folder
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn two_lasers_and_a_turntable_measure_a_cylinder_from_pictures() {
+    let folder = capture();
+    let (capture, calibration) = (path(folder.path(), ""), path(folder.path(), "cal.json"));
+    let (cloud, page) = (path(folder.path(), "part.ply"), path(folder.path(), "page.html"));
+    let (made, exit) = sheaf_json(&["calibrate", &capture, "-o", &calibration, "--report", &page, "-q"]);
+    assert_eq!(exit, 0, "{made:#}");
+    axis_is_true(&made["axis"]);
+    assert!(std::fs::read_to_string(&page).unwrap().contains("Turntable"));
+    crate::commands::schemas::follows("calibration", Path::new(&calibration));
+    let (scan, exit) = sheaf_json(&["scan", &capture, "-c", &calibration, "--scan", "part", "-o", &cloud, "-q"]);
+    assert_eq!(exit, 0, "{scan:#}");
+    println!("{} points, closure {}", scan["n_points"], scan["closure"]);
+    for gap in ["same_line", "other_lines"] {
+        let rms_mm = scan["closure"][gap]["rms_mm"].as_f64().unwrap();
+        assert!(rms_mm < 0.1, "{gap}: {scan:#}");
+    }
+    let (measured, _) = sheaf_json(&["measure", &cloud, "--tool", "cylinder", "-q"]);
+    let [value, u] = ["value", "expanded_uncertainty"].map(|key| measured[key].as_f64().unwrap());
+    println!("radius {value:.4} ± {u:.4} mm");
+    assert!((value - CYLINDER_MM[0]).abs() < u && u < 0.2, "{measured:#}");
+    let text = sheaf_ok(&["scan", &capture, "-c", &calibration, "--scan", "part", "-o", &cloud, "-q"]);
+    assert!(crate::common::out(&text).contains("closure after a turn, by another line"));
+    a_linear_frame_is_named(folder.path(), &calibration);
+}
+
+/// Point and direction within their σ of the truth.
+fn axis_is_true(found: &Value) {
+    let (point, direction) = (numbers(&found["point_mm"]), numbers(&found["direction"]));
+    let (point, direction) = (Vector3::from_column_slice(&point), Vector3::from_column_slice(&direction));
+    let (first, second) = optics::rotation::completing_frame(&direction);
+    let off = AXIS.described_near(&point).point_mm - point;
+    let (shifts, tilts) = (numbers(&found["shift_sigma_mm"]), numbers(&found["tilt_sigma_deg"]));
+    for (way, (shift_mm, tilt_deg)) in [first, second].iter().zip(shifts.iter().zip(&tilts)) {
+        let (shift, tilt) = (way.dot(&off) / shift_mm, way.dot(&AXIS.direction).to_degrees() / tilt_deg);
+        println!("shift {:.4} mm = {shift:.2} σ, tilt {tilt:.2} σ of {tilt_deg:.4}°", way.dot(&off));
+        assert!(shift.abs() < SIGMAS && tilt.abs() < SIGMAS, "{found:#}");
+    }
+}
+
+fn a_linear_frame_is_named(folder: &Path, calibration: &str) {
+    edit_manifest(folder, |manifest| manifest["scans"][0]["frames"][3]["position_mm"] = json!(1.0));
+    let (capture, cloud) = (path(folder, ""), path(folder, "no.ply"));
+    let refused = sheaf(&["scan", &capture, "-c", calibration, "--scan", "part", "-o", &cloud, "-q"]);
+    assert!(!refused.status.success());
+    let message = err(&refused);
+    assert!(
+        message.contains("scans[0].frames[3].position_mm") && message.contains("angle_deg instead"),
+        "{message}"
+    );
+}

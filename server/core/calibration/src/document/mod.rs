@@ -1,0 +1,128 @@
+//! The calibration document: one versioned JSON text with everything to use, compare and reproduce a calibration.
+//!
+//! It holds no clock: the same inputs give the same bytes, and the id is the hash of the content.
+
+mod check;
+mod text;
+mod value;
+
+use std::borrow::Cow;
+
+use optics::Calibration;
+use remedy::Remedy;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::calibrate::CalibrationResult;
+use crate::findings::document_report::ReportText;
+
+pub use text::{
+    AxisText, CalibrationText, CameraText, CovarianceText, DepthRangeText, LightText, PlaneText, RotaryWord,
+    StageText, StraightnessText, TravelText,
+};
+
+/// The only format this version reads and writes.
+pub const FORMAT: &str = "sheaf-calibration/1";
+
+/// Hexadecimal digits of the content's hash that make the id.
+const ID_DIGITS: usize = 16;
+
+/// An input file by its content.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InputHash {
+    /// Path within the capture.
+    pub path: String,
+    /// SHA-256 of the file, hexadecimal.
+    pub sha256: String,
+}
+
+/// The program that made the document.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Software {
+    /// `sheaf`.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+}
+
+/// The whole document.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CalibrationDocument {
+    /// What is needed to use it.
+    #[serde(flatten)]
+    pub calibration: CalibrationText,
+    /// What made it.
+    pub software: Software,
+    /// The files it was computed from.
+    pub inputs: Vec<InputHash>,
+    /// Constants of the computation that shape the result.
+    pub parameters: std::collections::BTreeMap<String, f64>,
+    /// Residuals, cross-validation, warnings.
+    pub report: ReportText,
+}
+
+/// Why a document cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum DocumentError {
+    /// Not JSON, or not of this shape.
+    #[error("the calibration document cannot be read")]
+    Malformed(#[source] serde_json::Error),
+    /// Another format.
+    #[error("the calibration document has format `{found}`, this program reads `{FORMAT}`")]
+    Format {
+        /// As found.
+        found: String,
+    },
+    /// A number is missing or makes no sense.
+    #[error("the calibration document's `{entry}` {problem}")]
+    Entry {
+        /// The entry.
+        entry: &'static str,
+        /// What is wrong.
+        problem: &'static str,
+    },
+}
+
+impl Remedy for DocumentError {
+    fn remedy(&self) -> Option<Cow<'_, str>> {
+        Some("make it again with `sheaf calibrate`".into())
+    }
+}
+
+impl CalibrationDocument {
+    /// The document of a result; `inputs` are the files it was computed from, `software_version` the program's.
+    pub fn new(result: &CalibrationResult, inputs: Vec<InputHash>, software_version: &str) -> Self {
+        let mut document = Self {
+            calibration: CalibrationText::of(&result.calibration),
+            software: Software { name: "sheaf".to_owned(), version: software_version.to_owned() },
+            inputs,
+            parameters: crate::params::as_map(),
+            report: ReportText::of(&result.report),
+        };
+        document.calibration.id = String::new();
+        let digest = Sha256::digest(document.to_json().as_bytes());
+        document.calibration.id =
+            digest.iter().map(|byte| format!("{byte:02x}")).collect::<String>()[..ID_DIGITS].to_owned();
+        document
+    }
+
+    /// Reads a document.
+    ///
+    /// # Errors
+    /// [`DocumentError`] names the entry that is wrong.
+    pub fn parse(text: &str) -> Result<Self, DocumentError> {
+        let document: Self = serde_json::from_str(text).map_err(DocumentError::Malformed)?;
+        document.calibration.check()?;
+        Ok(document)
+    }
+
+    /// The document as indented JSON, numbers with full precision, keys in a fixed order.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("a document of numbers and strings always has a JSON form")
+    }
+
+    /// The calibration value.
+    pub fn calibration(&self) -> Calibration {
+        self.calibration.value()
+    }
+}

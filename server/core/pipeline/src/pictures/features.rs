@@ -1,0 +1,260 @@
+//! Pictures of a capture to corners and centrelines, on all cores, with progress.
+
+use std::path::Path;
+
+use calibration::{CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput};
+use capture::{Capture, LaserPicture, Projector, StagePlace};
+use optics::StagePosition;
+use rayon::prelude::*;
+use vision::{BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, find_centrelines};
+
+use crate::failure::Failure;
+use crate::pictures::board::{board_geometry, board_remedy, find_board};
+use crate::pictures::findings::{Finding, room_finding};
+use crate::progress::{Reporter, Task};
+
+/// What a calibration is computed from, and which pictures were left out of it.
+#[derive(Debug)]
+pub struct Features {
+    /// The input of the calibration.
+    pub input: CalibrationInput,
+    /// Pictures without a readable board or laser line, each with the reason.
+    pub left_out: Vec<String>,
+}
+
+/// One picture of the capture.
+struct Picture<'a> {
+    entry: String,
+    path: &'a Path,
+}
+
+/// What a picture shows, or why it cannot be used.
+type Found<T> = Result<T, Failure>;
+
+/// Reads every board and laser picture of the calibration part of `capture`.
+///
+/// A picture that shows no whole board, or no laser line, is left out and named, as long as at least
+/// `MIN_READABLE_SHARE` of its kind can be read: else what is wrong with it is wrong with the others too, and refuses
+/// the calibration. `leave_out_unreadable` goes on with however few there are. A damaged file always refuses.
+pub fn calibration_features(
+    capture: &Capture,
+    leave_out_unreadable: bool,
+    reporter: &dyn Reporter,
+) -> Result<Features, Failure> {
+    let boards = board_pictures(capture);
+    let lasers = pictures_of(capture, "poses[");
+    let task = reporter.count("reading boards and laser lines", "pictures", boards.len() + lasers.len());
+    let (boards, lasers) = rayon::join(
+        || all(&boards, reporter, &*task, |picture| corners_of(capture, picture)),
+        || all(&lasers, reporter, &*task, |picture| centrelines_of(capture, picture)),
+    );
+    drop(task);
+    reporter.go_on()?;
+    let mut left_out = Vec::new();
+    let boards = readable(boards, leave_out_unreadable, &mut left_out)?;
+    let lasers = readable(lasers, leave_out_unreadable, &mut left_out)?;
+    let manifest = &capture.manifest;
+    let (mut boards, mut lasers) = (boards.into_iter(), lasers.into_iter());
+    let mut poses = Vec::new();
+    for pose in &manifest.poses {
+        let corners = boards.next().flatten();
+        let centrelines = pose.laser.as_ref().and_then(|_| lasers.next().flatten());
+        if let Some(corners) = corners {
+            poses.push(PoseInput { name: pose.board.display().to_string(), corners, centrelines });
+        }
+    }
+    let mut stage_views = Vec::new();
+    for view in &manifest.stage_views {
+        if let Some(corners) = boards.next().flatten() {
+            let name = view.board.display().to_string();
+            stage_views.push(StageViewInput { name, corners, position: stage_position(view.place()) });
+        }
+    }
+    Ok(Features { input: input(capture, poses, stage_views), left_out })
+}
+
+/// Takes the centrelines of every frame of a scan, in the order of the frames; few frames are in memory at a time.
+pub fn scan_centrelines(
+    capture: &Capture,
+    name: &str,
+    reporter: &dyn Reporter,
+    mut take: impl FnMut(Centrelines) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let scan = capture.scan(name)?;
+    let scan_idx = capture.manifest.scans.iter().position(|other| std::ptr::eq(other, scan)).unwrap_or(0);
+    let pictures = pictures_of(capture, &format!("scans[{scan_idx}]."));
+    let task = reporter.count(&format!("reading scan {name}"), "frames", pictures.len());
+    let params = centreline_params(capture);
+    for some in pictures.chunks(PICTURES_AT_ONCE) {
+        let found: Result<Vec<Centrelines>, Failure> = some
+            .par_iter()
+            .map_init(CentrelineExtractor::default, |extractor, picture| {
+                reporter.go_on()?;
+                let mut lines = Centrelines { direction: params.line_direction, ..Centrelines::default() };
+                match laser_light(capture, picture)? {
+                    LaserLight::Image(image) => extractor.find(&image, &params, &mut lines),
+                    // Its edges would be taken for lines: such a frame shows nothing, and is named.
+                    LaserLight::Unknown(finding) => {
+                        reporter.warn(&format!(
+                            "{} ({}): {finding}; left out",
+                            picture.path.display(),
+                            picture.entry
+                        ));
+                    }
+                }
+                task.step();
+                Ok(lines)
+            })
+            .collect();
+        found?.into_iter().try_for_each(&mut take)?;
+    }
+    Ok(())
+}
+
+/// Pictures of a scan that are read before their lines are taken over: enough for many cores.
+const PICTURES_AT_ONCE: usize = 64;
+
+/// How lines are looked for in this capture.
+fn centreline_params(capture: &Capture) -> CentrelineParams {
+    CentrelineParams { line_direction: capture.manifest.line_direction(), ..CentrelineParams::default() }
+}
+
+/// Applies `find` to every picture on all cores; results in the order of the pictures.
+fn all<P: Sync, T: Send>(
+    pictures: &[P],
+    reporter: &dyn Reporter,
+    task: &dyn Task,
+    find: impl Fn(&P) -> Found<T> + Sync,
+) -> Vec<Found<T>> {
+    pictures
+        .par_iter()
+        .map(|picture| {
+            reporter.go_on()?;
+            let found = find(picture);
+            task.step();
+            found
+        })
+        .collect()
+}
+
+/// What the pictures of one kind show; `None` where one is left out, which is added to `left_out` with the reason.
+fn readable<T>(
+    found: Vec<Found<T>>,
+    leave_out_unreadable: bool,
+    left_out: &mut Vec<String>,
+) -> Result<Vec<Option<T>>, Failure> {
+    let n_needed = (MIN_READABLE_SHARE * found.len() as f64).ceil() as usize;
+    let n_readable = found.iter().filter(|found| found.is_ok()).count();
+    let go_on = leave_out_unreadable || n_readable >= n_needed;
+    let keep = |found: Found<T>| match found {
+        Ok(found) => Ok(Some(found)),
+        Err(failure) if go_on && failure.is_about_content() => {
+            left_out.push(failure.what().to_owned());
+            Ok(None)
+        }
+        Err(failure) => Err(failure),
+    };
+    found.into_iter().map(keep).collect()
+}
+
+/// Share of the board pictures, and of the laser pictures, that must be readable: single pictures go wrong, but what most
+/// of them do not show is not there, or is described wrongly.
+const MIN_READABLE_SHARE: f64 = 0.5;
+
+fn board_pictures(capture: &Capture) -> Vec<Picture<'_>> {
+    let poses = capture.manifest.poses.iter().enumerate();
+    let views = capture.manifest.stage_views.iter().enumerate();
+    poses
+        .map(|(idx, pose)| Picture { entry: format!("poses[{idx}].board"), path: &pose.board })
+        .chain(views.map(|(idx, view)| Picture { entry: format!("stage_views[{idx}].board"), path: &view.board }))
+        .collect()
+}
+
+/// The pictures with the laser on whose entries begin so.
+fn pictures_of(capture: &Capture, beginning: &str) -> Vec<LaserPicture> {
+    capture.laser_pictures().into_iter().filter(|picture| picture.entry.starts_with(beginning)).collect()
+}
+
+/// What the laser adds to a picture.
+enum LaserLight {
+    /// The laser's channel, without what the laser is not needed for.
+    Image(GreyImage),
+    /// Nothing that could be told: the picture with the laser off is of something else, or by other light.
+    Unknown(Finding),
+}
+
+fn laser_light(capture: &Capture, picture: &LaserPicture) -> Result<LaserLight, Failure> {
+    let Some((entry, path)) = &picture.background else {
+        return Ok(LaserLight::Image(capture.image(&picture.entry, &picture.path)?));
+    };
+    let on = capture.photograph(&picture.entry, &picture.path)?.picture;
+    let off = capture.photograph(entry, path)?.picture;
+    if let Some(finding) = room_finding(&on, &off) {
+        return Ok(LaserLight::Unknown(finding));
+    }
+    Ok(LaserLight::Image(capture.laser_light(&on, &off)))
+}
+
+fn corners_of(capture: &Capture, picture: &Picture) -> Found<BoardCorners> {
+    let image = capture.image(&picture.entry, picture.path)?;
+    let target = &capture.manifest.target;
+    find_board(&image, target)
+        .map_err(|error| unreadable(capture, picture, &error.to_string(), &board_remedy(&error, target)))
+}
+
+fn centrelines_of(capture: &Capture, laser: &LaserPicture) -> Found<Centrelines> {
+    let picture = &Picture { entry: laser.entry.clone(), path: &laser.path };
+    let image = match laser_light(capture, laser)? {
+        LaserLight::Image(image) => image,
+        LaserLight::Unknown(finding) => {
+            let remedy = "name the picture of the same pose with the laser off as its \"background\", or none";
+            return Err(unreadable(capture, picture, &finding.to_string(), remedy));
+        }
+    };
+    let lines = find_centrelines(&image, &centreline_params(capture));
+    if lines.segments.is_empty() {
+        let remedy = "check that the laser was on and exposed long enough, or remove this \"laser\" from the pose: \
+                      it then serves the camera alone";
+        return Err(unreadable(capture, picture, "no laser line was found", remedy));
+    }
+    Ok(lines)
+}
+
+fn unreadable(capture: &Capture, picture: &Picture, why: &str, remedy: &str) -> Failure {
+    Failure::bad_input(format!("{} ({}): {why}", picture.path.display(), picture.entry))
+        .in_file(&capture.manifest_path())
+        .at_entry(&picture.entry)
+        .remedy(format!("{remedy}; --leave-out-unreadable calibrates from the others, however few"))
+        .about_content()
+}
+
+fn input(capture: &Capture, poses: Vec<PoseInput>, stage_views: Vec<StageViewInput>) -> CalibrationInput {
+    let manifest = &capture.manifest;
+    CalibrationInput {
+        width_px: manifest.camera.width_px,
+        height_px: manifest.camera.height_px,
+        board: board_geometry(&manifest.target),
+        projector: ProjectorSheet {
+            grating: match &manifest.projector {
+                Projector::Grating(grating) => Some(GratingSheet {
+                    wavelength_nm: grating.wavelength_nm,
+                    lines_per_mm: grating.grating_lines_per_mm,
+                }),
+                Projector::Planes(_) => None,
+            },
+            orders: manifest.projector.orders(),
+            line_direction: manifest.line_direction(),
+        },
+        poses,
+        stage_views,
+        angle_sigma_deg: manifest.stage.angle_sigma_deg,
+    }
+}
+
+/// Where the manifest says that the stage stood.
+pub fn stage_position(place: StagePlace) -> StagePosition {
+    match place {
+        StagePlace::PositionMm(position_mm) => StagePosition::LinearMm(position_mm),
+        StagePlace::AngleDeg(angle_deg) => StagePosition::RotaryDeg(angle_deg),
+    }
+}

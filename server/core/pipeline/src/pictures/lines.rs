@@ -1,0 +1,72 @@
+//! A laser picture to its lines, with the background taken away if there is one.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use capture::{ChannelBasis, ChannelChoice, LaserChannel, read_photograph};
+use vision::{CentrelineParams, Centrelines, Channel, GreyImage};
+
+use crate::failure::Failure;
+use crate::pictures::background::Background;
+use crate::pictures::findings::{Finding, findings_of, pair_findings};
+use crate::pictures::search::{Directions, LineSearch};
+
+/// A laser picture and its lines.
+pub struct FoundLines {
+    /// The picture as it was read, as brightness.
+    pub photograph: GreyImage,
+    /// One channel of the same with the background taken away, if there is one: what the lines were found in.
+    pub image: GreyImage,
+    /// The lines.
+    pub lines: Centrelines,
+    /// What else a person should know.
+    pub findings: Vec<Finding>,
+    /// Whether the file's compression lost part of what the camera saw.
+    pub is_lossy: bool,
+}
+
+/// Reads a laser picture and finds its lines.
+pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearch) -> Result<FoundLines, Failure> {
+    let photograph = read_photograph(path).map_err(|error| Failure::from(error).in_file(path))?;
+    let image = match background {
+        Some(background) => background.taken_from(&photograph.picture, path)?.channel(search.channel),
+        None => photograph.picture.channel(search.channel),
+    };
+    let mut lines = search.all_lines(&image);
+    let mut findings = findings_of(&image, &lines, search);
+    search.keep_wanted(&mut lines, image.full_scale(), photograph.is_lossy);
+    if lines.segments.is_empty() {
+        findings.insert(0, Finding::NoLine);
+    }
+    if let Some(background) = background {
+        let n_points = lines.segments.iter().map(|segment| segment.points.len()).sum();
+        findings.extend(pair_findings(&photograph.picture, background.picture(), n_points, search));
+    }
+    let (photograph, is_lossy) = (photograph.picture.channel(Channel::Luma), photograph.is_lossy);
+    Ok(FoundLines { photograph, image, lines, findings, is_lossy })
+}
+
+/// The channel in which pictures of one camera and laser show it: the one asked for, or decided from some of them.
+///
+/// `background`: the picture with the laser off of each picture, by its index, where there is one. What cannot be read
+/// has no say here and fails where its lines are looked for.
+pub fn channel_of(
+    choice: ChannelChoice,
+    pictures: &[PathBuf],
+    background: impl Fn(usize) -> Result<Option<Arc<Background>>, Failure>,
+    directions: Directions,
+) -> LaserChannel {
+    if let Some(channel) = choice.fixed() {
+        return LaserChannel { channel, basis: ChannelBasis::Given };
+    }
+    let read = |idx: usize| {
+        let picture = read_photograph(&pictures[idx]).ok()?.picture;
+        match background(idx).ok()? {
+            Some(background) => background.taken_from(&picture, &pictures[idx]).ok(),
+            None => Some(picture),
+        }
+    };
+    let along = |&line_direction| CentrelineParams { line_direction, ..CentrelineParams::default() };
+    let params: Vec<CentrelineParams> = directions.each().iter().map(along).collect();
+    LaserChannel::decided(pictures.len(), read, &params)
+}

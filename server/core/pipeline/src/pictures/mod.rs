@@ -1,0 +1,9 @@
+//! From pictures to boards and lines, and what a person should know about them.
+
+pub mod background;
+pub mod board;
+pub mod features;
+pub mod findings;
+pub mod lines;
+pub mod search;
+pub mod strong_light;

@@ -1,0 +1,188 @@
+//! How lines are looked for in a picture, and which of them are kept.
+
+use statistics::median;
+use vision::{
+    CentrelineMethod, CentrelineParams, CentrelinePoint, Centrelines, Channel, GreyImage, LineDirection, Segment,
+    find_centrelines,
+};
+
+/// Lines fainter than this, of full scale, are not kept from files with lossy compression unless a contrast was asked for:
+/// the blocks of JPEG leave ripples of one to three levels of 255 where the picture is dark.
+const LOSSY_MIN_CONTRAST: f32 = 4.0 / 255.0;
+
+/// Which way lines may run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Directions {
+    /// One way.
+    One(LineDirection),
+    /// Either way, also within a line: each piece is kept from the direction along which it runs.
+    Both,
+}
+
+impl Directions {
+    /// The directions that are looked along.
+    pub fn each(self) -> &'static [LineDirection] {
+        match self {
+            Self::One(LineDirection::Rows) => &[LineDirection::Rows],
+            Self::One(LineDirection::Columns) => &[LineDirection::Columns],
+            Self::Both => &[LineDirection::Rows, LineDirection::Columns],
+        }
+    }
+}
+
+/// A rectangle of pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Region {
+    /// First column.
+    pub u: usize,
+    /// First row.
+    pub v: usize,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+impl Region {
+    fn holds(&self, point: &CentrelinePoint) -> bool {
+        let inside = |at: f64, from: usize, size: usize| at >= from as f64 && at <= (from + size - 1) as f64;
+        inside(point.u_px, self.u, self.width) && inside(point.v_px, self.v, self.height)
+    }
+}
+
+/// How lines are looked for, and which are kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LineSearch {
+    /// What is looked at of colour pictures.
+    pub channel: Channel,
+    /// How the centre is found.
+    pub method: CentrelineMethod,
+    /// Which way lines may run.
+    pub directions: Directions,
+    /// Where points are kept; everywhere if there is none.
+    pub region: Option<Region>,
+    /// Fewest points of a piece of line.
+    pub min_points: usize,
+    /// Least median height of a piece above its surroundings, in grey levels; decided by the file's format if there is none.
+    pub min_contrast: Option<f32>,
+}
+
+impl LineSearch {
+    /// Every line of that channel along those directions.
+    pub fn of(channel: Channel, directions: Directions) -> Self {
+        let method = CentrelineMethod::default();
+        Self { channel, method, directions, region: None, min_points: 1, min_contrast: None }
+    }
+
+    /// The parameters of the extraction along one direction.
+    pub fn params(&self, line_direction: LineDirection) -> CentrelineParams {
+        CentrelineParams { method: self.method, line_direction }
+    }
+
+    /// Every line of an image.
+    pub(crate) fn all_lines(&self, image: &GreyImage) -> Centrelines {
+        let mut all = Centrelines::default();
+        for &direction in self.directions.each() {
+            let mut found = find_centrelines(image, &self.params(direction));
+            if self.directions == Directions::Both {
+                keep_points(&mut found, |point| runs_along(point, direction));
+            }
+            (all.direction, all.correlation_px) = (direction, found.correlation_px);
+            all.segments.append(&mut found.segments);
+        }
+        all
+    }
+
+    /// Keeps what is wanted of the lines of an image; `is_lossy`: see [`capture::Photograph`].
+    pub(crate) fn keep_wanted(&self, lines: &mut Centrelines, full_scale: f32, is_lossy: bool) {
+        let lossy = if is_lossy { LOSSY_MIN_CONTRAST * full_scale } else { 0.0 };
+        let min_contrast = self.min_contrast.unwrap_or(lossy);
+        if let Some(region) = self.region {
+            keep_points(lines, |point| region.holds(point));
+        }
+        lines
+            .segments
+            .retain(|segment| segment.points.len() >= self.min_points && median_contrast(segment) >= min_contrast);
+    }
+}
+
+/// Whether a line runs rather along rows (columns) than across them where the point is.
+pub(crate) fn runs_along(point: &CentrelinePoint, direction: LineDirection) -> bool {
+    let [across_columns, across_rows] = point.normal.map(f64::abs);
+    match direction {
+        LineDirection::Rows => across_rows >= across_columns,
+        LineDirection::Columns => across_columns > across_rows,
+    }
+}
+
+/// Keeps some points; a piece of line ends where one is left out.
+fn keep_points(lines: &mut Centrelines, keep: impl Fn(&CentrelinePoint) -> bool) {
+    let kept = lines
+        .segments
+        .iter()
+        .flat_map(|segment| segment.points.chunk_by(|a, b| keep(a) == keep(b)).filter(|piece| keep(&piece[0])));
+    lines.segments = kept.map(|points| Segment { points: points.to_vec() }).collect();
+}
+
+fn median_contrast(segment: &Segment) -> f32 {
+    let mut heights: Vec<f32> = segment.points.iter().map(|point| point.intensity).collect();
+    median(&mut heights).unwrap_or(0.0)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use vision::Pixels;
+
+    /// A line along row 40 from column 20 to 120 and one along column 200, over all rows; a faint one along row 100.
+    fn crossing() -> GreyImage {
+        let bell = |distance: f64| (-0.5 * (distance / 2.0).powi(2)).exp();
+        let level = |idx: usize| {
+            let (u, v) = ((idx % 256) as f64, (idx / 256) as f64);
+            let along =
+                if (20.0..120.0).contains(&u) { 150.0 * bell(v - 40.0) + 20.0 * bell(v - 100.0) } else { 0.0 };
+            // A grain of the sensor, so that there is noise to measure.
+            (10.0 + along + 150.0 * bell(u - 200.0) + (idx * 7919 % 5) as f64 * 0.5).round() as u8
+        };
+        GreyImage::new(256, 160, Pixels::Eight((0..256 * 160).map(level).collect())).unwrap()
+    }
+
+    fn search() -> LineSearch {
+        LineSearch::of(Channel::Luma, Directions::Both)
+    }
+
+    fn wanted(search: &LineSearch, image: &GreyImage) -> Centrelines {
+        let mut lines = search.all_lines(image);
+        search.keep_wanted(&mut lines, image.full_scale(), false);
+        lines
+    }
+
+    fn near(lines: &Centrelines, wanted: fn(&CentrelinePoint) -> f64) -> usize {
+        lines.segments.iter().flat_map(|segment| &segment.points).filter(|point| wanted(point).abs() < 0.5).count()
+    }
+
+    #[test]
+    fn both_directions_find_each_line_once() {
+        let lines = wanted(&search(), &crossing());
+        let (row, column) = (near(&lines, |p| p.v_px - 40.0), near(&lines, |p| p.u_px - 200.0));
+        assert!((85..=102).contains(&row) && (140..=160).contains(&column), "{row} {column}");
+        let one = LineSearch { directions: Directions::One(LineDirection::Rows), ..search() };
+        assert!(near(&wanted(&one, &crossing()), |p| p.u_px - 200.0) < 10);
+    }
+
+    #[test]
+    fn region_length_and_contrast_leave_lines_out() {
+        let image = crossing();
+        let region = Some(Region { u: 50, v: 0, width: 40, height: 60 });
+        let cut = wanted(&LineSearch { region, ..search() }, &image);
+        assert_eq!(near(&cut, |p| p.v_px - 40.0), 40);
+        assert_eq!(cut.segments.len(), 1);
+        let long = wanted(&LineSearch { min_points: 110, ..search() }, &image);
+        // The line along the column crosses row 40 in a point or two of its own.
+        assert!(near(&long, |p| p.v_px - 40.0) < 3 && near(&long, |p| p.u_px - 200.0) > 0);
+        assert!(near(&wanted(&search(), &image), |p| p.v_px - 100.0) > 70);
+        let bright = wanted(&LineSearch { min_contrast: Some(50.0), ..search() }, &image);
+        assert!(near(&bright, |p| p.v_px - 100.0) < 3);
+    }
+}

@@ -1,0 +1,236 @@
+//! Strong light beside all lines that were found: too wide, clipped, or no line at all. It is said, not passed over.
+
+use std::fmt;
+
+use vision::{Centrelines, GreyImage, LineDirection};
+
+use crate::pictures::search::Region;
+
+/// Neighbouring columns (rows) whose light is averaged.
+const STRIP_PX: usize = 16;
+/// Strips over which light must reach to be worth a word: shorter pieces are glints and corners.
+const MIN_STRIPS: usize = 4;
+/// Strong light is at least this share of how bright the brightest tenth of what was found is.
+const OF_LINES: f32 = 0.5;
+/// Without lines it is strong from this share of full scale above its surroundings.
+const OF_FULL_SCALE: f32 = 0.1;
+/// Widest light that is looked at, of the picture's side across the lines; beyond it is a bright surface.
+const WIDEST_SHARE: f32 = 0.25;
+/// Widest line that the extraction looks for (`docs/maths/centreline.md`, known limits).
+const WIDEST_LINE_PX: usize = 40;
+/// Share of full scale from which light is clipped.
+const CLIPPED: f32 = 0.98;
+/// A point this near to light, in pixels, is the light's.
+const NEAR_PX: f64 = 3.0;
+/// Most findings of one picture; the longest first.
+const MOST: usize = 3;
+
+/// Light that yields no point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrongLight {
+    /// Which way it was looked along.
+    pub direction: LineDirection,
+    /// Full width at half of its height, the median of its strips.
+    pub width_px: usize,
+    /// First and last column (row) along the line.
+    pub along_px: [usize; 2],
+    /// First and last row (column) of its middle.
+    pub across_px: [usize; 2],
+    /// Grey levels above its surroundings.
+    pub height: f32,
+    /// Whether it is at full scale.
+    pub is_clipped: bool,
+}
+
+impl fmt::Display for StrongLight {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (along, across) = match self.direction {
+            LineDirection::Rows => ("columns", "rows"),
+            LineDirection::Columns => ("rows", "columns"),
+        };
+        let ([a, b], [c, d]) = (self.along_px, self.across_px);
+        write!(
+            f,
+            "light {} px wide at {along} {a}–{b}, {across} {c}–{d}, {:.0} grey levels high, yields no point: ",
+            self.width_px, self.height
+        )?;
+        if self.width_px > WIDEST_LINE_PX {
+            write!(
+                f,
+                "wider than {WIDEST_LINE_PX} px, the widest line that is looked for; focus the laser or the camera"
+            )
+        } else if self.is_clipped {
+            f.write_str("clipped; expose shorter")
+        } else {
+            f.write_str("it follows no line; check --direction and --channel, and that nothing else is lit")
+        }
+    }
+}
+
+/// Light of one strip: its middle, its width, its height, whether it is clipped.
+struct Piece {
+    strip: usize,
+    middle: usize,
+    width_px: usize,
+    height: f32,
+    is_clipped: bool,
+}
+
+/// Finds light across `direction` that is as strong as the lines found, and has no point.
+pub(crate) fn strong_light(
+    image: &GreyImage,
+    lines: &Centrelines,
+    direction: LineDirection,
+    region: Option<Region>,
+) -> Vec<StrongLight> {
+    let turned;
+    let (image, is_turned) = match direction {
+        LineDirection::Rows => (image, false),
+        LineDirection::Columns => {
+            turned = image.transposed();
+            (&turned, true)
+        }
+    };
+    let mut points: Vec<Vec<f64>> = vec![Vec::new(); image.width().div_ceil(STRIP_PX)];
+    let mut heights: Vec<f32> = Vec::new();
+    for point in lines.segments.iter().flat_map(|segment| &segment.points) {
+        let (along, across) = if is_turned { (point.v_px, point.u_px) } else { (point.u_px, point.v_px) };
+        if let Some(strip) = points.get_mut(along.max(0.0) as usize / STRIP_PX) {
+            strip.push(across);
+        }
+        heights.push(point.intensity);
+    }
+    heights.sort_unstable_by(f32::total_cmp);
+    let full = image.full_scale();
+    let of_lines = heights.get(heights.len() * 9 / 10).map_or(0.0, |height| OF_LINES * height);
+    let threshold = of_lines.max(OF_FULL_SCALE * full);
+    let inside = |piece: &Piece| {
+        let (along, across) = (piece.strip * STRIP_PX + STRIP_PX / 2, piece.middle);
+        let (u, v) = if is_turned { (across, along) } else { (along, across) };
+        region.is_none_or(|r| (r.u..r.u + r.width).contains(&u) && (r.v..r.v + r.height).contains(&v))
+    };
+    let mut chains: Vec<Vec<Piece>> = Vec::new();
+    for (strip, points) in points.iter().enumerate().take(image.width() / STRIP_PX) {
+        for piece in pieces_of(image, strip, threshold) {
+            let half = piece.width_px as f64 / 2.0 + NEAR_PX;
+            let is_found = points.iter().any(|across| (across - piece.middle as f64).abs() < half);
+            if is_found || !inside(&piece) {
+                continue;
+            }
+            let follows = |chain: &&mut Vec<Piece>| {
+                let last = &chain[chain.len() - 1];
+                let is_alike = last.width_px <= 2 * piece.width_px && piece.width_px <= 2 * last.width_px;
+                // A straight piece goes on as it went; what jumps is texture.
+                let expected = match chain.len() {
+                    1 => last.middle as f64,
+                    n => 2.0 * last.middle as f64 - chain[n - 2].middle as f64,
+                };
+                let reach = if chain.len() == 1 { STRIP_PX as f64 } else { NEAR_PX } + piece.width_px as f64 / 4.0;
+                let follows = (piece.middle as f64 - expected).abs() <= reach;
+                last.strip + 1 == strip && is_alike && follows
+            };
+            match chains.iter_mut().find(follows) {
+                Some(chain) => chain.push(piece),
+                None => chains.push(vec![piece]),
+            }
+        }
+    }
+    chains.retain(|chain| chain.len() >= MIN_STRIPS);
+    chains.sort_by_key(|chain| std::cmp::Reverse(chain.len()));
+    chains.iter().take(MOST).map(|chain| light_of(chain, direction)).collect()
+}
+
+fn light_of(chain: &[Piece], direction: LineDirection) -> StrongLight {
+    let mut widths: Vec<usize> = chain.iter().map(|piece| piece.width_px).collect();
+    widths.sort_unstable();
+    let middles = chain.iter().map(|piece| piece.middle);
+    StrongLight {
+        direction,
+        width_px: widths[widths.len() / 2],
+        along_px: [chain[0].strip * STRIP_PX, (chain[chain.len() - 1].strip + 1) * STRIP_PX - 1],
+        across_px: [middles.clone().min().unwrap_or(0), middles.max().unwrap_or(0)],
+        height: chain.iter().map(|piece| piece.height).sum::<f32>() / chain.len() as f32,
+        is_clipped: chain.iter().filter(|piece| piece.is_clipped).count() * 2 > chain.len(),
+    }
+}
+
+/// Light that stands out of its surroundings across a strip of columns.
+fn pieces_of(image: &GreyImage, strip: usize, threshold: f32) -> Vec<Piece> {
+    let columns = strip * STRIP_PX..(strip + 1) * STRIP_PX;
+    let mean = |v: usize| columns.clone().map(|u| image.at(u, v)).sum::<f32>() / STRIP_PX as f32;
+    let profile: Vec<f32> = (0..image.height()).map(mean).collect();
+    let surroundings = opened(&profile, (WIDEST_SHARE * image.height() as f32) as usize);
+    let light: Vec<f32> = profile.iter().zip(&surroundings).map(|(light, dark)| light - dark).collect();
+    let mut pieces = Vec::new();
+    let mut v = 0;
+    while v < light.len() {
+        if light[v] < threshold {
+            v += 1;
+            continue;
+        }
+        let end = (v..light.len()).find(|&at| light[at] < threshold).unwrap_or(light.len());
+        let height = light[v..end].iter().copied().fold(0.0, f32::max);
+        let brightest = profile[v..end].iter().copied().fold(0.0, f32::max);
+        let is_lit = |&at: &usize| light[at] >= height / 2.0;
+        let peak = (v..end).find(|&at| light[at] == height).unwrap_or(v);
+        let from = (0..=peak).rev().take_while(is_lit).last().unwrap_or(peak);
+        let to = (peak..light.len()).take_while(is_lit).last().unwrap_or(peak);
+        let is_clipped = brightest >= CLIPPED * image.full_scale();
+        pieces.push(Piece { strip, middle: (from + to) / 2, width_px: to - from + 1, height, is_clipped });
+        v = end.max(to + 1);
+    }
+    pieces
+}
+
+/// The profile without what is narrower than `width`: the least over a window, then the greatest of those.
+fn opened(profile: &[f32], width: usize) -> Vec<f32> {
+    let half = (width / 2).max(1);
+    let over = |values: &[f32], pick: fn(f32, f32) -> f32| -> Vec<f32> {
+        let window = |at: usize| &values[at.saturating_sub(half)..(at + half + 1).min(values.len())];
+        (0..values.len()).map(|at| window(at).iter().copied().reduce(pick).unwrap_or(values[at])).collect()
+    };
+    over(&over(profile, f32::min), f32::max)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use vision::{CentrelineParams, Pixels, find_centrelines};
+
+    /// A stripe along rows of that width (full width at half its height) with a flat or a bell-shaped profile.
+    fn stripe(width_px: f64, is_flat: bool, height: f64) -> GreyImage {
+        let level = |idx: usize| {
+            let distance = ((idx / 640) as f64 - 240.0 - 0.02 * (idx % 640) as f64).abs();
+            let share = match is_flat {
+                true => (width_px / 2.0 - distance + 0.5).clamp(0.0, 1.0),
+                false => (-(distance / width_px).powi(2) * 4.0 * 2.0_f64.ln()).exp(),
+            };
+            (10.0 + height * share + (idx * 7919 % 5) as f64 * 0.5).min(255.0).round() as u8
+        };
+        GreyImage::new(640, 480, Pixels::Eight((0..640 * 480).map(level).collect())).unwrap()
+    }
+
+    fn light_in(image: &GreyImage) -> Vec<StrongLight> {
+        let lines = find_centrelines(image, &CentrelineParams::default());
+        strong_light(image, &lines, LineDirection::Rows, None)
+    }
+
+    #[test]
+    fn light_wider_than_any_line_is_named_with_its_place_and_width() {
+        let found = light_in(&stripe(80.0, true, 150.0));
+        let [light] = &found[..] else { panic!("{found:?}") };
+        assert!((75..=85).contains(&light.width_px) && light.along_px == [0, 639], "{light:?}");
+        assert!(light.across_px[0].abs_diff(240) < 5 && light.across_px[1].abs_diff(253) < 5, "{light:?}");
+        let words = light.to_string();
+        assert!(words.contains("px wide at columns 0–639") && words.contains("wider than 40 px"), "{words}");
+    }
+
+    #[test]
+    fn light_with_its_points_is_no_finding() {
+        for width_px in [4.0, 12.0, 24.0] {
+            assert_eq!(light_in(&stripe(width_px, false, 150.0)), [], "{width_px}");
+        }
+        assert_eq!(light_in(&stripe(80.0, true, 10.0)), [], "faint light");
+    }
+}

@@ -1,0 +1,357 @@
+//! The surfaces of different orders held against each other: contradictions and self-consistency.
+
+mod closure;
+
+use std::borrow::Cow;
+
+use nalgebra::{Vector2, Vector3};
+use optics::Calibration;
+use rayon::prelude::*;
+use vision::LineDirection;
+
+use crate::error::ScanError;
+use crate::input::motions::FrameMotion;
+use crate::label::{PatchGrid, ReferenceView, ViewPoint};
+use crate::params::{
+    AGREEMENT_SIGMAS, COMPARE_STRIDE_PX, CONTRADICTING_SURFACES, CONTRADICTION_TOLERANCES, PATCH_CURVATURE_PER_MM,
+    PATCH_MAX_GRADIENT, PATCH_RADIUS_SPACINGS, SMOOTH_SIGMAS,
+};
+use crate::points::profile::{Profile, ProfilePoint};
+use crate::points::profiles::Profiles;
+
+pub use closure::{Closure, ClosureGap, ClosurePairs};
+
+/// How well two orders agree about the surface both have seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrderPair {
+    /// The lower order.
+    pub order_a: i8,
+    /// The higher order.
+    pub order_b: i8,
+    /// Points of `order_b` that lie on smooth surface seen by `order_a`.
+    pub n_pairs: usize,
+    /// Mean depth of `order_b` minus `order_a` along z, mm.
+    pub bias_mm: f64,
+    /// Root mean square of these differences, bias included, mm.
+    pub rms_mm: f64,
+}
+
+/// A small piece of surface seen by one order: a point with its four neighbours along line and travel.
+#[derive(Debug, Clone, Copy)]
+struct Patch {
+    in_part_mm: Vector3<f64>,
+    gradient: Vector2<f64>,
+    sigma_mm: f64,
+    order: i8,
+    frame: u32,
+    smooth: bool,
+}
+
+impl Patch {
+    /// Where it lies in the common view; computed, as there are millions of patches.
+    fn view(&self, reference_view: &ReferenceView) -> ViewPoint {
+        reference_view.view_of(&self.in_part_mm)
+    }
+}
+
+/// The surfaces of all orders, indexed by place.
+pub struct Surfaces<'a> {
+    reference_view: ReferenceView,
+    motions: &'a [FrameMotion],
+    patches: Vec<Patch>,
+    grid: PatchGrid,
+}
+
+/// How the other orders' surfaces lie about a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Opinion {
+    agreeing: usize,
+    contradicting: usize,
+    /// Distance to the nearest of them.
+    nearest_tolerances: f64,
+}
+
+/// The patch nearest to a point, and from where it is.
+#[derive(Clone, Copy)]
+struct Nearest {
+    distance: f64,
+    idx: usize,
+    view: ViewPoint,
+}
+
+/// Frames whose patches are made together, from their profiles and one more on either side.
+const WINDOW_FRAMES: usize = 32;
+
+impl<'a> Surfaces<'a> {
+    /// Builds the patches of all labelled points; `None` if the stage does not move the part across the view.
+    ///
+    /// `travel_order`: the frames in the sequence of their stage positions.
+    ///
+    /// # Errors
+    /// [`ScanError::UnreadableFrame`].
+    pub fn new(
+        profiles: &Profiles,
+        motions: &'a [FrameMotion],
+        travel_order: &[usize],
+        reference_view: ReferenceView,
+    ) -> Result<Option<Self>, ScanError> {
+        let step = reference_view.step_mm.norm();
+        if !(step > 0.0 && step.is_finite()) {
+            return Ok(None);
+        }
+        let n_places = travel_order.len();
+        let mut patches: Vec<Patch> = Vec::new();
+        for first in (0..n_places).step_by(WINDOW_FRAMES) {
+            let end = n_places.min(first + WINDOW_FRAMES);
+            let from = first.saturating_sub(1);
+            let window = from..n_places.min(end + 1);
+            let seen: Result<Vec<(usize, Cow<Profile>)>, ScanError> = window
+                .into_par_iter()
+                .map(|place| travel_order[place])
+                .map(|f| Ok((f, profiles.of(f)?)))
+                .collect();
+            let lookup = Lookup::new(seen?, profiles.labels.direction, profiles.calibration);
+            let per_frame: Vec<Vec<Patch>> = (first..end)
+                .into_par_iter()
+                .map(|place| lookup.patches_of(place - from, motions, &reference_view))
+                .collect();
+            patches.extend(per_frame.into_iter().flatten());
+        }
+        let spacing_mm = reference_view.column_mm * COMPARE_STRIDE_PX as f64;
+        let radii = [spacing_mm * PATCH_RADIUS_SPACINGS, step * PATCH_RADIUS_SPACINGS];
+        let grid = PatchGrid::new(
+            patches.iter().map(|patch| patch.view(&reference_view).xy_mm),
+            reference_view.step_mm,
+            radii,
+        );
+        Ok(Some(Self { reference_view, motions, patches, grid }))
+    }
+
+    /// Whether the surfaces of other orders contradict the point.
+    pub fn contradict(&self, point: &ProfilePoint, frame: usize) -> bool {
+        let opinion = self.opinion(point, frame);
+        opinion.contradicting >= CONTRADICTING_SURFACES && opinion.contradicting > opinion.agreeing
+    }
+
+    /// Whether another order, in another frame, has seen the surface that the point lies on; `tolerances`: how near it
+    /// must be.
+    pub fn is_seen_again(&self, point: &ProfilePoint, frame: usize, tolerances: f64) -> bool {
+        self.opinion(point, frame).nearest_tolerances <= tolerances
+    }
+
+    fn opinion(&self, point: &ProfilePoint, frame: usize) -> Opinion {
+        let in_part = self.motions[frame].chart_from_camera(&point.hit_in_camera);
+        let mut opinion = Opinion { agreeing: 0, contradicting: 0, nearest_tolerances: f64::INFINITY };
+        for view in self.reference_view.views_of(&in_part) {
+            self.grid.for_each_near(&view.xy_mm, |idx, _| {
+                let patch = &self.patches[idx];
+                if patch.order == point.order || patch.frame as usize == frame {
+                    return;
+                }
+                let patch_view = patch.view(&self.reference_view);
+                let (apart, tolerance) = self.difference(point, &view, patch, &patch_view);
+                opinion.nearest_tolerances = opinion.nearest_tolerances.min(apart.abs() / tolerance);
+                if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
+                    opinion.agreeing += 1;
+                } else if patch.smooth
+                    && self.hides(
+                        &in_part,
+                        patch,
+                        if view.depth_mm > patch_view.depth_mm { frame } else { patch.frame as usize },
+                    )
+                {
+                    opinion.contradicting += 1;
+                }
+            });
+        }
+        opinion
+    }
+
+    /// Depth of the point beyond the patch, and the tolerance of that.
+    fn difference(
+        &self,
+        point: &ProfilePoint,
+        view: &ViewPoint,
+        patch: &Patch,
+        patch_view: &ViewPoint,
+    ) -> (f64, f64) {
+        let offset = view.xy_mm - patch_view.xy_mm;
+        let apart = view.depth_mm - patch_view.depth_mm - patch.gradient.dot(&offset);
+        let noise = AGREEMENT_SIGMAS * point.noise_sigma_mm.hypot(patch.sigma_mm);
+        (apart, noise + self.reference_view.floor_mm + 0.5 * PATCH_CURVATURE_PER_MM * offset.norm_squared())
+    }
+
+    /// Whether one of the two would have hidden the other when the farther one was seen, in frame `seen_at`.
+    fn hides(&self, in_part_mm: &Vector3<f64>, patch: &Patch, seen_at: usize) -> bool {
+        let from = &self.motions[seen_at];
+        let offset = self.reference_view.seen_from(from, in_part_mm).xy_mm
+            - self.reference_view.seen_from(from, &patch.in_part_mm).xy_mm;
+        self.grid.within(&offset)
+    }
+
+    /// Sums over one frame's points, by (lower order, own order); `orders` are sorted.
+    pub fn differences_of(&self, points: &[ProfilePoint], frame: usize, orders: &[i8]) -> Vec<Sums> {
+        let mut sums = vec![Sums::default(); orders.len() * orders.len()];
+        let place = |order: i8| orders.binary_search(&order).ok();
+        for point in points.iter().step_by(COMPARE_STRIDE_PX) {
+            let in_part = self.motions[frame].chart_from_camera(&point.hit_in_camera);
+            let mut nearest: Vec<Option<Nearest>> = vec![None; orders.len()];
+            for view in self.reference_view.views_of(&in_part) {
+                self.grid.for_each_near(&view.xy_mm, |idx, distance| {
+                    let patch = &self.patches[idx];
+                    let Some(slot) = place(patch.order) else { return };
+                    if patch.order < point.order
+                        && patch.smooth
+                        && nearest[slot].as_ref().is_none_or(|best| distance < best.distance)
+                    {
+                        nearest[slot] = Some(Nearest { distance, idx, view });
+                    }
+                });
+            }
+            let Some(own) = place(point.order) else { continue };
+            for (slot, found) in nearest.iter().enumerate() {
+                let Some(Nearest { idx, view, .. }) = found else { continue };
+                let patch = &self.patches[*idx];
+                let (apart, tolerance) = self.difference(point, view, patch, &patch.view(&self.reference_view));
+                if apart.abs() <= tolerance * CONTRADICTION_TOLERANCES {
+                    sums[slot * orders.len() + own].add(apart);
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// Differences in depth between two orders.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Sums {
+    n: usize,
+    sum: f64,
+    squares: f64,
+}
+
+/// Bias and RMS of every pair of `orders`, which are sorted, from the sums of all frames.
+pub fn order_pairs(totals: &[Sums], orders: &[i8]) -> Vec<OrderPair> {
+    let mut pairs = Vec::new();
+    for (a, &order_a) in orders.iter().enumerate() {
+        for (b, &order_b) in orders.iter().enumerate().skip(a + 1) {
+            let sums = totals[a * orders.len() + b];
+            if sums.n > 0 {
+                let n = sums.n as f64;
+                let (bias_mm, rms_mm) = (sums.sum / n, (sums.squares / n).sqrt());
+                pairs.push(OrderPair { order_a, order_b, n_pairs: sums.n, bias_mm, rms_mm });
+            }
+        }
+    }
+    pairs
+}
+
+impl Sums {
+    /// Adds those of another frame.
+    pub fn add_all(&mut self, other: &Self) {
+        self.n += other.n;
+        self.sum += other.sum;
+        self.squares += other.squares;
+    }
+
+    fn add(&mut self, value: f64) {
+        self.n += 1;
+        self.sum += value;
+        self.squares += value * value;
+    }
+}
+
+/// No point of this order in this column (row).
+const ABSENT: u32 = u32::MAX;
+
+/// Points of some frames that follow one another, by frame, order and scan column (row).
+struct Lookup<'a> {
+    profiles: Vec<(usize, Cow<'a, Profile>)>,
+    orders: &'a [i8],
+    direction: LineDirection,
+    n_along: usize,
+    slots: Vec<u32>,
+}
+
+impl<'a> Lookup<'a> {
+    fn new(
+        profiles: Vec<(usize, Cow<'a, Profile>)>,
+        direction: LineDirection,
+        calibration: &'a Calibration,
+    ) -> Self {
+        let n_along = match direction {
+            LineDirection::Rows => calibration.camera.width_px,
+            LineDirection::Columns => calibration.camera.height_px,
+        };
+        let orders = &calibration.orders[..];
+        let mut lookup = Self {
+            orders,
+            direction,
+            n_along,
+            slots: vec![ABSENT; profiles.len() * orders.len() * n_along],
+            profiles,
+        };
+        for place in 0..lookup.profiles.len() {
+            for idx in 0..lookup.profiles[place].1.points.len() {
+                let point = &lookup.profiles[place].1.points[idx];
+                if let Some(slot) = lookup.slot(place, point.order, lookup.along(point)) {
+                    lookup.slots[slot] = idx as u32;
+                }
+            }
+        }
+        lookup
+    }
+
+    fn along(&self, point: &ProfilePoint) -> i64 {
+        point.seen.along_across(self.direction).0.round() as i64
+    }
+
+    fn slot(&self, place: usize, order: i8, along: i64) -> Option<usize> {
+        let order = self.orders.iter().position(|&candidate| candidate == order)?;
+        let along = usize::try_from(along).ok().filter(|&along| along < self.n_along)?;
+        Some((place * self.orders.len() + order) * self.n_along + along)
+    }
+
+    fn find(&self, place: Option<usize>, order: i8, along: i64) -> Option<&ProfilePoint> {
+        let place = place.filter(|&place| place < self.profiles.len())?;
+        let idx = self.slots[self.slot(place, order, along)?];
+        (idx != ABSENT).then(|| &self.profiles[place].1.points[idx as usize])
+    }
+
+    /// The patches of one frame, every few columns.
+    fn patches_of(&self, place: usize, motions: &[FrameMotion], reference_view: &ReferenceView) -> Vec<Patch> {
+        let (frame, profile) = &self.profiles[place];
+        let frame = *frame;
+        let stride = COMPARE_STRIDE_PX as i64;
+        let on_grid = profile.points.iter().filter(|point| self.along(point) % stride == 0);
+        let patch = |point: &ProfilePoint| {
+            let along = self.along(point);
+            let in_part = |place: Option<usize>, along: i64| {
+                let point = self.find(place, point.order, along)?;
+                Some(motions[self.profiles[place?].0].chart_from_camera(&point.hit_in_camera))
+            };
+            let centre = motions[frame].chart_from_camera(&point.hit_in_camera);
+            let line = [in_part(Some(place), along - stride)?, in_part(Some(place), along + stride)?];
+            let travel = [in_part(place.checked_sub(1), along)?, in_part(Some(place + 1), along)?];
+            let gradient =
+                gradient(&line.map(|p| reference_view.view_of(&p)), &travel.map(|p| reference_view.view_of(&p)))?;
+            let bend = |ends: &[Vector3<f64>; 2]| (ends[0].z + ends[1].z - 2.0 * centre.z).abs();
+            // A second difference has √6 times the noise of one point.
+            let limit = SMOOTH_SIGMAS * 6f64.sqrt() * point.noise_sigma_mm;
+            let smooth = bend(&line) <= limit && bend(&travel) <= limit;
+            let (order, sigma_mm, frame) = (point.order, point.noise_sigma_mm, frame as u32);
+            Some(Patch { in_part_mm: centre, gradient, sigma_mm, order, frame, smooth })
+        };
+        on_grid.filter_map(patch).collect()
+    }
+}
+
+/// Slope of depth over the view; `None` where line and travel are parallel or the surface is too steep.
+fn gradient(line: &[ViewPoint; 2], travel: &[ViewPoint; 2]) -> Option<Vector2<f64>> {
+    let tangent = |ends: &[ViewPoint; 2]| {
+        let across = ends[1].xy_mm - ends[0].xy_mm;
+        Vector3::new(across.x, across.y, ends[1].depth_mm - ends[0].depth_mm)
+    };
+    let (line, travel) = (tangent(line), tangent(travel));
+    crate::label::gradient(&line, &travel).filter(|gradient| gradient.norm() <= PATCH_MAX_GRADIENT)
+}

@@ -1,0 +1,224 @@
+//! Which points of a frame are dropped once all surfaces are known, and which doubtful ones are accepted after all
+//! (`docs/maths/labelling.md`, "Carried labels" and "Taken after all").
+
+use vision::Centrelines;
+
+use crate::checks::carried::{RunPoint, carried_stretches, loose_stretches};
+use crate::checks::columns::{FrameColumns, LineColumns};
+use crate::checks::compare::Surfaces;
+use crate::checks::rivals::{Look, Rivals, neighbours};
+use crate::params::{COMPARE_STRIDE_PX, KINK_STEP_PX, RUN_DENIED_SHARE, STUB_POINTS};
+use crate::points::profile::{Profile, ProfilePoint};
+use crate::points::profiles::Profiles;
+
+/// Which points of a frame are dropped, and which are added.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Decision {
+    /// Places in the profile of the points that are left out, ascending.
+    pub left_out: Vec<u32>,
+    /// How many of them the surfaces of other orders contradict.
+    pub n_contradicted: usize,
+    /// Points that were in doubt and are taken all the same.
+    pub taken: Vec<ProfilePoint>,
+    /// How many of them no piece of a line holds: they were cut away.
+    pub n_cut_away: usize,
+}
+
+/// A point that may stay, with what other orders have seen of its surface.
+struct CheckedPoint {
+    point: ProfilePoint,
+    look: Look,
+    /// Place in the profile; `None` for a point that was in doubt.
+    own: Option<u32>,
+    is_out: bool,
+}
+
+/// Drops points that other surfaces contradict, and accepts doubtful ones that they confirm.
+#[derive(Clone, Copy)]
+pub struct PointFilter<'a> {
+    profiles: &'a Profiles<'a>,
+    surfaces: &'a Surfaces<'a>,
+    rivals: Rivals<'a>,
+}
+
+impl<'a> PointFilter<'a> {
+    /// Checks against the surfaces that the labelled points of `profiles` make.
+    pub fn new(profiles: &'a Profiles<'a>, surfaces: &'a Surfaces<'a>) -> Self {
+        Self { profiles, surfaces, rivals: Rivals::new(profiles, surfaces) }
+    }
+
+    /// Which points of frame `frame` stay. `candidates`: its points that are in doubt, in the order of a profile.
+    pub fn decide(&self, profile: &Profile, candidates: &Profile, frame: usize, lines: &Centrelines) -> Decision {
+        let contradicted = self.contradicted_points(profile, frame);
+        let mut checked = self.checked(&profile.points, frame);
+        let sure = self.columns(&checked);
+        let of_pieces = self.columns_of_pieces(profile, frame, lines);
+        checked.extend(self.candidates(&candidates.points, &sure, &of_pieces, frame));
+        for &place in &contradicted {
+            checked[place as usize].is_out = true;
+        }
+        let along = |checked: &CheckedPoint| self.place(&checked.point).0;
+        checked.sort_by(|a, b| a.point.order.cmp(&b.point.order).then(along(a).total_cmp(&along(b))));
+        leave_out_chance(&mut checked);
+        self.leave_out_rivals(&mut checked);
+        // Where nobody can look twice a missing second look says nothing.
+        if checked.iter().any(|checked| checked.look == Look::Seen) {
+            self.leave_out_unheld(&mut checked, &of_pieces, lines.correlation_px);
+        }
+        let mut left_out: Vec<u32> =
+            checked.iter().filter(|checked| checked.is_out).filter_map(|checked| checked.own).collect();
+        left_out.sort_unstable();
+        let taken: Vec<ProfilePoint> = checked
+            .iter()
+            .filter(|checked| checked.own.is_none() && !checked.is_out)
+            .map(|checked| checked.point)
+            .collect();
+        let is_cut_away = |point: &&ProfilePoint| {
+            let (along, across) = self.place(point);
+            !of_pieces.have(along, across)
+        };
+        Decision {
+            left_out,
+            n_contradicted: contradicted.len(),
+            n_cut_away: taken.iter().filter(is_cut_away).count(),
+            taken,
+        }
+    }
+
+    /// The points that the surfaces of other orders contradict, and what little is left of a run of such points.
+    fn contradicted_points(&self, profile: &Profile, frame: usize) -> Vec<u32> {
+        let mut contradicted_points = Vec::new();
+        let mut first = 0;
+        for run in profile.points.chunk_by(neighbours) {
+            let contradicted: Vec<bool> = run.iter().map(|point| self.surfaces.contradict(point, frame)).collect();
+            let n_contradicted = contradicted.iter().filter(|contradicted| **contradicted).count();
+            let whole_run = n_contradicted as f64 > RUN_DENIED_SHARE * run.len() as f64;
+            let places = (first..).zip(contradicted).filter(|(_, contradicted)| whole_run || *contradicted);
+            contradicted_points.extend(places.map(|(place, _)| place));
+            first += run.len() as u32;
+        }
+        contradicted_points
+    }
+
+    fn checked(&self, points: &[ProfilePoint], frame: usize) -> Vec<CheckedPoint> {
+        let looks = self.rivals.looks(points, frame);
+        let checked = |((own, point), look): ((u32, &ProfilePoint), Look)| CheckedPoint {
+            point: *point,
+            look,
+            own: Some(own),
+            is_out: false,
+        };
+        (0..).zip(points).zip(looks).map(checked).collect()
+    }
+
+    /// The candidates that other orders have seen again and no rival, or whose column leaves them their label alone. What was
+    /// cut away may belong to the line beyond the cut: it needs its column. `sure`: the columns of the frame's profile.
+    fn candidates(
+        &self,
+        points: &[ProfilePoint],
+        sure: &FrameColumns,
+        of_pieces: &LineColumns,
+        frame: usize,
+    ) -> Vec<CheckedPoint> {
+        let mut candidates = self.checked(points, frame);
+        candidates.retain(|CheckedPoint { point, look, .. }| {
+            let (along, across) = self.place(point);
+            let fits = match look {
+                Look::Seen if of_pieces.have(along, across) => {
+                    sure.have_room(along, across, point.order) && !self.rivals.have_seen(point, frame)
+                }
+                Look::Seen | Look::Nobody => sure.leave_only(along, across, point.order),
+                Look::RivalSeen => false,
+            };
+            fits && !self.surfaces.contradict(point, frame)
+        });
+        candidates.iter_mut().for_each(|candidate| candidate.own = None);
+        candidates
+    }
+
+    /// Leaves out what could have another label that was seen again, and what of its run cannot be told from it.
+    fn leave_out_rivals(&self, checked: &mut [CheckedPoint]) {
+        let (points, looks): (Vec<ProfilePoint>, Vec<Look>) =
+            checked.iter().map(|checked| (checked.point, checked.look)).unzip();
+        let has_rival = self.rivals.spread(&points, &looks);
+        let mut first = 0;
+        for run in checked.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
+            let has_rival = &has_rival[first..first + run.len()];
+            let n_rivals = has_rival.iter().filter(|has_rival| **has_rival).count();
+            let whole_run = n_rivals as f64 > RUN_DENIED_SHARE * run.len() as f64;
+            run.iter_mut()
+                .zip(has_rival)
+                .for_each(|(checked, has_rival)| checked.is_out |= whole_run || *has_rival);
+            first += run.len();
+        }
+    }
+
+    /// Leaves out what neither a second look nor the ranks nor its line holds.
+    fn leave_out_unheld(&self, checked: &mut [CheckedPoint], of_pieces: &LineColumns, correlation_px: f64) {
+        let columns = self.columns(checked);
+        for run in checked.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
+            let points: Vec<RunPoint> =
+                run.iter().map(|checked| self.run_point(checked, &columns, correlation_px)).collect();
+            for idx in carried_stretches(&points).into_iter().flatten() {
+                run[idx].is_out |= !points[idx].is_held();
+            }
+            let out: Vec<bool> = run.iter().map(|checked| checked.is_out).collect();
+            let cut = [(&run[0], -1), (&run[run.len() - 1], 1)]
+                .map(|(end, direction)| self.is_cut(end, direction, &columns, of_pieces));
+            for idx in loose_stretches(&points, &out, cut).into_iter().flatten() {
+                run[idx].is_out = true;
+            }
+        }
+    }
+
+    /// Whether a run's line goes on beyond its end under another label or none. `direction`: along the line, ±1.
+    fn is_cut(&self, end: &CheckedPoint, direction: i64, columns: &FrameColumns, of_pieces: &LineColumns) -> bool {
+        let reach = direction * 2 * COMPARE_STRIDE_PX as i64;
+        let next = of_pieces.next(self.place(&end.point), reach, KINK_STEP_PX);
+        next.is_some_and(|(along, across)| !columns.has(along, across, end.point.order))
+    }
+
+    fn run_point(&self, checked: &CheckedPoint, columns: &FrameColumns, correlation_px: f64) -> RunPoint {
+        let (along_px, across_px) = self.place(&checked.point);
+        let seen = &checked.point.seen;
+        RunPoint {
+            along_px,
+            across_px,
+            noise_px: seen.sigma_px * correlation_px.max(1.0).sqrt(),
+            width_px: f64::from(seen.width_px),
+            is_seen: checked.look == Look::Seen,
+            is_open: columns.leave_open(along_px, across_px),
+        }
+    }
+
+    fn columns(&self, checked: &[CheckedPoint]) -> FrameColumns {
+        let points = checked.iter().map(|CheckedPoint { point, look, .. }| {
+            let (along, across) = self.place(point);
+            ((along, across, point.order), *look == Look::Seen)
+        });
+        FrameColumns::new(points, &self.profiles.triangulator().calibration().orders)
+    }
+
+    /// Where the lines of a frame are, labelled or left out; a labelled line may go on beyond the depths that points may have.
+    fn columns_of_pieces(&self, profile: &Profile, frame: usize, lines: &Centrelines) -> LineColumns {
+        let labels = &self.profiles.labels;
+        let left_out = labels.left_out(frame).flat_map(|piece| piece.points(lines));
+        let points = profile.points.iter().map(|point| &point.seen).chain(left_out);
+        LineColumns::new(points.map(|point| point.along_across(labels.direction)))
+    }
+
+    fn place(&self, point: &ProfilePoint) -> (f64, f64) {
+        point.seen.along_across(self.profiles.labels.direction)
+    }
+}
+
+/// Leaves out candidates that hang on no point of the profile, unless other orders have seen them and they are long: a column
+/// may leave a chance row of speckles one order, too.
+fn leave_out_chance(checked: &mut [CheckedPoint]) {
+    for run in checked.chunk_by_mut(|a, b| neighbours(&a.point, &b.point)) {
+        if run.iter().all(|checked| checked.own.is_none()) {
+            let is_short = run.len() < STUB_POINTS;
+            run.iter_mut().for_each(|checked| checked.is_out |= is_short || checked.look != Look::Seen);
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Labels checked against the surfaces that they make: which points are dropped, which doubtful ones are accepted.
+
+pub mod carried;
+pub mod columns;
+pub mod compare;
+pub mod decision;
+pub mod rivals;

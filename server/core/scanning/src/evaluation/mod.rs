@@ -1,0 +1,314 @@
+//! A scan labelled and checked: its report, and its points frame by frame.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Vector2, Vector3};
+use optics::stage::{FrameSpread, StageSpread};
+use optics::{Calibration, Motion, Stage, StageAxis};
+use statistics::median;
+use vision::LineDirection;
+
+use crate::checks::compare::{ClosurePairs, Sums, Surfaces, order_pairs};
+use crate::checks::decision::{Decision, PointFilter};
+use crate::error::ScanError;
+use crate::input::frames::{in_order, lines_of};
+use crate::input::stage_positions::StagePositions;
+use crate::params::{FWHM_PER_SIGMA, THICKNESS_SAMPLES};
+use crate::points::cloud::CloudPoint;
+use crate::points::dropped::{DropReason, Dropped};
+use crate::points::envelope::depth_envelope;
+use crate::points::profile::{Profile, ProfilePoint};
+use crate::points::profiles::Profiles;
+use crate::points::sigma_table::SigmaTable;
+use crate::report::ScanReport;
+
+/// The evaluation of a scan; its points are computed on demand.
+pub struct Evaluation<'a> {
+    /// What was done.
+    pub report: ScanReport,
+    /// What the cloud must say about itself; the software adds its own name and version.
+    pub comments: Vec<String>,
+    profiles: Profiles<'a>,
+    /// Per frame: what of its profile is left out again, and what is taken after all.
+    decisions: Vec<Decision>,
+    /// Systematic σ of each order, over the pixels where it was seen.
+    tables: Vec<(i8, SigmaTable)>,
+    /// What is not known of the stage itself.
+    stage_spread: StageSpread,
+}
+
+impl<'a> Evaluation<'a> {
+    /// Leaves out what the surfaces of other orders contradict, what rivals challenge and what nothing holds, accepts what was in doubt
+    /// without need, and draws up the report.
+    pub(crate) fn new(profiles: Profiles<'a>, surfaces: Option<Surfaces>) -> Result<Self, ScanError> {
+        let calibration = profiles.calibration;
+        let mut orders = calibration.orders.clone();
+        orders.sort_unstable();
+        let mut sum = Checks::new(orders.len());
+        let n_frames = profiles.frames.n_frames();
+        let filter = surfaces.as_ref().map(|surfaces| PointFilter::new(&profiles, surfaces));
+        let check = |frame| Checked::new(&profiles, frame, (surfaces.as_ref(), filter), &orders);
+        in_order(n_frames, check, |checked| {
+            sum.add(checked);
+            Ok(())
+        })?;
+        let report = ScanReport {
+            n_points: sum.n_points.iter().sum(),
+            n_segments: sum.n_segments,
+            dropped: sum.dropped,
+            labels: sum.labels,
+            self_consistency: order_pairs(&sum.totals, &orders),
+            closure: sum.closure.closure(),
+            envelope: depth_envelope(calibration, profiles.depth_range_mm),
+        };
+        let tables = sigma_tables(calibration, &sum.bounds);
+        let stage_spread = calibration.stage_spread();
+        let mut made =
+            Self { report, comments: Vec::new(), profiles, decisions: sum.decisions, tables, stage_spread };
+        let line_sigma_mm = made.line_sigma_mm(&sum.n_points)?;
+        made.comments = comments(calibration, sum.correlations_px, line_sigma_mm);
+        made.comments.extend(made.stage_positions().comments());
+        Ok(made)
+    }
+
+    /// Hands out the points of the cloud, frame by frame: ordered by frame, then order, then along the line. May be asked
+    /// for again. Frames are worked on by all threads, and only a few of them at a time.
+    ///
+    /// # Errors
+    /// What `take` answers, which ends it, or [`ScanError::UnreadableFrame`].
+    pub fn for_each_frame<E: From<ScanError> + Send>(
+        &self,
+        mut take: impl FnMut(&[CloudPoint]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let points = |frame| Ok(self.points_of(frame)?);
+        in_order(self.profiles.frames.n_frames(), points, |points| take(&points))
+    }
+
+    fn stage_positions(&self) -> StagePositions {
+        let frames = self.profiles.frames;
+        let positions = (0..frames.n_frames()).map(|frame| frames.position(frame));
+        match self.profiles.calibration.stage {
+            Some(stage) => StagePositions { stage, positions: positions.collect() },
+            None => StagePositions::linear(StageAxis::new(Vector3::zeros()), positions.map(|at| at.value())),
+        }
+    }
+
+    fn points_of(&self, frame: usize) -> Result<Vec<CloudPoint>, ScanError> {
+        let position = self.profiles.frames.position(frame);
+        let stage: Option<&Stage> = self.profiles.calibration.stage.as_ref();
+        // What was evaluated has positions of the stage's own kind.
+        let motion = stage.and_then(|stage| stage.motion(position)).unwrap_or_else(Motion::at_rest);
+        let spread = self.stage_spread.in_frame(position);
+        let profile = self.profiles.of(frame)?;
+        let points = self.kept(&profile, frame);
+        Ok(points.iter().map(|point| self.cloud_point(point, frame, &motion, &spread)).collect())
+    }
+
+    /// The points of a frame.
+    fn kept(&self, profile: &Profile, frame: usize) -> Vec<ProfilePoint> {
+        kept(profile, &self.decisions[frame], self.profiles.labels.direction)
+    }
+
+    fn cloud_point(
+        &self,
+        point: &ProfilePoint,
+        frame: usize,
+        motion: &Motion,
+        spread: &FrameSpread,
+    ) -> CloudPoint {
+        let calibration = self.profiles.calibration;
+        let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
+        let table = self.tables.iter().find(|(order, _)| *order == point.order);
+        let systematic =
+            table.map_or(0.0, |(_, table)| table.sigma_mm(calibration, point.seen.u_px, point.seen.v_px));
+        CloudPoint {
+            x_mm: in_part.x,
+            y_mm: in_part.y,
+            z_mm: in_part.z,
+            order: point.order,
+            frame: frame as u32,
+            u_px: point.seen.u_px as f32,
+            v_px: point.seen.v_px as f32,
+            intensity: point.seen.intensity,
+            sigma_mm: point.noise_sigma_mm.hypot(systematic).hypot(spread.sigma_mm(&point.hit_in_camera)) as f32,
+        }
+    }
+
+    /// Median thickness of the light sheets (one σ, along their normals) from the widths of the lines in the image.
+    /// `n_points`: of each frame.
+    fn line_sigma_mm(&self, n_points: &[usize]) -> Result<f64, ScanError> {
+        let step = self.report.n_points.div_ceil(THICKNESS_SAMPLES).max(1);
+        let firsts: Vec<usize> = n_points
+            .iter()
+            .scan(0, |n_before: &mut usize, n| {
+                // Points up to the next multiple of the step.
+                let skipped = n_before.next_multiple_of(step) - *n_before;
+                *n_before += n;
+                Some(skipped)
+            })
+            .collect();
+        let thicknesses = |frame: usize| -> Result<Vec<f64>, ScanError> {
+            if firsts[frame] >= n_points[frame] {
+                return Ok(Vec::new());
+            }
+            let profile = self.profiles.of(frame)?;
+            let points = self.kept(&profile, frame);
+            let sampled = points.iter().skip(firsts[frame]).step_by(step);
+            Ok(sampled.filter_map(|point| thickness_mm(point, self.profiles.calibration)).collect())
+        };
+        let mut sigmas_mm: Vec<f64> = Vec::with_capacity(THICKNESS_SAMPLES);
+        in_order(n_points.len(), thicknesses, |of_frame| {
+            sigmas_mm.extend(of_frame);
+            Ok::<(), ScanError>(())
+        })?;
+        Ok(median(&mut sigmas_mm).unwrap_or(0.0))
+    }
+}
+
+/// What is decided to stay of a frame, by order, then along the line.
+fn kept(profile: &Profile, decision: &Decision, direction: LineDirection) -> Vec<ProfilePoint> {
+    let mut left_out = decision.left_out.iter().copied().peekable();
+    let stays = |(idx, _): &(u32, &ProfilePoint)| left_out.next_if_eq(idx).is_none();
+    let own = (0..).zip(&profile.points).filter(stays).map(|(_, point)| point);
+    let mut points: Vec<ProfilePoint> = own.chain(&decision.taken).copied().collect();
+    let along = |point: &ProfilePoint| point.seen.along_across(direction).0;
+    points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
+    points
+}
+
+/// Thickness of the light sheet at a point, one σ along its normal.
+fn thickness_mm(point: &ProfilePoint, calibration: &Calibration) -> Option<f64> {
+    let pixel = Vector2::new(point.seen.u_px, point.seen.v_px);
+    let hit = calibration.triangulate(point.order, &pixel, None)?;
+    let along_ray_mm = hit.noise_sigma_mm(&point.seen.normal, f64::from(point.seen.width_px) / FWHM_PER_SIGMA);
+    Some(along_ray_mm * hit.hit.normal.dot(&hit.ray).abs() / hit.ray.norm())
+}
+
+fn comments(calibration: &Calibration, mut correlations_px: Vec<f64>, line_sigma_mm: f64) -> Vec<String> {
+    correlations_px.sort_by(f64::total_cmp);
+    vec![
+        format!("calibration {}", calibration.id),
+        "units mm".into(),
+        "frame part".into(),
+        format!("noise_correlation_px {}", correlations_px[correlations_px.len() / 2]),
+        format!("line_sigma_mm {line_sigma_mm:.4}"),
+    ]
+}
+
+/// The pixels (u, v) of an order's points: lowest, highest.
+type Bounds = [[f64; 2]; 2];
+
+/// One table per order, over the pixels where it was seen.
+fn sigma_tables(calibration: &Calibration, bounds: &BTreeMap<i8, Bounds>) -> Vec<(i8, SigmaTable)> {
+    let table = |&order: &i8| {
+        let [low, high] = *bounds.get(&order)?;
+        Some((order, SigmaTable::new(calibration, order, low, high)))
+    };
+    calibration.orders.iter().filter_map(table).collect()
+}
+
+fn widened(bounds: Option<Bounds>, low: [f64; 2], high: [f64; 2]) -> Bounds {
+    let [old_low, old_high] = bounds.unwrap_or([low, high]);
+    [[0, 1].map(|axis| old_low[axis].min(low[axis])), [0, 1].map(|axis| old_high[axis].max(high[axis]))]
+}
+
+/// A frame after the check.
+struct Checked {
+    decision: Decision,
+    n_points: usize,
+    n_segments: usize,
+    correlation_px: f64,
+    dropped: Dropped,
+    labels: Vec<Option<i8>>,
+    bounds: BTreeMap<i8, Bounds>,
+    totals: Vec<Sums>,
+    closure: ClosurePairs,
+}
+
+impl Checked {
+    fn new(
+        profiles: &Profiles,
+        frame: usize,
+        (surfaces, filter): (Option<&Surfaces>, Option<PointFilter>),
+        orders: &[i8],
+    ) -> Result<Self, ScanError> {
+        let lines = lines_of(profiles.frames, frame)?;
+        let (n_segments, correlation_px) = (lines.segments.len(), lines.correlation_px);
+        let profile = profiles.of(frame)?;
+        let decision = match filter {
+            Some(filter) => filter.decide(&profile, &profiles.candidates_of(frame, &lines), frame, &lines),
+            None => Decision::default(),
+        };
+        drop(lines);
+        let points = kept(&profile, &decision, profiles.labels.direction);
+        let mut dropped = profile.dropped;
+        dropped.add_points(DropReason::Contradicted, decision.n_contradicted);
+        dropped.add_points(DropReason::Doubtful, decision.left_out.len() - decision.n_contradicted);
+        dropped.take_back(DropReason::TooShort, decision.n_cut_away);
+        dropped.take_back(DropReason::Doubtful, decision.taken.len() - decision.n_cut_away);
+        let mut bounds = BTreeMap::new();
+        for point in &points {
+            let at = [point.seen.u_px, point.seen.v_px];
+            bounds.insert(point.order, widened(bounds.get(&point.order).copied(), at, at));
+        }
+        let totals = surfaces.map_or_else(Vec::new, |surfaces| surfaces.differences_of(&points, frame, orders));
+        let closure = surfaces.map_or_else(ClosurePairs::default, |surfaces| surfaces.closure_of(&points, frame));
+        Ok(Self {
+            decision,
+            n_points: points.len(),
+            n_segments,
+            correlation_px,
+            dropped,
+            labels: profile.labels.clone(),
+            bounds,
+            totals,
+            closure,
+        })
+    }
+}
+
+/// All frames after the check.
+struct Checks {
+    decisions: Vec<Decision>,
+    n_points: Vec<usize>,
+    n_segments: usize,
+    correlations_px: Vec<f64>,
+    dropped: Dropped,
+    labels: Vec<Vec<Option<i8>>>,
+    bounds: BTreeMap<i8, Bounds>,
+    totals: Vec<Sums>,
+    closure: ClosurePairs,
+}
+
+impl Checks {
+    fn new(n_orders: usize) -> Self {
+        Self {
+            decisions: Vec::new(),
+            n_points: Vec::new(),
+            n_segments: 0,
+            correlations_px: Vec::new(),
+            dropped: Dropped::default(),
+            labels: Vec::new(),
+            bounds: BTreeMap::new(),
+            totals: vec![Sums::default(); n_orders * n_orders],
+            closure: ClosurePairs::default(),
+        }
+    }
+
+    fn add(&mut self, frame: Checked) {
+        self.decisions.push(frame.decision);
+        self.n_points.push(frame.n_points);
+        self.n_segments += frame.n_segments;
+        self.correlations_px.push(frame.correlation_px);
+        self.dropped.add(&frame.dropped);
+        self.labels.push(frame.labels);
+        for (order, [low, high]) in frame.bounds {
+            self.bounds.insert(order, widened(self.bounds.get(&order).copied(), low, high));
+        }
+        self.closure.append(frame.closure);
+        self.totals.iter_mut().zip(&frame.totals).for_each(|(total, sums)| total.add_all(sums));
+    }
+}
+
+#[cfg(test)]
+mod tests;

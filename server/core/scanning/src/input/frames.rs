@@ -1,0 +1,98 @@
+//! The frames of a scan, wherever they are kept: read one at a time, as often as a step needs them.
+
+use std::borrow::Cow;
+
+use optics::StagePosition;
+use remedy::{Remedy, with_causes};
+use vision::Centrelines;
+
+use crate::error::{ContentError, ScanError};
+use crate::threads::map_with;
+
+/// Frames worked on before their results are taken over in order: enough for many threads, little memory.
+const BATCH_FRAMES: usize = 32;
+
+/// One frame of a scan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScanFrame {
+    /// The lines found in its image.
+    pub centrelines: Centrelines,
+    /// Where the stage stood.
+    pub position: StagePosition,
+}
+
+/// The frames of a scan, in order of capture. In memory, or in a file of peaks
+/// (`files::peaks::PeaksFile`): a large scan need not fit into memory.
+pub trait Frames: Sync {
+    /// How many there are.
+    fn n_frames(&self) -> usize;
+    /// Where the stage stood when a frame was taken.
+    fn position(&self, frame: usize) -> StagePosition;
+    /// The lines found in a frame, the same whenever they are asked for.
+    ///
+    /// # Errors
+    /// [`ContentError`] if they can no longer be read.
+    fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError>;
+}
+
+impl Frames for &[ScanFrame] {
+    fn n_frames(&self) -> usize {
+        self.len()
+    }
+
+    fn position(&self, frame: usize) -> StagePosition {
+        self[frame].position
+    }
+
+    fn centrelines(&self, frame: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
+        Ok(Cow::Borrowed(&self[frame].centrelines))
+    }
+}
+
+/// A single frame, at rest.
+pub(crate) struct OneFrame<'a>(pub &'a Centrelines);
+
+impl Frames for OneFrame<'_> {
+    fn n_frames(&self) -> usize {
+        1
+    }
+
+    fn position(&self, _: usize) -> StagePosition {
+        StagePosition::LinearMm(0.0)
+    }
+
+    fn centrelines(&self, _: usize) -> Result<Cow<'_, Centrelines>, ContentError> {
+        Ok(Cow::Borrowed(self.0))
+    }
+}
+
+/// The lines of a frame, or why the scan cannot go on.
+pub(crate) fn lines_of(frames: &dyn Frames, frame: usize) -> Result<Cow<'_, Centrelines>, ScanError> {
+    frames.centrelines(frame).map_err(|error| ScanError::UnreadableFrame {
+        frame,
+        problem: with_causes(&error),
+        remedy: error.remedy().map(Cow::into_owned),
+    })
+}
+
+/// `work` on the lines of every frame, on all threads; the results in order.
+pub(crate) fn of_every_frame<T: Send>(
+    frames: &dyn Frames,
+    work: impl Fn(usize, &Centrelines) -> T + Sync,
+) -> Result<Vec<T>, ScanError> {
+    let of_frame = |(): &mut (), frame| Ok(work(frame, &*lines_of(frames, frame)?));
+    map_with(frames.n_frames(), 1, || (), of_frame).into_iter().collect()
+}
+
+/// `work` on the numbers below `n`, on all threads; `take` gets the results in order and soon after they are made.
+pub(crate) fn in_order<T: Send, E: Send>(
+    n: usize,
+    work: impl Fn(usize) -> Result<T, E> + Sync,
+    mut take: impl FnMut(T) -> Result<(), E>,
+) -> Result<(), E> {
+    for first in (0..n).step_by(BATCH_FRAMES) {
+        let batch = map_with(BATCH_FRAMES.min(n - first), 1, || (), |(): &mut (), idx| work(first + idx));
+        batch.into_iter().try_for_each(|result| take(result?))?;
+    }
+    Ok(())
+}

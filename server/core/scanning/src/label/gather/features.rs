@@ -1,0 +1,116 @@
+//! The features of every frame that labelling needs, extracted in a few passes: a scan's points need not be in memory
+//! together.
+
+use vision::{Centrelines, LineDirection};
+
+use super::hypotheses::{Samples, View};
+use super::ranks::{SharedColumns, shared_columns};
+use super::tracks::{End, ends_of, joined};
+use crate::error::ScanError;
+use crate::input::frames::{Frames, in_order, lines_of, of_every_frame};
+use crate::input::motions::FrameMotion;
+use crate::label::columns::{Columns, pieces_of};
+use crate::label::pieces::{self, Joint, Piece};
+
+/// The pieces of all frames with their features.
+pub struct FrameFeatures {
+    /// Ordered by frame, segment, then along the line.
+    pub pieces: Vec<Piece>,
+    /// Their samples.
+    pub samples: Samples,
+    /// Per piece: its ends.
+    pub ends: Vec<(End, End)>,
+    /// Per piece: whether it follows the one before it without a jump.
+    pub joined: Vec<bool>,
+    /// Per piece: full width of the line at half its height.
+    pub widths_px: Vec<f64>,
+    /// Per frame: what its pieces share.
+    pub shared_columns: Vec<SharedColumns>,
+}
+
+/// Extracts the features of every frame.
+pub fn extract_features(
+    frames: &dyn Frames,
+    motions: &[FrameMotion],
+    view: &View,
+    pieces: Vec<Piece>,
+) -> Result<FrameFeatures, ScanError> {
+    let mut features = FrameFeatures {
+        samples: Samples::new(view.triangulator.calibration().orders.len()),
+        ends: Vec::with_capacity(pieces.len()),
+        joined: Vec::with_capacity(pieces.len()),
+        widths_px: Vec::with_capacity(pieces.len()),
+        shared_columns: Vec::with_capacity(frames.n_frames()),
+        pieces: Vec::new(),
+    };
+    let look =
+        |frame| Ok(OneFrameFeatures::new(view, &pieces, frame, &*lines_of(frames, frame)?, &motions[frame]));
+    in_order(frames.n_frames(), look, |look| {
+        features.samples.append(look.samples);
+        features.ends.extend(look.ends);
+        features.joined.extend(look.joined);
+        features.widths_px.extend(look.widths_px);
+        features.shared_columns.push(look.shared_columns);
+        Ok(())
+    })?;
+    features.pieces = pieces;
+    Ok(features)
+}
+
+/// The pieces of all frames, cut at their own kinks and at the joints of their neighbours. `travel_order`: the frames in
+/// the sequence of their stage positions.
+pub fn cut_pieces(
+    frames: &dyn Frames,
+    travel_order: &[usize],
+    direction: LineDirection,
+) -> Result<Vec<Piece>, ScanError> {
+    let found = of_every_frame(frames, |frame, lines| {
+        let pieces = pieces::pieces_of_frame(lines, frame, direction);
+        let joints = pieces::joints_of_frame(&pieces, lines, direction);
+        (pieces, joints)
+    })?;
+    let (pieces, joints): (Vec<Vec<Piece>>, Vec<Vec<Joint>>) = found.into_iter().unzip();
+    let nearby = pieces::joints_nearby(&joints, travel_order);
+    let cut = of_every_frame(frames, |frame, lines| {
+        pieces::cut_at_joints(&pieces[frame], lines, direction, &nearby[frame])
+    })?;
+    Ok(cut.into_iter().flatten().collect())
+}
+
+/// What one frame shows.
+struct OneFrameFeatures {
+    samples: Samples,
+    ends: Vec<(End, End)>,
+    joined: Vec<bool>,
+    widths_px: Vec<f64>,
+    shared_columns: SharedColumns,
+}
+
+impl OneFrameFeatures {
+    fn new(view: &View, pieces: &[Piece], frame: usize, lines: &Centrelines, motion: &FrameMotion) -> Self {
+        let own = pieces_of(pieces, frame);
+        let samples = view.samples(&pieces[own.clone()], own.start, lines, motion);
+        let follows =
+            |idx: usize| idx > own.start && joined(&pieces[idx - 1], &pieces[idx], lines, view.direction);
+        let columns = Columns { pieces, own: own.clone(), lines, direction: view.direction };
+        Self {
+            shared_columns: shared_columns(&samples.all, &columns),
+            ends: pieces[own.clone()].iter().map(|piece| both_ends(piece, lines, view.direction)).collect(),
+            joined: own.clone().map(follows).collect(),
+            widths_px: pieces[own.clone()].iter().map(|piece| width_px(piece, lines)).collect(),
+            samples,
+        }
+    }
+}
+
+/// Mean over the points of a piece.
+fn width_px(piece: &Piece, lines: &Centrelines) -> f64 {
+    let widths = piece.points(lines).iter().map(|point| f64::from(point.width_px));
+    widths.sum::<f64>() / piece.n_points() as f64
+}
+
+fn both_ends(piece: &Piece, lines: &Centrelines, direction: LineDirection) -> (End, End) {
+    let points = piece.points(lines).iter().map(|point| point.along_across(direction));
+    let (along, across): (Vec<f64>, Vec<f64>) = points.unzip();
+    ends_of(&along, &across)
+}

@@ -1,0 +1,11 @@
+//! What speaks for and against every label: samples tried with every order, lines followed, surfaces seen twice.
+
+pub mod agreement;
+pub mod evidence;
+pub mod features;
+pub mod hypotheses;
+pub mod patches;
+pub mod ranks;
+pub mod reference_view;
+pub mod strips;
+pub mod tracks;

@@ -1,0 +1,236 @@
+//! From evidence to labels: mean-field marginals, hardened, improved one by one, then tested against other labellings.
+
+use super::overlooked::with_overlooked_surfaces;
+use super::shift_together::shift_together;
+use crate::label::gather::evidence::Evidence;
+use crate::label::union_find::UnionFind;
+use crate::params::{
+    CONTINUITY_ALONE, GROUP_MARGIN, LABEL_MARGIN, OVERRULED_MARGIN, PIECES_PER_TASK, RELAX_ROUNDS,
+    RELAX_SHARPNESS, SETTLE_SWEEPS, UNLABELLED_FROM,
+};
+use crate::threads::for_each_chunk;
+
+/// The outcome of labelling for a piece.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LabelOutcome {
+    /// Index into the calibration's orders.
+    Order(usize),
+    /// Another answer is about as good.
+    Doubtful,
+    /// Every order is contradicted: a reflection, a ghost, a point outside the depth range.
+    Contradicted,
+}
+
+/// The best label of every piece, and whether it may have it. `confirmation`: score per sample a label must have from other
+/// pieces; not being contradicted is not enough where a second look was possible. `challenged`: which pieces are in doubt under
+/// given labels once they are tried strip by strip.
+pub fn label_outcomes(
+    evidence: &Evidence,
+    confirmation: Option<f64>,
+    challenged: impl Fn(&[usize]) -> Vec<bool>,
+) -> (Vec<usize>, Vec<LabelOutcome>) {
+    let (mut labels, doubtful_groups) = best_labels(evidence);
+    if confirmation.is_some() {
+        // A frame by itself says no more together than its groups did.
+        shift_together(evidence, &mut labels);
+    }
+    let challenged = challenged(&labels);
+    let mut scores = Vec::new();
+    let doubtful: Vec<bool> = (0..evidence.n_pieces())
+        .map(|piece| {
+            if labels[piece] == evidence.none() {
+                return false;
+            }
+            evidence.scores_given(piece, &labels, &mut scores);
+            let unconfirmed = confirmation.is_some_and(|least| scores[labels[piece]] < least);
+            let beside: Vec<f64> =
+                (0..evidence.none()).map(|label| evidence.score_without_bonds(piece, label, &labels)).collect();
+            let label = labels[piece];
+            doubtful_groups[piece]
+                || challenged[piece]
+                || unconfirmed
+                || margin(&scores[..evidence.none()], label) < LABEL_MARGIN
+                || margin(&beside, label) < -OVERRULED_MARGIN
+                || confirmation.is_some()
+                    && margin(&beside, label) < OVERRULED_MARGIN
+                    && scores[label] < CONTINUITY_ALONE
+        })
+        .collect();
+    let outcome = |(label, doubtful): (&usize, bool)| match *label {
+        label if label == evidence.none() => LabelOutcome::Contradicted,
+        _ if doubtful => LabelOutcome::Doubtful,
+        label => LabelOutcome::Order(label),
+    };
+    let outcomes = labels.iter().zip(doubtful).map(outcome).collect();
+    (labels, outcomes)
+}
+
+/// The best label of every piece, and whether it belongs to a group for which others are about as good.
+pub fn best_labels(evidence: &Evidence) -> (Vec<usize>, Vec<bool>) {
+    let mut labels = hardened(evidence);
+    let doubtful = challenge_groups(evidence, &mut labels);
+    (labels, doubtful)
+}
+
+/// The better of [`best_labels`] and `start` improved, with the surfaces that it overlooks. Relaxation finds what many parts change together, but leaves islands
+/// on slopes, where shifted surfaces agree.
+pub fn best_from(evidence: &Evidence, mut start: Vec<usize>) -> Vec<usize> {
+    improve(evidence, &mut start, &everything(evidence));
+    let (fresh, _) = best_labels(evidence);
+    let better = if total_score(evidence, &fresh) > total_score(evidence, &start) { fresh } else { start };
+    with_overlooked_surfaces(evidence, better)
+}
+
+/// Mean-field marginals, sharpened slowly: every label's score is averaged over the marginals of the others.
+///
+/// As long as the others' labels are open every order seems to stand on the wrong side of some line, "none" does not:
+/// it takes part once the orders have found their places.
+fn relaxed(evidence: &Evidence) -> Vec<f64> {
+    let n = evidence.n_labels;
+    let mut marginals = vec![1.0 / n as f64; evidence.n_pieces() * n];
+    let mut fresh = marginals.clone();
+    for round in 0..RELAX_ROUNDS {
+        let progress = round as f64 / (RELAX_ROUNDS - 1) as f64;
+        let sharpness = RELAX_SHARPNESS[0] * (RELAX_SHARPNESS[1] / RELAX_SHARPNESS[0]).powf(progress);
+        for_each_chunk(&mut fresh, n, PIECES_PER_TASK, |piece, fresh| {
+            evidence.scores(piece, &marginals, fresh);
+            if progress < UNLABELLED_FROM {
+                fresh[evidence.none()] = f64::NEG_INFINITY;
+            }
+            softmax(fresh, sharpness);
+        });
+        for (marginal, fresh) in marginals.iter_mut().zip(&fresh) {
+            *marginal = 0.5 * (*marginal + fresh);
+        }
+    }
+    marginals
+}
+
+fn softmax(scores: &mut [f64], sharpness: f64) {
+    let top = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    scores.iter_mut().for_each(|score| *score = ((*score - top) * sharpness).exp());
+    let sum: f64 = scores.iter().sum();
+    scores.iter_mut().for_each(|weight| *weight /= sum);
+}
+
+/// Most probable labels, improved one by one until nothing changes.
+fn hardened(evidence: &Evidence) -> Vec<usize> {
+    let (n, marginals) = (evidence.n_labels, relaxed(evidence));
+    let mut labels: Vec<usize> = marginals.chunks_exact(n).map(largest).collect();
+    improve(evidence, &mut labels, &everything(evidence));
+    labels
+}
+
+/// All pieces.
+pub fn everything(evidence: &Evidence) -> Vec<usize> {
+    (0..evidence.n_pieces()).collect()
+}
+
+/// Gives every one of `chosen` its best label until nothing changes.
+pub fn improve(evidence: &Evidence, labels: &mut [usize], chosen: &[usize]) {
+    let mut scores = Vec::new();
+    for _ in 0..SETTLE_SWEEPS {
+        let mut changed = false;
+        for &piece in chosen {
+            evidence.scores_given(piece, labels, &mut scores);
+            let best = largest(&scores);
+            changed |= best != labels[piece];
+            labels[piece] = best;
+        }
+        if !changed {
+            break;
+        }
+    }
+}
+
+/// Index of the largest value, the first of equals.
+fn largest(values: &[f64]) -> usize {
+    let mut best = 0;
+    for (idx, value) in values.iter().enumerate() {
+        if *value > values[best] {
+            best = idx;
+        }
+    }
+    best
+}
+
+/// By how much a label beats the next best, per sample.
+fn margin(scores: &[f64], label: usize) -> f64 {
+    let rivals = scores.iter().enumerate().filter(|(rival, _)| *rival != label);
+    scores[label] - rivals.map(|(_, score)| *score).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Shifts whole groups of mutually supporting pieces by one and more orders; a better answer is taken, one nearly
+/// as good makes the group doubtful. Returns which pieces are in doubt.
+///
+/// Pieces of one group support each other, so that a common error shows in none of them alone.
+fn challenge_groups(evidence: &Evidence, labels: &mut [usize]) -> Vec<bool> {
+    let mut doubtful = vec![false; labels.len()];
+    for group in groups(evidence, labels) {
+        let kept: Vec<usize> = labels.to_vec();
+        let n_orders = evidence.none() as isize;
+        let mut best = (group_support(evidence, &kept, &group), kept.clone());
+        let mut runner_up = f64::NEG_INFINITY;
+        for shift in (1 - n_orders..n_orders).filter(|shift| *shift != 0) {
+            let mut rival = kept.clone();
+            for &piece in &group {
+                let label = kept[piece] as isize + shift;
+                rival[piece] = if (0..n_orders).contains(&label) { label as usize } else { evidence.none() };
+            }
+            improve(evidence, &mut rival, &group);
+            if rival == kept || mostly_same(&rival, &kept, &group) {
+                continue;
+            }
+            let score = group_support(evidence, &rival, &group);
+            if score > best.0 {
+                runner_up = best.0;
+                best = (score, rival);
+            } else {
+                runner_up = runner_up.max(score);
+            }
+        }
+        labels.copy_from_slice(&best.1);
+        let size: f64 = group.iter().map(|&piece| evidence.sizes[piece]).sum();
+        if best.0 - runner_up < GROUP_MARGIN * size {
+            group.iter().for_each(|&piece| doubtful[piece] = true);
+        }
+    }
+    doubtful
+}
+
+/// Whether the shifted group fell back to its labels.
+fn mostly_same(rival: &[usize], kept: &[usize], group: &[usize]) -> bool {
+    let same = group.iter().filter(|&&piece| rival[piece] == kept[piece]).count();
+    2 * same > group.len()
+}
+
+/// What speaks for the labels of all pieces together.
+pub fn total_score(evidence: &Evidence, labels: &[usize]) -> f64 {
+    group_support(evidence, labels, &everything(evidence))
+}
+
+fn group_support(evidence: &Evidence, labels: &[usize], group: &[usize]) -> f64 {
+    group.iter().map(|&piece| evidence.score(piece, labels[piece], labels) * evidence.sizes[piece]).sum()
+}
+
+/// Labelled pieces connected by pairs that speak for each other's labels.
+fn groups(evidence: &Evidence, labels: &[usize]) -> Vec<Vec<usize>> {
+    let mut unions = UnionFind::new(labels.len());
+    for piece in 0..labels.len() {
+        if labels[piece] == evidence.none() {
+            continue;
+        }
+        for pair in &evidence.pairs[piece * evidence.n_labels + labels[piece]] {
+            let other = pair.piece as usize;
+            if pair.weight > 0.0 && labels[other] == pair.label as usize {
+                unions.join(piece, other);
+            }
+        }
+    }
+    let mut groups: Vec<Vec<usize>> = vec![Vec::new(); labels.len()];
+    for piece in (0..labels.len()).filter(|&piece| labels[piece] != evidence.none()) {
+        groups[unions.first_of(piece)].push(piece);
+    }
+    groups.retain(|group| !group.is_empty());
+    groups
+}

@@ -1,0 +1,93 @@
+//! Lines that are better off with the next order, all together.
+//!
+//! Lines hold each other by their ranks and by continuity, so that none of a row of lines gains by changing alone, and a
+//! whole region of a scan may be an order off.
+
+use super::relax::{everything, improve, total_score};
+use super::shifts::{Change, Costs};
+use crate::label::gather::evidence::{Evidence, Kind, wrong_labels};
+use crate::params::SHIFT_ROUNDS;
+
+/// Shifts by one order whatever gains by it together, until nothing does.
+pub fn shift_together(evidence: &Evidence, labels: &mut Vec<usize>) {
+    let everything = everything(evidence);
+    let mut score = total_score(evidence, labels);
+    for _ in 0..SHIFT_ROUNDS {
+        let before = score;
+        for by in [-1, 1] {
+            let mut tried = labels.clone();
+            for (piece, change) in costs(evidence, labels, by).cut().best() {
+                tried[piece] = match change {
+                    Change::Shifted => shifted(evidence, labels[piece], by),
+                    Change::Unlabelled => evidence.none(),
+                };
+            }
+            if tried == *labels {
+                continue;
+            }
+            improve(evidence, &mut tried, &everything);
+            let gained = total_score(evidence, &tried);
+            if gained > score {
+                (*labels, score) = (tried, gained);
+            }
+        }
+        if score == before {
+            break;
+        }
+    }
+}
+
+/// The label that is `by` orders higher; "none" where there is no such order.
+fn shifted(evidence: &Evidence, label: usize, by: isize) -> usize {
+    label.checked_add_signed(by).filter(|label| *label < evidence.none()).unwrap_or(evidence.none())
+}
+
+/// What it costs to shift pieces by so many orders, or to leave them without a label. Those without one stay as they are.
+fn costs(evidence: &Evidence, labels: &[usize], by: isize) -> Costs {
+    let (n, none) = (evidence.n_labels, evidence.none());
+    let mut costs = Costs::new(labels.len());
+    // Per pair of pieces, the first first: their states and what these cost.
+    let mut pairs: Vec<([usize; 2], [usize; 2], f64)> = Vec::new();
+    let states = |piece: usize| [labels[piece], shifted(evidence, labels[piece], by)];
+    for piece in (0..labels.len()).filter(|&piece| labels[piece] != none) {
+        let [label, shifted] = states(piece);
+        costs.add_own(piece, [label, none, shifted].map(|label| -evidence.unary[piece * n + label]));
+        for pair in evidence.pairs[piece * n + none].iter().filter(|pair| labels[pair.piece as usize] == none) {
+            // Both halves of it: the other has no say.
+            costs.add_own(piece, [0.0, -2.0 * f64::from(pair.weight), 0.0]);
+        }
+        let mut add = |state: usize, other: usize, is_theirs: &dyn Fn(usize) -> bool, cost: f64| {
+            for (other_state, _) in states(other).into_iter().enumerate().filter(|(_, label)| is_theirs(*label)) {
+                pairs.push(if piece < other {
+                    ([piece, other], [state, other_state], cost)
+                } else {
+                    ([other, piece], [other_state, state], cost)
+                });
+            }
+        };
+        for (state, label) in states(piece).into_iter().enumerate().filter(|(_, label)| *label != none) {
+            let others =
+                evidence.pairs[piece * n + label].iter().filter(|pair| labels[pair.piece as usize] != none);
+            for pair in others {
+                let (other, weight) = (pair.piece as usize, f64::from(pair.weight));
+                if pair.kind == Kind::SecondLook || labels[other] != labels[piece] {
+                    add(state, other, &|theirs| theirs == pair.label as usize, -weight);
+                } else if state == 0 {
+                    costs.add_bond(piece, other, weight);
+                }
+            }
+            for rank in evidence.ranks[piece].iter().filter(|rank| labels[rank.piece as usize] != none) {
+                let wrong = wrong_labels(rank.is_above, label, none);
+                add(state, rank.piece as usize, &|theirs| wrong.contains(&theirs), f64::from(rank.cost));
+            }
+        }
+    }
+    pairs.sort_unstable_by_key(|pair| pair.0);
+    for of_pair in pairs.chunk_by(|a, b| a.0 == b.0) {
+        let [first, second] = of_pair[0].0;
+        let mut cost = [[0.0; 2]; 2];
+        of_pair.iter().for_each(|(_, [a, b], weight)| cost[*a][*b] += weight);
+        costs.add_pair(first, second, cost);
+    }
+    costs
+}

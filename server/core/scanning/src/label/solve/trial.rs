@@ -1,0 +1,321 @@
+//! Another labelling on trial: one strip takes a rival label, all that it affects adapt.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use super::shifts::{Change, Shifts};
+use super::strip_graph::StripGraph;
+use crate::params::{CHALLENGE_SHIFT_LIMITS, CHALLENGE_STEPS};
+
+/// Tries other labellings: one strip takes a rival label, others follow. Afterwards all labels are as before.
+pub struct Trial<'a> {
+    /// What is tried on.
+    pub graph: &'a StripGraph,
+    labels: Vec<usize>,
+    /// Per strip and label: the sum of its pairs and ranks with the strips' labels. Weights are multiples of one number
+    /// ([`crate::label::gather::evidence::kept`]), so that their sums are exact and taking off gives back what was before: which trials a
+    /// thread has made already decides nothing.
+    sums: Vec<f64>,
+    /// Strips whose label was changed, each once.
+    changed: Vec<usize>,
+    is_changed: Vec<bool>,
+    waiting: VecDeque<usize>,
+    queued: Vec<bool>,
+    touched: Vec<usize>,
+    /// Per number of orders: what would best be shifted by it.
+    shifts: BTreeMap<isize, Shifts>,
+    /// How much worse it is than the answer in question.
+    cost: f64,
+}
+
+impl<'a> Trial<'a> {
+    /// Nothing tried yet.
+    pub fn new(graph: &'a StripGraph) -> Self {
+        let n_strips = graph.labels.len();
+        let mut sums = vec![0.0; n_strips * graph.n_labels];
+        for (strip, &label) in graph.labels.iter().enumerate() {
+            add_pairs(&mut sums, graph, (strip, label), 1.0);
+            add_ranks(&mut sums, graph, strip, (graph.none(), label));
+        }
+        Self {
+            graph,
+            labels: graph.labels.clone(),
+            sums,
+            changed: Vec::new(),
+            is_changed: vec![false; n_strips],
+            waiting: VecDeque::new(),
+            queued: vec![false; n_strips],
+            touched: Vec::new(),
+            shifts: BTreeMap::new(),
+            cost: 0.0,
+        }
+    }
+
+    /// Whether another label of this strip is nearly as good (by `margin` per sample) once the others have given way: alone,
+    /// or with what would best be shifted by as much. If so, the smaller strips whose orders hang on it.
+    pub fn rival(&mut self, strip: usize, margin: f64, plausible: impl Fn(usize) -> bool) -> Option<Vec<usize>> {
+        let graph = self.graph;
+        let label = graph.labels[strip];
+        if label == graph.none() {
+            return None;
+        }
+        let limit = margin * graph.sizes[strip];
+        (0..graph.none()).filter(|&rival| rival != label && plausible(rival)).find_map(|rival| {
+            [false, true].into_iter().find_map(|with_others| {
+                self.change(strip, rival);
+                let is_possible = !with_others || self.shift_others(strip, CHALLENGE_SHIFT_LIMITS * limit);
+                let falls = is_possible && self.falls_below(strip, limit);
+                let hang_on_it = falls.then(|| self.smaller_ones(strip));
+                self.take_back();
+                hang_on_it
+            })
+        })
+    }
+
+    /// The strips smaller than `strip` that have another order now than before.
+    fn smaller_ones(&self, strip: usize) -> Vec<usize> {
+        let graph = self.graph;
+        let is_other = |&other: &usize| {
+            let (before, now) = (graph.labels[other], self.labels[other]);
+            before != now && now != graph.none() && graph.sizes[other] < graph.sizes[strip]
+        };
+        self.changed.iter().copied().filter(is_other).collect()
+    }
+
+    fn score(&self, strip: usize, label: usize) -> f64 {
+        let slot = strip * self.graph.n_labels + label;
+        self.graph.own[slot] + self.sums[slot]
+    }
+
+    fn change(&mut self, strip: usize, label: usize) {
+        self.cost += self.score(strip, self.labels[strip]) - self.score(strip, label);
+        self.relabel(strip, label);
+        if !std::mem::replace(&mut self.is_changed[strip], true) {
+            self.changed.push(strip);
+        }
+    }
+
+    fn relabel(&mut self, strip: usize, label: usize) {
+        let before = std::mem::replace(&mut self.labels[strip], label);
+        add_pairs(&mut self.sums, self.graph, (strip, before), -1.0);
+        add_pairs(&mut self.sums, self.graph, (strip, label), 1.0);
+        add_ranks(&mut self.sums, self.graph, strip, (before, label));
+    }
+
+    fn take_back(&mut self) {
+        while let Some(strip) = self.changed.pop() {
+            self.is_changed[strip] = false;
+            self.relabel(strip, self.graph.labels[strip]);
+        }
+        self.cost = 0.0;
+    }
+
+    /// Shifts by as much, or leaves without a label, whatever makes that cheapest for all; false if it costs `limit` or more.
+    fn shift_others(&mut self, strip: usize, limit: f64) -> bool {
+        let graph = self.graph;
+        let by = self.labels[strip] as isize - graph.labels[strip] as isize;
+        let shifts = self.shifts.entry(by).or_insert_with(|| graph.shifts(by).clone());
+        let Some(changes) = shifts.with(strip, limit) else { return false };
+        for (other, change) in changes.into_iter().filter(|(other, _)| *other != strip) {
+            let label = match change {
+                Change::Shifted => graph.shifted(graph.labels[other], by),
+                Change::Unlabelled => graph.none(),
+            };
+            self.change(other, label);
+        }
+        true
+    }
+
+    /// Lets every strip that the changes affect take its best label, until nothing improves or the cost is below `limit`.
+    fn falls_below(&mut self, tried: usize, limit: f64) -> bool {
+        let graph = self.graph;
+        let mut changed = self.changed.clone();
+        changed.sort_unstable();
+        for strip in changed {
+            self.queue_touched(strip, graph.labels[strip], self.labels[strip]);
+            self.queue(strip);
+        }
+        for _ in 0..CHALLENGE_STEPS {
+            if self.cost < limit {
+                break;
+            }
+            let Some(other) = self.waiting.pop_front() else { break };
+            self.queued[other] = false;
+            if other == tried {
+                continue;
+            }
+            let current = self.labels[other];
+            let start = (current, self.score(other, current) + 1e-9);
+            let (best, _) = (0..graph.n_labels)
+                .map(|label| (label, self.score(other, label)))
+                .fold(start, |best, next| if next.1 > best.1 { next } else { best });
+            if best != current {
+                self.change(other, best);
+                self.queue_touched(other, current, best);
+            }
+        }
+        while let Some(strip) = self.waiting.pop_front() {
+            self.queued[strip] = false;
+        }
+        self.cost < limit
+    }
+
+    /// Puts the strips affected by a change from one label to another in the queue.
+    fn queue_touched(&mut self, strip: usize, from: usize, to: usize) {
+        let mut touched = std::mem::take(&mut self.touched);
+        touched.clear();
+        touched.extend(self.graph.ranks[strip].iter().map(|beside| beside.strip));
+        let n_ranks = touched.len();
+        for label in [from, to] {
+            touched.extend(self.graph.pairs(strip, label).iter().map(|pair| pair.0 as usize));
+        }
+        if touched.len() > n_ranks {
+            touched.sort_unstable();
+        }
+        touched.dedup();
+        touched.iter().for_each(|&other| self.queue(other));
+        self.touched = touched;
+    }
+
+    fn queue(&mut self, strip: usize) {
+        if !std::mem::replace(&mut self.queued[strip], true) {
+            self.waiting.push_back(strip);
+        }
+    }
+}
+
+/// Adds to the sums of the others what `label` of `strip` agrees and disagrees with, `sign` times.
+fn add_pairs(sums: &mut [f64], graph: &StripGraph, (strip, label): (usize, usize), sign: f64) {
+    for &(other, other_label, weight) in graph.pairs(strip, label) {
+        sums[other as usize * graph.n_labels + other_label as usize] += sign * weight;
+    }
+}
+
+/// Charges the strips beside `strip` for what is in the wrong order now that its label is another; only labels between the
+/// two feel it.
+fn add_ranks(sums: &mut [f64], graph: &StripGraph, strip: usize, (before, label): (usize, usize)) {
+    for beside in &graph.ranks[strip] {
+        let sums = &mut sums[beside.strip * graph.n_labels..][..graph.n_labels];
+        // What is wrong above ends with the last order, what is wrong below begins with the first: one edge moves.
+        let edge = |label| {
+            let wrong = beside.wrong_labels(label, graph.none());
+            if beside.is_above { wrong.start } else { wrong.end }
+        };
+        let (was, is) = (edge(before), edge(label));
+        let freed = if (is > was) == beside.is_above { beside.cost } else { -beside.cost };
+        sums[was.min(is)..was.max(is)].iter_mut().for_each(|sum| *sum += freed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng as _, SeedableRng as _};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+    use crate::label::gather::evidence::Evidence;
+    use crate::params::CHALLENGE_MARGIN;
+
+    /// Evidence at random: lines in order, second looks that agree and deny.
+    fn evidence(n_pieces: usize, rng: &mut Pcg64Mcg) -> Evidence {
+        let mut evidence = Evidence::new(5, (0..n_pieces).map(|_| rng.random_range(0.5..8.0)).collect(), 0.4);
+        for _ in 0..4 * n_pieces {
+            let (a, b) = (rng.random_range(0..n_pieces), rng.random_range(0..n_pieces));
+            if a < b {
+                evidence.add_rank(a, b, rng.random_range(0.1..6.0) * magnitude(rng));
+                let labels = (rng.random_range(0..5), rng.random_range(0..5));
+                let weight = rng.random_range(-4.0..4.0) * magnitude(rng);
+                evidence.add_pairwise((a, labels.0), (b, labels.1), weight);
+            }
+        }
+        evidence
+    }
+
+    /// Weights of a hair and of a long line side by side.
+    fn magnitude(rng: &mut Pcg64Mcg) -> f64 {
+        if rng.random_bool(0.7) { 1.0 } else { 10f64.powf(rng.random_range(-9.0..3.0)) }
+    }
+
+    /// What two labels of two strips weigh together, their ranks included.
+    fn weight(graph: &StripGraph, (strip, label): (usize, usize), (other, other_label): (usize, usize)) -> f64 {
+        let pairs = graph.pairs(strip, label);
+        let place = pairs.binary_search_by_key(&(other as u32, other_label as u32), |pair| (pair.0, pair.1));
+        let ranks = &graph.ranks[strip];
+        let first = ranks.partition_point(|beside| beside.strip < other);
+        let beside = ranks[first..].iter().take_while(|beside| beside.strip == other);
+        let wrong = beside.filter(|beside| beside.wrong_labels(label, graph.none()).contains(&other_label));
+        place.map_or(0.0, |place| pairs[place].2) - wrong.map(|beside| beside.cost).sum::<f64>()
+    }
+
+    #[test]
+    fn a_trial_leaves_nothing_behind_for_the_next() {
+        let mut rng = Pcg64Mcg::seed_from_u64(5);
+        let mut n_rivals = 0;
+        for _ in 0..40 {
+            let evidence = evidence(30, &mut rng);
+            let labels: Vec<usize> = (0..30).map(|_| rng.random_range(0..6)).collect();
+            let strips: Vec<usize> = (0..30).map(|piece| piece / 2).collect();
+            let graph = StripGraph::new(&evidence, &labels, &strips, true);
+            let mut used = Trial::new(&graph);
+            for strip in 0..15 {
+                let fresh = Trial::new(&graph).rival(strip, CHALLENGE_MARGIN, |_| true);
+                assert_eq!(used.rival(strip, CHALLENGE_MARGIN, |_| true), fresh);
+                n_rivals += usize::from(fresh.is_some());
+            }
+            assert_eq!(used.labels, graph.labels);
+            assert!(!used.queued.contains(&true) && used.waiting.is_empty());
+        }
+        assert!((60..540).contains(&n_rivals), "{n_rivals} of 600 strips have a rival");
+    }
+
+    #[test]
+    fn sums_kept_while_labels_change_are_those_of_the_labels() {
+        let mut rng = Pcg64Mcg::seed_from_u64(6);
+        let evidence = evidence(30, &mut rng);
+        let labels: Vec<usize> = (0..30).map(|_| rng.random_range(0..6)).collect();
+        let graph = StripGraph::new(&evidence, &labels, &(0..30).collect::<Vec<_>>(), true);
+        let mut trial = Trial::new(&graph);
+        for _ in 0..200 {
+            trial.change(rng.random_range(0..30), rng.random_range(0..6));
+        }
+        for (slot, kept) in trial.sums.iter().enumerate() {
+            let (strip, label) = (slot / graph.n_labels, slot % graph.n_labels);
+            let others = trial.labels.iter().enumerate().filter(|(other, _)| *other != strip);
+            let sum: f64 = others.map(|(other, &theirs)| weight(&graph, (strip, label), (other, theirs))).sum();
+            assert!(*kept == sum, "slot {slot}: {kept} {sum}");
+        }
+    }
+
+    #[test]
+    fn sums_are_the_same_bits_whatever_was_tried_before() {
+        let mut rng = Pcg64Mcg::seed_from_u64(7);
+        for _ in 0..20 {
+            let evidence = evidence(40, &mut rng);
+            let labels: Vec<usize> = (0..40).map(|_| rng.random_range(0..6)).collect();
+            let graph = StripGraph::new(&evidence, &labels, &(0..40).collect::<Vec<_>>(), true);
+            let bits = |trial: &Trial| trial.sums.iter().map(|sum| (sum + 0.0).to_bits()).collect::<Vec<_>>();
+            let fresh = bits(&Trial::new(&graph));
+            let mut trial = Trial::new(&graph);
+            for _ in 0..100 {
+                trial.rival(rng.random_range(0..40), CHALLENGE_MARGIN, |_| true);
+            }
+            assert!(bits(&trial) == fresh);
+        }
+    }
+
+    #[test]
+    fn any_number_of_threads_finds_the_same_doubts() {
+        let mut rng = Pcg64Mcg::seed_from_u64(8);
+        for _ in 0..5 {
+            let evidence = evidence(400, &mut rng);
+            let labels: Vec<usize> = (0..400).map(|_| rng.random_range(0..6)).collect();
+            let strips: Vec<usize> = (0..400).collect();
+            let lengths = vec![1.0; 400];
+            let doubts = |n_threads: usize| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+                pool.install(|| super::super::challenge::challenged(&evidence, &labels, &strips, &lengths, true))
+            };
+            let alone = doubts(1);
+            assert!([2, 3, 8].into_iter().all(|n_threads| doubts(n_threads) == alone));
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! The depths between which a line's place in the image alone tells its order.
+
+use nalgebra::Vector2;
+use optics::{Calibration, DepthRangeMm};
+
+/// Pixels between the places of the image that are sampled; depths change smoothly over it.
+const ENVELOPE_STEP_PX: f64 = 64.0;
+
+/// Where geometry alone labels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DepthEnvelope {
+    /// The depths a scan allows.
+    pub stated_mm: DepthRangeMm,
+    /// The widest range around the middle of the stated one in which no pixel could belong to two orders.
+    pub unambiguous_mm: DepthRangeMm,
+}
+
+impl DepthEnvelope {
+    /// Whether geometry alone labels everything within the stated depths.
+    pub fn geometry_suffices(&self) -> bool {
+        self.unambiguous_mm.near_mm <= self.stated_mm.near_mm
+            && self.unambiguous_mm.far_mm >= self.stated_mm.far_mm
+    }
+}
+
+impl std::fmt::Display for DepthEnvelope {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (stated, alone) = (self.stated_mm, self.unambiguous_mm);
+        write!(f, "depths {:.1}–{:.1} mm allowed; ", stated.near_mm, stated.far_mm)?;
+        if self.geometry_suffices() {
+            return write!(f, "a line's place in the image alone tells its order");
+        }
+        write!(
+            f,
+            "a line's place in the image alone tells its order within {:.1}–{:.1} mm, beyond it a second look by another order is needed",
+            alone.near_mm, alone.far_mm
+        )
+    }
+}
+
+/// The envelope of a station for the stated depths.
+pub fn depth_envelope(calibration: &Calibration, stated_mm: DepthRangeMm) -> DepthEnvelope {
+    let middle = 0.5 * (stated_mm.near_mm + stated_mm.far_mm);
+    let camera = &calibration.camera;
+    let nodes =
+        |size_px: usize| (0..=(size_px as f64 / ENVELOPE_STEP_PX) as usize).map(|i| i as f64 * ENVELOPE_STEP_PX);
+    let mut half = middle;
+    for v_px in nodes(camera.height_px) {
+        for u_px in nodes(camera.width_px) {
+            let depths: Vec<f64> = calibration
+                .orders
+                .iter()
+                .filter_map(|&order| calibration.triangulate(order, &Vector2::new(u_px, v_px), None))
+                .map(|hit| (hit.hit.depth_mm - middle).abs())
+                .collect();
+            half = half.min(second_smallest(&depths));
+        }
+    }
+    DepthEnvelope { stated_mm, unambiguous_mm: DepthRangeMm { near_mm: middle - half, far_mm: middle + half } }
+}
+
+/// The range ends where a second order becomes possible.
+fn second_smallest(values: &[f64]) -> f64 {
+    let (mut first, mut second) = (f64::INFINITY, f64::INFINITY);
+    for &value in values {
+        if value < first {
+            (first, second) = (value, first);
+        } else {
+            second = second.min(value);
+        }
+    }
+    second
+}

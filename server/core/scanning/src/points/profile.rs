@@ -1,0 +1,157 @@
+//! One frame's labelled, triangulated points.
+
+use optics::{CameraFrame, DepthRangeMm, Hits, PointMm, Triangulator};
+use vision::{CentrelinePoint, Centrelines};
+
+use crate::input::frames::OneFrame;
+use crate::input::motions::FrameMotion;
+use crate::label::{LabelOutcome, Labels, Piece, label_frames};
+use crate::points::dropped::{DropReason, Dropped};
+
+/// A point of a profile, in the camera frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProfilePoint {
+    /// Diffraction order of its line.
+    pub order: i8,
+    /// Where the light hit.
+    pub hit_in_camera: PointMm<CameraFrame>,
+    /// Where it was seen.
+    pub seen: CentrelinePoint,
+    /// Standard deviation along the camera ray from image noise alone.
+    pub noise_sigma_mm: f64,
+}
+
+/// What one frame shows of the surface.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Profile {
+    /// Points, ordered by order, then along the line.
+    pub points: Vec<ProfilePoint>,
+    /// Per segment of the centrelines: the order most of its points were given, `None` if they were left out.
+    pub labels: Vec<Option<i8>>,
+    /// Points and pieces of lines left out.
+    pub dropped: Dropped,
+}
+
+/// Labels and triangulates one frame by geometry alone: depths within `depth_range_mm`, and the lines in their
+/// order across the image. What stays ambiguous is left out and counted as [`DropReason::Doubtful`].
+///
+/// Within [`crate::points::envelope::depth_envelope`] every line finds its label; beyond it only where ranks decide. Who labels
+/// many frames writes each [over](Profile::fill) the one before.
+pub fn label_frame(
+    centrelines: &Centrelines,
+    triangulator: &Triangulator,
+    depth_range_mm: DepthRangeMm,
+) -> Profile {
+    let mut profile = Profile::default();
+    profile.fill(centrelines, triangulator, depth_range_mm);
+    profile
+}
+
+/// The profile of frame `frame`, whose centrelines are `lines`, under the labels of the whole scan.
+pub(crate) fn profile_of_frame(
+    lines: &Centrelines,
+    frame: usize,
+    labels: &Labels,
+    triangulator: &Triangulator,
+    depth_range_mm: DepthRangeMm,
+) -> Profile {
+    let mut profile = Profile::default();
+    profile.fill_from(lines, frame, labels, triangulator, depth_range_mm);
+    profile
+}
+
+/// The points of one piece of a line as lists, and where their rays hit.
+#[derive(Debug, Default)]
+struct Sightings {
+    u_px: Vec<f64>,
+    v_px: Vec<f64>,
+    hits: Hits,
+}
+
+impl Sightings {
+    fn take(&mut self, points: &[CentrelinePoint], order_idx: usize, triangulator: &Triangulator) {
+        self.u_px.clear();
+        self.v_px.clear();
+        self.u_px.extend(points.iter().map(|seen| seen.u_px));
+        self.v_px.extend(points.iter().map(|seen| seen.v_px));
+        triangulator.triangulate_all(order_idx, &self.u_px, &self.v_px, &mut self.hits);
+    }
+}
+
+impl Profile {
+    /// Becomes what [`label_frame`] returns, in the memory it has.
+    pub fn fill(&mut self, centrelines: &Centrelines, triangulator: &Triangulator, depth_range_mm: DepthRangeMm) {
+        let labels = label_frames(&OneFrame(centrelines), &[FrameMotion::at_rest()], triangulator, depth_range_mm);
+        let labels = labels.expect("a frame in memory can be read");
+        self.fill_from(centrelines, 0, &labels, triangulator, depth_range_mm);
+    }
+
+    fn fill_from(
+        &mut self,
+        lines: &Centrelines,
+        frame: usize,
+        labels: &Labels,
+        triangulator: &Triangulator,
+        depth_range_mm: DepthRangeMm,
+    ) {
+        let orders = &triangulator.calibration().orders;
+        let mut sightings = Sightings::default();
+        let first = labels.pieces.partition_point(|piece| piece.frame < frame);
+        let end = labels.pieces.partition_point(|piece| piece.frame <= frame);
+        self.points.clear();
+        self.labels.clear();
+        self.labels.resize(lines.segments.len(), None);
+        self.dropped = Dropped::default();
+        let mut most = vec![0; lines.segments.len()];
+        let mut kept: Vec<(&Piece, usize)> = Vec::new();
+        for (piece, outcome) in labels.pieces[first..end].iter().zip(&labels.outcomes[first..end]) {
+            match outcome {
+                LabelOutcome::Order(idx) => kept.push((piece, *idx)),
+                LabelOutcome::Doubtful => self.dropped.add_piece(DropReason::Doubtful, piece.n_points()),
+                LabelOutcome::Contradicted => self.dropped.add_piece(DropReason::Contradicted, piece.n_points()),
+            }
+        }
+        for &(piece, idx) in &kept {
+            if piece.n_points() > most[piece.segment] {
+                most[piece.segment] = piece.n_points();
+                self.labels[piece.segment] = Some(orders[idx]);
+            }
+        }
+        // Pieces in the order of the profile leave its points nearly sorted.
+        kept.sort_by_key(|(piece, idx)| (orders[*idx], piece.along));
+        self.points.reserve(kept.iter().map(|(piece, _)| piece.n_points()).sum());
+        for (piece, idx) in kept {
+            sightings.take(piece.points(lines), idx, triangulator);
+            self.add(piece.points(lines), orders[idx], &sightings.hits, depth_range_mm);
+        }
+        let labelled: usize = labels.pieces[first..end].iter().map(|piece| piece.n_points()).sum();
+        let all: usize = lines.segments.iter().map(|segment| segment.points.len()).sum();
+        self.dropped.add_points(DropReason::TooShort, all - labelled);
+        let along = |point: &ProfilePoint| point.seen.along_across(labels.direction).0;
+        self.points.sort_by(|a, b| a.order.cmp(&b.order).then(along(a).total_cmp(&along(b))));
+    }
+
+    /// Adds the points that hit within the depth range; counts the others.
+    fn add(&mut self, points: &[CentrelinePoint], order: i8, hits: &Hits, depth_range_mm: DepthRangeMm) {
+        let (mut n_missed, mut n_outside) = (0, 0);
+        for (idx, seen) in points.iter().enumerate() {
+            let hit = hits.at(idx);
+            let depth_mm = hit.in_camera.xyz.z;
+            if depth_range_mm.contains(depth_mm) {
+                let noise_sigma_mm = hit.noise_sigma_mm(&seen.normal, seen.sigma_px);
+                self.points.push(ProfilePoint {
+                    order,
+                    hit_in_camera: hit.in_camera,
+                    seen: *seen,
+                    noise_sigma_mm,
+                });
+            } else if depth_mm.is_nan() {
+                n_missed += 1;
+            } else {
+                n_outside += 1;
+            }
+        }
+        self.dropped.add_points(DropReason::NoHit, n_missed);
+        self.dropped.add_points(DropReason::OutsideDepth, n_outside);
+    }
+}

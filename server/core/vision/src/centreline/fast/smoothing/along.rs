@@ -1,0 +1,182 @@
+//! Averaging along the line, several columns at a time: a local parabola, as long as the line agrees with one.
+//!
+//! Noise falls with the length of the window, and a parabola keeps curves where they are. Where a longer window
+//! contradicts a shorter one by more than their noise, the shorter one holds (after
+//! Lepski 1991: the largest bandwidth that is consistent with all smaller ones). All crossings of a window count alike: what the light of a single column says about its own noise is mostly speckle, and
+//! weights made of it cost accuracy. So fits are sums with fixed kernels.
+
+use super::kernels::{MAX_LAG, RUN};
+use super::means::{AllWindows, MAX_WINDOWS, Mean, Shape};
+use super::points::{Chosen, NONE};
+use super::windows::{Along, Block, Windows};
+use crate::centreline::CentrelinePoint;
+use crate::centreline::fast::across::pieces::{Crossings, Piece};
+use crate::centreline::fast::lanes::{LANES, Numbers};
+use crate::centreline::lines::scatter::Scatter;
+use crate::params::{
+    ALONG_AGREEMENT_SIGMAS, ALONG_HALF_LENGTH_WIDTHS, ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH,
+};
+
+/// Fits local parabolas along lines; keeps its memory from image to image.
+#[derive(Default)]
+pub struct Averager {
+    /// The shortest first.
+    windows: Vec<Windows>,
+    /// All of them together.
+    all: AllWindows,
+    /// Those of other images: widths come again.
+    others: Vec<Windows>,
+    longest: usize,
+    /// Variance of every crossing of a piece, and nothing beyond its ends.
+    variances: Vec<f32>,
+    /// Rows of a block and of its surroundings above the block's first.
+    rows: Vec<f32>,
+}
+
+/// Columns whose rows are brought near at a time: what was just written in parts is slow to read as a whole, so not block
+/// by block.
+const GROUP: usize = 4 * LANES;
+
+impl Averager {
+    /// Prepares for the lines of an image of a typical width (full, at half height).
+    pub fn prepare(&mut self, width_px: f32, scatter: &Scatter) {
+        let longest = (ALONG_HALF_LENGTH_WIDTHS * width_px).round() as usize;
+        self.longest = longest.clamp(2 * ALONG_MIN_HALF_LENGTH, ALONG_MAX_HALF_LENGTH);
+        let halves =
+            std::iter::successors(Some(self.longest), |&h| (h >= 2 * ALONG_MIN_HALF_LENGTH).then_some(h / 2));
+        let correlations: [f64; MAX_LAG + 1] = std::array::from_fn(|lag| scatter.correlation(lag));
+        self.others.append(&mut self.windows);
+        for half_length in halves {
+            let known = self.others.iter().position(|windows| windows.kernels().half_length() == half_length);
+            let mut windows = known.map_or_else(Windows::default, |idx| self.others.swap_remove(idx));
+            windows.prepare(half_length, &correlations);
+            self.windows.push(windows);
+        }
+        self.windows.reverse();
+        self.all.prepare(self.windows.iter().map(Windows::kernels));
+    }
+
+    /// Makes `points` the averaged points of a piece, and adds how much less it varies to `gains`.
+    #[inline(always)]
+    pub fn average(
+        &mut self,
+        crossings: &Crossings,
+        piece: &Piece,
+        scatter: &Scatter,
+        points: &mut Vec<CentrelinePoint>,
+        gains: &mut Vec<f32>,
+    ) {
+        let n = piece.places.len();
+        self.predict(crossings, piece, scatter);
+        let rows = &crossings.v[piece.places.clone()];
+        points.resize(n, CentrelinePoint::UNWRITTEN);
+        for start in (0..n).step_by(LANES) {
+            let block = Block { start, n };
+            if start.is_multiple_of(GROUP) {
+                self.bring_near(rows, start);
+            }
+            let at = self.longest + start % GROUP;
+            let chosen = if block.is_whole(self.longest) {
+                self.chosen::<true>(block, at)
+            } else {
+                self.chosen::<false>(block, at)
+            };
+            let places = piece.places.start + start..(piece.places.start + start + LANES).min(piece.places.end);
+            let mut cross_variance_px2 = [0.0f32; LANES];
+            cross_variance_px2[..places.len()].copy_from_slice(&crossings.cross_variance_px2[places.clone()]);
+            let told = chosen.described(&cross_variance_px2);
+            // One of every group tells, and one of a short piece.
+            if start % GROUP == GROUP / 2 || n <= GROUP / 2 && start == 0 {
+                gains.push(self.variances[self.longest + start] / chosen.mean.variance.0[0]);
+            }
+            let (first_u, row) = (piece.first_u + start, rows[start - start % GROUP]);
+            told.write(crossings, places.clone(), first_u, row, &mut points[start..start + places.len()]);
+        }
+    }
+
+    /// Variances of the crossings of a piece.
+    #[inline(always)]
+    fn predict(&mut self, crossings: &Crossings, piece: &Piece, scatter: &Scatter) {
+        let speckle = scatter.speckle() as f32;
+        let cameras = &crossings.camera_variance[piece.places.clone()];
+        let speckles = &crossings.speckle_variance[piece.places.clone()];
+        self.variances.clear();
+        self.variances.resize(piece.places.len() + 2 * self.longest + LANES, 0.0);
+        let variances = &mut self.variances[self.longest..];
+        for ((variance, camera), of_speckle) in variances.iter_mut().zip(cameras).zip(speckles) {
+            *variance = (camera + speckle * of_speckle).max(1e-8);
+        }
+    }
+
+    /// Rows of the group of blocks at `start` and of its surroundings above its first.
+    #[inline(always)]
+    fn bring_near(&mut self, rows: &[f64], start: usize) {
+        let pad = self.longest;
+        let (from, to) = (start.saturating_sub(pad), (start + GROUP + pad).min(rows.len()));
+        let base = rows[start];
+        self.rows.resize(GROUP + 2 * pad + RUN, 0.0);
+        let near = &mut self.rows[from + pad - start..][..to - from];
+        near.iter_mut().zip(&rows[from..to]).for_each(|(near, &row)| *near = (row - base) as f32);
+    }
+
+    /// For every lane the longest window that agrees with all shorter ones, and its fit. The block begins at the place
+    /// `at` of the rows; `WHOLE` if no window is cut by the ends of the piece.
+    #[inline(always)]
+    fn chosen<const WHOLE: bool>(&mut self, block: Block, at: usize) -> Chosen {
+        let agreement = (ALONG_AGREEMENT_SIGMAS * ALONG_AGREEMENT_SIGMAS) as f32;
+        let (zero, one) = (Numbers::default(), Numbers::splat(1.0));
+        // Without any fit a crossing stands where it was measured.
+        let mut window = Numbers::splat(NONE);
+        let mut mean = Mean {
+            value: Numbers::of(&self.rows[at..]),
+            variance: Numbers::of(&self.variances[self.longest + block.start..]),
+        };
+        let whole = self.all.fit(&self.rows[at - self.longest..], &self.variances[block.start..]);
+        let first = MAX_WINDOWS - self.windows.len();
+        // 1 until a window contradicts a shorter one.
+        let mut open = one;
+        for idx in 0..self.windows.len() {
+            let mut next = whole.means[first + idx];
+            // 1 where the window holds enough places, otherwise 0.
+            let mut valid = one;
+            if !WHOLE {
+                let rows = Along { numbers: &self.rows, at };
+                let variances = Along { numbers: &self.variances, at: self.longest + block.start };
+                valid = self.windows[idx].cut_means(block, rows, variances, &mut next);
+            }
+            let noise = (mean.variance - next.variance).max(mean.variance * 0.1);
+            let departure = next.value - mean.value;
+            let allowed = window.where_over(Numbers::splat(NONE), noise * agreement, Numbers::splat(f32::MAX));
+            let contradicts = (departure * departure).where_over(allowed, valid, zero);
+            open = contradicts.where_over(zero, zero, open);
+            let better = open * valid;
+            window = better.where_over(zero, Numbers::splat(idx as f32), window);
+            mean.value = better.where_over(zero, next.value, mean.value);
+            mean.variance = better.where_over(zero, next.variance, mean.variance);
+        }
+        let mut shape = self.whole_shape(window, &whole.shape, at);
+        if !WHOLE {
+            let rows = Along { numbers: &self.rows, at };
+            for (idx, windows) in self.windows.iter_mut().enumerate() {
+                windows.cut_shapes(block, rows, &window.is(idx as f32), &mut shape);
+            }
+        }
+        Chosen { mean, shape }
+    }
+
+    /// The shape of every lane in the whole window that was chosen for it, given that in the longest.
+    #[inline(always)]
+    fn whole_shape(&self, window: Numbers, longest: &Shape, at: usize) -> Shape {
+        let mut shape = *longest;
+        // Most often all lanes have chosen the longest.
+        for idx in 0..self.windows.len() - 1 {
+            let chosen = window.is(idx as f32);
+            if chosen.any_over_zero() {
+                let kernels = self.windows[idx].kernels();
+                let of_this = Shape::fit(kernels, &self.rows[at - kernels.half_length()..]);
+                shape = of_this.where_over_zero(chosen, &shape);
+            }
+        }
+        shape
+    }
+}

@@ -1,0 +1,214 @@
+//! Parabolas fitted near the ends of a line, where it ends inside of windows: the columns of a block side by side, each
+//! with what its own window counts.
+
+use super::kernels::Kernels;
+use super::means::{Mean, Shape};
+use crate::centreline::fast::lanes::{LANES, Numbers};
+
+/// What the places from the end of a line inwards count in the windows about its first columns. At its other end they
+/// count the same in the opposite order.
+#[derive(Default)]
+pub struct Cut {
+    half_length: usize,
+    /// Columns side by side, with as many as there are lanes before the first and behind the last that count nothing.
+    stride: usize,
+    /// Place by place.
+    value: Vec<f32>,
+    squared: Vec<f32>,
+    slope: Vec<f32>,
+    bend: Vec<f32>,
+    /// 1 for columns whose windows hold enough places, otherwise 0.
+    valid: Vec<f32>,
+    shared: Vec<f32>,
+    bend_gain: Vec<f32>,
+}
+
+/// Some columns near an end of a line.
+#[derive(Clone, Copy)]
+pub struct Near {
+    /// Where they stand among the columns side by side.
+    offset: usize,
+    /// Whether the line ends behind them.
+    pub is_last: bool,
+    /// Lanes whose windows are cut.
+    pub first: usize,
+    pub behind: usize,
+}
+
+impl Near {
+    /// The columns from `start` on of a line of `n` as far as its beginning cuts windows of this half length.
+    #[inline(always)]
+    pub fn beginning(start: usize, half_length: usize) -> Option<Self> {
+        let behind = half_length.saturating_sub(start).min(LANES);
+        (behind > 0).then_some(Self { offset: LANES + start, is_last: false, first: 0, behind })
+    }
+
+    /// The same as far as its end cuts them.
+    #[inline(always)]
+    pub fn end(start: usize, n: usize, half_length: usize) -> Option<Self> {
+        let behind = LANES.min(n - start);
+        let first = n.saturating_sub(half_length + start);
+        // The last lane is as far from the end as the first column counted from there.
+        (first < behind).then(|| Self { offset: n - start, is_last: true, first, behind })
+    }
+}
+
+impl Cut {
+    /// Takes over what the cut windows of some kernels count, and what is shared in the image at hand.
+    pub fn prepare(&mut self, kernels: &mut Kernels) {
+        let half = kernels.half_length();
+        if half != self.half_length {
+            self.take_weights(kernels);
+        }
+        for before in 0..half {
+            let kernel = kernels.at(before, half);
+            self.shared[LANES + before] = kernel.shared;
+            self.bend_gain[LANES + before] = kernel.bend_gain;
+        }
+    }
+
+    fn take_weights(&mut self, kernels: &mut Kernels) {
+        let half = kernels.half_length();
+        (self.half_length, self.stride) = (half, half + 2 * LANES);
+        for weights in [&mut self.value, &mut self.squared, &mut self.slope, &mut self.bend] {
+            weights.clear();
+            weights.resize(2 * half * self.stride, 0.0);
+        }
+        for of_columns in [&mut self.valid, &mut self.shared, &mut self.bend_gain] {
+            of_columns.clear();
+            of_columns.resize(self.stride, 0.0);
+        }
+        for before in 0..half {
+            let kernel = kernels.at(before, half);
+            if kernel.value.is_empty() {
+                continue;
+            }
+            self.valid[LANES + before] = 1.0;
+            for place in 0..=before + half {
+                let idx = place * self.stride + LANES + before;
+                self.value[idx] = kernel.value[place];
+                self.squared[idx] = kernel.squared[place];
+                self.slope[idx] = kernel.slope[place];
+                self.bend[idx] = kernel.bend[place];
+            }
+        }
+    }
+
+    /// Whether lines of `n` columns end on one side only of every window.
+    #[inline(always)]
+    pub fn is_for(&self, n: usize) -> bool {
+        n >= 2 * self.half_length
+    }
+
+    /// Means of the windows about some columns, and 1 where they hold enough places. `rows` and `variances` are those of
+    /// the line from its beginning on, or up to its end if that is near.
+    #[inline(always)]
+    pub fn mean(&self, near: Near, rows: &[f32], variances: &[f32]) -> (Mean, Numbers) {
+        let (value, variance) = if near.is_last {
+            self.sums([&self.value, &self.squared], near, rows.iter().rev(), variances.iter().rev())
+        } else {
+            self.sums([&self.value, &self.squared], near, rows.iter(), variances.iter())
+        };
+        let variance = variance * Numbers::of(&self.shared[near.offset..]);
+        let valid = Numbers::of(&self.valid[near.offset..]);
+        (Mean { value: near.turned(value), variance: near.turned(variance) }, near.turned(valid))
+    }
+
+    /// Shapes of the windows about some columns; `rows` as for the means.
+    #[inline(always)]
+    pub fn shape(&self, near: Near, rows: &[f32]) -> Shape {
+        let (slope, bend) = if near.is_last {
+            let (slope, bend) = self.sums([&self.slope, &self.bend], near, rows.iter().rev(), rows.iter().rev());
+            (slope * -1.0, bend)
+        } else {
+            self.sums([&self.slope, &self.bend], near, rows.iter(), rows.iter())
+        };
+        let bend_gain = Numbers::of(&self.bend_gain[near.offset..]);
+        Shape { slope: near.turned(slope), bend: near.turned(bend), bend_gain: near.turned(bend_gain) }
+    }
+
+    /// Sums of two kinds of numbers with two kinds of weights.
+    #[inline(always)]
+    fn sums<'a>(
+        &self,
+        [weights, others]: [&[f32]; 2],
+        near: Near,
+        numbers: impl Iterator<Item = &'a f32>,
+        other_numbers: impl Iterator<Item = &'a f32>,
+    ) -> (Numbers, Numbers) {
+        let (mut sum, mut other_sum) = (Numbers::default(), Numbers::default());
+        let weights = weights.chunks_exact(self.stride).zip(others.chunks_exact(self.stride));
+        for ((weights, others), (&number, &other)) in weights.zip(numbers.zip(other_numbers)) {
+            sum = sum + Numbers::of(&weights[near.offset..]) * number;
+            other_sum = other_sum + Numbers::of(&others[near.offset..]) * other;
+        }
+        (sum, other_sum)
+    }
+}
+
+impl Near {
+    /// At the other end of a line its columns stand in the opposite order.
+    #[inline(always)]
+    fn turned(self, numbers: Numbers) -> Numbers {
+        let mut turned = numbers;
+        if self.is_last {
+            for i in 0..LANES {
+                turned.0[i] = numbers.0[LANES - 1 - i];
+            }
+        }
+        turned
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::kernels::MAX_LAG;
+    use super::*;
+
+    #[test]
+    fn columns_side_by_side_are_fitted_as_each_by_its_own_kernel() {
+        const HALF: usize = 20;
+        const N: usize = 55;
+        let mut kernels = Kernels::default();
+        let mut correlations = [0.0; MAX_LAG + 1];
+        correlations[1] = 0.3;
+        kernels.prepare(HALF, &correlations);
+        let mut cut = Cut::default();
+        cut.prepare(&mut kernels);
+        assert!(cut.is_for(2 * HALF) && !cut.is_for(2 * HALF - 1));
+        let mut state = 7u32;
+        let mut number = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let rows: Vec<f32> = (0..N).map(|_| number()).collect();
+        let variances: Vec<f32> = (0..N).map(|_| number()).collect();
+        let mut n_compared = 0;
+        for start in (0..N).step_by(LANES) {
+            for near in [Near::beginning(start, HALF), Near::end(start, N, HALF)].into_iter().flatten() {
+                let ((mean, valid), shape) = (cut.mean(near, &rows, &variances), cut.shape(near, &rows));
+                for i in near.first..near.behind {
+                    let (before, after) = ((start + i).min(HALF), (N - 1 - start - i).min(HALF));
+                    assert!(before < HALF || after < HALF, "column {} is not cut", start + i);
+                    let kernel = kernels.at(before, after);
+                    let sum = |weights: &[f32], numbers: &[f32]| -> f32 {
+                        weights.iter().zip(&numbers[start + i - before..]).map(|(w, x)| w * x).sum()
+                    };
+                    let pairs = [
+                        (mean.value.0[i], sum(&kernel.value, &rows)),
+                        (mean.variance.0[i], sum(&kernel.squared, &variances) * kernel.shared),
+                        (shape.slope.0[i], sum(&kernel.slope, &rows)),
+                        (shape.bend.0[i], sum(&kernel.bend, &rows)),
+                        (shape.bend_gain.0[i], kernel.bend_gain),
+                        (valid.0[i], 1.0),
+                    ];
+                    pairs
+                        .iter()
+                        .for_each(|(a, b)| assert!((a - b).abs() < 2e-6, "column {}: {pairs:?}", start + i));
+                    n_compared += 1;
+                }
+            }
+        }
+        assert_eq!(n_compared, 2 * HALF);
+    }
+}

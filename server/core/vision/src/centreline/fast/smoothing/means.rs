@@ -1,0 +1,194 @@
+//! Parabolas fitted by whole windows about neighbouring places, the windows of all lengths in one pass.
+
+use super::kernels::Kernels;
+use crate::centreline::fast::lanes::{LANES, Numbers};
+use crate::params::{ALONG_MAX_HALF_LENGTH, ALONG_MIN_HALF_LENGTH};
+
+/// Most windows of different lengths, each twice the one before: 4, 8, 16 and 32 places on either side.
+pub const MAX_WINDOWS: usize = 4;
+const _: () = assert!(ALONG_MAX_HALF_LENGTH < ALONG_MIN_HALF_LENGTH << MAX_WINDOWS);
+
+/// Where parabolas stand in the middle of their windows.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Mean {
+    pub value: Numbers,
+    pub variance: Numbers,
+}
+
+/// How parabolas go on from there; x in columns.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Shape {
+    pub slope: Numbers,
+    pub bend: Numbers,
+    /// Variance of the bend over that of the value.
+    pub bend_gain: Numbers,
+}
+
+/// What a place counts in the windows of all lengths, by how far it is from the middle; before the middle it counts the
+/// same, in the slope with the other sign.
+#[derive(Debug, Clone, Copy, Default)]
+struct Step {
+    /// In the values, the longest window last; in windows that do not hold it nothing.
+    values: [f32; MAX_WINDOWS],
+    /// In their variances.
+    squares: [f32; MAX_WINDOWS],
+    /// In the slope by the longest window.
+    slope: f32,
+    /// In its bend.
+    bend: f32,
+}
+
+/// Windows of all lengths, prepared for one pass over their places.
+#[derive(Default)]
+pub struct AllWindows {
+    /// From the middle on.
+    steps: Vec<Step>,
+    /// Places on either side, the shortest window first.
+    halves: Vec<usize>,
+    /// Factors on the variances, the longest window last.
+    shared: [f32; MAX_WINDOWS],
+    bend_gain: f32,
+}
+
+/// Fits by whole windows, every lane about its own place.
+pub struct Whole {
+    /// By windows of every length, the longest last.
+    pub means: [Mean; MAX_WINDOWS],
+    /// By the longest.
+    pub shape: Shape,
+}
+
+impl AllWindows {
+    /// Takes the windows of some kernels, at most [`MAX_WINDOWS`], the shortest first.
+    pub fn prepare<'a>(&mut self, kernels: impl ExactSizeIterator<Item = &'a Kernels>) {
+        self.steps.clear();
+        self.halves.clear();
+        for (idx, kernels) in (MAX_WINDOWS - kernels.len()..).zip(kernels) {
+            self.steps.resize(kernels.half_length() + 1, Step::default());
+            for (step, weights) in self.steps.iter_mut().zip(kernels.outwards()) {
+                (step.values[idx], step.squares[idx]) = (weights.value, weights.squared);
+                (step.slope, step.bend) = (weights.slope, weights.bend);
+            }
+            self.halves.push(kernels.half_length());
+            self.shared[idx] = kernels.whole().shared;
+            self.bend_gain = kernels.whole().bend_gain;
+        }
+    }
+
+    /// Fits about as many places as there are lanes. `rows` and `variances` begin as many places before the first as the
+    /// longest window reaches.
+    #[inline(always)]
+    pub fn fit(&self, rows: &[f32], variances: &[f32]) -> Whole {
+        let longest = self.steps.len() - 1;
+        let (middle, middle_variance) = (Numbers::of(&rows[longest..]), Numbers::of(&variances[longest..]));
+        let step = &self.steps[0];
+        let mut whole = Whole { means: [Mean::default(); MAX_WINDOWS], shape: Shape::default() };
+        for idx in 0..MAX_WINDOWS {
+            whole.means[idx].value = middle * step.values[idx];
+            whole.means[idx].variance = middle_variance * step.squares[idx];
+        }
+        whole.shape.bend = middle * step.bend;
+        let mut from = 0;
+        for (idx, &to) in self.halves.iter().enumerate() {
+            let ring = Ring::new(&self.steps, rows, variances, from..to);
+            from = to;
+            match self.halves.len() - idx {
+                1 => ring.add::<1>(&mut whole),
+                2 => ring.add::<2>(&mut whole),
+                3 => ring.add::<3>(&mut whole),
+                _ => ring.add::<MAX_WINDOWS>(&mut whole),
+            }
+        }
+        for idx in 0..MAX_WINDOWS {
+            whole.means[idx].variance = whole.means[idx].variance * self.shared[idx];
+        }
+        whole.shape.bend_gain = Numbers::splat(self.bend_gain);
+        whole
+    }
+}
+
+impl Shape {
+    /// Fits by one whole window. `rows` begin as many places before the first as it reaches.
+    #[inline(always)]
+    pub fn fit(window: &Kernels, rows: &[f32]) -> Self {
+        let half = window.half_length();
+        let [middle, weights @ ..] = window.outwards() else { return Self::default() };
+        let mut bend = Numbers::of(&rows[half..]) * middle.bend;
+        let mut slope = Numbers::default();
+        for (weights, (before, after)) in weights.iter().zip(pairs(rows, half)) {
+            bend = bend + (before + after) * weights.bend;
+            slope = slope + (after - before) * weights.slope;
+        }
+        Self { slope, bend, bend_gain: Numbers::splat(window.whole().bend_gain) }
+    }
+
+    /// This one in the lanes where `limits` are over zero, the other elsewhere.
+    #[inline(always)]
+    pub fn where_over_zero(&self, limits: Numbers, other: &Self) -> Self {
+        let zero = Numbers::default();
+        Self {
+            slope: limits.where_over(zero, self.slope, other.slope),
+            bend: limits.where_over(zero, self.bend, other.bend),
+            bend_gain: limits.where_over(zero, self.bend_gain, other.bend_gain),
+        }
+    }
+}
+
+/// Places some way before and after the middles, which the same windows hold.
+struct Ring<'a> {
+    steps: &'a [Step],
+    before: &'a [f32],
+    after: &'a [f32],
+    variances_before: &'a [f32],
+    variances_after: &'a [f32],
+}
+
+impl<'a> Ring<'a> {
+    /// Those more than `away.start` and at most `away.end` places away.
+    #[inline(always)]
+    fn new(steps: &'a [Step], rows: &'a [f32], variances: &'a [f32], away: std::ops::Range<usize>) -> Self {
+        let longest = steps.len() - 1;
+        let before = longest - away.end..longest - away.start + LANES - 1;
+        let after = longest + away.start + 1..longest + away.end + LANES;
+        Self {
+            steps: &steps[away.start + 1..=away.end],
+            before: &rows[before.clone()],
+            after: &rows[after.clone()],
+            variances_before: &variances[before],
+            variances_after: &variances[after],
+        }
+    }
+
+    /// Adds them to what the `N` longest windows fit.
+    #[inline(always)]
+    fn add<const N: usize>(&self, whole: &mut Whole) {
+        let Some(means) = whole.means.last_chunk_mut::<N>() else { return };
+        let mut sums = *means;
+        let (mut slope, mut bend) = (whole.shape.slope, whole.shape.bend);
+        let rows = self.before.array_windows().rev().zip(self.after.array_windows());
+        let variances = self.variances_before.array_windows().rev().zip(self.variances_after.array_windows());
+        for (step, ((before, after), (variance_before, variance_after))) in
+            self.steps.iter().zip(rows.zip(variances))
+        {
+            let (before, after) = (Numbers(*before), Numbers(*after));
+            let both = before + after;
+            let variance = Numbers(*variance_before) + Numbers(*variance_after);
+            for i in 0..N {
+                sums[i].value = sums[i].value + both * step.values[MAX_WINDOWS - N + i];
+                sums[i].variance = sums[i].variance + variance * step.squares[MAX_WINDOWS - N + i];
+            }
+            bend = bend + both * step.bend;
+            slope = slope + (after - before) * step.slope;
+        }
+        *means = sums;
+        (whole.shape.slope, whole.shape.bend) = (slope, bend);
+    }
+}
+
+/// Neighbouring numbers before and after those `half` behind the first, the nearest pair first.
+#[inline(always)]
+fn pairs(numbers: &[f32], half: usize) -> impl Iterator<Item = (Numbers, Numbers)> {
+    let before = numbers[..half + LANES - 1].array_windows().rev();
+    let after = numbers[half + 1..].array_windows();
+    before.zip(after).map(|(before, after)| (Numbers(*before), Numbers(*after)))
+}

@@ -1,0 +1,86 @@
+//! What is told of the points of a line by the parabolas chosen for them.
+
+use std::ops::Range;
+
+use super::means::{Mean, Shape};
+use crate::centreline::CentrelinePoint;
+use crate::centreline::fast::across::pieces::Crossings;
+use crate::centreline::fast::lanes::LANES;
+use crate::params::SKEW_DOUBT;
+
+type Lanes = [f32; LANES];
+
+/// The parabola chosen in every lane.
+pub struct Chosen {
+    pub mean: Mean,
+    pub shape: Shape,
+}
+
+/// No window.
+pub const NONE: f32 = -1.0;
+
+/// What is told of some points.
+pub struct Described {
+    /// Rows above the block's first.
+    pub shift: Lanes,
+    pub normal_u: Lanes,
+    pub across: Lanes,
+    pub sigma_px: Lanes,
+}
+
+impl Described {
+    /// Writes the points of neighbouring crossings. `first_u` is the column and `row` the row of the first.
+    #[inline(always)]
+    pub fn write(
+        &self,
+        crossings: &Crossings,
+        places: Range<usize>,
+        first_u: usize,
+        row: f64,
+        points: &mut [CentrelinePoint],
+    ) {
+        let intensity = &crossings.intensity[places.clone()];
+        let width_px = &crossings.width_px[places.clone()];
+        let saturated = &crossings.saturated[places];
+        let first_u = first_u as i32;
+        for i in 0..LANES.min(points.len()) {
+            points[i] = CentrelinePoint {
+                u_px: f64::from(first_u + i as i32),
+                v_px: row + f64::from(self.shift[i]),
+                normal: [f64::from(self.normal_u[i]), f64::from(self.across[i])],
+                sigma_px: f64::from(self.sigma_px[i]),
+                intensity: intensity[i],
+                width_px: width_px[i] * self.across[i],
+                saturated: saturated[i],
+            };
+        }
+    }
+}
+
+impl Chosen {
+    /// Position, normal and σ; a crossing without a fit stands for itself.
+    #[inline(always)]
+    pub fn described(&self, cross_variance_px2: &Lanes) -> Described {
+        let (Mean { value, variance }, Shape { slope, bend, bend_gain }) = (&self.mean, &self.shape);
+        let [mut shift, mut normal_u, mut across, mut sigma_px] = [[0.0f32; LANES]; 4];
+        for i in 0..LANES {
+            let (slope, bend) = (slope.0[i], bend.0[i]);
+            let variance = variance.0[i].max(1e-10);
+            let doubt = SKEW_DOUBT * bend_gain.0[i] * variance;
+            let sure = (1.0 - doubt / (bend * bend).max(f32::MIN_POSITIVE)).max(0.0);
+            shift[i] = value.0[i] - sure * skew_shift(slope, 2.0 * bend, cross_variance_px2[i]);
+            across[i] = 1.0 / (1.0 + slope * slope).sqrt();
+            normal_u[i] = -slope * across[i];
+            sigma_px[i] = variance.sqrt() * across[i];
+        }
+        Described { shift, normal_u, across, sigma_px }
+    }
+}
+
+/// How far (rows) the centre of a column's profile lies from a line that is steep and curved at once: to first order
+/// in the curvature v″ it is 3/2 · v″ · m² / (1 + m²)² · s², m the slope and s² the variance of profile times window.
+#[inline(always)]
+fn skew_shift(slope: f32, curvature: f32, cross_variance_px2: f32) -> f32 {
+    let steep = slope * slope;
+    1.5 * curvature * steep / ((1.0 + steep) * (1.0 + steep)) * cross_variance_px2
+}

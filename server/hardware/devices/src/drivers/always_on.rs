@@ -1,0 +1,104 @@
+//! A laser that this program does not switch: it shines as long as it has power.
+//!
+//! Scans need no more. Whatever is promised elsewhere of darkness (at start, at rest, after Stop, after a fault, when
+//! the program ends) is not kept by this program for such a laser, and every place that speaks of it says so.
+
+use std::time::{Duration, Instant};
+
+use crate::drivers::laser_checks::check_power;
+use crate::traits::driver::{DeviceSet, Driver, OpenError, Opened};
+use crate::{DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState};
+
+/// Makes a laser that is always on: `[station.laser] kind = "none"`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AlwaysOnDriver;
+
+impl Driver for AlwaysOnDriver {
+    fn kind(&self) -> &'static str {
+        "none"
+    }
+
+    fn makes(&self) -> DeviceSet {
+        DeviceSet { laser: true, ..DeviceSet::default() }
+    }
+
+    fn open(&self, wanted: DeviceSet) -> Result<Opened, OpenError> {
+        let laser = wanted.laser.then(|| Box::new(AlwaysOnLaser::default()) as Box<dyn Laser>);
+        Ok(Opened { laser, ..Opened::default() })
+    }
+}
+
+/// See the module. Its state is what is wanted of it, with the lease of every laser, so that whoever uses it waits for
+/// nothing; `capabilities` says that none of it is so.
+#[derive(Debug, Default)]
+pub struct AlwaysOnLaser {
+    wanted_until: Option<Instant>,
+}
+
+impl AlwaysOnLaser {
+    fn state(&mut self) -> LaserState {
+        self.wanted_until = self.wanted_until.filter(|until| crate::time::now() < *until);
+        let emitting = self.wanted_until.is_some();
+        LaserState { emitting, power: if emitting { 1.0 } else { 0.0 }, interlock_closed: None }
+    }
+}
+
+impl Laser for AlwaysOnLaser {
+    fn identity(&self) -> DeviceIdentity {
+        DeviceIdentity {
+            driver: "none",
+            vendor: String::new(),
+            model: "not controlled here".to_owned(),
+            serial: String::new(),
+            firmware: String::new(),
+        }
+    }
+
+    fn capabilities(&self) -> LaserCapabilities {
+        LaserCapabilities { switched: false, ..LaserCapabilities::default() }
+    }
+
+    fn lost_host(&self) -> &'static str {
+        "the laser stays on: it is not controlled here"
+    }
+
+    fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
+        check_power(power)?;
+        self.wanted_until = Some(crate::time::now() + lease.min(LASER_LEASE_LIMIT));
+        Ok(self.state())
+    }
+
+    fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError> {
+        if self.state().emitting {
+            self.wanted_until = Some(crate::time::now() + lease.min(LASER_LEASE_LIMIT));
+        }
+        Ok(self.state())
+    }
+
+    fn switch_off(&mut self) -> Result<(), LaserError> {
+        self.wanted_until = None;
+        Ok(())
+    }
+
+    fn poll(&mut self) -> Result<LaserState, LaserError> {
+        Ok(self.state())
+    }
+
+    fn reconnect(&mut self) -> Result<(), LaserError> {
+        self.switch_off()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::{self, LaserProfile};
+
+    #[test]
+    fn it_passes_the_suite_without_a_witness_and_says_that_it_is_not_switched() {
+        let profile = LaserProfile { light: None, reaction_limit: Duration::from_millis(20), cable: None };
+        contract::laser(&mut || Box::new(AlwaysOnLaser::default()), &profile);
+        let laser = AlwaysOnLaser::default();
+        assert!(!laser.capabilities().switched && laser.lost_host().contains("not controlled here"));
+    }
+}

@@ -1,0 +1,51 @@
+//! What the driver does differently for GRBL 1.1h, grblHAL and FluidNC; the facts are in
+//! `server/docs/devices/grbl.md`.
+
+use std::time::Duration;
+
+/// Which firmware answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Dialect {
+    /// GRBL 1.1.
+    #[default]
+    Grbl,
+    /// grblHAL.
+    GrblHal,
+    /// FluidNC.
+    FluidNc,
+}
+
+/// `ALARM:11` of grblHAL, with bit 2 of `$22`: only homing unlocks it.
+const GRBL_HAL_HOME_FIRST: u32 = 11;
+/// `ALARM:14` of FluidNC: not homed since power came on or a limit was hit.
+const FLUID_NC_UNHOMED: u32 = 14;
+
+impl Dialect {
+    /// After `ALARM:n` nothing else happens for so long, and a reset in it may be lost.
+    pub(super) fn alarm_pause(self) -> Duration {
+        match self {
+            Dialect::Grbl | Dialect::FluidNc => Duration::from_millis(500),
+            Dialect::GrblHal => Duration::from_millis(100),
+        }
+    }
+
+    /// Whether the firmware resets itself after this alarm and shows its banner; after others it waits to be reset.
+    pub(super) fn resets_itself_after(self, code: u32) -> bool {
+        self != Dialect::FluidNc && matches!(code, 3 | 6..=9)
+    }
+
+    /// Whether the light is out with this alarm. FluidNC leaves it on unless `off_on_alarm` is set, and a failed
+    /// probe (4, 5) leaves it on everywhere.
+    pub(super) fn darkens_with(self, code: u32) -> bool {
+        self != Dialect::FluidNc && !matches!(code, 4 | 5)
+    }
+
+    /// Whether this alarm only says that it wants to be homed, as after power came on.
+    pub(super) fn wants_homing(self, code: u32) -> bool {
+        match self {
+            Dialect::Grbl => false,
+            Dialect::GrblHal => code == GRBL_HAL_HOME_FIRST,
+            Dialect::FluidNc => code == FLUID_NC_UNHOMED,
+        }
+    }
+}

@@ -1,0 +1,288 @@
+//! What stage and laser ask for.
+
+use std::time::{Duration, Instant};
+
+use super::{Activity, LineKind, Link, Lit, Session, Stopping, Travel, Way, being_opened, stop_bytes};
+use crate::drivers::grbl::LaserMode;
+use crate::drivers::grbl::fault::{Device, Fault};
+use crate::drivers::grbl::identity::{machine_from_stage, stage_from_machine};
+use crate::drivers::grbl::protocol::{HOLD, MachineState, RESET, RESUME};
+use crate::drivers::stage_checks::{check_numbers, check_travel};
+use crate::params::{GRBL_ANSWER_LIMIT, GRBL_BRAKING_S, GRBL_BRAKING_SLACK, GRBL_LIT_BRAKING};
+use crate::{AcceptedMove, Homing, LASER_LEASE_LIMIT, LaserError, StageError};
+
+/// Feed rate that goes with the `G1` of a laser command, mm/min. Without one GRBL refuses it (error 22); nothing
+/// moves by it.
+const LASER_FEED_MM_MIN: u32 = 600;
+
+impl Session {
+    pub fn start_move(
+        &mut self,
+        target_mm: f64,
+        speed_mm_s: f64,
+        now: Instant,
+    ) -> Result<(AcceptedMove, u64), StageError> {
+        check_numbers("target_mm", target_mm, speed_mm_s)?;
+        self.ready_to_move()?;
+        if !self.homed {
+            return Err(StageError::NotHomed);
+        }
+        check_travel(target_mm, self.config.travel_mm)?;
+        let machine_mm =
+            self.on_a_step(machine_from_stage(target_mm, self.zero_at_machine_mm, self.config.reversed));
+        let speed_mm_s = self.held_speed(speed_mm_s);
+        let axis = self.config.axis.letter();
+        let line = format!("G21G90G94G53G1{axis}{machine_mm:.4}F{:.1}", speed_mm_s * 60.0);
+        Ok(self.start_travel(line, machine_mm, speed_mm_s, false, now))
+    }
+
+    pub fn start_jog(
+        &mut self,
+        distance_mm: f64,
+        speed_mm_s: f64,
+        now: Instant,
+    ) -> Result<(AcceptedMove, u64), StageError> {
+        check_numbers("distance_mm", distance_mm, speed_mm_s)?;
+        self.ready_to_move()?;
+        if !self.homed && self.homing() == Homing::Required {
+            return Err(StageError::NotHomed);
+        }
+        let from_mm = self.position_mm().ok_or(StageError::NotHomed)?;
+        let (low_mm, high_mm) = self.config.travel_mm;
+        let wanted_mm = from_mm + distance_mm;
+        let target_mm = if self.homed { wanted_mm.clamp(low_mm, high_mm) } else { wanted_mm };
+        let machine_mm =
+            self.on_a_step(machine_from_stage(target_mm, self.zero_at_machine_mm, self.config.reversed));
+        let speed_mm_s = self.held_speed(speed_mm_s);
+        let axis = self.config.axis.letter();
+        let line = format!("$J=G21G90G53{axis}{machine_mm:.4}F{:.1}", speed_mm_s * 60.0);
+        Ok(self.start_travel(line, machine_mm, speed_mm_s, true, now))
+    }
+
+    fn start_travel(
+        &mut self,
+        line: String,
+        machine_mm: f64,
+        speed_mm_s: f64,
+        jog: bool,
+        now: Instant,
+    ) -> (AcceptedMove, u64) {
+        let target_mm = stage_from_machine(machine_mm, self.zero_at_machine_mm, self.config.reversed);
+        let ticket = self.send_line(line, LineKind::Travel, now, now + GRBL_ANSWER_LIMIT);
+        let last_mm = self.seen.map_or(machine_mm, |seen| seen.machine_mm);
+        let way = Way { from_mm: last_mm, to_mm: machine_mm, speed_mm_s, since: now };
+        self.way = Some(way);
+        self.activity =
+            Activity::Travel(Travel { target_mm, way, jog, taken_at: None, last_mm, last_progress_at: now });
+        (AcceptedMove { target_mm, speed_mm_s }, ticket)
+    }
+
+    pub fn start_home(&mut self, now: Instant) -> Result<Option<u64>, StageError> {
+        self.ready_to_move()?;
+        if self.homing() == Homing::Absent {
+            self.zero_at_machine_mm = self.seen.map(|seen| seen.machine_mm).ok_or(StageError::NotHomed)?;
+            self.homed = true;
+            return Ok(None);
+        }
+        self.go_dark(now);
+        self.homed = false;
+        self.activity = Activity::Homing { done_at: None };
+        let ticket = self.send_line("$H".to_owned(), LineKind::Home, now, now + self.config.homing_limit);
+        Ok(Some(ticket))
+    }
+
+    /// Sound, and nothing under way.
+    fn ready_to_move(&self) -> Result<(), StageError> {
+        self.sound()?;
+        let idle = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Idle | MachineState::Alarm));
+        if self.activity != Activity::Rest || self.reset_awaited() || !idle || !self.is_confirmed {
+            return Err(StageError::Moving);
+        }
+        Ok(())
+    }
+
+    pub fn sound(&self) -> Result<(), StageError> {
+        match self.fault_of(Device::Stage) {
+            Some(fault) => Err(fault.for_stage()),
+            None => Ok(()),
+        }
+    }
+
+    /// A jog is ended; a move waits for [`Session::resume`].
+    pub fn hold(&mut self, now: Instant) -> Result<(), StageError> {
+        self.sound()?;
+        match self.activity {
+            Activity::Travel(travel) => {
+                if travel.jog {
+                    self.send_stop(HOLD, now);
+                } else {
+                    self.outgoing.push(HOLD);
+                }
+            }
+            Activity::Rest | Activity::Homing { .. } | Activity::Stopping(_) => {}
+        }
+        Ok(())
+    }
+
+    pub fn resume(&mut self) -> Result<(), StageError> {
+        self.sound()?;
+        if let Activity::Travel(_) = self.activity {
+            self.outgoing.push(RESUME);
+        }
+        Ok(())
+    }
+
+    /// Stops by this byte and what belongs to it.
+    pub(super) fn send_stop(&mut self, byte: u8, now: Instant) {
+        self.outgoing.extend_from_slice(stop_bytes(byte));
+        self.stop_sent(byte, now);
+    }
+
+    /// The stop's bytes were written already; what follows them.
+    pub fn stop_sent(&mut self, byte: u8, now: Instant) {
+        if !matches!(self.link, Link::Up) {
+            return;
+        }
+        if self.fault.is_some() {
+            return self.reset_sent(now);
+        }
+        let braking = if self.lit.is_some() { GRBL_LIT_BRAKING } else { self.braking_limit() };
+        let until = match self.activity {
+            // Stopped again: it brakes already.
+            Activity::Stopping(stopping) => stopping.until,
+            _ => now + braking,
+        };
+        let only_jog = match self.activity {
+            Activity::Travel(travel) => travel.jog && self.pending.is_empty() && self.lit.is_none(),
+            _ => false,
+        };
+        let behind_reset = byte == HOLD && self.reset_awaited();
+        self.activity = Activity::Stopping(Stopping { until, only_jog, behind_reset, idle_once: false });
+        if byte == RESET {
+            self.reset_sent(now);
+        } else {
+            self.query(now);
+        }
+    }
+
+    /// Twice the time to brake from the fastest move, and what the report of rest takes.
+    fn braking_limit(&self) -> Duration {
+        let Some(machine) = &self.machine else { return GRBL_BRAKING_SLACK };
+        let acceleration_mm_s2 = machine.capabilities.acceleration_mm_s2.unwrap_or(f64::INFINITY).max(1.0);
+        let braking_s = (machine.capabilities.max_speed_mm_s / acceleration_mm_s2).clamp(0.0, GRBL_BRAKING_S);
+        2 * Duration::from_secs_f64(braking_s) + GRBL_BRAKING_SLACK
+    }
+
+    /// Clears what can be cleared; an alarm is unlocked as soon as it can be.
+    pub fn clear_fault(&mut self, now: Instant) -> Result<(), StageError> {
+        match &self.fault {
+            None => Ok(()),
+            Some(fault) if fault.needs_reconnect() => Err(fault.for_stage()),
+            Some(fault) => {
+                // A reset that was not heard, as with the emergency stop pressed, is tried again.
+                if matches!(fault, Fault::Alarm { .. }) && self.reset.is_none() {
+                    self.soft_reset(now);
+                }
+                self.clearing = true;
+                self.tick(now);
+                Ok(())
+            }
+        }
+    }
+
+    /// Opens the line again, unless that is under way; a sound controller is stopped and darkened instead.
+    pub fn reconnect(&mut self, now: Instant) {
+        if self.wants_open || matches!(self.link, Link::Opening(_)) {
+            return;
+        }
+        if let Some(Fault::Refused { by: Device::Laser, .. }) = self.fault {
+            // The line is sound: what was refused is acknowledged.
+            self.fault = None;
+        }
+        if self.fault.is_none() {
+            if self.activity != Activity::Rest || self.lit.is_some() {
+                self.send_stop(self.stop_byte(), now);
+            }
+            return;
+        }
+        self.down(being_opened());
+        self.wants_open = true;
+    }
+
+    pub fn switch_on(&mut self, power: f64, lease: Duration, now: Instant) -> Result<u64, LaserError> {
+        self.laser_sound()?;
+        if self.must_home {
+            let reason = "its controller is locked until the stage is homed".to_owned();
+            return Err(LaserError::Fault { reason, remedy: "home it" });
+        }
+        if self.activity != Activity::Rest || self.reset_awaited() || self.dark_by.is_some() {
+            let reason =
+                "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
+            return Err(LaserError::Fault { reason, remedy: "wait for the stage to stand still" });
+        }
+        let full = self.machine.as_ref().map_or(0.0, |machine| machine.full_power);
+        let word = match self.config.laser_mode {
+            LaserMode::Constant => "M3",
+            LaserMode::Dynamic => "M4",
+        };
+        self.lit = Some(Lit { power, until: now + lease.min(LASER_LEASE_LIMIT) });
+        // The laser shines in G1 only (`laser_mode.md`); no axis is named, so that nothing moves.
+        let line = format!("G1F{LASER_FEED_MM_MIN}{word}S{:.1}", power * full);
+        Ok(self.send_line(line, LineKind::LaserOn, now, now + GRBL_ANSWER_LIMIT))
+    }
+
+    pub fn renew(&mut self, lease: Duration, now: Instant) -> Result<(), LaserError> {
+        self.laser_sound()?;
+        if let Some(lit) = self.lit.as_mut().filter(|lit| now < lit.until && self.dark_by.is_none()) {
+            lit.until = now + lease.min(LASER_LEASE_LIMIT);
+        }
+        Ok(())
+    }
+
+    /// Goes dark; the ticket of the line that does it.
+    pub fn switch_off(&mut self, now: Instant) -> Option<u64> {
+        self.go_dark(now);
+        self.pending.iter().rev().find(|pending| pending.kind == LineKind::LaserOff).map(|pending| pending.ticket)
+    }
+
+    /// Faults of the stage alone do not concern a laser that is known to be dark, except that it cannot shine.
+    fn laser_sound(&self) -> Result<(), LaserError> {
+        match self.fault_of(Device::Laser) {
+            Some(fault) => Err(fault.for_laser()),
+            None => Ok(()),
+        }
+    }
+
+    /// What concerns a laser that is only asked: whether its state is known.
+    pub fn laser_known(&self) -> Result<(), LaserError> {
+        match &self.fault {
+            Some(fault) if fault.needs_reconnect() || *fault == Fault::StrayLight => Err(fault.for_laser()),
+            Some(fault @ Fault::Refused { by: Device::Laser, .. }) => Err(fault.for_laser()),
+            _ => Ok(()),
+        }
+    }
+
+    /// Waits are for the answer to this line; a refusal goes to the waiting caller.
+    pub fn wait_for(&mut self, ticket: u64) {
+        (self.waited_for, self.refusal) = (Some(ticket), None);
+    }
+
+    /// Whether the line was answered or forgotten.
+    pub fn answered_or_gone(&self, ticket: u64) -> bool {
+        !self.pending.iter().any(|pending| pending.ticket == ticket)
+    }
+
+    /// Ends the wait; the refusal, if there was one.
+    pub fn end_wait(&mut self) -> Option<Fault> {
+        self.waited_for = None;
+        self.refusal.take()
+    }
+
+    fn on_a_step(&self, machine_mm: f64) -> f64 {
+        (machine_mm * self.config.steps_per_mm).round() / self.config.steps_per_mm
+    }
+
+    fn held_speed(&self, speed_mm_s: f64) -> f64 {
+        self.machine.as_ref().map_or(speed_mm_s, |machine| speed_mm_s.min(machine.capabilities.max_speed_mm_s))
+    }
+}

@@ -1,0 +1,337 @@
+//! What comes from a controller that is up.
+
+use std::time::Instant;
+
+use super::{Activity, LineKind, Link, OwnReset, Pending, Seen, Session, Stopping, Travel};
+use crate::drivers::grbl::Dialect;
+use crate::drivers::grbl::fault::{Device, Fault};
+use crate::drivers::grbl::protocol::{MachineState, Message, OVERRIDES_OFF, Position, Report};
+use crate::params::{
+    GRBL_BRAKING_SLACK, GRBL_GARBAGE_LINES, GRBL_GARBAGE_WINDOW, GRBL_RESET_AGAIN, GRBL_SILENCE, GRBL_STALL,
+    GRBL_START, GRBL_STRAY_REPORTS,
+};
+
+/// `ALARM:3`: reset while moving.
+const ALARM_RESET_MOVING: u32 = 3;
+/// `ALARM:6`: reset while homing.
+const ALARM_RESET_HOMING: u32 = 6;
+/// `ALARM:1`: a limit switch.
+const ALARM_HARD_LIMIT: u32 = 1;
+/// `ALARM:2`: the one alarm that keeps the position.
+const ALARM_SOFT_LIMIT: u32 = 2;
+/// `error:46`: only homing unlocks it.
+const ERROR_HOME_FIRST: u32 = 46;
+/// What is said after a limit alarm, when a reset is heard again.
+const RESET_TO_CONTINUE: &str = "Reset to continue";
+
+impl Session {
+    pub(super) fn message(&mut self, message: Message, began_at: Instant, now: Instant) {
+        match self.link {
+            Link::Down => return,
+            Link::Opening(_) => return self.opening_message(message, began_at, now),
+            Link::Up => {}
+        }
+        match message {
+            Message::Banner(_) => self.banner(now),
+            Message::Ok => match self.pending.pop_front() {
+                Some(pending) => {
+                    self.is_alive(now);
+                    self.resting_since = None;
+                    self.answered(&pending, now);
+                }
+                None => self.garbage("ok".to_owned(), now),
+            },
+            Message::Error(code) => match self.pending.pop_front() {
+                Some(pending) => {
+                    self.is_alive(now);
+                    self.resting_since = None;
+                    self.refused(pending, code, now);
+                }
+                None => self.garbage(format!("error:{code}"), now),
+            },
+            Message::Alarm(code) => self.alarm(code, now),
+            Message::Report(report) => self.report(report, began_at, now),
+            Message::Garbage(text) => self.garbage(text, now),
+            Message::Feedback { key, text } if key == "MSG" && text.contains(RESET_TO_CONTINUE) => {
+                if self.reset_again_at.take().is_some() {
+                    self.quiet_until = None;
+                    self.soft_reset(now);
+                }
+            }
+            Message::Setting { .. } | Message::Feedback { .. } | Message::Nothing => {}
+        }
+    }
+
+    /// An answer to a line is a sign of life too: grblHAL's queries wait while it works on a line.
+    fn is_alive(&mut self, now: Instant) {
+        self.queries.unanswered_since = self.queries.unanswered_since.map(|_| now);
+    }
+
+    /// A reset happened: ours, the one that comes with an alarm, or one by itself.
+    fn banner(&mut self, now: Instant) {
+        let moving = matches!(self.activity, Activity::Travel(_) | Activity::Homing { .. });
+        let ours = self.reset.is_some_and(|reset| {
+            reset.awaited || (!moving && now.saturating_duration_since(reset.sent_at) < GRBL_SILENCE)
+        });
+        let told = self.fault.is_some();
+        self.pending.clear();
+        self.activity = match self.activity {
+            Activity::Stopping(stopping) if stopping.behind_reset => {
+                let until = now + GRBL_BRAKING_SLACK;
+                Activity::Stopping(Stopping { until, only_jog: false, behind_reset: false, idle_once: false })
+            }
+            _ => Activity::Rest,
+        };
+        (self.lit, self.dark_by, self.stray_reports) = (None, None, 0);
+        (self.quiet_until, self.reset_again_at) = (None, None);
+        self.queries.unanswered_since = None;
+        if let Some(seen) = &mut self.seen {
+            let locked = self.reset.is_some_and(|reset| reset.locked);
+            seen.state = if locked { MachineState::Alarm } else { MachineState::Idle };
+        }
+        if let Some(reset) = &mut self.reset {
+            reset.awaited = false;
+        }
+        if ours || told {
+            // What stood before the reset may stand no more: the next report tells.
+            self.query(now);
+        } else {
+            self.homed = false;
+            tracing::warn!(place = self.place, "controller restarted by itself");
+            self.fault = Some(Fault::Restarted);
+        }
+    }
+
+    fn answered(&mut self, pending: &Pending, now: Instant) {
+        match pending.kind {
+            LineKind::Travel => {
+                if let Activity::Travel(travel) = &mut self.activity {
+                    (travel.taken_at, travel.last_progress_at) = (Some(now), now);
+                }
+            }
+            LineKind::Home => {
+                if let Activity::Homing { done_at } = &mut self.activity {
+                    *done_at = Some(now);
+                }
+                self.query(now);
+            }
+            LineKind::LaserOff => (self.lit, self.dark_by) = (None, None),
+            LineKind::Unlock => self.unlocked(),
+            LineKind::LaserOn | LineKind::Build | LineKind::Settings => {}
+        }
+    }
+
+    fn unlocked(&mut self) {
+        self.clearing = false;
+        self.fault = self.fault.take().filter(|fault| !matches!(fault, Fault::Alarm { .. }));
+    }
+
+    /// A line was refused: told to the caller if it still waits, else a fault of the device whose line it was.
+    fn refused(&mut self, pending: Pending, code: u32, now: Instant) {
+        if pending.kind == LineKind::Unlock && code == ERROR_HOME_FIRST {
+            // No fault: it can be homed, and that is all it can.
+            self.must_home = true;
+            return self.unlocked();
+        }
+        match pending.kind {
+            LineKind::Travel | LineKind::Home => self.activity = Activity::Rest,
+            // Whether any word of the line had an effect is not known.
+            LineKind::LaserOn => self.go_dark(now),
+            LineKind::LaserOff => self.soft_reset(now),
+            LineKind::Unlock => self.clearing = false,
+            LineKind::Build | LineKind::Settings => {}
+        }
+        let by = match pending.kind {
+            LineKind::LaserOn | LineKind::LaserOff => Device::Laser,
+            _ => Device::Stage,
+        };
+        let refusal = Fault::Refused { command: pending.text, code, by };
+        if self.waited_for == Some(pending.ticket) {
+            self.refusal = Some(refusal);
+        } else if self.fault.is_none() {
+            self.fault = Some(refusal);
+        }
+    }
+
+    fn alarm(&mut self, code: u32, now: Instant) {
+        let dialect = self.dialect();
+        let quiet_until = now + dialect.alarm_pause();
+        self.quiet_until = Some(quiet_until);
+        let by_reset = code == ALARM_RESET_MOVING || code == ALARM_RESET_HOMING || dialect.wants_homing(code);
+        self.must_home |= dialect == Dialect::GrblHal && dialect.wants_homing(code);
+        if by_reset && let Some(reset @ OwnReset { awaited: true, .. }) = &mut self.reset {
+            reset.answer_by = quiet_until + GRBL_SILENCE;
+            (reset.locked, self.homed) = (true, false);
+            return;
+        }
+        if dialect.wants_homing(code) && self.activity == Activity::Rest {
+            // As after power came on: no fault, but no position either.
+            self.homed = false;
+            return;
+        }
+        tracing::warn!(place = self.place, code, "controller raised an alarm");
+        self.homed = self.homed && code == ALARM_SOFT_LIMIT;
+        // Lines under way keep their places: their answers may still come, and are theirs.
+        self.activity = Activity::Rest;
+        self.dark_by = None;
+        if dialect.darkens_with(code) {
+            self.lit = None;
+        }
+        self.fault = Some(Fault::Alarm { code, dialect });
+        if matches!(code, ALARM_HARD_LIMIT | ALARM_SOFT_LIMIT) {
+            self.reset_again_at = Some(quiet_until + GRBL_RESET_AGAIN);
+        }
+        if !dialect.resets_itself_after(code) {
+            self.soft_reset(now);
+        }
+    }
+
+    pub(super) fn report(&mut self, report: Report, began_at: Instant, now: Instant) {
+        let asked_at = self.queries.last_sent_at.unwrap_or(began_at).min(began_at);
+        self.queries.unanswered_since = None;
+        if report.state == MachineState::Starting {
+            return;
+        }
+        if matches!(report.state, MachineState::Sleep | MachineState::Check) {
+            let reason = format!("its controller is in the state {:?}", report.state);
+            return self.down(Fault::Gone { reason });
+        }
+        let Some(machine_mm) = self.machine_mm(&report) else { return };
+        // The report was made between question and answer.
+        let at = asked_at + (began_at - asked_at) / 2;
+        let told = Seen { state: report.state, machine_mm, asked_at, at, heard_at: now };
+        if !self.believes(told, now) {
+            return;
+        }
+        if matches!(report.state, MachineState::Idle | MachineState::Alarm) {
+            self.resting_since.get_or_insert(asked_at);
+        } else {
+            self.resting_since = None;
+        }
+        self.undo_overrides(&report);
+        self.watch_stray_light(report.spindle, now);
+        self.unlock_where_sound(report.state, now);
+        self.follow(report.state, machine_mm, asked_at, now);
+        if self.activity == Activity::Rest && !self.is_confirmed && !report.state.in_motion() {
+            self.query(now);
+        }
+    }
+
+    /// Machine position of the axis; `None` as long as the work offset is not known, which comes with some reports.
+    pub(super) fn machine_mm(&mut self, report: &Report) -> Option<f64> {
+        if let Some(offset_mm) = report.offset_mm {
+            // It stays for many reports: one that is new is believed when it is told twice.
+            if self.doubted_offset_mm == Some(offset_mm) {
+                (self.offset_mm, self.offset_known) = (offset_mm, true);
+            }
+            self.doubted_offset_mm = Some(offset_mm);
+        }
+        let idx = self.config.axis.idx();
+        match report.position {
+            Position::Machine(axes_mm) => Some(axes_mm[idx]),
+            Position::Work(axes_mm) => self.offset_known.then(|| axes_mm[idx] + self.offset_mm[idx]),
+        }
+    }
+
+    /// What the report means for what is under way.
+    fn follow(&mut self, state: MachineState, machine_mm: f64, asked_at: Instant, now: Instant) {
+        match self.activity {
+            Activity::Rest => {}
+            Activity::Travel(travel) => self.follow_travel(travel, state, machine_mm, asked_at, now),
+            Activity::Homing { done_at } => {
+                if done_at.is_some_and(|done_at| asked_at >= done_at) && state == MachineState::Idle {
+                    (self.activity, self.homed, self.must_home) = (Activity::Rest, true, false);
+                }
+            }
+            Activity::Stopping(stopping) if !self.reset_awaited() => self.follow_stop(stopping, state, now),
+            Activity::Stopping(_) => {}
+        }
+    }
+
+    /// At rest the stop is made final by a reset, which forgets a held move, unread lines and the light. A jog that
+    /// was all there was leaves nothing to forget.
+    fn follow_stop(&mut self, stopping: Stopping, state: MachineState, now: Instant) {
+        match state {
+            _ if state.in_motion() => {
+                self.activity = Activity::Stopping(Stopping { idle_once: false, ..stopping })
+            }
+            MachineState::Idle if !stopping.idle_once => {
+                self.activity = Activity::Stopping(Stopping { idle_once: true, ..stopping });
+            }
+            MachineState::Idle if stopping.only_jog => self.activity = Activity::Rest,
+            _ => self.soft_reset(now),
+        }
+    }
+
+    fn follow_travel(
+        &mut self,
+        mut travel: Travel,
+        state: MachineState,
+        machine_mm: f64,
+        asked_at: Instant,
+        now: Instant,
+    ) {
+        let Some(taken_at) = travel.taken_at.filter(|taken_at| asked_at >= *taken_at) else { return };
+        let under_way = matches!(state, MachineState::Run | MachineState::Jog);
+        if machine_mm != travel.last_mm || !(under_way || state == MachineState::Idle) {
+            (travel.last_mm, travel.last_progress_at) = (machine_mm, now);
+        }
+        self.activity = Activity::Travel(travel);
+        let at_target = (machine_mm - travel.way.to_mm).abs() <= self.rounding_mm();
+        let short = match state {
+            MachineState::Idle if at_target => {
+                (self.activity, self.is_confirmed) = (Activity::Rest, true);
+                return;
+            }
+            MachineState::Idle => asked_at - taken_at > GRBL_START,
+            _ => under_way && now - travel.last_progress_at > GRBL_STALL,
+        };
+        if short {
+            let actual_mm = self.position_mm().unwrap_or(machine_mm);
+            self.homed = false;
+            self.raise(Fault::Stalled { target_mm: travel.target_mm, actual_mm }, now);
+        }
+    }
+
+    /// Somebody turned an override at the machine: it would change speeds that were accepted, and the laser's power.
+    fn undo_overrides(&mut self, report: &Report) {
+        if report.overrides.is_some_and(|percents| percents != [100; 3]) {
+            tracing::warn!(
+                place = self.place,
+                "feed or power was overridden at the controller; set back to 100 %"
+            );
+            self.outgoing.extend_from_slice(&OVERRIDES_OFF);
+        }
+    }
+
+    /// GRBL reports the power it gives out (`FS`); light that was not asked for is reset.
+    fn watch_stray_light(&mut self, spindle: Option<f64>, now: Instant) {
+        // Verified for GRBL's source only; grblHAL reports a programmed speed of a spindle at rest in some drivers.
+        let verified = self.dialect() == Dialect::Grbl;
+        let asked_for = self.lit.is_some() || self.reset_awaited();
+        if !verified || asked_for || spindle.is_none_or(|speed| speed == 0.0) {
+            self.stray_reports = 0;
+            return;
+        }
+        self.stray_reports += 1;
+        if self.stray_reports >= GRBL_STRAY_REPORTS && self.fault.is_none() {
+            self.raise(Fault::StrayLight, now);
+        }
+    }
+
+    /// Counts a line that is not the protocol; many in a short time end the link.
+    pub(super) fn garbage(&mut self, received: String, now: Instant) {
+        match &self.link {
+            Link::Down => return,
+            Link::Opening(_) => return self.opening_message(Message::Garbage(received), now, now),
+            // After a fault the answers to forgotten lines may still come.
+            Link::Up if self.fault.is_some() || self.reset_awaited() => return,
+            Link::Up => {}
+        }
+        self.garbage_at.retain(|at| now - *at < GRBL_GARBAGE_WINDOW);
+        self.garbage_at.push_back(now);
+        if self.garbage_at.len() >= GRBL_GARBAGE_LINES {
+            self.down(Fault::Garbage { received });
+        }
+    }
+}

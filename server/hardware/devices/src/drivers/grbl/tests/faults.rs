@@ -1,0 +1,225 @@
+//! Fault × state: what is told within a second, that it goes dark and rests, and how it comes back: ready, never
+//! active. The table in `server/docs/devices/grbl.md` names these tests cell by cell.
+
+use std::time::Duration;
+
+use super::{Bench, SLACK, bench, home, rest, wait_until};
+use crate::drivers::grbl::{GrblLaser, GrblStage};
+use crate::simulators::grbl_simulator::{Dialect, Event, SimulatorConfig};
+use crate::simulators::simulator::LineFault;
+use crate::{Laser, Stage, StageError};
+
+/// `promises.md`: serial faults are named within a second.
+const NAMED_LIMIT: Duration = Duration::from_secs(1);
+/// `promises.md` 3: dark within half a second of every listed fault (here: of its being named).
+const DARK_LIMIT: Duration = Duration::from_millis(500);
+
+/// FluidNC leaves light on after a limit alarm and hears the reset after the pause; the reset raises `ALARM:14`, whose
+/// pause comes before the spindle is stopped (`protocol_do_rt_reset`). With `off_on_alarm` it is dark at once.
+const FLUID_NC_PAUSES: Duration = Duration::from_millis(2 * 500);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum When {
+    Ready,
+    Moving,
+    Homing,
+    Shining,
+    ShiningAndMoving,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum What {
+    Silence,
+    Garbage,
+    HardLimit,
+    Unplugged,
+    Restart,
+    Stall,
+    AnotherDevice,
+}
+
+/// One test for each cell, for each of the dialects named.
+macro_rules! cells {
+    ($($dialect:ident: $module:ident),* => $cells:tt) => {
+        $(mod $module {
+            use super::*;
+            one_dialect!($dialect => $cells);
+        })*
+    };
+}
+
+macro_rules! one_dialect {
+    ($dialect:ident => {$($name:ident: $what:ident, $when:ident => $told:pat,)*}) => {
+        $(#[test]
+        fn $name() {
+            cell(Dialect::$dialect, What::$what, When::$when, |fault| matches!(fault, $told));
+        })*
+    };
+}
+
+cells! { Grbl: grbl, GrblHal: grbl_hal, FluidNc: fluid_nc => {
+    silence_when_ready: Silence, Ready => StageError::NoReply { .. },
+    silence_while_moving: Silence, Moving => StageError::NoReply { .. },
+    silence_while_shining: Silence, Shining => StageError::NoReply { .. },
+    silence_while_shining_and_moving: Silence, ShiningAndMoving => StageError::NoReply { .. },
+    garbage_when_ready: Garbage, Ready => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_moving: Garbage, Moving => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_shining: Garbage, Shining => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_shining_and_moving: Garbage, ShiningAndMoving => StageError::Garbage { .. } | StageError::NoReply { .. },
+    an_alarm_when_ready: HardLimit, Ready => StageError::Alarm { code: 1, .. },
+    an_alarm_while_moving: HardLimit, Moving => StageError::Alarm { code: 1, .. },
+    an_alarm_while_homing: HardLimit, Homing => StageError::Alarm { code: 1, .. },
+    an_alarm_while_shining: HardLimit, Shining => StageError::Alarm { code: 1, .. },
+    an_alarm_while_shining_and_moving: HardLimit, ShiningAndMoving => StageError::Alarm { code: 1, .. },
+    a_pulled_cable_when_ready: Unplugged, Ready => StageError::Gone { .. },
+    a_pulled_cable_while_moving: Unplugged, Moving => StageError::Gone { .. },
+    a_pulled_cable_while_homing: Unplugged, Homing => StageError::Gone { .. },
+    a_pulled_cable_while_shining: Unplugged, Shining => StageError::Gone { .. },
+    a_pulled_cable_while_shining_and_moving: Unplugged, ShiningAndMoving => StageError::Gone { .. },
+    a_restart_when_ready: Restart, Ready => StageError::Restarted,
+    a_restart_while_moving: Restart, Moving => StageError::Restarted,
+    a_restart_while_homing: Restart, Homing => StageError::Restarted,
+    a_restart_while_shining: Restart, Shining => StageError::Restarted,
+    a_restart_while_shining_and_moving: Restart, ShiningAndMoving => StageError::Restarted,
+    a_stall_while_moving: Stall, Moving => StageError::Stalled { .. },
+    a_stall_while_shining_and_moving: Stall, ShiningAndMoving => StageError::Stalled { .. },
+    another_device_when_ready: AnotherDevice, Ready => StageError::Gone { .. } | StageError::WrongDevice { .. },
+    another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
+}}
+
+// GRBL 1.1 answers nothing while homing; the others do, and are missed.
+cells! { GrblHal: grbl_hal_homing, FluidNc: fluid_nc_homing => {
+    silence_while_homing: Silence, Homing => StageError::NoReply { .. },
+    garbage_while_homing: Garbage, Homing => StageError::Garbage { .. } | StageError::NoReply { .. },
+}}
+
+fn cell(dialect: Dialect, what: What, when: When, told: impl Fn(&StageError) -> bool) {
+    let mut config = SimulatorConfig::of(dialect);
+    // As grblHAL wants to be set: else its silence while homing is no fault.
+    config.report_mask |= 1 << 12;
+    let bench = bench(config);
+    let (mut stage, mut laser) = bench.open();
+    bring_to(&bench, &mut stage, &mut laser, when);
+    let begin = crate::time::now();
+    happen(&bench, dialect, what);
+    wait_until(NAMED_LIMIT + SLACK, "the fault is named", || {
+        if matches!(when, When::Shining | When::ShiningAndMoving) {
+            laser.renew(Duration::from_secs(1)).ok();
+        }
+        stage.poll().is_err()
+    });
+    println!("{dialect:?} {what:?} {when:?}: named after {:?}", crate::time::since(begin));
+    let fault = stage.poll().unwrap_err();
+    assert!(told(&fault), "told as: {fault}");
+    assert!(stage.poll().is_err(), "told once, then not any more");
+    assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
+    assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "light was granted in spite of the fault");
+    let witness = bench.simulator.witness();
+    let dark_limit = if dialect == Dialect::FluidNc { DARK_LIMIT + FLUID_NC_PAUSES } else { DARK_LIMIT };
+    wait_until(dark_limit + SLACK, "it is dark and rests", || !witness.light() && !witness.moving());
+    comes_back_ready(&bench, &mut stage, &mut laser, what);
+}
+
+fn bring_to(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, when: When) {
+    home(stage);
+    stage.start_move(-4.0, 100.0).unwrap();
+    rest(stage);
+    if matches!(when, When::Shining | When::ShiningAndMoving) {
+        laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
+        wait_until(SLACK, "it shines", || bench.light());
+    }
+    match when {
+        // Slow enough to outlast every fault's naming: 8 mm at 4 mm/s.
+        When::Moving | When::ShiningAndMoving => drop(stage.start_move(4.0, 4.0).unwrap()),
+        When::Homing => stage.start_home().unwrap(),
+        When::Ready | When::Shining => return,
+    }
+    wait_until(SLACK, "it moves", || bench.simulator.witness().moving());
+}
+
+fn happen(bench: &Bench, dialect: Dialect, what: What) {
+    match what {
+        What::Silence => bench.simulator.fail(LineFault::Silence),
+        What::Garbage => bench.simulator.fail(LineFault::Garbage),
+        What::HardLimit => bench.simulator.happen(Event::Alarm(1)),
+        What::Unplugged => bench.simulator.unplug(),
+        What::Restart => bench.simulator.restart(),
+        What::Stall => bench.simulator.happen(Event::Stall),
+        What::AnotherDevice => {
+            bench.simulator.replug_as(SimulatorConfig { name: "another".into(), ..SimulatorConfig::of(dialect) })
+        }
+    }
+}
+
+/// The cause is removed and the fault acknowledged: nothing moves or shines by itself, and no position is told.
+fn comes_back_ready(bench: &Bench, stage: &mut GrblStage, laser: &mut GrblLaser, what: What) {
+    let mark = bench.simulator.witness().mark();
+    match what {
+        What::Unplugged => bench.simulator.replug(),
+        _ => bench.simulator.repair(),
+    }
+    if stage.clear_fault().is_err() {
+        stage.reconnect().unwrap();
+    }
+    wait_until(Duration::from_secs(5), "it comes back and rests", || {
+        stage.poll().is_ok_and(|state| !state.moving)
+    });
+    let state = stage.poll().unwrap();
+    assert!(!state.moving && !state.homed && state.position_mm.is_none(), "came back {state:?}");
+    assert!(!laser.poll().unwrap().emitting, "came back shining");
+    assert!(!bench.light(), "came back shining");
+    assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "a motion was repeated");
+    home(stage);
+    stage.start_move(1.0, 50.0).unwrap();
+    let at_mm = rest(stage).position_mm.unwrap();
+    assert!((at_mm - 1.0).abs() < 0.01, "homed and moved to 1 mm, and it is at {at_mm} mm");
+}
+
+#[test]
+fn a_grbl_that_never_ends_homing_is_missed_at_the_homing_limit() {
+    let mut bench = super::sound_bench();
+    bench.config.homing_limit = Duration::from_millis(400);
+    let (mut stage, _laser) = bench.open();
+    bench.simulator.happen(Event::NoAcknowledgement);
+    stage.start_home().unwrap();
+    wait_until(Duration::from_millis(400) + SLACK, "the limit is noticed", || stage.poll().is_err());
+    let fault = stage.poll().unwrap_err();
+    assert!(matches!(&fault, StageError::NoReply { command, .. } if command == "$H"), "{fault}");
+}
+
+#[test]
+fn an_m5_that_is_not_acknowledged_is_followed_by_a_reset() {
+    let bench = super::sound_bench();
+    let (_stage, mut laser) = bench.open();
+    laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
+    bench.simulator.happen(Event::NoAcknowledgement);
+    let mark = bench.simulator.witness().mark();
+    laser.switch_off().unwrap();
+    wait_until(DARK_LIMIT + SLACK, "a reset follows", || {
+        bench.simulator.witness().byte_since(mark, crate::drivers::grbl::protocol::RESET).is_some()
+    });
+    assert!(!bench.light());
+}
+
+#[test]
+fn light_that_nobody_asked_for_is_reset_and_told() {
+    let bench = super::sound_bench();
+    let (stage, mut laser) = bench.open();
+    bench.simulator.happen(Event::StrayLight);
+    wait_until(SLACK, "it shines", || bench.light());
+    wait_until(NAMED_LIMIT + SLACK, "it is named", || laser.poll().is_err());
+    wait_until(DARK_LIMIT + SLACK, "it is dark", || !bench.light());
+    drop(stage);
+}
+
+#[test]
+fn another_controller_at_the_same_place_is_refused_by_its_name() {
+    let mut bench = super::sound_bench();
+    bench.config.expected_name = Some("simulated stage".into());
+    let (mut stage, mut laser) = bench.open();
+    bench.simulator.replug_as(SimulatorConfig { name: "another".into(), ..Default::default() });
+    wait_until(NAMED_LIMIT + SLACK, "the change is noticed", || stage.poll().is_err());
+    stage.reconnect().unwrap();
+    wait_until(NAMED_LIMIT + SLACK, "it is named", || matches!(stage.poll(), Err(StageError::WrongDevice { .. })));
+    assert!(laser.poll().is_err(), "the laser of another controller was taken for ours");
+}

@@ -1,0 +1,192 @@
+//! A stop's way from the call to the controller, while everything else goes on.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use super::{SLACK, bench_in_real_time, home, rest, sound_bench, wait_until};
+use crate::drivers::grbl::open_line;
+use crate::drivers::grbl::protocol::{HOLD, RESET};
+use crate::lines::serial_line::{PortLine, SerialLine, SerialLineError, SerialWriter};
+use crate::params::GRBL_SILENCE;
+use crate::simulators::grbl_simulator::SimulatorConfig;
+use crate::{Laser, Stage};
+
+/// `promises.md` 4, from server in to byte out; the driver's part alone must keep it too.
+const P99_LIMIT: Duration = Duration::from_millis(50);
+/// The same, for the slowest.
+const MAX_LIMIT: Duration = Duration::from_millis(200);
+/// As many as the promise is measured with.
+const N_STOPS: usize = 200;
+
+/// What the processor takes away from a stop for the tests, between its byte and its word to the session.
+const TAKEN_AWAY: Duration = Duration::from_millis(60);
+
+/// A line over which stops are kept from the processor right after their byte went out.
+struct Interrupted(PortLine);
+
+impl SerialLine for Interrupted {
+    fn place(&self) -> String {
+        self.0.place()
+    }
+
+    fn reopen(&mut self) -> Result<(), SerialLineError> {
+        self.0.reopen()
+    }
+
+    fn close(&mut self) {
+        self.0.close();
+    }
+
+    fn read(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, SerialLineError> {
+        self.0.read(buffer, wait)
+    }
+
+    fn writer(&self) -> Result<Box<dyn SerialWriter>, SerialLineError> {
+        struct Writer(Box<dyn SerialWriter>);
+        impl SerialWriter for Writer {
+            fn write_now(&mut self, bytes: &[u8]) -> Result<(), SerialLineError> {
+                self.0.write_now(bytes)?;
+                if matches!(bytes, [HOLD, ..] | [RESET]) {
+                    crate::time::sleep(TAKEN_AWAY);
+                }
+                Ok(())
+            }
+        }
+        Ok(Box::new(Writer(self.0.writer()?)))
+    }
+}
+
+#[test]
+fn an_answer_that_overtakes_its_stop_is_still_its_answer() {
+    let bench = bench_in_real_time(SimulatorConfig::default());
+    let line = Interrupted(PortLine::new(&bench.config.port, bench.config.baud_rate));
+    let (mut stage, _laser) = open_line(&bench.config, Box::new(line)).unwrap();
+    home(&mut stage);
+    stage.start_move(4.0, 20.0).unwrap();
+    // The reset that follows the first is answered before the call is back.
+    for _ in 0..3 {
+        stage.stop().unwrap();
+    }
+    let stopped_at = crate::time::now();
+    // Longer than an answer is waited for: a reset that is still waited for would be missed by then.
+    wait_until(Duration::from_secs(5), "time for an answer to be missed", || {
+        stage.poll().unwrap();
+        crate::time::since(stopped_at) > GRBL_SILENCE + SLACK
+    });
+    let state = rest(&mut stage);
+    assert!(
+        state.homed && state.position_mm.is_some(),
+        "the stop's own answer was taken for something else: {state:?}"
+    );
+}
+
+/// Every stop arrives, whatever else goes on; how fast is for the test below.
+#[test]
+fn of_two_hundred_stops_under_load_each_reaches_the_controller() {
+    stop_latencies();
+}
+
+#[test]
+#[ignore = "milliseconds: for a quiet machine"]
+fn of_two_hundred_stops_under_load_ninety_nine_in_a_hundred_are_out_in_time() {
+    let mut latencies = stop_latencies();
+    latencies.sort();
+    let (p50, p99, max) = (latencies[N_STOPS / 2], latencies[N_STOPS * 99 / 100], latencies[N_STOPS - 1]);
+    println!("{N_STOPS} stops: p50 {p50:?}, p99 {p99:?}, max {max:?}");
+    assert!(p99 <= P99_LIMIT && max <= MAX_LIMIT, "p99 {p99:?}, max {max:?}");
+}
+
+/// From the call of each stop to its byte at the witness, with commands and polls in flight all the time.
+fn stop_latencies() -> Vec<Duration> {
+    let bench = bench_in_real_time(SimulatorConfig::default());
+    let (mut stage, mut laser) = bench.open();
+    home(&mut stage);
+    let ended = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        // Over the same line and lock.
+        scope.spawn(|| {
+            while !ended.load(Ordering::Relaxed) {
+                laser.poll().ok();
+                laser.switch_off().ok();
+                crate::time::sleep(Duration::from_micros(200));
+            }
+        });
+        let _end = EndOnDrop(&ended);
+        (0..N_STOPS).map(|idx| stop_latency(&bench, &mut stage, idx)).collect()
+    })
+}
+
+/// Lets the other thread end, also when this one panics.
+struct EndOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for EndOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// From the call of `stop` to its byte at the witness, in the middle of a move.
+fn stop_latency(bench: &super::Bench, stage: &mut crate::drivers::grbl::GrblStage, idx: usize) -> Duration {
+    let at_mm = rest(stage).position_mm.unwrap_or_else(|| panic!("stop {idx} cost the position"));
+    let target_mm = if at_mm > 0.0 { -4.0 } else { 4.0 };
+    stage.start_move(target_mm, 20.0).unwrap();
+    // At different times of the move, by no clock: 0 to 9 polls later.
+    for _ in 0..idx % 10 {
+        stage.poll().unwrap();
+        crate::time::sleep(Duration::from_millis(1));
+    }
+    let witness = bench.simulator.witness();
+    let mark = witness.mark();
+    let called_at = crate::time::now();
+    stage.stop().unwrap();
+    let byte = || witness.byte_since(mark, HOLD).or_else(|| witness.byte_since(mark, RESET));
+    super::wait_until(Duration::from_secs(1), "the stop's byte", || byte().is_some());
+    byte().unwrap().saturating_duration_since(called_at)
+}
+
+#[test]
+fn a_stop_keeps_the_position_and_darkens() {
+    let bench = sound_bench();
+    let (mut stage, mut laser) = bench.open();
+    home(&mut stage);
+    laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
+    stage.start_move(4.0, 20.0).unwrap();
+    super::wait_until(Duration::from_secs(1), "it moves", || bench.simulator.witness().moving());
+    stage.stop().unwrap();
+    super::wait_until(super::SLACK + Duration::from_millis(500), "dark", || !bench.light());
+    let state = rest(&mut stage);
+    assert!(state.homed && state.position_mm.is_some(), "a stop cost the position: {state:?}");
+    assert!(!laser.poll().unwrap().emitting, "stopped, and the laser is told to shine");
+}
+
+#[test]
+fn stopping_again_and_again_leaves_it_sound() {
+    let bench = sound_bench();
+    let (mut stage, _laser) = bench.open();
+    home(&mut stage);
+    for _ in 0..20 {
+        stage.stop().unwrap();
+    }
+    rest(&mut stage);
+    stage.start_move(1.0, 20.0).unwrap();
+    let at_mm = rest(&mut stage).position_mm.unwrap();
+    assert!((at_mm - 1.0).abs() < 0.01, "at {at_mm} mm after many stops and a move to 1 mm");
+}
+
+#[test]
+fn a_hold_that_goes_out_behind_a_reset_does_not_stay() {
+    let bench = sound_bench();
+    let (mut stage, _laser) = bench.open();
+    home(&mut stage);
+    // Some of so many meet the moment between a reset and its banner.
+    for idx in 0..60 {
+        stage.stop().unwrap();
+        crate::time::sleep(Duration::from_micros(500 * (idx % 20)));
+        stage.stop().unwrap();
+        rest(&mut stage);
+        let state = stage.poll().unwrap();
+        assert!(!state.held, "stop {idx} left it held");
+        stage.start_move(if idx % 2 == 0 { 0.5 } else { 0.0 }, 50.0).unwrap();
+        rest(&mut stage);
+    }
+}

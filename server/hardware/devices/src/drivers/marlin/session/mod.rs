@@ -1,0 +1,305 @@
+//! What is known of a controller and what is to be sent to it: the driver without its thread and its line.
+//!
+//! One line is under way at a time: the next is chosen when it is acknowledged, so that a line that is asked for again
+//! is the last one, and nothing that was sent can be mistaken for what was not. Parts: `opening`, `messages` (what comes
+//! when it is up), `lines` (what is sent next), `timers`, `commands`. Positions inside are the machine's steps.
+
+mod commands;
+mod dialogue;
+mod lines;
+mod messages;
+mod opening;
+mod timers;
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use super::MarlinConfig;
+use crate::lines::line_reader::LineReader;
+use crate::params::{MARLIN_AHEAD, MARLIN_STOP_SLACK};
+use crate::{DeviceIdentity, LaserError, LaserState, StageCapabilities, StageError, StageState};
+use opening::Opening;
+
+#[derive(Debug)]
+enum Link {
+    Down,
+    Opening(Opening),
+    Up,
+}
+
+/// What the stage does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Activity {
+    Rest,
+    Travel(Travel),
+    Homing { begun_at: Instant, done_at: Option<Instant> },
+    Stopping(Stopping),
+    Held(Travel),
+}
+
+/// A move or jog, sent piece by piece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Travel {
+    target_mm: f64,
+    target_steps: i64,
+    speed_mm_s: f64,
+    /// End of the last piece that was sent.
+    sent_steps: i64,
+    last_steps: i64,
+    last_progress_at: Instant,
+    /// When the firmware said that all was moved.
+    settled_at: Option<Instant>,
+}
+
+/// No more pieces are sent; what was sent runs out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stopping {
+    until: Instant,
+    settled_at: Option<Instant>,
+    /// What [`crate::Stage::resume`] goes on with.
+    then: Option<Travel>,
+    /// Whether it was cut short by a quick stop, at the price of the position.
+    cut_short: bool,
+}
+
+/// What a line does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum LineKind {
+    Question,
+    Setting,
+    Position,
+    Piece,
+    Settle,
+    Home,
+    LaserOn,
+    LaserOff,
+    LightKeepalive,
+}
+
+/// A line that is to be sent.
+#[derive(Debug, Clone, PartialEq)]
+struct Wanted {
+    ticket: u64,
+    text: String,
+    kind: LineKind,
+}
+
+/// The line sent and not acknowledged yet.
+#[derive(Debug)]
+struct Pending {
+    wanted: Wanted,
+    number: u32,
+    sent_at: Instant,
+    answer_by: Instant,
+    /// When it is sent again, having been asked for.
+    again_at: Option<Instant>,
+    n_resends: u32,
+    unknown: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    steps: i64,
+    at: Instant,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Lit {
+    power: f64,
+    until: Instant,
+}
+
+/// What the controller said about itself.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    pub identity: DeviceIdentity,
+    pub capabilities: StageCapabilities,
+}
+
+/// Whose command was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Device {
+    Stage,
+    Laser,
+}
+
+/// See the module.
+pub struct Session {
+    config: MarlinConfig,
+    place: String,
+    link: Link,
+    wants_open: bool,
+    fault: Option<(StageError, Device)>,
+    outgoing: Vec<u8>,
+    wanted: VecDeque<Wanted>,
+    pending: Option<Pending>,
+    next_ticket: u64,
+    last_number: u32,
+    waited_for: Option<u64>,
+    refusal: Option<StageError>,
+    reader: LineReader,
+    heard_at: Option<Instant>,
+    machine: Option<Machine>,
+    seen: Option<Seen>,
+    asked_position_at: Option<Instant>,
+    garbage_at: VecDeque<Instant>,
+    activity: Activity,
+    homed: bool,
+    lit: Option<Lit>,
+    /// When `M112` darkens what `M5` did not.
+    dark_by: Option<Instant>,
+    light_kept_at: Option<Instant>,
+}
+
+impl Session {
+    /// A controller at `place`, to be opened.
+    pub fn new(config: MarlinConfig, place: String) -> Self {
+        Self {
+            config,
+            place,
+            link: Link::Down,
+            wants_open: true,
+            fault: Some((being_opened(), Device::Stage)),
+            outgoing: Vec::new(),
+            wanted: VecDeque::new(),
+            pending: None,
+            next_ticket: 0,
+            last_number: 0,
+            waited_for: None,
+            refusal: None,
+            reader: LineReader::default(),
+            heard_at: None,
+            machine: None,
+            seen: None,
+            asked_position_at: None,
+            garbage_at: VecDeque::new(),
+            activity: Activity::Rest,
+            homed: false,
+            lit: None,
+            dark_by: None,
+            light_kept_at: None,
+        }
+    }
+
+    /// Who it is and what it can do, once it was up.
+    pub fn machine(&self) -> Option<&Machine> {
+        self.machine.as_ref()
+    }
+
+    /// The stage as last reported.
+    pub fn stage_state(&self, now: Instant) -> StageState {
+        StageState {
+            position_mm: if self.homed { self.position_mm() } else { None },
+            measured_at: self.seen.map_or(now, |seen| seen.at),
+            moving: !matches!(self.activity, Activity::Rest | Activity::Held(_)),
+            held: matches!(self.activity, Activity::Held(_)),
+            homed: self.homed,
+        }
+    }
+
+    /// The laser as far as it is known.
+    pub fn laser_state(&self) -> LaserState {
+        LaserState {
+            emitting: self.lit.is_some(),
+            power: self.lit.map_or(0.0, |lit| lit.power),
+            interlock_closed: None,
+        }
+    }
+
+    /// The link is lost. What may shine or homes is halted for good if the line still takes it; pieces of a move run out.
+    fn down(&mut self, fault: StageError) {
+        tracing::warn!(place = self.place, "{fault}");
+        let must_halt = self.lit.is_some() || matches!(self.activity, Activity::Homing { .. });
+        self.outgoing = if must_halt { HALT.to_vec() } else { Vec::new() };
+        self.link = Link::Down;
+        self.forget_dialogue();
+        self.homed = false;
+        self.fault = Some((fault, Device::Stage));
+    }
+
+    fn forget_dialogue(&mut self) {
+        self.wanted.clear();
+        self.pending = None;
+        self.reader.clear();
+        (self.heard_at, self.asked_position_at, self.seen) = (None, None, None);
+        self.garbage_at.clear();
+        self.activity = Activity::Rest;
+        (self.lit, self.dark_by, self.light_kept_at) = (None, None, None);
+    }
+
+    /// A fault over a sound link: what moves runs out, what shines goes dark, and no position is believed.
+    fn raise(&mut self, fault: StageError, now: Instant) {
+        if self.fault.is_some() {
+            return;
+        }
+        tracing::warn!(place = self.place, "{fault}");
+        self.begin_stop(None, now);
+        self.go_dark(now);
+        self.homed = false;
+        self.fault = Some((fault, Device::Stage));
+    }
+
+    /// Halts the controller by `M112`: motors and laser are off, and only its reset button helps.
+    fn halt(&mut self, why: &str) {
+        self.lit = None;
+        self.down(halted(why));
+        self.outgoing = HALT.to_vec();
+    }
+
+    fn fault_of(&self, device: Device) -> Option<&StageError> {
+        let concerns =
+            |by: Device, fault: &StageError| by == device || !matches!(fault, StageError::Rejected { .. });
+        self.fault.as_ref().filter(|(fault, by)| concerns(*by, fault)).map(|(fault, _)| fault)
+    }
+
+    fn position_mm(&self) -> Option<f64> {
+        Some(self.mm_from_steps(self.seen?.steps))
+    }
+
+    fn mm_from_steps(&self, steps: i64) -> f64 {
+        let from_zero_mm = steps as f64 / self.config.steps_per_mm - self.config.zero_at_machine_mm;
+        if self.config.reversed { -from_zero_mm } else { from_zero_mm }
+    }
+
+    fn steps_from_mm(&self, position_mm: f64) -> i64 {
+        let from_zero_mm = if self.config.reversed { -position_mm } else { position_mm };
+        ((from_zero_mm + self.config.zero_at_machine_mm) * self.config.steps_per_mm).round() as i64
+    }
+
+    fn acceleration_mm_s2(&self) -> f64 {
+        self.machine.as_ref().and_then(|machine| machine.capabilities.acceleration_mm_s2).unwrap_or(100.0).max(1.0)
+    }
+
+    /// How far ahead of the motor pieces are sent, mm: the way to brake, and [`MARLIN_AHEAD`].
+    fn ahead_mm(&self, speed_mm_s: f64) -> f64 {
+        speed_mm_s * MARLIN_AHEAD.as_secs_f64() + 1.3 * speed_mm_s * speed_mm_s / (2.0 * self.acceleration_mm_s2())
+    }
+
+    /// How long it may take until nothing moves after the last piece was sent.
+    fn run_out(&self, speed_mm_s: f64) -> Duration {
+        let ramp_s = 1.5 * speed_mm_s / self.acceleration_mm_s2();
+        MARLIN_AHEAD + Duration::from_secs_f64(ramp_s.min(5.0)) + MARLIN_STOP_SLACK
+    }
+}
+
+/// `M112` by itself: half a line that may precede it is ended first. It is said three times in one breath: it is the
+/// last word where a line loses bytes, and nothing answers for it.
+const HALT: &[u8] = b"\nM112\nM112\nM112\n";
+
+fn being_opened() -> StageError {
+    StageError::Gone { reason: "it is being opened".to_owned() }
+}
+
+fn halted(why: &str) -> StageError {
+    StageError::Gone { reason: format!("{why}; press its reset button") }
+}
+
+/// What the laser is told of a fault of the line.
+fn for_laser(fault: &StageError) -> LaserError {
+    match fault {
+        StageError::Rejected { .. } | StageError::Stalled { .. } | StageError::Warned { .. } => {
+            LaserError::Controller(fault.clone())
+        }
+        _ => LaserError::Gone { reason: fault.to_string() },
+    }
+}

@@ -1,0 +1,257 @@
+//! From the first line to the first position: what a dead owner left is stopped and dark, who it is, how it is set.
+
+use std::time::Instant;
+
+use super::{Activity, LineKind, Link, Machine, Seen, Session, being_opened};
+use crate::drivers::marlin::protocol::Message;
+use crate::params::{MARLIN_KEEPALIVE_S, MARLIN_OPENING_PERIOD, MARLIN_QUIET, MARLIN_SILENCE};
+use crate::{DeviceIdentity, Homing, StageCapabilities, StageError};
+
+/// Sent first, and again until an answer comes: drops what moves, goes dark, begins line numbers anew, asks who it is.
+/// `M410` is heard by the emergency parser at once; the others wait until it has taken effect.
+const WAKE: &[u8] = b"\nM410\nM5\nN0 M110 N0*125\nM115\n";
+
+/// How far an opening is.
+#[derive(Debug)]
+pub struct Opening {
+    since: Instant,
+    step: Step,
+    woken_at: Instant,
+    /// The first line that is not Marlin's.
+    foreign: Option<(Instant, String)>,
+    description: Description,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
+    /// Until it has said who it is.
+    Waking,
+    /// Until nothing more comes: late answers must not be taken for those of the numbered dialogue.
+    Quiet,
+    /// The numbered questions.
+    Asking,
+}
+
+/// What the controller said about itself.
+#[derive(Debug, Default)]
+struct Description {
+    firmware: Option<String>,
+    emergency_parser: bool,
+    lines: Vec<String>,
+}
+
+impl Session {
+    pub(super) fn begin_opening(&mut self, now: Instant) {
+        self.wants_open = false;
+        self.forget_dialogue();
+        self.homed = false;
+        self.fault = Some((being_opened(), super::Device::Stage));
+        self.outgoing = WAKE.to_vec();
+        self.link = Link::Opening(Opening {
+            since: now,
+            step: Step::Waking,
+            woken_at: now,
+            foreign: None,
+            description: Description::default(),
+        });
+    }
+
+    pub(super) fn opening_message(&mut self, message: Message, began_at: Instant, now: Instant) {
+        let Link::Opening(opening) = &mut self.link else { return };
+        match message {
+            Message::Start => {
+                // It restarted with its port: what was asked before is lost.
+                (opening.step, opening.foreign) = (Step::Waking, None);
+                opening.description = Description::default();
+                opening.woken_at = now - MARLIN_OPENING_PERIOD + 2 * MARLIN_QUIET;
+                self.pending = None;
+                self.wanted.clear();
+            }
+            Message::Text(text) => {
+                if let Some(firmware) = text.strip_prefix("FIRMWARE_NAME:") {
+                    opening.description.firmware = Some(firmware.to_owned());
+                    opening.foreign = None;
+                    if opening.step == Step::Waking {
+                        opening.step = Step::Quiet;
+                    }
+                }
+                opening.description.lines.push(text);
+            }
+            Message::Capability(name, has) if name == "EMERGENCY_PARSER" => {
+                opening.description.emergency_parser = has;
+            }
+            Message::Halted(text) => self.down(super::halted(&format!("it is halted ({})", text.trim()))),
+            Message::Garbage(text) => {
+                opening.foreign.get_or_insert((now, text));
+            }
+            Message::Resend(number) if opening.step == Step::Asking => self.resend(number, now),
+            Message::Ok(_) if opening.step == Step::Asking => {
+                let again = self.pending.as_ref().is_some_and(|pending| pending.again_at.is_some());
+                if !again && self.pending.take().is_some_and(|pending| pending.wanted.kind == LineKind::Position) {
+                    self.reached(now);
+                }
+            }
+            Message::Position(position) if opening.step == Step::Asking => {
+                let steps = position.steps[self.config.axis.idx()];
+                self.seen = Some(Seen { steps, at: began_at });
+            }
+            Message::Busy
+            | Message::Ok(_)
+            | Message::Resend(_)
+            | Message::Position(_)
+            | Message::Error(_)
+            | Message::EndstopHit(_)
+            | Message::Unknown(_)
+            | Message::Capability(..) => {}
+        }
+    }
+
+    pub(super) fn opening_tick(&mut self, now: Instant) {
+        self.send_again_if_asked(now);
+        let Link::Opening(opening) = &mut self.link else { return };
+        let waited = now - opening.since;
+        let foreign =
+            opening.foreign.take_if(|(at, _)| now - *at > MARLIN_SILENCE && opening.step == Step::Waking);
+        if let Some((_, text)) = foreign {
+            let (place, expected) = (self.place.clone(), "Marlin".to_owned());
+            return self.down(StageError::WrongDevice { place, expected, found: format!("`{text}`") });
+        }
+        if waited > self.config.open_limit {
+            let command = self.pending.as_ref().map_or("M115", |pending| pending.wanted.text.as_str()).to_owned();
+            return self.down(StageError::NoReply { command, waited_ms: waited.as_millis() as u64 });
+        }
+        match opening.step {
+            Step::Waking if now - opening.woken_at > MARLIN_OPENING_PERIOD => {
+                opening.woken_at = now;
+                self.outgoing.extend_from_slice(WAKE);
+            }
+            Step::Quiet if self.heard_at.is_some_and(|at| now - at > MARLIN_QUIET) => {
+                opening.step = Step::Asking;
+                self.last_number = 0;
+                self.ask();
+            }
+            _ => {}
+        }
+    }
+
+    fn send_again_if_asked(&mut self, now: Instant) {
+        let again = self.pending.as_mut().filter(|pending| pending.again_at.is_some_and(|at| now >= at));
+        if let Some(pending) = again {
+            pending.again_at = None;
+            let line = crate::drivers::marlin::protocol::numbered(pending.number, &pending.wanted.text);
+            self.outgoing.extend_from_slice(line.as_bytes());
+        }
+    }
+
+    /// Whoever opened the port and went left numbers behind: they begin anew. Millimetres and absolute positions; word
+    /// of a line that takes its time every second; motors that stay on, without which the position is lost.
+    fn ask(&mut self) {
+        let keepalive = format!("M113 S{MARLIN_KEEPALIVE_S}");
+        let settings = ["M110 N1", "G21", "G90", &keepalive, "M84 S0", "M17"];
+        for text in settings {
+            self.want(text.to_owned(), LineKind::Setting);
+        }
+        for text in ["M503", "M211"] {
+            self.want(text.to_owned(), LineKind::Question);
+        }
+        self.want("M114".to_owned(), LineKind::Position);
+    }
+
+    fn reached(&mut self, now: Instant) {
+        let Link::Opening(opening) = &self.link else { return };
+        match opening.description.machine(&self.config, &self.place) {
+            Ok(machine) => {
+                self.machine = Some(machine);
+                (self.link, self.fault, self.activity) = (Link::Up, None, Activity::Rest);
+                self.asked_position_at = Some(now);
+            }
+            Err(fault) => self.down(fault),
+        }
+    }
+}
+
+impl Description {
+    /// Checks identity, emergency parser, steps and travel; what the driver works with.
+    fn machine(&self, config: &super::MarlinConfig, place: &str) -> Result<Machine, StageError> {
+        let wrong = |expected: &str, found: String| {
+            Err(StageError::WrongDevice { place: place.to_owned(), expected: expected.to_owned(), found })
+        };
+        let firmware = self.firmware.clone().unwrap_or_default();
+        if let Some(expected) = config.expected_name.as_ref().filter(|name| !firmware.contains(name.as_str())) {
+            return wrong(&format!("a controller named `{expected}`"), format!("one that says `{firmware}`"));
+        }
+        if !self.emergency_parser {
+            return wrong(
+                "a controller that hears M112 at any time (Cap:EMERGENCY_PARSER:1)",
+                "none: build Marlin with EMERGENCY_PARSER, without which homing cannot be stopped".to_owned(),
+            );
+        }
+        let letter = config.axis.letter();
+        let of = |command: &str| self.setting(command, letter);
+        let steps_per_mm = of("M92").unwrap_or(0.0);
+        // Printed with two decimals.
+        if (steps_per_mm - config.steps_per_mm).abs() > 0.006 {
+            return wrong(&format!("{} steps/mm (M92 {letter})", config.steps_per_mm), steps_per_mm.to_string());
+        }
+        if let Some(offset_mm) = of("M206").filter(|offset| *offset != 0.0) {
+            return wrong("no home offset (M206)", format!("{offset_mm} mm: send M206 {letter}0"));
+        }
+        if let Some((low_mm, high_mm)) = self.soft_endstops(letter) {
+            for end_mm in [config.travel_mm.0, config.travel_mm.1] {
+                let from_zero_mm = if config.reversed { -end_mm } else { end_mm };
+                let machine_mm = from_zero_mm + config.zero_at_machine_mm;
+                if machine_mm < low_mm || machine_mm > high_mm {
+                    let expected = format!("a machine that reaches {machine_mm} mm (stage position {end_mm} mm)");
+                    return wrong(&expected, format!("one of {low_mm} to {high_mm} mm (M211)"));
+                }
+            }
+        }
+        let acceleration_mm_s2 = match (of("M201"), self.setting("M204", 'T')) {
+            (Some(axis), Some(travel)) => Some(axis.min(travel)),
+            (axis, travel) => axis.or(travel),
+        };
+        let fastest_mm_s = of("M203").unwrap_or(f64::INFINITY).min(config.max_speed_mm_s);
+        let (name, rest) = firmware.split_once(" SOURCE_CODE_URL").unwrap_or((&firmware, ""));
+        let field = |key: &str| {
+            let text = rest.split(key).nth(1)?.trim_start_matches(':');
+            Some(text.split(" EXTRUDER_COUNT").next()?.split(" UUID").next()?.trim().to_owned())
+        };
+        Ok(Machine {
+            identity: DeviceIdentity {
+                driver: "marlin",
+                vendor: String::new(),
+                model: field("MACHINE_TYPE").unwrap_or_default(),
+                serial: field("UUID").unwrap_or_default(),
+                firmware: name.split(" (").next().unwrap_or(name).to_owned(),
+            },
+            capabilities: StageCapabilities {
+                kind: config.kind,
+                travel_mm: config.travel_mm,
+                max_speed_mm_s: fastest_mm_s,
+                acceleration_mm_s2,
+                homing: Homing::Required,
+                resolution_mm: 1.0 / config.steps_per_mm,
+                follows_frames: false,
+            },
+        })
+    }
+
+    /// The number behind `letter` in the last line that begins with `command`.
+    fn setting(&self, command: &str, letter: char) -> Option<f64> {
+        let mut lines = self.lines.iter().rev().map(|line| line.split_whitespace());
+        lines.find_map(|mut words| {
+            (words.next() == Some(command))
+                .then(|| words.find_map(|word| word.strip_prefix(letter)?.parse().ok()))?
+        })
+    }
+
+    /// Lowest and highest position of `M211`, where they are said.
+    fn soft_endstops(&self, letter: char) -> Option<(f64, f64)> {
+        let of = |key: &str| {
+            let line = self.lines.iter().rev().find(|line| line.contains(key))?;
+            let words = line.split(key).nth(1)?.split_whitespace();
+            words.into_iter().find_map(|word| word.strip_prefix(letter)?.parse::<f64>().ok())
+        };
+        Some((of("Min:")?, of("Max:")?))
+    }
+}

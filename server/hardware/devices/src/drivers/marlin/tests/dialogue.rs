@@ -1,0 +1,257 @@
+//! What is said on the line, what is believed of it, and what a stop is worth.
+
+use std::time::Duration;
+
+use super::{Bench, RUN_OUT, SLACK, bench, home, rest, sound_bench, wait_until};
+use crate::simulators::marlin_simulator::{Event, SimulatorConfig};
+use crate::simulators::simulator::{Happening, LineFault};
+use crate::{Laser, LaserError, Stage, StageError};
+
+const SECOND: Duration = Duration::from_secs(1);
+
+fn heard_since(bench: &Bench, mark: usize) -> String {
+    let bytes = bench.simulator.witness().since(mark).into_iter().filter_map(|entry| match entry.what {
+        Happening::Byte(byte) => Some(byte),
+        _ => None,
+    });
+    String::from_utf8(bytes.collect()).unwrap()
+}
+
+#[test]
+fn it_says_who_it_is_and_what_it_can_do() {
+    let (stage, laser) = sound_bench().open();
+    let (identity, can) = (stage.identity(), stage.capabilities());
+    assert_eq!((identity.driver, identity.model.as_str()), ("marlin", "Simulated stage"));
+    assert_eq!(identity.firmware, "Marlin 2.1.2.4");
+    assert!(identity.serial.starts_with("cede2a2f"), "{identity:?}");
+    assert_eq!((can.max_speed_mm_s, can.acceleration_mm_s2), (200.0, Some(3000.0)));
+    assert_eq!(laser.identity(), identity);
+    assert!(laser.lost_host().contains("LASER_SAFETY_TIMEOUT_MS"));
+}
+
+#[test]
+fn a_board_without_emergency_parser_is_refused_with_what_to_build() {
+    let refusal = bench(SimulatorConfig { emergency_parser: false, ..SimulatorConfig::default() }).refusal();
+    assert!(
+        matches!(&refusal, StageError::WrongDevice { found, .. } if found.contains("EMERGENCY_PARSER")),
+        "{refusal}"
+    );
+}
+
+#[test]
+fn other_steps_a_travel_too_long_another_name_and_another_firmware_are_refused() {
+    let mut bench = sound_bench();
+    bench.config.steps_per_mm = 100.0;
+    let refusal = bench.refusal();
+    assert!(matches!(&refusal, StageError::WrongDevice { expected, .. } if expected.contains("M92")), "{refusal}");
+    bench.config.steps_per_mm = 80.0;
+    bench.config.travel_mm = (-4.0, 95.0);
+    let refusal = bench.refusal();
+    assert!(
+        matches!(&refusal, StageError::WrongDevice { expected, .. } if expected.contains("101 mm")),
+        "{refusal}"
+    );
+    bench.config.travel_mm = (-4.0, 4.0);
+    bench.config.expected_name = Some("stage 7".to_owned());
+    let refusal = bench.refusal();
+    assert!(
+        matches!(&refusal, StageError::WrongDevice { expected, .. } if expected.contains("stage 7")),
+        "{refusal}"
+    );
+    bench.config.expected_name = None;
+    bench.config.open_limit = Duration::from_millis(1500);
+    bench.simulator.fail(LineFault::Garbage);
+    let refusal = bench.refusal();
+    assert!(matches!(refusal, StageError::WrongDevice { .. }), "{refusal}");
+    bench.simulator.fail(LineFault::Silence);
+    let refusal = bench.refusal();
+    assert!(matches!(refusal, StageError::NoReply { .. }), "{refusal}");
+}
+
+#[test]
+fn opening_stops_and_darkens_what_a_dead_owner_left_behind() {
+    let bench = bench(SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() });
+    // It starts first.
+    crate::time::sleep(Duration::from_millis(60));
+    bench.simulator.hear(b"M3 S255\nG1 X90 F300\n");
+    wait_until(SECOND, "it moves and shines", || bench.moving() && bench.light());
+    let (mut stage, mut laser) = bench.open();
+    assert!(!bench.moving() && !bench.light(), "opened, and it moves or shines");
+    assert!(!stage.poll().unwrap().moving && !laser.poll().unwrap().emitting);
+}
+
+#[test]
+fn a_board_that_starts_when_its_port_is_opened_is_waited_for() {
+    let bench = bench(SimulatorConfig { boot: Duration::from_millis(1200), ..SimulatorConfig::default() });
+    let (mut stage, _laser) = bench.open();
+    home(&mut stage);
+}
+
+#[test]
+fn a_line_that_came_damaged_is_sent_again_and_done_once() {
+    for ok_after_resend in [false, true] {
+        let bench = bench(SimulatorConfig { ok_after_resend, ..SimulatorConfig::default() });
+        let (mut stage, _laser) = bench.open();
+        home(&mut stage);
+        for target_mm in [-3.0, 3.0, -1.0] {
+            bench.simulator.happen(Event::DamageNextLine);
+            stage.start_move(target_mm, 20.0).unwrap();
+            let at_mm = rest(&mut stage).position_mm.unwrap();
+            assert!((at_mm - target_mm).abs() < 0.03, "at {at_mm} mm, not at {target_mm} mm");
+        }
+    }
+}
+
+#[test]
+fn a_stop_runs_out_keeps_the_position_and_nothing_moves_after_it() {
+    let bench = sound_bench();
+    let (mut stage, _laser) = bench.open();
+    home(&mut stage);
+    let mut longest = Duration::ZERO;
+    for _ in 0..12 {
+        stage.start_move(-4.0, 100.0).unwrap();
+        rest(&mut stage);
+        stage.start_move(4.0, 8.0).unwrap();
+        wait_until(SLACK, "it moves", || bench.moving());
+        crate::time::sleep(Duration::from_millis(120));
+        let begun_at = crate::time::now();
+        stage.stop().unwrap();
+        wait_until(RUN_OUT, "it rests", || !bench.moving());
+        longest = longest.max(crate::time::since(begun_at));
+        let state = rest(&mut stage);
+        let mark = bench.simulator.witness().mark();
+        assert!(state.homed && state.position_mm.unwrap() < 3.0, "{state:?}");
+        crate::time::sleep(Duration::from_millis(150));
+        let heard = heard_since(&bench, mark);
+        assert!(!heard.contains("G1"), "a piece was sent after the stop: {heard}");
+        assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "it moved after the stop");
+    }
+    println!("Stop of a move at 8 mm/s: at rest after at most {longest:?}");
+}
+
+#[test]
+fn never_more_is_sent_than_is_over_soon() {
+    let bench = bench(SimulatorConfig { acceleration_mm_s2: 500.0, ..SimulatorConfig::default() });
+    let (mut stage, _laser) = bench.open();
+    home(&mut stage);
+    stage.start_move(-4.0, 40.0).unwrap();
+    rest(&mut stage);
+    let mark = bench.simulator.witness().mark();
+    stage.start_move(4.0, 10.0).unwrap();
+    wait_until(SECOND, "it moves", || bench.moving());
+    crate::time::sleep(Duration::from_millis(200));
+    // Whoever pulls the plug of the computer sees it run out.
+    let sent = heard_since(&bench, mark);
+    let last_mm: f64 = sent
+        .lines()
+        .filter_map(|line| line.split("G1 X").nth(1)?.split(' ').next()?.parse().ok())
+        .fold(0.0, f64::max);
+    let at_mm = stage.poll().unwrap().position_mm.unwrap() + 6.0;
+    // Pieces of 0.11 s at 10 mm/s, the way to brake, one piece, and one report's age.
+    assert!(last_mm - at_mm < 1.1 + 0.13 + 0.4 + 0.4, "sent up to {last_mm} mm, and it is at {at_mm} mm");
+    stage.stop().unwrap();
+    rest(&mut stage);
+}
+
+#[test]
+fn a_stop_while_homing_halts_the_controller_at_once_and_says_what_to_do() {
+    let bench = bench(SimulatorConfig { homing_mm_s: 2.0, ..SimulatorConfig::default() });
+    let (mut stage, _laser) = bench.open();
+    stage.start_home().unwrap();
+    wait_until(SECOND, "it moves", || bench.moving());
+    stage.stop().unwrap();
+    wait_until(Duration::from_millis(200), "it rests", || !bench.moving());
+    let fault = stage.poll().unwrap_err();
+    assert!(fault.to_string().contains("press its reset button"), "{fault}");
+    bench.simulator.happen(Event::ResetButton);
+    stage.reconnect().unwrap();
+    wait_until(Duration::from_secs(5), "it comes back", || stage.poll().is_ok());
+    assert!(!stage.poll().unwrap().homed);
+}
+
+#[test]
+fn what_does_not_run_out_is_dropped_at_the_price_of_the_position() {
+    let bench = sound_bench();
+    let (mut stage, _laser) = bench.open();
+    home(&mut stage);
+    stage.start_move(-4.0, 100.0).unwrap();
+    rest(&mut stage);
+    stage.start_move(4.0, 8.0).unwrap();
+    wait_until(SLACK, "it moves", || bench.moving());
+    bench.simulator.happen(Event::Stuck);
+    let mark = bench.simulator.witness().mark();
+    stage.stop().unwrap();
+    wait_until(2 * SECOND, "a quick stop follows", || heard_since(&bench, mark).contains("M410"));
+    wait_until(4 * SECOND, "it rests", || stage.poll().is_ok_and(|state| !state.moving));
+    let state = stage.poll().unwrap();
+    assert!(!state.homed && state.position_mm.is_none(), "{state:?}");
+}
+
+#[test]
+fn a_lit_laser_at_rest_outlasts_the_firmware_s_timeout() {
+    let bench = sound_bench();
+    let (_stage, mut laser) = bench.open();
+    laser.switch_on(0.5, SECOND).unwrap();
+    wait_until(SLACK, "it shines", || bench.light());
+    let begun_at = crate::time::now();
+    while crate::time::since(begun_at) < Duration::from_millis(1800) {
+        laser.renew(SECOND).unwrap();
+        assert!(bench.light(), "the firmware's timeout ended a light that was renewed");
+        crate::time::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn going_dark_while_moving_stops_the_move() {
+    let bench = sound_bench();
+    let (mut stage, mut laser) = bench.open();
+    home(&mut stage);
+    stage.start_move(-4.0, 100.0).unwrap();
+    rest(&mut stage);
+    laser.switch_on(0.5, SECOND).unwrap();
+    stage.start_move(4.0, 4.0).unwrap();
+    wait_until(SLACK, "it moves and shines", || bench.moving() && bench.light());
+    laser.switch_off().unwrap();
+    wait_until(Duration::from_millis(500), "it is dark", || !bench.light());
+    assert!(!bench.moving(), "dark, and it moves on");
+    let state = rest(&mut stage);
+    assert!(state.homed && state.position_mm.unwrap() < 3.0, "{state:?}");
+}
+
+#[test]
+fn light_is_refused_while_it_moves() {
+    let bench = sound_bench();
+    let (mut stage, mut laser) = bench.open();
+    home(&mut stage);
+    stage.start_move(4.0, 4.0).unwrap();
+    let refusal = laser.switch_on(0.5, SECOND);
+    assert!(matches!(refusal, Err(LaserError::Fault { .. } | LaserError::Controller(_))), "{refusal:?}");
+    stage.stop().unwrap();
+    rest(&mut stage);
+}
+
+#[test]
+fn a_firmware_without_laser_says_so_when_it_is_to_shine() {
+    let bench = bench(SimulatorConfig { laser: false, ..SimulatorConfig::default() });
+    let (mut stage, mut laser) = bench.open();
+    home(&mut stage);
+    let refusal = laser.switch_on(0.5, SECOND);
+    let said = refusal.expect_err("it has no laser").to_string();
+    assert!(said.contains("unknown command"), "{said}");
+    stage.start_move(1.0, 20.0).unwrap();
+    rest(&mut stage);
+}
+
+#[test]
+fn an_m5_that_is_not_acknowledged_is_followed_by_m112() {
+    let bench = bench(SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() });
+    let (mut stage, mut laser) = bench.open();
+    laser.switch_on(0.5, SECOND).unwrap();
+    wait_until(SLACK, "it shines", || bench.light());
+    bench.simulator.happen(Event::NoAcknowledgement);
+    let mark = bench.simulator.witness().mark();
+    laser.switch_off().ok();
+    wait_until(Duration::from_millis(500) + SLACK, "it is halted", || heard_since(&bench, mark).contains("M112"));
+    wait_until(SLACK, "it is dark", || !bench.light());
+    assert!(stage.poll().is_err());
+}

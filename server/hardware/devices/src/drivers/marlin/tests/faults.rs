@@ -1,0 +1,165 @@
+//! Fault × state: what is told in time, that it goes dark and rests, and how it comes back: ready, never active. The
+//! table in `server/docs/devices/marlin.md` names these tests cell by cell.
+
+use std::time::Duration;
+
+use super::{Bench, RUN_OUT, SLACK, bench, home, rest, wait_until};
+use crate::drivers::marlin::{MarlinLaser, MarlinStage};
+use crate::simulators::marlin_simulator::{Event, SimulatorConfig};
+use crate::simulators::simulator::LineFault;
+use crate::{Laser, Stage, StageError};
+
+/// `promises.md`: serial faults are named within a second.
+const NAMED_LIMIT: Duration = Duration::from_secs(1);
+
+/// While it homes the firmware speaks every second only (`M113 S1`).
+const HOMING_NAMED_LIMIT: Duration = Duration::from_millis(1700);
+
+/// `promises.md` 3: dark within half a second of every listed fault (here: of its being named).
+const DARK_LIMIT: Duration = Duration::from_millis(500);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum When {
+    Ready,
+    Moving,
+    Homing,
+    Shining,
+    ShiningAndMoving,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum What {
+    Silence,
+    Garbage,
+    Endstop,
+    Kill,
+    Stuck,
+    Unplugged,
+    Restart,
+    AnotherDevice,
+}
+
+macro_rules! cells {
+    ($($name:ident: $what:ident, $when:ident => $told:pat,)*) => {
+        $(#[test]
+        fn $name() {
+            cell(What::$what, When::$when, |fault| matches!(fault, $told));
+        })*
+    };
+}
+
+cells! {
+    silence_when_ready: Silence, Ready => StageError::NoReply { .. },
+    silence_while_moving: Silence, Moving => StageError::NoReply { .. },
+    silence_while_homing: Silence, Homing => StageError::NoReply { .. },
+    silence_while_shining: Silence, Shining => StageError::NoReply { .. },
+    silence_while_shining_and_moving: Silence, ShiningAndMoving => StageError::NoReply { .. },
+    garbage_when_ready: Garbage, Ready => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_moving: Garbage, Moving => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_homing: Garbage, Homing => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_shining: Garbage, Shining => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_shining_and_moving: Garbage, ShiningAndMoving => StageError::Garbage { .. } | StageError::NoReply { .. },
+    an_endstop_while_moving: Endstop, Moving => StageError::Warned { .. },
+    an_endstop_while_shining_and_moving: Endstop, ShiningAndMoving => StageError::Warned { .. },
+    a_kill_when_ready: Kill, Ready => StageError::Gone { .. },
+    a_kill_while_moving: Kill, Moving => StageError::Gone { .. },
+    a_kill_while_homing: Kill, Homing => StageError::Gone { .. },
+    a_kill_while_shining: Kill, Shining => StageError::Gone { .. },
+    a_stall_while_moving: Stuck, Moving => StageError::Stalled { .. },
+    a_stall_while_shining_and_moving: Stuck, ShiningAndMoving => StageError::Stalled { .. },
+    a_pulled_cable_when_ready: Unplugged, Ready => StageError::Gone { .. },
+    a_pulled_cable_while_moving: Unplugged, Moving => StageError::Gone { .. },
+    a_pulled_cable_while_homing: Unplugged, Homing => StageError::Gone { .. },
+    a_pulled_cable_while_shining: Unplugged, Shining => StageError::Gone { .. },
+    a_restart_when_ready: Restart, Ready => StageError::Restarted,
+    a_restart_while_moving: Restart, Moving => StageError::Restarted,
+    a_restart_while_homing: Restart, Homing => StageError::Restarted,
+    a_restart_while_shining: Restart, Shining => StageError::Restarted,
+    a_restart_while_shining_and_moving: Restart, ShiningAndMoving => StageError::Restarted,
+    another_device_when_ready: AnotherDevice, Ready => StageError::Gone { .. } | StageError::WrongDevice { .. },
+    another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
+}
+
+fn cell(what: What, when: When, told: impl Fn(&StageError) -> bool) {
+    let bench = bench(SimulatorConfig { laser_timeout_ms: 0, ..SimulatorConfig::default() });
+    let (mut stage, mut laser) = bench.open();
+    bring_to(&bench, &mut stage, &mut laser, when);
+    happen(&bench, what);
+    let limit = if when == When::Homing { HOMING_NAMED_LIMIT } else { NAMED_LIMIT };
+    wait_until(limit + SLACK, "the fault is named", || {
+        if matches!(when, When::Shining | When::ShiningAndMoving) {
+            laser.renew(Duration::from_secs(1)).ok();
+        }
+        stage.poll().is_err()
+    });
+    let fault = stage.poll().unwrap_err();
+    assert!(told(&fault), "told as: {fault}");
+    assert!(stage.poll().is_err(), "told once, then not any more");
+    assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
+    assert!(laser.switch_on(0.5, Duration::from_secs(1)).is_err(), "light was granted in spite of the fault");
+    // A stuck axis keeps the motion that `M5` waits for: the quick stop, or `M112`, ends it.
+    let dark_limit = if what == What::Stuck { Duration::from_secs(4) } else { DARK_LIMIT };
+    wait_until(dark_limit + SLACK, "it is dark", || !bench.light());
+    if what != What::Stuck {
+        wait_until(RUN_OUT + SLACK, "it rests", || !bench.moving());
+    }
+    comes_back_ready(&bench, &mut stage, &mut laser);
+}
+
+fn bring_to(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser, when: When) {
+    home(stage);
+    stage.start_move(4.0, 100.0).unwrap();
+    rest(stage);
+    if matches!(when, When::Shining | When::ShiningAndMoving) {
+        laser.switch_on(0.5, Duration::from_secs(1)).unwrap();
+        wait_until(SLACK, "it shines", || bench.light());
+    }
+    match when {
+        // Slow enough to outlast every fault's naming.
+        When::Moving | When::ShiningAndMoving => drop(stage.start_move(-4.0, 3.0).unwrap()),
+        When::Homing => stage.start_home().unwrap(),
+        When::Ready | When::Shining => return,
+    }
+    wait_until(SLACK, "it moves", || bench.moving());
+}
+
+fn happen(bench: &Bench, what: What) {
+    let simulator = &bench.simulator;
+    match what {
+        What::Silence => simulator.fail(LineFault::Silence),
+        What::Garbage => simulator.fail(LineFault::Garbage),
+        What::Endstop => simulator.happen(Event::EndstopHit),
+        What::Kill => simulator.happen(Event::Kill),
+        What::Stuck => simulator.happen(Event::Stuck),
+        What::Unplugged => simulator.unplug(),
+        What::Restart => simulator.happen(Event::ResetButton),
+        What::AnotherDevice => {
+            simulator.replug_as(SimulatorConfig { name: "another".into(), ..SimulatorConfig::default() });
+        }
+    }
+}
+
+/// The cause is removed, the reset button pressed, the fault acknowledged: nothing moves or shines by itself, and no
+/// position is told.
+fn comes_back_ready(bench: &Bench, stage: &mut MarlinStage, laser: &mut MarlinLaser) {
+    bench.simulator.repair();
+    bench.simulator.happen(Event::Repair);
+    bench.simulator.replug();
+    let mark = bench.simulator.witness().mark();
+    stage.reconnect().unwrap();
+    wait_until(Duration::from_secs(8), "it comes back", || {
+        if stage.clear_fault().is_err() {
+            stage.reconnect().unwrap();
+        }
+        stage.poll().is_ok()
+    });
+    wait_until(Duration::from_secs(4), "it rests", || stage.poll().is_ok_and(|state| !state.moving));
+    let state = stage.poll().unwrap();
+    assert!(!state.homed && state.position_mm.is_none(), "came back {state:?}");
+    assert!(!laser.poll().unwrap().emitting && !bench.light(), "came back shining");
+    assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "a motion was repeated");
+    home(stage);
+    stage.start_move(1.0, 50.0).unwrap();
+    let at_mm = rest(stage).position_mm.unwrap();
+    assert!((at_mm - 1.0).abs() < 0.03, "homed and moved to 1 mm, and it is at {at_mm} mm");
+}

@@ -1,0 +1,100 @@
+//! The driver's row: camera, stage and laser of a recording.
+
+use std::path::PathBuf;
+
+use remedy::with_causes;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Pace, Pictures, ReplayCamera, ReplayConfig, ReplayError, ReplayLaser, ReplayStage, open};
+use crate::traits::driver::{DeviceSet, Driver, MissingSetting, OpenError, Opened};
+use crate::{Camera, Laser, Stage, ThreadedCamera};
+
+/// `[station.replay]`: a capture folder that is played.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ReplaySettings {
+    /// the capture folder that is played
+    pub folder: PathBuf,
+    /// which of its scans; empty: the first
+    pub scan: String,
+    /// frames per second
+    #[schemars(range(min = 0.1, max = 1000.0))]
+    pub frame_rate_hz: f64,
+    /// play from memory, without a disk in the way
+    pub preload: bool,
+    /// start again at the end
+    pub repeat: bool,
+}
+
+impl Default for ReplaySettings {
+    /// The first scan from memory, again and again; the folder has to be named.
+    fn default() -> Self {
+        Self { folder: PathBuf::new(), scan: String::new(), frame_rate_hz: 30.0, preload: true, repeat: true }
+    }
+}
+
+/// Plays the capture folder that the settings name.
+#[derive(Debug, Clone)]
+pub struct ReplayDriver(pub ReplaySettings);
+
+impl ReplayDriver {
+    fn devices(&self) -> Result<(ReplayCamera, ReplayStage, ReplayLaser), ReplayError> {
+        let settings = &self.0;
+        let scan = if settings.scan.is_empty() { self.first_scan()? } else { settings.scan.clone() };
+        open(&ReplayConfig {
+            folder: settings.folder.clone(),
+            pictures: Pictures::Scan(scan),
+            pace: Pace::Hz(settings.frame_rate_hz),
+            looped: settings.repeat,
+            preload: settings.preload,
+        })
+    }
+
+    /// Pictures from a disk come when the disk likes: nobody is kept waiting for them.
+    fn in_time(&self, camera: ReplayCamera) -> Box<dyn Camera> {
+        if self.0.preload { Box::new(camera) } else { Box::new(ThreadedCamera::over(camera)) }
+    }
+
+    fn first_scan(&self) -> Result<String, ReplayError> {
+        let folder = &self.0.folder;
+        let capture = capture::Capture::open(folder)?;
+        let first = capture.manifest.scans.first().map(|scan| scan.name.clone());
+        first.ok_or_else(|| ReplayError::NoPictures { folder: folder.clone(), pictures: "scan" })
+    }
+}
+
+impl Driver for ReplayDriver {
+    fn kind(&self) -> &'static str {
+        "replay"
+    }
+
+    fn makes(&self) -> DeviceSet {
+        DeviceSet::ALL
+    }
+
+    fn is_real(&self) -> bool {
+        false
+    }
+
+    fn binds_camera_to_stage(&self) -> bool {
+        true
+    }
+
+    fn missing(&self) -> Option<MissingSetting> {
+        let expected = "the capture folder to be played";
+        self.0.folder.as_os_str().is_empty().then_some(MissingSetting { name: "folder", expected })
+    }
+
+    fn open(&self, wanted: DeviceSet) -> Result<Opened, OpenError> {
+        let (camera, stage, laser) = self.devices().map_err(|error| {
+            let remedy =
+                "put it in place and reset the station, or correct station.replay.folder and station.replay.scan";
+            OpenError::Absent { what: with_causes(&error), remedy: remedy.to_owned() }
+        })?;
+        Ok(Opened {
+            camera: wanted.camera.then(|| self.in_time(camera)),
+            stage: wanted.stage.then(|| Box::new(stage) as Box<dyn Stage>),
+            laser: wanted.laser.then(|| Box::new(laser) as Box<dyn Laser>),
+        })
+    }
+}

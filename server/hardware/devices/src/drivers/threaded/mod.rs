@@ -1,0 +1,372 @@
+//! A camera whose driver blocks, on a thread of its own: whoever holds it is never kept longer than a call may take.
+//!
+//! Libraries of vendors and pictures on a disk answer when they like, if at all. [`ThreadedCamera`] hands every call to a
+//! thread and waits for the answer as long as the rules of [`Camera`] allow; what comes later is told later. A call that
+//! has not come back after [`HANG_LIMIT`] means that the camera is gone, until it came back and was reconnected.
+//!
+//! Nothing piles up: at most [`ORDERS`] calls and one frame are under way. What the camera exposes while no frame is asked
+//! for waits in the driver's own ring, and what that overruns the driver counts in [`FrameInfo::lost_before`]. A frame of
+//! an acquisition that has ended is thrown away.
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use vision::{GreyImage, Pixels};
+
+use crate::traits::features::CameraDetails;
+use crate::{
+    Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, FrameInfo, Trigger,
+};
+
+/// How long a caller waits for an answer, a part of [`crate::CALL_LIMIT`]; a frame is waited for so much beyond its
+/// timeout, which the driver itself keeps unless it is late.
+const ANSWER_WAIT: Duration = Duration::from_millis(15);
+
+/// A call under way for so long hangs: a camera that is gone is to be named within two seconds.
+pub const HANG_LIMIT: Duration = Duration::from_millis(1500);
+
+/// Calls that may wait for the thread: more than a station makes in [`HANG_LIMIT`] without an answer.
+pub const ORDERS: usize = 16;
+
+/// What the thread is to do.
+#[derive(Debug, Clone, Copy)]
+enum Order {
+    Configure(CameraRequest),
+    Start,
+    Trigger,
+    Stop,
+    Reconnect,
+}
+
+impl Order {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Configure(_) => "configure",
+            Self::Start => "start",
+            Self::Trigger => "trigger",
+            Self::Stop => "stop",
+            Self::Reconnect => "reconnect",
+        }
+    }
+}
+
+/// A frame that is asked for.
+struct Wish {
+    timeout: Duration,
+    /// Memory for it.
+    image: GreyImage,
+}
+
+/// What became of a wish.
+struct Delivery {
+    image: GreyImage,
+    outcome: Result<Option<FrameInfo>, CameraError>,
+}
+
+struct Desk {
+    orders: VecDeque<(u64, Order)>,
+    n_orders: u64,
+    /// The answer that somebody waits for.
+    awaited: Option<u64>,
+    answer: Option<Result<(), CameraError>>,
+    /// An error of a call whose caller had gone on; the next wish is told.
+    late: Option<CameraError>,
+    wish: Option<Wish>,
+    /// Whether a wish was taken and its frame is not there yet.
+    wished: bool,
+    delivery: Option<Delivery>,
+    /// Counts acquisitions; what was wished for in an earlier one is thrown away.
+    acquisition: u64,
+    /// The call that the thread is in.
+    busy: Option<(&'static str, Instant)>,
+    /// Settings as the camera told them last, or as it is expected to take them.
+    settings: CameraSettings,
+    /// Hung, and not reconnected since.
+    gone: Option<String>,
+    closed: bool,
+    ended: bool,
+}
+
+struct Shared {
+    desk: Mutex<Desk>,
+    to_do: Condvar,
+    done: Condvar,
+}
+
+/// See the module.
+pub struct ThreadedCamera {
+    shared: Arc<Shared>,
+    identity: DeviceIdentity,
+    capabilities: CameraCapabilities,
+    details: Option<Arc<dyn CameraDetails>>,
+    /// Whether acquisition was started last, and not ended.
+    started: bool,
+}
+
+impl ThreadedCamera {
+    /// Gives a camera that was just opened a thread of its own.
+    pub fn over(camera: impl Camera + 'static) -> Self {
+        let (identity, capabilities) = (camera.identity(), camera.capabilities());
+        let details = camera.details();
+        let desk = Desk {
+            orders: VecDeque::with_capacity(ORDERS),
+            n_orders: 0,
+            awaited: None,
+            answer: None,
+            late: None,
+            wish: None,
+            wished: false,
+            delivery: None,
+            acquisition: 0,
+            busy: None,
+            settings: camera.settings(),
+            gone: None,
+            closed: false,
+            ended: false,
+        };
+        let shared = Arc::new(Shared { desk: Mutex::new(desk), to_do: Condvar::new(), done: Condvar::new() });
+        let ending = Ending(shared.clone());
+        // Without a thread the closure is dropped, and its guard says that the driver ended.
+        let _ = std::thread::Builder::new().name("camera".to_owned()).spawn(move || ending.0.run(camera));
+        Self { shared, identity, capabilities, details, started: false }
+    }
+
+    /// Hands `order` to the thread and waits for its answer as long as a call may take.
+    fn order(&self, order: Order) -> Result<(), CameraError> {
+        let mut desk = self.shared.lock();
+        let must_be_taken = matches!(order, Order::Stop | Order::Reconnect);
+        if !must_be_taken {
+            desk.check()?;
+        }
+        if desk.orders.len() >= ORDERS {
+            return Err(gone(format!("{ORDERS} calls wait for its driver")));
+        }
+        desk.n_orders += 1;
+        let number = desk.n_orders;
+        desk.orders.push_back((number, order));
+        (desk.awaited, desk.answer) = (Some(number), None);
+        if must_be_taken {
+            desk.forget_frames();
+        }
+        self.shared.to_do.notify_one();
+        let deadline = Instant::now() + ANSWER_WAIT;
+        while desk.answer.is_none() && !desk.ended && desk.hang().is_none() {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                break;
+            }
+            desk = self.shared.wait(&self.shared.done, desk, left);
+        }
+        desk.awaited = None;
+        // A call that takes longer tells its error with the next frame.
+        desk.answer.take().unwrap_or(Ok(()))
+    }
+}
+
+impl Desk {
+    /// The call that hangs, if one does.
+    fn hang(&self) -> Option<String> {
+        let (call, since) = self.busy?;
+        let hangs = since.elapsed();
+        (hangs >= HANG_LIMIT)
+            .then(|| format!("its driver has not come back from `{call}` for {:.1} s", hangs.as_secs_f64()))
+    }
+
+    /// Notices a hang; once noticed it stays so until the camera is reconnected.
+    fn check(&mut self) -> Result<(), CameraError> {
+        if self.ended {
+            return Err(gone("its driver ended by a defect".to_owned()));
+        }
+        if let Some(reason) = self.hang() {
+            self.gone = Some(reason);
+        }
+        self.gone.clone().map_or(Ok(()), |reason| Err(gone(reason)))
+    }
+
+    /// Frames asked for before belong to no acquisition any more.
+    fn forget_frames(&mut self) {
+        self.acquisition += 1;
+        (self.wish, self.wished, self.delivery) = (None, false, None);
+    }
+}
+
+fn gone(reason: String) -> CameraError {
+    CameraError::Gone { reason }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn wait<'d>(&self, on: &Condvar, desk: MutexGuard<'d, Desk>, limit: Duration) -> MutexGuard<'d, Desk> {
+        on.wait_timeout(desk, limit).unwrap_or_else(PoisonError::into_inner).0
+    }
+
+    /// The thread: one call after the other, orders before frames, until the camera is closed.
+    fn run(&self, mut camera: impl Camera) {
+        let mut desk = self.lock();
+        while !desk.closed {
+            if let Some((number, order)) = desk.orders.pop_front() {
+                desk.busy = Some((order.name(), Instant::now()));
+                drop(desk);
+                let outcome = obey(&mut camera, order);
+                desk = self.lock();
+                desk.busy = None;
+                if matches!(order, Order::Configure(_) | Order::Reconnect) {
+                    desk.settings = camera.settings();
+                }
+                if matches!(order, Order::Reconnect) && outcome.is_ok() {
+                    (desk.gone, desk.late) = (None, None);
+                }
+                if desk.awaited == Some(number) {
+                    desk.answer = Some(outcome);
+                } else if let Err(error) = outcome {
+                    desk.late = Some(error);
+                }
+            } else if let Some(Wish { timeout, mut image }) = desk.wish.take() {
+                desk.busy = Some(("next_frame", Instant::now()));
+                let acquisition = desk.acquisition;
+                drop(desk);
+                let outcome = camera.next_frame(&mut image, timeout);
+                desk = self.lock();
+                desk.busy = None;
+                if desk.acquisition == acquisition {
+                    (desk.wished, desk.delivery) = (false, Some(Delivery { image, outcome }));
+                }
+            } else {
+                desk = self.to_do.wait(desk).unwrap_or_else(PoisonError::into_inner);
+                continue;
+            }
+            self.done.notify_all();
+        }
+    }
+}
+
+fn obey(camera: &mut impl Camera, order: Order) -> Result<(), CameraError> {
+    match order {
+        Order::Configure(wanted) => camera.configure(&wanted).map(drop),
+        Order::Start => camera.start(),
+        Order::Trigger => camera.trigger(),
+        Order::Stop => camera.stop(),
+        Order::Reconnect => camera.reconnect(),
+    }
+}
+
+/// Tells everybody that the thread has ended, also by a panic.
+struct Ending(Arc<Shared>);
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        self.0.lock().ended = true;
+        self.0.done.notify_all();
+    }
+}
+
+impl Camera for ThreadedCamera {
+    fn identity(&self) -> DeviceIdentity {
+        self.identity.clone()
+    }
+
+    fn capabilities(&self) -> CameraCapabilities {
+        self.capabilities.clone()
+    }
+
+    fn settings(&self) -> CameraSettings {
+        self.shared.lock().settings
+    }
+
+    fn details(&self) -> Option<Arc<dyn CameraDetails>> {
+        self.details.clone()
+    }
+
+    /// What the camera accepted; of one that is slow to answer, what its capabilities let expect, until it has. What they
+    /// do not admit is refused unasked.
+    fn configure(&mut self, wanted: &CameraRequest) -> Result<CameraSettings, CameraError> {
+        let before = self.settings();
+        self.shared.lock().settings = self.capabilities.expected(&before, wanted)?;
+        let outcome = self.order(Order::Configure(*wanted));
+        let mut desk = self.shared.lock();
+        if outcome.is_err() {
+            // Refused: nothing has changed.
+            desk.settings = before;
+        }
+        outcome.map(|()| desk.settings)
+    }
+
+    fn start(&mut self) -> Result<(), CameraError> {
+        self.started = false;
+        self.order(Order::Start)?;
+        self.started = true;
+        Ok(())
+    }
+
+    /// Refused unasked where it cannot be: a camera that is slow to answer could not say so in time.
+    fn trigger(&mut self) -> Result<(), CameraError> {
+        self.shared.lock().check()?;
+        if self.settings().trigger != Trigger::Software {
+            return Err(CameraError::NotTriggerable { reason: "it is not set to software triggers" });
+        }
+        if !self.started {
+            return Err(CameraError::NotTriggerable { reason: "acquisition is not started" });
+        }
+        self.order(Order::Trigger)
+    }
+
+    fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError> {
+        let mut desk = self.shared.lock();
+        desk.check()?;
+        if let Some(error) = desk.late.take() {
+            return Err(error);
+        }
+        if desk.delivery.is_none() && !desk.wished {
+            // The memory comes back with the frame.
+            let image = std::mem::replace(image, no_image());
+            (desk.wish, desk.wished) = (Some(Wish { timeout, image }), true);
+            self.shared.to_do.notify_one();
+        }
+        let deadline = Instant::now() + timeout + ANSWER_WAIT;
+        while desk.delivery.is_none() && !desk.ended {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return desk.check().map(|()| None);
+            }
+            desk = self.shared.wait(&self.shared.done, desk, left);
+        }
+        desk.check()?;
+        let Some(delivery) = desk.delivery.take() else { return Ok(None) };
+        *image = delivery.image;
+        delivery.outcome
+    }
+
+    fn stop(&mut self) -> Result<(), CameraError> {
+        self.started = false;
+        self.order(Order::Stop)
+    }
+
+    fn reconnect(&mut self) -> Result<(), CameraError> {
+        self.started = false;
+        self.order(Order::Reconnect)
+    }
+}
+
+impl Drop for ThreadedCamera {
+    /// Closes the camera; one that hangs closes when it comes back.
+    fn drop(&mut self) {
+        let mut desk = self.shared.lock();
+        desk.closed = true;
+        self.shared.to_do.notify_one();
+        let deadline = Instant::now() + ANSWER_WAIT;
+        while !desk.ended && Instant::now() < deadline {
+            desk = self.shared.wait(&self.shared.done, desk, ANSWER_WAIT);
+        }
+    }
+}
+
+fn no_image() -> GreyImage {
+    GreyImage::new(1, 1, Pixels::Eight(vec![0])).expect("one pixel for one pixel")
+}

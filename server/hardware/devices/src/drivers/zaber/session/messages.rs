@@ -1,0 +1,232 @@
+//! What comes from a device that is up.
+
+use std::time::Instant;
+
+use super::{Activity, Asked, Link, Pending, Seen, Session, Travel};
+use crate::StageError;
+use crate::drivers::zaber::meanings::{Severity, flag_meaning, reason_meaning};
+use crate::drivers::zaber::protocol::{Kind, Message, Status, message_from_line};
+use crate::lines::line_reader::{ReceivedLine, shortened};
+use crate::params::{ZABER_GARBAGE_LINES, ZABER_SETTLED_STEPS, ZABER_STALL};
+
+/// Damaged lines are counted over this time.
+const GARBAGE_WINDOW: std::time::Duration = std::time::Duration::from_secs(1);
+
+impl Session {
+    /// A line, whose first byte came at `line.began_at`.
+    pub(super) fn line(&mut self, line: &ReceivedLine, now: Instant) {
+        if line.text.trim().is_empty() {
+            return;
+        }
+        let Some(message) = message_from_line(&line.text) else { return self.garbage(&line.text, now) };
+        // From the first answer on every line carries its checksum; one that came without it lost its end.
+        if matches!(self.link, Link::Up) && !message.checked {
+            return self.garbage(&line.text, now);
+        }
+        if message.address != self.config.address {
+            return;
+        }
+        let Some(message) = self.joined(message) else { return };
+        match self.link {
+            Link::Down => {}
+            Link::Opening(_) => self.opening_message(&message, now),
+            Link::Up => self.message(&message, line.began_at, now),
+        }
+    }
+
+    /// Puts lines together that go on; a whole message, or nothing yet.
+    fn joined(&mut self, message: Message) -> Option<Message> {
+        let whole = match (self.begun.take(), &message.kind) {
+            (Some(begun), Kind::Info { continues: true }) => {
+                let text = format!("{} {}", begun.text, message.text);
+                Message { text, goes_on: message.goes_on, ..begun }
+            }
+            // The beginning is lost, or another message came between: what was begun is void.
+            (_, Kind::Info { continues: true }) => return None,
+            (_, _) => message,
+        };
+        if whole.goes_on {
+            self.begun = Some(whole);
+            return None;
+        }
+        Some(whole)
+    }
+
+    fn message(&mut self, message: &Message, began_at: Instant, now: Instant) {
+        match &message.kind {
+            Kind::Info { .. } => {}
+            // Nothing is believed of what nobody asked for; it is asked for at once.
+            Kind::Alert(_) => {
+                if message.axis == self.config.axis || message.axis == 0 {
+                    self.pending.retain(|pending| pending.what != Asked::Position);
+                    self.query_position(now);
+                }
+            }
+            Kind::Reply { accepted, status } => {
+                let at = self.pending.iter().position(|pending| Some(pending.id) == message.id);
+                // An answer that was given up.
+                let Some(pending) = at.and_then(|at| self.pending.remove(at)) else { return };
+                self.heard_at = Some(now);
+                if *accepted {
+                    self.answered(&pending, &message.text, status, began_at, now);
+                } else {
+                    self.rejected(pending, &message.text);
+                }
+            }
+        }
+    }
+
+    fn answered(&mut self, pending: &Pending, text: &str, status: &Status, began_at: Instant, now: Instant) {
+        match pending.what {
+            Asked::Position => {
+                let Ok(steps) = text.parse::<i64>() else { return self.garbage(text, now) };
+                // The position was read between question and answer.
+                let at = pending.sent_at + began_at.saturating_duration_since(pending.sent_at) / 2;
+                self.seen = Some(Seen { steps, busy: status.busy, at });
+                if !self.judge_flag(&status.flag, pending.sent_at, now) {
+                    self.follow(steps, status.busy, pending.sent_at, now);
+                }
+            }
+            Asked::Serial => self.check_serial(text),
+            Asked::Move => {
+                if let Activity::Travel(travel) = &mut self.activity {
+                    (travel.taken_at, travel.last_progress_at) = (Some(now), now);
+                }
+                self.query_position(now);
+            }
+            Asked::Home => {
+                if let Activity::Homing { taken_at, .. } = &mut self.activity {
+                    *taken_at = Some(now);
+                }
+                self.query_position(now);
+            }
+            Asked::Clear => self.query_position(now),
+            Asked::Stop | Asked::Opening => {}
+        }
+    }
+
+    fn check_serial(&mut self, text: &str) {
+        let expected = self.machine.as_ref().map(|machine| machine.serial.clone()).unwrap_or_default();
+        if text != expected {
+            let (expected, found) = (format!("the device {expected}"), format!("the device {}", shortened(text)));
+            self.down(StageError::WrongDevice { place: self.place.clone(), expected, found });
+        }
+    }
+
+    fn rejected(&mut self, pending: Pending, reason: &str) {
+        if matches!(pending.what, Asked::Move | Asked::Home) {
+            self.activity = Activity::Rest;
+        }
+        if matches!(pending.what, Asked::Clear) {
+            self.clearing = false;
+        }
+        if reason == "BADMESSAGE" && matches!(pending.what, Asked::Position | Asked::Serial) {
+            return;
+        }
+        let meaning = reason_meaning(reason).to_owned();
+        let refusal = StageError::Rejected { command: pending.words, reason: shortened(reason), meaning };
+        if self.waited_for == Some(pending.ticket) {
+            self.refusal = Some(refusal);
+        } else if self.fault.is_none() {
+            self.fault = Some(refusal);
+        }
+    }
+
+    /// What the flag of an answer means; whether it is a fault.
+    fn judge_flag(&mut self, flag: &str, asked_at: Instant, now: Instant) -> bool {
+        let (severity, meaning) = flag_meaning(flag);
+        self.last_flag_unreferenced = severity == Severity::Unreferenced;
+        match severity {
+            Severity::Fault => {
+                let fault = match self.activity {
+                    // A flag of before: the motion that was begun ends it.
+                    Activity::Travel(Travel { taken_at, .. }) | Activity::Homing { taken_at, .. }
+                        if taken_at.is_none_or(|at| asked_at < at) =>
+                    {
+                        return false;
+                    }
+                    Activity::Travel(travel) if flag == "FS" => StageError::Stalled {
+                        target_mm: travel.target_mm,
+                        actual_mm: self.position_mm().unwrap_or_default(),
+                    },
+                    _ => StageError::Warned { flag: flag.to_owned(), meaning: meaning.to_owned() },
+                };
+                self.raise(fault, now);
+                true
+            }
+            Severity::Unreferenced if self.homed => {
+                // The zero was there, and is gone: power went and came.
+                self.raise(StageError::Restarted, now);
+                true
+            }
+            Severity::Unreferenced | Severity::Interrupted | Severity::Note => {
+                if self.clearing {
+                    (self.clearing, self.fault) = (false, None);
+                }
+                false
+            }
+        }
+    }
+
+    /// What the position means for what is under way.
+    fn follow(&mut self, steps: i64, busy: bool, asked_at: Instant, now: Instant) {
+        match self.activity {
+            Activity::Rest | Activity::Held(_) => {}
+            Activity::Travel(travel) => self.follow_travel(travel, steps, busy, asked_at, now),
+            Activity::Homing { taken_at, .. } => {
+                if !busy && taken_at.is_some_and(|at| asked_at >= at) {
+                    self.end_homing(now);
+                }
+            }
+            Activity::Stopping { sent_at, then } => {
+                if !busy && asked_at >= sent_at && !self.pending.iter().any(|pending| pending.what == Asked::Stop)
+                {
+                    self.activity = then.map_or(Activity::Rest, Activity::Held);
+                }
+            }
+        }
+    }
+
+    /// Homing ended. A device that was switched off and on in the midst of it rests without a reference.
+    fn end_homing(&mut self, now: Instant) {
+        self.activity = Activity::Rest;
+        if self.last_flag_unreferenced {
+            self.raise(StageError::Restarted, now);
+        } else {
+            self.homed = true;
+        }
+    }
+
+    fn follow_travel(&mut self, mut travel: Travel, steps: i64, busy: bool, asked_at: Instant, now: Instant) {
+        if travel.taken_at.is_none_or(|taken_at| asked_at < taken_at) {
+            return;
+        }
+        if steps != travel.last_steps {
+            (travel.last_steps, travel.last_progress_at) = (steps, now);
+        }
+        self.activity = Activity::Travel(travel);
+        let at_target = (steps - travel.target_steps).abs() as f64 <= ZABER_SETTLED_STEPS;
+        if !busy && at_target {
+            self.activity = Activity::Rest;
+        } else if !busy || now - travel.last_progress_at > ZABER_STALL {
+            let actual_mm = self.mm_from_steps(steps);
+            self.raise(StageError::Stalled { target_mm: travel.target_mm, actual_mm }, now);
+        }
+    }
+
+    /// Counts a line that is damaged or foreign; many in a short time end the link.
+    pub(super) fn garbage(&mut self, received: &str, now: Instant) {
+        let received = shortened(received);
+        match &mut self.link {
+            Link::Down => return,
+            Link::Opening(opening) => return opening.foreign_line(received, now),
+            Link::Up => {}
+        }
+        self.begun = None;
+        self.garbage_at.retain(|at| now - *at < GARBAGE_WINDOW);
+        self.garbage_at.push_back(now);
+        if self.garbage_at.len() >= ZABER_GARBAGE_LINES {
+            self.down(StageError::Garbage { received });
+        }
+    }
+}

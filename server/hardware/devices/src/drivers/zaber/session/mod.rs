@@ -1,0 +1,263 @@
+//! What is known of a device and what is to be sent to it: the driver without its thread and its line.
+//!
+//! Parts: `opening` (from the first stop to the first position), `messages` (what comes when it is up), `timers`,
+//! `commands`. Positions inside are the device's microsteps, speeds the device's data.
+
+mod commands;
+mod dialogue;
+mod messages;
+mod opening;
+mod timers;
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use super::ZaberConfig;
+use super::protocol::command;
+use crate::lines::line_reader::LineReader;
+use crate::{DeviceIdentity, StageCapabilities, StageError, StageState};
+use opening::Opening;
+
+/// Numbers of commands: an answer carries that of its command. Stops have the last one.
+const N_IDS: u8 = 90;
+
+/// The number of every stop.
+const STOP_ID: u8 = 99;
+
+/// How far the link is.
+#[derive(Debug)]
+enum Link {
+    Down,
+    Opening(Opening),
+    Up,
+}
+
+/// What the stage does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Activity {
+    Rest,
+    Travel(Travel),
+    /// Since when the device has taken the command.
+    Homing {
+        begun_at: Instant,
+        taken_at: Option<Instant>,
+    },
+    /// Braking, by when it must rest, and what [`crate::Stage::resume`] goes on with.
+    Stopping {
+        sent_at: Instant,
+        then: Option<Travel>,
+    },
+    /// Held at rest.
+    Held(Travel),
+}
+
+/// A move or jog.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Travel {
+    target_mm: f64,
+    target_steps: i64,
+    speed_data: i64,
+    taken_at: Option<Instant>,
+    last_steps: i64,
+    last_progress_at: Instant,
+}
+
+/// What an answer is to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Asked {
+    Opening,
+    Position,
+    Serial,
+    Move,
+    Home,
+    Stop,
+    Clear,
+}
+
+/// A command sent and not answered yet.
+#[derive(Debug)]
+struct Pending {
+    ticket: u64,
+    id: u8,
+    what: Asked,
+    words: String,
+    sent_at: Instant,
+}
+
+/// The last answer with a position.
+#[derive(Debug, Clone)]
+struct Seen {
+    steps: i64,
+    busy: bool,
+    at: Instant,
+}
+
+/// What the device said about itself.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    pub identity: DeviceIdentity,
+    pub capabilities: StageCapabilities,
+    serial: String,
+    /// Microsteps in a millimetre.
+    steps_per_mm: f64,
+}
+
+/// See the module.
+pub struct Session {
+    config: ZaberConfig,
+    place: String,
+    link: Link,
+    wants_open: bool,
+    fault: Option<StageError>,
+    clearing: bool,
+    outgoing: Vec<u8>,
+    pending: VecDeque<Pending>,
+    next_ticket: u64,
+    next_id: u8,
+    waited_for: Option<u64>,
+    refusal: Option<StageError>,
+    reader: LineReader,
+    /// A line that goes on, and the text of its beginning.
+    begun: Option<super::protocol::Message>,
+    machine: Option<Machine>,
+    seen: Option<Seen>,
+    heard_at: Option<Instant>,
+    asked_position_at: Option<Instant>,
+    asked_serial_at: Option<Instant>,
+    garbage_at: VecDeque<Instant>,
+    activity: Activity,
+    /// Whether the last position came without a reference.
+    last_flag_unreferenced: bool,
+    homed: bool,
+}
+
+impl Session {
+    /// A device at `place`, to be opened.
+    pub fn new(config: ZaberConfig, place: String) -> Self {
+        Self {
+            config,
+            place,
+            link: Link::Down,
+            wants_open: true,
+            fault: Some(being_opened()),
+            clearing: false,
+            outgoing: Vec::new(),
+            pending: VecDeque::new(),
+            next_ticket: 0,
+            next_id: 0,
+            waited_for: None,
+            refusal: None,
+            reader: LineReader::default(),
+            begun: None,
+            machine: None,
+            seen: None,
+            heard_at: None,
+            asked_position_at: None,
+            asked_serial_at: None,
+            garbage_at: VecDeque::new(),
+            activity: Activity::Rest,
+            last_flag_unreferenced: false,
+            homed: false,
+        }
+    }
+
+    /// Who it is and what it can do, once it was up.
+    pub fn machine(&self) -> Option<&Machine> {
+        self.machine.as_ref()
+    }
+
+    /// The stage as last reported.
+    pub fn stage_state(&self, now: Instant) -> StageState {
+        let busy = self.seen.as_ref().is_some_and(|seen| seen.busy);
+        let moving = match self.activity {
+            Activity::Rest => busy,
+            Activity::Held(_) => false,
+            Activity::Travel(_) | Activity::Homing { .. } | Activity::Stopping { .. } => true,
+        };
+        StageState {
+            position_mm: if self.homed { self.position_mm() } else { None },
+            measured_at: self.seen.as_ref().map_or(now, |seen| seen.at),
+            moving,
+            held: matches!(self.activity, Activity::Held(_)),
+            homed: self.homed,
+        }
+    }
+
+    /// The link is lost; what moves is stopped if the line still takes it.
+    fn down(&mut self, fault: StageError) {
+        tracing::warn!(place = self.place, "{fault}");
+        self.outgoing = self.stop_line();
+        self.link = Link::Down;
+        self.forget_dialogue();
+        self.homed = false;
+        self.fault = Some(fault);
+    }
+
+    fn forget_dialogue(&mut self) {
+        self.pending.clear();
+        self.reader.clear();
+        self.begun = None;
+        (self.heard_at, self.asked_position_at, self.asked_serial_at) = (None, None, None);
+        self.garbage_at.clear();
+        self.activity = Activity::Rest;
+        self.clearing = false;
+    }
+
+    /// A fault over a sound link: what moves is stopped, and no position is believed.
+    fn raise(&mut self, fault: StageError, now: Instant) {
+        if self.fault.is_some() {
+            return;
+        }
+        tracing::warn!(place = self.place, "{fault}");
+        if self.activity != Activity::Rest {
+            self.send_stop(now);
+        }
+        (self.activity, self.homed) = (Activity::Rest, false);
+        self.fault = Some(fault);
+    }
+
+    fn position_mm(&self) -> Option<f64> {
+        Some(self.mm_from_steps(self.seen.as_ref()?.steps))
+    }
+
+    fn mm_from_steps(&self, steps: i64) -> f64 {
+        let device_mm = steps as f64 / self.steps_per_mm();
+        let from_zero_mm = device_mm - self.config.zero_at_device_mm;
+        if self.config.reversed { -from_zero_mm } else { from_zero_mm }
+    }
+
+    fn steps_from_mm(&self, position_mm: f64) -> i64 {
+        let from_zero_mm = if self.config.reversed { -position_mm } else { position_mm };
+        ((from_zero_mm + self.config.zero_at_device_mm) * self.steps_per_mm()).round() as i64
+    }
+
+    fn steps_per_mm(&self) -> f64 {
+        self.machine.as_ref().map_or(1.0, |machine| machine.steps_per_mm)
+    }
+
+    /// Sends words to the axis (`scope` 0: to the device); the ticket of the answer.
+    fn send(&mut self, scope: u8, words: &str, what: Asked, now: Instant) -> u64 {
+        self.next_id = (self.next_id + 1) % N_IDS;
+        let id = if what == Asked::Stop { STOP_ID } else { self.next_id };
+        let line = command(self.config.address, scope, id, words);
+        self.outgoing.extend_from_slice(line.as_bytes());
+        self.next_ticket += 1;
+        let ticket = self.next_ticket;
+        self.pending.retain(|pending| pending.id != id);
+        self.pending.push_back(Pending { ticket, id, what, words: words.to_owned(), sent_at: now });
+        ticket
+    }
+
+    fn send_stop(&mut self, now: Instant) -> u64 {
+        self.send(self.config.axis, "stop", Asked::Stop, now)
+    }
+
+    /// A stop that stands by itself: half a line that may precede it is ended first, and is then damaged and void.
+    fn stop_line(&self) -> Vec<u8> {
+        format!("\n{}", command(self.config.address, self.config.axis, STOP_ID, "stop")).into_bytes()
+    }
+}
+
+fn being_opened() -> StageError {
+    StageError::Gone { reason: "it is being opened".to_owned() }
+}

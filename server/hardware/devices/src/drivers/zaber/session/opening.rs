@@ -1,0 +1,205 @@
+//! From the first stop to the first position: who the device is, how it is set, and that it rests.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use super::commands::SPEED_DATA;
+use super::{Activity, Asked, Link, Machine, Seen, Session, being_opened};
+use crate::drivers::zaber::protocol::{Kind, Message};
+use crate::drivers::zaber::reason_meaning;
+use crate::lines::line_reader::shortened;
+use crate::params::ZABER_SILENCE;
+use crate::{DeviceIdentity, Homing, StageCapabilities, StageError};
+
+/// A question that was not answered is asked again after this time: a device may still be starting.
+const ASK_AGAIN: Duration = Duration::from_millis(300);
+
+/// The device's data for an acceleration of one microstep/s² (ASCII Protocol Manual, "data conversion").
+const ACCELERATION_DATA: f64 = 1.6384 / 10_000.0;
+
+/// Firmware from which `move abs` takes a speed; before, a speed would have to be written to the device's memory.
+const OLDEST_FIRMWARE: f64 = 7.25;
+
+/// What is asked, in this order, and whether of the axis. Answers of the first may lack their checksums.
+const QUESTIONS: [(&str, bool); 12] = [
+    ("stop", true),
+    ("get comm.checksum", false),
+    ("set comm.checksum 1", false),
+    ("get device.id", false),
+    ("get system.serial", false),
+    ("get version", false),
+    ("get resolution", true),
+    ("get limit.min", true),
+    ("get limit.max", true),
+    ("get maxspeed", true),
+    ("get accel", true),
+    ("get pos", true),
+];
+
+/// The first question whose answer must have a checksum.
+const N_UNCHECKED: usize = 3;
+
+/// How far an opening is.
+#[derive(Debug)]
+pub struct Opening {
+    since: Instant,
+    question: usize,
+    asked_at: Option<Instant>,
+    /// The first line that is not Zaber's.
+    foreign: Option<(Instant, String)>,
+    answers: BTreeMap<&'static str, String>,
+}
+
+impl Opening {
+    pub fn foreign_line(&mut self, received: String, now: Instant) {
+        self.foreign.get_or_insert((now, received));
+    }
+
+    fn text(&self, question: &str) -> &str {
+        self.answers.get(question).map_or("", String::as_str)
+    }
+
+    fn number(&self, question: &'static str, place: &str) -> Result<f64, StageError> {
+        let text = self.text(question);
+        text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| {
+            wrong(place, &format!("a number as answer to `{question}`"), format!("`{}`", shortened(text)))
+        })
+    }
+}
+
+impl Session {
+    /// A stop first: a dead owner may have left it moving.
+    pub(super) fn begin_opening(&mut self, now: Instant) {
+        self.wants_open = false;
+        self.forget_dialogue();
+        (self.homed, self.seen) = (false, None);
+        self.fault = Some(being_opened());
+        self.outgoing = self.stop_line();
+        self.link = Link::Opening(Opening {
+            since: now,
+            question: 0,
+            asked_at: None,
+            foreign: None,
+            answers: BTreeMap::new(),
+        });
+        self.opening_tick(now);
+    }
+
+    pub(super) fn opening_message(&mut self, message: &Message, now: Instant) {
+        let Link::Opening(opening) = &mut self.link else { return };
+        let Kind::Reply { accepted, status } = &message.kind else { return };
+        let at = self.pending.iter().position(|pending| Some(pending.id) == message.id);
+        let Some(pending) = at.and_then(|at| self.pending.remove(at)) else { return };
+        let (question, _) = QUESTIONS[opening.question];
+        if pending.words != question || (opening.question >= N_UNCHECKED && !message.checked) {
+            return;
+        }
+        (opening.foreign, opening.asked_at) = (None, None);
+        if !accepted {
+            let found = format!("`{}` ({})", shortened(&message.text), reason_meaning(&message.text));
+            return self.down(wrong(&self.place, &format!("an answer to `{question}`"), found));
+        }
+        opening.answers.insert(question, message.text.clone());
+        // Written only where it is not so already.
+        opening.question += if question == "get comm.checksum" && message.text == "1" { 2 } else { 1 };
+        if opening.question < QUESTIONS.len() {
+            return self.opening_tick(now);
+        }
+        if status.busy {
+            opening.question = QUESTIONS.len() - 1;
+            return;
+        }
+        match self.described() {
+            Ok((machine, steps)) => {
+                self.machine = Some(machine);
+                (self.link, self.fault, self.activity) = (Link::Up, None, Activity::Rest);
+                self.seen = Some(Seen { steps, busy: false, at: now });
+                self.heard_at = Some(now);
+            }
+            Err(fault) => self.down(fault),
+        }
+    }
+
+    pub(super) fn opening_tick(&mut self, now: Instant) {
+        let Link::Opening(opening) = &mut self.link else { return };
+        let (question, of_axis) = QUESTIONS[opening.question];
+        let waited = now - opening.since;
+        if let Some((_, text)) = opening.foreign.take_if(|(at, _)| now - *at > ZABER_SILENCE) {
+            let fault = wrong(&self.place, "a device with Zaber's ASCII protocol", format!("`{text}`"));
+            return self.down(fault);
+        }
+        if waited > self.config.open_limit {
+            let (command, waited_ms) = (question.to_owned(), waited.as_millis() as u64);
+            return self.down(StageError::NoReply { command, waited_ms });
+        }
+        // The axis is asked at a calmer pace while it brakes.
+        let pause = if question == "get pos" { ASK_AGAIN / 10 } else { ASK_AGAIN };
+        if opening.asked_at.is_none_or(|at| now - at > pause) {
+            opening.asked_at = Some(now);
+            let scope = if of_axis { self.config.axis } else { 0 };
+            self.send(scope, question, Asked::Opening, now);
+        }
+    }
+
+    /// What the driver works with, and where the axis is.
+    fn described(&self) -> Result<(Machine, i64), StageError> {
+        let Link::Opening(opening) = &self.link else { return Err(being_opened()) };
+        let (place, config) = (self.place.as_str(), &self.config);
+        let serial = opening.text("get system.serial").to_owned();
+        if config.expected_serial.is_some_and(|expected| serial != expected.to_string()) {
+            let expected = format!("the device {}", config.expected_serial.unwrap_or_default());
+            return Err(wrong(place, &expected, format!("the device {serial}")));
+        }
+        let resolution = opening.number("get resolution", place)?;
+        let steps_per_mm = resolution * config.steps_per_turn / config.travel_per_turn_mm;
+        if !(steps_per_mm.is_finite() && steps_per_mm > 0.0) {
+            return Err(wrong(place, "a microstep with a length", format!("resolution {resolution}")));
+        }
+        let limits_mm = [opening.number("get limit.min", place)?, opening.number("get limit.max", place)?]
+            .map(|steps| steps / steps_per_mm);
+        for end_mm in [config.travel_mm.0, config.travel_mm.1] {
+            let from_zero_mm = if config.reversed { -end_mm } else { end_mm };
+            let device_mm = from_zero_mm + config.zero_at_device_mm;
+            // A microstep of rounding.
+            if device_mm < limits_mm[0] - 1.0 / steps_per_mm || device_mm > limits_mm[1] + 1.0 / steps_per_mm {
+                let expected = format!("a device that reaches {device_mm} mm (stage position {end_mm} mm)");
+                let [low_mm, high_mm] = limits_mm;
+                let found = format!("one of {low_mm:.3} to {high_mm:.3} mm (limit.min, limit.max)");
+                return Err(wrong(place, &expected, found));
+            }
+        }
+        let firmware = opening.text("get version").to_owned();
+        if opening.number("get version", place)? < OLDEST_FIRMWARE {
+            let expected = format!("firmware {OLDEST_FIRMWARE} or newer");
+            return Err(wrong(place, &expected, format!("{firmware}: update it with Zaber Launcher")));
+        }
+        let fastest_mm_s = opening.number("get maxspeed", place)? / SPEED_DATA / steps_per_mm;
+        let acceleration_mm_s2 = opening.number("get accel", place)? / ACCELERATION_DATA / steps_per_mm;
+        let machine = Machine {
+            identity: DeviceIdentity {
+                driver: "zaber",
+                vendor: "Zaber".to_owned(),
+                model: format!("device {}", opening.text("get device.id")),
+                serial: serial.clone(),
+                firmware,
+            },
+            capabilities: StageCapabilities {
+                kind: config.kind,
+                travel_mm: config.travel_mm,
+                max_speed_mm_s: fastest_mm_s.min(config.max_speed_mm_s),
+                // 0 switches ramps off.
+                acceleration_mm_s2: Some(acceleration_mm_s2).filter(|value| *value > 0.0),
+                homing: Homing::Required,
+                resolution_mm: 1.0 / steps_per_mm,
+                follows_frames: false,
+            },
+            serial,
+            steps_per_mm,
+        };
+        Ok((machine, opening.number("get pos", place)? as i64))
+    }
+}
+
+fn wrong(place: &str, expected: &str, found: String) -> StageError {
+    StageError::WrongDevice { place: place.to_owned(), expected: expected.to_owned(), found }
+}

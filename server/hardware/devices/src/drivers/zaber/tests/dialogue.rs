@@ -1,0 +1,156 @@
+//! What is said on the line, and what is believed of it.
+
+use std::time::Duration;
+
+use super::{SLACK, bench, home, rest, sound_bench, wait_until};
+use crate::contract::Stopwatch;
+use crate::simulators::simulator::Happening;
+use crate::simulators::zaber_simulator::{Event, SimulatorConfig};
+use crate::{Stage, StageError, StageKind};
+
+fn heard_since(bench: &super::Bench, mark: usize) -> String {
+    let bytes = bench.simulator.witness().since(mark).into_iter().filter_map(|entry| match entry.what {
+        Happening::Byte(byte) => Some(byte),
+        _ => None,
+    });
+    String::from_utf8(bytes.collect()).unwrap()
+}
+
+#[test]
+fn it_says_who_it_is_and_what_it_can_do_in_millimetres() {
+    let stage = sound_bench().open();
+    let (identity, can) = (stage.identity(), stage.capabilities());
+    assert_eq!((identity.driver, identity.model.as_str()), ("zaber", "device 50422"));
+    assert_eq!((identity.serial.as_str(), identity.firmware.as_str()), ("80001", "7.38"));
+    assert_eq!((can.kind, can.travel_mm), (StageKind::Linear, (-4.0, 4.0)));
+    // 2 mm a turn of 200 × 64 microsteps.
+    assert!((can.resolution_mm - 2.0 / 12_800.0).abs() < 1e-12, "{can:?}");
+    assert!((can.max_speed_mm_s - 200.0).abs() < 0.01, "{can:?}");
+    assert!((can.acceleration_mm_s2.unwrap() - 5000.0).abs() < 5.0, "{can:?}");
+}
+
+#[test]
+fn only_the_axis_is_spoken_to_and_every_command_has_its_checksum() {
+    let bench = bench(SimulatorConfig { address: 7, n_axes: 2, ..SimulatorConfig::default() });
+    let mut stage = bench.open();
+    home(&mut stage);
+    stage.start_move(1.0, 20.0).unwrap();
+    rest(&mut stage);
+    for line in heard_since(&bench, 0).lines().filter(|line| !line.is_empty()) {
+        assert!(line.starts_with("/07 "), "{line} is for others too");
+        assert!(line.rsplit_once(':').is_some_and(|(_, sum)| sum.len() == 2), "{line} has no checksum");
+        let of_axis = ["move", "home", "stop", "get pos", "warnings"].iter().any(|word| line.contains(word));
+        assert_eq!(
+            line.starts_with("/07 1 "),
+            of_axis
+                || line.contains("resolution")
+                || line.contains("limit")
+                || line.contains("maxspeed")
+                || line.contains("accel"),
+            "{line}"
+        );
+    }
+}
+
+#[test]
+fn replies_are_asked_to_carry_checksums_and_that_is_written_once_only() {
+    let bench = sound_bench();
+    drop(bench.open());
+    assert!(heard_since(&bench, 0).contains("set comm.checksum 1"));
+    let mark = bench.simulator.witness().mark();
+    drop(bench.open());
+    assert!(!heard_since(&bench, mark).contains("set comm.checksum"));
+}
+
+#[test]
+fn another_serial_number_an_axis_it_has_not_and_a_travel_too_long_are_refused() {
+    let mut bench = sound_bench();
+    bench.config.expected_serial = Some(12_345);
+    let refusal = bench.refusal();
+    assert!(
+        matches!(&refusal, StageError::WrongDevice { expected, found, .. }
+        if expected.contains("12345") && found.contains("80001")),
+        "{refusal}"
+    );
+    bench.config.expected_serial = None;
+    bench.config.axis = 2;
+    let refusal = bench.refusal();
+    assert!(matches!(&refusal, StageError::WrongDevice { found, .. } if found.contains("BADAXIS")), "{refusal}");
+    bench.config.axis = 1;
+    bench.config.travel_mm = (-4.0, 95.0);
+    let refusal = bench.refusal();
+    assert!(
+        matches!(&refusal, StageError::WrongDevice { expected, .. } if expected.contains("101 mm")),
+        "{refusal}"
+    );
+}
+
+#[test]
+fn firmware_that_takes_no_speed_with_a_move_is_refused_with_what_to_do() {
+    let bench = bench(SimulatorConfig { version: 6.32, ..SimulatorConfig::default() });
+    let refusal = bench.refusal();
+    assert!(matches!(&refusal, StageError::WrongDevice { found, .. } if found.contains("update")), "{refusal}");
+}
+
+#[test]
+fn a_silent_device_and_a_missing_port_are_told_apart() {
+    let mut bench = sound_bench();
+    bench.config.open_limit = Duration::from_millis(400);
+    bench.simulator.fail(crate::simulators::simulator::LineFault::Silence);
+    let refusal = bench.refusal();
+    assert!(matches!(refusal, StageError::NoReply { .. }), "{refusal}");
+    bench.config.port = "/nowhere/tty".to_owned();
+    let refusal = bench.refusal();
+    assert!(matches!(refusal, StageError::Gone { .. }), "{refusal}");
+}
+
+#[test]
+fn what_a_dead_owner_left_moving_is_stopped_when_it_is_opened() {
+    let bench = bench(SimulatorConfig { homing_mm_s: 2.0, start_at_mm: 90.0, ..SimulatorConfig::default() });
+    bench.simulator.hear(b"/1 1 home\n");
+    wait_until(SLACK, "it moves", || bench.moving());
+    let mut again = bench.open();
+    assert!(!bench.moving() && !again.poll().unwrap().moving, "opened, and it moves");
+}
+
+#[test]
+fn stops_reach_the_device_in_time_while_others_poll_and_the_last_word_is_stop() {
+    let bench = sound_bench();
+    let mut stage = bench.open();
+    home(&mut stage);
+    let mut waits = Vec::new();
+    for _ in 0..60 {
+        stage.start_move(-4.0, 100.0).unwrap();
+        rest(&mut stage);
+        stage.start_move(4.0, 8.0).unwrap();
+        wait_until(SLACK, "it moves", || bench.moving());
+        let (mark, begun_at, watch) = (bench.simulator.witness().mark(), crate::time::now(), Stopwatch::start());
+        stage.stop().unwrap();
+        wait_until(SLACK, "it rests", || !bench.moving());
+        waits.push(watch.own_time());
+        let state = rest(&mut stage);
+        assert!(state.homed && state.position_mm.is_some(), "a stop cost the position: {state:?}");
+        let heard = heard_since(&bench, mark);
+        assert!(heard.contains(" stop:"), "{heard}");
+        assert!(!heard.rsplit_once(" stop:").unwrap().1.contains("move"), "a move came after the stop: {heard}");
+        assert!(crate::time::since(begun_at) < Duration::from_secs(2));
+    }
+    waits.sort();
+    // `promises.md`: 200 ms at most; the ramp from 8 mm/s takes 2 ms.
+    assert!(waits[waits.len() - 1] < Duration::from_millis(200), "stopped after {waits:?}");
+}
+
+#[test]
+fn a_refused_move_is_told_to_its_caller_with_the_device_s_reason() {
+    let bench = sound_bench();
+    let mut stage = bench.open();
+    home(&mut stage);
+    // Pressed and released between two polls: the driver asks for a move meanwhile.
+    bench.simulator.happen(Event::EmergencyStop);
+    let refusal = stage.start_move(1.0, 10.0);
+    assert!(
+        matches!(&refusal, Err(StageError::Rejected { reason, .. }) if reason == "DRIVERDISABLED")
+            || matches!(&refusal, Err(StageError::Warned { flag, .. }) if flag == "FH"),
+        "{refusal:?}"
+    );
+}

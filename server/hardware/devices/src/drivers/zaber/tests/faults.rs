@@ -1,0 +1,167 @@
+//! Fault × state: what is told within a second, that it rests, and how it comes back: ready, never active. The table in
+//! `server/docs/devices/zaber.md` names these tests cell by cell.
+
+use std::time::Duration;
+
+use super::{Bench, SLACK, home, rest, sound_bench, wait_until};
+use crate::drivers::zaber::ZaberStage;
+use crate::simulators::simulator::LineFault;
+use crate::simulators::zaber_simulator::{Event, SimulatorConfig};
+use crate::{Stage, StageError};
+
+/// `promises.md`: serial faults are named within a second.
+const NAMED_LIMIT: Duration = Duration::from_secs(1);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum When {
+    Ready,
+    Moving,
+    Homing,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum What {
+    Silence,
+    Garbage,
+    Stall,
+    StuckUnnoticed,
+    EmergencyStop,
+    Knob,
+    Push,
+    Unplugged,
+    Restart,
+    AnotherDevice,
+}
+
+macro_rules! cells {
+    ($($name:ident: $what:ident, $when:ident => $told:pat,)*) => {
+        $(#[test]
+        fn $name() {
+            cell(What::$what, When::$when, |fault| matches!(fault, $told));
+        })*
+    };
+}
+
+cells! {
+    silence_when_ready: Silence, Ready => StageError::NoReply { .. },
+    silence_while_moving: Silence, Moving => StageError::NoReply { .. },
+    silence_while_homing: Silence, Homing => StageError::NoReply { .. },
+    garbage_when_ready: Garbage, Ready => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_moving: Garbage, Moving => StageError::Garbage { .. } | StageError::NoReply { .. },
+    garbage_while_homing: Garbage, Homing => StageError::Garbage { .. } | StageError::NoReply { .. },
+    a_stall_while_moving: Stall, Moving => StageError::Stalled { .. },
+    a_stall_while_homing: Stall, Homing => StageError::Warned { .. },
+    an_unnoticed_stall_while_moving: StuckUnnoticed, Moving => StageError::Stalled { .. },
+    an_emergency_stop_when_ready: EmergencyStop, Ready => StageError::Warned { .. },
+    an_emergency_stop_while_moving: EmergencyStop, Moving => StageError::Warned { .. },
+    an_emergency_stop_while_homing: EmergencyStop, Homing => StageError::Warned { .. },
+    a_knob_while_moving: Knob, Moving => StageError::Stalled { .. },
+    a_push_when_ready: Push, Ready => StageError::Warned { .. },
+    a_pulled_cable_when_ready: Unplugged, Ready => StageError::Gone { .. },
+    a_pulled_cable_while_moving: Unplugged, Moving => StageError::Gone { .. },
+    a_pulled_cable_while_homing: Unplugged, Homing => StageError::Gone { .. },
+    a_restart_when_ready: Restart, Ready => StageError::Restarted,
+    a_restart_while_moving: Restart, Moving => StageError::Restarted,
+    a_restart_while_homing: Restart, Homing => StageError::Restarted,
+    another_device_when_ready: AnotherDevice, Ready => StageError::Gone { .. } | StageError::WrongDevice { .. },
+    another_device_while_moving: AnotherDevice, Moving => StageError::Gone { .. } | StageError::WrongDevice { .. },
+}
+
+fn cell(what: What, when: When, told: impl Fn(&StageError) -> bool) {
+    let bench = sound_bench();
+    let mut stage = bench.open();
+    bring_to(&bench, &mut stage, when);
+    happen(&bench, what);
+    wait_until(NAMED_LIMIT + SLACK, "the fault is named", || stage.poll().is_err());
+    let fault = stage.poll().unwrap_err();
+    assert!(told(&fault), "told as: {fault}");
+    assert!(stage.poll().is_err(), "told once, then not any more");
+    assert!(stage.start_move(0.0, 10.0).is_err(), "a move was accepted in spite of the fault");
+    if what != What::StuckUnnoticed {
+        wait_until(SLACK, "it rests", || !bench.moving());
+    }
+    comes_back_ready(&bench, &mut stage, what);
+}
+
+fn bring_to(bench: &Bench, stage: &mut ZaberStage, when: When) {
+    home(stage);
+    stage.start_move(4.0, 100.0).unwrap();
+    rest(stage);
+    match when {
+        When::Ready => return,
+        // Slow enough to outlast every fault's naming.
+        When::Moving => drop(stage.start_move(-4.0, 4.0).unwrap()),
+        When::Homing => stage.start_home().unwrap(),
+    }
+    wait_until(SLACK, "it moves", || bench.moving());
+}
+
+fn happen(bench: &Bench, what: What) {
+    let simulator = &bench.simulator;
+    match what {
+        What::Silence => simulator.fail(LineFault::Silence),
+        What::Garbage => simulator.fail(LineFault::Garbage),
+        What::Stall => simulator.happen(Event::Stall),
+        What::StuckUnnoticed => simulator.happen(Event::StuckUnnoticed),
+        What::EmergencyStop => simulator.happen(Event::EmergencyStop),
+        What::Knob => simulator.happen(Event::Knob),
+        What::Push => simulator.happen(Event::Push),
+        What::Unplugged => simulator.unplug(),
+        What::Restart => simulator.restart(),
+        What::AnotherDevice => {
+            simulator.replug_as(SimulatorConfig { serial: 666, ..SimulatorConfig::default() });
+        }
+    }
+}
+
+/// The cause is removed and the fault acknowledged: nothing moves by itself, and no position is told.
+fn comes_back_ready(bench: &Bench, stage: &mut ZaberStage, what: What) {
+    bench.simulator.repair();
+    bench.simulator.happen(Event::Repair);
+    if what == What::Unplugged {
+        bench.simulator.replug();
+    }
+    wait_until(SLACK, "it rests", || !bench.moving());
+    let mark = bench.simulator.witness().mark();
+    if stage.clear_fault().is_err() {
+        stage.reconnect().unwrap();
+    }
+    wait_until(Duration::from_secs(5), "it comes back and rests", || {
+        stage.poll().is_ok_and(|state| !state.moving)
+    });
+    let state = stage.poll().unwrap();
+    assert!(!state.moving && !state.homed && state.position_mm.is_none(), "came back {state:?}");
+    assert_eq!(bench.simulator.witness().n_motions_since(mark), 0, "a motion was repeated");
+    home(stage);
+    stage.start_move(1.0, 50.0).unwrap();
+    let at_mm = rest(stage).position_mm.unwrap();
+    assert!((at_mm - 1.0).abs() < 0.01, "homed and moved to 1 mm, and it is at {at_mm} mm");
+}
+
+#[test]
+fn a_device_exchanged_on_a_live_line_is_found_by_its_serial_number() {
+    let mut bench = sound_bench();
+    bench.config.expected_serial = Some(80_001);
+    let mut stage = bench.open();
+    home(&mut stage);
+    bench.simulator.replug_as(SimulatorConfig { serial: 666, ..SimulatorConfig::default() });
+    wait_until(NAMED_LIMIT + SLACK, "it is noticed", || stage.poll().is_err());
+    stage.reconnect().unwrap();
+    wait_until(Duration::from_secs(2), "it is named", || {
+        matches!(stage.poll(), Err(StageError::WrongDevice { .. }))
+    });
+}
+
+#[test]
+fn an_emergency_stop_that_stays_pressed_stays_a_fault() {
+    let bench = sound_bench();
+    let mut stage = bench.open();
+    home(&mut stage);
+    bench.simulator.happen(Event::EmergencyStop);
+    wait_until(NAMED_LIMIT + SLACK, "it is named", || stage.poll().is_err());
+    stage.clear_fault().unwrap();
+    for _ in 0..200 {
+        assert!(matches!(stage.poll(), Err(StageError::Warned { .. })), "cleared while it is pressed");
+        crate::time::sleep(Duration::from_millis(2));
+    }
+}

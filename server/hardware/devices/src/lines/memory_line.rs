@@ -1,0 +1,138 @@
+//! A serial line inside this process, for simulated time: what a pseudo-terminal is in real time.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use crate::lines::serial_line::{SerialLine, SerialLineError, SerialWriter};
+use crate::time;
+
+/// Bytes that wait to be read, as many as a terminal keeps.
+const BUFFER_BYTES: usize = 4096;
+
+/// The ports of this process, by their places.
+static PORTS: Mutex<BTreeMap<PathBuf, Arc<Mutex<Wires>>>> = Mutex::new(BTreeMap::new());
+
+#[derive(Debug, Default)]
+struct Wires {
+    to_controller: VecDeque<u8>,
+    to_computer: VecDeque<u8>,
+    is_cut: bool,
+}
+
+fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn read(wires: &Mutex<Wires>, end: fn(&mut Wires) -> &mut VecDeque<u8>, buffer: &mut [u8]) -> Option<usize> {
+    let mut wires = lock(wires);
+    if wires.is_cut {
+        return Some(0);
+    }
+    let waiting = end(&mut wires);
+    let n = waiting.len().min(buffer.len());
+    buffer.iter_mut().zip(waiting.drain(..n)).for_each(|(to, from)| *to = from);
+    (n > 0).then_some(n)
+}
+
+fn write(waiting: &mut VecDeque<u8>, bytes: &[u8]) {
+    let room = BUFFER_BYTES.saturating_sub(waiting.len());
+    waiting.extend(&bytes[..bytes.len().min(room)]);
+}
+
+/// The controller's end: dropped, the cable is cut.
+pub struct MemoryPort {
+    place: PathBuf,
+    wires: Arc<Mutex<Wires>>,
+}
+
+impl MemoryPort {
+    pub fn open(place: &Path) -> Self {
+        let wires = Arc::default();
+        lock(&PORTS).insert(place.to_owned(), Arc::clone(&wires));
+        Self { place: place.to_owned(), wires }
+    }
+
+    /// Reads what has come, waiting for `wait` at most; 0: nothing came.
+    pub fn read(&mut self, buffer: &mut [u8], wait: Duration) -> usize {
+        time::look_for(wait, || read(&self.wires, |wires| &mut wires.to_controller, buffer)).unwrap_or(0)
+    }
+
+    pub fn write(&mut self, bytes: &[u8]) {
+        write(&mut lock(&self.wires).to_computer, bytes);
+    }
+}
+
+impl Drop for MemoryPort {
+    fn drop(&mut self) {
+        lock(&self.wires).is_cut = true;
+        let mut ports = lock(&PORTS);
+        if ports.get(&self.place).is_some_and(|wires| Arc::ptr_eq(wires, &self.wires)) {
+            ports.remove(&self.place);
+        }
+    }
+}
+
+/// The computer's end.
+pub struct MemoryLine {
+    place: String,
+    wires: Option<Arc<Mutex<Wires>>>,
+}
+
+impl MemoryLine {
+    /// The port at `place`, not opened yet.
+    pub fn new(place: &str) -> Self {
+        Self { place: place.to_owned(), wires: None }
+    }
+
+    fn wires(&self) -> Result<&Arc<Mutex<Wires>>, SerialLineError> {
+        self.wires.as_ref().ok_or_else(|| SerialLineError::Closed { place: self.place.clone() })
+    }
+}
+
+impl SerialLine for MemoryLine {
+    fn place(&self) -> String {
+        self.place.clone()
+    }
+
+    fn reopen(&mut self) -> Result<(), SerialLineError> {
+        self.wires = lock(&PORTS).get(Path::new(&self.place)).cloned();
+        self.wires().map(drop).map_err(|_| SerialLineError::Unopened {
+            place: self.place.clone(),
+            cause: serialport::Error::new(serialport::ErrorKind::NoDevice, "there is no such port"),
+        })
+    }
+
+    fn close(&mut self) {
+        self.wires = None;
+    }
+
+    fn read(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, SerialLineError> {
+        let wires = self.wires()?;
+        match time::look_for(wait, || read(wires, |wires| &mut wires.to_computer, buffer)) {
+            Some(0) => Err(SerialLineError::CutOff { place: self.place.clone(), cause: None }),
+            n => Ok(n.unwrap_or(0)),
+        }
+    }
+
+    fn writer(&self) -> Result<Box<dyn SerialWriter>, SerialLineError> {
+        Ok(Box::new(MemoryWriter { place: self.place.clone(), wires: Arc::clone(self.wires()?) }))
+    }
+}
+
+struct MemoryWriter {
+    place: String,
+    wires: Arc<Mutex<Wires>>,
+}
+
+impl SerialWriter for MemoryWriter {
+    fn write_now(&mut self, bytes: &[u8]) -> Result<(), SerialLineError> {
+        let mut wires = lock(&self.wires);
+        if wires.is_cut {
+            return Err(SerialLineError::CutOff { place: self.place.clone(), cause: None });
+        }
+        write(&mut wires.to_controller, bytes);
+        Ok(())
+    }
+}

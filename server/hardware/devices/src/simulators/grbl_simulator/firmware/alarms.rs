@@ -1,0 +1,189 @@
+//! Resets and alarms: what ends, what is said, and the pause after `ALARM:n` in which nothing else happens.
+
+use std::time::Instant;
+
+use super::{Firmware, State};
+use crate::simulators::grbl_simulator::{Dialect, Event};
+
+/// The silence after `ALARM:n`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pause {
+    pub until: Instant,
+    next: Next,
+}
+
+/// What the firmware does when the pause is over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Next {
+    /// Goes on, locked.
+    Nothing,
+    /// Starts anew: the banner.
+    Restart,
+    /// As `Restart`, after the `ok` that GRBL gives to a failed `$H`.
+    OkAndRestart,
+    /// Waits for a reset; one that came in the pause is lost, except in FluidNC.
+    Critical { reset: bool },
+}
+
+/// `ALARM:14` of FluidNC and `ALARM:11` of grblHAL: it wants to be homed.
+const FLUID_NC_UNHOMED: u32 = 14;
+const GRBL_HAL_MUST_HOME: u32 = 11;
+
+impl Firmware {
+    pub(super) fn reset_heard(&mut self, now: Instant) {
+        self.advance(now);
+        // grblHAL does not hear it while its emergency stop is pressed.
+        if self.lasting == Some(Event::EmergencyStop) {
+            return;
+        }
+        match &mut self.pause {
+            None => self.reset(now),
+            Some(Pause { next: Next::Critical { reset }, .. }) => *reset = self.config.dialect == Dialect::FluidNc,
+            Some(pause) => {
+                if pause.next == Next::Nothing {
+                    pause.next = Next::Restart;
+                }
+                // `mc_reset` of GRBL stops the spindle in the interrupt; the others when they come to it.
+                if self.config.dialect == Dialect::Grbl {
+                    self.dark(now);
+                }
+            }
+        }
+    }
+
+    fn reset(&mut self, now: Instant) {
+        let moving = self.motion.is_some();
+        match self.state {
+            State::Home => self.homing_interrupted(6, now),
+            _ if moving => {
+                self.halt(now);
+                // FluidNC stops its spindle after the pause.
+                if self.config.dialect != Dialect::FluidNc {
+                    self.dark(now);
+                }
+                self.homed &= self.config.dialect == Dialect::FluidNc;
+                self.alarm(3, State::Alarm, Next::Restart, now);
+            }
+            State::Critical if self.config.dialect == Dialect::FluidNc => {
+                self.halt(now);
+                if self.homed {
+                    self.state = State::Idle;
+                    self.restart(now);
+                } else {
+                    self.alarm(FLUID_NC_UNHOMED, State::Alarm, Next::Restart, now);
+                }
+            }
+            State::Sleep if self.config.dialect == Dialect::FluidNc => {
+                self.alarm(3, State::Alarm, Next::Restart, now);
+            }
+            _ => {
+                let locked = matches!(self.state, State::Alarm | State::Critical | State::Sleep);
+                self.state = if locked { State::Alarm } else { State::Idle };
+                self.restart(now);
+            }
+        }
+    }
+
+    /// The main program begins again: dark, everything forgotten but position and lock.
+    fn restart(&mut self, now: Instant) {
+        self.halt(now);
+        self.dark(now);
+        self.overrides = [100; 3];
+        self.was_reset = true;
+        self.banner();
+        self.insist_on_homing(now);
+    }
+
+    /// Power comes on.
+    pub(super) fn boot(&mut self, now: Instant) {
+        self.dark(now);
+        (self.homed, self.was_reset) = (false, false);
+        let homing = self.config.homing;
+        let locked = homing && self.config.dialect != Dialect::GrblHal;
+        self.state = if locked { State::Alarm } else { State::Idle };
+        self.banner();
+        match self.config.dialect {
+            Dialect::FluidNc if homing => {
+                self.alarm(FLUID_NC_UNHOMED, State::Alarm, Next::Nothing, now);
+            }
+            _ => self.insist_on_homing(now),
+        }
+    }
+
+    /// grblHAL with bit 2 of `$22`.
+    fn insist_on_homing(&mut self, now: Instant) {
+        let insists = self.config.dialect == Dialect::GrblHal && self.config.homing && self.config.homing_lock;
+        if insists && !self.homed {
+            self.must_home = true;
+            self.alarm(GRBL_HAL_MUST_HOME, State::Alarm, Next::Nothing, now);
+        }
+    }
+
+    /// An alarm by itself, as from a limit switch.
+    pub fn raise(&mut self, code: u32, now: Instant) {
+        self.advance(now);
+        let darkens = self.config.dialect != Dialect::FluidNc && !matches!(code, 4 | 5);
+        self.halt(now);
+        if darkens {
+            self.dark(now);
+        }
+        self.homed &= code == 2;
+        match code {
+            1 | 2 => self.alarm(code, State::Critical, Next::Critical { reset: false }, now),
+            3 | 6..=9 if self.config.dialect != Dialect::FluidNc => {
+                self.alarm(code, State::Alarm, Next::Restart, now);
+            }
+            _ => self.alarm(code, State::Alarm, Next::Nothing, now),
+        }
+    }
+
+    /// Homing ended without a zero, by itself.
+    pub(super) fn homing_failed(&mut self, code: u32, now: Instant) {
+        self.halt(now);
+        self.dark(now);
+        let next = if self.config.dialect == Dialect::Grbl { Next::OkAndRestart } else { Next::Restart };
+        self.alarm(code, State::Alarm, next, now);
+    }
+
+    /// Homing was ended by a reset or the door.
+    pub(super) fn homing_interrupted(&mut self, code: u32, now: Instant) {
+        self.homing_failed(code, now);
+    }
+
+    fn alarm(&mut self, code: u32, state: State, next: Next, now: Instant) {
+        self.state = state;
+        self.say(&format!("ALARM:{code}"));
+        self.pause = Some(Pause { until: now + self.config.dialect.alarm_pause(), next });
+    }
+
+    pub(super) fn end_pause(&mut self, pause: Pause, now: Instant) {
+        self.pause = None;
+        match pause.next {
+            Next::Nothing => {}
+            Next::Restart => self.restart(now),
+            Next::OkAndRestart => {
+                self.say("ok");
+                self.restart(now);
+            }
+            Next::Critical { reset } => {
+                self.say("[MSG:Reset to continue]");
+                if self.config.dialect == Dialect::GrblHal {
+                    self.rx.clear();
+                }
+                if reset {
+                    self.reset(now);
+                }
+            }
+        }
+    }
+
+    fn banner(&mut self) {
+        let banner = self.config.banner.clone();
+        self.say("");
+        self.say(&banner);
+        if self.state == State::Alarm {
+            self.say("[MSG:'$H'|'$X' to unlock]");
+        }
+        self.reports = 0;
+    }
+}

@@ -1,0 +1,338 @@
+//! The firmware's side of the dialogue, in its own words and order, for three dialects.
+//!
+//! `realtime` hears single bytes, `alarms` resets and alarms with their pauses, `lines` executes what comes in lines,
+//! `texts` says who and how it is. The sources are named in [`super::dialect`].
+//! Simplified: one axis, every planned move from rest to rest, no overrides, no parking.
+
+mod alarms;
+mod lines;
+mod realtime;
+mod texts;
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use super::dialect::Dialect;
+use super::motion::Motion;
+use super::{Event, SimulatorConfig};
+use crate::simulators::simulator::{Firmware as SimulatedFirmware, Happening, Witness};
+use alarms::Pause;
+
+/// How long it restores what the door had stopped.
+const DOOR_RESTORE: Duration = Duration::from_millis(50);
+
+/// What the machine does; `Hold` and `Door` brake as long as there is a motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum State {
+    Idle,
+    Run,
+    Jog,
+    Hold,
+    Home,
+    Alarm,
+    /// After a limit alarm: a reset is the only way out.
+    Critical,
+    Door,
+    Check,
+    Sleep,
+}
+
+/// A move that was planned.
+#[derive(Debug, Clone, Copy)]
+struct Planned {
+    target_mm: f64,
+    speed_mm_s: f64,
+}
+
+/// Words that stay until they are replaced.
+#[derive(Debug, Clone, Copy)]
+struct Modal {
+    feeds: bool,
+    absolute: bool,
+    feed_mm_min: f64,
+    spindle: Spindle,
+    speed: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Spindle {
+    Off,
+    Constant,
+    Dynamic,
+}
+
+const START_MODAL: Modal =
+    Modal { feeds: false, absolute: true, feed_mm_min: 0.0, spindle: Spindle::Off, speed: 0.0 };
+
+/// One controller with its machine.
+pub struct Firmware {
+    config: SimulatorConfig,
+    witness: Witness,
+    state: State,
+    modal: Modal,
+    at_mm: f64,
+    motion: Option<Motion>,
+    /// The first is under way or held back.
+    planned: VecDeque<Planned>,
+    /// A jog brakes, and this follows.
+    after_jog: Option<State>,
+    /// What is left of homing: the pull-off.
+    homing_legs: VecDeque<f64>,
+    /// Received and not read yet.
+    rx: Vec<u8>,
+    /// A line being worked on is answered then.
+    reply_at: Option<(Instant, &'static str)>,
+    pause: Option<Pause>,
+    query: bool,
+    lit: Option<f64>,
+    /// Feed, rapid and spindle override, percent.
+    overrides: [u32; 3],
+    /// Whether the next report tells them.
+    tells_overrides: bool,
+    reports: usize,
+    report_mask: u32,
+    /// The firmware's own opinion: whether its axis is homed, and whether it insists.
+    homed: bool,
+    must_home: bool,
+    door_open: bool,
+    restored_at: Option<Instant>,
+    /// Since power came on.
+    was_reset: bool,
+    /// What happened to it and lasts.
+    lasting: Option<Event>,
+    /// It does not come back from something: it says no more.
+    dead: bool,
+    outgoing: Vec<u8>,
+}
+
+impl SimulatedFirmware for Firmware {
+    type Config = SimulatorConfig;
+    type Event = Event;
+
+    fn new(config: SimulatorConfig, witness: Witness) -> Self {
+        Self {
+            at_mm: config.start_at_mm,
+            report_mask: config.report_mask,
+            config,
+            witness,
+            state: State::Idle,
+            modal: START_MODAL,
+            motion: None,
+            planned: VecDeque::new(),
+            after_jog: None,
+            homing_legs: VecDeque::new(),
+            rx: Vec::new(),
+            reply_at: None,
+            pause: None,
+            query: false,
+            lit: None,
+            overrides: [100; 3],
+            tells_overrides: false,
+            reports: 0,
+            homed: false,
+            must_home: false,
+            door_open: false,
+            restored_at: None,
+            was_reset: false,
+            lasting: None,
+            dead: false,
+            outgoing: Vec::new(),
+        }
+    }
+
+    fn power_on(&mut self, now: Instant) {
+        self.witness.saw(now, Happening::PoweredOn);
+        self.dead = false;
+        self.boot(now);
+    }
+
+    /// Nothing moves or shines, wherever it was.
+    fn power_off(&mut self, now: Instant) {
+        self.halt(now);
+        self.dark(now);
+        self.outgoing.clear();
+    }
+
+    fn hear(&mut self, bytes: &[u8], now: Instant) {
+        self.hear_bytes(bytes, now);
+    }
+
+    fn pass(&mut self, now: Instant) {
+        self.advance(now);
+        if let Some(pause) = self.pause {
+            if now < pause.until {
+                return self.update_light(now);
+            }
+            self.end_pause(pause, now);
+        }
+        self.end_restoring(now);
+        self.read_lines(now);
+        if self.query && !self.deaf() {
+            self.query = false;
+            self.report(now);
+        }
+        self.update_light(now);
+    }
+
+    fn take_outgoing(&mut self) -> Vec<u8> {
+        let said = std::mem::take(&mut self.outgoing);
+        if self.dead { Vec::new() } else { said }
+    }
+
+    fn happen(&mut self, event: Event, now: Instant) {
+        match event {
+            Event::Alarm(code) => self.raise(code, now),
+            Event::StrayLight => self.shine_unasked(now),
+            Event::Override(byte) => self.change_override(byte, now),
+            Event::DoorOpen(open) => self.door_open = open,
+            Event::Stall => {
+                self.stall(now);
+                self.lasting = Some(event);
+            }
+            Event::NoAcknowledgement | Event::EmergencyStop => self.lasting = Some(event),
+        }
+    }
+
+    fn repair(&mut self) {
+        self.lasting = None;
+    }
+}
+
+impl Firmware {
+    fn shine_unasked(&mut self, now: Instant) {
+        self.modal =
+            Modal { spindle: Spindle::Constant, speed: self.config.max_spindle, feeds: true, ..self.modal };
+        self.update_light(now);
+    }
+
+    /// The axis stops on its way while the firmware goes on counting on it.
+    fn stall(&mut self, now: Instant) {
+        if let Some(motion) = self.motion {
+            self.at_mm = motion.at(now).0;
+        }
+    }
+
+    /// Whether queries are not answered: GRBL's homing and limit alarms have no time for them, and grblHAL's homing
+    /// only with bit 12 of `$10`.
+    fn deaf(&self) -> bool {
+        match (self.config.dialect, self.state) {
+            (Dialect::Grbl, State::Home | State::Critical) => true,
+            (Dialect::GrblHal, State::Home) => self.report_mask & (1 << 12) == 0,
+            _ => false,
+        }
+    }
+
+    fn advance(&mut self, now: Instant) {
+        loop {
+            let Some(motion) = self.motion else { return };
+            if self.lasting == Some(Event::Stall) {
+                return;
+            }
+            if now < motion.ends_at() {
+                self.at_mm = motion.at(now).0;
+                return self.witness.saw_axis_at(now, self.at_mm);
+            }
+            let ended_at = motion.ends_at();
+            self.at_mm = self.snapped(motion.at(ended_at).0);
+            self.motion = None;
+            self.witness.saw(ended_at, Happening::MotionEnded(self.at_mm));
+            self.motion_ended(ended_at, now);
+        }
+    }
+
+    fn motion_ended(&mut self, ended_at: Instant, now: Instant) {
+        match self.state {
+            State::Home => self.homing_leg_ended(now),
+            State::Jog if self.after_jog.is_some() => {
+                self.planned.clear();
+                self.state = self.after_jog.take().unwrap_or(State::Idle);
+            }
+            State::Run | State::Jog => {
+                self.planned.pop_front();
+                match self.planned.front().copied() {
+                    Some(next) => self.begin(next.target_mm, next.speed_mm_s, ended_at),
+                    None => self.state = State::Idle,
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn snapped(&self, at_mm: f64) -> f64 {
+        (at_mm * self.config.steps_per_mm).round() / self.config.steps_per_mm
+    }
+
+    /// Machine space ends at 0, the switch.
+    fn home(&mut self, now: Instant) {
+        self.state = State::Home;
+        self.homed = false;
+        // The axis does not know where it is; how far the switch really is, only the simulation knows.
+        self.homing_legs = VecDeque::from([0.0, -self.config.pull_off_mm]);
+        self.homing_leg_ended(now);
+    }
+
+    fn homing_leg_ended(&mut self, now: Instant) {
+        match self.homing_legs.pop_front() {
+            Some(_) if !self.config.switch_works && self.homing_legs.is_empty() => self.homing_failed(9, now),
+            Some(to_mm) => self.begin(to_mm, self.config.homing_mm_s, now),
+            None => {
+                self.state = State::Idle;
+                (self.homed, self.must_home) = (true, false);
+                self.say("ok");
+            }
+        }
+    }
+
+    fn begin(&mut self, to_mm: f64, speed_mm_s: f64, now: Instant) {
+        self.witness.saw(now, Happening::MotionBegan(self.at_mm));
+        self.motion = Some(Motion::travel(self.at_mm, to_mm, speed_mm_s, self.config.acceleration_mm_s2, now));
+    }
+
+    /// Stops dead, and forgets what was planned and received.
+    fn halt(&mut self, now: Instant) {
+        if let Some(motion) = self.motion.take() {
+            if self.lasting != Some(Event::Stall) {
+                self.at_mm = self.snapped(motion.at(now).0);
+            }
+            self.witness.saw(now, Happening::MotionEnded(self.at_mm));
+        }
+        self.planned.clear();
+        self.homing_legs.clear();
+        self.rx.clear();
+        (self.after_jog, self.reply_at, self.restored_at, self.pause) = (None, None, None, None);
+        self.query = false;
+    }
+
+    /// Light as `laser_mode.md` says: in G1 only, M3 also at rest, M4 in motion, none in a hold once at rest.
+    fn update_light(&mut self, now: Instant) {
+        let moving = self.motion.is_some();
+        let held = matches!(self.state, State::Hold | State::Door) && !moving && self.restored_at.is_none();
+        let gives_out = match self.modal.spindle {
+            Spindle::Off => false,
+            Spindle::Constant => self.modal.feeds && !held,
+            Spindle::Dynamic => self.modal.feeds && moving,
+        };
+        let lit = (gives_out && self.modal.speed > 0.0).then(|| {
+            // Percent of the programmed speed, up to full power.
+            (self.modal.speed / self.config.max_spindle * f64::from(self.overrides[2]) / 100.0).min(1.0)
+        });
+        if lit == self.lit {
+            return;
+        }
+        self.lit = lit;
+        self.witness.saw(now, lit.map_or(Happening::LightOff, Happening::LightOn));
+    }
+
+    fn dark(&mut self, now: Instant) {
+        self.modal = START_MODAL;
+        self.update_light(now);
+    }
+
+    fn say(&mut self, line: &str) {
+        if line == "ok" && self.lasting == Some(Event::NoAcknowledgement) {
+            return;
+        }
+        self.outgoing.extend_from_slice(line.as_bytes());
+        self.outgoing.extend_from_slice(b"\r\n");
+    }
+}

@@ -1,0 +1,182 @@
+//! What commands do.
+
+use std::time::{Duration, Instant};
+
+use super::{CLEANING, MarlinFirmware, N_BLOCKS, Then, Waiting, command_of};
+use crate::simulators::simulator::Happening;
+
+impl MarlinFirmware {
+    /// One command after the other; one that waits keeps all that follow.
+    pub(super) fn work(&mut self, now: Instant) {
+        loop {
+            if let Some(waiting) = self.waiting {
+                if !self.go_on(waiting, now) {
+                    if now - self.busy_said_at >= self.keepalive && !self.keepalive.is_zero() {
+                        self.busy_said_at = now;
+                        self.say("echo:busy: processing");
+                    }
+                    return;
+                }
+                continue;
+            }
+            let Some(line) = self.lines.pop_front() else { return };
+            self.busy_said_at = now;
+            self.obey(&line, now);
+        }
+    }
+
+    fn is_idle(&self) -> bool {
+        self.blocks.is_empty() && !self.axis.moving() && self.cleaning_until.is_none()
+    }
+
+    fn go_on(&mut self, waiting: Waiting, now: Instant) -> bool {
+        match waiting {
+            Waiting::Synchronized(_) if !self.is_idle() => return false,
+            Waiting::Synchronized(then) => {
+                self.waiting = None;
+                match then {
+                    Then::Answer => {}
+                    Then::Light(power) => {
+                        self.light = Some(power);
+                        self.last_move_at = now;
+                        self.witness.saw(now, Happening::LightOn(power));
+                    }
+                    Then::Dark => self.dark(now),
+                    Then::Home => {
+                        self.axis.go(0.0, self.config.homing_mm_s, now);
+                        self.waiting = Some(Waiting::Homed);
+                        return true;
+                    }
+                }
+                self.ok();
+            }
+            Waiting::Homed => {
+                if self.axis.moving() {
+                    return false;
+                }
+                // A quick stop on the way ends the approach only: it takes its place for the switch.
+                self.waiting = None;
+                self.axis.at_mm = 0.0;
+                (self.planned_mm, self.origin_mm) = (0.0, 0.0);
+                self.ok();
+            }
+            Waiting::Room { target_mm, speed_mm_s } => {
+                if self.blocks.len() >= N_BLOCKS {
+                    return false;
+                }
+                self.waiting = None;
+                self.plan(target_mm, speed_mm_s, now);
+                self.ok();
+            }
+        }
+        true
+    }
+
+    fn plan(&mut self, target_mm: f64, speed_mm_s: f64, now: Instant) {
+        if self.cleaning_until.is_some() || target_mm == self.planned_mm {
+            return;
+        }
+        if self.blocks.is_empty() {
+            self.first_block_at = Some(now);
+        }
+        self.planned_mm = target_mm;
+        self.blocks.push_back((target_mm + self.origin_mm, speed_mm_s));
+    }
+
+    fn obey(&mut self, line: &str, now: Instant) {
+        let word = |letter: char| {
+            line.split_whitespace().skip(1).find_map(|word| word.strip_prefix(letter)?.parse::<f64>().ok())
+        };
+        let wait = |then| Some(Waiting::Synchronized(then));
+        match command_of(line) {
+            "G0" | "G1" => {
+                if let Some(feed) = word('F') {
+                    self.speed_mm_s = (feed / 60.0).min(self.config.max_speed_mm_s);
+                }
+                let target_mm = word(self.config.axis).unwrap_or(self.planned_mm);
+                let target_mm = target_mm.clamp(0.0, self.config.max_travel_mm);
+                // Positions are steps.
+                let target_mm = (target_mm * self.config.steps_per_mm).round() / self.config.steps_per_mm;
+                self.waiting = Some(Waiting::Room { target_mm, speed_mm_s: self.speed_mm_s });
+            }
+            "G28" => self.waiting = wait(Then::Home),
+            "M400" => self.waiting = wait(Then::Answer),
+            "M3" if self.config.laser => self.waiting = wait(Then::Light(word('S').unwrap_or(255.0) / 255.0)),
+            "M5" if self.config.laser => self.waiting = wait(Then::Dark),
+            "M410" => {
+                if !self.config.emergency_parser {
+                    self.axis.halt(now);
+                    self.blocks.clear();
+                    self.cleaning_until = Some(now + CLEANING);
+                }
+                self.ok();
+            }
+            "M112" => self.kill(now),
+            "M113" => {
+                self.keepalive = Duration::from_secs_f64(word('S').unwrap_or(2.0).clamp(0.0, 60.0));
+                self.ok();
+            }
+            "M84" | "M18" | "M17" => {
+                self.last_move_at = now;
+                self.ok();
+            }
+            "G21" | "G90" | "M110" => self.ok(),
+            "M114" => self.tell_position(),
+            "M115" => self.tell_firmware(),
+            "M503" => self.tell_settings(),
+            "M211" => {
+                let top_mm = self.config.max_travel_mm;
+                self.say(&format!(
+                    "echo:Soft endstops: On  Min:  X0.00 Y0.00 Z0.00   Max:  X{top_mm:.2} Y{top_mm:.2} Z{top_mm:.2}"
+                ));
+                self.ok();
+            }
+            _ => {
+                self.say(&format!("echo:Unknown command: \"{line}\""));
+                self.ok();
+            }
+        }
+    }
+
+    fn tell_position(&mut self) {
+        let of_axis = |value: String, zero: &str| {
+            ['X', 'Y', 'Z'].map(|letter| if letter == self.config.axis { value.clone() } else { zero.to_owned() })
+        };
+        let [x, y, z] = of_axis(format!("{:.2}", self.planned_mm), "0.00");
+        let steps = ((self.axis.at_mm - self.origin_mm) * self.config.steps_per_mm).round();
+        let [a, b, c] = of_axis(format!("{steps}"), "0");
+        self.say(&format!("X:{x} Y:{y} Z:{z} E:0.00 Count X:{a} Y:{b} Z:{c}"));
+        self.ok();
+    }
+
+    fn tell_firmware(&mut self) {
+        let name = self.config.name.clone();
+        self.say(&format!(
+            "FIRMWARE_NAME:Marlin 2.1.2.4 (Jan  1 2024 12:00:00) SOURCE_CODE_URL:github.com/MarlinFirmware/Marlin \
+             PROTOCOL_VERSION:1.0 MACHINE_TYPE:{name} EXTRUDER_COUNT:1 UUID:cede2a2f-41a2-4748-9b12-c55c62f367ff"
+        ));
+        let flag = |on: bool| u8::from(on);
+        self.say("Cap:SERIAL_XON_XOFF:0");
+        self.say(&format!("Cap:EMERGENCY_PARSER:{}", flag(self.config.emergency_parser)));
+        self.say("Cap:BUSY_PROTOCOL:1");
+        self.ok();
+    }
+
+    fn tell_settings(&mut self) {
+        let all =
+            |command: &str, value: f64| format!("echo:  {command} X{value:.2} Y{value:.2} Z{value:.2} E93.00");
+        let config = self.config.clone();
+        self.say("echo:; Steps per unit:");
+        self.say(&all("M92", config.steps_per_mm));
+        self.say("echo:; Max feedrates (units/s):");
+        self.say(&all("M203", config.max_speed_mm_s));
+        self.say("echo:; Max Acceleration (units/s2):");
+        self.say(&all("M201", config.acceleration_mm_s2));
+        self.say("echo:; Acceleration (units/s2) (P<print-accel> R<retract-accel> T<travel-accel>):");
+        let acceleration = config.acceleration_mm_s2;
+        self.say(&format!("echo:  M204 P{acceleration:.2} R{acceleration:.2} T{acceleration:.2}"));
+        self.say("echo:; Home offset:");
+        self.say("echo:  M206 X0.00 Y0.00 Z0.00");
+        self.ok();
+    }
+}

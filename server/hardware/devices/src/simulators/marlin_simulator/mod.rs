@@ -1,0 +1,427 @@
+//! A controller with Marlin, one axis and a laser, simulated in real time behind a pseudo-terminal.
+//!
+//! Written from marlinfw.org (G-code reference: M3, M5, M84, M92, M110, M112–M115, M201–M204, M206, M211, M400, M410, M503,
+//! G28) and from what `queue.cpp`, `e_parser.h`, `M3-M5.cpp` and `motion.cpp` of MarlinFirmware/Marlin 2.x say of order
+//! and time; it shares no code with the driver. Quirks it shows: `start` and echo lines when power comes; `ok` is planned,
+//! not moved; the first block waits 0.1 s for more; line numbers, `Resend` with or without an `ok` behind it; unknown
+//! commands are echoed and acknowledged; soft endstops cut targets without a word; nothing but the emergency parser is
+//! heard while a command waits, and `echo:busy` is said then; M410 drops what comes in the next second; M112 halts for
+//! good; the laser's safety timeout.
+
+mod commands;
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use crate::simulators::simulator::{Firmware, Happening, SimulatedAxis, Simulator, Witness};
+
+/// The simulated machine. Positions are its own, mm from its switch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulatorConfig {
+    /// `MACHINE_TYPE` of M115.
+    pub name: String,
+    /// Letter of the axis.
+    pub axis: char,
+    /// `M92`.
+    pub steps_per_mm: f64,
+    /// `M203`, mm/s.
+    pub max_speed_mm_s: f64,
+    /// `M201`, mm/s².
+    pub acceleration_mm_s2: f64,
+    /// Upper soft endstop, mm; the lower is 0.
+    pub max_travel_mm: f64,
+    /// Speed of homing, mm/s.
+    pub homing_mm_s: f64,
+    /// `Cap:EMERGENCY_PARSER`.
+    pub emergency_parser: bool,
+    /// `LASER_FEATURE`.
+    pub laser: bool,
+    /// `LASER_SAFETY_TIMEOUT_MS`; 0: none.
+    pub laser_timeout_ms: u64,
+    /// `ADVANCED_OK`.
+    pub advanced_ok: bool,
+    /// Whether `ok` follows `Resend`, as in 1.x and early 2.0.
+    pub ok_after_resend: bool,
+    /// From power to `start`.
+    pub boot: Duration,
+    /// Where the axis is when power comes first, mm.
+    pub start_at_mm: f64,
+}
+
+impl Default for SimulatorConfig {
+    /// 100 mm of travel, 200 mm/s, 3 m/s², 80 steps/mm, with a laser.
+    fn default() -> Self {
+        Self {
+            name: "Simulated stage".to_owned(),
+            axis: 'X',
+            steps_per_mm: 80.0,
+            max_speed_mm_s: 200.0,
+            acceleration_mm_s2: 3000.0,
+            max_travel_mm: 100.0,
+            homing_mm_s: 150.0,
+            emergency_parser: true,
+            laser: true,
+            laser_timeout_ms: 1000,
+            advanced_ok: false,
+            ok_after_resend: false,
+            boot: Duration::from_millis(50),
+            start_at_mm: 7.0,
+        }
+    }
+}
+
+/// What can happen to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event {
+    /// Its reset button is pressed: it starts anew.
+    ResetButton,
+    /// A switch is hit on the way, and it says so.
+    EndstopHit,
+    /// The axis meets an obstacle: its steps are not made, and it waits for them.
+    Stuck,
+    /// The obstacle is gone.
+    Repair,
+    /// It halts itself.
+    Kill,
+    /// The next line comes damaged.
+    DamageNextLine,
+    /// It acknowledges no line any more, until it is repaired.
+    NoAcknowledgement,
+}
+
+/// A simulated controller behind a pseudo-terminal.
+pub type MarlinSimulator = Simulator<MarlinFirmware>;
+
+/// Lines it holds (`BUFSIZE`).
+const N_LINES: usize = 4;
+/// Moves it plans ahead (`BLOCK_BUFFER_SIZE`).
+const N_BLOCKS: usize = 16;
+/// How long the first block waits for more (`BLOCK_DELAY_FOR_1ST_MOVE`).
+const FIRST_BLOCK_DELAY: Duration = Duration::from_millis(100);
+/// How long moves are dropped after M410.
+const CLEANING: Duration = Duration::from_secs(1);
+
+/// What a command waits for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Waiting {
+    /// That the planner is empty; then this.
+    Synchronized(Then),
+    /// That the axis has homed.
+    Homed,
+    /// Room in the planner.
+    Room { target_mm: f64, speed_mm_s: f64 },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Then {
+    Answer,
+    Light(f64),
+    Dark,
+    Home,
+}
+
+/// See the module.
+pub struct MarlinFirmware {
+    config: SimulatorConfig,
+    witness: Witness,
+    axis: SimulatedAxis,
+    outgoing: Vec<u8>,
+    starts_at: Option<Instant>,
+    running: bool,
+    halted: bool,
+    line: Vec<u8>,
+    /// Bytes that were not read yet.
+    rx: VecDeque<u8>,
+    lines: VecDeque<String>,
+    last_number: i64,
+    waiting: Option<Waiting>,
+    busy_said_at: Instant,
+    keepalive: Duration,
+    /// Ends and speeds of planned moves.
+    blocks: VecDeque<(f64, f64)>,
+    first_block_at: Option<Instant>,
+    /// Where the last planned move ends: what `X:` of M114 tells.
+    planned_mm: f64,
+    /// Where its zero really is.
+    origin_mm: f64,
+    speed_mm_s: f64,
+    cleaning_until: Option<Instant>,
+    light: Option<f64>,
+    last_move_at: Instant,
+    emergency: Vec<u8>,
+    damage_next: bool,
+    mute: bool,
+}
+
+impl Firmware for MarlinFirmware {
+    type Config = SimulatorConfig;
+    type Event = Event;
+
+    fn new(config: SimulatorConfig, witness: Witness) -> Self {
+        let now = Instant::now();
+        Self {
+            axis: SimulatedAxis::new(config.start_at_mm, config.acceleration_mm_s2, witness.clone()),
+            planned_mm: 0.0,
+            origin_mm: config.start_at_mm,
+            config,
+            witness,
+            outgoing: Vec::new(),
+            starts_at: None,
+            running: false,
+            halted: false,
+            line: Vec::new(),
+            rx: VecDeque::new(),
+            lines: VecDeque::new(),
+            last_number: 0,
+            waiting: None,
+            busy_said_at: now,
+            keepalive: Duration::from_secs(2),
+            blocks: VecDeque::new(),
+            first_block_at: None,
+            speed_mm_s: 10.0,
+            cleaning_until: None,
+            light: None,
+            last_move_at: now,
+            emergency: Vec::new(),
+            damage_next: false,
+            mute: false,
+        }
+    }
+
+    fn power_on(&mut self, now: Instant) {
+        self.starts_at = Some(now + self.config.boot);
+    }
+
+    fn power_off(&mut self, now: Instant) {
+        self.dark(now);
+        self.axis.halt(now);
+        self.rx.clear();
+        self.lines.clear();
+        self.line.clear();
+        self.blocks.clear();
+        self.outgoing.clear();
+        (self.waiting, self.first_block_at, self.cleaning_until, self.starts_at) = (None, None, None, None);
+        (self.running, self.halted, self.mute, self.last_number) = (false, false, false, 0);
+        self.keepalive = Duration::from_secs(2);
+        // The firmware calls zero where it stands when it starts.
+        (self.planned_mm, self.origin_mm) = (0.0, self.axis.at_mm);
+    }
+
+    fn hear(&mut self, bytes: &[u8], now: Instant) {
+        if !self.running || self.halted {
+            return;
+        }
+        for &byte in bytes {
+            self.rx.push_back(byte);
+            if self.config.emergency_parser {
+                self.parse_early(byte, now);
+            }
+        }
+    }
+
+    fn pass(&mut self, now: Instant) {
+        if self.starts_at.is_some_and(|at| now >= at) {
+            self.starts_at = None;
+            self.running = true;
+            for line in ["start", "echo:Marlin 2.1.2.4", "echo: Last Updated: 2024-01-01 | Author: (none)"] {
+                self.say(line);
+            }
+            self.say("echo: Free Memory: 3735  PlannerBufferBytes: 1200");
+        }
+        if !self.running || self.halted {
+            return;
+        }
+        self.read_lines();
+        self.axis.pass(now);
+        self.advance(now);
+        self.work(now);
+        if self.axis.moving() {
+            self.last_move_at = now;
+        }
+        let timeout = Duration::from_millis(self.config.laser_timeout_ms);
+        if self.light.is_some() && !timeout.is_zero() && now - self.last_move_at > timeout {
+            self.dark(now);
+        }
+    }
+
+    fn take_outgoing(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.outgoing)
+    }
+
+    fn happen(&mut self, event: Event, now: Instant) {
+        match event {
+            Event::ResetButton => {
+                self.power_off(now);
+                self.power_on(now);
+            }
+            Event::EndstopHit => {
+                self.axis.halt(now);
+                self.blocks.clear();
+                self.planned_mm = self.axis.at_mm - self.origin_mm;
+                self.say(&format!("echo:endstops hit:  {}:{:.2}", self.config.axis, self.axis.at_mm));
+            }
+            Event::Stuck => self.axis.stuck = true,
+            Event::Repair => (self.axis.stuck, self.mute) = (false, false),
+            Event::Kill => self.kill(now),
+            Event::DamageNextLine => self.damage_next = true,
+            Event::NoAcknowledgement => self.mute = true,
+        }
+    }
+}
+
+impl MarlinFirmware {
+    /// Finds M112 and M410 at the beginning of a line, byte by byte, while whatever else goes on.
+    fn parse_early(&mut self, byte: u8, now: Instant) {
+        if byte != b'\n' && byte != b'\r' {
+            self.emergency.push(byte);
+            return;
+        }
+        let line = String::from_utf8_lossy(&std::mem::take(&mut self.emergency)).into_owned();
+        match command_of(&line) {
+            "M112" => self.kill(now),
+            "M410" => self.quick_stop(now),
+            _ => {}
+        }
+    }
+
+    fn kill(&mut self, now: Instant) {
+        self.dark(now);
+        self.axis.halt(now);
+        self.blocks.clear();
+        self.say("Error:Printer halted. kill() called!");
+        self.halted = true;
+    }
+
+    /// Stops dead; the position is what the steps say.
+    fn quick_stop(&mut self, now: Instant) {
+        self.axis.halt(now);
+        self.blocks.clear();
+        self.first_block_at = None;
+        self.planned_mm = self.axis.at_mm - self.origin_mm;
+        self.cleaning_until = Some(now + CLEANING);
+    }
+
+    fn dark(&mut self, now: Instant) {
+        if self.light.take().is_some() {
+            self.witness.saw(now, Happening::LightOff);
+        }
+    }
+
+    fn say(&mut self, line: &str) {
+        self.outgoing.extend_from_slice(line.as_bytes());
+        self.outgoing.push(b'\n');
+    }
+
+    fn ok(&mut self) {
+        if self.mute {
+            return;
+        }
+        let free = N_BLOCKS - 1 - self.blocks.len().min(N_BLOCKS - 1);
+        let more = if self.config.advanced_ok {
+            format!(" N{} P{free} B{}", self.last_number, N_LINES - 1)
+        } else {
+            String::new()
+        };
+        self.say(&format!("ok{more}"));
+    }
+
+    /// Lines are read while there is room for them.
+    fn read_lines(&mut self) {
+        while self.lines.len() < N_LINES {
+            let Some(byte) = self.rx.pop_front() else { return };
+            if byte != b'\n' && byte != b'\r' {
+                self.line.push(byte);
+                continue;
+            }
+            let mut line = String::from_utf8_lossy(&std::mem::take(&mut self.line)).trim().to_owned();
+            if line.is_empty() {
+                continue;
+            }
+            if std::mem::take(&mut self.damage_next) {
+                line.insert(line.len() / 2, '?');
+            }
+            if let Some(accepted) = self.checked(&line) {
+                self.lines.push_back(accepted);
+            }
+        }
+    }
+
+    /// The command without its number and checksum; nothing if it is asked for again.
+    fn checked(&mut self, line: &str) -> Option<String> {
+        let Some(numbered) = line.strip_prefix('N') else { return Some(line.to_owned()) };
+        let digits = numbered.len() - numbered.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        let number: i64 = numbered[..digits].parse().unwrap_or(-1);
+        let command = numbered[digits..].split('*').next().unwrap_or_default().trim().to_owned();
+        let renumbers = command.starts_with("M110");
+        if number != self.last_number + 1 && !renumbers {
+            return self.ask_again("Line Number is not Last Line Number+1");
+        }
+        let Some((before, sum)) = line.rsplit_once('*') else {
+            return self.ask_again("No Checksum with line number");
+        };
+        let xor = before.bytes().fold(0_u8, |sum, byte| sum ^ byte);
+        if sum.trim().parse::<u8>() != Ok(xor) {
+            return self.ask_again("checksum mismatch");
+        }
+        self.last_number = if renumbers {
+            command.split('N').nth(1).and_then(|number| number.trim().parse().ok()).unwrap_or(number)
+        } else {
+            number
+        };
+        Some(command)
+    }
+
+    fn ask_again(&mut self, why: &str) -> Option<String> {
+        self.say(&format!("Error:{why}, Last Line: {}", self.last_number));
+        self.rx.clear();
+        self.line.clear();
+        self.say(&format!("Resend: {}", self.last_number + 1));
+        if self.config.ok_after_resend {
+            self.say("ok");
+        }
+        None
+    }
+
+    /// Moves on from planned move to planned move.
+    fn advance(&mut self, now: Instant) {
+        if self.cleaning_until.is_some_and(|until| now >= until) {
+            self.cleaning_until = None;
+        }
+        while self.blocks.len() > 1 && self.has_passed() {
+            self.blocks.pop_front();
+        }
+        if self.blocks.len() == 1 && !self.axis.moving() && self.axis.at_mm == self.blocks[0].0 {
+            self.blocks.pop_front();
+            self.first_block_at = None;
+        }
+        let Some(&(first_mm, speed_mm_s)) = self.blocks.front() else { return };
+        if !self.axis.moving() && self.first_block_at.is_some_and(|at| now - at < FIRST_BLOCK_DELAY) {
+            return;
+        }
+        // Moves that go on in the same direction are one to the motor.
+        let direction = (first_mm - self.axis.at_mm).signum();
+        let mut goal_mm = first_mm;
+        for &(next_mm, _) in self.blocks.iter().skip(1) {
+            if (next_mm - goal_mm) * direction < 0.0 {
+                break;
+            }
+            goal_mm = next_mm;
+        }
+        self.axis.go(goal_mm, speed_mm_s, now);
+    }
+
+    fn has_passed(&self) -> bool {
+        let (first_mm, next_mm) = (self.blocks[0].0, self.blocks[1].0);
+        let direction = (next_mm - first_mm).signum();
+        (self.axis.at_mm - first_mm) * direction >= 0.0
+    }
+}
+
+/// The command word of a line, whether it is numbered or not.
+fn command_of(line: &str) -> &str {
+    let line = line.trim();
+    let line = line
+        .strip_prefix('N')
+        .map_or(line, |rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start());
+    line.split([' ', '*']).next().unwrap_or_default()
+}

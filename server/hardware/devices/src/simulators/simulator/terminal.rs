@@ -1,0 +1,65 @@
+//! The controller's end of a line at a known place: a pseudo-terminal, or bytes in memory under a simulated clock.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::os::fd::{AsFd, OwnedFd};
+use std::path::Path;
+use std::time::Duration;
+
+use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
+use nix::pty::openpty;
+use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
+
+use crate::lines::memory_line::MemoryPort;
+use crate::time;
+
+/// See the module.
+pub enum Terminal {
+    /// Both ends; the computer's is kept open so that it may come and go.
+    Pseudo {
+        controller: File,
+        _computer: OwnedFd,
+    },
+    Memory(MemoryPort),
+}
+
+impl Terminal {
+    pub fn open(place: &Path) -> std::io::Result<Self> {
+        if time::is_simulated() {
+            return Ok(Self::Memory(MemoryPort::open(place)));
+        }
+        let ends = openpty(None, None)?;
+        let mut raw = tcgetattr(&ends.slave)?;
+        cfmakeraw(&mut raw);
+        tcsetattr(&ends.slave, SetArg::TCSANOW, &raw)?;
+        let device = nix::unistd::ttyname(&ends.slave)?;
+        if place.symlink_metadata().is_ok() {
+            std::fs::remove_file(place)?;
+        }
+        std::os::unix::fs::symlink(device, place)?;
+        Ok(Self::Pseudo { controller: File::from(ends.master), _computer: ends.slave })
+    }
+
+    /// Reads what has come, waiting for `wait` at most; 0: nothing came.
+    pub fn read(&mut self, buffer: &mut [u8], wait: Duration) -> usize {
+        match self {
+            Self::Memory(port) => port.read(buffer, wait),
+            Self::Pseudo { controller, .. } => {
+                let mut waits = [PollFd::new(controller.as_fd(), PollFlags::POLLIN)];
+                let timeout = PollTimeout::try_from(wait).unwrap_or(PollTimeout::ZERO);
+                if poll(&mut waits, timeout).unwrap_or(0) == 0 {
+                    return 0;
+                }
+                controller.read(buffer).unwrap_or(0)
+            }
+        }
+    }
+
+    /// Nobody may be listening.
+    pub fn write(&mut self, bytes: &[u8]) {
+        match self {
+            Self::Memory(port) => port.write(bytes),
+            Self::Pseudo { controller, .. } => drop(controller.write_all(bytes)),
+        }
+    }
+}

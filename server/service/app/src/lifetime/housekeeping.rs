@@ -1,0 +1,62 @@
+//! What is done beside everything else, so that months of work stay small: old records are forgotten, and files that no
+//! record names are deleted, soon after a record went and once an hour.
+
+use std::collections::HashSet;
+
+use station::wall_clock::now_ms;
+use store::{ArtifactId, Change, StoreError};
+
+use crate::App;
+use crate::config::limits::{
+    EVENTS_KEPT, HOUSEKEEPING_PERIOD, IDEMPOTENCY_KEPT_MS, JOBS_KEPT, JOBS_KEPT_MS, SWEEP_PAUSE,
+};
+use crate::jobs::{export, scan};
+
+/// Keeps house until it is aborted. The first round, at the start, deletes what a dead process left.
+pub async fn keep_house(app: App) {
+    let mut period = tokio::time::interval(HOUSEKEEPING_PERIOD);
+    loop {
+        tokio::select! {
+            _ = period.tick() => {
+                if let Err(error) = forget_old(&app).await {
+                    tracing::warn!(%error, "old records were not forgotten");
+                }
+                if let Err(error) = app.store.back_up().await {
+                    tracing::warn!(%error, "the catalogue was not copied");
+                }
+            }
+            () = app.ledger.artifacts_left() => {}
+        }
+        match sweep(&app).await {
+            Ok(0) => {}
+            Ok(freed_bytes) => tracing::info!(freed_bytes, "files that no record names were deleted"),
+            Err(error) => tracing::warn!(%error, "files that no record names were not deleted"),
+        }
+        tokio::time::sleep(SWEEP_PAUSE).await;
+    }
+}
+
+async fn forget_old(app: &App) -> Result<(), StoreError> {
+    let (last, now) = (app.ledger.read().last_event_seq().await?, now_ms());
+    let mut changes = vec![
+        Change::ForgetIdempotencyBefore { at_ms: now - IDEMPOTENCY_KEPT_MS },
+        Change::ForgetEndedJobs { before_ms: now - JOBS_KEPT_MS, keep_newest: JOBS_KEPT },
+    ];
+    if last > EVENTS_KEPT {
+        changes.push(Change::ForgetEventsThrough { seq: last - EVENTS_KEPT });
+    }
+    app.ledger.commit(changes).await?;
+    Ok(())
+}
+
+/// Artifacts, exports, unpacked captures and pictures of stopped scans whose records are gone.
+async fn sweep(app: &App) -> Result<u64, StoreError> {
+    scan::forget_orphans(&app.ledger, &*app.artifacts).await;
+    let also_named = |named: &HashSet<ArtifactId>| {
+        tokio::task::block_in_place(|| {
+            app.captures.forget_others(named);
+            export::remembered_of(&*app.artifacts, named)
+        })
+    };
+    app.store.sweep_unreferenced(also_named).await
+}

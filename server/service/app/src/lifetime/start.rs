@@ -1,0 +1,173 @@
+//! The service from start to end: what must be there before a port opens, and what must be dark before it closes.
+
+use crate::access::principal::Principal;
+use crate::events::{Event, event};
+use std::sync::Arc;
+use std::time::Instant;
+
+use live::LiveBus;
+use pipeline::Failure;
+use remedy::Remedy as _;
+use station::wall_clock::now_ms;
+use station::{Fault, StationHandle};
+use store::Store;
+use tokio::task::JoinHandle;
+use tokio_util::task::TaskTracker;
+
+use crate::App;
+use crate::access::idempotency::KeysInFlight;
+use crate::access::lease::ControlDesk;
+use crate::config::AppConfig;
+use crate::config::limits::{CONTROL_WATCH, DRAIN_TIMEOUT};
+use crate::control::was_halted;
+use crate::jobs::{JobParts, Jobs};
+use crate::ledger::Ledger;
+use crate::lifetime::housekeeping::keep_house;
+use crate::resources::calibrations::Calibrations;
+use crate::resources::captures::Captures;
+use crate::resources::measurements::plan::MeasurementPlans;
+use crate::sessions::Sessions;
+use tokio_util::sync::CancellationToken;
+
+/// Captures as folders, below the data folder: can be deleted at any time while the service is down.
+const UNPACKED_FOLDER: &str = "unpacked";
+
+impl App {
+    /// Everything but the doors, in the order that leaves no gap: records of the dead process are settled before the
+    /// station opens, the station is dark before jobs can want it, jobs are taken up before anybody can ask for more.
+    ///
+    /// # Errors
+    /// If the data directory cannot be used.
+    pub async fn start(config: AppConfig) -> Result<Self, Failure> {
+        let config = Arc::new(config);
+        let store = Store::open(&config.data).await.map_err(unusable)?;
+        store.recover(now_ms()).await.map_err(unusable)?;
+        let store = Arc::new(store);
+        let ledger = Ledger::open(store.catalogue.clone()).await.map_err(unusable)?;
+        let artifacts = store.artifacts.clone();
+        let captures = Captures::new(ledger.clone(), artifacts.clone(), &config.data.join(UNPACKED_FOLDER))
+            .map_err(|cause| {
+                Failure::bad_input("the folder of unpacked captures cannot be made")
+                    .because(&cause)
+                    .remedy("check the data folder's rights")
+            })?;
+        let live = LiveBus::default();
+        let station = StationHandle::start(&config.station, was_halted(&ledger).await);
+        crate::camera::memory::restore(&ledger, &station).await;
+        tokio::spawn(crate::camera::memory::follow(ledger.clone(), station.clone()));
+        let calibrations = Calibrations::new(ledger.clone(), artifacts.clone(), live.clone(), station.clone());
+        if let Err(error) = calibrations.load_active().await {
+            // Scans are refused with the same words; captures, downloads and a new calibration work.
+            tracing::error!(detail = error.detail, cause = error.cause, "the active calibration cannot be used");
+        }
+        let sessions = Sessions::new(config.clone(), ledger.clone(), artifacts.clone(), station.clone());
+        let free = store.clone();
+        let control = ControlDesk::default();
+        let jobs = Jobs::start(JobParts {
+            config: config.clone(),
+            ledger: ledger.clone(),
+            artifacts: artifacts.clone(),
+            captures: captures.clone(),
+            station: station.clone(),
+            control: control.clone(),
+            live: live.clone(),
+            free_bytes: Arc::new(move || free.free_bytes().unwrap_or(0)),
+        })
+        .await
+        .map_err(unusable)?;
+        let measurement_plans = MeasurementPlans::open(&config);
+        Ok(Self {
+            config,
+            store,
+            ledger,
+            artifacts,
+            captures,
+            calibrations,
+            sessions,
+            station,
+            jobs,
+            live,
+            measurement_plans,
+            control,
+            halt_turn: Arc::default(),
+            tasks: TaskTracker::new(),
+            keys: KeysInFlight::default(),
+            closing: CancellationToken::new(),
+        })
+    }
+
+    /// What is done beside everything else, until it is aborted.
+    pub fn watch(&self) -> [JoinHandle<()>; 3] {
+        [
+            tokio::spawn(keep_house(self.clone())),
+            tokio::spawn(watch_control(self.clone())),
+            tokio::spawn(watch_store(self.clone())),
+        ]
+    }
+
+    /// Ends light and motion, then the jobs, then the station; doors see [`App::closing`] in between.
+    pub async fn shut_down(&self) {
+        // Nothing may begin between the stop and the end.
+        self.jobs.close();
+        if let Err(refusal) = self.station.stop("shutdown").await {
+            tracing::warn!(%refusal, "the station did not take the last stop");
+        }
+        self.closing.cancel();
+        self.jobs.shut_down().await;
+        let station = self.station.clone();
+        if tokio::task::spawn_blocking(move || station.shut_down()).await.is_err() {
+            tracing::error!("the station thread did not end well");
+        }
+    }
+
+    /// Waits for what was asked for and runs to its end.
+    pub async fn drain(&self) {
+        self.tasks.close();
+        if tokio::time::timeout(DRAIN_TIMEOUT, self.tasks.wait()).await.is_err() {
+            tracing::warn!("a request did not run to its end");
+        }
+    }
+}
+
+/// A data directory that cannot be used: the message says what to do, with the folders that no client may see.
+fn unusable(error: store::StoreError) -> Failure {
+    let remedy = error.remedy().unwrap_or("check the data folder".into());
+    let failure = Failure::bad_input(error.to_string()).remedy(remedy);
+    match std::error::Error::source(&error) {
+        Some(cause) => failure.because(cause),
+        None => failure,
+    }
+}
+
+/// Says when control lapses, and lets jobs begin that waited for it.
+async fn watch_control(app: App) {
+    let mut changes = app.control.watch();
+    loop {
+        // A lease ends by time alone, which nobody tells.
+        let _ = tokio::time::timeout(CONTROL_WATCH, changes.changed()).await;
+        if let Some(lease) = app.control.collect_expired(Instant::now()) {
+            let lapsed =
+                event(&lease.holder, Event::ControlExpired(Principal::local(&lease.holder, "server", None).act()));
+            if let Err(error) = app.ledger.commit(vec![lapsed]).await {
+                tracing::warn!(%error, "the end of control is not stored");
+            }
+        }
+        app.jobs.look_again();
+    }
+}
+
+/// A store that cannot write ends light and motion: nothing may be made that cannot be kept.
+async fn watch_store(app: App) {
+    let mut failure = app.store.watch_failure();
+    let Ok(failed) = failure.wait_for(Option::is_some).await.map(|reason| reason.clone()) else { return };
+    let reason = failed.unwrap_or_default();
+    let detail = format!("the data directory is read-only since a write failed: {reason}");
+    app.station.alarm(Fault {
+        device: "store",
+        kind: "read_only",
+        detail,
+        remedy: "check the disk, then restart the server".to_owned(),
+        since_ms: now_ms(),
+    });
+    drop(app.jobs.clear_station_jobs());
+}

@@ -1,0 +1,235 @@
+//! What a station scans and measures when somebody presses Start: kept by the server, the same in every browser.
+//!
+//! One file of the data directory, written beside its old self and renamed; a checksum finds a flipped bit.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use store::disk::{Disk, LocalDisk};
+use tokio::sync::Mutex;
+
+use crate::config::AppConfig;
+use crate::error::{AppError, ErrorKind};
+use crate::hash_hex;
+use crate::resources::measurements::MeasureInput;
+use crate::resources::stored_scan::disk_problem;
+
+/// The file in the data directory.
+const FILE: &str = "measurement-plan.json";
+
+/// Range of the first scan of a new station, mm.
+const FIRST_RANGE_MM: (f64, f64) = (-20.0, 20.0);
+
+/// Distance of its rows, mm.
+const FIRST_STEP_MM: f64 = 0.2;
+
+/// Limits of the ball on the simulated stage, mm.
+const FIRST_TOLERANCE_MM: f64 = 0.05;
+
+/// What is scanned and measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MeasurementPlan {
+    /// First stage position, mm.
+    pub from_mm: f64,
+    /// Last stage position, mm.
+    pub to_mm: f64,
+    /// Distance between rows, mm.
+    pub step_mm: f64,
+    /// Exposure of the frames, µs; `None`: as the station thinks best.
+    pub exposure_us: Option<f64>,
+    /// What is measured on every part.
+    pub measure: Vec<MeasureInput>,
+}
+
+/// A plan and how often it was changed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct KeptPlan {
+    /// 0: never.
+    pub version: u64,
+    /// The plan.
+    pub plan: MeasurementPlan,
+}
+
+/// As it stands in the file.
+#[derive(Serialize, Deserialize)]
+struct Sealed {
+    sha256: String,
+    kept: KeptPlan,
+}
+
+/// The plan of the station.
+#[derive(Clone)]
+pub struct MeasurementPlans {
+    path: Arc<PathBuf>,
+    kept: Arc<Mutex<Result<KeptPlan, AppError>>>,
+}
+
+impl MeasurementPlan {
+    /// Of a new station: the simulated one has a ball of known size on its stage, a real one only scans.
+    fn first(config: &AppConfig) -> Self {
+        let (from_mm, to_mm) = FIRST_RANGE_MM;
+        let ball = MeasureInput {
+            tool: metrology::Tool::Sphere.name().to_owned(),
+            name: None,
+            nominal_mm: Some(config.known_sizes_mm().1),
+            tolerance_mm: Some(FIRST_TOLERANCE_MM),
+            region_mm: None,
+            seed: None,
+        };
+        let measure = if config.station.twin.is_some() { vec![ball] } else { Vec::new() };
+        Self { from_mm, to_mm, step_mm: FIRST_STEP_MM, exposure_us: None, measure }
+    }
+
+    fn check(&self) -> Result<(), AppError> {
+        let numbers = [
+            ("from_mm", Some(self.from_mm), false),
+            ("to_mm", Some(self.to_mm), false),
+            ("step_mm", Some(self.step_mm), true),
+            ("exposure_us", self.exposure_us, true),
+        ];
+        for (field, value, positive) in numbers {
+            if let Some(value) = value.filter(|value| !value.is_finite() || (positive && *value <= 0.0)) {
+                let remedy = if positive { "give a number above 0" } else { "give a number" };
+                return Err(AppError::new(ErrorKind::Impossible, format!("{field} is {value}"))
+                    .at(format!("/{field}"))
+                    .remedy(remedy));
+            }
+        }
+        crate::resources::measurements::check_measurements(&self.measure)
+    }
+}
+
+impl MeasurementPlans {
+    /// Reads what is kept in the data directory.
+    pub fn open(config: &AppConfig) -> Self {
+        let path = config.data.join(FILE);
+        let kept = match std::fs::read(&path) {
+            Ok(bytes) => opened(&bytes),
+            Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => {
+                Ok(KeptPlan { version: 0, plan: MeasurementPlan::first(config) })
+            }
+            Err(cause) => Err(disk_problem(cause)),
+        };
+        if let Err(problem) = &kept {
+            tracing::error!(detail = problem.detail, cause = problem.cause, "the measurement plan cannot be read");
+        }
+        Self { path: Arc::new(path), kept: Arc::new(Mutex::new(kept)) }
+    }
+
+    /// The plan as it is.
+    ///
+    /// # Errors
+    /// A problem if its file is damaged.
+    pub async fn get(&self) -> Result<KeptPlan, AppError> {
+        self.kept.lock().await.clone()
+    }
+
+    /// Replaces the plan if `may` agrees to its version (`None`: the file is damaged), durably; the next version.
+    ///
+    /// # Errors
+    /// What `may` says, an impossible plan, or a disk that does not take it.
+    pub async fn put<E: From<AppError>>(
+        &self,
+        plan: MeasurementPlan,
+        may: impl FnOnce(Option<u64>) -> Result<(), E>,
+    ) -> Result<KeptPlan, E> {
+        plan.check()?;
+        let mut kept = self.kept.lock().await;
+        let version = kept.as_ref().ok().map(|kept| kept.version);
+        may(version)?;
+        let next = KeptPlan { version: version.unwrap_or(0) + 1, plan };
+        let (path, bytes) = (self.path.clone(), sealed(&next)?);
+        tokio::task::spawn_blocking(move || write_durably(&path, &bytes))
+            .await
+            .map_err(disk_problem)?
+            .map_err(disk_problem)?;
+        *kept = Ok(next.clone());
+        Ok(next)
+    }
+}
+
+fn sealed(kept: &KeptPlan) -> Result<Vec<u8>, AppError> {
+    let text = serde_json::to_vec(kept).map_err(disk_problem)?;
+    let sealed = Sealed { sha256: hash_hex(&text), kept: kept.clone() };
+    serde_json::to_vec_pretty(&sealed).map_err(disk_problem)
+}
+
+fn opened(bytes: &[u8]) -> Result<KeptPlan, AppError> {
+    let damaged = |cause: String| {
+        AppError::new(ErrorKind::Internal, "the measurement plan is damaged on the disk")
+            .because(cause)
+            .remedy("set it anew, or restore the data directory from a backup")
+    };
+    let sealed: Sealed = serde_json::from_slice(bytes).map_err(|cause| damaged(cause.to_string()))?;
+    let text = serde_json::to_vec(&sealed.kept).map_err(|cause| damaged(cause.to_string()))?;
+    if hash_hex(&text) != sealed.sha256 {
+        return Err(damaged("its checksum differs".to_owned()));
+    }
+    Ok(sealed.kept)
+}
+
+/// The whole file or the old one, whenever the power goes.
+fn write_durably(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let beside = path.with_extension("json.tmp");
+    let mut file = std::fs::File::create(&beside)?;
+    file.write_all(bytes)?;
+    file.sync_all()?;
+    LocalDisk.rename(&beside, path)?;
+    LocalDisk.sync_folder(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plans(folder: &Path) -> MeasurementPlans {
+        MeasurementPlans::open(&AppConfig::simulated(folder.to_owned()))
+    }
+
+    fn changed(plan: &MeasurementPlan) -> MeasurementPlan {
+        MeasurementPlan { to_mm: 7.5, measure: Vec::new(), ..plan.clone() }
+    }
+
+    #[tokio::test]
+    async fn a_plan_that_was_put_is_there_after_a_restart_and_a_flipped_bit_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let first = plans(folder.path()).get().await.unwrap();
+        assert_eq!((first.version, first.plan.measure[0].nominal_mm), (0, Some(18.9)));
+        let put = plans(folder.path()).put::<AppError>(changed(&first.plan), |_| Ok(())).await.unwrap();
+        assert_eq!(put.version, 1);
+        assert_eq!(plans(folder.path()).get().await.unwrap(), put);
+
+        let path = folder.path().join(FILE);
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, text.replace("7.5", "7.4")).unwrap();
+        let damaged = plans(folder.path());
+        assert_eq!(damaged.get().await.unwrap_err().kind, ErrorKind::Internal);
+        // Nobody knows its version; it can be set anew.
+        let may =
+            |version: Option<u64>| if version.is_none() { Ok::<(), AppError>(()) } else { panic!("{version:?}") };
+        assert_eq!(damaged.put(first.plan, may).await.unwrap().version, 1);
+    }
+
+    #[tokio::test]
+    async fn a_plan_that_cannot_work_is_refused_and_changes_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let plans = plans(folder.path());
+        let first = plans.get().await.unwrap();
+        let mut plan = first.plan.clone();
+        plan.measure[0].nominal_mm = None;
+        let problem = plans.put::<AppError>(plan, |_| Ok(())).await.unwrap_err();
+        assert_eq!(
+            (problem.kind, problem.pointer.as_deref()),
+            (ErrorKind::Impossible, Some("/measure/0/tolerance_mm"))
+        );
+        let step = MeasurementPlan { step_mm: 0.0, ..first.plan.clone() };
+        assert_eq!(
+            plans.put::<AppError>(step, |_| Ok(())).await.unwrap_err().pointer.as_deref(),
+            Some("/step_mm")
+        );
+        assert_eq!(plans.get().await.unwrap(), first);
+    }
+}

@@ -1,0 +1,4 @@
+//! Calibrations and the sessions that make them.
+
+pub mod calibrations;
+pub mod sessions;

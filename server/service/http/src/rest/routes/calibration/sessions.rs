@@ -1,0 +1,299 @@
+//! Calibration sessions: a calibration picture by picture.
+
+use crate::Http;
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse as _, Response};
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::problem::{Problem, ProblemKind};
+use crate::rest::answers::{Reply, artifact, header_text};
+use crate::rest::control::By;
+use crate::rest::conversions::{accepted, label};
+use crate::rest::etag::Versioned;
+use crate::rest::extract::{ApiJson, ApiPath, ApiQuery};
+use crate::rest::idempotency::{Begun, at_most_once, begin};
+use crate::wire::calibration::session_bodies::LookDto;
+use crate::wire::calibration::sessions::{
+    NewSessionDto, SessionDefaultsDto, SessionDto, SolveSessionDto, TakeStageViewDto, VirtualBoardDto,
+};
+use crate::wire::job::jobs::JobDto;
+use crate::wire::paging::{ListDto, PageQuery};
+use app::App;
+use app::hash_hex;
+use app::sessions::Session;
+use app::use_cases;
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<Http> {
+    OpenApiRouter::new()
+        .routes(routes!(list_sessions, begin_session))
+        .routes(routes!(get_session_defaults))
+        .routes(routes!(get_session, delete_session))
+        .routes(routes!(look_at_board))
+        .routes(routes!(take_pose))
+        .routes(routes!(delete_pose))
+        .routes(routes!(take_stage_view))
+        .routes(routes!(delete_stage_view))
+        .routes(routes!(get_session_picture))
+        .routes(routes!(solve_session))
+        .routes(routes!(place_board))
+}
+
+fn session_href(id: &str) -> String {
+    format!("/api/v1/calibration-sessions/{id}")
+}
+
+fn versioned(session: Session) -> Versioned<Json<SessionDto>> {
+    Versioned(session.version.to_string(), Json(session.into()))
+}
+
+fn changed(session: Session) -> Reply {
+    Reply::done(Some(session.version.to_string()), &SessionDto::from(session))
+}
+
+/// The version that `If-Match` names, if it names one: a number in quotes.
+fn expected(headers: &HeaderMap) -> Result<Option<i64>, Problem> {
+    let Some(text) = header_text(headers, &header::IF_MATCH)? else { return Ok(None) };
+    if text.trim() == "*" {
+        return Ok(None);
+    }
+    text.trim().trim_matches('"').parse().map(Some).map_err(|_| {
+        Problem::new(ProblemKind::Changed, format!("{text} is no version of a session"))
+            .remedy("read the session and send its ETag as If-Match")
+    })
+}
+
+/// Sessions, newest first.
+#[utoipa::path(
+    get, path = "/calibration-sessions", tag = "calibration sessions", params(PageQuery),
+    responses((status = 200, body = ListDto<SessionDto>))
+)]
+async fn list_sessions(
+    State(app): State<App>,
+    ApiQuery(query): ApiQuery<PageQuery>,
+) -> Result<Json<ListDto<SessionDto>>, Problem> {
+    let page = query.page()?;
+    let sessions = app.sessions.list(&page).await?;
+    Ok(Json(ListDto::new("/api/v1/calibration-sessions", &page, sessions, SessionDto::from)))
+}
+
+/// Begins a session; it is kept on the server and goes on in any browser.
+#[utoipa::path(
+    post, path = "/calibration-sessions", tag = "calibration sessions", request_body = NewSessionDto,
+    responses((status = 201, body = SessionDto))
+)]
+async fn begin_session(
+    State(app): State<App>,
+    By(by): By,
+    headers: HeaderMap,
+    body: ApiJson<NewSessionDto>,
+) -> Result<Reply, Problem> {
+    if let Some(name) = &body.value.name {
+        label(name, "/name")?;
+    }
+    let once = match begin(&app, &headers, "POST calibration-sessions", &body.sha256).await? {
+        Begun::Answered(reply) => return Ok(reply),
+        Begun::Fresh(once) => once,
+    };
+    let made = |session: &Session| Reply::created(session_href(&session.id), &SessionDto::from(session.clone()));
+    let session =
+        use_cases::begin_session(&app, &by, body.value.into(), |session| once.changes(&made(session))).await?;
+    Ok(made(&session))
+}
+
+/// What a new session has where nothing else is said: the configured board and projector.
+#[utoipa::path(
+    get, path = "/calibration-sessions/defaults", tag = "calibration sessions",
+    responses((status = 200, body = SessionDefaultsDto))
+)]
+async fn get_session_defaults(State(app): State<App>) -> Json<SessionDefaultsDto> {
+    Json(app.sessions.defaults().into())
+}
+
+/// A session with everything that was found so far.
+#[utoipa::path(
+    get, path = "/calibration-sessions/{id}", tag = "calibration sessions", params(("id" = String, Path)),
+    responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn get_session(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+) -> Result<Versioned<Json<SessionDto>>, Problem> {
+    Ok(versioned(app.sessions.get(&id).await?))
+}
+
+/// Forgets a session; calibrations made from it stay.
+#[utoipa::path(
+    delete, path = "/calibration-sessions/{id}", tag = "calibration sessions", params(("id" = String, Path)),
+    responses((status = 204, description = "Forgotten"))
+)]
+async fn delete_session(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+) -> Result<StatusCode, Problem> {
+    use_cases::delete_session(&app, &by, &id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Looks at the board as it is held now, without keeping anything: what a picture taken now would show.
+///
+/// Takes the newest frame of a running live view; without one the camera exposes once as it is set.
+#[utoipa::path(
+    post, path = "/calibration-sessions/{id}/look", tag = "calibration sessions", params(("id" = String, Path)),
+    responses((status = 200, body = LookDto))
+)]
+async fn look_at_board(State(app): State<App>, ApiPath(id): ApiPath<String>) -> Result<Json<LookDto>, Problem> {
+    Ok(Json(app.sessions.look(&id).await?.into()))
+}
+
+/// Takes the board as it is held now, by ordinary and by laser light, and says at once what the pictures show.
+#[utoipa::path(
+    post, path = "/calibration-sessions/{id}/poses", tag = "calibration sessions", params(
+        ("id" = String, Path),
+        ("Sheaf-Control" = String, Header, description = "Id of the control lease"),
+        ("If-Match" = Option<String>, Header, description = "ETag of the session")
+    ),
+    responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn take_pose(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+    headers: HeaderMap,
+) -> Result<Reply, Problem> {
+    let route = format!("POST calibration-sessions/{id}/poses");
+    at_most_once(&app, &headers, &route, &hash_hex(&[]), async {
+        Ok(changed(use_cases::take_pose(&app, &by, &id, expected(&headers)?).await?))
+    })
+    .await
+}
+
+/// Forgets a pose.
+#[utoipa::path(
+    delete, path = "/calibration-sessions/{id}/poses/{pose_id}", tag = "calibration sessions",
+    params(
+        ("id" = String, Path), ("pose_id" = String, Path),
+        ("If-Match" = Option<String>, Header, description = "ETag of the session")
+    ),
+    responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn delete_pose(
+    State(app): State<App>,
+    ApiPath((id, pose_id)): ApiPath<(String, String)>,
+    By(by): By,
+    headers: HeaderMap,
+) -> Result<Versioned<Json<SessionDto>>, Problem> {
+    Ok(versioned(use_cases::delete_pose(&app, &by, (&id, &pose_id), expected(&headers)?).await?))
+}
+
+/// Moves the stage to a position and takes the board that lies on it.
+#[utoipa::path(
+    post, path = "/calibration-sessions/{id}/stage-views", tag = "calibration sessions",
+    request_body = TakeStageViewDto,
+    params(
+        ("id" = String, Path),
+        ("Sheaf-Control" = String, Header, description = "Id of the control lease"),
+        ("If-Match" = Option<String>, Header, description = "ETag of the session")
+    ),
+    responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn take_stage_view(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+    headers: HeaderMap,
+    body: ApiJson<TakeStageViewDto>,
+) -> Result<Reply, Problem> {
+    let route = format!("POST calibration-sessions/{id}/stage-views");
+    at_most_once(&app, &headers, &route, &body.sha256, async {
+        let expected = expected(&headers)?;
+        let position_mm = body.value.position_mm;
+        Ok(changed(use_cases::take_stage_view(&app, &by, &id, position_mm, expected).await?))
+    })
+    .await
+}
+
+/// Forgets a stage view.
+#[utoipa::path(
+    delete, path = "/calibration-sessions/{id}/stage-views/{view_id}", tag = "calibration sessions",
+    params(
+        ("id" = String, Path), ("view_id" = String, Path),
+        ("If-Match" = Option<String>, Header, description = "ETag of the session")
+    ),
+    responses((status = 200, body = SessionDto, headers(("ETag" = String, description = "Its version"))))
+)]
+async fn delete_stage_view(
+    State(app): State<App>,
+    ApiPath((id, view_id)): ApiPath<(String, String)>,
+    By(by): By,
+    headers: HeaderMap,
+) -> Result<Versioned<Json<SessionDto>>, Problem> {
+    Ok(versioned(use_cases::delete_stage_view(&app, &by, (&id, &view_id), expected(&headers)?).await?))
+}
+
+/// A picture of a session, by the artifact it names.
+#[utoipa::path(
+    get, path = "/calibration-sessions/{id}/pictures/{artifact}", tag = "calibration sessions",
+    params(("id" = String, Path), ("artifact" = String, Path)),
+    responses((status = 200, body = Vec<u8>, content_type = "image/png"))
+)]
+async fn get_session_picture(
+    State(app): State<App>,
+    ApiPath((id, picture)): ApiPath<(String, String)>,
+) -> Result<Response, Problem> {
+    let session = app.sessions.get(&id).await?;
+    let poses = session.body.poses.iter();
+    let of_poses = poses.flat_map(|pose| {
+        [Some(&pose.board.picture), pose.laser.as_ref().map(|laser| &laser.picture)].into_iter().flatten()
+    });
+    let of_views = session.body.stage_views.iter().map(|view| &view.board.picture);
+    let named = of_poses.chain(of_views).find(|known| known.artifact == picture);
+    let artifact_id = named.and_then(|known| store::ArtifactId::parse(&known.artifact)).ok_or_else(|| {
+        Problem::new(ProblemKind::NotFound, format!("the session has no picture {picture}"))
+            .remedy("take the name from the session")
+    })?;
+    Ok(artifact(&app, &artifact_id, &format!("a picture of session {id}"), "image/png", None)
+        .await?
+        .into_response())
+}
+
+/// Starts the calibration from the session's readable pictures.
+#[utoipa::path(
+    post, path = "/calibration-sessions/{id}/solve", tag = "calibration sessions", params(("id" = String, Path)),
+    request_body = SolveSessionDto,
+    responses((status = 202, body = JobDto, headers(("Location" = String, description = "Address of the job"))))
+)]
+async fn solve_session(
+    State(app): State<App>,
+    ApiPath(id): ApiPath<String>,
+    By(by): By,
+    headers: HeaderMap,
+    body: ApiJson<SolveSessionDto>,
+) -> Result<Reply, Problem> {
+    let route = format!("POST calibration-sessions/{id}/solve");
+    let once = match begin(&app, &headers, &route, &body.sha256).await? {
+        Begun::Answered(reply) => return Ok(reply),
+        Begun::Fresh(once) => once,
+    };
+    let how = body.value.into();
+    let record = use_cases::solve_session(&app, &by, &id, how, |record| once.changes(&accepted(record))).await?;
+    Ok(accepted(&record))
+}
+
+/// Where the virtual operator of a simulated station holds the board.
+#[utoipa::path(
+    put, path = "/simulation/board", tag = "simulation", request_body = VirtualBoardDto,
+    responses((status = 204, description = "It is there"))
+)]
+async fn place_board(
+    State(app): State<App>,
+    By(by): By,
+    body: ApiJson<VirtualBoardDto>,
+) -> Result<StatusCode, Problem> {
+    use_cases::place_board(&app, &by, body.value.into())?;
+    Ok(StatusCode::NO_CONTENT)
+}

@@ -1,0 +1,129 @@
+//! The hands at the simulated station: what lies on the stage, which faults it has. Only there.
+
+use crate::Http;
+
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode};
+use twin::{Scene, SceneKind};
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::limits::{STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT};
+use crate::problem::{Problem, ProblemKind};
+use crate::rest::control::By;
+use crate::rest::extract::{ApiJson, ApiPath, media_type, whole_body};
+use crate::wire::hardware::simulation::{FaultListDto, FaultSwitchDto, PlaceSceneDto, SceneDto, SceneNameDto};
+use app::App;
+use app::config::AppConfig;
+use app::use_cases;
+
+/// The routes.
+pub fn routes() -> OpenApiRouter<Http> {
+    OpenApiRouter::new()
+        .routes(routes!(get_scene, place_scene))
+        .routes(routes!(place_solid))
+        .routes(routes!(list_faults, switch_fault_on))
+        .routes(routes!(switch_fault_off))
+}
+
+/// What lies on the simulated stage.
+#[utoipa::path(get, path = "/simulation/scene", tag = "simulation", responses((status = 200, body = SceneDto)))]
+async fn get_scene(State(app): State<App>) -> Result<Json<SceneDto>, Problem> {
+    let scene = match &*use_cases::simulation(&app)?.scene() {
+        Scene::Plate(_) => "plate",
+        Scene::Gauge(_) => "gauge",
+        Scene::Sphere(_) => "sphere",
+        Scene::Freeform(_) => "freeform",
+        Scene::Board(_) => "board",
+        Scene::Mesh(_) => "part",
+    };
+    Ok(Json(SceneDto { scene: scene.to_owned() }))
+}
+
+/// Puts something on the simulated stage, as a person would with hands; the real part of a real station stays real.
+#[utoipa::path(
+    put, path = "/simulation/scene", tag = "simulation", request_body = PlaceSceneDto,
+    responses((status = 200, body = SceneDto))
+)]
+async fn place_scene(
+    State(app): State<App>,
+    By(by): By,
+    body: ApiJson<PlaceSceneDto>,
+) -> Result<Json<SceneDto>, Problem> {
+    use_cases::place_part(&app, &by, &scene_kind(body.value.scene, &app.config))?;
+    get_scene(State(app)).await
+}
+
+/// Puts a part from an STL file (binary or text, mm) on the simulated stage's plate.
+#[utoipa::path(
+    put, path = "/simulation/scene/part", tag = "simulation",
+    request_body(content = Vec<u8>, content_type = "model/stl"),
+    responses((status = 200, body = SceneDto))
+)]
+async fn place_solid(
+    State(app): State<App>,
+    By(by): By,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Json<SceneDto>, Problem> {
+    // Before a long body is read in vain.
+    use_cases::idle_simulation(&app)?;
+    if media_type(&headers).as_deref() != Some("model/stl") {
+        return Err(Problem::new(ProblemKind::UnsupportedMediaType, "the body is not said to be an STL file")
+            .remedy("send Content-Type: model/stl"));
+    }
+    let bytes = whole_body(body, STL_BODY_LIMIT_BYTES, STL_BODY_TIMEOUT).await?;
+    use_cases::place_solid(&app, &by, bytes).await?;
+    get_scene(State(app)).await
+}
+
+fn scene_kind(name: SceneNameDto, config: &AppConfig) -> SceneKind {
+    let (height_mm, radius_mm) = config.known_sizes_mm();
+    match name {
+        SceneNameDto::Plate => SceneKind::Plate,
+        SceneNameDto::Gauge => SceneKind::Gauge { height_mm },
+        SceneNameDto::Sphere => SceneKind::Sphere { radius_mm },
+        SceneNameDto::Freeform => SceneKind::Freeform,
+    }
+}
+
+/// The faults that are switched on.
+#[utoipa::path(
+    get, path = "/simulation/faults", tag = "simulation",
+    responses((status = 200, body = FaultListDto))
+)]
+async fn list_faults(State(app): State<App>) -> Result<Json<FaultListDto>, Problem> {
+    let items = use_cases::simulation(&app)?.faults().iter().map(FaultSwitchDto::from).collect();
+    Ok(Json(FaultListDto { items }))
+}
+
+/// Switches a fault on.
+#[utoipa::path(
+    put, path = "/simulation/faults", tag = "simulation", request_body = FaultSwitchDto,
+    responses((status = 200, body = FaultListDto))
+)]
+async fn switch_fault_on(
+    State(app): State<App>,
+    By(by): By,
+    body: ApiJson<FaultSwitchDto>,
+) -> Result<Json<FaultListDto>, Problem> {
+    let FaultSwitchDto { name, value } = body.value;
+    use_cases::switch_fault_on(&app, &by, &name, value).await?;
+    list_faults(State(app)).await
+}
+
+/// Switches a fault off; what it did to a device may need a reset of the station.
+#[utoipa::path(
+    delete, path = "/simulation/faults/{name}", tag = "simulation", params(("name" = String, Path)),
+    responses((status = 204, description = "It is off"))
+)]
+async fn switch_fault_off(
+    State(app): State<App>,
+    By(by): By,
+    ApiPath(name): ApiPath<String>,
+) -> Result<StatusCode, Problem> {
+    use_cases::switch_fault_off(&app, &by, &name).await?;
+    Ok(StatusCode::NO_CONTENT)
+}

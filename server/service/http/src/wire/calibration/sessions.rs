@@ -1,0 +1,129 @@
+//! Calibration sessions on the wire: what is asked and answered.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::wire::calibration::session_bodies::{ExposuresDto, ProjectorSheetDto, SessionBodyDto, SessionNeedsDto};
+use crate::wire::calibration::target::TargetDto;
+use app::jobs::calibrate::SolveSession;
+use app::sessions::{NewSession, Session, SessionDefaults, SessionNeeds, VirtualBoard};
+
+/// A session with its version.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct SessionDto {
+    /// UUID v7.
+    pub id: String,
+    /// Grows with every change.
+    pub version: i64,
+    /// Everything else.
+    pub body: SessionBodyDto,
+    /// What its steps have, and what a good calibration wants.
+    pub needs: SessionNeedsDto,
+    /// When it was begun, ms since 1970.
+    pub created_at_ms: i64,
+    /// When it was changed last, ms since 1970.
+    pub changed_at_ms: i64,
+}
+
+impl From<Session> for SessionDto {
+    fn from(session: Session) -> Self {
+        let Session { id, version, body, created_at_ms, changed_at_ms } = session;
+        let needs = SessionNeeds::of(&body).into();
+        Self { id, version, body: body.into(), needs, created_at_ms, changed_at_ms }
+    }
+}
+
+/// What a new session is to be.
+#[derive(Debug, Clone, Default, Deserialize, ToSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct NewSessionDto {
+    /// What a person calls it.
+    pub name: Option<String>,
+    /// The board; the configured one if left out.
+    pub target: Option<TargetDto>,
+    /// The projector; the configured one if left out.
+    pub projector: Option<ProjectorSheetDto>,
+    /// How pictures are exposed.
+    pub exposures: Option<ExposuresDto>,
+}
+
+impl From<NewSessionDto> for NewSession {
+    fn from(dto: NewSessionDto) -> Self {
+        let NewSessionDto { name, target, projector, exposures } = dto;
+        Self {
+            name,
+            target: target.map(Into::into),
+            projector: projector.map(Into::into),
+            exposures: exposures.map(Into::into),
+        }
+    }
+}
+
+/// What a new session has where nothing else is said.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct SessionDefaultsDto {
+    /// The configured board.
+    pub target: TargetDto,
+    /// The configured projector.
+    pub projector: ProjectorSheetDto,
+    /// How pictures are exposed.
+    pub exposures: ExposuresDto,
+}
+
+impl From<SessionDefaults> for SessionDefaultsDto {
+    fn from(defaults: SessionDefaults) -> Self {
+        let SessionDefaults { target, projector, exposures } = defaults;
+        Self { target: target.into(), projector: projector.into(), exposures: exposures.into() }
+    }
+}
+
+/// Where the stage shall be for the picture.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TakeStageViewDto {
+    /// Position.
+    #[schema(example = 5.0)]
+    pub position_mm: f64,
+}
+
+/// How a session is to be solved.
+#[derive(Debug, Clone, Default, Deserialize, ToSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SolveSessionDto {
+    /// `auto`, `planes`, `pencil`, `grating`.
+    pub light_model: Option<String>,
+    /// `auto`, `on`, `off`.
+    pub k3: Option<String>,
+}
+
+impl From<SolveSessionDto> for SolveSession {
+    fn from(dto: SolveSessionDto) -> Self {
+        let SolveSessionDto { light_model, k3 } = dto;
+        Self { light_model, k3 }
+    }
+}
+
+/// Where the virtual operator of a simulated station is to hold the board.
+#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[serde(tag = "place", rename_all = "snake_case", deny_unknown_fields)]
+pub enum VirtualBoardDto {
+    /// In a pose, counted from 0.
+    Pose {
+        /// Which.
+        pose: usize,
+    },
+    /// On the stage, for stage views.
+    Stage,
+    /// Out of the way; what lay on the stage before comes back.
+    Away,
+}
+
+impl From<VirtualBoardDto> for VirtualBoard {
+    fn from(dto: VirtualBoardDto) -> Self {
+        match dto {
+            VirtualBoardDto::Pose { pose } => Self::Pose { pose },
+            VirtualBoardDto::Stage => Self::Stage,
+            VirtualBoardDto::Away => Self::Away,
+        }
+    }
+}

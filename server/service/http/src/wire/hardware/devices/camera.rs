@@ -1,0 +1,216 @@
+//! The camera on the wire.
+
+use devices::{CameraRequest, CameraSettings, PixelFormat, Roi, Trigger};
+use serde::{Deserialize, Serialize};
+use station::StationStatus;
+use utoipa::ToSchema;
+
+use crate::wire::hardware::devices::{IdentityDto, RangeDto};
+
+/// When the camera exposes.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TriggerDto {
+    /// By itself.
+    Free,
+    /// On command.
+    Software,
+    /// On its electrical input.
+    Hardware,
+}
+
+/// How pixels come.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PixelFormatDto {
+    /// 8 bits.
+    Mono8,
+    /// 16 bits.
+    Mono16,
+}
+
+/// A part of the sensor.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RoiDto {
+    /// First column.
+    pub left_px: u32,
+    /// First row.
+    pub top_px: u32,
+    /// Columns.
+    #[schema(minimum = 1)]
+    pub width_px: u32,
+    /// Rows.
+    #[schema(minimum = 1)]
+    pub height_px: u32,
+}
+
+/// How the camera is set.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct CameraSettingsDto {
+    /// Exposure time.
+    pub exposure_us: f64,
+    /// Gain.
+    pub gain_db: f64,
+    /// Frame rate of the free trigger.
+    pub frame_rate_hz: f64,
+    /// When it exposes.
+    pub trigger: TriggerDto,
+    /// How pixels come.
+    pub pixel_format: PixelFormatDto,
+    /// Which part of the sensor is read.
+    pub roi: RoiDto,
+}
+
+/// What shall be set; what is missing stays as it is. The camera answers with the nearest it can.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChangeCameraDto {
+    /// Exposure time.
+    #[schema(minimum = 0.0, example = 1000.0)]
+    pub exposure_us: Option<f64>,
+    /// Gain.
+    pub gain_db: Option<f64>,
+    /// Frame rate of the free trigger.
+    #[schema(minimum = 0.0)]
+    pub frame_rate_hz: Option<f64>,
+    /// When it exposes.
+    pub trigger: Option<TriggerDto>,
+    /// How pixels come.
+    pub pixel_format: Option<PixelFormatDto>,
+    /// Which part of the sensor is read.
+    pub roi: Option<RoiDto>,
+}
+
+/// What the camera can do; a missing range is a setting that it does not have.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct CameraCapabilitiesDto {
+    /// Columns of the whole sensor.
+    pub width_px: usize,
+    /// Rows of the whole sensor.
+    pub height_px: usize,
+    /// Exposure times.
+    pub exposure_us: Option<RangeDto>,
+    /// Gains.
+    pub gain_db: Option<RangeDto>,
+    /// Frame rates of the free trigger.
+    pub frame_rate_hz: Option<RangeDto>,
+    /// Ways to trigger.
+    pub triggers: Vec<TriggerDto>,
+    /// Pixel formats.
+    pub pixel_formats: Vec<PixelFormatDto>,
+    /// Whether a part of the sensor can be read alone.
+    pub roi: bool,
+}
+
+/// The camera.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct CameraDto {
+    /// Whether it answers.
+    pub connected: bool,
+    /// Which one.
+    pub identity: IdentityDto,
+    /// What it can do.
+    pub capabilities: CameraCapabilitiesDto,
+    /// How it is set.
+    pub settings: CameraSettingsDto,
+    /// Frames per second over the last second.
+    pub measured_rate_hz: f64,
+}
+
+impl From<Trigger> for TriggerDto {
+    fn from(trigger: Trigger) -> Self {
+        match trigger {
+            Trigger::Free => Self::Free,
+            Trigger::Software => Self::Software,
+            Trigger::Hardware => Self::Hardware,
+        }
+    }
+}
+
+impl From<TriggerDto> for Trigger {
+    fn from(dto: TriggerDto) -> Self {
+        match dto {
+            TriggerDto::Free => Self::Free,
+            TriggerDto::Software => Self::Software,
+            TriggerDto::Hardware => Self::Hardware,
+        }
+    }
+}
+
+impl From<PixelFormat> for PixelFormatDto {
+    fn from(format: PixelFormat) -> Self {
+        match format {
+            PixelFormat::Mono8 => Self::Mono8,
+            PixelFormat::Mono16 => Self::Mono16,
+        }
+    }
+}
+
+impl From<PixelFormatDto> for PixelFormat {
+    fn from(dto: PixelFormatDto) -> Self {
+        match dto {
+            PixelFormatDto::Mono8 => Self::Mono8,
+            PixelFormatDto::Mono16 => Self::Mono16,
+        }
+    }
+}
+
+impl From<&CameraSettings> for CameraSettingsDto {
+    fn from(settings: &CameraSettings) -> Self {
+        let px = |px: usize| u32::try_from(px).unwrap_or(u32::MAX);
+        Self {
+            exposure_us: settings.exposure_us,
+            gain_db: settings.gain_db,
+            frame_rate_hz: settings.frame_rate_hz,
+            trigger: settings.trigger.into(),
+            pixel_format: settings.pixel_format.into(),
+            roi: RoiDto {
+                left_px: px(settings.roi.left_px),
+                top_px: px(settings.roi.top_px),
+                width_px: px(settings.roi.width_px),
+                height_px: px(settings.roi.height_px),
+            },
+        }
+    }
+}
+
+impl From<ChangeCameraDto> for CameraRequest {
+    fn from(dto: ChangeCameraDto) -> Self {
+        Self {
+            exposure_us: dto.exposure_us,
+            gain_db: dto.gain_db,
+            frame_rate_hz: dto.frame_rate_hz,
+            trigger: dto.trigger.map(Trigger::from),
+            pixel_format: dto.pixel_format.map(PixelFormat::from),
+            roi: dto.roi.map(|roi| Roi {
+                left_px: roi.left_px as usize,
+                top_px: roi.top_px as usize,
+                width_px: roi.width_px as usize,
+                height_px: roi.height_px as usize,
+            }),
+        }
+    }
+}
+
+impl From<&StationStatus> for CameraDto {
+    fn from(status: &StationStatus) -> Self {
+        let can = &status.camera.capabilities;
+        Self {
+            connected: status.camera.connected,
+            identity: (&status.camera.identity).into(),
+            capabilities: CameraCapabilitiesDto {
+                width_px: can.sensor_px.0,
+                height_px: can.sensor_px.1,
+                exposure_us: can.exposure_us.map(RangeDto::from),
+                gain_db: can.gain_db.map(RangeDto::from),
+                frame_rate_hz: can.frame_rate_hz.map(RangeDto::from),
+                triggers: can.triggers.iter().map(|&trigger| trigger.into()).collect(),
+                pixel_formats: can.pixel_formats.iter().map(|&format| format.into()).collect(),
+                roi: can.roi,
+            },
+            settings: (&status.camera_settings).into(),
+            measured_rate_hz: status.frame_rate_hz,
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! What a job was asked to do, on the wire.
+
+use metrology::Tool;
+use optics::LightModelKind;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use crate::wire::calibration::calibrations::{K3Dto, LightModelDto, SourceDto};
+use crate::wire::measurement::measurements::MeasureDto;
+use crate::wire::scan::scan_runs::ScanPurposeDto;
+use crate::wire::scan::scans::{ArtefactDto, ExportWhatDto, ScanModeDto, ScanSourceDto};
+use app::jobs::{
+    CalibrateInput, ExportInput, JobInput, RecomputeInput, ScanInput, ScanMode, ScanSource, Source, VerifyInput,
+};
+use app::measurements::MeasureInput;
+
+/// What a job was asked to do.
+#[derive(Debug, Serialize, ToSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum JobInputDto {
+    /// Calibrate camera, light and stage.
+    Calibration(CalibrationJobDto),
+    /// Scan a part.
+    Scan(ScanJobDto),
+    /// Compute a scan again from its peaks.
+    Recomputation(RecomputationJobDto),
+    /// Scan a known part and compare.
+    Verification(VerificationJobDto),
+    /// Write a scan in another format.
+    Export(ExportJobDto),
+}
+
+/// Calibrate camera, light and stage.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct CalibrationJobDto {
+    /// Where pictures come from.
+    pub source: SourceDto,
+    /// Model of the light sheets; `auto` if missing.
+    pub light_model: Option<LightModelDto>,
+    /// Whether the sixth-power distortion is estimated; `auto` if missing.
+    pub k3: Option<K3Dto>,
+    /// Go on without pictures that show no board or no line.
+    pub leave_out_unreadable: bool,
+    /// Board poses to take at the station.
+    pub n_poses: Option<usize>,
+    /// The session whose pictures are used.
+    pub session_id: Option<String>,
+}
+
+/// Scan a part: as it was asked for, field by field, since the request itself admits no other.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct ScanJobDto {
+    /// Where frames come from.
+    pub source: ScanSourceDto,
+    /// What a person calls it.
+    pub name: Option<String>,
+    /// First stage position.
+    pub from_mm: Option<f64>,
+    /// Last stage position.
+    pub to_mm: Option<f64>,
+    /// Distance between frames.
+    pub step_mm: Option<f64>,
+    /// Speed of a continuous scan; the step follows from the frame rate.
+    pub speed_mm_s: Option<f64>,
+    /// How the stage moves; continuous if a speed is given, else stop and go.
+    pub mode: Option<ScanModeDto>,
+    /// Exposure of the frames.
+    pub exposure_us: Option<f64>,
+    /// Share of full laser power.
+    pub laser_power: Option<f64>,
+    /// Keep the frames as a capture.
+    pub keep_frames: bool,
+    /// With which calibration; missing: the active one.
+    pub calibration_id: Option<String>,
+    /// The partial scan that is continued.
+    pub resume_scan_id: Option<String>,
+    /// What is measured on it in the same job.
+    pub measure: Vec<MeasureDto>,
+    /// What it is made for.
+    pub purpose: ScanPurposeDto,
+}
+
+/// Compute a scan again from its peaks.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct RecomputationJobDto {
+    /// The scan.
+    pub scan_id: String,
+    /// With which calibration; missing: the active one.
+    pub calibration_id: Option<String>,
+}
+
+/// Scan a known part and compare.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct VerificationJobDto {
+    /// What it is.
+    pub artefact: ArtefactDto,
+    /// Its height or radius.
+    pub nominal_mm: f64,
+    /// Largest deviation allowed.
+    pub tolerance_mm: Option<f64>,
+    /// How it is scanned.
+    pub scan: ScanJobDto,
+}
+
+/// Write a scan in another format.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct ExportJobDto {
+    /// The scan.
+    pub scan_id: String,
+    /// What is written.
+    pub what: ExportWhatDto,
+    /// `ply`, `csv`, `pcd`, `e57` of a cloud; `stl`, `glb`, `ply` of a mesh.
+    pub format: String,
+}
+
+/// A word of a stored input that this version has no meaning for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnknownWord(pub String);
+
+fn known<T>(found: Option<T>, word: &str) -> Result<T, UnknownWord> {
+    found.ok_or_else(|| UnknownWord(word.to_owned()))
+}
+
+impl TryFrom<JobInput> for JobInputDto {
+    type Error = UnknownWord;
+
+    fn try_from(input: JobInput) -> Result<Self, UnknownWord> {
+        Ok(match input {
+            JobInput::Calibration(input) => Self::Calibration(input.try_into()?),
+            JobInput::Scan(input) => Self::Scan(input.try_into()?),
+            JobInput::Recomputation(RecomputeInput { scan_id, calibration_id }) => {
+                Self::Recomputation(RecomputationJobDto { scan_id, calibration_id })
+            }
+            JobInput::Verification(input) => Self::Verification(input.try_into()?),
+            JobInput::Export(input) => Self::Export(input.try_into()?),
+        })
+    }
+}
+
+impl TryFrom<CalibrateInput> for CalibrationJobDto {
+    type Error = UnknownWord;
+
+    fn try_from(input: CalibrateInput) -> Result<Self, UnknownWord> {
+        let CalibrateInput { source, light_model, k3, leave_out_unreadable, n_poses, session_id } = input;
+        let source = match source {
+            Source::Station => SourceDto::Station {},
+            Source::Capture { capture_id } => SourceDto::Capture { capture_id },
+        };
+        let light_model = light_model.map(|word| known(light_model_of(&word), &word)).transpose()?;
+        let k3 = k3.map(|word| known(k3_of(&word), &word)).transpose()?;
+        Ok(Self { source, light_model, k3, leave_out_unreadable, n_poses, session_id })
+    }
+}
+
+fn light_model_of(word: &str) -> Option<LightModelDto> {
+    if word == "auto" {
+        return Some(LightModelDto::Auto);
+    }
+    let kind = LightModelKind::ALL.into_iter().find(|kind| kind.name() == word)?;
+    Some(match kind {
+        LightModelKind::Planes => LightModelDto::Planes,
+        LightModelKind::Pencil => LightModelDto::Pencil,
+        LightModelKind::Grating => LightModelDto::Grating,
+    })
+}
+
+fn k3_of(word: &str) -> Option<K3Dto> {
+    match word {
+        "auto" => Some(K3Dto::Auto),
+        "on" => Some(K3Dto::On),
+        "off" => Some(K3Dto::Off),
+        _ => None,
+    }
+}
+
+impl From<ScanSource> for ScanSourceDto {
+    fn from(source: ScanSource) -> Self {
+        match source {
+            ScanSource::Station => Self::Station {},
+            ScanSource::Capture { capture_id, scan } => Self::Capture { capture_id, scan },
+        }
+    }
+}
+
+impl From<ScanMode> for ScanModeDto {
+    fn from(mode: ScanMode) -> Self {
+        match mode {
+            ScanMode::StopAndGo => Self::StopAndGo,
+            ScanMode::Continuous => Self::Continuous,
+        }
+    }
+}
+
+impl TryFrom<ScanInput> for ScanJobDto {
+    type Error = UnknownWord;
+
+    fn try_from(input: ScanInput) -> Result<Self, UnknownWord> {
+        Ok(Self {
+            purpose: input.purpose.into(),
+            source: input.source.into(),
+            name: input.name,
+            from_mm: input.from_mm,
+            to_mm: input.to_mm,
+            step_mm: input.step_mm,
+            speed_mm_s: input.speed_mm_s,
+            mode: input.mode.map(ScanModeDto::from),
+            exposure_us: input.exposure_us,
+            laser_power: input.laser_power,
+            keep_frames: input.keep_frames,
+            calibration_id: input.calibration_id,
+            resume_scan_id: input.resume_scan_id,
+            measure: measure_dtos(input.measure)?,
+        })
+    }
+}
+
+/// What is to be measured, as it was asked for.
+pub fn measure_dtos(inputs: Vec<MeasureInput>) -> Result<Vec<MeasureDto>, UnknownWord> {
+    let dto = |input: MeasureInput| {
+        let MeasureInput { tool, name, nominal_mm, tolerance_mm, region_mm, seed } = input;
+        let tool = known(Tool::from_name(&tool), &tool)?.into();
+        Ok(MeasureDto { tool, name, nominal_mm, tolerance_mm, region_mm, seed })
+    };
+    inputs.into_iter().map(dto).collect()
+}
+
+impl TryFrom<VerifyInput> for VerificationJobDto {
+    type Error = UnknownWord;
+
+    fn try_from(input: VerifyInput) -> Result<Self, UnknownWord> {
+        let VerifyInput { artefact, nominal_mm, tolerance_mm, scan } = input;
+        let found = match artefact.as_str() {
+            "gauge" => Some(ArtefactDto::Gauge),
+            "sphere" => Some(ArtefactDto::Sphere),
+            _ => None,
+        };
+        Ok(Self { artefact: known(found, &artefact)?, nominal_mm, tolerance_mm, scan: scan.try_into()? })
+    }
+}
+
+impl TryFrom<ExportInput> for ExportJobDto {
+    type Error = UnknownWord;
+
+    fn try_from(input: ExportInput) -> Result<Self, UnknownWord> {
+        let ExportInput { scan_id, what, format } = input;
+        let found = match what.as_str() {
+            "cloud" => Some(ExportWhatDto::Cloud),
+            "mesh" => Some(ExportWhatDto::Mesh),
+            _ => None,
+        };
+        Ok(Self { scan_id, what: known(found, &what)?, format })
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    /// Every kind of job as stored by version 0.1 is told with every word of it.
+    #[test]
+    fn what_was_stored_is_told_whole() {
+        let scan = json!({
+            "source": { "kind": "capture", "capture_id": "c", "scan": "gauge" }, "name": "n", "from_mm": -1.0,
+            "to_mm": 1.0, "step_mm": 0.5, "speed_mm_s": null, "mode": "stop_and_go", "exposure_us": 800.0,
+            "laser_power": 1.0, "keep_frames": true, "calibration_id": "k", "resume_scan_id": null,
+            "measure": [{ "tool": "sphere", "name": "ball", "nominal_mm": 18.9, "tolerance_mm": 0.1,
+                "region_mm": [0.0, 0.0, 0.0, 1.0, 1.0, 1.0], "seed": 3 }],
+            "purpose": "production",
+        });
+        let with = |kind: &str, mut value: Value| {
+            value["kind"] = json!(kind);
+            value
+        };
+        let stored = [
+            with("scan", scan.clone()),
+            json!({ "kind": "verification", "artefact": "gauge", "nominal_mm": 10.0, "tolerance_mm": null,
+                "scan": scan }),
+            json!({ "kind": "calibration", "source": { "kind": "station" }, "light_model": "pencil", "k3": "on",
+                "leave_out_unreadable": true, "n_poses": 12, "session_id": null }),
+            json!({ "kind": "recomputation", "scan_id": "s", "calibration_id": null }),
+            json!({ "kind": "export", "scan_id": "s", "what": "mesh", "format": "stl" }),
+        ];
+        for stored in stored {
+            let input: JobInput = serde_json::from_value(stored.clone()).unwrap();
+            let told = serde_json::to_value(JobInputDto::try_from(input).unwrap()).unwrap();
+            assert_eq!(told, stored);
+        }
+    }
+
+    #[test]
+    fn a_word_of_another_version_is_not_guessed() {
+        let input = ExportInput { scan_id: "s".into(), what: "voxels".into(), format: "x".into() };
+        assert_eq!(ExportJobDto::try_from(input).unwrap_err(), UnknownWord("voxels".to_owned()));
+    }
+}

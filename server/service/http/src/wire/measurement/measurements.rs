@@ -1,0 +1,225 @@
+//! Measurements on the wire.
+
+use metrology::{PartVerdict, Tool};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use store::{DamagedRow, MeasurementRecord};
+use utoipa::{IntoParams, ToSchema};
+
+use crate::wire::figures;
+use crate::wire::measurement::measurement_results::{MeasurementRequestDto, MeasurementResultDto};
+use app::measurements::MeasureInput;
+use app::measurements::parts::verdict_in;
+
+/// What to measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ToolDto {
+    /// Distance of the dominant plane from the camera.
+    Plane,
+    /// Radius of a sphere.
+    Sphere,
+    /// Radius of a cylinder.
+    Cylinder,
+    /// Height of a face over the one that surrounds it; below zero for a pocket.
+    Step,
+    /// Distance between two parallel faces or two spheres.
+    Distance,
+    /// Angle between the two largest planes, degrees.
+    Angle,
+    /// Flatness of the dominant plane.
+    Flatness,
+}
+
+/// How a characteristic or a part was judged; of several the worst counts: `ok` < `undecided` < `invalid` < `not_ok`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum VerdictDto {
+    /// Within the limits beyond doubt.
+    Ok,
+    /// Too close to a limit to decide.
+    Undecided,
+    /// Not measurable, or frames of the scan were lost: a reject.
+    Invalid,
+    /// Outside the limits beyond doubt.
+    NotOk,
+}
+
+impl VerdictDto {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        PartVerdict::from(self).name()
+    }
+}
+
+impl From<VerdictDto> for PartVerdict {
+    fn from(dto: VerdictDto) -> Self {
+        match dto {
+            VerdictDto::Ok => Self::Ok,
+            VerdictDto::Undecided => Self::Undecided,
+            VerdictDto::Invalid => Self::Invalid,
+            VerdictDto::NotOk => Self::NotOk,
+        }
+    }
+}
+
+impl From<PartVerdict> for VerdictDto {
+    fn from(verdict: PartVerdict) -> Self {
+        match verdict {
+            PartVerdict::Ok => Self::Ok,
+            PartVerdict::Undecided => Self::Undecided,
+            PartVerdict::Invalid => Self::Invalid,
+            PartVerdict::NotOk => Self::NotOk,
+        }
+    }
+}
+
+/// Which measurements.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct MeasurementsQuery {
+    /// Only those by this tool.
+    pub tool: Option<ToolDto>,
+    /// Only those with this verdict.
+    pub verdict: Option<VerdictDto>,
+    /// Id of the last measurement of the page before.
+    pub before: Option<String>,
+    /// Measurements of a page, 1 to 200; 50 if not said.
+    #[param(minimum = 1, maximum = 200)]
+    pub limit: Option<u32>,
+}
+
+/// What to measure, and what it should be.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(example = json!({ "tool": "sphere", "nominal_mm": 18.9 }))]
+pub struct MeasureDto {
+    /// What to measure.
+    pub tool: ToolDto,
+    /// Tells two characteristics of one tool apart: each has a verdict of its own.
+    #[schema(max_length = 100)]
+    pub name: Option<String>,
+    /// Nominal value (mm; degrees for an angle); flatness is judged against zero if it is missing.
+    pub nominal_mm: Option<f64>,
+    /// Symmetric tolerance around the nominal; asks for a verdict by ISO 14253-1.
+    #[schema(exclusive_minimum = 0.0)]
+    pub tolerance_mm: Option<f64>,
+    /// Look only inside this box of the part frame: x, y, z of one corner, x, y, z of the other.
+    #[schema(min_items = 6, max_items = 6)]
+    pub region_mm: Option<[f64; 6]>,
+    /// Seed of the search; 1 if not said.
+    pub seed: Option<u64>,
+}
+
+/// A measurement.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct MeasurementDto {
+    /// Its id.
+    pub id: String,
+    /// The scan.
+    pub scan_id: String,
+    /// What was asked.
+    pub request: MeasurementRequestDto,
+    /// Value, uncertainty (k = 2), verdict, tables by order.
+    pub result: MeasurementResultDto,
+    /// When, wall clock, ms since 1970.
+    pub created_at_ms: i64,
+}
+
+impl TryFrom<MeasurementRecord> for MeasurementDto {
+    type Error = DamagedRow;
+
+    fn try_from(record: MeasurementRecord) -> Result<Self, DamagedRow> {
+        let verdict = verdict_in(&record);
+        let MeasurementRecord { id, scan_id, request, mut result, created_at_ms } = record;
+        // Records of earlier versions have other words.
+        result["verdict"] = json!(verdict.map(PartVerdict::name));
+        let request = figures("measurement", &id, request)?;
+        let result = figures("measurement", &id, result)?;
+        Ok(Self { id, scan_id, request, result, created_at_ms })
+    }
+}
+
+impl From<Tool> for ToolDto {
+    fn from(tool: Tool) -> Self {
+        match tool {
+            Tool::Plane => Self::Plane,
+            Tool::Sphere => Self::Sphere,
+            Tool::Cylinder => Self::Cylinder,
+            Tool::Step => Self::Step,
+            Tool::Distance => Self::Distance,
+            Tool::Angle => Self::Angle,
+            Tool::Flatness => Self::Flatness,
+        }
+    }
+}
+
+impl From<ToolDto> for Tool {
+    fn from(dto: ToolDto) -> Self {
+        match dto {
+            ToolDto::Plane => Self::Plane,
+            ToolDto::Sphere => Self::Sphere,
+            ToolDto::Cylinder => Self::Cylinder,
+            ToolDto::Step => Self::Step,
+            ToolDto::Distance => Self::Distance,
+            ToolDto::Angle => Self::Angle,
+            ToolDto::Flatness => Self::Flatness,
+        }
+    }
+}
+
+impl From<MeasureDto> for MeasureInput {
+    fn from(dto: MeasureDto) -> Self {
+        let MeasureDto { tool, name, nominal_mm, tolerance_mm, region_mm, seed } = dto;
+        let tool = Tool::from(tool).name().to_owned();
+        Self { tool, name, nominal_mm, tolerance_mm, region_mm, seed }
+    }
+}
+
+/// The measurement that stands for a characteristic of a part: the newest with a verdict, else the newest.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct CharacteristicDto {
+    /// The measurement.
+    pub measurement_id: String,
+    /// With what.
+    pub tool: String,
+    /// Which one, where a tool is used more than once.
+    pub name: Option<String>,
+    /// `mm` or `°`, of all figures but the RMSE.
+    pub unit: String,
+    /// What was found; missing if it could not be measured.
+    pub value: Option<f64>,
+    /// U, k = 2.
+    pub expanded_uncertainty: Option<f64>,
+    /// What it should be.
+    pub nominal: Option<f64>,
+    /// Symmetric limits around the nominal.
+    pub tolerance: Option<f64>,
+    /// Root mean square of the points' distances from the fitted feature, mm.
+    pub rmse_mm: Option<f64>,
+    /// How it was judged; missing without a tolerance.
+    pub verdict: Option<VerdictDto>,
+    /// When it was measured, wall clock, ms since 1970.
+    pub created_at_ms: i64,
+}
+
+impl From<&MeasurementRecord> for CharacteristicDto {
+    fn from(record: &MeasurementRecord) -> Self {
+        let (request, result) = (&record.request, &record.result);
+        let text = |value: &Value| value.as_str().map(str::to_owned);
+        Self {
+            measurement_id: record.id.clone(),
+            tool: text(&request["tool"]).unwrap_or_default(),
+            name: text(&request["name"]),
+            unit: text(&result["unit"]).unwrap_or_else(|| "mm".to_owned()),
+            value: result["value"].as_f64(),
+            expanded_uncertainty: result["expanded_uncertainty"].as_f64(),
+            nominal: result["nominal"].as_f64(),
+            tolerance: result["tolerance"].as_f64(),
+            rmse_mm: result["errors"]["rmse_mm"].as_f64(),
+            verdict: verdict_in(record).map(VerdictDto::from),
+            created_at_ms: record.created_at_ms,
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Measurements, their results and the measurement plan, on the wire.
+
+pub mod measurement_plan;
+pub mod measurement_results;
+pub mod measurements;

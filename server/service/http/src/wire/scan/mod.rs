@@ -1,0 +1,7 @@
+//! Scans and what they are made from, on the wire.
+
+pub mod captures;
+pub mod profiles;
+pub mod scan_reports;
+pub mod scan_runs;
+pub mod scans;

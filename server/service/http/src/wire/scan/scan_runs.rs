@@ -1,0 +1,259 @@
+//! How a scan will be made, and how one was made, on the wire.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::wire::job::job_inputs::{UnknownWord, measure_dtos};
+use crate::wire::measurement::measurements::MeasureDto;
+use crate::wire::scan::scans::{ScanModeDto, ScanSourceDto};
+use app::scan_run::{ScanPlan, ScanPurpose, ScanRun};
+
+/// What a scan is made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ScanPurposeDto {
+    /// A part is inspected.
+    Production,
+    /// A known part tells whether the calibration still holds: no part of the production.
+    Verification,
+}
+
+impl ScanPurposeDto {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Production => "production",
+            Self::Verification => "verification",
+        }
+    }
+}
+
+impl From<ScanPurpose> for ScanPurposeDto {
+    fn from(purpose: ScanPurpose) -> Self {
+        match purpose {
+            ScanPurpose::Production => Self::Production,
+            ScanPurpose::Verification => Self::Verification,
+        }
+    }
+}
+
+impl From<ScanPurposeDto> for ScanPurpose {
+    fn from(dto: ScanPurposeDto) -> Self {
+        match dto {
+            ScanPurposeDto::Production => Self::Production,
+            ScanPurposeDto::Verification => Self::Verification,
+        }
+    }
+}
+
+/// A scan as it will be run.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct ScanPlanDto {
+    /// How the stage moves.
+    pub mode: ScanModeDto,
+    /// Position of the first row, mm.
+    pub from_mm: f64,
+    /// No row lies beyond this position, mm.
+    pub to_mm: f64,
+    /// Distance between rows, mm, positive in both directions.
+    pub step_mm: f64,
+    /// Number of rows, each one frame.
+    pub n_rows: usize,
+    /// Speed during a continuous scan, mm/s.
+    pub speed_mm_s: Option<f64>,
+    /// Frames per second of a continuous scan.
+    pub frame_rate_hz: Option<f64>,
+    /// Exposure of the laser frames, µs.
+    pub exposure_us: f64,
+    /// Share of full laser power, 0–1.
+    pub laser_power: f64,
+    /// Whether the pictures are kept as a capture.
+    pub keep_frames: bool,
+    /// How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
+    pub duration_s: f64,
+    /// How long the frames take, from the first motion to the last row, s.
+    pub acquisition_s: f64,
+    /// How long the cloud takes after the last row, s.
+    pub evaluation_s: f64,
+    /// How long the measurements take after that, s.
+    pub measuring_s: f64,
+    /// Lines: every order sweeps the part on its own.
+    pub n_orders: usize,
+    /// Rows per mm of a flat part across the camera, for each order.
+    pub rows_per_mm: f64,
+    /// Points per mm along a line.
+    pub points_per_mm_along_line: f64,
+    /// Points per mm² of a flat part across the camera, for each order that sees it.
+    pub points_per_mm2: f64,
+    /// Most points the cloud can have.
+    pub max_points: u64,
+    /// Standard deviation of a point along its camera ray, mm: image noise on matt grey paint and the calibration;
+    /// nothing if the calibrated depths are out of view.
+    pub predicted_sigma_mm: Option<f64>,
+    /// Depths (z of the camera) in which the part may lie, mm: nearest and farthest.
+    #[schema(min_items = 2, max_items = 2)]
+    pub depth_mm: [f64; 2],
+    /// Depths in which a line's place in the image alone tells its order, mm; beyond, a second look is needed.
+    #[schema(min_items = 2, max_items = 2)]
+    pub unambiguous_depth_mm: [f64; 2],
+    /// Room on the disk that it needs, bytes.
+    pub disk_bytes: u64,
+    /// What a person should know before it begins.
+    pub notes: Vec<String>,
+}
+
+/// How a scan was made. What only the station knows is missing for a scan of a capture.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct ScanRunDto {
+    /// Where its frames come from.
+    pub source: ScanSourceDto,
+    /// What the header of its cloud calls it.
+    pub scan: String,
+    /// Rows it has, or would have if it had not been stopped.
+    pub n_rows: usize,
+    /// What was measured on it in the same job.
+    pub measure: Vec<MeasureDto>,
+    /// What it was made for.
+    pub purpose: ScanPurposeDto,
+    /// How the stage moves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mode: Option<ScanModeDto>,
+    /// Position of the first row, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_mm: Option<f64>,
+    /// No row lies beyond this position, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_mm: Option<f64>,
+    /// Distance between rows, mm, positive in both directions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_mm: Option<f64>,
+    /// Speed during a continuous scan, mm/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_mm_s: Option<f64>,
+    /// Frames per second of a continuous scan.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame_rate_hz: Option<f64>,
+    /// Exposure of the laser frames, µs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure_us: Option<f64>,
+    /// Share of full laser power, 0–1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub laser_power: Option<f64>,
+    /// Whether the pictures are kept as a capture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keep_frames: Option<bool>,
+    /// How long the whole job will take, s: frames, cloud and measurements, by the pace of this machine's last scans.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    /// How long the frames take, from the first motion to the last row, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acquisition_s: Option<f64>,
+    /// How long the cloud takes after the last row, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evaluation_s: Option<f64>,
+    /// How long the measurements take after that, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measuring_s: Option<f64>,
+    /// Lines: every order sweeps the part on its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub n_orders: Option<usize>,
+    /// Rows per mm of a flat part across the camera, for each order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rows_per_mm: Option<f64>,
+    /// Points per mm along a line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points_per_mm_along_line: Option<f64>,
+    /// Points per mm² of a flat part across the camera, for each order that sees it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points_per_mm2: Option<f64>,
+    /// Most points the cloud can have.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_points: Option<u64>,
+    /// Standard deviation of a point along its camera ray, mm: image noise on matt grey paint and the calibration;
+    /// nothing if the calibrated depths are out of view.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub predicted_sigma_mm: Option<f64>,
+    /// Depths (z of the camera) in which the part may lie, mm: nearest and farthest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
+    pub depth_mm: Option<[f64; 2]>,
+    /// Depths in which a line's place in the image alone tells its order, mm; beyond, a second look is needed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
+    pub unambiguous_depth_mm: Option<[f64; 2]>,
+    /// Room on the disk that it needs, bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub disk_bytes: Option<u64>,
+    /// What a person should know before it begins.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub notes: Option<Vec<String>>,
+}
+
+impl From<ScanPlan> for ScanPlanDto {
+    fn from(plan: ScanPlan) -> Self {
+        Self {
+            mode: plan.mode.into(),
+            from_mm: plan.from_mm,
+            to_mm: plan.to_mm,
+            step_mm: plan.step_mm,
+            n_rows: plan.n_rows,
+            speed_mm_s: plan.speed_mm_s,
+            frame_rate_hz: plan.frame_rate_hz,
+            exposure_us: plan.exposure_us,
+            laser_power: plan.laser_power,
+            keep_frames: plan.keep_frames,
+            duration_s: plan.duration_s,
+            acquisition_s: plan.acquisition_s,
+            evaluation_s: plan.evaluation_s,
+            measuring_s: plan.measuring_s,
+            n_orders: plan.n_orders,
+            rows_per_mm: plan.rows_per_mm,
+            points_per_mm_along_line: plan.points_per_mm_along_line,
+            points_per_mm2: plan.points_per_mm2,
+            max_points: plan.max_points,
+            predicted_sigma_mm: plan.predicted_sigma_mm,
+            depth_mm: plan.depth_mm,
+            unambiguous_depth_mm: plan.unambiguous_depth_mm,
+            disk_bytes: plan.disk_bytes,
+            notes: plan.notes,
+        }
+    }
+}
+
+impl TryFrom<ScanRun> for ScanRunDto {
+    type Error = UnknownWord;
+
+    fn try_from(run: ScanRun) -> Result<Self, UnknownWord> {
+        let plan = run.plan.as_ref();
+        Ok(Self {
+            source: run.source.into(),
+            scan: run.cloud_name,
+            n_rows: run.n_rows,
+            measure: measure_dtos(run.measure)?,
+            purpose: run.purpose.into(),
+            mode: plan.map(|plan| plan.mode.into()),
+            from_mm: plan.map(|plan| plan.from_mm),
+            to_mm: plan.map(|plan| plan.to_mm),
+            step_mm: plan.map(|plan| plan.step_mm),
+            speed_mm_s: plan.and_then(|plan| plan.speed_mm_s),
+            frame_rate_hz: plan.and_then(|plan| plan.frame_rate_hz),
+            exposure_us: plan.map(|plan| plan.exposure_us),
+            laser_power: plan.map(|plan| plan.laser_power),
+            keep_frames: plan.map(|plan| plan.keep_frames),
+            duration_s: plan.map(|plan| plan.duration_s),
+            acquisition_s: plan.map(|plan| plan.acquisition_s),
+            evaluation_s: plan.map(|plan| plan.evaluation_s),
+            measuring_s: plan.map(|plan| plan.measuring_s),
+            n_orders: plan.map(|plan| plan.n_orders),
+            rows_per_mm: plan.map(|plan| plan.rows_per_mm),
+            points_per_mm_along_line: plan.map(|plan| plan.points_per_mm_along_line),
+            points_per_mm2: plan.map(|plan| plan.points_per_mm2),
+            max_points: plan.map(|plan| plan.max_points),
+            predicted_sigma_mm: plan.and_then(|plan| plan.predicted_sigma_mm),
+            depth_mm: plan.map(|plan| plan.depth_mm),
+            unambiguous_depth_mm: plan.map(|plan| plan.unambiguous_depth_mm),
+            disk_bytes: plan.map(|plan| plan.disk_bytes),
+            notes: plan.map(|plan| plan.notes.clone()),
+        })
+    }
+}

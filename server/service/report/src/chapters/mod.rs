@@ -1,0 +1,8 @@
+//! One chapter of a report each.
+
+pub mod camera;
+pub mod correlation;
+pub mod light;
+pub mod measurement;
+pub mod stage;
+pub mod turntable;

@@ -1,0 +1,183 @@
+//! A cloud on paper: heights above its dominant plane, from above and from two sides.
+
+use image::{Rgba, RgbaImage};
+use nalgebra::{Matrix3, Vector3};
+use scanning::Cloud;
+
+use super::html::Html;
+use super::page::{data_uri, figure};
+use super::plot::{Axis, Plot};
+use crate::drawing::palette::order_hex;
+use crate::drawing::picture::encode_rgba_png;
+use pipeline::Failure;
+
+/// Cells across the view from above.
+const CELLS_ACROSS: usize = 240;
+
+/// Most dots per order in a side view.
+const MAX_DOTS: usize = 1800;
+
+/// Points that decide on the dominant plane.
+const PLANE_POINTS: usize = 8000;
+
+/// Rounds of reweighting towards the dominant plane.
+const PLANE_ROUNDS: usize = 30;
+
+/// Residual at which a point's weight has halved in the last rounds, mm.
+const PLANE_SCALE_MM: f64 = 0.05;
+
+/// Heights shown are cut to this share of the points at either end.
+const CUT_SHARE: f64 = 0.002;
+
+/// From low to high: dark violet, blue, green, yellow.
+const HEIGHT_COLOURS: [[f64; 3]; 6] = [
+    [53.0, 29.0, 92.0],
+    [59.0, 82.0, 139.0],
+    [33.0, 145.0, 140.0],
+    [94.0, 201.0, 98.0],
+    [190.0, 220.0, 60.0],
+    [253.0, 231.0, 37.0],
+];
+
+/// A point of the view: across (x), along (y), height above the plane, mm.
+struct Seen {
+    x_mm: f64,
+    y_mm: f64,
+    height_mm: f64,
+    order: i8,
+}
+
+/// A cloud turned into heights.
+pub struct CloudView {
+    points: Vec<Seen>,
+    low_mm: f64,
+    high_mm: f64,
+}
+
+impl CloudView {
+    /// Heights of all points above the plane that most of them lie on; up is towards the camera.
+    pub fn new(cloud: &Cloud) -> Self {
+        let [offset, by_x, by_y] = dominant_plane(cloud);
+        let scale = (1.0 + by_x * by_x + by_y * by_y).sqrt();
+        let points: Vec<Seen> = cloud
+            .points
+            .iter()
+            .map(|p| Seen {
+                x_mm: p.x_mm,
+                y_mm: p.y_mm,
+                height_mm: (offset + by_x * p.x_mm + by_y * p.y_mm - p.z_mm) / scale,
+                order: p.order,
+            })
+            .collect();
+        let mut heights: Vec<f64> = points.iter().map(|point| point.height_mm).collect();
+        heights.sort_by(f64::total_cmp);
+        let at = |share: f64| heights.get((share * heights.len() as f64) as usize).copied().unwrap_or(0.0);
+        Self { low_mm: at(CUT_SHARE), high_mm: at(1.0 - CUT_SHARE), points }
+    }
+
+    /// Heights as colours over x and y, as the camera sees the part.
+    pub fn seen_from_above(&self) -> Result<Html, Failure> {
+        let x = bounds(self.points.iter().map(|point| point.x_mm));
+        let y = bounds(self.points.iter().map(|point| point.y_mm));
+        let cell_mm = ((x.1 - x.0) / CELLS_ACROSS as f64).max(1e-6);
+        let rows = (((y.1 - y.0) / cell_mm).ceil() as usize).clamp(1, 4 * CELLS_ACROSS);
+        let columns = CELLS_ACROSS + 1;
+        let mut sums = vec![(0.0, 0u32); columns * rows];
+        for point in &self.points {
+            let column = (((point.x_mm - x.0) / cell_mm) as usize).min(columns - 1);
+            let row = (((point.y_mm - y.0) / cell_mm) as usize).min(rows - 1);
+            let sum = &mut sums[row * columns + column];
+            *sum = (sum.0 + point.height_mm, sum.1 + 1);
+        }
+        let picture = RgbaImage::from_fn(columns as u32, rows as u32, |column, row| {
+            match sums[row as usize * columns + column as usize] {
+                (_, 0) => Rgba([0; 4]),
+                (sum, n) => self.colour(sum / f64::from(n)),
+            }
+        });
+        let uri = data_uri("image/png", &encode_rgba_png(&picture)?);
+        let (right, bottom) = (x.0 + cell_mm * columns as f64, y.0 + cell_mm * rows as f64);
+        let mut plot = Plot::new(
+            Axis::new(x.0, right, "x, mm"),
+            Axis::new(bottom, y.0, "y, mm"),
+            520.0,
+            520.0 * (bottom - y.0) / (right - x.0),
+        );
+        plot.backdrop(&uri);
+        Ok(figure(
+            plot.svg(),
+            &format!(
+                "From above, as the camera sees it: height from {:.2} mm (violet) to {:.2} mm (yellow).",
+                self.low_mm, self.high_mm
+            ),
+        ))
+    }
+
+    /// Height over x and height over y.
+    pub fn seen_from_the_sides(&self) -> Html {
+        let drawing = self.side("x, mm", |point| point.x_mm) + self.side("y, mm", |point| point.y_mm);
+        figure(drawing, "From two sides; colours are orders. Heights are drawn on a scale of their own.")
+    }
+
+    fn side(&self, title: &str, place: impl Fn(&Seen) -> f64) -> Html {
+        let x = Axis::around(self.points.iter().map(&place), title);
+        let room = ((self.high_mm - self.low_mm) * 0.08).max(0.05);
+        let y = Axis::new(self.low_mm - room, self.high_mm + room, "height, mm");
+        let mut plot = Plot::new(x, y, 520.0, 118.0);
+        let mut orders: Vec<i8> = self.points.iter().map(|point| point.order).collect();
+        orders.sort_unstable();
+        orders.dedup();
+        for order in orders {
+            let of_order = self.points.iter().filter(|point| point.order == order);
+            let stride = of_order.clone().count().div_ceil(MAX_DOTS).max(1);
+            let dots = of_order.step_by(stride).map(|point| (place(point), point.height_mm));
+            plot.dots(dots, 1.6, &format!("stroke:{};opacity:.6", order_hex(order)));
+        }
+        plot.svg()
+    }
+
+    fn colour(&self, height_mm: f64) -> Rgba<u8> {
+        let share = ((height_mm - self.low_mm) / (self.high_mm - self.low_mm).max(1e-9)).clamp(0.0, 1.0);
+        let place = share * (HEIGHT_COLOURS.len() - 1) as f64;
+        let idx = (place as usize).min(HEIGHT_COLOURS.len() - 2);
+        let mix = |channel: usize| {
+            let (from, to) = (HEIGHT_COLOURS[idx][channel], HEIGHT_COLOURS[idx + 1][channel]);
+            (from + (to - from) * (place - idx as f64)) as u8
+        };
+        Rgba([mix(0), mix(1), mix(2), 255])
+    }
+}
+
+fn bounds(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (low, high) =
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    if low < high { (low, high) } else { (0.0, 1.0) }
+}
+
+/// z = offset + by_x·x + by_y·y by least squares reweighted towards the plane that most points lie on.
+///
+/// For display only; what is measured comes from `metrology`.
+fn dominant_plane(cloud: &Cloud) -> [f64; 3] {
+    let stride = cloud.points.len().div_ceil(PLANE_POINTS).max(1);
+    let points: Vec<_> = cloud.points.iter().step_by(stride).collect();
+    let mut plane = Vector3::new(0.0, 0.0, 0.0);
+    let mut scale_mm = f64::INFINITY;
+    for round in 0..PLANE_ROUNDS {
+        let mut normal = Matrix3::zeros();
+        let mut right = Vector3::zeros();
+        for point in &points {
+            let row = Vector3::new(1.0, point.x_mm, point.y_mm);
+            let residual = (point.z_mm - row.dot(&plane)) / scale_mm;
+            let weight = 1.0 / (1.0 + residual * residual);
+            normal += row * row.transpose() * weight;
+            right += row * point.z_mm * weight;
+        }
+        match normal.try_inverse() {
+            Some(inverse) => plane = inverse * right,
+            None => break,
+        }
+        // From coarse to fine, so that the larger face wins.
+        scale_mm = (8.0 * 0.75f64.powi(round as i32)).max(PLANE_SCALE_MM);
+    }
+    plane.into()
+}

@@ -1,0 +1,53 @@
+//! A folder holds about a dozen things: what holds more says several things and is found by nobody.
+
+use std::path::{Path, PathBuf};
+
+/// Files and folders that a folder may hold.
+const MOST_THINGS: usize = 15;
+
+/// Folders that may hold more, each with its reason.
+const EXCEPTIONS: [(&str, &str); 3] = [
+    ("server/docs/adr", "a numbered list, read by number and in the order of time"),
+    ("web/src/text/de", "one file a page of the program, as in the other language"),
+    ("web/src/text/en", "one file a page of the program, as in the other language"),
+];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Every folder below `folder`, itself among them, with the number of things that it holds; hidden ones do not count.
+fn folders(folder: &Path) -> Vec<(PathBuf, usize)> {
+    let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let things: Vec<PathBuf> =
+        paths.filter(|path| !path.file_name().unwrap().to_string_lossy().starts_with('.')).collect();
+    let mut found = vec![(folder.to_owned(), things.len())];
+    found.extend(things.iter().filter(|path| path.is_dir()).flat_map(|path| folders(path)));
+    found
+}
+
+/// The folders of sources and documents that hold more than [`MOST_THINGS`], relative to `root`.
+fn too_full(root: &Path) -> Vec<(String, usize)> {
+    let all = ["server", "web/src"].into_iter().flat_map(|part| folders(&root.join(part)));
+    let mut full: Vec<(String, usize)> = all
+        .filter(|(_, n_things)| *n_things > MOST_THINGS)
+        .map(|(path, n_things)| (path.strip_prefix(root).unwrap().to_string_lossy().into_owned(), n_things))
+        .collect();
+    full.sort();
+    full
+}
+
+#[test]
+fn no_folder_holds_more_than_about_a_dozen_things() {
+    let mut full = too_full(&root());
+    full.retain(|(folder, _)| EXCEPTIONS.iter().all(|(exception, _)| exception != folder));
+    assert_eq!(full, [], "group them by what they say, or name the exception with its reason");
+}
+
+#[test]
+fn every_exception_is_still_one() {
+    let full = too_full(&root());
+    for (exception, _) in EXCEPTIONS {
+        assert!(full.iter().any(|(folder, _)| folder == exception), "{exception} needs no exception any more");
+    }
+}

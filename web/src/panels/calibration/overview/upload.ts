@@ -1,0 +1,60 @@
+/** Sending an archive with progress; `fetch` does not tell how far an upload is. */
+
+import { type Problem, Refusal } from "../../../api/client";
+
+const TYPES: readonly (readonly [RegExp, string])[] = [
+  [/\.zip$/i, "application/zip"],
+  [/\.tar$/i, "application/x-tar"],
+];
+
+/** The media type of an archive by its name; `undefined`: neither zip nor tar. */
+export function archiveType(name: string): string | undefined {
+  return TYPES.find(([ending]) => ending.test(name))?.[1];
+}
+
+/** How far an upload is, and the way to end it. */
+export interface Upload {
+  done: Promise<{ id: string }>;
+  cancel(): void;
+}
+
+/** Sends `file` as a capture; `onProgress` hears the bytes sent. `broken`: what to say if the line breaks. */
+export function upload(
+  file: File,
+  media_type: string,
+  onProgress: (sent_bytes: number) => void,
+  broken: Problem,
+): Upload {
+  const request = new XMLHttpRequest();
+  const done = new Promise<{ id: string }>((resolve, reject) => {
+    request.upload.onprogress = (event) => onProgress(event.loaded);
+    request.onerror = request.ontimeout = () => reject(new Refusal(broken));
+    request.onabort = () => reject(new Refusal(broken));
+    request.onload = () => {
+      const answer = answerOf(request.responseText);
+      if (request.status === 201 && hasId(answer)) resolve(answer);
+      else reject(new Refusal(isProblem(answer) ? answer : { ...broken, status: request.status }));
+    };
+  });
+  const name = encodeURIComponent(file.name.slice(0, 100));
+  request.open("POST", `/api/v1/captures?name=${name}`);
+  request.setRequestHeader("Content-Type", media_type);
+  request.send(file);
+  return { done, cancel: () => request.abort() };
+}
+
+function answerOf(body: string): unknown {
+  try {
+    return JSON.parse(body);
+  } catch {
+    return undefined;
+  }
+}
+
+function hasId(answer: unknown): answer is { id: string } {
+  return typeof answer === "object" && answer !== null && "id" in answer && typeof answer.id === "string";
+}
+
+function isProblem(answer: unknown): answer is Problem {
+  return typeof answer === "object" && answer !== null && "detail" in answer;
+}

@@ -1,0 +1,117 @@
+/**
+ * The live picture of the wizard, and what the server sees of the board in it.
+ *
+ * Owns the loop of looks: one at a time, a pause after each, none while a picture is taken or the page is hidden.
+ */
+
+import { signal } from "@preact/signals";
+import { type Api, data, type Problem, problemOf } from "../../../api/client";
+import type { App } from "../../../app";
+import type { Look, Session } from "./session_state";
+import { Stillness } from "./stillness";
+
+/** Pause between two looks: four a second are enough for a hand, and leave the machine to others. */
+const PAUSE_MS = 200;
+
+/** Pause after a look that was refused. */
+const PAUSE_AFTER_REFUSAL_MS = 1000;
+
+export class LiveBoard {
+  readonly look = signal<Look | undefined>(undefined);
+  readonly problem = signal<Problem | undefined>(undefined);
+  /** For how long the board has been still, ms. */
+  readonly still_ms = signal(0);
+  /** A picture is being taken: looks wait. */
+  paused = false;
+  private readonly stillness = new Stillness();
+  private timer: ReturnType<typeof setTimeout> | undefined;
+  private ended = false;
+  private exposure_before_us: number | undefined;
+
+  constructor(
+    private readonly app: App,
+    private readonly session: Session,
+    /** Called after each look. */
+    private readonly onLook: (look: Look, still_ms: number) => void,
+  ) {}
+
+  /** Whether the live view runs. */
+  get runs(): boolean {
+    return this.app.station.status.value?.state === "Operational.ContinuousExecution";
+  }
+
+  /** Begins to look, as soon as and as long as the live view runs. */
+  begin(): void {
+    this.timer = setTimeout(() => void this.lookOnce(), 0);
+  }
+
+  /** Shows the board by ordinary light, exposed as the session's pictures will be. */
+  async start(): Promise<void> {
+    const { api, control } = this.app;
+    await control.ensure();
+    this.exposure_before_us ??= await expose(this.app, this.session.body.exposures.board_exposure_us);
+    const params = { header: { "Sheaf-Control": control.id() ?? "" } };
+    await data(api.PUT("/api/v1/station/live", { params, body: { running: true, laser_power: 0 } }));
+  }
+
+  /** Ends the live view and leaves the camera's exposure as it was. */
+  async stop(): Promise<void> {
+    const { api, control } = this.app;
+    this.clear();
+    if (!control.mine.peek()) return;
+    const params = { header: { "Sheaf-Control": control.id() ?? "" } };
+    await data(api.PUT("/api/v1/station/live", { params, body: { running: false, laser_power: 0 } }));
+    if (this.exposure_before_us !== undefined) await expose(this.app, this.exposure_before_us);
+    this.exposure_before_us = undefined;
+  }
+
+  /** Forgets what was seen: the board was moved on purpose. */
+  clear(): void {
+    this.look.value = undefined;
+    this.still_ms.value = 0;
+    this.stillness.reset();
+  }
+
+  dispose(): void {
+    this.ended = true;
+    clearTimeout(this.timer);
+    if (this.exposure_before_us !== undefined) void this.stop().catch(() => undefined);
+  }
+
+  private async lookOnce(): Promise<void> {
+    let pause_ms = PAUSE_MS;
+    if (this.runs && !this.paused && !document.hidden) {
+      try {
+        const look = await lookAt(this.app.api, this.session.id);
+        // Stopped, or a picture begun, while the answer was under way.
+        if (this.ended) return;
+        if (this.runs && !this.paused) this.take(look);
+        this.problem.value = undefined;
+      } catch (cause) {
+        this.problem.value = this.paused ? undefined : problemOf(cause);
+        pause_ms = PAUSE_AFTER_REFUSAL_MS;
+      }
+    } else if (!this.runs && this.look.peek()) this.clear();
+    if (!this.ended) this.timer = setTimeout(() => void this.lookOnce(), pause_ms);
+  }
+
+  private take(look: Look): void {
+    this.still_ms.value = this.stillness.follow(look);
+    this.look.value = look;
+    this.onLook(look, this.still_ms.peek());
+  }
+}
+
+async function lookAt(api: Api, id: string): Promise<Look> {
+  return await data(api.POST("/api/v1/calibration-sessions/{id}/look", { params: { path: { id } } }));
+}
+
+/** Sets the exposure; answers what it was before. */
+async function expose({ api, control }: App, exposure_us: number): Promise<number> {
+  const seen = await api.GET("/api/v1/devices/camera/settings");
+  const before_us = (await data(Promise.resolve(seen))).exposure_us;
+  if (before_us === exposure_us) return before_us;
+  const header = { "Sheaf-Control": control.id() ?? "", "If-Match": seen.response.headers.get("etag") ?? "*" };
+  await data(api.PATCH("/api/v1/devices/camera/settings", { params: { header }, body: { exposure_us } }));
+  return before_us;
+}

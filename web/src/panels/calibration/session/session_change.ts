@@ -1,0 +1,51 @@
+/** Changes of a session that several browsers may have open: whoever has not seen the newest version changes nothing. */
+
+import { useSignal } from "@preact/signals";
+import { useRef } from "preact/hooks";
+import { type Problem, Refusal } from "../../../api/client";
+import { text } from "../../../text";
+import type { Session } from "./session_state";
+
+/** Carries out a change of the version this page has seen; answers whether it was made. */
+export type Change = (act: (if_match: string) => Promise<Session>) => Promise<boolean>;
+
+const CHANGED = 412;
+
+/** The newest version this page knows, and the way to change it. */
+export function useSessionChange(loaded: Session | undefined, reload: () => Promise<void>) {
+  const answered = useSignal<Session | undefined>(undefined);
+  const conflict = useSignal<Problem | undefined>(undefined);
+  const seen = useRef<Session | undefined>(undefined);
+  const session = newest(loaded, answered.value);
+  seen.current = newest(session, seen.current);
+  const change: Change = async (act) => {
+    conflict.value = undefined;
+    try {
+      const next = await act(`"${seen.current?.version ?? 0}"`);
+      seen.current = next;
+      answered.value = next;
+      return true;
+    } catch (cause) {
+      if (!(cause instanceof Refusal && cause.problem.status === CHANGED)) throw cause;
+      await reload();
+      conflict.value = changedElsewhere(cause.problem);
+      return false;
+    }
+  };
+  return { session, change, conflict };
+}
+
+function newest(one: Session | undefined, other: Session | undefined): Session | undefined {
+  return one && other ? (other.version > one.version ? other : one) : (one ?? other);
+}
+
+function changedElsewhere(problem: Problem): Problem {
+  const words = text.value.calibration;
+  return {
+    ...problem,
+    type: "urn:sheaf:problem:page",
+    title: words.changed_elsewhere,
+    detail: words.changed_elsewhere_detail,
+    remedy: words.changed_elsewhere_remedy,
+  };
+}

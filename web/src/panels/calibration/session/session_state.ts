@@ -1,0 +1,91 @@
+/** Where a calibration session stands: everything here is read from the session itself, so all browsers agree. */
+
+import type { Job, Schemas } from "../../../api/client";
+import { hasEnded } from "../../../state/records/jobs";
+
+export type Session = Schemas["SessionDto"];
+export type Look = Schemas["LookDto"];
+export type Corner = Look["corners"][number];
+
+export const STEPS = ["check", "camera", "light", "stage", "verify", "finish"] as const;
+export type Step = (typeof STEPS)[number];
+
+/** Columns and rows of the coverage map, as the server counts its cells. */
+export const COVERAGE = { columns: 8, rows: 6 } as const;
+
+/** Fewest readable boards that the server takes. */
+export const FEWEST_BOARDS = 3;
+
+export type Need = Schemas["NeedDto"];
+
+export interface Needs {
+  boards: Need;
+  cells: Need;
+  tilt: Need & { wanted_deg: number; values_deg: readonly number[] };
+  distance: Need & { values_mm: readonly number[] };
+  /** Whether nothing is missing for the camera. */
+  all: boolean;
+}
+
+/** What the server says the session's boards have and a good calibration wants, with the values to draw. */
+export function needsOf({ needs, body }: Session): Needs {
+  const boards = body.poses.map((pose) => pose.board).filter((board) => board.corners.length > 0);
+  const values_deg = boards.map((board) => board.tilt_deg ?? undefined).filter((value) => value !== undefined);
+  const values_mm = boards.map((board) => board.distance_mm ?? undefined).filter((value) => value !== undefined);
+  return {
+    boards: needs.boards,
+    cells: needs.cells,
+    tilt: { ...needs.tilted_boards, wanted_deg: needs.tilted_deg, values_deg },
+    distance: { ...needs.distance_mm, values_mm },
+    all: needs.camera_met,
+  };
+}
+
+/** Readable boards at rest. */
+export function readableBoards(session: Session): number {
+  return session.body.poses.filter((pose) => pose.board.corners.length > 0).length;
+}
+
+/** Cells that any board of the session covers. */
+export function coveredCells(session: Session): ReadonlySet<number> {
+  return new Set(session.body.poses.flatMap((pose) => pose.board.coverage_cells));
+}
+
+/** The calibration that the session's job made. */
+export function madeBy(job: Job | undefined): string | undefined {
+  return job?.state === "succeeded" ? (job.result?.id ?? undefined) : undefined;
+}
+
+/** Where the session stands: the step that has work to do. `verified`: whether a known part was measured with it. */
+export function stepOf(session: Session | undefined, job: Job | undefined, verified: boolean): Step {
+  if (!session) return "check";
+  if (madeBy(job) !== undefined) return verified ? "finish" : "verify";
+  if (job && !hasEnded(job)) return "stage";
+  if (session.body.stage_views.length > 0 || job) return "stage";
+  return needsOf(session).all ? "light" : "camera";
+}
+
+/** What a step's place in the list says. */
+export function isDone(
+  step: Step,
+  session: Session | undefined,
+  job: Job | undefined,
+  verified: boolean,
+): boolean {
+  if (!session) return false;
+  const solved = madeBy(job) !== undefined;
+  switch (step) {
+    case "check":
+      return true;
+    case "camera":
+      return solved || needsOf(session).all;
+    case "light":
+      return solved || (session.needs?.lit_boards.met ?? false);
+    case "stage":
+      return solved || (session.needs?.stage_views.met ?? false);
+    case "verify":
+      return verified;
+    case "finish":
+      return false;
+  }
+}

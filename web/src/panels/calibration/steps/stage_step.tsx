@@ -1,0 +1,179 @@
+/** The board carried by the stage, and the calculation of everything. */
+
+import { useSignal } from "@preact/signals";
+import { useMemo, useRef } from "preact/hooks";
+import { data, type Schemas } from "../../../api/client";
+import { useApp } from "../../../app";
+import { CommandButton } from "../../../parts/command_button";
+import { useForm } from "../../../parts/fields/form";
+import { NumberField } from "../../../parts/fields/number_field";
+import { useHalted } from "../../../parts/halted";
+import { Show } from "../../../parts/loading";
+import { Command } from "../../../state/station/command";
+import { language, text } from "../../../text";
+import { decimal } from "../../../units";
+import { useCalibration } from "../details/details";
+import { StageFiguresView } from "../details/stage_view";
+import { place, StageOperatorPanel } from "../session/operator_panel";
+import type { Change } from "../session/session_change";
+import { SessionPicture } from "../session/session_picture";
+import type { Session } from "../session/session_state";
+import { Solve } from "./solve";
+import type { StepProperties } from "./wizard";
+
+/** Positions taken by themselves, mm around the middle of the travel: five tell straightness too. */
+const POSITIONS_MM = [-20, -10, 0, 10, 20];
+
+export function StageStep(properties: StepProperties) {
+  const { session, calibration_id, change } = properties;
+  const words = text.value.calibration;
+  return (
+    <div class="stack">
+      <p>{words.stage_lead}</p>
+      <div class="cards two">
+        <TakeViews session={session} change={change} />
+        <StageOperatorPanel />
+      </div>
+      <ViewsList session={session} change={change} />
+      <Solve {...properties} />
+      {calibration_id && <SolvedStage id={calibration_id} />}
+    </div>
+  );
+}
+
+function SolvedStage({ id }: { id: string }) {
+  const { state } = useCalibration(id);
+  return (
+    <Show of={state}>
+      {(calibration) => {
+        const { stage } = calibration.summary;
+        return stage ? (
+          <section class="card">
+            <StageFiguresView stage={stage} />
+          </section>
+        ) : null;
+      }}
+    </Show>
+  );
+}
+
+interface Properties {
+  session: Session;
+  change: Change;
+}
+
+function TakeViews({ session, change }: Properties) {
+  const app = useApp();
+  const { api, control, station } = app;
+  const words = text.value.calibration;
+  const position_mm = useSignal<number | undefined>(0);
+  const form = useForm();
+  const changes = useRef(change);
+  changes.current = change;
+  const takeAt = async (position_mm: number) => {
+    await control.ensure();
+    return await changes.current((if_match) => {
+      const header = { "Sheaf-Control": control.id() ?? "", "If-Match": if_match };
+      const params = { path: { id: session.id }, header };
+      return data(api.POST("/api/v1/calibration-sessions/{id}/stage-views", { params, body: { position_mm } }));
+    });
+  };
+  const one = useMemo(
+    () =>
+      new Command(async () => {
+        await takeAt(position_mm.peek() ?? 0);
+      }),
+    [session.id],
+  );
+  const all = useMemo(
+    () =>
+      new Command(async (steps) => {
+        if (station.simulated.peek() === "twin") await place(app, { place: "stage" });
+        for (const position_mm of POSITIONS_MM) {
+          if (!(await takeAt(position_mm))) break;
+          steps.accepted();
+        }
+        if (station.simulated.peek() === "twin") await place(app, { place: "away" });
+      }),
+    [session.id],
+  );
+  const travel = station.status.value?.stage.travel_mm;
+  const halted = useHalted();
+  const busy = halted ?? (station.busy.value && !one.running && !all.running && words.busy);
+  return (
+    <section class="card stack">
+      <h2>{words.stage_positions}</h2>
+      <p class="muted">{words.moves}</p>
+      <div>
+        <CommandButton command={all} kind="primary" blocked={busy || (one.running && words.taking)}>
+          {words.take_views(POSITIONS_MM.length)}
+        </CommandButton>
+      </div>
+      <div class="row end">
+        <NumberField
+          form={form}
+          label={words.view_at}
+          unit="mm"
+          value={position_mm.value}
+          min={travel?.[0]}
+          max={travel?.[1]}
+          onChange={(value) => {
+            position_mm.value = value;
+          }}
+        />
+        <CommandButton command={one} blocked={form.blocked.value ?? (busy || (all.running && words.taking))}>
+          {words.take_view}
+        </CommandButton>
+      </div>
+    </section>
+  );
+}
+
+function ViewsList({ session, change }: Properties) {
+  const words = text.value.calibration;
+  const views = session.body.stage_views;
+  return (
+    <section class="card stack">
+      <h2>
+        {words.taken} <span class="muted number">({views.length})</span>
+      </h2>
+      <p class="muted">{views.length === 0 ? words.views_none : words.view_few}</p>
+      <ul class="pose-list">
+        {views.map((view) => (
+          <View key={view.id} view={view} session={session} change={change} />
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function View({ view, session, change }: Properties & { view: Schemas["SessionStageViewDto"] }) {
+  const { api } = useApp();
+  const words = text.value.calibration;
+  const at = `${decimal(view.position_mm, 3, language.value)} mm`;
+  const changes = useRef(change);
+  changes.current = change;
+  const remove = useMemo(
+    () =>
+      new Command(async () => {
+        await changes.current((if_match) => {
+          const params = { path: { id: session.id, view_id: view.id }, header: { "If-Match": if_match } };
+          return data(api.DELETE("/api/v1/calibration-sessions/{id}/stage-views/{view_id}", { params }));
+        });
+      }),
+    [api, session.id, view.id],
+  );
+  return (
+    <li class="pose" data-view={view.id}>
+      <SessionPicture
+        session={session}
+        artifact={view.board.picture.artifact}
+        label={at}
+        dots={view.board.corners.map(([, , u = 0, v = 0]) => [u, v, undefined] as const)}
+      />
+      <strong class="number">{at}</strong>
+      {view.board.problem && <small class="bad">⚠ {view.board.problem}</small>}
+      <CommandButton command={remove}>{words.delete_view}</CommandButton>
+    </li>
+  );
+}

@@ -1,0 +1,35 @@
+/** Comparisons of a calibration with parts of known size: jobs, found again by what they were asked. */
+
+import type { Job, Schemas } from "../../../api/client";
+
+export interface Verification {
+  job: Job;
+  artefact: string;
+  nominal_mm: number;
+  tolerance_mm: number | undefined;
+}
+
+/** Whether the newest verification, of jobs newest first, was judged OK. `scans`: those the verifications made. */
+export function isVerified(
+  verifications: readonly Verification[],
+  scans: readonly Pick<Schemas["ScanDto"], "job_id" | "verdict">[],
+): boolean {
+  const newest = verifications[0]?.job;
+  return newest?.state === "succeeded" && scans.find((scan) => scan.job_id === newest.id)?.verdict === "ok";
+}
+
+/** The verifications of a calibration among `jobs`, newest first. */
+export function verificationsOf(jobs: readonly Job[], calibration_id: string): Verification[] {
+  return jobs.flatMap((job) => {
+    if (job.input?.kind !== "verification") return [];
+    const { artefact, nominal_mm, tolerance_mm, scan } = job.input;
+    if (scan.calibration_id !== calibration_id) return [];
+    return [{ job, artefact, nominal_mm, tolerance_mm: tolerance_mm ?? undefined }];
+  });
+}
+
+/** Scan and measurement that a verification made. */
+export function measurementOf(job: Job): { scan_id: string; measurement_id: string } | undefined {
+  const [scan_id, measurement_id] = job.result?.id.split("/") ?? [];
+  return scan_id && measurement_id ? { scan_id, measurement_id } : undefined;
+}

@@ -1,0 +1,131 @@
+/** The camera's settings as a person edits them: read with their version, changed only if nobody else did meanwhile. */
+
+import { computed, signal } from "@preact/signals";
+import { type Api, data, type Problem, problemOf, Refusal, type Schemas } from "../../../api/client";
+import { Command } from "../../../state/station/command";
+import type { Control } from "../../../state/station/control";
+
+/** What this page lets a person set; exposure in µs, gain in dB, frame rate in Hz. */
+export interface Draft {
+  exposure_us?: number | undefined;
+  gain_db?: number | undefined;
+  frame_rate_hz?: number | undefined;
+}
+
+/** What is sent: only what differs. */
+type Change = { [Name in keyof Draft]?: number };
+
+/** HTTP's status for a version that is no longer the newest. */
+const PRECONDITION_FAILED = 412;
+
+export class CameraSettings {
+  /** What became of the last change. */
+  readonly note = signal<"none" | "accepted" | "changed_meanwhile">("none");
+  /** Why the settings could not be read. */
+  readonly problem = signal<Problem | undefined>(undefined);
+  private readonly read = signal<{ settings: Schemas["CameraSettingsDto"]; etag: string } | undefined>(undefined);
+  private readonly typed = signal<Draft>({});
+
+  constructor(
+    private readonly api: Api,
+    private readonly control: Control,
+  ) {}
+
+  /** The settings with what was typed over them. */
+  readonly draft = computed<Draft>(() => {
+    const settings = this.read.value?.settings;
+    return {
+      exposure_us: settings?.exposure_us,
+      gain_db: settings?.gain_db,
+      frame_rate_hz: settings?.frame_rate_hz,
+      ...this.typed.value,
+    };
+  });
+
+  /** Whether something was typed that differs from the settings. */
+  readonly changed = computed(() => Object.keys(this.difference(this.typed.value)).length > 0);
+
+  /** Sends what was typed; shows what the camera accepted. */
+  readonly apply = new Command(async () => {
+    await this.control.ensure();
+    const { api, control } = this;
+    this.note.value = "none";
+    const header = { "Sheaf-Control": control.id() ?? "", "If-Match": this.read.peek()?.etag ?? "" };
+    const body = this.difference(this.typed.peek());
+    try {
+      this.take(await versioned(api.PATCH("/api/v1/devices/camera/settings", { params: { header }, body })));
+      this.typed.value = {};
+      this.note.value = "accepted";
+    } catch (cause) {
+      if (!(cause instanceof Refusal) || cause.problem.status !== PRECONDITION_FAILED) throw cause;
+      await this.reload();
+      this.note.value = "changed_meanwhile";
+    }
+  });
+
+  /** Takes over what a person typed. */
+  draw(change: Draft): void {
+    this.typed.value = { ...this.typed.peek(), ...change };
+    this.note.value = "none";
+  }
+
+  /** Multiplies the exposure and applies it at once. */
+  scaleExposure(factor: number): void {
+    const { exposure_us } = this.draft.peek();
+    if (exposure_us === undefined) return;
+    this.draw({ exposure_us: Math.round(factor * exposure_us) });
+    void this.apply.start();
+  }
+
+  /** Lets the server find an exposure at which the lines of the live view are bright and not flattened. */
+  readonly auto = new Command(async (steps) => {
+    await this.control.ensure();
+    this.discard();
+    steps.accepted();
+    const header = { "Sheaf-Control": this.control.id() ?? "" };
+    this.take(await versioned(this.api.POST("/api/v1/devices/camera/auto-exposure", { params: { header } })));
+    this.note.value = "accepted";
+  });
+
+  /** Forgets what was typed. */
+  discard(): void {
+    this.typed.value = {};
+    this.note.value = "none";
+  }
+
+  /** Reads again after somebody may have changed the camera; a change under way answers by itself. */
+  async follow(): Promise<void> {
+    const phase = this.apply.phase.peek();
+    // What was typed is meant for the settings that were read: the server then says that they changed.
+    if (phase === "requested" || this.changed.peek()) return;
+    try {
+      await this.reload();
+      this.problem.value = undefined;
+    } catch (cause) {
+      this.problem.value = problemOf(cause);
+    }
+  }
+
+  private async reload(): Promise<void> {
+    this.take(await versioned(this.api.GET("/api/v1/devices/camera/settings")));
+  }
+
+  private take(read: { settings: Schemas["CameraSettingsDto"]; etag: string }): void {
+    this.read.value = read;
+  }
+
+  private difference(typed: Draft): Change {
+    const settings = this.read.value?.settings;
+    const changed = Object.entries(typed).filter(
+      ([name, value]) => value !== undefined && value !== settings?.[name as keyof Draft],
+    );
+    return Object.fromEntries(changed) as Change;
+  }
+}
+
+async function versioned(
+  asked: Promise<{ data?: Schemas["CameraSettingsDto"]; error?: unknown; response: Response }>,
+): Promise<{ settings: Schemas["CameraSettingsDto"]; etag: string }> {
+  const settings = await data(asked);
+  return { settings, etag: (await asked).response.headers.get("ETag") ?? "" };
+}

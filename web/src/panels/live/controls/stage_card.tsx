@@ -1,0 +1,178 @@
+/** The stage by hand: while a button is held, to a position, home. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { data, type Problem, problemOf } from "../../../api/client";
+import { useApp } from "../../../app";
+import { CommandButton } from "../../../parts/command_button";
+import { useForm } from "../../../parts/fields/form";
+import { NumberField } from "../../../parts/fields/number_field";
+import { ProblemCard } from "../../../parts/problem";
+import { Command } from "../../../state/station/command";
+import { language, text } from "../../../text";
+import { decimal } from "../../../units";
+import { useBlocked } from "./blocked";
+import { Jog } from "./jog";
+
+/** Speeds offered for jogging, mm/s. */
+const SPEEDS_MM_S = [0.5, 2, 10, 50];
+
+export function StageCard() {
+  const { api, control, station } = useApp();
+  const words = text.value.live;
+  const stage = station.status.value?.stage;
+  const target = useSignal<number | undefined>(undefined);
+  const form = useForm();
+  const blocked = useBlocked();
+  const unhomed = stage?.needs_homing && !stage.homed ? words.home_first : undefined;
+  const move = useMemo(
+    () =>
+      new Command(async () => {
+        await control.ensure();
+        const params = { header: { "Sheaf-Control": control.id() ?? "" } };
+        const body = { target_mm: target.peek() ?? 0 };
+        await data(api.POST("/api/v1/devices/stage/move", { params, body }));
+      }),
+    [api, control, target],
+  );
+  const home = useMemo(
+    () =>
+      new Command(async () => {
+        await control.ensure();
+        const params = { header: { "Sheaf-Control": control.id() ?? "" } };
+        await data(api.POST("/api/v1/devices/stage/home", { params }));
+      }),
+    [api, control],
+  );
+  if (stage && !stage.connected) return null;
+  const [lowest, highest] = stage?.travel_mm ?? [];
+  return (
+    <section class="card stack">
+      <h2>{words.stage}</h2>
+      <p class="row stage-position live-data">
+        <span class="big number">{decimal(stage?.position_mm, 3, language.value)}</span> mm
+        {stage?.moving && <span class="tag">{words.moving}</span>}
+      </p>
+      <JogButtons blocked={blocked} />
+      <div class="row with-button">
+        <NumberField
+          form={form}
+          label={words.target}
+          unit="mm"
+          value={target.value}
+          optional
+          min={lowest}
+          max={highest}
+          onChange={(value) => (target.value = value)}
+        />
+        <CommandButton
+          command={move}
+          blocked={
+            blocked ??
+            unhomed ??
+            form.blocked.value ??
+            (target.value === undefined && !form.pending.value ? words.target_first : undefined)
+          }
+        >
+          {words.move}
+        </CommandButton>
+      </div>
+      <CommandButton command={home} blocked={blocked}>
+        {words.home}
+      </CommandButton>
+    </section>
+  );
+}
+
+function JogButtons({ blocked }: { blocked: string | undefined }) {
+  const { api, control, station } = useApp();
+  const words = text.value.live;
+  const problem = useSignal<Problem | undefined>(undefined);
+  const speed_mm_s = useSignal(2);
+  const held = useSignal(0);
+  const jog = useMemo(
+    () =>
+      new Jog(
+        async (velocity_mm_s) => {
+          await control.ensure();
+          const params = { header: { "Sheaf-Control": control.id() ?? "" } };
+          await data(api.POST("/api/v1/devices/stage/jog", { params, body: { velocity_mm_s } }));
+        },
+        (cause) => {
+          held.value = 0;
+          problem.value = problemOf(cause);
+        },
+      ),
+    [api, control, held, problem],
+  );
+  const release = () => {
+    held.value = 0;
+    jog.release();
+  };
+  // Whatever takes the button away from the finger also stops the stage.
+  useEffect(() => {
+    addEventListener("blur", release);
+    document.addEventListener("visibilitychange", release);
+    return () => {
+      removeEventListener("blur", release);
+      document.removeEventListener("visibilitychange", release);
+      jog.release();
+    };
+  }, [jog]);
+  const fastest = station.status.value?.stage.max_speed_mm_s ?? Number.POSITIVE_INFINITY;
+  const button = (sign: 1 | -1, name: string, arrow: string) => (
+    <button
+      type="button"
+      class="jog"
+      aria-label={name}
+      aria-disabled={blocked ? "true" : undefined}
+      title={blocked ?? words.jog_hint}
+      aria-pressed={held.value === sign}
+      onPointerDown={(event) => {
+        if (blocked || event.button !== 0) return;
+        event.currentTarget.setPointerCapture(event.pointerId);
+        problem.value = undefined;
+        held.value = sign;
+        jog.hold(sign * speed_mm_s.value);
+      }}
+      onPointerUp={release}
+      onPointerCancel={release}
+      onLostPointerCapture={release}
+      onContextMenu={(event) => event.preventDefault()}
+      onKeyDown={(event) => {
+        if (blocked || event.repeat || (event.key !== " " && event.key !== "Enter")) return;
+        event.preventDefault();
+        problem.value = undefined;
+        held.value = sign;
+        jog.hold(sign * speed_mm_s.value);
+      }}
+      onKeyUp={release}
+      onBlur={release}
+    >
+      {arrow}
+    </button>
+  );
+  return (
+    <div class="stack">
+      <div class="row jog-row">
+        {button(-1, words.jog_back, "◀ −")}
+        <label class="field">
+          <span class="visually-hidden">{words.speed}</span>
+          <select
+            value={String(speed_mm_s.value)}
+            onChange={(event) => (speed_mm_s.value = Number(event.currentTarget.value))}
+          >
+            {SPEEDS_MM_S.filter((speed) => speed <= fastest).map((speed) => (
+              <option key={speed} value={String(speed)}>
+                {decimal(speed, speed < 1 ? 1 : 0, language.value)} mm/s
+              </option>
+            ))}
+          </select>
+        </label>
+        {button(1, words.jog_on, "+ ▶")}
+      </div>
+      <small class="muted">{blocked ?? words.jog_hint}</small>
+      {problem.value && <ProblemCard problem={problem.value} onDismiss={() => (problem.value = undefined)} />}
+    </div>
+  );
+}

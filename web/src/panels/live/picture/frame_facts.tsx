@@ -1,0 +1,62 @@
+/** Under the plot: which frame this is, how old, how many per second, and what was lost where. */
+
+import { useApp } from "../../../app";
+import { language, text } from "../../../text";
+import { count, decimal, duration } from "../../../units";
+import type { LiveView } from "../live_view";
+
+export function FrameFacts({ view }: { view: LiveView }) {
+  const { station } = useApp();
+  const figures = view.figures.value;
+  const words = text.value.live;
+  const chosen = language.value;
+  if (!figures) return null;
+  const lost = Object.values(station.status.value?.frames.dropped ?? {}).reduce((sum, n) => sum + n, 0);
+  const pictures = figures.dropped.find(({ stream }) => stream === "image");
+  const age = figures.age_ms;
+  return (
+    <dl class="frame-facts number">
+      <Fact of="frame" name={words.frame}>
+        {count(figures.sequence, chosen)}
+        {view.frozen.value && <span class="tag">{words.frozen}</span>}
+      </Fact>
+      <Fact of="rate" name={words.rate}>
+        {decimal(figures.rate_hz, 1, chosen)} Hz
+      </Fact>
+      <Fact of="age" name={words.age}>
+        {age === undefined ? "–" : age < 1000 ? `${decimal(age, 0, chosen)} ms` : duration(age / 1000, chosen)}
+      </Fact>
+      <Fact name={words.stage}>{decimal(figures.position_mm, 3, chosen)} mm</Fact>
+      <Fact name={words.exposure}>{decimal(figures.exposure_us, 0, chosen)} µs</Fact>
+      <Fact name={words.lost_at_station} hint={words.lost_at_station_hint}>
+        {count(lost, chosen)}
+      </Fact>
+      <Fact of="not_shown" name={words.not_shown} hint={words.not_shown_hint}>
+        {words.not_shown_by(
+          count(pictures?.by_rate ?? 0, chosen),
+          count(pictures?.too_slow ?? 0, chosen),
+          count(figures.skipped, chosen),
+        )}
+      </Fact>
+    </dl>
+  );
+}
+
+function Fact({
+  of,
+  name,
+  hint,
+  children,
+}: {
+  of?: string;
+  name: string;
+  hint?: string;
+  children: preact.ComponentChildren;
+}) {
+  return (
+    <div title={hint} data-fact={of}>
+      <dt>{name}</dt>
+      <dd>{children}</dd>
+    </div>
+  );
+}

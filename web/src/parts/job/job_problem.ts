@@ -1,0 +1,22 @@
+/** How a job ended, as a result or as a refusal that says why. */
+
+import { type Job, type Problem, Refusal } from "../../api/client";
+import { text } from "../../text";
+
+/** Why a job ended without a result. */
+export function problemOfJob(job: Job): Problem {
+  const problem = job.problem;
+  if (typeof problem === "object" && problem !== null && "detail" in problem) return problem as Problem;
+  return {
+    type: "urn:sheaf:problem:job",
+    title: text.value.jobs.states[job.state],
+    status: 0,
+    detail: job.message,
+  };
+}
+
+/** The id of what a job made; a refusal with its reason if it made nothing. */
+export function succeeded(job: Job): string {
+  if (job.state === "succeeded" && job.result) return job.result.id;
+  throw new Refusal(problemOfJob(job));
+}

@@ -1,0 +1,149 @@
+/**
+ * The points of one scan, every block once and in order: live from the stream, the rest over HTTP.
+ *
+ * Blocks are counted from 0 without gaps. What came too early waits, what came twice is left out. After a pause the
+ * last block held is asked for again: if it is not the same, the scan was taken up again by another process from an
+ * earlier row, and the picture begins anew.
+ */
+
+import { decodeBlocks, type PointsBlock } from "../../stream/protocol";
+
+/** An answer of `GET …/points`. */
+export interface PointsPage {
+  buffer: ArrayBuffer;
+  next_block: number;
+  complete: boolean;
+}
+
+export interface FeedEvents {
+  onBlock(block: PointsBlock): void;
+  /** All that was shown is void; another scan, or the same from its beginning, follows. */
+  onReset(scan_id: string): void;
+  /** The blocks cannot be fetched. */
+  onProblem(cause: unknown): void;
+  /** How far it is, or whether it has ended, changed. */
+  onProgress?(): void;
+}
+
+export class BlockFeed {
+  /** The scan that is followed. */
+  scan_id: string | undefined;
+  /** Whether more blocks will come. */
+  running = false;
+  /** The next block wanted: so many are there. */
+  next_block = 0;
+  private last: PointsBlock | undefined;
+  private readonly early = new Map<number, PointsBlock>();
+  private fetching = false;
+  private again = false;
+
+  constructor(
+    private readonly fetchPage: (scan_id: string, from_block: number) => Promise<PointsPage>,
+    private readonly events: FeedEvents,
+  ) {}
+
+  /** The stream says which scan runs, or ended, and which of its blocks comes next on this connection. */
+  announce(scan: { scan_id: string; running: boolean; n_blocks: number; next_block: number }): void {
+    const taken_up_again = scan.running && !this.running;
+    if (scan.scan_id !== this.scan_id || taken_up_again) this.reset(scan.scan_id);
+    this.running = scan.running;
+    if (this.next_block < Math.max(scan.next_block, scan.running ? 0 : scan.n_blocks)) void this.catchUp();
+    this.events.onProgress?.();
+  }
+
+  /** A block of the stream. */
+  receive(block: PointsBlock): void {
+    if (block.scan_id !== this.scan_id || block.block < this.next_block) return;
+    if (block.block > this.next_block || this.fetching) {
+      this.early.set(block.block, block);
+      if (!this.fetching) void this.catchUp();
+      return;
+    }
+    this.take(block);
+    this.takeEarly();
+  }
+
+  /** Shows a scan from its beginning. */
+  async show(scan_id: string): Promise<void> {
+    this.reset(scan_id);
+    await this.catchUp();
+  }
+
+  /** The connection was lost and is there again. */
+  reconnected(): void {
+    if (this.scan_id !== undefined) void this.catchUp();
+  }
+
+  /** Asks for what is missing until nothing is. */
+  async catchUp(): Promise<void> {
+    this.again = true;
+    if (this.fetching) return;
+    this.fetching = true;
+    try {
+      while (this.again) {
+        this.again = false;
+        await this.fetchAll();
+      }
+    } catch (cause) {
+      this.events.onProblem(cause);
+    } finally {
+      this.fetching = false;
+      this.takeEarly();
+    }
+  }
+
+  private async fetchAll(): Promise<void> {
+    const scan_id = this.scan_id;
+    if (scan_id === undefined) return;
+    for (;;) {
+      // One block back, to see whether it still is the same.
+      const from_block = Math.max(0, this.next_block - 1);
+      const page = await this.fetchPage(scan_id, from_block);
+      if (this.scan_id !== scan_id) return;
+      const before = this.next_block;
+      const blocks = decodeBlocks(page.buffer);
+      if (this.last && !(blocks[0] && same(blocks[0], this.last))) {
+        // A scan that waits to be resumed has no blocks; its picture stays until rows are taken again.
+        if (page.complete && page.next_block === 0) return this.end();
+        this.reset(scan_id);
+        continue;
+      }
+      for (const block of blocks) if (block.block === this.next_block) this.take(block);
+      if (page.complete) return this.end();
+      if (this.next_block === before) return;
+    }
+  }
+
+  private takeEarly(): void {
+    for (let block = this.early.get(this.next_block); block; block = this.early.get(this.next_block)) {
+      this.take(block);
+    }
+    for (const number of this.early.keys()) if (number < this.next_block) this.early.delete(number);
+  }
+
+  private take(block: PointsBlock): void {
+    this.early.delete(block.block);
+    this.next_block = block.block + 1;
+    this.last = block;
+    this.events.onBlock(block);
+  }
+
+  private end(): void {
+    this.running = false;
+    this.events.onProgress?.();
+  }
+
+  private reset(scan_id: string): void {
+    this.scan_id = scan_id;
+    this.next_block = 0;
+    this.last = undefined;
+    this.early.clear();
+    this.events.onReset(scan_id);
+  }
+}
+
+/** Whether two blocks hold the same points. */
+function same(a: PointsBlock, b: PointsBlock): boolean {
+  if (a.block !== b.block || a.frame !== b.frame || a.n_points !== b.n_points) return false;
+  return a.points.every((byte, idx) => byte === b.points[idx]);
+}

@@ -1,0 +1,132 @@
+/**
+ * The points of a cloud on the graphics card.
+ *
+ * A chunk's memory is reserved once, only new points are written, once per frame, and a chunk costs four calls to draw:
+ * six million points leave most of a frame free.
+ */
+
+import { CHUNK_POINTS, type Cloud, type CloudChunk, WORDS } from "../cloud/cloud";
+import type { RegionGrid } from "../cloud/region";
+import { GlProgram, type UniformValue } from "./gl_program";
+import { POINT_FRAGMENT, POINT_VERTEX } from "./shaders";
+
+const BYTES_PER_POINT = 2 * WORDS;
+
+/** Values of a point: name in the shader, how many, and at which byte. */
+const ATTRIBUTES = [
+  { name: "position", size: 3, at_byte: 0 },
+  { name: "intensity", size: 1, at_byte: 6 },
+  { name: "order_sigma", size: 1, at_byte: 8 },
+] as const;
+
+/** A chunk on the card: its points up to `n_written` are there. */
+interface Drawn {
+  buffer: WebGLBuffer;
+  vertices: WebGLVertexArrayObject;
+  n_written: number;
+}
+
+export class CloudLayer {
+  /** Points written to the card so far; a change of colour does not change it. */
+  n_uploaded = 0;
+  private readonly drawn = new Map<CloudChunk, Drawn>();
+  private grid: RegionGrid | undefined;
+  /** The cells of the grid on the card; undefined until they are needed there. */
+  private cells: WebGLTexture | undefined;
+  private program: GlProgram;
+
+  constructor(private readonly gl: WebGL2RenderingContext) {
+    this.program = new GlProgram(gl, POINT_VERTEX, POINT_FRAGMENT);
+  }
+
+  /** The context was lost and is there again: nothing of before is on the card. */
+  restore(): void {
+    this.drawn.clear();
+    this.cells = undefined;
+    this.program = new GlProgram(this.gl, POINT_VERTEX, POINT_FRAGMENT);
+  }
+
+  /** Which points are of the measured feature; undefined: nobody says. */
+  setRegion(grid: RegionGrid | undefined): void {
+    if (this.cells) this.gl.deleteTexture(this.cells);
+    this.cells = undefined;
+    this.grid = grid;
+  }
+
+  /** Writes what is new. */
+  write(cloud: Cloud): void {
+    for (const chunk of cloud.chunks) this.writeChunk(chunk);
+  }
+
+  /** Draws one point in `thinning`; answers how many points that is. */
+  draw(uniforms: Readonly<Record<string, UniformValue>>, thinning: number): number {
+    const { gl, program } = this;
+    program.use(uniforms);
+    if (this.grid) {
+      this.cells ??= this.write3D(this.grid);
+      gl.bindTexture(gl.TEXTURE_3D, this.cells);
+    }
+    let n_drawn = 0;
+    for (const [chunk, { vertices }] of this.drawn) {
+      gl.bindVertexArray(vertices);
+      program.set("u_origin", chunk.origin_mm);
+      program.set("u_step", chunk.step_mm);
+      for (const { start, count } of chunk.drawn(thinning)) {
+        gl.drawArrays(gl.POINTS, start, count);
+        n_drawn += count;
+      }
+    }
+    gl.bindVertexArray(null);
+    return n_drawn;
+  }
+
+  dispose(): void {
+    for (const { buffer, vertices } of this.drawn.values()) {
+      this.gl.deleteBuffer(buffer);
+      this.gl.deleteVertexArray(vertices);
+    }
+    this.drawn.clear();
+    this.setRegion(undefined);
+    this.program.dispose();
+  }
+
+  private write3D({ bytes, size }: RegionGrid): WebGLTexture {
+    const { gl } = this;
+    const [nx, ny, nz] = size;
+    const cells = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_3D, cells);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.texImage3D(gl.TEXTURE_3D, 0, gl.R8, nx, ny, nz, 0, gl.RED, gl.UNSIGNED_BYTE, bytes);
+    for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
+      gl.texParameteri(gl.TEXTURE_3D, side, gl.NEAREST);
+    return cells;
+  }
+
+  private writeChunk(chunk: CloudChunk): void {
+    const { gl } = this;
+    const drawn = this.drawn.get(chunk) ?? this.make(chunk);
+    if (drawn.n_written === chunk.n_points) return;
+    gl.bindBuffer(gl.ARRAY_BUFFER, drawn.buffer);
+    for (const { start, count } of chunk.written(drawn.n_written, chunk.n_points)) {
+      gl.bufferSubData(gl.ARRAY_BUFFER, BYTES_PER_POINT * start, chunk.words, WORDS * start, WORDS * count);
+    }
+    this.n_uploaded += chunk.n_points - drawn.n_written;
+    drawn.n_written = chunk.n_points;
+  }
+
+  private make(chunk: CloudChunk): Drawn {
+    const { gl } = this;
+    const made = { buffer: gl.createBuffer(), vertices: gl.createVertexArray(), n_written: 0 };
+    gl.bindVertexArray(made.vertices);
+    gl.bindBuffer(gl.ARRAY_BUFFER, made.buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, BYTES_PER_POINT * CHUNK_POINTS, gl.DYNAMIC_DRAW);
+    for (const { name, size, at_byte } of ATTRIBUTES) {
+      const at = this.program.attribute(name);
+      gl.enableVertexAttribArray(at);
+      gl.vertexAttribPointer(at, size, gl.UNSIGNED_SHORT, false, BYTES_PER_POINT, at_byte);
+    }
+    gl.bindVertexArray(null);
+    this.drawn.set(chunk, made);
+    return made;
+  }
+}

@@ -1,0 +1,377 @@
+/**
+ * The camera's picture, and on a second layer the centrelines of the same frame.
+ *
+ * Only the newest frame is decoded, as finely as it is shown; frames that arrive meanwhile replace each other and are
+ * counted. Draws when something changed, at most once per refresh of the screen. What it holds (a bitmap, two
+ * canvases, one message) is freed in dispose().
+ */
+
+import type { ImageMessage } from "../../stream/protocol";
+import { drawCentrelines } from "./centreline_layer";
+import { type Decoded, decodeJpeg, eighthsFor, WHOLE } from "./jpeg";
+import { listen } from "./picture_input";
+import {
+  centred,
+  fitted,
+  type PictureView,
+  panned,
+  placeOfU,
+  placeOfV,
+  type Size,
+  uOfPlace,
+  vOfPlace,
+  zoomedAt,
+} from "./picture_view";
+import { Zebra } from "./zebra";
+
+/** What a page may want to know of its picture. */
+export interface PictureEvents {
+  /** A frame is on the screen. */
+  drawn?(image: ImageMessage): void;
+  /** The pointer is at a position of the frame, px; `undefined`: it has left. */
+  hovered?(at: { u_px: number; v_px: number } | undefined): void;
+  /** The view was moved or zoomed. */
+  viewed?(view: PictureView, is_fitted: boolean): void;
+}
+
+/** A picture's grey levels: `data[4 · (row · width + column)]`. */
+export interface Greys {
+  readonly data: ArrayLike<number>;
+  readonly width: number;
+  readonly height: number;
+}
+
+/** Draws something of its own over the picture, in CSS px, after the centrelines. */
+export type DrawOver = (context: CanvasRenderingContext2D, view: PictureView, image: ImageMessage) => void;
+
+/** Reduced further than this, pixels fall between those that smoothing of low quality looks at. */
+const HALF = 0.5;
+
+export class CameraPicture {
+  /** Frames that were replaced by a newer one before they were decoded. */
+  skipped = 0;
+  /** Orders whose lines are not drawn; call `redraw` after a change. */
+  readonly hidden_orders = new Set<number>();
+  /** Whether any centrelines are drawn. */
+  lines_shown = true;
+  /** Drawn over the picture: corners of a board, a search window. */
+  draw_over: DrawOver | undefined;
+  private readonly picture_canvas = document.createElement("canvas");
+  private readonly line_canvas = document.createElement("canvas");
+  private readonly picture_context: CanvasRenderingContext2D;
+  private readonly line_context: CanvasRenderingContext2D;
+  private readonly pixels: CanvasRenderingContext2D;
+  private readonly resized: ResizeObserver;
+  private readonly stop_listening: () => void;
+  private place_size: Size = { width: 0, height: 0 };
+  private view_: PictureView = { scale: 1, left: 0, top: 0 };
+  private is_fitted = true;
+  private zebra: Zebra | undefined;
+  private marked: { u_px: number; v_px: number } | undefined;
+  private held = false;
+  private decoding = false;
+  private waiting: ImageMessage | undefined;
+  private shown: ({ image: ImageMessage; eighths: number } & Decoded) | undefined;
+  private greys_: { of: ImageMessage; read: Promise<Greys | undefined> } | undefined;
+  private untold = false;
+  private frame_request = 0;
+  private disposed = false;
+
+  /** `place` fills itself with the picture; its CSS must position it (class `data-view` does). */
+  constructor(
+    private readonly place: HTMLElement,
+    private readonly events: PictureEvents = {},
+  ) {
+    this.picture_context = contextOf(this.picture_canvas, {});
+    this.line_context = contextOf(this.line_canvas, {});
+    this.pixels = contextOf(document.createElement("canvas"), { willReadFrequently: true });
+    this.picture_canvas.className = "layer picture";
+    this.line_canvas.className = "layer lines";
+    for (const canvas of [this.picture_canvas, this.line_canvas]) {
+      canvas.style.position = "absolute";
+      canvas.style.inset = "0";
+      canvas.style.width = "100%";
+      canvas.style.height = "100%";
+    }
+    place.append(this.picture_canvas, this.line_canvas);
+    this.resized = new ResizeObserver(() => this.resize());
+    this.resized.observe(place);
+    this.stop_listening = listen(place, {
+      zoomAt: (factor, x, y) =>
+        this.look(zoomedAt(this.view_, factor, x, y, this.place_size, this.picture_size), false),
+      pan: (dx, dy) => this.look(panned(this.view_, dx, dy, this.place_size, this.picture_size), false),
+      fit: () => this.fit(),
+      point: (x, y) => this.point(x, y),
+    });
+    this.resize();
+  }
+
+  /** The frame on the screen. */
+  get image(): ImageMessage | undefined {
+    return this.shown?.image;
+  }
+
+  get view(): PictureView {
+    return this.view_;
+  }
+
+  /** Shows a frame as soon as the one before it is decoded; a newer one replaces it. */
+  show(image: ImageMessage): void {
+    if (this.held) return;
+    if (this.decoding) {
+      if (this.waiting) this.skipped += 1;
+      this.waiting = image;
+    } else void this.decode(image);
+  }
+
+  /** Keeps the frame that is on the screen, also against one that is being decoded; or goes on. */
+  hold(held: boolean): void {
+    this.held = held;
+    this.waiting = undefined;
+  }
+
+  /** Forgets the frame: the place is dark. */
+  clear(): void {
+    this.waiting = undefined;
+    this.shown?.bitmap.close();
+    this.shown = undefined;
+    this.greys_ = undefined;
+    this.redraw();
+  }
+
+  /** The whole picture. */
+  fit(): void {
+    this.look(fitted(this.place_size, this.picture_size), true);
+  }
+
+  /** CSS pixels per pixel of the frame; the middle stays where it is. */
+  zoomTo(scale: number): void {
+    const { width, height } = this.place_size;
+    const factor = scale / this.view_.scale;
+    if (this.is_fitted) this.look(centred(scale, this.place_size, this.picture_size), false);
+    else this.look(zoomedAt(this.view_, factor, width / 2, height / 2, this.place_size, this.picture_size), false);
+  }
+
+  zoomBy(factor: number): void {
+    this.zoomTo(this.view_.scale * factor);
+  }
+
+  /** Stripes over pixels at full scale. */
+  showZebra(shown: boolean): void {
+    this.zebra = shown ? new Zebra() : undefined;
+    if (this.shown) this.zebra?.take(this.shown.bitmap);
+    this.refine();
+    this.redraw();
+  }
+
+  /** A cross at a position of the frame. */
+  mark(at: { u_px: number; v_px: number } | undefined): void {
+    if (!at && !this.marked) return;
+    this.marked = at;
+    this.redraw();
+  }
+
+  /**
+   * All grey levels of the frame on the screen: `data[4 · (row · width + column)]`, a pixel for every pixel of the
+   * JPEG, however finely it is shown. Asked again for the same frame, it is the same answer.
+   */
+  greys(): Promise<Greys | undefined> {
+    const image = this.shown?.image;
+    if (!image) return Promise.resolve(undefined);
+    if (this.greys_?.of !== image) this.greys_ = { of: image, read: this.read(image) };
+    return this.greys_.read;
+  }
+
+  /** Asks for drawing at the next refresh of the screen. */
+  redraw(): void {
+    if (this.frame_request === 0 && !this.disposed) {
+      this.frame_request = requestAnimationFrame(() => this.draw());
+    }
+  }
+
+  dispose(): void {
+    this.disposed = true;
+    cancelAnimationFrame(this.frame_request);
+    this.resized.disconnect();
+    this.stop_listening();
+    this.waiting = undefined;
+    this.shown?.bitmap.close();
+    this.shown = undefined;
+    this.greys_ = undefined;
+    this.picture_canvas.remove();
+    this.line_canvas.remove();
+  }
+
+  private get picture_size(): Size {
+    const image = this.shown?.image;
+    return { width: image?.width_px ?? 0, height: image?.height_px ?? 0 };
+  }
+
+  private async decode(image: ImageMessage): Promise<void> {
+    this.decoding = true;
+    try {
+      this.take(image, await this.decoded(image, this.eighths_wanted));
+    } catch {
+      // A frame that cannot be decoded is not shown; the next one is a thirtieth of a second away.
+      this.skipped += 1;
+    }
+    this.decoding = false;
+    const next = this.waiting;
+    this.waiting = undefined;
+    if (next && !this.disposed) void this.decode(next);
+  }
+
+  private async decoded(image: ImageMessage, eighths: number): Promise<Decoded & { eighths: number }> {
+    return { ...(await decodeJpeg(image.jpeg, image.jpeg_width_px, image.jpeg_height_px, eighths)), eighths };
+  }
+
+  /** How finely the JPEG must be decoded for what is shown of it. */
+  private get eighths_wanted(): number {
+    // Before the first frame the size on the screen is not known; stripes are judged pixel by pixel.
+    if (!this.shown || this.zebra) return WHOLE;
+    return eighthsFor(this.view_.scale * this.shown.image.scale * devicePixelRatio);
+  }
+
+  /** Decodes the frame on the screen again if more of it is shown than was decoded. */
+  private refine(): void {
+    const { shown } = this;
+    const eighths = this.eighths_wanted;
+    if (!shown || shown.eighths >= eighths) return;
+    shown.eighths = eighths;
+    const { image } = shown;
+    const replace = (finer: Decoded) => {
+      if (this.shown !== shown) {
+        finer.bitmap.close();
+        return;
+      }
+      shown.bitmap.close();
+      Object.assign(shown, finer);
+      this.zebra?.take(shown.bitmap);
+      this.redraw();
+    };
+    // It was decoded before; should it fail, the coarser one stays.
+    this.decoded(image, eighths).then(replace, () => undefined);
+  }
+
+  private async read(image: ImageMessage): Promise<Greys | undefined> {
+    try {
+      const { bitmap } = await this.decoded(image, WHOLE);
+      const { canvas } = this.pixels;
+      const { width, height } = bitmap;
+      if (canvas.width !== width) canvas.width = width;
+      if (canvas.height !== height) canvas.height = height;
+      this.pixels.drawImage(bitmap, 0, 0);
+      bitmap.close();
+      return { data: this.pixels.getImageData(0, 0, width, height).data, width, height };
+    } catch {
+      return undefined;
+    }
+  }
+
+  private take(image: ImageMessage, decoded: Decoded & { eighths: number }): void {
+    if (this.disposed || this.held) {
+      decoded.bitmap.close();
+      return;
+    }
+    const before = this.shown?.image;
+    this.shown?.bitmap.close();
+    this.shown = { image, ...decoded };
+    this.untold = true;
+    this.zebra?.take(decoded.bitmap);
+    const resized = before?.width_px !== image.width_px || before?.height_px !== image.height_px;
+    if (resized) this.fit();
+    this.refine();
+    this.redraw();
+  }
+
+  private resize(): void {
+    this.place_size = { width: this.place.clientWidth, height: this.place.clientHeight };
+    for (const canvas of [this.picture_canvas, this.line_canvas]) {
+      canvas.width = Math.max(1, Math.round(this.place_size.width * devicePixelRatio));
+      canvas.height = Math.max(1, Math.round(this.place_size.height * devicePixelRatio));
+    }
+    if (this.is_fitted) this.fit();
+    else this.look(panned(this.view_, 0, 0, this.place_size, this.picture_size), false);
+  }
+
+  private look(view: PictureView, is_fitted: boolean): void {
+    this.view_ = view;
+    this.is_fitted = is_fitted;
+    // A finger on the whole picture scrolls the page; on a part of it, it moves the picture.
+    this.place.style.touchAction = is_fitted ? "pan-y" : "none";
+    this.place.dataset.view = `${view.scale} ${view.left} ${view.top}`;
+    this.events.viewed?.(view, is_fitted);
+    this.refine();
+    this.redraw();
+  }
+
+  private point(x: number | undefined, y: number): void {
+    if (x === undefined || !this.shown) this.events.hovered?.(undefined);
+    else this.events.hovered?.({ u_px: uOfPlace(this.view_, x), v_px: vOfPlace(this.view_, y) });
+  }
+
+  private draw(): void {
+    this.frame_request = 0;
+    const ratio = devicePixelRatio;
+    for (const context of [this.picture_context, this.line_context]) {
+      context.setTransform(1, 0, 0, 1, 0, 0);
+      context.clearRect(0, 0, context.canvas.width, context.canvas.height);
+      context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    }
+    if (!this.shown) return;
+    const { image } = this.shown;
+    this.drawPicture(this.shown);
+    if (this.lines_shown) drawCentrelines(this.line_context, this.view_, image, this.hidden_orders);
+    this.draw_over?.(this.line_context, this.view_, image);
+    if (this.marked) drawMark(this.line_context, this.view_, this.marked);
+    if (this.untold) {
+      this.untold = false;
+      this.place.dataset.sequence = String(image.sequence);
+      this.events.drawn?.(image);
+    }
+  }
+
+  private drawPicture({ image, bitmap, share }: { image: ImageMessage } & Decoded): void {
+    const { scale, left, top } = this.view_;
+    const [width, height] = [share * image.jpeg_width_px, share * image.jpeg_height_px];
+    const to_scale = (scale * image.scale) / share;
+    // Enlarged pixels stay squares: what is measured is pixels.
+    // Much reduced, neighbours are averaged: lines a few pixels wide would otherwise break into dots.
+    this.picture_context.imageSmoothingQuality = to_scale * devicePixelRatio < HALF ? "medium" : "low";
+    this.picture_context.imageSmoothingEnabled = scale * devicePixelRatio < 2;
+    const shown = this.zebra?.canvas ?? bitmap;
+    this.picture_context.drawImage(shown, 0, 0, width, height, left, top, to_scale * width, to_scale * height);
+  }
+}
+
+function drawMark(context: CanvasRenderingContext2D, view: PictureView, at: { u_px: number; v_px: number }): void {
+  const [x, y] = [placeOfU(view, at.u_px), placeOfV(view, at.v_px)];
+  for (const [colour, width] of [
+    ["#000", 3],
+    ["#fff", 1.25],
+  ] as const) {
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    context.beginPath();
+    context.arc(x, y, 7, 0, 2 * Math.PI);
+    for (const [dx, dy] of [
+      [1, 0],
+      [-1, 0],
+      [0, 1],
+      [0, -1],
+    ] as const) {
+      context.moveTo(x + 7 * dx, y + 7 * dy);
+      context.lineTo(x + 15 * dx, y + 15 * dy);
+    }
+    context.stroke();
+  }
+}
+
+function contextOf(
+  canvas: HTMLCanvasElement,
+  settings: CanvasRenderingContext2DSettings,
+): CanvasRenderingContext2D {
+  const context = canvas.getContext("2d", settings);
+  if (!context) throw new Error("this browser draws no 2D canvas");
+  return context;
+}

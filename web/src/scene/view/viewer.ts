@@ -1,0 +1,363 @@
+/**
+ * Draws the cloud of a scan while it grows, and its mesh. Draws when something changed, never else.
+ *
+ * Blocks wait in a queue and are written within a budget per frame, so that a burst of points never holds up the page.
+ * Everything on the card has a copy in memory: a lost WebGL context is filled again from it.
+ */
+
+import type { PointsBlock } from "../../stream/protocol";
+import { Cloud, type CloudChunk, LANES } from "../cloud/cloud";
+import type { Mesh } from "../cloud/glb";
+import { isHidden, valueAt } from "../cloud/histogram";
+import { type Picked, pick } from "../cloud/picking";
+import type { Feature } from "../cloud/region";
+import type { Vec3 } from "../cloud/shapes";
+import { type Colouring, rgb } from "../colours";
+import { CloudLayer } from "../gpu/cloud_layer";
+import { MeshLayer } from "../gpu/mesh_layer";
+import { colourUniforms, featureUniforms, initialUniforms } from "../gpu/uniforms";
+import { Controls } from "./controls";
+import { Orbit, type ViewName } from "./orbit";
+import { Overlay } from "./overlay";
+import { Thinning } from "./thinning";
+
+/** Time of a frame for writing points; the rest of 8 ms is for drawing. */
+const WRITE_BUDGET_MS = 2;
+
+/** After so long without movement or new points the cloud is drawn in full. */
+const REST_AFTER_MS = 180;
+
+/** Grey of `--data-ground`. */
+const GROUND = rgb("#14171a");
+
+/** Distance of points that touch, mm, for the size in which they are drawn. */
+const SPACING_MM = 0.22;
+
+/** Frames whose times are remembered. */
+const REMEMBERED_FRAMES = 4096;
+
+export interface ViewerEvents {
+  /** Points were added, or the view was cleared. */
+  onGrown?: (cloud: Cloud) => void;
+  onPicked?: (picked: Picked) => void;
+  /** The person wants to forget what was picked. */
+  onCleared?: () => void;
+  onProjection?: (orthographic: boolean) => void;
+  /** The graphics card was lost, or is there again. */
+  onContext?: (lost: boolean) => void;
+}
+
+export interface ViewerFigures {
+  n_points: number;
+  n_drawn: number;
+  n_waiting_blocks: number;
+  /** Points written to memory and card; recolouring leaves it as it is. */
+  n_uploaded: number;
+  thinning: number;
+  /** Script time of the latest frames, ms. */
+  frame_ms: readonly number[];
+}
+
+export class CloudViewer {
+  readonly canvas: HTMLCanvasElement;
+  cloud = new Cloud();
+  readonly orbit = new Orbit();
+  private readonly gl: WebGL2RenderingContext;
+  private readonly uniforms = initialUniforms();
+  private readonly overlay: Overlay;
+  private readonly controls: Controls;
+  private readonly watch: ResizeObserver;
+  private readonly pace = new Thinning(LANES);
+  private layer: CloudLayer;
+  private mesh: MeshLayer | undefined;
+  private waiting: PointsBlock[] = [];
+  private marks: readonly Vec3[] = [];
+  private colouring: Colouring | undefined;
+  private feature: Feature | undefined;
+  private shown = { cloud: true, mesh: false };
+  private frame = 0;
+  private last_frame_ms = 0;
+  private active_until_ms = 0;
+  private rest_timer: ReturnType<typeof setTimeout> | undefined;
+  private n_drawn = 0;
+  private frame_ms: number[] = [];
+  /** Whether the person chose the view; else it follows the growing cloud. */
+  private chosen = false;
+  private lost = false;
+
+  /** Puts a canvas into `host`. Throws where the browser has no WebGL 2. */
+  constructor(
+    private readonly host: HTMLElement,
+    private readonly events: ViewerEvents = {},
+  ) {
+    this.canvas = document.createElement("canvas");
+    this.canvas.tabIndex = 0;
+    const gl = this.canvas.getContext("webgl2", { antialias: false, powerPreference: "high-performance" });
+    if (!gl) throw new Error("no WebGL 2");
+    this.gl = gl;
+    this.layer = new CloudLayer(gl);
+    host.append(this.canvas);
+    this.overlay = new Overlay(host);
+    this.controls = new Controls(this.canvas, this.orbit, {
+      moved: () => this.moved(),
+      picked: (x_px, y_px) => this.pickAt(x_px, y_px),
+      fit: () => this.fit(),
+      view: (name) => this.view(name),
+      toggleOrthographic: () => this.toggleOrthographic(),
+      clear: () => events.onCleared?.(),
+    });
+    this.canvas.addEventListener("webglcontextlost", this.contextLost);
+    this.canvas.addEventListener("webglcontextrestored", this.contextRestored);
+    this.watch = new ResizeObserver(() => this.resize());
+    this.watch.observe(host);
+    this.resize();
+  }
+
+  /** Adds a block of points; it is drawn with one of the next frames. */
+  append(block: PointsBlock): void {
+    this.waiting.push(block);
+    this.active();
+    if (document.hidden) this.write(Number.POSITIVE_INFINITY);
+  }
+
+  /** Forgets all points, mesh and marks. */
+  clear(): void {
+    this.layer.dispose();
+    this.layer = new CloudLayer(this.gl);
+    this.layer.setRegion(this.feature?.grid);
+    this.cloud = new Cloud();
+    this.waiting = [];
+    this.marks = [];
+    this.chosen = false;
+    this.setMesh(undefined);
+    this.events.onGrown?.(this.cloud);
+    this.invalidate();
+  }
+
+  colour(colouring: Colouring): void {
+    this.colouring = colouring;
+    Object.assign(this.uniforms, colourUniforms(colouring));
+    this.invalidate();
+  }
+
+  /** The feature from which deviations are told. */
+  deviateFrom(feature: Feature | undefined): void {
+    this.feature = feature;
+    Object.assign(this.uniforms, featureUniforms(feature));
+    this.layer.setRegion(feature?.grid);
+    this.invalidate();
+  }
+
+  setMesh(mesh: Mesh | undefined): void {
+    this.mesh?.dispose();
+    this.mesh = mesh && new MeshLayer(this.gl, mesh);
+    this.invalidate();
+  }
+
+  show(shown: { cloud: boolean; mesh: boolean }): void {
+    this.shown = shown;
+    this.invalidate();
+  }
+
+  /** Marks picked points. */
+  mark(marks: readonly Vec3[]): void {
+    this.marks = marks;
+    this.invalidate();
+  }
+
+  view(name: ViewName): void {
+    this.orbit.view(name);
+    this.fit();
+  }
+
+  fit(): void {
+    if (this.cloud.box) this.orbit.fit(this.cloud.box);
+    this.chosen = false;
+    this.active();
+  }
+
+  toggleOrthographic(): void {
+    this.orbit.orthographic = !this.orbit.orthographic;
+    this.events.onProjection?.(this.orbit.orthographic);
+    this.invalidate();
+  }
+
+  /** Looks for the point at a place of the canvas, CSS pixels. */
+  pickAt(x_px: number, y_px: number): void {
+    if (!this.shown.cloud) return;
+    const { clientWidth: width_px, clientHeight: height_px } = this.canvas;
+    const picked = pick(this.cloud, this.orbit.clip(), { x_px, y_px, width_px, height_px }, this.hides());
+    if (picked) this.events.onPicked?.(picked);
+  }
+
+  /** Which points are not drawn now; undefined where all are. */
+  private hides(): ((chunk: CloudChunk, point: number) => boolean) | undefined {
+    const { colouring, feature } = this;
+    if (!colouring?.hide_outside || colouring.mode === "order") return undefined;
+    const { mode, range } = colouring;
+    return (chunk, point) =>
+      isHidden(valueAt(mode, chunk.position(point), chunk.attributes(point), feature), mode, range);
+  }
+
+  /** What is seen now with its scale, as the address of a PNG; undefined while the graphics card is lost. */
+  snapshot(): string | undefined {
+    if (this.lost) return undefined;
+    // A canvas keeps its picture only until the browser has shown it.
+    this.render();
+    const { clientWidth: width_px, clientHeight: height_px, width, height } = this.canvas;
+    const picture = document.createElement("canvas");
+    [picture.width, picture.height] = [width, height];
+    const context = picture.getContext("2d");
+    if (!context || width_px === 0) return undefined;
+    context.drawImage(this.canvas, 0, 0);
+    context.scale(width / width_px, height / height_px);
+    this.overlay.paint(context, this.orbit, width_px, height_px);
+    return picture.toDataURL("image/png");
+  }
+
+  figures(): ViewerFigures {
+    return {
+      n_points: this.cloud.n_points,
+      n_drawn: this.n_drawn,
+      n_waiting_blocks: this.waiting.length,
+      n_uploaded: this.layer.n_uploaded,
+      thinning: this.pace.thinning,
+      frame_ms: this.frame_ms,
+    };
+  }
+
+  dispose(): void {
+    cancelAnimationFrame(this.frame);
+    clearTimeout(this.rest_timer);
+    this.watch.disconnect();
+    this.controls.dispose();
+    this.overlay.dispose();
+    this.layer.dispose();
+    this.mesh?.dispose();
+    this.canvas.removeEventListener("webglcontextlost", this.contextLost);
+    this.canvas.removeEventListener("webglcontextrestored", this.contextRestored);
+    this.gl.getExtension("WEBGL_lose_context")?.loseContext();
+    this.canvas.remove();
+  }
+
+  private moved(): void {
+    this.chosen = true;
+    this.active();
+  }
+
+  /** Something moves or grows: the frame budget holds until it rests. */
+  private active(): void {
+    const now = performance.now();
+    if (now > this.active_until_ms) this.pace.begin(this.cloud.n_points);
+    this.active_until_ms = now + REST_AFTER_MS;
+    clearTimeout(this.rest_timer);
+    this.rest_timer = setTimeout(() => this.rest(), REST_AFTER_MS);
+    this.invalidate();
+  }
+
+  private rest(): void {
+    if (this.waiting.length > 0) {
+      this.active();
+      return;
+    }
+    const thinned = this.pace.thinning > 1;
+    this.pace.rest();
+    if (thinned) this.invalidate();
+  }
+
+  private invalidate(): void {
+    if (this.frame === 0) this.frame = requestAnimationFrame((now) => this.draw(now));
+  }
+
+  private draw(now: number): void {
+    const began = performance.now();
+    this.frame = 0;
+    const since_last_ms = now - this.last_frame_ms;
+    this.last_frame_ms = now;
+    // Longer pauses are pauses of the work, not of the card.
+    if (now < this.active_until_ms && since_last_ms < 2 * REST_AFTER_MS) this.pace.frame(since_last_ms);
+    this.write(began + WRITE_BUDGET_MS);
+    if (!this.lost) this.render();
+    if (this.waiting.length > 0) this.invalidate();
+    this.remember(performance.now() - began);
+  }
+
+  private render(): void {
+    const { clientWidth: width_px, clientHeight: height_px } = this.canvas;
+    // Hidden, as on paper: nothing can be drawn, and nobody would see it.
+    if (width_px === 0 || height_px === 0) return;
+    const { gl, uniforms } = this;
+    const clip = this.orbit.clip();
+    const px_per_mm = this.canvas.height / 2 / this.orbit.half_height_mm;
+    const least_px = 1.5 * pixelRatio();
+    const size_px = Math.min(12, Math.max(least_px, SPACING_MM * px_per_mm));
+    Object.assign(uniforms, {
+      u_clip: clip,
+      u_size_px: size_px,
+      // Points that overlap in the picture are shuffled over more than the depth they differ by.
+      u_shuffle_mm: (2 * size_px) / px_per_mm,
+      u_towards: this.orbit.basis().back,
+    });
+    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthFunc(gl.LEQUAL);
+    gl.clearColor(...GROUND, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    if (this.shown.mesh) this.mesh?.draw(uniforms);
+    this.layer.write(this.cloud);
+    this.n_drawn = this.shown.cloud ? this.layer.draw(uniforms, this.pace.thinning) : 0;
+    this.overlay.draw(this.orbit, clip, this.marks, width_px, height_px);
+    this.canvas.dataset.points = String(this.cloud.n_points);
+    this.canvas.dataset.drawn = String(this.n_drawn);
+    this.canvas.dataset.uploaded = String(this.layer.n_uploaded);
+  }
+
+  /** Writes waiting blocks until a moment. */
+  private write(until_ms: number): void {
+    let n_written = 0;
+    for (const block of this.waiting) {
+      this.cloud.append(block);
+      n_written += 1;
+      if (performance.now() > until_ms) break;
+    }
+    if (n_written === 0) return;
+    this.waiting = this.waiting.slice(n_written);
+    if (!this.chosen && this.cloud.box) this.orbit.fit(this.cloud.box);
+    this.events.onGrown?.(this.cloud);
+  }
+
+  private remember(frame_ms: number): void {
+    this.frame_ms.push(frame_ms);
+    if (this.frame_ms.length > REMEMBERED_FRAMES) this.frame_ms.shift();
+  }
+
+  private resize(): void {
+    const { clientWidth, clientHeight } = this.host;
+    if (clientWidth === 0 || clientHeight === 0) return;
+    this.canvas.width = Math.floor(clientWidth * pixelRatio());
+    this.canvas.height = Math.floor(clientHeight * pixelRatio());
+    this.orbit.resize(clientWidth / clientHeight);
+    if (!this.chosen && this.cloud.box) this.orbit.fit(this.cloud.box);
+    this.invalidate();
+  }
+
+  private readonly contextLost = (event: Event): void => {
+    // Without this the browser never gives the context back.
+    event.preventDefault();
+    this.lost = true;
+    this.events.onContext?.(true);
+  };
+
+  private readonly contextRestored = (): void => {
+    this.lost = false;
+    this.layer.restore();
+    this.setMesh(this.mesh?.mesh);
+    this.events.onContext?.(false);
+    this.invalidate();
+  };
+}
+
+/** Pixels of the canvas per CSS pixel. */
+function pixelRatio(): number {
+  return Math.min(2, devicePixelRatio);
+}

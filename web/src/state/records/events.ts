@@ -1,0 +1,100 @@
+/** The station's durable events, followed without gaps: the stream says that there are new ones, HTTP tells them. */
+
+import { signal } from "@preact/signals";
+import { type Api, data, type Schemas } from "../../api/client";
+import type { StreamConnection } from "../../stream/connection";
+import { type Damaged, joinDamaged } from "./damaged";
+
+export type StationEvent = Schemas["EventDto"];
+
+/** Events the page begins with, and how many more a person gets at once. */
+export const EVENTS_AT_ONCE = 50;
+
+/** Events kept in the page; older ones are read again when wanted. */
+const KEPT = 1000;
+
+type Listener = (news: readonly StationEvent[]) => void;
+
+/** Puts new events in front of the known ones (newest first) and leaves out what is known already. */
+export function joined(known: readonly StationEvent[], news: readonly StationEvent[]): readonly StationEvent[] {
+  const newest = known[0]?.seq ?? 0;
+  const unknown = news.filter((event) => event.seq > newest).sort((a, b) => b.seq - a.seq);
+  return [...unknown, ...known].slice(0, KEPT);
+}
+
+export class EventLog {
+  /** Newest first, without gaps. */
+  readonly list = signal<readonly StationEvent[]>([]);
+  /** Events between them that are damaged. */
+  readonly damaged = signal<readonly Damaged[]>([]);
+  private readonly listeners = new Set<Listener>();
+  private newest_seq = 0;
+  private reading: Promise<void> | undefined;
+
+  constructor(
+    private readonly stream: StreamConnection,
+    private readonly api: Api,
+  ) {}
+
+  start(): void {
+    this.stream.subscribe({ stream: "events" }, (message) => {
+      if ("op" in message && message.op === "event") void this.catchUp(message.seq);
+    });
+    // What was shown before a connection was lost may be old, with or without events since.
+    this.stream.onReconnect(() => this.notify([]));
+  }
+
+  /** Calls back with new events, and with none when the link came back; the returned function ends it. */
+  follow(listener: Listener): () => void {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
+  }
+
+  /** Whether there are events older than those shown. */
+  get hasOlder(): boolean {
+    return (this.list.value.at(-1)?.seq ?? 1) > 1 && this.list.value.length < KEPT;
+  }
+
+  /** Reads older events. */
+  async older(): Promise<void> {
+    const oldest = this.list.peek().at(-1)?.seq ?? this.newest_seq + 1;
+    const after = Math.max(0, oldest - 1 - EVENTS_AT_ONCE);
+    const items = await this.read(after, EVENTS_AT_ONCE);
+    const older = items.filter((event) => event.seq < oldest).sort((a, b) => b.seq - a.seq);
+    this.list.value = [...this.list.peek(), ...older].slice(0, KEPT);
+  }
+
+  private async catchUp(seq: number): Promise<void> {
+    if (seq < this.newest_seq) this.list.value = []; // Another data folder behind the same address.
+    this.newest_seq = seq;
+    this.reading ??= this.readNew().finally(() => {
+      this.reading = undefined;
+    });
+    await this.reading;
+  }
+
+  private async readNew(): Promise<void> {
+    for (;;) {
+      const known = this.list.peek()[0]?.seq;
+      if (known === this.newest_seq || this.newest_seq === 0) return;
+      const after = known ?? Math.max(0, this.newest_seq - EVENTS_AT_ONCE);
+      const news = await this.read(after, 200).catch(() => undefined);
+      // Unreachable: the next word of the stream asks again.
+      if (!news || news.length === 0) return;
+      this.list.value = joined(this.list.peek(), news);
+      this.notify(news);
+    }
+  }
+
+  private async read(after: number, limit: number): Promise<StationEvent[]> {
+    const answer = await data(this.api.GET("/api/v1/events", { params: { query: { after, limit } } }));
+    // The same address also tells a stream of text, to those who ask for one.
+    const { items, damaged } = answer as Schemas["EventListDto"];
+    this.damaged.value = joinDamaged(this.damaged.peek(), damaged);
+    return items;
+  }
+
+  private notify(news: readonly StationEvent[]): void {
+    for (const listener of this.listeners) listener(news);
+  }
+}

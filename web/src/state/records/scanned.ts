@@ -1,0 +1,80 @@
+/** Scanned parts with their verdict and characteristics, as lists and charts need them; all of it from one list of the server. */
+
+import { type Api, data, type Schemas } from "../../api/client";
+import type { Damaged } from "./damaged";
+
+export type Scan = Schemas["ScanDto"];
+export type Verdict = Schemas["VerdictDto"];
+
+/** What stands for a characteristic; lengths in mm, angles in degrees. */
+export interface Measured {
+  id: string;
+  at_ms: number;
+  tool: string;
+  /** Undefined: the only one of its tool. */
+  name: string | undefined;
+  unit: "mm" | "°";
+  /** Undefined: it could not be measured. */
+  value: number | undefined;
+  /** Expanded uncertainty, k = 2. */
+  expanded_uncertainty: number | undefined;
+  nominal: number | undefined;
+  /** Symmetric around the nominal. */
+  tolerance: number | undefined;
+  verdict: Verdict | undefined;
+  rmse_mm: number | undefined;
+}
+
+export interface ScannedPart {
+  scan: Scan;
+  /** Newest first, one per characteristic. */
+  measured: readonly Measured[];
+}
+
+/** What the server finds; everything by default. */
+export interface PartsQuery {
+  verdict?: Verdict;
+  state?: Schemas["ScanStateDto"];
+  purpose?: Schemas["ScanPurposeDto"];
+}
+
+/** A part of the list of scanned parts. */
+export interface PartsPage {
+  parts: readonly ScannedPart[];
+  /** Scans between them, and their measurements, that are damaged. */
+  damaged: readonly Damaged[];
+  /** The cursor of older ones. */
+  next: string | undefined;
+}
+
+export function partOf(scan: Scan): ScannedPart {
+  return { scan, measured: scan.characteristics.map(measuredOf) };
+}
+
+function measuredOf(one: Schemas["CharacteristicDto"]): Measured {
+  return {
+    id: one.measurement_id,
+    at_ms: one.created_at_ms,
+    tool: one.tool,
+    name: one.name ?? undefined,
+    unit: one.unit === "°" ? "°" : "mm",
+    value: one.value ?? undefined,
+    expanded_uncertainty: one.expanded_uncertainty ?? undefined,
+    nominal: one.nominal ?? undefined,
+    tolerance: one.tolerance ?? undefined,
+    verdict: one.verdict ?? undefined,
+    rmse_mm: one.rmse_mm ?? undefined,
+  };
+}
+
+/** The newest parts, or those before one. */
+export async function readParts(
+  api: Api,
+  limit: number,
+  asked: PartsQuery = {},
+  before?: string,
+): Promise<PartsPage> {
+  const query = { limit, ...asked, ...(before !== undefined && { before }) };
+  const { items, damaged = [], next } = await data(api.GET("/api/v1/scans", { params: { query } }));
+  return { parts: items.map(partOf), damaged, next: next ? items.at(-1)?.id : undefined };
+}

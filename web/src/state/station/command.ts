@@ -1,0 +1,54 @@
+/** A command of a person: requested → accepted → done or failed, always visible. */
+
+import { type ReadonlySignal, signal } from "@preact/signals";
+import { type Problem, problemOf } from "../../api/client";
+
+export type Phase = "idle" | "requested" | "accepted" | "done" | "failed";
+
+/** What a command tells while it goes on. */
+export interface Steps {
+  /** The server took it; what it began goes on. */
+  accepted(): void;
+}
+
+export class Command<Arguments extends unknown[] = []> {
+  private readonly phase_ = signal<Phase>("idle");
+  private readonly problem_ = signal<Problem | undefined>(undefined);
+
+  constructor(private readonly procedure: (steps: Steps, ...args: Arguments) => Promise<void>) {}
+
+  get phase(): ReadonlySignal<Phase> {
+    return this.phase_;
+  }
+
+  /** Why it failed. */
+  get problem(): ReadonlySignal<Problem | undefined> {
+    return this.problem_;
+  }
+
+  get running(): boolean {
+    return this.phase_.value === "requested" || this.phase_.value === "accepted";
+  }
+
+  /** Carries it out; while it runs, another start is ignored. */
+  async start(...args: Arguments): Promise<boolean> {
+    if (this.phase_.peek() === "requested" || this.phase_.peek() === "accepted") return false;
+    this.problem_.value = undefined;
+    this.phase_.value = "requested";
+    try {
+      await this.procedure({ accepted: () => (this.phase_.value = "accepted") }, ...args);
+      this.phase_.value = "done";
+      return true;
+    } catch (cause) {
+      this.problem_.value = problemOf(cause);
+      this.phase_.value = "failed";
+      return false;
+    }
+  }
+
+  /** Forgets a problem that was read. */
+  dismiss(): void {
+    this.problem_.value = undefined;
+    if (this.phase_.value === "failed") this.phase_.value = "idle";
+  }
+}

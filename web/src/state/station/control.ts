@@ -1,0 +1,115 @@
+/** The control lease: who commands the station, and whether that is this page. */
+
+import { computed, signal } from "@preact/signals";
+import { type Api, data, Refusal, type Schemas } from "../../api/client";
+import { remembered } from "../browser/remembered";
+import type { StationState } from "./station";
+
+/** The lease lasts five seconds; it is renewed with room for a lost request. */
+const RENEW_EVERY_MS = 1500;
+
+/** HTTP's status for what the state of things refuses: a lease that is not in force is one. */
+const CONFLICT = 409;
+
+const EXPIRED = "urn:sheaf:problem:control-expired";
+
+/** Why this page no longer commands. `idle`: nothing was commanded; `unrenewed`: the link or the page was asleep. */
+export type Loss = { kind: "taken"; by: string } | { kind: "idle" } | { kind: "unrenewed" };
+
+export class Control {
+  /** The name shown to others. */
+  readonly holder = remembered("holder", "");
+  private readonly lease = signal<Schemas["ControlLeaseDto"] | undefined>(undefined);
+  /** Whether this page commands. */
+  readonly mine = computed(() => this.lease.value !== undefined);
+  /** Who else commands. */
+  readonly other = computed(() => {
+    const control = this.station.status.value?.control;
+    return control && !this.mine.value ? control.holder : undefined;
+  });
+  /** How this page lost control, until it is acknowledged. */
+  readonly lost = signal<Loss | undefined>(undefined);
+  private renewed_at_ms = 0;
+  /** How long a renewed lease lasts. */
+  private length_ms = 0;
+
+  constructor(
+    private readonly station: StationState,
+    private readonly api: () => Api,
+  ) {}
+
+  start(): void {
+    setInterval(() => void this.renew(), RENEW_EVERY_MS);
+    // Timers of a hidden page come late: whether it still commands is asked at once when it is seen again.
+    document.addEventListener("visibilitychange", () => void this.renew());
+    addEventListener("pagehide", () => void this.giveBack());
+  }
+
+  /** How logs and other browsers call who sits here. */
+  get name(): string {
+    return this.holder.value.trim() || "Operator";
+  }
+
+  /** The id to send with commands. */
+  id(): string | undefined {
+    return this.lease.value?.id;
+  }
+
+  /** Takes control where nobody has it; from somebody else only with `take_over`. */
+  async take(take_over = false): Promise<void> {
+    const body = { holder: this.name, take_over };
+    this.note(await data(this.api().POST("/api/v1/station/control", { body })));
+    this.lost.value = undefined;
+  }
+
+  /** Commands by hand need control: takes it if it is free, refuses if somebody else has it. */
+  async ensure(): Promise<void> {
+    if (!this.mine.value) await this.take();
+  }
+
+  async giveBack(): Promise<void> {
+    const id = this.id();
+    if (!id) return;
+    this.lease.value = undefined;
+    const params = { header: { "Sheaf-Control": id } };
+    await this.api()
+      .DELETE("/api/v1/station/control", { params, keepalive: true })
+      .catch(() => undefined);
+  }
+
+  private async renew(): Promise<void> {
+    const id = this.id();
+    if (!id) return;
+    const params = { header: { "Sheaf-Control": id } };
+    try {
+      const renewed = await data(this.api().PUT("/api/v1/station/control", { params }));
+      // Given back, or taken anew, while the answer was under way.
+      if (this.id() === id) this.note(renewed);
+    } catch (cause) {
+      // An unreachable or busy server keeps the lease until it runs out there; a conflict means that it has.
+      if (!(cause instanceof Refusal) || cause.problem.status !== CONFLICT || this.id() !== id) return;
+      const asleep = performance.now() - this.renewed_at_ms > this.length_ms;
+      this.lease.value = undefined;
+      if (cause.problem.type === EXPIRED) this.lost.value = { kind: asleep ? "unrenewed" : "idle" };
+      else this.lost.value = lossTo(await this.present());
+    }
+  }
+
+  private note(lease: Schemas["ControlLeaseDto"]): void {
+    this.lease.value = lease;
+    // A lease that nobody commands with is renewed for ever shorter times.
+    this.length_ms = Math.max(this.length_ms, 1000 * lease.ends_in_s);
+    this.renewed_at_ms = performance.now();
+  }
+
+  /** Who commands at this moment; empty if nobody does. The stream may not have told it yet. */
+  private async present(): Promise<string> {
+    const asked = data(this.api().GET("/api/v1/station/control"));
+    return await asked.then(({ holder }) => holder).catch(() => "");
+  }
+}
+
+/** A server that started anew knows nothing of a lease, and nobody has it. */
+function lossTo(holder: string): Loss {
+  return holder === "" ? { kind: "unrenewed" } : { kind: "taken", by: holder };
+}

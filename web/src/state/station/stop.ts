@@ -1,0 +1,107 @@
+/** Stop: asked for by every way at once, again and again, until the station is known to have stopped. */
+
+import { effect, signal } from "@preact/signals";
+import type { StopAnswer, StreamConnection } from "../../stream/connection";
+import type { StationState } from "./station";
+
+/** Time between two attempts; none waits for the one before. */
+const REPEAT_EVERY_MS = 500;
+
+/** After so long without an answer the person is told to use the machine's own means; the attempts go on. */
+const UNANSWERED_AFTER_MS = 1500;
+
+/**
+ * Requests under way at most. A browser has six connections to a server: of requests that hang on dead ones, the oldest
+ * makes room for a new one, after ten seconds. Nothing else ends an attempt before the station has stopped.
+ */
+const MOST_UNDER_WAY = 20;
+
+/** What became of the last Stop. `unacknowledged`: the server knows of it, the devices have not confirmed it. */
+export type StopOutcome = "none" | "stopping" | "unanswered" | "unacknowledged";
+
+/** Asks for Stop by HTTP. */
+export type PostStop = (abort: AbortSignal) => Promise<Partial<StopAnswer>>;
+
+export class Stop {
+  readonly outcome = signal<StopOutcome>("none");
+  private readonly under_way = new Set<AbortController>();
+  private endings: (() => void)[] = [];
+
+  constructor(
+    private readonly stream: Pick<StreamConnection, "stop" | "onStopped" | "onReconnect">,
+    private readonly station: Pick<StationState, "status">,
+    private readonly post: PostStop,
+    private readonly actor: () => string,
+  ) {}
+
+  /** Stops; nothing of the page stands between the finger and the first attempt. */
+  press(): void {
+    this.attempt();
+    if (this.outcome.peek() === "none") this.persist();
+  }
+
+  private attempt(): void {
+    this.stream.stop(this.actor());
+    const abort = new AbortController();
+    this.under_way.add(abort);
+    this.post(abort.signal)
+      .then(
+        (answer) => {
+          if (this.under_way.has(abort)) this.answered(answer);
+        },
+        // Not reached: the next attempt is due in any case.
+        () => undefined,
+      )
+      .finally(() => this.under_way.delete(abort));
+    const [oldest] = this.under_way;
+    if (this.under_way.size > MOST_UNDER_WAY && oldest) this.abandon(oldest);
+  }
+
+  /** Attempts again until it is known what became of it. */
+  private persist(): void {
+    this.outcome.value = "stopping";
+    const repeat = setInterval(() => this.attempt(), REPEAT_EVERY_MS);
+    const words = setTimeout(() => {
+      if (this.outcome.peek() === "stopping") this.outcome.value = "unanswered";
+    }, UNANSWERED_AFTER_MS);
+    this.endings = [
+      () => clearInterval(repeat),
+      () => clearTimeout(words),
+      this.stream.onStopped((answer) => this.answered(answer)),
+      this.stream.onReconnect(() => this.attempt()),
+      this.followState(),
+    ];
+  }
+
+  private answered({ acknowledged, state }: Partial<StopAnswer>): void {
+    if (this.outcome.peek() === "none") return;
+    if (acknowledged === false) this.outcome.value = "unacknowledged";
+    else if (acknowledged || state === "Halted") this.end();
+  }
+
+  /** What the station itself says from now on. */
+  private followState(): () => void {
+    const before = this.station.status.peek();
+    let halted = false;
+    return effect(() => {
+      const status = this.station.status.value;
+      if (!status || status === before) return;
+      // Devices that did not confirm are heard again, unless a person has looked and reset the station.
+      const known = status.state === "Halted" ? this.outcome.peek() !== "unacknowledged" : halted;
+      halted ||= status.state === "Halted";
+      if (known) queueMicrotask(() => this.end());
+    });
+  }
+
+  /** A Stop that still waits in the browser must not arrive after a reset. */
+  private end(): void {
+    for (const end of this.endings.splice(0)) end();
+    for (const abort of this.under_way) this.abandon(abort);
+    this.outcome.value = "none";
+  }
+
+  private abandon(attempt: AbortController): void {
+    this.under_way.delete(attempt);
+    attempt.abort();
+  }
+}
