@@ -270,6 +270,41 @@ test(
   TEST_WITHIN_MS,
 );
 
+test("a board of another kind is described in its own words, and the session has it", async () => {
+  const { page, context, complaints } = await visit(browser, server.url, "#/calibration");
+  await page.getByRole("link", { name: "Step by step" }).click();
+  const kind = page.getByLabel("kind of board");
+  await kind.waitFor({ timeout: SEEN_WITHIN_MS });
+  expect(await kind.inputValue()).toBe("chessboard");
+  expect(await page.getByLabel("inner corners along a row").inputValue()).toBe("11");
+  await kind.selectOption("circles");
+  const type = async (label: string, value: string) => {
+    await page.getByLabel(label, { exact: true }).fill(value);
+    await page.getByLabel(label, { exact: true }).press("Tab");
+  };
+  await type("distance of neighbouring centres", "16");
+  await type("the same along a column", "16.1");
+  await type("disc diameter", "9");
+  await expectAccessible(page);
+  await picture(page, "calibration-circle-grid");
+  await press(page, "Start session");
+  await page.waitForSelector('.wizard[data-step="camera"]');
+  const session = await sessionAt(page);
+  expect(session.body.target).toEqual({
+    kind: "circles",
+    columns: 9,
+    rows: 7,
+    square_mm: [16, 16.1],
+    diameter_mm: 9,
+  });
+  // What it was begun with is shown again.
+  await page.evaluate((id) => location.assign(`#/calibration/${id}?step=check`), session.id);
+  await page.getByText("16.000 × 16.100 mm").waitFor();
+  await server.call("DELETE", `/api/v1/calibration-sessions/${session.id}`);
+  expect(complaints).toEqual([]);
+  await context.close();
+});
+
 test("an archive with a corrupt image is refused with cause and remedy, and may be chosen again", async () => {
   const { page, context, complaints } = await visit(browser, server.url, "#/calibration");
   const manifest = {

@@ -4410,6 +4410,8 @@ export interface components {
             /** @enum {string} */
             kind: "capture";
         };
+        /** @description One length, or one along a row and one along a column of the board. */
+        SquareMmDto: number | number[];
         /** @description The travel of the stage. */
         StageAxisDto: {
             /** @description Millimetres per millimetre of the stage's own count. */
@@ -4744,17 +4746,60 @@ export interface components {
             /** @description To whom. */
             to: string;
         };
-        /** @description A chessboard. */
+        /** @description The board used for calibration. Without `kind` it is a chessboard. */
         TargetDto: {
             /** @description Inner corners along a row. */
             inner_columns: number;
             /** @description Inner corners along a column. */
             inner_rows: number;
+            /** @enum {string} */
+            kind: "chessboard";
+            /** @description Side of a square, or [along a row, along a column] where a printer has stretched them. */
+            square_mm: components["schemas"]["SquareMmDto"];
+        } | {
+            /** @description Squares along a row. */
+            columns: number;
+            /** @description OpenCV's name of the markers' dictionary, such as `DICT_4X4_50`. */
+            dictionary: string;
+            /** @enum {string} */
+            kind: "charuco";
             /**
              * Format: double
-             * @description Side of a square.
+             * @description Side of a marker.
              */
-            square_mm: number;
+            marker_mm: number;
+            /** @description Squares along a column. */
+            rows: number;
+            /** @description Side of a square, or [along a row, along a column] where a printer has stretched them. */
+            square_mm: components["schemas"]["SquareMmDto"];
+        } | {
+            /** @description Discs in a row. */
+            columns: number;
+            /**
+             * Format: double
+             * @description Diameter of a disc.
+             */
+            diameter_mm: number;
+            /** @enum {string} */
+            kind: "circles";
+            /** @description Rows. */
+            rows: number;
+            /** @description Distance of neighbouring centres, or [along a row, along a column]. */
+            square_mm: components["schemas"]["SquareMmDto"];
+        } | {
+            /** @description Discs in a row. */
+            columns: number;
+            /**
+             * Format: double
+             * @description Diameter of a disc.
+             */
+            diameter_mm: number;
+            /** @enum {string} */
+            kind: "asymmetric_circles";
+            /** @description Rows. */
+            rows: number;
+            /** @description Distance of neighbouring rows, and half of that of the centres in a row; or [that half, that distance]. */
+            square_mm: components["schemas"]["SquareMmDto"];
         };
         /**
          * @description What to measure.

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::path::PathBuf;
 
+use capture::TargetError;
 use remedy::Remedy;
 
 use crate::config::origin::Origin;
@@ -51,6 +52,20 @@ pub enum ConfigError {
         origin: Origin,
         /// What is possible.
         expected: String,
+    },
+    /// A value that a board of this kind cannot have, or that it lacks.
+    #[error("{key} cannot be {found} ({origin}): target.kind is {kind}")]
+    BadTarget {
+        /// The key.
+        key: String,
+        /// What was said.
+        found: String,
+        /// Where.
+        origin: Origin,
+        /// Kind of the board.
+        kind: &'static str,
+        /// Why, with what is possible.
+        why: Box<TargetError>,
     },
     /// `--set` without `=`.
     #[error("--set {text} has no \"=\"")]
@@ -107,6 +122,7 @@ impl Remedy for ConfigError {
             Self::NotToml { .. } => "correct the file (TOML)".into(),
             Self::UnknownKey { hint, .. } => hint.into(),
             Self::BadValue { expected, .. } => format!("give {expected}").into(),
+            Self::BadTarget { why, .. } => return why.remedy(),
             Self::NoEqualSign { .. } => "write --set KEY=VALUE".into(),
             Self::Missing { kind, name, expected, .. } => {
                 format!("set station.{kind}.{name} to {expected}").into()

@@ -63,6 +63,18 @@ pub fn effective(
         let chosen = value(&why.key());
         ConfigError::no_station(why, &chosen.to_string(), Origin::of(&chosen))
     })?;
+    let board = read.target.board();
+    board.check().map_err(|error| {
+        let key = format!("target.{}", error.entry());
+        let found = value(&key);
+        ConfigError::BadTarget {
+            found: format!("\"{found}\""),
+            origin: Origin::of(&found),
+            kind: board.kind(),
+            why: Box::new(error),
+            key,
+        }
+    })?;
     let values = settings.into_iter().map(|setting| {
         let value = value(&setting.key);
         let origin = Origin::of(&value);

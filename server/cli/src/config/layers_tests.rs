@@ -59,6 +59,14 @@ fn what_is_wrong_is_named_with_its_place_and_its_remedy() {
         &["station.grbl.port cannot be integer", "serial port"],
     );
     refused(with_file("[target]\nsquare_mm = nan", &[], &[]), &["target.square_mm", "0.01 to 1000"]);
+    refused(with_file("[target]\nsquare_mm = [12, 12, 12]", &[], &[]), &["target.square_mm", "or a list"]);
+    let grid = "[target]\nkind = \"circles\"\ncolumns = 9\nrows = 7\nsquare_mm = 15";
+    refused(
+        with_file(grid, &[], &[]),
+        &["target.diameter_mm cannot be", "default", "is circles", "neighbouring discs"],
+    );
+    let markers = ["target.kind=charuco", "target.columns=10", "target.rows=7", "target.marker_mm=9"];
+    refused(with_file("", &[], &markers), &["target.dictionary", "is charuco", "DICT_4X4_50"]);
     refused(with_file("station = 3", &[], &[]), &["\"station\"", "sheaf config"]);
     let robot = with_file("", &[("SHEAF_STATION__STAGE__KIND", "robot")], &[]);
     refused(robot, &["station.stage.kind", "robot", "SHEAF_STATION__STAGE__KIND", "twin, replay, grbl"]);
@@ -98,9 +106,31 @@ fn the_file_in_the_data_folder_is_read_and_may_not_move_it() {
     let folder = tempfile::tempdir().unwrap();
     let asked = Asked { data: Some(folder.path().to_owned()), ..Asked::default() };
     std::fs::write(folder.path().join(FILE_NAME), "[target]\nsquare_mm = 7.5\n").unwrap();
-    assert_eq!(effective(&asked, environment(&[])).unwrap().config.app.target.square_mm, 7.5.into());
+    assert_eq!(effective(&asked, environment(&[])).unwrap().config.app.target.square_mm(), 7.5.into());
     std::fs::write(folder.path().join(FILE_NAME), "data = \"elsewhere\"\n").unwrap();
     refused(effective(&asked, environment(&[])), &["data folder's own file", "--data"]);
+}
+
+#[test]
+fn every_kind_of_board_is_configured_by_the_words_of_a_capture() {
+    let target = |text: &str, set: &[&str]| {
+        let target = with_file(&format!("[target]\n{text}"), &[], set).unwrap().config.app.target;
+        serde_json::to_value(target).unwrap()
+    };
+    let sides = target("square_mm = 12", &["target.square_mm=12,12.1"]);
+    assert_eq!(sides["square_mm"], serde_json::json!([12.0, 12.1]));
+    let grid = "kind = \"asymmetric_circles\"\ncolumns = 4\nrows = 11\nsquare_mm = [10, 10.5]\ndiameter_mm = 8";
+    assert_eq!(
+        target(grid, &[]),
+        serde_json::json!({ "kind": "asymmetric_circles", "columns": 4, "rows": 11, "square_mm": [10.0, 10.5],
+            "diameter_mm": 8.0 })
+    );
+    let markers = "kind = \"charuco\"\ncolumns = 10\nrows = 7\nmarker_mm = 9\ndictionary = \"DICT_5X5_100\"";
+    assert_eq!(
+        target(markers, &[]),
+        serde_json::json!({ "kind": "charuco", "columns": 10, "rows": 7, "square_mm": 12.0, "marker_mm": 9.0,
+            "dictionary": "DICT_5X5_100" })
+    );
 }
 
 #[test]
@@ -119,7 +149,7 @@ fn the_defaults_are_those_of_the_simulated_station() {
     assert_eq!(twin(&config.app), twin(&simulated));
     let model = twin::StationModel::seeded(7, &twin::StationShape::default()).unwrap();
     assert_eq!(config.app.projector.orders, model.orders);
-    assert_eq!(config.app.target.square_mm, twin::poses::square_mm(&model).into());
+    assert_eq!(config.app.target, twin::poses::usual_target(&model));
     assert!(config.listen.ip().is_loopback());
 }
 

@@ -53,29 +53,36 @@ impl Setting {
         if !words.is_empty() {
             return format!("one of {}", words.join(", "));
         }
-        match self.schema["type"].as_str() {
+        let expected = alternatives(&self.schema).iter().map(|schema| match schema["type"].as_str() {
             Some("string") => format!("a text: {}", self.about),
-            Some("array") => format!("a list, each {}", described(&self.schema["items"])),
-            _ => described(&self.schema),
-        }
+            Some("array") => format!("a list, each {}", described(&schema["items"])),
+            _ => described(schema),
+        });
+        expected.collect::<Vec<_>>().join(", or ")
     }
 
     /// The value that `text` means in the environment or after a flag; lists are separated by commas.
     pub fn read(&self, text: &str) -> Option<ValueKind> {
-        let kind = if self.schema["type"] == "array" {
+        let read = |schema: &Json| {
+            if schema["type"] != "array" {
+                return scalar(schema, text);
+            }
             let items = text.split(',').map(str::trim).filter(|item| !item.is_empty());
-            let values = items.map(|item| Some(Value::new(None, scalar(&self.schema["items"], item)?)));
-            ValueKind::Array(values.collect::<Option<_>>()?)
-        } else {
-            scalar(&self.schema, text)?
+            let values = items.map(|item| Some(Value::new(None, scalar(&schema["items"], item)?)));
+            values.collect::<Option<_>>().map(ValueKind::Array)
         };
-        self.admits(&kind).then_some(kind)
+        alternatives(&self.schema).iter().find_map(read).filter(|kind| self.admits(kind))
     }
 
     /// Whether it may be that.
     pub fn admits(&self, value: &ValueKind) -> bool {
-        admits(&self.schema, value)
+        alternatives(&self.schema).iter().any(|schema| admits(schema, value))
     }
+}
+
+/// The types that a value may have, mostly one.
+fn alternatives(schema: &Json) -> &[Json] {
+    schema["anyOf"].as_array().map_or(std::slice::from_ref(schema), Vec::as_slice)
 }
 
 fn described(schema: &Json) -> String {
@@ -114,7 +121,9 @@ fn admits(schema: &Json, value: &ValueKind) -> bool {
         (Some("integer" | "number"), ValueKind::I64(number)) => within(*number as f64),
         (Some("number"), ValueKind::Float(number)) => within(*number),
         (Some("array"), ValueKind::Array(items)) => {
-            items.len() as u64 >= schema["minItems"].as_u64().unwrap_or(0)
+            let n = items.len() as u64;
+            (schema["minItems"].as_u64().unwrap_or(0)..=schema["maxItems"].as_u64().unwrap_or(u64::MAX))
+                .contains(&n)
                 && items.iter().all(|item| admits(&schema["items"], &item.kind))
         }
         // A table in a list: what its fields may be is checked where they are read.

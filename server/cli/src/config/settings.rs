@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 use app::config::AppConfig;
-use capture::{ChessboardTarget, GratingProjector};
+use capture::{CharucoTarget, ChessboardTarget, CirclesTarget, GratingProjector, SquareMm, Target};
 use http::HttpConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -31,15 +31,41 @@ pub struct Settings {
 /// `[target]`: the board used for calibration.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct TargetSettings {
-    /// inner corners along a row
+    /// what is on the board
+    #[schemars(extend("enum" = ["chessboard", "charuco", "circles", "asymmetric_circles"]))]
+    pub kind: String,
+    /// inner corners along a row of a chessboard
     #[schemars(range(min = 2, max = 200))]
     pub inner_columns: usize,
-    /// inner corners along a column
+    /// inner corners along a column of a chessboard
     #[schemars(range(min = 2, max = 200))]
     pub inner_rows: usize,
-    /// side of a square
-    #[schemars(range(min = 0.01, max = 1000.0))]
-    pub square_mm: f64,
+    /// squares of a ChArUco board, or discs of a circle grid, along a row
+    #[schemars(range(min = 0, max = 200))]
+    pub columns: usize,
+    /// squares of a ChArUco board, or discs of a circle grid, along a column
+    #[schemars(range(min = 0, max = 200))]
+    pub rows: usize,
+    /// side of a square, or step of a circle grid; two numbers, along a row and along a column, if they differ
+    #[schemars(with = "SquareSetting")]
+    pub square_mm: SquareMm,
+    /// side of a ChArUco board's markers
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    pub marker_mm: f64,
+    /// OpenCV's name of a ChArUco board's markers, such as DICT_4X4_50
+    pub dictionary: String,
+    /// diameter of a circle grid's discs
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    pub diameter_mm: f64,
+}
+
+/// What `square_mm` may be.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[expect(dead_code, reason = "only its schema is of use")]
+enum SquareSetting {
+    One(#[schemars(range(min = 0.01, max = 1000.0))] f64),
+    Two(#[schemars(length(min = 2, max = 2), inner(range(min = 0.01, max = 1000.0)))] Vec<f64>),
 }
 
 /// `[projector]`: by its data sheet.
@@ -82,7 +108,17 @@ impl Default for Settings {
             listen: (Ipv4Addr::LOCALHOST, 8080).into(),
             data: "sheaf-data".into(),
             station: StationSettings::default(),
-            target: TargetSettings { inner_columns, inner_rows, square_mm: SQUARE_MM },
+            target: TargetSettings {
+                kind: "chessboard".to_owned(),
+                inner_columns,
+                inner_rows,
+                columns: 0,
+                rows: 0,
+                square_mm: SQUARE_MM.into(),
+                marker_mm: 0.0,
+                dictionary: String::new(),
+                diameter_mm: 0.0,
+            },
             projector: ProjectorSettings {
                 wavelength_nm: shape.wavelength_nm,
                 grating_lines_per_mm: shape.lines_per_mm,
@@ -90,6 +126,23 @@ impl Default for Settings {
                 line_direction: "rows".to_owned(),
             },
             http: HttpSettings::default(),
+        }
+    }
+}
+
+impl TargetSettings {
+    /// The board of that kind; entries of other kinds do not matter.
+    pub fn board(&self) -> Target {
+        let Self { inner_columns, inner_rows, columns, rows, square_mm, marker_mm, diameter_mm, .. } = *self;
+        let grid = CirclesTarget { columns, rows, square_mm, diameter_mm };
+        match self.kind.as_str() {
+            "charuco" => {
+                let dictionary = self.dictionary.clone();
+                Target::Charuco(CharucoTarget { columns, rows, square_mm, marker_mm, dictionary })
+            }
+            "circles" => Target::Circles(grid),
+            "asymmetric_circles" => Target::AsymmetricCircles(grid),
+            _ => Target::Chessboard(ChessboardTarget { inner_columns, inner_rows, square_mm }),
         }
     }
 }
@@ -103,11 +156,7 @@ impl Settings {
             app: AppConfig {
                 data,
                 station,
-                target: ChessboardTarget {
-                    inner_columns: target.inner_columns,
-                    inner_rows: target.inner_rows,
-                    square_mm: target.square_mm.into(),
-                },
+                target: target.board(),
                 projector: GratingProjector {
                     wavelength_nm: projector.wavelength_nm,
                     grating_lines_per_mm: projector.grating_lines_per_mm,

@@ -3,14 +3,13 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use vision::CharucoParams;
-
 use crate::error::CaptureError;
 use crate::manifest::Manifest;
-use crate::params::{CORNERS_MAX, CORNERS_MIN, FORMAT, IMAGE_LIMIT_PX, LINES_MAX, ORDER_LIMIT};
+use crate::params::{FORMAT, IMAGE_LIMIT_PX, LINES_MAX, ORDER_LIMIT};
 use crate::projector::{COLUMNS, Projector, ROWS};
 use crate::stage::{StageKind, StageSheet};
-use crate::target::{CirclesTarget, SquareMm, Target};
+use crate::target::Target;
+use crate::target_check::TargetError;
 
 /// Checks every value of the manifest read from `file`; the first that is wrong is the error.
 pub(crate) fn check_values(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
@@ -35,53 +34,12 @@ fn check_camera(file: &Path, manifest: &Manifest) -> Result<(), CaptureError> {
 }
 
 fn check_target(file: &Path, target: &Target) -> Result<(), CaptureError> {
-    let square = target.square_mm();
-    if let Some((grid, asymmetric)) = target.circles() {
-        return check_circles(file, grid, asymmetric);
-    }
-    let (inner_columns, inner_rows) = target.inner_corners();
-    let counts = match target {
-        Target::Charuco(board) => [("target.columns", board.columns), ("target.rows", board.rows)],
-        _ => [("target.inner_columns", inner_columns + 1), ("target.inner_rows", inner_rows + 1)],
-    };
-    let is_chessboard = matches!(target, Target::Chessboard(_));
-    let expected = match is_chessboard {
-        true => "the number of inner corners along that side, between 2 and 1000",
-        false => "the number of squares along that side, between 3 and 1001",
-    };
-    for (entry, n_squares) in counts {
-        let n_corners = n_squares.saturating_sub(1);
-        let told = if is_chessboard { n_corners } else { n_squares };
-        check_range(file, entry, told as f64, (CORNERS_MIN..=CORNERS_MAX).contains(&n_corners), expected)?;
-    }
-    check_positive(file, "target.square_mm", square.x_mm)?;
-    check_positive(file, "target.square_mm", square.y_mm)?;
-    let Target::Charuco(board) = target else { return Ok(()) };
-    let side_mm = square.x_mm.min(square.y_mm);
-    let fits = board.marker_mm > 0.0 && board.marker_mm < side_mm;
-    check_range(file, "target.marker_mm", board.marker_mm, fits, "a length above 0 and below that of a square")?;
-    let params = CharucoParams {
-        columns: board.columns,
-        rows: board.rows,
-        marker_share: board.marker_mm / side_mm,
-        dictionary: board.dictionary.clone(),
-    };
-    params.check().map_err(|cause| CaptureError::Markers { file: file.to_owned(), cause })
-}
-
-/// Discs that do not touch: their centres are a step apart, of an asymmetric grid one along and one across.
-fn check_circles(file: &Path, grid: &CirclesTarget, asymmetric: bool) -> Result<(), CaptureError> {
-    for (entry, count) in [("target.columns", grid.columns), ("target.rows", grid.rows)] {
-        let expected = "the number of discs along that side, between 2 and 1000";
-        check_range(file, entry, count as f64, (CORNERS_MIN..=CORNERS_MAX).contains(&count), expected)?;
-    }
-    let SquareMm { x_mm, y_mm } = grid.square_mm;
-    check_positive(file, "target.square_mm", x_mm)?;
-    check_positive(file, "target.square_mm", y_mm)?;
-    let nearest_mm = if asymmetric { x_mm.hypot(y_mm).min(2.0 * x_mm).min(2.0 * y_mm) } else { x_mm.min(y_mm) };
-    let fits = grid.diameter_mm > 0.0 && grid.diameter_mm < nearest_mm;
-    let expected = "a length above 0 and below the distance of neighbouring discs";
-    check_range(file, "target.diameter_mm", grid.diameter_mm, fits, expected)
+    target.check().map_err(|error| match error {
+        TargetError::OutOfRange { entry, value, expected } => {
+            CaptureError::OutOfRange { file: file.to_owned(), entry: format!("target.{entry}"), value, expected }
+        }
+        TargetError::Markers { cause } => CaptureError::Markers { file: file.to_owned(), cause },
+    })
 }
 
 fn check_projector(file: &Path, projector: &Projector) -> Result<(), CaptureError> {

@@ -17,6 +17,7 @@ mod checks;
 mod contained_path;
 mod json_text;
 mod known_keys;
+mod target_check;
 
 pub use channel::{ChannelBasis, ChannelChoice, LaserChannel};
 pub use error::CaptureError;
@@ -28,3 +29,4 @@ pub use manifest::{CameraFormat, Frame, Manifest, Pose, Scan, StageView};
 pub use projector::{GratingProjector, PlanesProjector, Projector};
 pub use stage::{StageKind, StagePlace, StageSheet};
 pub use target::{CharucoTarget, ChessboardTarget, CirclesTarget, SquareMm, Target};
+pub use target_check::TargetError;

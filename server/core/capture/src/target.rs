@@ -73,6 +73,16 @@ pub struct SquareMm {
 }
 
 impl Target {
+    /// Its `kind`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Chessboard(_) => KINDS[0],
+            Self::Charuco(_) => KINDS[1],
+            Self::Circles(_) => KINDS[2],
+            Self::AsymmetricCircles(_) => KINDS[3],
+        }
+    }
+
     /// Inner corners, or centres of discs, along a board row and a board column.
     pub fn inner_corners(&self) -> (usize, usize) {
         match self {

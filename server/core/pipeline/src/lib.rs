@@ -17,7 +17,7 @@ pub use calibrate::{Calibrated, calibrate_features, open_capture, read_features}
 pub use document_file::read_document;
 pub use failure::{Failure, FailureKind};
 pub use pictures::background::Background;
-pub use pictures::board::{board_pattern, board_remedy, find_board};
+pub use pictures::board::{board_geometry, board_remedy, find_board};
 pub use pictures::features::{Features, calibration_features};
 pub use pictures::findings::{Finding, room_finding};
 pub use pictures::lines::{FoundLines, channel_of, lines_of};

@@ -33,7 +33,7 @@ fn main() {
     ] {
         scenes.push((name, kind.placed(&model, 1)));
     }
-    scenes.push(("board", Scene::Board(board_poses(&model, 1)[0])));
+    scenes.push(("board", Scene::Board(board_poses(&model, 1).remove(0))));
     let wanted: Vec<String> = std::env::args().skip(1).collect();
     let asked_for =
         |idx: usize, name: &str| wanted.get(idx).is_none_or(|wanted| name.starts_with(wanted.as_str()));

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use capture::{
-    CameraFormat, CaptureError, ChannelChoice, ChessboardTarget, Frame, GratingProjector, ImageFileError,
-    Manifest, Pose, Scan, StagePlace, StageSheet, StageView, params::FORMAT, write_manifest, write_png,
+    CameraFormat, CaptureError, ChannelChoice, Frame, GratingProjector, ImageFileError, Manifest, Pose, Scan,
+    StagePlace, StageSheet, StageView, params::FORMAT, write_manifest, write_png,
 };
 use rayon::prelude::*;
 use remedy::Remedy;
 
 use crate::model::station::StationModel;
-use crate::part::poses::{BOARD_CORNERS, board_poses, stage_board};
+use crate::part::poses::{board_poses, stage_board, usual_target};
 use crate::part::scene::{Scene, SceneKind};
 use crate::render::renderer::Renderer;
 use crate::truth::{CSV_HEADER, csv_rows, truth_json};
@@ -183,7 +183,7 @@ pub fn capture_folder(
         .zip(PART_STREAM..)
         .map(|(scan, stream)| (scan.name.clone(), scan.part.placed(model, stream)))
         .collect();
-    let boards = poses.iter().chain(&stage).map(|board| Scene::Board(*board));
+    let boards = poses.iter().chain(&stage).map(|board| Scene::Board(board.clone()));
     let scenes: Vec<Scene> = boards.chain(parts.iter().map(|(_, scene)| scene.clone())).collect();
     let manifest = manifest(model, request);
     write_images(&renderer, &scenes, &shots(request, &manifest), folder, on_progress)?;
@@ -222,8 +222,6 @@ fn make_folders(request: &CaptureRequest, folder: &Path) -> Result<(), TwinCaptu
 
 fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
     let shape = &model.shape;
-    let (inner_columns, inner_rows) = BOARD_CORNERS;
-    let square_mm = crate::part::poses::square_mm(model);
     Manifest {
         format: FORMAT.to_owned(),
         stage: StageSheet::default(),
@@ -233,7 +231,7 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
             height_px: shape.height_px,
             channel: ChannelChoice::Auto,
         },
-        target: ChessboardTarget { inner_columns, inner_rows, square_mm: square_mm.into() }.into(),
+        target: usual_target(model),
         projector: GratingProjector {
             wavelength_nm: shape.wavelength_nm,
             grating_lines_per_mm: shape.lines_per_mm,

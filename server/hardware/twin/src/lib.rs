@@ -26,6 +26,7 @@ pub use model::station::{StationError, StationModel};
 pub use part::board::Board;
 pub use part::freeform::Freeform;
 pub use part::mesh::{Mesh, Solid, SolidError};
+pub use part::print::{Markers, Print};
 pub use part::scene::{Gauge, Plate, Scene, SceneHit, SceneKind, Sphere};
 pub use part::stl::{STL_MAX_TRIANGLES, StlError, read_stl};
 pub use render::exposure::{Exposure, ExposureBuffers};

@@ -8,6 +8,7 @@ mod protocol;
 mod replay;
 mod station;
 mod stopping;
+mod targets;
 mod verdicts;
 
 use crate::common::server::Server;

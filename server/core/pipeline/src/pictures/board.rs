@@ -1,6 +1,6 @@
 //! A calibration board of any kind, found in a picture.
 
-use calibration::BoardPattern;
+use calibration::{BoardGeometry, BoardPattern};
 use capture::{CirclesTarget, Target};
 use vision::{
     BoardCorners, CharucoParams, CircleParams, CornerError, CornerParams, GreyImage, find_charuco, find_circles,
@@ -54,8 +54,20 @@ pub fn board_remedy(error: &CornerError, target: &Target) -> String {
     }
 }
 
+/// The board as the calibration knows it.
+pub fn board_geometry(target: &Target) -> BoardGeometry {
+    let (inner_columns, inner_rows) = target.inner_corners();
+    let square = target.square_mm();
+    BoardGeometry {
+        inner_columns,
+        inner_rows,
+        square_mm: [square.x_mm, square.y_mm].into(),
+        pattern: board_pattern(target),
+    }
+}
+
 /// What the calibration needs to know of the board's look.
-pub fn board_pattern(target: &Target) -> BoardPattern {
+fn board_pattern(target: &Target) -> BoardPattern {
     let circles =
         |grid: &CirclesTarget, staggered| BoardPattern::Circles { staggered, diameter_mm: grid.diameter_mm };
     match target {

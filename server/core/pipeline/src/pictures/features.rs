@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use calibration::{BoardGeometry, CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput};
+use calibration::{CalibrationInput, GratingSheet, PoseInput, ProjectorSheet, StageViewInput};
 use capture::{Capture, LaserPicture, Projector, StagePlace};
 use optics::StagePosition;
 use rayon::prelude::*;
 use vision::{BoardCorners, CentrelineExtractor, CentrelineParams, Centrelines, GreyImage, find_centrelines};
 
 use crate::failure::Failure;
-use crate::pictures::board::{board_pattern, board_remedy, find_board};
+use crate::pictures::board::{board_geometry, board_remedy, find_board};
 use crate::pictures::findings::{Finding, room_finding};
 use crate::progress::{Reporter, Task};
 
@@ -230,17 +230,10 @@ fn unreadable(capture: &Capture, picture: &Picture, why: &str, remedy: &str) -> 
 
 fn input(capture: &Capture, poses: Vec<PoseInput>, stage_views: Vec<StageViewInput>) -> CalibrationInput {
     let manifest = &capture.manifest;
-    let (inner_columns, inner_rows) = manifest.target.inner_corners();
-    let square = manifest.target.square_mm();
     CalibrationInput {
         width_px: manifest.camera.width_px,
         height_px: manifest.camera.height_px,
-        board: BoardGeometry {
-            inner_columns,
-            inner_rows,
-            square_mm: [square.x_mm, square.y_mm].into(),
-            pattern: board_pattern(&manifest.target),
-        },
+        board: board_geometry(&manifest.target),
         projector: ProjectorSheet {
             grating: match &manifest.projector {
                 Projector::Grating(grating) => Some(GratingSheet {

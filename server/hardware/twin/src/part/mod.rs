@@ -5,5 +5,6 @@ pub(crate) mod freeform;
 pub(crate) mod mesh;
 pub(crate) mod mesh_corners;
 pub mod poses;
+pub(crate) mod print;
 pub mod scene;
 pub(crate) mod stl;

@@ -1,5 +1,6 @@
 //! Where a virtual operator holds the target: tilted every way, near and far, always wholly in the picture.
 
+use capture::{ChessboardTarget, Target};
 use nalgebra::{Rotation3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
@@ -9,7 +10,7 @@ use crate::model::station::StationModel;
 use crate::params::BACKDROP_GAP_FRACTION;
 use crate::part::board::Board;
 
-/// Inner corners along the target's rows and columns.
+/// Inner corners along the rows and columns of the usual target.
 pub const BOARD_CORNERS: (usize, usize) = (11, 8);
 
 /// Side of a square at a field of ±100 mm.
@@ -39,14 +40,31 @@ const POSE_STREAM: u64 = 4;
 /// Stream of the target on the stage.
 const STAGE_STREAM: u64 = 5;
 
-/// Side of the target's squares: made to fill the station's field.
+/// Side of the usual target's squares: made to fill the station's field.
 pub fn square_mm(model: &StationModel) -> f64 {
     // Whole hundredths, as a maker of targets would print on the back.
     (SQUARE_MM * model.shape.field_scale() * 100.0).round() / 100.0
 }
 
-/// `count` poses of the target for calibration, tilted in directions spread around the circle.
+/// The chessboard that suits the station.
+pub fn usual_target(model: &StationModel) -> Target {
+    let (inner_columns, inner_rows) = BOARD_CORNERS;
+    ChessboardTarget { inner_columns, inner_rows, square_mm: square_mm(model).into() }.into()
+}
+
+/// [`target_poses`] of the usual target.
 pub fn board_poses(model: &StationModel, count: usize) -> Vec<Board> {
+    target_poses(model, &usual_target(model), count)
+}
+
+/// [`stage_target`] with the usual target.
+pub fn stage_board(model: &StationModel, positions_mm: &[f64]) -> Board {
+    stage_target(model, &usual_target(model), positions_mm)
+}
+
+/// `count` poses of a target for calibration, tilted in directions spread around the circle.
+pub fn target_poses(model: &StationModel, target: &Target, count: usize) -> Vec<Board> {
+    let target = Board::of(target);
     let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, POSE_STREAM));
     // Successive directions part by the golden angle, so that any number of poses is spread well.
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
@@ -56,20 +74,21 @@ pub fn board_poses(model: &StationModel, count: usize) -> Vec<Board> {
             in_picture(model, &mut rng, |rng, daring| {
                 let tilt = daring * (TILT_RAD.0 + (TILT_RAD.1 - TILT_RAD.0) * rng.random::<f64>());
                 let far = DISTANCE.0 + (DISTANCE.1 - DISTANCE.0) * rng.random::<f64>();
-                placed(model, rng, azimuth, tilt, 1.0 + (far - 1.0) * daring, daring)
+                placed(model, &target, rng, azimuth, tilt, 1.0 + (far - 1.0) * daring, daring)
             })
         })
         .collect()
 }
 
-/// The target on the stage, seen wholly at all of `positions_mm`.
-pub fn stage_board(model: &StationModel, positions_mm: &[f64]) -> Board {
+/// A target on the stage, seen wholly at all of `positions_mm`.
+pub fn stage_target(model: &StationModel, target: &Target, positions_mm: &[f64]) -> Board {
+    let target = Board::of(target);
     let mut rng = Pcg64::seed_from_u64(derived_seed(model.seed, STAGE_STREAM));
     let azimuth = std::f64::consts::TAU * rng.random::<f64>();
     let mut draws = 0;
     loop {
         let daring = daring_after(draws);
-        let board = placed(model, &mut rng, azimuth, TILT_RAD.0 * daring, 1.0, 0.2 * daring);
+        let board = placed(model, &target, &mut rng, azimuth, TILT_RAD.0 * daring, 1.0, 0.2 * daring);
         let carried = |position: &f64| board.moved(&(model.stage.direction * *position));
         if daring <= 0.0 || positions_mm.iter().all(|position| fits(model, &carried(position))) {
             return board;
@@ -96,7 +115,15 @@ fn daring_after(draws: usize) -> f64 {
     (1.0 - 0.1 * (draws / DRAWS) as f64).max(0.0)
 }
 
-fn placed(model: &StationModel, rng: &mut Pcg64, azimuth: f64, tilt: f64, distance: f64, daring: f64) -> Board {
+fn placed(
+    model: &StationModel,
+    target: &Board,
+    rng: &mut Pcg64,
+    azimuth: f64,
+    tilt: f64,
+    distance: f64,
+    daring: f64,
+) -> Board {
     let scale = model.shape.field_scale();
     let mut around = |half_range: f64| half_range * (2.0 * rng.random::<f64>() - 1.0);
     let roll = Rotation3::from_axis_angle(&Vector3::z_axis(), around(ROLL_RAD * daring));
@@ -104,16 +131,14 @@ fn placed(model: &StationModel, rng: &mut Pcg64, azimuth: f64, tilt: f64, distan
     let shift = SHIFT_MM * scale * daring;
     let standoff = model.shape.standoff_mm;
     Board {
-        inner_columns: BOARD_CORNERS.0,
-        inner_rows: BOARD_CORNERS.1,
-        square_mm: square_mm(model),
         axes: *(tilted * roll).matrix(),
         centre_mm: Vector3::new(around(shift), around(shift), standoff * distance),
         backdrop_z_mm: standoff * (DISTANCE.1 + BACKDROP_GAP_FRACTION),
+        ..target.clone()
     }
 }
 
-/// Whether all squares are in the picture.
+/// Whether the whole pattern is in the picture.
 fn fits(model: &StationModel, board: &Board) -> bool {
     let (width, height) = (model.camera.width_px as f64, model.camera.height_px as f64);
     let margin = EDGE_SHARE * width;

@@ -221,8 +221,7 @@ impl Scene {
         let (kind, numbers) = match self {
             Self::Board(board) => {
                 let place = board.axes.iter().chain(&board.centre_mm).copied();
-                let counts = [board.inner_columns as f64, board.inner_rows as f64];
-                (1, place.chain(counts).chain([board.square_mm, board.backdrop_z_mm]).collect())
+                (1, place.chain(board.pattern_numbers()).chain([board.backdrop_z_mm]).collect())
             }
             Self::Plate(plate) => (2, of_plate(plate)),
             Self::Gauge(gauge) => (3, [&of_plate(&gauge.plate), &[gauge.height_mm][..], &gauge.half_mm].concat()),

@@ -75,7 +75,7 @@ fn edges_of_the_target_lie_where_they_project() {
     let camera = renderer.model().camera;
     let mut errors: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
     for board in board_poses(renderer.model(), 4) {
-        let image = renderer.board_image(&Scene::Board(board), 0.0, 0);
+        let image = renderer.board_image(&Scene::Board(board.clone()), 0.0, 0);
         for (axis, errors) in errors.iter_mut().enumerate() {
             for (column, row) in (0..10).flat_map(|column| (0..7).map(move |row| (column, row))) {
                 // The edge from this corner to the next along the board's other axis, crossed along u (v).
@@ -170,8 +170,8 @@ fn the_plate_behind_a_block_lies_in_shadow() {
 #[test]
 fn light_that_misses_the_target_falls_on_a_backdrop_far_behind() {
     let renderer = renderer(&shape());
-    let board = board_poses(renderer.model(), 1)[0];
-    let points = renderer.truth_points(&Scene::Board(board), 0.0);
+    let board = board_poses(renderer.model(), 1).remove(0);
+    let points = renderer.truth_points(&Scene::Board(board.clone()), 0.0);
     let behind = |p: &&TruthPoint| board.axes.column(2).dot(&(p.hit_in_camera_mm - board.centre_mm)) > 1e-6;
     assert!(points.iter().filter(behind).count() > 10);
     for point in points.iter().filter(behind) {
@@ -184,10 +184,10 @@ fn light_that_misses_the_target_falls_on_a_backdrop_far_behind() {
 #[test]
 fn ambient_light_shows_the_target_in_laser_pictures() {
     let renderer = renderer(&StationShape { ambient_levels: 40.0, ..shape() });
-    let board = board_poses(renderer.model(), 1)[0];
-    let image = renderer.laser_image(&Scene::Board(board), 0.0, 0);
+    let board = board_poses(renderer.model(), 1).remove(0);
+    let image = renderer.laser_image(&Scene::Board(board.clone()), 0.0, 0);
     let level = |x: f64, y: f64| {
-        let at = board.centre_mm + board.axes * Vector3::new(x, y, 0.0) * board.square_mm;
+        let at = board.centre_mm + board.axes * Vector3::new(x, y, 0.0) * board.square_mm.x;
         let pixel = renderer.model().camera.project(&at).unwrap();
         image.at(pixel.x.round() as usize, pixel.y.round() as usize) / 257.0
     };

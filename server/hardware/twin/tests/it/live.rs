@@ -165,7 +165,7 @@ fn nominal_exposures_give_the_pictures_of_a_recording() {
     const NOISE_OF_THE_MEAN: f64 = 0.02; // 1.2 levels over 82 000 pixels, five standard deviations
     let mut bench = Bench::new();
     let renderer = bench.control.renderer();
-    let board = Scene::Board(board_poses(&model(), 1)[0]);
+    let board = Scene::Board(board_poses(&model(), 1).remove(0));
     bench.control.place(board.clone());
     bench.exposure(BOARD_EXPOSURE_US);
     bench.grab();

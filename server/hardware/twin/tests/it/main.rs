@@ -8,3 +8,4 @@ mod live;
 mod mesh;
 mod recording;
 mod stations;
+mod targets;

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use capture::{ChessboardTarget, Target};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 use optics::{Camera, Grating, LightSurfaces};
 use serde_json::Value;
@@ -20,7 +21,7 @@ fn the_same_seed_gives_the_same_bytes_for_any_number_of_threads() {
         pool.install(|| {
             let renderer = Renderer::new(&StationModel::seeded(3, &small()).unwrap());
             let part = SceneKind::Freeform.placed(renderer.model(), 1);
-            let board = Scene::Board(board_poses(renderer.model(), 1)[0]);
+            let board = Scene::Board(board_poses(renderer.model(), 1).remove(0));
             [renderer.laser_image(&part, 1.0, 5), renderer.board_image(&board, 0.0, 6)]
         })
     };
@@ -192,17 +193,16 @@ fn the_reference_boards_are_rendered_where_the_reference_shows_them() {
     const TOLERANCE_PX: f64 = 0.0025;
     let Some((folder, truth)) = rig_a() else { return };
     let renderer = Renderer::without_noise(&reference_model(&truth));
+    let target = Target::from(ChessboardTarget { inner_columns: 11, inner_rows: 8, square_mm: 12.0.into() });
     for idx in [0, 3] {
         let rotation = &truth[format!("pose{idx}_R")];
         let board = Board {
-            inner_columns: 11,
-            inner_rows: 8,
-            square_mm: 12.0,
             axes: Matrix3::from_rows(&[0, 1, 2].map(|row| vector(&rotation[row]).transpose())),
             centre_mm: vector(&truth[format!("pose{idx}_c")]),
             backdrop_z_mm: 600.0,
+            ..Board::of(&target)
         };
-        let ours = renderer.board_image(&Scene::Board(board), 0.0, 0);
+        let ours = renderer.board_image(&Scene::Board(board.clone()), 0.0, 0);
         let theirs = capture::read_grey_image(&folder.join(format!("board/{idx:03}.png"))).unwrap();
         let corners: Vec<Vector2<f64>> = (0..11)
             .flat_map(|column| (0..8).map(move |row| (column, row)))

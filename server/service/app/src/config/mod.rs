@@ -4,7 +4,7 @@ pub mod limits;
 
 use std::path::PathBuf;
 
-use capture::{ChessboardTarget, GratingProjector};
+use capture::{ChessboardTarget, GratingProjector, Target};
 use station::StationDevices;
 use twin::{TwinDriver, TwinSettings};
 
@@ -18,7 +18,7 @@ pub struct AppConfig {
     /// What the station is made of.
     pub station: StationDevices,
     /// The board used for calibration.
-    pub target: ChessboardTarget,
+    pub target: Target,
     /// The projector by its data sheet.
     pub projector: GratingProjector,
 }
@@ -40,7 +40,7 @@ impl AppConfig {
         Self {
             data,
             station: StationDevices::twin(TwinDriver::new(TwinSettings::default())),
-            target: ChessboardTarget { inner_columns, inner_rows, square_mm: 12.0.into() },
+            target: ChessboardTarget { inner_columns, inner_rows, square_mm: 12.0.into() }.into(),
             projector: GratingProjector {
                 wavelength_nm: shape.wavelength_nm,
                 grating_lines_per_mm: shape.lines_per_mm,

@@ -1,7 +1,7 @@
 //! Errors of the service's parts as problems: their kind is decided here, their remedy comes with them.
 
 use calibration::DifferenceError;
-use capture::CaptureError;
+use capture::{CaptureError, TargetError};
 use remedy::Remedy;
 use station::StationRefusal;
 use store::StoreError;
@@ -67,6 +67,12 @@ impl From<DifferenceError> for AppError {
 
 impl From<FaultNameError> for AppError {
     fn from(error: FaultNameError) -> Self {
+        told(ErrorKind::Impossible, &error)
+    }
+}
+
+impl From<TargetError> for AppError {
+    fn from(error: TargetError) -> Self {
         told(ErrorKind::Impossible, &error)
     }
 }

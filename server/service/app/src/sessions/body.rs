@@ -1,6 +1,6 @@
 //! What a calibration session knows: target, projector, pictures and what was found in each.
 
-use capture::{ChessboardTarget, GratingProjector};
+use capture::{GratingProjector, Target};
 use store::SessionRecord;
 
 use crate::error::{AppError, ErrorKind};
@@ -45,17 +45,6 @@ pub struct SessionBody {
     pub camera: CameraSoFar,
     /// The job that was started to solve it.
     pub job_id: Option<String>,
-}
-
-/// A chessboard.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Target {
-    /// Inner corners along a row.
-    pub inner_columns: usize,
-    /// Inner corners along a column.
-    pub inner_rows: usize,
-    /// Side of a square.
-    pub square_mm: f64,
 }
 
 /// Laser and grating by their data sheets.
@@ -168,27 +157,6 @@ impl LaserPicture {
     /// Whether a calibration can use it.
     pub fn is_readable(&self) -> bool {
         self.n_segments > 0
-    }
-}
-
-impl From<Target> for ChessboardTarget {
-    fn from(target: Target) -> Self {
-        Self {
-            inner_columns: target.inner_columns,
-            inner_rows: target.inner_rows,
-            square_mm: target.square_mm.into(),
-        }
-    }
-}
-
-impl From<ChessboardTarget> for Target {
-    /// A station is set up with square squares.
-    fn from(target: ChessboardTarget) -> Self {
-        Self {
-            inner_columns: target.inner_columns,
-            inner_rows: target.inner_rows,
-            square_mm: target.square_mm.x_mm,
-        }
     }
 }
 

@@ -2,30 +2,31 @@
 
 use std::collections::BTreeSet;
 
+use calibration::BoardGeometry;
 use calibration::camera_fit::{CameraFit, fit_camera};
 use calibration::observation::{CornerObservation, CornerView};
-use calibration::{BoardGeometry, BoardPattern};
 use nalgebra::{Vector2, Vector3};
 use optics::{BoardFrame, PointMm};
+use pipeline::board_geometry;
 use remedy::with_remedy;
 
-use crate::sessions::body::{BoardPicture, CameraSoFar, SessionBody, Target};
+use crate::sessions::body::{BoardPicture, CameraSoFar, SessionBody};
 use crate::sessions::found::COVERAGE;
 
 /// Fits the camera to all readable boards at rest and tells every one its tilt, distance and residual.
 pub fn learn_camera(body: &mut SessionBody) {
     let (width_px, height_px) = (body.width_px, body.height_px);
-    let target = body.target.clone();
+    let geometry = board_geometry(&body.target);
     let mut boards: Vec<&mut BoardPicture> =
         body.poses.iter_mut().map(|pose| &mut pose.board).filter(|board| board.is_readable()).collect();
     let views: Vec<CornerView> =
-        boards.iter().enumerate().map(|(block, board)| view_of(board, block, &target)).collect();
+        boards.iter().enumerate().map(|(block, board)| view_of(board, block, &geometry)).collect();
     let covered: BTreeSet<u32> = boards.iter().flat_map(|board| board.coverage_cells.iter().copied()).collect();
     let n_cells = (COVERAGE.0 * COVERAGE.1) as u32;
     body.camera.uncovered_cells = (0..n_cells).filter(|cell| !covered.contains(cell)).collect();
     let fit = fit_camera(width_px, height_px, views, Some(false));
     for (idx, board) in boards.iter_mut().enumerate() {
-        describe(board, fit.as_ref().ok(), idx, &target);
+        describe(board, fit.as_ref().ok(), idx, &geometry);
     }
     body.camera = CameraSoFar {
         focal_px: fit.as_ref().ok().map(|fit| fit.station.camera.fx_px),
@@ -35,27 +36,21 @@ pub fn learn_camera(body: &mut SessionBody) {
     };
 }
 
-fn view_of(board: &BoardPicture, block: usize, target: &Target) -> CornerView {
+fn view_of(board: &BoardPicture, block: usize, geometry: &BoardGeometry) -> CornerView {
     let corners = board.corners.iter().map(|[column, row, u_px, v_px, sigma_px]| CornerObservation {
-        board_mm: Vector3::new(*column, *row, 0.0) * target.square_mm,
+        board_mm: geometry.corner_mm(*column as usize, *row as usize),
         pixel: Vector2::new(*u_px, *v_px),
         sigma_px: *sigma_px,
     });
     CornerView { block, travel_mm: 0.0, corners: corners.collect() }
 }
 
-fn describe(board: &mut BoardPicture, fit: Option<&CameraFit>, idx: usize, target: &Target) {
+fn describe(board: &mut BoardPicture, fit: Option<&CameraFit>, idx: usize, geometry: &BoardGeometry) {
     let Some(fit) = fit else {
         (board.tilt_deg, board.distance_mm, board.rms_px) = (None, None, None);
         return;
     };
     let pose = fit.station.poses[idx];
-    let geometry = BoardGeometry {
-        inner_columns: target.inner_columns,
-        inner_rows: target.inner_rows,
-        square_mm: Vector2::repeat(target.square_mm),
-        pattern: BoardPattern::Squares,
-    };
     let normal = pose.rotation * Vector3::z();
     board.tilt_deg = Some(normal.z.abs().min(1.0).acos().to_degrees());
     board.distance_mm = Some((pose * PointMm::<BoardFrame>::new(geometry.centre_mm())).xyz.z);

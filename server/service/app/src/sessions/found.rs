@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use vision::{
-    BoardCorners, CentrelineParams, CornerParams, GreyImage, LineDirection, Pixels, find_centrelines, find_corners,
-};
+use capture::Target;
+use pipeline::find_board;
+use vision::{BoardCorners, CentrelineParams, GreyImage, LineDirection, Pixels, find_centrelines};
 
-use crate::sessions::body::{BoardPicture, LaserPicture, Picture, Target};
+use crate::sessions::body::{BoardPicture, LaserPicture, Picture};
 
 /// Columns and rows of the coverage map: coarse enough to be filled by a dozen boards.
 pub const COVERAGE: (usize, usize) = (8, 6);
@@ -22,7 +22,6 @@ const DRAWN_EVERY: usize = 16;
 
 /// Looks for the board.
 pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardPicture {
-    let params = CornerParams { inner_columns: target.inner_columns, inner_rows: target.inner_rows };
     let saturated_share = saturated_share(image);
     let mut found = BoardPicture {
         picture,
@@ -35,9 +34,10 @@ pub fn board_in(image: &GreyImage, picture: Picture, target: &Target) -> BoardPi
         rms_px: None,
         problem: None,
     };
-    match find_corners(image, &params) {
+    match find_board(image, target) {
         Err(error) => {
-            found.problem = Some(format!("{error}; hold the whole board in the picture, evenly lit and sharp"));
+            let needed = if matches!(target, Target::Charuco(_)) { "more of" } else { "the whole" };
+            found.problem = Some(format!("{error}; hold {needed} board in the picture, evenly lit and sharp"));
         }
         Ok(board) => {
             found.coverage_cells = covered(&board, image.width(), image.height());
@@ -73,7 +73,7 @@ pub fn lines_in(image: &GreyImage, picture: Picture, line_direction: &str) -> La
 
 fn weakness(sigma_px: Option<f64>, saturated_share: f64) -> Option<String> {
     if sigma_px.is_some_and(|sigma_px| sigma_px > BLURRED_SIGMA_PX) {
-        return Some("the corners are blurred or dark; hold the board still, focus, or expose longer".to_owned());
+        return Some("the board is blurred or dark; hold it still, focus, or expose longer".to_owned());
     }
     (saturated_share > GLARE_SHARE)
         .then(|| "the board is overexposed; expose shorter or turn it out of the glare".to_owned())

@@ -15,6 +15,7 @@ pub mod virtual_operator;
 use crate::events::{Event, SessionVersion, event};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use capture::Target;
 use station::cancel::CancelFlag;
 use station::wall_clock::now_ms;
 use station::{Purpose, StampedFrame, StationHandle, StationLease};
@@ -31,7 +32,7 @@ use crate::sessions::virtual_operator::VirtualOperator;
 
 pub use body::{
     BoardPicture, CameraSoFar, LaserPicture, Picture, ProjectorSheet, Session, SessionBody, SessionPose,
-    SessionStageView, Target,
+    SessionStageView,
 };
 pub use look::Look;
 pub use needs::{Need, SessionNeeds};
@@ -116,7 +117,7 @@ impl Sessions {
     /// What a new session has where nothing else is said: the configured board and projector.
     pub fn defaults(&self) -> SessionDefaults {
         SessionDefaults {
-            target: self.config.target.clone().into(),
+            target: self.config.target.clone(),
             projector: self.config.projector.clone().into(),
             exposures: Exposures::default(),
         }
@@ -263,7 +264,7 @@ impl Sessions {
             *operator = None;
             return Ok(());
         }
-        let operator = operator.get_or_insert_with(|| VirtualOperator::new(hands));
+        let operator = operator.get_or_insert_with(|| VirtualOperator::new(hands, self.config.target.clone()));
         match place {
             VirtualBoard::Pose { pose } if pose >= PICTURE_LIMIT => {
                 return Err(AppError::new(ErrorKind::Impossible, format!("there is no pose {pose}"))
@@ -288,7 +289,8 @@ impl Sessions {
         }
         let views = session.body.stage_views.iter().filter(|view| view.board.is_readable());
         let positions_mm: Vec<f64> = views.map(|view| view.position_mm).collect();
-        calibration::check_stage_positions(&positions_mm, session.body.target.square_mm)
+        let square = session.body.target.square_mm();
+        calibration::check_stage_positions(&positions_mm, square.x_mm.min(square.y_mm))
             .map_err(pipeline::Failure::from)?;
         Ok(())
     }
@@ -381,13 +383,10 @@ fn check_new(body: &SessionBody) -> Result<(), AppError> {
     let impossible = |what: &str, remedy: &str, place: &str| {
         Err(AppError::new(ErrorKind::Impossible, what.to_owned()).remedy(remedy).at(place))
     };
-    let sides = [body.target.inner_columns, body.target.inner_rows];
-    if sides.iter().any(|count| !(capture::params::CORNERS_MIN..=capture::params::CORNERS_MAX).contains(count)) {
-        return impossible("a board has 2 to 1000 inner corners along a side", "count them again", "/target");
-    }
-    if !(body.target.square_mm.is_finite() && body.target.square_mm > 0.0) {
-        return impossible("a square's side is a length above 0 mm", "measure it", "/target/square_mm");
-    }
+    body.target.check().map_err(|error| {
+        let place = format!("/target/{}", error.entry());
+        AppError::from(error).at(place)
+    })?;
     let sheet = &body.projector;
     if !(sheet.wavelength_nm > 0.0 && sheet.grating_lines_per_mm > 0.0) || sheet.orders.is_empty() {
         return impossible(

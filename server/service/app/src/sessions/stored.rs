@@ -2,12 +2,13 @@
 //!
 //! The forms below name every field of their part once: `remote` makes the compiler hold them to it.
 
+use capture::Target;
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
 use crate::sessions::body::{
     BoardPicture, CameraSoFar, LaserPicture, Picture, ProjectorSheet, SessionBody, SessionPose, SessionStageView,
-    Target,
 };
 use crate::sessions::photographer::Exposures;
 
@@ -29,7 +30,7 @@ pub fn to_stored(body: &SessionBody) -> Value {
 #[serde(remote = "SessionBody")]
 struct StoredSessionBody {
     name: String,
-    #[serde(with = "StoredTarget")]
+    #[serde(deserialize_with = "read_target")]
     target: Target,
     #[serde(with = "StoredProjectorSheet")]
     projector: ProjectorSheet,
@@ -44,14 +45,6 @@ struct StoredSessionBody {
     #[serde(with = "StoredCameraSoFar")]
     camera: CameraSoFar,
     job_id: Option<String>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Target")]
-struct StoredTarget {
-    inner_columns: usize,
-    inner_rows: usize,
-    square_mm: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -134,6 +127,13 @@ struct StoredCameraSoFar {
     problem: Option<String>,
 }
 
+/// A target is stored as a manifest states it; of a record from before there were kinds it is a chessboard.
+fn read_target<'de, D: Deserializer<'de>>(from: D) -> Result<Target, D::Error> {
+    let mut stored = serde_json::Map::deserialize(from)?;
+    stored.entry("kind").or_insert_with(|| "chessboard".into());
+    Target::deserialize(Value::Object(stored)).map_err(D::Error::custom)
+}
+
 // Parts in lists and options go by their stored form within a value of its own.
 
 #[derive(Serialize)]
@@ -186,7 +186,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_version_0_1_stored_is_read_and_stored_alike() {
+    fn what_version_0_1_stored_is_read_and_stored_with_the_kind_of_its_board() {
         let picture = json!({ "artifact": "ab", "exposure_us": 800.5, "taken_at_ms": 1_700_000_000_000_i64 });
         let board = json!({ "picture": picture, "corners": [[0.0, 1.0, 10.5, 20.25, 0.01]], "coverage_cells": [7],
             "corner_sigma_px": 0.02, "saturated_share": 0.1, "tilt_deg": 12.5, "distance_mm": 400.0, "rms_px": 0.03,
@@ -206,7 +206,9 @@ mod tests {
         let body = from_stored(stored.clone()).unwrap();
         assert_eq!((body.poses[0].board.corners[0][3], body.stage_views[0].position_mm), (20.25, -5.0));
         assert_eq!(body.poses[0].laser.as_ref().unwrap().problem.as_deref(), Some("too dark"));
-        assert_eq!(to_stored(&body), stored);
+        let mut now = stored;
+        now["target"]["kind"] = json!("chessboard");
+        assert_eq!(to_stored(&body), now);
         assert!(from_stored(json!({ "name": "monday" })).is_err());
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use capture::Target;
 use twin::{CaptureRequest, Scene, TwinControl};
 
 /// Board poses that the virtual operator takes unless asked for another number.
@@ -10,14 +11,15 @@ pub const N_POSES: usize = 12;
 /// Hands that put back what lay on the stage when they are done.
 pub struct VirtualOperator {
     hands: TwinControl,
+    target: Target,
     found: Arc<Scene>,
 }
 
 impl VirtualOperator {
-    /// Remembers what lies on the stage.
-    pub fn new(hands: TwinControl) -> Self {
+    /// Has the station's board, and remembers what lies on the stage.
+    pub fn new(hands: TwinControl, target: Target) -> Self {
         let found = hands.scene();
-        Self { hands, found }
+        Self { hands, target, found }
     }
 
     /// Stage positions at which the board is to be seen, mm.
@@ -27,13 +29,14 @@ impl VirtualOperator {
 
     /// Holds the board in the pose `pose_idx` of `n_poses`; the stage is at 0.
     pub fn hold_board(&self, pose_idx: usize, n_poses: usize) {
-        let poses = twin::poses::board_poses(&self.hands.model(), n_poses.max(pose_idx + 1));
-        self.hands.place(Scene::Board(poses[pose_idx]));
+        let n_poses = n_poses.max(pose_idx + 1);
+        let mut poses = twin::poses::target_poses(&self.hands.model(), &self.target, n_poses);
+        self.hands.place(Scene::Board(poses.swap_remove(pose_idx)));
     }
 
     /// Lays the board on the stage, so that it is seen wholly at all of `positions_mm`.
     pub fn lay_board(&self, positions_mm: &[f64]) {
-        self.hands.place(Scene::Board(twin::poses::stage_board(&self.hands.model(), positions_mm)));
+        self.hands.place(Scene::Board(twin::poses::stage_target(&self.hands.model(), &self.target, positions_mm)));
     }
 }
 

@@ -5,6 +5,7 @@ import { degrees, mm, px, share } from "../details/format";
 import type { LiveBoard } from "./live_board";
 import type { Session } from "./session_state";
 import { isKnownPlace, STILL_FOR_MS } from "./stillness";
+import { pointsOf } from "./target";
 
 interface Properties {
   board: LiveBoard;
@@ -15,8 +16,7 @@ interface Properties {
 export function LookFacts({ board, session, taking }: Properties) {
   const words = text.value.calibration;
   const look = board.look.value;
-  const { inner_columns, inner_rows } = session.body.target;
-  const n_all = inner_columns * inner_rows;
+  const n_all = pointsOf(session.body.target);
   if (taking) return <Told words={words.taking} progress={undefined} />;
   if (!look) return <Told words={words.looking} progress={undefined} />;
   if (look.corners.length === 0) return <Told words={words.board_missing} detail={look.problem ?? undefined} />;

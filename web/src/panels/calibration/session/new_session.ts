@@ -1,11 +1,10 @@
 /** What is said about board, laser and grating before a session begins. */
 
 import type { Schemas } from "../../../api/client";
+import type { Target } from "./target";
 
 export interface Draft {
-  inner_columns: number;
-  inner_rows: number;
-  square_mm: number;
+  target: Target;
   wavelength_nm: number;
   grating_lines_per_mm: number;
   orders: number[];
@@ -13,7 +12,7 @@ export interface Draft {
 }
 
 export function draftFrom({ target, projector }: Schemas["SessionDefaultsDto"]): Draft {
-  return { ...target, ...projector };
+  return { target, ...projector };
 }
 
 /** Reads orders as a person writes them, with any minus sign; `undefined`: that is no list of whole numbers. */

@@ -5,7 +5,7 @@ import { useMemo } from "preact/hooks";
 import { data, idempotencyKey } from "../../../api/client";
 import { useApp } from "../../../app";
 import { CommandButton } from "../../../parts/command_button";
-import { type Form, useForm } from "../../../parts/fields/form";
+import { useForm } from "../../../parts/fields/form";
 import { NumberField } from "../../../parts/fields/number_field";
 import { Show, useLoaded } from "../../../parts/loading";
 import { goTo, href } from "../../../state/browser/route";
@@ -14,6 +14,7 @@ import { language, text } from "../../../text";
 import { orderName } from "../../../theme";
 import { decimal } from "../../../units";
 import { type Draft, draftFrom, ordersFrom } from "../session/new_session";
+import { TargetFacts, TargetFields } from "../session/target_form";
 import { goToStep, type StepProperties } from "./wizard";
 
 /** The state of the devices, one line each. */
@@ -44,7 +45,7 @@ export function StationFacts() {
 export function StationCheck({ session }: StepProperties) {
   const words = text.value.calibration;
   const { target, projector } = session.body;
-  const number = (value: number, digits = 3) => decimal(value, digits, language.value);
+  const number = (value: number, digits: number) => decimal(value, digits, language.value);
   return (
     <div class="stack">
       <div class="cards two">
@@ -54,14 +55,7 @@ export function StationCheck({ session }: StepProperties) {
         </section>
         <section class="card">
           <h2>{words.board}</h2>
-          <dl class="facts">
-            <dt>{words.inner_columns}</dt>
-            <dd>{target.inner_columns}</dd>
-            <dt>{words.inner_rows}</dt>
-            <dd>{target.inner_rows}</dd>
-            <dt>{words.square}</dt>
-            <dd>{number(target.square_mm)} mm</dd>
-          </dl>
+          <TargetFacts target={target} />
         </section>
         <section class="card">
           <h2>{words.projector}</h2>
@@ -131,14 +125,14 @@ function BeginForm({ defaults }: { defaults: Draft }) {
   const begin = useMemo(
     () =>
       new Command(async () => {
-        const { inner_columns, inner_rows, square_mm, ...projector } = draft.value;
+        const { target, ...projector } = draft.value;
         const session = await data(
           api.POST("/api/v1/calibration-sessions", {
             headers: { "Idempotency-Key": idempotencyKey() },
             body: {
               exposures: null,
               name: name.value,
-              target: { inner_columns, inner_rows, square_mm },
+              target,
               projector: { ...projector, orders: ordersFrom(orders_text.value) ?? projector.orders },
             },
           }),
@@ -147,35 +141,14 @@ function BeginForm({ defaults }: { defaults: Draft }) {
       }),
     [api],
   );
-  const { inner_columns, inner_rows, square_mm, wavelength_nm, grating_lines_per_mm } = draft.value;
+  const { target, wavelength_nm, grating_lines_per_mm } = draft.value;
   return (
     <form class="stack" onSubmit={(event) => event.preventDefault()}>
       <p class="muted">{words.defaults_of_station}</p>
       <div class="cards two">
         <section class="card stack">
           <h2>{words.board}</h2>
-          <p class="muted">{words.board_hint}</p>
-          <Whole
-            form={form}
-            label={words.inner_columns}
-            value={inner_columns}
-            onChange={(inner_columns) => change({ inner_columns })}
-          />
-          <Whole
-            form={form}
-            label={words.inner_rows}
-            value={inner_rows}
-            onChange={(inner_rows) => change({ inner_rows })}
-          />
-          <NumberField
-            form={form}
-            label={words.square}
-            unit="mm"
-            value={square_mm}
-            min={0.01}
-            max={1000}
-            onChange={(value) => value !== undefined && change({ square_mm: value })}
-          />
+          <TargetFields form={form} target={target} onChange={(target) => change({ target })} />
         </section>
         <section class="card stack">
           <h2>{words.projector}</h2>
@@ -241,20 +214,5 @@ function BeginForm({ defaults }: { defaults: Draft }) {
         </CommandButton>
       </div>
     </form>
-  );
-}
-
-function Whole(properties: { form: Form; label: string; value: number; onChange: (value: number) => void }) {
-  return (
-    <NumberField
-      form={properties.form}
-      label={properties.label}
-      whole
-      unit={text.value.calibration.corners_unit}
-      value={properties.value}
-      min={2}
-      max={1000}
-      onChange={(value) => value !== undefined && properties.onChange(value)}
-    />
   );
 }

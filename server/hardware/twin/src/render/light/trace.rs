@@ -85,7 +85,7 @@ impl Tracer<'_> {
         let Scene::Board(board) = scene.scene else { return };
         let board = board.moved(&scene.moved_mm);
         let rim_mm = RIM * self.around_ray_mm();
-        let edge = board.half_mm().add_scalar(board.square_mm);
+        let edge = board.half_mm() + board.square_mm;
         let within = |origin: &Vector3<f64>, direction: &Vector3<f64>, rim_mm: f64| {
             let (reach, at) = board.plane_hit(origin, direction)?;
             (at.x.abs() <= edge.x + rim_mm && at.y.abs() <= edge.y + rim_mm).then_some(reach)

@@ -29,6 +29,10 @@ pub(crate) fn ordinary_light(
     let (mut view, mut hits) = (View::new(scene, memory), PixelHits::nothing());
     let mut levels = vec![0.0; width * height];
     let mut band = LitPixels::none(width, height);
+    let board = match scene.scene {
+        Scene::Board(board) => Some(board.moved(&scene.moved_mm)),
+        _ => None,
+    };
     for (v, row) in levels.chunks_exact_mut(width).enumerate() {
         if v % BAND_PX == 0 {
             let last = (v + BAND_PX - 1).min(height - 1);
@@ -39,11 +43,11 @@ pub(crate) fn ordinary_light(
         for (word, stretch) in row.chunks_mut(WORD_PX).enumerate() {
             let (u, n) = (word * WORD_PX, stretch.len().next_multiple_of(MAP_STEP_PX));
             renderer.rays.read(u, v, hits.rays_mut(n));
-            if !matches!(scene.scene, Scene::Board(_)) {
+            if board.is_none() {
                 view.see(u, v, n, &mut hits);
             }
             for (lane, slot) in stretch.iter_mut().enumerate() {
-                let reflectance = seen_reflectance(renderer, scene, &hits, lane);
+                let reflectance = seen_reflectance(renderer, board.as_ref(), &hits, lane);
                 *slot =
                     (white_level / WHITE_REFLECTANCE * reflectance * illumination(renderer, u + lane, v)) as f32;
             }
@@ -59,11 +63,11 @@ fn illumination(renderer: &Renderer, u: usize, v: usize) -> f64 {
     (1.0 + ILLUMINATION_GRADIENT * renderer.brighter_side.dot(&at)) * (1.0 - VIGNETTING / 2.0 * at.norm_squared())
 }
 
-/// Mean reflectance of what a pixel sees.
-fn seen_reflectance(renderer: &Renderer, scene: Placed<'_>, hits: &PixelHits, lane: usize) -> f64 {
+/// Mean reflectance of what a pixel sees: of the board if that is what stands there.
+fn seen_reflectance(renderer: &Renderer, board: Option<&Board>, hits: &PixelHits, lane: usize) -> f64 {
     let ray = hits.ray(lane);
-    if let Scene::Board(board) = scene.scene {
-        return board_reflectance(renderer, &board.moved(&scene.moved_mm), &ray);
+    if let Some(board) = board {
+        return board_reflectance(renderer, board, &ray);
     }
     if hits.reach[lane].is_nan() { 0.0 } else { hits.reflectance[lane] * -hits.normal(lane).dot(&ray.normalize()) }
 }

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use crate::params::{BACKDROP_REFLECTANCE, BLACK_REFLECTANCE, PART_REFLECTANCE, WHITE_REFLECTANCE};
 use crate::part::board::Board;
 use crate::part::mesh_corners::PlacedCorners;
+use crate::part::print::Print;
 use crate::part::scene::{Ball, Plate, Scene};
 use crate::render::light::trace::trace;
 use crate::render::renderer::Renderer;
@@ -113,7 +114,11 @@ impl<'s> View<'s> {
     pub(crate) fn see(&mut self, u: usize, v: usize, n: usize, hits: &mut PixelHits) {
         let moved = &self.scene.moved_mm;
         match self.scene.scene {
-            Scene::Board(board) => see_board(&board.moved(moved), board.backdrop_z_mm + moved.z, n, hits),
+            Scene::Board(board) => {
+                let moved_board = board.moved(moved);
+                see_board(&moved_board, board.backdrop_z_mm + moved.z, n, hits);
+                see_print(&moved_board, n, hits);
+            }
             Scene::Plate(plate) => see_plate(plate, moved, n, hits),
             Scene::Gauge(gauge) => {
                 see_plate(&gauge.plate, moved, n, hits);
@@ -189,12 +194,25 @@ fn see_plane(normal: &Vector3<f64>, offset_mm: f64, n: usize, hits: &mut PixelHi
     hits.reflectance[..n].fill(PART_REFLECTANCE);
 }
 
+/// What is printed on a board that [`see_board`] takes for a plain chessboard.
+fn see_print(board: &Board, n: usize, hits: &mut PixelHits) {
+    if board.print == Print::Squares {
+        return;
+    }
+    for lane in 0..n.min(hits.rays[0].len()) {
+        let ray = Vector3::new(hits.rays[0][lane], hits.rays[1][lane], 1.0);
+        if let Some(hit) = board.hit(&Vector3::zeros(), &ray) {
+            hits.reflectance[lane] = hit.reflectance;
+        }
+    }
+}
+
 /// The board, or the backdrop behind it.
 #[multiversion(targets("x86_64+avx2"))]
 fn see_board(board: &Board, backdrop_z_mm: f64, n: usize, hits: &mut PixelHits) {
     let [across, down, normal] = [0, 1, 2].map(|axis| board.axes.column(axis).into_owned());
     let (half, inner) = (board.half_mm(), [board.inner_columns as f64, board.inner_rows as f64]);
-    let (square, centre) = (board.square_mm, board.centre_mm);
+    let ([square_x, square_y], centre) = (board.square_mm.into(), board.centre_mm);
     let offset = normal.dot(&centre);
     let PixelHits { rays: [x, y], reach, normal: [nx, ny, nz], reflectance, .. } = hits;
     for lane in 0..n.min(x.len()) {
@@ -202,8 +220,8 @@ fn see_board(board: &Board, backdrop_z_mm: f64, n: usize, hits: &mut PixelHits) 
         let at = [x[lane] * met - centre.x, y[lane] * met - centre.y, met - centre.z];
         let a = across.x * at[0] + across.y * at[1] + across.z * at[2];
         let b = down.x * at[0] + down.y * at[1] + down.z * at[2];
-        let on_board = (met > 0.0) & (a.abs() <= half.x + square) & (b.abs() <= half.y + square);
-        let (column, row) = (floor((a + half.x) / square), floor((b + half.y) / square));
+        let on_board = (met > 0.0) & (a.abs() <= half.x + square_x) & (b.abs() <= half.y + square_y);
+        let (column, row) = (floor((a + half.x) / square_x), floor((b + half.y) / square_y));
         let inside = (column >= 0.0) & (column <= inner[0]) & (row >= 0.0) & (row <= inner[1]);
         let squares = column + row;
         let black = inside & (squares - 2.0 * floor(squares / 2.0) < 0.5);

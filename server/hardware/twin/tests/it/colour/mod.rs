@@ -29,7 +29,7 @@ impl Pose {
     fn new(idx: usize) -> Self {
         let shape = StationShape { width_px: WIDTH, height_px: HEIGHT, ..StationShape::default() };
         let renderer = Renderer::new(&StationModel::seeded(23, &shape).unwrap());
-        let scene = Scene::Board(board_poses(renderer.model(), 4)[idx]);
+        let scene = Scene::Board(board_poses(renderer.model(), 4).remove(idx));
         Self { renderer, scene }
     }
 

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use capture::{
-    CameraFormat, ChannelChoice, ChessboardTarget, GratingProjector, Manifest, Pose, StagePlace, StageSheet,
-    StageView, params::FORMAT,
+    CameraFormat, ChannelChoice, GratingProjector, Manifest, Pose, StagePlace, StageSheet, StageView,
+    params::FORMAT,
 };
 use store::{ArtifactId, StoreError};
 
@@ -46,7 +46,7 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &P
         stage: StageSheet::default(),
         background: None,
         camera: CameraFormat { width_px: body.width_px, height_px: body.height_px, channel: ChannelChoice::Auto },
-        target: ChessboardTarget::from(body.target.clone()).into(),
+        target: body.target.clone(),
         projector: GratingProjector::from(body.projector.clone()).into(),
         poses,
         stage_views,

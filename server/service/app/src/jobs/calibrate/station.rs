@@ -28,7 +28,8 @@ pub(super) fn take_pictures(
     folder: &Path,
     share: f64,
 ) -> Result<(), JobEnd> {
-    let operator = VirtualOperator::new(ctx.station.simulation().ok_or_else(nobody_moves_the_board)?);
+    let hands = ctx.station.simulation().ok_or_else(nobody_moves_the_board)?;
+    let operator = VirtualOperator::new(hands, ctx.config.target.clone());
     let lease = ctx.take_station("calibrating")?;
     let camera = Photographer::new(lease, ctx.cancel.clone(), Exposures::default());
     let n_poses = input.n_poses.unwrap_or(N_POSES);
@@ -138,7 +139,7 @@ fn manifest(
         stage: StageSheet::default(),
         background: None,
         camera: CameraFormat { width_px: size_px.0, height_px: size_px.1, channel: ChannelChoice::Auto },
-        target: config.target.clone().into(),
+        target: config.target.clone(),
         projector: config.projector.clone().into(),
         poses,
         stage_views,

@@ -48,7 +48,7 @@ fn manifest(config: &AppConfig, scan: &str, frames: &PeaksFile) -> Manifest {
             height_px: frames.header.height_px as usize,
             channel: ChannelChoice::Auto,
         },
-        target: config.target.clone().into(),
+        target: config.target.clone(),
         projector: config.projector.clone().into(),
         poses: Vec::new(),
         stage_views: Vec::new(),

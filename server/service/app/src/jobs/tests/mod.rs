@@ -40,8 +40,15 @@ pub(crate) fn small() -> StationShape {
 
 impl Bench {
     pub async fn new(shape: &StationShape) -> Self {
+        Self::with(shape, |_| {}).await
+    }
+
+    /// With another configuration than the simulated station's.
+    pub async fn with(shape: &StationShape, configure: impl FnOnce(&mut AppConfig)) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let config = Arc::new(AppConfig::simulated(folder.path().join("data")));
+        let mut config = AppConfig::simulated(folder.path().join("data"));
+        configure(&mut config);
+        let config = Arc::new(config);
         let store = Store::open(&config.data).await.unwrap();
         let ledger = Ledger::open(store.catalogue.clone()).await.unwrap();
         let cache = folder.path().join("unpacked");

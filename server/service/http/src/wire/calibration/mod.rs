@@ -7,3 +7,4 @@ pub mod differences;
 pub mod residuals;
 pub mod session_bodies;
 pub mod sessions;
+pub mod target;

@@ -3,9 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::wire::calibration::session_bodies::{
-    ExposuresDto, ProjectorSheetDto, SessionBodyDto, SessionNeedsDto, TargetDto,
-};
+use crate::wire::calibration::session_bodies::{ExposuresDto, ProjectorSheetDto, SessionBodyDto, SessionNeedsDto};
+use crate::wire::calibration::target::TargetDto;
 use app::jobs::calibrate::SolveSession;
 use app::sessions::{NewSession, Session, SessionDefaults, SessionNeeds, VirtualBoard};
 

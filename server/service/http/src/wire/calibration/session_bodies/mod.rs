@@ -4,7 +4,9 @@ mod needs;
 mod pictures;
 
 use app::sessions::photographer::Exposures;
-use app::sessions::{ProjectorSheet, SessionBody, Target};
+use app::sessions::{ProjectorSheet, SessionBody};
+
+use crate::wire::calibration::target::TargetDto;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -34,17 +36,6 @@ pub struct SessionBodyDto {
     pub camera: CameraSoFarDto,
     /// The job that was started to solve it.
     pub job_id: Option<String>,
-}
-
-/// A chessboard.
-#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
-pub struct TargetDto {
-    /// Inner corners along a row.
-    pub inner_columns: usize,
-    /// Inner corners along a column.
-    pub inner_rows: usize,
-    /// Side of a square.
-    pub square_mm: f64,
 }
 
 /// Laser and grating by their data sheets.
@@ -97,20 +88,6 @@ impl From<SessionBody> for SessionBodyDto {
             camera: camera.into(),
             job_id,
         }
-    }
-}
-
-impl From<Target> for TargetDto {
-    fn from(of: Target) -> Self {
-        let Target { inner_columns, inner_rows, square_mm } = of;
-        Self { inner_columns, inner_rows, square_mm }
-    }
-}
-
-impl From<TargetDto> for Target {
-    fn from(of: TargetDto) -> Self {
-        let TargetDto { inner_columns, inner_rows, square_mm } = of;
-        Self { inner_columns, inner_rows, square_mm }
     }
 }
 
