@@ -30,7 +30,7 @@ pub struct Wanted {
     /// Share of full laser power.
     pub power: f64,
     /// The board by which the stage's scale is known, if it lies on the stage.
-    pub board: capture::ChessboardTarget,
+    pub board: capture::Target,
     /// Whether the lines run along rows.
     pub lines_along_rows: bool,
 }

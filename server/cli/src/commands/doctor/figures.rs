@@ -1,6 +1,6 @@
 //! Figures of frames and pictures: functions of what was seen.
 
-use capture::SquareMm;
+use calibration::BoardGeometry;
 use nalgebra::Vector2;
 use vision::{BoardCorners, GreyImage};
 
@@ -108,12 +108,11 @@ pub fn light_left_percent(pair: &Pair, after: &GreyImage, pixels: &[(usize, usiz
 /// The first picture gives the mapping from the board to pixels; where a corner lies in the second is looked up in it.
 /// What moves out of the board's plane is not seen. The lens is taken to be straight. `None` with fewer than eight corners
 /// in common, or if they do not lie on a plane.
-pub fn way_of_board(before: &BoardCorners, after: &BoardCorners, square: SquareMm) -> Option<(f64, f64)> {
+pub fn way_of_board(before: &BoardCorners, after: &BoardCorners, geometry: &BoardGeometry) -> Option<(f64, f64)> {
     const FEWEST: usize = 8;
-    let on_board = |row: usize, column: usize| Vector2::new(column as f64 * square.x_mm, row as f64 * square.y_mm);
     let corners = |board: &BoardCorners| -> (Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
         let corner = |corner: &vision::Corner| {
-            (on_board(corner.row, corner.column), Vector2::new(corner.u_px, corner.v_px))
+            (geometry.corner_mm(corner.column, corner.row).xy(), Vector2::new(corner.u_px, corner.v_px))
         };
         board.corners.iter().map(corner).unzip()
     };
@@ -235,12 +234,19 @@ mod tests {
         BoardCorners { inner_columns: 8, inner_rows: 5, corners }
     }
 
+    const BOARD: BoardGeometry = BoardGeometry {
+        inner_columns: 8,
+        inner_rows: 5,
+        square_mm: Vector2::new(12.0, 12.0),
+        pattern: calibration::BoardPattern::Squares,
+    };
+
     #[test]
     fn the_way_of_a_board_is_that_in_its_plane_however_it_is_seen() {
         let way = Vector2::new(9.0, -4.0);
-        let (length, scatter) = way_of_board(&seen(Vector2::zeros()), &seen(way), 12.0.into()).unwrap();
+        let (length, scatter) = way_of_board(&seen(Vector2::zeros()), &seen(way), &BOARD).unwrap();
         assert!((length - way.norm()).abs() < 1e-6 && scatter < 1e-6, "{length} {scatter}");
         let few = BoardCorners { corners: seen(way).corners[..7].to_vec(), ..seen(way) };
-        assert_eq!(way_of_board(&few, &seen(way), 12.0.into()), None);
+        assert_eq!(way_of_board(&few, &seen(way), &BOARD), None);
     }
 }

@@ -1,8 +1,9 @@
 //! The stage: whether it goes where it says, and how far that is by a board.
 
 use devices::{CameraRequest, StageKind};
+use pipeline::{board_geometry, find_board};
 use station::{StationLease, StationRefusal};
-use vision::{BoardCorners, CornerParams, find_corners};
+use vision::BoardCorners;
 
 use super::check::{Check, Outcome};
 use super::examination::Examination;
@@ -48,8 +49,6 @@ impl Examination<'_> {
 
     /// The board in a picture with the laser off, if it is there.
     fn board(&self, lease: &StationLease) -> Result<Option<BoardCorners>, StationRefusal> {
-        let board = &self.wanted.board;
-        let params = CornerParams { inner_columns: board.inner_columns, inner_rows: board.inner_rows };
         let set_us = lease.configure(&CameraRequest::default())?.exposure_us;
         let range = self.station.status().camera.capabilities.exposure_us;
         let mut found = None;
@@ -59,7 +58,7 @@ impl Examination<'_> {
                 lease.configure(&CameraRequest { exposure_us, ..CameraRequest::default() })?;
             }
             let frame = lease.grab(self.cancel)?;
-            found = find_corners(&frame.image, &params).ok();
+            found = find_board(&frame.image, &self.wanted.board).ok();
             if found.is_some() || range.is_none() {
                 break;
             }
@@ -72,16 +71,11 @@ impl Examination<'_> {
 
     fn scale(&self, boards: Option<(BoardCorners, BoardCorners)>, moved_mm: f64) -> Check {
         const NAME: &str = "stage scale";
-        let square = self.wanted.board.square_mm;
         let Some((before, after)) = boards else {
-            return Check::said(NAME, Outcome::NotRun, "no board in sight before and after the move").remedy(
-                format!(
-                    "lay the board of {}×{} inner corners and {} mm squares flat on the stage",
-                    self.wanted.board.inner_columns, self.wanted.board.inner_rows, square.x_mm
-                ),
-            );
+            return Check::said(NAME, Outcome::NotRun, "no board in sight before and after the move")
+                .remedy("lay the board that [target] describes flat on the stage");
         };
-        let way = figures::way_of_board(&before, &after, square);
+        let way = figures::way_of_board(&before, &after, &board_geometry(&self.wanted.board));
         let Some((way_mm, scatter_mm)) = way.filter(|(way_mm, scatter)| *scatter <= WAY_SCATTER * way_mm.max(1.0))
         else {
             return Check::said(NAME, Outcome::NotRun, "the board does not lie along the stage's way")

@@ -51,17 +51,25 @@ fn bench_of((width_px, height_px): (usize, usize), unsound: Unsound) -> Bench {
     let camera = Arc::new(UnsoundCamera { twin: twin.clone(), unsound });
     let devices = StationDevices { camera, stage: twin.clone(), laser: twin.clone(), twin: Some(twin) };
     let station = StationHandle::start(&devices, false);
-    let (inner_columns, inner_rows) = BOARD_CORNERS;
     let wanted = Wanted {
         exposure_us: Some(700.0),
         gain_db: None,
         frame_rate_hz: Some(RATE_HZ),
         power: 1.0,
-        board: capture::ChessboardTarget { inner_columns, inner_rows, square_mm: 12.0.into() },
+        board: chessboard(12.0),
         lines_along_rows: true,
     };
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
     Bench { station, control, runtime, wanted, cancel: CancelFlag::default() }
+}
+
+fn chessboard(square_mm: f64) -> capture::Target {
+    let (inner_columns, inner_rows) = BOARD_CORNERS;
+    capture::Target::Chessboard(capture::ChessboardTarget {
+        inner_columns,
+        inner_rows,
+        square_mm: square_mm.into(),
+    })
 }
 
 /// Notes what is done.
@@ -277,7 +285,7 @@ fn a_board_on_the_stage_tells_its_scale() {
 #[test]
 fn a_stage_of_another_scale_than_the_board_is_named() {
     let mut bench = bench_with_board();
-    bench.wanted.board.square_mm = (12.0 * 1.03).into();
+    bench.wanted.board = chessboard(12.0 * 1.03);
     let scale = of(&bench.examine(), "stage scale").clone();
     // Squares that are stated 3 % too large are as good as a stage that goes 3 % too far.
     assert!(scale.outcome == Outcome::NotOk && (scale.value.unwrap() - 3.0).abs() < SCALE_PERCENT, "{scale:?}");
