@@ -12,15 +12,16 @@ mod points;
 mod report;
 pub mod scan;
 mod threads;
+mod watches;
 
 pub use input::synthetic;
 pub use points::{dropped, envelope, profile};
 
 pub use checks::compare::{Closure, ClosureGap, OrderPair};
-pub use checks::lost_steps::{LostSteps, LostStepsWatch};
 pub use error::{ContentError, ScanError};
 pub use evaluation::Evaluation;
 pub use files::{CloudFormat, FileError, MeshFormat};
+pub use input::exposures::{Exposed, FusionCounts, fuse_exposures};
 pub use input::frames::{Frames, ScanFrame};
 pub use input::stage_positions::StagePositions;
 pub use mesh::{Mesh, MeshParams, mesh_from_cloud};
@@ -30,3 +31,7 @@ pub use points::envelope::{DepthEnvelope, depth_envelope};
 pub use points::profile::{Profile, ProfilePoint, label_frame};
 pub use report::ScanReport;
 pub use scan::{ScanParams, ScanResult, evaluate_scan, scan_cloud};
+pub use watches::{
+    Drift, Estimate, LostSteps, LostStepsWatch, OrderPowers, PowerReference, Watch, WatchReport, WatchState,
+    WatchVerdict, verdicts, watch_scan, with_wavelength_changed,
+};

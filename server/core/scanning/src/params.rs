@@ -219,17 +219,56 @@ pub const WIDTH_FITS_SIGMAS: f64 = 2.5;
 /// The width at a point is the median over so many line widths to either side.
 pub const WIDTH_WINDOW_WIDTHS: f64 = 1.5;
 
-/// Of the watch over lost steps.
-pub mod lost_steps {
+/// Of all watches over the station.
+pub mod watches {
     /// Columns of which one place and depth is made: a mean over sixteen has a fifth of a point's noise, since neighbours
     /// share theirs over two to three.
     pub const BIN_COLUMNS: usize = 16;
-    /// Fewest bins that give a line of differences over slopes.
-    pub const FEWEST_DIFFERENCES: usize = 12;
     /// Steepest slope that is used, and largest change of slope from frame to frame: beyond lie edges.
     pub const MAX_SLOPE: f64 = 1.0;
+    /// Places whose neighbours within so many bins and mm along the travel share noise: speckle reaches a line's thickness,
+    /// what a surface does to lines reaches as far as its curvature changes.
+    pub const CLUSTER_BINS: usize = 4;
+    /// See [`CLUSTER_BINS`].
+    pub const CLUSTER_MM: f64 = 5.0;
+    /// Differences that share their noise, about, as far as weights against prior knowledge go: all pairs of five orders
+    /// stand on four differences, and neighbouring frames on one speckle pattern.
+    pub const SHARED_DIFFERENCES: f64 = 16.0;
+    /// Differences beyond so many median deviations are not the same surface.
+    pub const CUT_SIGMAS: f64 = 4.0;
+    /// Rounds of fitting and cutting.
+    pub const FIT_ROUNDS: usize = 4;
+    /// Places that say how the station drifts: noise is then a hundredth of what the calibration itself leaves open.
+    pub const DRIFT_PLACES: usize = 1500;
+    /// Relative step, and step in rad, of derivatives: changes of depth are far below a line's width and far above rounding.
+    pub const DRIFT_STEP: f64 = 1e-4;
+    /// From this σ on a surface says nothing of the stage's scale: a twentieth of a millimetre in 50; the noise of a plate's
+    /// slopes pretends to say 1.6e-3.
+    pub const SCALE_BLIND: f64 = 1e-3;
+    /// Places that say how powers of orders compare.
+    pub const POWER_PLACES: usize = 8000;
+    /// Scans after a calibration that say what powers are normal.
+    pub const REFERENCE_SCANS: usize = 5;
+    /// What the ratio of two orders' powers may change by from part to part, as a logarithm: tilt and finish of surfaces.
+    pub const POWER_SIGMA_FLOOR: f64 = 0.03;
+    /// From so many σ on a figure is beyond doubt: figures that are normally distributed give one false warning in 150,000.
+    pub const WARN_SIGMAS: f64 = 4.5;
+    /// Errors below this share of the expanded uncertainty are told as figures alone.
+    pub const WARN_SHARE: f64 = 0.25;
+    /// Expanded uncertainties are so many σ.
+    pub const COVERAGE: f64 = 2.0;
+}
+
+/// Of the watch over lost steps.
+pub mod lost_steps {
+    /// Fewest bins that give a line of differences over slopes.
+    pub const FEWEST_DIFFERENCES: usize = 12;
     /// Differences so far off their line, in its own scatter, are left out.
     pub const OUTLIER_SIGMAS: f64 = 3.0;
+    /// Least scatter of slopes in a frame: below, they are noise, which is 0.006 a slope.
+    pub const LEAST_SLOPE_SPREAD: f64 = 0.03;
+    /// Fewest earlier differences that tell what two orders usually differ by in a column.
+    pub const FEWEST_USUAL: u32 = 6;
     /// Frames within which a jump is noticed or never.
     pub const REACH_FRAMES: usize = 20;
     /// Frames before a possible jump that say what was normal.
@@ -243,4 +282,17 @@ pub mod lost_steps {
     pub const ALARM_MM: f64 = 0.025;
     /// Smallest step that is told, in its standard deviations; rendered scans without losses stay below 3.
     pub const ALARM_SIGMAS: f64 = 4.5;
+}
+
+/// Of lines from several exposures.
+pub mod exposures {
+    /// Lines of different exposures nearer than this, px, are the same line: what saturation displaces them by.
+    pub const SAME_LINE_PX: f64 = 1.5;
+    /// The same in line widths.
+    pub const SAME_LINE_WIDTHS: f64 = 0.5;
+    /// Exposures that differ by more than so many σ disagree.
+    pub const DISAGREE_SIGMAS: f64 = 3.0;
+    /// A line goes on in the next column at most this far across, px, where no exposure says so: one exposure ends there
+    /// and another begins.
+    pub const JOIN_PX: f64 = 1.5;
 }

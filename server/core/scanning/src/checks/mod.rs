@@ -5,5 +5,4 @@ pub mod columns;
 pub mod compare;
 pub mod decision;
 pub mod line_widths;
-pub mod lost_steps;
 pub mod rivals;

@@ -87,6 +87,29 @@ impl<'a> Evaluation<'a> {
         in_order(self.profiles.frames.n_frames(), points, |points| take(&points))
     }
 
+    /// Hands what `work` makes of the points of each frame (camera frame, with what the stage has done to the part and where
+    /// it said that it was) to `take`, in the order of frames.
+    pub(crate) fn for_each_profile<T: Send>(
+        &self,
+        work: impl Fn(usize, &[ProfilePoint], &Motion, f64) -> T + Sync,
+        mut take: impl FnMut(T),
+    ) -> Result<(), ScanError> {
+        let of_frame = |frame| -> Result<T, ScanError> {
+            let points = self.kept(&*self.profiles.of(frame)?, frame);
+            Ok(work(frame, &points, &self.motion(frame), self.profiles.frames.position(frame).value()))
+        };
+        in_order(self.profiles.frames.n_frames(), of_frame, |made| {
+            take(made);
+            Ok(())
+        })
+    }
+
+    fn motion(&self, frame: usize) -> Motion {
+        let stage: Option<&Stage> = self.profiles.calibration.stage.as_ref();
+        // What was evaluated has positions of the stage's own kind.
+        stage.and_then(|stage| stage.motion(self.profiles.frames.position(frame))).unwrap_or_else(Motion::at_rest)
+    }
+
     fn stage_positions(&self) -> StagePositions {
         let frames = self.profiles.frames;
         let positions = (0..frames.n_frames()).map(|frame| frames.position(frame));
@@ -98,9 +121,7 @@ impl<'a> Evaluation<'a> {
 
     fn points_of(&self, frame: usize) -> Result<Vec<CloudPoint>, ScanError> {
         let position = self.profiles.frames.position(frame);
-        let stage: Option<&Stage> = self.profiles.calibration.stage.as_ref();
-        // What was evaluated has positions of the stage's own kind.
-        let motion = stage.and_then(|stage| stage.motion(position)).unwrap_or_else(Motion::at_rest);
+        let motion = self.motion(frame);
         let spread = self.stage_spread.in_frame(position);
         let profile = self.profiles.of(frame)?;
         let points = self.kept(&profile, frame);

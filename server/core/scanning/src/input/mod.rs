@@ -1,5 +1,6 @@
 //! What a scan is computed from: its frames, and where the stage stood in each.
 
+pub mod exposures;
 pub mod frames;
 pub mod motions;
 pub mod stage_positions;

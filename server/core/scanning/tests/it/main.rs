@@ -4,9 +4,11 @@
 
 mod clouds;
 mod common;
+mod exposures;
 mod labelling;
 mod lost_steps;
 mod one_frame;
 mod rendered;
 mod rig_a_images;
 mod turntable;
+mod watches;

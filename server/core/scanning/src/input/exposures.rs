@@ -1,0 +1,277 @@
+//! One frame's lines from several exposures of the same view: dark places from long ones, bright places from short ones.
+//!
+//! Centrelines are fused, not pictures: every exposure is extracted on its own, so that nothing has to be known of the
+//! sensor's response. Where an exposure is saturated it is left out if another is not. What remains is averaged by 1/σ²;
+//! σ of the mean is stated as if the exposures shared all their noise, because speckle is the same in all of them.
+
+use vision::{CentrelinePoint, Centrelines, LineDirection, Segment};
+
+use crate::params::exposures::{DISAGREE_SIGMAS, JOIN_PX, SAME_LINE_PX, SAME_LINE_WIDTHS};
+
+/// What was found in one exposure.
+#[derive(Debug, Clone, Copy)]
+pub struct Exposed<'a> {
+    /// How long it was.
+    pub exposure_us: f64,
+    /// Its lines.
+    pub centrelines: &'a Centrelines,
+}
+
+/// How the points of fused lines came about.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FusionCounts {
+    /// Points.
+    pub n_points: usize,
+    /// Of these, points that some exposure saw saturated, and that stand on others.
+    pub n_replaced: usize,
+    /// Points that every exposure saw saturated.
+    pub n_saturated: usize,
+    /// Points on which exposures differ by more than 3 σ: the best of them is taken, and its σ holds the difference.
+    pub n_disagreeing: usize,
+}
+
+impl FusionCounts {
+    /// Adds those of another frame.
+    pub fn add(&mut self, other: &Self) {
+        self.n_points += other.n_points;
+        self.n_replaced += other.n_replaced;
+        self.n_saturated += other.n_saturated;
+        self.n_disagreeing += other.n_disagreeing;
+    }
+}
+
+/// A point of one exposure.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    point: CentrelinePoint,
+    exposure: usize,
+    /// Its segment, counted over all exposures.
+    segment: usize,
+    /// Column (row) of its line.
+    column: i64,
+    across_px: f64,
+}
+
+/// A point of the fused lines, and what it stands on.
+#[derive(Debug, Clone)]
+struct Fused {
+    point: CentrelinePoint,
+    across_px: f64,
+    segments: Vec<usize>,
+}
+
+/// Fuses the lines that exposures of one view show; intensities are those of the longest exposure.
+///
+/// Lines of different exposures are the same line where they are nearer than half their width in a column (row).
+pub fn fuse_exposures(exposures: &[Exposed]) -> (Centrelines, FusionCounts) {
+    let direction = exposures.first().map_or(LineDirection::default(), |exposed| exposed.centrelines.direction);
+    let mut seen = all_points(exposures, direction);
+    seen.sort_by(|a, b| a.column.cmp(&b.column).then(a.across_px.total_cmp(&b.across_px)));
+    let longest_us = exposures.iter().map(|exposed| exposed.exposure_us).fold(0.0, f64::max);
+    let gains: Vec<f32> = exposures.iter().map(|exposed| (longest_us / exposed.exposure_us) as f32).collect();
+    let mut counts = FusionCounts::default();
+    let mut chains = Chains::default();
+    for column in seen.chunk_by(|a, b| a.column == b.column) {
+        let mut fused: Vec<Fused> =
+            without_rims(lines_of_column(column)).iter().map(|line| fused(line, &gains, &mut counts)).collect();
+        fused.sort_by(|a, b| a.across_px.total_cmp(&b.across_px));
+        chains.go_on(column[0].column, fused);
+    }
+    let correlation_px = exposures.iter().map(|exposed| exposed.centrelines.correlation_px).fold(0.0, f64::max);
+    (Centrelines { segments: chains.segments(direction), direction, correlation_px }, counts)
+}
+
+fn all_points(exposures: &[Exposed], direction: LineDirection) -> Vec<Seen> {
+    let segments = exposures.iter().enumerate().flat_map(|(exposure, exposed)| {
+        exposed.centrelines.segments.iter().map(move |segment| (exposure, segment))
+    });
+    let points = segments.enumerate().flat_map(|(segment, (exposure, of))| {
+        let first = of.points.first().map_or(0, |point| point.along_across(direction).0.round() as i64);
+        of.points.iter().enumerate().map(move |(idx, point)| Seen {
+            point: *point,
+            exposure,
+            segment,
+            column: first + idx as i64,
+            across_px: point.along_across(direction).1,
+        })
+    });
+    points.collect()
+}
+
+/// Points of one column, ordered across, by the line that they belong to: at most one of each exposure.
+fn lines_of_column(column: &[Seen]) -> Vec<Vec<Seen>> {
+    let mut lines: Vec<Vec<Seen>> = Vec::new();
+    for seen in column {
+        let belongs = |line: &Vec<Seen>| {
+            let last = &line[line.len() - 1];
+            let reach =
+                SAME_LINE_PX.max(SAME_LINE_WIDTHS * f64::from(seen.point.width_px.max(last.point.width_px)));
+            seen.across_px - last.across_px <= reach && line.iter().all(|other| other.exposure != seen.exposure)
+        };
+        match lines.last_mut().filter(|line| belongs(line)) {
+            Some(line) => line.push(*seen),
+            None => lines.push(vec![*seen]),
+        }
+    }
+    lines
+}
+
+/// Without the lines that a long exposure shows at the rims of one that it has flattened: they are within its width, a
+/// shorter exposure has seen the line, and those that show the rims have not, or flattened.
+fn without_rims(lines: Vec<Vec<Seen>>) -> Vec<Vec<Seen>> {
+    let shortest = |line: &[Seen]| line.iter().map(|seen| seen.exposure).min();
+    let is_rim = |line: &[Seen], of: &[Seen]| {
+        let near = (line[0].across_px - of[0].across_px).abs()
+            < 2.0 * line.iter().chain(of).map(|seen| f64::from(seen.point.width_px)).fold(0.0, f64::max);
+        let has_it =
+            |seen: &Seen| of.iter().any(|other| other.exposure == seen.exposure && !other.point.saturated);
+        let apart = !line.iter().any(has_it);
+        near && apart && shortest(line) > shortest(of)
+    };
+    let rims: Vec<bool> = lines.iter().map(|line| lines.iter().any(|of| is_rim(line, of))).collect();
+    lines.into_iter().zip(rims).filter(|(_, is_rim)| !is_rim).map(|(line, _)| line).collect()
+}
+
+fn fused(line: &[Seen], gains: &[f32], counts: &mut FusionCounts) -> Fused {
+    let good: Vec<&Seen> = line.iter().filter(|seen| !seen.point.saturated).collect();
+    let used: Vec<&Seen> = if good.is_empty() { line.iter().collect() } else { good };
+    let best =
+        used.iter().min_by(|a, b| a.point.sigma_px.total_cmp(&b.point.sigma_px)).expect("a line has points");
+    let apart_px = used.iter().map(|seen| (seen.across_px - best.across_px).abs()).fold(0.0, f64::max);
+    let disagrees = used.iter().any(|seen| {
+        let sigma_px = seen.point.sigma_px.hypot(best.point.sigma_px);
+        (seen.across_px - best.across_px).abs() > DISAGREE_SIGMAS * sigma_px
+    });
+    counts.n_points += 1;
+    counts.n_disagreeing += usize::from(disagrees);
+    counts.n_saturated += usize::from(used.iter().all(|seen| seen.point.saturated));
+    counts.n_replaced += usize::from(used.len() < line.len());
+    let segments = line.iter().map(|seen| seen.segment).collect();
+    let intensity = |seen: &Seen| seen.point.intensity * gains[seen.exposure];
+    if disagrees {
+        let sigma_px = best.point.sigma_px.hypot(0.5 * apart_px);
+        let point = CentrelinePoint { sigma_px, intensity: intensity(best), ..best.point };
+        return Fused { point, across_px: best.across_px, segments };
+    }
+    let weights: Vec<f64> = used.iter().map(|seen| seen.point.sigma_px.powi(-2)).collect();
+    let sum: f64 = weights.iter().sum();
+    let mean = |of: &dyn Fn(&Seen) -> f64| {
+        used.iter().zip(&weights).map(|(seen, weight)| of(seen) * weight).sum::<f64>() / sum
+    };
+    let point = CentrelinePoint {
+        u_px: mean(&|seen| seen.point.u_px),
+        v_px: mean(&|seen| seen.point.v_px),
+        sigma_px: mean(&|seen| seen.point.sigma_px),
+        intensity: mean(&|seen| f64::from(intensity(seen))) as f32,
+        ..best.point
+    };
+    Fused { point, across_px: mean(&|seen| seen.across_px), segments }
+}
+
+/// Lines that grow column by column.
+#[derive(Debug, Default)]
+struct Chains {
+    column: i64,
+    open: Vec<Vec<Fused>>,
+    done: Vec<Vec<Fused>>,
+}
+
+impl Chains {
+    /// Takes up the points of a column: each goes on with the nearest line of the column before that shares a segment with
+    /// it or is close, and else begins one.
+    fn go_on(&mut self, column: i64, points: Vec<Fused>) {
+        if column != self.column + 1 {
+            self.done.append(&mut self.open);
+        }
+        self.column = column;
+        let before = std::mem::take(&mut self.open);
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+        for (at, point) in points.iter().enumerate() {
+            for (chain, last) in before.iter().filter_map(|chain| chain.last()).enumerate() {
+                let apart_px = (point.across_px - last.across_px).abs();
+                if apart_px <= JOIN_PX || point.segments.iter().any(|segment| last.segments.contains(segment)) {
+                    pairs.push((apart_px, at, chain));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut chain_of: Vec<Option<usize>> = vec![None; points.len()];
+        let mut taken = vec![false; before.len()];
+        for (_, at, chain) in pairs {
+            if chain_of[at].is_none() && !taken[chain] {
+                (chain_of[at], taken[chain]) = (Some(chain), true);
+            }
+        }
+        let mut before: Vec<Option<Vec<Fused>>> = before.into_iter().map(Some).collect();
+        for (point, chain) in points.into_iter().zip(chain_of) {
+            let mut line = chain.and_then(|chain| before[chain].take()).unwrap_or_default();
+            line.push(point);
+            self.open.push(line);
+        }
+        self.done.extend(before.into_iter().flatten());
+    }
+
+    fn segments(mut self, direction: LineDirection) -> Vec<Segment> {
+        self.done.append(&mut self.open);
+        let points = |chain: Vec<Fused>| Segment { points: chain.into_iter().map(|fused| fused.point).collect() };
+        let mut segments: Vec<Segment> = self.done.into_iter().map(points).collect();
+        let first = |segment: &Segment| segment.points[0].along_across(direction);
+        segments.sort_by(|a, b| {
+            let (a, b) = (first(a), first(b));
+            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        segments
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(row_px: f64, sigma_px: f64, saturated: bool) -> Segment {
+        let point = |column: i32| CentrelinePoint {
+            u_px: f64::from(column),
+            v_px: row_px,
+            normal: [0.0, 1.0],
+            sigma_px,
+            intensity: 40.0,
+            width_px: 5.0,
+            saturated,
+        };
+        Segment { points: (10..40).map(point).collect() }
+    }
+
+    fn fused_of(short: Vec<Segment>, long: Vec<Segment>) -> (Centrelines, FusionCounts) {
+        let [short, long] = [short, long].map(|segments| Centrelines { segments, ..Centrelines::default() });
+        let exposed = [(1.0, &short), (4.0, &long)];
+        fuse_exposures(&exposed.map(|(exposure_us, centrelines)| Exposed { exposure_us, centrelines }))
+    }
+
+    #[test]
+    fn points_that_agree_are_averaged_and_say_the_light_of_the_longest_exposure() {
+        let (fused, counts) = fused_of(vec![line(10.0, 0.1, false)], vec![line(10.1, 0.05, false)]);
+        let [segment] = &fused.segments[..] else { panic!("{} segments", fused.segments.len()) };
+        assert_eq!((segment.points.len(), counts.n_points, counts.n_disagreeing), (30, 30, 0));
+        let point = segment.points[7];
+        assert!((point.v_px - 10.08).abs() < 1e-12 && (point.sigma_px - 0.06).abs() < 1e-12, "{point:?}");
+        // Four fifths of the weight are on 40 levels in the longest, one fifth on 4 · 40.
+        assert!((point.intensity - 64.0).abs() < 1e-4, "{point:?}");
+    }
+
+    #[test]
+    fn points_that_disagree_are_counted_and_their_sigma_holds_the_difference() {
+        let (fused, counts) = fused_of(vec![line(10.0, 0.05, false)], vec![line(10.6, 0.1, false)]);
+        assert_eq!((counts.n_points, counts.n_disagreeing), (30, 30));
+        let point = fused.segments[0].points[3];
+        assert_eq!((point.v_px, point.sigma_px), (10.0, 0.05f64.hypot(0.3)));
+    }
+
+    #[test]
+    fn what_is_saturated_is_replaced_and_the_rims_of_a_flattened_line_are_no_lines() {
+        let rims = vec![line(6.5, 0.2, false), line(10.3, 0.2, true), line(13.5, 0.2, false)];
+        let (fused, counts) = fused_of(vec![line(10.0, 0.05, false)], rims);
+        let [segment] = &fused.segments[..] else { panic!("{} segments", fused.segments.len()) };
+        assert_eq!((segment.points[3].v_px, segment.points[3].saturated), (10.0, false));
+        assert_eq!((counts.n_replaced, counts.n_saturated), (30, 0));
+    }
+}

@@ -1,0 +1,183 @@
+//! Drift of the wavelength and of the stage's scale, by what two orders say of the same place.
+//!
+//! Where order b sees what order a saw, their depths differ by −Σ (J_b − J_a)·θ, θ being what is not as calibrated: λ/d,
+//! which shifts order m by m times as much; the stage's scale, which shifts places along the travel by what it has
+//! travelled between the two crossings and so shows on slopes alone; the tilt of its travel, which shifts depths by the
+//! same way; and the errors of the calibration itself, which are known to ±1 of its modes. All are fitted together.
+//!
+//! λ/d and tilt look nearly alike: a place is crossed by order m at a way m·Z·λ/d from where order 0 crosses it.
+//! So λ/d is stated twice, with the stage as calibrated, and with a tilt that nobody knows.
+
+use nalgebra::Vector3;
+use optics::{Calibration, LightSurfaces, Stage};
+
+use crate::params::watches::{DRIFT_PLACES, DRIFT_STEP, SCALE_BLIND, WARN_SIGMAS};
+use crate::threads::map_with;
+use crate::watches::fit::{Difference, Fitted, fit};
+use crate::watches::places::{Place, Strips};
+
+/// A value and its standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The value.
+    pub value: f64,
+    /// One σ.
+    pub sigma: f64,
+}
+
+impl Estimate {
+    /// How many σ it is from 0.
+    pub fn sigmas(&self) -> f64 {
+        self.value.abs() / self.sigma.max(f64::MIN_POSITIVE)
+    }
+
+    /// Whether it is more than so many σ from 0.
+    pub fn is_beyond(&self, sigmas: f64) -> bool {
+        self.sigmas() > sigmas
+    }
+}
+
+/// What is not as calibrated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drift {
+    /// Relative change of λ/d, with the stage as calibrated; `None` for light surfaces without a wavelength.
+    pub wavelength: Option<Estimate>,
+    /// The same with a tilt of the travel that nobody knows.
+    pub wavelength_by_any_tilt: Option<Estimate>,
+    /// The tilt of the travel, rad, towards greater depths, that looks most like the change of `wavelength`.
+    pub tilt_alike_rad: Option<f64>,
+    /// Mean error of depth of the order that errs most, mm per unit of `wavelength`.
+    pub depth_mm_by_wavelength: f64,
+    /// What the stage travels more than it says, relative; `None` where no slope shows it.
+    pub stage_scale: Option<Estimate>,
+    /// Places that it stands on.
+    pub n_places: usize,
+}
+
+impl Drift {
+    /// The change of λ/d by which a scan may be corrected: beyond doubt with the stage as calibrated and with any tilt of it,
+    /// so that its σ is far below it.
+    pub fn correction(&self) -> Option<Estimate> {
+        self.wavelength.filter(|wavelength| wavelength.is_beyond(WARN_SIGMAS))?;
+        self.wavelength_by_any_tilt.filter(|wavelength| wavelength.is_beyond(WARN_SIGMAS))
+    }
+}
+
+/// The calibration with the wavelength that the orders show, changed by `relative`; other light models stay as they are.
+pub fn with_wavelength_changed(calibration: &Calibration, relative: f64) -> Calibration {
+    let mut changed = calibration.clone();
+    if let LightSurfaces::Grating(grating) = &mut changed.light {
+        grating.wavelength_over_period *= 1.0 + relative;
+    }
+    changed
+}
+
+/// Numbers of the parameters; the modes of the calibration follow.
+const WAVELENGTH: usize = 0;
+const TILT: usize = 1;
+const SCALE: usize = 2;
+const FIRST_MODE: usize = 3;
+
+/// What the orders say of drift since the calibration; `None` where hardly any place was seen by two of them.
+pub fn drift(strips: &Strips, calibration: &Calibration) -> Option<Drift> {
+    let stepped = Stepped::new(calibration)?;
+    let places = strips.places(DRIFT_PLACES);
+    let looked_at = |(): &mut (), idx: usize| stepped.difference(strips, &places[idx]);
+    let looked_at: Vec<Looked> = map_with(places.len(), 16, || (), looked_at).into_iter().flatten().collect();
+    let differences: Vec<Difference> = looked_at.iter().map(|looked| looked.difference.clone()).collect();
+    let known: Vec<bool> = (0..stepped.to.len()).map(|idx| idx >= FIRST_MODE).collect();
+    let with = |free: &[usize]| -> Option<Fitted> {
+        let chosen: Vec<usize> = free.iter().copied().chain(FIRST_MODE..known.len()).collect();
+        fit(&differences, &chosen, &known)
+    };
+    let has_wavelength = stepped.has_wavelength;
+    let as_calibrated = has_wavelength.then(|| with(&[WAVELENGTH])).flatten();
+    let wavelength = as_calibrated.as_ref().map(|fitted| estimate(fitted, 0));
+    let by_any_tilt = has_wavelength.then(|| with(&[WAVELENGTH, TILT])).flatten();
+    let free: &[usize] = if has_wavelength { &[SCALE, WAVELENGTH] } else { &[SCALE] };
+    let stage_scale = with(free).map(|fitted| estimate(&fitted, 0)).filter(|scale| scale.sigma <= SCALE_BLIND);
+    Some(Drift {
+        wavelength,
+        wavelength_by_any_tilt: by_any_tilt.map(|fitted| estimate(&fitted, 0)),
+        tilt_alike_rad: wavelength
+            .and_then(|wavelength| Some(wavelength.value * tilt_by_wavelength(&differences)?)),
+        depth_mm_by_wavelength: if has_wavelength { largest_mean(&looked_at, strips.orders().len()) } else { 0.0 },
+        stage_scale,
+        n_places: differences.len(),
+    })
+}
+
+fn estimate(fitted: &Fitted, idx: usize) -> Estimate {
+    Estimate { value: fitted.parameters[idx], sigma: fitted.covariance[(idx, idx)].max(0.0).sqrt() }
+}
+
+/// The tilt whose differences are most like those of one unit of wavelength.
+fn tilt_by_wavelength(differences: &[Difference]) -> Option<f64> {
+    let product = |one: usize, other: usize| -> f64 {
+        differences.iter().map(|of| of.by_parameters[one] * of.by_parameters[other]).sum()
+    };
+    Some(product(WAVELENGTH, TILT) / product(TILT, TILT)).filter(|ratio| ratio.is_finite())
+}
+
+/// Mean change of depth by wavelength of the order whose depths change most.
+fn largest_mean(looked_at: &[Looked], n_orders: usize) -> f64 {
+    let mut sums = vec![(0.0, 0.0); n_orders];
+    for (order, change) in looked_at.iter().flat_map(|looked| looked.by_wavelength) {
+        sums[order].0 += change;
+        sums[order].1 += 1.0;
+    }
+    sums.into_iter().filter(|(_, n)| *n > 0.0).map(|(sum, n): (f64, f64)| (sum / n).abs()).fold(0.0, f64::max)
+}
+
+/// What one place says.
+struct Looked {
+    difference: Difference,
+    /// Number and change of depth by wavelength of both orders.
+    by_wavelength: [(usize, f64); 2],
+}
+
+/// A calibration and what it becomes by a small step of every parameter.
+struct Stepped<'a> {
+    from: &'a Calibration,
+    to: Vec<Calibration>,
+    /// Size of the steps.
+    sizes: Vec<f64>,
+    has_wavelength: bool,
+}
+
+impl<'a> Stepped<'a> {
+    fn new(from: &'a Calibration) -> Option<Self> {
+        let Some(Stage::Linear(stage)) = from.stage else { return None };
+        let along = stage.direction;
+        let depth = (Vector3::z() - along * (along.z / along.norm_squared())).try_normalize(1e-3)?;
+        let moved = |by: Vector3<f64>| {
+            let mut stage = stage;
+            stage.direction += by * DRIFT_STEP;
+            Calibration { stage: Some(stage.into()), ..from.clone() }
+        };
+        let coloured = with_wavelength_changed(from, DRIFT_STEP);
+        let has_wavelength = matches!(from.light, LightSurfaces::Grating(_));
+        let modes = from.sigma_modes();
+        let sizes = [DRIFT_STEP; FIRST_MODE].into_iter().chain(modes.iter().map(|_| 1.0)).collect();
+        let to = [coloured, moved(depth), moved(along)].into_iter();
+        Some(Self {
+            from,
+            to: to.chain(modes.iter().map(|mode| from.stepped(mode))).collect(),
+            sizes,
+            has_wavelength,
+        })
+    }
+
+    fn difference(&self, strips: &Strips, place: &Place) -> Option<Looked> {
+        let changes = |order, seen| strips.depth_changes(self.from, &self.to, order, seen, place);
+        let own = changes(place.order, (place.sample.pixel, place.sample.position_mm))?;
+        let others = changes(place.other, (place.surface.pixel, place.surface.position_mm))?;
+        let per_step = |(own, other): (&f64, &f64), size: &f64| (other - own) / size;
+        let by_parameters =
+            own.iter().zip(&others).zip(&self.sizes).map(|(both, size)| per_step(both, size)).collect();
+        let value = place.sample.depth_mm - place.surface.depth_mm;
+        let by_wavelength =
+            [(place.order, own[WAVELENGTH] / DRIFT_STEP), (place.other, others[WAVELENGTH] / DRIFT_STEP)];
+        Some(Looked { difference: Difference { by_parameters, value, cluster: place.cluster }, by_wavelength })
+    }
+}

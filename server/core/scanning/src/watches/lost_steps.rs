@@ -1,0 +1,287 @@
+//! A watch over lost steps: the stage is not where it says from some frame on.
+//!
+//! Each order sees a place of the part at another position of the stage. As long as the stage is where it says, their
+//! surfaces coincide. After a loss of δ along the travel, surface seen from then on lies δ off what the other orders saw
+//! before: on a slope g of depth along the travel the difference in depth is g·δ, and where nothing slopes it is nothing.
+//!
+//! Method, frame by frame: every line is condensed to one place and depth in each of some columns; each is held
+//! against the surface that every other order saw earlier, less what the two usually differ by in that column; a straight
+//! line of difference over slope gives δ of this frame and pair with its variance. Then, for every frame
+//! of the last [`REACH_FRAMES`] at which the jump may have been: the mean of δ since then, against surface seen before it,
+//! less the mean before it, in its standard deviations (a generalised likelihood ratio of a step in known noise).
+//!
+//! Blind on plates and on ramps of one slope, and before two orders have seen the same places for some frames.
+
+use std::collections::VecDeque;
+
+use optics::{Calibration, Stage, StagePosition};
+use statistics::median;
+
+use crate::params::lost_steps::{
+    ALARM_MM, ALARM_SIGMAS, BASELINE_FRAMES, FEWEST_DIFFERENCES, FEWEST_FRAMES, FEWEST_USUAL, LEAST_SLOPE_SPREAD,
+    NOISE_INFLATION, OUTLIER_SIGMAS, REACH_FRAMES,
+};
+use crate::points::profile::Profile;
+use crate::watches::strips::{Condenser, FrameSamples, Sample, line_through, surface_at};
+
+/// Steps that were lost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LostSteps {
+    /// The first frame, counted from 0, for which the stage was not where it said; known to a few frames.
+    pub first_frame: usize,
+    /// The frame with which they were noticed.
+    pub noticed_frame: usize,
+    /// Where the stage said that it was at `first_frame`, mm.
+    pub position_mm: f64,
+    /// How far it lags behind what it says since then, mm.
+    pub lag_mm: f64,
+    /// Standard deviation of `lag_mm`.
+    pub sigma_mm: f64,
+}
+
+/// What one frame of one order says against the surface of another.
+#[derive(Debug, Clone, Copy)]
+struct Evidence {
+    frame: usize,
+    /// The last frame of which surface was used.
+    reference: usize,
+    pair: usize,
+    lag_mm: f64,
+    variance: f64,
+}
+
+/// What an order sees beyond the surface of another in a bin.
+#[derive(Debug, Clone, Copy)]
+struct DepthDifference {
+    bin: usize,
+    slope: f64,
+    depth_mm: f64,
+    /// The last frame of which surface was used.
+    reference: usize,
+}
+
+/// Depth differences of a pair in a bin, the last of them.
+#[derive(Debug, Clone, Default)]
+struct Usual(VecDeque<(usize, f64)>);
+
+impl Usual {
+    fn note(&mut self, frame: usize, depth_mm: f64) {
+        self.0.push_back((frame, depth_mm));
+        let oldest = frame.saturating_sub(REACH_FRAMES + BASELINE_FRAMES);
+        while self.0.front().is_some_and(|(at, _)| *at < oldest) {
+            self.0.pop_front();
+        }
+    }
+
+    /// Their mean before a jump that a frame may show; `None` where there are too few.
+    fn mean(&self, frame: usize) -> Option<f64> {
+        let (mut n, mut sum) = (0, 0.0);
+        for (_, depth_mm) in self.0.iter().take_while(|(at, _)| at + REACH_FRAMES <= frame) {
+            n += 1;
+            sum += depth_mm;
+        }
+        (n >= FEWEST_USUAL).then(|| sum / f64::from(n))
+    }
+}
+
+/// The watch; it takes note of every frame of a scan in the order of travel.
+#[derive(Debug)]
+pub struct LostStepsWatch {
+    condenser: Condenser,
+    stage: Stage,
+    /// Surface of each order, bin by bin from that in the middle; samples in the order of travel.
+    surfaces: Vec<Vec<Vec<Sample>>>,
+    /// What pairs of orders usually differ by, by pair, then bin.
+    usual: Vec<Vec<Usual>>,
+    positions_mm: Vec<f64>,
+    evidence: VecDeque<Evidence>,
+    /// Standard deviations of the steps that were looked for [`REACH_FRAMES`] / 2 before each frame.
+    sigmas_mm: Vec<f64>,
+    n_frames: usize,
+    /// Frames before this one are forgotten.
+    since: usize,
+}
+
+impl LostStepsWatch {
+    /// `None` for a station without linear stage, or with one that moves along the view.
+    pub fn new(calibration: &Calibration) -> Option<Self> {
+        let condenser = Condenser::new(calibration)?;
+        let surfaces = vec![vec![Vec::new(); condenser.n_bins]; condenser.orders.len()];
+        let usual = vec![vec![Usual::default(); condenser.n_bins]; condenser.orders.len().pow(2)];
+        Some(Self {
+            condenser,
+            usual,
+            stage: calibration.stage?,
+            surfaces,
+            positions_mm: Vec::new(),
+            evidence: VecDeque::new(),
+            sigmas_mm: Vec::new(),
+            n_frames: 0,
+            since: 0,
+        })
+    }
+
+    /// Takes note of the next frame, taken where the stage said `position_mm`; steps that it shows to be lost. What was
+    /// seen before them is forgotten then.
+    pub fn note(&mut self, profile: &Profile, position_mm: f64) -> Option<LostSteps> {
+        let motion = self.stage.motion(StagePosition::LinearMm(position_mm))?;
+        let samples = self.condenser.samples(&profile.points, &motion, position_mm, self.n_frames);
+        self.note_samples(samples, position_mm)
+    }
+
+    /// [`LostStepsWatch::note`] of a frame that was condensed before.
+    pub(crate) fn note_samples(&mut self, samples: FrameSamples, position_mm: f64) -> Option<LostSteps> {
+        let frame = self.n_frames;
+        self.n_frames += 1;
+        self.positions_mm.push(position_mm);
+        let n_orders = self.condenser.orders.len();
+        for (order, seen) in samples.iter().enumerate() {
+            for other in (0..n_orders).filter(|other| *other != order) {
+                let pair = order * n_orders + other;
+                let differences = self.differences(seen, other);
+                self.evidence.extend(self.beyond_the_usual(&differences, (frame, pair)));
+                for difference in differences {
+                    self.usual[pair][difference.bin].note(frame, difference.depth_mm);
+                }
+            }
+        }
+        for (order, seen) in samples.into_iter().enumerate() {
+            for (bin, sample) in seen {
+                self.surfaces[order][bin].push(sample);
+            }
+        }
+        let oldest = frame.saturating_sub(REACH_FRAMES + BASELINE_FRAMES);
+        while self.evidence.front().is_some_and(|evidence| evidence.frame < oldest) {
+            self.evidence.pop_front();
+        }
+        let middle = (frame + 1).checked_sub(REACH_FRAMES / 2);
+        self.sigmas_mm.extend(middle.and_then(|at| self.step_at(at)).map(|(_, sigma_mm)| sigma_mm));
+        let found = self.likeliest_jump(frame);
+        if let Some(found) = &found {
+            self.since = found.first_frame;
+            self.evidence.clear();
+            self.usual.iter_mut().flatten().for_each(|usual| usual.0.clear());
+            let since = self.since;
+            let forget = |samples: &mut Vec<Sample>| samples.retain(|sample| sample.frame >= since);
+            self.surfaces.iter_mut().flatten().for_each(forget);
+        }
+        found
+    }
+
+    /// What one order sees beyond the surface of `other`, bin by bin.
+    fn differences(&self, seen: &[(usize, Sample)], other: usize) -> Vec<DepthDifference> {
+        let difference = |(bin, sample): &(usize, Sample)| {
+            let place = surface_at(&self.surfaces[other][*bin], sample.along_mm)?;
+            let depth_mm = sample.depth_mm - place.depth_mm;
+            Some(DepthDifference { bin: *bin, slope: place.slope, depth_mm, reference: place.last_frame })
+        };
+        seen.iter().filter_map(difference).collect()
+    }
+
+    /// How far a frame of one order lags behind the surface of another, by a line of differences over slopes. What they
+    /// usually differ by in a bin is taken off: errors of the calibration stay there while the part passes.
+    fn beyond_the_usual(&self, found: &[DepthDifference], (frame, pair): (usize, usize)) -> Option<Evidence> {
+        let mut reference = 0;
+        let mut differences: Vec<[f64; 2]> = Vec::with_capacity(found.len());
+        for difference in found {
+            let Some(usual_mm) = self.usual[pair][difference.bin].mean(frame) else { continue };
+            differences.push([difference.slope, difference.depth_mm - usual_mm]);
+            reference = reference.max(difference.reference);
+        }
+        let (slope, constant, scatter) = line_through(&differences)?;
+        differences.retain(|[x, y]| (y - constant - slope * x).abs() <= OUTLIER_SIGMAS * scatter);
+        if differences.len() < FEWEST_DIFFERENCES {
+            return None;
+        }
+        let (lag_mm, _, scatter) = line_through(&differences)?;
+        let mean = differences.iter().map(|[x, _]| x).sum::<f64>() / differences.len() as f64;
+        let spread: f64 = differences.iter().map(|[x, _]| (x - mean).powi(2)).sum();
+        if spread < LEAST_SLOPE_SPREAD.powi(2) * differences.len() as f64 {
+            return None;
+        }
+        Some(Evidence { frame, reference, pair, lag_mm, variance: scatter.powi(2) / spread })
+    }
+
+    /// The smallest loss that would have been noticed at most places of what was seen so far, mm; `None` where none would:
+    /// no slopes, or orders that have not seen the same surface.
+    pub fn smallest_noticed_mm(&self) -> Option<f64> {
+        if 2 * self.sigmas_mm.len() < self.n_frames.saturating_sub(REACH_FRAMES) {
+            return None;
+        }
+        median(&mut self.sigmas_mm.clone()).map(|sigma_mm| ALARM_MM.max(ALARM_SIGMAS * sigma_mm))
+    }
+
+    /// The jump that explains the last frames best, if it is beyond doubt.
+    fn likeliest_jump(&self, frame: usize) -> Option<LostSteps> {
+        let earliest = (self.since + FEWEST_FRAMES).max((frame + 1).saturating_sub(REACH_FRAMES));
+        let latest = (frame + 1).checked_sub(FEWEST_FRAMES)?;
+        let jumps = (earliest..=latest).filter_map(|first_frame| {
+            let (lag_mm, sigma_mm) = self.step_at(first_frame)?;
+            Some(LostSteps {
+                first_frame,
+                noticed_frame: frame,
+                position_mm: self.positions_mm[first_frame],
+                lag_mm,
+                sigma_mm,
+            })
+        });
+        let clear =
+            |jump: &LostSteps| jump.lag_mm.abs() >= ALARM_MM && jump.lag_mm.abs() >= ALARM_SIGMAS * jump.sigma_mm;
+        let sigmas = |jump: &LostSteps| jump.lag_mm.abs() / jump.sigma_mm;
+        jumps.filter(clear).max_by(|a, b| sigmas(a).total_cmp(&sigmas(b)))
+    }
+
+    /// The step of the lag at a frame and its standard deviation, over all pairs of orders.
+    fn step_at(&self, first_frame: usize) -> Option<(f64, f64)> {
+        let n_pairs = self.condenser.orders.len().pow(2);
+        let (mut before, mut after) = (vec![Mean::default(); n_pairs], vec![Mean::default(); n_pairs]);
+        for evidence in &self.evidence {
+            if evidence.frame < first_frame {
+                before[evidence.pair].add(evidence);
+            } else if evidence.reference < first_frame {
+                after[evidence.pair].add(evidence);
+            }
+        }
+        let (mut weighted, mut weight) = (0.0, 0.0);
+        for (before, after) in before.iter().zip(&after) {
+            let (Some((was_mm, was_variance)), Some((is_mm, is_variance))) = (before.value(), after.value())
+            else {
+                continue;
+            };
+            // Lags that scatter more than they say do so for reasons that their means share.
+            let variance = (was_variance + is_variance) * before.excess(after);
+            weighted += (is_mm - was_mm) / variance;
+            weight += 1.0 / variance;
+        }
+        (weight > 0.0).then(|| (weighted / weight, (1.0 / weight).sqrt() * NOISE_INFLATION))
+    }
+}
+
+/// The mean of evidence of one pair.
+#[derive(Debug, Clone, Copy, Default)]
+struct Mean {
+    n: usize,
+    weighted: f64,
+    weight: f64,
+    squares: f64,
+}
+
+impl Mean {
+    fn add(&mut self, evidence: &Evidence) {
+        self.n += 1;
+        self.weighted += evidence.lag_mm / evidence.variance;
+        self.weight += 1.0 / evidence.variance;
+        self.squares += evidence.lag_mm.powi(2) / evidence.variance;
+    }
+
+    /// By how much the values about this mean and another's scatter more than their variances say, at least 1.
+    fn excess(&self, other: &Self) -> f64 {
+        let chi_square = |mean: &Self| mean.squares - mean.weighted.powi(2) / mean.weight;
+        let freedoms = (self.n + other.n).saturating_sub(2).max(1);
+        ((chi_square(self) + chi_square(other)) / freedoms as f64).max(1.0)
+    }
+
+    fn value(&self) -> Option<(f64, f64)> {
+        (self.n >= FEWEST_FRAMES).then(|| (self.weighted / self.weight, 1.0 / self.weight))
+    }
+}

@@ -1,0 +1,51 @@
+//! Powers of the orders, by how bright two of them were at the same place: what the surface does to both cancels.
+
+use crate::params::watches::POWER_PLACES;
+use crate::watches::drift::Estimate;
+use crate::watches::fit::{Difference, fit};
+use crate::watches::places::Strips;
+
+/// How the power of the light is shared among the orders.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrderPowers {
+    /// The order that the others are compared with: the one nearest to 0.
+    pub against: i8,
+    /// Logarithm of each other order's power over that of `against`, by order.
+    pub log_ratios: Vec<(i8, Estimate)>,
+    /// Mean logarithm of the power of all orders, ln(grey level · px): surface, laser and exposure together.
+    pub log_total: f64,
+    /// Places that it stands on.
+    pub n_places: usize,
+}
+
+/// The powers of a scan; `None` where hardly any place was seen by two orders without saturation.
+pub fn order_powers(strips: &Strips) -> Option<OrderPowers> {
+    let orders = strips.orders();
+    let (against, _) = orders.iter().enumerate().min_by_key(|(_, order)| (order.unsigned_abs(), **order))?;
+    // Parameters: all orders but the one that others are compared with.
+    let column = |order: usize| (order != against).then(|| order - usize::from(order > against));
+    let n = orders.len().checked_sub(1).filter(|n| *n > 0)?;
+    let (mut differences, mut totals) = (Vec::new(), Vec::new());
+    for place in strips.places(POWER_PLACES) {
+        let (Some(own), Some(other)) = (place.sample.log_power, place.surface.log_power) else { continue };
+        let mut by_parameters = vec![0.0; n];
+        column(place.order).into_iter().for_each(|idx| by_parameters[idx] = 1.0);
+        column(place.other).into_iter().for_each(|idx| by_parameters[idx] = -1.0);
+        differences.push(Difference { by_parameters, value: own - other, cluster: place.cluster });
+        totals.push(0.5 * (own + other));
+    }
+    let seen: Vec<usize> =
+        (0..n).filter(|idx| differences.iter().any(|of| of.by_parameters[*idx] != 0.0)).collect();
+    let fitted = fit(&differences, &seen, &vec![false; n])?;
+    let ratio = |(place, idx): (usize, &usize)| {
+        let order = orders[idx + usize::from(*idx >= against)];
+        let sigma = fitted.covariance[(place, place)].max(0.0).sqrt();
+        (order, Estimate { value: fitted.parameters[place], sigma })
+    };
+    Some(OrderPowers {
+        against: orders[against],
+        log_ratios: seen.iter().enumerate().map(ratio).collect(),
+        log_total: totals.iter().sum::<f64>() / totals.len() as f64,
+        n_places: differences.len(),
+    })
+}

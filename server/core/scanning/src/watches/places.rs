@@ -1,0 +1,107 @@
+//! Places of a part that two orders saw.
+
+use nalgebra::{Vector2, Vector3};
+use optics::{Calibration, Stage, StagePosition};
+
+use crate::params::watches::{CLUSTER_BINS, CLUSTER_MM};
+use crate::watches::strips::{Condenser, FrameSamples, Sample, SurfacePlace, surface_at};
+
+/// What all orders saw, bin by bin, in the order of travel.
+#[derive(Debug)]
+pub struct Strips {
+    condenser: Condenser,
+    /// By order, then bin.
+    samples: Vec<Vec<Vec<Sample>>>,
+}
+
+/// A place that order `order` saw on the surface that `other` saw; numbers of the calibration's orders.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    /// The one.
+    pub order: usize,
+    /// The other.
+    pub other: usize,
+    /// What the one saw.
+    pub sample: Sample,
+    /// What the other saw.
+    pub surface: SurfacePlace,
+    /// Places with the same number are neighbours.
+    pub cluster: u64,
+}
+
+impl Strips {
+    /// Nothing seen yet.
+    pub fn new(condenser: Condenser) -> Self {
+        let samples = vec![vec![Vec::new(); condenser.n_bins]; condenser.orders.len()];
+        Self { condenser, samples }
+    }
+
+    /// Takes up a frame.
+    pub fn add(&mut self, frame: &FrameSamples) {
+        for (of_order, seen) in self.samples.iter_mut().zip(frame) {
+            for (bin, sample) in seen {
+                of_order[*bin].push(*sample);
+            }
+        }
+    }
+
+    /// The orders.
+    pub fn orders(&self) -> &[i8] {
+        &self.condenser.orders
+    }
+
+    /// Extent of what was seen along the travel, mm.
+    pub fn length_mm(&self) -> f64 {
+        let along = self.samples.iter().flatten().flatten().map(|sample| sample.along_mm);
+        let (low, high) =
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+        (high - low).max(0.0)
+    }
+
+    /// Places that two orders saw, about `n_wanted` of them, spread over the part and the pairs.
+    pub fn places(&self, n_wanted: usize) -> Vec<Place> {
+        let n_orders = self.samples.len();
+        let mut found = Vec::new();
+        for (bin, order) in (0..self.condenser.n_bins).flat_map(|bin| (0..n_orders).map(move |order| (bin, order)))
+        {
+            for sample in &self.samples[order][bin] {
+                for other in 0..order {
+                    let surface = surface_at(&self.samples[other][bin], sample.along_mm);
+                    let row = (sample.along_mm / CLUSTER_MM).floor() as i64;
+                    let cluster = (bin / CLUSTER_BINS) as u64 | ((row as u64) << 32);
+                    found.extend(surface.map(|surface| Place { order, other, sample: *sample, surface, cluster }));
+                }
+            }
+        }
+        let stride = found.len().div_ceil(n_wanted.max(1)).max(1);
+        // A stride that shares a factor with the number of pairs would skip some of them.
+        let stride = if stride > 1 { stride | 1 } else { 1 };
+        found.into_iter().step_by(stride).collect()
+    }
+
+    /// Depth of the surface at a place by the pixel that saw it, mm, how it changes from one calibration to others: what a
+    /// shift across the depth does to the depth at the same place is in it.
+    pub fn depth_changes(
+        &self,
+        from: &Calibration,
+        to: &[Calibration],
+        order: usize,
+        (pixel, position_mm): ([f64; 2], f64),
+        place: &Place,
+    ) -> Option<Vec<f64>> {
+        let [along, across, depth] = &self.condenser.axes;
+        let slope = place.surface.slope;
+        let slope_across = place.sample.by_across[1] - slope * place.sample.by_across[0];
+        let up = depth - along * slope - across * slope_across;
+        let order = self.condenser.orders[order];
+        let at = in_part(from, order, pixel, position_mm)?;
+        to.iter().map(|one| Some((in_part(one, order, pixel, position_mm)? - at).dot(&up))).collect()
+    }
+}
+
+/// What a pixel saw, part frame.
+fn in_part(calibration: &Calibration, order: i8, pixel: [f64; 2], position_mm: f64) -> Option<Vector3<f64>> {
+    let stage: &Stage = calibration.stage.as_ref()?;
+    let hit = calibration.triangulate(order, &Vector2::from(pixel), None)?;
+    Some(stage.part_from_camera(&hit.hit_in_camera, StagePosition::LinearMm(position_mm))?.xyz)
+}

@@ -1,0 +1,204 @@
+//! Lines condensed to one place, depth and power in each of some columns, so that the same place can be looked up in
+//! what other orders saw of it.
+
+use nalgebra::Vector3;
+use optics::{Calibration, Motion, Stage};
+
+use crate::params::watches::{BIN_COLUMNS, MAX_SLOPE};
+use crate::points::profile::ProfilePoint;
+
+/// A line in one bin, where it crosses the middle of the bin. Part frame, in the axes of [`Condenser`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Frame, in the order in which frames were given.
+    pub frame: usize,
+    /// Where the stage said that it was.
+    pub position_mm: f64,
+    /// Place along the travel.
+    pub along_mm: f64,
+    /// Depth.
+    pub depth_mm: f64,
+    /// How place and depth change along the line, per mm across the travel.
+    pub by_across: [f64; 2],
+    /// Where the line was seen.
+    pub pixel: [f64; 2],
+    /// Mean of the logarithm of the line's power, grey levels times pixels; `None` where some of it was saturated.
+    pub log_power: Option<f64>,
+}
+
+/// Condenses lines.
+#[derive(Debug, Clone)]
+pub struct Condenser {
+    /// Orders that are looked at.
+    pub orders: Vec<i8>,
+    /// Unit vectors of the camera frame: along the travel, across it, and the depth.
+    pub axes: [Vector3<f64>; 3],
+    /// Width of a bin across the travel.
+    pub bin_mm: f64,
+    /// Bins across the field.
+    pub n_bins: usize,
+}
+
+/// The samples of one frame: per order, in the sequence of [`Condenser::orders`], by bin.
+pub type FrameSamples = Vec<Vec<(usize, Sample)>>;
+
+impl Condenser {
+    /// `None` for a station without linear stage, or with one that moves along the view.
+    pub fn new(calibration: &Calibration) -> Option<Self> {
+        let Some(Stage::Linear(stage)) = calibration.stage else { return None };
+        let along = stage.direction.try_normalize(f64::MIN_POSITIVE)?;
+        let depth = (Vector3::z() - along * along.z).try_normalize(1e-3)?;
+        let range = calibration.depth_range_mm;
+        let column_mm = 0.5 * (range.near_mm + range.far_mm) / calibration.camera.fx_px;
+        let width_mm = column_mm * calibration.camera.width_px.max(calibration.camera.height_px) as f64;
+        let bin_mm = column_mm * BIN_COLUMNS as f64;
+        // The far end of the range shows more than its middle.
+        let n_bins = (2.0 * width_mm / bin_mm).ceil() as usize;
+        Some(Self {
+            orders: calibration.orders.clone(),
+            axes: [along, depth.cross(&along), depth],
+            bin_mm,
+            n_bins,
+        })
+    }
+
+    /// One frame's lines, condensed to the bins that they fill. `points`: by order, then along the line.
+    pub fn samples(
+        &self,
+        points: &[ProfilePoint],
+        motion: &Motion,
+        position_mm: f64,
+        frame: usize,
+    ) -> FrameSamples {
+        let of_order = |order: &i8| {
+            let first = points.partition_point(|point| point.order < *order);
+            let n = points[first..].partition_point(|point| point.order == *order);
+            self.of_line(&points[first..first + n], motion, position_mm, frame)
+        };
+        self.orders.iter().map(of_order).collect()
+    }
+
+    fn of_line(
+        &self,
+        line: &[ProfilePoint],
+        motion: &Motion,
+        position_mm: f64,
+        frame: usize,
+    ) -> Vec<(usize, Sample)> {
+        let [along, across, depth] = &self.axes;
+        let half = (self.n_bins / 2) as f64;
+        let mut samples = Vec::new();
+        let mut points: Vec<[f64; 5]> = Vec::with_capacity(2 * BIN_COLUMNS);
+        let mut powers: Vec<Option<f64>> = Vec::with_capacity(2 * BIN_COLUMNS);
+        let mut current: Option<usize> = None;
+        let mut finish = |bin: usize, points: &[[f64; 5]], powers: &[Option<f64>]| {
+            let condensed = condensed(points, powers, self.bin_mm);
+            samples.extend(condensed.map(|sample| (bin, Sample { frame, position_mm, ..sample })));
+        };
+        for point in line {
+            let in_part = motion.part_from_camera(&point.hit_in_camera).xyz;
+            let place = (in_part.dot(across) / self.bin_mm).floor() + half;
+            if !(place >= 0.0 && place < self.n_bins as f64) {
+                continue;
+            }
+            let bin = place as usize;
+            if let Some(last) = current.replace(bin).filter(|last| *last != bin) {
+                finish(last, &points, &powers);
+                points.clear();
+                powers.clear();
+            }
+            let from_middle_mm = in_part.dot(across) - (place - half + 0.5) * self.bin_mm;
+            let seen = &point.seen;
+            points.push([from_middle_mm, in_part.dot(along), in_part.dot(depth), seen.u_px, seen.v_px]);
+            let power = f64::from(seen.intensity) * f64::from(seen.width_px);
+            powers.push((!seen.saturated && power > 0.0).then(|| power.ln()));
+        }
+        if let Some(last) = current {
+            finish(last, &points, &powers);
+        }
+        samples
+    }
+}
+
+/// One bin's points as one; `None` for a bin that is not filled, or across an edge, which holds two surfaces.
+fn condensed(points: &[[f64; 5]], powers: &[Option<f64>], bin_mm: f64) -> Option<Sample> {
+    if 4 * points.len() < 3 * BIN_COLUMNS {
+        return None;
+    }
+    let line =
+        |which: usize| line_through(&points.iter().map(|point| [point[0], point[which]]).collect::<Vec<_>>());
+    let ((along_slope, along_mm, _), (depth_slope, depth_mm, scatter_mm)) = (line(1)?, line(2)?);
+    if scatter_mm >= 0.1 * bin_mm {
+        return None;
+    }
+    let (_, u_px, _) = line(3)?;
+    let (_, v_px, _) = line(4)?;
+    let log_power = powers.iter().copied().sum::<Option<f64>>().map(|sum| sum / powers.len() as f64);
+    let by_across = [along_slope, depth_slope];
+    Some(Sample { frame: 0, position_mm: 0.0, along_mm, depth_mm, by_across, pixel: [u_px, v_px], log_power })
+}
+
+/// Slope, constant and scatter of the straight line through points; `None` for fewer than three, or all at one place.
+pub fn line_through(points: &[[f64; 2]]) -> Option<(f64, f64, f64)> {
+    let n = points.len() as f64;
+    if points.len() < 3 {
+        return None;
+    }
+    let (mean_x, mean_y) =
+        (points.iter().map(|p| p[0]).sum::<f64>() / n, points.iter().map(|p| p[1]).sum::<f64>() / n);
+    let spread: f64 = points.iter().map(|p| (p[0] - mean_x).powi(2)).sum();
+    if spread <= f64::EPSILON {
+        return None;
+    }
+    let slope = points.iter().map(|p| (p[0] - mean_x) * (p[1] - mean_y)).sum::<f64>() / spread;
+    let constant = mean_y - slope * mean_x;
+    let squares: f64 = points.iter().map(|p| (p[1] - constant - slope * p[0]).powi(2)).sum();
+    Some((slope, constant, (squares / (n - 2.0)).sqrt()))
+}
+
+/// What one order saw in a bin, at a place along the travel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePlace {
+    /// Depth there.
+    pub depth_mm: f64,
+    /// ∂depth/∂along.
+    pub slope: f64,
+    /// The last frame that this stands on.
+    pub last_frame: usize,
+    /// Where the stage said that it was when the place was crossed.
+    pub position_mm: f64,
+    /// Where it was seen.
+    pub pixel: [f64; 2],
+    /// As in [`Sample::log_power`].
+    pub log_power: Option<f64>,
+}
+
+/// The surface that samples in the order of travel make, at a place along it; `None` where it is not smooth, or was not
+/// seen in frames that follow each other.
+pub fn surface_at(samples: &[Sample], along_mm: f64) -> Option<SurfacePlace> {
+    let (first, last) = (samples.first()?, samples.last()?);
+    let rising = last.along_mm > first.along_mm;
+    let is_before = |sample: &Sample| (sample.along_mm < along_mm) == rising;
+    let after = samples.partition_point(is_before);
+    let around = samples.get(after.checked_sub(2)?..after + 2)?;
+    let [a, b, c, d] = around else { return None };
+    if d.frame != a.frame + 3 {
+        return None;
+    }
+    let slope_of = |from: &Sample, to: &Sample| (to.depth_mm - from.depth_mm) / (to.along_mm - from.along_mm);
+    let (middle, slope) = (slope_of(b, c), slope_of(a, d));
+    let is_smooth = [slope_of(a, b), middle, slope_of(c, d)].iter().all(|one| (one - slope).abs() <= MAX_SLOPE);
+    if !(is_smooth && slope.abs() <= MAX_SLOPE) {
+        return None;
+    }
+    let share = (along_mm - b.along_mm) / (c.along_mm - b.along_mm);
+    let between = |from: f64, to: f64| from + share * (to - from);
+    Some(SurfacePlace {
+        depth_mm: between(b.depth_mm, c.depth_mm),
+        slope,
+        last_frame: d.frame,
+        position_mm: between(b.position_mm, c.position_mm),
+        pixel: [0, 1].map(|axis| between(b.pixel[axis], c.pixel[axis])),
+        log_power: b.log_power.zip(c.log_power).map(|(from, to)| between(from, to)),
+    })
+}

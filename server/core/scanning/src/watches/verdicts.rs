@@ -1,0 +1,293 @@
+//! What the figures of the watches mean: quiet, blind on this part, a warning, or a scan that is worth nothing.
+//!
+//! A watch warns where its figure is beyond doubt. It invalidates where the error that it shows exceeds the expanded
+//! uncertainty that the points state, by more than its own uncertainty.
+
+use crate::params::watches::{COVERAGE, POWER_SIGMA_FLOOR, REFERENCE_SCANS, WARN_SHARE, WARN_SIGMAS};
+use crate::watches::drift::{Drift, Estimate};
+use crate::watches::order_powers::OrderPowers;
+use crate::watches::{LostSteps, WatchReport};
+
+/// A watch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Watch {
+    /// A jump between what the orders saw before and after: mm.
+    LostSteps,
+    /// Relative change of λ/d.
+    Wavelength,
+    /// Logarithm of how much the power of an order has changed.
+    OrderPowers,
+    /// What the stage travels more than it says, relative.
+    StageScale,
+}
+
+/// What a watch says of a scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum WatchState {
+    /// Nothing beyond doubt.
+    Quiet,
+    /// This part, or this station, shows nothing of it.
+    Blind,
+    /// Something is beyond doubt.
+    Warning,
+    /// The error exceeds the uncertainty that the points state.
+    Invalid,
+}
+
+/// What one watch says of a scan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WatchVerdict {
+    /// Which.
+    pub watch: Watch,
+    /// Whether all is well.
+    pub state: WatchState,
+    /// Its figure, in the unit of the watch.
+    pub estimate: Option<Estimate>,
+    /// The error of points that it causes, mm.
+    pub error_mm: Option<f64>,
+    /// The stage position where it begins.
+    pub position_mm: Option<f64>,
+    /// In words for the operator.
+    pub reason: String,
+}
+
+/// Powers of the first scans after a calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PowerReference {
+    /// Scans that were taken for it.
+    pub n_scans: usize,
+    /// Mean and scatter from scan to scan of every order's logarithm of power over that of the order 0 or next to it.
+    pub log_ratios: Vec<(i8, Estimate)>,
+    /// The same of the total.
+    pub log_total: Estimate,
+}
+
+impl PowerReference {
+    /// Of the first scans; those beyond [`REFERENCE_SCANS`] are not looked at, `None` while there are fewer.
+    pub fn of(first: &[OrderPowers]) -> Option<Self> {
+        let scans = first.get(..REFERENCE_SCANS)?;
+        let of_order = |order: i8| {
+            let values = scans.iter().filter_map(|scan| {
+                scan.log_ratios.iter().find(|(other, _)| *other == order).map(|(_, ratio)| ratio.value)
+            });
+            mean_and_scatter(&values.collect::<Vec<_>>())
+        };
+        let mut orders: Vec<i8> =
+            scans.iter().flat_map(|scan| &scan.log_ratios).map(|(order, _)| *order).collect();
+        orders.sort_unstable();
+        orders.dedup();
+        let totals: Vec<f64> = scans.iter().map(|scan| scan.log_total).collect();
+        Some(Self {
+            n_scans: scans.len(),
+            log_ratios: orders.into_iter().filter_map(|order| Some((order, of_order(order)?))).collect(),
+            log_total: mean_and_scatter(&totals)?,
+        })
+    }
+}
+
+fn mean_and_scatter(values: &[f64]) -> Option<Estimate> {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (values.len() >= 2).then(|| Estimate { value: mean, sigma: (squares / (n - 1.0)).sqrt() })
+}
+
+/// What the watches say, one verdict each. `median_sigma_mm`: of the cloud's points. `reference`: powers since the
+/// calibration, of the same exposure and laser power.
+pub fn verdicts(
+    report: &WatchReport,
+    median_sigma_mm: f64,
+    reference: Option<&PowerReference>,
+) -> Vec<WatchVerdict> {
+    let stated_mm = COVERAGE * median_sigma_mm;
+    vec![
+        of_lost_steps(report, stated_mm),
+        of_wavelength(report.drift.as_ref(), stated_mm),
+        of_powers(report.powers.as_ref(), reference),
+        of_scale(report.drift.as_ref(), report.length_mm, stated_mm),
+    ]
+}
+
+fn verdict(watch: Watch, state: WatchState, reason: impl Into<String>) -> WatchVerdict {
+    WatchVerdict { watch, state, estimate: None, error_mm: None, position_mm: None, reason: reason.into() }
+}
+
+/// A warning, or worse.
+fn worth_of(error_mm: f64, sigma_mm: f64, stated_mm: f64) -> WatchState {
+    if error_mm - COVERAGE * sigma_mm > stated_mm { WatchState::Invalid } else { WatchState::Warning }
+}
+
+fn of_lost_steps(report: &WatchReport, stated_mm: f64) -> WatchVerdict {
+    let largest = report.lost_steps.iter().max_by(|a, b| a.lag_mm.abs().total_cmp(&b.lag_mm.abs()));
+    if let Some(&LostSteps { position_mm, lag_mm, sigma_mm, .. }) = largest {
+        let reason = format!(
+            "the stage has lost {:.0} ± {:.0} µm at {position_mm:.1} mm; home it, check load and speed",
+            lag_mm.abs() * 1e3,
+            sigma_mm * 1e3
+        );
+        return WatchVerdict {
+            estimate: Some(Estimate { value: lag_mm, sigma: sigma_mm }),
+            error_mm: Some(lag_mm.abs()),
+            position_mm: Some(position_mm),
+            ..verdict(Watch::LostSteps, worth_of(lag_mm.abs(), sigma_mm, stated_mm), reason)
+        };
+    }
+    match report.smallest_loss_mm {
+        None => verdict(
+            Watch::LostSteps,
+            WatchState::Blind,
+            "no loss could be noticed: the part has no slopes that two orders saw",
+        ),
+        Some(smallest_mm) => WatchVerdict {
+            estimate: Some(Estimate { value: 0.0, sigma: smallest_mm }),
+            ..verdict(
+                Watch::LostSteps,
+                WatchState::Quiet,
+                format!("no steps lost; on this part {:.0} µm would be noticed", smallest_mm * 1e3),
+            )
+        },
+    }
+}
+
+fn of_wavelength(drift: Option<&Drift>, stated_mm: f64) -> WatchVerdict {
+    let watch = Watch::Wavelength;
+    let Some(drift) = drift else {
+        return verdict(watch, WatchState::Blind, "hardly any place was seen by two orders");
+    };
+    let Some(wavelength) = drift.wavelength else {
+        return verdict(watch, WatchState::Blind, "the light model of this calibration knows no wavelength");
+    };
+    let by_mm = drift.depth_mm_by_wavelength;
+    let (error_mm, sigma_mm) = ((wavelength.value * by_mm).abs(), wavelength.sigma * by_mm);
+    let figure = format!("λ/d {:+.1} ± {:.1} ·10⁻⁴", wavelength.value * 1e4, wavelength.sigma * 1e4);
+    if !(wavelength.is_beyond(WARN_SIGMAS) && error_mm >= WARN_SHARE * stated_mm) {
+        let quiet = verdict(watch, WatchState::Quiet, figure);
+        return WatchVerdict { estimate: Some(wavelength), error_mm: Some(error_mm), ..quiet };
+    }
+    let remedy = "let the laser reach its temperature, or calibrate again";
+    if let Some(corrected) = drift.correction() {
+        let left_mm = corrected.sigma * by_mm;
+        let reason = format!(
+            "{figure} since the calibration, no tilt of the stage explains it: the scan is corrected by {:+.1} ± {:.1} ·10⁻⁴; {remedy}",
+            corrected.value * 1e4,
+            corrected.sigma * 1e4
+        );
+        let warning = verdict(watch, worth_of(left_mm, 0.0, stated_mm), reason);
+        return WatchVerdict { estimate: Some(corrected), error_mm: Some(left_mm), ..warning };
+    }
+    let reason = format!(
+        "{figure} since the calibration, depths err by up to {:.0} µm; not corrected: a stage tilted by {:+.2} mrad would look the same, a known step tells which; {remedy}",
+        error_mm * 1e3,
+        drift.tilt_alike_rad.unwrap_or(0.0) * 1e3
+    );
+    let state = worth_of(error_mm, sigma_mm, stated_mm);
+    WatchVerdict { estimate: Some(wavelength), error_mm: Some(error_mm), ..verdict(watch, state, reason) }
+}
+
+fn of_scale(drift: Option<&Drift>, length_mm: f64, stated_mm: f64) -> WatchVerdict {
+    let watch = Watch::StageScale;
+    let Some(scale) = drift.and_then(|drift| drift.stage_scale) else {
+        return verdict(
+            watch,
+            WatchState::Blind,
+            "the part has no slopes along the travel that change: scan a ball or hills",
+        );
+    };
+    let (error_mm, sigma_mm) = ((scale.value * length_mm).abs(), scale.sigma * length_mm);
+    let figure =
+        format!("travel {:+.1} ± {:.1} ·10⁻⁴ of what the stage says", scale.value * 1e4, scale.sigma * 1e4);
+    let is_clear = scale.is_beyond(WARN_SIGMAS) && error_mm >= WARN_SHARE * stated_mm;
+    let (state, reason) = if is_clear {
+        (
+            worth_of(error_mm, sigma_mm, stated_mm),
+            format!(
+                "{figure} too much, {:.0} µm over this part; check steps per mm, or calibrate again",
+                error_mm * 1e3
+            ),
+        )
+    } else {
+        (WatchState::Quiet, figure)
+    };
+    WatchVerdict { estimate: Some(scale), error_mm: Some(error_mm), ..verdict(watch, state, reason) }
+}
+
+/// How powers have changed since the reference.
+struct Change {
+    /// Mean of +m and −m, and half their difference, for every pair of orders.
+    even: Vec<Estimate>,
+    odd: Vec<Estimate>,
+    total: Estimate,
+}
+
+impl Change {
+    fn new(powers: &OrderPowers, reference: &PowerReference) -> Self {
+        let change = |(order, ratio): &(i8, Estimate)| {
+            let (_, was) = reference.log_ratios.iter().find(|(other, _)| other == order)?;
+            let sigma = ratio.sigma.hypot(was.sigma).hypot(POWER_SIGMA_FLOOR);
+            Some((*order, Estimate { value: ratio.value - was.value, sigma }))
+        };
+        let changes: Vec<(i8, Estimate)> = powers.log_ratios.iter().filter_map(change).collect();
+        let of = |order: i8| changes.iter().find(|(other, _)| *other == order).map(|(_, change)| *change);
+        let (mut even, mut odd) = (Vec::new(), Vec::new());
+        for (order, up) in changes.iter().filter(|(order, _)| *order > 0) {
+            let Some(down) = order.checked_neg().and_then(of) else { continue };
+            let sigma = 0.5 * up.sigma.hypot(down.sigma);
+            even.push(Estimate { value: 0.5 * (up.value + down.value), sigma });
+            odd.push(Estimate { value: 0.5 * (up.value - down.value), sigma });
+        }
+        let was = reference.log_total;
+        let sigma = was.sigma.hypot(POWER_SIGMA_FLOOR);
+        Self { even, odd, total: Estimate { value: powers.log_total - was.value, sigma } }
+    }
+}
+
+fn of_powers(powers: Option<&OrderPowers>, reference: Option<&PowerReference>) -> WatchVerdict {
+    let watch = Watch::OrderPowers;
+    let Some(powers) = powers else {
+        return verdict(watch, WatchState::Blind, "hardly any place was seen by two orders without saturation");
+    };
+    let Some(reference) = reference else {
+        return verdict(
+            watch,
+            WatchState::Blind,
+            format!("the first {REFERENCE_SCANS} scans after a calibration tell what is normal"),
+        );
+    };
+    let change = Change::new(powers, reference);
+    let clearest = |of: &[Estimate]| of.iter().copied().max_by(|a, b| a.sigmas().total_cmp(&b.sigmas()));
+    let percent = |change: Estimate| format!("{:+.0} %", change.value.exp_m1() * 100.0);
+    let beyond = |change: &Estimate| change.is_beyond(WARN_SIGMAS);
+    let (even, odd) = (clearest(&change.even), clearest(&change.odd));
+    let (state, estimate, reason) = match (odd.filter(beyond), even.filter(beyond)) {
+        (Some(odd), even) if even.is_none_or(|even| odd.sigmas() >= even.sigmas()) => (
+            WatchState::Warning,
+            odd,
+            format!(
+                "orders of one side have gained over those of the other ({}): the grating has turned",
+                percent(odd)
+            ),
+        ),
+        (_, Some(even)) => (
+            WatchState::Warning,
+            even,
+            format!(
+                "orders of both sides have changed alike against order {} ({}): the grating is dirty, clean it",
+                powers.against,
+                percent(even)
+            ),
+        ),
+        _ if change.total.value < 0.0 && beyond(&change.total) => (
+            WatchState::Warning,
+            change.total,
+            format!(
+                "all orders have {} of the light of the first scans: the laser ages, or the parts are darker",
+                percent(change.total)
+            ),
+        ),
+        _ => {
+            let largest = clearest(&[even, odd].into_iter().flatten().collect::<Vec<_>>()).unwrap_or(change.total);
+            (WatchState::Quiet, largest, format!("largest change {} since the first scans", percent(largest)))
+        }
+    };
+    WatchVerdict { estimate: Some(estimate), ..verdict(watch, state, reason) }
+}

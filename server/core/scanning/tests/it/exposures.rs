@@ -1,0 +1,122 @@
+//! Lines of a plate, one half of which is forty times as dark as the other, from a short and a long exposure against the
+//! truth.
+
+use std::collections::HashMap;
+
+use scanning::{Exposed, fuse_exposures};
+use twin::{Exposure, ExposureBuffers, Renderer, Scene, SceneKind, StationModel, StationShape};
+use vision::{CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
+
+/// How much darker the dark half is.
+const DARKER: f64 = 40.0;
+
+/// Exposures relative to the nominal one: the bright half fits into the short one, and is flattened in the long one.
+const SHARES: [f64; 2] = [0.7, 14.0];
+
+/// A point farther from a true line than this, px, is not on it.
+const ON_LINE_PX: f64 = 2.5;
+
+/// The lines of a part whose right half is [`DARKER`] times as dark as its left one: a picture is linear in reflectance.
+fn lines_of(renderer: &Renderer, scene: &Scene, laser_share: f64, picture: u64) -> Centrelines {
+    let [bright, dark] = [1.0, 1.0 / DARKER].map(|reflectance| {
+        let exposure = Exposure {
+            scene,
+            position_mm: 0.0,
+            ordinary_level: 0.0,
+            ordinary_share: 0.0,
+            laser_share: (laser_share * reflectance) as f32,
+            gain: 1.0,
+            bits: 8,
+            picture,
+        };
+        let mut image = GreyImage::new(1, 1, Pixels::Eight(vec![0])).unwrap();
+        renderer.expose(&exposure, &mut ExposureBuffers::default(), &mut image);
+        image
+    });
+    let (Pixels::Eight(bright), Pixels::Eight(dark)) = (bright.pixels(), dark.pixels()) else { panic!("8 bits") };
+    let camera = &renderer.model().camera;
+    let rows = bright.chunks(camera.width_px).zip(dark.chunks(camera.width_px));
+    let half = camera.width_px / 2;
+    let pixels = rows.flat_map(|(bright, dark)| bright[..half].iter().chain(&dark[half..])).copied().collect();
+    let image = GreyImage::new(camera.width_px, camera.height_px, Pixels::Eight(pixels)).unwrap();
+    find_centrelines(&image, &CentrelineParams::default())
+}
+
+/// How points compare with true lines.
+#[derive(Debug, Default)]
+struct Held {
+    n_true: usize,
+    /// True points of which a point was found that is not saturated.
+    n_found: usize,
+    /// Errors in their own σ, and errors, px.
+    in_sigmas: Vec<f64>,
+    errors_px: Vec<f64>,
+}
+
+impl Held {
+    fn add(&mut self, lines: &Centrelines, truth: &[twin::TruthPoint]) {
+        let mut by_column: HashMap<i64, Vec<&vision::CentrelinePoint>> = HashMap::new();
+        for point in lines.segments.iter().flat_map(|segment| &segment.points) {
+            by_column.entry(point.u_px.round() as i64).or_default().push(point);
+        }
+        for of in truth {
+            self.n_true += 1;
+            let apart = |point: &vision::CentrelinePoint| {
+                (point.v_px - of.v_px) * point.normal[1] + (point.u_px - of.u_px) * point.normal[0]
+            };
+            let near = by_column.get(&(of.u_px as i64)).into_iter().flatten();
+            let nearest = near.min_by(|a, b| apart(a).abs().total_cmp(&apart(b).abs()));
+            let Some(point) = nearest.filter(|point| apart(point).abs() < ON_LINE_PX && !point.saturated) else {
+                continue;
+            };
+            self.n_found += 1;
+            self.errors_px.push(apart(point));
+            self.in_sigmas.push(apart(point) / point.sigma_px);
+        }
+    }
+
+    fn recovered(&self) -> f64 {
+        self.n_found as f64 / self.n_true as f64
+    }
+
+    fn rms(values: &[f64]) -> f64 {
+        (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
+    }
+}
+
+#[test]
+fn bright_and_dark_halves_are_both_measured_and_sigma_is_honest() {
+    let shape = StationShape { width_px: 640, height_px: 512, ..StationShape::default() };
+    let model = StationModel::seeded(7, &shape).unwrap();
+    let renderer = Renderer::new(&model);
+    let mut held: [Held; 3] = Default::default();
+    let mut counts = scanning::FusionCounts::default();
+    for picture in 0..4 {
+        let scene = SceneKind::Plate.placed(&model, 0x300 + picture);
+        let truth = renderer.truth_points(&scene, 0.0);
+        let alone = SHARES.map(|share| lines_of(&renderer, &scene, share, picture * 10 + (10.0 * share) as u64));
+        let exposed: Vec<Exposed> = SHARES
+            .iter()
+            .zip(&alone)
+            .map(|(share, centrelines)| Exposed { exposure_us: share * 1000.0, centrelines })
+            .collect();
+        let (fused, of_frame) = fuse_exposures(&exposed);
+        counts.add(&of_frame);
+        for (held, lines) in held.iter_mut().zip([&alone[0], &alone[1], &fused]) {
+            held.add(lines, &truth);
+        }
+    }
+    let [short, long, fused] = held;
+    // Each exposure alone measures its half; the fused lines miss what is at the seam of the halves.
+    assert!(short.recovered() < 0.55 && long.recovered() < 0.55, "{} {}", short.recovered(), long.recovered());
+    assert!(fused.recovered() > 0.96, "{}", fused.recovered());
+    // σ of some ten thousand points whose noise hangs together over a few columns.
+    let in_sigmas = Held::rms(&fused.in_sigmas);
+    assert!((0.85..1.15).contains(&in_sigmas), "{in_sigmas}");
+    // No point is worse than those of the exposure that it comes from.
+    let [fused_px, worst_px] =
+        [Held::rms(&fused.errors_px), Held::rms(&short.errors_px).max(Held::rms(&long.errors_px))];
+    assert!(fused_px <= worst_px, "{fused_px} px, {worst_px} px");
+    assert!(2 * counts.n_replaced > counts.n_points, "{counts:?}");
+    assert!(100 * counts.n_disagreeing < counts.n_points, "{counts:?}");
+}
