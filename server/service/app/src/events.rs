@@ -51,6 +51,9 @@ pub enum Event {
     /// A scan was made, in whole or in part.
     #[serde(rename = "scan.created")]
     ScanCreated(ScanCreated),
+    /// A watch over the station warns: during a scan, or of one that was made.
+    #[serde(rename = "watch.warned")]
+    WatchWarned(WatchWarned),
     /// A scan was written in another format.
     #[serde(rename = "scan.exported")]
     ScanExported(ScanExported),
@@ -212,6 +215,23 @@ pub struct ScanCreated {
     pub state: String,
     /// Points of its cloud; missing where it has none.
     pub n_points: Option<u64>,
+}
+
+/// A watch that warns; the subject is the scan.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct WatchWarned {
+    /// `lost_steps`, `wavelength`, `order_powers`, `stage_scale`.
+    pub watch: String,
+    /// `warning`, or `invalid`: the error exceeds the uncertainty that the points state.
+    pub state: String,
+    /// Its figure: mm for lost steps, else relative (a logarithm for powers).
+    pub value: Option<f64>,
+    /// One σ of it.
+    pub sigma: Option<f64>,
+    /// The stage position where it begins.
+    pub position_mm: Option<f64>,
+    /// In words.
+    pub reason: String,
 }
 
 /// A file that was written.

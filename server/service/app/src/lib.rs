@@ -21,7 +21,7 @@ pub mod use_cases;
 pub use access::{idempotency, lease, principal};
 pub use config::limits;
 pub use lifetime::housekeeping;
-pub use resources::{calibrations, captures, labels, measurements, points_page, scan_run, stored_scan};
+pub use resources::{calibrations, captures, labels, measurements, points_page, scan_run, stored_scan, watches};
 
 use std::sync::Arc;
 

@@ -9,7 +9,7 @@ export function eventDetail({ body }: { body: unknown }): string {
   const problem = fields.problem as { detail?: unknown } | null | undefined;
   if (typeof problem?.detail === "string") return problem.detail;
   const words = [
-    fields.message ?? fields.name,
+    fields.message ?? fields.reason ?? fields.name,
     fields.from && fields.to ? `${fields.from} → ${fields.to}` : undefined,
     fields.verdict,
   ];

@@ -13,6 +13,7 @@ import { Devices } from "./devices";
 import { EventTable } from "./event_log";
 import { parseMetrics } from "./metrics";
 import { DiskCard, FramesCard, LinkCard, QueueCard, type ServiceHealth, SoftwareCard } from "./service";
+import { WatchesCard } from "./watches";
 import "./health.css";
 
 /** Disk and sockets are looked at so often while the page is open. */
@@ -60,6 +61,7 @@ export default function Health() {
         <CalibrationCard />
         <SoftwareCard service={service.value} />
       </div>
+      <WatchesCard />
       <OrdersCard />
       <EventTable />
       <p class="muted">{words.bundle_holds}</p>

@@ -4,7 +4,7 @@ import type { Signal } from "@preact/signals";
 import type { Form } from "../../parts/fields/form";
 import { NumberField } from "../../parts/fields/number_field";
 import { text } from "../../text";
-import type { Mode, SetUp } from "./set_up";
+import { EXPOSURE_COUNTS, type Mode, type SetUp } from "./set_up";
 
 const MODES: readonly Mode[] = ["stop_and_go", "continuous"];
 
@@ -13,6 +13,7 @@ const SMALLEST = 0.001;
 
 export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
   const words = text.value.scan;
+  const several = set_up.mode.value === "stop_and_go" && set_up.n_exposures.value > 1;
   return (
     <div class="stack">
       <div class="row end travel">
@@ -65,9 +66,10 @@ export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
           <div class="row end">
             <NumberField
               form={form}
-              label={words.exposure}
+              key={several ? "longest" : "one"}
+              label={several ? words.longest_exposure : words.exposure}
               unit="µs"
-              optional
+              optional={!several}
               min={1}
               placeholder={words.automatic}
               value={set_up.exposure_us.value}
@@ -89,6 +91,21 @@ export function SetUpForm({ set_up, form }: { set_up: SetUp; form: Form }) {
               }}
             />
           </div>
+          {set_up.mode.value === "stop_and_go" && (
+            <label class="field">
+              <span>{words.n_exposures}</span>
+              <select
+                value={set_up.n_exposures.value}
+                onChange={(event) => set_up.setExposures(Number(event.currentTarget.value))}
+              >
+                {EXPOSURE_COUNTS.map((n) => (
+                  <option key={n} value={n}>
+                    {words.exposure_counts(n)}
+                  </option>
+                ))}
+              </select>
+            </label>
+          )}
           <label class="check">
             <input
               type="checkbox"

@@ -102,8 +102,10 @@ function PlanFacts({ plan }: { plan: Plan }) {
         <dd>{span(plan.unambiguous_depth_mm)}</dd>
         <dt>{words.exposure}</dt>
         <dd>
-          {decimal(plan.exposure_us / 1000, 2, shown)} ms, {decimal(100 * plan.laser_power, 0, shown)} %{" "}
-          {words.laser}
+          {(plan.exposures_us.length > 0 ? plan.exposures_us : [plan.exposure_us])
+            .map((exposure_us) => decimal(exposure_us / 1000, 2, shown))
+            .join(" + ")}{" "}
+          ms, {decimal(100 * plan.laser_power, 0, shown)} % {words.laser}
         </dd>
         <dt>{words.disk}</dt>
         <dd>{bytes(plan.disk_bytes, shown)}</dd>

@@ -7,6 +7,20 @@ import { remembered } from "../../state/browser/remembered";
 export type StartScan = Schemas["StartScanDto"];
 export type Mode = "stop_and_go" | "continuous";
 
+/** Exposures that a row can have. */
+export const EXPOSURE_COUNTS = [1, 2, 3, 4] as const;
+
+/** Each exposure of a row is longer by this than the one before: 8 bits hold 12 : 1. */
+const EXPOSURE_RATIO = 6;
+
+/** Longest of several exposures where none was typed: several times that of matt grey paint. */
+const FIRST_LONGEST_US = 4000;
+
+/** So many exposures up to the longest, the shortest first, in whole µs. */
+export function exposuresUpTo(longest_us: number, n: number): number[] {
+  return Array.from({ length: n }, (_, at) => Math.round(longest_us / EXPOSURE_RATIO ** (n - 1 - at)));
+}
+
 const from_mm = remembered("scan_from_mm", -20);
 const to_mm = remembered("scan_to_mm", 20);
 const step_mm = remembered("scan_step_mm", 0.2);
@@ -20,7 +34,9 @@ export class SetUp {
   readonly step_mm = step_mm;
   readonly mode = mode;
   readonly speed_mm_s = speed_mm_s;
+  /** Of several exposures of a row the longest. */
   readonly exposure_us = signal<number | undefined>(undefined);
+  readonly n_exposures = signal<number>(1);
   readonly laser_percent = signal<number | undefined>(undefined);
   readonly name = signal("");
   readonly keep_frames = signal(false);
@@ -35,10 +51,23 @@ export class SetUp {
       from_mm: this.from_mm.value,
       to_mm: this.to_mm.value,
       ...(continuous ? { speed_mm_s: this.speed_mm_s.value } : { step_mm: this.step_mm.value }),
-      ...(this.exposure_us.value !== undefined && { exposure_us: this.exposure_us.value }),
+      ...this.exposures(continuous),
       ...(this.laser_percent.value !== undefined && { laser_power: this.laser_percent.value / 100 }),
       ...(name !== "" && { name }),
       ...(this.keep_frames.value && { keep_frames: true }),
     };
   });
+
+  /** Several exposures need a longest one. */
+  setExposures(n: number): void {
+    this.n_exposures.value = n;
+    if (n > 1) this.exposure_us.value ??= FIRST_LONGEST_US;
+  }
+
+  private exposures(continuous: boolean): Pick<StartScan, "exposure_us" | "exposures_us"> {
+    const longest_us = this.exposure_us.value;
+    if (longest_us === undefined) return {};
+    if (continuous || this.n_exposures.value === 1) return { exposure_us: longest_us };
+    return { exposures_us: exposuresUpTo(longest_us, this.n_exposures.value) };
+  }
 }

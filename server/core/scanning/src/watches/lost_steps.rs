@@ -202,10 +202,10 @@ impl LostStepsWatch {
         Some(Evidence { frame, reference, pair, lag_mm, variance: scatter.powi(2) / spread })
     }
 
-    /// The smallest loss that would have been noticed at most places of what was seen so far, mm; `None` where none would:
-    /// no slopes, or orders that have not seen the same surface.
+    /// The smallest loss that would have been noticed in most frames in which one could be, mm; `None` where that is hardly
+    /// any frame: no slopes, or orders that have not seen the same places for long enough.
     pub fn smallest_noticed_mm(&self) -> Option<f64> {
-        if 2 * self.sigmas_mm.len() < self.n_frames.saturating_sub(REACH_FRAMES) {
+        if self.sigmas_mm.len() < REACH_FRAMES {
             return None;
         }
         median(&mut self.sigmas_mm.clone()).map(|sigma_mm| ALARM_MM.max(ALARM_SIGMAS * sigma_mm))

@@ -136,14 +136,17 @@ fn of_lost_steps(report: &WatchReport, stated_mm: f64) -> WatchVerdict {
         None => verdict(
             Watch::LostSteps,
             WatchState::Blind,
-            "no loss could be noticed: the part has no slopes that two orders saw",
+            "no loss could be noticed: it takes slopes that change, seen by two orders before and after",
         ),
         Some(smallest_mm) => WatchVerdict {
             estimate: Some(Estimate { value: 0.0, sigma: smallest_mm }),
             ..verdict(
                 Watch::LostSteps,
                 WatchState::Quiet,
-                format!("no steps lost; on this part {:.0} µm would be noticed", smallest_mm * 1e3),
+                format!(
+                    "no steps lost; {:.0} µm would be noticed where two orders see the same places",
+                    smallest_mm * 1e3
+                ),
             )
         },
     }

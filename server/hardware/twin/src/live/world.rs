@@ -110,8 +110,9 @@ fn faulty_model(model: &StationModel, faults: &[TwinFault]) -> StationModel {
             TwinFault::WavelengthDrift { relative } => changed.grating.wavelength_over_period *= 1.0 + relative,
             TwinFault::DirtyGrating { share } => {
                 let dirt = derived_seed(model.seed, DIRT_STREAM);
-                for (idx, power) in changed.order_powers.iter_mut().enumerate() {
-                    let unevenness = derived_seed(dirt, idx as u64) as f64 / u64::MAX as f64;
+                // What is left of the grating's shape still sends as much to one side as to the other.
+                for (power, order) in changed.order_powers.iter_mut().zip(&model.orders) {
+                    let unevenness = derived_seed(dirt, order.unsigned_abs().into()) as f64 / u64::MAX as f64;
                     *power *= 1.0 - share * (0.5 + 0.5 * unevenness);
                 }
             }

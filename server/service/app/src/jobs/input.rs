@@ -54,6 +54,9 @@ pub struct ScanInput {
     pub mode: Option<ScanMode>,
     /// Exposure of the laser frames.
     pub exposure_us: Option<f64>,
+    /// Two to four exposures of every row in place of one, for parts with dark and bright places.
+    #[serde(default)]
+    pub exposures_us: Vec<f64>,
     /// Share of full laser power.
     pub laser_power: Option<f64>,
     /// Keep the frames as a capture.

@@ -7,3 +7,4 @@ pub mod measurements;
 pub mod points_page;
 pub mod scan_run;
 pub mod stored_scan;
+pub mod watches;

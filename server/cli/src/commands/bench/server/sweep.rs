@@ -55,6 +55,7 @@ pub async fn sweep(app: &App, args: &BenchServerArgs, seen: &AtomicU64) -> Resul
         speed_mm_s: Some(STEP_MM * args.rate_hz),
         mode: Some(ScanMode::Continuous),
         exposure_us: None,
+        exposures_us: Vec::new(),
         laser_power: None,
         keep_frames: false,
         calibration_id: None,

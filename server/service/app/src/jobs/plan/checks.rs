@@ -6,7 +6,8 @@ use station::StationStatus;
 
 use super::motion::run_up_mm;
 use super::params::{
-    DEFAULT_LASER_POWER, DEFAULT_STEP_MM, POINTS_LIMIT, RESOLUTION_SHARE, SMEAR_SHARE, STEP_MIN_MM,
+    DEFAULT_LASER_POWER, DEFAULT_STEP_MM, EXPOSURES, LEAST_EXPOSURE_RATIO, POINTS_LIMIT, RESOLUTION_SHARE,
+    SMEAR_SHARE, STEP_MIN_MM,
 };
 use super::prediction::Prediction;
 use super::{Rows, SweepRate};
@@ -217,6 +218,45 @@ pub fn exposure_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Re
         ));
     }
     Ok(exposure_us)
+}
+
+/// The exposures of every row, the shortest first; none where a row has one.
+pub fn exposures_us(input: &ScanInput, rows: &Rows, status: &StationStatus) -> Result<Vec<f64>, AppError> {
+    let mut exposures_us = input.exposures_us.clone();
+    if exposures_us.is_empty() {
+        return Ok(exposures_us);
+    }
+    let refused = |detail: String, remedy: &str| Err(refused("exposures_us", detail, remedy));
+    exposures_us.sort_by(f64::total_cmp);
+    if !EXPOSURES.contains(&exposures_us.len()) {
+        return refused(format!("{} exposures of a row were asked for", exposures_us.len()), "give two to four");
+    }
+    if input.exposure_us.is_some() {
+        return refused("exposure_us and exposures_us were both given".to_owned(), "leave one of them out");
+    }
+    if rows.mode == ScanMode::Continuous {
+        let detail = "a stage that moves gives a row no second exposure".to_owned();
+        return refused(detail, "scan stop and go, or with one exposure");
+    }
+    if input.keep_frames {
+        let detail = "pictures of rows with several exposures cannot be kept".to_owned();
+        return refused(detail, "leave out keep_frames, or scan with one exposure");
+    }
+    let Some(range) = status.camera.capabilities.exposure_us else {
+        return refused("this camera's exposure cannot be set".to_owned(), "scan with one exposure");
+    };
+    if let Some(beyond) = exposures_us.iter().find(|us| !(range.min..=range.max).contains(*us)) {
+        let detail = format!("the camera exposes for {} to {} µs, not for {beyond}", range.min, range.max);
+        return refused(detail, "choose exposures it can do");
+    }
+    if exposures_us.windows(2).any(|pair| pair[1] < LEAST_EXPOSURE_RATIO * pair[0]) {
+        let detail = format!("exposures of {exposures_us:?} µs hardly differ");
+        return refused(
+            detail,
+            "make each at least one and a half times the one before; four to eight times is usual",
+        );
+    }
+    Ok(exposures_us)
 }
 
 /// The laser power asked for.

@@ -36,13 +36,20 @@ pub fn plan(
     checks::camera(calibration, status)?;
     let rows = checks::rows(input, status)?;
     checks::travel(&rows, calibration, status)?;
-    let exposure_us = checks::exposure_us(input, &rows, status)?;
+    let exposures_us = checks::exposures_us(input, &rows, status)?;
+    let exposure_us = match exposures_us.last() {
+        Some(longest_us) => *longest_us,
+        None => checks::exposure_us(input, &rows, status)?,
+    };
     let laser_power = checks::laser_power(input, status)?;
     let n_rows = ((rows.to_mm - rows.from_mm).abs() / rows.step_mm + 1e-6).floor() as usize + 1;
     let prediction = prediction::predict(calibration, rows.step_mm);
     let max_points = checks::points(n_rows, calibration)?;
-    let motion_s = motion::duration_s(&rows, n_rows, exposure_us, status);
-    let acquisition_s = motion_s + n_rows as f64 * pace.row_overhead_s;
+    let exposed_us = if exposures_us.is_empty() { exposure_us } else { exposures_us.iter().sum() };
+    let motion_s = motion::duration_s(&rows, n_rows, exposed_us, status);
+    // What a row takes beside motion and exposure, it takes for every exposure.
+    let n_exposures = exposures_us.len().max(1);
+    let acquisition_s = motion_s + (n_rows * n_exposures) as f64 * pace.row_overhead_s;
     let evaluation_s = n_rows as f64 * pace.evaluation_s_per_frame;
     let measuring_s = input.measure.len() as f64 * pace.measuring_s;
     let disk_bytes = prediction::disk_bytes(max_points, n_rows, input.keep_frames, status);
@@ -55,6 +62,7 @@ pub fn plan(
         speed_mm_s: rows.sweep.map(|sweep| sweep.speed_mm_s),
         frame_rate_hz: rows.sweep.map(|sweep| sweep.frame_rate_hz),
         exposure_us,
+        exposures_us,
         laser_power,
         keep_frames: input.keep_frames,
         duration_s: acquisition_s + evaluation_s + measuring_s,

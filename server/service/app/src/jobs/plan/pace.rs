@@ -70,9 +70,9 @@ impl Pace {
     }
 }
 
-/// How a scan's stage moved; `None` for one that was not taken from a station.
+/// How a scan's stage moved; `None` for one that was not taken from a station, or whose rows had several exposures.
 fn mode_of(scan: &ScanRecord) -> Option<ScanMode> {
-    ScanRun::of(scan).ok()?.plan.map(|plan| plan.mode)
+    ScanRun::of(scan).ok()?.plan.filter(|plan| plan.exposures_us.is_empty()).map(|plan| plan.mode)
 }
 
 #[cfg(test)]

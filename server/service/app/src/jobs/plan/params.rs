@@ -1,5 +1,7 @@
 //! Limits and estimates of the planning of scans, each with its unit and its reason.
 
+use std::ops::RangeInclusive;
+
 /// Distance between rows if nothing else is said, mm: two to three pixels of a megapixel camera at 400 mm.
 pub const DEFAULT_STEP_MM: f64 = 0.2;
 
@@ -51,3 +53,9 @@ pub const PASSES: f64 = 3.0;
 
 /// Scans whose times are learned from: enough that one odd one does not matter, few enough to follow a change.
 pub const PACE_SCANS: u32 = 9;
+
+/// Exposures that a row may have in place of one: two span 60 : 1 with 8 bits, more than four take longer than they gain.
+pub const EXPOSURES: RangeInclusive<usize> = 2..=4;
+
+/// An exposure that is not longer by this than another tells nothing that is not known.
+pub const LEAST_EXPOSURE_RATIO: f64 = 1.5;

@@ -97,6 +97,7 @@ fn input(from_mm: f64, to_mm: f64) -> ScanInput {
         speed_mm_s: None,
         mode: None,
         exposure_us: None,
+        exposures_us: Vec::new(),
         laser_power: None,
         keep_frames: false,
         calibration_id: None,
@@ -307,4 +308,30 @@ fn a_laser_that_is_always_on_is_said_in_the_plan() {
     let input = input(-20.0, 20.0);
     let planned = plan(&input, &calibration(), &status, &pace(&input)).unwrap();
     assert!(planned.notes.iter().any(|note| note.contains("not controlled here")), "{:?}", planned.notes);
+}
+
+#[test]
+fn rows_of_several_exposures_take_their_sum_and_are_refused_where_they_cannot_be() {
+    let one = planned(|input| input.exposure_us = Some(9_000.0)).unwrap();
+    let three = planned(|input| input.exposures_us = vec![9_000.0, 250.0, 1_500.0]).unwrap();
+    assert_eq!((three.exposure_us, three.exposures_us.as_slice()), (9_000.0, &[250.0, 1_500.0, 9_000.0][..]));
+    // Two exposures more, and what each takes beside.
+    let more_s = 201.0 * ((250.0 + 1_500.0) * 1e-6 + 2.0 * params::ROW_OVERHEAD_S);
+    assert!((three.acquisition_s - one.acquisition_s - more_s).abs() < 1e-9, "{}", three.acquisition_s);
+    let refused = |exposures_us: &[f64], change: fn(&mut ScanInput)| {
+        let problem = planned(|input| {
+            input.exposures_us = exposures_us.to_vec();
+            change(input);
+        });
+        problem.unwrap_err().pointer
+    };
+    let place = Some("/exposures_us".to_owned());
+    assert_eq!(refused(&[1_000.0], |_| {}), place);
+    assert_eq!(refused(&[1.0, 10.0, 100.0, 1e3, 1e4], |_| {}), place);
+    assert_eq!(refused(&[1_000.0, 1_200.0], |_| {}), place);
+    assert_eq!(refused(&[1_000.0, 1e12], |_| {}), place);
+    assert_eq!(refused(&[1_000.0, f64::NAN], |_| {}), place);
+    assert_eq!(refused(&[250.0, 1_500.0], |input| input.exposure_us = Some(1_000.0)), place);
+    assert_eq!(refused(&[250.0, 1_500.0], |input| input.keep_frames = true), place);
+    assert_eq!(refused(&[250.0, 1_500.0], |input| input.speed_mm_s = Some(2.0)), place);
 }

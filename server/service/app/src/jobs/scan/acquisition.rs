@@ -15,6 +15,12 @@ use crate::progress::Phase;
 /// Time between two words about a sweep: people read no faster, and frames come by the hundred in a second.
 const TOLD_EVERY: Duration = Duration::from_millis(50);
 
+/// Frames after which a new exposure holds at the latest.
+const LATE_FRAMES: usize = 5;
+
+/// The camera rounds what is asked for.
+const SAME_EXPOSURE: f64 = 0.02;
+
 /// Takes the frames that are missing and hands them over. What was lost goes to `losses`, in words.
 pub fn take_frames(
     ctx: &StationContext,
@@ -60,18 +66,41 @@ impl Run<'_> {
             if row == first {
                 self.lease.laser_on(self.plan.laser_power)?;
             }
-            let frame = self.lease.grab(&self.ctx.cancel)?;
-            lost += frame.lost_before;
-            if !frame.laser_on {
+            let frames = self.exposures()?;
+            lost += frames.iter().map(|frame| frame.lost_before).sum::<u64>();
+            if frames.iter().any(|frame| !frame.laser_on) {
                 return Err(dark(row).into());
             }
-            self.give(frame, at_mm)?;
+            self.give(frames, at_mm)?;
         }
         self.lease.laser_off()?;
         if lost > 0 {
             self.losses.push(format!("{lost} frames were lost on their way and had to be taken again"));
         }
         Ok(())
+    }
+
+    /// The frames of a row: one, or one of every exposure, the shortest first.
+    fn exposures(&self) -> Result<Vec<SharedFrame>, JobEnd> {
+        if self.plan.exposures_us.is_empty() {
+            return Ok(vec![self.lease.grab(&self.ctx.cancel)?]);
+        }
+        self.plan.exposures_us.iter().map(|exposure_us| self.exposed(*exposure_us)).collect()
+    }
+
+    /// A frame that was exposed so long. A camera takes over a new exposure some frames late; it says with each which it
+    /// had.
+    fn exposed(&self, exposure_us: f64) -> Result<SharedFrame, JobEnd> {
+        let wanted = CameraRequest { exposure_us: Some(exposure_us), ..CameraRequest::default() };
+        let accepted_us = self.lease.configure(&wanted)?.exposure_us;
+        for _ in 0..LATE_FRAMES {
+            let frame = self.lease.grab(&self.ctx.cancel)?;
+            if (frame.exposure_us - accepted_us).abs() <= SAME_EXPOSURE * accepted_us {
+                return Ok(frame);
+            }
+        }
+        let detail = format!("no frame was exposed for {accepted_us} µs though the camera accepted that");
+        Err(AppError::new(ErrorKind::DeviceFault, detail).remedy("scan with one exposure").into())
     }
 
     fn in_one_sweep(&mut self, last_mm: Option<f64>) -> Result<(), JobEnd> {
@@ -91,7 +120,7 @@ impl Run<'_> {
         for frame in stream.frames.iter() {
             unlit += u64::from(!frame.laser_on);
             match frame.position_mm {
-                Some(position_mm) => self.give(frame, position_mm)?,
+                Some(position_mm) => self.give(vec![frame], position_mm)?,
                 None => nowhere += 1,
             }
         }
@@ -106,8 +135,8 @@ impl Run<'_> {
         }
     }
 
-    fn give(&mut self, frame: SharedFrame, position_mm: f64) -> Result<(), JobEnd> {
-        self.hand.give(frame, position_mm)?;
+    fn give(&mut self, frames: Vec<SharedFrame>, position_mm: f64) -> Result<(), JobEnd> {
+        self.hand.give(frames, position_mm)?;
         self.done += 1;
         let soon = self.told_at.is_some_and(|at| at.elapsed() < TOLD_EVERY);
         if self.plan.mode == ScanMode::Continuous && soon && self.done < self.plan.n_rows {

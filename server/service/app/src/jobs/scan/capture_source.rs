@@ -69,6 +69,7 @@ fn refuse_station_fields(input: &ScanInput) -> Result<(), AppError> {
         ("speed_mm_s", input.speed_mm_s.is_some()),
         ("mode", input.mode.is_some()),
         ("exposure_us", input.exposure_us.is_some()),
+        ("exposures_us", !input.exposures_us.is_empty()),
         ("laser_power", input.laser_power.is_some()),
         ("keep_frames", input.keep_frames),
         ("resume_scan_id", input.resume_scan_id.is_some()),

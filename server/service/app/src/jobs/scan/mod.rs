@@ -13,6 +13,7 @@ mod result;
 mod resume;
 mod station_source;
 mod timing;
+mod watched;
 mod work;
 mod writing;
 

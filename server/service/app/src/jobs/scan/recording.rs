@@ -17,12 +17,14 @@ use capture::write_png;
 use live::LiveFrame;
 use optics::Triangulator;
 use scanning::files::peaks::pack_frame;
+use scanning::{Exposed, FusionCounts, fuse_exposures};
 use station::SharedFrame;
 use station::recycling::Recycling;
 use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
 
 use crate::error::{AppError, ErrorKind};
 use crate::jobs::scan::pictures::picture_path;
+use crate::jobs::scan::watched::LiveWatch;
 use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
 use crate::jobs::{JobEnd, StationContext};
 use crate::resources::stored_scan::disk_problem;
@@ -44,6 +46,10 @@ pub struct Recorder<'a> {
     pub triangulator: &'a Triangulator,
     /// Where pictures are kept, if they are.
     pub pictures: Option<PathBuf>,
+    /// Hears every frame in order.
+    pub watch: LiveWatch,
+    /// How rows with several exposures became lines.
+    pub fusion: Mutex<FusionCounts>,
 }
 
 /// Where whoever takes frames puts them.
@@ -55,7 +61,8 @@ pub struct Hand {
 
 struct Taken {
     idx: usize,
-    frame: SharedFrame,
+    /// One, or one of every exposure, the shortest first.
+    frames: Vec<SharedFrame>,
     position_mm: f64,
 }
 
@@ -80,12 +87,12 @@ struct Memory {
 }
 
 impl Hand {
-    /// Hands a frame over; waits if the threads are behind.
+    /// Hands a row over, a frame of every exposure; waits if the threads are behind.
     ///
     /// # Errors
     /// If recording has failed; why, says [`Recorder::record`].
-    pub fn give(&self, frame: SharedFrame, position_mm: f64) -> Result<(), JobEnd> {
-        let taken = Taken { idx: self.next.get(), frame, position_mm };
+    pub fn give(&self, frames: Vec<SharedFrame>, position_mm: f64) -> Result<(), JobEnd> {
+        let taken = Taken { idx: self.next.get(), frames, position_mm };
         self.next.set(taken.idx + 1);
         if self.failed.load(Ordering::Relaxed) || self.queue.send(taken).is_err() {
             return Err(AppError::new(ErrorKind::Internal, "the frames could not be recorded").into());
@@ -136,18 +143,30 @@ impl Recorder<'_> {
             line_direction: self.ctx.config.projector.direction(),
             ..CentrelineParams::default()
         };
-        let mut extractor = CentrelineExtractor::default();
+        let (mut extractor, mut shorter) = (CentrelineExtractor::default(), Vec::new());
         let depth_range_mm = self.triangulator.calibration().depth_range_mm;
         let calibration_id = self.triangulator.calibration().id.as_str().into();
         loop {
             let next = taken.lock().recv();
             let Ok(taken) = next else { return };
-            let (idx, position_mm, captured_at_ns) = (taken.idx, taken.position_mm, taken.frame.captured_at_ns);
-            let kept = self.keep_picture(&taken);
+            let Taken { idx, mut frames, position_mm } = taken;
+            // The longest exposure is what viewers see.
+            let Some(longest) = frames.pop() else { continue };
+            let captured_at_ns = longest.captured_at_ns;
+            let kept = self.keep_picture(idx, &longest);
             let found = kept.and_then(|()| {
-                let mut live = fresh(&memory.results, taken.frame, &calibration_id);
+                let mut live = fresh(&memory.results, longest, &calibration_id);
                 let LiveFrame { frame, centrelines, profile, .. } = Arc::get_mut(&mut live).expect(UNSHARED);
                 extractor.find(&frame.image, &params, centrelines);
+                if !frames.is_empty() {
+                    shorter.resize_with(frames.len(), Centrelines::default);
+                    for (frame, lines) in frames.iter().zip(&mut shorter) {
+                        extractor.find(&frame.image, &params, lines);
+                    }
+                    *centrelines = self.fused(&frames, &shorter, (frame.exposure_us, &*centrelines));
+                    // Their buffers go back before the next row.
+                    frames.clear();
+                }
                 profile.get_or_insert_default().fill(centrelines, self.triangulator, depth_range_mm);
                 let mut record = memory.records.take();
                 pack_frame(&mut record, centrelines, position_mm, Some(captured_at_ns)).map_err(disk_problem)?;
@@ -159,9 +178,21 @@ impl Recorder<'_> {
         }
     }
 
-    fn keep_picture(&self, taken: &Taken) -> Result<(), AppError> {
+    /// The lines of several exposures as one frame's.
+    fn fused(&self, frames: &[SharedFrame], lines: &[Centrelines], longest: (f64, &Centrelines)) -> Centrelines {
+        let of_shorter = frames.iter().map(|frame| frame.exposure_us).zip(lines);
+        let exposed: Vec<Exposed> = of_shorter
+            .chain([longest])
+            .map(|(exposure_us, centrelines)| Exposed { exposure_us, centrelines })
+            .collect();
+        let (fused, counts) = fuse_exposures(&exposed);
+        self.fusion.lock().add(&counts);
+        fused
+    }
+
+    fn keep_picture(&self, idx: usize, frame: &SharedFrame) -> Result<(), AppError> {
         let Some(folder) = &self.pictures else { return Ok(()) };
-        write_png(&folder.join(picture_path(taken.idx)), &taken.frame.image).map_err(disk_problem)
+        write_png(&folder.join(picture_path(idx)), &frame.image).map_err(disk_problem)
     }
 
     fn show(
@@ -179,6 +210,7 @@ impl Recorder<'_> {
         if let Some(profile) = &result.profile {
             let calibration = self.triangulator.calibration();
             live.add_profile_points(self.scan_id, idx as u32, position_mm, profile, calibration);
+            self.watch.note(self.ctx, self.scan_id, profile, position_mm);
         }
         lock(&memory.results).give_back(result);
         let gone = |_| AppError::new(ErrorKind::Internal, "the thread that writes the scan has ended");

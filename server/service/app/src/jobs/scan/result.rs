@@ -20,9 +20,11 @@ use store::{ArtifactId, Change, FinishedFile, ScanRecord, ScanState};
 use crate::error::AppError;
 use crate::jobs::plan::TIMING;
 use crate::jobs::scan::counted::CountedFrames;
+use crate::jobs::scan::watched::Watched;
 use crate::jobs::{ComputeContext, JobEnd};
 use crate::progress::Phase;
 use crate::resources::stored_scan::disk_problem;
+use crate::resources::watches::why_invalid;
 use pipeline::{check_camera, evaluated_scan, write_scan_cloud};
 use report::tables::scan_json;
 
@@ -107,19 +109,34 @@ pub fn made_scan(
         ctx.report(fraction, phase, words);
     };
     let counted = CountedFrames::new(frames, &told);
-    let evaluation = evaluated_scan(&counted, document, &calibration, &story.cloud_name, &reporter)?;
+    let corrected;
+    let mut evaluation = evaluated_scan(&counted, document, &calibration, &story.cloud_name, &reporter)?;
+    let mut watched = Watched::over(&evaluation, &calibration)?;
+    corrected = watched.corrected(&calibration);
+    if let Some(corrected) = &corrected {
+        evaluation = evaluated_scan(&counted, document, corrected, &story.cloud_name, &reporter)?;
+        evaluation.comments.extend(watched.comment());
+    }
     stage.store(1, Ordering::Relaxed);
     told(counted.n_read());
     ctx.go_on()?;
     let kept = KeptCloud::new(ctx, &story, &evaluation, frames)?;
     ctx.report(part.end, Phase::StoringCloud, "storing the cloud");
     let n_points = evaluation.report.n_points;
-    let (replaces, also) = (story.replaces, story.also.clone());
+    let (replaces, mut also) = (story.replaces, story.also.clone());
+    let mut story = story;
     let mut report = scan_json(&story.cloud_name, &evaluation.report, kept.median_sigma_mm);
+    also.extend(watched.judge(
+        ctx,
+        &mut story,
+        &mut report,
+        (document.calibration.id.as_str(), kept.median_sigma_mm),
+    )?);
     report["n_frames"] = json!(n_frames);
     report[TIMING] = json!({ "n_frames": n_frames, "frames_read": counted.n_read(),
         "evaluation_s": began.elapsed().as_secs_f64() });
     let record = record(ctx, story, document, report, kept);
+    also.extend(watched.remembered(ctx, &record)?);
     Ok(MadeScan { record, replaces, n_points, n_frames, also, done_at: part.end, work_of: None })
 }
 
@@ -222,7 +239,7 @@ impl MadeScan {
         let worth = match self.record.state {
             ScanState::Complete => "",
             ScanState::Partial => "; the scan is partial",
-            ScanState::Invalid => "; frames were lost: the scan is invalid",
+            ScanState::Invalid => &format!("; the scan is invalid: {}", why_invalid(&self.record)),
         };
         format!("{} points from {} frames{worth}", self.n_points, self.n_frames)
     }

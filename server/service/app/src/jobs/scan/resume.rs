@@ -64,7 +64,11 @@ impl Earlier {
             step_mm: input.step_mm.or(Some(plan.step_mm)),
             speed_mm_s: input.speed_mm_s.or(plan.speed_mm_s.filter(|_| continuous)),
             mode: Some(mode),
-            exposure_us: input.exposure_us.or(Some(plan.exposure_us)),
+            exposure_us: input.exposure_us.or(plan.exposures_us.is_empty().then_some(plan.exposure_us)),
+            exposures_us: Some(&input.exposures_us)
+                .filter(|own| !own.is_empty())
+                .unwrap_or(&plan.exposures_us)
+                .clone(),
             laser_power: input.laser_power.or(Some(plan.laser_power)),
             keep_frames: input.keep_frames || plan.keep_frames,
             calibration_id: Some(self.record.calibration_id.clone()),

@@ -1,12 +1,13 @@
 //! A scan from the station: planned, taken row by row or in one sweep, every frame kept as it comes.
 
+use parking_lot::Mutex;
 use std::time::Instant;
 
 use bytes::Bytes;
 use calibration::CalibrationDocument;
 use optics::{StageKind, Triangulator};
 use scanning::files::peaks::{PeaksFile, PeaksHeader};
-use scanning::{Frames as _, label_frame};
+use scanning::{Frames as _, FusionCounts, label_frame};
 use serde_json::{Value, json};
 use store::{ArtifactId, ScanState};
 
@@ -17,6 +18,7 @@ use crate::jobs::scan::pictures::take_in;
 use crate::jobs::scan::recording::Recorder;
 use crate::jobs::scan::resume::earlier;
 use crate::jobs::scan::timing::Timing;
+use crate::jobs::scan::watched::LiveWatch;
 use crate::jobs::scan::work::{Work, WorkNote};
 use crate::jobs::scan::writing::{Kept, NewPeaks};
 use crate::jobs::scan::{Evaluating, MadeScan, ScanStory, TAKEN, evaluated_share, made_scan, scan_changes};
@@ -79,7 +81,14 @@ pub fn run(input: &ScanInput, ctx: &StationContext) -> Result<MadeScan, JobEnd> 
         // Nothing was taken, or nothing can be kept: why taking ended matters more.
         Err(end) => return Err(taken.err().unwrap_or(end)),
     };
-    match taken.and_then(|()| complete(ctx, &planned, &work, &document, peaks.clone(), &acquired)) {
+    let completed = taken.and_then(|fusion| {
+        let mut made = complete(ctx, &planned, &work, &document, peaks.clone(), &acquired)?;
+        if !planned.exposures_us.is_empty() {
+            made.record.report["exposures"] = fusion_json(&planned.exposures_us, &fusion);
+        }
+        Ok(made)
+    });
+    match completed {
         Ok(made) => Ok(made.with_work()),
         Err(end) => Err(stopped.as_partial(end, peaks)),
     }
@@ -148,14 +157,16 @@ fn take(
     triangulator: &Triangulator,
     work: &mut Work,
     kept: &mut Kept<'_>,
-) -> Result<(), JobEnd> {
+) -> Result<FusionCounts, JobEnd> {
     let earlier_mm = kept.positions_mm.clone();
     kept.positions_mm.reserve(planned.n_rows.saturating_sub(earlier_mm.len()));
     let scan_id = work.note.scan_id.clone();
     let pictures = planned.keep_frames.then(|| work.pictures());
-    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures };
+    let watch = LiveWatch::new(triangulator.calibration());
+    let recorder = Recorder { ctx, scan_id: &scan_id, triangulator, pictures, watch, fusion: Mutex::default() };
     let losses = &mut work.note.losses;
-    recorder.record(kept, |hand| take_frames(ctx, planned, &earlier_mm, losses, hand))
+    recorder.record(kept, |hand| take_frames(ctx, planned, &earlier_mm, losses, hand))?;
+    Ok(recorder.fusion.into_inner())
 }
 
 /// Every row is there: pictures, cloud, record.
@@ -201,6 +212,16 @@ fn complete(
     let mut made = made_scan(ctx, story, &frames, document, evaluating)?;
     acquired.add_to(&mut made.record.report[TIMING], planned);
     Ok(made)
+}
+
+fn fusion_json(exposures_us: &[f64], counts: &FusionCounts) -> Value {
+    json!({
+        "exposures_us": exposures_us,
+        "n_points": counts.n_points,
+        "n_replaced": counts.n_replaced,
+        "n_saturated": counts.n_saturated,
+        "n_disagreeing": counts.n_disagreeing,
+    })
 }
 
 /// How the frames were taken, in time.

@@ -19,6 +19,7 @@ use store::{Change, MeasurementRecord, ScanRecord, ScanState};
 use crate::error::{AppError, ErrorKind};
 use crate::resources::measurements::surface_region::surface_region;
 use crate::resources::stored_scan::new_id;
+use crate::resources::watches::why_invalid;
 use pipeline::Failure;
 use report::tables::measurement_json;
 
@@ -108,10 +109,15 @@ pub fn planned_measurement(
 fn judged(scan: &ScanRecord, mut result: Value) -> Value {
     let doubt = match scan.state {
         ScanState::Complete => None,
-        ScanState::Partial => Some("the scan was stopped before its end: parts of the surface are missing"),
+        ScanState::Partial => {
+            Some("the scan was stopped before its end: parts of the surface are missing".to_owned())
+        }
         ScanState::Invalid => {
             result["verdict"] = json!(PartVerdict::Invalid.name());
-            Some("frames of the scan were lost: the value is no base of a verdict; scan again")
+            Some(format!(
+                "the scan is invalid ({}): the value is no base of a verdict; scan again",
+                why_invalid(scan)
+            ))
         }
     };
     if let (Some(doubt), Some(notes)) = (doubt, result["notes"].as_array_mut()) {

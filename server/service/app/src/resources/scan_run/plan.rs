@@ -19,8 +19,10 @@ pub struct ScanPlan {
     pub speed_mm_s: Option<f64>,
     /// Frames per second of a continuous scan.
     pub frame_rate_hz: Option<f64>,
-    /// Exposure of the laser frames, µs.
+    /// Exposure of the laser frames, µs; of several the longest.
     pub exposure_us: f64,
+    /// All exposures of a row, µs, the shortest first; empty where a row has one.
+    pub exposures_us: Vec<f64>,
     /// Share of full laser power, 0–1.
     pub laser_power: f64,
     /// Whether the pictures are kept as a capture.
@@ -76,6 +78,9 @@ impl ScanPlan {
         let same = |plan: &Self| {
             (plan.mode, plan.from_mm, plan.to_mm, plan.speed_mm_s, plan.exposure_us, plan.laser_power)
         };
-        same(self) == same(other) && self.keep_frames == other.keep_frames && near(self.step_mm, other.step_mm)
+        same(self) == same(other)
+            && self.exposures_us == other.exposures_us
+            && self.keep_frames == other.keep_frames
+            && near(self.step_mm, other.step_mm)
     }
 }

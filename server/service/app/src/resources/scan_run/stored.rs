@@ -82,6 +82,8 @@ struct StoredPlan {
     speed_mm_s: Option<f64>,
     frame_rate_hz: Option<f64>,
     exposure_us: f64,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    exposures_us: Vec<f64>,
     laser_power: f64,
     keep_frames: bool,
     duration_s: f64,

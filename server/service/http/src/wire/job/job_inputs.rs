@@ -66,6 +66,8 @@ pub struct ScanJobDto {
     pub mode: Option<ScanModeDto>,
     /// Exposure of the frames.
     pub exposure_us: Option<f64>,
+    /// Exposures of every row in place of one.
+    pub exposures_us: Vec<f64>,
     /// Share of full laser power.
     pub laser_power: Option<f64>,
     /// Keep the frames as a capture.
@@ -205,6 +207,7 @@ impl TryFrom<ScanInput> for ScanJobDto {
             speed_mm_s: input.speed_mm_s,
             mode: input.mode.map(ScanModeDto::from),
             exposure_us: input.exposure_us,
+            exposures_us: input.exposures_us,
             laser_power: input.laser_power,
             keep_frames: input.keep_frames,
             calibration_id: input.calibration_id,
@@ -265,6 +268,7 @@ mod tests {
         let scan = json!({
             "source": { "kind": "capture", "capture_id": "c", "scan": "gauge" }, "name": "n", "from_mm": -1.0,
             "to_mm": 1.0, "step_mm": 0.5, "speed_mm_s": null, "mode": "stop_and_go", "exposure_us": 800.0,
+            "exposures_us": [],
             "laser_power": 1.0, "keep_frames": true, "calibration_id": "k", "resume_scan_id": null,
             "measure": [{ "tool": "sphere", "name": "ball", "nominal_mm": 18.9, "tolerance_mm": 0.1,
                 "region_mm": [0.0, 0.0, 0.0, 1.0, 1.0, 1.0], "seed": 3 }],

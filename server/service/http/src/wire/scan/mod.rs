@@ -5,3 +5,4 @@ pub mod profiles;
 pub mod scan_reports;
 pub mod scan_runs;
 pub mod scans;
+pub mod watches;

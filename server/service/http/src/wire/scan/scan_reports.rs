@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::wire::scan::watches::WatchVerdictDto;
+
 /// Figures of a scan. One that was stopped has rows and losses alone.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
@@ -30,6 +32,12 @@ pub struct ScanReportDto {
     /// Depths that can be measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub envelope: Option<EnvelopeDto>,
+    /// What the watches over the station say; none for scans of a turntable, and those that were stopped.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub watches: Vec<WatchVerdictDto>,
+    /// How rows with several exposures became lines.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposures: Option<ExposuresDto>,
     /// What was lost, in sentences; with any of it the scan is invalid.
     pub losses: Vec<String>,
     /// Why it was stopped.
@@ -97,6 +105,21 @@ pub struct EnvelopeDto {
     /// In which a line's place in the image alone tells its order.
     #[schema(min_items = 2, max_items = 2)]
     pub unambiguous_mm: [f64; 2],
+}
+
+/// How rows with several exposures became lines.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ExposuresDto {
+    /// The exposures, the shortest first.
+    pub exposures_us: Vec<f64>,
+    /// Points of lines.
+    pub n_points: usize,
+    /// Of these, points that some exposure saw saturated, and that stand on others.
+    pub n_replaced: usize,
+    /// Points that every exposure saw saturated.
+    pub n_saturated: usize,
+    /// Points on which exposures differ by more than 3 σ: the best is taken, and its σ holds the difference.
+    pub n_disagreeing: usize,
 }
 
 /// How long the parts of a scan took; what was not done is missing.

@@ -63,8 +63,10 @@ pub struct ScanPlanDto {
     pub speed_mm_s: Option<f64>,
     /// Frames per second of a continuous scan.
     pub frame_rate_hz: Option<f64>,
-    /// Exposure of the laser frames, µs.
+    /// Exposure of the laser frames, µs; of several the longest.
     pub exposure_us: f64,
+    /// All exposures of a row, µs, the shortest first; empty where a row has one.
+    pub exposures_us: Vec<f64>,
     /// Share of full laser power, 0–1.
     pub laser_power: f64,
     /// Whether the pictures are kept as a capture.
@@ -133,9 +135,11 @@ pub struct ScanRunDto {
     /// Frames per second of a continuous scan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame_rate_hz: Option<f64>,
-    /// Exposure of the laser frames, µs.
+    /// Exposure of the laser frames, µs; of several the longest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exposure_us: Option<f64>,
+    /// All exposures of a row, µs, the shortest first; empty where a row has one.
+    pub exposures_us: Vec<f64>,
     /// Share of full laser power, 0–1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub laser_power: Option<f64>,
@@ -200,6 +204,7 @@ impl From<ScanPlan> for ScanPlanDto {
             speed_mm_s: plan.speed_mm_s,
             frame_rate_hz: plan.frame_rate_hz,
             exposure_us: plan.exposure_us,
+            exposures_us: plan.exposures_us.clone(),
             laser_power: plan.laser_power,
             keep_frames: plan.keep_frames,
             duration_s: plan.duration_s,
@@ -238,6 +243,7 @@ impl TryFrom<ScanRun> for ScanRunDto {
             speed_mm_s: plan.and_then(|plan| plan.speed_mm_s),
             frame_rate_hz: plan.and_then(|plan| plan.frame_rate_hz),
             exposure_us: plan.map(|plan| plan.exposure_us),
+            exposures_us: plan.map(|plan| plan.exposures_us.clone()).unwrap_or_default(),
             laser_power: plan.map(|plan| plan.laser_power),
             keep_frames: plan.map(|plan| plan.keep_frames),
             duration_s: plan.map(|plan| plan.duration_s),

@@ -225,6 +225,7 @@ pub fn from_station(from_mm: f64, to_mm: f64, step_mm: f64) -> ScanInput {
         speed_mm_s: None,
         mode: None,
         exposure_us: None,
+        exposures_us: Vec::new(),
         laser_power: None,
         keep_frames: false,
         calibration_id: None,

@@ -8,3 +8,4 @@ mod measured;
 mod room;
 mod stopped;
 mod verified;
+mod watched;

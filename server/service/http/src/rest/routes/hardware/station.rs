@@ -19,9 +19,11 @@ use crate::rest::conversions::check_laser_power;
 use crate::rest::extract::ApiJson;
 use crate::wire::hardware::control::ControlDto;
 use crate::wire::hardware::station::{SetLiveDto, StationDto, StoppedDto};
+use crate::wire::scan::watches::WatchHistoryDto;
 use app::App;
 use app::principal::Principal;
 use app::use_cases::{self, reset, stop};
+use app::watches::WatchHistory;
 
 /// Longest time Stop's answer waits for a body it does not need.
 const STOP_BODY_TIMEOUT: Duration = Duration::from_millis(100);
@@ -33,6 +35,7 @@ pub fn routes() -> OpenApiRouter<Http> {
         .routes(routes!(stop_station))
         .routes(routes!(reset_station))
         .routes(routes!(set_live_view))
+        .routes(routes!(get_watches))
 }
 
 /// The station as last seen.
@@ -101,4 +104,10 @@ async fn set_live_view(
     check_laser_power(laser_power, "/laser_power")?;
     use_cases::set_live_view(&app, &by, LiveRequest { running, laser_power }).await?;
     Ok(Json(station(&app)))
+}
+
+/// What the watches said of the last scans: lost steps, wavelength, order powers, stage scale.
+#[utoipa::path(get, path = "/station/watches", tag = "station", responses((status = 200, body = WatchHistoryDto)))]
+async fn get_watches(State(app): State<App>) -> Result<Json<WatchHistoryDto>, Problem> {
+    Ok(Json(WatchHistory::read(&app.ledger).await?.into()))
 }

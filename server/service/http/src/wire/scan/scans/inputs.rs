@@ -57,6 +57,11 @@ pub struct StartScanDto {
     /// Exposure of the frames.
     #[schema(exclusive_minimum = 0.0)]
     pub exposure_us: Option<f64>,
+    /// Two to four exposures of every row in place of one, stop and go: dark places of a part are taken from the long ones,
+    /// bright places from the short ones. Each at least one and a half times another; four to eight times is usual.
+    #[serde(default)]
+    #[schema(max_items = 4)]
+    pub exposures_us: Vec<f64>,
     /// Share of full laser power.
     #[schema(exclusive_minimum = 0.0, maximum = 1.0)]
     pub laser_power: Option<f64>,
@@ -152,6 +157,7 @@ impl From<StartScanDto> for ScanInput {
                 ScanModeDto::Continuous => ScanMode::Continuous,
             }),
             exposure_us: dto.exposure_us,
+            exposures_us: dto.exposures_us,
             laser_power: dto.laser_power,
             keep_frames: dto.keep_frames,
             calibration_id: dto.calibration_id,

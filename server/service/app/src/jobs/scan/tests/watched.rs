@@ -1,0 +1,63 @@
+//! What the watches say of scans of the station: in the report, as events, in the history; and rows of several exposures.
+
+use store::ScanState;
+use twin::{SceneKind, TwinFault};
+
+use super::bench::{Bench, from_station};
+use crate::resources::watches::WatchHistory;
+
+/// The verdict of a watch in a scan's report.
+fn verdict<'a>(report: &'a serde_json::Value, watch: &str) -> &'a serde_json::Value {
+    let verdicts = report["watches"].as_array().unwrap();
+    verdicts.iter().find(|verdict| verdict["watch"] == watch).unwrap()
+}
+
+fn kinds_of(bench: &Bench, scan_id: &str) -> Vec<String> {
+    let events = bench.runtime.block_on(bench.ledger.read().events_after(0, 1000)).unwrap().records;
+    let of_scan = events.into_iter().filter(|event| event.subject == scan_id && event.kind == "watch.warned");
+    of_scan.map(|event| event.body["watch"].as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn a_laser_that_drifted_is_in_the_report_an_event_and_in_the_history() {
+    let bench = Bench::new();
+    bench.operator.place_part(&SceneKind::Freeform);
+    let clean = bench.scan(from_station(-20.0, 20.0, 0.5));
+    assert_eq!(clean.state, ScanState::Complete, "{}", clean.report["watches"]);
+    assert_eq!(verdict(&clean.report, "wavelength")["state"], "quiet", "{}", clean.report["watches"]);
+    assert_eq!(kinds_of(&bench, &clean.id), [""; 0]);
+
+    bench.operator.set_fault(TwinFault::WavelengthDrift { relative: 3e-3 });
+    let warm = bench.scan(from_station(-20.0, 20.0, 0.5));
+    let wavelength = verdict(&warm.report, "wavelength");
+    assert!(["warning", "invalid"].contains(&wavelength["state"].as_str().unwrap()), "{wavelength}");
+    assert!((wavelength["value"].as_f64().unwrap() - 3e-3).abs() < 1e-3, "{wavelength}");
+    let is_invalid = wavelength["state"] == "invalid";
+    assert_eq!(warm.state == ScanState::Invalid, is_invalid, "{}", warm.report["watches"]);
+    assert!(kinds_of(&bench, &warm.id).contains(&"wavelength".to_owned()));
+    let history = bench.runtime.block_on(WatchHistory::read(&bench.ledger)).unwrap();
+    let scans: Vec<&str> = history.readings.iter().map(|reading| reading.scan_id.as_str()).collect();
+    assert_eq!(scans, [clean.id.as_str(), warm.id.as_str()]);
+    assert_eq!(history.readings[1].verdicts, warm.report["watches"]);
+    assert_eq!(history.n_reference_scans("true0000"), 2);
+}
+
+#[test]
+fn rows_of_two_exposures_replace_what_is_saturated_and_leave_the_camera_as_it_was() {
+    let bench = Bench::new();
+    let before_us = bench.station.status().camera_settings.exposure_us;
+    let mut input = from_station(-2.0, 2.0, 0.5);
+    input.exposures_us = vec![8000.0, 1000.0];
+    let scan = bench.scan(input);
+    assert_eq!(scan.state, ScanState::Complete, "{}", scan.report);
+    assert_eq!(scan.report["n_frames"], 9);
+    let exposures = &scan.report["exposures"];
+    assert_eq!(exposures["exposures_us"], serde_json::json!([1000.0, 8000.0]));
+    let [n_points, n_replaced] = ["n_points", "n_replaced"].map(|key| exposures[key].as_u64().unwrap());
+    // 8 ms is eight times what just fits on grey paint.
+    assert!(2 * n_replaced > n_points, "{exposures}");
+    assert_eq!(bench.station.status().camera_settings.exposure_us, before_us);
+    let single = bench.scan(from_station(-2.0, 2.0, 0.5));
+    let [fused, alone] = [&scan, &single].map(|scan| scan.report["n_points"].as_u64().unwrap());
+    assert!(20 * fused >= 19 * alone, "{fused} points, {alone} from one exposure");
+}

@@ -1,0 +1,110 @@
+//! The watches over a scan: what they say stands in its report, makes events, decides what it is worth, and is remembered.
+
+use parking_lot::Mutex;
+
+use optics::Calibration;
+use scanning::{
+    Estimate, Evaluation, LostStepsWatch, Profile, Watch, WatchReport, WatchState, verdicts, watch_scan,
+    with_wavelength_changed,
+};
+use serde_json::Value;
+use store::{Change, ScanRecord, ScanState};
+
+use crate::jobs::scan::ScanStory;
+use crate::jobs::{ComputeContext, JobEnd};
+use crate::resources::scan_run::{ScanPlan, ScanRun};
+use crate::resources::watches::{WATCHES, WatchHistory, verdicts_json, warning, warnings};
+
+/// The watch over lost steps while frames come.
+pub struct LiveWatch(Mutex<Option<LostStepsWatch>>);
+
+impl LiveWatch {
+    /// Blind on stations without a linear stage.
+    pub fn new(calibration: &Calibration) -> Self {
+        Self(Mutex::new(LostStepsWatch::new(calibration)))
+    }
+
+    /// Takes note of the next frame; an alarm is an event at once. What the whole scan says of it is told at its end.
+    pub fn note(&self, ctx: &ComputeContext, scan_id: &str, profile: &Profile, position_mm: f64) {
+        let mut watch = self.0.lock();
+        let Some(lost) = watch.as_mut().and_then(|watch| watch.note(profile, position_mm)) else { return };
+        drop(watch);
+        let of_scan = WatchReport { lost_steps: vec![lost], ..WatchReport::default() };
+        let told = verdicts(&of_scan, f64::INFINITY, None).into_iter().find(|one| one.watch == Watch::LostSteps);
+        let told: Vec<Change> = told.iter().map(|verdict| warning(scan_id, verdict)).collect();
+        if let Err(error) = ctx.wait(ctx.ledger.commit(told)) {
+            tracing::error!(%error, "lost steps were noticed and cannot be told");
+        }
+    }
+}
+
+/// What the watches say of a scan; nothing on stations without a linear stage.
+pub struct Watched {
+    report: Option<WatchReport>,
+    /// Whether the station took the scan now: only then is it an observation of the station.
+    is_observation: bool,
+}
+
+impl Watched {
+    /// Watches over an evaluated scan.
+    pub fn over(evaluation: &Evaluation, calibration: &Calibration) -> Result<Self, JobEnd> {
+        Ok(Self { report: watch_scan(evaluation, calibration)?, is_observation: false })
+    }
+
+    /// The calibration to compute the scan with, if the orders show beyond doubt that the wavelength has changed.
+    pub fn corrected(&self, calibration: &Calibration) -> Option<Calibration> {
+        Some(with_wavelength_changed(calibration, self.correction()?.value))
+    }
+
+    /// What the header of a corrected cloud says of it.
+    pub fn comment(&self) -> Option<String> {
+        let Estimate { value, sigma } = self.correction()?;
+        Some(format!("wavelength_correction {value:.3e} sigma {sigma:.1e}"))
+    }
+
+    fn correction(&self) -> Option<Estimate> {
+        self.report.as_ref()?.drift?.correction()
+    }
+
+    /// Puts the verdicts into the scan's `report`, and makes it invalid if one says so. Returns events of those that warn.
+    /// `calibration_id` and `median_sigma_mm` are those of its cloud.
+    pub fn judge(
+        &mut self,
+        ctx: &ComputeContext,
+        story: &mut ScanStory,
+        report: &mut Value,
+        (calibration_id, median_sigma_mm): (&str, f64),
+    ) -> Result<Vec<Change>, JobEnd> {
+        let Some(watched) = &mut self.report else { return Ok(Vec::new()) };
+        let plan = ScanRun::from_stored(&story.plan).ok().and_then(|run| run.plan);
+        self.is_observation = plan.is_some() && story.recomputed_from.is_none();
+        let history = ctx.wait(WatchHistory::read(&ctx.ledger))?;
+        let reference = plan.as_ref().and_then(|plan| {
+            let powers = watched.powers.as_mut()?;
+            powers.log_total -= light_of(plan).ln();
+            history.reference(calibration_id)
+        });
+        let verdicts = verdicts(watched, median_sigma_mm, reference.as_ref());
+        report[WATCHES] = verdicts_json(&verdicts);
+        let is_invalid = verdicts.iter().any(|verdict| verdict.state == WatchState::Invalid);
+        story.state = match (story.state, story.losses.is_empty()) {
+            (ScanState::Partial, _) => ScanState::Partial,
+            (_, true) if !is_invalid => ScanState::Complete,
+            _ => ScanState::Invalid,
+        };
+        Ok(warnings(&story.id, &verdicts))
+    }
+
+    /// What remembers the scan among the last ones of the station.
+    pub fn remembered(self, ctx: &ComputeContext, record: &ScanRecord) -> Result<Option<Change>, JobEnd> {
+        let Some(watched) = self.report.filter(|_| self.is_observation) else { return Ok(None) };
+        let mut history = ctx.wait(WatchHistory::read(&ctx.ledger))?;
+        history.add(record, watched.powers);
+        Ok(Some(history.change()))
+    }
+}
+
+/// Light of a scan's exposures: full power for a millisecond is 1.
+fn light_of(plan: &ScanPlan) -> f64 {
+    (plan.exposure_us * 1e-3 * plan.laser_power).max(f64::MIN_POSITIVE)
+}
