@@ -35,6 +35,7 @@ const PLAN = {
   depth_mm: [350, 450],
   unambiguous_depth_mm: [380, 420],
   exposure_us: 2000,
+  exposures_us: [],
   laser_power: 1,
   disk_bytes: 1e7,
   notes: [],

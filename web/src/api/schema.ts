@@ -1067,6 +1067,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/station/watches": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** What the watches said of the last scans: lost steps, wavelength, order powers, stage scale. */
+        get: operations["get_watches"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/verifications": {
         parameters: {
             query?: never;
@@ -2148,6 +2165,11 @@ export interface components {
             body: components["schemas"]["ScanCreated"];
             /** @enum {string} */
             kind: "scan.created";
+        } | {
+            /** @description A watch over the station warns: during a scan, or of one that was made. */
+            body: components["schemas"]["WatchWarned"];
+            /** @enum {string} */
+            kind: "watch.warned";
         } | {
             /** @description A scan was written in another format. */
             body: components["schemas"]["ScanExported"];
@@ -3798,6 +3820,8 @@ export interface components {
              * @description Exposure of the frames.
              */
             exposure_us?: number | null;
+            /** @description Exposures of every row in place of one. */
+            exposures_us: number[];
             /**
              * Format: double
              * @description First stage position.
@@ -3868,9 +3892,11 @@ export interface components {
             evaluation_s: number;
             /**
              * Format: double
-             * @description Exposure of the laser frames, µs.
+             * @description Exposure of the laser frames, µs; of several the longest.
              */
             exposure_us: number;
+            /** @description All exposures of a row, µs, the shortest first; empty where a row has one. */
+            exposures_us: number[];
             /**
              * Format: double
              * @description Frames per second of a continuous scan.
@@ -3956,6 +3982,8 @@ export interface components {
             closure: components["schemas"]["ClosureDto"] | null;
             /** @default null */
             envelope: components["schemas"]["EnvelopeDto"] | null;
+            /** @default null */
+            exposures: components["schemas"]["ExposuresDto"] | null;
             /**
              * @description What was left out of the cloud, by reason.
              * @default []
@@ -4004,6 +4032,11 @@ export interface components {
             stopped: string | null;
             /** @default null */
             timing: components["schemas"]["ScanTimingDto"] | null;
+            /**
+             * @description What the watches over the station say; none for scans of a turntable, and those that were stopped.
+             * @default []
+             */
+            watches: components["schemas"]["WatchVerdictDto"][];
         };
         /** @description How a scan was made. What only the station knows is missing for a scan of a capture. */
         ScanRunDto: {
@@ -4031,9 +4064,11 @@ export interface components {
             evaluation_s?: number | null;
             /**
              * Format: double
-             * @description Exposure of the laser frames, µs.
+             * @description Exposure of the laser frames, µs; of several the longest.
              */
             exposure_us?: number | null;
+            /** @description All exposures of a row, µs, the shortest first; empty where a row has one. */
+            exposures_us: number[];
             /**
              * Format: double
              * @description Frames per second of a continuous scan.
@@ -4566,6 +4601,11 @@ export interface components {
              */
             exposure_us?: number | null;
             /**
+             * @description Two to four exposures of every row in place of one, stop and go: dark places of a part are taken from the long ones,
+             *     bright places from the short ones. Each at least one and a half times another; four to eight times is usual.
+             */
+            exposures_us?: number[];
+            /**
              * Format: double
              * @description First stage position.
              */
@@ -4857,6 +4897,94 @@ export interface components {
         } | {
             /** @enum {string} */
             place: "away";
+        };
+        /**
+         * @description A watch over the station.
+         * @enum {string}
+         */
+        WatchDto: "lost_steps" | "wavelength" | "order_powers" | "stage_scale";
+        /** @description The last scans of the station, as the watches saw them. */
+        WatchHistoryDto: {
+            /** @description Scans with the newest reading's calibration that were taken for normal powers. */
+            n_reference_scans: number;
+            /** @description How many it takes. */
+            n_reference_scans_needed: number;
+            /** @description Oldest first; at most 300 are kept. */
+            readings: components["schemas"]["WatchReadingDto"][];
+        };
+        /** @description What the watches said of one scan. */
+        WatchReadingDto: {
+            /**
+             * Format: int64
+             * @description When it was made, ms since 1970.
+             */
+            at_ms: number;
+            /** @description The calibration it was computed with. */
+            calibration_id: string;
+            /** @description The scan; it may be deleted by now. */
+            scan_id: string;
+            /** @description What people called it. */
+            scan_name: string;
+            /** @description One verdict for every watch. */
+            verdicts: components["schemas"]["WatchVerdictDto"][];
+        };
+        /**
+         * @description What a watch says of a scan.
+         * @enum {string}
+         */
+        WatchStateDto: "quiet" | "blind" | "warning" | "invalid";
+        /** @description What one watch says of a scan. */
+        WatchVerdictDto: {
+            /**
+             * Format: double
+             * @description The error of points that it causes.
+             */
+            error_mm?: number | null;
+            /**
+             * Format: double
+             * @description The stage position where it begins.
+             */
+            position_mm?: number | null;
+            /** @description In words, with what to do. */
+            reason: string;
+            /**
+             * Format: double
+             * @description One σ of the figure; of lost steps that were not noticed, the smallest loss that would have been, mm.
+             */
+            sigma?: number | null;
+            /** @description Whether all is well. */
+            state: components["schemas"]["WatchStateDto"];
+            /**
+             * Format: double
+             * @description Its figure, in the unit of the watch; missing where it is blind.
+             */
+            value?: number | null;
+            /** @description Which. */
+            watch: components["schemas"]["WatchDto"];
+        };
+        /** @description A watch that warns; the subject is the scan. */
+        WatchWarned: {
+            /**
+             * Format: double
+             * @description The stage position where it begins.
+             */
+            position_mm?: number | null;
+            /** @description In words. */
+            reason: string;
+            /**
+             * Format: double
+             * @description One σ of it.
+             */
+            sigma?: number | null;
+            /** @description `warning`, or `invalid`: the error exceeds the uncertainty that the points state. */
+            state: string;
+            /**
+             * Format: double
+             * @description Its figure: mm for lost steps, else relative (a logarithm for powers).
+             */
+            value?: number | null;
+            /** @description `lost_steps`, `wavelength`, `order_powers`, `stage_scale`. */
+            watch: string;
         };
     };
     responses: {
@@ -7499,6 +7627,31 @@ export interface operations {
                     "application/json": components["schemas"]["StoppedDto"];
                 };
             };
+        };
+    };
+    get_watches: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["WatchHistoryDto"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            408: components["responses"]["Problem"];
+            500: components["responses"]["Problem"];
+            503: components["responses"]["Problem"];
         };
     };
     start_verification: {

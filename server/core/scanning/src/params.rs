@@ -255,6 +255,9 @@ pub mod watches {
     pub const WARN_SIGMAS: f64 = 4.5;
     /// Errors below this share of the expanded uncertainty are told as figures alone.
     pub const WARN_SHARE: f64 = 0.25;
+    /// Errors of depth by the wavelength below this, mm, are not corrected: a quarter of the expanded uncertainty on matt
+    /// grey paint.
+    pub const CORRECTION_LEAST_MM: f64 = 0.01;
     /// Expanded uncertainties are so many σ.
     pub const COVERAGE: f64 = 2.0;
 }

@@ -11,7 +11,7 @@
 use nalgebra::Vector3;
 use optics::{Calibration, LightSurfaces, Stage};
 
-use crate::params::watches::{DRIFT_PLACES, DRIFT_STEP, SCALE_BLIND, WARN_SIGMAS};
+use crate::params::watches::{CORRECTION_LEAST_MM, DRIFT_PLACES, DRIFT_STEP, SCALE_BLIND, WARN_SIGMAS};
 use crate::threads::map_with;
 use crate::watches::fit::{Difference, Fitted, fit};
 use crate::watches::places::{Place, Strips};
@@ -56,9 +56,13 @@ pub struct Drift {
 
 impl Drift {
     /// The change of λ/d by which a scan may be corrected: beyond doubt with the stage as calibrated and with any tilt of it,
-    /// so that its σ is far below it.
+    /// so that its σ is far below it, and large enough to matter.
     pub fn correction(&self) -> Option<Estimate> {
-        self.wavelength.filter(|wavelength| wavelength.is_beyond(WARN_SIGMAS))?;
+        let matters = |wavelength: &Estimate| {
+            let error_mm = (wavelength.value * self.depth_mm_by_wavelength).abs();
+            wavelength.is_beyond(WARN_SIGMAS) && error_mm >= CORRECTION_LEAST_MM
+        };
+        self.wavelength.filter(matters)?;
         self.wavelength_by_any_tilt.filter(|wavelength| wavelength.is_beyond(WARN_SIGMAS))
     }
 }
@@ -93,6 +97,9 @@ pub fn drift(strips: &Strips, calibration: &Calibration) -> Option<Drift> {
     let has_wavelength = stepped.has_wavelength;
     let as_calibrated = has_wavelength.then(|| with(&[WAVELENGTH])).flatten();
     let wavelength = as_calibrated.as_ref().map(|fitted| estimate(fitted, 0));
+    if has_wavelength && wavelength.is_none() {
+        return None;
+    }
     let by_any_tilt = has_wavelength.then(|| with(&[WAVELENGTH, TILT])).flatten();
     let free: &[usize] = if has_wavelength { &[SCALE, WAVELENGTH] } else { &[SCALE] };
     let stage_scale = with(free).map(|fitted| estimate(&fitted, 0)).filter(|scale| scale.sigma <= SCALE_BLIND);

@@ -163,7 +163,8 @@ fn of_wavelength(drift: Option<&Drift>, stated_mm: f64) -> WatchVerdict {
     let by_mm = drift.depth_mm_by_wavelength;
     let (error_mm, sigma_mm) = ((wavelength.value * by_mm).abs(), wavelength.sigma * by_mm);
     let figure = format!("λ/d {:+.1} ± {:.1} ·10⁻⁴", wavelength.value * 1e4, wavelength.sigma * 1e4);
-    if !(wavelength.is_beyond(WARN_SIGMAS) && error_mm >= WARN_SHARE * stated_mm) {
+    let is_clear = wavelength.is_beyond(WARN_SIGMAS) && error_mm >= WARN_SHARE * stated_mm;
+    if !is_clear && drift.correction().is_none() {
         let quiet = verdict(watch, WatchState::Quiet, figure);
         return WatchVerdict { estimate: Some(wavelength), error_mm: Some(error_mm), ..quiet };
     }
