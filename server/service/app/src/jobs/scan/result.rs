@@ -109,10 +109,9 @@ pub fn made_scan(
         ctx.report(fraction, phase, words);
     };
     let counted = CountedFrames::new(frames, &told);
-    let corrected;
     let mut evaluation = evaluated_scan(&counted, document, &calibration, &story.cloud_name, &reporter)?;
     let mut watched = Watched::over(&evaluation, &calibration)?;
-    corrected = watched.corrected(&calibration);
+    let corrected = watched.corrected(&calibration);
     if let Some(corrected) = &corrected {
         evaluation = evaluated_scan(&counted, document, corrected, &story.cloud_name, &reporter)?;
         evaluation.comments.extend(watched.comment());
