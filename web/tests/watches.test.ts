@@ -5,7 +5,12 @@ import { exposuresUpTo } from "../src/panels/scan/set_up";
 
 type Verdict = Schemas["WatchVerdictDto"];
 
-function verdict(watch: Verdict["watch"], state: Verdict["state"], value: number | null = null, sigma: number | null = null): Verdict {
+function verdict(
+  watch: Verdict["watch"],
+  state: Verdict["state"],
+  value: number | null = null,
+  sigma: number | null = null,
+): Verdict {
   return { watch, state, value, sigma, reason: "" };
 }
 

@@ -180,7 +180,8 @@ fn dirt_a_turned_grating_and_an_ageing_laser_change_powers_in_their_own_ways() {
 /// A scan of a station that is as calibrated, of hills or of an egg carton.
 fn clean(seed: u64) -> WatchReport {
     let model = station(seed);
-    let scene = if seed % 2 == 0 { egg_carton(&model) } else { SceneKind::Freeform.placed(&model, 0x100 + seed) };
+    let scene =
+        if seed.is_multiple_of(2) { egg_carton(&model) } else { SceneKind::Freeform.placed(&model, 0x100 + seed) };
     watched(&drawn(&model, 0x500 + seed), &model, &scene, 0.0, seed)
 }
 
