@@ -11,9 +11,6 @@ pub const NOISE_FLOOR: f32 = 0.29 / 255.0;
 /// half of them faint lines break.
 pub const NOISE_COLUMNS: usize = 16;
 
-/// By how much noise may be larger than the spread of boxes side by side in its tile: with 1, grains of speckle on lines of
-/// 32 px pass for lines, with 2 they do not, and steep lines close to each other are whole with either.
-pub const NOISE_ALONG_FACTOR: f32 = 2.0;
 /// Most by which a tile's box noise may exceed that of the quieter tiles around it.
 pub const NOISE_OVER_NEIGHBOURS: f32 = 3.0;
 
@@ -42,8 +39,6 @@ pub const LEVEL_WIDEST_PX: f32 = 50.0;
 /// What a width along the column, as measured, has in its square over the line's own, rows² of the level: a height that is
 /// the mean of three rows is less than that of the line (3 to 5 px: 4.4 to 4.7).
 pub const LEVEL_MEASURED_PX2: f32 = 4.4;
-/// Light so many times wider than a line is not the line but what it lies on.
-pub const LEVEL_BROAD: f32 = 2.0;
 /// How far beyond the ends of a line of a coarser level two finer lines on either side of it are looked for, in its widths:
 /// lines that come near to each other end before they touch.
 pub const LEVEL_FORK_WIDTHS: f32 = 4.0;

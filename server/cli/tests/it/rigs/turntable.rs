@@ -139,7 +139,7 @@ pub fn by_daylight(idx: u8, room: f64, has_laser: bool, file: &Path) {
     let (turn, origin) = pose(idx);
     let light = |ray: &Vector3<f64>| {
         let seen = on_board(&turn, &origin, ray);
-        room * by_day(seen) + if has_laser { lit(seen) } else { 0.0 }
+        room * by_day(seen) + if has_laser { lit(seen) - lit(None) } else { 0.0 }
     };
     write_png(file, &drawn(2, light)).unwrap();
 }

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::common::{SHEAF, err, out, path, sheaf};
+use crate::common::{SHEAF, err, out, path, sheaf, sheaf_json};
 use crate::readme::tested_blocks;
 use crate::rigs::turntable;
 
@@ -61,8 +61,8 @@ fn the_tutorial_leads_from_photographs_to_a_measured_part() {
     }
     assert!(folder.path().join("lines/000-lines.png").is_file() && folder.path().join("board.pdf").is_file());
     assert!(calibrated.contains("axis") && scanned.contains("closure after a turn"), "{calibrated}{scanned}");
-    let measured = run("sheaf measure part.ply --tool cylinder --json", folder.path());
-    let measured: serde_json::Value = serde_json::from_str(&measured).unwrap();
+    let cloud = path(folder.path(), "part.ply");
+    let (measured, _) = sheaf_json(&["measure", &cloud, "--tool", "cylinder", "-q"]);
     let [value, u] = ["value", "expanded_uncertainty"].map(|key| measured[key].as_f64().unwrap());
     assert!((value - RADIUS_MM).abs() < u && u < 0.2, "{measured:#}");
     what_the_tutorial_quotes_is_said(folder.path());
@@ -83,7 +83,8 @@ fn what_the_tutorial_quotes_is_said(folder: &Path) {
     ];
     for (words, arguments) in mistakes {
         assert!(page.contains(words), "the tutorial no longer quotes `{words}`");
-        let output = sheaf(&[&["centrelines", "-o", &lines], arguments].concat());
+        let all: Vec<&str> = ["centrelines", "-o", &lines].into_iter().chain(arguments.iter().copied()).collect();
+        let output = sheaf(&all);
         assert!(err(&output).contains(words), "{arguments:?}: {}", err(&output));
     }
 }

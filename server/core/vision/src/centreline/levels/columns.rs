@@ -6,9 +6,8 @@ use super::super::Centrelines;
 use super::super::fast::Strip;
 use super::marks::{Line, Mark, Place, Spot, kept, stitched, without};
 use crate::params::{
-    LEVEL_BAND, LEVEL_BROAD, LEVEL_CLAIMED_SHARE, LEVEL_FIRST_BAND, LEVEL_FORK_WIDTHS, LEVEL_LEAST_LIGHT,
-    LEVEL_LIT_PX, LEVEL_LIT_WIDTHS, LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX, MIN_SEGMENT_COLUMNS,
-    STRIP_WIDTH_PX,
+    LEVEL_BAND, LEVEL_CLAIMED_SHARE, LEVEL_FIRST_BAND, LEVEL_FORK_WIDTHS, LEVEL_LEAST_LIGHT, LEVEL_LIT_PX,
+    LEVEL_LIT_WIDTHS, LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX, MIN_SEGMENT_COLUMNS, STRIP_WIDTH_PX,
 };
 
 /// All marks by column; keeps its memory.
@@ -118,15 +117,8 @@ impl Columns {
                 self.spots[mark.point.u_px as usize].iter().filter(|other| other.is_near(&spot)).collect()
             };
             let others: Vec<Vec<&Spot>> = line.iter().map(near).collect();
-            let is_claimed = |(mark, others): (&Mark, &Vec<&Spot>)| {
-                let broad_px = mark.width_px() / LEVEL_BROAD;
-                let is_sure = |other: &&Spot| {
-                    let fit = other.fit(base_px);
-                    fit <= LEVEL_SURE || fit <= LEVEL_BAND && other.width_px < broad_px
-                };
-                others.iter().any(is_sure)
-            };
-            let claimed: Vec<bool> = line.iter().zip(&others).map(is_claimed).collect();
+            let is_claimed = |others: &Vec<&Spot>| others.iter().any(|other| other.fit(base_px) <= LEVEL_SURE);
+            let claimed: Vec<bool> = others.iter().map(is_claimed).collect();
             let n_claimed = claimed.iter().filter(|claimed| **claimed).count();
             if n_claimed as f32 > LEVEL_CLAIMED_SHARE * line.len() as f32 {
                 continue;

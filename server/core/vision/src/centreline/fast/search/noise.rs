@@ -5,9 +5,7 @@ use crate::centreline::lines::candidates::Boxes;
 use crate::centreline::lines::noise::NoiseMap;
 use crate::centreline::spread::sigma_of;
 use crate::centreline::view::{Level, Sum, View};
-use crate::params::{
-    NOISE_ALONG_FACTOR, NOISE_COLUMNS, NOISE_FLOOR, NOISE_OVER_NEIGHBOURS, NOISE_STRIDE_PX, NOISE_TILE_PX,
-};
+use crate::params::{NOISE_COLUMNS, NOISE_FLOOR, NOISE_OVER_NEIGHBOURS, NOISE_STRIDE_PX, NOISE_TILE_PX};
 
 /// Rows sampled in a tile.
 const N_ROWS: usize = NOISE_TILE_PX / NOISE_STRIDE_PX;
@@ -102,9 +100,8 @@ impl<T: Level> BoxNoise<T> {
             *sigma = tiles.sigma(view, column * NOISE_TILE_PX, row * NOISE_TILE_PX) * per_row;
             let limit = NOISE_OVER_NEIGHBOURS * of_independent * pixels.least_around(column, row);
             if *sigma > limit {
-                // Lines close to each other are much the same some columns further, noise and texture are not. Speckle is
-                // stronger in the middle of a line than in most of its tile.
-                *sigma = sigma.min((NOISE_ALONG_FACTOR * tiles.sigma_along() * per_row).max(limit));
+                // Lines close to each other are much the same some columns further, noise and texture are not.
+                *sigma = sigma.min((tiles.sigma_along() * per_row).max(limit));
                 doubted.push((column, row));
             }
         }
