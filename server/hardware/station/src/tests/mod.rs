@@ -2,6 +2,7 @@
 
 mod account;
 pub mod bench;
+mod blocked;
 mod by_hand;
 mod cell;
 mod defects;

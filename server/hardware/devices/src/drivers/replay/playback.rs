@@ -1,7 +1,9 @@
 //! What camera and stage of a replay know of each other: whether frames play, and where the last one was taken.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
+
+use crate::StopHandle;
 
 /// A move that ends when frames pass its target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +45,12 @@ pub struct Whereabouts {
     pub moving: bool,
     /// Whether frames are held back.
     pub held: bool,
+}
+
+impl StopHandle for Mutex<Playback> {
+    fn stop_now(&self) {
+        lock(self).stop();
+    }
 }
 
 impl Playback {
@@ -137,6 +145,6 @@ impl Move {
 }
 
 /// The shared state; a panic of the other owner leaves it whole, each change being one assignment.
-pub fn lock(playback: &Arc<Mutex<Playback>>) -> MutexGuard<'_, Playback> {
+pub fn lock(playback: &Mutex<Playback>) -> MutexGuard<'_, Playback> {
     playback.lock().unwrap_or_else(PoisonError::into_inner)
 }
