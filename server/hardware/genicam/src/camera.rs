@@ -16,6 +16,7 @@ use vision::GreyImage;
 use crate::aravis::AravisError;
 use crate::details::Details;
 use crate::gvcp::{self, Control};
+use crate::laser::GenicamLaser;
 use crate::names;
 use crate::opened::{OpenedCamera, refused};
 use crate::running::Running;
@@ -83,6 +84,11 @@ impl GenicamCamera {
             probed_at: Instant::now(),
             temperature_at: None,
         })
+    }
+
+    /// The laser on its output line.
+    pub(crate) fn laser(&self) -> GenicamLaser {
+        GenicamLaser::over(&self.config, self.shared.clone(), &self.identity)
     }
 
     fn check(&mut self) -> Result<(), CameraError> {

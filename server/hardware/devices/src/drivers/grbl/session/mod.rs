@@ -262,11 +262,16 @@ impl Session {
             self.incoming_since.get_or_insert(now);
             self.incoming.push(byte);
             if self.incoming.len() > GRBL_LINE_BYTES {
-                let text = String::from_utf8_lossy(&std::mem::take(&mut self.incoming)).into_owned();
-                self.incoming_since = None;
-                self.garbage(super::protocol::shortened(&text), now);
+                self.give_up_line(now);
             }
         }
+    }
+
+    /// What came without an end, or without one in time, is none of the protocol's lines.
+    fn give_up_line(&mut self, now: Instant) {
+        let text = String::from_utf8_lossy(&std::mem::take(&mut self.incoming)).into_owned();
+        self.incoming_since = None;
+        self.garbage(super::protocol::shortened(&text), now);
     }
 
     /// The link is lost for `fault`: whatever shone or moved is reset if the line still takes a byte.
