@@ -53,6 +53,10 @@ impl Station {
 
     /// A device failed, or a request was impossible: pending calls get the device's own message.
     pub(crate) fn fail(&mut self, refusal: StationRefusal) {
+        if self.publisher.stop_line.is_pulled() {
+            // The devices may have been stopped past this thread, and say so; what is wrong all the same, they say again.
+            return;
+        }
         let fault = fault_of(&refusal);
         let mut words = Some(refusal);
         self.end_work(|station| words.take().unwrap_or_else(|| station.in_error()));

@@ -58,9 +58,6 @@ impl Spied {
     /// What becomes of a frame on the way.
     fn handed_on(&mut self, image: &mut GreyImage, info: FrameInfo) -> Option<FrameInfo> {
         let spy = &self.spy;
-        if self.camera.settings().trigger != Trigger::Software {
-            spy.exposed.fetch_add(1 + info.lost_before, Ordering::SeqCst);
-        }
         let loses = |left: u64| left.checked_sub(1);
         if spy.loses.fetch_update(Ordering::SeqCst, Ordering::SeqCst, loses).is_ok() {
             self.lost += 1 + info.lost_before;
@@ -74,7 +71,12 @@ impl Spied {
                 if is_deep { Pixels::Sixteen(vec![0; n_pixels]) } else { Pixels::Eight(vec![0; n_pixels]) };
             *image = GreyImage::new(width, n_pixels / width, pixels).unwrap();
         }
-        Some(FrameInfo { lost_before: info.lost_before + std::mem::take(&mut self.lost), ..info })
+        let lost_before = info.lost_before + std::mem::take(&mut self.lost);
+        if self.camera.settings().trigger != Trigger::Software {
+            // Of exposures after the last frame nobody knows.
+            spy.exposed.fetch_add(1 + lost_before, Ordering::SeqCst);
+        }
+        Some(FrameInfo { lost_before, ..info })
     }
 }
 

@@ -8,7 +8,7 @@ use std::time::Duration;
 use devices::contract::Stopwatch;
 
 use crate::tests::bench::{Bench, nobody, wait, wait_until};
-use crate::{LaserLight, LiveRequest, MachineState, Manual, StationRefusal, StationStatus, Sweep};
+use crate::{Fault, LaserLight, LiveRequest, MachineState, Manual, StationRefusal, StationStatus, Sweep};
 
 /// What the station does when the fault comes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +34,8 @@ pub enum Doing {
 pub enum Follows {
     /// A fault of that device and kind, in time; the station is in error, dark and at rest.
     Named(&'static str, &'static str),
+    /// The same, of one of two kinds, by whoever notices it first: the station or the driver.
+    NamedEither(&'static str, [&'static str; 2]),
     /// Nothing until the device is used: then the same.
     NamedAtUse(&'static str, &'static str),
     /// Nothing is wrong with what the station does now; it goes on.
@@ -80,22 +82,27 @@ pub fn check(rig: &Rig<'_>, doing: Doing, follows: Follows) {
     if doing != Doing::Absent {
         (rig.inject)();
     }
+    let (device, kinds): (&str, &[&str]) = match &follows {
+        Follows::Named(device, kind) | Follows::NamedAtUse(device, kind) => (device, std::slice::from_ref(kind)),
+        Follows::NamedEither(device, kinds) => (device, kinds),
+        Follows::GoesOn => ("", &[]),
+    };
     match follows {
-        Follows::Named(device, kind) => {
-            expect_named(rig, device, kind, injected);
+        Follows::Named(..) | Follows::NamedEither(..) => {
+            expect_named(rig, device, kinds, injected);
             activity.expect_broken();
             if doing == Doing::Absent {
                 // It is not reached as long as the cause lasts.
                 assert!(matches!(rig.bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })));
             }
         }
-        Follows::NamedAtUse(device, kind) => {
+        Follows::NamedAtUse(..) => {
             std::thread::sleep(QUIET);
             assert_eq!(rig.bench.station.status().faults, []);
             activity.end(rig.bench);
             let used = Stopwatch::start();
             let in_use = use_device(rig.bench, device);
-            expect_named(rig, device, kind, used);
+            expect_named(rig, device, kinds, used);
             in_use.join().unwrap();
         }
         Follows::GoesOn => {
@@ -116,14 +123,16 @@ pub fn check(rig: &Rig<'_>, doing: Doing, follows: Follows) {
     assert!(!(rig.light)(), "ready, never active");
 }
 
-fn expect_named(rig: &Rig<'_>, device: &str, kind: &str, since: Stopwatch) {
+fn expect_named(rig: &Rig<'_>, device: &str, kinds: &[&str], since: Stopwatch) {
     let named = |status: &StationStatus| {
-        status.faults.iter().any(|fault| (fault.device, fault.kind) == (device, kind) && !fault.remedy.is_empty())
+        let is_it =
+            |fault: &Fault| fault.device == device && kinds.contains(&fault.kind) && !fault.remedy.is_empty();
+        status.faults.iter().any(is_it)
     };
-    rig.bench.wait_for(&format!("naming {device} {kind}"), named);
+    rig.bench.wait_for(&format!("naming {device} {kinds:?}"), named);
     let took = since.own_time();
     let limit = if device == "camera" { CAMERA_NAMED } else { rig.named_within };
-    assert!(took <= limit, "{device} {kind} was named after {took:?}");
+    assert!(took <= limit, "{device} {kinds:?} was named after {took:?}");
     let dark = wait_until("dark", || !(rig.light)());
     assert!(dark <= DARK, "dark {dark:?} after the fault was named");
     // Preoperational: it was never reached.

@@ -9,7 +9,7 @@ use devices::{CameraRequest, DeviceSet, Driver, OpenError, Roi};
 use genicam::witness::{FakeCamera, FakeOptions, PROGRAM};
 use genicam::{GenicamDriver, GenicamSettings};
 
-use super::cell::Follows::{self, GoesOn, Named};
+use super::cell::Follows::{self, GoesOn, Named, NamedEither};
 use super::cell::{Doing, NAMED, Rig, cells, check};
 use crate::tests::bench::{Bench, bench_of, small_twin};
 use crate::{Manual, StationDevices, StationRefusal};
@@ -139,14 +139,16 @@ fn genicam(doing: Doing, trouble: Trouble, follows: Follows) {
 }
 
 const GONE: Follows = Named("camera", "gone");
+/// In a sweep missing frames are a fault at once.
+const SILENT_OR_GONE: Follows = NamedEither("camera", ["silent", "gone"]);
 
 cells! { genicam;
     unplugged: Trouble::Unplugged =>
-        absent: GONE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+        absent: GONE, ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
     hang: Trouble::Hang =>
-        absent: GONE, ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+        absent: GONE, ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
     restart: Trouble::Restart =>
-        ready: GONE, live: GONE, scanning: GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+        ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
     lost_packets: Trouble::LostPackets =>
         absent: GoesOn, ready: GoesOn, live: GoesOn, scanning: GoesOn, calibrating: GoesOn, jogging: GoesOn,
         homing: GoesOn;
