@@ -43,7 +43,7 @@ pub struct StationSettings {
 /// Who makes a device.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct DeviceSettings {
-    /// kind of the driver that makes it: twin, replay, genicam, v4l2 (camera), grbl, marlin, zaber (stage) or none (laser that is always on)
+    /// kind of the driver that makes it: twin, replay, genicam, v4l2 (camera), grbl, marlin, zaber (stage) or none (laser that is always on); a laser of kind genicam is on an output line of that camera
     pub kind: String,
 }
 
@@ -74,10 +74,12 @@ pub enum NoStation {
         /// Values of that setting that were found at this computer.
         found: Vec<String>,
     },
-    /// Camera and stage of different drivers, of which one is nothing without its other half.
+    /// Two devices of different drivers, of which one is nothing without the other.
     Apart {
         /// The kind that must make both.
         kind: &'static str,
+        /// The device that it makes.
+        half: &'static str,
         /// The device that another one is to make.
         device: &'static str,
     },
@@ -124,11 +126,14 @@ pub fn station_devices(settings: &StationSettings) -> Result<StationDevices, NoS
     let stage = chosen(&rows, "stage", DeviceSet { stage: true, ..none }, &settings.stage.kind)?;
     let laser = chosen(&rows, "laser", DeviceSet { laser: true, ..none }, &settings.laser.kind)?;
     if camera.kind() != stage.kind() {
-        for (binding, other) in [(&camera, "stage"), (&stage, "camera")] {
+        for (binding, half, device) in [(&camera, "camera", "stage"), (&stage, "stage", "camera")] {
             if binding.binds_camera_to_stage() {
-                return Err(NoStation::Apart { kind: binding.kind(), device: other });
+                return Err(NoStation::Apart { kind: binding.kind(), half, device });
             }
         }
+    }
+    if laser.kind() != camera.kind() && laser.binds_laser_to_camera() {
+        return Err(NoStation::Apart { kind: laser.kind(), half: "laser", device: "camera" });
     }
     let twin = (camera.kind() == twin.kind()).then_some(twin);
     Ok(StationDevices { camera, stage, laser, twin })
@@ -175,12 +180,13 @@ mod tests {
     }
 
     #[test]
-    fn every_combination_is_taken_but_a_recording_without_its_other_half() {
+    fn every_combination_is_taken_but_those_that_lack_their_other_half() {
         for camera in ["twin", "replay", "genicam", "v4l2"] {
             for stage in ["twin", "replay", "grbl", "zaber", "marlin"] {
-                for laser in ["twin", "replay", "grbl", "marlin", "none"] {
+                for laser in ["twin", "replay", "grbl", "marlin", "none", "genicam"] {
                     let made = station_devices(&settings(camera, stage, laser));
-                    let apart = (camera == "replay") != (stage == "replay");
+                    let apart =
+                        (camera == "replay") != (stage == "replay") || (laser == "genicam" && camera != "genicam");
                     assert_eq!(made.is_err(), apart, "{camera}, {stage}, {laser}: {made:?}");
                     let Ok(made) = made else { continue };
                     let kinds = [made.camera.kind(), made.stage.kind(), made.laser.kind()];

@@ -21,7 +21,7 @@ Developer commands:
   cargo xtask test           every check: format, lint, tests, the page in a browser, documentation, the image's program
   cargo xtask ci             the same as test
   cargo xtask campaign       labelling on scores of random scenes, held to stated rates of wrong labels;
-                             a thousand serial faults for each controller
+                             a thousand serial faults for each controller; 500 faults of cameras
   cargo xtask openapi        write openapi/openapi.json from the code, and the page's types from it
   cargo xtask docker-check [--binary FILE]
                              replay docker/Dockerfile in Debian 12 folders and start the result;

@@ -51,10 +51,14 @@ pub fn debug_program() -> PathBuf {
 }
 
 /// The tests of labelling on scores of random scenes, each against the rate of wrong labels stated beside it, stations of
-/// all sizes from pictures to a measured ball, and a thousand serial faults for each controller.
+/// all sizes from pictures to a measured ball, a thousand serial faults for each controller, and 500 faults of cameras.
 pub fn campaign() -> Outcome {
     let filter = ["--", "campaign", "--ignored", "--nocapture", "--test-threads", "1"];
     run("serial faults", cargo(&["test", "--package", "sheaf-devices", "--lib"]).args(filter))?;
+    let mut cameras = cargo(&["test", "--package", "sheaf-station", "--package", "sheaf-genicam", "--lib"]);
+    let features: &[&str] = if has_aravis() { &["--features", "sheaf-genicam/aravis"] } else { &[] };
+    cameras.args(features);
+    run("camera faults", cameras.args(filter))?;
     run("stations of all sizes", cargo(&["test", "--package", "sheaf-pipeline", "--test", "it"]).args(filter))?;
     run("campaign", cargo(&["test", "--package", "sheaf-scanning", "--test", "it"]).args(filter))
 }

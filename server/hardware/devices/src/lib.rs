@@ -31,6 +31,7 @@ pub use traits::driver::{DeviceSet, Driver, Found, MissingSetting, OpenError, Op
 pub use traits::identity::DeviceIdentity;
 pub use traits::laser::{Laser, LaserCapabilities, LaserError, LaserState};
 pub use traits::stage::{AcceptedMove, Homing, Stage, StageCapabilities, StageError, StageKind, StageState};
+pub use traits::stop_handle::StopHandle;
 
 use std::time::Duration;
 

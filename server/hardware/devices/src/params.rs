@@ -85,6 +85,9 @@ pub const GRBL_GARBAGE_LINES: usize = 3;
 /// See [`GRBL_GARBAGE_LINES`]; three answers at the idle pace fall into it.
 pub const GRBL_GARBAGE_WINDOW: Duration = Duration::from_secs(1);
 
+/// A line that was begun so long ago and has not ended is none of the protocol's: the longest takes 20 ms at 115200 baud.
+pub const GRBL_LINE_TIME: Duration = Duration::from_millis(200);
+
 /// Longest line that can be the protocol; GRBL's own buffer is 80 characters, grblHAL's reports stay below 200.
 pub const GRBL_LINE_BYTES: usize = 512;
 

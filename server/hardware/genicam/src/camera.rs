@@ -17,11 +17,12 @@ use vision::GreyImage;
 use crate::aravis::AravisError;
 use crate::details::Details;
 use crate::gvcp::{self, Control};
+use crate::laser::GenicamLaser;
 use crate::names;
 use crate::opened::{OpenedCamera, refused};
 use crate::running::Running;
 use crate::settings::GenicamSettings;
-use crate::shared::{Shared, lock};
+use crate::shared::Shared;
 
 /// Pause between questions to a camera that is silent or idle: with three lost answers it is named gone within a second.
 const PROBE_PERIOD: Duration = Duration::from_millis(300);
@@ -86,6 +87,11 @@ impl GenicamCamera {
         })
     }
 
+    /// The laser on its output line.
+    pub(crate) fn laser(&self) -> GenicamLaser {
+        GenicamLaser::over(&self.config, self.shared.clone(), &self.identity)
+    }
+
     fn check(&mut self) -> Result<(), CameraError> {
         if let Some(returned) = &self.reconnecting {
             match returned.try_recv() {
@@ -100,7 +106,7 @@ impl GenicamCamera {
     fn install(&mut self, opened: OpenedCamera) {
         let mut link = link_of(&opened);
         {
-            let before = lock(&self.shared.link);
+            let before = self.shared.link.lock();
             link.frames_complete = before.frames_complete;
             link.frames_incomplete = before.frames_incomplete;
             link.frames_missing = before.frames_missing;
@@ -108,8 +114,8 @@ impl GenicamCamera {
         if let Ok(settings) = opened.settings(self.settings.trigger) {
             self.settings = settings;
         }
-        *lock(&self.shared.link) = link;
-        *lock(&self.shared.opened) = Some(opened);
+        *self.shared.link.lock() = link;
+        *self.shared.opened.lock() = Some(opened);
         (self.gone, self.reconnecting, self.last_id) = (None, None, None);
         self.probed_at = Instant::now();
     }
@@ -121,7 +127,7 @@ impl GenicamCamera {
         act: impl FnOnce(&OpenedCamera) -> Result<T, AravisError>,
     ) -> Result<T, CameraError> {
         self.check()?;
-        let outcome = lock(&self.shared.opened).as_ref().map(act);
+        let outcome = self.shared.opened.lock().as_ref().map(act);
         match outcome {
             Some(Ok(value)) => Ok(value),
             Some(Err(error)) => {
@@ -135,7 +141,7 @@ impl GenicamCamera {
     /// Asks whether it is still there and ours.
     fn probe(&mut self) -> Result<(), CameraError> {
         let (is_gige, address) = {
-            let opened = lock(&self.shared.opened);
+            let opened = self.shared.opened.lock();
             let Some(opened) = opened.as_ref() else { return Ok(()) };
             (opened.device.is_gige(), opened.listed.address.clone())
         };
@@ -146,7 +152,7 @@ impl GenicamCamera {
                 None => Some("it does not answer any more"),
             }
         } else {
-            let answers = lock(&self.shared.opened).as_ref().is_some_and(|opened| opened.device.answers());
+            let answers = self.shared.opened.lock().as_ref().is_some_and(|opened| opened.device.answers());
             (!answers).then_some("it does not answer any more")
         };
         self.probed_at = Instant::now();
@@ -161,7 +167,7 @@ impl GenicamCamera {
     }
 
     fn close(&mut self) {
-        let (running, opened) = (self.running.take(), lock(&self.shared.opened).take());
+        let (running, opened) = (self.running.take(), self.shared.opened.lock().take());
         self.closed = Arc::new(AtomicBool::new(false));
         let closed = self.closed.clone();
         let close = move || {
@@ -192,7 +198,7 @@ impl GenicamCamera {
         let Some(opened) = self.shared.opened.try_lock() else { return };
         let device = opened.as_ref().map(|opened| &opened.device);
         let read = |device: &crate::aravis::Device| device.number(device.first(&names::TEMPERATURE)?).ok();
-        lock(&self.shared.link).temperature_c = device.and_then(read).map(|number| number.value);
+        self.shared.link.lock().temperature_c = device.and_then(read).map(|number| number.value);
     }
 
     fn stop_running(&mut self) -> Result<(), CameraError> {
@@ -269,7 +275,7 @@ impl Camera for GenicamCamera {
         });
         if let Ok((settings, words)) = &outcome {
             self.settings = *settings;
-            lock(&self.shared.link).pixels_from = words.clone();
+            self.shared.link.lock().pixels_from = words.clone();
             if let Some(running) = &mut self.running {
                 running.set(*settings);
             }
@@ -317,10 +323,10 @@ impl Camera for GenicamCamera {
             return Ok(None);
         };
         // What is counted is shown after the wait, during which nobody is to wait for the counts.
-        let mut link = lock(&self.shared.link).clone();
+        let mut link = self.shared.link.lock().clone();
         let taken = running.next_frame(image, timeout, &mut link);
         {
-            let mut shown = lock(&self.shared.link);
+            let mut shown = self.shared.link.lock();
             link.temperature_c = shown.temperature_c;
             *shown = link;
         }
@@ -342,7 +348,7 @@ impl Camera for GenicamCamera {
         if self.reconnecting.is_some() {
             return Ok(());
         }
-        let known = lock(&self.shared.opened).as_ref().map(|opened| opened.listed.clone());
+        let known = self.shared.opened.lock().as_ref().map(|opened| opened.listed.clone());
         self.close();
         self.gone = Some("it is being reached again".to_owned());
         let (sender, receiver) = sync_channel(1);
@@ -355,7 +361,7 @@ impl Camera for GenicamCamera {
                 if closed.load(Ordering::Acquire)
                     && let Ok(opened) = OpenedCamera::open(&config, known.as_ref())
                 {
-                    for (name, value) in lock(&shared.set_by_name).iter() {
+                    for (name, value) in shared.set_by_name.lock().iter() {
                         // One that is refused now is shown as it is.
                         let _ = opened.device.set_feature(name, value);
                     }
@@ -379,7 +385,7 @@ impl Drop for GenicamCamera {
     fn drop(&mut self) {
         if self.probe().is_ok() {
             drop(self.running.take());
-            drop(lock(&self.shared.opened).take());
+            drop(self.shared.opened.lock().take());
         }
     }
 }

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use devices::features::{CameraDetails, CameraLink, Feature, FeatureError};
 
 use crate::opened::OpenedCamera;
-use crate::shared::{Shared, lock};
+use crate::shared::Shared;
 
 /// Features and link of a camera, whoever holds it.
 pub struct Details(pub Arc<Shared>);
 
 impl Details {
     fn with_opened<T>(&self, act: impl FnOnce(&OpenedCamera) -> T) -> Result<T, FeatureError> {
-        let opened = lock(&self.0.opened);
+        let opened = self.0.opened.lock();
         opened.as_ref().map(act).ok_or_else(|| FeatureError::Gone {
             reason: "it is not connected; check its cable and power, then reset".to_owned(),
         })
@@ -41,7 +41,7 @@ impl CameraDetails for Details {
             })?;
             opened.device.feature(name).ok_or_else(unknown)
         })??;
-        let mut set_by_name = lock(&self.0.set_by_name);
+        let mut set_by_name = self.0.set_by_name.lock();
         set_by_name.retain(|(set, _)| set != name);
         if feature.kind != devices::features::FeatureKind::Command {
             set_by_name.push((name.to_owned(), value.to_owned()));
@@ -50,6 +50,6 @@ impl CameraDetails for Details {
     }
 
     fn link(&self) -> CameraLink {
-        lock(&self.0.link).clone()
+        self.0.link.lock().clone()
     }
 }

@@ -14,7 +14,11 @@ impl Driver for GenicamDriver {
     }
 
     fn makes(&self) -> DeviceSet {
-        DeviceSet { camera: true, ..DeviceSet::default() }
+        DeviceSet { camera: true, stage: false, laser: true }
+    }
+
+    fn binds_laser_to_camera(&self) -> bool {
+        true
     }
 
     fn missing(&self) -> Option<MissingSetting> {
@@ -24,11 +28,20 @@ impl Driver for GenicamDriver {
 
     #[cfg(feature = "aravis")]
     fn open(&self, wanted: DeviceSet) -> Result<Opened, OpenError> {
-        let open = || crate::GenicamCamera::open(&self.0);
-        let camera = wanted.camera.then(open).transpose()?;
-        let camera =
-            camera.map(|camera| Box::new(devices::ThreadedCamera::over(camera)) as Box<dyn devices::Camera>);
-        Ok(Opened { camera, ..Opened::default() })
+        let settings =
+            |what: &str, remedy: &str| OpenError::Settings { what: what.to_owned(), remedy: remedy.to_owned() };
+        if !wanted.camera {
+            let what = "a laser on the line of a camera that the station has not";
+            return Err(settings(what, "set station.camera.kind to genicam, too"));
+        }
+        if wanted.laser && self.0.laser_line.is_empty() {
+            let what = "the line that switches the laser is not named";
+            return Err(settings(what, "set station.genicam.laser_line, such as Line2"));
+        }
+        let camera = crate::GenicamCamera::open(&self.0)?;
+        let laser = wanted.laser.then(|| Box::new(camera.laser()) as Box<dyn devices::Laser>);
+        let camera = Some(Box::new(devices::ThreadedCamera::over(camera)) as Box<dyn devices::Camera>);
+        Ok(Opened { camera, laser, ..Opened::default() })
     }
 
     #[cfg(not(feature = "aravis"))]

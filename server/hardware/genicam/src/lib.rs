@@ -12,6 +12,8 @@ mod camera;
 #[cfg(feature = "aravis")]
 mod details;
 #[cfg(feature = "aravis")]
+mod laser;
+#[cfg(feature = "aravis")]
 mod opened;
 #[cfg(feature = "aravis")]
 mod running;

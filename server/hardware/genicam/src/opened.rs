@@ -279,6 +279,10 @@ fn prepare(device: &Device, settings: &GenicamSettings, loopback: bool) -> Resul
             return Err(AravisError(format!("it has no {binning}")));
         }
     }
+    if !settings.laser_line.is_empty() {
+        // Whatever a program before left on.
+        crate::laser::show(device, settings, false)?;
+    }
     let offered = device.entries("PixelFormat");
     let deep = SourceFormat::choose(&offered, false, "").is_none();
     choose_format(device, deep, settings)?;

@@ -23,6 +23,12 @@ pub struct GenicamSettings {
     /// time from the hardware trigger to the exposure, µs
     #[schemars(range(min = 0.0, max = 1e6))]
     pub trigger_delay_us: f64,
+    /// output line that switches the laser, by its GenICam name, for station.laser.kind = "genicam"
+    pub laser_line: String,
+    /// what that line shows while the laser is on: ExposureActive, or an output set by hand such as UserOutput1
+    pub laser_source: String,
+    /// whether the laser is on while the line is low
+    pub laser_inverted: bool,
     /// what the camera's time stamps mark
     #[schemars(with = "String", extend("enum" = ["exposure_start", "exposure_end"]))]
     pub timestamp: Timestamp,
@@ -82,6 +88,9 @@ impl Default for GenicamSettings {
             trigger_line: String::new(),
             trigger_edge: TriggerEdge::default(),
             trigger_delay_us: 0.0,
+            laser_line: String::new(),
+            laser_source: "ExposureActive".to_owned(),
+            laser_inverted: false,
             timestamp: Timestamp::default(),
             packet_size_bytes: 0,
             packet_resend: true,

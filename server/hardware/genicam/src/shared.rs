@@ -15,8 +15,3 @@ pub struct Shared {
     /// Features set by name, in their order; set again when it was away.
     pub set_by_name: Mutex<Vec<(String, String)>>,
 }
-
-/// Takes a lock whatever happened to who held it.
-pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock()
-}

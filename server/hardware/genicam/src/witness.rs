@@ -100,6 +100,11 @@ impl FakeCamera {
         self.signal(Signal::SIGCONT);
     }
 
+    /// Whether it was ended.
+    pub fn has_ended(&self) -> bool {
+        self.process.is_none()
+    }
+
     /// Its process.
     pub fn pid(&self) -> Option<u32> {
         self.process.as_ref().map(Child::id)

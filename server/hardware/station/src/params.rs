@@ -5,6 +5,10 @@ use std::time::Duration;
 /// Longest wait for a frame or a command while something may need the thread: a stop is seen within this time.
 pub const TURN: Duration = Duration::from_millis(4);
 
+/// How long a Stop may wait for the station thread before the devices are stopped past it: more than a turn takes with
+/// every call as long as it may be, and much less than the 200 ms in which light and motion are to have ended.
+pub const STOP_PATIENCE: Duration = Duration::from_millis(60);
+
 /// Longest wait of an idle thread; a stop or a command wakes it.
 pub const IDLE_TURN: Duration = Duration::from_millis(50);
 

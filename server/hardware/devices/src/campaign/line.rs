@@ -1,12 +1,13 @@
 //! A line that disturbs what passes, on request.
 
-use parking_lot::{Mutex, MutexGuard};
 use std::sync::Arc;
-use std::time::Duration;
+use parking_lot::{Mutex, MutexGuard};
+use std::time::{Duration, Instant};
 
 use super::Dice;
 use crate::lines::ports::line_to;
 use crate::lines::serial_line::{SerialLine, SerialLineError, SerialWriter};
+use crate::time;
 
 /// What becomes of bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,21 +25,51 @@ pub enum Noise {
     LostWrites(usize),
 }
 
+/// The noise of a line, and what it has done.
+struct Disturbance {
+    noise: Noise,
+    dice: Dice,
+    /// When it did harm: noise that goes on, first; single bits and writes, each of which is a fault of its own, last.
+    harmed_at: Option<Instant>,
+}
+
 /// Sets the noise of a line.
 #[derive(Clone)]
-pub struct LineControl(Arc<Mutex<(Noise, Dice)>>);
+pub struct LineControl(Arc<Mutex<Disturbance>>);
 
 impl LineControl {
     pub fn new() -> Self {
-        Self(Arc::new(Mutex::new((Noise::None, Dice(0x2545_f491_4f6c_dd1d)))))
+        let dice = Dice(0x2545_f491_4f6c_dd1d);
+        Self(Arc::new(Mutex::new(Disturbance { noise: Noise::None, dice, harmed_at: None })))
     }
 
     pub fn set(&self, noise: Noise) {
-        self.lock().0 = noise;
+        let mut line = self.lock();
+        (line.noise, line.harmed_at) = (noise, None);
     }
 
-    fn lock(&self) -> MutexGuard<'_, (Noise, Dice)> {
+    /// When the noise did harm: before that there was nothing to notice.
+    pub fn harmed_at(&self) -> Option<Instant> {
+        self.lock().harmed_at
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Disturbance> {
         self.0.lock()
+    }
+}
+
+impl Disturbance {
+    /// Something passes that the noise changes.
+    fn harms(&mut self) {
+        let goes_on = !matches!(self.noise, Noise::Flips(_) | Noise::LostWrites(_));
+        self.harmed_at = self.harmed_at.filter(|_| goes_on).or_else(|| Some(time::now()));
+    }
+
+    /// One of the things that the noise lasts for is over.
+    fn ends_after(&mut self, left: usize) {
+        if left == 0 {
+            self.noise = Noise::None;
+        }
     }
 }
 
@@ -69,22 +100,24 @@ impl SerialLine for NoisyLine {
 
     fn read(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, SerialLineError> {
         let n = self.port.read(buffer, wait)?;
-        let (noise, dice) = &mut *self.control.lock();
-        Ok(match noise {
-            _ if n == 0 => 0,
+        let line = &mut *self.control.lock();
+        if n == 0 || matches!(line.noise, Noise::None | Noise::LostWrites(_)) {
+            return Ok(n);
+        }
+        line.harms();
+        Ok(match &mut line.noise {
             Noise::None | Noise::LostWrites(_) => n,
             Noise::Silence => 0,
             Noise::Halves => n.div_ceil(2),
             Noise::Garbage => {
-                buffer[..n].iter_mut().for_each(|byte| *byte = dice.roll(256) as u8);
+                buffer[..n].iter_mut().for_each(|byte| *byte = line.dice.roll(256) as u8);
                 n
             }
             Noise::Flips(left) => {
-                buffer[dice.roll(n)] ^= 1 << dice.roll(7);
+                buffer[line.dice.roll(n)] ^= 1 << line.dice.roll(7);
                 *left -= 1;
-                if *left == 0 {
-                    *noise = Noise::None;
-                }
+                let left = *left;
+                line.ends_after(left);
                 n
             }
         })
@@ -103,13 +136,13 @@ struct NoisyWriter {
 impl SerialWriter for NoisyWriter {
     fn write_now(&mut self, bytes: &[u8]) -> Result<(), SerialLineError> {
         let kept = {
-            let (noise, _) = &mut *self.control.lock();
-            match noise {
+            let line = &mut *self.control.lock();
+            match &mut line.noise {
                 Noise::LostWrites(left) => {
                     *left -= 1;
-                    if *left == 0 {
-                        *noise = Noise::None;
-                    }
+                    let left = *left;
+                    line.harms();
+                    line.ends_after(left);
                     bytes.len() / 2
                 }
                 _ => bytes.len(),

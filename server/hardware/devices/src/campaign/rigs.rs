@@ -6,7 +6,7 @@ use std::time::Duration;
 use tempfile::TempDir;
 
 use super::line::{LineControl, NoisyLine};
-use super::{Act, Rig};
+use super::{Act, NAMED_LIMIT, Rig};
 use crate::drivers::{grbl, marlin, zaber};
 use crate::simulators::grbl_simulator::{self, GrblSimulator};
 use crate::simulators::marlin_simulator::{self, MarlinSimulator};
@@ -53,7 +53,9 @@ pub fn grbl() -> Rig {
         }),
         stage_from_machine: |machine_mm| machine_mm + 6.0,
         tolerance_mm: 0.01,
-        reading_slack: Duration::from_millis(20),
+        reading_slack: Duration::from_millis(10),
+        named_while_homing: NAMED_LIMIT,
+        unjudged: Vec::new(),
         _folder: folder,
     }
 }
@@ -100,6 +102,8 @@ pub fn zaber() -> Rig {
         stage_from_machine: |machine_mm| machine_mm - 6.0,
         tolerance_mm: 0.002,
         reading_slack: Duration::from_millis(40),
+        named_while_homing: NAMED_LIMIT,
+        unjudged: Vec::new(),
         _folder: folder,
     }
 }
@@ -147,6 +151,9 @@ pub fn marlin() -> Rig {
         tolerance_mm: 0.03,
         // It tells what was commanded last, which is ahead of the motor.
         reading_slack: Duration::from_millis(500),
+        // The firmware speaks once a second while it homes (`M113 S1`).
+        named_while_homing: Duration::from_millis(1700),
+        unjudged: Vec::new(),
         _folder: folder,
     }
 }

@@ -3,11 +3,12 @@
 //! Scans need no more. Whatever is promised elsewhere of darkness (at start, at rest, after Stop, after a fault, when
 //! the program ends) is not kept by this program for such a laser, and every place that speaks of it says so.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::drivers::laser_checks::check_power;
 use crate::traits::driver::{DeviceSet, Driver, OpenError, Opened};
-use crate::{DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState};
+use crate::{DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState, StopHandle};
 
 /// Makes a laser that is always on: `[station.laser] kind = "none"`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -45,13 +46,7 @@ impl AlwaysOnLaser {
 
 impl Laser for AlwaysOnLaser {
     fn identity(&self) -> DeviceIdentity {
-        DeviceIdentity {
-            driver: "none",
-            vendor: String::new(),
-            model: "not controlled here".to_owned(),
-            serial: String::new(),
-            firmware: String::new(),
-        }
+        DeviceIdentity { model: "not controlled here".to_owned(), ..DeviceIdentity::unknown("none") }
     }
 
     fn capabilities(&self) -> LaserCapabilities {
@@ -78,6 +73,10 @@ impl Laser for AlwaysOnLaser {
     fn switch_off(&mut self) -> Result<(), LaserError> {
         self.wanted_until = None;
         Ok(())
+    }
+
+    fn stop_handle(&self) -> Option<Arc<dyn StopHandle>> {
+        None
     }
 
     fn poll(&mut self) -> Result<LaserState, LaserError> {

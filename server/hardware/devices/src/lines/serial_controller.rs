@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 
 use remedy::with_causes;
 
-use crate::StageError;
 use crate::lines::serial_line::{SerialLine, SerialLineError, SerialWriter};
 use crate::params::ANSWER_WAIT;
 use crate::time::{self, Thread};
+use crate::{StageError, StopHandle};
 
 /// How often a thread without a line looks whether it is to open one.
 const DOWN_WAIT: Duration = Duration::from_millis(50);
@@ -204,6 +204,12 @@ impl<D: Dialogue> Controller<D> {
             Err(reason) => desk.session.line_lost(reason),
         }
         self.shared.settle(&mut desk);
+    }
+}
+
+impl<D: Dialogue> StopHandle for Controller<D> {
+    fn stop_now(&self) {
+        self.stop();
     }
 }
 

@@ -161,6 +161,11 @@ pub trait Driver: Debug + Send + Sync {
         false
     }
 
+    /// Whether its laser is nothing without its camera, of which it is an output.
+    fn binds_laser_to_camera(&self) -> bool {
+        false
+    }
+
     /// The first setting that is missing; without one it can be tried to open devices.
     fn missing(&self) -> Option<MissingSetting> {
         None

@@ -14,3 +14,11 @@ pub struct DeviceIdentity {
     /// Version of its firmware; empty if it does not say.
     pub firmware: String,
 }
+
+impl DeviceIdentity {
+    /// A device that says nothing about itself.
+    pub fn unknown(driver: &'static str) -> Self {
+        let text = String::new;
+        Self { driver, vendor: text(), model: text(), serial: text(), firmware: text() }
+    }
+}

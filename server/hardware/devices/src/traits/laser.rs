@@ -1,12 +1,13 @@
 //! A laser: light is leased, and goes out when nobody renews the lease.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 use std::time::Duration;
 
 use remedy::Remedy;
 
 use crate::traits::camera::ValueRange;
-use crate::{DeviceIdentity, StageError};
+use crate::{DeviceIdentity, StageError, StopHandle};
 
 /// What the laser can do.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,6 +107,10 @@ pub trait Laser: Send {
 
     /// Goes dark. Works in every state and may be called any number of times.
     fn switch_off(&mut self) -> Result<(), LaserError>;
+
+    /// Turns it off from another thread while a call has not come back; `None` where [`LaserCapabilities::switched`] is
+    /// false.
+    fn stop_handle(&self) -> Option<Arc<dyn StopHandle>>;
 
     /// What it does now.
     fn poll(&mut self) -> Result<LaserState, LaserError>;

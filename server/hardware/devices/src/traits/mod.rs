@@ -6,3 +6,4 @@ pub mod features;
 pub mod identity;
 pub mod laser;
 pub mod stage;
+pub mod stop_handle;

@@ -1,11 +1,12 @@
 //! A stage: moves are started and polled, `stop` works in every state.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 use std::time::Instant;
 
 use remedy::Remedy;
 
-use crate::DeviceIdentity;
+use crate::{DeviceIdentity, StopHandle};
 
 /// Whether and how the stage finds its zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -243,6 +244,9 @@ pub trait Stage: Send {
 
     /// Stops now and forgets the move. Works in every state, also before homing and in alarm.
     fn stop(&mut self) -> Result<(), StageError>;
+
+    /// Stops it from another thread while a call has not come back.
+    fn stop_handle(&self) -> Arc<dyn StopHandle>;
 
     /// Acknowledges a fault whose cause is gone; without one it does nothing. The position is unknown afterwards if
     /// the fault cost it. A device that takes its time is asked on: [`Stage::poll`] tells the fault until it is gone.

@@ -254,6 +254,19 @@ impl Device {
             .unwrap_or_default()
     }
 
+    /// The camera's description of its features, XML; empty if it has none.
+    pub fn description(&self) -> String {
+        let mut n_bytes = 0;
+        // SAFETY: the device is valid; the bytes are the library's, as many as it says, and copied at once.
+        unsafe {
+            let xml = arv::arv_device_get_genicam_xml(self.device(), &mut n_bytes);
+            if xml.is_null() {
+                return String::new();
+            }
+            String::from_utf8_lossy(std::slice::from_raw_parts(xml.cast(), n_bytes)).into_owned()
+        }
+    }
+
     fn is_whole(&self, feature: &str) -> bool {
         let name = terminated(feature);
         // SAFETY: the device is valid, the name terminated; a node that is returned is a valid object of the device's.

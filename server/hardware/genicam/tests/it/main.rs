@@ -12,6 +12,8 @@ mod faults;
 #[cfg(feature = "aravis")]
 mod frames;
 #[cfg(feature = "aravis")]
+mod lines;
+#[cfg(feature = "aravis")]
 mod measured;
 #[cfg(feature = "aravis")]
 mod rig;

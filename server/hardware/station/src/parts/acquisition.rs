@@ -187,8 +187,11 @@ impl Acquisition {
             Ok(Some(info)) => info,
             Err(error) => {
                 if matches!(error, CameraError::WrongFrame { .. }) {
+                    self.exposures.deliver(0);
                     self.lose(Lost { malformed: 1, ..Lost::default() });
                 }
+                // What a camera that fails was asked for does not come any more.
+                self.give_up();
                 return Err(error);
             }
         };

@@ -67,6 +67,10 @@ impl Stage for Fake {
         Ok(())
     }
 
+    fn stop_handle(&self) -> std::sync::Arc<dyn devices::StopHandle> {
+        unreachable!("nothing blocks")
+    }
+
     fn clear_fault(&mut self) -> Result<(), StageError> {
         Ok(())
     }

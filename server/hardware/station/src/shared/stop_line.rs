@@ -1,8 +1,14 @@
 //! The line a Stop travels on: beside the commands, never behind them; and the latch it leaves behind.
+//!
+//! The station thread obeys, and stops its devices. If it is kept in a driver's call, the guard does so in its place, by the
+//! devices' own handles; the thread obeys when it comes back.
 
-use parking_lot::Mutex;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use parking_lot::{Condvar, Mutex, MutexGuard};
+use std::time::Duration;
 
+use devices::StopHandle;
 use tokio::sync::oneshot;
 
 use crate::shared::refusal::StationRefusal;
@@ -19,13 +25,35 @@ pub struct StopRequest {
     pub done: oneshot::Sender<Result<(), StationRefusal>>,
 }
 
+impl StopRequest {
+    /// Who does not wait any more need not be answered.
+    pub fn answer(self, answer: Result<(), StationRefusal>) {
+        drop(self.done.send(answer));
+    }
+}
+
+/// Who waits, and what can be stopped past the station thread.
+#[derive(Default)]
+struct Guarded {
+    requests: Vec<StopRequest>,
+    /// Those that the station thread is about to stop its devices for.
+    obeyed: Vec<StopRequest>,
+    /// Who pulled first.
+    actor: String,
+    /// It was pulled, and the devices were not told since.
+    is_due: bool,
+    handles: Vec<Arc<dyn StopHandle>>,
+    is_closed: bool,
+}
+
 /// Stops that wait for the station thread. Bounded by the number of connections the server takes.
 #[derive(Default)]
 pub struct StopLine {
     pulled: AtomicBool,
     latched: AtomicBool,
     epoch: AtomicU64,
-    requests: Mutex<Vec<StopRequest>>,
+    guarded: Mutex<Guarded>,
+    changed: Condvar,
 }
 
 impl StopLine {
@@ -36,11 +64,16 @@ impl StopLine {
 
     /// Requests a stop: from here on nothing that was authorised before takes the station.
     pub fn pull(&self, request: StopRequest) {
-        let mut requests = self.requests();
-        requests.push(request);
+        let mut guarded = self.lock();
+        if !guarded.is_due {
+            guarded.actor.clone_from(&request.actor);
+        }
+        guarded.requests.push(request);
+        guarded.is_due = true;
         self.epoch.fetch_add(1, Ordering::SeqCst);
         self.latched.store(true, Ordering::SeqCst);
         self.pulled.store(true, Ordering::SeqCst);
+        self.changed.notify_all();
     }
 
     /// Whether a stop waits.
@@ -58,23 +91,76 @@ impl StopLine {
         StopEpoch(self.epoch.load(Ordering::SeqCst))
     }
 
-    /// All that wait, for the station thread.
-    pub fn take(&self) -> Vec<StopRequest> {
-        let mut requests = self.requests();
+    /// The station thread is about to stop its devices; returns who pulled.
+    pub fn begin_to_obey(&self) -> String {
+        let mut guarded = self.lock();
         self.pulled.store(false, Ordering::SeqCst);
-        std::mem::take(&mut requests)
+        guarded.obeyed = std::mem::take(&mut guarded.requests);
+        guarded.actor.clone()
+    }
+
+    /// It has told all of them; returns who waits for that.
+    pub fn obeyed(&self) -> Vec<StopRequest> {
+        let mut guarded = self.lock();
+        guarded.is_due = self.is_pulled();
+        self.changed.notify_all();
+        std::mem::take(&mut guarded.obeyed)
     }
 
     /// A reset has ended well: the latch opens, unless somebody pulls at this moment.
     pub fn release(&self) {
-        let _no_pull_meanwhile = self.requests();
+        let _no_pull_meanwhile = self.lock();
         if !self.is_pulled() {
             self.latched.store(false, Ordering::SeqCst);
         }
     }
 
-    fn requests(&self) -> parking_lot::MutexGuard<'_, Vec<StopRequest>> {
-        self.requests.lock()
+    /// A device that can be stopped past the station thread.
+    pub fn add(&self, handle: Arc<dyn StopHandle>) {
+        self.lock().handles.push(handle);
+    }
+
+    /// Ends [`StopLine::guard`].
+    pub fn close(&self) {
+        self.lock().is_closed = true;
+        self.changed.notify_all();
+    }
+
+    /// Stops the devices if the station thread has not done so within `patience` after a pull, and answers those who wait;
+    /// until [`StopLine::close`].
+    pub fn guard(&self, patience: Duration) {
+        let mut guarded = self.lock();
+        while !guarded.is_closed {
+            guarded = self.wait_while(guarded, Duration::MAX, |guarded| !guarded.is_due);
+            guarded = self.wait_while(guarded, patience, |guarded| guarded.is_due);
+            if guarded.is_closed || !guarded.is_due {
+                continue;
+            }
+            let handles = guarded.handles.clone();
+            drop(guarded);
+            tracing::error!("the station thread is kept in a driver's call: its devices are stopped past it");
+            handles.iter().for_each(|handle| handle.stop_now());
+            guarded = self.lock();
+            guarded.is_due = false;
+            // The line stays pulled: the thread obeys when it comes back.
+            let Guarded { requests, obeyed, .. } = &mut *guarded;
+            obeyed.drain(..).chain(requests.drain(..)).for_each(|request| request.answer(Ok(())));
+        }
+    }
+
+    fn wait_while<'a>(
+        &self,
+        mut guarded: MutexGuard<'a, Guarded>,
+        limit: Duration,
+        holds: impl Fn(&Guarded) -> bool,
+    ) -> MutexGuard<'a, Guarded> {
+        let goes_on = |guarded: &mut Guarded| !guarded.is_closed && holds(guarded);
+        self.changed.wait_while_for(&mut guarded, goes_on, limit);
+        guarded
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Guarded> {
+        self.guarded.lock()
     }
 }
 
@@ -94,7 +180,8 @@ mod tests {
         assert!(line.is_pulled() && line.is_latched() && line.epoch() > before);
         line.release();
         assert!(line.is_latched(), "the pull was not obeyed yet");
-        assert_eq!(line.take().len(), 1);
+        assert_eq!(line.begin_to_obey(), "a person");
+        assert_eq!(line.obeyed().len(), 1);
         assert!(line.is_latched(), "obeying is not releasing");
         line.release();
         assert!(!line.is_latched());

@@ -11,7 +11,7 @@ use devices::{AcceptedMove, CameraRequest};
 use tokio::sync::{oneshot, watch};
 use twin::{TwinControl, TwinDriver};
 
-use crate::params::{COMMANDS, LIVE_LIGHT_UNWATCHED, LIVE_UNWATCHED, START_WAIT};
+use crate::params::{COMMANDS, LIVE_LIGHT_UNWATCHED, LIVE_UNWATCHED, START_WAIT, STOP_PATIENCE};
 use crate::parts::devices::StationDevices;
 use crate::shared::frame::SharedFrame;
 use crate::shared::refusal::StationRefusal;
@@ -170,6 +170,11 @@ impl StationHandle {
         if let Err(error) = &thread {
             tracing::error!(%error, "the station thread could not be started");
         }
+        let guarded = stop_line.clone();
+        let guard = move || guarded.guard(STOP_PATIENCE);
+        if let Err(error) = std::thread::Builder::new().name("station-stop".to_owned()).spawn(guard) {
+            tracing::error!(%error, "nobody watches whether the station thread obeys");
+        }
         // Late devices are missing devices; they may still come with a reset.
         let _ = first_opening.recv_timeout(START_WAIT);
         let thread = Mutex::new(thread.ok());
@@ -217,7 +222,8 @@ impl StationHandle {
         // A full channel needs no waking: the thread looks at the line before each command. One that has ended told
         // its devices as it did; the sender that is dropped with the line says so.
         if let Err(TrySendError::Disconnected(_)) = self.shared.commands.try_send(Command::Wake) {
-            drop(self.shared.stop_line.take());
+            self.shared.stop_line.begin_to_obey();
+            drop(self.shared.stop_line.obeyed());
         }
         StopAcknowledgement(told)
     }

@@ -121,9 +121,11 @@ impl Station {
             self.camera = Some(Acquisition::new(camera, self.drops.clone()));
         }
         if let Some(stage) = opened.stage {
+            self.publisher.stop_line.add(stage.stop_handle());
             self.stage = Some(Motion::new(stage));
         }
         if let Some(laser) = opened.laser {
+            laser.stop_handle().into_iter().for_each(|handle| self.publisher.stop_line.add(handle));
             let mut light = Light::new(laser);
             if let Err(error) = light.off() {
                 self.fail(error.into());

@@ -252,10 +252,12 @@ impl Station {
     pub(crate) fn refuse_all(&mut self) {
         self.end_work(|_| StationRefusal::ShuttingDown);
         self.end_reset(|| StationRefusal::ShuttingDown);
-        for request in self.publisher.stop_line.take() {
+        self.publisher.stop_line.begin_to_obey();
+        for request in self.publisher.stop_line.obeyed() {
             // Motion and light have ended: that is what was asked for.
-            self.answers.push(Box::new(move || drop(request.done.send(Ok(())))));
+            self.answers.push(Box::new(move || request.answer(Ok(()))));
         }
         self.publish_and_reply();
+        self.publisher.stop_line.close();
     }
 }

@@ -11,10 +11,10 @@ use crate::station_thread::run::Run;
 impl Station {
     /// Obeys everyone who pulled the stop line.
     pub(crate) fn stop_everything(&mut self) {
-        let requests = self.publisher.stop_line.take();
-        let actor = requests.first().map_or_else(String::new, |request| request.actor.clone());
+        let actor = self.publisher.stop_line.begin_to_obey();
         self.stopped_by.clone_from(&actor);
         let told = self.stop_all_devices();
+        let requests = self.publisher.stop_line.obeyed();
         self.end_reset(|| StationRefusal::Stopped { actor: actor.clone() });
         self.end_work(|_| StationRefusal::Stopped { actor: actor.clone() });
         self.live = None;
@@ -28,8 +28,7 @@ impl Station {
         let mut failed = told.err();
         for request in requests {
             let answer = failed.take().map_or(Ok(()), Err);
-            // Who does not wait any more need not be told.
-            self.answers.push(Box::new(move || drop(request.done.send(answer))));
+            self.answers.push(Box::new(move || request.answer(answer)));
         }
         self.publish_and_reply();
     }
@@ -54,6 +53,10 @@ impl Station {
 
     /// A device failed, or a request was impossible: pending calls get the device's own message.
     pub(crate) fn fail(&mut self, refusal: StationRefusal) {
+        if self.publisher.stop_line.is_pulled() {
+            // The devices may have been stopped past this thread, and say so; what is wrong all the same, they say again.
+            return;
+        }
         let fault = fault_of(&refusal);
         let mut words = Some(refusal);
         self.end_work(|station| words.take().unwrap_or_else(|| station.in_error()));

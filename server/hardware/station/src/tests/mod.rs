@@ -2,13 +2,13 @@
 
 mod account;
 pub mod bench;
+mod blocked;
 mod by_hand;
-mod cell;
+mod camera_campaign;
 mod defects;
-mod fault_matrix;
-mod fault_matrix_grbl;
 mod job_calls;
 mod latch;
+mod matrix;
 mod mixed;
 mod spied;
 mod stops;

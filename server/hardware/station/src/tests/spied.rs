@@ -4,11 +4,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
+use devices::features::CameraDetails;
 use devices::{
     Camera, CameraCapabilities, CameraError, CameraRequest, CameraSettings, DeviceIdentity, DeviceSet, Driver,
-    FrameInfo, OpenError, Opened, ThreadedCamera,
+    FrameInfo, OpenError, Opened, ThreadedCamera, Trigger,
 };
-use vision::GreyImage;
+use vision::{GreyImage, Pixels};
 
 use crate::StationDevices;
 
@@ -23,12 +24,60 @@ pub struct Spy {
     pub panics: AtomicBool,
     /// How long the next call for a frame hangs.
     pub hangs_ms: AtomicU64,
+    /// Exposures: triggers that were taken, or what frames tell of a camera that runs freely.
+    pub exposed: AtomicU64,
+    /// So many of the next frames are lost on the way.
+    pub loses: AtomicU64,
+    /// Frames come half as high.
+    pub halves: AtomicBool,
+    /// Frames come with twice the bytes per pixel.
+    pub deepens: AtomicBool,
+    /// It is unplugged.
+    pub is_unplugged: AtomicBool,
 }
 
 /// A camera under observation.
 struct Spied {
     camera: Box<dyn Camera>,
     spy: Arc<Spy>,
+    /// Lost since the last frame that was handed on.
+    lost: u64,
+    /// It was unplugged and not reconnected since.
+    is_gone: bool,
+}
+
+impl Spied {
+    fn is_there(&mut self) -> Result<(), CameraError> {
+        self.is_gone |= self.spy.is_unplugged.load(Ordering::SeqCst);
+        match self.is_gone {
+            true => Err(CameraError::Gone { reason: "its cable was pulled".to_owned() }),
+            false => Ok(()),
+        }
+    }
+
+    /// What becomes of a frame on the way.
+    fn handed_on(&mut self, image: &mut GreyImage, info: FrameInfo) -> Option<FrameInfo> {
+        let spy = &self.spy;
+        let loses = |left: u64| left.checked_sub(1);
+        if spy.loses.fetch_update(Ordering::SeqCst, Ordering::SeqCst, loses).is_ok() {
+            self.lost += 1 + info.lost_before;
+            return None;
+        }
+        let (width, height) = (image.width(), image.height());
+        let n_pixels = if spy.halves.load(Ordering::SeqCst) { width * height / 2 } else { width * height };
+        let is_deep = spy.deepens.load(Ordering::SeqCst) || image.bit_depth() == 16;
+        if n_pixels != width * height || spy.deepens.load(Ordering::SeqCst) {
+            let pixels =
+                if is_deep { Pixels::Sixteen(vec![0; n_pixels]) } else { Pixels::Eight(vec![0; n_pixels]) };
+            *image = GreyImage::new(width, n_pixels / width, pixels).unwrap();
+        }
+        let lost_before = info.lost_before + std::mem::take(&mut self.lost);
+        if self.camera.settings().trigger != Trigger::Software {
+            // Of exposures after the last frame nobody knows.
+            spy.exposed.fetch_add(1 + lost_before, Ordering::SeqCst);
+        }
+        Some(FrameInfo { lost_before, ..info })
+    }
 }
 
 /// A driver whose camera is under observation.
@@ -74,7 +123,7 @@ impl Driver for SpiedDriver {
         std::thread::sleep(Duration::from_millis(open_ms));
         let opened = self.driver.open(wanted)?;
         let spied = |camera| -> Box<dyn Camera> {
-            let spied = Spied { camera, spy: self.spy.clone() };
+            let spied = Spied { camera, spy: self.spy.clone(), lost: 0, is_gone: false };
             if self.threaded { Box::new(ThreadedCamera::over(spied)) } else { Box::new(spied) }
         };
         Ok(Opened { camera: opened.camera.map(spied), ..opened })
@@ -99,18 +148,30 @@ impl Camera for Spied {
     }
 
     fn start(&mut self) -> Result<(), CameraError> {
+        self.is_there()?;
+        self.lost = 0;
         self.camera.start()
     }
 
     fn trigger(&mut self) -> Result<(), CameraError> {
         self.spy.triggers.fetch_add(1, Ordering::SeqCst);
-        self.camera.trigger()
+        self.is_there()?;
+        self.camera.trigger()?;
+        self.spy.exposed.fetch_add(1, Ordering::SeqCst);
+        Ok(())
     }
 
     fn next_frame(&mut self, image: &mut GreyImage, timeout: Duration) -> Result<Option<FrameInfo>, CameraError> {
         assert!(!self.spy.panics.swap(false, Ordering::SeqCst), "a planted defect");
         std::thread::sleep(Duration::from_millis(self.spy.hangs_ms.swap(0, Ordering::SeqCst)));
-        self.camera.next_frame(image, timeout)
+        self.is_there()?;
+        let taken = self.camera.next_frame(image, timeout);
+        if matches!(taken, Err(CameraError::WrongFrame { .. }))
+            && self.camera.settings().trigger != Trigger::Software
+        {
+            self.spy.exposed.fetch_add(1, Ordering::SeqCst);
+        }
+        Ok(taken?.and_then(|info| self.handed_on(image, info)))
     }
 
     fn stop(&mut self) -> Result<(), CameraError> {
@@ -118,6 +179,11 @@ impl Camera for Spied {
     }
 
     fn reconnect(&mut self) -> Result<(), CameraError> {
+        self.is_gone = false;
         self.camera.reconnect()
+    }
+
+    fn details(&self) -> Option<Arc<dyn CameraDetails>> {
+        self.camera.details()
     }
 }

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use devices::{
     AcceptedMove, DeviceIdentity, Laser, LaserCapabilities, LaserError, LaserState, Stage, StageCapabilities,
-    StageError, StageState,
+    StageError, StageState, StopHandle,
 };
 
 use crate::live::control::TwinControl;
@@ -120,6 +120,10 @@ impl Stage for MirroredStage {
         self.stage.stop()
     }
 
+    fn stop_handle(&self) -> Arc<dyn StopHandle> {
+        self.stage.stop_handle()
+    }
+
     fn clear_fault(&mut self) -> Result<(), StageError> {
         self.stage.clear_fault()
     }
@@ -171,6 +175,10 @@ impl Laser for MirroredLaser {
     fn switch_off(&mut self) -> Result<(), LaserError> {
         self.mirror.look(|seen| seen.power = 0.0);
         self.laser.switch_off()
+    }
+
+    fn stop_handle(&self) -> Option<Arc<dyn StopHandle>> {
+        self.laser.stop_handle()
     }
 
     fn poll(&mut self) -> Result<LaserState, LaserError> {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use devices::{DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState};
+use devices::{DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState, StopHandle};
 
 use crate::live::fault::TwinFault;
 use crate::live::params::LASER_POWER;
@@ -154,6 +154,10 @@ impl Laser for TwinLaser {
         }
     }
 
+    fn stop_handle(&self) -> Option<Arc<dyn StopHandle>> {
+        Some(Arc::new(LaserStop(self.world.clone())))
+    }
+
     fn poll(&mut self) -> Result<LaserState, LaserError> {
         self.reach(|world, now| Ok(world.laser_state(now)))
     }
@@ -165,6 +169,15 @@ impl Laser for TwinLaser {
         }
         world.laser.darken(Instant::now());
         Ok(())
+    }
+}
+
+/// Darkens the laser past whoever holds it.
+struct LaserStop(SharedWorld);
+
+impl StopHandle for LaserStop {
+    fn stop_now(&self) {
+        self.0.lock().laser.darken(Instant::now());
     }
 }
 

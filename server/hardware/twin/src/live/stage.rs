@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use devices::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageState};
+use devices::{
+    AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageState, StopHandle,
+};
 
 use crate::live::fault::TwinFault;
 use crate::live::motion::Motion;
@@ -351,17 +353,11 @@ impl Stage for TwinStage {
     }
 
     fn stop(&mut self) -> Result<(), StageError> {
-        let mut world = self.world.lock();
-        let now = Instant::now();
-        let stall_mm = world.stall_mm();
-        world.stage.advance(stall_mm, now);
-        match world.stage.trouble {
-            Some(Trouble::Silent { .. } | Trouble::Gone) => world.stage.error("stop", now).map_or(Ok(()), Err),
-            _ => {
-                world.stage.brake(now);
-                Ok(())
-            }
-        }
+        stop(&self.world)
+    }
+
+    fn stop_handle(&self) -> Arc<dyn StopHandle> {
+        Arc::new(StageStop(self.world.clone()))
     }
 
     fn clear_fault(&mut self) -> Result<(), StageError> {
@@ -384,6 +380,30 @@ impl Stage for TwinStage {
         world.stage.homed = false;
         world.stage.trouble = None;
         Ok(())
+    }
+}
+
+/// Stops the stage past whoever holds it.
+struct StageStop(SharedWorld);
+
+impl StopHandle for StageStop {
+    fn stop_now(&self) {
+        // A stage that cannot be told is told of by its own calls.
+        stop(&self.0).ok();
+    }
+}
+
+fn stop(world: &SharedWorld) -> Result<(), StageError> {
+    let mut world = world.lock();
+    let now = Instant::now();
+    let stall_mm = world.stall_mm();
+    world.stage.advance(stall_mm, now);
+    match world.stage.trouble {
+        Some(Trouble::Silent { .. } | Trouble::Gone) => world.stage.error("stop", now).map_or(Ok(()), Err),
+        _ => {
+            world.stage.brake(now);
+            Ok(())
+        }
     }
 }
 

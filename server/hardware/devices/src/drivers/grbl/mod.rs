@@ -8,28 +8,33 @@ mod dialect;
 mod driver;
 mod fault;
 mod identity;
-mod laser;
 mod meanings;
 pub mod protocol;
 mod session;
-mod stage;
 #[cfg(test)]
 mod tests;
 
 pub use dialect::Dialect;
 pub use driver::{GrblDriver, GrblSettings};
-pub use laser::GrblLaser;
 pub use meanings::{alarm_meaning, error_meaning};
-pub use stage::GrblStage;
 
 use std::time::Duration;
 
+use crate::drivers::controller::{ControllerLaser, ControllerStage};
 use crate::lines::ports::line_to;
 use crate::lines::serial_controller::Controller;
 use crate::lines::serial_line::SerialLine;
 use crate::params::GRBL_MOVING_QUERY_HZ;
 use crate::{StageError, StageKind};
 use session::Session;
+
+/// One axis of a GRBL controller, see [`ControllerStage`]. A stop is feed hold and jog cancel at once, and a soft reset as
+/// soon as it rests, which is left out where there was nothing but a jog: the position is kept and the laser dark. Homing
+/// is reset at once.
+pub type GrblStage = ControllerStage<Session>;
+
+/// The spindle output of a GRBL controller in laser mode, see [`ControllerLaser`].
+pub type GrblLaser = ControllerLaser<Session>;
 
 /// An axis of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

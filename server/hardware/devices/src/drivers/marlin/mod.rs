@@ -5,19 +5,16 @@
 //! table of faults are in `server/docs/devices/marlin.md`.
 
 mod driver;
-mod laser;
 mod protocol;
 mod session;
-mod stage;
 #[cfg(test)]
 mod tests;
 
 pub use driver::{MarlinDriver, MarlinSettings};
-pub use laser::MarlinLaser;
-pub use stage::MarlinStage;
 
 use std::time::Duration;
 
+use crate::drivers::controller::{ControllerLaser, ControllerStage};
 use crate::drivers::grbl::Axis;
 use crate::lines::ports::line_to;
 use crate::lines::serial_controller::Controller;
@@ -25,6 +22,14 @@ use crate::lines::serial_line::SerialLine;
 use crate::params::MARLIN_MOVING_QUERY_HZ;
 use crate::{StageError, StageKind};
 use session::Session;
+
+/// One axis of a Marlin controller, see [`ControllerStage`]. A stop sends no more, so that it brakes at the end of what was
+/// sent, and asks when it rests; the position is kept. What has not run out in time is dropped (`M410`), at the price of the
+/// position. Homing is halted for good (`M112`).
+pub type MarlinStage = ControllerStage<Session>;
+
+/// The cutter output of a Marlin controller built with `LASER_FEATURE`, see [`ControllerLaser`].
+pub type MarlinLaser = ControllerLaser<Session>;
 
 /// What is known of the controller; checked against what it says when it is opened.
 #[derive(Debug, Clone, PartialEq)]

@@ -128,13 +128,7 @@ impl ReplayCamera {
 
 impl Camera for ReplayCamera {
     fn identity(&self) -> DeviceIdentity {
-        DeviceIdentity {
-            driver: "replay",
-            vendor: String::new(),
-            model: self.recording.name(),
-            serial: String::new(),
-            firmware: String::new(),
-        }
+        DeviceIdentity { model: self.recording.name(), ..DeviceIdentity::unknown("replay") }
     }
 
     fn capabilities(&self) -> CameraCapabilities {

@@ -1,9 +1,13 @@
 //! The laser of a replay: there is none, but the rules of a lease hold.
 
+use std::sync::Arc;
+use parking_lot::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use crate::drivers::laser_checks::check_power;
-use crate::{DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState, ValueRange};
+use crate::{
+    DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState, StopHandle, ValueRange,
+};
 
 /// Smallest power that can be set; the recording's light does not change with it.
 const MIN_POWER: f64 = 0.01;
@@ -11,7 +15,7 @@ const MIN_POWER: f64 = 0.01;
 /// Keeps the rules of a lease without any light.
 pub struct ReplayLaser {
     name: String,
-    lit: Option<Lit>,
+    lit: Arc<Mutex<Option<Lit>>>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -20,30 +24,31 @@ struct Lit {
     until: Instant,
 }
 
+impl StopHandle for Mutex<Option<Lit>> {
+    fn stop_now(&self) {
+        *lit(self) = None;
+    }
+}
+
+fn lit(lit: &Mutex<Option<Lit>>) -> MutexGuard<'_, Option<Lit>> {
+    lit.lock()
+}
+
 impl ReplayLaser {
     pub(super) fn new(name: String) -> Self {
-        Self { name, lit: None }
+        Self { name, lit: Arc::default() }
     }
 
-    fn state(&mut self) -> LaserState {
-        self.lit = self.lit.filter(|lit| Instant::now() < lit.until);
-        LaserState {
-            emitting: self.lit.is_some(),
-            power: self.lit.map_or(0.0, |lit| lit.power),
-            interlock_closed: None,
-        }
+    fn state(&self) -> LaserState {
+        let mut lit = lit(&self.lit);
+        *lit = lit.filter(|lit| Instant::now() < lit.until);
+        LaserState { emitting: lit.is_some(), power: lit.map_or(0.0, |lit| lit.power), interlock_closed: None }
     }
 }
 
 impl Laser for ReplayLaser {
     fn identity(&self) -> DeviceIdentity {
-        DeviceIdentity {
-            driver: "replay",
-            vendor: String::new(),
-            model: self.name.clone(),
-            serial: String::new(),
-            firmware: String::new(),
-        }
+        DeviceIdentity { model: self.name.clone(), ..DeviceIdentity::unknown("replay") }
     }
 
     fn capabilities(&self) -> LaserCapabilities {
@@ -60,21 +65,26 @@ impl Laser for ReplayLaser {
 
     fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
         check_power(power)?;
-        self.lit = Some(Lit { power: power.max(MIN_POWER), until: Instant::now() + lease.min(LASER_LEASE_LIMIT) });
+        let until = Instant::now() + lease.min(LASER_LEASE_LIMIT);
+        *lit(&self.lit) = Some(Lit { power: power.max(MIN_POWER), until });
         Ok(self.state())
     }
 
     fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError> {
         self.state();
-        if let Some(lit) = &mut self.lit {
+        if let Some(lit) = &mut *lit(&self.lit) {
             lit.until = Instant::now() + lease.min(LASER_LEASE_LIMIT);
         }
         Ok(self.state())
     }
 
     fn switch_off(&mut self) -> Result<(), LaserError> {
-        self.lit = None;
+        *lit(&self.lit) = None;
         Ok(())
+    }
+
+    fn stop_handle(&self) -> Option<Arc<dyn StopHandle>> {
+        Some(self.lit.clone())
     }
 
     fn poll(&mut self) -> Result<LaserState, LaserError> {

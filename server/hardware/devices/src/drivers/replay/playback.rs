@@ -1,8 +1,9 @@
 //! What camera and stage of a replay know of each other: whether frames play, and where the last one was taken.
 
 use parking_lot::{Mutex, MutexGuard};
-use std::sync::Arc;
 use std::time::Instant;
+
+use crate::StopHandle;
 
 /// A move that ends when frames pass its target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +45,12 @@ pub struct Whereabouts {
     pub moving: bool,
     /// Whether frames are held back.
     pub held: bool,
+}
+
+impl StopHandle for Mutex<Playback> {
+    fn stop_now(&self) {
+        lock(self).stop();
+    }
 }
 
 impl Playback {
@@ -138,6 +145,6 @@ impl Move {
 }
 
 /// The shared state; a panic of the other owner leaves it whole, each change being one assignment.
-pub fn lock(playback: &Arc<Mutex<Playback>>) -> MutexGuard<'_, Playback> {
+pub fn lock(playback: &Mutex<Playback>) -> MutexGuard<'_, Playback> {
     playback.lock()
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::playback::{Playback, lock};
 use crate::drivers::stage_checks::{check_numbers, check_travel};
 use crate::params::{REPLAY_MAX_SPEED_MM_S, REPLAY_RESOLUTION_DIGITS_PER_MM};
-use crate::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageState};
+use crate::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageState, StopHandle};
 
 /// Is where the frame last delivered was taken, and goes to where frames were taken and nowhere else.
 pub struct ReplayStage {
@@ -59,13 +59,7 @@ impl ReplayStage {
 
 impl Stage for ReplayStage {
     fn identity(&self) -> DeviceIdentity {
-        DeviceIdentity {
-            driver: "replay",
-            vendor: String::new(),
-            model: self.name.clone(),
-            serial: String::new(),
-            firmware: String::new(),
-        }
+        DeviceIdentity { model: self.name.clone(), ..DeviceIdentity::unknown("replay") }
     }
 
     fn capabilities(&self) -> StageCapabilities {
@@ -122,6 +116,10 @@ impl Stage for ReplayStage {
     fn stop(&mut self) -> Result<(), StageError> {
         lock(&self.playback).stop();
         Ok(())
+    }
+
+    fn stop_handle(&self) -> Arc<dyn StopHandle> {
+        self.playback.clone()
     }
 
     fn clear_fault(&mut self) -> Result<(), StageError> {

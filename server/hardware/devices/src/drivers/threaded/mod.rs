@@ -33,6 +33,9 @@ pub const HANG_LIMIT: Duration = Duration::from_millis(1500);
 /// Calls that may wait for the thread: more than a station makes in [`HANG_LIMIT`] without an answer.
 pub const ORDERS: usize = 16;
 
+/// Why a camera that was just reconnected is not there yet.
+const REACHED_AGAIN: &str = "it is being reached again";
+
 /// What the thread is to do.
 #[derive(Debug, Clone, Copy)]
 enum Order {
@@ -88,6 +91,8 @@ struct Desk {
     settings: CameraSettings,
     /// Hung, and not reconnected since.
     gone: Option<String>,
+    /// Reconnected, and the driver has not answered for a frame since: whether it is there is not known.
+    is_unproven: bool,
     closed: bool,
     ended: bool,
 }
@@ -126,6 +131,7 @@ impl ThreadedCamera {
             busy: None,
             settings: camera.settings(),
             gone: None,
+            is_unproven: false,
             closed: false,
             ended: false,
         };
@@ -153,6 +159,7 @@ impl ThreadedCamera {
         if must_be_taken {
             desk.forget_frames();
         }
+        desk.is_unproven |= matches!(order, Order::Reconnect);
         self.shared.to_do.notify_one();
         let deadline = Instant::now() + ANSWER_WAIT;
         while desk.answer.is_none() && !desk.ended && desk.hang().is_none() {
@@ -223,7 +230,7 @@ impl Shared {
                     desk.settings = camera.settings();
                 }
                 if matches!(order, Order::Reconnect) && outcome.is_ok() {
-                    (desk.gone, desk.late) = (None, None);
+                    (desk.gone, desk.late, desk.is_unproven) = (None, None, true);
                 }
                 if desk.awaited == Some(number) {
                     desk.answer = Some(outcome);
@@ -238,6 +245,7 @@ impl Shared {
                 desk = self.lock();
                 desk.busy = None;
                 if desk.acquisition == acquisition {
+                    desk.is_unproven = false;
                     (desk.wished, desk.delivery) = (false, Some(Delivery { image, outcome }));
                 }
             } else {
@@ -335,7 +343,8 @@ impl Camera for ThreadedCamera {
         while desk.delivery.is_none() && !desk.ended {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                return desk.check().map(|()| None);
+                desk.check()?;
+                return if desk.is_unproven { Err(gone(REACHED_AGAIN.to_owned())) } else { Ok(None) };
             }
             desk = self.shared.wait(&self.shared.done, desk, left);
         }

@@ -6,22 +6,25 @@ mod driver;
 mod meanings;
 pub mod protocol;
 mod session;
-mod stage;
 #[cfg(test)]
 mod tests;
 
 pub use driver::{ZaberDriver, ZaberSettings};
 pub use meanings::{Severity, flag_meaning, reason_meaning};
-pub use stage::ZaberStage;
 
 use std::time::Duration;
 
+use crate::drivers::controller::ControllerStage;
 use crate::lines::ports::line_to;
 use crate::lines::serial_controller::Controller;
 use crate::lines::serial_line::SerialLine;
 use crate::params::ZABER_MOVING_QUERY_HZ;
 use crate::{StageError, StageKind};
 use session::Session;
+
+/// One axis of a Zaber device, see [`ControllerStage`]. A stop brakes by the device's own ramp, and nothing is queued in the
+/// device that could go on; the position is kept.
+pub type ZaberStage = ControllerStage<Session>;
 
 /// What is known of the device; checked against what it says when it is opened.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,5 +99,5 @@ pub fn open(config: &ZaberConfig) -> Result<ZaberStage, StageError> {
 /// As [`open`].
 pub fn open_line(config: &ZaberConfig, line: Box<dyn SerialLine>) -> Result<ZaberStage, StageError> {
     let session = Session::new(config.clone(), line.place());
-    Ok(ZaberStage::new(Controller::open("zaber", session, line, config.open_limit)?))
+    Ok(ZaberStage::new(&Controller::open("zaber", session, line, config.open_limit)?))
 }

@@ -16,7 +16,7 @@ pub use dialect::Dialect;
 use std::time::Duration;
 
 use crate::simulators::simulator::Simulator;
-use firmware::Firmware;
+pub use firmware::Firmware;
 
 /// The simulated machine. Positions are the machine's own: 0 at the switch, negative elsewhere.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,25 +3,56 @@
 use std::time::{Duration, Instant};
 
 use super::{Activity, LineKind, Link, Lit, Session, Stopping, Travel, Way, being_opened, stop_bytes};
+use crate::drivers::controller::{LaserDialogue, StageDialogue};
 use crate::drivers::grbl::LaserMode;
 use crate::drivers::grbl::fault::{Device, Fault};
 use crate::drivers::grbl::identity::{machine_from_stage, stage_from_machine};
 use crate::drivers::grbl::protocol::{HOLD, MachineState, RESET, RESUME};
 use crate::drivers::stage_checks::{check_numbers, check_travel};
+use crate::lines::serial_controller::Dialogue;
 use crate::params::{GRBL_ANSWER_LIMIT, GRBL_BRAKING_S, GRBL_BRAKING_SLACK, GRBL_LIT_BRAKING};
-use crate::{AcceptedMove, Homing, LASER_LEASE_LIMIT, LaserError, StageError};
+use crate::{
+    AcceptedMove, DeviceIdentity, Homing, LASER_LEASE_LIMIT, LaserError, LaserState, StageCapabilities,
+    StageError, StageState,
+};
 
 /// Feed rate that goes with the `G1` of a laser command, mm/min. Without one GRBL refuses it (error 22); nothing
 /// moves by it.
 const LASER_FEED_MM_MIN: u32 = 600;
 
-impl Session {
-    pub fn start_move(
+/// What is said of a controller that was never reached.
+const UNKNOWN_END: &str = "the laser may stay on: its controller was not reached";
+
+impl StageDialogue for Session {
+    fn identity(&self) -> DeviceIdentity {
+        self.machine().map_or_else(|| DeviceIdentity::unknown("grbl"), |machine| machine.identity.clone())
+    }
+
+    fn stage_capabilities(&self) -> Option<StageCapabilities> {
+        self.machine().map(|machine| machine.capabilities.clone())
+    }
+
+    /// `$H`; without homing switches the zero is here.
+    fn start_home(&mut self, now: Instant) -> Result<Option<u64>, StageError> {
+        self.ready_to_move()?;
+        if self.homing() == Homing::Absent {
+            self.zero_at_machine_mm = self.seen.map(|seen| seen.machine_mm).ok_or(StageError::NotHomed)?;
+            self.homed = true;
+            return Ok(None);
+        }
+        self.go_dark(now);
+        self.homed = false;
+        self.activity = Activity::Homing { done_at: None };
+        let ticket = self.send_line("$H".to_owned(), LineKind::Home, now, now + self.config.homing_limit);
+        Ok(Some(ticket))
+    }
+
+    fn start_move(
         &mut self,
         target_mm: f64,
         speed_mm_s: f64,
         now: Instant,
-    ) -> Result<(AcceptedMove, u64), StageError> {
+    ) -> Result<(AcceptedMove, Option<u64>), StageError> {
         check_numbers("target_mm", target_mm, speed_mm_s)?;
         self.ready_to_move()?;
         if !self.homed {
@@ -36,12 +67,12 @@ impl Session {
         Ok(self.start_travel(line, machine_mm, speed_mm_s, false, now))
     }
 
-    pub fn start_jog(
+    fn start_jog(
         &mut self,
         distance_mm: f64,
         speed_mm_s: f64,
         now: Instant,
-    ) -> Result<(AcceptedMove, u64), StageError> {
+    ) -> Result<(AcceptedMove, Option<u64>), StageError> {
         check_numbers("distance_mm", distance_mm, speed_mm_s)?;
         self.ready_to_move()?;
         if !self.homed && self.homing() == Homing::Required {
@@ -59,57 +90,28 @@ impl Session {
         Ok(self.start_travel(line, machine_mm, speed_mm_s, true, now))
     }
 
-    fn start_travel(
-        &mut self,
-        line: String,
-        machine_mm: f64,
-        speed_mm_s: f64,
-        jog: bool,
-        now: Instant,
-    ) -> (AcceptedMove, u64) {
-        let target_mm = stage_from_machine(machine_mm, self.zero_at_machine_mm, self.config.reversed);
-        let ticket = self.send_line(line, LineKind::Travel, now, now + GRBL_ANSWER_LIMIT);
-        let last_mm = self.seen.map_or(machine_mm, |seen| seen.machine_mm);
-        let way = Way { from_mm: last_mm, to_mm: machine_mm, speed_mm_s, since: now };
-        self.way = Some(way);
-        self.activity =
-            Activity::Travel(Travel { target_mm, way, jog, taken_at: None, last_mm, last_progress_at: now });
-        (AcceptedMove { target_mm, speed_mm_s }, ticket)
-    }
-
-    pub fn start_home(&mut self, now: Instant) -> Result<Option<u64>, StageError> {
-        self.ready_to_move()?;
-        if self.homing() == Homing::Absent {
-            self.zero_at_machine_mm = self.seen.map(|seen| seen.machine_mm).ok_or(StageError::NotHomed)?;
-            self.homed = true;
-            return Ok(None);
-        }
-        self.go_dark(now);
-        self.homed = false;
-        self.activity = Activity::Homing { done_at: None };
-        let ticket = self.send_line("$H".to_owned(), LineKind::Home, now, now + self.config.homing_limit);
-        Ok(Some(ticket))
-    }
-
-    /// Sound, and nothing under way.
-    fn ready_to_move(&self) -> Result<(), StageError> {
-        self.sound()?;
-        let idle = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Idle | MachineState::Alarm));
-        if self.activity != Activity::Rest || self.reset_awaited() || !idle || !self.is_confirmed {
-            return Err(StageError::Moving);
-        }
-        Ok(())
-    }
-
-    pub fn sound(&self) -> Result<(), StageError> {
-        match self.fault_of(Device::Stage) {
-            Some(fault) => Err(fault.for_stage()),
-            None => Ok(()),
+    /// The stage as last reported.
+    fn stage_state(&self, now: Instant) -> StageState {
+        let held = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Held | MachineState::Door));
+        let alone = self.seen.is_some_and(|seen| seen.state.in_motion());
+        let moving = match self.activity {
+            Activity::Rest => alone || self.reset_awaited() || !self.is_confirmed,
+            Activity::Travel(_) => !held,
+            Activity::Homing { .. } | Activity::Stopping(_) => true,
+        };
+        let stopping = matches!(self.activity, Activity::Stopping(_));
+        let is_told = self.is_confirmed || self.activity != Activity::Rest;
+        StageState {
+            position_mm: self.position_mm().filter(|_| self.homed && is_told),
+            measured_at: self.seen.map_or(now, |seen| seen.at),
+            moving,
+            held: held && !stopping,
+            homed: self.homed,
         }
     }
 
     /// A jog is ended; a move waits for [`Session::resume`].
-    pub fn hold(&mut self, now: Instant) -> Result<(), StageError> {
+    fn hold(&mut self, now: Instant) -> Result<(), StageError> {
         self.sound()?;
         match self.activity {
             Activity::Travel(travel) => {
@@ -124,10 +126,144 @@ impl Session {
         Ok(())
     }
 
-    pub fn resume(&mut self) -> Result<(), StageError> {
+    fn resume(&mut self, _now: Instant) -> Result<(), StageError> {
         self.sound()?;
         if let Activity::Travel(_) = self.activity {
             self.outgoing.push(RESUME);
+        }
+        Ok(())
+    }
+
+    /// Clears what can be cleared; an alarm is unlocked as soon as it can be.
+    fn clear_fault(&mut self, now: Instant) -> Result<(), StageError> {
+        match &self.fault {
+            None => Ok(()),
+            Some(fault) if fault.needs_reconnect() => Err(fault.for_stage()),
+            Some(fault) => {
+                // A reset that was not heard, as with the emergency stop pressed, is tried again.
+                if matches!(fault, Fault::Alarm { .. }) && self.reset.is_none() {
+                    self.soft_reset(now);
+                }
+                self.clearing = true;
+                self.tick(now);
+                Ok(())
+            }
+        }
+    }
+
+    /// Opens the line again, unless that is under way; a sound controller is stopped and darkened instead.
+    fn reconnect(&mut self, now: Instant) {
+        if self.wants_open || matches!(self.link, Link::Opening(_)) {
+            return;
+        }
+        if let Some(Fault::Refused { by: Device::Laser, .. }) = self.fault {
+            // The line is sound: what was refused is acknowledged.
+            self.fault = None;
+        }
+        if self.fault.is_none() {
+            if self.activity != Activity::Rest || self.lit.is_some() {
+                self.send_stop(self.stop_byte(), now);
+            }
+            return;
+        }
+        self.down(being_opened());
+        self.wants_open = true;
+    }
+
+    fn stage_error(refusal: &Fault) -> StageError {
+        refusal.for_stage()
+    }
+}
+
+impl LaserDialogue for Session {
+    fn lost_host(&self) -> &'static str {
+        self.machine().map_or(UNKNOWN_END, |machine| machine.lost_host)
+    }
+
+    fn switch_on(&mut self, power: f64, lease: Duration, now: Instant) -> Result<u64, LaserError> {
+        self.laser_sound()?;
+        if self.must_home {
+            let reason = "its controller is locked until the stage is homed".to_owned();
+            return Err(LaserError::Fault { reason, remedy: "home it" });
+        }
+        if self.activity != Activity::Rest || self.reset_awaited() || self.dark_by.is_some() {
+            let reason =
+                "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
+            return Err(LaserError::Fault { reason, remedy: "wait for the stage to stand still" });
+        }
+        let full = self.machine.as_ref().map_or(0.0, |machine| machine.full_power);
+        let word = match self.config.laser_mode {
+            LaserMode::Constant => "M3",
+            LaserMode::Dynamic => "M4",
+        };
+        self.lit = Some(Lit { power, until: now + lease.min(LASER_LEASE_LIMIT) });
+        // The laser shines in G1 only (`laser_mode.md`); no axis is named, so that nothing moves.
+        let line = format!("G1F{LASER_FEED_MM_MIN}{word}S{:.1}", power * full);
+        Ok(self.send_line(line, LineKind::LaserOn, now, now + GRBL_ANSWER_LIMIT))
+    }
+
+    fn renew(&mut self, lease: Duration, now: Instant) -> Result<(), LaserError> {
+        self.laser_sound()?;
+        if let Some(lit) = self.lit.as_mut().filter(|lit| now < lit.until && self.dark_by.is_none()) {
+            lit.until = now + lease.min(LASER_LEASE_LIMIT);
+        }
+        Ok(())
+    }
+
+    /// Goes dark; the ticket of the line that does it.
+    fn switch_off(&mut self, now: Instant) -> Option<u64> {
+        self.go_dark(now);
+        self.pending.iter().rev().find(|pending| pending.kind == LineKind::LaserOff).map(|pending| pending.ticket)
+    }
+
+    /// What concerns a laser that is only asked: whether its state is known.
+    fn laser_known(&self) -> Result<(), LaserError> {
+        match &self.fault {
+            Some(fault) if fault.needs_reconnect() || *fault == Fault::StrayLight => Err(fault.for_laser()),
+            Some(fault @ Fault::Refused { by: Device::Laser, .. }) => Err(fault.for_laser()),
+            _ => Ok(()),
+        }
+    }
+
+    /// The laser as far as it is known.
+    fn laser_state(&self) -> LaserState {
+        LaserState {
+            emitting: self.lit.is_some(),
+            power: self.lit.map_or(0.0, |lit| lit.power),
+            interlock_closed: None,
+        }
+    }
+
+    fn laser_error(refusal: &Fault) -> LaserError {
+        refusal.for_laser()
+    }
+}
+
+impl Session {
+    fn start_travel(
+        &mut self,
+        line: String,
+        machine_mm: f64,
+        speed_mm_s: f64,
+        jog: bool,
+        now: Instant,
+    ) -> (AcceptedMove, Option<u64>) {
+        let target_mm = stage_from_machine(machine_mm, self.zero_at_machine_mm, self.config.reversed);
+        let ticket = self.send_line(line, LineKind::Travel, now, now + GRBL_ANSWER_LIMIT);
+        let last_mm = self.seen.map_or(machine_mm, |seen| seen.machine_mm);
+        let way = Way { from_mm: last_mm, to_mm: machine_mm, speed_mm_s, since: now };
+        self.way = Some(way);
+        self.activity =
+            Activity::Travel(Travel { target_mm, way, jog, taken_at: None, last_mm, last_progress_at: now });
+        (AcceptedMove { target_mm, speed_mm_s }, Some(ticket))
+    }
+
+    /// Sound, and nothing under way.
+    fn ready_to_move(&self) -> Result<(), StageError> {
+        self.sound()?;
+        let idle = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Idle | MachineState::Alarm));
+        if self.activity != Activity::Rest || self.reset_awaited() || !idle || !self.is_confirmed {
+            return Err(StageError::Moving);
         }
         Ok(())
     }
@@ -173,109 +309,12 @@ impl Session {
         2 * Duration::from_secs_f64(braking_s) + GRBL_BRAKING_SLACK
     }
 
-    /// Clears what can be cleared; an alarm is unlocked as soon as it can be.
-    pub fn clear_fault(&mut self, now: Instant) -> Result<(), StageError> {
-        match &self.fault {
-            None => Ok(()),
-            Some(fault) if fault.needs_reconnect() => Err(fault.for_stage()),
-            Some(fault) => {
-                // A reset that was not heard, as with the emergency stop pressed, is tried again.
-                if matches!(fault, Fault::Alarm { .. }) && self.reset.is_none() {
-                    self.soft_reset(now);
-                }
-                self.clearing = true;
-                self.tick(now);
-                Ok(())
-            }
-        }
-    }
-
-    /// Opens the line again, unless that is under way; a sound controller is stopped and darkened instead.
-    pub fn reconnect(&mut self, now: Instant) {
-        if self.wants_open || matches!(self.link, Link::Opening(_)) {
-            return;
-        }
-        if let Some(Fault::Refused { by: Device::Laser, .. }) = self.fault {
-            // The line is sound: what was refused is acknowledged.
-            self.fault = None;
-        }
-        if self.fault.is_none() {
-            if self.activity != Activity::Rest || self.lit.is_some() {
-                self.send_stop(self.stop_byte(), now);
-            }
-            return;
-        }
-        self.down(being_opened());
-        self.wants_open = true;
-    }
-
-    pub fn switch_on(&mut self, power: f64, lease: Duration, now: Instant) -> Result<u64, LaserError> {
-        self.laser_sound()?;
-        if self.must_home {
-            let reason = "its controller is locked until the stage is homed".to_owned();
-            return Err(LaserError::Fault { reason, remedy: "home it" });
-        }
-        if self.activity != Activity::Rest || self.reset_awaited() || self.dark_by.is_some() {
-            let reason =
-                "the stage is moving or being stopped, and the controller would wait for its end".to_owned();
-            return Err(LaserError::Fault { reason, remedy: "wait for the stage to stand still" });
-        }
-        let full = self.machine.as_ref().map_or(0.0, |machine| machine.full_power);
-        let word = match self.config.laser_mode {
-            LaserMode::Constant => "M3",
-            LaserMode::Dynamic => "M4",
-        };
-        self.lit = Some(Lit { power, until: now + lease.min(LASER_LEASE_LIMIT) });
-        // The laser shines in G1 only (`laser_mode.md`); no axis is named, so that nothing moves.
-        let line = format!("G1F{LASER_FEED_MM_MIN}{word}S{:.1}", power * full);
-        Ok(self.send_line(line, LineKind::LaserOn, now, now + GRBL_ANSWER_LIMIT))
-    }
-
-    pub fn renew(&mut self, lease: Duration, now: Instant) -> Result<(), LaserError> {
-        self.laser_sound()?;
-        if let Some(lit) = self.lit.as_mut().filter(|lit| now < lit.until && self.dark_by.is_none()) {
-            lit.until = now + lease.min(LASER_LEASE_LIMIT);
-        }
-        Ok(())
-    }
-
-    /// Goes dark; the ticket of the line that does it.
-    pub fn switch_off(&mut self, now: Instant) -> Option<u64> {
-        self.go_dark(now);
-        self.pending.iter().rev().find(|pending| pending.kind == LineKind::LaserOff).map(|pending| pending.ticket)
-    }
-
     /// Faults of the stage alone do not concern a laser that is known to be dark, except that it cannot shine.
     fn laser_sound(&self) -> Result<(), LaserError> {
         match self.fault_of(Device::Laser) {
             Some(fault) => Err(fault.for_laser()),
             None => Ok(()),
         }
-    }
-
-    /// What concerns a laser that is only asked: whether its state is known.
-    pub fn laser_known(&self) -> Result<(), LaserError> {
-        match &self.fault {
-            Some(fault) if fault.needs_reconnect() || *fault == Fault::StrayLight => Err(fault.for_laser()),
-            Some(fault @ Fault::Refused { by: Device::Laser, .. }) => Err(fault.for_laser()),
-            _ => Ok(()),
-        }
-    }
-
-    /// Waits are for the answer to this line; a refusal goes to the waiting caller.
-    pub fn wait_for(&mut self, ticket: u64) {
-        (self.waited_for, self.refusal) = (Some(ticket), None);
-    }
-
-    /// Whether the line was answered or forgotten.
-    pub fn answered_or_gone(&self, ticket: u64) -> bool {
-        !self.pending.iter().any(|pending| pending.ticket == ticket)
-    }
-
-    /// Ends the wait; the refusal, if there was one.
-    pub fn end_wait(&mut self) -> Option<Fault> {
-        self.waited_for = None;
-        self.refusal.take()
     }
 
     fn on_a_step(&self, machine_mm: f64) -> f64 {

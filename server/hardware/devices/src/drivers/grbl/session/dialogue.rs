@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Session, stop_bytes};
+use super::{Link, Session, stop_bytes};
 use crate::StageError;
-use crate::drivers::grbl::fault::Fault;
+use crate::drivers::grbl::fault::{Device, Fault};
 use crate::drivers::grbl::protocol::{HOLD, RESET};
 use crate::lines::serial_controller::{Dialogue, StopBytes};
 
@@ -12,19 +12,22 @@ impl Dialogue for Session {
     type Fault = Fault;
 
     fn wants_open(&self) -> bool {
-        Session::wants_open(self)
+        self.wants_open
     }
 
     fn is_down(&self) -> bool {
-        Session::is_down(self)
+        matches!(self.link, Link::Down)
     }
 
     fn opened_or_failed(&self) -> bool {
-        Session::opened_or_failed(self)
+        !self.wants_open && !matches!(self.link, Link::Opening(_))
     }
 
     fn sound(&self) -> Result<(), StageError> {
-        Session::sound(self)
+        match self.fault_of(Device::Stage) {
+            Some(fault) => Err(fault.for_stage()),
+            None => Ok(()),
+        }
     }
 
     fn line_opened(&mut self, now: Instant) {
@@ -52,7 +55,7 @@ impl Dialogue for Session {
     }
 
     fn take_outgoing(&mut self) -> Vec<u8> {
-        Session::take_outgoing(self)
+        std::mem::take(&mut self.outgoing)
     }
 
     fn stop(&self) -> StopBytes {
@@ -74,15 +77,16 @@ impl Dialogue for Session {
     }
 
     fn wait_for(&mut self, ticket: u64) {
-        Session::wait_for(self, ticket);
+        (self.waited_for, self.refusal) = (Some(ticket), None);
     }
 
     fn answered_or_gone(&self, ticket: u64) -> bool {
-        Session::answered_or_gone(self, ticket)
+        !self.pending.iter().any(|pending| pending.ticket == ticket)
     }
 
     fn end_wait(&mut self) -> Option<Fault> {
-        Session::end_wait(self)
+        self.waited_for = None;
+        self.refusal.take()
     }
 
     /// Real-time bytes go out singly, lines as a whole: USB adapters pass a lone byte on at once.

@@ -19,8 +19,8 @@ use super::GrblConfig;
 use super::fault::{Device, Fault};
 use super::identity::{Description, Machine, stage_from_machine};
 use super::protocol::{HOLD, JOG_CANCEL, MachineState, RESET, message_from_line};
+use crate::Homing;
 use crate::params::{GRBL_LINE_BYTES, GRBL_SILENCE};
-use crate::{Homing, LaserState, StageState};
 use opening::Opening;
 
 /// How far the link is.
@@ -235,29 +235,9 @@ impl Session {
         }
     }
 
-    /// Whether the line is to be opened.
-    pub fn wants_open(&self) -> bool {
-        self.wants_open
-    }
-
-    /// Whether the line may be closed: nothing is expected of it any more.
-    pub fn is_down(&self) -> bool {
-        matches!(self.link, Link::Down)
-    }
-
-    /// Whether the opening ended: well, or with a fault.
-    pub fn opened_or_failed(&self) -> bool {
-        !self.wants_open && !matches!(self.link, Link::Opening(_))
-    }
-
     /// Who it is and what it can do, once it was up.
     pub fn machine(&self) -> Option<&Machine> {
         self.machine.as_ref()
-    }
-
-    /// What is to be written, handed out once.
-    pub fn take_outgoing(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.outgoing)
     }
 
     /// The byte that stops the stage soonest, with what belongs to it ([`stop_bytes`]): a hold keeps the position;
@@ -268,35 +248,6 @@ impl Session {
         // While a reset is awaited another is not sent: whether one banner or two would follow cannot be known.
         let up = matches!(self.link, Link::Up) && self.fault.is_none();
         if up && holdable && !locked { HOLD } else { RESET }
-    }
-
-    /// The stage as last reported.
-    pub fn stage_state(&self, now: Instant) -> StageState {
-        let held = self.seen.is_some_and(|seen| matches!(seen.state, MachineState::Held | MachineState::Door));
-        let alone = self.seen.is_some_and(|seen| seen.state.in_motion());
-        let moving = match self.activity {
-            Activity::Rest => alone || self.reset_awaited() || !self.is_confirmed,
-            Activity::Travel(_) => !held,
-            Activity::Homing { .. } | Activity::Stopping(_) => true,
-        };
-        let stopping = matches!(self.activity, Activity::Stopping(_));
-        let is_told = self.is_confirmed || self.activity != Activity::Rest;
-        StageState {
-            position_mm: self.position_mm().filter(|_| self.homed && is_told),
-            measured_at: self.seen.map_or(now, |seen| seen.at),
-            moving,
-            held: held && !stopping,
-            homed: self.homed,
-        }
-    }
-
-    /// The laser as far as it is known.
-    pub fn laser_state(&self) -> LaserState {
-        LaserState {
-            emitting: self.lit.is_some(),
-            power: self.lit.map_or(0.0, |lit| lit.power),
-            interlock_closed: None,
-        }
     }
 
     /// Takes what came from the line at `now`.
@@ -311,11 +262,16 @@ impl Session {
             self.incoming_since.get_or_insert(now);
             self.incoming.push(byte);
             if self.incoming.len() > GRBL_LINE_BYTES {
-                let text = String::from_utf8_lossy(&std::mem::take(&mut self.incoming)).into_owned();
-                self.incoming_since = None;
-                self.garbage(super::protocol::shortened(&text), now);
+                self.give_up_line(now);
             }
         }
+    }
+
+    /// What came without an end, or without one in time, is none of the protocol's lines.
+    fn give_up_line(&mut self, now: Instant) {
+        let text = String::from_utf8_lossy(&std::mem::take(&mut self.incoming)).into_owned();
+        self.incoming_since = None;
+        self.garbage(super::protocol::shortened(&text), now);
     }
 
     /// The link is lost for `fault`: whatever shone or moved is reset if the line still takes a byte.

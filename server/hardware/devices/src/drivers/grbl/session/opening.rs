@@ -161,6 +161,14 @@ impl Session {
             opening.reset_at = now;
             self.outgoing.push(RESET);
         }
+        if opening.step == Step::Build
+            && self.pending.front().is_some_and(|pending| now - pending.sent_at > GRBL_RESET_PERIOD)
+        {
+            // The banner was one of before: since then an alarm came that only a reset ends.
+            self.pending.clear();
+            (opening.step, opening.reset_at) = (Step::Banner, now);
+            self.outgoing.push(RESET);
+        }
         if let Step::Settling { banner_at } = opening.step
             && now - banner_at > GRBL_BANNER_SETTLING
         {

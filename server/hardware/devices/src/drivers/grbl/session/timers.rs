@@ -6,8 +6,8 @@ use super::{Activity, LineKind, Link, Pending, Session, Stopping};
 use crate::drivers::grbl::fault::Fault;
 use crate::drivers::grbl::protocol::{HOLD, MachineState, QUERY};
 use crate::params::{
-    GRBL_ANSWER_LIMIT, GRBL_BRAKING_QUERY, GRBL_DARK_LIMIT, GRBL_IDLE_QUERY_HZ, GRBL_LINE_LOST, GRBL_LIT_BRAKING,
-    GRBL_SILENCE,
+    GRBL_ANSWER_LIMIT, GRBL_BRAKING_QUERY, GRBL_DARK_LIMIT, GRBL_IDLE_QUERY_HZ, GRBL_LINE_LOST, GRBL_LINE_TIME,
+    GRBL_LIT_BRAKING, GRBL_SILENCE,
 };
 
 /// Longest sleep of the thread at rest and in the dark; its queries are slower.
@@ -26,6 +26,9 @@ impl Session {
             Link::Down => {}
             Link::Opening(_) => self.opening_tick(now),
             Link::Up => {
+                if self.incoming_since.is_some_and(|since| now - since > GRBL_LINE_TIME) {
+                    self.give_up_line(now);
+                }
                 self.reset_again(now);
                 self.end_lease(now);
                 self.end_braking(now);

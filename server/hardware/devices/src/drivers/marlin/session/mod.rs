@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use super::MarlinConfig;
 use crate::lines::line_reader::LineReader;
 use crate::params::{MARLIN_AHEAD, MARLIN_STOP_SLACK};
-use crate::{DeviceIdentity, LaserError, LaserState, StageCapabilities, StageError, StageState};
+use crate::{DeviceIdentity, LaserError, StageCapabilities, StageError};
 use opening::Opening;
 
 #[derive(Debug)]
@@ -184,26 +184,6 @@ impl Session {
     /// Who it is and what it can do, once it was up.
     pub fn machine(&self) -> Option<&Machine> {
         self.machine.as_ref()
-    }
-
-    /// The stage as last reported.
-    pub fn stage_state(&self, now: Instant) -> StageState {
-        StageState {
-            position_mm: if self.homed { self.position_mm() } else { None },
-            measured_at: self.seen.map_or(now, |seen| seen.at),
-            moving: !matches!(self.activity, Activity::Rest | Activity::Held(_)),
-            held: matches!(self.activity, Activity::Held(_)),
-            homed: self.homed,
-        }
-    }
-
-    /// The laser as far as it is known.
-    pub fn laser_state(&self) -> LaserState {
-        LaserState {
-            emitting: self.lit.is_some(),
-            power: self.lit.map_or(0.0, |lit| lit.power),
-            interlock_closed: None,
-        }
     }
 
     /// The link is lost. What may shine or homes is halted for good if the line still takes it; pieces of a move run out.

@@ -15,7 +15,7 @@ use std::time::Instant;
 use super::ZaberConfig;
 use super::protocol::command;
 use crate::lines::line_reader::LineReader;
-use crate::{DeviceIdentity, StageCapabilities, StageError, StageState};
+use crate::{DeviceIdentity, StageCapabilities, StageError};
 use opening::Opening;
 
 /// Numbers of commands: an answer carries that of its command. Stops have the last one.
@@ -164,23 +164,6 @@ impl Session {
     /// Who it is and what it can do, once it was up.
     pub fn machine(&self) -> Option<&Machine> {
         self.machine.as_ref()
-    }
-
-    /// The stage as last reported.
-    pub fn stage_state(&self, now: Instant) -> StageState {
-        let busy = self.seen.as_ref().is_some_and(|seen| seen.busy);
-        let moving = match self.activity {
-            Activity::Rest => busy,
-            Activity::Held(_) => false,
-            Activity::Travel(_) | Activity::Homing { .. } | Activity::Stopping { .. } => true,
-        };
-        StageState {
-            position_mm: if self.homed { self.position_mm() } else { None },
-            measured_at: self.seen.as_ref().map_or(now, |seen| seen.at),
-            moving,
-            held: matches!(self.activity, Activity::Held(_)),
-            homed: self.homed,
-        }
     }
 
     /// The link is lost; what moves is stopped if the line still takes it.

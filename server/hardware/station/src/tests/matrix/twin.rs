@@ -1,25 +1,39 @@
-//! The fault × state matrix over the simulated station; the table is in `server/docs/station.md`.
+//! The simulated station.
 
 use std::time::Duration;
 
-use devices::contract::Stopwatch;
-use twin::TwinFault;
+use twin::{Timing, TwinFault, TwinOptions};
 
-use super::bench::{bench, bench_of, nobody, small_devices, wait, wait_until};
-use super::cell::Doing::{Calibrating, Jogging, Ready, Scanning};
-use super::cell::Follows::{GoesOn, Named, NamedAtUse};
-use super::cell::{Doing, Follows, Rig, check};
-use crate::{MachineState, Manual, StationRefusal, Sweep};
+use super::cell::Follows::{self, GoesOn, Named, NamedAtUse};
+use super::cell::{Doing, NAMED, Rig, cells, check};
+use crate::tests::bench::{Bench, bench, bench_of, nobody, small_twin, wait, wait_until};
+use crate::{MachineState, Manual, StationDevices, StationRefusal, Sweep};
+
+/// A small simulated station that takes its time and is not homed.
+fn slow_bench() -> Bench {
+    let options = TwinOptions { timing: Timing::Realistic, travel_mm: (-60.0, 60.0), ..TwinOptions::default() };
+    bench_of(StationDevices::over(small_twin(options)))
+}
 
 fn cell(doing: Doing, fault: TwinFault, follows: Follows) {
-    println!("{doing:?} × {fault}");
-    let bench = bench();
+    let bench = match doing {
+        Doing::Homing => slow_bench(),
+        Doing::Absent => {
+            let devices = crate::tests::bench::small_devices();
+            devices.twin.as_ref().unwrap().control().unwrap().set_fault(fault);
+            bench_of(devices)
+        }
+        _ => bench(),
+    };
     let control = bench.control.clone();
     let inject = || {
         control.set_fault(match fault {
-            // In the way of whatever moves.
-            TwinFault::StageStall { .. } if matches!(doing, Scanning | Jogging) => {
+            // In the way of whatever moves; homing goes downwards.
+            TwinFault::StageStall { .. } if matches!(doing, Doing::Scanning | Doing::Jogging) => {
                 TwinFault::StageStall { at_mm: control.true_position_mm() + 1.0 }
+            }
+            TwinFault::StageStall { .. } if doing == Doing::Homing => {
+                TwinFault::StageStall { at_mm: control.true_position_mm() - 1.0 }
             }
             other => other,
         });
@@ -34,45 +48,22 @@ fn cell(doing: Doing, fault: TwinFault, follows: Follows) {
             bench: &bench,
             inject: &inject,
             cure: &|| assert!(control.clear_fault(fault.name()) || matches!(fault, TwinFault::LostSteps { .. })),
+            press_button: &|| panic!("it has none"),
             light: &|| control.laser_power() > 0.0,
             motion: &motion,
             can_be_told: !matches!(fault, TwinFault::StageSilent | TwinFault::StageUnplugged),
+            named_within: NAMED,
         },
         doing,
         follows,
     );
 }
 
-macro_rules! cells {
-    ($($name:ident: $fault:expr => $ready:expr, $scanning:expr, $calibrating:expr, $jogging:expr;)*) => {
-        $(mod $name {
-            use super::*;
-
-            #[test]
-            fn while_ready() {
-                cell(Ready, $fault, $ready);
-            }
-
-            #[test]
-            fn while_scanning() {
-                cell(Scanning, $fault, $scanning);
-            }
-
-            #[test]
-            fn while_calibrating() {
-                cell(Calibrating, $fault, $calibrating);
-            }
-
-            #[test]
-            fn while_jogging() {
-                cell(Jogging, $fault, $jogging);
-            }
-        })*
-    };
-}
-
 const CAMERA_GONE: Follows = Named("camera", "gone");
 const WRONG_FRAME: Follows = Named("camera", "wrong_frame");
+const SILENT_AT_USE: Follows = NamedAtUse("camera", "silent");
+const WRONG_AT_USE: Follows = NamedAtUse("camera", "wrong_frame");
+const STALLED_AT_USE: Follows = NamedAtUse("stage", "stalled");
 const SILENT: Follows = Named("camera", "silent");
 const NO_REPLY: Follows = Named("stage", "no_reply");
 const STAGE_GONE: Follows = Named("stage", "gone");
@@ -81,58 +72,43 @@ const LASER_FAULT: Follows = Named("laser", "fault");
 const LASER_GONE: Follows = Named("laser", "gone");
 const INTERLOCK: Follows = Named("laser", "interlock_open");
 
-cells! {
-    camera_unplugged: TwinFault::CameraUnplugged => CAMERA_GONE, CAMERA_GONE, CAMERA_GONE, CAMERA_GONE;
-    camera_hang: TwinFault::CameraHang => NamedAtUse("camera", "silent"), SILENT, SILENT, GoesOn;
+cells! { cell;
+    camera_unplugged: TwinFault::CameraUnplugged =>
+        absent: CAMERA_GONE, ready: CAMERA_GONE, live: CAMERA_GONE, scanning: CAMERA_GONE, calibrating: CAMERA_GONE,
+        jogging: CAMERA_GONE, homing: CAMERA_GONE;
+    camera_hang: TwinFault::CameraHang =>
+        absent: SILENT_AT_USE, ready: SILENT_AT_USE, live: SILENT, scanning: SILENT, calibrating: SILENT,
+        jogging: GoesOn, homing: GoesOn;
     wrong_frame_size: TwinFault::WrongFrameSize =>
-        NamedAtUse("camera", "wrong_frame"), WRONG_FRAME, WRONG_FRAME, GoesOn;
+        absent: WRONG_AT_USE, ready: WRONG_AT_USE, live: WRONG_FRAME, scanning: WRONG_FRAME, calibrating: WRONG_FRAME,
+        jogging: GoesOn, homing: GoesOn;
     wrong_pixel_format: TwinFault::WrongPixelFormat =>
-        NamedAtUse("camera", "wrong_frame"), WRONG_FRAME, WRONG_FRAME, GoesOn;
-    stage_silent: TwinFault::StageSilent => NO_REPLY, NO_REPLY, NO_REPLY, NO_REPLY;
-    stage_unplugged: TwinFault::StageUnplugged => STAGE_GONE, STAGE_GONE, STAGE_GONE, STAGE_GONE;
-    stage_stall: TwinFault::StageStall { at_mm: 5.0 } => NamedAtUse("stage", "stalled"), STALLED, STALLED, STALLED;
-    lost_steps: TwinFault::LostSteps { lost_mm: 0.5 } => GoesOn, GoesOn, GoesOn, GoesOn;
-    laser_fault: TwinFault::LaserFault => LASER_FAULT, LASER_FAULT, LASER_FAULT, LASER_FAULT;
-    laser_unplugged: TwinFault::LaserUnplugged => LASER_GONE, LASER_GONE, LASER_GONE, LASER_GONE;
-    interlock_open: TwinFault::InterlockOpen => GoesOn, INTERLOCK, INTERLOCK, GoesOn;
-    lost_frames: TwinFault::LostFrames { every: 4 } => GoesOn, GoesOn, GoesOn, GoesOn;
-}
-
-#[test]
-fn absent_devices_are_named_at_the_start_and_come_with_a_reset() {
-    let absent = [
-        (TwinFault::CameraUnplugged, "camera", "gone"),
-        (TwinFault::StageUnplugged, "stage", "gone"),
-        (TwinFault::StageSilent, "stage", "no_reply"),
-        (TwinFault::LaserUnplugged, "laser", "gone"),
-        (TwinFault::LaserFault, "laser", "fault"),
-    ];
-    // At the same time: each waits out a reset that cannot succeed.
-    std::thread::scope(|scope| {
-        for (fault, device, kind) in absent {
-            scope.spawn(move || comes_with_a_reset(fault, device, kind));
-        }
-    });
-}
-
-/// A station whose device is absent from the start.
-fn comes_with_a_reset(fault: TwinFault, device: &str, kind: &str) {
-    let devices = small_devices();
-    devices.twin.as_ref().unwrap().control().unwrap().set_fault(fault);
-    let watch = Stopwatch::start();
-    let bench = bench_of(devices);
-    bench.wait_for("named", |status| {
-        status.faults.iter().any(|fault| (fault.device, fault.kind) == (device, kind))
-    });
-    let took = watch.own_time();
-    assert!(took <= Duration::from_secs(2), "{fault} was named after {took:?}");
-    bench.wait_for("in error", |status| status.state == MachineState::Error);
-    assert!(matches!(bench.try_lease().map(drop), Err(StationRefusal::InError { .. })), "{fault}");
-    assert!(matches!(bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })), "{fault}");
-    assert_eq!(bench.control.laser_power(), 0.0);
-    bench.control.clear_fault(fault.name());
-    bench.manual(Manual::Reset).unwrap();
-    bench.wait_for("reached", |status| matches!(status.state, MachineState::Operational(_)));
+        absent: WRONG_AT_USE, ready: WRONG_AT_USE, live: WRONG_FRAME, scanning: WRONG_FRAME, calibrating: WRONG_FRAME,
+        jogging: GoesOn, homing: GoesOn;
+    lost_frames: TwinFault::LostFrames { every: 4 } =>
+        absent: GoesOn, ready: GoesOn, live: GoesOn, scanning: GoesOn, calibrating: GoesOn, jogging: GoesOn,
+        homing: GoesOn;
+    stage_silent: TwinFault::StageSilent =>
+        absent: NO_REPLY, ready: NO_REPLY, live: NO_REPLY, scanning: NO_REPLY, calibrating: NO_REPLY,
+        jogging: NO_REPLY, homing: NO_REPLY;
+    stage_unplugged: TwinFault::StageUnplugged =>
+        absent: STAGE_GONE, ready: STAGE_GONE, live: STAGE_GONE, scanning: STAGE_GONE, calibrating: STAGE_GONE,
+        jogging: STAGE_GONE, homing: STAGE_GONE;
+    stage_stall: TwinFault::StageStall { at_mm: 5.0 } =>
+        absent: STALLED_AT_USE, ready: STALLED_AT_USE, live: STALLED_AT_USE, scanning: STALLED, calibrating: STALLED,
+        jogging: STALLED, homing: STALLED;
+    lost_steps: TwinFault::LostSteps { lost_mm: 0.5 } =>
+        absent: GoesOn, ready: GoesOn, live: GoesOn, scanning: GoesOn, calibrating: GoesOn, jogging: GoesOn,
+        homing: GoesOn;
+    laser_fault: TwinFault::LaserFault =>
+        absent: LASER_FAULT, ready: LASER_FAULT, live: LASER_FAULT, scanning: LASER_FAULT, calibrating: LASER_FAULT,
+        jogging: LASER_FAULT, homing: LASER_FAULT;
+    laser_unplugged: TwinFault::LaserUnplugged =>
+        absent: LASER_GONE, ready: LASER_GONE, live: LASER_GONE, scanning: LASER_GONE, calibrating: LASER_GONE,
+        jogging: LASER_GONE, homing: LASER_GONE;
+    interlock_open: TwinFault::InterlockOpen =>
+        absent: GoesOn, ready: GoesOn, live: INTERLOCK, scanning: INTERLOCK, calibrating: INTERLOCK, jogging: GoesOn,
+        homing: GoesOn;
 }
 
 #[test]

@@ -1,0 +1,142 @@
+//! A stage: one axis of a controller.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::lines::serial_controller::{Controller, Dialogue};
+use crate::traits::stop_handle::StopHandle;
+use crate::{AcceptedMove, DeviceIdentity, Homing, Stage, StageCapabilities, StageError, StageKind, StageState};
+
+/// A protocol's state as its stage asks it. What starts a motion answers with the ticket of the line that does it, if the
+/// caller is to wait for its acknowledgement.
+pub trait StageDialogue: Dialogue {
+    /// What the controller said about itself.
+    fn identity(&self) -> DeviceIdentity;
+    /// What the axis can do, once the controller was up.
+    fn stage_capabilities(&self) -> Option<StageCapabilities>;
+    /// See [`Stage::start_home`].
+    ///
+    /// # Errors
+    /// As there.
+    fn start_home(&mut self, now: Instant) -> Result<Option<u64>, StageError>;
+    /// See [`Stage::start_move`].
+    ///
+    /// # Errors
+    /// As there.
+    fn start_move(
+        &mut self,
+        target_mm: f64,
+        speed_mm_s: f64,
+        now: Instant,
+    ) -> Result<(AcceptedMove, Option<u64>), StageError>;
+    /// See [`Stage::start_jog`].
+    ///
+    /// # Errors
+    /// As there.
+    fn start_jog(
+        &mut self,
+        distance_mm: f64,
+        speed_mm_s: f64,
+        now: Instant,
+    ) -> Result<(AcceptedMove, Option<u64>), StageError>;
+    /// The stage as last reported.
+    fn stage_state(&self, now: Instant) -> StageState;
+    /// See [`Stage::hold`].
+    ///
+    /// # Errors
+    /// A fault of the stage.
+    fn hold(&mut self, now: Instant) -> Result<(), StageError>;
+    /// See [`Stage::resume`].
+    ///
+    /// # Errors
+    /// A fault of the stage.
+    fn resume(&mut self, now: Instant) -> Result<(), StageError>;
+    /// Clears what can be cleared.
+    ///
+    /// # Errors
+    /// A fault that only opening the line again ends.
+    fn clear_fault(&mut self, now: Instant) -> Result<(), StageError>;
+    /// Opens the line again, unless that is under way; a sound controller is stopped instead, and its light turned off.
+    fn reconnect(&mut self, now: Instant);
+    /// A refusal as the stage's caller is told it.
+    fn stage_error(refusal: &Self::Fault) -> StageError;
+}
+
+/// One axis of a controller. Dropping it stops what moves.
+pub struct ControllerStage<D: StageDialogue>(Arc<Controller<D>>);
+
+impl<D: StageDialogue> ControllerStage<D> {
+    pub(in crate::drivers) fn new(controller: &Arc<Controller<D>>) -> Self {
+        Self(Arc::clone(controller))
+    }
+}
+
+impl<D: StageDialogue> Stage for ControllerStage<D> {
+    fn identity(&self) -> DeviceIdentity {
+        self.0.act(|session, _| session.identity())
+    }
+
+    fn capabilities(&self) -> StageCapabilities {
+        // A controller is handed out only after it was up once.
+        self.0.act(|session, _| session.stage_capabilities()).unwrap_or(StageCapabilities {
+            kind: StageKind::Linear,
+            travel_mm: (0.0, 0.0),
+            max_speed_mm_s: 0.0,
+            acceleration_mm_s2: None,
+            homing: Homing::Required,
+            resolution_mm: 0.0,
+            follows_frames: false,
+        })
+    }
+
+    fn start_home(&mut self) -> Result<(), StageError> {
+        self.0.ask(|session, now| session.start_home(now).map(|ticket| ((), ticket)), D::stage_error)
+    }
+
+    fn start_move(&mut self, target_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
+        self.0.ask(|session, now| session.start_move(target_mm, speed_mm_s, now), D::stage_error)
+    }
+
+    fn start_jog(&mut self, distance_mm: f64, speed_mm_s: f64) -> Result<AcceptedMove, StageError> {
+        self.0.ask(|session, now| session.start_jog(distance_mm, speed_mm_s, now), D::stage_error)
+    }
+
+    fn poll(&mut self) -> Result<StageState, StageError> {
+        self.0.act(|session, now| session.sound().map(|()| session.stage_state(now)))
+    }
+
+    fn hold(&mut self) -> Result<(), StageError> {
+        self.0.act(|session, now| session.hold(now))
+    }
+
+    fn resume(&mut self) -> Result<(), StageError> {
+        self.0.act(|session, now| session.resume(now))
+    }
+
+    /// The protocol's stop, past every lock; each protocol's page says what it does.
+    fn stop(&mut self) -> Result<(), StageError> {
+        self.0.stop();
+        Ok(())
+    }
+
+    fn stop_handle(&self) -> Arc<dyn StopHandle> {
+        self.0.clone()
+    }
+
+    fn clear_fault(&mut self) -> Result<(), StageError> {
+        self.0.act(|session, now| session.clear_fault(now))
+    }
+
+    fn reconnect(&mut self) -> Result<(), StageError> {
+        self.0.act(|session, now| session.reconnect(now));
+        Ok(())
+    }
+}
+
+impl<D: StageDialogue> Drop for ControllerStage<D> {
+    fn drop(&mut self) {
+        if self.0.act(|session, now| session.stage_state(now).moving) {
+            self.0.stop();
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! A laser on an output line of the camera.
+//!
+//! Lit, the line shows a signal of the camera: its exposures (`ExposureActive`), so that the laser shines while the sensor
+//! collects light and at no other time, or an output that is set by hand (`UserOutput1`). Dark, it shows `Off`, or an output
+//! at rest. A thread of its own writes to the camera, keeps the lease, and reads back: what the line shows though nobody
+//! wanted it, as after the camera restarted, is set dark.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use devices::{DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState, StopHandle};
+use parking_lot::{Condvar, Mutex, MutexGuard};
+
+use crate::aravis::{AravisError, Device};
+use crate::settings::GenicamSettings;
+use crate::shared::Shared;
+
+/// How long a caller waits for the camera, a part of [`devices::CALL_LIMIT`].
+const ANSWER_WAIT: Duration = Duration::from_millis(15);
+
+/// How often the line is read back.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// An output that is set by hand begins so.
+const USER_OUTPUT: &str = "UserOutput";
+
+/// See the module. Dropping it darkens it.
+pub struct GenicamLaser {
+    identity: DeviceIdentity,
+    line: Arc<Line>,
+}
+
+struct Line {
+    settings: GenicamSettings,
+    shared: Arc<Shared>,
+    desk: Mutex<Desk>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct Desk {
+    lit_until: Option<Instant>,
+    /// What the camera took last; `None`: not known.
+    shows: Option<bool>,
+    /// Why the camera did not take it; stands until it was reconnected.
+    fault: Option<String>,
+    is_closed: bool,
+    has_ended: bool,
+}
+
+impl Desk {
+    fn is_wanted(&self, now: Instant) -> bool {
+        self.fault.is_none() && !self.is_closed && self.lit_until.is_some_and(|until| now < until)
+    }
+
+    fn state(&self) -> Result<LaserState, LaserError> {
+        if let Some(reason) = &self.fault {
+            return Err(LaserError::Gone { reason: reason.clone() });
+        }
+        let emitting = self.is_wanted(Instant::now()) || self.shows == Some(true);
+        Ok(LaserState { emitting, power: if emitting { 1.0 } else { 0.0 }, interlock_closed: None })
+    }
+}
+
+impl GenicamLaser {
+    /// The laser on the line that the settings name, of the camera that was opened.
+    pub(crate) fn over(settings: &GenicamSettings, shared: Arc<Shared>, camera: &DeviceIdentity) -> Self {
+        let model = format!("{} of {}", settings.laser_line, camera.model);
+        let identity = DeviceIdentity { model, ..camera.clone() };
+        let line = Line { settings: settings.clone(), shared, desk: Mutex::default(), changed: Condvar::new() };
+        let line = Arc::new(line);
+        let on_thread = line.clone();
+        let spawned = thread::Builder::new().name("genicam-laser".to_owned()).spawn(move || on_thread.run());
+        if let Err(error) = spawned {
+            line.desk().fault = Some(format!("no thread for it: {error}"));
+        }
+        Self { identity, line }
+    }
+}
+
+impl Line {
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock()
+    }
+
+    /// Changes what is wanted, and waits for the camera as long as a call may.
+    fn want(&self, change: impl FnOnce(&mut Desk)) -> Result<LaserState, LaserError> {
+        let mut desk = self.desk();
+        change(&mut desk);
+        self.changed.notify_all();
+        let is_due = |desk: &mut Desk| desk.fault.is_none() && desk.shows != Some(desk.is_wanted(Instant::now()));
+        self.changed.wait_while_for(&mut desk, is_due, ANSWER_WAIT);
+        desk.state()
+    }
+
+    /// The thread: lets the line show what is wanted, until the laser is closed and dark.
+    fn run(&self) {
+        let mut desk = self.desk();
+        loop {
+            let wanted = desk.is_wanted(Instant::now());
+            drop(desk);
+            let shown = self.show(wanted);
+            desk = self.desk();
+            match shown {
+                Ok(()) => desk.shows = Some(wanted),
+                Err(reason) => {
+                    (desk.shows, desk.lit_until) = (None, None);
+                    desk.fault.get_or_insert(reason);
+                }
+            }
+            self.changed.notify_all();
+            if desk.is_closed {
+                desk.has_ended = true;
+                return self.changed.notify_all();
+            }
+            let until_end = desk.lit_until.map_or(LOOK, |until| until.saturating_duration_since(Instant::now()));
+            let is_as_wanted = |desk: &mut Desk| !desk.is_closed && wanted == desk.is_wanted(Instant::now());
+            self.changed.wait_while_for(&mut desk, is_as_wanted, until_end.min(LOOK));
+        }
+    }
+
+    fn show(&self, lit: bool) -> Result<(), String> {
+        let opened = self.shared.opened.lock();
+        let device = &opened.as_ref().ok_or("its camera is gone")?.device;
+        let source = if lit { self.settings.laser_source.clone() } else { dark_source(device, &self.settings) };
+        if device.text("LineSelector").is_ok_and(|line| line == self.settings.laser_line)
+            && device.text("LineSource").is_ok_and(|shown| shown == source)
+        {
+            return Ok(());
+        }
+        show(device, &self.settings, lit).map_err(|error| error.to_string())
+    }
+}
+
+impl StopHandle for Line {
+    fn stop_now(&self) {
+        self.desk().lit_until = None;
+        self.changed.notify_all();
+    }
+}
+
+/// What a dark line shows.
+fn dark_source(device: &Device, settings: &GenicamSettings) -> String {
+    let sources = device.entries("LineSource");
+    let off = sources.iter().find(|source| *source == "Off");
+    let at_rest =
+        || sources.iter().rfind(|source| source.starts_with(USER_OUTPUT) && **source != settings.laser_source);
+    off.or_else(at_rest).unwrap_or(&settings.laser_source).clone()
+}
+
+/// Lets the line show the laser's signal, or nothing.
+///
+/// # Errors
+/// What the camera has not, or does not take.
+pub fn show(device: &Device, settings: &GenicamSettings, lit: bool) -> Result<(), AravisError> {
+    let source = if lit { settings.laser_source.clone() } else { dark_source(device, settings) };
+    if !lit && source == settings.laser_source && !source.starts_with(USER_OUTPUT) {
+        return Err(AravisError(format!("{} cannot be turned off: it shows {source} only", settings.laser_line)));
+    }
+    device.set_text("LineSelector", &settings.laser_line)?;
+    if device.has("LineMode") && device.text("LineMode")? != "Output" {
+        device.set_text("LineMode", "Output")?;
+    }
+    if device.has("LineInverter") {
+        device.set_flag("LineInverter", settings.laser_inverted)?;
+    } else if settings.laser_inverted {
+        return Err(AravisError("it has no LineInverter".to_owned()));
+    }
+    if source.starts_with(USER_OUTPUT) {
+        device.set_text("UserOutputSelector", &source)?;
+        device.set_flag("UserOutputValue", lit)?;
+    }
+    device.set_text("LineSource", &source)?;
+    let shown = device.text("LineSource")?;
+    if shown == source { Ok(()) } else { Err(AravisError(format!("it shows {shown} where {source} was wanted"))) }
+}
+
+impl Laser for GenicamLaser {
+    fn identity(&self) -> DeviceIdentity {
+        self.identity.clone()
+    }
+
+    fn capabilities(&self) -> LaserCapabilities {
+        LaserCapabilities::default()
+    }
+
+    fn lost_host(&self) -> &'static str {
+        match self.line.settings.laser_source.starts_with(USER_OUTPUT) {
+            true => "the laser stays on until the camera is switched off",
+            false => "the laser flashes with the camera's exposures until the camera stops or is switched off",
+        }
+    }
+
+    fn switch_on(&mut self, power: f64, lease: Duration) -> Result<LaserState, LaserError> {
+        if !(power > 0.0 && power <= 1.0) {
+            return Err(LaserError::BadPower { value: power });
+        }
+        let until = Instant::now() + lease.min(LASER_LEASE_LIMIT);
+        self.line.want(|desk| desk.lit_until = Some(until))
+    }
+
+    fn renew(&mut self, lease: Duration) -> Result<LaserState, LaserError> {
+        let now = Instant::now();
+        let mut desk = self.line.desk();
+        if desk.is_wanted(now) {
+            desk.lit_until = Some(now + lease.min(LASER_LEASE_LIMIT));
+        }
+        desk.state()
+    }
+
+    fn switch_off(&mut self) -> Result<(), LaserError> {
+        self.line.want(|desk| desk.lit_until = None).map(drop)
+    }
+
+    fn stop_handle(&self) -> Option<Arc<dyn StopHandle>> {
+        Some(self.line.clone())
+    }
+
+    fn poll(&mut self) -> Result<LaserState, LaserError> {
+        self.line.desk().state()
+    }
+
+    /// The camera's own reconnection brings the line back; here its fault is acknowledged, and found again if it stands.
+    fn reconnect(&mut self) -> Result<(), LaserError> {
+        let mut desk = self.line.desk();
+        (desk.fault, desk.lit_until, desk.shows) = (None, None, None);
+        self.line.changed.notify_all();
+        Ok(())
+    }
+}
+
+impl Drop for GenicamLaser {
+    fn drop(&mut self) {
+        let mut desk = self.line.desk();
+        desk.is_closed = true;
+        self.line.changed.notify_all();
+        // Longer than a call may take: this is the last chance.
+        self.line.changed.wait_while_for(&mut desk, |desk| !desk.has_ended, 20 * ANSWER_WAIT);
+    }
+}

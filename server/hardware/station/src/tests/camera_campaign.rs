@@ -1,0 +1,328 @@
+//! Camera faults by the hundred: at a random moment of a live view or of triggered exposures, over the simulated station, a
+//! recording, and a GenICam camera process that others wrote.
+//!
+//! Counted are hangs, faults named late (promised: 2 s), light left on, and exposures that neither arrived nor were counted as
+//! lost by a reason; each must be 0. The long version is ignored and run by `cargo xtask campaign`. Not shown: cameras of
+//! glass and silicon.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use devices::contract::Stopwatch;
+use devices::replay::{ReplayDriver, ReplaySettings};
+use genicam::witness::FakeCamera;
+use tempfile::TempDir;
+use twin::{CaptureRequest, ScanRequest, SceneKind, StationModel, StationShape, TwinFault, capture_folder};
+
+use super::bench::{Bench, bench_of, nobody, small_devices, wait};
+use super::matrix::genicam as process;
+use super::spied::{Spy, spied};
+use crate::{LaserLight, LiveRequest, MachineState, Manual, StationDevices, StationStatus};
+
+/// What happens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum What {
+    Loss,
+    Late,
+    WrongSize,
+    FormatChange,
+    Unplug,
+    Hang,
+    Restart,
+}
+
+const ALL: [What; 7] =
+    [What::Loss, What::Late, What::WrongSize, What::FormatChange, What::Unplug, What::Hang, What::Restart];
+
+/// Camera faults are named within this time (`promises.md`).
+const NAMED_LIMIT: Duration = Duration::from_secs(2);
+
+/// Dark so long after a fault was named.
+const DARK_LIMIT: Duration = Duration::from_millis(500);
+
+/// Longest that anything may take before it is a hang.
+const HANG: Duration = Duration::from_secs(20);
+
+/// How long exposures are watched after what is survived.
+const SURVIVED: Duration = Duration::from_millis(400);
+
+/// Numbers that look random and are the same every time (xorshift).
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, n: u64) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0 % n
+    }
+}
+
+/// A station, what happens to its camera, and how it is put right.
+struct Rig<'a> {
+    bench: Bench,
+    spy: Arc<Spy>,
+    strike: Box<dyn Fn(What) + 'a>,
+    cure: Box<dyn Fn() + 'a>,
+}
+
+#[derive(Debug, Default)]
+struct Tally {
+    n_faults: usize,
+    n_named: BTreeMap<What, usize>,
+    longest: BTreeMap<What, Duration>,
+    failures: Vec<String>,
+}
+
+fn lost(status: &StationStatus) -> u64 {
+    status.frames_dropped.iter().filter(|(reason, _)| *reason != "recorder").map(|(_, count)| count).sum()
+}
+
+impl Rig<'_> {
+    /// Looks until `seen`; whether it came in time.
+    fn comes(&self, limit: Duration, seen: impl Fn(&StationStatus) -> bool) -> Option<Duration> {
+        let watch = Stopwatch::start();
+        while !seen(&self.bench.station.status()) {
+            if watch.own_time() > limit {
+                return None;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Some(watch.own_time())
+    }
+
+    /// As a person would: the cause is taken away, and the station reset.
+    fn make_ready(&self, tally: &mut Tally) -> bool {
+        (self.cure)();
+        let watch = Stopwatch::start();
+        while self.bench.manual(Manual::Reset).is_err() {
+            if watch.own_time() > HANG {
+                tally.failures.push(format!("hang: not ready again: {:?}", self.bench.station.status().faults));
+                return false;
+            }
+        }
+        true
+    }
+
+    /// A fault during a live view, or during exposures that are triggered one by one.
+    fn suffer(&self, what: What, live: bool, dice: &mut Dice, tally: &mut Tally) {
+        let going = Arc::new(AtomicBool::new(true));
+        let job = (!live).then(|| self.expose(going.clone()));
+        if live {
+            wait(self.bench.station.live(LiveRequest { running: true, laser_power: 1.0 })).unwrap();
+        }
+        if self.comes(HANG, |status| status.laser_light == LaserLight::On).is_none() {
+            tally.failures.push("hang: it does not begin".to_owned());
+        }
+        std::thread::sleep(Duration::from_millis(dice.roll(120)));
+        tally.n_faults += 1;
+        (self.strike)(what);
+        let is_survived = matches!(what, What::Loss | What::Late);
+        let limit = if is_survived { SURVIVED } else { NAMED_LIMIT + Duration::from_secs(1) };
+        match self.comes(limit, |status| !status.faults.is_empty()) {
+            Some(took) => {
+                *tally.n_named.entry(what).or_default() += 1;
+                let longest = tally.longest.entry(what).or_default();
+                *longest = (*longest).max(took);
+                if is_survived || took > NAMED_LIMIT {
+                    let faults = &self.bench.station.status().faults;
+                    tally.failures.push(format!("late: named after {took:?}: {faults:?}"));
+                }
+                let watch = Stopwatch::start();
+                while self.bench.control.laser_power() > 0.0 && watch.own_time() <= DARK_LIMIT {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                if self.bench.control.laser_power() > 0.0 {
+                    tally.failures.push("light left on".to_owned());
+                }
+            }
+            None if is_survived => {}
+            None => tally.failures.push("late: not named".to_owned()),
+        }
+        going.store(false, Ordering::SeqCst);
+        if let Some(job) = job {
+            job.join().unwrap();
+        }
+        let stopped = wait(self.bench.station.live(LiveRequest { running: false, laser_power: 0.0 }));
+        drop(stopped);
+        // Exactly: every exposure arrived, or is counted under its reason.
+        let exposed = || self.spy.exposed.load(Ordering::SeqCst);
+        let is_exact = |status: &StationStatus| status.frames_arrived + lost(status) == exposed();
+        if self.comes(Duration::from_secs(2), is_exact).is_none() {
+            let status = self.bench.station.status();
+            let (arrived, dropped) = (status.frames_arrived, &status.frames_dropped);
+            tally.failures.push(format!("account: {} exposed, {arrived} arrived, lost {dropped:?}", exposed()));
+        }
+    }
+
+    /// Exposes with light, one by one, until it is ended or a fault ends it.
+    fn expose(&self, going: Arc<AtomicBool>) -> std::thread::JoinHandle<()> {
+        let lease = self.bench.lease();
+        lease.laser_on(1.0).unwrap();
+        std::thread::spawn(move || while going.load(Ordering::SeqCst) && lease.grab(&nobody()).is_ok() {})
+    }
+}
+
+fn campaign(name: &str, rig: &Rig<'_>, n_faults: usize) {
+    let (mut tally, mut dice) = (Tally::default(), Dice(0x9e37_79b9_7f4a_7c15));
+    for _ in 0..n_faults {
+        let (what, live) = (ALL[dice.roll(ALL.len() as u64) as usize], dice.roll(2) == 0);
+        let before = tally.failures.len();
+        if rig.make_ready(&mut tally) {
+            rig.suffer(what, live, &mut dice, &mut tally);
+        }
+        let doing = if live { "live" } else { "triggered" };
+        tally.failures[before..].iter_mut().for_each(|failure| failure.push_str(&format!(" ({what:?}, {doing})")));
+    }
+    rig.make_ready(&mut tally);
+    assert!(matches!(rig.bench.station.status().state, MachineState::Operational(_)));
+    let count = |word: &str| tally.failures.iter().filter(|failure| failure.starts_with(word)).count();
+    println!(
+        "{name}: {} faults; {} named late, {} hangs, {} accounts wrong, {} lights left on",
+        tally.n_faults,
+        count("late"),
+        count("hang"),
+        count("account"),
+        count("light")
+    );
+    let status = rig.bench.station.status();
+    println!("  {} arrived, lost {:?}", status.frames_arrived, status.frames_dropped);
+    for (what, n) in &tally.n_named {
+        println!("  {what:?}: {n} named, the last after {:?}", tally.longest[what]);
+    }
+    assert!(tally.failures.is_empty(), "{name}: {:#?}", tally.failures);
+}
+
+/// How many faults: so many, or `N_FAULTS` of the environment.
+fn n_faults(usual: usize) -> usize {
+    std::env::var("N_FAULTS").map_or(usual, |n| n.parse().expect("N_FAULTS is a number"))
+}
+
+/// What happens on the way from the camera.
+fn on_the_way(spy: &Spy, what: What) {
+    match what {
+        What::Loss => spy.loses.store(3, Ordering::SeqCst),
+        What::Late => spy.hangs_ms.store(300, Ordering::SeqCst),
+        What::WrongSize => spy.halves.store(true, Ordering::SeqCst),
+        What::FormatChange => spy.deepens.store(true, Ordering::SeqCst),
+        What::Unplug => spy.is_unplugged.store(true, Ordering::SeqCst),
+        // Nothing comes any more.
+        What::Hang => spy.loses.store(u64::MAX, Ordering::SeqCst),
+        What::Restart => {
+            spy.is_unplugged.store(true, Ordering::SeqCst);
+            std::thread::sleep(Duration::from_millis(300));
+            spy.is_unplugged.store(false, Ordering::SeqCst);
+        }
+    }
+}
+
+fn put_right(spy: &Spy) {
+    spy.loses.store(0, Ordering::SeqCst);
+    [&spy.halves, &spy.deepens, &spy.is_unplugged]
+        .into_iter()
+        .for_each(|what| what.store(false, Ordering::SeqCst));
+}
+
+fn of_twin(n_faults: usize) {
+    let (devices, spy) = spied(small_devices());
+    let bench = bench_of(devices);
+    let (control, curing, late) = (bench.control.clone(), bench.control.clone(), spy.clone());
+    let strike = move |what| match what {
+        What::Loss => control.set_fault(TwinFault::LostFrames { every: 2 }),
+        What::Late => on_the_way(&late, what),
+        What::WrongSize => control.set_fault(TwinFault::WrongFrameSize),
+        What::FormatChange => control.set_fault(TwinFault::WrongPixelFormat),
+        What::Unplug => control.set_fault(TwinFault::CameraUnplugged),
+        What::Hang => control.set_fault(TwinFault::CameraHang),
+        What::Restart => {
+            control.set_fault(TwinFault::CameraUnplugged);
+            std::thread::sleep(Duration::from_millis(20));
+            control.clear_fault(TwinFault::CameraUnplugged.name());
+        }
+    };
+    let cure = move || {
+        for fault in TwinFault::EXAMPLES {
+            curing.clear_fault(fault.name());
+        }
+    };
+    campaign("twin", &Rig { bench, spy, strike: Box::new(strike), cure: Box::new(cure) }, n_faults);
+}
+
+fn of_replay(n_faults: usize) {
+    let folder = TempDir::new().unwrap();
+    let capture = folder.path().join("capture");
+    let shape = StationShape { width_px: 160, height_px: 128, ..StationShape::default() };
+    let scan = ScanRequest { name: "plate".to_owned(), part: SceneKind::Plate, n_frames: 6, step_mm: 0.5 };
+    let request = CaptureRequest { n_poses: 0, stage_positions_mm: Vec::new(), scans: vec![scan] };
+    let model = StationModel::seeded(7, &shape).unwrap();
+    capture_folder(&model, &request, &capture, &|_| ControlFlow::Continue(())).unwrap();
+    let replay = Arc::new(ReplayDriver(ReplaySettings { folder: capture, ..ReplaySettings::default() }));
+    let (devices, spy) = spied(StationDevices { camera: replay.clone(), stage: replay, ..small_devices() });
+    let bench = bench_of(devices);
+    let (striking, curing) = (spy.clone(), spy.clone());
+    let strike = move |what| on_the_way(&striking, what);
+    let cure = move || put_right(&curing);
+    campaign("replay", &Rig { bench, spy, strike: Box::new(strike), cure: Box::new(cure) }, n_faults);
+}
+
+/// What cannot be done to the process happens on the way from the driver.
+fn of_genicam(n_faults: usize) {
+    let Some(camera) = process::fake(0).map(RefCell::new) else { return };
+    let (devices, spy) = spied(process::devices(small_devices()));
+    let bench = bench_of(devices);
+    bench.wait_for("there", |status| status.camera.connected);
+    process::set_small(&bench);
+    let camera: &RefCell<FakeCamera> = &camera;
+    let (striking, curing) = (spy.clone(), spy.clone());
+    let strike = move |what| match what {
+        What::Late => {
+            camera.borrow().hold();
+            std::thread::sleep(Duration::from_millis(300));
+            camera.borrow().go_on();
+        }
+        What::Unplug => camera.borrow_mut().kill(),
+        What::Hang => camera.borrow().hold(),
+        What::Restart => camera.borrow_mut().restart().unwrap(),
+        What::Loss | What::WrongSize | What::FormatChange => on_the_way(&striking, what),
+    };
+    let cure = move || {
+        put_right(&curing);
+        camera.borrow().go_on();
+        if camera.borrow().has_ended() {
+            camera.borrow_mut().restart().unwrap();
+        }
+    };
+    campaign("genicam", &Rig { bench, spy, strike: Box::new(strike), cure: Box::new(cure) }, n_faults);
+}
+
+#[test]
+fn a_handful_of_faults_of_the_simulated_camera() {
+    of_twin(5);
+}
+
+#[test]
+fn a_handful_of_faults_of_a_recording() {
+    of_replay(5);
+}
+
+#[test]
+#[ignore = "hundreds of faults take minutes: `cargo xtask campaign`"]
+fn two_hundred_faults_of_the_simulated_camera() {
+    of_twin(n_faults(200));
+}
+
+#[test]
+#[ignore = "hundreds of faults take minutes: `cargo xtask campaign`"]
+fn a_hundred_faults_of_a_recording() {
+    of_replay(n_faults(100));
+}
+
+#[test]
+#[ignore = "hundreds of faults take minutes: `cargo xtask campaign`"]
+fn two_hundred_faults_of_a_genicam_camera() {
+    of_genicam(n_faults(200));
+}

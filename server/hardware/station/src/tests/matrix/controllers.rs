@@ -1,0 +1,144 @@
+//! What the tables of controllers on a serial line share: a simulated firmware behind a terminal, and its troubles.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+use std::time::Duration;
+
+use devices::Driver;
+use devices::simulator::{Firmware, LineFault, Simulator};
+use tempfile::TempDir;
+
+use super::cell::{Doing, Follows, NAMED, Rig, check};
+use crate::tests::bench::{Bench, bench_of, nobody, small_devices};
+use crate::{Manual, StationDevices};
+
+/// A kind of controller.
+pub trait Controller {
+    /// Its simulated firmware.
+    type Firmware: Firmware<Config: Clone, Event: Copy + Debug>;
+    /// Whether it switches the laser, too.
+    const MAKES_LIGHT: bool;
+    /// Within what time a fault is named that comes while it homes.
+    const NAMED_WHILE_HOMING: Duration = NAMED;
+
+    /// The machine of such a cell; homing must outlast the naming of a fault.
+    fn machine(doing: Doing) -> Config<Self>;
+    /// Another machine of the kind, which is not the station's.
+    fn other(machine: Config<Self>) -> Config<Self>;
+    /// The driver of the one at this port.
+    fn driver(port: String) -> Arc<dyn Driver>;
+    /// What has to be done beside ending a trouble: a person's hand on the machine.
+    fn repair(_simulator: &Simulator<Self::Firmware>) {}
+    /// Presses its reset button.
+    fn press_button(_simulator: &Simulator<Self::Firmware>) {
+        panic!("it has none");
+    }
+    /// Whether the witness sees rest after such a trouble: a motor that is stuck without anybody knowing goes on trying.
+    fn comes_to_rest(_trouble: Trouble<<Self::Firmware as Firmware>::Event>) -> bool {
+        true
+    }
+}
+
+type Config<C> = <<C as Controller>::Firmware as Firmware>::Config;
+
+/// A trouble of the controller or of its line.
+#[derive(Debug, Clone, Copy)]
+pub enum Trouble<E> {
+    /// It hears and does everything, and sends nothing.
+    Silence,
+    /// It sends nonsense.
+    Garbage,
+    /// Its cable is pulled, which is its power too.
+    Unplugged,
+    /// It is switched off and on.
+    Restart,
+    /// Another one is at its place.
+    OtherDevice,
+    /// Something of its own kind.
+    Happens(E),
+}
+
+/// A station over a played controller.
+pub struct Played<C: Controller> {
+    /// The station.
+    pub bench: Bench,
+    /// The controller.
+    pub controller: Simulator<C::Firmware>,
+    machine: Config<C>,
+    _folder: TempDir,
+}
+
+impl<C: Controller> Played<C> {
+    /// A station over a machine like this, homed and at its zero.
+    pub fn ready(machine: Config<C>) -> Self {
+        let played = Self::start(machine, |_| {});
+        played.home();
+        played.bench.lease().move_to(0.0, None, &nobody()).unwrap();
+        played
+    }
+
+    /// A station over a machine to which something happens before the station looks for it.
+    fn start(machine: Config<C>, before: impl FnOnce(&Simulator<C::Firmware>)) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let controller = Simulator::start(machine.clone(), &folder.path().join("tty"), None).unwrap();
+        before(&controller);
+        let driver = C::driver(controller.place().display().to_string());
+        let devices = StationDevices { stage: driver.clone(), ..small_devices() };
+        let devices = if C::MAKES_LIGHT { StationDevices { laser: driver, ..devices } } else { devices };
+        Self { bench: bench_of(devices), controller, machine, _folder: folder }
+    }
+
+    fn home(&self) {
+        self.bench.manual(Manual::Home).unwrap();
+        self.bench.wait_for("ready", |status| status.activity == "ready");
+    }
+}
+
+type Event<C> = <<C as Controller>::Firmware as Firmware>::Event;
+
+fn come<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, trouble: Trouble<Event<C>>) {
+    match trouble {
+        Trouble::Silence => simulator.fail(LineFault::Silence),
+        Trouble::Garbage => simulator.fail(LineFault::Garbage),
+        Trouble::Unplugged => simulator.unplug(),
+        Trouble::Restart => simulator.restart(),
+        Trouble::OtherDevice => simulator.replug_as(C::other(machine.clone())),
+        Trouble::Happens(event) => simulator.happen(event),
+    }
+}
+
+fn go<C: Controller>(simulator: &Simulator<C::Firmware>, machine: &Config<C>, trouble: Trouble<Event<C>>) {
+    match trouble {
+        Trouble::Unplugged => simulator.replug(),
+        Trouble::OtherDevice => simulator.replug_as(machine.clone()),
+        _ => simulator.repair(),
+    }
+    C::repair(simulator);
+}
+
+/// A cell of the controller's table.
+pub fn cell<C: Controller>(doing: Doing, trouble: Trouble<Event<C>>, follows: Follows) {
+    let machine = C::machine(doing);
+    let played = match doing {
+        Doing::Absent => Played::<C>::start(machine.clone(), |simulator| come::<C>(simulator, &machine, trouble)),
+        Doing::Homing => Played::<C>::start(machine, |_| {}),
+        _ => Played::<C>::ready(machine),
+    };
+    let Played { bench, controller, machine, .. } = &played;
+    let control = bench.control.clone();
+    let witness = controller.witness();
+    check(
+        &Rig {
+            bench,
+            inject: &|| come::<C>(controller, machine, trouble),
+            cure: &|| go::<C>(controller, machine, trouble),
+            press_button: &|| C::press_button(controller),
+            light: &|| if C::MAKES_LIGHT { witness.light() } else { control.laser_power() > 0.0 },
+            motion: &|| witness.moving(),
+            can_be_told: C::comes_to_rest(trouble),
+            named_within: if doing == Doing::Homing { C::NAMED_WHILE_HOMING } else { NAMED },
+        },
+        doing,
+        follows,
+    );
+}

@@ -1,0 +1,156 @@
+//! A GenICam camera that others wrote, aravis' GigE Vision camera as a process of its own, beside the simulated stage and
+//! laser.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::time::Duration;
+
+use devices::{CameraRequest, DeviceSet, Driver, OpenError, Roi};
+use genicam::witness::{FakeCamera, FakeOptions, PROGRAM};
+use genicam::{GenicamDriver, GenicamSettings};
+
+use super::cell::Follows::{self, GoesOn, Named, NamedEither};
+use super::cell::{Doing, NAMED, Rig, cells, check};
+use crate::tests::bench::{Bench, bench_of, small_twin};
+use crate::{Manual, StationDevices, StationRefusal};
+
+/// Serial number of the camera process.
+const SERIAL: &str = "SHEAF03";
+
+/// Packets as on a network with jumbo frames.
+const PACKET_SIZE_BYTES: u32 = 8000;
+
+/// Of a thousand packets, how many a camera loses that loses some.
+const LOST_PER_THOUSAND: u32 = 20;
+
+/// What happens to the camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Trouble {
+    /// Its power goes.
+    Unplugged,
+    /// It answers nothing and sends nothing.
+    Hang,
+    /// It is switched off and on.
+    Restart,
+    /// It loses packets, from the start.
+    LostPackets,
+    /// Another program has it.
+    OtherHands,
+}
+
+fn driver() -> GenicamDriver {
+    let serial = SERIAL.to_owned();
+    GenicamDriver(GenicamSettings { serial, packet_size_bytes: PACKET_SIZE_BYTES, ..GenicamSettings::default() })
+}
+
+/// Whether the driver is there at all; a test that needs it is noted as not run otherwise.
+fn is_built() -> bool {
+    let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
+    let nobody = GenicamDriver(GenicamSettings { serial: "nobody".to_owned(), ..GenicamSettings::default() });
+    let is_built = !matches!(nobody.open(wanted), Err(OpenError::Settings { .. }));
+    if !is_built {
+        reference::without_feature("genicam", "the Debian packages libaravis-dev and libusb-1.0-0-dev");
+    }
+    is_built && reference::has_program(PROGRAM, "aravis-tools")
+}
+
+/// A camera process with so many packets lost of a thousand; `None` if this cannot be tested here, which is noted.
+pub fn fake(lost_per_thousand: u32) -> Option<FakeCamera> {
+    let options = FakeOptions { serial: SERIAL.to_owned(), lost_per_thousand, ..FakeOptions::default() };
+    is_built().then(|| FakeCamera::start(options).expect("the camera process starts"))
+}
+
+/// The camera beside these devices.
+pub fn devices(others: StationDevices) -> StationDevices {
+    StationDevices { camera: Arc::new(driver()), ..others }
+}
+
+fn station(doing: Doing) -> Bench {
+    let mut options = twin::TwinOptions::default();
+    if doing == Doing::Homing {
+        (options.timing, options.travel_mm) = (twin::Timing::Realistic, (-60.0, 60.0));
+    }
+    bench_of(devices(StationDevices::over(small_twin(options))))
+}
+
+/// A small picture, which a busy machine carries without loss.
+pub fn set_small(bench: &Bench) {
+    let roi = Roi { left_px: 16, top_px: 8, width_px: 128, height_px: 96 };
+    let wanted = CameraRequest { roi: Some(roi), frame_rate_hz: Some(50.0), ..CameraRequest::default() };
+    bench.manual(Manual::Configure(wanted)).unwrap();
+}
+
+fn genicam(doing: Doing, trouble: Trouble, follows: Follows) {
+    let lost_per_thousand = if trouble == Trouble::LostPackets { LOST_PER_THOUSAND } else { 0 };
+    let Some(camera) = fake(lost_per_thousand).map(RefCell::new) else { return };
+    let other_hands = RefCell::new(None);
+    let inject = || match trouble {
+        Trouble::Unplugged => camera.borrow_mut().kill(),
+        Trouble::Hang => camera.borrow().hold(),
+        Trouble::Restart => camera.borrow_mut().restart().unwrap(),
+        Trouble::LostPackets => {}
+        Trouble::OtherHands => {
+            let wanted = DeviceSet { camera: true, ..DeviceSet::default() };
+            *other_hands.borrow_mut() = Some(driver().open(wanted).unwrap_or_else(|error| panic!("{error}")));
+        }
+    };
+    if doing == Doing::Absent {
+        inject();
+    }
+    let bench = station(doing);
+    if doing != Doing::Absent {
+        bench.wait_for("there", |status| status.camera.connected);
+        set_small(&bench);
+    }
+    let control = bench.control.clone();
+    let cure = || {
+        match trouble {
+            Trouble::Unplugged => camera.borrow_mut().restart().unwrap(),
+            Trouble::Hang => camera.borrow().go_on(),
+            Trouble::Restart | Trouble::LostPackets => {}
+            Trouble::OtherHands => drop(other_hands.borrow_mut().take()),
+        }
+        // A camera that was held believes for three seconds more that it is in our hands, or others'.
+        for _ in 0..2 {
+            if !matches!(bench.manual(Manual::Reset), Err(StationRefusal::InError { .. })) {
+                return;
+            }
+        }
+    };
+    let motion = || {
+        let before = control.true_position_mm();
+        std::thread::sleep(Duration::from_millis(5));
+        control.true_position_mm() != before
+    };
+    check(
+        &Rig {
+            bench: &bench,
+            inject: &inject,
+            cure: &cure,
+            press_button: &|| panic!("it has none"),
+            light: &|| control.laser_power() > 0.0,
+            motion: &motion,
+            can_be_told: true,
+            named_within: NAMED,
+        },
+        doing,
+        follows,
+    );
+}
+
+const GONE: Follows = Named("camera", "gone");
+/// In a sweep missing frames are a fault at once.
+const SILENT_OR_GONE: Follows = NamedEither("camera", ["silent", "gone"]);
+
+cells! { genicam;
+    unplugged: Trouble::Unplugged =>
+        absent: GONE, ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+    hang: Trouble::Hang =>
+        absent: GONE, ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+    restart: Trouble::Restart =>
+        ready: GONE, live: GONE, scanning: SILENT_OR_GONE, calibrating: GONE, jogging: GONE, homing: GONE;
+    lost_packets: Trouble::LostPackets =>
+        absent: GoesOn, ready: GoesOn, live: GoesOn, scanning: GoesOn, calibrating: GoesOn, jogging: GoesOn,
+        homing: GoesOn;
+    other_hands: Trouble::OtherHands => absent: GONE;
+}
