@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use vision::{CentrelineParams, GreyImage, Picture};
+use vision::{CentrelineParams, GreyImage, Picture, room_change};
 
 use crate::channel::{ChannelBasis, LaserChannel};
 use crate::checks::check_values;
@@ -157,12 +157,20 @@ impl Capture {
     /// Reads a picture with the laser on: the laser's channel, with the picture with the laser off taken away.
     ///
     /// # Errors
-    /// As [`Capture::image`], of either picture.
+    /// As [`Capture::image`], of either picture; [`CaptureError::OtherRoom`] where they do not show the same.
     pub fn laser_image(&self, laser: &LaserPicture) -> Result<GreyImage, CaptureError> {
         let Some((entry, path)) = &laser.background else { return self.image(&laser.entry, &laser.path) };
         let on = self.photograph(&laser.entry, &laser.path)?.picture;
         let off = self.photograph(entry, path)?.picture;
-        Ok(self.laser_light(&on, &off))
+        match room_change(&on, &off) {
+            None => Ok(self.laser_light(&on, &off)),
+            Some(change) => Err(CaptureError::OtherRoom {
+                entry: entry.clone(),
+                path: path.clone(),
+                of: laser.entry.clone(),
+                change,
+            }),
+        }
     }
 
     /// The laser's channel of a picture of this capture with the laser on, `off` taken away.

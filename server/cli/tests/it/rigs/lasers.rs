@@ -45,12 +45,12 @@ fn station(turn_rad: f64) -> StationModel {
 fn recorded(model: &StationModel, folder: &Path) {
     let request = CaptureRequest {
         n_poses: 8,
-        stage_positions_mm: vec![-15.0, -5.0, 5.0, 15.0],
+        stage_positions: vec![-15.0, -5.0, 5.0, 15.0],
         scans: vec![ScanRequest {
             name: "gauge".to_owned(),
             part: SceneKind::Gauge { height_mm: 8.9 },
             n_frames: 16,
-            step_mm: 1.0,
+            step: 1.0,
         }],
     };
     capture_folder(model, &request, folder, &|_| ControlFlow::Continue(())).unwrap();
@@ -99,7 +99,7 @@ fn check(turns_rad: &[f64]) {
         let at = [f64::from(point.u_px), f64::from(point.v_px), point.z_mm, f64::from(point.sigma_mm)];
         by_line.entry((point.frame, point.order)).or_default().push(at);
     }
-    let stage = station(0.0).stage;
+    let stage = station(0.0).stage.linear().unwrap();
     let (mut n_true, mut n_found, mut n_wrong, mut z) = (0, 0, 0, Vec::new());
     for line in 0..turns_rad.len() {
         let text = std::fs::read_to_string(folder.path().join(line.to_string()).join("truth-gauge.csv")).unwrap();

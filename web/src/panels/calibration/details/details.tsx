@@ -9,6 +9,7 @@ import { text } from "../../../text";
 import { Facts } from "./facts";
 import { AnglesView, ModelsView } from "./models_view";
 import { ResidualsView } from "./residuals_view";
+import { AxisFiguresView } from "./axis_view";
 import { StageFiguresView } from "./stage_view";
 
 /** A calibration with its document, loaded once: it never changes. */
@@ -49,6 +50,12 @@ export function Details({ id }: { id: string }) {
               <ModelsView summary={summary} />
               <AnglesView document={document} />
               <ResidualsView id={id} document={document} />
+              {summary.axis && (
+                <section>
+                  <h3>{words.step_names.stage}</h3>
+                  <AxisFiguresView axis={summary.axis} />
+                </section>
+              )}
               {summary.stage && (
                 <section>
                   <h3>{words.step_names.stage}</h3>
