@@ -27,6 +27,18 @@ pub enum CaptureError {
         #[source]
         cause: std::io::Error,
     },
+    /// Pictures of lines that are lit one by one, where they are lit together, or the other way round.
+    #[error("{}: {entry} {problem}", file.display())]
+    LitOneByOne {
+        /// The manifest.
+        file: PathBuf,
+        /// Path of keys.
+        entry: String,
+        /// What is wrong with it.
+        problem: String,
+        /// What to do about it.
+        remedy: &'static str,
+    },
     /// A picture with the laser off that shows something else than the one it would be taken from.
     #[error("{entry} ({}) cannot be taken from {of}: {change}", path.display())]
     OtherRoom {
@@ -287,6 +299,7 @@ impl Remedy for CaptureError {
         Some(match self {
             Self::ManifestMissing { .. } => "name a folder that holds capture.json".into(),
             Self::Inaccessible { .. } => "check that it exists and that its permissions allow it".into(),
+            Self::LitOneByOne { remedy, .. } => (*remedy).into(),
             Self::OtherRoom { .. } => {
                 "name the picture of the same pose with the laser off as its background, or none".into()
             }

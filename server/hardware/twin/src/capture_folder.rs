@@ -255,6 +255,7 @@ fn manifest(model: &StationModel, request: &CaptureRequest) -> Manifest {
             .map(|idx| Pose {
                 board: format!("board/{idx:03}.png").into(),
                 laser: Some(format!("laser/{idx:03}.png").into()),
+                lasers: Vec::new(),
                 background: None,
             })
             .collect(),

@@ -172,7 +172,8 @@ fn preload(
 
 fn pictures_of(capture: &Capture, wanted: &Pictures) -> Result<Vec<Picture>, ReplayError> {
     let manifest = &capture.manifest;
-    let board = |entry: String, path: &PathBuf| LaserPicture { entry, path: path.clone(), background: None };
+    let board =
+        |entry: String, path: &PathBuf| LaserPicture { entry, path: path.clone(), background: None, line: None };
     let lit = |beginning: &str| {
         let mut files = capture.laser_pictures();
         files.retain(|file| file.entry.starts_with(beginning));

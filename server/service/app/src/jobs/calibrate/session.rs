@@ -33,7 +33,7 @@ pub(super) fn gather_pictures(session_id: &str, ctx: &ComputeContext, folder: &P
         let board = put("board", idx, &pose.board.picture)?;
         let laser = pose.laser.as_ref().filter(|laser| laser.is_readable());
         let laser = laser.map(|laser| put("laser", idx, &laser.picture)).transpose()?;
-        poses.push(Pose { board, laser, background: None });
+        poses.push(Pose { board, laser, lasers: Vec::new(), background: None });
     }
     let mut stage_views = Vec::new();
     for view in session.body.stage_views.iter().filter(|view| view.board.is_readable()) {

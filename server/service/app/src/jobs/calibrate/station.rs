@@ -52,7 +52,7 @@ pub(super) fn take_pictures(
             &format!("{pose}: exposing the laser lines"),
         );
         let laser = album.add("laser", &*camera.laser()?)?;
-        album.poses.push(Pose { board, laser: Some(laser), background: None });
+        album.poses.push(Pose { board, laser: Some(laser), lasers: Vec::new(), background: None });
     }
     operator.lay_board(&positions);
     for (idx, position) in positions.iter().enumerate() {
