@@ -1,6 +1,7 @@
 //! A small simulated station with a store, and jobs run on the calling thread.
 
-use std::sync::{Arc, Mutex};
+use parking_lot::Mutex;
+use std::sync::Arc;
 
 use calibration::{CalibrationDocument, CalibrationText};
 use live::LiveBus;
@@ -121,7 +122,7 @@ impl Bench {
             captures: self.captures.clone(),
             runtime: self.runtime.handle().clone(),
             progress: Arc::new(move |_, _, words| {
-                heard.lock().unwrap().push(words.to_owned());
+                heard.lock().push(words.to_owned());
                 if cancel_at(words) {
                     wish.cancel();
                 }
@@ -147,8 +148,8 @@ impl Bench {
         let (said, fractions) = (job.said.clone(), Arc::new(Mutex::new(Vec::new())));
         let (heard, seen) = (said.clone(), fractions.clone());
         job.ctx.compute.progress = Arc::new(move |fraction, _, words| {
-            heard.lock().unwrap().push(words.to_owned());
-            seen.lock().unwrap().push(fraction);
+            heard.lock().push(words.to_owned());
+            seen.lock().push(fraction);
         });
         (said, fractions)
     }
