@@ -257,8 +257,13 @@ fn recorded() -> TempDir {
         }
         .into(),
         poses: vec![
-            Pose { board: put("board/0.png", 100), laser: Some(put("laser/0.png", 200)), background: None },
-            Pose { board: put("board/1.png", 101), laser: None, background: None },
+            Pose {
+                board: put("board/0.png", 100),
+                laser: Some(put("laser/0.png", 200)),
+                lasers: Vec::new(),
+                background: None,
+            },
+            Pose { board: put("board/1.png", 101), laser: None, lasers: Vec::new(), background: None },
         ],
         stage_views: vec![StageView::new(put("stage/0.png", 150), StagePlace::PositionMm(-20.0))],
         scans: vec![Scan { name: "plane".into(), frames: frames.map(frame).collect() }],

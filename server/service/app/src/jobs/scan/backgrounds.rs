@@ -3,9 +3,10 @@
 use std::fs::{File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use capture::write_png;
+use parking_lot::Mutex;
 use station::SharedFrame;
 use vision::{GreyImage, Picture, room_change};
 
@@ -95,20 +96,20 @@ impl BackgroundLog {
 
     /// A frame was freed from that background, or from none.
     pub fn used(&self, frame: usize, background: Option<&Arc<Background>>) -> Result<(), AppError> {
-        let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut counts = self.counts.lock();
         match background {
             None => counts.n_without += 1,
             Some(_) => counts.n_with += 1,
         }
         drop(counts);
         let (Some(background), Some(note)) = (background, &self.note) else { return Ok(()) };
-        let mut note = note.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut note = note.lock();
         writeln!(note, "{frame} {}", background.row).map_err(disk_problem)
     }
 
     /// What was counted.
     pub fn counts(&self) -> BackgroundCounts {
-        *self.counts.lock().unwrap_or_else(PoisonError::into_inner)
+        *self.counts.lock()
     }
 }
 
