@@ -45,7 +45,8 @@ export function Provenance({ scan, n_shown }: { scan: Scan; n_shown: number }) {
           <>
             <dt>{words.turn}</dt>
             <dd>
-              {decimal(plan.from_deg, 1, shown)} … {decimal(plan.to_deg, 1, shown)}°, {decimal(plan.step_deg, 2, shown)}°
+              {decimal(plan.from_deg, 1, shown)} … {decimal(plan.to_deg, 1, shown)}°,{" "}
+              {decimal(plan.step_deg, 2, shown)}°
             </dd>
           </>
         )}

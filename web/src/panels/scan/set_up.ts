@@ -53,7 +53,7 @@ export class SetUp {
     };
   });
 
-  private background(continuous: boolean): StartScan["background"] {
+  private background(continuous: boolean): Schemas["BackgroundDto"] {
     const [every_rows, above_levels] = [this.ambient_rows.value, this.ambient_levels.value];
     return {
       ...(every_rows !== undefined && !continuous && { every_rows }),

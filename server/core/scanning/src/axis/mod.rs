@@ -31,7 +31,7 @@ const INFORMATION_OVER_NOISE: f64 = 10.0;
 const MAX_TILT_SIGMA_RAD: f64 = 0.005;
 const MAX_SHIFT_SIGMA_SHARE: f64 = 0.002;
 /// The rounds end when a step is below this share of σ.
-const STEP_SIGMAS: f64 = 0.05;
+const STEP_SIGMAS: f64 = 0.2;
 
 /// An axis that was found from a part.
 #[derive(Debug, Clone, PartialEq)]
@@ -161,7 +161,6 @@ fn labelled_lines(frames: &dyn Frames, calibration: &Calibration) -> Result<Vec<
 /// What a round found out.
 struct Round {
     covariance: Matrix4<f64>,
-    information: f64,
     n_pairs: usize,
     rms_mm: f64,
     noise_ratio: f64,
@@ -196,23 +195,15 @@ fn round(lines: &[Line], calibration: &Calibration, axis: &mut RotaryAxis) -> Re
     let rms_mm = (squares / pairs.len() as f64).sqrt();
     let heights = looks.iter().map(|look| axis.direction.dot(&(look.at_mm - middle_mm)).powi(2)).sum::<f64>() / n;
     let information = least_information(&normal, &of_noise, heights.sqrt().max(1.0));
-    let Some(covariance) = normal.try_inverse() else {
-        return Err(PartAxisError::LooksTheSame { information: 0.0, needed: INFORMATION_OVER_NOISE });
+    let covariance = normal.try_inverse().filter(|_| information >= INFORMATION_OVER_NOISE);
+    let Some(covariance) = covariance else {
+        return Err(PartAxisError::LooksTheSame { information, needed: INFORMATION_OVER_NOISE });
     };
     let step: Vector4<f64> = -(covariance * right);
     let step_sigmas = (step.dot(&(normal * step)) / 4.0).sqrt();
     *axis = axis.moved(&[step[0], step[1], step[2], step[3]]);
     let distance_mm = middle_mm.norm();
-    Ok(Round {
-        covariance,
-        information,
-        n_pairs: pairs.len(),
-        rms_mm,
-        noise_ratio,
-        step,
-        step_sigmas,
-        distance_mm,
-    })
+    Ok(Round { covariance, n_pairs: pairs.len(), rms_mm, noise_ratio, step, step_sigmas, distance_mm })
 }
 
 /// Of the direction of which least is known: what the pairs say over what noisy normals would say of an axis that nothing
@@ -266,10 +257,6 @@ fn checked(
     calibration: &Calibration,
     joint: DMatrix<f64>,
 ) -> Result<PartAxis, PartAxisError> {
-    if found.information < INFORMATION_OVER_NOISE {
-        let (information, needed) = (found.information, INFORMATION_OVER_NOISE);
-        return Err(PartAxisError::LooksTheSame { information, needed });
-    }
     let n = calibration.covariance.nrows();
     let covariance: Matrix4<f64> = joint.fixed_view::<4, 4>(n, n).into_owned();
     let worst = |first: usize| {

@@ -1,17 +1,13 @@
 //! Places of the part that were seen twice, and what an axis says about the two looks (`docs/maths/turntable.md`, eq. 13).
 
-use std::collections::HashMap;
-use std::f64::consts::TAU;
-
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 use optics::{Motion, PointMm, RotaryAxis};
 use rayon::prelude::*;
 use statistics::median;
+use std::collections::HashMap;
 
 use crate::axis::looks::Look;
 
-/// The same line sees a place again after a turn; what is nearer is the same look, more or less.
-const AGAIN_RAD: f64 = 0.95 * TAU;
 /// Normals of one surface that was seen twice.
 const SAME_NORMAL_COSINE: f64 = 0.9;
 /// Steps of the derivative: tilts in rad, shifts in mm.
@@ -39,7 +35,8 @@ struct Placed<'a> {
     by_axis: Matrix3x4<f64>,
 }
 
-/// Every look with the nearest of another line, or of its own a turn later, if they are close.
+/// Every look with the nearest of another line, if they are close. A turn later the same line sees the same place in the same
+/// way, wherever the axis is.
 pub fn pairs(looks: &[Look], axis: &RotaryAxis) -> Vec<Pair> {
     let moved: Vec<[RotaryAxis; 2]> = (0..4)
         .map(|idx| {
@@ -92,9 +89,7 @@ fn placed<'a>(look: &'a Look, axis: &RotaryAxis, moved: &[[RotaryAxis; 2]]) -> P
 }
 
 fn is_seen_again(one: &Placed, other: &Placed) -> bool {
-    let elsewhere = one.look.line != other.look.line;
-    let later = (one.look.angle_rad - other.look.angle_rad).abs() > AGAIN_RAD;
-    (elsewhere || later) && one.normal.dot(&other.normal) > SAME_NORMAL_COSINE
+    one.look.line != other.look.line && one.normal.dot(&other.normal) > SAME_NORMAL_COSINE
 }
 
 /// The mean normal is square to the chord of a surface of even curvature: what is bent does not count as apart.

@@ -11,7 +11,7 @@ use crate::common::scene::scan_moved_with;
 use crate::turntable::{about_axis, angles, axis, laser_light, solid, two_lasers};
 
 /// Seeds of the noise.
-const SEEDS: u64 = 6;
+const SEEDS: u64 = 3;
 /// An error beyond this many of its own σ has a probability of 6 in 100 000.
 const SIGMAS: f64 = 4.0;
 
@@ -70,8 +70,8 @@ fn the_axis_is_where_the_surfaces_of_a_turned_part_fall_together() {
     let rms = (whitened.iter().map(|z| z * z).sum::<f64>() / whitened.len() as f64).sqrt();
     eprintln!("errors over their σ: RMS {rms:.2}");
     assert!(whitened.iter().all(|z| z.abs() < SIGMAS), "{whitened:?}");
-    // 24 standard normal values: 0.6 to 1.45 (99.8 %); a σ that is too large by half does no harm.
-    assert!((0.4..1.45).contains(&rms), "{rms}");
+    // 12 standard normal values: 0.43 to 1.66 (99.8 %).
+    assert!((0.43..1.66).contains(&rms), "{rms}");
 }
 
 #[test]
@@ -94,8 +94,5 @@ fn one_line_alone_is_blind_to_the_axis() {
     frames.retain(|frame| frame.centrelines.lit_line == Some(0));
     let refused = axis_from_part(&&frames[..], &station, &start).unwrap_err();
     eprintln!("{refused}");
-    assert!(
-        matches!(refused, PartAxisError::LooksTheSame { .. } | PartAxisError::TooLittleSeenTwice { .. }),
-        "{refused}"
-    );
+    assert!(matches!(refused, PartAxisError::TooLittleSeenTwice { n_pairs: 0, .. }), "{refused}");
 }

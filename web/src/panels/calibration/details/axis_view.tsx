@@ -7,7 +7,8 @@ import type { AxisFigures } from "./figures";
 export function AxisFiguresView({ axis }: { axis: AxisFigures }) {
   const words = text.value.calibration;
   const number = (value: number, digits: number) => decimal(value, digits, language.value);
-  const vector = (of: readonly number[], digits: number) => `(${of.map((value) => number(value, digits)).join("; ")})`;
+  const vector = (of: readonly number[], digits: number) =>
+    `(${of.map((value) => number(value, digits)).join("; ")})`;
   const um = (value: number | undefined) => `${number(value ?? Number.NaN, 1)} µm`;
   return (
     <section class="stack axis-figures">

@@ -6,10 +6,10 @@ import { useApp } from "../../../app";
 import { Show, useLoaded } from "../../../parts/loading";
 import { href } from "../../../state/browser/route";
 import { text } from "../../../text";
+import { AxisFiguresView } from "./axis_view";
 import { Facts } from "./facts";
 import { AnglesView, ModelsView } from "./models_view";
 import { ResidualsView } from "./residuals_view";
-import { AxisFiguresView } from "./axis_view";
 import { StageFiguresView } from "./stage_view";
 
 /** A calibration with its document, loaded once: it never changes. */

@@ -154,9 +154,10 @@ mod tests {
 
     #[test]
     fn ambient_light_is_what_a_twentieth_of_the_picture_exceeds() {
-        assert_eq!(background(room(20)).ambient_levels(), 40.0);
+        let is = |found: f64, levels: f64| (found - levels).abs() < 1e-3;
+        assert!(is(background(room(20)).ambient_levels(), 40.0));
         let window = grey(|u, _| if u < 4 { 200 } else { 7 });
-        assert_eq!(background(window).ambient_levels(), 7.0);
+        assert!(is(background(window).ambient_levels(), 7.0));
     }
 
     #[test]
