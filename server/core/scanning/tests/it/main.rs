@@ -8,6 +8,7 @@ mod exposures;
 mod labelling;
 mod lost_steps;
 mod one_frame;
+mod part_axis;
 mod rendered;
 mod rig_a_images;
 mod turntable;

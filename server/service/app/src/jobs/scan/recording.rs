@@ -15,14 +15,15 @@ use std::time::Instant;
 
 use capture::write_png;
 use live::LiveFrame;
-use optics::Triangulator;
+use optics::{StagePosition, Triangulator};
 use scanning::files::peaks::pack_frame;
 use scanning::{Exposed, FusionCounts, fuse_exposures};
 use station::SharedFrame;
 use station::recycling::Recycling;
-use vision::{CentrelineExtractor, CentrelineParams, Centrelines};
+use vision::{CentrelineExtractor, CentrelineParams, Centrelines, GreyImage};
 
 use crate::error::{AppError, ErrorKind};
+use crate::jobs::scan::backgrounds::{Background, BackgroundLog};
 use crate::jobs::scan::pictures::picture_path;
 use crate::jobs::scan::watched::LiveWatch;
 use crate::jobs::scan::writing::{FreeRecords, Kept, QUEUE_RECORDS, Record};
@@ -50,6 +51,8 @@ pub struct Recorder<'a> {
     pub watch: LiveWatch,
     /// How rows with several exposures became lines.
     pub fusion: Mutex<FusionCounts>,
+    /// Which background each frame was freed from.
+    pub log: &'a BackgroundLog,
 }
 
 /// Where whoever takes frames puts them.
@@ -63,13 +66,15 @@ struct Taken {
     idx: usize,
     /// One, or one of every exposure, the shortest first.
     frames: Vec<SharedFrame>,
-    position_mm: f64,
+    position: StagePosition,
+    /// Of a row with one exposure.
+    background: Option<Arc<Background>>,
 }
 
 /// What a thread made of a frame.
 struct Seen {
     idx: usize,
-    position_mm: f64,
+    position: StagePosition,
     found: Result<Found, AppError>,
 }
 
@@ -87,12 +92,17 @@ struct Memory {
 }
 
 impl Hand {
-    /// Hands a row over, a frame of every exposure; waits if the threads are behind.
+    /// Hands a row over, a frame of every exposure, with what is taken away from it; waits if the threads are behind.
     ///
     /// # Errors
     /// If recording has failed; why, says [`Recorder::record`].
-    pub fn give(&self, frames: Vec<SharedFrame>, position_mm: f64) -> Result<(), JobEnd> {
-        let taken = Taken { idx: self.next.get(), frames, position_mm };
+    pub fn give(
+        &self,
+        frames: Vec<SharedFrame>,
+        position: StagePosition,
+        background: Option<Arc<Background>>,
+    ) -> Result<(), JobEnd> {
+        let taken = Taken { idx: self.next.get(), frames, position, background };
         self.next.set(taken.idx + 1);
         if self.failed.load(Ordering::Relaxed) || self.queue.send(taken).is_err() {
             return Err(AppError::new(ErrorKind::Internal, "the frames could not be recorded").into());
@@ -106,17 +116,17 @@ impl Recorder<'_> {
     ///
     /// Returns how taking ended; what was recorded before is good in any case. A failure to record comes first: it
     /// ended the taking.
-    pub fn record(
+    pub fn record<T>(
         &self,
         kept: &mut Kept<'_>,
-        take: impl FnOnce(&Hand) -> Result<(), JobEnd>,
-    ) -> Result<(), JobEnd> {
+        take: impl FnOnce(&Hand) -> Result<T, JobEnd>,
+    ) -> Result<T, JobEnd> {
         let (queue, taken) = sync_channel(QUEUE_FRAMES);
         let (sender, seen) = sync_channel(QUEUE_FRAMES);
         let (to_disk, records) = sync_channel(QUEUE_RECORDS);
         let (taken, memory) = (Mutex::new(taken), Memory::default());
         let failed = Arc::new(AtomicBool::new(false));
-        let first = kept.positions_mm.len();
+        let first = kept.positions.len();
         let hand = Hand { queue, next: Cell::new(first), failed: failed.clone() };
         let (taken, memory, failed) = (&taken, &memory, &*failed);
         std::thread::scope(|scope| {
@@ -128,7 +138,7 @@ impl Recorder<'_> {
             drop(sender);
             let write = move || kept.write(&records, &memory.records, failed);
             let writer = spawned(scope, "scan-write".to_owned(), write)?;
-            let show = move |idx, position_mm, found| self.show(idx, position_mm, found, memory, &to_disk);
+            let show = move |idx, position, found| self.show(idx, position, found, memory, &to_disk);
             let shower = spawned(scope, "scan-show".to_owned(), move || in_order(seen, first, failed, show))?;
             let ended = take(&hand);
             drop(hand);
@@ -149,7 +159,7 @@ impl Recorder<'_> {
         loop {
             let next = taken.lock().recv();
             let Ok(taken) = next else { return };
-            let Taken { idx, mut frames, position_mm } = taken;
+            let Taken { idx, mut frames, position, background } = taken;
             // The longest exposure is what viewers see.
             let Some(longest) = frames.pop() else { continue };
             let captured_at_ns = longest.captured_at_ns;
@@ -157,7 +167,10 @@ impl Recorder<'_> {
             let found = kept.and_then(|()| {
                 let mut live = fresh(&memory.results, longest, &calibration_id);
                 let LiveFrame { frame, centrelines, profile, .. } = Arc::get_mut(&mut live).expect(UNSHARED);
-                extractor.find(&frame.image, &params, centrelines);
+                match self.freed(idx, &frame.image, background.as_ref())? {
+                    Some(freed) => extractor.find(&freed, &params, centrelines),
+                    None => extractor.find(&frame.image, &params, centrelines),
+                }
                 if !frames.is_empty() {
                     shorter.resize_with(frames.len(), Centrelines::default);
                     for (frame, lines) in frames.iter().zip(&mut shorter) {
@@ -169,10 +182,11 @@ impl Recorder<'_> {
                 }
                 profile.get_or_insert_default().fill(centrelines, self.triangulator, depth_range_mm);
                 let mut record = memory.records.take();
-                pack_frame(&mut record, centrelines, position_mm, Some(captured_at_ns)).map_err(disk_problem)?;
+                let at = position.value();
+                pack_frame(&mut record, centrelines, at, Some(captured_at_ns)).map_err(disk_problem)?;
                 Ok(Found { live, record })
             });
-            if sender.send(Seen { idx, position_mm, found }).is_err() {
+            if sender.send(Seen { idx, position, found }).is_err() {
                 return;
             }
         }
@@ -190,6 +204,18 @@ impl Recorder<'_> {
         fused
     }
 
+    /// A frame without its background, if it has one that shows the same.
+    fn freed(
+        &self,
+        idx: usize,
+        frame: &GreyImage,
+        background: Option<&Arc<Background>>,
+    ) -> Result<Option<GreyImage>, AppError> {
+        let freed = background.and_then(|background| background.taken_from(frame));
+        self.log.used(idx, background.filter(|_| freed.is_some()))?;
+        Ok(freed)
+    }
+
     fn keep_picture(&self, idx: usize, frame: &SharedFrame) -> Result<(), AppError> {
         let Some(folder) = &self.pictures else { return Ok(()) };
         write_png(&folder.join(picture_path(idx)), &frame.image).map_err(disk_problem)
@@ -198,7 +224,7 @@ impl Recorder<'_> {
     fn show(
         &self,
         idx: usize,
-        position_mm: f64,
+        position: StagePosition,
         found: Found,
         memory: &Memory,
         to_disk: &SyncSender<Record>,
@@ -209,12 +235,12 @@ impl Recorder<'_> {
         let shown_at = Instant::now();
         if let Some(profile) = &result.profile {
             let calibration = self.triangulator.calibration();
-            live.add_profile_points(self.scan_id, idx as u32, position_mm, profile, calibration);
-            self.watch.note(self.ctx, self.scan_id, profile, position_mm);
+            live.add_profile_points(self.scan_id, idx as u32, position, profile, calibration);
+            self.watch.note(self.ctx, self.scan_id, profile, position.value());
         }
         lock(&memory.results).give_back(result);
         let gone = |_| AppError::new(ErrorKind::Internal, "the thread that writes the scan has ended");
-        to_disk.send(Record { bytes: record, position_mm, arrived_at, shown_at }).map_err(gone)
+        to_disk.send(Record { bytes: record, position: position.value(), arrived_at, shown_at }).map_err(gone)
     }
 }
 
@@ -262,7 +288,7 @@ fn in_order(
     seen: Receiver<Seen>,
     first: usize,
     failed: &AtomicBool,
-    mut hand_on: impl FnMut(usize, f64, Found) -> Result<(), AppError>,
+    mut hand_on: impl FnMut(usize, StagePosition, Found) -> Result<(), AppError>,
 ) -> Result<(), AppError> {
     let mut early: Vec<Seen> = Vec::with_capacity(THREADS_MAX + QUEUE_FRAMES);
     let mut next = first;
@@ -270,10 +296,10 @@ fn in_order(
     for result in seen {
         early.push(result);
         while let Some(at) = early.iter().position(|result| result.idx == next) {
-            let Seen { idx, position_mm, found } = early.swap_remove(at);
+            let Seen { idx, position, found } = early.swap_remove(at);
             next += 1;
             if outcome.is_ok() {
-                outcome = found.and_then(|found| hand_on(idx, position_mm, found));
+                outcome = found.and_then(|found| hand_on(idx, position, found));
                 if outcome.is_err() {
                     failed.store(true, Ordering::Relaxed);
                 }
