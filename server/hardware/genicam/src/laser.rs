@@ -112,7 +112,8 @@ impl Line {
             self.changed.notify_all();
             if desk.is_closed {
                 desk.has_ended = true;
-                return self.changed.notify_all();
+                self.changed.notify_all();
+                return;
             }
             let until_end = desk.lit_until.map_or(LOOK, |until| until.saturating_duration_since(Instant::now()));
             let is_as_wanted = |desk: &mut Desk| !desk.is_closed && wanted == desk.is_wanted(Instant::now());

@@ -1,6 +1,6 @@
 //! What the camera shares with those who read its features.
 
-use parking_lot::{Mutex, MutexGuard};
+use parking_lot::Mutex;
 
 use devices::features::CameraLink;
 

@@ -78,7 +78,8 @@ pub fn fuse_exposures(exposures: &[Exposed]) -> (Centrelines, FusionCounts) {
         chains.go_on(column[0].column, fused);
     }
     let correlation_px = exposures.iter().map(|exposed| exposed.centrelines.correlation_px).fold(0.0, f64::max);
-    (Centrelines { segments: chains.segments(direction), direction, correlation_px }, counts)
+    let lit_line = exposures.first().and_then(|exposed| exposed.centrelines.lit_line);
+    (Centrelines { segments: chains.segments(direction), direction, correlation_px, lit_line }, counts)
 }
 
 fn all_points(exposures: &[Exposed], direction: LineDirection) -> Vec<Seen> {
