@@ -17,6 +17,9 @@ pub const NOISE_OVER_NEIGHBOURS: f32 = 3.0;
 /// Widths along the column, in those its level searches for, up to which a line is a level's own: the geometric middle
 /// between one level and the next is 1.41, and boxes of one width find lines up to 1.6 times as wide.
 pub const LEVEL_BAND: f32 = 1.25;
+/// The same of the image itself, as long as nothing wider is in it: lines of up to 1.6 times the typical width, such as some
+/// at 45°, are measured as 1.35 times, and a level costs as much time as the image.
+pub const LEVEL_FIRST_BAND: f32 = 1.35;
 /// Up to this share of the width its level searches for a line is surely that level's own; above, a coarser level that fits
 /// it as well sees more of it.
 pub const LEVEL_SURE: f32 = 1.0;
@@ -31,6 +34,12 @@ pub const LEVEL_STITCH_WIDTHS: f32 = 0.5;
 pub const LEVEL_LEAST_LIGHT: f32 = 8.0;
 /// Narrowest line, in the width its level searches for, that is taken from a coarser level: the finer one is sure of it.
 pub const LEVEL_NARROWEST: f32 = 0.5 * LEVEL_SURE;
+/// Full width across the line, px, of the widest light that is taken for a line: the widest that is looked for, 40 px, and
+/// a quarter. A part that is lit as a whole is wider.
+pub const LEVEL_WIDEST_PX: f32 = 50.0;
+/// What a width along the column, as measured, has in its square over the line's own, rows² of the level: a height that is
+/// the mean of three rows is less than that of the line (3 to 5 px: 4.4 to 4.7).
+pub const LEVEL_MEASURED_PX2: f32 = 4.4;
 /// Rows that a line lights, in its widths: a bell stands out of the noise over no more.
 pub const LEVEL_LIT_WIDTHS: f32 = 3.0;
 /// What cells and their margins add to that, rows of the level.
@@ -151,6 +160,12 @@ pub const FLANK_STEP_EVEN: f32 = 0.2;
 pub const FLANK_STEP_MAX: f32 = 0.6;
 /// Half-height of the centroid window in line widths.
 pub const CENTROID_HALF_HEIGHT_WIDTHS: f32 = 1.2;
+
+/// By how much the square of a measured width exceeds that of the line, px², as a polynomial in 1 over that square: fitted to
+/// the widths of bells from 1.5 to 60 px.
+pub const HEIGHT_EXCESS: [f32; 3] = [4.913, -21.55, 243.4];
+/// Measured width of lines of 1.5 px; nothing narrower can be told from it.
+pub const HEIGHT_LEAST_PX: f32 = 2.86;
 
 /// Half-length of the longest window of the fit along the line, in line widths.
 pub const ALONG_HALF_LENGTH_WIDTHS: f32 = 2.2;

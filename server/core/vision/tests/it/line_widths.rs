@@ -1,6 +1,9 @@
 //! Lines as wide as their light: from 2 to 40 px, side by side, changing along the line, steep.
 //! What this does not show: light that is not a bell across the line.
 
+use std::f64::consts::PI;
+use std::sync::Arc;
+
 use rand::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use vision::{CentrelineParams, Centrelines, GreyImage, Pixels, find_centrelines};
@@ -17,7 +20,7 @@ const SPECKLE: f64 = 0.28;
 /// A line across the picture.
 struct Line {
     /// Row of the middle by column, and its slope.
-    row: fn(f64, f64) -> (f64, f64),
+    row: Box<dyn Fn(f64, f64) -> (f64, f64)>,
     /// What the row depends on besides.
     at: f64,
     /// Full width at half height across the line by column, px.
@@ -31,29 +34,39 @@ fn level(u: f64, at: f64) -> (f64, f64) {
 }
 
 fn line(at: f64, fwhm: impl Fn(f64) -> f64 + 'static) -> Line {
-    Line { row: level, at, fwhm: Box::new(fwhm), columns: 0..WIDTH }
+    Line { row: Box::new(level), at, fwhm: Box::new(fwhm), columns: 0..WIDTH }
 }
 
 fn picture(lines: &[Line], seed: u64) -> GreyImage {
-    let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    let mut grey = vec![DARK; WIDTH * HEIGHT];
+    picture_of(lines, HEIGHT, seed)
+}
+
+fn picture_of(lines: &[Line], height: usize, seed: u64) -> GreyImage {
+    let mut grey = vec![DARK; WIDTH * height];
     for line in lines {
         for u in line.columns.clone() {
             let (row, slope) = (line.row)(u as f64, line.at);
             let sigma = (line.fwhm)(u as f64) / 2.354_82 * (1.0 + slope * slope).sqrt();
             let from = (row - 5.0 * sigma).max(0.0) as usize;
-            for v in from..((row + 5.0 * sigma).max(0.0) as usize).min(HEIGHT) {
+            for v in from..((row + 5.0 * sigma).max(0.0) as usize).min(height) {
                 grey[v * WIDTH + u] += BRIGHT * (-0.5 * ((v as f64 - row) / sigma).powi(2)).exp();
             }
         }
     }
-    let speckle = speckle(&mut rng);
+    photographed(&grey, seed)
+}
+
+/// Light with its speckle, by a camera with its noise.
+fn photographed(grey: &[f64], seed: u64) -> GreyImage {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    let height = grey.len() / WIDTH;
+    let speckle = speckle(&mut rng, height);
     let pixels = grey.iter().zip(speckle).map(|(level, speckle)| {
         let level = DARK + (level - DARK) * speckle;
         let noise = normal(&mut rng);
         (level + noise * (NOISE * NOISE + 0.02 * level).sqrt()).round().clamp(0.0, 255.0) as u8
     });
-    GreyImage::new(WIDTH, HEIGHT, Pixels::Eight(pixels.collect())).unwrap()
+    GreyImage::new(WIDTH, height, Pixels::Eight(pixels.collect())).unwrap()
 }
 
 fn normal(rng: &mut Pcg64Mcg) -> f64 {
@@ -61,17 +74,17 @@ fn normal(rng: &mut Pcg64Mcg) -> f64 {
 }
 
 /// A factor for every pixel: mean 1, standard deviation [`SPECKLE`], shared by neighbours two pixels apart.
-fn speckle(rng: &mut Pcg64Mcg) -> Vec<f64> {
-    let white: Vec<f64> = (0..WIDTH * HEIGHT).map(|_| normal(rng)).collect();
+fn speckle(rng: &mut Pcg64Mcg, height: usize) -> Vec<f64> {
+    let white: Vec<f64> = (0..WIDTH * height).map(|_| normal(rng)).collect();
     let near = |idx: usize| {
         let (u, v) = (idx % WIDTH, idx / WIDTH);
         let sum: f64 = [0, 1]
             .iter()
-            .flat_map(|dv| [0, 1].map(|du| white[(v + dv).min(HEIGHT - 1) * WIDTH + (u + du).min(WIDTH - 1)]))
+            .flat_map(|dv| [0, 1].map(|du| white[(v + dv).min(height - 1) * WIDTH + (u + du).min(WIDTH - 1)]))
             .sum();
         (1.0 + SPECKLE * sum / 2.0).max(0.0)
     };
-    (0..WIDTH * HEIGHT).map(near).collect()
+    (0..WIDTH * height).map(near).collect()
 }
 
 /// What was found of a line.
@@ -85,17 +98,20 @@ struct Found {
     rms_sigmas: f64,
     /// Median of found by true width.
     width: f64,
+    /// Columns with a point, and all columns, by slope: from 0°, 15° … 75° on.
+    by_slope: [[usize; 2]; 6],
 }
 
 /// Points within half a width of the line are its own.
-fn found(lines: &Centrelines, line: &Line) -> Found {
+fn found(lines: &Centrelines, line: &Line, height: usize) -> Found {
     let (mut n, mut n_found, mut twice) = (0, 0, 0usize);
     let (mut sigmas, mut widths) = (0.0, Vec::new());
+    let mut by_slope = [[0; 2]; 6];
     for u in line.columns.clone() {
         let (row, slope) = (line.row)(u as f64, line.at);
         let (fwhm, across) = ((line.fwhm)(u as f64), 1.0 / (1.0 + slope * slope).sqrt());
         let reach = 2.0 * fwhm / across;
-        if row < reach || row + reach > HEIGHT as f64 - 1.0 {
+        if row < reach || row + reach > height as f64 - 1.0 {
             continue;
         }
         n += 1;
@@ -105,6 +121,8 @@ fn found(lines: &Centrelines, line: &Line) -> Found {
             });
         let points: Vec<_> = points.collect();
         n_found += usize::from(!points.is_empty());
+        let seen = &mut by_slope[(slope.abs().atan().to_degrees() / 15.0 + 1e-9) as usize];
+        *seen = [seen[0] + usize::from(!points.is_empty()), seen[1] + 1];
         twice += usize::from(points.len() > 1);
         for point in points {
             let error_px = (point.v_px - row) * across;
@@ -119,6 +137,7 @@ fn found(lines: &Centrelines, line: &Line) -> Found {
         twice,
         rms_sigmas: (sigmas / n_points).sqrt(),
         width: widths.get(widths.len() / 2).copied().unwrap_or(f64::NAN),
+        by_slope,
     }
 }
 
@@ -144,7 +163,7 @@ fn assert_found_within(name: &str, lines: &[Line], share: f64, honest: std::ops:
         let of_picture = centrelines(lines, seed);
         n_points += of_picture.segments.iter().map(|segment| segment.points.len()).sum::<usize>();
         for line in lines {
-            let found = found(&of_picture, line);
+            let found = found(&of_picture, line, HEIGHT);
             let n_columns = found.share * line.columns.len() as f64;
             least = least.min(found.share);
             squares += found.rms_sigmas.powi(2) * n_columns;
@@ -162,6 +181,11 @@ fn assert_found_within(name: &str, lines: &[Line], share: f64, honest: std::ops:
     );
     assert!(least >= share, "{name}: {least} of a line");
     assert_eq!(n_twice, 0, "{name}");
+    let stated = [widths[0], widths[widths.len() - 1]];
+    assert!(
+        stated.iter().all(|width| (0.88..1.12).contains(width)),
+        "{name}: widths stated {stated:?} of the true ones"
+    );
     assert!(honest.contains(&by_sigma), "{name}: error {by_sigma} σ");
     assert!(n_points as f64 <= n_own * 1.01 + 10.0, "{name}: {n_points} points, {n_own} on lines");
 }
@@ -208,10 +232,128 @@ fn steep_lines_are_found_up_to_75_degrees() {
             let slope = degrees.to_radians().tan();
             let columns = WIDTH / 2..WIDTH / 2 + (600.0 / slope).min(500.0) as usize;
             let mut steep = line(slope, move |_| fwhm);
-            steep.row = |u, slope| (80.0 + slope * (u - (WIDTH / 2) as f64), slope);
+            steep.row = Box::new(|u, slope| (80.0 + slope * (u - (WIDTH / 2) as f64), slope));
             steep.columns = columns;
             // Speckle is finer than a steep line's window along its columns: σ errs on the large side.
             assert_found_within(&format!("{fwhm} px, {degrees}°"), &[steep], 0.92, 0.7..1.25);
         }
     }
+}
+
+/// Seventeen lines that bow from level to so steep and back, and as wide at either end of that.
+fn seventeen(widths: [f64; 2], steepest_deg: f64, pitch_px: f64) -> (Vec<Line>, usize) {
+    let angle = move |u: f64| steepest_deg.to_radians() * (PI * (2.0 * u / WIDTH as f64 - 1.0)).sin();
+    let rows: Vec<f64> = (0..WIDTH)
+        .scan(0.0, |row, u| {
+            *row += angle(u as f64).tan();
+            Some(*row)
+        })
+        .collect();
+    let least = rows.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = rows.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let shape = Arc::new(rows);
+    let lines = (0..17).map(|idx| {
+        let (at, shape) = (120.0 + pitch_px * f64::from(idx) - least, shape.clone());
+        let width = move |u: f64| widths[0] + (widths[1] - widths[0]) * angle(u).abs() / steepest_deg.to_radians();
+        Line {
+            row: Box::new(move |u, at| (at + shape[u as usize], angle(u).tan())),
+            at,
+            fwhm: Box::new(width),
+            columns: 0..WIDTH,
+        }
+    });
+    (lines.collect(), (240.0 + 17.0 * pitch_px + most - least) as usize)
+}
+
+#[test]
+fn seventeen_lines_are_whole_at_every_width_and_slope() {
+    for (widths, steepest_deg, pitch_px) in [
+        ([2.0, 4.0], 75.0, 70.0),
+        ([4.0, 12.0], 75.0, 150.0),
+        ([10.0, 30.0], 45.0, 170.0),
+        ([20.0, 40.0], 30.0, 190.0),
+    ] {
+        let (lines, height) = seventeen(widths, steepest_deg, pitch_px);
+        let image = picture_of(&lines, height, 3);
+        let of_picture = find_centrelines(&image, &CentrelineParams::default());
+        let name = format!("{widths:?} px, to {steepest_deg}°");
+        let (mut squares, mut n) = (0.0, 0.0);
+        let mut by_slope = [[0usize; 2]; 6];
+        for line in &lines {
+            let of_line = found(&of_picture, line, height);
+            assert_eq!(of_line.twice, 0, "{name}");
+            squares += of_line.rms_sigmas.powi(2);
+            n += 1.0;
+            for (seen, of_line) in by_slope.iter_mut().zip(of_line.by_slope) {
+                (0..2).for_each(|k| seen[k] += of_line[k]);
+            }
+        }
+        eprintln!("{name}: error {:.2} σ, {by_slope:?}", f64::sqrt(squares / n));
+        assert!((0.8..1.25).contains(&f64::sqrt(squares / n)), "{name}");
+        for (idx, [n_found, n]) in by_slope.iter().enumerate().filter(|(_, [_, n])| *n > 0) {
+            assert!(*n_found as f64 >= 0.95 * *n as f64, "{name}: {n_found} of {n} columns from {}° on", 15 * idx);
+        }
+    }
+}
+
+/// The brightest row near `row` and its neighbours as a parabola of logarithms: a plain peak finder.
+fn log_parabola(image: &GreyImage, u: usize, row: f64) -> f64 {
+    let mean = |v: usize| (v - 1..=v + 1).map(|v| f64::from(image.at(u, v))).sum::<f64>() / 3.0 - DARK;
+    let near = row as usize - 6..row as usize + 7;
+    let peak = near.max_by(|&a, &b| mean(a).total_cmp(&mean(b))).unwrap();
+    let [a, b, c] = [peak - 1, peak, peak + 1].map(|v| mean(v).max(0.5).ln());
+    peak as f64 + if a + c < 2.0 * b { 0.5 * (a - c) / (a - 2.0 * b + c) } else { 0.0 }
+}
+
+#[test]
+fn steps_of_blocks_are_nearer_to_the_truth_than_by_a_plain_peak_finder() {
+    let mut lines = Vec::new();
+    for (idx, from) in (100..900).step_by(200).enumerate() {
+        let (at, fwhm) = (150.0 + 70.0 * idx as f64, 10.0 + 0.3 * idx as f64);
+        lines.push(Line { columns: from..from + 100, ..line(at, move |_| fwhm) });
+        lines.push(Line { columns: from + 100..from + 200, ..line(560.0, |_| 3.0) });
+    }
+    let image = picture(&lines, 8);
+    let of_picture = find_centrelines(&image, &CentrelineParams::default());
+    let (mut ours, mut plain, mut n) = (0.0, 0.0, 0.0);
+    for line in &lines {
+        for u in line.columns.clone() {
+            let (row, _) = (line.row)(u as f64, line.at);
+            let points = of_picture.segments.iter().flat_map(|segment| &segment.points);
+            let here: Vec<f64> =
+                points.filter(|p| p.u_px == u as f64 && (p.v_px - row).abs() < 8.0).map(|p| p.v_px).collect();
+            let [found] = here[..] else { panic!("column {u}: {here:?} for {row}") };
+            ours += (found - row).powi(2);
+            plain += (log_parabola(&image, u, row) - row).powi(2);
+            n += 1.0;
+        }
+    }
+    let (ours, plain) = (f64::sqrt(ours / n), f64::sqrt(plain / n));
+    eprintln!("{ours:.3} px, log-parabola {plain:.3} px");
+    assert!(ours <= plain, "{ours} px, log-parabola {plain} px");
+}
+
+#[test]
+fn a_lit_ball_does_not_pass_for_the_line_that_lies_on_it() {
+    // As photographed by others: a clipped line 11 px wide on a ball that the room lights.
+    let mut grey = vec![DARK; WIDTH * HEIGHT];
+    let at = |u: usize| 400.0 + 0.0006 * (u as f64 - 512.0).powi(2);
+    for (idx, level) in grey.iter_mut().enumerate() {
+        let (u, v) = ((idx % WIDTH) as f64, (idx / WIDTH) as f64);
+        let inside = 1.0 - ((u - 512.0) / 300.0).powi(2) - ((v - 390.0) / 290.0).powi(2);
+        if inside > 0.0 {
+            let clipped = if (u - 500.0).abs() < 60.0 { 4.0 } else { 2.0 };
+            *level +=
+                80.0 * inside.sqrt() + clipped * BRIGHT * (-0.5 * ((v - at(u as usize)) / 4.7).powi(2)).exp();
+        }
+    }
+    let found = find_centrelines(&photographed(&grey, 5), &CentrelineParams::default());
+    for u in 320..700 {
+        let here = found.segments.iter().flat_map(|s| &s.points).filter(|p| p.u_px == u as f64);
+        let near = here.filter(|p| (p.v_px - at(u)).abs() < 20.0).map(|p| p.v_px - at(u)).collect::<Vec<_>>();
+        let [error_px] = near[..] else { panic!("column {u}: {near:?}") };
+        assert!(error_px.abs() < 2.0, "column {u}: {error_px} px off");
+    }
+    let widest = found.segments.iter().flat_map(|s| &s.points).map(|p| p.width_px).fold(0.0, f32::max);
+    assert!(widest <= 50.0, "a line {widest} px wide");
 }

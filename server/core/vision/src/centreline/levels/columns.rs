@@ -4,16 +4,16 @@ use std::ops::Range;
 
 use super::super::Centrelines;
 use super::super::fast::Strip;
-use super::marks::{Line, Mark, Place, kept, stitched, without};
+use super::marks::{Line, Mark, Place, Spot, kept, stitched, without};
 use crate::params::{
-    LEVEL_BAND, LEVEL_CLAIMED_SHARE, LEVEL_LEAST_LIGHT, LEVEL_LIT_PX, LEVEL_LIT_WIDTHS, LEVEL_NARROWEST,
-    LEVEL_SURE, MIN_SEGMENT_COLUMNS, STRIP_WIDTH_PX,
+    LEVEL_BAND, LEVEL_CLAIMED_SHARE, LEVEL_FIRST_BAND, LEVEL_LEAST_LIGHT, LEVEL_LIT_PX, LEVEL_LIT_WIDTHS,
+    LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX, MIN_SEGMENT_COLUMNS, STRIP_WIDTH_PX,
 };
 
-/// All marks by column, with their places; keeps its memory.
+/// All marks by column; keeps its memory.
 #[derive(Default)]
 pub struct Columns {
-    marks: Vec<Vec<(Place, Mark)>>,
+    spots: Vec<Vec<Spot>>,
     /// Rows with light left in a strip, and how many they are together with those of the strips before; the same of the
     /// strip before.
     left: Vec<(Range<usize>, f32)>,
@@ -22,16 +22,16 @@ pub struct Columns {
 
 impl Columns {
     fn clear(&mut self, width: usize) {
-        self.marks.iter_mut().for_each(Vec::clear);
-        self.marks.resize_with(width, Vec::new);
+        self.spots.iter_mut().for_each(Vec::clear);
+        self.spots.resize_with(width, Vec::new);
     }
 
     /// Takes the lines of an image as they were found.
     pub fn take_found(&mut self, found: &Centrelines, width: usize) {
         self.clear(width);
         for (line, segment) in found.segments.iter().enumerate() {
-            for (at, &point) in segment.points.iter().enumerate() {
-                self.marks[point.u_px as usize].push(((line, at), Mark { point, rows: 1.0 }));
+            for (at, point) in segment.points.iter().enumerate() {
+                self.spots[point.u_px as usize].push(Spot::of((line, at), point, 1.0));
             }
         }
     }
@@ -41,7 +41,7 @@ impl Columns {
         self.clear(width);
         for (line, marks) in lines.iter().enumerate() {
             for (at, mark) in marks.iter().enumerate() {
-                self.marks[mark.point.u_px as usize].push(((line, at), *mark));
+                self.spots[mark.point.u_px as usize].push(Spot::of((line, at), &mark.point, mark.rows));
             }
         }
     }
@@ -73,28 +73,28 @@ impl Columns {
     }
 
     fn is_explained(&self, strip: &Strip, lit: &Range<usize>, rows: f32, base_px: f32) -> bool {
-        let lit_px = lit.start as f64..lit.end as f64;
-        let explained_px = |(_, mark): &(Place, Mark)| {
-            let slope = (mark.point.normal[0] / mark.point.normal[1]).abs() as f32;
-            LEVEL_LIT_WIDTHS * mark.width_px() + slope * STRIP_WIDTH_PX as f32 + LEVEL_LIT_PX * rows
+        let lit_px = lit.start as f32..lit.end as f32;
+        let explained_px = |spot: &Spot| {
+            LEVEL_LIT_WIDTHS * spot.width_px + spot.slope * STRIP_WIDTH_PX as f32 + LEVEL_LIT_PX * rows
         };
-        let is_explained = |column: &&Vec<(Place, Mark)>| {
-            let own = column
-                .iter()
-                .filter(|(_, mark)| mark.fit(base_px) <= LEVEL_BAND && lit_px.contains(&mark.point.v_px));
+        // The image itself shows lines a little wider than its own as well as a level would, and every level costs time.
+        let widest = if rows > 1.0 { LEVEL_BAND } else { LEVEL_FIRST_BAND };
+        let is_explained = |column: &&Vec<Spot>| {
+            let own = column.iter().filter(|spot| lit_px.contains(&spot.v_px) && spot.fit(base_px) <= widest);
             own.map(explained_px).sum::<f32>() >= lit.len() as f32
         };
-        2 * self.marks[strip.u0..strip.u1].iter().filter(is_explained).count() >= strip.u1 - strip.u0
+        2 * self.spots[strip.u0..strip.u1].iter().filter(is_explained).count() >= strip.u1 - strip.u0
     }
 
     /// Marks of `found` that see what a longer line sees in their column.
     pub fn second_looks(&self, found: &Centrelines) -> Vec<Place> {
         let mut seconds = Vec::new();
         let n_points = |place: &Place| found.segments[place.0].points.len();
-        for column in &self.marks {
-            for (idx, (place, mark)) in column.iter().enumerate() {
-                for (other, _) in column[..idx].iter().filter(|(_, other)| other.is_near(mark)) {
-                    seconds.push(if n_points(other) < n_points(place) { *other } else { *place });
+        for column in &self.spots {
+            for (idx, spot) in column.iter().enumerate() {
+                for other in column[..idx].iter().filter(|other| other.is_near(spot)) {
+                    let (place, other) = (spot.place, other.place);
+                    seconds.push(if n_points(&other) < n_points(&place) { other } else { place });
                 }
             }
         }
@@ -106,20 +106,22 @@ impl Columns {
     pub fn merged(&self, lines: Vec<Line>, coarse: Vec<Line>, base_px: f32) -> Vec<Line> {
         let mut gone = Vec::new();
         let mut added = Vec::new();
-        for line in coarse.into_iter().flat_map(|line| kept(line, |mark| mark.fit(base_px) > LEVEL_NARROWEST)) {
-            let near = |mark: &Mark| -> Vec<&(Place, Mark)> {
-                self.marks[mark.point.u_px as usize].iter().filter(|(_, other)| other.is_near(mark)).collect()
+        let is_own =
+            |mark: &Mark| mark.spot().fit(base_px) > LEVEL_NARROWEST && mark.point.width_px <= LEVEL_WIDEST_PX;
+        for line in coarse.into_iter().flat_map(|line| kept(line, is_own)) {
+            let near = |mark: &Mark| -> Vec<&Spot> {
+                let spot = mark.spot();
+                self.spots[mark.point.u_px as usize].iter().filter(|other| other.is_near(&spot)).collect()
             };
-            let others: Vec<Vec<&(Place, Mark)>> = line.iter().map(near).collect();
-            let is_claimed =
-                |others: &Vec<&(Place, Mark)>| others.iter().any(|(_, other)| other.fit(base_px) <= LEVEL_SURE);
+            let others: Vec<Vec<&Spot>> = line.iter().map(near).collect();
+            let is_claimed = |others: &Vec<&Spot>| others.iter().any(|other| other.fit(base_px) <= LEVEL_SURE);
             let claimed: Vec<bool> = others.iter().map(is_claimed).collect();
             let n_claimed = claimed.iter().filter(|claimed| **claimed).count();
             if n_claimed as f32 > LEVEL_CLAIMED_SHARE * line.len() as f32 {
                 continue;
             }
             let beaten = others.iter().zip(&claimed).filter(|(_, claimed)| !**claimed);
-            gone.extend(beaten.flat_map(|(others, _)| others.iter().map(|(place, _)| *place)));
+            gone.extend(beaten.flat_map(|(others, _)| others.iter().map(|other| other.place)));
             let mut claimed = claimed.into_iter();
             added.extend(kept(line, |_| !claimed.next().expect("one per mark")));
         }

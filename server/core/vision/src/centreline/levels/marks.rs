@@ -1,7 +1,7 @@
 //! The lines of one or several levels, point by point.
 
 use super::super::{CentrelinePoint, Centrelines};
-use crate::params::{LEVEL_NEAR_WIDTHS, LEVEL_STITCH_WIDTHS};
+use crate::params::{LEVEL_MEASURED_PX2, LEVEL_NEAR_WIDTHS, LEVEL_STITCH_WIDTHS};
 
 /// A point and how many rows were averaged where it was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,21 +18,53 @@ pub type Line = Vec<Mark>;
 /// A mark among lines: line, place in it.
 pub type Place = (usize, usize);
 
-impl Mark {
-    /// Full width at half height along the column, px.
-    pub fn width_px(&self) -> f32 {
-        self.point.width_px / self.point.normal[1].abs().max(f64::from(f32::MIN_POSITIVE)) as f32
+/// What a mark says to its column: where it is and what light it explains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// Line and place in it.
+    pub place: Place,
+    /// Row.
+    pub v_px: f32,
+    /// Full width along the column as measured, area by the height of three rows, px.
+    pub width_px: f32,
+    /// Rows per column, without sign.
+    pub slope: f32,
+    /// Rows in one.
+    pub rows: f32,
+}
+
+impl Spot {
+    /// What a point found in an image with `rows` rows averaged into one says.
+    #[inline(always)]
+    pub fn of(place: Place, point: &CentrelinePoint, rows: f32) -> Self {
+        let (along, across) = (point.normal[0].abs() as f32, point.normal[1].abs() as f32);
+        let per_across = 1.0 / across.max(f32::MIN_POSITIVE);
+        let (width_px, slope) = (point.width_px * per_across, along * per_across);
+        // As it was measured, which is what levels search with.
+        let width_px = (width_px * width_px + LEVEL_MEASURED_PX2 * rows * rows).sqrt();
+        Self { place, v_px: point.v_px as f32, width_px, slope, rows }
     }
 
     /// Its width as a share of that its level is made for.
     pub fn fit(&self, base_px: f32) -> f32 {
-        self.width_px() / (base_px * self.rows)
+        self.width_px / (base_px * self.rows)
     }
 
     /// Whether both, of one column, are looks at the same line.
     pub fn is_near(&self, other: &Self) -> bool {
-        let apart_px = (self.point.v_px - other.point.v_px).abs() as f32;
-        apart_px < LEVEL_NEAR_WIDTHS * self.width_px().max(other.width_px())
+        (self.v_px - other.v_px).abs() < LEVEL_NEAR_WIDTHS * self.width_px.max(other.width_px)
+    }
+}
+
+impl Mark {
+    /// Full width at half height along the column, px.
+    pub fn width_px(&self) -> f32 {
+        self.spot().width_px
+    }
+
+    /// What it says to its column.
+    pub fn spot(&self) -> Spot {
+        Spot::of((0, 0), &self.point, self.rows)
     }
 }
 

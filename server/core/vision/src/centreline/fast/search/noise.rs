@@ -98,7 +98,10 @@ impl<T: Level> BoxNoise<T> {
         for (place, sigma) in sigmas.iter_mut().enumerate().rev().filter(|(_, sigma)| **sigma == WANTED) {
             let (column, row) = (place % across, place / across);
             *sigma = tiles.sigma(view, column * NOISE_TILE_PX, row * NOISE_TILE_PX) * per_row;
-            if *sigma > NOISE_OVER_NEIGHBOURS * of_independent * pixels.least_around(column, row) {
+            let limit = NOISE_OVER_NEIGHBOURS * of_independent * pixels.least_around(column, row);
+            if *sigma > limit {
+                // Lines close to each other are much the same some columns further, noise and texture are not.
+                *sigma = sigma.min((tiles.sigma_along() * per_row).max(limit));
                 doubted.push((column, row));
             }
         }
@@ -126,6 +129,9 @@ const UNKNOWN: f32 = -1.0;
 /// A tile that is about to be measured.
 const WANTED: f32 = -2.0;
 
+/// Columns from one box to the one beside it: grains of speckle are smaller, and a steep line has not gone far.
+const BOXES_BESIDE: usize = 4;
+
 /// Measures, tile by tile, the robust spread of the difference between the sums of two boxes of `n_rows` rows, one
 /// `apart` rows below the other.
 #[derive(Default)]
@@ -135,6 +141,8 @@ struct Tiles<T: Level> {
     /// The median of a tile is near that of the tile before.
     median: u16,
     sums: Vec<Row<T>>,
+    /// Where the samples of the last tile begin among the sums.
+    firsts: Vec<usize>,
 }
 
 impl<T: Level> Tiles<T> {
@@ -149,15 +157,32 @@ impl<T: Level> Tiles<T> {
         let Self { n_rows, apart, .. } = *self;
         let v1 = (v0 + NOISE_TILE_PX).min(view.height.saturating_sub(apart + n_rows - 1));
         let mut tile = [[0; NOISE_COLUMNS]; N_ROWS];
-        let rows = (v0..v1).step_by(NOISE_STRIDE_PX);
-        let n = rows.len();
+        self.firsts.clear();
+        self.firsts.extend((v0..v1).step_by(NOISE_STRIDE_PX).map(|v| v - v0));
+        let n = self.firsts.len();
         let last = (v0 + NOISE_TILE_PX + apart + n_rows - 1).min(view.height);
         sum_up(view, columns_of_tile(view, u0), v0..last, &mut self.sums);
-        for (row, first) in tile.iter_mut().zip(rows.map(|v| v - v0)) {
+        for (row, &first) in tile.iter_mut().zip(&self.firsts) {
             let sums = &self.sums[first..=first + apart + n_rows];
             *row = boxes_apart::<T>([&sums[0], &sums[n_rows], &sums[apart], &sums[apart + n_rows]]);
         }
         sigma_of(&tile[..n], &mut self.median)
+    }
+
+    /// The spread of the difference between the sums of two boxes side by side, [`BOXES_BESIDE`] columns apart, in the same
+    /// tile.
+    fn sigma_along(&self) -> f32 {
+        const N_PAIRS: usize = NOISE_COLUMNS - BOXES_BESIDE;
+        let mut tile = [[0; NOISE_COLUMNS]; N_ROWS];
+        for (row, &first) in tile.iter_mut().zip(&self.firsts) {
+            let (from, to) = (&self.sums[first], &self.sums[first + self.n_rows]);
+            for (i, difference) in row.iter_mut().enumerate() {
+                // A row of differences has more places than there are pairs.
+                let (here, beside) = (i % N_PAIRS, i % N_PAIRS + BOXES_BESIDE);
+                *difference = to[here].minus(from[here]).minus(to[beside].minus(from[beside])).apart();
+            }
+        }
+        sigma_of(&tile[..self.firsts.len()], &mut self.median.clone())
     }
 }
 
