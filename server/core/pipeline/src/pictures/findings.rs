@@ -30,6 +30,11 @@ pub enum Finding {
     NoLine,
     /// Strong light that yields no point.
     LightWithoutLine(StrongLight),
+    /// Glints were left out.
+    Glints {
+        /// How many.
+        n: usize,
+    },
     /// Lines seem to run the other way.
     OtherDirection {
         /// The other way.
@@ -60,6 +65,7 @@ impl Finding {
         match self {
             Self::NoLine => "no_line",
             Self::LightWithoutLine(_) => "light_without_line",
+            Self::Glints { .. } => "glints",
             Self::OtherDirection { .. } => "other_direction",
             Self::SwappedPair { .. } => "swapped_pair",
             Self::BackgroundOfAnotherPose { .. } => "background_of_another_pose",
@@ -73,6 +79,7 @@ impl fmt::Display for Finding {
         match self {
             Self::NoLine => f.write_str("shows no laser line"),
             Self::LightWithoutLine(light) => light.fmt(f),
+            Self::Glints { n } => write!(f, "{n} short clipped pieces outshine the lines: glints, left out"),
             Self::OtherDirection { direction, n_points: [other, own] } => {
                 let word = match direction {
                     LineDirection::Rows => "rows",

@@ -34,6 +34,10 @@ pub fn lines_of(path: &Path, background: Option<&Background>, search: &LineSearc
     };
     let mut lines = search.all_lines(&image);
     let mut findings = findings_of(&image, &lines, search);
+    let n_glints = search.drop_glints(&mut lines);
+    if n_glints > 0 {
+        findings.push(Finding::Glints { n: n_glints });
+    }
     search.keep_wanted(&mut lines, image.full_scale(), photograph.is_lossy);
     if lines.segments.is_empty() {
         findings.insert(0, Finding::NoLine);

@@ -10,6 +10,14 @@ use vision::{
 /// the blocks of JPEG leave ripples of one to three levels of 255 where the picture is dark.
 const LOSSY_MIN_CONTRAST: f32 = 4.0 / 255.0;
 
+/// Longest piece, in its own widths, that may be a glint: a spot of light is as long as it is wide, out of focus too.
+const GLINT_WIDTHS: f32 = 6.0;
+/// Shortest piece, in its own widths, that is surely a line.
+const LINE_WIDTHS: f32 = 15.0;
+/// Height of a glint over that of the lines, at least: what shines back the lamp or the laser itself outshines what
+/// scatters it.
+const GLINT_OVER_LINES: f32 = 1.5;
+
 /// Which way lines may run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Directions {
@@ -93,6 +101,25 @@ impl LineSearch {
         all
     }
 
+    /// Takes glints out of the lines of an image: short clipped pieces that outshine its long lines. Without a long line
+    /// nothing is said to be a glint. Answers how many they were.
+    pub(crate) fn drop_glints(&self, lines: &mut Centrelines) -> usize {
+        let lengths = |segment: &Segment| segment.points.len() as f32 / median_width(segment).max(1.0);
+        let long = lines.segments.iter().filter(|segment| lengths(segment) >= LINE_WIDTHS);
+        let mut heights: Vec<f32> =
+            long.flat_map(|segment| &segment.points).map(|point| point.intensity).collect();
+        let Some(of_lines) = median(&mut heights) else { return 0 };
+        let n_before = lines.segments.len();
+        lines.segments.retain(|segment| {
+            let n_clipped = segment.points.iter().filter(|point| point.saturated).count();
+            let is_clipped = 3 * n_clipped >= segment.points.len();
+            !(lengths(segment) <= GLINT_WIDTHS
+                && is_clipped
+                && median_contrast(segment) >= GLINT_OVER_LINES * of_lines)
+        });
+        n_before - lines.segments.len()
+    }
+
     /// Keeps what is wanted of the lines of an image; `is_lossy`: see [`capture::Photograph`].
     pub(crate) fn keep_wanted(&self, lines: &mut Centrelines, full_scale: f32, is_lossy: bool) {
         let lossy = if is_lossy { LOSSY_MIN_CONTRAST * full_scale } else { 0.0 };
@@ -122,6 +149,11 @@ fn keep_points(lines: &mut Centrelines, keep: impl Fn(&CentrelinePoint) -> bool)
         .iter()
         .flat_map(|segment| segment.points.chunk_by(|a, b| keep(a) == keep(b)).filter(|piece| keep(&piece[0])));
     lines.segments = kept.map(|points| Segment { points: points.to_vec() }).collect();
+}
+
+fn median_width(segment: &Segment) -> f32 {
+    let mut widths: Vec<f32> = segment.points.iter().map(|point| point.width_px).collect();
+    median(&mut widths).unwrap_or(0.0)
 }
 
 fn median_contrast(segment: &Segment) -> f32 {
@@ -169,6 +201,29 @@ mod tests {
         assert!((85..=102).contains(&row) && (140..=160).contains(&column), "{row} {column}");
         let one = LineSearch { directions: Directions::One(LineDirection::Rows), ..search() };
         assert!(near(&wanted(&one, &crossing()), |p| p.u_px - 200.0) < 10);
+    }
+
+    #[test]
+    fn glints_are_taken_out_and_counted_and_lines_stay() {
+        let bell = |distance: f64| (-0.5 * distance * distance).exp();
+        let level = |idx: usize| {
+            let (u, v) = ((idx % 640) as f64, (idx / 640) as f64);
+            let line = 70.0 * bell((v - 120.0 - 0.1 * u) / 2.0);
+            // Ten spots over the line, and one on it.
+            let spots = (0..11).map(|k| {
+                let at = [40.0 + 55.0 * f64::from(k), if k == 5 { 151.5 } else { 70.0 }];
+                600.0 * bell((u - at[0]) / 5.0) * bell((v - at[1]) / 2.5)
+            });
+            (10.0 + line + spots.sum::<f64>() + (idx * 7919 % 5) as f64 * 0.5).min(255.0).round() as u8
+        };
+        let image = GreyImage::new(640, 320, Pixels::Eight((0..640 * 320).map(level).collect())).unwrap();
+        let search = LineSearch::of(Channel::Luma, Directions::One(LineDirection::Rows));
+        let mut lines = search.all_lines(&image);
+        let n_dropped = search.drop_glints(&mut lines);
+        assert_eq!(n_dropped, 10, "{} pieces left", lines.segments.len());
+        let of_line = near(&lines, |p| p.v_px - 120.0 - 0.1 * p.u_px);
+        let n_points = lines.segments.iter().map(|segment| segment.points.len()).sum::<usize>();
+        assert!(of_line > 580 && n_points < of_line + 40, "{of_line} of the line, {n_points} in all");
     }
 
     #[test]

@@ -22,6 +22,8 @@ const WIDEST_LINE_PX: usize = 40;
 const CLIPPED: f32 = 0.98;
 /// A point this near to light, in pixels, is the light's.
 const NEAR_PX: f64 = 3.0;
+/// Light so narrow along the first or last row is the frame that a program drew round the picture.
+const FRAME_PX: usize = 3;
 /// Most findings of one picture; the longest first.
 const MOST: usize = 3;
 
@@ -176,7 +178,10 @@ fn pieces_of(image: &GreyImage, strip: usize, threshold: f32) -> Vec<Piece> {
         let from = (0..=peak).rev().take_while(is_lit).last().unwrap_or(peak);
         let to = (peak..light.len()).take_while(is_lit).last().unwrap_or(peak);
         let is_clipped = brightest >= CLIPPED * image.full_scale();
-        pieces.push(Piece { strip, middle: (from + to) / 2, width_px: to - from + 1, height, is_clipped });
+        let (width_px, is_at_rim) = (to - from + 1, from == 0 || to + 1 == light.len());
+        if !(is_at_rim && width_px <= FRAME_PX) {
+            pieces.push(Piece { strip, middle: (from + to) / 2, width_px, height, is_clipped });
+        }
         v = end.max(to + 1);
     }
     pieces
@@ -224,6 +229,13 @@ mod tests {
         assert!(light.across_px[0].abs_diff(240) < 5 && light.across_px[1].abs_diff(253) < 5, "{light:?}");
         let words = light.to_string();
         assert!(words.contains("px wide at columns 0–639") && words.contains("wider than 40 px"), "{words}");
+    }
+
+    #[test]
+    fn a_frame_drawn_round_the_picture_is_no_finding() {
+        let level = |idx: usize| if idx < 640 || idx >= 640 * 479 { 250 } else { 10 + (idx * 7919 % 3) as u8 };
+        let framed = GreyImage::new(640, 480, Pixels::Eight((0..640 * 480).map(level).collect())).unwrap();
+        assert_eq!(light_in(&framed), []);
     }
 
     #[test]
