@@ -44,7 +44,7 @@ fn run(command: &mut Command, server: &Server, folder: &Path) -> String {
 }
 
 /// Language and text of the fenced blocks that follow the mark.
-fn tested_blocks(markdown: &str) -> Vec<(String, String)> {
+pub fn tested_blocks(markdown: &str) -> Vec<(String, String)> {
     let mut lines = markdown.lines();
     let mut blocks = Vec::new();
     while let Some(line) = lines.next() {

@@ -5,3 +5,4 @@ pub mod few_lines;
 pub mod lasers;
 pub mod rig_a;
 pub mod turntable;
+pub mod tutorial;

@@ -24,9 +24,11 @@ const LASERS_MM: [[f64; 3]; 2] = [[-120.0, 0.0, 20.0], [110.0, 5.0, 30.0]];
 /// σ of the sheets' thickness, mm: lines 3 px wide.
 const SHEET_SIGMA_MM: f64 = 0.4;
 /// Radius of the cylinder, and how far it stands off the axis, mm.
-const CYLINDER_MM: [f64; 2] = [16.0, 3.0];
+pub const CYLINDER_MM: [f64; 2] = [16.0, 3.0];
 /// Angles of the board on the table.
-const VIEWS_DEG: [f64; 7] = [-45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0];
+pub const VIEWS_DEG: [f64; 7] = [-45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0];
+/// Poses of the board.
+const N_POSES: u8 = 9;
 /// Angle between frames; 378° in all.
 const STEP_DEG: f64 = 7.0;
 const N_FRAMES: usize = 55;
@@ -119,8 +121,31 @@ fn on_cylinder(motion: &Motion, ray: &Vector3<f64>) -> Seen {
     })
 }
 
+/// What the room's light shows.
+fn by_day(seen: Seen) -> f64 {
+    seen.map_or(70.0, |(_, _, reflects)| 230.0 * reflects)
+}
+
+/// How a board is held, and where its corner (0, 0) is.
+fn pose(idx: u8) -> (Rotation3<f64>, Vector3<f64>) {
+    let angle = TAU * f64::from(idx) / f64::from(N_POSES);
+    let turn = Rotation3::from_euler_angles(0.42 * angle.cos(), 0.42 * angle.sin(), 0.05 * angle);
+    let centre = Vector3::new(-4.0 + 3.0 * angle.sin(), 4.0 * angle.cos(), 268.0 + 2.4 * f64::from(idx));
+    (turn, centre - turn * board_middle_mm())
+}
+
+/// A pose of the board in a room of this brightness, with the lasers on or off.
+pub fn by_daylight(idx: u8, room: f64, has_laser: bool, file: &Path) {
+    let (turn, origin) = pose(idx);
+    let light = |ray: &Vector3<f64>| {
+        let seen = on_board(&turn, &origin, ray);
+        room * by_day(seen) + if has_laser { lit(seen) - lit(None) } else { 0.0 }
+    };
+    write_png(file, &drawn(2, light)).unwrap();
+}
+
 /// Poses, stage views and a scan of a bit more than a turn.
-fn capture() -> TempDir {
+pub fn capture() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for of in ["board", "laser", "stage", "scan"] {
         std::fs::create_dir(folder.path().join(of)).unwrap();
@@ -129,13 +154,9 @@ fn capture() -> TempDir {
         write_png(&folder.path().join(&name), &image).unwrap();
         name
     };
-    let by_day = |seen: Seen| seen.map_or(70.0, |(_, _, reflects)| 230.0 * reflects);
-    let poses: Vec<Value> = (0..9)
+    let poses: Vec<Value> = (0..N_POSES)
         .map(|idx| {
-            let angle = TAU * f64::from(idx) / 9.0;
-            let turn = Rotation3::from_euler_angles(0.42 * angle.cos(), 0.42 * angle.sin(), 0.05 * angle);
-            let centre = Vector3::new(-4.0 + 3.0 * angle.sin(), 4.0 * angle.cos(), 268.0 + 2.4 * f64::from(idx));
-            let origin = centre - turn * board_middle_mm();
+            let (turn, origin) = pose(idx);
             let board = drawn(3, |ray| by_day(on_board(&turn, &origin, ray)));
             let laser = drawn(1, |ray| lit(on_board(&turn, &origin, ray)));
             json!({ "board": put(format!("board/{idx:03}.png"), board), "laser": put(format!("laser/{idx:03}.png"), laser) })

@@ -1,0 +1,90 @@
+//! The tutorial's blocks as they stand, run on the drawn pictures of the turntable's test, and the words it quotes.
+//!
+//! What this does not show: photographs. How lines are found in those is `vision`'s and `photographs.rs`.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::common::{SHEAF, err, out, path, sheaf, sheaf_json};
+use crate::readme::tested_blocks;
+use crate::rigs::turntable;
+
+/// Radius of the part that the turntable's test draws.
+const RADIUS_MM: f64 = turntable::CYLINDER_MM[0];
+
+fn tutorial() -> String {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/how-to/measure-with-a-hobby-rig.md");
+    std::fs::read_to_string(page).unwrap()
+}
+
+/// The pictures as the tutorial names them, without a manifest, and a pair by daylight.
+fn photographs(folder: &Path) {
+    let drawn = turntable::capture();
+    let rig = folder.join("rig");
+    std::fs::create_dir_all(rig.join("stage")).unwrap();
+    for (from, to) in [("board", "board"), ("laser", "laser"), ("scan", "part")] {
+        std::fs::rename(drawn.path().join(from), rig.join(to)).unwrap();
+    }
+    for (idx, angle_deg) in turntable::VIEWS_DEG.iter().enumerate() {
+        let from = drawn.path().join(format!("stage/{idx:03}.png"));
+        std::fs::rename(from, rig.join(format!("stage/{angle_deg}.png"))).unwrap();
+    }
+    let day = folder.join("day");
+    std::fs::create_dir(&day).unwrap();
+    for (name, pose, laser) in [("on", 0, true), ("off", 0, false), ("other", 4, false), ("dim", 0, true)] {
+        let room = if name == "dim" { 0.2 } else { 0.3 };
+        turntable::by_daylight(pose, room, laser, &day.join(format!("{name}.png")));
+    }
+}
+
+/// Runs a block in `folder` and answers with what it printed.
+#[track_caller]
+fn run(block: &str, folder: &Path) -> String {
+    let programs = PathBuf::from(SHEAF).parent().unwrap().display().to_string();
+    let search = format!("{programs}:{}", std::env::var("PATH").unwrap());
+    let mut bash = Command::new("bash");
+    let output = bash.args(["-eu", "-c", block]).current_dir(folder).env("PATH", search).output().unwrap();
+    assert!(output.status.success(), "{block}\n{}{}", out(&output), err(&output));
+    out(&output) + &err(&output)
+}
+
+#[test]
+fn the_tutorial_leads_from_photographs_to_a_measured_part() {
+    let folder = tempfile::tempdir().unwrap();
+    photographs(folder.path());
+    let blocks = tested_blocks(&tutorial());
+    let said: Vec<String> = blocks.iter().map(|(_, block)| run(block, folder.path())).collect();
+    let [_, looked, by_day, _, calibrated, scanned, _] = &said[..] else { panic!("{} blocks", said.len()) };
+    // Nothing is suspected of pictures that are as they should be.
+    for words in ["seem", "no laser line", "yields no point"] {
+        assert!(!looked.contains(words) && !by_day.contains(words), "{looked}{by_day}");
+    }
+    assert!(folder.path().join("lines/000-lines.png").is_file() && folder.path().join("board.pdf").is_file());
+    assert!(calibrated.contains("axis") && scanned.contains("closure after a turn"), "{calibrated}{scanned}");
+    let cloud = path(folder.path(), "part.ply");
+    let (measured, _) = sheaf_json(&["measure", &cloud, "--tool", "cylinder", "-q"]);
+    let [value, u] = ["value", "expanded_uncertainty"].map(|key| measured[key].as_f64().unwrap());
+    assert!((value - RADIUS_MM).abs() < u && u < 0.2, "{measured:#}");
+    what_the_tutorial_quotes_is_said(folder.path());
+}
+
+/// Every mistake of the tutorial's table, made.
+fn what_the_tutorial_quotes_is_said(folder: &Path) {
+    let page = tutorial();
+    let [on, off, other, dim] = ["on", "off", "other", "dim"].map(|name| path(folder, &format!("day/{name}.png")));
+    let laser = path(folder, "rig/laser/000.png");
+    let lines = path(folder, "wrong");
+    let mistakes: [(&str, &[&str]); 5] = [
+        ("lines seem to run along columns", &[&laser]),
+        ("laser on and off seem to be swapped", &[&off, "--background", &on, "--direction", "columns"]),
+        ("the background seems to show another pose", &[&on, "--background", &other, "--direction", "columns"]),
+        ("the room was darker than in the background", &[&dim, "--background", &off, "--direction", "columns"]),
+        ("shows no laser line", &[&off, "--background", &off, "--direction", "columns"]),
+    ];
+    for (words, arguments) in mistakes {
+        assert!(page.contains(words), "the tutorial no longer quotes `{words}`");
+        let all: Vec<&str> = ["centrelines", "-o", &lines].into_iter().chain(arguments.iter().copied()).collect();
+        let output = sheaf(&all);
+        assert!(err(&output).contains(words), "{arguments:?}: {}", err(&output));
+    }
+}
