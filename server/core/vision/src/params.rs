@@ -17,8 +17,9 @@ pub const NOISE_OVER_NEIGHBOURS: f32 = 3.0;
 /// Widths along the column, in those its level searches for, up to which a line is a level's own: the geometric middle
 /// between one level and the next is 1.41, and boxes of one width find lines up to 1.6 times as wide.
 pub const LEVEL_BAND: f32 = 1.25;
-/// The same of the image itself, as long as nothing wider is in it: a line of 1.1 times the typical width at 45°.
-pub const LEVEL_FIRST_BAND: f32 = 1.6;
+/// The same of the image itself, as long as nothing wider is in it: lines of up to 1.6 times the typical width, such as some
+/// at 45°, are measured as 1.35 times, and a level costs as much time as the image.
+pub const LEVEL_FIRST_BAND: f32 = 1.35;
 /// Up to this share of the width its level searches for a line is surely that level's own; above, a coarser level that fits
 /// it as well sees more of it.
 pub const LEVEL_SURE: f32 = 1.0;
@@ -39,9 +40,6 @@ pub const LEVEL_WIDEST_PX: f32 = 50.0;
 /// What a width along the column, as measured, has in its square over the line's own, rows² of the level: a height that is
 /// the mean of three rows is less than that of the line (3 to 5 px: 4.4 to 4.7).
 pub const LEVEL_MEASURED_PX2: f32 = 4.4;
-/// How far beyond the ends of a line of a coarser level two finer lines on either side of it are looked for, in its widths:
-/// lines that come near to each other end before they touch.
-pub const LEVEL_FORK_WIDTHS: f32 = 4.0;
 /// Rows that a line lights, in its widths: a bell stands out of the noise over no more.
 pub const LEVEL_LIT_WIDTHS: f32 = 3.0;
 /// What cells and their margins add to that, rows of the level.

@@ -21,7 +21,7 @@ fn lines_of(renderer: &Renderer, scene: &Scene, laser_share: f64, picture: u64) 
     let [bright, dark] = [1.0, 1.0 / DARKER].map(|reflectance| {
         let exposure = Exposure {
             scene,
-            position_mm: 0.0,
+            position: 0.0,
             ordinary_level: 0.0,
             ordinary_share: 0.0,
             laser_share: (laser_share * reflectance) as f32,

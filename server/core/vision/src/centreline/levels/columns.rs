@@ -6,8 +6,8 @@ use super::super::Centrelines;
 use super::super::fast::Strip;
 use super::marks::{Line, Mark, Place, Spot, kept, stitched, without};
 use crate::params::{
-    LEVEL_BAND, LEVEL_CLAIMED_SHARE, LEVEL_FIRST_BAND, LEVEL_FORK_WIDTHS, LEVEL_LEAST_LIGHT, LEVEL_LIT_PX,
-    LEVEL_LIT_WIDTHS, LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX, MIN_SEGMENT_COLUMNS, STRIP_WIDTH_PX,
+    LEVEL_BAND, LEVEL_CLAIMED_SHARE, LEVEL_FIRST_BAND, LEVEL_LEAST_LIGHT, LEVEL_LIT_PX, LEVEL_LIT_WIDTHS,
+    LEVEL_NARROWEST, LEVEL_SURE, LEVEL_WIDEST_PX, MIN_SEGMENT_COLUMNS, STRIP_WIDTH_PX,
 };
 
 /// All marks by column; keeps its memory.
@@ -109,9 +109,6 @@ impl Columns {
         let is_own =
             |mark: &Mark| mark.spot().fit(base_px) > LEVEL_NARROWEST && mark.point.width_px <= LEVEL_WIDEST_PX;
         for line in coarse.into_iter().flat_map(|line| kept(line, is_own)) {
-            if self.is_fork(&line) {
-                continue;
-            }
             let near = |mark: &Mark| -> Vec<&Spot> {
                 let spot = mark.spot();
                 self.spots[mark.point.u_px as usize].iter().filter(|other| other.is_near(&spot)).collect()
@@ -133,20 +130,5 @@ impl Columns {
         let mut lines = stitched(lines);
         lines.retain(|line| line.len() >= MIN_SEGMENT_COLUMNS);
         lines
-    }
-
-    /// Whether a line of a coarser level begins or ends between two finer lines: it is those two, which touch here.
-    fn is_fork(&self, line: &[Mark]) -> bool {
-        let (first, last) = (&line[0], &line[line.len() - 1]);
-        let (from, to) = (first.point.u_px as usize, last.point.u_px as usize);
-        let is_between = |mark: &Mark, columns: Range<usize>| {
-            let spot = mark.spot();
-            let has =
-                |side: f32| self.spots[columns.clone()].iter().flatten().any(|other| spot.is_beside(other, side));
-            has(-1.0) && has(1.0)
-        };
-        let reach = |mark: &Mark| (LEVEL_FORK_WIDTHS * mark.width_px()) as usize;
-        is_between(first, from.saturating_sub(reach(first))..from)
-            || is_between(last, to + 1..(to + 1 + reach(last)).min(self.spots.len()))
     }
 }

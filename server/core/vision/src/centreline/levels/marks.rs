@@ -54,13 +54,6 @@ impl Spot {
     pub fn is_near(&self, other: &Self) -> bool {
         (self.v_px - other.v_px).abs() < LEVEL_NEAR_WIDTHS * self.width_px.max(other.width_px)
     }
-
-    /// Whether the other, of one column, stands beside this one, above (−1) or below it (1), where one of two lines taken
-    /// together would stand.
-    pub fn is_beside(&self, other: &Self, side: f32) -> bool {
-        let below_px = side * (other.v_px - self.v_px);
-        other.rows < self.rows && other.width_px < self.width_px && below_px > 0.0 && below_px < self.width_px
-    }
 }
 
 impl Mark {
