@@ -78,8 +78,6 @@ pub enum NoStation {
     Apart {
         /// The kind that must make both.
         kind: &'static str,
-        /// The device that it makes.
-        half: &'static str,
         /// The device that another one is to make.
         device: &'static str,
     },
@@ -126,14 +124,14 @@ pub fn station_devices(settings: &StationSettings) -> Result<StationDevices, NoS
     let stage = chosen(&rows, "stage", DeviceSet { stage: true, ..none }, &settings.stage.kind)?;
     let laser = chosen(&rows, "laser", DeviceSet { laser: true, ..none }, &settings.laser.kind)?;
     if camera.kind() != stage.kind() {
-        for (binding, half, device) in [(&camera, "camera", "stage"), (&stage, "stage", "camera")] {
+        for (binding, device) in [(&camera, "stage"), (&stage, "camera")] {
             if binding.binds_camera_to_stage() {
-                return Err(NoStation::Apart { kind: binding.kind(), half, device });
+                return Err(NoStation::Apart { kind: binding.kind(), device });
             }
         }
     }
     if laser.kind() != camera.kind() && laser.binds_laser_to_camera() {
-        return Err(NoStation::Apart { kind: laser.kind(), half: "laser", device: "camera" });
+        return Err(NoStation::Apart { kind: laser.kind(), device: "camera" });
     }
     let twin = (camera.kind() == twin.kind()).then_some(twin);
     Ok(StationDevices { camera, stage, laser, twin })

@@ -88,7 +88,7 @@ pub enum ConfigError {
         expected: String,
     },
     /// A device that another driver must make.
-    #[error("{key} is {found} ({origin}), but the {kind} {half} and the {kind} {other} belong together")]
+    #[error("{key} is {found} ({origin}), but the {kind} devices belong together")]
     Apart {
         /// The device's key.
         key: String,
@@ -98,10 +98,6 @@ pub enum ConfigError {
         origin: Origin,
         /// Who must make both.
         kind: &'static str,
-        /// What it makes.
-        half: &'static str,
-        /// What it must make, too.
-        other: &'static str,
     },
     /// The key that was split in three.
     #[error("there is no setting \"station.kind\" any more ({origin}), each device has a kind of its own")]
@@ -154,9 +150,7 @@ impl ConfigError {
                 let expected = format!("{}{here}", setting.expected);
                 Self::Missing { key, kind, origin, name: setting.name, expected }
             }
-            NoStation::Apart { kind, half, device: other } => {
-                Self::Apart { key, found: found.to_owned(), origin, kind, half, other }
-            }
+            NoStation::Apart { kind, .. } => Self::Apart { key, found: found.to_owned(), origin, kind },
         }
     }
 

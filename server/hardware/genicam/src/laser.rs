@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use devices::{DeviceIdentity, LASER_LEASE_LIMIT, Laser, LaserCapabilities, LaserError, LaserState, StopHandle};
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
-use crate::aravis::{AravisError, Device};
+use crate::opened::laser_line::{USER_OUTPUT, is_shown, show};
 use crate::settings::GenicamSettings;
 use crate::shared::Shared;
 
@@ -21,9 +21,6 @@ const ANSWER_WAIT: Duration = Duration::from_millis(15);
 
 /// How often the line is read back.
 const LOOK: Duration = Duration::from_millis(200);
-
-/// An output that is set by hand begins so.
-const USER_OUTPUT: &str = "UserOutput";
 
 /// See the module. Dropping it darkens it.
 pub struct GenicamLaser {
@@ -124,10 +121,7 @@ impl Line {
     fn show(&self, lit: bool) -> Result<(), String> {
         let opened = self.shared.opened.lock();
         let device = &opened.as_ref().ok_or("its camera is gone")?.device;
-        let source = if lit { self.settings.laser_source.clone() } else { dark_source(device, &self.settings) };
-        if device.text("LineSelector").is_ok_and(|line| line == self.settings.laser_line)
-            && device.text("LineSource").is_ok_and(|shown| shown == source)
-        {
+        if is_shown(device, &self.settings, lit) {
             return Ok(());
         }
         show(device, &self.settings, lit).map_err(|error| error.to_string())
@@ -139,42 +133,6 @@ impl StopHandle for Line {
         self.desk().lit_until = None;
         self.changed.notify_all();
     }
-}
-
-/// What a dark line shows.
-fn dark_source(device: &Device, settings: &GenicamSettings) -> String {
-    let sources = device.entries("LineSource");
-    let off = sources.iter().find(|source| *source == "Off");
-    let at_rest =
-        || sources.iter().rfind(|source| source.starts_with(USER_OUTPUT) && **source != settings.laser_source);
-    off.or_else(at_rest).unwrap_or(&settings.laser_source).clone()
-}
-
-/// Lets the line show the laser's signal, or nothing.
-///
-/// # Errors
-/// What the camera has not, or does not take.
-pub fn show(device: &Device, settings: &GenicamSettings, lit: bool) -> Result<(), AravisError> {
-    let source = if lit { settings.laser_source.clone() } else { dark_source(device, settings) };
-    if !lit && source == settings.laser_source && !source.starts_with(USER_OUTPUT) {
-        return Err(AravisError(format!("{} cannot be turned off: it shows {source} only", settings.laser_line)));
-    }
-    device.set_text("LineSelector", &settings.laser_line)?;
-    if device.has("LineMode") && device.text("LineMode")? != "Output" {
-        device.set_text("LineMode", "Output")?;
-    }
-    if device.has("LineInverter") {
-        device.set_flag("LineInverter", settings.laser_inverted)?;
-    } else if settings.laser_inverted {
-        return Err(AravisError("it has no LineInverter".to_owned()));
-    }
-    if source.starts_with(USER_OUTPUT) {
-        device.set_text("UserOutputSelector", &source)?;
-        device.set_flag("UserOutputValue", lit)?;
-    }
-    device.set_text("LineSource", &source)?;
-    let shown = device.text("LineSource")?;
-    if shown == source { Ok(()) } else { Err(AravisError(format!("it shows {shown} where {source} was wanted"))) }
 }
 
 impl Laser for GenicamLaser {

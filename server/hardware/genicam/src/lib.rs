@@ -26,13 +26,11 @@ pub mod aravis;
 mod names;
 
 #[cfg_attr(not(feature = "aravis"), allow(dead_code))]
-mod block_ids;
-#[cfg_attr(not(feature = "aravis"), allow(dead_code))]
-mod clock;
-#[cfg_attr(not(feature = "aravis"), allow(dead_code))]
 mod gvcp;
 #[cfg_attr(not(feature = "aravis"), allow(dead_code))]
 mod pixels;
+#[cfg_attr(not(feature = "aravis"), allow(dead_code))]
+mod stamps;
 
 pub mod witness;
 

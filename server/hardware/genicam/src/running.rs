@@ -8,11 +8,11 @@ use devices::{CameraError, CameraSettings, FrameInfo, Trigger};
 use vision::GreyImage;
 
 use crate::aravis::{AravisError, Buffer, BufferStatus, Stream, StreamOptions};
-use crate::block_ids::BlockIds;
-use crate::clock::DeviceClock;
 use crate::opened::OpenedCamera;
 use crate::pixels::SourceFormat;
 use crate::settings::{GenicamSettings, Timestamp};
+use crate::stamps::block_ids::BlockIds;
+use crate::stamps::clock::DeviceClock;
 
 /// Frames that the socket's buffer is asked to hold.
 const SOCKET_FRAMES: usize = 4;

@@ -245,7 +245,7 @@ impl Shared {
                 desk = self.lock();
                 desk.busy = None;
                 if desk.acquisition == acquisition {
-                    desk.is_unproven = false;
+                    desk.is_unproven &= outcome.is_err();
                     (desk.wished, desk.delivery) = (false, Some(Delivery { image, outcome }));
                 }
             } else {

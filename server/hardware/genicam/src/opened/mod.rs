@@ -1,5 +1,7 @@
 //! A camera that was opened: how it is found, prepared, described and set.
 
+pub mod laser_line;
+
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -281,7 +283,7 @@ fn prepare(device: &Device, settings: &GenicamSettings, loopback: bool) -> Resul
     }
     if !settings.laser_line.is_empty() {
         // Whatever a program before left on.
-        crate::laser::show(device, settings, false)?;
+        laser_line::show(device, settings, false)?;
     }
     let offered = device.entries("PixelFormat");
     let deep = SourceFormat::choose(&offered, false, "").is_none();
